@@ -20,9 +20,25 @@ if(CCACHE_PROGRAM)
   set(CMAKE_CXX_COMPILER_LAUNCHER "${CCACHE_PROGRAM}")
 endif()
 
+# patinate_alone_headers(RESULT "a.h;b.h" "a.cpp;c.cpp"): the headers that are not the first include of the source of their name.
+function(patinate_alone_headers result headers sources)
+  foreach(header ${headers})
+    string(REGEX REPLACE "\\.h$" ".cpp" source "${header}")
+    set(first "")
+    if(source IN_LIST sources)
+      file(STRINGS "${source}" first REGEX "^#include" LIMIT_COUNT 1)
+    endif()
+    if(NOT first MATCHES "/${header}\"$")
+      list(APPEND alone "${header}")
+    endif()
+  endforeach()
+  set(${result} "${alone}" PARENT_SCOPE)
+endfunction()
+
 # patinate_library(NAME SOURCES a.cpp ... HEADERS include/patinate/x/a.h ... x/b.h ... PUBLIC deps PRIVATE deps)
 # Headers below include/ are public: installed, and included as "patinate/x/a.h" everywhere. The others are found from the repository root
-# ("libcommon/image/b.h") while we build, and not installed. Each header is compiled alone by the target all_verify_interface_header_sets.
+# ("libcommon/image/b.h") while we build, and not installed. The target all_verify_interface_header_sets compiles every public header alone,
+# and every other that no source of its name includes first: that source shows as much.
 function(patinate_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE")
   set(public_headers ${arg_HEADERS})
@@ -38,8 +54,14 @@ function(patinate_library name)
   if(internal_headers)
     # A target of their own, so that the exported one does not offer them.
     add_library(${name}_internal INTERFACE)
-    target_sources(${name}_internal INTERFACE FILE_SET HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${internal_headers})
-    set_target_properties(${name}_internal PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
+    patinate_alone_headers(alone "${internal_headers}" "${arg_SOURCES}")
+    list(REMOVE_ITEM internal_headers ${alone})
+    target_sources(${name}_internal INTERFACE
+      FILE_SET alone TYPE HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${alone}
+      FILE_SET included_first TYPE HEADERS BASE_DIRS "${PROJECT_SOURCE_DIR}" FILES ${internal_headers})
+    if(alone)
+      set_target_properties(${name}_internal PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON INTERFACE_HEADER_SETS_TO_VERIFY alone)
+    endif()
     target_link_libraries(${name}_internal INTERFACE ${name})
   endif()
 endfunction()

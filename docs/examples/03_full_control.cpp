@@ -10,7 +10,7 @@
 
 #include "patinate/atlas/dilate.h"
 #include "patinate/controls/accessibility.h"
-#include "patinate/controls/facing.h"
+#include "patinate/controls/exposure.h"
 #include "patinate/datasets/crackle.h"
 #include "patinate/datasets/sculpture.h"
 #include "patinate/history/memory_history.h"

@@ -10,7 +10,6 @@
 #include "patinate/atlas/texel_map.h"
 #include "patinate/controls/control_kinds.h"
 #include "patinate/history/history_sampling.h"
-#include "patinate/history/material_maps.h"
 #include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/numbered_path.h"
 #include "tools/patinate/command_line/output_file.h"

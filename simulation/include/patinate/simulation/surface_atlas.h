@@ -42,7 +42,7 @@ class SurfaceAtlas {
   static constexpr std::uint32_t kMedianWeight = 256;
   static constexpr std::uint32_t kMaxWeight = 65535;
 
-  /// @throws InvalidInput if more of the covered texels than kMostOverlap (uv_layout.h) are wanted by two triangles
+  /// @throws InvalidInput if more of the covered texels than kMostOverlap (atlas_mesh.h) are wanted by two triangles
   /// ("UVs overlap"), or none is covered.
   SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const RunControl& control = {});
 

@@ -11,7 +11,6 @@
 #include "patinate/core/run_control.h"
 #include "patinate/geometry/mesh.h"
 #include "patinate/history/history_sampling.h"
-#include "patinate/history/material_maps.h"
 #include "patinate/image/image.h"
 #include "patinate/transfer/transfer_folder.h"
 

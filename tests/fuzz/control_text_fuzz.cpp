@@ -4,7 +4,7 @@
 
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/core/text.h"
-#include "patinate/transfer/control_spec.h"
+#include "patinate/transfer/control_matching.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;

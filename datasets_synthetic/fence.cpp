@@ -1,5 +1,3 @@
-#include "patinate/datasets/fence.h"
-
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -9,6 +7,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 #include "patinate/atlas/texel_map.h"
+#include "patinate/datasets/objects.h"
 
 namespace patinate::datasets {
 

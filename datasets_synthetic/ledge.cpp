@@ -1,9 +1,8 @@
-#include "patinate/datasets/ledge.h"
-
 #include <nlohmann/json.hpp>
 
 #include "datasets_synthetic/bars.h"
 #include "patinate/core/error.h"
+#include "patinate/datasets/objects.h"
 
 namespace patinate::datasets {
 

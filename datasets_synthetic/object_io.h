@@ -5,9 +5,7 @@
 #include <filesystem>
 
 #include "libcommon/job/job.h"
-#include "patinate/datasets/fence.h"
-#include "patinate/datasets/ledge.h"
-#include "patinate/datasets/sculpture.h"
+#include "patinate/datasets/objects.h"
 
 namespace patinate::datasets {
 

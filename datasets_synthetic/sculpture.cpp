@@ -1,5 +1,3 @@
-#include "patinate/datasets/sculpture.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <vector>
 
 #include "datasets_synthetic/curve2.h"
+#include "patinate/datasets/objects.h"
 
 namespace patinate::datasets {
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "analysis/factorization/place_fit.h"
+#include "analysis/factorization/temporal_curve.h"
 #include "libcommon/core/silent_log.h"
 
 namespace patinate::analysis {

@@ -14,7 +14,7 @@
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
-#include "patinate/metrics/color_difference.h"
+#include "patinate/metrics/difference.h"
 
 namespace patinate::analysis {
 

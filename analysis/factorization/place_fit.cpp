@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "analysis/factorization/temporal_curve.h"
 #include "libcommon/core/median.h"
 
 namespace patinate::analysis {

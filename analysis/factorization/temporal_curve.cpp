@@ -1,4 +1,4 @@
-#include "patinate/analysis/temporal_curve.h"
+#include "analysis/factorization/temporal_curve.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>

@@ -6,6 +6,7 @@
 
 #include "analysis/factorization/curve_refine.h"
 #include "analysis/factorization/place_fit.h"
+#include "analysis/factorization/temporal_curve.h"
 #include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
 #include "patinate/analysis/factorization.h"

@@ -6,8 +6,7 @@
 #include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
-#include "patinate/metrics/color_difference.h"
-#include "patinate/metrics/ssim.h"
+#include "patinate/metrics/difference.h"
 
 namespace patinate::analysis {
 

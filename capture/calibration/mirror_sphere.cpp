@@ -1,5 +1,3 @@
-#include "patinate/capture/mirror_sphere.h"
-
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -9,6 +7,7 @@
 #include <numbers>
 
 #include "libcommon/core/median.h"
+#include "patinate/capture/sphere_lights.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {

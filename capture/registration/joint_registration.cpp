@@ -7,6 +7,7 @@
 #include "capture/registration/pose_graph.h"
 #include "capture/registration/prepared_scan.h"
 #include "capture/registration/reference_methods.h"
+#include "capture/registration/unconstrained_dof.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {

@@ -1,4 +1,4 @@
-#include "patinate/capture/unconstrained_dof.h"
+#include "capture/registration/unconstrained_dof.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>

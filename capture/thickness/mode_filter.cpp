@@ -1,5 +1,3 @@
-#include "patinate/capture/mode_filter.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +6,7 @@
 #include <vector>
 
 #include "libcommon/core/parallel.h"
+#include "patinate/capture/thickness.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {

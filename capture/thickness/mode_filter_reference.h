@@ -3,7 +3,7 @@
 /// uses.
 #pragma once
 
-#include "patinate/capture/mode_filter.h"
+#include "patinate/capture/thickness.h"
 
 namespace patinate::capture {
 

@@ -10,7 +10,7 @@
 #include "capture/unlighting/specular_tiles.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
-#include "patinate/capture/specular_lobe.h"
+#include "patinate/capture/unlight.h"
 
 namespace patinate::capture {
 

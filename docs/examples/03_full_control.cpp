@@ -10,9 +10,9 @@
 
 #include "patinate/atlas/dilate.h"
 #include "patinate/controls/accessibility.h"
-#include "patinate/controls/facing.h"
+#include "patinate/controls/exposure.h"
 #include "patinate/datasets/crackle.h"
-#include "patinate/datasets/sculpture.h"
+#include "patinate/datasets/objects.h"
 #include "patinate/history/memory_history.h"
 #include "patinate/image/image_io.h"
 #include "patinate/output/render.h"

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "patinate/datasets/ledge.h"
+#include "patinate/datasets/objects.h"
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "patinate/simulation/engine.h"

@@ -1,9 +1,8 @@
-#include "patinate/atlas/atlas_choice.h"
-
 #include <algorithm>
 #include <utility>
 
 #include "libcommon/core/text.h"
+#include "patinate/atlas/atlas_mesh.h"
 #include "patinate/atlas/unwrap.h"
 #include "patinate/core/error.h"
 

@@ -1,5 +1,3 @@
-#include "patinate/atlas/uv_layout.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -12,6 +10,7 @@
 
 #include "libcommon/atlas/raster.h"
 #include "libcommon/core/text.h"
+#include "patinate/atlas/atlas_mesh.h"
 
 namespace patinate {
 

@@ -1,4 +1,4 @@
-#include "patinate/controls/control_expression.h"
+#include "libcommon/controls/control_expression.h"
 
 #include <algorithm>
 #include <cmath>

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/distance_io.h"
+#include "libcommon/controls/height.h"
 #include "libcommon/controls/image_control.h"
 #include "libcommon/controls/spray_path_io.h"
 #include "libcommon/core/text.h"
-#include "patinate/controls/control_expression.h"
-#include "patinate/controls/height.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 

@@ -1,8 +1,7 @@
-#include "patinate/controls/facing.h"
-
 #include <algorithm>
 
 #include "libcommon/core/parallel.h"
+#include "patinate/controls/exposure.h"
 
 namespace patinate {
 

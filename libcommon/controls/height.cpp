@@ -1,4 +1,4 @@
-#include "patinate/controls/height.h"
+#include "libcommon/controls/height.h"
 
 #include <algorithm>
 #include <limits>

@@ -7,8 +7,7 @@
 #include <string>
 
 #include "libcommon/geometry/height_field.h"
-#include "patinate/controls/ray_share.h"
-#include "patinate/controls/tangent_sphere.h"
+#include "patinate/controls/accessibility.h"
 #include "patinate/core/options.h"
 #include "patinate/core/run_control.h"
 

@@ -1,6 +1,5 @@
-#include "patinate/controls/ray_share.h"
-
 #include "libcommon/controls/light_set.h"
+#include "patinate/controls/accessibility.h"
 
 namespace patinate {
 

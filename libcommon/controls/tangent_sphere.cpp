@@ -1,5 +1,3 @@
-#include "patinate/controls/tangent_sphere.h"
-
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -8,6 +6,7 @@
 #include "libcommon/controls/smooth_surface.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/geometry/nearest_points.h"
+#include "patinate/controls/accessibility.h"
 
 namespace patinate {
 

@@ -1,4 +1,4 @@
-#include "patinate/core/expression.h"
+#include "libcommon/core/expression.h"
 
 #include <algorithm>
 #include <array>

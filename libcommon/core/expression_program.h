@@ -7,8 +7,8 @@
 #include <functional>
 #include <vector>
 
+#include "libcommon/core/expression.h"
 #include "libcommon/core/instruction_set.h"
-#include "patinate/core/expression.h"
 
 namespace patinate {
 

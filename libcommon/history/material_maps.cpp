@@ -1,5 +1,3 @@
-#include "patinate/history/material_maps.h"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -7,6 +5,7 @@
 #include <utility>
 
 #include "patinate/core/error.h"
+#include "patinate/history/history_sampling.h"
 
 namespace patinate {
 

@@ -1,8 +1,8 @@
-#include "patinate/metrics/color_difference.h"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+
+#include "patinate/metrics/difference.h"
 
 namespace patinate {
 

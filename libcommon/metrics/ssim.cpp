@@ -1,5 +1,3 @@
-#include "patinate/metrics/ssim.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,6 +5,7 @@
 
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
+#include "patinate/metrics/difference.h"
 
 namespace patinate {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "patinate/core/error.h"
-#include "patinate/metrics/color_difference.h"
+#include "patinate/metrics/difference.h"
 
 namespace patinate {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "libcommon/core/parallel.h"
-#include "patinate/atlas/uv_layout.h"
+#include "patinate/atlas/atlas_mesh.h"
 
 namespace patinate::simulation {
 

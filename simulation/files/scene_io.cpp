@@ -8,7 +8,7 @@
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_repair.h"
 #include "libcommon/history/history_times.h"
-#include "patinate/atlas/atlas_choice.h"
+#include "patinate/atlas/atlas_mesh.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "patinate/simulation/scene.h"
-#include "patinate/simulation/tile_grid.h"
+#include "patinate/simulation/surface_atlas.h"
 
 namespace patinate::simulation {
 

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "patinate/simulation/tile_grid.h"
+#include "patinate/simulation/surface_atlas.h"
 
 namespace patinate::simulation {
 

@@ -3,7 +3,7 @@
 #include <cstdio>
 
 #include "libcommon/image/filters.h"
-#include "patinate/capture/mode_filter.h"
+#include "patinate/capture/thickness.h"
 #include "patinate/datasets/crackle.h"
 #include "tests/benchmarks/timing.h"
 

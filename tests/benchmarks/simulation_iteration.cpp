@@ -7,7 +7,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/random.h"
-#include "patinate/datasets/ledge.h"
+#include "patinate/datasets/objects.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "patinate/simulation/engine.h"
 #include "patinate/simulation/scene_io.h"

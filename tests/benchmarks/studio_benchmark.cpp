@@ -6,7 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "patinate/datasets/ledge.h"
+#include "patinate/datasets/objects.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "tests/support/temp_folder.h"
 #include "tools/studio/live_engine.h"

@@ -14,7 +14,7 @@
 #include "libcommon/geometry/ray_scene.h"
 #include "patinate/atlas/texel_map.h"
 #include "patinate/atlas/unwrap.h"
-#include "patinate/datasets/sculpture.h"
+#include "patinate/datasets/objects.h"
 #include "patinate/mesh_files/mesh_io.h"
 
 namespace patinate {

@@ -2,9 +2,9 @@
 #include <string>
 #include <vector>
 
+#include "libcommon/controls/control_expression.h"
 #include "libcommon/core/text.h"
-#include "patinate/controls/control_expression.h"
-#include "patinate/transfer/control_spec.h"
+#include "patinate/transfer/control_matching.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;

@@ -1,6 +1,6 @@
 #include <cmath>
 
-#include "patinate/capture/mode_filter.h"
+#include "patinate/capture/thickness.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using namespace patinate;

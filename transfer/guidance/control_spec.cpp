@@ -1,11 +1,10 @@
-#include "patinate/transfer/control_spec.h"
-
 #include <algorithm>
 #include <vector>
 
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "patinate/transfer/control_matching.h"
 
 namespace patinate::transfer {
 

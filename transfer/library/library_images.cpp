@@ -7,7 +7,7 @@
 
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
-#include "patinate/history/material_maps.h"
+#include "patinate/history/history_sampling.h"
 
 namespace patinate::transfer {
 

@@ -39,7 +39,7 @@ namespace patinate::transfer {
 /// Which of normal, specular and height (of kFrameExtraNames) the library's frames have: those that frames of any
 /// history have.
 [[nodiscard]] std::vector<std::string> library_extras(std::span<const HistoryReader> readers);
-/// One of them at a frame of the library, as HistoryWriter::write_frame_extra() takes it: material_maps.h of each
+/// One of them at a frame of the library, as HistoryWriter::write_frame_extra() takes it: sample_material_map() of each
 /// history, so that normals are in tangent space. Where a history does not know: normals stand upright, all else is 0.
 [[nodiscard]] ImageF library_extra(const LibraryLayout& layout, std::span<const HistoryReader> readers,
                                    const LibraryFrame& frame, const std::string& name);

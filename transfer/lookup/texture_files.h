@@ -12,7 +12,7 @@
 #include "patinate/core/run_control.h"
 #include "patinate/image/image.h"
 #include "patinate/transfer/time_map.h"
-#include "patinate/transfer/transfer_folder.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "transfer/lookup/coordinate_strips.h"
 
 namespace patinate::transfer {

@@ -1,7 +1,6 @@
-#include "patinate/transfer/transfer_folder.h"
-
 #include "patinate/core/error.h"
 #include "patinate/mesh_files/mesh_io.h"
+#include "patinate/transfer/transfer_reader.h"
 
 namespace patinate::transfer {
 

@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "patinate/core/run_control.h"
-#include "patinate/transfer/coordinate_map.h"
+#include "patinate/transfer/transfer.h"
 #include "transfer/synthesis/levels.h"
 
 namespace patinate::transfer {

@@ -13,7 +13,7 @@
 #include "patinate/atlas/texel_map.h"
 #include "patinate/core/run_control.h"
 #include "patinate/transfer/appearance_space.h"
-#include "patinate/transfer/coordinate_map.h"
+#include "patinate/transfer/transfer.h"
 
 namespace patinate::transfer {
 

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "patinate/transfer/method_options.h"
+#include "patinate/transfer/transfer.h"
 #include "transfer/synthesis/energy.h"
 
 namespace patinate::transfer {

@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "patinate/transfer/method_options.h"
+#include "patinate/transfer/transfer.h"
 #include "transfer/synthesis/energy.h"
 
 namespace patinate::transfer {

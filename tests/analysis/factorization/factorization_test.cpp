@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/factorization/factorization_job.h"
+#include "analysis/factorization/temporal_curve.h"
 #include "libcommon/core/files.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"

@@ -1,5 +1,3 @@
-#include "patinate/capture/mode_filter.h"
-
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -9,6 +7,7 @@
 
 #include "capture/thickness/mode_filter_reference.h"
 #include "libcommon/core/random.h"
+#include "patinate/capture/thickness.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {

@@ -1,5 +1,3 @@
-#include "patinate/datasets/fence.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -7,7 +5,7 @@
 
 #include "patinate/atlas/texel_map.h"
 #include "patinate/core/error.h"
-#include "patinate/datasets/ledge.h"
+#include "patinate/datasets/objects.h"
 
 namespace patinate::datasets {
 namespace {

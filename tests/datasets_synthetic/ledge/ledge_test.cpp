@@ -1,5 +1,3 @@
-#include "patinate/datasets/ledge.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -7,6 +5,7 @@
 
 #include "patinate/atlas/texel_map.h"
 #include "patinate/core/error.h"
+#include "patinate/datasets/objects.h"
 
 namespace patinate::datasets {
 namespace {

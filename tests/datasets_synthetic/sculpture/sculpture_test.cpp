@@ -1,5 +1,3 @@
-#include "patinate/datasets/sculpture.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
@@ -12,6 +10,7 @@
 #include "libcommon/geometry/curvature.h"
 #include "patinate/atlas/texel_map.h"
 #include "patinate/core/error.h"
+#include "patinate/datasets/objects.h"
 
 namespace patinate::datasets {
 namespace {

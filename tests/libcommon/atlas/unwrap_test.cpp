@@ -10,7 +10,7 @@
 
 #include "libcommon/core/random.h"
 #include "patinate/atlas/texel_map.h"
-#include "patinate/datasets/sculpture.h"
+#include "patinate/datasets/objects.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/test_data.h"

@@ -1,7 +1,6 @@
-#include "patinate/atlas/uv_layout.h"
-
 #include <gtest/gtest.h>
 
+#include "patinate/atlas/atlas_mesh.h"
 #include "patinate/core/error.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "tests/support/meshes.h"

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "libcommon/controls/height.h"
 #include "libcommon/controls/light_set.h"
 #include "patinate/controls/control_kinds.h"
-#include "patinate/controls/height.h"
 #include "patinate/core/error.h"
 #include "tests/libcommon/controls/control_shapes.h"
 

@@ -1,10 +1,9 @@
-#include "patinate/controls/tangent_sphere.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
+#include "patinate/controls/accessibility.h"
 #include "patinate/core/error.h"
 #include "tests/libcommon/controls/control_shapes.h"
 

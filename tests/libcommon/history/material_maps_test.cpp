@@ -1,11 +1,10 @@
-#include "patinate/history/material_maps.h"
-
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 
 #include "patinate/history/history.h"
+#include "patinate/history/history_sampling.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 

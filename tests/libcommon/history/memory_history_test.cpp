@@ -8,7 +8,6 @@
 
 #include "patinate/history/history.h"
 #include "patinate/history/history_sampling.h"
-#include "patinate/history/material_maps.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"

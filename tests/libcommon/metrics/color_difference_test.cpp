@@ -1,8 +1,7 @@
-#include "patinate/metrics/color_difference.h"
-
 #include <gtest/gtest.h>
 
 #include "libcommon/metrics/color_curves.h"
+#include "patinate/metrics/difference.h"
 
 namespace patinate {
 namespace {

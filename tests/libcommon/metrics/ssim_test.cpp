@@ -1,11 +1,10 @@
-#include "patinate/metrics/ssim.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "libcommon/core/random.h"
 #include "patinate/core/error.h"
+#include "patinate/metrics/difference.h"
 
 namespace patinate {
 namespace {

@@ -6,7 +6,6 @@
 #include "libcommon/core/random.h"
 #include "patinate/core/error.h"
 #include "patinate/transfer/control_matching.h"
-#include "patinate/transfer/control_spec.h"
 
 namespace patinate::transfer {
 namespace {

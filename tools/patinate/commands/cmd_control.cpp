@@ -1,11 +1,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/image_control.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_key.h"
-#include "patinate/controls/control_expression.h"
 #include "patinate/controls/control_kinds.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"

@@ -6,7 +6,7 @@
 #include "capture/project/relit_project.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/topology.h"
-#include "patinate/atlas/uv_layout.h"
+#include "patinate/atlas/atlas_mesh.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"

@@ -2,15 +2,14 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/image_control.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_rows.h"
 #include "patinate/atlas/texel_map.h"
-#include "patinate/controls/control_expression.h"
 #include "patinate/controls/control_kinds.h"
 #include "patinate/history/history_sampling.h"
-#include "patinate/history/material_maps.h"
 #include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/numbered_path.h"
 #include "tools/patinate/command_line/output_file.h"

@@ -10,7 +10,6 @@
 #include "patinate/atlas/atlas_mesh.h"
 #include "patinate/atlas/dilate.h"
 #include "patinate/atlas/texel_map.h"
-#include "patinate/atlas/uv_layout.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"

@@ -4,7 +4,7 @@
 #include <memory>
 #include <utility>
 
-#include "patinate/history/material_maps.h"
+#include "patinate/history/history_sampling.h"
 #include "patinate/image/color.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/services/aging_mesh.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "patinate/atlas/atlas_choice.h"
+#include "patinate/atlas/atlas_mesh.h"
 #include "patinate/atlas/texel_map.h"
 #include "patinate/geometry/mesh.h"
 #include "tools/patinate/command_line/command_run.h"

@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "patinate/analysis/temporal_curve.h"
 #include "patinate/core/options.h"
 #include "patinate/core/run_control.h"
 #include "patinate/history/history_value.h"
@@ -66,6 +65,18 @@ struct PlaceFactors {
   std::array<double, 3> gain = {};
   std::array<double, 3> base = {};
   double residual = 0.0;  ///< Root mean square over channels and seen times, outliers as well.
+};
+
+/// Uniform cubic B-splines [de Boor 1978] on [low, high], one per channel; beyond the ends the values at the ends hold.
+struct TemporalCurve {
+  double low = 0.0, high = 1.0;                        ///< Of the clock; low < high.
+  std::vector<std::vector<double>> coefficients = {};  ///< For every channel num_intervals() + 3.
+
+  [[nodiscard]] int num_channels() const { return static_cast<int>(coefficients.size()); }
+  [[nodiscard]] int num_intervals() const { return static_cast<int>(coefficients.front().size()) - 3; }
+  [[nodiscard]] double value(int channel, double clock) const;
+  /// Values from equally spaced clocks, both ends among them; >= 2.
+  [[nodiscard]] std::vector<double> samples(int channel, int count) const;
 };
 
 /// What is learned from some places and holds for all.

@@ -1,5 +1,5 @@
 /// \file
-/// Two scans of one object, brought into one frame.
+/// Two scans of one object, brought into one frame; and what their shape leaves open.
 #pragma once
 
 #include <array>
@@ -8,7 +8,6 @@
 #include <string_view>
 #include <vector>
 
-#include "patinate/capture/unconstrained_dof.h"
 #include "patinate/core/options.h"
 #include "patinate/core/run_control.h"
 #include "patinate/geometry/point_cloud.h"
@@ -37,6 +36,18 @@ void describe(OptionVisitor& v, RegistrationOptions& o);
 enum class RegistrationStatus { Converged, IterationLimit, TooFewPairs, Degenerate, PoorFit };
 /// "converged", "iteration limit", ...
 [[nodiscard]] std::string_view name_of(RegistrationStatus status);
+
+/// A degree of freedom that a shape leaves unconstrained, because it slides over itself along it: one rigid motion that
+/// changes nothing.
+struct UnconstrainedDof {
+  enum class Kind { Shift, Turn };
+  Kind kind = Kind::Shift;
+  Vec3 direction = Vec3(0, 0, 1);  ///< Unit: of the shift, or of the turn's axis.
+  Vec3 point = Vec3::Zero();       ///< Turn: on the axis, the one nearest to the origin of the frame.
+  double pitch = 0.0;              ///< Turn: shift along the axis per radian; 0 but for screws.
+};
+/// "shift along (0, 0, 1)", "turn about (0, 0, 1) through (10, 2, 0)".
+[[nodiscard]] std::string text_of(const UnconstrainedDof& motion);
 
 /// What register_pair() found; lengths in the scans' unit.
 struct PairRegistration {

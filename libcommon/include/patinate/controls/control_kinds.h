@@ -12,10 +12,7 @@
 #include "patinate/controls/accessibility.h"
 #include "patinate/controls/distance.h"
 #include "patinate/controls/exposure.h"
-#include "patinate/controls/facing.h"
-#include "patinate/controls/ray_share.h"
 #include "patinate/controls/spray.h"
-#include "patinate/controls/tangent_sphere.h"
 
 namespace patinate {
 

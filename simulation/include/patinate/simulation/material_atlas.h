@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "patinate/simulation/surface_atlas.h"
-#include "patinate/simulation/tile_grid.h"
 
 namespace patinate::simulation {
 

@@ -48,7 +48,7 @@ struct Preset {
   double specular = 0.3;  ///< [0, 1].
 };
 
-/// A mesh in the scene. Its UVs lie in the unit square (atlas_choice.h).
+/// A mesh in the scene. Its UVs lie in the unit square (atlas_mesh.h).
 struct SceneObject {
   std::string name;
   Mesh mesh;  ///< mm, own coordinates.

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "patinate/atlas/atlas_choice.h"
+#include "patinate/atlas/atlas_mesh.h"
 #include "patinate/controls/control_kinds.h"
 #include "patinate/transfer/transfer.h"
 

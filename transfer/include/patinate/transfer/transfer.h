@@ -1,6 +1,6 @@
 /// \file
 /// Transfers a material history onto a mesh: for every texel of its atlas the source coordinates of its value, once for
-/// all times.
+/// all times, the controls that led there, and the figures that judge them.
 #pragma once
 
 #include <array>
@@ -13,13 +13,33 @@
 #include "patinate/core/options.h"
 #include "patinate/core/run_control.h"
 #include "patinate/history/history_value.h"
+#include "patinate/image/image.h"
 #include "patinate/transfer/appearance_space.h"
 #include "patinate/transfer/control_matching.h"
-#include "patinate/transfer/control_spec.h"
-#include "patinate/transfer/coordinate_map.h"
-#include "patinate/transfer/method_options.h"
 
 namespace patinate::transfer {
+
+/// Of TransferMethod::Fast.
+struct MultiLevelOptions {
+  int num_levels = 8;      ///< [1, 8]. Fewer when source or atlas become smaller than 12. Large structures need all.
+  int coarse_passes = 12;  ///< [1, 16]. On each level but the finest.
+  int fine_passes = 2;     ///< [1, 16]. On the finest; the last goes by the energy alone.
+  int num_random = 6;      ///< [0, 64]. Candidates of similar control value a texel and pass.
+  double first_coherence = 0.2;  ///< [0, 1]. Coherence share on the coarsest level; rises to the final one.
+  double coherence_bonus =
+      8.0;  ///< [0, 8]. A candidate that continues no neighbor's source counts (1 + this) times its cost.
+  double reuse_penalty = 1.5;  ///< [0, 8]. ... and this much more for each time its source is already reused.
+};
+void describe(OptionVisitor& v, MultiLevelOptions& o);
+
+/// Of TransferMethod::Reference.
+struct ReferenceOptions {
+  int window_px = 100;           ///< [8, 4096]. Side of the search window.
+  double tolerance = 0.05;       ///< [0, 1]. How near a window's center must be in control value.
+  int num_passes = 3;            ///< [1, 8]. The first sees only texels done before; later ones see all.
+  double first_coherence = 0.1;  ///< [0, 1]. Coherence share of the first pass; rises linearly to the final one.
+};
+void describe(OptionVisitor& v, ReferenceOptions& o);
 
 enum class TransferMethod { Fast, Reference };
 inline constexpr std::array<std::string_view, 2> kTransferMethodNames{"fast", "reference"};
@@ -43,6 +63,25 @@ struct TransferControl {
   ControlRange range;       ///< What 0 and 1 of `values` stand for.
   double weight = 1.0;
   ControlMapping mapping = ControlMapping::Rank;
+};
+
+/// Source pixel (y * width + x) per texel of the atlas; -1 = none (yet).
+using CoordinateMap = std::vector<std::int32_t>;
+
+inline constexpr int kControlSteps = 4095;  ///< Controls are integers in [0, 4095].
+
+using ControlImage = Image<std::uint16_t>;  ///< H x W x C.
+
+/// The figures that transfer.json reports.
+struct EnergyReport {
+  double energy = 0.0;              ///< a C + (1 - a) K, mean over texels.
+  double coherence = 0.0;           ///< C, mean.
+  double control_mismatch = 0.0;    ///< K, mean.
+  double control_error_mean = 0.0;  ///< Mean |P - Q| of the first control, in [0, 1].
+  double control_error_p95 = 0.0;
+  double coherent_share =
+      0.0;  ///< Adjacent texel pairs whose step in the source is that on the surface, to less than a pixel or texel.
+  double used_share = 0.0;  ///< Usable source pixels that appear in the result.
 };
 
 struct TransferResult {

@@ -8,15 +8,15 @@
 #include <string_view>
 #include <vector>
 
+#include "libcommon/core/expression.h"
 #include "patinate/controls/control_map.h"
-#include "patinate/core/expression.h"
 
 namespace patinate {
 
 /// A map that an expression asks for: a kind's name, or a path.
 using ControlName = ExpressionName;
 
-/// A parsed expression over control maps; libcommon/include/patinate/core/expression.h says what it may be.
+/// A parsed expression over control maps; libcommon/core/expression.h says what it may be.
 class ControlExpression {
  public:
   /// @param known_names  What a NAME may be.

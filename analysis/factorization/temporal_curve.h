@@ -1,5 +1,5 @@
 /// \file
-/// One curve per channel over a clock that all places share.
+/// The curve of a factorization as a spline: what decides at one clock, and curves through values.
 #pragma once
 
 #include <array>
@@ -7,19 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "patinate/analysis/factorization.h"
+
 namespace patinate::analysis {
-
-/// Uniform cubic B-splines [de Boor 1978] on [low, high], one per channel; beyond the ends the values at the ends hold.
-struct TemporalCurve {
-  double low = 0.0, high = 1.0;                        ///< Of the clock; low < high.
-  std::vector<std::vector<double>> coefficients = {};  ///< For every channel num_intervals() + 3.
-
-  [[nodiscard]] int num_channels() const { return static_cast<int>(coefficients.size()); }
-  [[nodiscard]] int num_intervals() const { return static_cast<int>(coefficients.front().size()) - 3; }
-  [[nodiscard]] double value(int channel, double clock) const;
-  /// Values from equally spaced clocks, both ends among them; >= 2.
-  [[nodiscard]] std::vector<double> samples(int channel, int count) const;
-};
 
 /// The four coefficients that decide at one clock, and by how much.
 struct CurveBasis {

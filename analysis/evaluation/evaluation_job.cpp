@@ -8,6 +8,7 @@
 
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
+#include "libcommon/image/filters.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/output/html_page.h"
 #include "patinate/core/error.h"
@@ -19,7 +20,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 3;  ///< Raised when the same input gives other figures.
+constexpr std::int64_t kStageVersion = 4;  ///< Raised when the same input gives other figures.
+constexpr int kLongestSide = 1600;         ///< Of a picture on the page, pixels.
 
 fs::path item_file(std::size_t i) { return fs::path(kJobWorkFolder) / ("map" + std::to_string(i) + ".json"); }
 
@@ -27,6 +29,15 @@ ImageF source_picture(const SynthesisSource& source) {
   ImageF linear = source.frames.back();
   for (float& v : linear.values()) v = linear_from_srgb(v / 255.0f);
   return linear;
+}
+
+/// No larger than a page needs; the caption says so.
+void limit_size(Picture& picture, const RunControl& control) {
+  const int w = picture.image.width(), h = picture.image.height(), longest = std::max(w, h);
+  if (longest <= kLongestSide) return;
+  const auto limited = [&](int n) { return std::max(1, static_cast<int>(std::int64_t{n} * kLongestSide / longest)); };
+  picture.image = downscale_area(picture.image, limited(w), limited(h), control);
+  picture.caption += " (" + size_text(w, h) + ", shown at " + size_text(limited(w), limited(h)) + ")";
 }
 
 /// What an item finds of its map.
@@ -69,6 +80,7 @@ EvaluatedMap evaluated(const EvaluationItem& item, const EvaluationOptions& opti
       .pictures = {{"source", "The source at the last of the compared times", source_picture(opened.source)}}};
   std::move(made.figures.begin(), made.figures.end(), std::back_inserter(map.figures));
   std::move(made.pictures.begin(), made.pictures.end(), std::back_inserter(map.pictures));
+  for (Picture& p : map.pictures) limit_size(p, control);
   embed_pictures(map.pictures, scratch);
   return map;
 }

@@ -85,6 +85,17 @@ class Evaluate(unittest.TestCase):
         self.assertFalse("http:" in page)
         self.assertIn("up to date", patinate(*arguments).stderr)
 
+    def test_lines_are_measured_at_each_threshold(self):
+        report = json.loads(patinate("evaluate", "same.nnf", "--history", "crackle", "--control", "thickness=crackle/controls/thickness.exr", "--audits", 0, "--samples", 500, "-o", "lines", "--json").stdout)
+        same, lines = figures(report, "same"), report["maps"][0]["lines"]
+        self.assertEqual([line["kind"] for line in lines[:3]], ["dark"] * 3)
+        self.assertEqual(same["border_contrast"]["value"], 1)
+        self.assertEqual(same["rep_all"]["value"], 0)
+        for name in ("line_share", "dead_ends", "closed_share", "line_length", "line_length_q4"):
+            self.assertEqual(same[name]["value"], same[name]["split"], name)
+            apart = [f["value"] for line in lines[:3] for f in line["figures"] if f["name"] == name]
+            self.assertAlmostEqual(same[name]["value"], sum(apart) / 3, 6)
+
     def test_pictures_are_no_larger_than_a_page_needs(self):
         write_nnf(WORK / "long.nnf", 1800, 16, lambda x, y: (x % WIDTH, y))
         write_png16(WORK / "long.png", 1800, 16, lambda x, y: (x * 36, 0, 0))

@@ -4,6 +4,7 @@
 
 #include "analysis/compare/sections.h"
 #include "analysis/cracks/crack_network.h"
+#include "analysis/cracks/line_mask.h"
 #include "analysis/figures/block_values.h"
 #include "libcommon/core/median.h"
 #include "libcommon/core/text.h"

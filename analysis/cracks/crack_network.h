@@ -48,25 +48,10 @@ struct CrackNetwork {
   }
 };
 
-/// One pixel wide center lines, 8-connected [Zhang and Suen 1984], without the stairs that their method leaves of
-/// slanted lines. @param cracks  H x W, not 0 = crack.
-[[nodiscard]] ImageU8 thinned(const ImageU8& cracks);
-
 /// @param cracks  H x W, not 0 = crack. @param mask  H x W, 0 = outside; may be empty.
 /// @param arm_px  Distance from a junction at which its arms' directions are taken, [3, 1000]: beyond the width of
 /// cracks, below the size of cells.
 /// @throws InvalidInput if sizes differ, the mask is empty everywhere or arm_px is out of range.
 [[nodiscard]] CrackNetwork measure_cracks(const ImageU8& cracks, const ImageU8& mask, double arm_px);
-
-/// Settings of find_cracks().
-struct CrackFinder {
-  int reach_px = 5;           ///< Half the width of the widest crack, [1, 100].
-  double least_contrast = 4;  ///< Lightness by which a crack is darker than what surrounds it, L*; > 0.
-  int least_area_px = 30;     ///< Smaller dark spots are no cracks.
-};
-/// Dark lines: what a closing by a square of 2 reach_px + 1 fills by more than Otsu's threshold [Otsu 1979] of all that
-/// it fills, or by more than least_contrast if that is more. @param lightness  H x W, L*. @returns 0 / 255.
-/// @throws InvalidInput if sizes differ or a setting is out of range.
-[[nodiscard]] ImageU8 find_cracks(const ImageF& lightness, const ImageU8& mask, const CrackFinder& settings = {});
 
 }  // namespace patinate::analysis

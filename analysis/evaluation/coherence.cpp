@@ -48,11 +48,6 @@ Vec2 source_step(const SourceIndices& source, TexelId a, TexelId b) {
   return {source.x(b) - source.x(a), source.y(b) - source.y(a)};
 }
 
-bool follows_surface(const SourceIndices& source, const TexelPair& pair, const SourceScale& scale) {
-  const Vec2 error = source_step(source, pair.first, pair.second) - pair.offset_mm / scale.pixel_mm;
-  return error.cwiseAbs().maxCoeff() <= kStepTolerance * scale.unit_px;
-}
-
 double color_difference(const ImageF& frame, std::int32_t a, std::int32_t b) {
   const float* p = frame.data() + std::int64_t{a} * 3;
   const float* q = frame.data() + std::int64_t{b} * 3;
@@ -152,6 +147,11 @@ std::optional<double> span_ratio(const TexelMap& surface, const SourceIndices& s
 }
 
 }  // namespace
+
+bool follows_surface(const SourceIndices& source, const TexelPair& pair, const SourceScale& scale) {
+  const Vec2 error = source_step(source, pair.first, pair.second) - pair.offset_mm / scale.pixel_mm;
+  return error.cwiseAbs().maxCoeff() <= kStepTolerance * scale.unit_px;
+}
 
 CoherenceFigures measure_coherence(const TexelMap& surface, const SourceIndices& source, const SourceScale& scale) {
   Pieces pieces(static_cast<std::size_t>(surface.num_texels()));

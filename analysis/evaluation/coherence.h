@@ -26,6 +26,9 @@ struct SourceScale {
   double unit_px = 1.0;  ///< What a place in the source is known to: 2^k pixels where the source was halved k times, or
                          ///< a texel where that is more.
 };
+/// Whether the step in the source is that on the surface, to less than a unit.
+[[nodiscard]] bool follows_surface(const SourceIndices& source, const TexelPair& pair, const SourceScale& scale);
+
 [[nodiscard]] CoherenceFigures measure_coherence(const TexelMap& surface, const SourceIndices& source,
                                                  const SourceScale& scale);
 

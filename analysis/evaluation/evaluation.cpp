@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "analysis/evaluation/coherence.h"
+#include "analysis/evaluation/copied_pieces.h"
 #include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/image/filters.h"
@@ -94,6 +95,8 @@ struct Work {
   void add_seams();
   void add_scale();
   void add_explained(const MadePicture* made);
+  void add_lines();
+  void add_borders();
 };
 
 void Work::add_control_error() {
@@ -177,6 +180,8 @@ void Work::add_reuse() {
   const ReuseFigures f = measure_reuse(surface, indices, usable);
   add(figure("rep64", "Texels whose source shows again 4 to 64 px away (M6)", "", f.rep64, ""));
   add(figure("used_share", "Source pixels that show anywhere (M6)", "", f.used_share, ""));
+  add(figure("rep_all", "Texels whose source is used more than evenly, anywhere (M6)", "",
+             measure_overuse(surface, indices, usable, surface.median_texel_size_mm() / scale.pixel_mm), ""));
   ImageF repeated(surface.width(), surface.height());
   for (TexelId t = 0; t < surface.num_texels(); ++t)
     repeated.data()[t] = static_cast<float>(f.is_repeated[static_cast<std::size_t>(t)]);
@@ -217,6 +222,20 @@ void Work::add_explained(const MadePicture* made) {
   }
   add(figure("explained_pixels", "Pixels of the tool's picture that are the source at its coordinates (M9)", "", share,
              "no picture was given"));
+}
+
+void Work::add_lines() {
+  StructureFigures f =
+      measure_lines(source, map, indices, surface.median_texel_size_mm() / scale.pixel_mm, control.part(0.85, 0.95));
+  for (Figure& made : f.figures) add(std::move(made));
+  for (Picture& p : f.pictures) picture(p.name, p.caption, std::move(p.image));
+  out.lines = std::move(f.lines);
+}
+
+void Work::add_borders() {
+  const BorderFigures f = measure_borders(surface, indices, source, scale, control.part(0.95, 1.0));
+  add(figure("border_contrast", "Differences over borders of copied pieces against the source's own (M12)", "",
+             f.contrast, "the source is flat where pieces meet"));
 }
 
 /// @param wanted  Source pixels of a texel; 0: what sizes say.
@@ -271,7 +290,7 @@ Evaluation evaluate(const SynthesisSource& source, const SynthesizedMap& map, co
             .coverage = map.surface->coverage(),
             .frames = frames,
             .scale = scale_of(*frames, source.pixel_mm, *map.surface, options.source_step),
-            .out = {.name = map.name, .figures = {}, .pictures = {}, .hash = {}}};
+            .out = {.name = map.name, .figures = {}, .pictures = {}, .lines = {}, .hash = {}}};
   const std::vector<std::int32_t>& all = work.indices.all();
   work.out.hash = ContentHash().add(std::as_bytes(std::span(all))).hex();
   ImageF shown = gathered(source.frames.back(), work.indices, *map.surface, 0.0f);
@@ -292,6 +311,8 @@ Evaluation evaluate(const SynthesisSource& source, const SynthesizedMap& map, co
   work.add_seams();
   work.add_scale();
   work.add_explained(made);
+  work.add_lines();
+  work.add_borders();
   control.report(1.0);
   return std::move(work.out);
 }

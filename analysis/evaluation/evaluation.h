@@ -1,5 +1,5 @@
 /// \file
-/// How good a texture synthesis is, whichever tool made it: the metrics M2-M10 of one coordinate map as figures and
+/// How good a texture synthesis is, whichever tool made it: the metrics M2-M12 of one coordinate map as figures and
 /// maps.
 #pragma once
 
@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/evaluation/structure_figures.h"
 #include "analysis/evaluation/synthesized_map.h"
 #include "analysis/evaluation/texture_distance.h"
 #include "patinate/analysis/report_parts.h"
@@ -34,14 +35,16 @@ struct Evaluation {
   std::string name;
   std::vector<Figure> figures;
   std::vector<Picture> pictures;
-  std::string hash;  ///< M10: of the rounded coordinates; equal maps have equal ones.
+  std::vector<LineFigures> lines;  ///< What the figures of lines (M11) are means of.
+  std::string hash;                ///< M10: of the rounded coordinates; equal maps have equal ones.
 };
 
 /// Figures, in this order; those that cannot be had are undefined and say why:
 /// control_error_mean, control_error_p95 (M2: |Ps(s(t)) - Pt(t)|), control_error_s3_mean, control_error_s3_p95 (both
 /// maps under a Gaussian of 3 px first), coherent_share, texels_per_piece (M3), patch_swd, gradient_emd, spectrum (M4),
-/// joint_swd (M5), rep64, used_share (M6), seam_gradient_ratio, seam_coherence_ratio (M7), scale_error_median,
-/// scale_error_p99 (M8), explained_pixels (M9). M4 and M5 have as `split` what two draws from the source itself give.
+/// joint_swd (M5), rep64, used_share, rep_all (M6), seam_gradient_ratio, seam_coherence_ratio (M7), scale_error_median,
+/// scale_error_p99 (M8), explained_pixels (M9), those of
+/// measure_lines() (M11), border_contrast (M12). M4 and M5 have as `split` what two draws from the source itself give.
 /// @throws InvalidInput if sizes do not fit. Same bits for any number of threads.
 [[nodiscard]] Evaluation evaluate(const SynthesisSource& source, const SynthesizedMap& map,
                                   const EvaluationOptions& options, std::uint64_t seed,

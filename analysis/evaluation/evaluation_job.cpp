@@ -8,6 +8,7 @@
 
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
+#include "libcommon/image/filters.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/output/html_page.h"
 #include "patinate/core/error.h"
@@ -19,7 +20,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 3;  ///< Raised when the same input gives other figures.
+constexpr std::int64_t kStageVersion = 4;  ///< Raised when the same input gives other figures.
+
+constexpr int kLongestSide = 1600;  ///< Of a picture on the page, pixels.
 
 fs::path item_file(std::size_t i) { return fs::path(kJobWorkFolder) / ("map" + std::to_string(i) + ".json"); }
 
@@ -29,28 +32,54 @@ ImageF source_picture(const SynthesisSource& source) {
   return linear;
 }
 
+/// No larger than a page needs; the caption says so.
+void limit_size(Picture& picture, const RunControl& control) {
+  const int w = picture.image.width(), h = picture.image.height(), longest = std::max(w, h);
+  if (longest <= kLongestSide) return;
+  const auto limited = [&](int n) { return std::max(1, static_cast<int>(std::int64_t{n} * kLongestSide / longest)); };
+  picture.image = downscale_area(picture.image, limited(w), limited(h), control);
+  picture.caption += " (" + size_text(w, h) + ", shown at " + size_text(limited(w), limited(h)) + ")";
+}
+
+const char* kind_name(LineKind kind) { return kind == LineKind::Dark ? "dark" : "bright"; }
+
+Json figures_json(const std::vector<Figure>& figures) {
+  Json list = Json::array();
+  for (const Figure& f : figures) list.push_back(figure_json(f));
+  return list;
+}
+
+Json lines_json(const std::vector<LineFigures>& lines) {
+  Json list = Json::array();
+  for (const LineFigures& l : lines)
+    list.push_back({{"kind", kind_name(l.kind)}, {"threshold", l.threshold}, {"figures", figures_json(l.figures)}});
+  return list;
+}
+
 /// What an item finds of its map.
 struct EvaluatedMap {
   std::string name, about, hash;  ///< Of the item, of the item, of the Evaluation.
   std::vector<Figure> figures;
+  Json lines = Json::array();
   std::vector<Picture> pictures;  ///< With their sources.
 };
 
 Json map_json(const EvaluatedMap& map) {
-  Json json{{"name", map.name},
-            {"about", map.about},
-            {"hash", map.hash},
-            {"figures", Json::array()},
-            {"pictures", Json::array()}};
-  for (const Figure& f : map.figures) json["figures"].push_back(figure_json(f));
+  Json json{{"name", map.name},   {"about", map.about},
+            {"hash", map.hash},   {"figures", figures_json(map.figures)},
+            {"lines", map.lines}, {"pictures", Json::array()}};
   for (const Picture& p : map.pictures) json["pictures"].push_back(picture_json(p));
   return json;
 }
 
 /// The inverse of map_json().
 EvaluatedMap map_from_json(const Json& json) {
-  EvaluatedMap map{
-      .name = json.at("name"), .about = json.at("about"), .hash = json.at("hash"), .figures = {}, .pictures = {}};
+  EvaluatedMap map{.name = json.at("name"),
+                   .about = json.at("about"),
+                   .hash = json.at("hash"),
+                   .figures = {},
+                   .lines = json.at("lines"),
+                   .pictures = {}};
   for (const Json& f : json.at("figures")) map.figures.push_back(figure_from_json(f));
   for (const Json& p : json.at("pictures")) map.pictures.push_back(picture_from_json(p));
   return map;
@@ -66,9 +95,11 @@ EvaluatedMap evaluated(const EvaluationItem& item, const EvaluationOptions& opti
       .about = item.about,
       .hash = std::move(made.hash),
       .figures = std::move(opened.more),
+      .lines = lines_json(made.lines),
       .pictures = {{"source", "The source at the last of the compared times", source_picture(opened.source)}}};
   std::move(made.figures.begin(), made.figures.end(), std::back_inserter(map.figures));
   std::move(made.pictures.begin(), made.pictures.end(), std::back_inserter(map.pictures));
+  for (Picture& p : map.pictures) limit_size(p, control);
   embed_pictures(map.pictures, scratch);
   return map;
 }
@@ -111,8 +142,11 @@ void write_report(const fs::path& folder, const EvaluationTask& task, const std:
   page.paragraph(
       "Every texel of a synthesis shows a place of its source; these figures say how well it follows its control, how "
       "well it hangs together, and how much its statistics are the source's. "
-      "In brackets: the same for two draws from the source itself, which nothing can be better than. Less is better, "
-      "except for the two figures M3, the share used (M6), and those at seams, where 1 is best. "
+      "In brackets: the same for the source itself (M4, M5: for two draws from it, which nothing can be better than). "
+      "Less "
+      "is better, except for the two figures M3, the share used (M6), those at seams and at borders of pieces (M7, "
+      "M12), "
+      "where 1 is best, and those of lines (M11), where the source's own are. "
       "M1 says how far a search went towards the least energy, not how good the texture looks: the least energy is "
       "smooth and repeats itself.");
   add_table(page, maps);
@@ -123,12 +157,14 @@ void write_report(const fs::path& folder, const EvaluationTask& task, const std:
     std::vector<HtmlPicture> pictures;
     for (const Picture& p : map.pictures) pictures.push_back({p.source, p.caption});
     page.pictures(pictures);
-    Json figures = Json::array();
     for (const Figure& f : map.figures) {
       if (!f.value) page.paragraph(f.title + ": undefined, " + f.undefined + ".");
-      figures.push_back(figure_json(f));
     }
-    list.push_back({{"name", map.name}, {"about", map.about}, {"hash", map.hash}, {"figures", std::move(figures)}});
+    list.push_back({{"name", map.name},
+                    {"about", map.about},
+                    {"hash", map.hash},
+                    {"figures", figures_json(map.figures)},
+                    {"lines", map.lines}});
   }
   Json options = Json::object();
   for (const auto& [name, value] : option_values(task.options)) options[name] = value;

@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """How good a texture is, as a user would ask. Usage: evaluate_test.py PATINATE [unittest arguments]"""
+import base64
 import json
 import pathlib
+import re
 import shutil
 import struct
 import subprocess
@@ -82,6 +84,28 @@ class Evaluate(unittest.TestCase):
         page = (WORK / "report/evaluation.html").read_text()
         self.assertFalse("http:" in page)
         self.assertIn("up to date", patinate(*arguments).stderr)
+
+    def test_lines_are_measured_at_each_threshold(self):
+        report = json.loads(patinate("evaluate", "same.nnf", "--history", "crackle", "--control", "thickness=crackle/controls/thickness.exr", "--audits", 0, "--samples", 500, "-o", "lines", "--json").stdout)
+        same, lines = figures(report, "same"), report["maps"][0]["lines"]
+        self.assertEqual([line["kind"] for line in lines[:3]], ["dark"] * 3)
+        self.assertEqual(same["border_contrast"]["value"], 1)
+        self.assertEqual(same["rep_all"]["value"], 0)
+        for name in ("line_share", "dead_ends", "closed_share", "line_length", "line_length_q4"):
+            self.assertEqual(same[name]["value"], same[name]["split"], name)
+            apart = [f["value"] for line in lines[:3] for f in line["figures"] if f["name"] == name]
+            self.assertAlmostEqual(same[name]["value"], sum(apart) / 3, 6)
+
+    def test_pictures_are_no_larger_than_a_page_needs(self):
+        write_nnf(WORK / "long.nnf", 1800, 16, lambda x, y: (x % WIDTH, y))
+        write_png16(WORK / "long.png", 1800, 16, lambda x, y: (x * 36, 0, 0))
+        result = patinate("evaluate", "long.nnf", "--history", "crackle", "--control", "thickness=long.png", "--audits", 0, "--samples", 500, "-o", "long")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        page = (WORK / "long/evaluation.html").read_text()
+        self.assertIn("(1800 x 16, shown at 1600 x 14)", page)
+        sizes = [struct.unpack(">II", base64.b64decode(data[:64])[16:24]) for data in re.findall(r"data:image/png;base64,([A-Za-z0-9+/=]+)", page)]
+        self.assertEqual(max(width for width, _ in sizes), 1600)
+        self.assertIn((WIDTH, HEIGHT), sizes)
 
     def test_a_png_of_codes_says_the_same_as_raw_numbers(self):
         found = [json.loads(patinate("evaluate", file, "--history", "crackle", "--samples", 500, *more, "-o", file + ".report", "--json").stdout)["maps"][0]

@@ -7,6 +7,8 @@
 #include <functional>
 #include <limits>
 
+#include "analysis/cracks/line_mask.h"
+#include "analysis/cracks/line_pixels.h"
 #include "libcommon/core/random.h"
 #include "libcommon/metrics/color_curves.h"
 #include "patinate/core/error.h"

@@ -6,6 +6,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 #include "transfer/exemplar/principal_components.h"
+#include "transfer/exemplar/structure.h"
 
 namespace patinate::transfer {
 
@@ -16,6 +17,8 @@ void describe(OptionVisitor& v, AppearanceOptions& o) {
           o.max_frames);
   v.visit({"appearance_samples", "Pixels from which the appearance components are found", "", between(64, 65536)},
           o.num_samples);
+  v.visit({"structure", "What lines, such as cracks, count beside colors; 0: none are looked for", "", between(0, 10)},
+          o.structure);
 }
 
 std::vector<int> compared_frames(int num_frames, int max_frames) {
@@ -117,10 +120,9 @@ double spatial_weight(int dx, int dy, int radius) {
   return (1.0 - std::abs(dx) / (radius + 1.0)) * (1.0 - std::abs(dy) / (radius + 1.0));
 }
 
-/// The weighted components of the pixels around (x, y), clamped at the image border: kAppearanceSize (2r + 1)^2
-/// numbers.
+/// The weighted components of the pixels around (x, y), clamped at the image border: C (2r + 1)^2 numbers.
 Eigen::VectorXd neighborhood_vector(const ImageF& image, int x, int y, int radius) {
-  Eigen::VectorXd v(kAppearanceSize * (2 * radius + 1) * (2 * radius + 1));
+  Eigen::VectorXd v(image.channels() * (2 * radius + 1) * (2 * radius + 1));
   Eigen::Index i = 0;
   for (int dy = -radius; dy <= radius; ++dy) {
     for (int dx = -radius; dx <= radius; ++dx) {
@@ -136,9 +138,9 @@ Eigen::VectorXd neighborhood_vector(const ImageF& image, int x, int y, int radiu
 ImageF spatial_projection(const ImageF& image, const ImageU8& mask, const AppearanceOptions& options,
                           const RunControl& control) {
   const int radius = options.spatial_radius_px;
-  if (radius == 0) return image;
+  if (radius == 0 && image.channels() == kAppearanceSize) return image;
   const std::vector<std::int64_t> pixels = sample_pixels(mask, options.num_samples);
-  const Eigen::Index size = kAppearanceSize * (2 * radius + 1) * (2 * radius + 1);
+  const Eigen::Index size = image.channels() * (2 * radius + 1) * (2 * radius + 1);
   SampleMatrix samples(static_cast<Eigen::Index>(pixels.size()), size);
   for (std::size_t i = 0; i < pixels.size(); ++i) {
     if (i % kLook == 0) control.throw_if_stopped();
@@ -180,6 +182,22 @@ double total_variance(const ImageF& image, const ImageU8& mask, const RunControl
   return total;
 }
 
+/// Components and structure, whose variance becomes `share` of theirs.
+ImageF with_structure(const ImageF& image, const SourceStructure& structure, const ImageU8& mask, double share,
+                      const RunControl& control) {
+  const double own = total_variance(image, mask, control), other = total_variance(structure.channels, mask, control);
+  const auto scale = static_cast<float>(other > 0.0 ? std::sqrt(share * own / other) : 0.0);
+  const int n = structure.channels.channels();
+  ImageF result(image.width(), image.height(), image.channels() + n);
+  for (std::int64_t p = 0; p < image.num_pixels(); ++p) {
+    if (p % kLook == 0) control.throw_if_stopped();
+    float* out = result.data() + p * result.channels();
+    out = std::copy_n(image.data() + p * image.channels(), image.channels(), out);
+    for (int c = 0; c < n; ++c) out[c] = scale * structure.channels.data()[p * n + c];
+  }
+  return result;
+}
+
 /// Integers in which the whole spread has a standard deviation of a third of the limit.
 AppearanceImage quantize(const ImageF& image, double variance, double& quantized_variance, const RunControl& control) {
   const double scale = variance > 1e-20 ? kAppearanceLimit / (3.0 * std::sqrt(variance)) : 0.0;
@@ -201,6 +219,10 @@ AppearanceSpace build_appearance_space(const History& history, int num_levels, c
   AppearanceSpace space;
   ImageU8 mask = given_mask.empty() ? history.read_mask() : given_mask;
   ImageF projected = temporal_projection(history, mask, options, space.explained_variance, control.part(0.0, 0.8));
+  if (options.structure > 0.0) {
+    const SourceStructure structure = find_structure(history, mask, quiet(control));
+    if (!structure.empty()) projected = with_structure(projected, structure, mask, options.structure, control);
+  }
   for (int level = 0; level < num_levels; ++level) {
     const bool has_inside =
         std::any_of(mask.values().begin(), mask.values().end(), [](std::uint8_t m) { return m != 0; });

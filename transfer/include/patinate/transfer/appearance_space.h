@@ -16,7 +16,7 @@
 namespace patinate::transfer {
 
 inline constexpr int kAppearanceVersion =
-    1;  ///< Raised when the same history gives other integers: kept ones are then regenerated.
+    2;  ///< Raised when the same history gives other integers: kept ones are then regenerated.
 inline constexpr int kAppearanceSize = 8;     ///< Components per pixel: eight int16, one SSE register.
 inline constexpr int kAppearanceLimit = 511;  ///< Components lie in [-511, 511]: differences squared fit our sums.
 
@@ -26,6 +26,7 @@ struct AppearanceOptions {
   int spatial_radius_px = 1;  ///< [0, 3]. Neighbors that count into a pixel's appearance; 0 = color over time only.
   int max_frames = 96;        ///< [2, 128]. Longer histories are compared at this many evenly spaced frames.
   int num_samples = 8192;     ///< [64, 65536]. Pixels from which the components are found.
+  double structure = 1.0;     ///< [0, 10]. Variance of structure (lines, if the source has any) beside that of colors.
 };
 void describe(OptionVisitor& v, AppearanceOptions& o);
 

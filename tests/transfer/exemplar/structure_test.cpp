@@ -1,0 +1,92 @@
+#include "transfer/exemplar/structure.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "libcommon/core/random.h"
+
+namespace patinate::transfer {
+namespace {
+
+constexpr int kSide = 160;
+constexpr int kCell = 32;
+
+ImageF picture(const std::function<float(int x, int y)>& lightness) {
+  ImageF image(kSide, kSide);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) image.at(x, y) = lightness(x, y);
+  }
+  return image;
+}
+
+/// Lines two pixels wide, every kCell pixels, and a little noise.
+bool is_on_line(int x, int y) { return x % kCell < 2 || y % kCell < 2; }
+float noise(int x, int y) {
+  return static_cast<float>(
+      RandomStream(1, static_cast<std::uint64_t>(y) * kSide + static_cast<std::uint64_t>(x)).uniform());
+}
+ImageF grid(float line, float cell) {
+  return picture([=](int x, int y) { return (is_on_line(x, y) ? line : cell) + noise(x, y); });
+}
+
+ImageU8 everything() { return ImageU8(kSide, kSide, 1, 255); }
+
+TEST(Structure, OfAGridAreItsLines) {
+  for (bool dark : {true, false}) {
+    const SourceStructure structure = find_structure(dark ? grid(40, 70) : grid(70, 40), everything());
+    ASSERT_FALSE(structure.empty());
+    EXPECT_EQ(structure.is_dark, dark);
+    constexpr double kShare = 1.0 - (kCell - 2.0) * (kCell - 2.0) / (1.0 * kCell * kCell);
+    EXPECT_NEAR(structure.share, kShare, 0.01);  // At the picture's border a closing sees half a line.
+    // The middle of a cell lies 15 pixels from a line, and 98 % of the pixels lie nearer.
+    EXPECT_GT(structure.scale_px, 10.0);
+    EXPECT_LE(structure.scale_px, 16.0);
+    const auto line = structure.channels.pixel(kCell, kCell + 10),
+               cell = structure.channels.pixel(kCell + 16, kCell + 16);
+    EXPECT_EQ(line[0], 0.0f);
+    EXPECT_GT(cell[0], 1.0f);
+    EXPECT_GT(line[3], 0.9f);
+    EXPECT_EQ(cell[3], 0.0f);
+  }
+}
+
+TEST(Structure, ChannelsKeepTheirRange) {
+  const SourceStructure structure = find_structure(grid(20, 90), everything());
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      for (int c = 0; c < kStructureSize; ++c) {
+        ASSERT_GE(structure.channels.at(x, y, c), 0.0f);
+        ASSERT_LE(structure.channels.at(x, y, c), c < 2 ? 2.0f : 1.0f);
+      }
+    }
+  }
+}
+
+TEST(Structure, NeitherNoiseNorSpotsNorAFlatPictureHaveAny) {
+  EXPECT_TRUE(find_structure(picture([](int x, int y) { return 50.0f + 20.0f * noise(x, y); }), everything()).empty());
+  EXPECT_TRUE(find_structure(picture([](int, int) { return 50.0f; }), everything()).empty());
+  const auto spots = [](int x, int y) {
+    const int dx = x % kCell - kCell / 2, dy = y % kCell - kCell / 2;
+    return dx * dx + dy * dy < 25 ? 30.0f : 70.0f;
+  };
+  EXPECT_TRUE(find_structure(picture(spots), everything()).empty());
+}
+
+TEST(Structure, WhatLiesOutsideOfTheMaskIsNotLookedAt) {
+  ImageU8 mask = everything();
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = kSide / 2; x < kSide; ++x) mask.at(x, y) = 0;
+  }
+  const ImageF half =
+      picture([](int x, int y) { return x >= kSide / 2 && is_on_line(x, y) ? 30.0f : 70.0f + noise(x, y); });
+  EXPECT_TRUE(find_structure(half, mask).empty());
+  EXPECT_FALSE(find_structure(half, everything()).empty());
+}
+
+TEST(Structure, APictureSmallerThanAnyLineHasNone) {
+  EXPECT_TRUE(find_structure(ImageF(4, 4), ImageU8(4, 4, 1, 255)).empty());
+}
+
+}  // namespace
+}  // namespace patinate::transfer

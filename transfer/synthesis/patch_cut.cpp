@@ -1,0 +1,262 @@
+#include "transfer/synthesis/patch_cut.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc/detail/gcgraph.hpp>
+
+namespace patinate::transfer {
+
+namespace {
+
+constexpr std::int32_t kOne = PixelNeighbor::kOne;
+constexpr int kNumRim = 160, kNumSpread = 16;
+constexpr int kApart_px = 4;                // Candidates nearer to each other are one.
+constexpr int kNumCommon = 4;               // Pieces that are in the patch already.
+constexpr std::int32_t kMostOff = 1200;     // A rim texel that differs by more is no worse: the cut goes round it.
+constexpr std::int32_t kNever = 1'000'000;  // Cost of a texel where nothing can be copied.
+
+FixedPoint operator+(const FixedPoint& a, const FixedPoint& b) { return {a.x + b.x, a.y + b.y}; }
+FixedPoint operator-(const FixedPoint& a, const FixedPoint& b) { return {a.x - b.x, a.y - b.y}; }
+bool is_near(const FixedPoint& a, const FixedPoint& b, std::int32_t most) {
+  return std::abs(a.x - b.x) <= most && std::abs(a.y - b.y) <= most;
+}
+FixedPoint middle_of(std::int32_t pixel, std::int32_t width) { return {pixel % width * kOne, pixel / width * kOne}; }
+
+/// Every count-th of n things, evenly.
+template <class Visit>
+void for_each_of(std::size_t n, std::size_t count, const Visit& visit) {
+  count = std::min(n, count);
+  for (std::size_t i = 0; i < count; ++i) visit(i * n / count);
+}
+
+}  // namespace
+
+std::int32_t PatchCut::unary(TexelId texel, const Place& place) const {
+  return place.pixel < 0 ? kNever : task_.control_cost.at(task_.destination.target(texel), place.pixel);
+}
+
+void PatchCut::begin(const SurfacePatch& patch, const PlaceMap& places) {
+  current_.clear();
+  unary_cost_.clear();
+  outside_.clear();
+  seam_cost_.clear();
+  for (const PatchTexel& t : patch.texels) {
+    current_.push_back(places.at(t.texel));
+    unary_cost_.push_back(unary(t.texel, current_.back()));
+  }
+  for (const PatchEdge& e : patch.edges) {
+    const FixedPoint& first = current_[static_cast<std::size_t>(e.first)].point;
+    outside_.push_back(e.second < 0 ? places.point(e.outside) : FixedPoint{});
+    const FixedPoint& second = e.second < 0 ? outside_.back() : current_[static_cast<std::size_t>(e.second)].point;
+    seam_cost_.push_back(e.weight * task_.features.seam(first, second, e.step));
+  }
+}
+
+std::int64_t PatchCut::score(const FixedPoint& center, std::int64_t bound) const {
+  std::int64_t sum = 0;
+  for (const ControlSample& s : spread_) {
+    const FixedPoint at = center + s.offset;
+    const std::int32_t pixel = task_.features.pixel_at(at.x, at.y);
+    sum += spread_weight_ * (pixel < 0 ? kMostOff : task_.control_cost.at(task_.destination.target(s.texel), pixel));
+  }
+  for (std::size_t i = 0; i < rim_.size() && sum < bound; ++i) {
+    const FixedPoint at = center + rim_[i].offset;
+    const std::int32_t pixel = task_.features.pixel_at(at.x, at.y);
+    sum += rim_weight_ * (pixel < 0 ? 2 * kMostOff : std::min(kMostOff, task_.features.distance(pixel, rim_[i].pixel)));
+  }
+  return sum;
+}
+
+void PatchCut::consider(const FixedPoint& center) {
+  const auto num_kept = static_cast<std::size_t>(task_.num_tried);
+  const std::int64_t bound = best_.size() < num_kept ? std::numeric_limits<std::int64_t>::max() : best_.back().score;
+  for (const Candidate& c : best_) {
+    if (is_near(c.center, center, kOne / 2)) return;
+  }
+  const Candidate candidate{center, score(center, bound)};
+  if (candidate.score >= bound) return;
+  for (auto it = best_.begin(); it != best_.end(); ++it) {
+    if (!is_near(it->center, center, kApart_px * kOne)) continue;
+    if (it->score <= candidate.score) return;
+    best_.erase(it);
+    break;
+  }
+  const auto at = std::upper_bound(best_.begin(), best_.end(), candidate.score,
+                                   [](std::int64_t s, const Candidate& c) { return s < c.score; });
+  best_.insert(at, candidate);
+  if (best_.size() > num_kept) best_.pop_back();
+}
+
+/// To the least score near it, by steps of 2 and 1 pixels.
+void PatchCut::settle(Candidate& candidate) const {
+  for (int step : {2, 1}) {
+    bool moved = true;
+    for (int round = 0; moved && round < 3; ++round) {
+      moved = false;
+      const FixedPoint from = candidate.center;
+      for (const FixedPoint& d :
+           {FixedPoint{step, 0}, FixedPoint{-step, 0}, FixedPoint{0, step}, FixedPoint{0, -step}}) {
+        const FixedPoint center{from.x + d.x * kOne, from.y + d.y * kOne};
+        const std::int64_t s = score(center, candidate.score);
+        if (s >= candidate.score) continue;
+        candidate = {center, s};
+        moved = true;
+      }
+    }
+  }
+}
+
+std::vector<FixedPoint> PatchCut::common_centers(const SurfacePatch& patch) const {
+  struct Vote {
+    std::int64_t key;
+    std::size_t texel;
+  };
+  std::vector<Vote> votes;
+  for_each_of(patch.texels.size(), 1024, [&](std::size_t i) {
+    const FixedPoint center = current_[i].point - patch.texels[i].offset;
+    votes.push_back({(std::int64_t{whole_pixels(center.y)} << 32) + whole_pixels(center.x), i});
+  });
+  std::stable_sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) { return a.key < b.key; });
+  std::vector<std::pair<std::size_t, std::size_t>> counted;  // How often, where first.
+  for (std::size_t i = 0; i < votes.size();) {
+    std::size_t end = i;
+    while (end < votes.size() && votes[end].key == votes[i].key) ++end;
+    counted.emplace_back(end - i, votes[i].texel);
+    i = end;
+  }
+  std::stable_sort(counted.begin(), counted.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<FixedPoint> centers;
+  for (const auto& [count, i] : counted) {
+    if (centers.size() == kNumCommon || count < 8) break;
+    centers.push_back(current_[i].point - patch.texels[i].offset);
+  }
+  return centers;
+}
+
+void PatchCut::find_candidates(const SurfacePatch& patch, RandomStream random) {
+  rim_.clear();
+  spread_.clear();
+  best_.clear();
+  std::vector<std::size_t> rim;
+  const std::int32_t inner = patch.half_px * kOne * 3 / 5;
+  for (std::size_t i = 0; i < patch.texels.size(); ++i) {
+    const FixedPoint& o = patch.texels[i].offset;
+    if (std::max(std::abs(o.x), std::abs(o.y)) >= inner) rim.push_back(i);
+  }
+  std::vector<std::size_t> rim_texels;
+  for_each_of(rim.size(), kNumRim, [&](std::size_t i) {
+    rim_.push_back({patch.texels[rim[i]].offset, current_[rim[i]].pixel});
+    rim_texels.push_back(rim[i]);
+  });
+  for_each_of(patch.texels.size(), kNumSpread, [&](std::size_t i) {
+    spread_.push_back({patch.texels[i].offset, patch.texels[i].texel});
+  });
+  // An estimate of what the whole piece would cost: its border, about as long as the patch is round, and its texels.
+  rim_weight_ = std::max<std::int64_t>(
+      1, 12 * 8 * patch.half_px / static_cast<std::int64_t>(std::max<std::size_t>(1, rim_.size())));
+  spread_weight_ = std::max<std::int64_t>(1, static_cast<std::int64_t>(patch.texels.size() / spread_.size()));
+
+  const std::int32_t width = task_.source.width();
+  for (std::size_t i = 0; i < rim_.size(); ++i) {
+    const std::int32_t pixel = rim_[i].pixel;
+    consider(current_[rim_texels[i]].point - rim_[i].offset);
+    for (std::int32_t other : task_.similar[static_cast<std::size_t>(pixel)]) {
+      if (other >= 0) consider(middle_of(other, width) - rim_[i].offset);
+    }
+  }
+  const auto alike = task_.source.similar(task_.destination.target(patch.texels[0].texel), 2 * kSimilarTolerance);
+  for (int i = 0; i < task_.num_random; ++i)
+    consider(middle_of(alike[random.below(static_cast<std::uint32_t>(alike.size()))], width));
+  for (Candidate& c : best_) settle(c);
+}
+
+std::int64_t PatchCut::lay(const SurfacePatch& patch, const FixedPoint& center) {
+  const std::size_t n = patch.texels.size(), m = patch.edges.size();
+  std::vector<Place> laid(n);
+  std::vector<std::int32_t> laid_unary(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    laid[i] = place_at(task_.source, center + patch.texels[i].offset);
+    laid_unary[i] = unary(patch.texels[i].texel, laid[i]);
+  }
+  // By edge: the cost where the first, the second, or both are of the new piece.
+  struct Costs {
+    std::int32_t first = 0, second = 0, both = 0;
+  };
+  std::vector<Costs> costs(m);
+  cv::detail::GCGraph<std::int32_t> graph;
+  graph.create(static_cast<unsigned>(n), static_cast<unsigned>(2 * m));
+  for (std::size_t i = 0; i < n; ++i) graph.addVtx();
+  graph.addEdges(0, 1, 0, 0);                    // A graph without edges is not cut.
+  std::vector<std::int32_t> keeps(n), takes(n);  // What it costs a texel alone to stay as it is, and to change.
+  for (std::size_t i = 0; i < n; ++i) {
+    keeps[i] = unary_cost_[i];
+    takes[i] = laid_unary[i];
+  }
+  for (std::size_t e = 0; e < m; ++e) {
+    const PatchEdge& edge = patch.edges[e];
+    const auto i = static_cast<std::size_t>(edge.first);
+    const bool is_possible = laid[i].pixel >= 0;
+    const auto seam = [&](const FixedPoint& a, const FixedPoint& b) {
+      return edge.weight * task_.features.seam(a, b, edge.step);
+    };
+    if (edge.second < 0) {
+      costs[e].first = is_possible ? seam(laid[i].point, outside_[e]) : 0;
+      keeps[i] += seam_cost_[e];
+      takes[i] += costs[e].first;
+      continue;
+    }
+    const auto j = static_cast<std::size_t>(edge.second);
+    if (is_possible) costs[e].first = seam(laid[i].point, current_[j].point);
+    if (laid[j].pixel >= 0) costs[e].second = seam(current_[i].point, laid[j].point);
+    if (is_possible && laid[j].pixel >= 0) costs[e].both = seam(laid[i].point, laid[j].point);
+    // E = keep + (first - keep) x_i + (both - first) x_j + (first + second - keep - both) (1 - x_i) x_j
+    const std::int32_t keep = seam_cost_[e], first = costs[e].first, second = costs[e].second, both = costs[e].both;
+    takes[i] += first - keep;
+    takes[j] += both - first;
+    const std::int32_t capacity = std::max(0, first + second - keep - both);
+    if (capacity > 0) graph.addEdges(edge.first, edge.second, capacity, 0);
+  }
+  for (std::size_t i = 0; i < n; ++i) graph.addTermWeights(static_cast<int>(i), takes[i], keeps[i]);
+  graph.maxFlow();
+  std::vector<std::uint8_t> is_taken(n);
+  std::int64_t change = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    is_taken[i] = !graph.inSourceSegment(static_cast<int>(i)) && laid[i].pixel >= 0;
+    if (is_taken[i] != 0) change += laid_unary[i] - unary_cost_[i];
+  }
+  const auto cost_of = [&](std::size_t e) {
+    const bool first = is_taken[static_cast<std::size_t>(patch.edges[e].first)] != 0;
+    const bool second = patch.edges[e].second >= 0 && is_taken[static_cast<std::size_t>(patch.edges[e].second)] != 0;
+    return first && second ? costs[e].both : first ? costs[e].first : second ? costs[e].second : seam_cost_[e];
+  };
+  for (std::size_t e = 0; e < m; ++e) change += cost_of(e) - seam_cost_[e];
+  if (change >= 0) return 0;
+  for (std::size_t e = 0; e < m; ++e) seam_cost_[e] = cost_of(e);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (is_taken[i] == 0) continue;
+    current_[i] = laid[i];
+    unary_cost_[i] = laid_unary[i];
+  }
+  return -change;
+}
+
+std::int64_t PatchCut::improve(const SurfacePatch& patch, const PlaceMap& places, RandomStream random,
+                               const RunControl& control) {
+  if (patch.texels.size() < 2) return 0;
+  begin(patch, places);
+  find_candidates(patch, random);
+  std::vector<FixedPoint> centers;
+  for (const Candidate& c : best_) centers.push_back(c.center);
+  for (const FixedPoint& c : common_centers(patch)) centers.push_back(c);
+  std::int64_t gain = 0;
+  for (const FixedPoint& center : centers) {
+    control.throw_if_stopped();
+    gain += lay(patch, center);
+  }
+  return gain;
+}
+
+}  // namespace patinate::transfer

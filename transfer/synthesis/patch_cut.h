@@ -1,0 +1,84 @@
+/// \file
+/// Improves a patch of the surface by copying parts of other pieces of the source into it, along the best borders.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "libcommon/core/random.h"
+#include "patinate/core/run_control.h"
+#include "transfer/synthesis/places.h"
+#include "transfer/synthesis/seam_cost.h"
+#include "transfer/synthesis/similar_pixels.h"
+#include "transfer/synthesis/surface_patch.h"
+
+namespace patinate::transfer {
+
+/// What all patches share.
+struct CutTask {
+  const SourceLevel& source;
+  const DestinationLevel& destination;
+  const SeamFeatures& features;
+  const ControlCost& control_cost;
+  const SimilarPixels& similar;
+  int num_random = 256;  ///< Places of similar control value that are looked at for a patch.
+  int num_tried = 4;     ///< The best of all looked at: as many cuts.
+};
+
+/// One for each thread.
+class PatchCut {
+ public:
+  explicit PatchCut(const CutTask& task) : task_(task) {}
+
+  /// Lays pieces of the source over the patch, each of those that promise most in turn, and keeps the part of it within
+  /// the cheapest border, if the sum of seam and control costs falls. A minimum cut says which part that is [Boykov and
+  /// Kolmogorov 2004]; the sum is exact even where pieces are distorted and the cut is not.
+  /// @param patch  With edges. @param places  Of all texels; outside of the patch held fixed.
+  /// @returns by how much the sum has fallen, >= 0: the new places are then in improved().
+  /// @throws Canceled between two cuts.
+  [[nodiscard]] std::int64_t improve(const SurfacePatch& patch, const PlaceMap& places, RandomStream random,
+                                     const RunControl& control);
+  /// In the order of the patch's texels.
+  [[nodiscard]] std::span<const Place> improved() const { return current_; }
+
+  /// The two steps of improve(): takes the patch as it is, ...
+  void begin(const SurfacePatch& patch, const PlaceMap& places);
+  /// ... and lays one piece over it, so that the patch's center gets the place `center`. @returns as improve().
+  [[nodiscard]] std::int64_t lay(const SurfacePatch& patch, const FixedPoint& center);
+
+ private:
+  /// The place of the patch's center if a piece of the source is laid over it.
+  struct Candidate {
+    FixedPoint center;
+    std::int64_t score = 0;
+  };
+  void find_candidates(const SurfacePatch& patch, RandomStream random);
+  void consider(const FixedPoint& center);
+  [[nodiscard]] std::int64_t score(const FixedPoint& center, std::int64_t bound) const;
+  void settle(Candidate& candidate) const;
+  [[nodiscard]] std::vector<FixedPoint> common_centers(const SurfacePatch& patch) const;
+  [[nodiscard]] std::int32_t unary(TexelId texel, const Place& place) const;
+
+  const CutTask& task_;
+  std::vector<Place> current_;
+  std::vector<FixedPoint> outside_;       ///< By edge: the place of its texel outside.
+  std::vector<std::int32_t> seam_cost_;   ///< By edge, of the current places.
+  std::vector<std::int32_t> unary_cost_;  ///< By texel.
+
+  /// What candidates are compared at: texels of the rim, and all over the patch.
+  struct RimSample {
+    FixedPoint offset;
+    std::int32_t pixel = 0;
+  };
+  struct ControlSample {
+    FixedPoint offset;
+    TexelId texel = 0;
+  };
+  std::vector<RimSample> rim_;
+  std::vector<ControlSample> spread_;
+  std::int64_t rim_weight_ = 0, spread_weight_ = 0;
+  std::vector<Candidate> best_;  ///< Ascending by score, never two within kApart_px.
+};
+
+}  // namespace patinate::transfer

@@ -1,0 +1,61 @@
+#include "transfer/synthesis/surface_patch.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace patinate::transfer {
+
+PatchFinder::PatchFinder(const DestinationLevel& level)
+    : level_(level), cursor_(*level.neighbors), slots_(4 * kMostTexels) {}
+
+PatchFinder::Slot& PatchFinder::slot_of(TexelId texel) {
+  auto at = static_cast<std::size_t>((static_cast<std::uint64_t>(texel) * 0x9E3779B97F4A7C15ull) >> 40) % slots_.size();
+  while (slots_[at].texel >= 0 && slots_[at].texel != texel) at = (at + 1) % slots_.size();
+  if (slots_[at].texel < 0) {
+    slots_[at] = {texel, -1};
+    used_.push_back(at);
+  }
+  return slots_[at];
+}
+
+void PatchFinder::find_texels(TexelId center, int half_px, SurfacePatch& patch) {
+  for (std::size_t at : used_) slots_[at] = {};
+  used_.clear();
+  patch.half_px = half_px;
+  patch.texels.assign(1, {center, {}});
+  patch.edges.clear();
+  slot_of(center).index = 0;
+  const std::int32_t half = half_px * PixelNeighbor::kOne;
+  const std::size_t first = level_.neighbors->first_adjacent();
+  for (std::size_t i = 0; i < patch.texels.size() && patch.texels.size() < kMostTexels; ++i) {
+    const PatchTexel from = patch.texels[i];
+    for (const PixelNeighbor& n : cursor_.at(from.texel).subspan(first)) {
+      if (n.texel < 0) continue;
+      const FixedPoint offset{from.offset.x + n.x, from.offset.y + n.y};
+      if (std::abs(offset.x) > half || std::abs(offset.y) > half || patch.texels.size() >= kMostTexels) continue;
+      Slot& slot = slot_of(n.texel);
+      if (slot.index >= 0) continue;
+      slot.index = static_cast<std::int32_t>(patch.texels.size());
+      patch.texels.push_back({n.texel, offset});
+    }
+  }
+}
+
+void PatchFinder::find_edges(SurfacePatch& patch) {
+  const std::size_t first = level_.neighbors->first_adjacent();
+  for (std::size_t i = 0; i < patch.texels.size(); ++i) {
+    const TexelId texel = patch.texels[i].texel;
+    for_each_pair(texel, cursor_.at(texel).subspan(first), level_.map->width(),
+                  [&](const PixelNeighbor& n, bool is_earlier, int weight) {
+                    const std::int32_t other = slot_of(n.texel).index;
+                    if (is_earlier && other >= 0) return;  // The other one counts it.
+                    patch.edges.push_back({.first = static_cast<std::int32_t>(i),
+                                           .second = other,
+                                           .outside = other >= 0 ? -1 : n.texel,
+                                           .step = {n.x, n.y},
+                                           .weight = weight});
+                  });
+  }
+}
+
+}  // namespace patinate::transfer

@@ -1,0 +1,75 @@
+/// \file
+/// A piece of the surface around a texel, laid flat in source pixels, with the pairs of neighbors in it and at its rim.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "transfer/synthesis/levels.h"
+#include "transfer/synthesis/places.h"
+
+namespace patinate::transfer {
+
+struct PatchTexel {
+  TexelId texel = -1;
+  FixedPoint offset;  ///< From the center, along the surface.
+};
+
+/// Two neighbors, the second at `step` from the first.
+struct PatchEdge {
+  std::int32_t first = 0;
+  std::int32_t second = -1;  ///< -1: outside of the patch.
+  TexelId outside = -1;      ///< Then that texel.
+  FixedPoint step;
+  std::int32_t weight =
+      0;  ///< 4 beside each other, 2 diagonally; half of that over seams, where both may see the other.
+};
+
+struct SurfacePatch {
+  int half_px = 0;
+  std::vector<PatchTexel> texels;  ///< The center first.
+  std::vector<PatchEdge> edges;
+};
+
+/// Finds patches; one for each thread.
+class PatchFinder {
+ public:
+  static constexpr std::size_t kMostTexels = 16384;
+  /// @param level  Its neighbors are known; must outlive this.
+  explicit PatchFinder(const DestinationLevel& level);
+
+  /// Texels that lie within half_px to every side of the center, going from neighbor to neighbor. [1, 100] pixels.
+  void find_texels(TexelId center, int half_px, SurfacePatch& patch);
+  /// The pairs, after find_texels() of the same patch.
+  void find_edges(SurfacePatch& patch);
+
+ private:
+  struct Slot {
+    TexelId texel = -1;
+    std::int32_t index = -1;
+  };
+  [[nodiscard]] Slot& slot_of(TexelId texel);
+
+  const DestinationLevel& level_;
+  TexelNeighborhood::Cursor cursor_;
+  std::vector<Slot> slots_;  ///< A hash table of the texels found last.
+  std::vector<std::size_t> used_;
+};
+
+/// Calls visit(neighbor, is_earlier, weight) for the neighbors of a texel. Earlier are those of the grid that come
+/// first in row order: such a pair is counted from their side. Pairs across seams are counted from both, each by half.
+/// @param adjacent  The eight beside it.
+template <class Visit>
+void for_each_pair(TexelId texel, std::span<const PixelNeighbor> adjacent, int width, const Visit& visit) {
+  for (std::size_t k = 0; k < adjacent.size(); ++k) {
+    const PixelNeighbor& n = adjacent[k];
+    if (n.texel < 0 || n.texel == texel) continue;
+    const std::size_t square = k < 4 ? k : k + 1;  // Of 3 x 3, the middle left out.
+    const int dx = static_cast<int>(square % 3) - 1, dy = static_cast<int>(square / 3) - 1;
+    const bool is_grid = n.texel == texel + dx + TexelId{dy} * width;
+    const int weight = dx == 0 || dy == 0 ? 4 : 2;
+    visit(n, is_grid && k < 4, is_grid ? weight : weight / 2);
+  }
+}
+
+}  // namespace patinate::transfer

@@ -38,8 +38,7 @@ transfer::ControlImage as_integers(const ImageF& control) {
 /// A smooth guide over a plane with the source's distribution of values, and where the fast method takes each texel
 /// from.
 struct SearchSetting {
-  transfer::Neighborhood neighborhood =
-      transfer::Neighborhood::square(transfer::TransferOptions{}.neighborhood_radius_px);
+  transfer::Neighborhood neighborhood = transfer::Neighborhood::square(3);
   transfer::SourceLevel source;
   transfer::DestinationLevel destination;
   transfer::CoordinateMap coordinates;

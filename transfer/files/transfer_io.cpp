@@ -100,6 +100,24 @@ Json controls_json(const TransferTask& task) {
   return controls;
 }
 
+Json structure_json(const StructureFacts& s) {
+  return {{"lines", s.is_dark ? "dark" : "bright"},
+          {"line_share", s.line_share},
+          {"scale_px", s.scale_px},
+          {"contrast_lab", s.contrast_lab}};
+}
+
+StructureFacts read_structure(JsonReader json) {
+  static constexpr std::array<std::string_view, 2> kLines{"bright", "dark"};
+  StructureFacts s;
+  s.is_dark = json.member("lines").choice(kLines) == 1;
+  s.line_share = json.member("line_share").number(between(0, 1));
+  s.scale_px = json.member("scale_px").number(above(0));
+  s.contrast_lab = json.member("contrast_lab").number(above(0));
+  json.finish();
+  return s;
+}
+
 EnergyReport read_energy(JsonReader json) {
   EnergyReport e;
   e.energy = json.member("energy").number();
@@ -116,6 +134,9 @@ EnergyReport read_energy(JsonReader json) {
 /// looked at.
 TransferOptions read_measure(JsonReader json) {
   TransferOptions o;
+  o.coherence_share = 0.65;
+  o.neighborhood_radius_px = 3;
+  o.appearance.structure = json.has("structure") ? json.member("structure").number(between(0, 10)) : 0.0;
   const auto put = [&](const char* name, int& value, const Range& range) {
     if (json.has(name)) value = static_cast<int>(json.member(name).integer(range));
   };
@@ -251,10 +272,10 @@ void write_transfer_files(const fs::path& folder, const TransferTask& task, cons
 }
 
 void write_transfer_manifest(const fs::path& folder, const fs::path& final_folder, const TransferTask& task,
-                             const EnergyReport& energy, double explained_variance, const std::string& key) {
+                             const TransferResult& result, const std::string& key) {
   const HistoryReader& history = *task.history;
   Json options = Json::object();
-  for (const auto& [name, value] : option_values(task.options)) {
+  for (const auto& [name, value] : option_values(result.used)) {
     const std::optional<double> number = parse_number(value);
     const bool is_integer = number && value.find_first_of(".e") == std::string::npos;
     options[name] = is_integer ? Json(static_cast<std::int64_t>(*number)) : number ? Json(*number) : Json(value);
@@ -291,8 +312,9 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
   json["controls"] = controls_json(task);
   json["options"] = options;
   json["seed"] = task.options.seed;
-  json["energy"] = energy_json(energy);
-  json["explained_variance"] = explained_variance;
+  json["energy"] = energy_json(result.energy);
+  json["explained_variance"] = result.explained_variance;
+  if (result.structure) json["structure"] = structure_json(*result.structure);
   json["key"] = key;
   save_json(folder / "transfer.json", json);
 }
@@ -325,6 +347,7 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   const JsonReader controls = reader.member("controls");
   for (JsonReader& c : controls.elements(64)) manifest.controls.push_back(read_control(c));
   manifest.energy = read_energy(reader.member("energy"));
+  if (reader.has("structure")) manifest.structure = read_structure(reader.member("structure"));
   manifest.measured_with = read_measure(reader.member("options"));
   manifest.key = reader.member("key").string();
   for (const char* known : {"covered_texels", "seed", "explained_variance"}) (void)reader.member(known);

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 7;  ///< Raised when the same input gives other coordinates.
+constexpr std::int64_t kStageVersion = 8;  ///< Raised when the same input gives other coordinates.
 
 /// Everything that coordinates depend on: by content, never by path.
 JobInputs transfer_inputs(const TransferTask& task, const std::string& history_key) {
@@ -67,7 +67,7 @@ JobPlan plan_transfer(TransferTask task, const fs::path& output) {
   plan.join = [shared, key = plan.key, output](const fs::path& folder, const RunControl& control) {
     const TransferResult result = transfer(shared->input, shared->options, control);
     write_transfer_files(folder, *shared, result);
-    write_transfer_manifest(folder, output, *shared, result.energy, result.explained_variance, key);
+    write_transfer_manifest(folder, output, *shared, result, key);
   };
   return plan;
 }

@@ -74,7 +74,7 @@ OptimumAudit audit_map(const History& history, const MapToAudit& made, const Tra
       make_destination_level(made.surface, interleave(wanted), neighborhood,
                              place_source(*made.surface, made.frames, made.pixel_mm, static_cast<int>(first)), silent);
   return audit_optimum(level, neighborhood, level_pixels(made, facts, level.source, static_cast<int>(first)),
-                       options.coherence_share, weights, num_audits, seed, control.part(0.6, 1.0));
+                       options.coherence_share.value(), weights, num_audits, seed, control.part(0.6, 1.0));
 }
 
 }  // namespace patinate::transfer

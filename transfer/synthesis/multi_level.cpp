@@ -19,7 +19,10 @@ void describe(OptionVisitor& v, MultiLevelOptions& o) {
   v.visit({"fine_passes", "fast: passes on the finest level", "", between(1, 16)}, o.fine_passes);
   v.visit({"random_candidates", "fast: candidates of similar control value a texel and pass", "", between(0, 64)},
           o.num_random);
-  v.visit({"coarse_coherence", "fast: coherence share on the coarsest level", "", between(0, 1)}, o.first_coherence);
+  v.visit(
+      {"coarse_coherence", "fast: coherence share on the coarsest level; default 0.2, 0.6 where the source has lines",
+       "", between(0, 1)},
+      o.first_coherence);
   v.visit({"coherence_bonus", "fast: preference for continuing pieces of the source", "", between(0, 8)},
           o.coherence_bonus);
   v.visit({"reuse_penalty", "fast: preference for sources that are used rarely", "", between(0, 8)}, o.reuse_penalty);
@@ -274,12 +277,14 @@ class Improver {
 
 }  // namespace
 
-CoordinateMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
-                                     double coherence_share, std::span<const double> control_weights,
-                                     std::uint64_t seed, const MultiLevelOptions& options, const RunControl& control) {
+MultiLevelResult synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
+                                        double coherence_share, std::span<const double> control_weights,
+                                        std::uint64_t seed, const MultiLevelOptions& options,
+                                        const RunControl& control) {
   check_ranges(options);
   RunControl silent = control;
   silent.on_progress = nullptr;
+  const double first_coherence = options.first_coherence.value_or(kFirstCoherence);
   constexpr std::size_t kMaxSearchedPixels = 17'000;  // Beyond, similar pixels are taken over from the coarser level.
   const std::size_t coarsest = levels.size() - 1;
   PlaceMap places = initial_places(levels[coarsest], seed);
@@ -301,8 +306,8 @@ CoordinateMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const 
       levels[l + 1] = {};
     }
     const double ramp = coarsest == 0 ? 1.0 : 1.0 - static_cast<double>(l) / static_cast<double>(coarsest);
-    const EnergyScale scale = EnergyScale::make(
-        level.source, options.first_coherence + (coherence_share - options.first_coherence) * ramp, control_weights);
+    const EnergyScale scale =
+        EnergyScale::make(level.source, first_coherence + (coherence_share - first_coherence) * ramp, control_weights);
     const int num_passes = l == 0 ? options.fine_passes : options.coarse_passes;
     Improver improver(level, neighborhood, similar, scale, options.num_random, seed);
     for (int pass = 0; pass < num_passes; ++pass) {
@@ -315,7 +320,7 @@ CoordinateMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const 
     if (l > 0) level.destination.neighbors.reset();
   }
   control.report(1.0);
-  return std::move(places.pixels);
+  return {std::move(places), std::move(similar)};
 }
 
 }  // namespace patinate::transfer

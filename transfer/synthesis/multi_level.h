@@ -7,8 +7,19 @@
 
 #include "patinate/transfer/transfer.h"
 #include "transfer/synthesis/energy.h"
+#include "transfer/synthesis/places.h"
+#include "transfer/synthesis/similar_pixels.h"
 
 namespace patinate::transfer {
+
+/// Where texels are large the control decides, where they are small the texture.
+inline constexpr double kFirstCoherence = 0.2;
+
+/// The finest level's.
+struct MultiLevelResult {
+  PlaceMap places;
+  SimilarPixels similar;  ///< Of its source.
+};
 
 /// Starts on the coarsest level from pixels of similar control value. Each pass visits the texels in four interleaved
 /// sets; a texel takes the best of: what it has, where its eight neighbors' sources lead (to fractions of a pixel, so
@@ -24,10 +35,10 @@ namespace patinate::transfer {
 /// visit, fewer in coherent regions. Same bits for any number of threads and instruction set.
 /// @param levels  Finest first. Neighbors are found level by level, and each level but the finest is used up when the
 /// next one has begun: all at once would take twice as much.
-[[nodiscard]] CoordinateMap synthesize_multi_level(std::vector<SynthesisLevel>& levels,
-                                                   const Neighborhood& neighborhood, double coherence_share,
-                                                   std::span<const double> control_weights, std::uint64_t seed,
-                                                   const MultiLevelOptions& options = {},
-                                                   const RunControl& control = {});
+[[nodiscard]] MultiLevelResult synthesize_multi_level(std::vector<SynthesisLevel>& levels,
+                                                      const Neighborhood& neighborhood, double coherence_share,
+                                                      std::span<const double> control_weights, std::uint64_t seed,
+                                                      const MultiLevelOptions& options = {},
+                                                      const RunControl& control = {});
 
 }  // namespace patinate::transfer

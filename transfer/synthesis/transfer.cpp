@@ -5,9 +5,12 @@
 #include <limits>
 #include <utility>
 
+#include "libcommon/image/filters.h"
+#include "transfer/exemplar/structure.h"
 #include "transfer/synthesis/multi_level.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/reference.h"
+#include "transfer/synthesis/refinement.h"
 #include "transfer/synthesis/source_levels.h"
 #include "transfer/synthesis/transfer_controls.h"
 
@@ -15,10 +18,16 @@ namespace patinate::transfer {
 
 void describe(OptionVisitor& v, TransferOptions& o) {
   v.visit_choice({"method", "fast, or the source's own exhaustive search (slow)"}, o.method, kTransferMethodNames);
-  v.visit({"coherence", "Weight of texture against control: 1 = texture only, 0 = control only", "", between(0, 1)},
+  v.visit({"coherence",
+           "Weight of texture against control: 1 = texture only, 0 = control only; default 0.65, 0.85 where the source "
+           "has lines",
+           "", between(0, 1)},
           o.coherence_share);
-  v.visit({"neighborhood", "Radius of the neighborhood that is compared", "px", between(1, 5)},
+  v.visit({"neighborhood", "Radius of the neighborhood that is compared; 0 = 3, or 4 where the source has lines", "px",
+           between(0, 5)},
           o.neighborhood_radius_px);
+  v.visit_choice({"quality", "Time for the borders of copied pieces, where the source has lines that they may break"},
+                 o.quality, kTransferQualityNames);
   describe(v, o.appearance);
   describe(v, o.multi_level);
   describe(v, o.reference);
@@ -143,16 +152,73 @@ void check_usable(const History& history, const std::vector<std::size_t>& asked,
   }
 }
 
+constexpr std::array kRounds{0, 10, 32};  // By quality.
+
+/// Pieces of a source with lines must be large, and are chosen by a wider neighborhood; the refinement afterwards
+/// brings the control error down again.
+TransferOptions with_defaults(TransferOptions options, bool has_structure) {
+  if (options.neighborhood_radius_px == 0) options.neighborhood_radius_px = has_structure ? 4 : 3;
+  if (!options.coherence_share) options.coherence_share = has_structure ? 0.85 : 0.65;
+  if (!options.multi_level.first_coherence) options.multi_level.first_coherence = has_structure ? 0.6 : kFirstCoherence;
+  return options;
+}
+
+SourceStructure structure_of(const History& history, const ImageU8& mask, const TransferOptions& options,
+                             const RunControl& control) {
+  return options.appearance.structure > 0.0 ? find_structure(history, mask, control) : SourceStructure{};
+}
+
+std::optional<StructureFacts> facts_of(const SourceStructure& structure) {
+  if (structure.empty()) return std::nullopt;
+  return StructureFacts{.is_dark = structure.is_dark,
+                        .line_share = structure.share,
+                        .scale_px = structure.scale_px,
+                        .contrast_lab = structure.contrast};
+}
+
+/// Of a coarser level.
+SourceStructure halved(SourceStructure structure, int halvings, const RunControl& control) {
+  for (int i = 0; i < halvings && !structure.empty(); ++i) {
+    structure.channels = downscale_area(structure.channels, std::max(1, structure.channels.width() / 2),
+                                        std::max(1, structure.channels.height() / 2), control);
+    structure.scale_px /= 2.0;
+  }
+  return structure;
+}
+
+/// The fast synthesis, and its borders refined where the source has structure.
+CoordinateMap synthesize_fast(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
+                              const std::vector<double>& weights, const SourceStructure& structure,
+                              const TransferOptions& options, const RunControl& control) {
+  const auto seed = static_cast<std::uint64_t>(options.seed);
+  const int num_rounds = structure.empty() ? 0 : kRounds[static_cast<std::size_t>(options.quality)];
+  MultiLevelResult made =
+      synthesize_multi_level(levels, neighborhood, *options.coherence_share, weights, seed, options.multi_level,
+                             num_rounds == 0 ? control : control.part(0.0, 0.2));
+  if (num_rounds > 0)
+    refine_places(levels[0], structure.channels, structure.scale_px, made.similar, weights, seed,
+                  {.num_rounds = num_rounds}, made.places, control.part(0.2, 1.0));
+  return std::move(made.places.pixels);
+}
+
 }  // namespace
 
-TransferResult transfer(const TransferInput& input, const TransferOptions& options, const RunControl& control) {
-  check_ranges(options);
+TransferResult transfer(const TransferInput& input, const TransferOptions& asked, const RunControl& control) {
+  check_ranges(asked);
   check_input(input);
   const History& history = *input.history;
   const std::shared_ptr<const TexelMap>& map = input.map;
   TransferResult result;
   const ImageU8 mask = usable_mask(history, input.source_mask);
   MatchedControls matched = match_controls(history, mask, input.controls, map->coverage(), control.part(0.0, 0.0));
+  RunControl silent = control;
+  silent.on_progress = nullptr;
+  TransferOptions open = asked;
+  if (open.method == TransferMethod::Reference) open.appearance.structure = 0.0;  // The paper's knows none.
+  const SourceStructure structure = structure_of(history, mask, open, silent);
+  const TransferOptions options = with_defaults(open, !structure.empty());
+  result.used = options;
+  result.structure = facts_of(structure);
   std::vector<double> weights;
   for (const TransferControl& c : input.controls) weights.push_back(c.weight);
   const int halvings = source_halvings(map->median_texel_size_mm(), input.texel_size_mm, smallest_side(history));
@@ -162,8 +228,6 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& optio
   const auto first = std::min(static_cast<std::size_t>(halvings), appearance.levels.size() - 1);
   result.explained_variance = appearance.explained_variance;
   const Neighborhood neighborhood = Neighborhood::square(options.neighborhood_radius_px);
-  RunControl silent = control;
-  silent.on_progress = nullptr;
   const SourcePlacement placement = place_source(*map, input.frames, input.texel_size_mm, static_cast<int>(first));
   std::vector<SynthesisLevel> levels = make_levels(appearance, first, matched.source, std::move(matched.destination),
                                                    map, placement, neighborhood, silent);
@@ -178,12 +242,12 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& optio
   if (options.method == TransferMethod::Reference) find_neighbors(levels[0].destination, neighborhood, silent);
   result.coordinates =
       options.method == TransferMethod::Reference
-          ? synthesize_reference(levels[0].source, levels[0].destination, neighborhood, options.coherence_share,
+          ? synthesize_reference(levels[0].source, levels[0].destination, neighborhood, *options.coherence_share,
                                  weights, seed, options.reference, synthesis_control)
-          : synthesize_multi_level(levels, neighborhood, options.coherence_share, weights, seed, options.multi_level,
-                                   synthesis_control);
+          : synthesize_fast(levels, neighborhood, weights, halved(structure, static_cast<int>(first), silent), options,
+                            synthesis_control);
   result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,
-                                 options.coherence_share, weights, silent);
+                                 *options.coherence_share, weights, silent);
   result.matched_controls = std::move(levels[0].destination.controls);
   result.coordinates = to_full_size(std::move(result.coordinates), levels[0].source.width(), static_cast<int>(first),
                                     history.facts().width);

@@ -211,11 +211,11 @@ TEST(Synthesis, OnlyUsesPixelsWhoseNeighborhoodLiesInTheMask) {
                                           .controls = {{"x", "image", guide, {}, 1.0, ControlMapping::Rank}}});
   for (std::int32_t s : result.coordinates) {
     // The mask [16, 60) x [8, 40) less the neighborhood's radius.
-    constexpr int kRadius = TransferOptions{}.neighborhood_radius_px;
-    EXPECT_GE(s % 64, 16 + kRadius);
-    EXPECT_LT(s % 64, 60 - kRadius);
-    EXPECT_GE(s / 64, 8 + kRadius);
-    EXPECT_LT(s / 64, 40 - kRadius);
+    const int radius_px = result.used.neighborhood_radius_px;
+    EXPECT_GE(s % 64, 16 + radius_px);
+    EXPECT_LT(s % 64, 60 - radius_px);
+    EXPECT_GE(s / 64, 8 + radius_px);
+    EXPECT_LT(s / 64, 40 - radius_px);
   }
 }
 

@@ -44,6 +44,14 @@ std::pair<float, float> covered_range(const ImageF& values, const TexelMap& map)
   return range;
 }
 
+/// What was found in the source, and what was done about it.
+std::string text_of(const transfer::StructureFacts& s, transfer::TransferQuality quality) {
+  std::string text = std::string("lines: ") + (s.is_dark ? "dark" : "bright") + " ones cover " +
+                     percent_text(s.line_share, 2) + " of the source; copied pieces are ";
+  text += quality == transfer::TransferQuality::Draft ? "not cut along them (--quality draft)" : "cut along them";
+  return text + "; --structure 0 does without";
+}
+
 /// Says what the values of a library's control mean, and that it would help. Candidates are drawn by the first two
 /// controls: it becomes one of them.
 void note_library(const std::vector<LibraryPart>& library, std::vector<transfer::TransferControl>& controls,
@@ -207,7 +215,9 @@ int cmd_transfer(CommandRun& run) {
   task.input.appearance = transfer::appearance_source(history, cache);
   const std::optional<JobStatus> status = run.make_folder(transfer::plan_transfer(std::move(task), output), "transfer");
   if (!status) return 0;
-  run.report_output(*status, output, transfer::energy_json(transfer::read_transfer_manifest(output).energy));
+  const transfer::TransferManifest made = transfer::read_transfer_manifest(output);
+  if (made.structure) run.note(text_of(*made.structure, options.quality));
+  run.report_output(*status, output, transfer::energy_json(made.energy));
   return 0;
 }
 

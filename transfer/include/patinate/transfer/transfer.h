@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,8 @@ struct MultiLevelOptions {
   int coarse_passes = 12;  ///< [1, 16]. On each level but the finest.
   int fine_passes = 2;     ///< [1, 16]. On the finest; the last goes by the energy alone.
   int num_random = 6;      ///< [0, 64]. Candidates of similar control value a texel and pass.
-  double first_coherence = 0.2;  ///< [0, 1]. Coherence share on the coarsest level; rises to the final one.
+  std::optional<double> first_coherence =
+      {};  ///< [0, 1]. Coherence share on the coarsest level; rises to the final one. None: 0.2, with structure 0.6.
   double coherence_bonus =
       8.0;  ///< [0, 8]. A candidate that continues no neighbor's source counts (1 + this) times its cost.
   double reuse_penalty = 1.5;  ///< [0, 8]. ... and this much more for each time its source is already reused.
@@ -41,13 +43,19 @@ struct ReferenceOptions {
 };
 void describe(OptionVisitor& v, ReferenceOptions& o);
 
+/// How much time borders of copied pieces are given, where the source has structure (refinement.h).
+enum class TransferQuality { Draft, Good, Best };
+inline constexpr std::array<std::string_view, 3> kTransferQualityNames{"draft", "good", "best"};
+
 enum class TransferMethod { Fast, Reference };
 inline constexpr std::array<std::string_view, 2> kTransferMethodNames{"fast", "reference"};
 
 struct TransferOptions {
   TransferMethod method = TransferMethod::Fast;
-  double coherence_share = 0.65;   ///< [0, 1]. a of the energy: 1 = texture only, 0 = control only.
-  int neighborhood_radius_px = 3;  ///< [1, 5]. 3 = the 48 nearest neighbors.
+  /// [0, 1]. a of the energy: 1 = texture only, 0 = control only. None: 0.65, with structure 0.85.
+  std::optional<double> coherence_share = {};
+  int neighborhood_radius_px = 0;  ///< [0, 5]. 3 = the 48 nearest neighbors. 0: 3, with structure 4.
+  TransferQuality quality = TransferQuality::Good;
   std::int64_t seed = 1;
   AppearanceOptions appearance = {};
   MultiLevelOptions multi_level = {};
@@ -84,11 +92,21 @@ struct EnergyReport {
   double used_share = 0.0;  ///< Usable source pixels that appear in the result.
 };
 
+/// Lines that were found in the source (structure.h).
+struct StructureFacts {
+  bool is_dark = true;
+  double line_share = 0.0;    ///< Of the source's pixels.
+  double scale_px = 0.0;      ///< About half of the largest cell between lines, pixels of the history.
+  double contrast_lab = 0.0;  ///< Of the faintest of them, L*.
+};
+
 struct TransferResult {
   CoordinateMap coordinates;      ///< Per texel of the atlas, index into the history's pixels; -1 outside.
   ControlImage matched_controls;  ///< H x W x a channel for each control, in the history's values.
   EnergyReport energy;
-  double explained_variance = 0.0;  ///< Of the history's colors, by the appearance that was compared.
+  double explained_variance = 0.0;          ///< Of the history's colors, by the appearance that was compared.
+  TransferOptions used;                     ///< With a value for everything that was left open.
+  std::optional<StructureFacts> structure;  ///< None: the source has no lines, or none were looked for.
 };
 
 /// What is transferred onto what.

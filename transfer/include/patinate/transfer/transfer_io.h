@@ -78,6 +78,7 @@ struct TransferManifest {
   std::optional<std::string> unit;
   double mm_per_mesh_unit = 1.0;
   EnergyReport energy;
+  std::optional<StructureFacts> structure;
   TransferOptions measured_with;  ///< Coherence share, neighborhood and appearance of that energy; what an earlier
                                   ///< version did not write has its default.
   std::string key;
@@ -92,7 +93,6 @@ void write_transfer_files(const std::filesystem::path& folder, const TransferTas
 /// Writes transfer.json. @param final_folder  Where the folder will stand: the history's path is written relative to
 /// it.
 void write_transfer_manifest(const std::filesystem::path& folder, const std::filesystem::path& final_folder,
-                             const TransferTask& task, const EnergyReport& energy, double explained_variance,
-                             const std::string& key);
+                             const TransferTask& task, const TransferResult& result, const std::string& key);
 
 }  // namespace patinate::transfer

@@ -94,9 +94,7 @@ int main(int argc, char** argv) try {
 
   transfer::TransferOptions options;
   options.method = transfer::TransferMethod::Fast;
-  options.coherence_share = 0.95;  // Cracks are large structures: texture weighs more than the control.
-  options.multi_level.first_coherence = 0.9;
-  options.multi_level.reuse_penalty = 0.1;
+  options.quality = transfer::TransferQuality::Best;  // Where copied pieces meet, cracks are given more time.
   options.seed = 7;
   const transfer::TransferInput input{
       .history = history, .map = map, .texel_size_mm = map->median_texel_size_mm(), .controls = {guide}};

@@ -96,7 +96,7 @@ class DryRun(JobCase):
     def test_a_transfer_says_what_differs(self):
         self.succeeds(*self.COMMANDS[3])
         text = self.succeeds(*self.COMMANDS[3], "--dry-run", "--neighborhood", "2")
-        self.assertIn("--neighborhood was `3`, is `2`", text)
+        self.assertIn("--neighborhood was `0`, is `2`", text)
         other = [str(a).replace("facing", "accessibility") for a in self.COMMANDS[3]]
         self.assertIn("--control thickness", self.succeeds(*other, "--dry-run"))
 

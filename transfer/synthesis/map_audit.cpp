@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "libcommon/core/text.h"
+#include "transfer/exemplar/structure.h"
+#include "transfer/synthesis/open_options.h"
 #include "transfer/synthesis/source_levels.h"
 
 namespace patinate::transfer {
@@ -45,11 +47,15 @@ CoordinateMap level_pixels(const MapToAudit& made, const HistoryFacts& history, 
 
 }  // namespace
 
-OptimumAudit audit_map(const History& history, const MapToAudit& made, const TransferOptions& options,
+OptimumAudit audit_map(const History& history, const MapToAudit& made, const TransferOptions& asked,
                        std::int64_t num_audits, std::uint64_t seed, const RunControl& control,
                        const AppearanceSource& appearance_source) {
-  check_ranges(options);
+  check_ranges(asked);
   check_sizes(made);
+  const bool has_structure =
+      asked.appearance.structure > 0.0 &&
+      !find_structure(history, made.source_mask.empty() ? history.read_mask() : made.source_mask, control).empty();
+  const TransferOptions options = with_defaults(asked, has_structure);
   const HistoryFacts& facts = history.facts();
   const int halvings = source_halvings(made.surface->median_texel_size_mm(), made.pixel_mm, smallest_side(history));
   const AppearanceSpace appearance = appearance_of(history, appearance_source, halvings + 1, options.appearance,
@@ -74,7 +80,7 @@ OptimumAudit audit_map(const History& history, const MapToAudit& made, const Tra
       make_destination_level(made.surface, interleave(wanted), neighborhood,
                              place_source(*made.surface, made.frames, made.pixel_mm, static_cast<int>(first)), silent);
   return audit_optimum(level, neighborhood, level_pixels(made, facts, level.source, static_cast<int>(first)),
-                       options.coherence_share.value(), weights, num_audits, seed, control.part(0.6, 1.0));
+                       *options.coherence_share, weights, num_audits, seed, control.part(0.6, 1.0));
 }
 
 }  // namespace patinate::transfer

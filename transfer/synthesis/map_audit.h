@@ -32,7 +32,8 @@ struct MapToAudit {
 };
 
 /// Measures as transfer() does: with its appearance, on the level whose pixels are as large as texels.
-/// @param options  Coherence share, neighborhood and appearance; nothing else of them counts. @param appearance  As
+/// @param options  Coherence share, neighborhood and appearance, open ones as transfer() chooses; nothing
+/// else of them counts. @param appearance  As
 /// TransferInput's.
 /// @throws InvalidInput if sizes do not fit. Audits nothing where no pixel has its whole neighborhood in the mask.
 [[nodiscard]] OptimumAudit audit_map(const History& history, const MapToAudit& made, const TransferOptions& options,

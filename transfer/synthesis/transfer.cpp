@@ -8,6 +8,7 @@
 #include "libcommon/image/filters.h"
 #include "transfer/exemplar/structure.h"
 #include "transfer/synthesis/multi_level.h"
+#include "transfer/synthesis/open_options.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/reference.h"
 #include "transfer/synthesis/refinement.h"
@@ -153,15 +154,6 @@ void check_usable(const History& history, const std::vector<std::size_t>& asked,
 }
 
 constexpr std::array kRounds{0, 10, 32};  // By quality.
-
-/// Pieces of a source with lines must be large, and are chosen by a wider neighborhood; the refinement afterwards
-/// brings the control error down again.
-TransferOptions with_defaults(TransferOptions options, bool has_structure) {
-  if (options.neighborhood_radius_px == 0) options.neighborhood_radius_px = has_structure ? 4 : 3;
-  if (!options.coherence_share) options.coherence_share = has_structure ? 0.85 : 0.65;
-  if (!options.multi_level.first_coherence) options.multi_level.first_coherence = has_structure ? 0.6 : kFirstCoherence;
-  return options;
-}
 
 SourceStructure structure_of(const History& history, const ImageU8& mask, const TransferOptions& options,
                              const RunControl& control) {

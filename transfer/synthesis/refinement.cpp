@@ -17,7 +17,7 @@ constexpr double kStructureWeight = 1000.0;  // What 1 of structure counts; 170 
 constexpr double kControlUnit =
     4.5;                   // Then a share of 1 is a control error of a third of the spread against borders of half.
 constexpr int kBlock = 8;  // Texels. Seam costs are kept by block.
-constexpr int kSmallestHalf_px = 8, kLargestHalf_px = 44;
+constexpr int kSmallestHalf_px = 8, kLargestHalf_px = 32;
 
 /// Where borders cost most.
 class BlockCosts {
@@ -100,11 +100,13 @@ class BlockCosts {
   std::vector<std::int64_t> costs_;
 };
 
-/// A window of a round.
+/// A window of a round: its patch is found twice, since all patches of a large atlas at once would take more memory
+/// than everything else.
 struct Window {
   std::size_t block = 0;
-  SurfacePatch patch;
-  std::vector<Place> improved;  ///< Empty: nothing was gained.
+  TexelId center = -1;
+  int half_px = 0;
+  bool has_gained = false;
 };
 
 class Refiner {
@@ -119,32 +121,36 @@ class Refiner {
         patience_(costs_.size(), kPatient),
         is_taken_(static_cast<std::size_t>(level.destination.map->num_texels()), 0),
         finder_(level.destination) {
-    for (double factor : {0.4, 0.6, 0.9, 1.3, 2.0})
+    for (double factor : {0.4, 0.6, 0.8, 1.1, 1.5})
       halves_.push_back(std::clamp(static_cast<int>(factor * scale_px), kSmallestHalf_px, kLargestHalf_px));
   }
 
   void round(int index, const RunControl& control) {
     costs_.measure(places_, control);
     choose_windows(index, control);
+    // No window holds a texel beside another's: what one writes, no other reads.
     parallel_for(static_cast<std::int64_t>(windows_.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
       Window& window = windows_[static_cast<std::size_t>(begin)];
+      SurfacePatch patch;
+      PatchFinder finder(level_.destination);
+      finder.find_texels(window.center, window.half_px, patch);
+      finder.find_edges(patch);
       PatchCut cut(task_);
       const RandomStream random(seed_, window.block, 3000 + static_cast<std::uint32_t>(index));
-      if (cut.improve(window.patch, places_, random, control) > 0)
-        window.improved.assign(cut.improved().begin(), cut.improved().end());
+      window.has_gained = cut.improve(patch, places_, random, control) > 0;
+      if (!window.has_gained) return;
+      for (std::size_t i = 0; i < patch.texels.size(); ++i) places_.set(patch.texels[i].texel, cut.improved()[i]);
     });
     for (int& p : patience_) p += (kPatient - p) / 8;
-    for (std::size_t w = 0; w < windows_.size(); ++w) {
-      const Window& window = windows_[w];
+    for (const Window& window : windows_) {
       int& patience = patience_[window.block];
-      patience = patience * (window.improved.empty() ? 6 : 9) / 10;
-      for (std::size_t i = 0; i < window.improved.size(); ++i)
-        places_.set(window.patch.texels[i].texel, window.improved[i]);
+      patience = patience * (window.has_gained ? 9 : 6) / 10;
     }
   }
 
  private:
   static constexpr int kPatient = 256;
+  static constexpr std::uint8_t kBeside = 1, kMember = 2;  ///< Of a window of this round.
 
   /// Greedily, those of most cost first, none within a texel of another.
   void choose_windows(int index, const RunControl& control) {
@@ -160,19 +166,20 @@ class Refiner {
     }
     std::stable_sort(wishes.begin(), wishes.end(),
                      [](const Wish& a, const Wish& b) { return a.priority > b.priority; });
+    SurfacePatch patch;
     for (const Wish& wish : wishes) {
       if (windows_.size() % 16 == 0) control.throw_if_stopped();
       const TexelId center = costs_.texel_in(wish.block);
       if (center < 0 || is_taken_[static_cast<std::size_t>(center)] != 0) continue;
       RandomStream random(seed_, wish.block, 2000 + static_cast<std::uint32_t>(index));
-      Window window{.block = wish.block, .patch = {}, .improved = {}};
-      finder_.find_texels(center, halves_[random.below(static_cast<std::uint32_t>(halves_.size()))], window.patch);
-      const int room = room_px(window.patch);
+      finder_.find_texels(center, halves_[random.below(static_cast<std::uint32_t>(halves_.size()))], patch);
+      const int room = room_px(patch);
       if (room < kSmallestHalf_px / 2) continue;
-      if (room < window.patch.half_px) finder_.find_texels(center, room, window.patch);
-      finder_.find_edges(window.patch);
-      take(window.patch);
-      windows_.push_back(std::move(window));
+      if (room < patch.half_px) finder_.find_texels(center, room, patch);
+      finder_.find_edges(patch);
+      if (sees_a_member(patch)) continue;
+      take(patch);
+      windows_.push_back({.block = wish.block, .center = center, .half_px = patch.half_px});
     }
   }
   /// To the nearest texel that is taken, or to the rim.
@@ -184,12 +191,18 @@ class Refiner {
     }
     return room / PixelNeighbor::kOne;
   }
+  /// Over seams a texel may see one that does not see it.
+  [[nodiscard]] bool sees_a_member(const SurfacePatch& patch) const {
+    return std::any_of(patch.edges.begin(), patch.edges.end(), [&](const PatchEdge& e) {
+      return e.outside >= 0 && is_taken_[static_cast<std::size_t>(e.outside)] == kMember;
+    });
+  }
   /// With the texels beside it: they are held fixed.
   void take(const SurfacePatch& patch) {
-    for (const PatchTexel& t : patch.texels) is_taken_[static_cast<std::size_t>(t.texel)] = 1;
     for (const PatchEdge& e : patch.edges) {
-      if (e.outside >= 0) is_taken_[static_cast<std::size_t>(e.outside)] = 1;
+      if (e.outside >= 0) is_taken_[static_cast<std::size_t>(e.outside)] = kBeside;
     }
+    for (const PatchTexel& t : patch.texels) is_taken_[static_cast<std::size_t>(t.texel)] = kMember;
   }
 
   const SynthesisLevel& level_;

@@ -4,59 +4,26 @@ import json
 import pathlib
 import shutil
 import struct
-import subprocess
 import sys
-import tempfile
 import time
 import unittest
 
-from studio_client import Client, Server, WebSocket
+from studio_client import WebSocket
+from studio_live_case import LiveCase
 from studio_pictures import png_pixels, xxh64
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
 
 
-class Live(unittest.TestCase):
+class Live(LiveCase):
+    patinate, copies = PATINATE, ("looked", "returned", "refused")
+
     @classmethod
     def setUpClass(cls):
-        cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="patinate_live_"))
-        cls.run_in("synth", "ledge", "--cells", "6", "-o", "ledge")
-        scene = json.loads((cls.folder / "ledge/scene.json").read_text())
-        scene["atlas"]["resolution"] = 100
-        scene["run"] = {"iterations": 30, "history_every": 10, "controls": ["dirt.deposited"]}
-        scene["appearance"]["moss"] = {"height": 0.5}
-        for emitter in scene["emitters"]:
-            emitter["gammatons"] = 150
-        scene["events"] = [{"iteration": 5, "op": "ratio", "ratio": 0.6}]
-        (cls.folder / "ledge/scene.json").write_text(json.dumps(scene))
-        for name in ("painted", "looked", "returned", "only_painted", "refused"):
-            (cls.folder / f"ledge/{name}.json").write_text(json.dumps(scene))
-        (cls.folder / "ledge/broken.json").write_text(json.dumps({**scene, "objects": [{"name": "wall", "mesh": "missing.obj"}]}))
+        super().setUpClass()
+        (cls.folder / "ledge/broken.json").write_text(json.dumps({**cls.written, "objects": [{"name": "wall", "mesh": "missing.obj"}]}))
         cls.run_in("simulate", "ledge/scene.json", "-o", "ran")
-        cls.server = Server(PATINATE, cls.folder)
-
-    @classmethod
-    def tearDownClass(cls):
-        cls.server.close()
-        shutil.rmtree(cls.folder)
-
-    @classmethod
-    def run_in(cls, *arguments):
-        result = subprocess.run([PATINATE, *arguments], cwd=cls.folder, capture_output=True, text=True, timeout=300)
-        if result.returncode != 0:
-            raise AssertionError(f"{arguments}: {result.returncode}\n{result.stderr}")
-        return result
-
-    def client(self, place="ledge/scene.json", **more):
-        client = Client(self.server, place, **more)
-        self.addCleanup(client.close)
-        client.do("reset")
-        client.until(lambda: client.status and client.status["iteration"] == 0 and not client.status["running"])
-        return client
-
-    def atlas_hash(self, folder):
-        return json.loads((self.folder / folder / "simulation.json").read_text())["atlas_hash"]
 
     def test_hello_says_what_the_scene_is(self):
         scene = self.client().scene
@@ -110,11 +77,6 @@ class Live(unittest.TestCase):
         other.settle()
         self.assertEqual(client.surface(), other.surface())
 
-    def client_without_reset(self, place="ledge/scene.json"):
-        client = Client(self.server, place)
-        self.addCleanup(client.close)
-        return client
-
     def test_a_slow_client_skips_what_a_quick_one_sees(self):
         quick, slow = self.client(), self.client_without_reset()
         slow.acknowledges = False
@@ -154,40 +116,6 @@ class Live(unittest.TestCase):
         two.do("reset")
         one.until(lambda: one.scene["objects"][0]["translate"] == [0, 0, 0] and one.scene["slider"] is None and one.scene["rules"] == rules)
 
-    def test_undo_goes_back_to_before_the_stroke(self):
-        client = self.client()
-        client.step(10)
-        before = client.surface()
-        middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
-        self.paint(client, middle, [middle[0] + 3, *middle[1:]])
-        client.step(2)
-        after = client.surface()
-        self.assertNotEqual(after, before)
-        client.until(lambda: client.status["can_undo"] and not client.status["can_redo"])
-        client.do("undo")
-        client.until(lambda: client.status["iteration"] == 10 and client.status["can_redo"])
-        client.settle()
-        self.assertEqual(client.surface(), before)
-        self.assertFalse(client.scene["emitters"][2]["on"])
-        client.do("save", path="undone.json")  # nothing of the stroke is left in it
-        self.assertEqual(json.loads((self.folder / "undone.json").read_text())["events"], [{"iteration": 5, "op": "ratio", "ratio": 0.6}])
-        client.do("redo")  # with all that it has led to
-        client.until(lambda: client.status["iteration"] == 12 and not client.status["can_redo"])
-        client.settle()
-        self.assertEqual(client.surface(), after)
-        client.do("save", path="redone.json")
-        self.assertEqual([e["op"] for e in json.loads((self.folder / "redone.json").read_text())["events"]], ["paint", "ratio"])
-        client.do("undo")
-        client.do("event", event={"op": "ratio", "ratio": 0.7})  # something else was done: what was undone is gone
-        self.assertIn("nothing to redo", client.ask("redo")["message"])
-
-    def paint(self, client, *way, emitter="brush"):
-        """A stroke along the points of a way, told in two messages."""
-        client.do("stroke", emitter=emitter, position=way[0], phase="begin")
-        client.do("stroke", emitter=emitter, positions=list(way[1:]), phase="end")
-        client.until(lambda: client.status and not client.status["painting"] and client.status["can_undo"])
-        client.settle()
-
     def test_the_way_back_to_the_start_can_be_undone(self):
         client = self.client("ledge/returned.json")
         self.assertFalse(client.status["can_undo"])  # at the start, with nothing done, there is nothing to bring back
@@ -207,95 +135,6 @@ class Live(unittest.TestCase):
         client.do("save", path="returned_from.json")  # and so are the events
         self.assertEqual([e["ratio"] for e in json.loads((self.folder / "returned_from.json").read_text())["events"]], [0.9, 0.6])
         self.assertEqual(client.ask("undo")["type"], "error")
-
-    def test_while_a_brush_paints_nothing_else_lives(self):
-        client = self.client()
-        client.step(12)
-        middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
-        water = client.status["ledger"]["water"]
-        client.do("run")
-        client.do("stroke", emitter="brush", position=middle, phase="begin")
-        client.until(lambda: client.status["painting"])
-        at = client.status["iteration"]
-        for _ in range(3):
-            client.do("stroke", emitter="brush", positions=[[middle[0] + 5, *middle[1:]], middle], phase="move")
-            time.sleep(0.3)
-            client.settle()
-        self.assertEqual((client.status["iteration"], client.status["painting"]), (at, True))
-        client.do("stroke", emitter="brush", phase="end")
-        client.until(lambda: not client.status["painting"] and client.status["iteration"] > at + 5)  # it was running, and continues
-        client.do("pause")
-        self.assertGreater(client.status["ledger"]["water"]["emitted"], water["emitted"])
-
-    def test_a_stroke_has_no_gaps_however_rarely_its_places_come(self):
-        client = self.client()
-        (x0, y0, z), (x1, y1, _) = client.scene["bounds_mm"]
-        brush = dict(client.scene["emitters"][2], size=(x1 - x0) / 20, spread_deg=0)
-        client.do("event", event={"op": "emitter", "emitter": brush})
-        ends = [[x0 + share * (x1 - x0), (y0 + y1) / 2, z] for share in (0.2, 0.8)]
-        self.paint(client, *ends)
-        client.do("save", path="dense.json")
-        events = json.loads((self.folder / "dense.json").read_text())["events"]  # More than one where the recording was kept meanwhile.
-        points = [point for event in events if event["op"] == "paint" for point in event["points"]]
-        unit = (points[-1][0] - points[0][0]) / (ends[1][0] - ends[0][0])
-        steps = [(b[0] - a[0]) / unit for a, b in zip(points, points[1:])]
-        self.assertLessEqual(max(steps), brush["size"] / 4 + 1e-3)  # a quarter of its width from step to step
-        self.assertGreater(len(points), 40)
-
-    def test_a_stroke_ends_with_the_hand_that_draws_it(self):
-        one, two = self.client(), self.client_without_reset()
-        middle = [(a + b) / 2 for a, b in zip(*one.scene["bounds_mm"])]
-        two.do("stroke", emitter="brush", position=middle, phase="begin")
-        one.until(lambda: one.status["painting"])
-        self.assertIn("no stroke", one.ask("stroke", emitter="brush", position=middle, phase="move")["message"])
-        two.close()
-        one.until(lambda: not one.status["painting"])
-        one.step(3)
-
-    def test_a_saved_scene_gives_the_same_bytes(self):
-        client = self.client("ledge/painted.json")
-        middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
-        client.step(3)
-        client.do("event", event={"op": "behavior", "behavior": {"slider": 0.7}})
-        client.step(2)
-        client.do("event", event={"op": "ratio", "ratio": 0.1})  # before the file's own event of iteration 5, which then wins
-        client.step(4)
-        client.do("event", event={"op": "rate", "target": "dirt", "rate": 0.3})
-        client.do("event", event={"op": "rule", "target": "evaporation", "rate": 0.4})
-        client.do("event", event={"op": "rule", "target": "evaporation", "rate": 0.5})  # of those with the same members in one iteration the last
-        client.do("event", event={"op": "rule", "target": "growing", "driver": "exposure * dirt", "products": {"moss": 0.5}, "rate": 2})
-        client.do("run")  # the weather stands still meanwhile
-        client.do("stroke", emitter="brush", position=middle, phase="begin")
-        for i in range(5):
-            client.do("stroke", emitter="brush", position=[middle[0] + 10 * i / 3, middle[1], middle[2]], phase="move")
-            time.sleep(0.1)  # it paints on where it stays
-        client.do("event", event={"op": "emitter", "emitter": dict(client.scene["emitters"][2], size=40)})  # in the middle of the stroke
-        client.do("stroke", emitter="brush", positions=[[middle[0] + 7, *middle[1:]], middle], phase="move", jump=True)
-        client.do("stroke", emitter="brush", phase="end")
-        client.until(lambda: not client.status["painting"])
-        client.do("pause")
-        client.do("event", event={"op": "move", "target": "wall", "position": [0.1, 0.2, 0.3]})
-        client.do("event", event={"op": "rule", "target": "growing", "driver": "slope * dirt"})  # its map is of the wall where it stood
-        client.do("appearance", appearance={"dirt": {"strength": 0.7, "color": [0.3, 0.1, 0.1]}, "moss": {"height": 0.25}})
-        client.do("run")
-        client.until(lambda: client.status["iteration"] > 40)
-        client.do("pause")
-        client.settle()
-        (self.folder / "saved").mkdir(exist_ok=True)
-        client.do("save", path="saved/painted.json")
-        client.do("export", path="painted_look", what=["textures"])
-        saved = json.loads((self.folder / "saved/painted.json").read_text())
-        self.assertEqual(saved["objects"][0]["mesh"], "../ledge/mesh.obj")
-        self.assertEqual([e["target"] for e in saved["events"] if e["op"] == "paint"], ["brush", "brush"])  # before and after its size changed
-        self.assertEqual([e["rate"] for e in saved["events"] if e["op"] == "rule" and e["target"] == "evaporation"], [0.5])
-        self.run_in("simulate", "saved/painted.json", "-o", "painted")
-        for file in ("color.png", "normal.png", "specular.png", "height.exr"):
-            self.assertEqual((self.folder / "painted" / file).read_bytes(), (self.folder / "painted_look" / file).read_bytes(), file)
-        client.do("export", path="painted_all", what=["history"])
-        client.until(lambda: client.notices)
-        self.assertEqual(self.atlas_hash("painted_all/simulation"), self.atlas_hash("painted"))
-        for path in ("saved/painted.json", "../painted.json", "/tmp/painted.json", "painted.txt", "missing/painted.json"):
-            self.assertEqual(client.ask("save", path=path)["type"], "error", path)
 
     def test_a_finished_simulation_runs_again(self):
         client = self.client("ran")
@@ -333,18 +172,6 @@ class Live(unittest.TestCase):
         client.until(lambda: client.status["iteration"] == 30)
         client.do("reset")
         client.until(lambda: client.status["iteration"] == 0)
-
-    def test_a_scene_that_was_only_painted_is_simulated_to_its_strokes(self):
-        client = self.client("ledge/only_painted.json")
-        middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
-        self.paint(client, middle, [middle[0] + 30, *middle[1:]])
-        self.assertEqual(client.status["iteration"], 0)
-        client.do("save", path="at_the_start.json")
-        client.do("export", path="at_the_start_look", what=["textures"])
-        self.assertEqual(json.loads((self.folder / "at_the_start.json").read_text())["run"]["iterations"], 0)
-        self.run_in("simulate", "at_the_start.json", "-o", "at_the_start")
-        for file in ("color.png", "height.exr"):
-            self.assertEqual((self.folder / "at_the_start" / file).read_bytes(), (self.folder / "at_the_start_look" / file).read_bytes(), file)
 
     def test_a_finished_simulation_without_its_state_shows_its_end_and_says_so(self):
         shutil.copytree(self.folder / "ran", self.folder / "stateless")

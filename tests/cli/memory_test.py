@@ -39,7 +39,7 @@ class Memory(unittest.TestCase):
         return (command(LARGE) - command(SMALL)) / (LARGE**2 - SMALL**2)
 
     def test_a_transfer_takes_at_most_24_bytes_a_texel_and_its_textures_go_by_strips(self):
-        quick = ["--coarse-passes", "1", "--fine-passes", "1", "--random-candidates", "0"]  # Passes take time, not memory.
+        quick = ["--coarse-passes", "1", "--fine-passes", "1", "--random-candidates", "0", "--quality", "draft"]  # Passes take time, not memory.
         self.assertLess(self.growth(lambda side: peak_bytes("transfer", SHARED / "history", SHARED / "urn/mesh.obj", "--resolution", side, "--control", "thickness=facing",
                                                             "--atlas", "uv", *quick, "-o", SHARED / f"aged{side}")), 24 + 1)
         # Coordinates are kept up to 4k: 4 bytes a texel. A strip of 2^21 texels, its gutters and what is written of it take 26 bytes a texel, which the small atlas has an eighth of.
@@ -47,6 +47,13 @@ class Memory(unittest.TestCase):
         for name, command in (("x.png", ["lookup", "--time", "7.5"]), ("x.glb", ["export", "--times", "0,7.5,15"])):
             with self.subTest(name):
                 self.assertLess(self.growth(lambda side: peak_bytes(command[0], SHARED / f"aged{side}", *command[1:], "-o", SHARED / f"{side}{name}")), strips)
+
+    def test_borders_are_refined_window_by_window(self):
+        quick = ["--coarse-passes", "1", "--fine-passes", "1", "--random-candidates", "0"]
+        peaks = [peak_bytes("transfer", SHARED / "history", SHARED / "urn/mesh.obj", "--resolution", 768, "--control", "thickness=facing",
+                            "--atlas", "uv", *quick, "--quality", quality, "-o", SHARED / f"aged_{quality}") for quality in ("draft", "good")]
+        # A byte a texel says what is taken, bands beside seams are stored once more, and each of the threads has a window; all patches of a round would take 160 bytes a texel.
+        self.assertLess(peaks[1] - peaks[0], 8 * 768**2 + 2**25)
 
 
 if __name__ == "__main__":

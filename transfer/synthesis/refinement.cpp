@@ -22,8 +22,9 @@ constexpr int kSmallestHalf_px = 8, kLargestHalf_px = 32;
 /// Where borders cost most.
 class BlockCosts {
  public:
-  BlockCosts(const SynthesisLevel& level, const SeamFeatures& features)
+  BlockCosts(const SynthesisLevel& level, const TexelNeighborhood& beside, const SeamFeatures& features)
       : level_(level),
+        beside_(beside),
         features_(features),
         columns_((level.destination.map->width() + kBlock - 1) / kBlock),
         rows_((level.destination.map->height() + kBlock - 1) / kBlock),
@@ -38,7 +39,7 @@ class BlockCosts {
   void measure(const PlaceMap& places, const RunControl& control) {
     const DestinationLevel& d = level_.destination;
     parallel_for(rows_, 1, control, [&](std::int64_t begin, std::int64_t end) {
-      TexelNeighborhood::Cursor cursor(*d.neighbors);
+      TexelNeighborhood::Cursor cursor(beside_);
       for (std::int64_t row = begin; row < end; ++row) {
         const auto first = costs_.begin() + row * columns_;
         std::fill(first, first + columns_, 0);
@@ -87,7 +88,7 @@ class BlockCosts {
     const DestinationLevel& d = level_.destination;
     const FixedPoint here = places.point(t);
     std::int64_t sum = 0;
-    for_each_pair(t, cursor.at(t).subspan(d.neighbors->first_adjacent()), d.map->width(),
+    for_each_pair(t, cursor.at(t).subspan(beside_.first_adjacent()), d.map->width(),
                   [&](const PixelNeighbor& n, bool is_earlier, int weight) {
                     if (!is_earlier) sum += weight * features_.seam(here, places.point(n.texel), {n.x, n.y});
                   });
@@ -95,6 +96,7 @@ class BlockCosts {
   }
 
   const SynthesisLevel& level_;
+  const TexelNeighborhood& beside_;
   const SeamFeatures& features_;
   int columns_, rows_;
   std::vector<std::int64_t> costs_;
@@ -111,16 +113,17 @@ struct Window {
 
 class Refiner {
  public:
-  Refiner(const SynthesisLevel& level, const SeamFeatures& features, const CutTask& task, double scale_px,
+  Refiner(const SynthesisLevel& level, const TexelNeighborhood& beside, const CutTask& task, double scale_px,
           std::uint64_t seed, PlaceMap& places)
-      : level_(level),
+      : map_(*level.destination.map),
+        beside_(beside),
         task_(task),
         seed_(seed),
         places_(places),
-        costs_(level, features),
+        costs_(level, beside, task.features),
         patience_(costs_.size(), kPatient),
-        is_taken_(static_cast<std::size_t>(level.destination.map->num_texels()), 0),
-        finder_(level.destination) {
+        is_taken_(static_cast<std::size_t>(map_.num_texels()), 0),
+        finder_(map_, beside) {
     for (double factor : {0.4, 0.6, 0.8, 1.1, 1.5})
       halves_.push_back(std::clamp(static_cast<int>(factor * scale_px), kSmallestHalf_px, kLargestHalf_px));
   }
@@ -132,7 +135,7 @@ class Refiner {
     parallel_for(static_cast<std::int64_t>(windows_.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
       Window& window = windows_[static_cast<std::size_t>(begin)];
       SurfacePatch patch;
-      PatchFinder finder(level_.destination);
+      PatchFinder finder(map_, beside_);
       finder.find_texels(window.center, window.half_px, patch);
       finder.find_edges(patch);
       PatchCut cut(task_);
@@ -205,7 +208,8 @@ class Refiner {
     for (const PatchTexel& t : patch.texels) is_taken_[static_cast<std::size_t>(t.texel)] = kMember;
   }
 
-  const SynthesisLevel& level_;
+  const TexelMap& map_;
+  const TexelNeighborhood& beside_;
   const CutTask& task_;
   std::uint64_t seed_;
   PlaceMap& places_;
@@ -222,6 +226,11 @@ class Refiner {
 void refine_places(const SynthesisLevel& level, const ImageF& structure, double scale_px, const SimilarPixels& similar,
                    std::span<const double> control_weights, std::uint64_t seed, const RefinementOptions& options,
                    PlaceMap& places, const RunControl& control) {
+  RunControl silent = control;
+  silent.on_progress = nullptr;
+  const DestinationLevel& destination = level.destination;
+  const TexelNeighborhood beside(*destination.map, {}, destination.placement.frames, destination.placement.pixel_mm,
+                                 silent);
   const SeamFeatures features(level.source, structure, kStructureWeight);
   const ControlCost control_cost(level.source, control_weights, kControlUnit * options.control_share);
   const CutTask task{.source = level.source,
@@ -229,9 +238,7 @@ void refine_places(const SynthesisLevel& level, const ImageF& structure, double 
                      .features = features,
                      .control_cost = control_cost,
                      .similar = similar};
-  Refiner refiner(level, features, task, scale_px, seed, places);
-  RunControl silent = control;
-  silent.on_progress = nullptr;
+  Refiner refiner(level, beside, task, scale_px, seed, places);
   for (int round = 0; round < options.num_rounds; ++round) {
     refiner.round(round, silent);
     control.report(static_cast<double>(round + 1) / options.num_rounds);

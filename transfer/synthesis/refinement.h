@@ -20,8 +20,8 @@ struct RefinementOptions {
 
 /// Lowers the sum of seam costs (seam_cost.h) and of control mismatch, window by window where borders cost most
 /// (patch_cut.h). Every round chooses windows that do not touch, improves each from the state before the round, and
-/// counts are fixed; random numbers come from seed, round and window, and counts are fixed, so that threads do not matter.
-/// [Kwatra et al. 2003, "Graphcut textures"; Pritch, Kav-Venaki and Peleg 2009, "Shift-map image editing"]
+/// counts are fixed; random numbers come from seed, round and window, and counts are fixed, so that threads do not
+/// matter. [Kwatra et al. 2003, "Graphcut textures"; Pritch, Kav-Venaki and Peleg 2009, "Shift-map image editing"]
 /// @param structure  Of the level's source, of its size.
 /// @param places     What is refined.
 void refine_places(const SynthesisLevel& level, const ImageF& structure, double scale_px, const SimilarPixels& similar,

@@ -5,8 +5,8 @@
 
 namespace patinate::transfer {
 
-PatchFinder::PatchFinder(const DestinationLevel& level)
-    : level_(level), cursor_(*level.neighbors), slots_(4 * kMostTexels) {}
+PatchFinder::PatchFinder(const TexelMap& map, const TexelNeighborhood& neighbors)
+    : width_(map.width()), first_adjacent_(neighbors.first_adjacent()), cursor_(neighbors), slots_(4 * kMostTexels) {}
 
 PatchFinder::Slot& PatchFinder::slot_of(TexelId texel) {
   auto at = static_cast<std::size_t>((static_cast<std::uint64_t>(texel) * 0x9E3779B97F4A7C15ull) >> 40) % slots_.size();
@@ -26,10 +26,9 @@ void PatchFinder::find_texels(TexelId center, int half_px, SurfacePatch& patch) 
   patch.edges.clear();
   slot_of(center).index = 0;
   const std::int32_t half = half_px * PixelNeighbor::kOne;
-  const std::size_t first = level_.neighbors->first_adjacent();
   for (std::size_t i = 0; i < patch.texels.size() && patch.texels.size() < kMostTexels; ++i) {
     const PatchTexel from = patch.texels[i];
-    for (const PixelNeighbor& n : cursor_.at(from.texel).subspan(first)) {
+    for (const PixelNeighbor& n : cursor_.at(from.texel).subspan(first_adjacent_)) {
       if (n.texel < 0) continue;
       const FixedPoint offset{from.offset.x + n.x, from.offset.y + n.y};
       if (std::abs(offset.x) > half || std::abs(offset.y) > half || patch.texels.size() >= kMostTexels) continue;
@@ -42,10 +41,9 @@ void PatchFinder::find_texels(TexelId center, int half_px, SurfacePatch& patch) 
 }
 
 void PatchFinder::find_edges(SurfacePatch& patch) {
-  const std::size_t first = level_.neighbors->first_adjacent();
   for (std::size_t i = 0; i < patch.texels.size(); ++i) {
     const TexelId texel = patch.texels[i].texel;
-    for_each_pair(texel, cursor_.at(texel).subspan(first), level_.map->width(),
+    for_each_pair(texel, cursor_.at(texel).subspan(first_adjacent_), width_,
                   [&](const PixelNeighbor& n, bool is_earlier, int weight) {
                     const std::int32_t other = slot_of(n.texel).index;
                     if (is_earlier && other >= 0) return;  // The other one counts it.

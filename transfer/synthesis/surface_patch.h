@@ -5,7 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "transfer/synthesis/levels.h"
+#include "libcommon/atlas/texel_neighborhood.h"
+#include "patinate/atlas/texel_map.h"
 #include "transfer/synthesis/places.h"
 
 namespace patinate::transfer {
@@ -35,8 +36,9 @@ struct SurfacePatch {
 class PatchFinder {
  public:
   static constexpr std::size_t kMostTexels = 16384;
-  /// @param level  Its neighbors are known; must outlive this.
-  explicit PatchFinder(const DestinationLevel& level);
+  /// @param map,neighbors  Must outlive this. Only the eight beside a texel are looked at: neighbors at no offsets are
+  /// the quickest.
+  PatchFinder(const TexelMap& map, const TexelNeighborhood& neighbors);
 
   /// Texels that lie within half_px to every side of the center, going from neighbor to neighbor. [1, 100] pixels.
   void find_texels(TexelId center, int half_px, SurfacePatch& patch);
@@ -50,7 +52,8 @@ class PatchFinder {
   };
   [[nodiscard]] Slot& slot_of(TexelId texel);
 
-  const DestinationLevel& level_;
+  int width_;
+  std::size_t first_adjacent_;
   TexelNeighborhood::Cursor cursor_;
   std::vector<Slot> slots_;  ///< A hash table of the texels found last.
   std::vector<std::size_t> used_;

@@ -131,7 +131,7 @@ TEST(ControlCost, IsFreeWithinAHundredthAndRisesBeyond) {
 
 TEST(SurfacePatch, OnAPlaneIsASquareWithItsPairs) {
   const BrokenLines task;
-  PatchFinder finder(task.level.destination);
+  PatchFinder finder(*task.level.destination.map, *task.level.destination.neighbors);
   SurfacePatch patch;
   const TexelId center = 30 * kSide + 30;
   finder.find_texels(center, 3, patch);
@@ -159,7 +159,7 @@ TEST(PatchCut, FindsTheCheapestOfAllBorders) {
                          .features = features,
                          .control_cost = control_cost,
                          .similar = task.similar};
-  PatchFinder finder(task.level.destination);
+  PatchFinder finder(*task.level.destination.map, *task.level.destination.neighbors);
   SurfacePatch patch;
   finder.find_texels(16 * kSide + 16, 1, patch);  // Where four blocks meet.
   finder.find_edges(patch);

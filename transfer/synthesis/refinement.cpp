@@ -17,7 +17,7 @@ constexpr double kStructureWeight = 1000.0;  // What 1 of structure counts; 170 
 constexpr double kControlUnit =
     4.5;                   // Then a share of 1 is a control error of a third of the spread against borders of half.
 constexpr int kBlock = 8;  // Texels. Seam costs are kept by block.
-constexpr int kSmallestHalf_px = 8, kLargestHalf_px = 32;
+constexpr int kSmallestHalf_px = 8, kLargestHalf_px = 44;
 
 /// Where borders cost most.
 class BlockCosts {
@@ -124,7 +124,7 @@ class Refiner {
         patience_(costs_.size(), kPatient),
         is_taken_(static_cast<std::size_t>(map_.num_texels()), 0),
         finder_(map_, beside) {
-    for (double factor : {0.4, 0.6, 0.8, 1.1, 1.5})
+    for (double factor : {0.4, 0.6, 0.9, 1.3, 2.0})
       halves_.push_back(std::clamp(static_cast<int>(factor * scale_px), kSmallestHalf_px, kLargestHalf_px));
   }
 

@@ -110,6 +110,9 @@ std::string appearance_key(const HistoryReader& history, const AppearanceOptions
   hash.add("appearance").add(std::int64_t{kAppearanceVersion});
   for (const auto& [name, value] : option_values(options)) hash.add(name).add(value);
   hash.add(std::int64_t{mask.width()}).add(std::int64_t{mask.height()}).add(std::as_bytes(mask.values()));
+  for (const ControlParameter& c : history.manifest().controls) {
+    if (c.name == options.structure_map) hash.add_file(history.folder() / c.file);
+  }
   const std::vector<int> frames = compared_frames(history.num_frames(), options.max_frames);
   std::vector<std::string> parts(frames.size());
   RunControl silent = control;

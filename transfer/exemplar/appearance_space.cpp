@@ -17,8 +17,12 @@ void describe(OptionVisitor& v, AppearanceOptions& o) {
           o.max_frames);
   v.visit({"appearance_samples", "Pixels from which the appearance components are found", "", between(64, 65536)},
           o.num_samples);
-  v.visit({"structure", "What lines, such as cracks, count beside colors; 0: none are looked for", "", between(0, 10)},
+  v.visit({"structure", "What lines, such as cracks, or borders of regions count beside colors; 0: none are looked for",
+           "", between(0, 10)},
           o.structure);
+  v.visit({"structure_map",
+           "Control of the history that is high on lines, or on one of two materials; default: they are looked for"},
+          o.structure_map);
 }
 
 std::vector<int> compared_frames(int num_frames, int max_frames) {
@@ -220,8 +224,9 @@ AppearanceSpace build_appearance_space(const History& history, int num_levels, c
   ImageU8 mask = given_mask.empty() ? history.read_mask() : given_mask;
   ImageF projected = temporal_projection(history, mask, options, space.explained_variance, control.part(0.0, 0.8));
   if (options.structure > 0.0) {
-    const SourceStructure structure = find_structure(history, mask, quiet(control));
-    if (!structure.empty()) projected = with_structure(projected, structure, mask, options.structure, control);
+    const SourceStructure structure = find_structure(history, mask, options, quiet(control));
+    if (!structure.empty())
+      projected = with_structure(projected, structure, mask, options.structure * structure.weight, control);
   }
   for (int level = 0; level < num_levels; ++level) {
     const bool has_inside =

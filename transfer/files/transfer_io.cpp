@@ -68,6 +68,7 @@ Json energy_json(const EnergyReport& e) {
           {"control_mismatch", e.control_mismatch},
           {"control_error_mean", e.control_error_mean},
           {"control_error_p95", e.control_error_p95},
+          {"control_error_quarters", e.control_error_quarters},
           {"coherent_share", e.coherent_share},
           {"used_share", e.used_share}};
 }
@@ -101,17 +102,16 @@ Json controls_json(const TransferTask& task) {
 }
 
 Json structure_json(const StructureFacts& s) {
-  return {{"lines", s.is_dark ? "dark" : "bright"},
-          {"line_share", s.line_share},
+  return {{"kind", kStructureKindNames[static_cast<std::size_t>(s.kind)]},
+          {"share", s.share},
           {"scale_px", s.scale_px},
           {"contrast_lab", s.contrast_lab}};
 }
 
 StructureFacts read_structure(JsonReader json) {
-  static constexpr std::array<std::string_view, 2> kLines{"bright", "dark"};
   StructureFacts s;
-  s.is_dark = json.member("lines").choice(kLines) == 1;
-  s.line_share = json.member("line_share").number(between(0, 1));
+  s.kind = static_cast<StructureKind>(json.member("kind").choice(kStructureKindNames));
+  s.share = json.member("share").number(between(0, 1));
   s.scale_px = json.member("scale_px").number(above(0));
   s.contrast_lab = json.member("contrast_lab").number(above(0));
   json.finish();
@@ -125,6 +125,12 @@ EnergyReport read_energy(JsonReader json) {
   e.control_mismatch = json.member("control_mismatch").number();
   e.control_error_mean = json.member("control_error_mean").number();
   e.control_error_p95 = json.member("control_error_p95").number();
+  if (json.has("control_error_quarters")) {  // Missing in earlier transfers.
+    const JsonReader quarters = json.member("control_error_quarters");
+    const std::vector<JsonReader> values = quarters.elements(e.control_error_quarters.size());
+    if (values.size() != e.control_error_quarters.size()) quarters.fail("4 numbers");
+    for (std::size_t q = 0; q < values.size(); ++q) e.control_error_quarters[q] = values[q].number();
+  }
   e.coherent_share = json.member("coherent_share").number();
   e.used_share = json.member("used_share").number();
   return e;
@@ -137,6 +143,7 @@ TransferOptions read_measure(JsonReader json) {
   o.coherence_share = 0.65;
   o.neighborhood_radius_px = 3;
   o.appearance.structure = json.has("structure") ? json.member("structure").number(between(0, 10)) : 0.0;
+  if (json.has("structure_map")) o.appearance.structure_map = json.member("structure_map").string();
   const auto put = [&](const char* name, int& value, const Range& range) {
     if (json.has(name)) value = static_cast<int>(json.member(name).integer(range));
   };

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <limits>
 #include <mutex>
+#include <numeric>
 #include <utility>
 
 #if defined(__SSE2__)
@@ -169,6 +170,42 @@ struct EnergySums {
   }
 };
 
+/// Of the first control: how often a value is asked for, and by how much it is missed in all. Integers: the order of
+/// the chunks does not matter.
+struct ControlErrors {
+  std::vector<std::int64_t> counts = std::vector<std::int64_t>(kControlSteps + 1, 0);
+  std::vector<std::int64_t> sums = std::vector<std::int64_t>(kControlSteps + 1, 0);
+
+  void add(int wanted, int difference) {
+    ++counts[static_cast<std::size_t>(wanted)];
+    sums[static_cast<std::size_t>(wanted)] += difference;
+  }
+  void add(const ControlErrors& other) {
+    for (std::size_t v = 0; v < counts.size(); ++v) {
+      counts[v] += other.counts[v];
+      sums[v] += other.sums[v];
+    }
+  }
+  /// Means over quarters of the texels by what is asked for; texels of one value count as often as a quarter needs.
+  [[nodiscard]] std::array<double, 4> quarters() const {
+    const double total = static_cast<double>(std::accumulate(counts.begin(), counts.end(), std::int64_t{0}));
+    std::array<double, 4> means{};
+    double before = 0.0;
+    for (std::size_t v = 0; v < counts.size(); ++v) {
+      if (counts[v] == 0) continue;
+      const double count = static_cast<double>(counts[v]);
+      const double error = static_cast<double>(sums[v]) / count / kControlSteps;
+      for (std::size_t q = 0; q < means.size(); ++q) {
+        const double begin = static_cast<double>(q) * total / 4.0, end = static_cast<double>(q + 1) * total / 4.0;
+        const double shared = std::min(before + count, end) - std::max(before, begin);
+        if (shared > 0.0) means[q] += error * shared / (total / 4.0);
+      }
+      before += count;
+    }
+    return means;
+  }
+};
+
 /// Adds the pairs (t, right) and (t, below) of one texel.
 void count_coherent_pairs(const DestinationLevel& destination, const SourceLevel& source,
                           const CoordinateMap& coordinates, TexelId t, EnergySums& sums) {
@@ -202,12 +239,14 @@ EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& d
   parts.control_scale = EnergyScale::make(source, 0.0, control_weights).control_scale;
   const auto n = static_cast<std::int64_t>(destination.texels.size());
   std::vector<std::int64_t> error_histogram(kControlSteps + 1, 0);  // Counts: the order of the chunks does not matter.
+  ControlErrors control_errors;
   std::mutex histogram_mutex;
   const EnergySums sums = parallel_reduce(
       n, 16384, control, EnergySums{},
       [&](std::int64_t begin, std::int64_t end) {
         EnergySums part;
         std::vector<std::int32_t> errors(kControlSteps + 1, 0);
+        ControlErrors by_value;
         TexelCost cost(source, destination, neighborhood);
         auto at = destination.texels.from(static_cast<std::size_t>(begin));
         for (std::int64_t i = begin; i < end; ++i, ++at) {
@@ -216,14 +255,17 @@ EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& d
           cost.prepare(t, coordinates, parts);
           part.coherence += static_cast<double>(cost.coherence(s)) / EnergyScale::kOne;
           part.control += static_cast<double>(cost.control(s)) / EnergyScale::kOne;
-          const int difference = std::abs(int{source.controls.data()[std::int64_t{s} * source.controls.channels()]} -
-                                          int{destination.controls.data()[t * destination.controls.channels()]});
+          const int wanted = destination.controls.data()[t * destination.controls.channels()];
+          const int difference =
+              std::abs(int{source.controls.data()[std::int64_t{s} * source.controls.channels()]} - wanted);
+          by_value.add(wanted, difference);
           part.error += static_cast<double>(difference) / kControlSteps;
           ++errors[static_cast<std::size_t>(difference)];
           count_coherent_pairs(destination, source, coordinates, t, part);
         }
         const std::lock_guard lock(histogram_mutex);
         for (std::size_t e = 0; e < errors.size(); ++e) error_histogram[e] += errors[e];
+        control_errors.add(by_value);
         return part;
       },
       EnergySums::merge);
@@ -240,6 +282,7 @@ EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& d
     below += error_histogram[i];
     report.control_error_p95 = static_cast<double>(i) / kControlSteps;
   }
+  report.control_error_quarters = control_errors.quarters();
   report.coherent_share =
       sums.pairs > 0 ? static_cast<double>(sums.coherent_pairs) / static_cast<double>(sums.pairs) : 1.0;
   std::vector<std::uint8_t> is_used(source.is_usable.size(), 0);

@@ -52,9 +52,9 @@ OptimumAudit audit_map(const History& history, const MapToAudit& made, const Tra
                        const AppearanceSource& appearance_source) {
   check_ranges(asked);
   check_sizes(made);
-  const bool has_structure =
-      asked.appearance.structure > 0.0 &&
-      !find_structure(history, made.source_mask.empty() ? history.read_mask() : made.source_mask, control).empty();
+  const bool has_structure = !find_structure(history, made.source_mask.empty() ? history.read_mask() : made.source_mask,
+                                             asked.appearance, control)
+                                  .empty();
   const TransferOptions options = with_defaults(asked, has_structure);
   const HistoryFacts& facts = history.facts();
   const int halvings = source_halvings(made.surface->median_texel_size_mm(), made.pixel_mm, smallest_side(history));

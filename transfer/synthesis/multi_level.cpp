@@ -8,6 +8,7 @@
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "transfer/synthesis/amounts.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/similar_pixels.h"
 
@@ -67,13 +68,16 @@ class SourceUse {
 /// products stay below 2^62.
 struct Preferences {
   static constexpr std::int32_t kOne = 16;
+  static constexpr double kAmounts = 2.0;
   std::int32_t bonus = 0;
   std::int32_t penalty = 0;
+  std::int32_t amounts = 0;
   /// A texel that continues all its neighbors is left as it is.
   bool leaves_quiet = false;
   explicit Preferences(const MultiLevelOptions& o)
       : bonus(static_cast<std::int32_t>(o.coherence_bonus * kOne)),
         penalty(static_cast<std::int32_t>(o.reuse_penalty * kOne)),
+        amounts(static_cast<std::int32_t>(kAmounts * kOne)),
         leaves_quiet(true) {}
   Preferences() = default;  ///< The energy alone.
 };
@@ -86,6 +90,7 @@ struct Pass {
   const EnergyScale& scale;
   const Preferences& preferences;
   const SourceUse* use = nullptr;  ///< Where the preferences have a penalty.
+  const Amounts* amounts = nullptr;
   int num_random = 0;
 };
 
@@ -96,6 +101,7 @@ class CandidateSearch {
       : pass_(pass), source_(pass.level.source), cost_(source_, pass.level.destination, pass.neighborhood) {}
 
   Place best(TexelId t, const PlaceMap& places, RandomStream random) {
+    texel_ = t;
     cost_.visit(t);
     continue_neighbors(t, places);
     const Place current = places.at(t);
@@ -139,7 +145,11 @@ class CandidateSearch {
   }
   bool is_better(std::int32_t pixel, std::int32_t bonus) {
     const std::int32_t reuse = pass_.use == nullptr ? 0 : pass_.use->reuse(pixel);
-    const std::int64_t factor = Preferences::kOne + bonus + pass_.preferences.penalty * reuse / SourceUse::kQuarters;
+    const std::int32_t excess = pass_.amounts == nullptr
+                                    ? 0
+                                    : std::max(0, pass_.amounts->excess(pass_.level.destination.target(texel_), pixel));
+    const std::int64_t factor = Preferences::kOne + bonus + pass_.preferences.penalty * reuse / SourceUse::kQuarters +
+                                pass_.preferences.amounts * excess / 256;
     const std::int64_t cost = cost_.total(pixel, best_cost_ / factor + 1) * factor;
     if (cost >= best_cost_) return false;
     best_cost_ = cost;
@@ -157,6 +167,7 @@ class CandidateSearch {
   const Pass& pass_;
   const SourceLevel& source_;
   TexelCost cost_;
+  TexelId texel_ = -1;
   std::array<Place, TexelNeighborhood::kNumAdjacent> continued_{};
   std::size_t num_continued_ = 0;
   bool leads_outside_ = false;  ///< A neighbor's source to where nothing can be copied.
@@ -177,6 +188,7 @@ class Improver {
         scale_(scale),
         num_random_(num_random),
         seed_(seed),
+        amounts_(level.source),
         squares_x_((map_.width() + kSquare - 1) / kSquare),
         changed_near_(static_cast<std::size_t>(map_.num_texels()), 0) {
     const int num_squares = squares_x_ * ((map_.height() + kSquare - 1) / kSquare);
@@ -195,7 +207,15 @@ class Improver {
             const RunControl& control) {
     const std::optional<SourceUse> use =
         preferences.penalty > 0 ? std::make_optional<SourceUse>(level_, places) : std::nullopt;
-    const Pass pass{level_, neighborhood_, similar_, scale_, preferences, use ? &*use : nullptr, num_random_};
+    if (preferences.amounts > 0) amounts_.measure(level_.destination, places, control);
+    const Pass pass{.level = level_,
+                    .neighborhood = neighborhood_,
+                    .similar = similar_,
+                    .scale = scale_,
+                    .preferences = preferences,
+                    .use = use ? &*use : nullptr,
+                    .amounts = preferences.amounts > 0 ? &amounts_ : nullptr,
+                    .num_random = num_random_};
     const auto num_squares = static_cast<std::int64_t>(squares_.size());
     std::vector<std::vector<Change>> changes(squares_.size());
     for (int set = 0; set < kNumSets; ++set, ++turn_) {
@@ -269,6 +289,7 @@ class Improver {
   const EnergyScale& scale_;
   int num_random_;
   std::uint64_t seed_;
+  Amounts amounts_;
   int squares_x_;
   std::vector<int> squares_;                ///< Those with covered texels.
   std::vector<std::uint8_t> changed_near_;  ///< The last turn in which this texel or one beside it changed.
@@ -277,10 +298,10 @@ class Improver {
 
 }  // namespace
 
-MultiLevelResult synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
-                                        double coherence_share, std::span<const double> control_weights,
-                                        std::uint64_t seed, const MultiLevelOptions& options,
-                                        const RunControl& control) {
+PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
+                                double coherence_share, std::span<const double> control_weights, std::uint64_t seed,
+                                const MultiLevelOptions& options, const RunControl& control,
+                                const LevelRefinement& refinement) {
   check_ranges(options);
   RunControl silent = control;
   silent.on_progress = nullptr;
@@ -292,7 +313,7 @@ MultiLevelResult synthesize_multi_level(std::vector<SynthesisLevel>& levels, con
   double done = 0.0, total = 0.0;
   const auto work = [&](std::size_t l) {
     return static_cast<double>(levels[l].destination.texels.size()) *
-           (l == 0 ? options.fine_passes : options.coarse_passes);
+           ((l == 0 ? options.fine_passes : options.coarse_passes) + refinement.num_passes);
   };
   for (std::size_t l = 0; l < levels.size(); ++l) total += work(l);
   for (std::size_t l = levels.size(); l-- > 0;) {
@@ -314,13 +335,19 @@ MultiLevelResult synthesize_multi_level(std::vector<SynthesisLevel>& levels, con
       const bool is_last = l == 0 && pass + 1 == num_passes;  // The last word is the energy's.
       improver.pass(is_last ? Preferences() : Preferences(options), is_last,
                     static_cast<std::uint32_t>(200 + 32 * l + static_cast<std::size_t>(pass)), places, silent);
-      done += work(l) / num_passes;
+      done += work(l) / (num_passes + refinement.num_passes);
       control.report(std::min(0.999, done / std::max(1.0, total)));
+    }
+    if (refinement.refine) {
+      const double end = done + work(l) * refinement.num_passes / (num_passes + refinement.num_passes);
+      refinement.refine(l, level, similar, places,
+                        control.part(std::min(0.999, done / total), std::min(0.999, end / total)));
+      done = end;
     }
     if (l > 0) level.destination.neighbors.reset();
   }
   control.report(1.0);
-  return {std::move(places), std::move(similar)};
+  return places;
 }
 
 }  // namespace patinate::transfer

@@ -2,6 +2,8 @@
 /// The fast synthesis: the reference's energy, lowered from coarse to fine by parallel passes over candidate sets.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -15,10 +17,13 @@ namespace patinate::transfer {
 /// Where texels are large the control decides, where they are small the texture.
 inline constexpr double kFirstCoherence = 0.2;
 
-/// The finest level's.
-struct MultiLevelResult {
-  PlaceMap places;
-  SimilarPixels similar;  ///< Of its source.
+/// What is done with the places of a level after its passes.
+struct LevelRefinement {
+  /// @param index  Of the level, 0 = the finest. Empty: nothing.
+  std::function<void(std::size_t index, const SynthesisLevel& level, const SimilarPixels& similar, PlaceMap& places,
+                     const RunControl& control)>
+      refine = {};
+  double num_passes = 0.0;  ///< It takes about as long as so many passes; for progress only.
 };
 
 /// Starts on the coarsest level from pixels of similar control value. Each pass visits the texels in four interleaved
@@ -33,12 +38,12 @@ struct MultiLevelResult {
 ///
 /// Cost: on each level one visit of all texels and about half as many again, two on the finest; up to about 50 costs a
 /// visit, fewer in coherent regions. Same bits for any number of threads and instruction set.
+/// @returns the places on the finest level.
 /// @param levels  Finest first. Neighbors are found level by level, and each level but the finest is used up when the
 /// next one has begun: all at once would take twice as much.
-[[nodiscard]] MultiLevelResult synthesize_multi_level(std::vector<SynthesisLevel>& levels,
-                                                      const Neighborhood& neighborhood, double coherence_share,
-                                                      std::span<const double> control_weights, std::uint64_t seed,
-                                                      const MultiLevelOptions& options = {},
-                                                      const RunControl& control = {});
+[[nodiscard]] PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
+                                              double coherence_share, std::span<const double> control_weights,
+                                              std::uint64_t seed, const MultiLevelOptions& options = {},
+                                              const RunControl& control = {}, const LevelRefinement& refinement = {});
 
 }  // namespace patinate::transfer

@@ -13,9 +13,11 @@ namespace {
 
 constexpr std::int32_t kOne = PixelNeighbor::kOne;
 constexpr int kNumRim = 160, kNumSpread = 16;
-constexpr int kApart_px = 4;                // Candidates nearer to each other are one.
-constexpr int kNumCommon = 4;               // Pieces that are in the patch already.
-constexpr std::int32_t kMostOff = 1200;     // A rim texel that differs by more is no worse: the cut goes round it.
+constexpr int kApart_px = 4;             // Candidates nearer to each other are one.
+constexpr int kNumCommon = 4;            // Pieces that are in the patch already.
+constexpr std::int32_t kMostOff = 1200;  // A rim texel that differs by more is no worse: the cut goes round it.
+constexpr std::int32_t kAmountCost =
+    200;  // Of a look that has twice its share; half or twice as much: docs/benchmarks.md.
 constexpr std::int32_t kNever = 1'000'000;  // Cost of a texel where nothing can be copied.
 
 FixedPoint operator+(const FixedPoint& a, const FixedPoint& b) { return {a.x + b.x, a.y + b.y}; }
@@ -35,7 +37,9 @@ void for_each_of(std::size_t n, std::size_t count, const Visit& visit) {
 }  // namespace
 
 std::int32_t PatchCut::unary(TexelId texel, const Place& place) const {
-  return place.pixel < 0 ? kNever : task_.control_cost.at(task_.destination.target(texel), place.pixel);
+  if (place.pixel < 0) return kNever;
+  const auto target = task_.destination.target(texel);
+  return task_.control_cost.at(target, place.pixel) + kAmountCost * task_.amounts.excess(target, place.pixel) / 256;
 }
 
 void PatchCut::begin(const SurfacePatch& patch, const PlaceMap& places) {

@@ -8,6 +8,7 @@
 
 #include "libcommon/core/random.h"
 #include "patinate/core/run_control.h"
+#include "transfer/synthesis/amounts.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/seam_cost.h"
 #include "transfer/synthesis/similar_pixels.h"
@@ -22,6 +23,7 @@ struct CutTask {
   const SeamFeatures& features;
   const ControlCost& control_cost;
   const SimilarPixels& similar;
+  const Amounts& amounts;
   int num_random = 256;  ///< Places of similar control value that are looked at for a patch.
   int num_tried = 4;     ///< The best of all looked at: as many cuts.
 };

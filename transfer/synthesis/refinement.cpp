@@ -113,11 +113,13 @@ struct Window {
 
 class Refiner {
  public:
-  Refiner(const SynthesisLevel& level, const TexelNeighborhood& beside, const CutTask& task, double scale_px,
-          std::uint64_t seed, PlaceMap& places)
-      : map_(*level.destination.map),
+  Refiner(const SynthesisLevel& level, const TexelNeighborhood& beside, const CutTask& task, Amounts& amounts,
+          double scale_px, std::uint64_t seed, PlaceMap& places)
+      : level_(level),
+        map_(*level.destination.map),
         beside_(beside),
         task_(task),
+        amounts_(amounts),
         seed_(seed),
         places_(places),
         costs_(level, beside, task.features),
@@ -130,6 +132,7 @@ class Refiner {
 
   void round(int index, const RunControl& control) {
     costs_.measure(places_, control);
+    amounts_.measure(level_.destination, places_, control);
     choose_windows(index, control);
     // No window holds a texel beside another's: what one writes, no other reads.
     parallel_for(static_cast<std::int64_t>(windows_.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
@@ -208,9 +211,11 @@ class Refiner {
     for (const PatchTexel& t : patch.texels) is_taken_[static_cast<std::size_t>(t.texel)] = kMember;
   }
 
+  const SynthesisLevel& level_;
   const TexelMap& map_;
   const TexelNeighborhood& beside_;
   const CutTask& task_;
+  Amounts& amounts_;
   std::uint64_t seed_;
   PlaceMap& places_;
   BlockCosts costs_;
@@ -223,7 +228,7 @@ class Refiner {
 
 }  // namespace
 
-void refine_places(const SynthesisLevel& level, const ImageF& structure, double scale_px, const SimilarPixels& similar,
+void refine_places(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,
                    std::span<const double> control_weights, std::uint64_t seed, const RefinementOptions& options,
                    PlaceMap& places, const RunControl& control) {
   RunControl silent = control;
@@ -231,14 +236,16 @@ void refine_places(const SynthesisLevel& level, const ImageF& structure, double 
   const DestinationLevel& destination = level.destination;
   const TexelNeighborhood beside(*destination.map, {}, destination.placement.frames, destination.placement.pixel_mm,
                                  silent);
-  const SeamFeatures features(level.source, structure, kStructureWeight);
+  const SeamFeatures features(level.source, structure.channels, kStructureWeight * structure.weight);
   const ControlCost control_cost(level.source, control_weights, kControlUnit * options.control_share);
+  Amounts amounts(level.source);
   const CutTask task{.source = level.source,
                      .destination = level.destination,
                      .features = features,
                      .control_cost = control_cost,
-                     .similar = similar};
-  Refiner refiner(level, beside, task, scale_px, seed, places);
+                     .similar = similar,
+                     .amounts = amounts};
+  Refiner refiner(level, beside, task, amounts, structure.scale_px, seed, places);
   for (int round = 0; round < options.num_rounds; ++round) {
     refiner.round(round, silent);
     control.report(static_cast<double>(round + 1) / options.num_rounds);

@@ -22,9 +22,9 @@ struct RefinementOptions {
 /// (patch_cut.h). Every round chooses windows that do not touch, improves each from the state before the round, and
 /// counts are fixed; random numbers come from seed, round and window, and counts are fixed, so that threads do not
 /// matter. [Kwatra et al. 2003, "Graphcut textures"; Pritch, Kav-Venaki and Peleg 2009, "Shift-map image editing"]
-/// @param structure  Of the level's source, of its size.
+/// @param structure  Of the level's source, without its margin.
 /// @param places     What is refined.
-void refine_places(const SynthesisLevel& level, const ImageF& structure, double scale_px, const SimilarPixels& similar,
+void refine_places(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,
                    std::span<const double> control_weights, std::uint64_t seed, const RefinementOptions& options,
                    PlaceMap& places, const RunControl& control = {});
 

@@ -15,12 +15,17 @@ SeamFeatures::SeamFeatures(const SourceLevel& source, const ImageF& structure, d
       width_(source.width()),
       height_(source.height()),
       values_(static_cast<std::size_t>(source.appearance.num_pixels()) * kSize, 0) {
-  for (std::int64_t p = 0; p < source.appearance.num_pixels(); ++p) {
-    std::int16_t* out = values_.data() + p * kSize;
-    std::copy_n(source.appearance.data() + p * kAppearanceSize, kAppearanceSize, out);
-    for (int c = 0; c < structure.channels(); ++c) {
-      const double value = static_cast<double>(structure.data()[p * structure.channels() + c]) * weight;
-      out[kAppearanceSize + c] = static_cast<std::int16_t>(std::floor(value + 0.5));
+  for (std::int32_t y = 0; y < source.height(); ++y) {
+    for (std::int32_t x = 0; x < width_; ++x) {
+      const std::int64_t p = std::int64_t{y} * width_ + x;
+      std::int16_t* out = values_.data() + p * kSize;
+      std::copy_n(source.appearance.data() + p * kAppearanceSize, kAppearanceSize, out);
+      const int sx = x - source.margin_px, sy = y - source.margin_px;
+      if (!structure.contains(sx, sy)) continue;
+      for (int c = 0; c < structure.channels(); ++c) {
+        const double value = static_cast<double>(structure.at(sx, sy, c)) * weight;
+        out[kAppearanceSize + c] = static_cast<std::int16_t>(std::floor(value + 0.5));
+      }
     }
   }
 }

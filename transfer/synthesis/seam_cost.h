@@ -25,8 +25,8 @@ class SeamFeatures {
   static constexpr int kSize = 16;                ///< kAppearanceSize of the appearance, the rest of the structure.
   static constexpr std::int32_t kOutside = 4096;  ///< What a step to where nothing can be copied counts.
 
-  /// @param structure  Of the level's size, up to 8 channels, in [0, 2]; empty: appearance alone. @param weight  What 1
-  /// of it counts, in units in which the appearance has a standard deviation of 170; [0, 1000].
+  /// @param structure  Of the level's size without its margin, up to 8 channels, in [0, 2]; empty: appearance alone.
+  /// @param weight  What 1 of it counts, in units in which the appearance has a standard deviation of 170; [0, 1000].
   SeamFeatures(const SourceLevel& source, const ImageF& structure, double weight);
 
   /// |F(a) - F(b)|, rounded down; a correctly rounded square root, so the same everywhere.

@@ -155,42 +155,54 @@ void check_usable(const History& history, const std::vector<std::size_t>& asked,
 
 constexpr std::array kRounds{0, 10, 32};  // By quality.
 
-SourceStructure structure_of(const History& history, const ImageU8& mask, const TransferOptions& options,
-                             const RunControl& control) {
-  return options.appearance.structure > 0.0 ? find_structure(history, mask, control) : SourceStructure{};
-}
-
 std::optional<StructureFacts> facts_of(const SourceStructure& structure) {
   if (structure.empty()) return std::nullopt;
-  return StructureFacts{.is_dark = structure.is_dark,
-                        .line_share = structure.share,
+  return StructureFacts{.kind = structure.kind,
+                        .share = structure.share,
                         .scale_px = structure.scale_px,
                         .contrast_lab = structure.contrast};
 }
 
-/// Of a coarser level.
-SourceStructure halved(SourceStructure structure, int halvings, const RunControl& control) {
-  for (int i = 0; i < halvings && !structure.empty(); ++i) {
-    structure.channels = downscale_area(structure.channels, std::max(1, structure.channels.width() / 2),
-                                        std::max(1, structure.channels.height() / 2), control);
-    structure.scale_px /= 2.0;
-  }
+/// The next coarser level's.
+SourceStructure halved(const SourceStructure& fine, const RunControl& control) {
+  SourceStructure structure = fine;
+  structure.channels = downscale_area(fine.channels, std::max(1, fine.channels.width() / 2),
+                                      std::max(1, fine.channels.height() / 2), control);
+  structure.scale_px /= 2.0;
   return structure;
 }
 
-/// The fast synthesis, and its borders refined where the source has structure.
+/// On `first`, which is the finest that is synthesized, and on the coarser ones that still show it.
+std::vector<SourceStructure> structure_levels(SourceStructure structure, std::size_t first, std::size_t num_levels,
+                                              const RunControl& control) {
+  constexpr double kLeastScale_px = 4.0;  // Cells of less than eight pixels are not told from texture.
+  if (structure.empty()) return {};
+  for (std::size_t l = 0; l < first; ++l) structure = halved(structure, control);
+  std::vector<SourceStructure> levels{std::move(structure)};
+  while (levels.size() < num_levels && levels.back().scale_px >= 2.0 * kLeastScale_px)
+    levels.push_back(halved(levels.back(), control));
+  return levels;
+}
+
+/// The fast synthesis; borders are refined on every level that shows the source's structure: large cells are made whole
+/// on coarse ones, lines on fine ones.
 CoordinateMap synthesize_fast(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
-                              const std::vector<double>& weights, const SourceStructure& structure,
+                              const std::vector<double>& weights, const std::vector<SourceStructure>& structure,
                               const TransferOptions& options, const RunControl& control) {
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const int num_rounds = structure.empty() ? 0 : kRounds[static_cast<std::size_t>(options.quality)];
-  MultiLevelResult made =
-      synthesize_multi_level(levels, neighborhood, *options.coherence_share, weights, seed, options.multi_level,
-                             num_rounds == 0 ? control : control.part(0.0, 0.2));
-  if (num_rounds > 0)
-    refine_places(levels[0], structure.channels, structure.scale_px, made.similar, weights, seed,
-                  {.num_rounds = num_rounds}, made.places, control.part(0.2, 1.0));
-  return std::move(made.places.pixels);
+  LevelRefinement refinement;
+  if (num_rounds > 0) {
+    refinement.num_passes = num_rounds;
+    refinement.refine = [&](std::size_t l, const SynthesisLevel& level, const SimilarPixels& similar, PlaceMap& places,
+                            const RunControl& part) {
+      if (l < structure.size())
+        refine_places(level, structure[l], similar, weights, seed + l, {.num_rounds = num_rounds}, places, part);
+    };
+  }
+  return std::move(synthesize_multi_level(levels, neighborhood, *options.coherence_share, weights, seed,
+                                          options.multi_level, control, refinement)
+                       .pixels);
 }
 
 }  // namespace
@@ -207,7 +219,7 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   silent.on_progress = nullptr;
   TransferOptions open = asked;
   if (open.method == TransferMethod::Reference) open.appearance.structure = 0.0;  // The paper's knows none.
-  const SourceStructure structure = structure_of(history, mask, open, silent);
+  const SourceStructure structure = find_structure(history, mask, open.appearance, silent);
   const TransferOptions options = with_defaults(open, !structure.empty());
   result.used = options;
   result.structure = facts_of(structure);
@@ -236,8 +248,8 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
       options.method == TransferMethod::Reference
           ? synthesize_reference(levels[0].source, levels[0].destination, neighborhood, *options.coherence_share,
                                  weights, seed, options.reference, synthesis_control)
-          : synthesize_fast(levels, neighborhood, weights, halved(structure, static_cast<int>(first), silent), options,
-                            synthesis_control);
+          : synthesize_fast(levels, neighborhood, weights, structure_levels(structure, first, levels.size(), silent),
+                            options, synthesis_control);
   result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,
                                  *options.coherence_share, weights, silent);
   result.matched_controls = std::move(levels[0].destination.controls);

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <functional>
 
 #include "libcommon/core/random.h"
+#include "transfer/exemplar/regions.h"
 
 namespace patinate::transfer {
 namespace {
@@ -34,9 +36,9 @@ ImageU8 everything() { return ImageU8(kSide, kSide, 1, 255); }
 
 TEST(Structure, OfAGridAreItsLines) {
   for (bool dark : {true, false}) {
-    const SourceStructure structure = find_structure(dark ? grid(40, 70) : grid(70, 40), everything());
+    const SourceStructure structure = line_structure(dark ? grid(40, 70) : grid(70, 40), everything());
     ASSERT_FALSE(structure.empty());
-    EXPECT_EQ(structure.is_dark, dark);
+    EXPECT_EQ(structure.kind, dark ? StructureKind::DarkLines : StructureKind::BrightLines);
     constexpr double kShare = 1.0 - (kCell - 2.0) * (kCell - 2.0) / (1.0 * kCell * kCell);
     EXPECT_NEAR(structure.share, kShare, 0.01);  // At the picture's border a closing sees half a line.
     // The middle of a cell lies 15 pixels from a line, and 98 % of the pixels lie nearer.
@@ -52,7 +54,7 @@ TEST(Structure, OfAGridAreItsLines) {
 }
 
 TEST(Structure, ChannelsKeepTheirRange) {
-  const SourceStructure structure = find_structure(grid(20, 90), everything());
+  const SourceStructure structure = line_structure(grid(20, 90), everything());
   for (int y = 0; y < kSide; ++y) {
     for (int x = 0; x < kSide; ++x) {
       for (int c = 0; c < kStructureSize; ++c) {
@@ -64,13 +66,13 @@ TEST(Structure, ChannelsKeepTheirRange) {
 }
 
 TEST(Structure, NeitherNoiseNorSpotsNorAFlatPictureHaveAny) {
-  EXPECT_TRUE(find_structure(picture([](int x, int y) { return 50.0f + 20.0f * noise(x, y); }), everything()).empty());
-  EXPECT_TRUE(find_structure(picture([](int, int) { return 50.0f; }), everything()).empty());
+  EXPECT_TRUE(line_structure(picture([](int x, int y) { return 50.0f + 20.0f * noise(x, y); }), everything()).empty());
+  EXPECT_TRUE(line_structure(picture([](int, int) { return 50.0f; }), everything()).empty());
   const auto spots = [](int x, int y) {
     const int dx = x % kCell - kCell / 2, dy = y % kCell - kCell / 2;
     return dx * dx + dy * dy < 25 ? 30.0f : 70.0f;
   };
-  EXPECT_TRUE(find_structure(picture(spots), everything()).empty());
+  EXPECT_TRUE(line_structure(picture(spots), everything()).empty());
 }
 
 TEST(Structure, WhatLiesOutsideOfTheMaskIsNotLookedAt) {
@@ -80,12 +82,47 @@ TEST(Structure, WhatLiesOutsideOfTheMaskIsNotLookedAt) {
   }
   const ImageF half =
       picture([](int x, int y) { return x >= kSide / 2 && is_on_line(x, y) ? 30.0f : 70.0f + noise(x, y); });
-  EXPECT_TRUE(find_structure(half, mask).empty());
-  EXPECT_FALSE(find_structure(half, everything()).empty());
+  EXPECT_TRUE(line_structure(half, mask).empty());
+  EXPECT_FALSE(line_structure(half, everything()).empty());
+}
+
+/// Round patches of one color on another, and noise.
+ImageF patches(int radius, float contrast) {
+  ImageF image(kSide, kSide, 3);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      const int dx = x % 40 - 20, dy = y % 40 - 20;
+      const float patch = dx * dx + dy * dy < radius * radius ? contrast : 0.0f;
+      const std::array<float, 3> color{0.3f + patch, 0.3f, 0.3f - 0.5f * patch};
+      for (int c = 0; c < 3; ++c) image.at(x, y, c) = color[static_cast<std::size_t>(c)] + 0.04f * noise(x, y);
+    }
+  }
+  return image;
+}
+
+TEST(Regions, OfPatchesAreTheirInside) {
+  const Regions regions = find_regions(patches(10, 0.3f), everything());
+  ASSERT_FALSE(regions.is_second.empty());
+  EXPECT_NEAR(regions.share, 3.14159 * 100.0 / 1600.0, 0.02);
+  EXPECT_NEAR(regions.width_px, 10.0, 2.0) << "twice the area of a disk over its border is its radius";
+  EXPECT_NE(regions.is_second.at<std::uint8_t>(20, 20), regions.is_second.at<std::uint8_t>(0, 0));
+}
+
+TEST(Regions, NeitherNoiseNorAGradientNorSpecklesHaveAny) {
+  EXPECT_TRUE(find_regions(patches(10, 0.0f), everything()).is_second.empty());
+  EXPECT_TRUE(find_regions(patches(3, 0.3f), everything()).is_second.empty()) << "a neighborhood sees them whole";
+  ImageF gradient(kSide, kSide, 3);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      for (int c = 0; c < 3; ++c)
+        gradient.at(x, y, c) = 0.1f + 0.8f * static_cast<float>(x) / kSide + 0.1f * noise(x, y);
+    }
+  }
+  EXPECT_TRUE(find_regions(gradient, everything()).is_second.empty());
 }
 
 TEST(Structure, APictureSmallerThanAnyLineHasNone) {
-  EXPECT_TRUE(find_structure(ImageF(4, 4), ImageU8(4, 4, 1, 255)).empty());
+  EXPECT_TRUE(line_structure(ImageF(4, 4), ImageU8(4, 4, 1, 255)).empty());
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ struct BrokenLines {
     for (int i = 0; i < kSide * kSide; ++i)
       asked.data()[i] = static_cast<std::uint16_t>(i % kSide * kControlSteps / kSide);
     const ImageU8 mask(kSource, kSource, 1, 255);
-    structure = find_structure(lightness, mask);
+    structure = line_structure(lightness, mask);
     const Neighborhood neighborhood = Neighborhood::square(2);
     const auto map = std::make_shared<TexelMap>(mesh, kSide, kSide);
     level = {make_source_level(std::move(appearance), std::move(known), mask, 170.0 * 170.0, neighborhood),
@@ -77,8 +77,7 @@ struct BrokenLines {
     PlaceMap result = places;
     RunControl control;
     control.num_threads = threads;
-    refine_places(level, structure.channels, structure.scale_px, similar, weights, seed, {.num_rounds = num_rounds},
-                  result, control);
+    refine_places(level, structure, similar, weights, seed, {.num_rounds = num_rounds}, result, control);
     return result;
   }
 };
@@ -154,11 +153,13 @@ TEST(PatchCut, FindsTheCheapestOfAllBorders) {
   const BrokenLines task;
   const SeamFeatures features = task.features();
   const ControlCost control_cost(task.level.source, task.weights, 1.0);
+  const Amounts amounts(task.level.source);  // Not measured: nothing is too much.
   const CutTask cut_task{.source = task.level.source,
                          .destination = task.level.destination,
                          .features = features,
                          .control_cost = control_cost,
-                         .similar = task.similar};
+                         .similar = task.similar,
+                         .amounts = amounts};
   PatchFinder finder(*task.level.destination.map, *task.level.destination.neighbors);
   SurfacePatch patch;
   finder.find_texels(16 * kSide + 16, 1, patch);  // Where four blocks meet.
@@ -240,9 +241,7 @@ TEST(Refinement, NoticesAStop) {
   RunControl stopped;
   stopped.stop = source.get_token();
   PlaceMap places = task.places;
-  EXPECT_THROW(refine_places(task.level, task.structure.channels, task.structure.scale_px, task.similar, task.weights,
-                             1, {}, places, stopped),
-               Canceled);
+  EXPECT_THROW(refine_places(task.level, task.structure, task.similar, task.weights, 1, {}, places, stopped), Canceled);
 }
 
 }  // namespace

@@ -146,6 +146,16 @@ TEST(Synthesis, GivesTheSameCoordinatesForAnyNumberOfThreads) {
   EXPECT_EQ(one, task.run_guided({}, 5).coordinates);
 }
 
+TEST(Synthesis, TheQuartersOfTheControlErrorHaveItsMean) {
+  const EnergyReport energy = PlaneTask(64, 80, 0).run_guided({}, 1).energy;
+  double sum = 0.0;
+  for (double quarter : energy.control_error_quarters) {
+    EXPECT_GT(quarter, 0.0);
+    sum += quarter;
+  }
+  EXPECT_NEAR(sum / 4.0, energy.control_error_mean, 1e-9);
+}
+
 TEST(Synthesis, ReportsFractionsThatNeverFallAndEndAtOne) {
   const PlaneTask task(64, 48, 0);
   for (TransferMethod method : {TransferMethod::Fast, TransferMethod::Reference}) {

@@ -46,9 +46,14 @@ std::pair<float, float> covered_range(const ImageF& values, const TexelMap& map)
 
 /// What was found in the source, and what was done about it.
 std::string text_of(const transfer::StructureFacts& s, transfer::TransferQuality quality) {
-  std::string text = std::string("lines: ") + (s.is_dark ? "dark" : "bright") + " ones cover " +
-                     percent_text(s.line_share, 2) + " of the source; copied pieces are ";
-  text += quality == transfer::TransferQuality::Draft ? "not cut along them (--quality draft)" : "cut along them";
+  const bool has_lines = s.kind != transfer::StructureKind::Regions;
+  std::string text = !has_lines                                     ? "regions: two materials; the rarer covers "
+                     : s.kind == transfer::StructureKind::DarkLines ? "lines: dark ones cover "
+                                                                    : "lines: bright ones cover ";
+  text += percent_text(s.share, 2) + " of the source; copied pieces are ";
+  text += quality == transfer::TransferQuality::Draft ? "not cut (--quality draft)"
+          : has_lines                                 ? "cut so that lines go on"
+                                                      : "cut so that borders go on";
   return text + "; --structure 0 does without";
 }
 

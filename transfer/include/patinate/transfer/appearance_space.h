@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "patinate/core/options.h"
@@ -15,8 +17,21 @@
 
 namespace patinate::transfer {
 
+/// What copies must not break: lines, or the borders of regions of two materials.
+enum class StructureKind { DarkLines, BrightLines, Regions };
+inline constexpr std::array<std::string_view, 3> kStructureKindNames{"dark_lines", "bright_lines", "regions"};
+
+/// Structure that was found in the source (structure.h).
+struct StructureFacts {
+  StructureKind kind = StructureKind::DarkLines;
+  double share = 0.0;         ///< Of the source's pixels: on lines, or of the rarer material.
+  double scale_px = 0.0;      ///< About half of the largest cell between lines, or of the largest region; pixels of the
+                              ///< history.
+  double contrast_lab = 0.0;  ///< Of the faintest lines, or between the two materials, L*.
+};
+
 inline constexpr int kAppearanceVersion =
-    2;  ///< Raised when the same history gives other integers: kept ones are then regenerated.
+    3;  ///< Raised when the same history gives other integers: kept ones are then regenerated.
 inline constexpr int kAppearanceSize = 8;     ///< Components per pixel: eight int16, one SSE register.
 inline constexpr int kAppearanceLimit = 511;  ///< Components lie in [-511, 511]: differences squared fit our sums.
 
@@ -26,7 +41,8 @@ struct AppearanceOptions {
   int spatial_radius_px = 1;  ///< [0, 3]. Neighbors that count into a pixel's appearance; 0 = color over time only.
   int max_frames = 96;        ///< [2, 128]. Longer histories are compared at this many evenly spaced frames.
   int num_samples = 8192;     ///< [64, 65536]. Pixels from which the components are found.
-  double structure = 1.0;     ///< [0, 10]. Variance of structure (lines, if the source has any) beside that of colors.
+  double structure = 1.0;     ///< [0, 10]. Variance of structure, if the source has any, beside that of colors.
+  std::string structure_map = {};  ///< Control of the history that says where structure is; "": it is looked for.
 };
 void describe(OptionVisitor& v, AppearanceOptions& o);
 

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "patinate/atlas/texel_map.h"
@@ -38,6 +39,7 @@ void describe(OptionVisitor& v, MultiLevelOptions& o);
 struct ReferenceOptions {
   int window_px = 100;           ///< [8, 4096]. Side of the search window.
   double tolerance = 0.05;       ///< [0, 1]. How near a window's center must be in control value.
+  double epsilon = 0.1;          ///< [0, 1]. Chosen at random among those that cost at most 1 + this of the least.
   int num_passes = 3;            ///< [1, 8]. The first sees only texels done before; later ones see all.
   double first_coherence = 0.1;  ///< [0, 1]. Coherence share of the first pass; rises linearly to the final one.
 };
@@ -87,17 +89,10 @@ struct EnergyReport {
   double control_mismatch = 0.0;    ///< K, mean.
   double control_error_mean = 0.0;  ///< Mean |P - Q| of the first control, in [0, 1].
   double control_error_p95 = 0.0;
+  std::array<double, 4> control_error_quarters{};  ///< The mean by quarters of the texels, the lowest values first.
   double coherent_share =
       0.0;  ///< Adjacent texel pairs whose step in the source is that on the surface, to less than a pixel or texel.
   double used_share = 0.0;  ///< Usable source pixels that appear in the result.
-};
-
-/// Lines that were found in the source (structure.h).
-struct StructureFacts {
-  bool is_dark = true;
-  double line_share = 0.0;    ///< Of the source's pixels.
-  double scale_px = 0.0;      ///< About half of the largest cell between lines, pixels of the history.
-  double contrast_lab = 0.0;  ///< Of the faintest of them, L*.
 };
 
 struct TransferResult {
@@ -106,7 +101,7 @@ struct TransferResult {
   EnergyReport energy;
   double explained_variance = 0.0;          ///< Of the history's colors, by the appearance that was compared.
   TransferOptions used;                     ///< With a value for everything that was left open.
-  std::optional<StructureFacts> structure;  ///< None: the source has no lines, or none were looked for.
+  std::optional<StructureFacts> structure;  ///< None: the source has none, or none was looked for.
 };
 
 /// What is transferred onto what.

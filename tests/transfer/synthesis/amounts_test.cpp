@@ -1,0 +1,81 @@
+#include "transfer/synthesis/amounts.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "tests/support/meshes.h"
+#include "transfer/synthesis/source_levels.h"
+
+namespace patinate::transfer {
+namespace {
+
+constexpr int kSource = 128, kSide = 64;
+
+/// A source that is dark in its upper half and bright in its lower one, for all values of the control, and a plane.
+struct HalfAndHalf {
+  SynthesisLevel level;
+  HalfAndHalf() {
+    AppearanceImage appearance(kSource, kSource, kAppearanceSize);
+    ControlImage known(kSource, kSource, 1), asked(kSide, kSide, 1);
+    for (int y = 0; y < kSource; ++y) {
+      for (int x = 0; x < kSource; ++x) {
+        // Of 16 shades; those of the upper half are the lower eight.
+        appearance.at(x, y, 0) = static_cast<std::int16_t>(y * 16 / kSource);
+        known.at(x, y) = static_cast<std::uint16_t>(x * kControlSteps / (kSource - 1));
+      }
+    }
+    for (int i = 0; i < kSide * kSide; ++i)
+      asked.data()[i] = static_cast<std::uint16_t>(i % kSide * kControlSteps / (kSide - 1));
+    const Neighborhood neighborhood = Neighborhood::square(1);
+    const auto map = std::make_shared<TexelMap>(testing_support::unit_plane(kSide), kSide, kSide);
+    level = {make_source_level(std::move(appearance), std::move(known), ImageU8(kSource, kSource, 1, 255), 10.0,
+                               neighborhood),
+             make_destination_level(map, std::move(asked), neighborhood, place_source(*map, nullptr, 1.0, 0))};
+  }
+  /// Every texel takes a pixel of the column that it asks for. @param num_rows  Of the source, from row 2 on.
+  [[nodiscard]] PlaceMap places(int num_rows) const {
+    PlaceMap made(kSide * kSide, kSource);
+    for (TexelId t : level.destination.texels) {
+      const int x = 2 + static_cast<int>(t % kSide) * (kSource - 4) / kSide;
+      const int y = 2 + static_cast<int>(t / kSide) * num_rows / kSide;
+      made.set(t, place_of(level.source, y * kSource + x));
+    }
+    return made;
+  }
+  [[nodiscard]] std::int32_t excess(const Amounts& amounts, int y) const {
+    const auto target = static_cast<std::uint16_t>(kControlSteps / 2);
+    return amounts.excess(std::span(&target, 1), y * kSource + kSource / 2);
+  }
+};
+
+TEST(Amounts, EqualSharesAreNoExcess) {
+  const HalfAndHalf task;
+  Amounts amounts(task.level.source);
+  EXPECT_EQ(task.excess(amounts, 20), 0) << "not measured";
+  amounts.measure(task.level.destination, task.places(kSource - 4), {});
+  EXPECT_NEAR(task.excess(amounts, 20), 0, 40);
+  EXPECT_NEAR(task.excess(amounts, 100), 0, 40);
+}
+
+TEST(Amounts, AMapOfOneHalfHasTwiceItsShareAndNothingOfTheOther) {
+  const HalfAndHalf task;
+  Amounts amounts(task.level.source);
+  amounts.measure(task.level.destination, task.places(kSource / 2 - 4), {});
+  EXPECT_NEAR(task.excess(amounts, 20), 256, 64);  // Rows are counted whole: eight or seven to a look.
+  EXPECT_EQ(task.excess(amounts, 100), -256);
+}
+
+TEST(Amounts, AreTheSameForAnyNumberOfThreads) {
+  const HalfAndHalf task;
+  Amounts one(task.level.source), three(task.level.source);
+  RunControl control;
+  control.num_threads = 1;
+  one.measure(task.level.destination, task.places(40), control);
+  control.num_threads = 3;
+  three.measure(task.level.destination, task.places(40), control);
+  for (int y = 1; y < kSource - 1; ++y) EXPECT_EQ(task.excess(one, y), task.excess(three, y));
+}
+
+}  // namespace
+}  // namespace patinate::transfer

@@ -1,0 +1,33 @@
+/// \file
+/// Lines of a picture, such as cracks, veins and rims.
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
+
+namespace patinate::transfer {
+
+/// Of what a square fills, L*: of all lines, and of those that contrast most.
+struct LineThresholds {
+  double low = 0.0, high = 0.0;
+};
+
+/// Lines, dark or bright.
+struct Lines {
+  cv::Mat fill;         ///< How much darker (or brighter) than its surroundings a pixel is, L*.
+  cv::Mat all, strong;  ///< 0 / 255; empty where there are none.
+  LineThresholds thresholds;
+  bool is_dark = true;
+  double share = 0.0;  ///< Of the pixels inside the mask.
+  [[nodiscard]] bool empty() const { return all.empty(); }
+};
+
+/// What a closing (dark) or an opening (bright) of the lightness by a square fills, at the smallest of four sizes that
+/// finds most: above Otsu's threshold [Otsu 1979], and above 0.4 of it or the noise where connected with that. There
+/// are lines where most of what is found is much longer than wide. Same bits for any number of threads.
+/// @param lightness  H x W, L*. @param mask  H x W, 0 = outside.
+[[nodiscard]] Lines find_lines(const ImageF& lightness, const ImageU8& mask, const RunControl& control = {});
+
+}  // namespace patinate::transfer

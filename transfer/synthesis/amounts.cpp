@@ -1,0 +1,66 @@
+#include "transfer/synthesis/amounts.h"
+
+#include <algorithm>
+
+#include "libcommon/core/parallel.h"
+
+namespace patinate::transfer {
+
+namespace {
+
+constexpr std::int64_t kFewestPixels = 256;  // Of a control value: fewer say nothing about shares.
+constexpr std::int32_t kOne = 256, kMost = 2 * kOne;
+
+}  // namespace
+
+Amounts::Amounts(const SourceLevel& source) : look_(source.is_usable.size(), 0) {
+  std::vector<std::int16_t> sorted;
+  sorted.reserve(source.usable.size());
+  const auto component = [&](std::int32_t p) { return source.appearance.data()[std::int64_t{p} * kAppearanceSize]; };
+  for (std::int32_t p : source.usable) sorted.push_back(component(p));
+  std::sort(sorted.begin(), sorted.end());
+  std::array<std::int16_t, kLooks - 1> limits{};
+  for (std::size_t l = 0; l < limits.size(); ++l) limits[l] = sorted[(l + 1) * sorted.size() / kLooks];
+  for (std::int32_t p : source.usable) {
+    const int look = static_cast<int>(std::upper_bound(limits.begin(), limits.end(), component(p)) - limits.begin());
+    look_[static_cast<std::size_t>(p)] = static_cast<std::uint8_t>(look);
+    ++wanted_[cell(value_of(source.controls.data()[std::int64_t{p} * source.controls.channels()]), look)];
+  }
+}
+
+void Amounts::measure(const DestinationLevel& destination, const PlaceMap& places, const RunControl& control) {
+  const Table has = parallel_reduce(
+      static_cast<std::int64_t>(destination.texels.size()), 16384, control, Table{},
+      [&](std::int64_t begin, std::int64_t end) {
+        Table part{};
+        auto at = destination.texels.from(static_cast<std::size_t>(begin));
+        for (std::int64_t i = begin; i < end; ++i, ++at) {
+          const std::int32_t pixel = places.pixels[static_cast<std::size_t>(*at)];
+          if (pixel >= 0) ++part[cell(value_of(destination.target(*at)[0]), look_[static_cast<std::size_t>(pixel)])];
+        }
+        return part;
+      },
+      [](Table a, const Table& b) {
+        for (std::size_t i = 0; i < a.size(); ++i) a[i] += b[i];
+        return a;
+      });
+  for (int v = 0; v < kValues; ++v) {
+    std::int64_t all_wanted = 0, all_has = 0;
+    for (int l = 0; l < kLooks; ++l) {
+      all_wanted += wanted_[cell(v, l)];
+      all_has += has[cell(v, l)];
+    }
+    for (int l = 0; l < kLooks; ++l) {
+      const std::size_t c = cell(v, l);
+      if (all_wanted < kFewestPixels || all_has == 0) {
+        excess_[c] = 0;
+        continue;
+      }
+      // has / all_has over wanted / all_wanted, less one; one more pixel stands for looks that the source has not.
+      const std::int64_t share = has[c] * all_wanted, due = (wanted_[c] + 1) * all_has;
+      excess_[c] = static_cast<std::int32_t>(std::clamp<std::int64_t>((share - due) * kOne / due, -kOne, kMost));
+    }
+  }
+}
+
+}  // namespace patinate::transfer

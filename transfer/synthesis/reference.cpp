@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "transfer/synthesis/places.h"
 #include "transfer/synthesis/wavefronts.h"
 #include "transfer/synthesis/window_search.h"
 
@@ -16,6 +18,8 @@ void describe(OptionVisitor& v, ReferenceOptions& o) {
   v.visit({"tolerance", "reference: how near a window's center must be in control value", "", between(0, 1)},
           o.tolerance);
   v.visit({"reference_passes", "reference: passes over the atlas", "", between(1, 8)}, o.num_passes);
+  v.visit({"epsilon", "reference: a texel takes any pixel that costs at most 1 + this of the least", "", between(0, 1)},
+          o.epsilon);
   v.visit({"first_coherence", "reference: coherence share of the first pass", "", between(0, 1)}, o.first_coherence);
 }
 
@@ -28,19 +32,19 @@ struct Position {
 };
 
 /// Weighted mean of where the known neighbors would put this texel; nothing when none is known.
-std::optional<Position> mean_position(const SourceLevel& source, const Neighborhood& neighborhood,
-                                      const TexelCost& cost, const CoordinateMap& coordinates) {
+std::optional<Position> mean_position(const Neighborhood& neighborhood, const TexelCost& cost, const PlaceMap& places) {
   std::int64_t x = 0, y = 0, weights = 0;
   for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
     const PixelNeighbor& n = cost.neighbor(k);
-    const std::int32_t s = n.texel < 0 ? -1 : coordinates[static_cast<std::size_t>(n.texel)];
-    if (s < 0) continue;
-    x += neighborhood.weights[k] * std::int64_t{s % source.width() - whole_pixels(n.x)};
-    y += neighborhood.weights[k] * std::int64_t{s / source.width() - whole_pixels(n.y)};
+    if (n.texel < 0 || places.pixels[static_cast<std::size_t>(n.texel)] < 0) continue;
+    const FixedPoint from = places.point(n.texel);
+    x += neighborhood.weights[k] * std::int64_t{from.x - n.x};
+    y += neighborhood.weights[k] * std::int64_t{from.y - n.y};
     weights += neighborhood.weights[k];
   }
   if (weights == 0) return std::nullopt;
-  return Position{x / weights, y / weights};
+  const std::int64_t scale = weights * PixelNeighbor::kOne;
+  return Position{x / scale, y / scale};
 }
 
 /// Of 64 pixels of similar control value, the one nearest to the mean position.
@@ -62,26 +66,34 @@ Position window_center(const SourceLevel& source, std::span<const std::uint16_t>
   return best;
 }
 
-/// What the texel has from the pass before, and where the known neighbors would put it.
-void likely_pixels(const SourceLevel& source, const Neighborhood& neighborhood, const TexelCost& cost,
-                   const CoordinateMap& coordinates, std::int32_t own, std::vector<std::int32_t>& out) {
-  out.assign(1, own);
+/// What the texel has from the pass before, and where the known neighbors would put it, the nearest first.
+void likely_places(const SourceLevel& source, const Neighborhood& neighborhood, const TexelCost& cost,
+                   const PlaceMap& places, TexelId own, std::vector<Place>& out) {
+  out.clear();
+  if (const Place now = places.at(own); now.pixel >= 0) out.push_back(now);
   for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
     const PixelNeighbor& n = cost.neighbor(k);
-    const std::int32_t s = n.texel < 0 ? -1 : coordinates[static_cast<std::size_t>(n.texel)];
-    if (s < 0) continue;
-    const int x = s % source.width() - whole_pixels(n.x), y = s / source.width() - whole_pixels(n.y);
-    if (x < 0 || y < 0 || x >= source.width() || y >= source.height()) continue;
-    const std::int32_t p = y * source.width() + x;
-    if (std::find(out.begin(), out.end(), p) == out.end()) out.push_back(p);
+    if (n.texel < 0 || places.pixels[static_cast<std::size_t>(n.texel)] < 0) continue;
+    const FixedPoint from = places.point(n.texel);
+    const Place place = place_at(source, {from.x - n.x, from.y - n.y});
+    if (place.pixel >= 0 &&
+        std::none_of(out.begin(), out.end(), [&](const Place& p) { return p.pixel == place.pixel; }))
+      out.push_back(place);
   }
 }
 
 /// What one thread needs.
 struct Worker {
   TexelCost cost;
-  std::vector<std::int32_t> likely = {};
+  std::vector<Place> likely = {};
+  std::vector<std::int32_t> likely_pixels = {};
 };
+
+/// A piece that goes on keeps its fractions, so that it keeps its shape on turned and stretched texels.
+Place with_fraction(const SourceLevel& source, std::int32_t pixel, const std::vector<Place>& likely) {
+  const auto same = std::find_if(likely.begin(), likely.end(), [&](const Place& p) { return p.pixel == pixel; });
+  return same != likely.end() ? *same : place_of(source, pixel);
+}
 
 }  // namespace
 
@@ -90,7 +102,7 @@ CoordinateMap synthesize_reference(const SourceLevel& source, const DestinationL
                                    std::span<const double> control_weights, std::uint64_t seed,
                                    const ReferenceOptions& options, const RunControl& control) {
   check_ranges(options);
-  CoordinateMap coordinates(static_cast<std::size_t>(destination.map->num_texels()), -1);
+  PlaceMap places(destination.map->num_texels(), source.width());
   const int tolerance = static_cast<int>(options.tolerance * kControlSteps);
   const std::vector<std::vector<TexelId>> fronts = wavefronts(destination);
   RunControl silent = control;
@@ -101,13 +113,22 @@ CoordinateMap synthesize_reference(const SourceLevel& source, const DestinationL
     const EnergyScale scale = EnergyScale::make(
         source, options.first_coherence + (coherence_share - options.first_coherence) * ramp, control_weights);
     const auto place = [&](TexelId t, Worker& worker) {
-      worker.cost.prepare(t, coordinates, scale);
+      worker.cost.prepare(t, places.pixels, scale);
       RandomStream random(seed, static_cast<std::uint64_t>(t), static_cast<std::uint32_t>(pass));
       const Position center = window_center(source, destination.target(t), tolerance,
-                                            mean_position(source, neighborhood, worker.cost, coordinates), random);
-      std::int32_t& own = coordinates[static_cast<std::size_t>(t)];
-      likely_pixels(source, neighborhood, worker.cost, coordinates, own, worker.likely);
-      own = search.find(worker.cost, search.window(center.x, center.y, options.window_px), worker.likely).pixel;
+                                            mean_position(neighborhood, worker.cost, places), random);
+      likely_places(source, neighborhood, worker.cost, places, t, worker.likely);
+      worker.likely_pixels.clear();
+      for (const Place& p : worker.likely) worker.likely_pixels.push_back(p.pixel);
+      const SearchWindow window = search.window(center.x, center.y, options.window_px);
+      const WindowOptimum best = search.find(worker.cost, window, worker.likely_pixels);
+      std::int32_t chosen = best.pixel;
+      if (options.epsilon > 0.0 && chosen >= 0) {
+        const auto more = static_cast<std::int64_t>(options.epsilon * static_cast<double>(best.cost));
+        const std::vector<std::int32_t> good = search.find_within(worker.cost, window, best.cost + more);
+        chosen = good[random.below(static_cast<std::uint32_t>(good.size()))];
+      }
+      if (chosen >= 0) places.set(t, with_fraction(source, chosen, worker.likely));
     };
     for (std::size_t f = 0; f < fronts.size(); ++f) {
       parallel_for(static_cast<std::int64_t>(fronts[f].size()), kChunk, silent,
@@ -119,7 +140,7 @@ CoordinateMap synthesize_reference(const SourceLevel& source, const DestinationL
     }
   }
   control.report(1.0);
-  return coordinates;
+  return std::move(places.pixels);
 }
 
 }  // namespace patinate::transfer

@@ -81,12 +81,17 @@ void for_tiles(const PixelBlocks& blocks, const SearchWindow& window, const Each
 /// Least so far; the lower index among equals, as a search row by row finds it.
 struct WindowSearch::Best {
   WindowOptimum optimum{-1, kUnbounded};
+  std::vector<std::int32_t>* within = nullptr;  ///< Takes all that cost no more than the optimum, which then stays.
 
   /// What a cost must stay below for `pixel` to win.
   [[nodiscard]] std::int64_t bound(std::int32_t pixel) const {
     return optimum.pixel < 0 ? kUnbounded : optimum.cost + (pixel < optimum.pixel ? 1 : 0);
   }
   void offer(const TexelCost& cost, std::int32_t pixel) {
+    if (within != nullptr) {
+      if (cost.total(pixel, optimum.cost + 1) <= optimum.cost) within->push_back(pixel);
+      return;
+    }
     const std::int64_t limit = bound(pixel);
     const std::int64_t c = cost.total(pixel, limit);
     if (c < limit) optimum = {pixel, c};
@@ -159,6 +164,20 @@ WindowOptimum WindowSearch::find(const TexelCost& cost, const SearchWindow& wind
   for (std::int32_t p : likely) {
     if (p >= 0 && source_.is_usable[static_cast<std::size_t>(p)] != 0 && is_in(window, p)) best.offer(cost, p);
   }
+  search(cost, window, best);
+  return best.optimum;
+}
+
+std::vector<std::int32_t> WindowSearch::find_within(const TexelCost& cost, const SearchWindow& window,
+                                                    std::int64_t bound) const {
+  std::vector<std::int32_t> pixels;
+  Best best{.optimum = {-1, bound}, .within = &pixels};
+  search(cost, window, best);
+  std::sort(pixels.begin(), pixels.end());
+  return pixels;
+}
+
+void WindowSearch::search(const TexelCost& cost, const SearchWindow& window, Best& best) const {
   const unsigned quarters = cost.whole_quarters();
   // Where whole quarters hold less than four sevenths of the known neighbors, they say too little to be worth the while
   // (measured).
@@ -169,7 +188,6 @@ WindowOptimum WindowSearch::find(const TexelCost& cost, const SearchWindow& wind
   } else {
     search_by_projection(quarters == kAllQuarters ? whole_ : quarters_, cost, quarters, window, best);
   }
-  return best.optimum;
 }
 
 void WindowSearch::search_by_control(const TexelCost& cost, const SearchWindow& window, Best& best) const {

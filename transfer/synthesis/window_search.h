@@ -35,7 +35,10 @@ class WindowSearch {
   /// is skipped.
   [[nodiscard]] WindowOptimum find(const TexelCost& cost, const SearchWindow& window,
                                    std::span<const std::int32_t> likely) const;
-  /// The same by looking at every pixel: the oracle.
+  /// All pixels of the window that cost at most `bound`, ascending: [Efros and Leung 1999] choose among them.
+  [[nodiscard]] std::vector<std::int32_t> find_within(const TexelCost& cost, const SearchWindow& window,
+                                                      std::int64_t bound) const;
+  /// find() by looking at every pixel: the oracle.
   [[nodiscard]] WindowOptimum find_exhaustively(const TexelCost& cost, const SearchWindow& window) const;
 
  private:
@@ -47,6 +50,7 @@ class WindowSearch {
   };
   [[nodiscard]] Table make_table(const Neighborhood& neighborhood, NeighborhoodProjection::Parts parts, int side,
                                  const RunControl& control) const;
+  void search(const TexelCost& cost, const SearchWindow& window, Best& best) const;
   void search_by_control(const TexelCost& cost, const SearchWindow& window, Best& best) const;
   void search_by_projection(const Table& table, const TexelCost& cost, unsigned quarters, const SearchWindow& window,
                             Best& best) const;

@@ -64,6 +64,18 @@ bool has_coordinates(Known known, const Offset& o, unsigned quarters, RandomStre
   return known == Known::All || (quarters >> quarter_of(o) & 1U) != 0 || random.below(3) == 0;
 }
 
+std::vector<std::int32_t> all_within(const SourceLevel& source, const TexelCost& cost, const SearchWindow& window,
+                                     std::int64_t bound) {
+  std::vector<std::int32_t> pixels;
+  for (int y = window.y0; y < window.y1; ++y) {
+    for (int x = window.x0; x < window.x1; ++x) {
+      const std::int32_t p = y * source.width() + x;
+      if (source.is_usable[static_cast<std::size_t>(p)] != 0 && cost.total(p, bound + 1) <= bound) pixels.push_back(p);
+    }
+  }
+  return pixels;
+}
+
 /// Audits texels in random surroundings, some of them copied from one place so that coherent pixels are good. @returns
 /// how many differ.
 std::int64_t count_differences(const SearchTask& task, Known known, const AuditCase& c) {
@@ -100,6 +112,9 @@ std::int64_t count_differences(const SearchTask& task, Known known, const AuditC
           const std::array<std::int32_t, 3> likely{random.below(8) == 0 ? -1 : origin, -1, pick()};
           const WindowOptimum fast = search.find(cost, window, likely), slow = search.find_exhaustively(cost, window);
           different += fast.pixel != slow.pixel || (fast.pixel >= 0 && fast.cost != slow.cost) ? 1 : 0;
+          if (slow.pixel < 0 || i % 8 != 0) continue;
+          const std::int64_t bound = slow.cost + slow.cost / 4;
+          different += search.find_within(cost, window, bound) == all_within(task.source, cost, window, bound) ? 0 : 1;
         }
         return different;
       },

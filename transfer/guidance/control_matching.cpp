@@ -104,6 +104,29 @@ void match_inside(const ImageF& destination, const ImageU8& destination_mask, co
 
 }  // namespace
 
+SuitedMapping suited_mapping(const ImageF& values, const ImageU8& mask) {
+  constexpr double kTie = 0.1, kMostTied = 0.5, kMostOfOneValue = 0.25;
+  constexpr std::int64_t kMostLookedAt = 1 << 18;
+  const std::int64_t stride = std::max<std::int64_t>(1, values.num_pixels() / kMostLookedAt) | 1;
+  std::vector<float> sorted;
+  for (std::int64_t i = 0; i < values.num_pixels(); i += stride) {
+    if (mask.empty() || mask.data()[i] != 0) sorted.push_back(values.data()[i]);
+  }
+  std::sort(sorted.begin(), sorted.end());
+  const auto total = static_cast<double>(sorted.size());
+  double tied = 0.0, largest = 0.0;
+  for (auto begin = sorted.begin(); begin != sorted.end();) {
+    const auto end = std::upper_bound(begin, sorted.end(), *begin);
+    const double share = static_cast<double>(end - begin) / total;
+    if (share >= kTie) tied += share;
+    largest = std::max(largest, share);
+    begin = end;
+  }
+  // One value everywhere decides nothing: the middle of the source, by either mapping.
+  const bool is_linear = largest < 1.0 && (tied >= kMostTied || largest >= kMostOfOneValue);
+  return {.mapping = is_linear ? ControlMapping::Linear : ControlMapping::Rank, .tied_share = tied};
+}
+
 ImageF match_control(const ImageF& destination, const ImageU8& destination_mask, const ControlRange& destination_range,
                      const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range,
                      ControlMapping mapping, const RunControl& control) {

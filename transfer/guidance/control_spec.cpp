@@ -31,12 +31,14 @@ ControlSpec parse_control_spec(std::string_view text) {
   }
   if (parts.size() > 2) {
     const auto it = std::find(kControlMappingNames.begin(), kControlMappingNames.end(), parts[2]);
-    if (it == kControlMappingNames.end()) {
-      const std::vector<std::string> names(kControlMappingNames.begin(), kControlMappingNames.end());
-      return fail("unknown mapping `" + parts[2] + "`" + did_you_mean(parts[2], names) + " (rank, linear, physical)");
+    if (it != kControlMappingNames.end()) {
+      spec.mapping = static_cast<ControlMapping>(it - kControlMappingNames.begin());
+    } else if (parts[2] != "auto") {
+      std::vector<std::string> names(kControlMappingNames.begin(), kControlMappingNames.end());
+      names.emplace_back("auto");
+      return fail("unknown mapping `" + parts[2] + "`" + did_you_mean(parts[2], names) +
+                  " (auto, rank, linear, physical)");
     }
-    spec.mapping = static_cast<ControlMapping>(it - kControlMappingNames.begin());
-    spec.has_mapping = true;
   }
   return spec;
 }

@@ -31,7 +31,7 @@ AgedMesh age_mesh(const std::shared_ptr<const History>& history, Mesh mesh, std:
   const auto map = std::make_shared<TexelMap>(make_texel_map(atlas, options.resolution, run.part(0.1, 0.2)));
 
   ControlMap made = make_control_expression(spec.destination, *map, options.controls, run.part(0.2, 0.4));
-  TransferControl pair = make_transfer_control(*history, spec, std::move(made));
+  TransferControl pair = make_transfer_control(*history, spec, std::move(made), map->coverage());
   const TransferResult result =
       transfer({.history = history, .map = map, .texel_size_mm = scale.texel_size_mm, .controls = {pair}},
                options.transfer, run.part(0.4, 1.0));

@@ -63,15 +63,18 @@ std::vector<std::size_t> asked_histories(const History& history, const std::vect
 
 }  // namespace
 
-TransferControl make_transfer_control(const History& history, const ControlSpec& spec, ControlMap made) {
+TransferControl make_transfer_control(const History& history, const ControlSpec& spec, ControlMap made,
+                                      const ImageU8& coverage) {
+  const std::size_t num_parts = history.facts().parts.size();
   TransferControl control{source_control(history, spec),    spec.destination, {},
-                          {made.low, made.high, made.unit}, spec.weight,      spec.mapping};
-  if (control.source == kLibraryControl && !spec.has_mapping) {
-    const std::size_t num_parts = history.facts().parts.size();
-    if (num_parts > 0) {
-      control.mapping = ControlMapping::Physical;
-      control.range = index_range(made, num_parts);
-    }
+                          {made.low, made.high, made.unit}, spec.weight,      {}};
+  if (spec.mapping) {
+    control.mapping = *spec.mapping;
+  } else if (control.source == kLibraryControl && num_parts > 0) {
+    control.mapping = ControlMapping::Physical;
+    control.range = index_range(made, num_parts);
+  } else {
+    control.mapping = suited_mapping(made.values, coverage).mapping;
   }
   control.values = std::move(made.values);
   return control;

@@ -10,12 +10,15 @@
 
 namespace patinate::transfer {
 
-/// A control pair of a spec and the map that was made of its destination.
+/// A control pair of a spec and the map that was made of its destination. Unless the spec says how it is matched,
+/// suited_mapping() does.
 ///
 /// A library's kLibraryControl is matched by `physical` unless the spec says otherwise. The map's values then are
 /// indices where a file's values leave [0, 1] (a float image of 0, 1, 2); else 0 is the first history, 1 the last, and
 /// the others lie evenly between: black, grays, white.
-[[nodiscard]] TransferControl make_transfer_control(const History& history, const ControlSpec& spec, ControlMap made);
+/// @param coverage  Of the atlas.
+[[nodiscard]] TransferControl make_transfer_control(const History& history, const ControlSpec& spec, ControlMap made,
+                                                    const ImageU8& coverage);
 
 /// The pixels that may be copied: the history's mask and, unless it is empty, `given`.
 /// @throws InvalidInput if `given` has another size, or the two have no pixel in common.

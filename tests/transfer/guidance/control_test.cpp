@@ -1,6 +1,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "libcommon/core/random.h"
@@ -15,7 +18,8 @@ TEST(ControlSpec, ReadsEveryPartOfTheGrammar) {
   EXPECT_EQ(plain.source, "");
   EXPECT_EQ(plain.destination, "accessibility");
   EXPECT_EQ(plain.weight, 1.0);
-  EXPECT_EQ(plain.mapping, ControlMapping::Rank);
+  EXPECT_EQ(plain.mapping, std::nullopt);
+  EXPECT_EQ(parse_control_spec("accessibility:1:auto").mapping, std::nullopt);
   const ControlSpec full = parse_control_spec("progress=0.7*accessibility + 0.3*facing:2.5:linear");
   EXPECT_EQ(full.source, "progress");
   EXPECT_EQ(full.destination, "0.7*accessibility + 0.3*facing");
@@ -77,6 +81,45 @@ TEST(MatchControl, OntoItselfIsTheIdentity) {
     const ImageF matched = match_control(image, {}, range, image, {}, range, mapping);
     for (std::size_t i = 0; i < image.values().size(); ++i) EXPECT_NEAR(matched.values()[i], image.values()[i], 1e-6);
   }
+}
+
+/// `share` of the texels are 0, the others anything.
+ImageF painted(double share) {
+  ImageF image = random_image(64, 4, 1.0);
+  const auto num_bare = static_cast<std::int64_t>(share * static_cast<double>(image.num_pixels()));
+  std::fill_n(image.data(), num_bare, 0.0f);
+  return image;
+}
+
+TEST(SuitedMapping, IsLinearForPaintedAndBinaryMapsAndRankForContinuousOnes) {
+  EXPECT_EQ(suited_mapping(random_image(64, 4, 1.0), {}).mapping, ControlMapping::Rank);
+  EXPECT_EQ(suited_mapping(painted(0.1), {}).mapping, ControlMapping::Rank);
+  const SuitedMapping bare = suited_mapping(painted(0.72), {});
+  EXPECT_EQ(bare.mapping, ControlMapping::Linear);
+  EXPECT_NEAR(bare.tied_share, 0.72, 0.01);
+  ImageF binary = painted(0.6);
+  for (float& v : binary.values()) v = v > 0.0f ? 1.0f : 0.0f;
+  EXPECT_EQ(suited_mapping(binary, {}).mapping, ControlMapping::Linear);
+  EXPECT_EQ(suited_mapping(ImageF(64, 64, 1, 0.3f), {}).mapping, ControlMapping::Rank) << "it decides nothing";
+  // Gray values of eight bits are continuous enough.
+  ImageF gray = random_image(64, 4, 1.0);
+  for (float& v : gray.values()) v = std::floor(v * 255.0f) / 255.0f;
+  EXPECT_EQ(suited_mapping(gray, {}).mapping, ControlMapping::Rank);
+}
+
+TEST(SuitedMapping, TheUnpaintedPartThenAgesLikeTheSourcesLeast) {
+  const ImageF destination = painted(0.72), source = random_image(64, 5, 1.0);
+  const auto bare = [&](ControlMapping mapping) {
+    return match_control(destination, {}, {}, source, {}, {}, mapping).data()[0];
+  };
+  EXPECT_NEAR(bare(ControlMapping::Rank), 0.36, 0.02) << "the middle of the ranks";
+  EXPECT_NEAR(bare(suited_mapping(destination, {}).mapping), 0.0, 0.01);
+}
+
+TEST(SuitedMapping, CountsWhatIsInsideTheMask) {
+  ImageU8 mask(64, 64, 1, 255);
+  std::fill_n(mask.data(), 64 * 32, std::uint8_t{0});
+  EXPECT_EQ(suited_mapping(painted(0.5), mask).mapping, ControlMapping::Rank);
 }
 
 TEST(MatchControl, PhysicalConvertsBetweenRangesAndRefusesOtherUnits) {

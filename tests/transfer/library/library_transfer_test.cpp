@@ -54,7 +54,7 @@ class LibraryTransfer : public testing::Test {
     }
   }
   [[nodiscard]] TransferControl pair(const std::string& spec, ControlMap made) const {
-    return make_transfer_control(*library_, parse_control_spec(spec), std::move(made));
+    return make_transfer_control(*library_, parse_control_spec(spec), std::move(made), {});
   }
   /// Index of the history that a texel's source belongs to.
   [[nodiscard]] int source_of(const CoordinateMap& coordinates, int x, int y) const {
@@ -112,7 +112,7 @@ TEST_F(LibraryTransfer, MapsOfTheHistoryAreIndicesOrGrays) {
   write_history_manifest(folder_ / "library/history.json", manifest);
   const HistoryReader history(folder_ / "library");
   const auto made = [&](const std::string& spec, const ControlMap& map) {
-    return make_transfer_control(history, parse_control_spec(spec), map);
+    return make_transfer_control(history, parse_control_spec(spec), map, {});
   };
   const TransferControl gray = made("history=gray.png", map_of(which_)),
                         indices = made("history=index.exr", map_of(which_, 0.0, 2.0)),
@@ -124,7 +124,8 @@ TEST_F(LibraryTransfer, MapsOfTheHistoryAreIndicesOrGrays) {
   EXPECT_EQ(height.range.high, 2.0);
   EXPECT_EQ(made("history=index.exr", map_of(which_, 0.0, 1.5)).range.high, 1.5);
   EXPECT_EQ(made("history=gray.png:1:rank", map_of(which_)).mapping, ControlMapping::Rank);
-  EXPECT_EQ(made("x=gray.png", map_of(which_)).mapping, ControlMapping::Rank);
+  EXPECT_EQ(made("x=gray.png", map_of(which_)).mapping, ControlMapping::Linear) << "two values, as any painted mask";
+  EXPECT_EQ(made("x=ramp.png", map_of(ramp_)).mapping, ControlMapping::Rank);
 }
 
 TEST_F(LibraryTransfer, AHistoryThatIsAskedForAndMaskedOutIsNamed) {

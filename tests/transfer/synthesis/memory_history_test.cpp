@@ -104,8 +104,8 @@ TEST(MemoryTransfer, KnowsThePartsOfALibrary) {
   ASSERT_EQ(both.disk->facts().parts, both.memory->facts().parts);
   const auto of = [&](const std::shared_ptr<const History>& history) {
     TransferInput input = both.input(history);
-    input.controls.push_back(
-        make_transfer_control(*history, parse_control_spec("history=ramp"), {both.ramp(), 0.0, 1.0, "relative", {}}));
+    input.controls.push_back(make_transfer_control(*history, parse_control_spec("history=ramp"),
+                                                   {both.ramp(), 0.0, 1.0, "relative", {}}, both.map->coverage()));
     return transfer(input);
   };
   const TransferResult memory = of(both.memory);

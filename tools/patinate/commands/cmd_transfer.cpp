@@ -19,6 +19,7 @@
 #include "tools/patinate/services/destination.h"
 #include "tools/patinate/services/mesh_source.h"
 #include "transfer/exemplar/appearance_cache.h"
+#include "transfer/job/forecast.h"
 #include "transfer/job/transfer_job.h"
 #include "transfer/synthesis/transfer_controls.h"
 
@@ -76,6 +77,15 @@ void note_library(const std::vector<LibraryPart>& library, std::vector<transfer:
   if (found - controls.begin() > 1) std::rotate(controls.begin() + 1, found, found + 1);
 }
 
+/// A map of few values is not matched by rank, as others are.
+void note_mapping(const transfer::TransferControl& control, const ImageU8& coverage, CommandRun& run) {
+  if (control.mapping != transfer::ControlMapping::Linear) return;
+  const double tied = transfer::suited_mapping(control.values, coverage).tied_share;
+  run.note("control `" + control.source + "`: `" + control.destination + "` has few values on " +
+           percent_text(tied, 2) + " of the mesh: its least and greatest become the history's (linear); write " +
+           control.destination + ":" + number_text(control.weight) + ":rank to match how often values occur");
+}
+
 std::vector<transfer::TransferControl> make_controls(const std::vector<std::string>& texts,
                                                      const HistoryReader& history, const TexelMap& map,
                                                      const ControlKindOptions& kinds, CommandRun& run) {
@@ -90,7 +100,8 @@ std::vector<transfer::TransferControl> make_controls(const std::vector<std::stri
     ControlMap made = make_control_expression(spec.destination, map, kinds, run.control("control " + source));
     for (const std::string& note : made.notes) run.note(note);
     const auto [low, high] = covered_range(made.values, map);
-    controls.push_back(transfer::make_transfer_control(history, spec, std::move(made)));
+    controls.push_back(transfer::make_transfer_control(history, spec, std::move(made), map.coverage()));
+    if (!spec.mapping) note_mapping(controls.back(), map.coverage(), run);
     if (!(low < high) && controls.back().mapping != transfer::ControlMapping::Physical) {
       run.note("control `" + source + "`: `" + spec.destination +
                "` is the same all over the mesh, so that it decides nothing");
@@ -161,7 +172,7 @@ int cmd_transfer(CommandRun& run) {
   run.line.repeated(
       "control", "SPEC",
       "[SOURCE=]DESTINATION[:weight[:mapping]]: a control of the history, and where on the mesh it is high: a kind "
-      "(accessibility, facing, spray), a map file or an expression; mapping: rank, linear, physical",
+      "(accessibility, facing, spray), a map file or an expression; mapping: auto, rank, linear, physical",
       control_texts);
   run.line.required();
   run.line.options(atlas);
@@ -218,6 +229,8 @@ int cmd_transfer(CommandRun& run) {
   task.input.frames = make_flow(flow, *task.input.map, kinds.up, run);
   task.flow = task.input.frames ? std::filesystem::path(flow).filename().string() : "uv";
   task.input.appearance = transfer::appearance_source(history, cache);
+  task.input.history = task.history;
+  for (const std::string& warning : transfer::warnings_of(transfer::forecast_transfer(task.input))) run.note(warning);
   const std::optional<JobStatus> status = run.make_folder(transfer::plan_transfer(std::move(task), output), "transfer");
   if (!status) return 0;
   const transfer::TransferManifest made = transfer::read_transfer_manifest(output);

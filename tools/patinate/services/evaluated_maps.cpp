@@ -169,7 +169,7 @@ analysis::EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptio
   const HistoryReader history(foreign.history);
   const std::optional<transfer::ControlSpec> spec =
       foreign.control.empty() ? std::nullopt : std::optional(transfer::parse_control_spec(foreign.control));
-  if (spec && (spec->weight != 1.0 || spec->mapping != transfer::ControlMapping::Rank))
+  if (spec && (spec->weight != 1.0 || spec->mapping))
     throw UsageError(
         "--control: weight and mapping are the tool's own; give [SOURCE=]MAP with the values that the tool was given");
   const std::string source_name = spec ? transfer::source_control(history, *spec) : "";

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -22,11 +23,10 @@ enum class ControlMapping {
 inline constexpr std::array<std::string_view, 3> kControlMappingNames{"rank", "linear", "physical"};
 
 struct ControlSpec {
-  std::string source;       ///< Control of the history; "" = its only one.
-  std::string destination;  ///< A map file, a kind, or an expression of them.
-  double weight = 1.0;      ///< > 0
-  ControlMapping mapping = ControlMapping::Rank;
-  bool has_mapping = false;  ///< It was said.
+  std::string source;                          ///< Control of the history; "" = its only one.
+  std::string destination;                     ///< A map file, a kind, or an expression of them.
+  double weight = 1.0;                         ///< > 0
+  std::optional<ControlMapping> mapping = {};  ///< None: `auto`, suited_mapping() of the destination's values.
 };
 
 /// @throws ParseError saying which part is wrong.
@@ -41,6 +41,17 @@ struct ControlRange {
   double high = 1.0;
   std::string unit;
 };
+
+/// What a map's values suggest. Rank matching gives all texels of one value the middle of their ranks: where half of
+/// the surface is unpainted, it would age like the source's lower middle.
+struct SuitedMapping {
+  ControlMapping mapping = ControlMapping::Rank;  ///< Linear where few values are shared by most of the surface.
+  double tied_share = 0.0;  ///< Of the texels: those that share their value with at least a tenth of them.
+};
+/// Linear where at least half of the texels are tied, or a quarter of all have one value; else rank: ranks of a tenth
+/// are off by a twentieth at most. Up to 2^19 texels are looked at, evenly chosen.
+/// @param mask  0 = not counted; empty: all count.
+[[nodiscard]] SuitedMapping suited_mapping(const ImageF& values, const ImageU8& mask);
 
 /// Destination values mapped into the source's normalized [0, 1].
 ///

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
 #include <utility>
@@ -12,13 +13,16 @@ namespace patinate::transfer {
 namespace {
 
 constexpr std::array kReaches_px{2, 4, 8, 16};
-constexpr double kLeastContrast = 3.0;                    // L*. Less is noise, or hardly seen.
-constexpr double kLowOfHigh = 0.4;                        // Threshold of all lines, as a share of Otsu's.
-constexpr double kLeastElongation = 30.0;                 // Length over width: of a network it is the whole length.
-constexpr double kLeastElongated = 0.6;                   // Share of what is found that must be lines.
-constexpr double kLeastShare = 0.005, kMostShare = 0.25;  // Of the surface: lines are rare.
-constexpr int kMaxBins = 400;                             // Of a quarter L*.
-constexpr double kEnough = 0.8;                           // Of what the best square finds.
+constexpr double kLeastContrast = 3.0;              // L*. Less is noise, or hardly seen.
+constexpr double kLowOfHigh = 0.4;                  // Threshold of all lines, as a share of Otsu's.
+constexpr double kLeastElongation = 30.0;           // Length over width: of a network it is the whole length.
+constexpr double kLeastElongated = 0.6;             // Share of what is found that must be lines.
+constexpr double kLeastShare = 0.005;               // Of the surface.
+constexpr double kMostShare = 0.25, kRare = 0.125;  // More than an eighth must stand out clearly.
+constexpr int kMaxBins = 400;                       // Of a quarter L*.
+constexpr int kSegment = 17, kNumDirections = 12;   // Pixels at the smallest reach; a line is straight as far.
+constexpr double kAlong = 2.0;                      // Half of a square around may be lines.
+constexpr double kEnough = 0.8;                     // Of what the best square finds.
 
 /// What the square fills: how much darker (or brighter) than its surroundings a pixel is. Exact in floats.
 cv::Mat filled(const cv::Mat& lightness, int reach, bool dark) {
@@ -26,6 +30,73 @@ cv::Mat filled(const cv::Mat& lightness, int reach, bool dark) {
   const cv::Mat square = cv::Mat::ones(2 * reach + 1, 2 * reach + 1, CV_8U);
   cv::morphologyEx(lightness, smooth, dark ? cv::MORPH_CLOSE : cv::MORPH_OPEN, square);
   return dark ? smooth - lightness : lightness - smooth;
+}
+
+/// Offsets of a segment of kSegment pixels, middle first left out of nothing: equally far from each other.
+std::vector<cv::Point> segment(int direction) {
+  std::vector<cv::Point> offsets;
+  const double angle = 3.14159265358979323846 * direction / kNumDirections;
+  const double step = 1.0 / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));
+  for (double d = 0.0; d <= kSegment / 2.0; d += step) {
+    const cv::Point p(static_cast<int>(std::floor(d * std::cos(angle) + 0.5)),
+                      static_cast<int>(std::floor(d * std::sin(angle) + 0.5)));
+    offsets.push_back(p);
+    if (d > 0.0) offsets.push_back(-p);
+  }
+  return offsets;
+}
+
+/// By how much the mean along the best segment through a pixel exceeds the mean around it: what is filled by a line
+/// goes on along it, grain does not. Integers of 1/64.
+cv::Mat along_lines(const cv::Mat& fill, const RunControl& control) {
+  constexpr int kMargin = kSegment / 2 + 1;
+  cv::Mat scaled, padded, sums, best(fill.size(), CV_32S, cv::Scalar(0));
+  fill.convertTo(scaled, CV_16S, 64.0);
+  cv::copyMakeBorder(scaled, padded, kMargin, kMargin, kMargin, kMargin, cv::BORDER_REFLECT);
+  for (int direction = 0; direction < kNumDirections; ++direction) {
+    control.throw_if_stopped();
+    const std::vector<cv::Point> offsets = segment(direction);
+    std::vector<std::int32_t> row(static_cast<std::size_t>(fill.cols));
+    for (int y = 0; y < fill.rows; ++y) {
+      std::fill(row.begin(), row.end(), 0);
+      for (const cv::Point& o : offsets) {
+        const std::int16_t* from = padded.ptr<std::int16_t>(y + kMargin + o.y) + kMargin + o.x;
+        for (int x = 0; x < fill.cols; ++x) row[static_cast<std::size_t>(x)] += from[x];
+      }
+      std::int32_t* out = best.ptr<std::int32_t>(y);
+      const auto count = static_cast<std::int32_t>(offsets.size());
+      for (int x = 0; x < fill.cols; ++x) out[x] = std::max(out[x], row[static_cast<std::size_t>(x)] / count);
+    }
+  }
+  // Around it: a square as wide as the segment, summed exactly.
+  cv::integral(padded.reshape(1), sums, CV_64F);
+  cv::Mat result(fill.size(), CV_32F);
+  constexpr int kHalf = kSegment / 2, kSide = 2 * kHalf + 1;
+  for (int y = 0; y < fill.rows; ++y) {
+    for (int x = 0; x < fill.cols; ++x) {
+      const int x0 = x + kMargin - kHalf, y0 = y + kMargin - kHalf;
+      const double around = (sums.at<double>(y0 + kSide, x0 + kSide) - sums.at<double>(y0, x0 + kSide) -
+                             sums.at<double>(y0 + kSide, x0) + sums.at<double>(y0, x0)) /
+                            (kSide * kSide);
+      result.at<float>(y, x) = static_cast<float>(std::max(0.0, (best.at<std::int32_t>(y, x) - around) / 64.0));
+    }
+  }
+  return result;
+}
+
+/// What a square fills, less where it does not go on along a line.
+cv::Mat line_response(const cv::Mat& lightness, int reach, bool dark, const RunControl& control) {
+  cv::Mat fill = filled(lightness, reach, dark), small = fill, along;
+  const int factor = reach / kReaches_px[0];
+  if (factor > 1)
+    cv::resize(fill, small, cv::Size(std::max(1, fill.cols / factor), std::max(1, fill.rows / factor)), 0, 0,
+               cv::INTER_AREA);
+  cv::Mat coarse = along_lines(small, control);
+  if (factor > 1)
+    cv::resize(coarse, along, fill.size(), 0, 0, cv::INTER_NEAREST);
+  else
+    along = coarse;
+  return cv::min(fill, kAlong * along);
 }
 
 /// Otsu's of what is filled at all; the low one lies above the noise, which fills every pixel a little.
@@ -68,15 +139,17 @@ struct FoundLines {
   double mass = 0.0;       ///< Sum of what the square fills on lines.
   double found = 0.0;      ///< As much of them passed the thresholds, lines or not.
   [[nodiscard]] bool are_structure() const {
-    return elongated >= kLeastElongated && lines.share >= kLeastShare && found <= kMostShare;
+    const bool stands_out = lines.thresholds.low < 0.5 * lines.thresholds.high;
+    return elongated >= kLeastElongated && lines.share >= kLeastShare && found <= (stands_out ? kMostShare : kRare);
   }
 };
 
 /// Keeps the connected pieces above the low threshold that reach the high one and are long.
-FoundLines find_lines_of(const cv::Mat& lightness, const ImageU8& mask, int reach, bool dark) {
+FoundLines find_lines_of(const cv::Mat& lightness, const ImageU8& mask, int reach, bool dark,
+                         const RunControl& control) {
   FoundLines result;
   Lines& lines = result.lines;
-  lines.fill = filled(lightness, reach, dark);
+  lines.fill = line_response(lightness, reach, dark, control);
   lines.is_dark = dark;
   lines.thresholds = find_thresholds(lines.fill, mask);
   cv::Mat above = lines.fill >= lines.thresholds.low;
@@ -143,7 +216,7 @@ Lines find_lines(const ImageF& lightness, const ImageU8& mask, const RunControl&
     for (int reach : kReaches_px) {
       control.throw_if_stopped();
       if (4 * reach >= std::min(image.rows, image.cols)) continue;
-      found.push_back(find_lines_of(image, mask, reach, dark));
+      found.push_back(find_lines_of(image, mask, reach, dark, control));
       if (!found.back().are_structure()) found.back().mass = 0.0;
       most = std::max(most, found.back().mass);
     }

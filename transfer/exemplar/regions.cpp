@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::array kRadii_px{1, 2, 4};
 constexpr double kLeastSeparation = 0.8;
-constexpr double kLeastSharpness = 0.6;
+constexpr double kLeastSharpness = 0.9;
 constexpr double kLeastShare = 0.05;
 constexpr double kLeastWidth_px = 8.0;  // A neighborhood sees seven.
 constexpr double kLeastContrast = 6.0;  // Twice what is hardly seen.

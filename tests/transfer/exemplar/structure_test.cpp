@@ -4,8 +4,12 @@
 
 #include <array>
 #include <functional>
+#include <utility>
 
 #include "libcommon/core/random.h"
+#include "patinate/core/error.h"
+#include "patinate/history/memory_history.h"
+#include "tests/support/histories.h"
 #include "transfer/exemplar/regions.h"
 
 namespace patinate::transfer {
@@ -73,6 +77,40 @@ TEST(Structure, NeitherNoiseNorSpotsNorAFlatPictureHaveAny) {
     return dx * dx + dy * dy < 25 ? 30.0f : 70.0f;
   };
   EXPECT_TRUE(line_structure(picture(spots), everything()).empty());
+}
+
+TEST(Structure, LinesAmongGrainAreFoundAndGrainAloneHasNone) {
+  // Dark specks of two pixels, as many as a tenth of the surface, as dark as the lines.
+  const auto grain = [](int x, int y) {
+    return RandomStream(2, static_cast<std::uint64_t>(y / 2) * kSide + static_cast<std::uint64_t>(x / 2)).uniform() <
+           0.1;
+  };
+  const auto among = [&](bool lines) {
+    return picture(
+        [=](int x, int y) { return (grain(x, y) || (lines && is_on_line(x, y)) ? 40.0f : 70.0f) + noise(x, y); });
+  };
+  EXPECT_TRUE(line_structure(among(false), everything()).empty());
+  const SourceStructure found = line_structure(among(true), everything());
+  ASSERT_FALSE(found.empty());
+  EXPECT_EQ(found.channels.pixel(kCell, kCell + 10)[0], 0.0f) << "on a line";
+}
+
+TEST(Structure, AControlOfTheHistorySaysWhereItIs) {
+  MemoryHistoryImages images = testing_support::half_images(kSide, kSide, 1, [](int, int, int, int) { return 0.5f; });
+  MemoryControl cracks{.facts = {.name = "cracks"},
+                       .values = picture([](int x, int y) { return is_on_line(x, y) ? 1.0f : 0.0f; })};
+  images.controls.push_back(cracks);
+  const MemoryHistory history(std::move(images));
+  EXPECT_TRUE(find_structure(history, everything()).empty()) << "the picture is gray";
+  const SourceStructure given = find_structure(history, everything(), {.structure_map = "cracks"});
+  ASSERT_FALSE(given.empty());
+  EXPECT_NE(given.kind, StructureKind::Regions);
+  EXPECT_EQ(given.channels.pixel(kCell, kCell + 10)[0], 0.0f);
+  EXPECT_GT(given.channels.pixel(kCell + 16, kCell + 16)[0], 1.0f);
+  // "x" rises from left to right: half of it is high.
+  EXPECT_EQ(find_structure(history, everything(), {.structure_map = "x"}).kind, StructureKind::Regions);
+  EXPECT_TRUE(find_structure(history, everything(), {.structure = 0.0, .structure_map = "cracks"}).empty());
+  EXPECT_THROW((void)find_structure(history, everything(), {.structure_map = "veins"}), InvalidInput);
 }
 
 TEST(Structure, WhatLiesOutsideOfTheMaskIsNotLookedAt) {

@@ -177,6 +177,8 @@ class Refiner {
       if (windows_.size() % 16 == 0) control.throw_if_stopped();
       const TexelId center = costs_.texel_in(wish.block);
       if (center < 0 || is_taken_[static_cast<std::size_t>(center)] != 0) continue;
+      finder_.find_texels(center, kSmallestHalf_px / 2, patch);  // Most have no room: this is quick.
+      if (room_px(patch) < kSmallestHalf_px / 2) continue;
       RandomStream random(seed_, wish.block, 2000 + static_cast<std::uint32_t>(index));
       finder_.find_texels(center, halves_[random.below(static_cast<std::uint32_t>(halves_.size()))], patch);
       const int room = room_px(patch);

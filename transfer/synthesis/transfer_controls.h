@@ -10,8 +10,8 @@
 
 namespace patinate::transfer {
 
-/// A control pair of a spec and the map that was made of its destination. Unless the spec says how it is matched,
-/// suited_mapping() does.
+/// A control pair of a spec and the map that was made of its destination. Unless the spec says how it is matched, it
+/// is by rank; a map file, or an expression with one, as suited_mapping() says.
 ///
 /// A library's kLibraryControl is matched by `physical` unless the spec says otherwise. The map's values then are
 /// indices where a file's values leave [0, 1] (a float image of 0, 1, 2); else 0 is the first history, 1 the last, and

@@ -181,10 +181,15 @@ std::int64_t PatchCut::lay(const SurfacePatch& patch, const FixedPoint& center) 
   const std::size_t n = patch.texels.size(), m = patch.edges.size();
   std::vector<Place> laid(n);
   std::vector<std::int32_t> laid_unary(n);
+  std::vector<std::uint8_t> is_same(n);  // As it is: its pairs cost what they cost.
+  bool is_new = false;
   for (std::size_t i = 0; i < n; ++i) {
     laid[i] = place_at(task_.source, center + patch.texels[i].offset);
+    is_same[i] = laid[i] == current_[i];
+    is_new |= is_same[i] == 0;
     laid_unary[i] = unary(patch.texels[i].texel, laid[i]);
   }
+  if (!is_new) return 0;
   // By edge: the cost where the first, the second, or both are of the new piece.
   struct Costs {
     std::int32_t first = 0, second = 0, both = 0;
@@ -207,15 +212,19 @@ std::int64_t PatchCut::lay(const SurfacePatch& patch, const FixedPoint& center) 
       return edge.weight * task_.features.seam(a, b, edge.step);
     };
     if (edge.second < 0) {
-      costs[e].first = is_possible ? seam(laid[i].point, outside_[e]) : 0;
+      costs[e].first = is_same[i] != 0 ? seam_cost_[e] : is_possible ? seam(laid[i].point, outside_[e]) : 0;
       keeps[i] += seam_cost_[e];
       takes[i] += costs[e].first;
       continue;
     }
     const auto j = static_cast<std::size_t>(edge.second);
-    if (is_possible) costs[e].first = seam(laid[i].point, current_[j].point);
-    if (laid[j].pixel >= 0) costs[e].second = seam(current_[i].point, laid[j].point);
-    if (is_possible && laid[j].pixel >= 0) costs[e].both = seam(laid[i].point, laid[j].point);
+    const bool second_is_possible = laid[j].pixel >= 0;
+    if (is_possible) costs[e].first = is_same[i] != 0 ? seam_cost_[e] : seam(laid[i].point, current_[j].point);
+    if (second_is_possible) costs[e].second = is_same[j] != 0 ? seam_cost_[e] : seam(current_[i].point, laid[j].point);
+    if (is_possible && second_is_possible)
+      costs[e].both = is_same[i] != 0   ? costs[e].second
+                      : is_same[j] != 0 ? costs[e].first
+                                        : seam(laid[i].point, laid[j].point);
     // E = keep + (first - keep) x_i + (both - first) x_j + (first + second - keep - both) (1 - x_i) x_j
     const std::int32_t keep = seam_cost_[e], first = costs[e].first, second = costs[e].second, both = costs[e].both;
     takes[i] += first - keep;

@@ -348,7 +348,7 @@ TEST_F(AppearanceCache, AChangedAnalysisNeedsANewVersion) {
   ContentHash hash;
   for (std::size_t l = 0; l < fresh_.levels.size(); ++l)
     hash.add(std::as_bytes(fresh_.levels[l].values())).add(std::as_bytes(fresh_.masks[l].values()));
-  EXPECT_EQ(std::pair(kAppearanceVersion, hash.hex()), std::pair(2, std::string("22b87df3b0d5e1f7799596d1026e1f97")));
+  EXPECT_EQ(std::pair(kAppearanceVersion, hash.hex()), std::pair(3, std::string("22b87df3b0d5e1f7799596d1026e1f97")));
 }
 
 }  // namespace

@@ -210,6 +210,8 @@ ControlMap make_control_expression(std::string_view expression, const TexelMap& 
     done += 1.0;
     return name.is_file ? read_control_file(name.text, map) : make_control(name.text, map, options, part);
   });
+  out.has_file =
+      std::any_of(parsed.names().begin(), parsed.names().end(), [](const ControlName& n) { return n.is_file; });
   if (out.notes.empty()) note_if_even(out, map.coverage(), std::string(expression));
   control.report(1.0);
   return out;

@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+#include "transfer/exemplar/matrices.h"
+
 namespace patinate::transfer {
 
 namespace {
@@ -134,21 +136,23 @@ LineThresholds find_thresholds(const cv::Mat& fill, const ImageU8& mask) {
 
 /// What one square finds.
 struct FoundLines {
-  Lines lines;
+  cv::Mat fill, all, strong;
+  LineThresholds thresholds;
+  bool is_dark = true;
+  double share = 0.0;      ///< Of the pixels inside the mask that are on a line.
   double elongated = 0.0;  ///< Share of what passed the thresholds.
   double mass = 0.0;       ///< Sum of what the square fills on lines.
   double found = 0.0;      ///< As much of them passed the thresholds, lines or not.
   [[nodiscard]] bool are_structure() const {
-    const bool stands_out = lines.thresholds.low < 0.5 * lines.thresholds.high;
-    return elongated >= kLeastElongated && lines.share >= kLeastShare && found <= (stands_out ? kMostShare : kRare);
+    const bool stands_out = thresholds.low < 0.5 * thresholds.high;
+    return elongated >= kLeastElongated && share >= kLeastShare && found <= (stands_out ? kMostShare : kRare);
   }
 };
 
 /// Keeps the connected pieces above the low threshold that reach the high one and are long.
 FoundLines find_lines_of(const cv::Mat& lightness, const ImageU8& mask, int reach, bool dark,
                          const RunControl& control) {
-  FoundLines result;
-  Lines& lines = result.lines;
+  FoundLines lines;
   lines.fill = line_response(lightness, reach, dark, control);
   lines.is_dark = dark;
   lines.thresholds = find_thresholds(lines.fill, mask);
@@ -187,11 +191,11 @@ FoundLines find_lines_of(const cv::Mat& lightness, const ImageU8& mask, int reac
     if (is_strong[i] == 0 || area < kLeastElongation * width * width) continue;
     is_kept[i] = 1;
     kept += area;
-    result.mass += mass[i];
+    lines.mass += mass[i];
   }
-  result.elongated = found > 0.0 ? kept / found : 0.0;
+  lines.elongated = found > 0.0 ? kept / found : 0.0;
   lines.share = kept / static_cast<double>(std::max<std::int64_t>(1, inside));
-  result.found = found / static_cast<double>(std::max<std::int64_t>(1, inside));
+  lines.found = found / static_cast<double>(std::max<std::int64_t>(1, inside));
   lines.all = cv::Mat::zeros(above.size(), CV_8U);
   lines.strong = cv::Mat::zeros(above.size(), CV_8U);
   for (int y = 0; y < above.rows; ++y) {
@@ -202,14 +206,13 @@ FoundLines find_lines_of(const cv::Mat& lightness, const ImageU8& mask, int reac
         lines.strong.at<std::uint8_t>(y, x) = 255;
     }
   }
-  return result;
+  return lines;
 }
 
 }  // namespace
 
 Lines find_lines(const ImageF& lightness, const ImageU8& mask, const RunControl& control) {
-  cv::Mat image(lightness.height(), lightness.width(), CV_32F);
-  std::copy(lightness.values().begin(), lightness.values().end(), image.ptr<float>());
+  const cv::Mat image = matrix_of(lightness);
   std::vector<FoundLines> found;
   double most = 0.0;
   for (bool dark : {true, false}) {
@@ -224,7 +227,12 @@ Lines find_lines(const ImageF& lightness, const ImageU8& mask, const RunControl&
   if (most == 0.0) return {};
   const auto best =
       std::find_if(found.begin(), found.end(), [&](const FoundLines& f) { return f.mass >= kEnough * most; });
-  return std::move(best->lines);
+  return {.fill = float_image_of(best->fill),
+          .all = byte_image_of(best->all),
+          .strong = byte_image_of(best->strong),
+          .thresholds = best->thresholds,
+          .is_dark = best->is_dark,
+          .share = best->share};
 }
 
 }  // namespace patinate::transfer

@@ -2,8 +2,6 @@
 /// Lines of a picture, such as cracks, veins and rims.
 #pragma once
 
-#include <opencv2/core.hpp>
-
 #include "patinate/core/run_control.h"
 #include "patinate/image/image.h"
 
@@ -16,8 +14,8 @@ struct LineThresholds {
 
 /// Lines, dark or bright.
 struct Lines {
-  cv::Mat fill;         ///< How much darker (or brighter) than its surroundings a pixel is, L*.
-  cv::Mat all, strong;  ///< 0 / 255; empty where there are none.
+  ImageF fill;          ///< H x W: how much darker (or brighter) than its surroundings a pixel is, L*.
+  ImageU8 all, strong;  ///< H x W, 0 / 255; empty where there are none.
   LineThresholds thresholds;
   bool is_dark = true;
   double share = 0.0;  ///< Of the pixels inside the mask.

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "libcommon/core/portable_math.h"
+#include "transfer/exemplar/matrices.h"
 
 namespace patinate::transfer {
 
@@ -63,17 +64,17 @@ cv::Mat principal_value(const ImageF& colors, const ImageU8& mask, const RunCont
 }
 
 /// Otsu's threshold over the pixels inside, and what it separates.
-void separate(const ImageU8& mask, Regions& regions) {
+void separate(const cv::Mat& value, const ImageU8& mask, Regions& regions) {
   double low = 0.0, high = 0.0;
-  cv::minMaxLoc(regions.value, &low, &high);
+  cv::minMaxLoc(value, &low, &high);
   if (!(high - low >= kLeastContrast)) return;
   std::array<double, kBins> counts{};
   double total = 0.0, sum = 0.0, squares = 0.0;
   const double per_bin = (high - low) / kBins;
-  for (int y = 0; y < regions.value.rows; ++y) {
-    for (int x = 0; x < regions.value.cols; ++x) {
+  for (int y = 0; y < value.rows; ++y) {
+    for (int x = 0; x < value.cols; ++x) {
       if (!is_inside(mask, x, y)) continue;
-      const double v = static_cast<double>(regions.value.at<float>(y, x)) - low;
+      const double v = static_cast<double>(value.at<float>(y, x)) - low;
       const int bin = std::clamp(static_cast<int>(v / per_bin), 0, kBins - 1);
       counts[static_cast<std::size_t>(bin)] += 1.0;
       total += 1.0;
@@ -119,21 +120,21 @@ double width_of(const cv::Mat& is_second, const ImageU8& mask, double share) {
 
 /// How far values range within four pixels of the border, in contrasts: about 1 for materials that meet, little for a
 /// gradient.
-double sharpness_of(const Regions& regions, const ImageU8& mask) {
+double sharpness_of(const cv::Mat& value, const cv::Mat& is_second, double contrast, const ImageU8& mask) {
   cv::Mat most, least, inner;
   const cv::Mat square = cv::Mat::ones(9, 9, CV_8U);
-  cv::dilate(regions.value, most, square);
-  cv::erode(regions.value, least, square);
-  cv::erode(regions.is_second, inner, cv::Mat::ones(3, 3, CV_8U));
+  cv::dilate(value, most, square);
+  cv::erode(value, least, square);
+  cv::erode(is_second, inner, cv::Mat::ones(3, 3, CV_8U));
   double sum = 0.0, count = 0.0;
   for (int y = 0; y < inner.rows; ++y) {
     for (int x = 0; x < inner.cols; ++x) {
-      if (!is_inside(mask, x, y) || regions.is_second.at<std::uint8_t>(y, x) == inner.at<std::uint8_t>(y, x)) continue;
+      if (!is_inside(mask, x, y) || is_second.at<std::uint8_t>(y, x) == inner.at<std::uint8_t>(y, x)) continue;
       sum += static_cast<double>(most.at<float>(y, x)) - static_cast<double>(least.at<float>(y, x));
       count += 1.0;
     }
   }
-  return count > 0.0 ? sum / count / regions.contrast : 0.0;
+  return count > 0.0 ? sum / count / contrast : 0.0;
 }
 
 }  // namespace
@@ -144,13 +145,18 @@ Regions find_regions(const ImageF& colors, const ImageU8& mask, const RunControl
     control.throw_if_stopped();
     if (value.empty() || 8 * radius >= std::min(value.rows, value.cols)) break;
     Regions regions;
-    cv::blur(value, regions.value, cv::Size(2 * radius + 1, 2 * radius + 1), cv::Point(-1, -1), cv::BORDER_REFLECT);
-    separate(mask, regions);
+    cv::Mat smooth;
+    cv::blur(value, smooth, cv::Size(2 * radius + 1, 2 * radius + 1), cv::Point(-1, -1), cv::BORDER_REFLECT);
+    separate(smooth, mask, regions);
     if (regions.separation < kLeastSeparation || regions.share < kLeastShare || regions.contrast < kLeastContrast)
       continue;
-    regions.is_second = regions.value >= regions.threshold;
-    regions.width_px = width_of(regions.is_second, mask, regions.share);
-    if (regions.width_px >= kLeastWidth_px && sharpness_of(regions, mask) >= kLeastSharpness) return regions;
+    const cv::Mat is_second = smooth >= regions.threshold;
+    regions.width_px = width_of(is_second, mask, regions.share);
+    if (regions.width_px < kLeastWidth_px || sharpness_of(smooth, is_second, regions.contrast, mask) < kLeastSharpness)
+      continue;
+    regions.is_second = byte_image_of(is_second);
+    regions.value = float_image_of(smooth);
+    return regions;
   }
   return {};
 }

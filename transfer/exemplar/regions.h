@@ -3,8 +3,6 @@
 /// a copy must not break.
 #pragma once
 
-#include <opencv2/core.hpp>
-
 #include "patinate/core/run_control.h"
 #include "patinate/history/history_value.h"
 #include "patinate/image/image.h"
@@ -13,8 +11,8 @@ namespace patinate::transfer {
 
 /// What tells two materials of a picture apart best.
 struct Regions {
-  cv::Mat is_second;        ///< 0 / 255; empty where there are none.
-  cv::Mat value;            ///< Smoothed colors along the axis on which they vary most, about 100 from black to white.
+  ImageU8 is_second;  ///< H x W, 0 / 255; empty where there are none.
+  ImageF value;       ///< H x W: smoothed colors along the axis on which they vary most, about 100 from black to white.
   double threshold = 0.0;   ///< Between the two, of `value`.
   double contrast = 0.0;    ///< Between their means.
   double share = 0.0;       ///< Of the rarer one.

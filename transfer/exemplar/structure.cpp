@@ -9,6 +9,7 @@
 #include "libcommon/core/portable_math.h"
 #include "patinate/image/color.h"
 #include "transfer/exemplar/lines.h"
+#include "transfer/exemplar/matrices.h"
 #include "transfer/exemplar/regions.h"
 
 namespace patinate::transfer {
@@ -50,17 +51,17 @@ SourceStructure structure_of(const Lines& lines, const ImageU8& mask, const RunC
   result.kind = lines.is_dark ? StructureKind::DarkLines : StructureKind::BrightLines;
   result.share = lines.share;
   result.weight = std::min(1.0, lines.share / kFullShare);
-  const cv::Mat to_any = distance_to(lines.all), to_strong = distance_to(lines.strong);
+  const cv::Mat to_any = distance_to(matrix_of(lines.all)), to_strong = distance_to(matrix_of(lines.strong));
   result.scale_px = std::max(2.0, largest_distance(to_any, mask));
   result.contrast = lines.thresholds.low;
   const double strong_scale_px = std::max(2.0, largest_distance(to_strong, mask));
-  result.channels = ImageF(lines.all.cols, lines.all.rows, kStructureSize);
-  for (int y = 0; y < lines.all.rows; ++y) {
+  result.channels = ImageF(lines.all.width(), lines.all.height(), kStructureSize);
+  for (int y = 0; y < lines.all.height(); ++y) {
     control.throw_if_stopped();
-    for (int x = 0; x < lines.all.cols; ++x) {
+    for (int x = 0; x < lines.all.width(); ++x) {
       const auto any = static_cast<double>(to_any.at<float>(y, x)),
                  strong = static_cast<double>(to_strong.at<float>(y, x)),
-                 fill = static_cast<double>(lines.fill.at<float>(y, x));
+                 fill = static_cast<double>(lines.fill.at(x, y));
       const auto sureness = [&](double threshold, bool is_near) {
         return is_near ? std::clamp(fill / threshold - 0.3, 0.0, 1.0) : 0.0;
       };
@@ -78,7 +79,8 @@ SourceStructure structure_of(const Lines& lines, const ImageU8& mask, const RunC
 SourceStructure structure_of(const Regions& regions, const ImageU8& mask) {
   SourceStructure result{.channels = {}, .kind = StructureKind::Regions};
   if (regions.is_second.empty()) return result;
-  const cv::Mat to_second = distance_to(regions.is_second), to_first = distance_to(regions.is_second == 0);
+  const cv::Mat is_second = matrix_of(regions.is_second);
+  const cv::Mat to_second = distance_to(is_second), to_first = distance_to(is_second == 0);
   // Half a pixel is the border.
   const cv::Mat distance = cv::max(to_second, to_first) - 0.5;
   result.share = regions.share;
@@ -88,9 +90,9 @@ SourceStructure structure_of(const Regions& regions, const ImageU8& mask) {
   result.channels = ImageF(distance.cols, distance.rows, kStructureSize);
   for (int y = 0; y < distance.rows; ++y) {
     for (int x = 0; x < distance.cols; ++x) {
-      const double side = regions.is_second.at<std::uint8_t>(y, x) != 0 ? 1.0 : -1.0,
+      const double side = regions.is_second.at(x, y) != 0 ? 1.0 : -1.0,
                    d = static_cast<double>(distance.at<float>(y, x)) / result.scale_px,
-                   above = static_cast<double>(regions.value.at<float>(y, x)) - regions.threshold;
+                   above = static_cast<double>(regions.value.at(x, y)) - regions.threshold;
       const std::array<double, kStructureSize> values{1.0 + side * portable_decayed(d),
                                                       1.0 + side * portable_decayed(6.0 * d),
                                                       std::clamp(above / regions.contrast + 0.5, 0.0, 1.0), 0.0, 0.0};
@@ -104,14 +106,13 @@ SourceStructure structure_of(const Regions& regions, const ImageU8& mask) {
 /// Of a map that says where lines or regions are. @param map  H x W, [0, 1].
 SourceStructure structure_of_map(const ImageF& map, const ImageF& lightness, const ImageU8& mask,
                                  const RunControl& control) {
-  cv::Mat value(map.height(), map.width(), CV_32F);
-  std::copy(map.values().begin(), map.values().end(), value.ptr<float>());
-  const cv::Mat is_on = value >= 0.5f;
+  ImageU8 is_on(map.width(), map.height());
   double on = 0.0, total = 0.0, light_on = 0.0, light_off = 0.0;
-  for (int y = 0; y < value.rows; ++y) {
-    for (int x = 0; x < value.cols; ++x) {
+  for (int y = 0; y < map.height(); ++y) {
+    for (int x = 0; x < map.width(); ++x) {
+      const bool here = map.at(x, y) >= 0.5f;
+      is_on.at(x, y) = here ? 255 : 0;
       if (!is_inside(mask, x, y)) continue;
-      const bool here = is_on.at<std::uint8_t>(y, x) != 0;
       total += 1.0;
       on += here ? 1.0 : 0.0;
       (here ? light_on : light_off) += static_cast<double>(lightness.at(x, y));
@@ -121,7 +122,7 @@ SourceStructure structure_of_map(const ImageF& map, const ImageF& lightness, con
   const double contrast = light_on / on - light_off / (total - on);
   SourceStructure result;
   if (on / total <= kMostLines) {
-    result = structure_of({.fill = value,
+    result = structure_of({.fill = map,
                            .all = is_on,
                            .strong = is_on,
                            .thresholds = {.low = 0.5, .high = 0.5},
@@ -130,7 +131,7 @@ SourceStructure structure_of_map(const ImageF& map, const ImageF& lightness, con
                           mask, control);
   } else {
     result = structure_of({.is_second = is_on,
-                           .value = value,
+                           .value = map,
                            .threshold = 0.5,
                            .contrast = 1.0,
                            .share = std::min(on, total - on) / total},

@@ -9,16 +9,24 @@ namespace patinate::transfer {
 namespace {
 
 constexpr std::int64_t kFewestPixels = 256;  // Of a control value: fewer say nothing about shares.
-constexpr std::int32_t kOne = 256, kMost = 2 * kOne;
+constexpr std::int32_t kOne = 256, kMost = 2 * kOne, kMostReuse = 3 * kOne;
 
 }  // namespace
 
-Amounts::Amounts(const SourceLevel& source) : look_(source.is_usable.size(), 0) {
+Amounts::Amounts(const SourceLevel& source)
+    : look_(source.is_usable.size(), 0),
+      width_(source.width()),
+      columns_((source.width() + kCell_px - 1) / kCell_px),
+      usable_in_(
+          static_cast<std::size_t>(columns_) * static_cast<std::size_t>((source.height() + kCell_px - 1) / kCell_px),
+          0),
+      reuse_(usable_in_.size(), 0) {
   std::vector<std::int16_t> sorted;
   sorted.reserve(source.usable.size());
   const auto component = [&](std::int32_t p) { return source.appearance.data()[std::int64_t{p} * kAppearanceSize]; };
   for (std::int32_t p : source.usable) sorted.push_back(component(p));
   std::sort(sorted.begin(), sorted.end());
+  for (std::int32_t p : source.usable) ++usable_in_[static_cast<std::size_t>(cell_of(p))];
   std::array<std::int16_t, kLooks - 1> limits{};
   for (std::size_t l = 0; l < limits.size(); ++l) limits[l] = sorted[(l + 1) * sorted.size() / kLooks];
   for (std::int32_t p : source.usable) {
@@ -44,6 +52,7 @@ void Amounts::measure(const DestinationLevel& destination, const PlaceMap& place
         for (std::size_t i = 0; i < a.size(); ++i) a[i] += b[i];
         return a;
       });
+  count_reuse(destination, places, control);
   for (int v = 0; v < kValues; ++v) {
     std::int64_t all_wanted = 0, all_has = 0;
     for (int l = 0; l < kLooks; ++l) {
@@ -60,6 +69,22 @@ void Amounts::measure(const DestinationLevel& destination, const PlaceMap& place
       const std::int64_t share = has[c] * all_wanted, due = (wanted_[c] + 1) * all_has;
       excess_[c] = static_cast<std::int32_t>(std::clamp<std::int64_t>((share - due) * kOne / due, -kOne, kMost));
     }
+  }
+}
+
+void Amounts::count_reuse(const DestinationLevel& destination, const PlaceMap& places, const RunControl& control) {
+  std::vector<std::int64_t> uses(usable_in_.size(), 0);
+  std::int64_t num_texels = 0, num_usable = 0;
+  for (TexelId t : destination.texels) {
+    if (++num_texels % 65536 == 0) control.throw_if_stopped();
+    const std::int32_t pixel = places.pixels[static_cast<std::size_t>(t)];
+    if (pixel >= 0) ++uses[static_cast<std::size_t>(cell_of(pixel))];
+  }
+  for (std::int32_t n : usable_in_) num_usable += n;
+  for (std::size_t c = 0; c < uses.size(); ++c) {
+    const std::int64_t share = num_texels * usable_in_[c] / num_usable,
+                       unit = std::max<std::int64_t>({1, share, usable_in_[c]});
+    reuse_[c] = static_cast<std::int32_t>(std::clamp<std::int64_t>((uses[c] - unit) * kOne / unit, 0, kMostReuse));
   }
 }
 

@@ -29,15 +29,28 @@ class Amounts {
   [[nodiscard]] std::int32_t excess(std::span<const std::uint16_t> target, std::int32_t pixel) const {
     return excess_[cell(value_of(target[0]), look_[static_cast<std::size_t>(pixel)])];
   }
+  /// How much more than its share the 8 x 8 pixels around a pixel are used, anywhere on the surface: relative to the
+  /// share, or to one copy where that is more, [0, 3] in 1/256. Pieces that repeat are dear at any distance.
+  [[nodiscard]] std::int32_t reuse(std::int32_t pixel) const {
+    return reuse_[static_cast<std::size_t>(cell_of(pixel))];
+  }
 
  private:
   [[nodiscard]] static int value_of(std::uint16_t control) { return control * kValues / (kControlSteps + 1); }
+  static constexpr int kCell_px = 8;
+  [[nodiscard]] std::int32_t cell_of(std::int32_t pixel) const {
+    return pixel / width_ / kCell_px * columns_ + pixel % width_ / kCell_px;
+  }
   [[nodiscard]] static std::size_t cell(int value, int look) { return static_cast<std::size_t>(value * kLooks + look); }
+
+  void count_reuse(const DestinationLevel& destination, const PlaceMap& places, const RunControl& control);
 
   using Table = std::array<std::int64_t, kValues * kLooks>;
   Table wanted_{};  ///< Pixels of the source.
   std::array<std::int32_t, kValues * kLooks> excess_{};
   std::vector<std::uint8_t> look_;  ///< By pixel.
+  std::int32_t width_ = 0, columns_ = 0;
+  std::vector<std::int32_t> usable_in_, reuse_;  ///< By cell.
 };
 
 }  // namespace patinate::transfer

@@ -18,6 +18,7 @@ constexpr int kNumCommon = 4;            // Pieces that are in the patch already
 constexpr std::int32_t kMostOff = 1200;  // A rim texel that differs by more is no worse: the cut goes round it.
 constexpr std::int32_t kAmountCost =
     200;  // Of a look that has twice its share; half or twice as much: docs/benchmarks.md.
+constexpr std::int32_t kReuseCost = 40;     // Of a piece that is there twice as often as it should be.
 constexpr std::int32_t kNever = 1'000'000;  // Cost of a texel where nothing can be copied.
 
 FixedPoint operator+(const FixedPoint& a, const FixedPoint& b) { return {a.x + b.x, a.y + b.y}; }
@@ -39,7 +40,9 @@ void for_each_of(std::size_t n, std::size_t count, const Visit& visit) {
 std::int32_t PatchCut::unary(TexelId texel, const Place& place) const {
   if (place.pixel < 0) return kNever;
   const auto target = task_.destination.target(texel);
-  return task_.control_cost.at(target, place.pixel) + kAmountCost * task_.amounts.excess(target, place.pixel) / 256;
+  return task_.control_cost.at(target, place.pixel) +
+         (kAmountCost * task_.amounts.excess(target, place.pixel) + kReuseCost * task_.amounts.reuse(place.pixel)) /
+             256;
 }
 
 void PatchCut::begin(const SurfacePatch& patch, const PlaceMap& places) {

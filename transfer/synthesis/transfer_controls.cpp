@@ -5,9 +5,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "libcommon/controls/control_expression.h"
 #include "libcommon/core/text.h"
-#include "patinate/controls/control_kinds.h"
 #include "patinate/core/error.h"
 
 namespace patinate::transfer {
@@ -19,13 +17,6 @@ ControlRange index_range(const ControlMap& made, std::size_t num_parts) {
   const double low = std::min(made.low, made.high), high = std::max(made.low, made.high);
   if (made.unit == "relative" && !(low >= 0.0 && high <= 1.0)) return {low, high, kLibraryControlUnit};
   return {0.0, static_cast<double>(num_parts - 1), kLibraryControlUnit};
-}
-
-/// Painted, not computed from the shape.
-bool has_file(const ControlSpec& spec) {
-  const ControlExpression expression(spec.destination, control_kind_names());
-  return std::any_of(expression.names().begin(), expression.names().end(),
-                     [](const ControlName& name) { return name.is_file; });
 }
 
 /// 0 outside the mask and beside the histories, else the index of the history and 1.
@@ -82,7 +73,7 @@ TransferControl make_transfer_control(const History& history, const ControlSpec&
   } else if (control.source == kLibraryControl && num_parts > 0) {
     control.mapping = ControlMapping::Physical;
     control.range = index_range(made, num_parts);
-  } else if (has_file(spec)) {
+  } else if (made.has_file) {
     control.mapping = suited_mapping(made.values, coverage).mapping;
   }
   control.values = std::move(made.values);

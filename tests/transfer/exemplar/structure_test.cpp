@@ -143,7 +143,7 @@ TEST(Regions, OfPatchesAreTheirInside) {
   ASSERT_FALSE(regions.is_second.empty());
   EXPECT_NEAR(regions.share, 3.14159 * 100.0 / 1600.0, 0.02);
   EXPECT_NEAR(regions.width_px, 10.0, 2.0) << "twice the area of a disk over its border is its radius";
-  EXPECT_NE(regions.is_second.at<std::uint8_t>(20, 20), regions.is_second.at<std::uint8_t>(0, 0));
+  EXPECT_NE(regions.is_second.at(20, 20), regions.is_second.at(0, 0));
 }
 
 TEST(Regions, NeitherNoiseNorAGradientNorSpecklesHaveAny) {

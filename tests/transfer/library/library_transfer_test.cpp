@@ -124,7 +124,10 @@ TEST_F(LibraryTransfer, MapsOfTheHistoryAreIndicesOrGrays) {
   EXPECT_EQ(height.range.high, 2.0);
   EXPECT_EQ(made("history=index.exr", map_of(which_, 0.0, 1.5)).range.high, 1.5);
   EXPECT_EQ(made("history=gray.png:1:rank", map_of(which_)).mapping, ControlMapping::Rank);
-  EXPECT_EQ(made("x=gray.png", map_of(which_)).mapping, ControlMapping::Linear) << "two values, as any painted mask";
+  ControlMap painted = map_of(which_);
+  EXPECT_EQ(made("x=facing", painted).mapping, ControlMapping::Rank) << "computed from the shape";
+  painted.has_file = true;
+  EXPECT_EQ(made("x=gray.png", painted).mapping, ControlMapping::Linear) << "two values, as any painted mask";
   EXPECT_EQ(made("x=ramp.png", map_of(ramp_)).mapping, ControlMapping::Rank);
 }
 

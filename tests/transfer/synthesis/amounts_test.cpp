@@ -66,6 +66,20 @@ TEST(Amounts, AMapOfOneHalfHasTwiceItsShareAndNothingOfTheOther) {
   EXPECT_EQ(task.excess(amounts, 100), -256);
 }
 
+TEST(Amounts, PiecesThatAreThereTwiceAreReusedAndThoseThatAreThereOnceAreNot) {
+  const HalfAndHalf task;
+  Amounts amounts(task.level.source);
+  EXPECT_EQ(amounts.reuse(20 * kSource + 64), 0) << "not measured";
+  // 64 x 64 texels copy every second pixel of 15 rows four or five times: of the 8 x 8 pixels around one, 8 rows of
+  // four or five columns, which is two to three copies of all of them.
+  amounts.measure(task.level.destination, task.places(15), {});
+  EXPECT_GE(amounts.reuse(12 * kSource + 64), 256);
+  EXPECT_LE(amounts.reuse(12 * kSource + 64), 2 * 256);
+  EXPECT_EQ(amounts.reuse(100 * kSource + 64), 0);
+  amounts.measure(task.level.destination, task.places(kSource - 4), {});
+  EXPECT_EQ(amounts.reuse(12 * kSource + 64), 0) << "a quarter of all pixels is there once";
+}
+
 TEST(Amounts, AreTheSameForAnyNumberOfThreads) {
   const HalfAndHalf task;
   Amounts one(task.level.source), three(task.level.source);

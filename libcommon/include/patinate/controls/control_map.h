@@ -17,6 +17,7 @@ struct ControlMap {
   double low = 0.0;                  ///< What 0 stands for, in `unit`.
   double high = 1.0;                 ///< What 1 stands for, in `unit`; > low unless the map was inverted.
   std::string unit;                  ///< "1/mm", "cosine", ...; "relative" when only ratios mean something.
+  bool has_file = false;             ///< A map file takes part: painted, not computed from the shape alone.
   std::vector<std::string> notes{};  ///< What a user should know about it: whole sentences without a full stop.
 };
 

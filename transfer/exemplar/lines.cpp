@@ -34,7 +34,8 @@ cv::Mat filled(const cv::Mat& lightness, int reach, bool dark) {
   return dark ? smooth - lightness : lightness - smooth;
 }
 
-/// Offsets of a segment of kSegment pixels, middle first left out of nothing: equally far from each other.
+/// Offsets of the pixels of a segment of kSegment pixels through the middle, which comes first. @param direction  Of
+/// kNumDirections over half a turn; none of them meets the middle between two pixels, so that rounding is safe.
 std::vector<cv::Point> segment(int direction) {
   std::vector<cv::Point> offsets;
   const double angle = 3.14159265358979323846 * direction / kNumDirections;
@@ -49,7 +50,7 @@ std::vector<cv::Point> segment(int direction) {
 }
 
 /// By how much the mean along the best segment through a pixel exceeds the mean around it: what is filled by a line
-/// goes on along it, grain does not. Integers of 1/64.
+/// goes on along it, grain does not. L*, from integers of 1/64. Symmetric at the picture's border.
 cv::Mat along_lines(const cv::Mat& fill, const RunControl& control) {
   constexpr int kMargin = kSegment / 2 + 1;
   cv::Mat scaled, padded, sums, best(fill.size(), CV_32S, cv::Scalar(0));
@@ -71,7 +72,7 @@ cv::Mat along_lines(const cv::Mat& fill, const RunControl& control) {
     }
   }
   // Around it: a square as wide as the segment, summed exactly.
-  cv::integral(padded.reshape(1), sums, CV_64F);
+  cv::integral(padded, sums, CV_64F);
   cv::Mat result(fill.size(), CV_32F);
   constexpr int kHalf = kSegment / 2, kSide = 2 * kHalf + 1;
   for (int y = 0; y < fill.rows; ++y) {

@@ -20,10 +20,10 @@ void describe(OptionVisitor& v, MultiLevelOptions& o) {
   v.visit({"fine_passes", "fast: passes on the finest level", "", between(1, 16)}, o.fine_passes);
   v.visit({"random_candidates", "fast: candidates of similar control value a texel and pass", "", between(0, 64)},
           o.num_random);
-  v.visit(
-      {"coarse_coherence", "fast: coherence share on the coarsest level; default 0.2, 0.6 where the source has lines",
-       "", between(0, 1)},
-      o.first_coherence);
+  v.visit({"coarse_coherence",
+           "fast: coherence share on the coarsest level; default 0.2, 0.6 where the source has structure", "",
+           between(0, 1)},
+          o.first_coherence);
   v.visit({"coherence_bonus", "fast: preference for continuing pieces of the source", "", between(0, 8)},
           o.coherence_bonus);
   v.visit({"reuse_penalty", "fast: preference for sources that are used rarely", "", between(0, 8)}, o.reuse_penalty);

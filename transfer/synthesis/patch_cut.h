@@ -34,8 +34,8 @@ class PatchCut {
   explicit PatchCut(const CutTask& task) : task_(task) {}
 
   /// Lays pieces of the source over the patch, each of those that promise most in turn, and keeps the part of it within
-  /// the cheapest border, if the sum of seam and control costs falls. A minimum cut says which part that is [Boykov and
-  /// Kolmogorov 2004]; the sum is exact even where pieces are distorted and the cut is not.
+  /// the cheapest border, if the sum of the costs of seams, control and amounts falls. A minimum cut says which part
+  /// that is [Boykov and Kolmogorov 2004]; the sum is exact even where pieces are distorted and the cut is not.
   /// @param patch  With edges. @param places  Of all texels; outside of the patch held fixed.
   /// @returns by how much the sum has fallen, >= 0: the new places are then in improved().
   /// @throws Canceled between two cuts.

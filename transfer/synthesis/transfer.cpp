@@ -21,14 +21,15 @@ void describe(OptionVisitor& v, TransferOptions& o) {
   v.visit_choice({"method", "fast, or the source's own exhaustive search (slow)"}, o.method, kTransferMethodNames);
   v.visit({"coherence",
            "Weight of texture against control: 1 = texture only, 0 = control only; default 0.65, 0.85 where the source "
-           "has lines",
+           "has structure (lines or regions)",
            "", between(0, 1)},
           o.coherence_share);
-  v.visit({"neighborhood", "Radius of the neighborhood that is compared; 0 = 3, or 4 where the source has lines", "px",
-           between(0, 5)},
+  v.visit({"neighborhood", "Radius of the neighborhood that is compared; 0 = 3, or 4 where the source has structure",
+           "px", between(0, 5)},
           o.neighborhood_radius_px);
-  v.visit_choice({"quality", "Time for the borders of copied pieces, where the source has lines that they may break"},
-                 o.quality, kTransferQualityNames);
+  v.visit_choice(
+      {"quality", "Time for the borders of copied pieces, where the source has structure that they may break"},
+      o.quality, kTransferQualityNames);
   describe(v, o.appearance);
   describe(v, o.multi_level);
   describe(v, o.reference);

@@ -26,7 +26,8 @@ struct ControlSpec {
   std::string source;                          ///< Control of the history; "" = its only one.
   std::string destination;                     ///< A map file, a kind, or an expression of them.
   double weight = 1.0;                         ///< > 0
-  std::optional<ControlMapping> mapping = {};  ///< None: `auto`, suited_mapping() of the destination's values.
+  std::optional<ControlMapping> mapping = {};  ///< None: `auto`. Rank; of map files, suited_mapping() of their
+                                               ///< values.
 };
 
 /// @throws ParseError saying which part is wrong.

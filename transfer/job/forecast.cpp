@@ -129,7 +129,8 @@ std::vector<std::string> warnings_of(const TransferForecast& f) {
     warnings.push_back(
         "the surface takes about " + short_number_text(std::round(f.num_copies)) +
         " copies of what can be used of the history, and will repeat: photograph a larger piece, combine several "
-        "histories into a library, or lay pixels larger (--texel-size)");
+        "histories into a library, or lay pixels larger (--texel-size where the mesh has a unit, else a smaller "
+        "--resolution)");
   }
   return warnings;
 }

@@ -5,6 +5,7 @@
 #include "analysis/compare/compare_job.h"
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/warning_json.h"
 
 namespace patinate::analysis {
 
@@ -33,6 +34,7 @@ Json side_json(const SeriesFile& side) {
               {"time_unit", time_unit_text(m.time_unit)},
               {"texel_size_mm", series.pixel_mm() ? Json(*series.pixel_mm()) : Json(nullptr)},
               {"controls", controls},
+              {"warnings", warnings_json(m.warnings)},
               {"key", side.key()}};
 }
 
@@ -52,6 +54,18 @@ void add_provenance(HtmlPage& page, const SeriesFile& a, const SeriesFile& b) {
   page.table({"", "A", "B"}, rows);
 }
 
+/// What either side's maker warned of: a difference may be that and no aging.
+void add_warnings(HtmlPage& page, const SeriesFile& a, const SeriesFile& b) {
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& [name, side] : {std::pair("A", &a), std::pair("B", &b)}) {
+    for (const HistoryWarning& warning : side->series.facts().warnings) rows.push_back({name, warning_text(warning)});
+  }
+  if (rows.empty()) return;
+  page.heading("Warnings of what is compared");
+  page.paragraph("Found when the histories were made. A difference below may be one of these and not aging.");
+  page.table({"", "warning"}, rows);
+}
+
 }  // namespace
 
 void write_compare_report(const fs::path& folder, const CompareProvenance& provenance,
@@ -62,6 +76,7 @@ void write_compare_report(const fs::path& folder, const CompareProvenance& prove
       "split in two, that is what equal surfaces would show: "
       "the squares of a chess board over A, the black against the white ones.");
   add_provenance(page, provenance.a, provenance.b);
+  add_warnings(page, provenance.a, provenance.b);
   for (const Section& section : sections) add_section(page, section, folder, "A split in two");
   page.heading("Provenance");
   page.paragraph("This page is repeated, byte for byte, by");

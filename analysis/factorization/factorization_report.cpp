@@ -299,6 +299,10 @@ void write_factorization(FactorizationWork& work, const fs::path& folder, const 
     embed_pictures(section.pictures, folder / kJobWorkFolder / "picture.png");
     add_section(page, section, folder, "");
   }
+  if (!source.warnings.empty()) {
+    page.heading("Warnings of the history");
+    for (const HistoryWarning& warning : source.warnings) page.paragraph(warning_text(warning));
+  }
   Json options = Json::object(), maps = Json::object(), frames = Json::array();
   for (const auto& [name, value] : option_values(work.task.options)) options[name] = value;
   page.heading("Provenance");

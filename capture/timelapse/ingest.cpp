@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "capture/timelapse/ingest_warnings.h"
 #include "capture/timelapse/ingest_work.h"
 #include "capture/timelapse/repair_steps.h"
 #include "capture/timelapse/scan_step.h"
@@ -45,6 +46,9 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   if (!mask.empty()) writer.write_mask(mask);
   write_scan(writer, work, folder, mask);
   write_ingest_controls(writer, work, transmission, folder, mask, control.part(0.5, 1.0));
+  const int num_frames = static_cast<int>(work.project.frames.size());
+  for (HistoryWarning& warning : survey_warnings(read_survey_report(folder), num_frames))
+    writer.add_warning(std::move(warning));
   writer.finish();
   control.report(1.0);
 }

@@ -1,5 +1,7 @@
 #include "capture/timelapse/repair.h"
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "patinate/core/json.h"
@@ -9,6 +11,27 @@ namespace patinate::capture {
 namespace {
 
 constexpr std::array<std::string_view, 2> kHighlightNames{"mask", "keep"};
+
+SurveyFinding read_finding(JsonReader& json) {
+  SurveyFinding finding{.photo = json.member("photo").string(),
+                        .time = json.member("time").number(),
+                        .is_shifted = json.member("is_shifted").boolean(),
+                        .problem = json.member("problem").string()};
+  if (finding.is_shifted) {
+    const std::vector<double> shift = json.member("shift_px").numbers(2);
+    finding.size = std::hypot(shift[0], shift[1]);
+  }
+  if (json.has("gain")) {
+    finding.is_exposure_changed = true;
+    for (double gain : json.member("gain").numbers(3, above(0)))
+      finding.size = std::max(finding.size, std::abs(std::log(gain)));
+  }
+  if (json.has("change_factor")) {
+    finding.is_jump = true;
+    finding.size = std::max(finding.size, json.member("change_factor").number());
+  }
+  return finding;
+}
 
 }  // namespace
 
@@ -39,8 +62,7 @@ SurveyReport read_survey_report(const std::filesystem::path& history) {
   if (reader.has("masked_share")) report.masked_share = reader.member("masked_share").number(between(0, 1));
   if (reader.has("outside_share")) report.outside_share = reader.member("outside_share").number(between(0, 1));
   for (JsonReader& finding : reader.member("findings").elements()) {
-    report.findings.push_back({finding.member("photo").string(), finding.member("time").number(),
-                               finding.member("is_shifted").boolean(), finding.member("problem").string()});
+    report.findings.push_back(read_finding(finding));
   }
   return report;
 }

@@ -40,6 +40,9 @@ struct SurveyFinding {
   std::string photo;  ///< As survey.json has it: name, without its folder.
   double time = 0.0;
   bool is_shifted = false;
+  bool is_exposure_changed = false;
+  bool is_jump = false;
+  double size = 0.0;    ///< How large it is among its like: px, log gain, or times the neighbors' change.
   std::string problem;  ///< finding_text().
 };
 /// What survey.json of a history says.

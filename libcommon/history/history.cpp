@@ -275,7 +275,10 @@ void HistoryWriter::set_texel_size_mm(double size) {
   check_texel_size(manifest_);
 }
 
+void HistoryWriter::add_warning(HistoryWarning warning) { manifest_.warnings.push_back(std::move(warning)); }
+
 void HistoryWriter::finish() {
+  sort_warnings(manifest_.warnings);
   std::stable_sort(manifest_.frames.begin(), manifest_.frames.end(),
                    [](const HistoryFrame& a, const HistoryFrame& b) { return a.time < b.time; });
   write_history_manifest(folder_ / kHistoryManifestFile, manifest_);

@@ -7,6 +7,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/history/history_times.h"
+#include "libcommon/history/warning_json.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/history/history.h"
@@ -66,6 +67,27 @@ LibraryPart read_part_entry(JsonReader json) {
   return part;
 }
 
+HistoryWarning read_warning_entry(JsonReader json) {
+  HistoryWarning warning;
+  warning.about = static_cast<WarningSubject>(json.member("about").choice(kWarningSubjectNames));
+  warning.text = json.member("text").string();
+  if (json.has("cure")) warning.cure = json.member("cure").string();
+  warning.share = json.member("share").number(between(0, 1));
+  if (json.has("photos")) {
+    for (const JsonReader& photo : json.member("photos").elements(kMaxFrames)) warning.photos.push_back(photo.string());
+  }
+  json.finish();
+  return warning;
+}
+
+Json warning_entry(const HistoryWarning& warning) {
+  Json entry{{"about", kWarningSubjectNames[static_cast<std::size_t>(warning.about)]}, {"text", warning.text}};
+  if (!warning.cure.empty()) entry["cure"] = warning.cure;
+  entry["share"] = std::round(1e4 * warning.share) / 1e4;
+  if (!warning.photos.empty()) entry["photos"] = warning.photos;
+  return entry;
+}
+
 /// Whole numbers are written without ".0", as a person would.
 Json number_json(double value) {
   if (value == std::floor(value) && std::abs(value) < 1e15) return Json(static_cast<std::int64_t>(value));
@@ -87,6 +109,12 @@ void check_manifest(const HistoryManifest& m) {
 }
 
 }  // namespace
+
+Json warnings_json(const std::vector<HistoryWarning>& warnings) {
+  Json json = Json::array();
+  for (const HistoryWarning& warning : warnings) json.push_back(warning_entry(warning));
+  return json;
+}
 
 std::string time_unit_text(TimeUnit unit) { return std::string(kTimeUnitNames[static_cast<std::size_t>(unit)]); }
 
@@ -112,7 +140,8 @@ HistoryFacts facts_of(const HistoryManifest& m) {
                      .controls = {},
                      .has_mask = m.mask.has_value(),
                      .maps = {},
-                     .parts = m.parts};
+                     .parts = m.parts,
+                     .warnings = m.warnings};
   for (const HistoryFrame& f : m.frames) {
     FrameFacts frame{
         .time = f.time, .has_mask = f.mask.has_value(), .extras = {}, .is_extrapolated = f.is_extrapolated};
@@ -159,6 +188,10 @@ HistoryManifest read_history_manifest(const std::filesystem::path& path) {
     for (const JsonReader& part : json.member("library").elements(kMaxLibraryParts))
       m.parts.push_back(read_part_entry(part));
   }
+  if (json.has("warnings")) {
+    for (const JsonReader& warning : json.member("warnings").elements(kMaxFrames))
+      m.warnings.push_back(read_warning_entry(warning));
+  }
   if (json.has("key")) m.key = json.member("key").string();
   json.finish();
   try {
@@ -198,6 +231,7 @@ void write_history_manifest(const std::filesystem::path& file, const HistoryMani
     json["library"].push_back(
         {{"name", part.name}, {"x", part.x}, {"width", part.width}, {"height", part.height}, {"key", part.key}});
   }
+  if (!manifest.warnings.empty()) json["warnings"] = warnings_json(manifest.warnings);
   save_json(file, json);
 }
 

@@ -36,6 +36,15 @@ const std::vector<std::string>& history_map_channels(const std::string& name) {
   return found - kHistoryMapNames.begin() < 2 ? kVector : kNumber;
 }
 
+std::string warning_text(const HistoryWarning& warning) {
+  return warning.cure.empty() ? warning.text : warning.text + ": " + warning.cure;
+}
+
+void sort_warnings(std::vector<HistoryWarning>& warnings) {
+  std::stable_sort(warnings.begin(), warnings.end(),
+                   [](const HistoryWarning& a, const HistoryWarning& b) { return a.share > b.share; });
+}
+
 void check_library_parts(const HistoryFacts& facts) {
   if (facts.parts.empty()) return;
   int begin = 0;

@@ -146,7 +146,8 @@ HistoryFacts facts_of(const MemoryHistoryImages& images) {
                      .controls = {},
                      .has_mask = !images.mask.empty(),
                      .maps = {},
-                     .parts = images.parts};
+                     .parts = images.parts,
+                     .warnings = images.warnings};
   for (const MemoryFrame& f : images.frames) {
     FrameFacts frame{.time = f.time, .has_mask = !f.mask.empty(), .extras = {}, .is_extrapolated = f.is_extrapolated};
     for (const NamedImage& extra : f.extras) frame.extras.push_back(extra.name);
@@ -187,7 +188,8 @@ MemoryHistory read_into_memory(const History& history, const RunControl& control
                              .controls = {},
                              .mask = {},
                              .maps = {},
-                             .parts = facts.parts};
+                             .parts = facts.parts,
+                             .warnings = facts.warnings};
   for (int i = 0; i < history.num_frames(); ++i) {
     control.throw_if_stopped();
     const FrameFacts& f = facts.frames[static_cast<std::size_t>(i)];

@@ -56,6 +56,10 @@ class TimeLapse(unittest.TestCase):
         self.assertEqual(run.returncode, 0, run.stderr)
         self.assertRegex(run.stderr, r"4\.png .*moved by 3 px right and 0 px")
         self.assertIn("--stabilize", run.stderr)
+        warnings = json.loads((self.folder / "out/history.json").read_text())["warnings"]
+        self.assertEqual([(w["about"], w["photos"]) for w in warnings if w["about"] == "motion"], [("motion", ["4.png"])])
+        info = subprocess.run([PATINATE, "info", "out"], cwd=self.folder, capture_output=True, text=True)
+        self.assertIn(warnings[0]["text"], info.stdout)
         survey = json.loads((self.folder / "out/survey.json").read_text())
         self.assertEqual([f["photo"] for f in survey["findings"] if f["is_shifted"]], ["4.png"])
         self.assertAlmostEqual(survey["findings"][0]["shift_px"][0], 3.0, delta=0.1)
@@ -63,6 +67,7 @@ class TimeLapse(unittest.TestCase):
     def test_stabilizing_masks_what_left_the_view(self):
         run = self.run_ingest("--stabilize", "--json")
         self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual([w for w in json.loads(run.stdout)["warnings"] if w["about"] == "motion"], [], "repaired")
         result = json.loads(run.stdout)
         self.assertGreaterEqual(result["outside_share"], 0.02)  # 3 of 96 columns are not seen at the end.
         self.assertLess(result["outside_share"], 0.08)  # A few rows and columns more: the motion is measured, not known.

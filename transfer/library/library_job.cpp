@@ -96,8 +96,13 @@ HistoryManifest manifest_of(const OpenLibrary& library, const std::string& key) 
   m.origin = library.sources.front().manifest.origin;
   for (const LibrarySource& source : library.sources) {
     m.name += (m.name.empty() ? "" : " + ") + source.manifest.name;
+    for (HistoryWarning warning : source.manifest.warnings) {
+      warning.text = source.manifest.name + ": " + warning.text;
+      m.warnings.push_back(std::move(warning));
+    }
     if (source.manifest.origin != m.origin) m.origin = "synthetic";  // Of different origin: made, as a whole.
   }
+  sort_warnings(m.warnings);
   m.width = layout.width;
   m.height = layout.height;
   m.texel_size_mm = layout.texel_size_mm;

@@ -185,6 +185,22 @@ TEST(History, AcceptsTheOptionalImagesOfTheFormat) {
   EXPECT_EQ(reading_error(folder.path()), "");
 }
 
+TEST(History, WarningsAreKeptTheWorstFirst) {
+  const TempFolder folder;
+  HistoryWriter writer(folder.path(), make_manifest());
+  writer.write_frame(0, 0.0, make_frame(0.0f));
+  const HistoryWarning mild{.about = WarningSubject::Light, .text = "uneven", .cure = "", .share = 0.1};
+  const HistoryWarning severe{
+      .about = WarningSubject::Mask, .text = "masked", .cure = "keep it", .share = 0.75, .photos = {"a.png", "b.png"}};
+  writer.add_warning(mild);
+  writer.add_warning(severe);
+  writer.finish();
+  const HistoryReader reader(folder.path());
+  EXPECT_EQ(reader.facts().warnings, (std::vector<HistoryWarning>{severe, mild}));
+  EXPECT_EQ(warning_text(severe), "masked: keep it");
+  EXPECT_EQ(warning_text(mild), "uneven");
+}
+
 TEST(History, FramesCarryMoreThanColor) {
   const TempFolder folder;
   write_history(folder.path());

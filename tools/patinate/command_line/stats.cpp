@@ -6,6 +6,7 @@
 #include "analysis/statistics/history_statistics.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "tools/patinate/command_line/history_warnings.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/usage_error.h"
 
@@ -93,6 +94,7 @@ int report_stats(CommandRun& run, const StatsArgument& stats, const std::filesys
   const analysis::HistoryStatistics found =
       analysis::history_statistics(series, classes, options.size, options.visible_delta_e, run.control("statistics"));
   const std::string unit = time_unit_text(series.facts().time_unit);
+  note_history_warnings(run, subject.string(), series.facts().warnings);
   run.report(json_of(found, classes, unit), text_of(found, classes, unit));
   return 0;
 }

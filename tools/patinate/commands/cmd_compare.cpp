@@ -1,7 +1,10 @@
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "analysis/compare/compare_job.h"
 #include "libcommon/core/text.h"
+#include "patinate/analysis/texture_series.h"
+#include "tools/patinate/command_line/history_warnings.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/commands/commands.h"
@@ -50,9 +53,12 @@ int cmd_compare(CommandRun& run) {
   require_comparable(task.a);
   require_comparable(task.b);
   if (!task.through.empty()) require_transfer(task.through);
+  const std::array<fs::path, 2> sides{task.a, task.b};
   const std::optional<JobStatus> status = run.make_folder(analysis::plan_compare(std::move(task), output), "compare");
   if (!status) return 0;
 
+  for (const fs::path& side : sides)
+    note_history_warnings(run, side.string(), analysis::open_series(side).series.facts().warnings);
   const Json report = load_json(output / analysis::kCompareReportFile);
   for (const Json& section : report.at("undefined_sections"))
     run.note(section.at("section").get<std::string>() + ": undefined, " + section.at("reason").get<std::string>());

@@ -3,6 +3,8 @@
 #include "analysis/factorization/factorization_job.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "patinate/history/history.h"
+#include "tools/patinate/command_line/history_warnings.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/commands/commands.h"
@@ -44,10 +46,12 @@ int cmd_factorize(CommandRun& run) {
   task.history = history_place(task.history);
   if (kind_of(task.history) != PathKind::History)
     throw InvalidInput(task.history.string() + ": is no history; only those can be factorized");
+  const fs::path history = task.history;
   const std::optional<JobStatus> status =
       run.make_folder(analysis::plan_factorization(std::move(task), output), "factorize");
   if (!status) return 0;
 
+  note_history_warnings(run, history.string(), read_history_manifest(history).warnings);
   const Json made = load_json(output / analysis::kFactorizationManifestFile);
   const std::string unit = made.at("time_unit").get<std::string>();
   const auto text = [](const Json& v) { return short_number_text(rounded(v.get<double>(), 3)); };

@@ -6,6 +6,7 @@
 #include "capture/project/relit_project.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/topology.h"
+#include "libcommon/history/warning_json.h"
 #include "patinate/atlas/atlas_mesh.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
@@ -53,6 +54,9 @@ Facts history_facts(const std::filesystem::path& path) {
              short_number_text(c.high) + " " + c.unit;
   }
   facts.add("controls", controls, shown.empty() ? "none" : shown);
+  std::string warned;
+  for (const HistoryWarning& w : m.warnings) warned += "\n    " + warning_text(w);
+  facts.add("warnings", warnings_json(m.warnings), m.warnings.empty() ? "none" : warned);
   facts.add("mask", m.mask.has_value(), m.mask ? "yes" : "no");
   Json library = Json::array();
   std::string parts;

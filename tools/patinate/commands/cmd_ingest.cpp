@@ -3,8 +3,11 @@
 
 #include "capture/relit/relit_ingest.h"
 #include "capture/timelapse/ingest.h"
+#include "capture/timelapse/ingest_warnings.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/warning_json.h"
 #include "patinate/history/history.h"
+#include "tools/patinate/command_line/history_warnings.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/commands/commands.h"
 
@@ -36,23 +39,13 @@ void note_doubtful_controls(const HistoryReader& history, CommandRun& run) {
   }
 }
 
-/// Names the photographs that do not follow from the ones before, and says what was masked.
+/// Says what was masked where it is too little for a warning, and with --verbose every photograph that was found.
 void note_survey(const capture::SurveyReport& survey, CommandRun& run) {
-  constexpr std::size_t kMaxNamed = 40;
-  std::size_t num_shifted = 0;
-  for (std::size_t i = 0; i < survey.findings.size(); ++i) {
-    const capture::SurveyFinding& f = survey.findings[i];
-    num_shifted += f.is_shifted ? 1 : 0;
-    if (i < kMaxNamed) run.note(f.photo + " (time " + short_number_text(f.time) + "): " + f.problem);
-  }
-  if (survey.findings.size() > kMaxNamed) {
-    run.note(std::to_string(survey.findings.size() - kMaxNamed) + " more are named in " + capture::kSurveyFile);
-  }
-  if (num_shifted > 0 && !survey.is_stabilized) {
-    run.note(std::to_string(num_shifted) +
-             " photographs are moved against the ones before: --stabilize lays them over one another");
-  }
-  if (survey.outside_share >= 0.0005) {
+  for (const capture::SurveyFinding& f : survey.findings)
+    run.detail(f.photo + " (time " + short_number_text(f.time) + "): " + f.problem);
+  if (!survey.findings.empty())
+    run.note(std::string("every finding, photograph by photograph: ") + capture::kSurveyFile + ", or --verbose");
+  if (survey.outside_share >= 0.0005 && survey.outside_share < capture::kMuchMasked) {
     run.note(fixed_percent_text(survey.outside_share) +
              " of the pixels are saturated, in a highlight or out of view in some photograph and cannot be filled from "
              "others: they are outside the mask"
@@ -92,6 +85,7 @@ int ingest_relit(CommandRun& run, const std::filesystem::path& file, capture::Re
                " of the surface determined");
   }
   const HistoryReader reader(output);
+  note_history_warnings(run, reader.label(), reader.facts().warnings);
   Json controls = Json::array();
   for (const ControlParameter& c : reader.manifest().controls) controls.push_back(c.name);
   run.report_output(*status, output,
@@ -129,6 +123,7 @@ int cmd_ingest(CommandRun& run) {
   note_alignment(output, run);
   note_doubtful_controls(reader, run);
   const capture::SurveyReport survey = capture::read_survey_report(reader.folder());
+  note_history_warnings(run, reader.label(), reader.facts().warnings);
   note_survey(survey, run);
 
   const HistoryManifest& history = reader.manifest();
@@ -141,6 +136,7 @@ int cmd_ingest(CommandRun& run) {
                     Json{{"frames", history.frames.size()},
                          {"controls", controls},
                          {"findings", findings},
+                         {"warnings", warnings_json(history.warnings)},
                          {"masked_share", survey.masked_share},
                          {"outside_share", survey.outside_share}});
   return 0;

@@ -12,6 +12,7 @@
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
+#include "tools/patinate/command_line/history_warnings.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/usage_error.h"
@@ -214,6 +215,7 @@ int cmd_transfer(CommandRun& run) {
   history_path = history_place(history_path);
   task.history = std::make_shared<const HistoryReader>(history_path);
   const HistoryReader& history = *task.history;
+  note_history_warnings(run, history.label(), history.facts().warnings);
   if (!source_mask.empty()) {
     task.input.source_mask = read_source_mask(source_mask, history);
     task.source_mask_name = source_mask.filename().string();

@@ -52,7 +52,8 @@ struct HistoryManifest {
   std::optional<std::filesystem::path> mask;
   std::vector<HistoryMap> maps;  ///< In the order of kHistoryMapNames.
   std::string key;
-  std::vector<LibraryPart> parts = {};  ///< Of a library.
+  std::vector<LibraryPart> parts = {};        ///< Of a library.
+  std::vector<HistoryWarning> warnings = {};  ///< The worst first.
 };
 /// The same without files.
 [[nodiscard]] HistoryFacts facts_of(const HistoryManifest& manifest);
@@ -140,8 +141,10 @@ class HistoryWriter {
   void add_written_map(const std::string& name);
   /// @throws InvalidInput unless finite and > 0.
   void set_texel_size_mm(double size);
-  /// Sorts frames by time and writes history.json. @throws InvalidInput if there is no frame, times are equal or not
-  /// finite, or two controls share a name; CannotComplete if it cannot be written.
+  /// In any order: finish() puts the worst first.
+  void add_warning(HistoryWarning warning);
+  /// Sorts frames by time, warnings by weight, and writes history.json. @throws InvalidInput if there is no frame,
+  /// times are equal or not finite, or two controls share a name; CannotComplete if it cannot be written.
   void finish();
   [[nodiscard]] const HistoryManifest& manifest() const { return manifest_; }
 

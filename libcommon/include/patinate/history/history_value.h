@@ -70,6 +70,25 @@ inline constexpr const char* kLibraryControl = "history";
 inline constexpr const char* kLibraryControlUnit = "index";
 inline constexpr int kMaxLibraryParts = 64;
 
+/// What a warning of a history is about, so that a user of it knows whether it matters there.
+enum class WarningSubject { Mask, Motion, Light, Control, Series };
+inline constexpr std::array<std::string_view, 5> kWarningSubjectNames{"mask", "motion", "light", "control", "series"};
+
+/// Something found while a history was made that may make it wrong, or smaller than it looks.
+struct HistoryWarning {
+  WarningSubject about = WarningSubject::Series;
+  std::string text;                      ///< What was found, with its figure; names the photographs it speaks of.
+  std::string cure;                      ///< What helps, as an instruction; "" = nothing is known.
+  double share = 0.0;                    ///< Roughly how much of the history it spoils, [0, 1]: the worst come first.
+  std::vector<std::string> photos = {};  ///< Names of the photographs, without folders; may be empty.
+
+  friend bool operator==(const HistoryWarning&, const HistoryWarning&) = default;
+};
+/// "TEXT: CURE".
+[[nodiscard]] std::string warning_text(const HistoryWarning& warning);
+/// The worst first; equal ones keep their order.
+void sort_warnings(std::vector<HistoryWarning>& warnings);
+
 /// All that is known of a history before a pixel is looked at.
 struct HistoryFacts {
   std::string name;
@@ -83,6 +102,7 @@ struct HistoryFacts {
   bool has_mask = false;
   std::vector<std::string> maps;   ///< In the order of kHistoryMapNames.
   std::vector<LibraryPart> parts;  ///< From left to right, apart from each other; empty: the history is no library.
+  std::vector<HistoryWarning> warnings = {};  ///< The worst first.
 
   friend bool operator==(const HistoryFacts&, const HistoryFacts&) = default;
 };

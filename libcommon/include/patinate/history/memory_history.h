@@ -36,11 +36,12 @@ struct MemoryHistoryImages {
   std::string origin = "captured";           ///< One of kHistoryOriginNames.
   std::optional<double> texel_size_mm = {};  ///< Within kLeastTexel_mm and kLargestTexel_mm (length_unit.h).
   TimeUnit time_unit = TimeUnit::Seconds;
-  std::vector<MemoryFrame> frames;           ///< At least one.
-  std::vector<MemoryControl> controls = {};  ///< Of different names.
-  ImageU8 mask = {};                         ///< H x W; not 0 = inside, somewhere. Empty: everything is.
-  std::vector<NamedImage> maps = {};         ///< Of different names.
-  std::vector<LibraryPart> parts = {};       ///< Of a library.
+  std::vector<MemoryFrame> frames;            ///< At least one.
+  std::vector<MemoryControl> controls = {};   ///< Of different names.
+  ImageU8 mask = {};                          ///< H x W; not 0 = inside, somewhere. Empty: everything is.
+  std::vector<NamedImage> maps = {};          ///< Of different names.
+  std::vector<LibraryPart> parts = {};        ///< Of a library.
+  std::vector<HistoryWarning> warnings = {};  ///< The worst first.
 };
 
 /// Holds every image; reading copies one. Values are those that were given: a folder keeps colors as half floats.

@@ -8,6 +8,7 @@
 
 #include "analysis/cracks/line_pixels.h"
 #include "analysis/cracks/line_structure.h"
+#include "analysis/evaluation/wanted_share.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/metrics/color_curves.h"
@@ -270,8 +271,28 @@ std::array<std::optional<double>, 2> means_of(const LineFigure& f, const Structu
   return counts[0] > 0 ? std::array{mean(0), mean(1)} : std::array{mean(2), mean(3)};
 }
 
-void add_figures(const SourceLines& source, const Structures& made, const Structures& crops, double texel_mm,
-                 bool has_quarters, StructureFigures& out) {
+/// By threshold: share of the area where lines are as frequent as in the source; nothing without controls.
+using WantedShares = std::array<std::optional<double>, kThresholds.size()>;
+
+Figure wanted_figure(const std::string& prefix, const std::string& title, std::optional<double> value) {
+  return {.name = prefix + "line_share_wanted",
+          .title = title,
+          .unit = "",
+          .value = value,
+          .undefined = value ? "" : "no control is known on both sides"};
+}
+
+std::optional<double> mean_of(const WantedShares& shares) {
+  double sum = 0.0;
+  for (const std::optional<double>& share : shares) {
+    if (!share) return std::nullopt;
+    sum += *share / static_cast<double>(shares.size());
+  }
+  return sum;
+}
+
+void add_figures(const SourceLines& source, const Structures& made, const Structures& crops, const WantedShares& wanted,
+                 double texel_mm, bool has_quarters, StructureFigures& out) {
   const bool is_dark = source.kind == LineKind::Dark;
   const std::string prefix = is_dark ? "" : "bright_", kind = is_dark ? "Dark lines" : "Bright lines";
   std::string at;
@@ -290,12 +311,16 @@ void add_figures(const SourceLines& source, const Structures& made, const Struct
     if (has_crops)
       out.figures.push_back(
           one_figure(named(f, "_crops"), title(cut, "mean at " + at), f, means_of(f, crops, crops)[0], {}));
+    const std::string as_wanted = " if they were as frequent as in the source where the same control is wanted";
+    if (f.name == "line_share")
+      out.figures.push_back(wanted_figure(prefix, title(as_wanted, "mean at " + at), mean_of(wanted)));
     for (std::size_t i = 0; i < apart.size(); ++i) {
       const std::string where = short_number_text(source.thresholds[i]);
       apart[i].figures.push_back(
           one_figure(named(f, ""), title("", where), f, f.value(made[i]), f.value(source.structures[i])));
       if (has_crops)
         apart[i].figures.push_back(one_figure(named(f, "_crops"), title(cut, where), f, f.value(crops[i]), {}));
+      if (f.name == "line_share") apart[i].figures.push_back(wanted_figure(prefix, title(as_wanted, where), wanted[i]));
     }
   }
   out.lines.insert(out.lines.end(), apart.begin(), apart.end());
@@ -352,6 +377,7 @@ StructureFigures measure_lines(const SynthesisSource& source, const SynthesizedM
   const ImageU8 quarter = has_quarters ? in_quarters(source.control, ends) : ImageU8();
   const Ground ground{at_texels(lightness, pixels_per_texel), at_texels(source.mask, pixels_per_texel),
                       at_texels(quarter, pixels_per_texel)};
+  const ImageF seen_control = has_quarters ? at_texels(source.control, pixels_per_texel) : ImageF();
   StructureFigures out;
   std::vector<Ground> charts;
   for (const LineKind kind : {LineKind::Dark, LineKind::Bright}) {
@@ -364,8 +390,11 @@ StructureFigures measure_lines(const SynthesisSource& source, const SynthesizedM
       }
       charts = charts_of(surface, made, has_quarters ? in_quarters(map.control, ends) : ImageU8());
     }
+    WantedShares wanted;
+    for (std::size_t i = 0; i < wanted.size() && has_quarters; ++i)
+      wanted[i] = wanted_share(lines->masks[i], seen_control, ground.mask, surface, map.control);
     add_figures(*lines, measured(charts, *lines, scale, control),
-                measured_crops(charts, ground, *lines, scale, control), texel_mm, has_quarters, out);
+                measured_crops(charts, ground, *lines, scale, control), wanted, texel_mm, has_quarters, out);
     out.pictures.push_back(picture_of(charts, *lines, surface, scale, control));
   }
   const bool has_dark = !out.lines.empty() && out.lines.front().kind == LineKind::Dark;

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 9;  ///< Raised when the same input gives other coordinates.
+constexpr std::int64_t kStageVersion = 10;  ///< Raised when the same input gives other coordinates.
 
 /// Everything that coordinates depend on: by content, never by path.
 JobInputs transfer_inputs(const TransferTask& task, const std::string& history_key) {

@@ -40,6 +40,10 @@ TexelCost::TexelCost(const SourceLevel& source, const DestinationLevel& destinat
   appearance_.resize(size * kAppearanceSize);
   weight_.resize(size);
   delta_.resize(size);
+  offset_x_.resize(size);
+  offset_y_.resize(size);
+  delta_beside_.resize(size);
+  weight_beside_.resize(size);
   known_at_.resize(size);
 }
 
@@ -69,6 +73,8 @@ void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const E
                 appearance_.data() + i * kAppearanceSize);
     weight_[i] = neighborhood_.weights[k];
     delta_[i] = (dy * width + dx) * kAppearanceSize;
+    offset_x_[i] = n.x;
+    offset_y_[i] = n.y;
     sum_of_weights += neighborhood_.weights[k];
     const Offset& o = neighborhood_.offsets[k];
     if (dx == o.x && dy == o.y) ++num_in_place[quarter_of(o)];
@@ -118,7 +124,22 @@ std::int64_t TexelCost::total(std::int32_t source_pixel, std::int64_t bound) con
   return cost >= bound ? cost : cost + coherence_below(source_pixel, bound - cost);
 }
 
-std::int64_t TexelCost::coherence_below(std::int32_t source_pixel, std::int64_t bound) const {
+std::int64_t TexelCost::total_beside(std::int32_t source_pixel, int beside_x, int beside_y, std::int64_t bound) const {
+  if (beside_x == 0 && beside_y == 0) return total(source_pixel, bound);
+  const std::int64_t cost = control(source_pixel);
+  if (cost >= bound) return cost;
+  const int radius = neighborhood_.radius_px, width = source_.width();
+  for (std::size_t i = 0; i < static_cast<std::size_t>(num_known_); ++i) {
+    const int dx = whole_pixels(offset_x_[i] + beside_x), dy = whole_pixels(offset_y_[i] + beside_y);
+    const bool is_seen = dx >= -radius && dx <= radius && dy >= -radius && dy <= radius;
+    delta_beside_[i] = is_seen ? (dy * width + dx) * kAppearanceSize : 0;
+    weight_beside_[i] = is_seen ? weight_[i] : std::int16_t{0};
+  }
+  return cost + coherence_below(source_pixel, delta_beside_.data(), weight_beside_.data(), bound - cost);
+}
+
+std::int64_t TexelCost::coherence_below(std::int32_t source_pixel, const std::int32_t* delta,
+                                        const std::int16_t* weight, std::int64_t bound) const {
   constexpr std::size_t kBlock = 8;  // Neighbors between two looks at the bound.
   const std::int16_t* base = source_.appearance.data() + std::int64_t{source_pixel} * kAppearanceSize;
   const auto n = static_cast<std::size_t>(num_known_);
@@ -130,9 +151,9 @@ std::int64_t TexelCost::coherence_below(std::int32_t source_pixel, std::int64_t 
     __m128i sum = _mm_setzero_si128();
     for (std::size_t k = begin; k < end; ++k) {
       const __m128i known = _mm_loadu_si128(reinterpret_cast<const __m128i*>(appearance_.data() + k * kAppearanceSize));
-      const __m128i candidate = _mm_loadu_si128(reinterpret_cast<const __m128i*>(base + delta_[k]));
+      const __m128i candidate = _mm_loadu_si128(reinterpret_cast<const __m128i*>(base + delta[k]));
       const __m128i difference = _mm_sub_epi16(known, candidate);
-      sum = _mm_add_epi32(sum, _mm_madd_epi16(difference, _mm_mullo_epi16(difference, _mm_set1_epi16(weight_[k]))));
+      sum = _mm_add_epi32(sum, _mm_madd_epi16(difference, _mm_mullo_epi16(difference, _mm_set1_epi16(weight[k]))));
     }
     alignas(16) std::array<std::int32_t, 4> lanes{};
     _mm_store_si128(reinterpret_cast<__m128i*>(lanes.data()), sum);
@@ -142,10 +163,10 @@ std::int64_t TexelCost::coherence_below(std::int32_t source_pixel, std::int64_t 
       std::int32_t squares = 0;
       for (std::size_t d = 0; d < kAppearanceSize; ++d) {
         const std::int32_t difference =
-            appearance_[k * kAppearanceSize + d] - base[delta_[k] + static_cast<std::int32_t>(d)];
+            appearance_[k * kAppearanceSize + d] - base[delta[k] + static_cast<std::int32_t>(d)];
         squares += difference * difference;
       }
-      total += std::int64_t{squares} * weight_[k];
+      total += std::int64_t{squares} * weight[k];
     }
 #endif
     if (total * coherence_scale_ >= bound) break;

@@ -65,6 +65,12 @@ class TexelCost {
   void prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale);
   /// Of the whole energy. Stops early and returns something >= bound when it cannot be below `bound`.
   [[nodiscard]] std::int64_t total(std::int32_t source_pixel, std::int64_t bound) const;
+  /// The same of a place beside the middle of its pixel: neighbors are compared with the pixels nearest to where they
+  /// lie seen from there, d_k(t) in fractions. A piece that goes on where texels are turned or stretched then costs
+  /// nothing; rounding both ends apart would make every thin line in it cost, and plain ground not.
+  /// @param beside_x,beside_y  In 1/256 pixel, [-128, 128].
+  [[nodiscard]] std::int64_t total_beside(std::int32_t source_pixel, int beside_x, int beside_y,
+                                          std::int64_t bound) const;
   [[nodiscard]] std::int64_t control(std::int32_t source_pixel) const;
   [[nodiscard]] std::int64_t coherence(std::int32_t source_pixel) const;
   /// Values of the first control whose part of the cost alone does not exceed `cost`.
@@ -96,11 +102,19 @@ class TexelCost {
   std::span<const PixelNeighbor> neighbors_;
   std::vector<std::int16_t> appearance_;  ///< Known neighbors', packed.
   std::vector<std::int16_t> weight_;
-  std::vector<std::int32_t> delta_;     ///< Their offset in the source, in values.
+  std::vector<std::int32_t> delta_;                ///< Their offset in the source, in values.
+  std::vector<std::int32_t> offset_x_, offset_y_;  ///< The same in 1/256 pixel.
+  mutable std::vector<std::int32_t> delta_beside_;
+  mutable std::vector<std::int16_t> weight_beside_;
   std::vector<std::int32_t> known_at_;  ///< By offset: which of them is its neighbor; where that is not known, any.
   std::span<const std::uint16_t> target_;
   /// As coherence(), or something >= bound.
-  [[nodiscard]] std::int64_t coherence_below(std::int32_t source_pixel, std::int64_t bound) const;
+  [[nodiscard]] std::int64_t coherence_below(std::int32_t source_pixel, std::int64_t bound) const {
+    return coherence_below(source_pixel, delta_.data(), weight_.data(), bound);
+  }
+  /// @param delta,weight  Of the known neighbors; offsets in values.
+  [[nodiscard]] std::int64_t coherence_below(std::int32_t source_pixel, const std::int32_t* delta,
+                                             const std::int16_t* weight, std::int64_t bound) const;
 
   std::vector<std::int64_t> control_scale_;
   std::int64_t coherence_scale_ = 0;

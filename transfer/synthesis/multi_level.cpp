@@ -114,11 +114,11 @@ class CandidateSearch {
     bool is_continued = false;
     for (std::size_t i = 0; i < num_continued_; ++i) {
       is_continued |= continued_[i].pixel == current.pixel;
-      if (is_better(continued_[i].pixel, 0)) best_ = continued_[i];
+      if (is_better(continued_[i], 0)) best_ = continued_[i];
       try_similar(continued_[i].pixel);
     }
     if (!is_continued) {
-      if (is_better(current.pixel, pass_.preferences.bonus)) best_ = current;
+      if (is_better(current, pass_.preferences.bonus)) best_ = current;
       try_similar(current.pixel);
     }
     const auto alike = source_.similar(pass_.level.destination.target(t), kSimilarTolerance);
@@ -143,20 +143,23 @@ class CandidateSearch {
       continued_[num_continued_++] = candidate;
     }
   }
-  bool is_better(std::int32_t pixel, std::int32_t bonus) {
+  bool is_better(const Place& place, std::int32_t bonus) {
+    const std::int32_t pixel = place.pixel;
+    const PlaceMap::Beside beside = PlaceMap::beside_of(place);
     const std::int32_t reuse = pass_.use == nullptr ? 0 : pass_.use->reuse(pixel);
     const std::int32_t excess = pass_.amounts == nullptr
                                     ? 0
                                     : std::max(0, pass_.amounts->excess(pass_.level.destination.target(texel_), pixel));
     const std::int64_t factor = Preferences::kOne + bonus + pass_.preferences.penalty * reuse / SourceUse::kQuarters +
                                 pass_.preferences.amounts * excess / 256;
-    const std::int64_t cost = cost_.total(pixel, best_cost_ / factor + 1) * factor;
+    const std::int64_t cost = cost_.total_beside(pixel, beside.x, beside.y, best_cost_ / factor + 1) * factor;
     if (cost >= best_cost_) return false;
     best_cost_ = cost;
     return true;
   }
   void try_pixel(std::int32_t pixel) {
-    if (is_better(pixel, pass_.preferences.bonus)) best_ = place_of(source_, pixel);
+    const Place place = place_of(source_, pixel);
+    if (is_better(place, pass_.preferences.bonus)) best_ = place;
   }
   void try_similar(std::int32_t pixel) {
     for (std::int32_t other : pass_.similar[static_cast<std::size_t>(pixel)]) {

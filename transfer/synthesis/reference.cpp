@@ -95,6 +95,49 @@ Place with_fraction(const SourceLevel& source, std::int32_t pixel, const std::ve
   return same != likely.end() ? *same : place_of(source, pixel);
 }
 
+/// A place of a piece that goes on beside the middles of pixels, and what it costs there.
+struct FractionalPlace {
+  Place place;
+  std::int64_t cost = 0;
+};
+
+/// Those of the likely places that lie beside the middle of their pixel and cost at most `bound` there.
+std::vector<FractionalPlace> fractional_within(const TexelCost& cost, const std::vector<Place>& likely,
+                                               std::int64_t bound) {
+  std::vector<FractionalPlace> found;
+  for (const Place& place : likely) {
+    const PlaceMap::Beside beside = PlaceMap::beside_of(place);
+    if (beside.x == 0 && beside.y == 0) continue;
+    const std::int64_t there = cost.total_beside(place.pixel, beside.x, beside.y, bound + 1);
+    if (there <= bound) found.push_back({place, there});
+  }
+  return found;
+}
+
+/// One of all that cost at most 1 + epsilon of the least, by chance: pixels of the window, and places of pieces that go
+/// on. @param best  Of the window and the likely pixels.
+Place choose_good(const WindowSearch& search, const TexelCost& cost, const SearchWindow& window,
+                  const WindowOptimum& best, const SourceLevel& source, const std::vector<Place>& likely,
+                  double epsilon, RandomStream& random) {
+  const auto loosened = [&](std::int64_t least) {
+    return least + static_cast<std::int64_t>(epsilon * static_cast<double>(least));
+  };
+  std::vector<FractionalPlace> going_on = fractional_within(cost, likely, loosened(best.cost));
+  std::int64_t least = best.cost;
+  for (const FractionalPlace& p : going_on) least = std::min(least, p.cost);
+  std::erase_if(going_on, [&](const FractionalPlace& p) { return p.cost > loosened(least); });
+  std::vector<std::int32_t> pixels;
+  if (epsilon > 0.0)
+    pixels = search.find_within(cost, window, loosened(least));
+  else if (going_on.empty())
+    pixels.push_back(best.pixel);
+  const auto chosen =
+      random.below(static_cast<std::uint32_t>(std::max<std::size_t>(1, pixels.size() + going_on.size())));
+  if (chosen < pixels.size()) return with_fraction(source, pixels[chosen], likely);
+  if (chosen - pixels.size() < going_on.size()) return going_on[chosen - pixels.size()].place;
+  return with_fraction(source, best.pixel, likely);
+}
+
 }  // namespace
 
 CoordinateMap synthesize_reference(const SourceLevel& source, const DestinationLevel& destination,
@@ -122,13 +165,8 @@ CoordinateMap synthesize_reference(const SourceLevel& source, const DestinationL
       for (const Place& p : worker.likely) worker.likely_pixels.push_back(p.pixel);
       const SearchWindow window = search.window(center.x, center.y, options.window_px);
       const WindowOptimum best = search.find(worker.cost, window, worker.likely_pixels);
-      std::int32_t chosen = best.pixel;
-      if (options.epsilon > 0.0 && chosen >= 0) {
-        const auto more = static_cast<std::int64_t>(options.epsilon * static_cast<double>(best.cost));
-        const std::vector<std::int32_t> good = search.find_within(worker.cost, window, best.cost + more);
-        chosen = good[random.below(static_cast<std::uint32_t>(good.size()))];
-      }
-      if (chosen >= 0) places.set(t, with_fraction(source, chosen, worker.likely));
+      if (best.pixel < 0) return;
+      places.set(t, choose_good(search, worker.cost, window, best, source, worker.likely, options.epsilon, random));
     };
     for (std::size_t f = 0; f < fronts.size(); ++f) {
       parallel_for(static_cast<std::int64_t>(fronts[f].size()), kChunk, silent,

@@ -12,6 +12,7 @@
 #include "tests/support/temp_folder.h"
 #include "transfer/synthesis/energy.h"
 #include "transfer/synthesis/levels.h"
+#include "transfer/synthesis/places.h"
 
 namespace patinate::transfer {
 namespace {
@@ -277,6 +278,38 @@ TEST(TexelCost, EqualsTheFormula) {
     EXPECT_NEAR(static_cast<double>(cost.total(s, std::numeric_limits<std::int64_t>::max())) / EnergyScale::kOne,
                 expected, 1e-4 * expected + 1e-9);
   }
+}
+
+// Where a texel is 1.25 pixels wide, a copy of the source is a copy only if places keep their fractions: rounded apart,
+// both ends of a step lie a pixel beside each other at every fourth texel, and whatever has edges seems to cost.
+TEST(TexelCost, OfAPieceThatGoesOnIsNothingWhereTexelsAreNoPixels) {
+  const PlaneTask task(32, 24, 0);
+  const Neighborhood neighborhood = Neighborhood::square(2);
+  const AppearanceSpace space = build_appearance_space(*task.history, 1);
+  const SourceLevel source =
+      make_source_level(space.levels[0], ControlImage(32, 32, 1), space.masks[0], space.variances[0], neighborhood);
+  const DestinationLevel destination = make_destination_level(
+      task.map, ControlImage(24, 24, 1), neighborhood,
+      {.frames = std::make_shared<const FlowFrames>(uv_frames(*task.map)), .pixel_mm = 0.8, .step_mm = 0.8});
+  PlaceMap places(24 * 24, 32);
+  for (TexelId t = 0; t < 24 * 24; ++t) {
+    const FixedPoint point{static_cast<std::int32_t>(320 * (t % 24)), static_cast<std::int32_t>(320 * (t / 24))};
+    places.set(t, Place{whole_pixels(point.y) * 32 + whole_pixels(point.x), point});
+  }
+  constexpr std::int64_t kNoBound = std::numeric_limits<std::int64_t>::max();
+  TexelCost cost(source, destination, neighborhood);
+  int num_apart = 0;
+  for (int y = 6; y < 18; ++y) {
+    for (int x = 6; x < 18; ++x) {
+      const TexelId t = TexelId{y} * 24 + x;
+      cost.prepare(t, places.pixels, EnergyScale::make(source, 1.0, std::vector<double>{1.0}));
+      const Place place = places.at(t);
+      const PlaceMap::Beside beside = PlaceMap::beside_of(place);
+      EXPECT_EQ(cost.total_beside(place.pixel, beside.x, beside.y, kNoBound), 0) << x << "," << y;
+      num_apart += cost.total(place.pixel, kNoBound) > 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(num_apart, 0);
 }
 
 // One pixel at 1, all others at 0: the least variance that a control can have.

@@ -8,6 +8,7 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
+#include "libcommon/history/footprint.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
@@ -57,6 +58,14 @@ std::optional<std::string> find_outside(const ImageF& coordinates, const History
            number_text(static_cast<double>(y));
   }
   return std::nullopt;
+}
+
+/// Pixels that a texel shows the mean of. @throws IoError
+double read_footprint(const fs::path& transfer) {
+  const fs::path file = manifest_folder(transfer, kTransferFile) / kTransferFile;
+  const Json json = load_json(file);
+  JsonReader reader(file.string(), json);
+  return reader.has("footprint_px") ? reader.member("footprint_px").number(between(1, kLargestFootprint_px)) : 1.0;
 }
 
 /// @throws IoError; InvalidInput if it looks into a history of another size.
@@ -144,7 +153,9 @@ ImageF TextureSeries::sample(double time) const { return looked_up(history_->sam
 ImageF TextureSeries::control(const std::string& name) const { return looked_up(history_->read_control(name)); }
 
 SeriesFile open_series(const fs::path& path, const fs::path& through) {
-  const auto history = std::make_shared<const HistoryReader>(history_of(path));
+  const fs::path transfer = through.empty() && is_transfer(path) ? path : through;
+  const auto history =
+      std::make_shared<const HistoryReader>(history_of(path), transfer.empty() ? 1.0 : read_footprint(transfer));
   if (!is_transfer(path) && through.empty()) return {history, TextureSeries(history)};
   if (is_transfer(path) && !through.empty())
     throw InvalidInput(path.string() +

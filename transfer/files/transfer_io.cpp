@@ -13,6 +13,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_key.h"
+#include "libcommon/history/footprint.h"
 #include "libcommon/image/image_rows.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
@@ -28,6 +29,13 @@ namespace {
 constexpr std::array<std::string_view, 5> kTileRuleNames{"square", "udim", "material", "node", "surface"};
 constexpr const char* kTilePlace = "<UDIM>";  ///< In file names, for the tile's name.
 constexpr const char* kSourceMaskFile = "source_mask.png";
+
+/// Pixels along the side of what lookups show in a texel; 1: one pixel.
+double footprint_of(const TransferTask& task) {
+  const double pixels = task.input.map->median_texel_size_mm() / task.input.texel_size_mm;
+  if (task.options.footprint == Footprint::Pixel || pixels <= kLeastFootprint_px) return 1.0;
+  return std::min(kLargestFootprint_px, std::round(100.0 * pixels) / 100.0);
+}
 
 UvLayoutRule rule_of(const TransferTask& task) { return task.atlas ? task.atlas->rule : UvLayoutRule::Square; }
 
@@ -308,6 +316,7 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
                    {"tiles", kTileRuleNames[static_cast<std::size_t>(rule_of(task))]}};
   json["covered_texels"] = task.input.map->num_covered();
   json["texel_size_mm"] = task.input.texel_size_mm;
+  json["footprint_px"] = footprint_of(task);
   json["flow"] = task.flow;
   if (rule_of(task) == UvLayoutRule::Square) {
     json["coordinates"] = "coordinates.exr";
@@ -351,6 +360,8 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   if (const JsonReader subpixel = reader.member("subpixel"); subpixel.boolean()) subpixel.fail("false");
   if (reader.has("source_mask")) manifest.source_mask = reader.member("source_mask").path();
   manifest.texel_size_mm = reader.member("texel_size_mm").number(between(kLeastTexel_mm, kLargestTexel_mm));
+  if (reader.has("footprint_px"))
+    manifest.footprint_px = reader.member("footprint_px").number(between(1, kLargestFootprint_px));
   const JsonReader controls = reader.member("controls");
   for (JsonReader& c : controls.elements(64)) manifest.controls.push_back(read_control(c));
   manifest.energy = read_energy(reader.member("energy"));

@@ -30,6 +30,8 @@ void describe(OptionVisitor& v, TransferOptions& o) {
   v.visit_choice(
       {"quality", "Time for the borders of copied pieces, where the source has structure that they may break"},
       o.quality, kTransferQualityNames);
+  v.visit_choice({"footprint", "What a texel shows that covers several pixels: their mean, or the pixel in the middle"},
+                 o.footprint, kFootprintNames);
   describe(v, o.appearance);
   describe(v, o.multi_level);
   describe(v, o.reference);

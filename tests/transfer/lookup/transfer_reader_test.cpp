@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "libcommon/core/files.h"
+#include "libcommon/history/footprint.h"
 #include "patinate/image/image_io.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
@@ -21,18 +22,18 @@ class FinishedTransfer : public testing::Test {
   void SetUp() override {
     std::filesystem::create_directory(folder_ / "history");
     testing_support::write_history(folder_ / "history", 48, 40, 3, testing_support::blotches);
-    TransferTask task;
-    task.history = std::make_shared<const HistoryReader>(folder_ / "history");
-    task.input.map = std::make_shared<TexelMap>(testing_support::cut_plane(64.0), 64, 64);
-    task.mesh_name = "plane.obj";
-    task.input.texel_size_mm = task.input.map->median_texel_size_mm();
+    task_.history = std::make_shared<const HistoryReader>(folder_ / "history");
+    task_.input.map = std::make_shared<TexelMap>(testing_support::cut_plane(64.0), 64, 64);
+    task_.mesh_name = "plane.obj";
+    task_.input.texel_size_mm = task_.input.map->median_texel_size_mm();
     ImageF guide(64, 64);
     for (int i = 0; i < 64 * 64; ++i) guide.data()[i] = static_cast<float>(i % 64) / 63.0f;
-    task.input.controls.push_back({"x", "image", guide, {}, 1.0, ControlMapping::Rank});
-    EXPECT_EQ(run_job(plan_transfer(task, folder_ / "transfer"), {}, {}), JobStatus::Done);
-    EXPECT_EQ(run_job(plan_transfer(task, folder_ / "transfer"), {}, {}), JobStatus::UpToDate);
+    task_.input.controls.push_back({"x", "image", guide, {}, 1.0, ControlMapping::Rank});
+    EXPECT_EQ(run_job(plan_transfer(task_, folder_ / "transfer"), {}, {}), JobStatus::Done);
+    EXPECT_EQ(run_job(plan_transfer(task_, folder_ / "transfer"), {}, {}), JobStatus::UpToDate);
   }
   TempFolder folder_;
+  TransferTask task_;
 };
 
 TEST_F(FinishedTransfer, FramesAreExactlyThoseOfTheHistoryAtItsCoordinates) {
@@ -46,6 +47,27 @@ TEST_F(FinishedTransfer, FramesAreExactlyThoseOfTheHistoryAtItsCoordinates) {
         for (int c = 0; c < 3; ++c) {
           ASSERT_EQ(texture.at(x, y, c), frame.at(static_cast<int>(s.at(x, y, 0)), static_cast<int>(s.at(x, y, 1)), c));
         }
+      }
+    }
+  }
+}
+
+TEST_F(FinishedTransfer, ATexelOfSeveralPixelsShowsTheirMean) {
+  task_.input.texel_size_mm = task_.input.map->median_texel_size_mm() / 2.5;
+  for (const Footprint footprint : {Footprint::Mean, Footprint::Pixel}) {
+    task_.options.footprint = footprint;
+    const auto folder = folder_ / kFootprintNames[static_cast<std::size_t>(footprint)];
+    EXPECT_EQ(run_job(plan_transfer(task_, folder), {}, {}), JobStatus::Done);
+    const TransferReader transfer(folder);
+    const double side = footprint == Footprint::Mean ? 2.5 : 1.0;
+    EXPECT_EQ(transfer.manifest().footprint_px, side);
+    const ImageF seen = mean_over_footprint(HistoryReader(folder_ / "history").read_frame(2), {}, side);
+    const ImageF& s = transfer.coordinates();
+    const ImageF texture = transfer.sample(2.0);
+    for (int y = 0; y < 64; ++y) {
+      for (int x = 0; x < 64; ++x) {
+        if (s.at(x, y, 0) < 0.0f) continue;
+        ASSERT_EQ(texture.at(x, y, 1), seen.at(static_cast<int>(s.at(x, y, 0)), static_cast<int>(s.at(x, y, 1)), 1));
       }
     }
   }

@@ -158,7 +158,8 @@ int write_curves(CommandRun& run, const CurvesArgument& curves, const std::files
   }
   std::unique_ptr<const transfer::TransferReader> transfer;
   if (kind == PathKind::Transfer) transfer = std::make_unique<const transfer::TransferReader>(subject);
-  const HistoryReader history(transfer ? transfer->history().folder() : subject);
+  const HistoryReader history(transfer ? transfer->history().folder() : subject,
+                              transfer ? transfer->manifest().footprint_px : 1.0);
   const std::string text = csv_of(run, history, regions_of(curves, history, transfer.get()));
   // A CSV carries no key: it is up to date when it holds just this.
   std::error_code error;

@@ -140,6 +140,7 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
                         energy_figure("energy_coherence", "Energy, part of coherence (M1)", m.energy.coherence),
                         energy_figure("energy_control", "Energy, part of control (M1)", m.energy.control_mismatch)};
             if (options.num_audits == 0) return out;
+            const HistoryReader history(reader.history().folder());  // Its pixels, as the transfer compared them.
             transfer::MapToAudit made{.surface = out.map.surface,
                                       .coordinates = out.map.coordinates,
                                       .pixel_mm = m.texel_size_mm,
@@ -148,9 +149,9 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
             made.source_mask = out.source.mask;
             for (std::size_t i = 0; i < m.controls.size(); ++i)
               made.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
-            add_audit(out.more, transfer::audit_map(reader.history(), made, m.measured_with, options.num_audits, seed,
-                                                    control.part(0.3, 1.0),
-                                                    transfer::appearance_source(reader.history(), cache)));
+            add_audit(out.more,
+                      transfer::audit_map(history, made, m.measured_with, options.num_audits, seed,
+                                          control.part(0.3, 1.0), transfer::appearance_source(history, cache)));
             return out;
           }};
 }

@@ -63,8 +63,10 @@ class HistoryReader final : public History {
  public:
   /// Opens a folder (or its history.json) and checks that every file is there and has the right size; pixels are
   /// decoded later.
+  /// @param footprint_px  Pixels along the side of what a texel that shows this history covers: above 1.25 frames, and
+  /// what they have beside color, are means over so much of the surface (inside the mask). Controls stay as they are.
   /// @throws IoError naming the file.
-  explicit HistoryReader(const std::filesystem::path& path);
+  explicit HistoryReader(const std::filesystem::path& path, double footprint_px = 1.0);
 
   [[nodiscard]] const HistoryFacts& facts() const override { return facts_; }
   [[nodiscard]] const std::string& label() const override { return label_; }
@@ -81,6 +83,7 @@ class HistoryReader final : public History {
 
   std::filesystem::path folder_;
   std::string label_;
+  double footprint_px_;
   HistoryManifest manifest_;
   HistoryFacts facts_;
 };

@@ -52,12 +52,20 @@ inline constexpr std::array<std::string_view, 3> kTransferQualityNames{"draft", 
 enum class TransferMethod { Fast, Reference };
 inline constexpr std::array<std::string_view, 2> kTransferMethodNames{"fast", "reference"};
 
+/// What a texel shows that covers several pixels of the history.
+enum class Footprint {
+  Mean,   ///< Their mean: thin lines stay lines.
+  Pixel,  ///< The one in the middle: exactly a value that was seen.
+};
+inline constexpr std::array<std::string_view, 2> kFootprintNames{"mean", "pixel"};
+
 struct TransferOptions {
   TransferMethod method = TransferMethod::Fast;
   /// [0, 1]. a of the energy: 1 = texture only, 0 = control only. None: 0.65, with structure 0.85.
   std::optional<double> coherence_share = {};
   int neighborhood_radius_px = 0;  ///< [0, 5]. 3 = the 48 nearest neighbors. 0: 3, with structure 4.
   TransferQuality quality = TransferQuality::Good;
+  Footprint footprint = Footprint::Mean;
   std::int64_t seed = 1;
   AppearanceOptions appearance = {};
   MultiLevelOptions multi_level = {};

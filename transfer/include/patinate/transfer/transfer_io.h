@@ -72,6 +72,7 @@ struct TransferManifest {
   int width = 0;                    ///< Of a tile.
   int height = 0;
   double texel_size_mm = 1.0;  ///< Surface length of one pixel of the history.
+  double footprint_px = 1.0;   ///< Pixels along the side of what lookups average for a texel (mean_over_footprint()).
   std::string flow = "uv";     ///< What the history's direction on the surface was made from.
   std::vector<RecordedControl> controls;
   std::optional<std::filesystem::path> source_mask;  ///< What may be copied, beside the history's own mask.

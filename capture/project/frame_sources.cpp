@@ -237,6 +237,7 @@ FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
                               .has_alpha = has_alpha,
                               .has_codes = info.is_integer && !info.is_raw,
                               .is_raw = info.is_raw,
+                              .exposure = info.exposure,
                               .image = image.image,
                               .stream = streams.of(image.file)});
   }

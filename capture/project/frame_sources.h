@@ -11,16 +11,18 @@
 #include "libcommon/image/frame_stream.h"
 #include "patinate/core/json.h"
 #include "patinate/history/history.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 
 struct CapturePhoto {
   double time = 0.0;  ///< In the project's time unit.
   std::filesystem::path file;
-  bool has_alpha = false;  ///< Transparent pixels are outside the mask.
-  bool has_codes = true;   ///< Integers, which become light through the response; not those of camera RAW.
-  bool is_raw = false;     ///< Camera RAW: linear light that ends at 1.
-  int image = 0;           ///< Which image of the file.
+  bool has_alpha = false;       ///< Transparent pixels are outside the mask.
+  bool has_codes = true;        ///< Integers, which become light through the response; not those of camera RAW.
+  bool is_raw = false;          ///< Camera RAW: linear light that ends at 1.
+  ImageExposure exposure = {};  ///< As EXIF says it.
+  int image = 0;                ///< Which image of the file.
   std::shared_ptr<FrameStream> stream =
       nullptr;  ///< Where the images of a file with many come from; null for photographs.
 

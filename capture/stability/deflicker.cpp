@@ -10,6 +10,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr int kNumRounds = 4;
+constexpr std::size_t kNoCourse = 3;   ///< Photographs of which none can be told.
 constexpr double kTukey = 6.0;         ///< In median absolute residuals, as lowess has it.
 constexpr double kLeastSpread = 1e-4;  ///< Of log brightness: less is no outlier.
 
@@ -32,19 +33,43 @@ double local_line(const std::vector<double>& curve, const std::vector<double>& r
   return determinant > kSingular * s * s ? (sxx * sy - sx * sxy) / determinant : sy / s;
 }
 
+/// Tukey weights of what is away from `smooth`.
+std::vector<double> robust_weights(const std::vector<double>& curve, const std::vector<double>& smooth) {
+  std::vector<double> residuals, weights;
+  for (std::size_t i = 0; i < curve.size(); ++i) residuals.push_back(std::abs(curve[i] - smooth[i]));
+  const double limit = kTukey * std::max(median(residuals), kLeastSpread);
+  for (double residual : residuals) {
+    const double t = residual / limit;
+    weights.push_back(t < 1.0 ? (1.0 - t * t) * (1.0 - t * t) : 0.0);
+  }
+  return weights;
+}
+
+/// The line of repeated medians: half of the points may lie anywhere.
+std::vector<double> median_line(const std::vector<double>& curve) {
+  std::vector<double> slopes, starts, line;
+  for (std::size_t i = 0; i < curve.size(); ++i) {
+    std::vector<double> from_here;
+    for (std::size_t j = 0; j < curve.size(); ++j) {
+      if (j != i) from_here.push_back((curve[j] - curve[i]) / (static_cast<double>(j) - static_cast<double>(i)));
+    }
+    slopes.push_back(median(std::move(from_here)));
+  }
+  const double slope = median(std::move(slopes));
+  for (std::size_t i = 0; i < curve.size(); ++i) starts.push_back(curve[i] - slope * static_cast<double>(i));
+  const double start = median(std::move(starts));
+  for (std::size_t i = 0; i < curve.size(); ++i) line.push_back(start + slope * static_cast<double>(i));
+  return line;
+}
+
 std::vector<double> smooth_curve(const std::vector<double>& curve, int half_width) {
-  std::vector<double> robust(curve.size(), 1.0), smooth(curve.size());
+  const std::size_t n = curve.size();
+  if (n <= kNoCourse) return std::vector<double>(n, n == kNoCourse ? median(curve) : curve.front());
+  std::vector<double> robust(n, 1.0), smooth(n);
+  if (n <= 2 * static_cast<std::size_t>(half_width) + 1) robust = robust_weights(curve, median_line(curve));
   for (int round = 0; round < kNumRounds; ++round) {
-    std::vector<double> residuals;
-    for (std::size_t i = 0; i < curve.size(); ++i) {
-      smooth[i] = local_line(curve, robust, static_cast<int>(i), half_width);
-      residuals.push_back(std::abs(curve[i] - smooth[i]));
-    }
-    const double limit = kTukey * std::max(median(residuals), kLeastSpread);
-    for (std::size_t i = 0; i < curve.size(); ++i) {
-      const double t = residuals[i] / limit;
-      robust[i] = t < 1.0 ? (1.0 - t * t) * (1.0 - t * t) : 0.0;
-    }
+    for (std::size_t i = 0; i < n; ++i) smooth[i] = local_line(curve, robust, static_cast<int>(i), half_width);
+    robust = robust_weights(curve, smooth);
   }
   return smooth;
 }

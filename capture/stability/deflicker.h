@@ -22,8 +22,12 @@ void describe(OptionVisitor& v, DeflickerOptions& o);
 /// over half_width frames on either side, Tukey weights against outliers [Cleveland 1979, "lowess"]) is the material's
 /// own course, and the factor brings each frame onto it. A steady trend is a line and stays untouched, also at the
 /// ends; a step becomes a ramp of the window's width.
+/// A series no longer than the window is too short for its mean to be robust: the line starts as the one of median
+/// slopes [Siegel 1982]. Of three photographs or two no course can be told: all are brought to the middle one, or to
+/// the first.
 /// @param log_gains  log_gains[i] = natural logarithm of frame i + 1 / frame i, per channel; finite.
-/// @returns log_gains.size() + 1 factors. @throws InvalidInput if an option is out of range.
+/// What is not known to be the light's (LightChange::is_sure()) is 0, so that it stays. @returns log_gains.size() + 1
+/// factors. @throws InvalidInput if an option is out of range.
 [[nodiscard]] std::vector<std::array<double, 3>> deflicker_factors(const std::vector<std::array<double, 3>>& log_gains,
                                                                    const DeflickerOptions& options = {});
 

@@ -1,10 +1,10 @@
 #include "capture/stability/flat_field.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
+#include "capture/stability/light_polynomial.h"
 #include "libcommon/core/median.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
@@ -18,18 +18,6 @@ constexpr int kMaxFrames = 32;
 constexpr int kFitSide = 128;  ///< Pixels of the longer side at which the fall-off is fitted.
 constexpr float kNearBlack = 0.001f, kNearWhite = 0.96f;
 constexpr double kLargestGain = 50.0;
-constexpr int kNumRounds = 12;
-constexpr double kTukey = 4.685;
-
-/// Monomials of x and y in [-1, 1] up to the degree.
-Eigen::VectorXd monomials(double x, double y, int order) {
-  Eigen::VectorXd terms((order + 1) * (order + 2) / 2);
-  Eigen::Index k = 0;
-  for (int degree = 0; degree <= order; ++degree) {
-    for (int j = 0; j <= degree; ++j) terms[k++] = std::pow(x, degree - j) * std::pow(y, j);
-  }
-  return terms;
-}
 
 /// Log luminance of a few frames at low resolution; NaN where black or saturated.
 std::vector<std::vector<double>> read_logs(int num_frames, const std::function<ImageF(int)>& read_frame, int& width,
@@ -58,32 +46,6 @@ std::vector<std::vector<double>> read_logs(int num_frames, const std::function<I
     control.report(0.9 * (k + 1) / count);
   }
   return logs;
-}
-
-/// Robust least squares: coefficients of the monomials.
-Eigen::VectorXd fit_polynomial(const std::vector<Eigen::VectorXd>& terms, const std::vector<double>& values) {
-  const Eigen::Index n = terms.front().size();
-  std::vector<double> weights(values.size(), 1.0);
-  Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(n);
-  for (int round = 0; round < kNumRounds; ++round) {
-    Eigen::MatrixXd normal = 1e-9 * Eigen::MatrixXd::Identity(n, n);
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(n);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      normal.noalias() += weights[i] * terms[i] * terms[i].transpose();
-      right.noalias() += weights[i] * values[i] * terms[i];
-    }
-    coefficients = normal.ldlt().solve(right);
-    std::vector<double> residuals;
-    for (std::size_t i = 0; i < values.size(); ++i) residuals.push_back(values[i] - coefficients.dot(terms[i]));
-    std::vector<double> sizes = residuals;
-    for (double& r : sizes) r = std::abs(r);
-    const double limit = kTukey * std::max(1.4826 * median(sizes), 1e-6);
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const double t = residuals[i] / limit;
-      weights[i] = std::abs(t) < 1.0 ? (1 - t * t) * (1 - t * t) : 0.0;
-    }
-  }
-  return coefficients;
 }
 
 float bounded_gain(double mean, double light) {

@@ -5,12 +5,14 @@
 #include <array>
 
 #include "capture/stability/frame_motion.h"
+#include "capture/stability/light_change.h"
 
 namespace patinate::capture {
 
 struct FrameChange {
   std::array<double, 3>
       log_gain{};        ///< Natural logarithm of frame / reference, per channel: the median over the picture.
+  LightChange light;     ///< What of it is the light's: measured on places of 4 x 4 pixels of the coarse light.
   double surface = 0.0;  ///< Mean distance of sRGB codes in [0, 1] that is left when the gain is taken out.
 };
 

@@ -17,6 +17,7 @@ constexpr double kLeastImprovement = 0.05;  ///< Share of the missing similarity
 constexpr double kMovedImprovement = 0.3;   ///< The same, for a photograph to be called moved.
 constexpr int kNeighbors = 8;               ///< On either side.
 constexpr double kDeviations = 6.0 * 1.4826;
+constexpr std::size_t kFewPairs = 6;     ///< So many say nothing about what is usual.
 constexpr std::size_t kNearest = 3;      ///< On either side, for what a jump must stand out from.
 constexpr double kNearestFactor = 0.75;  ///< Of jump_factor.
 constexpr double kJumpDetail = 0.1, kJumpSurface = 0.04;
@@ -65,17 +66,31 @@ bool is_moved(const FramePair& pair, int width, int height, const SurveyOptions&
   return motion_size(pair.motion.frame_from_reference, width, height) >= threshold;
 }
 
+/// What a pair says of the light: what the picture shares where that is sure, else its median.
+const std::array<double, 3>& brightening(const FramePair& pair) {
+  return pair.change.light.is_sure() ? pair.change.light.log_gain : pair.change.log_gain;
+}
+
 void judge_exposure(const std::vector<FramePair>& pairs, std::size_t at, const SurveyOptions& options,
                     FrameFinding& finding) {
+  const LightChange& light = pairs[at].change.light;
+  const double threshold = std::log1p(options.exposure_threshold);
+  bool is_away = false;
   for (std::size_t c = 0; c < 3; ++c) {
-    const std::vector<double> others = around(pairs, at, [&](const FramePair& p) { return p.change.log_gain[c]; });
+    const double now = brightening(pairs[at])[c];
+    const std::vector<double> others = around(pairs, at, [&](const FramePair& p) { return brightening(p)[c]; });
     const double usual = median(others);
     std::vector<double> deviations;
     for (double v : others) deviations.push_back(std::abs(v - usual));
-    const double away = std::abs(pairs[at].change.log_gain[c] - usual);
-    finding.gain[c] = std::exp(pairs[at].change.log_gain[c]);
-    if (away > std::log1p(options.exposure_threshold) && away > kDeviations * median(deviations))
-      finding.is_exposure_changed = true;
+    const double away = std::abs(now - usual);
+    finding.gain[c] = std::exp(now);
+    is_away = is_away || (away > threshold && away > kDeviations * median(deviations));
+  }
+  if (pairs.size() > kFewPairs) {
+    finding.is_exposure_changed = is_away && light.is_sure();
+    finding.is_light_unclear = is_away && !light.is_sure();
+  } else {
+    finding.is_exposure_changed = light.is_sure() && light.share >= kSharedByMost && light.size() > threshold;
   }
 }
 
@@ -156,7 +171,8 @@ std::vector<FrameFinding> judge_frames(const std::vector<FramePair>& neighbors, 
       finding.size = std::sqrt(std::abs(motion.linear().determinant()));
       finding.is_jump = false;
     }
-    if (finding.is_shifted || finding.is_exposure_changed || finding.is_jump) findings.push_back(finding);
+    if (finding.is_shifted || finding.is_exposure_changed || finding.is_light_unclear || finding.is_jump)
+      findings.push_back(finding);
   }
   return findings;
 }
@@ -172,10 +188,12 @@ std::string finding_text(const FrameFinding& f) {
       text += ", " + tenths(100.0 * std::abs(f.size - 1.0)) + (f.size > 1.0 ? " % larger" : " % smaller");
     parts.push_back(text);
   }
-  if (f.is_exposure_changed) {
+  if (f.is_exposure_changed || f.is_light_unclear) {
     const auto hundredths = [](double v) { return short_number_text(std::round(100.0 * v) / 100.0); };
-    parts.push_back("light times " + hundredths(f.gain[0]) + ", " + hundredths(f.gain[1]) + ", " +
-                    hundredths(f.gain[2]) + " (red, green, blue)");
+    const std::string gains = " times " + hundredths(f.gain[0]) + ", " + hundredths(f.gain[1]) + ", " +
+                              hundredths(f.gain[2]) + " (red, green, blue)";
+    parts.push_back(f.is_exposure_changed ? "light" + gains
+                                          : "brighter or darker" + gains + ", which may be the light or the surface");
   }
   if (f.is_jump)
     parts.push_back("a jump: it differs " + tenths(f.change_factor) +

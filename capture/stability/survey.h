@@ -41,6 +41,7 @@ struct FrameFinding {
   int frame = 0;
   bool is_shifted = false;
   bool is_exposure_changed = false;
+  bool is_light_unclear = false;        ///< As bright or colored differently, but the surface may be what changed.
   bool is_jump = false;                 ///< It does not follow from the one before, and no motion explains it.
   double shift_x = 0.0, shift_y = 0.0;  ///< Of the picture's middle, photograph's pixels; right and down positive.
   double turn_deg = 0.0, size = 1.0;    ///< Clockwise; 1.05 = 5 % larger.
@@ -54,9 +55,12 @@ struct FrameFinding {
 ///
 /// - shifted: the motion fits (is_reliable), is larger than shift_threshold_px and makes up 0.3 of what its detail
 /// lacked;
-/// - exposure: the log gain of a channel is away from the median of the 8 pairs on either side by more than
-/// exposure_threshold and six
-///   times their own median deviation: aging that brightens steadily is no change of exposure;
+/// - exposure: the log gain of a channel (find_light_change(), where that is sure) is away from the median of the 8
+/// pairs
+///   on either side by more than exposure_threshold and six times their own median deviation: aging that brightens
+///   steadily is no change of exposure. Where it is not sure the finding is unclear: the surface may have changed.
+///   With fewer than 6 other pairs there is no usual course: then what 0.7 of the picture shares to within half of it
+///   and is more than exposure_threshold is the light's;
 /// - jump: not shifted, and what is left (1 - similarity, or the surface's change) exceeds jump_factor times the same
 /// median, 0.75 of it times the
 ///   medians of the three nearest pairs on either side (the start of fast aging is no row of jumps), and 0.1 (0.04).

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "capture/stability/survey.h"
@@ -21,6 +22,8 @@ Json pair_to_json(const FramePair& pair) {
                       {"is_reliable", pair.motion.is_reliable}};
   }
   json["log_gain"] = pair.change.log_gain;
+  const LightChange& light = pair.change.light;
+  json["light"] = {{"log_gain", light.log_gain}, {"share", light.share}, {"width", light.width}};
   json["surface_change"] = pair.change.surface;
   return json;
 }
@@ -48,6 +51,14 @@ FramePair pair_from_json(JsonReader json) {
   }
   const std::vector<double> gain = json.member("log_gain").numbers(3);
   for (std::size_t c = 0; c < 3; ++c) pair.change.log_gain[c] = gain[c];
+  if (json.has("light")) {
+    JsonReader light = json.member("light");
+    const std::vector<double> shared = light.member("log_gain").numbers(3);
+    std::copy_n(shared.begin(), 3, pair.change.light.log_gain.begin());
+    pair.change.light.share = light.member("share").number(between(0, 1));
+    pair.change.light.width = light.member("width").number(between(0, 1));
+    light.finish();
+  }
   pair.change.surface = json.member("surface_change").number();
   json.finish();
   return pair;
@@ -63,6 +74,7 @@ Json finding_to_json(const FrameFinding& f) {
     json["size"] = f.size;
   }
   if (f.is_exposure_changed) json["gain"] = f.gain;
+  if (f.is_light_unclear) json["unclear_gain"] = f.gain;
   if (f.is_jump) json["change_factor"] = f.change_factor;
   return json;
 }

@@ -49,6 +49,7 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   const int num_frames = static_cast<int>(work.project.frames.size());
   for (HistoryWarning& warning : survey_warnings(read_survey_report(folder), num_frames))
     writer.add_warning(std::move(warning));
+  for (HistoryWarning& warning : look_at_light(work, folder, mask, control)) writer.add_warning(std::move(warning));
   writer.finish();
   control.report(1.0);
 }

@@ -38,16 +38,20 @@ std::string photo_list(const std::vector<std::string>& photos, std::size_t most)
 
 std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_frames) {
   std::vector<HistoryWarning> warnings;
-  std::vector<const SurveyFinding*> moved, exposed, jumping;
+  std::vector<const SurveyFinding*> moved, exposed, jumping, unclear;
   for (const SurveyFinding& f : survey.findings) {
     if (f.is_shifted && !survey.is_stabilized) moved.push_back(&f);
     if (f.is_exposure_changed && !survey.is_deflickered) exposed.push_back(&f);
+    if (f.is_light_unclear && !f.is_jump) unclear.push_back(&f);
     if (f.is_jump) jumping.push_back(&f);
   }
   add_group(warnings, moved, num_frames, WarningSubject::Motion, "are moved against the ones before",
             "--stabilize lays them over one another");
   add_group(warnings, exposed, num_frames, WarningSubject::Light, "are exposed differently from the ones before",
             "--deflicker takes it out; where one photograph alone differs, `exclude` it");
+  add_group(warnings, unclear, num_frames, WarningSubject::Light,
+            "are brighter or darker than the ones before, by the light or by the surface itself",
+            "look at them; --deflicker leaves what most of the picture does not share");
   add_group(warnings, jumping, num_frames, WarningSubject::Series, "do not follow from the ones before",
             "look at them, and `exclude` what shows something else");
   if (survey.outside_share >= kMuchMasked) {

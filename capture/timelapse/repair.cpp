@@ -26,6 +26,11 @@ SurveyFinding read_finding(JsonReader& json) {
     for (double gain : json.member("gain").numbers(3, above(0)))
       finding.size = std::max(finding.size, std::abs(std::log(gain)));
   }
+  if (json.has("unclear_gain")) {
+    finding.is_light_unclear = true;
+    for (double gain : json.member("unclear_gain").numbers(3, above(0)))
+      finding.size = std::max(finding.size, std::abs(std::log(gain)));
+  }
   if (json.has("change_factor")) {
     finding.is_jump = true;
     finding.size = std::max(finding.size, json.member("change_factor").number());
@@ -61,6 +66,7 @@ SurveyReport read_survey_report(const std::filesystem::path& history) {
   report.is_deflickered = reader.member("deflickered").boolean();
   if (reader.has("masked_share")) report.masked_share = reader.member("masked_share").number(between(0, 1));
   if (reader.has("outside_share")) report.outside_share = reader.member("outside_share").number(between(0, 1));
+  report.light = read_light_report(reader);
   for (JsonReader& finding : reader.member("findings").elements()) {
     report.findings.push_back(read_finding(finding));
   }

@@ -13,6 +13,7 @@
 #include "capture/stability/flat_field.h"
 #include "capture/stability/highlights.h"
 #include "capture/stability/survey.h"
+#include "capture/timelapse/light_report.h"
 #include "patinate/core/options.h"
 
 namespace patinate::capture {
@@ -41,6 +42,7 @@ struct SurveyFinding {
   double time = 0.0;
   bool is_shifted = false;
   bool is_exposure_changed = false;
+  bool is_light_unclear = false;
   bool is_jump = false;
   double size = 0.0;    ///< How large it is among its like: px, log gain, or times the neighbors' change.
   std::string problem;  ///< finding_text().
@@ -50,6 +52,7 @@ struct SurveyReport {
   std::vector<SurveyFinding> findings;
   bool is_stabilized = false;
   bool is_deflickered = false;
+  SeriesLight light;
   double masked_share = 0.0;   ///< Of all pixels of all frames: saturated, highlight, out of view.
   double outside_share = 0.0;  ///< Of the pixels: not known in every frame, so outside the history's mask.
 };

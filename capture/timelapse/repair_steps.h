@@ -58,4 +58,10 @@ void mark_invalid(const ImageF& shares, Validity code, ImageU8& validity);
 [[nodiscard]] ImageU8 mask_frames(HistoryWriter& writer, const IngestWork& work, const std::filesystem::path& folder,
                                   const ImageU8& mask, const RunControl& control);
 
+/// Looks at the light of the finished frames, completes survey.json by it and by what the repairs did, and says what is
+/// to be warned of.
+/// @param mask  The history's; may be empty.
+[[nodiscard]] std::vector<HistoryWarning> look_at_light(const IngestWork& work, const std::filesystem::path& folder,
+                                                        const ImageU8& mask, const RunControl& control);
+
 }  // namespace patinate::capture

@@ -16,8 +16,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kSurveyVersion = 1;
-constexpr int kChunk = 16;  ///< Frames that one item looks at; the first is their anchor.
+constexpr std::int64_t kSurveyVersion = 2;
+constexpr int kDeflickerVersion = 2;  ///< Raised whenever the same photographs give other factors.
+constexpr int kChunk = 16;            ///< Frames that one item looks at; the first is their anchor.
 
 fs::path chunk_file(int chunk) { return "survey/pairs-" + zero_padded(static_cast<std::uint64_t>(chunk), 4) + ".json"; }
 
@@ -121,7 +122,9 @@ void save_survey(const IngestWork& work, const fs::path& folder) {
   }
   if (options.deflicker) {
     std::vector<std::array<double, 3>> gains;
-    for (const FramePair& pair : neighbors) gains.push_back(pair.change.log_gain);
+    // Where the light is not sure, what changed is taken as the surface.
+    for (const FramePair& pair : neighbors)
+      gains.push_back(pair.change.light.is_sure() ? pair.change.light.log_gain : std::array<double, 3>{});
     json["factors"] = deflicker_factors(gains, options.deflicker_options);
   }
   json["pairs"] = Json::array();
@@ -211,7 +214,9 @@ std::string repair_frame_key(const IngestWork& work) {
     is_any = true;
   };
   if (options.stabilize) add("stabilize", all_photos_key(work));
-  if (options.deflicker) add("deflicker", all_photos_key(work) + std::to_string(options.deflicker_options.half_width));
+  if (options.deflicker)
+    add("deflicker", all_photos_key(work) + std::to_string(options.deflicker_options.half_width) + " " +
+                         std::to_string(kDeflickerVersion));
   if (!options.flat_field.empty()) add("flat field", flat_field_key(work));
   if (options.highlights == HighlightRule::Mask)
     add("saturated", std::to_string(options.highlight_options.width_share));

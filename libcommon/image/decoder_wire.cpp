@@ -46,6 +46,12 @@ ImageInfo read_info(const WireRead& read) {
   info.frame_rate = read_number<double>(read);
   expect(std::isfinite(info.frame_rate) && info.frame_rate >= 0.0);
   info.date_time = read_text(read);
+  ImageExposure& exposure = info.exposure;
+  for (double* value : {&exposure.time_s, &exposure.f_number, &exposure.iso}) {
+    *value = read_number<double>(read);
+    expect(std::isfinite(*value) && *value >= 0.0);
+  }
+  exposure.white_balance = static_cast<ImageExposure::WhiteBalance>(bounded(read_number<std::int32_t>(read), 0, 2));
   info.key = read_text(read);
   return info;
 }
@@ -60,6 +66,9 @@ void write_info(const WireWrite& write, const ImageInfo& info) {
   write_number(write, std::int32_t{info.num_frames});
   write_number(write, info.frame_rate);
   write_text(write, info.date_time);
+  const ImageExposure& exposure = info.exposure;
+  for (double value : {exposure.time_s, exposure.f_number, exposure.iso}) write_number(write, value);
+  write_number(write, static_cast<std::int32_t>(exposure.white_balance));
   write_text(write, info.key);
 }
 

@@ -53,6 +53,24 @@ OIIO::TypeDesc type_desc(CodedImage::Type type) {
   return OIIO::TypeDesc::FLOAT;
 }
 
+/// What the photograph's EXIF data says; numbers that make no sense count as not said.
+ImageExposure exposure_of(const OIIO::ImageSpec& spec) {
+  const auto number = [&](const char* name) {
+    const double value = static_cast<double>(spec.get_float_attribute(name));
+    return std::isfinite(value) && value > 0.0 ? value : 0.0;
+  };
+  ImageExposure exposure{.time_s = number("ExposureTime"),
+                         .f_number = number("FNumber"),
+                         .iso = static_cast<double>(spec.get_int_attribute("Exif:PhotographicSensitivity"))};
+  if (exposure.time_s == 0.0) exposure.time_s = number("Exif:ExposureTime");
+  if (exposure.f_number == 0.0) exposure.f_number = number("Exif:FNumber");
+  if (!(exposure.iso > 0.0)) exposure.iso = number("Exif:ISOSpeedRatings");
+  const int white_balance = spec.get_int_attribute("Exif:WhiteBalance", -1);
+  if (white_balance == 0) exposure.white_balance = ImageExposure::WhiteBalance::Auto;
+  if (white_balance == 1) exposure.white_balance = ImageExposure::WhiteBalance::Manual;
+  return exposure;
+}
+
 /// What is to be decoded, its bytes made.
 CodedImage blank(const OIIO::ImageSpec& spec, int height) {
   CodedImage coded{spec.width, height, spec.nchannels, CodedImage::Type::Float, -1, {}};
@@ -88,6 +106,7 @@ class OiioSource final : public ImageSource {
     const std::string taken = spec.get_string_attribute("Exif:DateTimeOriginal", spec.get_string_attribute("DateTime"));
     set_words(info, taken, spec.get_string_attribute(kImageKeyAttribute),
               spec.get_string_attribute("ImageDescription"));
+    info.exposure = exposure_of(spec);
     // Set for movies as a rational number.
     const float rate = spec.get_float_attribute("FramesPerSecond");
     if (std::isfinite(rate) && rate > 0.0f) info.frame_rate = static_cast<double>(rate);

@@ -186,6 +186,18 @@ Facts capture_facts(const std::filesystem::path& path) {
   return facts;
 }
 
+/// What EXIF says of a photograph's exposure, where it says something.
+void add_exposure(Facts& facts, const ImageExposure& exposure) {
+  if (exposure.time_s > 0.0)
+    facts.add("exposure_time_s", exposure.time_s,
+              exposure.time_s < 0.4 ? "1/" + short_number_text(std::round(1.0 / exposure.time_s)) + " s"
+                                    : short_number_text(exposure.time_s) + " s");
+  if (exposure.f_number > 0.0) facts.add("f_number", exposure.f_number, "f/" + short_number_text(exposure.f_number));
+  if (exposure.iso > 0.0) facts.add("iso", exposure.iso, short_number_text(exposure.iso));
+  if (exposure.white_balance != ImageExposure::WhiteBalance::Unknown)
+    facts.add("white_balance", exposure.white_balance == ImageExposure::WhiteBalance::Auto ? "auto" : "manual");
+}
+
 Facts image_facts(const std::filesystem::path& path) {
   const ImageInfo info = probe_image(path);
   Facts facts("image");
@@ -196,6 +208,7 @@ Facts image_facts(const std::filesystem::path& path) {
   facts.add("values", info.is_integer ? "integer codes" : "floating point");
   if (info.num_frames > 1) facts.add("frames", info.num_frames);
   if (!info.date_time.empty()) facts.add("date", info.date_time);
+  add_exposure(facts, info.exposure);
   if (!info.key.empty()) facts.add("key", info.key);
   return facts;
 }

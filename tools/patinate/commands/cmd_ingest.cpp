@@ -124,6 +124,7 @@ int cmd_ingest(CommandRun& run) {
   note_doubtful_controls(reader, run);
   const capture::SurveyReport survey = capture::read_survey_report(reader.folder());
   note_history_warnings(run, reader.label(), reader.facts().warnings);
+  for (const std::string& note : capture::light_notes(survey.light)) run.note(note);
   note_survey(survey, run);
 
   const HistoryManifest& history = reader.manifest();

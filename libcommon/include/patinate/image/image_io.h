@@ -13,6 +13,20 @@
 
 namespace patinate {
 
+/// How a photograph was exposed, as its EXIF data says; nominal values, up to some 5 % from what the camera did.
+struct ImageExposure {
+  enum class WhiteBalance { Unknown, Auto, Manual };
+  double time_s = 0.0;    ///< 0 = not said; as with the others.
+  double f_number = 0.0;  ///< 0 also for a lens that tells the camera nothing.
+  double iso = 0.0;
+  WhiteBalance white_balance = WhiteBalance::Unknown;
+
+  /// Light that makes a code, against other photographs: time * iso / f_number^2; 0 where time or iso is not said, and
+  /// an f_number that is not counts as 1.
+  [[nodiscard]] double amount() const { return time_s * iso / (f_number > 0.0 ? f_number * f_number : 1.0); }
+  friend bool operator==(const ImageExposure&, const ImageExposure&) = default;
+};
+
 /// What an image file says about itself, read without decoding pixels.
 struct ImageInfo {
   int width = 0;
@@ -23,6 +37,7 @@ struct ImageInfo {
   int num_frames = 1;                 ///< Sub-images (movies, animated files, multi-part EXR).
   double frame_rate = 0.0;            ///< Frames per second of playback; 0 = the file does not say.
   std::string date_time;              ///< EXIF "YYYY:MM:DD HH:MM:SS" or "".
+  ImageExposure exposure;             ///< Of a photograph.
   std::string key;                    ///< Content key that patinate wrote into the file, or "".
 };
 

@@ -1,0 +1,185 @@
+#include "capture/stability/uneven_light.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+#include "capture/stability/light_polynomial.h"
+#include "libcommon/core/median.h"
+#include "patinate/core/error.h"
+#include "patinate/image/color.h"
+
+namespace patinate::capture {
+
+namespace {
+
+constexpr int kOrder = 4;          ///< As FlatFieldOptions has it.
+constexpr int kEvidenceOrder = 2;  ///< Where fewer pixels are compared: a higher degree follows the surface.
+constexpr float kNearBlack = 0.002f, kNearWhite = 0.96f;
+constexpr double kEnd = 0.02;            ///< Share of the picture at either end that no ratio counts.
+constexpr double kLeastUsed = 0.25;      ///< Of the picture.
+constexpr double kReplaced = 0.2;        ///< Change of a channel's logarithm that makes a pixel another surface.
+constexpr double kLeastReplaced = 0.25;  ///< Of the picture, for evidence.
+constexpr double kSameDetail = 0.5;      ///< Correlation from which on the old surface shines through.
+constexpr double kStayed = 0.7, kWent = 0.5;
+constexpr double kUncolored = 0.8;
+constexpr double kLeastExplained = 0.3;
+
+/// Values of the pixels in order; NaN where not known.
+using Field = std::vector<double>;
+/// Logarithms of red, green, blue and luminance.
+using Logs = std::array<Field, 4>;
+constexpr std::size_t kRed = 0, kBlue = 2, kLuminance = 3;
+
+Logs logs_of(const ImageF& frame, const ImageU8& mask) {
+  Logs logs;
+  for (std::int64_t i = 0; i < frame.num_pixels(); ++i) {
+    const std::span<const float> pixel(frame.data() + 3 * i, 3);
+    const auto [low, high] = std::minmax_element(pixel.begin(), pixel.end());
+    const bool is_used = *low > kNearBlack && *high < kNearWhite && (mask.empty() || mask.data()[i] != 0);
+    for (std::size_t c = 0; c < logs.size(); ++c) {
+      const double light = static_cast<double>(c == kLuminance ? luminance(pixel) : pixel[c]);
+      logs[c].push_back(is_used ? std::log(light) : std::nan(""));
+    }
+  }
+  return logs;
+}
+
+/// Each pixel's median over frames [begin, end), where more than half of them know it.
+Field middle(const std::vector<Logs>& frames, std::size_t channel, std::size_t begin, std::size_t end) {
+  Field result;
+  for (std::size_t i = 0; i < frames.front()[channel].size(); ++i) {
+    std::vector<double> course;
+    for (std::size_t k = begin; k < end; ++k) {
+      if (!std::isnan(frames[k][channel][i])) course.push_back(frames[k][channel][i]);
+    }
+    result.push_back(2 * course.size() > end - begin ? median(std::move(course)) : std::nan(""));
+  }
+  return result;
+}
+
+double known_share(const Field& field) {
+  const auto known = std::count_if(field.begin(), field.end(), [](double v) { return !std::isnan(v); });
+  return static_cast<double>(known) / static_cast<double>(field.size());
+}
+
+struct Split {
+  Field slow, detail;  ///< The polynomial, and what it leaves; NaN where the field is.
+};
+
+Split split(const Field& field, int width, int order) {
+  const int height = static_cast<int>(field.size()) / width;
+  std::vector<Eigen::VectorXd> terms(field.size()), used;
+  std::vector<double> values;
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    if (std::isnan(field[i])) continue;
+    const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
+    terms[i] = monomials(2.0 * (x + 0.5) / width - 1.0, 2.0 * (y + 0.5) / height - 1.0, order);
+    used.push_back(terms[i]);
+    values.push_back(field[i]);
+  }
+  const Eigen::VectorXd coefficients = fit_polynomial(used, values);
+  Split result{Field(field.size(), std::nan("")), Field(field.size(), std::nan(""))};
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    if (std::isnan(field[i])) continue;
+    result.slow[i] = coefficients.dot(terms[i]);
+    result.detail[i] = field[i] - result.slow[i];
+  }
+  return result;
+}
+
+/// Variances of two fields and their covariance, where both are known.
+struct Spread {
+  double a = 0.0, b = 0.0, both = 0.0;
+
+  /// 1 - variance of the difference / sum of the variances: 1 = equal, 0 = unrelated.
+  [[nodiscard]] double common() const { return 2.0 * both / std::max(a + b, 1e-12); }
+  [[nodiscard]] double correlation() const { return both / std::sqrt(std::max(a * b, 1e-24)); }
+};
+
+Spread spread_of(const Field& a, const Field& b) {
+  double n = 0.0, sum_a = 0.0, sum_b = 0.0, aa = 0.0, bb = 0.0, ab = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (std::isnan(a[i]) || std::isnan(b[i])) continue;
+    n += 1.0;
+    sum_a += a[i];
+    sum_b += b[i];
+    aa += a[i] * a[i];
+    bb += b[i] * b[i];
+    ab += a[i] * b[i];
+  }
+  if (!(n > 0.0)) return {};
+  return {aa / n - sum_a * sum_a / (n * n), bb / n - sum_b * sum_b / (n * n), ab / n - sum_a * sum_b / (n * n)};
+}
+
+double ratio_of(const Field& slow) {
+  std::vector<double> values;
+  std::copy_if(slow.begin(), slow.end(), std::back_inserter(values), [](double v) { return !std::isnan(v); });
+  const double last = static_cast<double>(values.size() - 1);
+  const double low = value_at_rank(values, static_cast<std::size_t>(kEnd * last));
+  return std::exp(value_at_rank(values, static_cast<std::size_t>((1.0 - kEnd) * last)) - low);
+}
+
+/// The first and the last third of the frames where the surface was replaced in between; NaN elsewhere.
+struct Replaced {
+  Field before, after;
+};
+
+Replaced replaced_parts(const std::vector<Logs>& frames) {
+  const std::size_t n = frames.size(), third = std::max<std::size_t>(1, n / 3);
+  std::array<Field, 4> before, after;
+  for (std::size_t c = 0; c < before.size(); ++c) {
+    before[c] = middle(frames, c, 0, third);
+    after[c] = middle(frames, c, n - third, n);
+  }
+  Replaced parts{before[kLuminance], after[kLuminance]};
+  for (std::size_t i = 0; i < parts.before.size(); ++i) {
+    double change = 0.0;
+    for (std::size_t c = 0; c < kLuminance; ++c) change = std::max(change, std::abs(after[c][i] - before[c][i]));
+    if (!(change > kReplaced)) parts.before[i] = parts.after[i] = std::nan("");
+    if (std::isnan(parts.before[i]) || std::isnan(parts.after[i])) parts.before[i] = parts.after[i] = std::nan("");
+  }
+  return parts;
+}
+
+/// Without a surface that was replaced: a fall-off of light has no color, and is more than the picture's own variation.
+LightEvidence judge_by_shape(const std::vector<Logs>& frames, const Split& whole, int width) {
+  const Spread slow = spread_of(whole.slow, whole.slow), detail = spread_of(whole.detail, whole.detail);
+  const double explained = slow.a / std::max(slow.a + detail.a, 1e-12);
+  const Split red = split(middle(frames, kRed, 0, frames.size()), width, kOrder);
+  const Split blue = split(middle(frames, kBlue, 0, frames.size()), width, kOrder);
+  const bool is_uncolored = spread_of(red.slow, blue.slow).common() >= kUncolored;
+  return is_uncolored && explained >= kLeastExplained ? LightEvidence::Possible : LightEvidence::None;
+}
+
+LightEvidence judge(const std::vector<Logs>& frames, const Split& whole, int width) {
+  const Replaced parts = replaced_parts(frames);
+  if (frames.size() < 2 || known_share(parts.before) < kLeastReplaced) return judge_by_shape(frames, whole, width);
+  const Split before = split(parts.before, width, kEvidenceOrder), after = split(parts.after, width, kEvidenceOrder);
+  const double common = spread_of(before.slow, after.slow).common();
+  if (common < kWent) return LightEvidence::None;
+  const bool is_new = spread_of(before.detail, after.detail).correlation() <= kSameDetail;
+  return is_new && common >= kStayed ? LightEvidence::Clear : LightEvidence::Possible;
+}
+
+}  // namespace
+
+UnevenLight find_uneven_light(const std::vector<ImageF>& frames, const ImageU8& mask) {
+  if (frames.empty()) throw InvalidInput("uneven light: there are no frames");
+  std::vector<Logs> logs;
+  for (const ImageF& frame : frames) {
+    if (!frame.same_size(frames.front()) || (!mask.empty() && !frame.same_size(mask)) || frame.channels() != 3)
+      throw InvalidInput("uneven light: the frames differ in size");
+    logs.push_back(logs_of(frame, mask));
+  }
+  const int width = frames.front().width();
+  const Field course = middle(logs, kLuminance, 0, logs.size());
+  if (known_share(course) < kLeastUsed) return {};
+  const Split whole = split(course, width, kOrder);
+  UnevenLight result{ratio_of(whole.slow), LightEvidence::None};
+  if (result.ratio >= kUnevenRatio) result.evidence = judge(logs, whole, width);
+  return result;
+}
+
+}  // namespace patinate::capture

@@ -1,0 +1,43 @@
+/// \file
+/// How uneven the light lies over the picture, and whether it is the light at all.
+#pragma once
+
+#include <vector>
+
+#include "patinate/image/image.h"
+
+namespace patinate::capture {
+
+/// Longer side of the images that find_uneven_light() needs, px.
+inline constexpr int kUnevenLightSide = 64;
+
+enum class LightEvidence {
+  None,      ///< Even, or the surface's own: it changes with the surface, or has a color of its own.
+  Possible,  ///< A slow fall-off that the surface may have as well: nothing tells them apart.
+  Clear,     ///< The fall-off stayed where the surface was replaced.
+};
+
+struct UnevenLight {
+  double ratio = 1.0;  ///< Brightest to darkest, without the 2 % of the picture at either end; >= 1.
+  LightEvidence evidence = LightEvidence::None;
+};
+
+/// From how much on uneven light is warned of: a quarter, 13 of 255 codes in mid-gray, is seen as a gradient in a
+/// transfer that puts patches of both ends side by side.
+inline constexpr double kUnevenRatio = 1.25;
+
+/// Fits the polynomial of estimate_flat_field() (degree 4) to the median over time of each pixel's log luminance.
+///
+/// Whether it is light is judged by the series itself, from the first and the last third of its frames. Where a pixel
+/// changed by more than a fifth it is another surface; a quarter of the picture must be, and its detail must not be the
+/// old one's (correlation at most 0.5). A quadratic is fitted there to the first and to the last third: what both share
+/// (1 - variance of the difference / sum of the variances) is 0.7 or more for light that stayed, and below 0.5 for a
+/// slow course of the surface, which went with it. Without such pixels a fall-off is Possible where it stayed, or where
+/// it is one of red and blue alike (0.8 by the same measure) and makes up 0.3 of the picture's variance.
+/// @param frames  Evenly spread over the series, h x w x 3, linear; all of one size, at most kUnevenLightSide wide and
+/// high; one or more. @param mask  0 = ignored; may be empty.
+/// @returns ratio 1 where less than a quarter of the picture can be used. @throws InvalidInput if there is no frame or
+/// sizes differ.
+[[nodiscard]] UnevenLight find_uneven_light(const std::vector<ImageF>& frames, const ImageU8& mask);
+
+}  // namespace patinate::capture

@@ -1,0 +1,244 @@
+#include "capture/timelapse/light_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "capture/timelapse/ingest_warnings.h"
+#include "libcommon/core/median.h"
+#include "libcommon/core/text.h"
+
+namespace patinate::capture {
+
+namespace {
+
+constexpr std::array<std::string_view, 3> kEvidenceNames{"none", "possible", "clear"};
+constexpr double kVariedExposure = 1.05;  ///< Nominal values are that exact.
+constexpr double kLeastChange = 0.01;     ///< Of a factor, to be named.
+constexpr std::size_t kMostChanged = 3;   ///< Photographs that are named.
+constexpr double kEnd = 0.02;             ///< As find_uneven_light() leaves out.
+
+std::string hundredths(double v) { return short_number_text(std::round(100.0 * v) / 100.0); }
+std::string ratio_text(double ratio) { return hundredths(ratio) + " : 1"; }
+
+double size_of(const std::array<double, 3>& factors) {
+  double size = 0.0;
+  for (double f : factors) size = std::max(size, std::abs(std::log(f)));
+  return size;
+}
+
+std::array<FactorRange, 3> read_ranges(JsonReader& json) {
+  std::array<FactorRange, 3> ranges{};
+  const std::vector<JsonReader> channels = json.member("ranges").elements(3);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const std::vector<double> range = channels[c].numbers(2, above(0));
+    ranges[c] = {range[0], range[1]};
+  }
+  return ranges;
+}
+
+std::string ranges_text(const std::array<FactorRange, 3>& ranges) {
+  const auto one = [](const FactorRange& r) { return hundredths(r[0]) + " to " + hundredths(r[1]); };
+  if (one(ranges[0]) == one(ranges[1]) && one(ranges[0]) == one(ranges[2])) return one(ranges[0]);
+  return one(ranges[0]) + " (red), " + one(ranges[1]) + " (green), " + one(ranges[2]) + " (blue)";
+}
+
+std::string exposure_text(const ImageExposure& e) {
+  std::string text =
+      e.time_s < 0.4 ? "1/" + short_number_text(std::round(1.0 / e.time_s)) + " s" : short_number_text(e.time_s) + " s";
+  if (e.f_number > 0.0) text += ", f/" + short_number_text(e.f_number);
+  return text + ", ISO " + short_number_text(e.iso);
+}
+
+HistoryWarning uneven_warning(const UnevenLight& uneven, bool is_divided) {
+  HistoryWarning warning{.about = WarningSubject::Light, .text = "", .cure = "", .share = 0.0};
+  const std::string ratio = ratio_text(uneven.ratio) + " over the picture";
+  if (uneven.evidence == LightEvidence::Clear) {
+    warning.text = "the light is uneven, " + ratio + (is_divided ? ", after the flat field" : "") +
+                   ": it stayed so while the surface changed";
+  } else {
+    warning.text = "brightness falls off by " + ratio + (is_divided ? ", after the flat field" : "") +
+                   "; it may be uneven light, or a slow course of the surface itself: the photographs do not tell";
+  }
+  warning.cure =
+      is_divided ? "--flat-field IMAGE, a photograph of a uniform surface under the same lamp"
+      : uneven.evidence == LightEvidence::Clear
+          ? "--flat-field estimate divides it out; --flat-field IMAGE, a photograph of a uniform surface, is "
+            "surer"
+          : "if it is the light, --flat-field estimate divides it out; --flat-field IMAGE, a photograph of a "
+            "uniform surface, is surer";
+  // Where half of the light is missing, half of the color is.
+  warning.share = 1.0 - 1.0 / uneven.ratio;
+  if (uneven.evidence != LightEvidence::Clear) warning.share *= 0.5;
+  return warning;
+}
+
+}  // namespace
+
+void add_light_report(Json& survey, const SeriesLight& report) {
+  if (report.uneven)
+    survey["uneven_light"] = {{"ratio", report.uneven->ratio},
+                              {"evidence", kEvidenceNames[static_cast<std::size_t>(report.uneven->evidence)]}};
+  if (report.flat_field)
+    survey["flat_field"] = {{"ratio", report.flat_field->ratio}, {"ranges", report.flat_field->ranges}};
+  if (report.deflicker) {
+    Json changed = Json::array();
+    for (const ChangedPhoto& p : report.deflicker->most_changed)
+      changed.push_back({{"photo", p.photo}, {"factors", p.factors}});
+    survey["deflicker"] = {
+        {"ranges", report.deflicker->ranges}, {"most_changed", changed}, {"unsure", report.deflicker->unsure}};
+  }
+  if (report.exif) {
+    const ExifExposureReport& e = *report.exif;
+    survey["exif_exposure"] = {{"ratio", e.ratio},
+                               {"least", {{"photo", e.least_photo}, {"exposure", e.least}}},
+                               {"most", {{"photo", e.most_photo}, {"exposure", e.most}}},
+                               {"is_white_balance_mixed", e.is_white_balance_mixed}};
+  }
+}
+
+SeriesLight read_light_report(JsonReader& survey) {
+  SeriesLight report;
+  if (survey.has("uneven_light")) {
+    JsonReader json = survey.member("uneven_light");
+    report.uneven = UnevenLight{json.member("ratio").number(at_least(1)),
+                                static_cast<LightEvidence>(json.member("evidence").choice(kEvidenceNames))};
+  }
+  if (survey.has("flat_field")) {
+    JsonReader json = survey.member("flat_field");
+    report.flat_field = FlatFieldReport{json.member("ratio").number(at_least(1)), read_ranges(json)};
+  }
+  if (survey.has("deflicker")) {
+    JsonReader json = survey.member("deflicker");
+    report.deflicker = DeflickerReport{.ranges = read_ranges(json), .most_changed = {}, .unsure = {}};
+    for (JsonReader& entry : json.member("most_changed").elements()) {
+      const std::vector<double> factors = entry.member("factors").numbers(3, above(0));
+      report.deflicker->most_changed.push_back({entry.member("photo").string(), {factors[0], factors[1], factors[2]}});
+    }
+    for (const JsonReader& photo : json.member("unsure").elements()) report.deflicker->unsure.push_back(photo.string());
+  }
+  if (survey.has("exif_exposure")) {
+    JsonReader json = survey.member("exif_exposure");
+    JsonReader least = json.member("least"), most = json.member("most");
+    report.exif = ExifExposureReport{.ratio = json.member("ratio").number(at_least(1)),
+                                     .least_photo = least.member("photo").string(),
+                                     .least = least.member("exposure").string(),
+                                     .most_photo = most.member("photo").string(),
+                                     .most = most.member("exposure").string(),
+                                     .is_white_balance_mixed = json.member("is_white_balance_mixed").boolean()};
+  }
+  return report;
+}
+
+std::optional<ExifExposureReport> exif_exposures(const std::vector<CapturePhoto>& photos) {
+  using WhiteBalance = ImageExposure::WhiteBalance;
+  const CapturePhoto *least = nullptr, *most = nullptr;
+  int num_known = 0;
+  bool has_auto = false, has_manual = false;
+  for (const CapturePhoto& photo : photos) {
+    has_auto = has_auto || photo.exposure.white_balance == WhiteBalance::Auto;
+    has_manual = has_manual || photo.exposure.white_balance == WhiteBalance::Manual;
+    const double amount = photo.exposure.amount();
+    if (!(amount > 0.0)) continue;
+    ++num_known;
+    if (least == nullptr || amount < least->exposure.amount()) least = &photo;
+    if (most == nullptr || amount > most->exposure.amount()) most = &photo;
+  }
+  if (num_known < 2) return std::nullopt;
+  return ExifExposureReport{.ratio = most->exposure.amount() / least->exposure.amount(),
+                            .least_photo = least->name(),
+                            .least = exposure_text(least->exposure),
+                            .most_photo = most->name(),
+                            .most = exposure_text(most->exposure),
+                            .is_white_balance_mixed = has_auto && has_manual};
+}
+
+DeflickerReport deflicker_report(const std::vector<CapturePhoto>& photos,
+                                 const std::vector<std::array<double, 3>>& factors, const std::vector<int>& unsure) {
+  DeflickerReport report;
+  for (std::size_t c = 0; c < 3; ++c) {
+    report.ranges[c] = {factors.front()[c], factors.front()[c]};
+    for (const auto& f : factors)
+      report.ranges[c] = {std::min(report.ranges[c][0], f[c]), std::max(report.ranges[c][1], f[c])};
+  }
+  std::vector<std::size_t> order(factors.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return size_of(factors[a]) > size_of(factors[b]); });
+  for (std::size_t k = 0; k < std::min(kMostChanged, order.size()); ++k) {
+    if (size_of(factors[order[k]]) < std::log1p(kLeastChange)) break;
+    report.most_changed.push_back({photos[order[k]].name(), factors[order[k]]});
+  }
+  for (int frame : unsure) report.unsure.push_back(photos[static_cast<std::size_t>(frame)].name());
+  return report;
+}
+
+FlatFieldReport flat_field_report(const ImageF& gain) {
+  FlatFieldReport report;
+  for (int c = 0; c < 3; ++c) {
+    std::vector<float> values;
+    for (std::int64_t i = 0; i < gain.num_pixels(); ++i) values.push_back(gain.data()[3 * i + c]);
+    const auto [low, high] = std::minmax_element(values.begin(), values.end());
+    report.ranges[static_cast<std::size_t>(c)] = {static_cast<double>(*low), static_cast<double>(*high)};
+    const double last = static_cast<double>(values.size() - 1);
+    const float dark = value_at_rank(values, static_cast<std::size_t>(kEnd * last));
+    const float bright = value_at_rank(values, static_cast<std::size_t>((1.0 - kEnd) * last));
+    report.ratio = std::max(report.ratio, static_cast<double>(bright / dark));
+  }
+  return report;
+}
+
+std::vector<HistoryWarning> light_warnings(const SeriesLight& report, const std::string& flat_field, int num_frames) {
+  std::vector<HistoryWarning> warnings;
+  if (report.uneven && report.uneven->evidence != LightEvidence::None)
+    warnings.push_back(uneven_warning(*report.uneven, !flat_field.empty()));
+  if (report.deflicker && !report.deflicker->unsure.empty()) {
+    const std::vector<std::string>& unsure = report.deflicker->unsure;
+    warnings.push_back({.about = WarningSubject::Light,
+                        .text = "--deflicker left " + std::to_string(unsure.size()) + " of " +
+                                std::to_string(num_frames) + " photographs as they follow from the ones before (" +
+                                photo_list(unsure) +
+                                "): no change of light is shared by enough of the picture to be told from aging",
+                        .cure = "photograph something that does not age beside it, or fix exposure and white balance",
+                        .share = 0.5 * static_cast<double>(unsure.size()) / num_frames,
+                        .photos = unsure});
+  }
+  if (report.exif && report.exif->ratio > kVariedExposure && !report.deflicker) {
+    const ExifExposureReport& e = *report.exif;
+    warnings.push_back(
+        {.about = WarningSubject::Light,
+         .text = "the camera's exposure varies " + hundredths(e.ratio) + "-fold by EXIF, from " + e.least_photo + " (" +
+                 e.least + ") to " + e.most_photo + " (" + e.most + ")",
+         .cure = "--deflicker takes out what of it shows in the photographs; a manual exposure avoids it",
+         .share = 0.5 * (1.0 - 1.0 / e.ratio),
+         .photos = {e.least_photo, e.most_photo}});
+  }
+  if (report.exif && report.exif->is_white_balance_mixed && !report.deflicker) {
+    warnings.push_back({.about = WarningSubject::Light,
+                        .text = "white balance is automatic in some photographs and set by hand in others, by EXIF",
+                        .cure = "--deflicker takes out what of it shows in the photographs",
+                        .share = 0.1});
+  }
+  return warnings;
+}
+
+std::vector<std::string> light_notes(const SeriesLight& report) {
+  std::vector<std::string> notes;
+  if (report.flat_field) {
+    notes.push_back("flat field: " + ratio_text(report.flat_field->ratio) + " divided out, factors " +
+                    ranges_text(report.flat_field->ranges) +
+                    (report.uneven ? "; " + ratio_text(report.uneven->ratio) + " is left" : ""));
+  }
+  if (report.deflicker) {
+    std::string text = "deflicker: factors " + ranges_text(report.deflicker->ranges);
+    for (const ChangedPhoto& p : report.deflicker->most_changed) {
+      text += (&p == report.deflicker->most_changed.data() ? "; most changed: " : ", ") + p.photo + " (" +
+              hundredths(p.factors[0]) + ", " + hundredths(p.factors[1]) + ", " + hundredths(p.factors[2]) + ")";
+    }
+    notes.push_back(text);
+  }
+  return notes;
+}
+
+}  // namespace patinate::capture

@@ -1,0 +1,81 @@
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "capture/timelapse/light_report.h"
+#include "capture/timelapse/repair_steps.h"
+#include "libcommon/image/filters.h"
+#include "patinate/core/json.h"
+#include "patinate/image/image_io.h"
+
+namespace patinate::capture {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kMaxFrames = 12;  ///< That the light is looked for in.
+
+/// The finished frames, small.
+std::vector<ImageF> small_frames(const IngestWork& work, const fs::path& folder, int width, int height,
+                                 const RunControl& control) {
+  const std::size_t num_frames = work.project.frames.size(), count = std::min(num_frames, kMaxFrames);
+  std::vector<ImageF> frames;
+  for (std::size_t k = 0; k < count; ++k) {
+    control.throw_if_stopped();
+    const std::size_t i = count == 1 ? 0 : k * (num_frames - 1) / (count - 1);
+    frames.push_back(
+        downscale_area(read_color(folder / HistoryWriter::frame_file(static_cast<int>(i))), width, height));
+  }
+  return frames;
+}
+
+/// Pixels that the mask has all of.
+ImageU8 small_mask(const ImageU8& mask, int width, int height) {
+  if (mask.empty()) return {};
+  ImageF shares(mask.width(), mask.height());
+  std::transform(mask.values().begin(), mask.values().end(), shares.values().begin(),
+                 [](std::uint8_t v) { return v != 0 ? 1.0f : 0.0f; });
+  constexpr float kAll = 0.999f;
+  const ImageF low = downscale_area(shares, width, height);
+  ImageU8 result(width, height);
+  std::transform(low.values().begin(), low.values().end(), result.values().begin(),
+                 [](float v) { return static_cast<std::uint8_t>(v > kAll ? 255 : 0); });
+  return result;
+}
+
+Json survey_of_one() {
+  return {{"format", "patinate.survey"}, {"version", 2},          {"stabilized", false}, {"deflickered", false},
+          {"findings", Json::array()},   {"pairs", Json::array()}};
+}
+
+}  // namespace
+
+std::vector<HistoryWarning> look_at_light(const IngestWork& work, const fs::path& folder, const ImageU8& mask,
+                                          const RunControl& control) {
+  const CaptureProject& project = work.project;
+  const fs::path file = folder / kSurveyFile;
+  Json survey = fs::exists(file) ? load_json(file) : survey_of_one();
+  SeriesLight report;
+  const double factor =
+      std::min(1.0, static_cast<double>(kUnevenLightSide) / std::max(project.width(), project.height()));
+  const auto small = [&](int side) { return std::max(1, static_cast<int>(std::lround(side * factor))); };
+  const int width = small(project.width()), height = small(project.height());
+  report.uneven =
+      find_uneven_light(small_frames(work, folder, width, height, control), small_mask(mask, width, height));
+  const RepairTables& tables = repair_tables(work, folder);
+  if (!tables.flat_field.empty()) report.flat_field = flat_field_report(tables.flat_field);
+  if (!tables.factors.empty()) {
+    std::vector<int> unsure;
+    for (const Json& pair : survey.at("pairs")) {
+      const FramePair read = pair_from_json(JsonReader(file.string(), pair));
+      if (!read.change.light.is_sure()) unsure.push_back(read.frame);
+    }
+    report.deflicker = deflicker_report(project.frames, tables.factors, unsure);
+  }
+  report.exif = exif_exposures(project.frames);
+  add_light_report(survey, report);
+  save_json(file, survey);
+  return light_warnings(report, work.options.repair.flat_field, static_cast<int>(project.frames.size()));
+}
+
+}  // namespace patinate::capture

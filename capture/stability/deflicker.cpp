@@ -4,15 +4,17 @@
 #include <cmath>
 
 #include "libcommon/core/median.h"
+#include "patinate/core/error.h"
 
 namespace patinate::capture {
 
 namespace {
 
 constexpr int kNumRounds = 4;
-constexpr std::size_t kNoCourse = 3;   ///< Photographs of which none can be told.
-constexpr double kTukey = 6.0;         ///< In median absolute residuals, as lowess has it.
-constexpr double kLeastSpread = 1e-4;  ///< Of log brightness: less is no outlier.
+constexpr std::size_t kNoCourse = 3;    ///< Photographs of which none can be told.
+constexpr double kLeastOfFew = 0.0488;  ///< Of log brightness, 5 %: less may be their material's.
+constexpr double kTukey = 6.0;          ///< In median absolute residuals, as lowess has it.
+constexpr double kLeastSpread = 1e-4;   ///< Of log brightness: less is no outlier.
 
 /// Weighted local line at `at`, or the weighted mean where a line is not determined.
 double local_line(const std::vector<double>& curve, const std::vector<double>& robust, int at, int half_width) {
@@ -64,7 +66,11 @@ std::vector<double> median_line(const std::vector<double>& curve) {
 
 std::vector<double> smooth_curve(const std::vector<double>& curve, int half_width) {
   const std::size_t n = curve.size();
-  if (n <= kNoCourse) return std::vector<double>(n, n == kNoCourse ? median(curve) : curve.front());
+  if (n <= kNoCourse) {
+    const auto [low, high] = std::minmax_element(curve.begin(), curve.end());
+    if (*high - *low < kLeastOfFew) return curve;
+    return std::vector<double>(n, n == kNoCourse ? median(curve) : curve.front());
+  }
   std::vector<double> robust(n, 1.0), smooth(n);
   if (n <= 2 * static_cast<std::size_t>(half_width) + 1) robust = robust_weights(curve, median_line(curve));
   for (int round = 0; round < kNumRounds; ++round) {
@@ -84,14 +90,23 @@ void describe(OptionVisitor& v, DeflickerOptions& o) {
 }
 
 std::vector<std::array<double, 3>> deflicker_factors(const std::vector<std::array<double, 3>>& log_gains,
-                                                     const DeflickerOptions& options) {
+                                                     const DeflickerOptions& options,
+                                                     const std::vector<bool>& is_known) {
   check_ranges(options);
+  if (!is_known.empty() && is_known.size() != log_gains.size())
+    throw InvalidInput("deflicker: it must be said of every gain whether it is known");
   std::vector<std::array<double, 3>> factors(log_gains.size() + 1);
-  for (std::size_t c = 0; c < 3; ++c) {
-    std::vector<double> curve{0.0};
-    for (const auto& gain : log_gains) curve.push_back(curve.back() + gain[c]);
-    const std::vector<double> smooth = smooth_curve(curve, options.half_width);
-    for (std::size_t i = 0; i < curve.size(); ++i) factors[i][c] = std::exp(smooth[i] - curve[i]);
+  std::size_t begin = 0;
+  while (begin < factors.size()) {
+    std::size_t end = begin + 1;
+    while (end < factors.size() && (is_known.empty() || is_known[end - 1])) ++end;
+    for (std::size_t c = 0; c < 3; ++c) {
+      std::vector<double> curve{0.0};
+      for (std::size_t i = begin + 1; i < end; ++i) curve.push_back(curve.back() + log_gains[i - 1][c]);
+      const std::vector<double> smooth = smooth_curve(curve, options.half_width);
+      for (std::size_t i = begin; i < end; ++i) factors[i][c] = std::exp(smooth[i - begin] - curve[i - begin]);
+    }
+    begin = end;
   }
   return factors;
 }

@@ -145,8 +145,12 @@ Replaced replaced_parts(const std::vector<Logs>& frames) {
 
 /// Without a surface that was replaced: a fall-off of light has no color, and is more than the picture's own variation.
 LightEvidence judge_by_shape(const std::vector<Logs>& frames, const Split& whole, int width) {
-  const Spread slow = spread_of(whole.slow, whole.slow), detail = spread_of(whole.detail, whole.detail);
-  const double explained = slow.a / std::max(slow.a + detail.a, 1e-12);
+  std::vector<double> sizes;
+  for (double d : whole.detail) {
+    if (!std::isnan(d)) sizes.push_back(std::abs(d));
+  }
+  const double detail = 1.4826 * median(std::move(sizes)), slow = spread_of(whole.slow, whole.slow).a;
+  const double explained = slow / std::max(slow + detail * detail, 1e-12);
   const Split red = split(middle(frames, kRed, 0, frames.size()), width, kOrder);
   const Split blue = split(middle(frames, kBlue, 0, frames.size()), width, kOrder);
   const bool is_uncolored = spread_of(red.slow, blue.slow).common() >= kUncolored;

@@ -33,7 +33,8 @@ inline constexpr double kUnevenRatio = 1.25;
 /// old one's (correlation at most 0.5). A quadratic is fitted there to the first and to the last third: what both share
 /// (1 - variance of the difference / sum of the variances) is 0.7 or more for light that stayed, and below 0.5 for a
 /// slow course of the surface, which went with it. Without such pixels a fall-off is Possible where it stayed, or where
-/// it is one of red and blue alike (0.8 by the same measure) and makes up 0.3 of the picture's variance.
+/// it is one of red and blue alike (0.8 by the same measure) and makes up 0.3 of the picture's variance (robustly: what
+/// stands out does not count).
 /// @param frames  Evenly spread over the series, h x w x 3, linear; all of one size, at most kUnevenLightSide wide and
 /// high; one or more. @param mask  0 = ignored; may be empty.
 /// @returns ratio 1 where less than a quarter of the picture can be used. @throws InvalidInput if there is no frame or

@@ -14,6 +14,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr std::array<std::string_view, 3> kEvidenceNames{"none", "possible", "clear"};
+constexpr double kLamp = 10.0;            ///< Fall-off that few lamps have.
 constexpr double kVariedExposure = 1.05;  ///< Nominal values are that exact.
 constexpr double kLeastChange = 0.01;     ///< Of a factor, to be named.
 constexpr std::size_t kMostChanged = 3;   ///< Photographs that are named.
@@ -59,7 +60,9 @@ HistoryWarning uneven_warning(const UnevenLight& uneven, bool is_divided) {
                    ": it stayed so while the surface changed";
   } else {
     warning.text = "brightness falls off by " + ratio + (is_divided ? ", after the flat field" : "") +
-                   "; it may be uneven light, or a slow course of the surface itself: the photographs do not tell";
+                   "; it may be uneven light, or a slow course of the surface itself" +
+                   (uneven.ratio > kLamp ? ", or dark surroundings that belong outside a `mask`" : "") +
+                   ": the photographs do not tell";
   }
   warning.cure =
       is_divided ? "--flat-field IMAGE, a photograph of a uniform surface under the same lamp"

@@ -122,10 +122,12 @@ void save_survey(const IngestWork& work, const fs::path& folder) {
   }
   if (options.deflicker) {
     std::vector<std::array<double, 3>> gains;
-    // Where the light is not sure, what changed is taken as the surface.
-    for (const FramePair& pair : neighbors)
-      gains.push_back(pair.change.light.is_sure() ? pair.change.light.log_gain : std::array<double, 3>{});
-    json["factors"] = deflicker_factors(gains, options.deflicker_options);
+    std::vector<bool> is_known;
+    for (const FramePair& pair : neighbors) {
+      gains.push_back(pair.change.light.log_gain);
+      is_known.push_back(pair.change.light.is_sure());
+    }
+    json["factors"] = deflicker_factors(gains, options.deflicker_options, is_known);
   }
   json["pairs"] = Json::array();
   for (const FramePair& pair : neighbors) json["pairs"].push_back(pair_to_json(pair));

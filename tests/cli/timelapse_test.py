@@ -12,14 +12,29 @@ import zlib
 PATINATE = pathlib.Path(sys.argv.pop(1)).resolve()
 
 
-def write_png(path, width, height, color):
+def exif(seconds_inverse, f_number, iso, is_auto):
+    """The bytes of EXIF data: exposure time 1 / seconds_inverse, f-number, ISO and white balance."""
+    entries = [(0x829A, 5, 1, None), (0x829D, 5, 1, None), (0x8827, 3, 1, iso), (0xA403, 3, 1, 0 if is_auto else 1)]
+    start = 8 + 2 + 12 + 4
+    values = start + 2 + 12 * len(entries) + 4
+    data = b"MM\0*" + struct.pack(">I", 8) + struct.pack(">HHHII", 1, 0x8769, 4, 1, start) + struct.pack(">I", 0)
+    data += struct.pack(">H", len(entries))
+    rationals = [(1, seconds_inverse), (round(10 * f_number), 10)]
+    for k, (tag, kind, count, value) in enumerate(entries):
+        data += struct.pack(">HHI", tag, kind, count)
+        data += struct.pack(">I", values + 8 * k) if value is None else struct.pack(">HH", value, 0)
+    return data + struct.pack(">I", 0) + b"".join(struct.pack(">II", *r) for r in rationals)
+
+
+def write_png(path, width, height, color, exif_data=None):
     rows = b"".join(b"\0" + bytes(v for x in range(width) for v in color(x, y)) for y in range(height))
 
     def chunk(kind, data):
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
     header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + (chunk(b"eXIf", exif_data) if exif_data else b"")
+                     + chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
 
 
 def texture(x, y):
@@ -92,6 +107,57 @@ class TimeLapse(unittest.TestCase):
         self.assertIn("up to date", again.stderr)
         other = self.run_ingest("--stabilize")
         self.assertEqual(other.returncode, 1, "another option is another history")
+
+    def rewrite(self, num_frames, color, exif_of=lambda i: None):
+        """Frames of 64 x 64 that replace those of setUp()."""
+        for file in (self.folder / "frames").iterdir():
+            file.unlink()
+        for i in range(num_frames):
+            write_png(self.folder / f"frames/{i}.png", 64, 64, lambda x, y: color(i, x, y), exif_of(i))
+
+    def test_exposure_by_exif_is_listed_and_warned_of_when_it_varies(self):
+        def gray(i, x, y):
+            return (texture(x, y),) * 3
+
+        self.rewrite(4, gray, lambda i: exif(60 if i < 3 else 900, 2.0, 100, i != 2))
+        info = json.loads(subprocess.run([PATINATE, "info", "frames/0.png", "--json"], cwd=self.folder, capture_output=True, text=True).stdout)
+        self.assertAlmostEqual(info["exposure_time_s"], 1 / 60, places=6)
+        self.assertEqual((info["f_number"], info["iso"], info["white_balance"]), (2.0, 100.0, "auto"))
+        run = self.run_ingest()
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertRegex(run.stderr, r"exposure varies 15-fold by EXIF, from 3\.png \(1/900 s, f/2, ISO 100\) to 0\.png")
+        self.assertIn("white balance is automatic in some", run.stderr)
+        self.rewrite(4, gray, lambda i: exif(60, 2.0, 100, True))
+        self.assertNotIn("EXIF", self.run_ingest("--force").stderr)
+
+    def test_uneven_light_is_warned_of_and_what_was_divided_out_is_said(self):
+        def lit(i, x, y):
+            surface = 90 + (((x // 4) * 7919 + (y // 4) * 104729 + (i // 3) * 3571 * (x // 4 + 7) * (y // 4 + 3)) % 97)
+            return (round(surface * 1.56 ** (-x / 63 / 2.2)),) * 3  # 1.56 : 1 of light, 2.2 being about the gamma of sRGB.
+
+        self.rewrite(6, lit)
+        run = self.run_ingest()
+        self.assertRegex(run.stderr, r"the light is uneven, 1\.[56]\d? : 1 over the picture")
+        self.assertIn("--flat-field estimate", run.stderr)
+        repaired = self.run_ingest("--flat-field", "estimate", "--force")
+        self.assertNotIn("light is uneven", repaired.stderr)
+        self.assertRegex(repaired.stderr, r"flat field: 1\.[56]\d? : 1 divided out, factors .*; 1(\.0\d)? : 1 is left")
+        survey = json.loads((self.folder / "out/survey.json").read_text())
+        self.assertLess(survey["uneven_light"]["ratio"], 1.1)
+        self.assertEqual(len(survey["flat_field"]["ranges"]), 3)
+
+    def test_one_tinted_photograph_of_four_is_named_and_mended(self):
+        def tinted(i, x, y):
+            value = texture(x, y)
+            return (value, value, min(255, round(value * (1.3 if i == 1 else 1.0))))
+
+        self.rewrite(4, tinted)
+        run = self.run_ingest()
+        self.assertRegex(run.stderr, r"1\.png .*light times 1, 1, 1\.[6-9]")
+        repaired = self.run_ingest("--deflicker", "--force")
+        self.assertRegex(repaired.stderr, r"deflicker: factors .*most changed: 1\.png \(1, 1, 0\.5\d\)")
+        most = json.loads((self.folder / "out/survey.json").read_text())["deflicker"]["most_changed"]
+        self.assertEqual([m["photo"] for m in most], ["1.png"])
 
     def test_mistakes_are_named(self):
         self.assertEqual(self.run_ingest("--highlights", "hide").returncode, 2)

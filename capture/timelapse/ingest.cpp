@@ -7,6 +7,7 @@
 
 #include "capture/timelapse/ingest_warnings.h"
 #include "capture/timelapse/ingest_work.h"
+#include "capture/timelapse/mask_warnings.h"
 #include "capture/timelapse/repair_steps.h"
 #include "capture/timelapse/scan_step.h"
 #include "libcommon/core/hash.h"
@@ -50,6 +51,7 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   for (HistoryWarning& warning : survey_warnings(read_survey_report(folder), num_frames))
     writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : look_at_light(work, folder, mask, control)) writer.add_warning(std::move(warning));
+  for (HistoryWarning& warning : mask_warnings(given, mask, num_frames)) writer.add_warning(std::move(warning));
   writer.finish();
   control.report(1.0);
 }

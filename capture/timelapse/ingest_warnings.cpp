@@ -54,15 +54,6 @@ std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_
             "look at them; --deflicker leaves what most of the picture does not share");
   add_group(warnings, jumping, num_frames, WarningSubject::Series, "do not follow from the ones before",
             "look at them, and `exclude` what shows something else");
-  if (survey.outside_share >= kMuchMasked) {
-    warnings.push_back(
-        {.about = WarningSubject::Mask,
-         .text = fixed_percent_text(survey.outside_share) +
-                 " of the pixels are saturated, in a highlight or out of view in some photograph and cannot be filled "
-                 "from others: they are outside the mask",
-         .cure = "--highlights keep keeps them, a smaller --highlight-width finds fewer",
-         .share = survey.outside_share});
-  }
   return warnings;
 }
 

@@ -11,11 +11,8 @@
 
 namespace patinate::capture {
 
-/// Share of the pixels from where on a mask is warned of: what is left may not stand for the surface.
-inline constexpr double kMuchMasked = 0.2;
-
 /// Of what the survey found: photographs that are moved, exposed differently or do not follow, unless they were
-/// repaired; and how much of the picture no mask leaves.
+/// repaired.
 /// @param num_frames  Of the history; >= 1.
 [[nodiscard]] std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_frames);
 

@@ -63,6 +63,11 @@ class TimeLapse(unittest.TestCase):
     def tearDown(self):
         self.temp.cleanup()
 
+    def one_photograph(self, color):
+        for i in range(1, 8):
+            (self.folder / f"frames/{i}.png").unlink()
+        write_png(self.folder / "frames/0.png", 96, 96, color)
+
     def run_ingest(self, *options):
         return subprocess.run([PATINATE, "ingest", "capture.json", "-o", "out", *options], cwd=self.folder, capture_output=True, text=True)
 
@@ -99,6 +104,27 @@ class TimeLapse(unittest.TestCase):
         self.assertEqual(self.run_ingest("--highlights", "keep").returncode, 0)
         frames = json.loads((self.folder / "out/history.json").read_text())["frames"]
         self.assertTrue(all("mask" not in f and f["file"].startswith("frames/") for f in frames))
+
+    def test_a_single_photograph_says_how_much_is_masked(self):
+        # Stripes of pure white, 12 px wide, on black: reflections, for all that one photograph tells. They cover half of it.
+        self.one_photograph(lambda x, y: (255, 255, 255) if x // 12 % 2 else (40, 40, 40))
+        run = self.run_ingest("--json")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        result = json.loads(run.stdout)
+        self.assertGreater(result["outside_share"], 0.2)
+        warnings = json.loads((self.folder / "out/history.json").read_text())["warnings"]
+        self.assertEqual([w["about"] for w in warnings], ["mask"])
+        self.assertAlmostEqual(warnings[0]["share"], result["outside_share"], places=3)
+        self.assertIn("saturated or in a highlight", run.stderr)
+        self.assertIn("--highlights keep", run.stderr)
+
+    def test_a_single_photograph_of_white_material_is_kept(self):
+        # Gray blocks of 4 px, 225 to 255 bright, with dark cracks: the brightest blocks are clipped.
+        self.one_photograph(lambda x, y: (60, 60, 60) if x % 24 < 2 or y % 24 < 2 else (min(255, texture(x, y) * 3 // 8 + 204),) * 3)
+        run = self.run_ingest("--json")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertLess(json.loads(run.stdout)["outside_share"], 0.05)
+        self.assertNotIn("warning", run.stderr)
 
     def test_repairs_resume_and_are_up_to_date(self):
         self.assertEqual(self.run_ingest("--stabilize", "--deflicker").returncode, 0)

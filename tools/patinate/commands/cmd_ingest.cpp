@@ -1,12 +1,14 @@
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "capture/relit/relit_ingest.h"
 #include "capture/timelapse/ingest.h"
-#include "capture/timelapse/ingest_warnings.h"
+#include "capture/timelapse/mask_warnings.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/warning_json.h"
 #include "patinate/history/history.h"
+#include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/history_warnings.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/commands/commands.h"
@@ -37,6 +39,16 @@ void note_doubtful_controls(const HistoryReader& history, CommandRun& run) {
           " % of the pixels never change: give a `mask`, or transfers will copy them too");
     }
   }
+}
+
+/// A single photograph has no survey: its shares are those of its own mask.
+void complete_shares(const HistoryReader& reader, capture::SurveyReport& survey) {
+  const auto& frames = reader.manifest().frames;
+  if (frames.size() != 1 || !frames[0].mask) return;
+  const ImageU8 mask = read_mask(reader.folder() / *frames[0].mask);
+  const auto num_masked = std::count(mask.values().begin(), mask.values().end(), 0);
+  survey.masked_share = static_cast<double>(num_masked) / static_cast<double>(mask.num_pixels());
+  survey.outside_share = survey.masked_share;
 }
 
 /// Says what was masked where it is too little for a warning, and with --verbose every photograph that was found.
@@ -122,7 +134,8 @@ int cmd_ingest(CommandRun& run) {
     run.note("times are those of the movie's frame rate: for a time-lapse give `interval`");
   note_alignment(output, run);
   note_doubtful_controls(reader, run);
-  const capture::SurveyReport survey = capture::read_survey_report(reader.folder());
+  capture::SurveyReport survey = capture::read_survey_report(reader.folder());
+  complete_shares(reader, survey);
   note_history_warnings(run, reader.label(), reader.facts().warnings);
   for (const std::string& note : capture::light_notes(survey.light)) run.note(note);
   note_survey(survey, run);

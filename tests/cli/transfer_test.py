@@ -87,7 +87,13 @@ class Transfer(unittest.TestCase):
         self.assertIn("is the same all over the mesh, so that it decides nothing", result.stderr)
 
     def test_a_source_smaller_than_the_neighborhood(self):
-        self.refused(INPUT, "no pixel has its whole neighborhood of 7 pixels inside the mask", "--control", "facing", history=self.narrow_history(6))
+        self.refused(INPUT, "240 of 240 pixels are inside the mask, 0 of them with their whole neighborhood of 7 x 7, and at least 49 are needed", "--control", "facing", history=self.narrow_history(6))
+
+    def test_few_pixels_are_counted(self):
+        # 20 columns of 40: 14 x 34 have 7 x 7 pixels about them, fewer than 40 windows side by side.
+        result = self.transfer("--control", "facing", history=self.narrow_history(20))
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("only 800 pixels of the history can be copied, 476 of them with their whole neighborhood of 7 x 7", result.stderr)
 
     def test_a_mask_of_three_pixels(self):
         history = self.folder / "three"
@@ -98,7 +104,7 @@ class Transfer(unittest.TestCase):
         manifest = json.loads((history / "history.json").read_text())
         manifest["mask"] = "mask.png"
         (history / "history.json").write_text(json.dumps(manifest))
-        self.refused(INPUT, "give a larger mask, or a smaller --neighborhood", "--control", "facing", history="three")
+        self.refused(INPUT, "3 of 1920 pixels are inside the mask, 0 of them", "--control", "facing", history="three")
 
     def test_an_automatic_resolution_is_announced_and_recorded(self):
         help_text = " ".join(run("transfer", "--help").stdout.split())

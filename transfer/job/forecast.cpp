@@ -7,6 +7,7 @@
 #include "libcommon/core/text.h"
 #include "patinate/geometry/mesh.h"
 #include "transfer/synthesis/transfer_controls.h"
+#include "transfer/synthesis/whole_windows.h"
 
 namespace patinate::transfer {
 
@@ -17,7 +18,9 @@ constexpr std::size_t kBins = 64;
 constexpr double kManyCopies = 10.0;  // A choice: rows were seen at 59 and are not at 200 since reuse is balanced;
                                       // pieces are found again sooner.
 constexpr double kSmallShare = 0.25;  // Of the source.
-constexpr double kRare = 1e-4;        // Of the surface: not what it asks for.
+constexpr std::int64_t kFewWindows =
+    40;  // Beside each other: a square of some 44 pixels. A choice: what a few dozen pieces are laid from repeats.
+constexpr double kRare = 1e-4;  // Of the surface: not what it asks for.
 
 using Shares = std::array<double, kBins>;
 
@@ -80,7 +83,7 @@ Demand demand_of(const Shares& source, const Shares& surface) {
 
 }  // namespace
 
-TransferForecast forecast_transfer(const TransferInput& input) {
+TransferForecast forecast_transfer(const TransferInput& input, int neighborhood_radius_px) {
   const ImageU8 mask = usable_mask(*input.history, input.source_mask);
   int step = 1;
   while (input.map->num_texels() / step / step > kMostLookedAt) ++step;
@@ -97,6 +100,9 @@ TransferForecast forecast_transfer(const TransferInput& input) {
   forecast.num_pixels = mask.num_pixels();
   forecast.num_usable =
       std::count_if(mask.values().begin(), mask.values().end(), [](std::uint8_t m) { return m != 0; });
+  const int radius_px = neighborhood_radius_px > 0 ? neighborhood_radius_px : 3;
+  forecast.window_px = 2 * radius_px + 1;
+  forecast.num_whole = num_whole_windows(mask, radius_px);
   const Mesh& mesh = input.map->mesh();
   for (int t = 0; t < static_cast<int>(mesh.triangles.size()); ++t)
     forecast.surface_mm2 += 0.5 * area_vector(mesh, t).norm();
@@ -119,7 +125,14 @@ std::vector<std::string> warnings_of(const TransferForecast& f) {
   if (usable < kSmallShare) {
     warnings.push_back("only " + percent_text(usable, 2) + " of the history can be copied (" +
                        std::to_string(f.num_usable) + " of " + std::to_string(f.num_pixels) +
-                       " pixels are inside the mask); a larger mask shows more of it");
+                       " pixels are inside the mask, " + std::to_string(f.num_whole) +
+                       " of them with their whole neighborhood); a larger mask shows more of it");
+  }
+  if (usable >= kSmallShare && f.num_whole < kFewWindows * f.window_px * f.window_px) {
+    const std::string side = std::to_string(f.window_px);
+    warnings.push_back("only " + std::to_string(f.num_usable) + " pixels of the history can be copied, " +
+                       std::to_string(f.num_whole) + " of them with their whole neighborhood of " + side + " x " +
+                       side + ": pieces will be seen again and again; a larger photograph or mask shows more");
   }
   if (f.asked_share < kSmallShare) {
     warnings.push_back("control `" + f.narrowest + "`: the mesh asks for values of " + percent_text(f.asked_share, 2) +

@@ -14,6 +14,7 @@
 #include "transfer/synthesis/refinement.h"
 #include "transfer/synthesis/source_levels.h"
 #include "transfer/synthesis/transfer_controls.h"
+#include "transfer/synthesis/whole_windows.h"
 
 namespace patinate::transfer {
 
@@ -140,6 +141,19 @@ void check_input(const TransferInput& input) {
     throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
 }
 
+/// @throws InvalidInput that says how many pixels there are, and how many are needed.
+void check_large_enough(const History& history, const ImageU8& mask, int radius_px) {
+  const std::int64_t num_whole = num_whole_windows(mask, radius_px), least = least_whole_windows(radius_px);
+  if (num_whole >= least) return;
+  const auto num_inside =
+      std::count_if(mask.values().begin(), mask.values().end(), [](std::uint8_t m) { return m != 0; });
+  const std::string side = std::to_string(2 * radius_px + 1);
+  throw InvalidInput(history.label() + ": is too small to transfer: " + std::to_string(num_inside) + " of " +
+                     std::to_string(mask.num_pixels()) + " pixels are inside the mask, " + std::to_string(num_whole) +
+                     " of them with their whole neighborhood of " + side + " x " + side + ", and at least " +
+                     std::to_string(least) + " are needed; give a larger mask, or a smaller --neighborhood");
+}
+
 /// Histories of a library that are asked for can be copied from. @param first  The level is halved as often.
 void check_usable(const History& history, const std::vector<std::size_t>& asked, const SourceLevel& level,
                   std::size_t first, int window_px) {
@@ -224,6 +238,7 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   if (open.method == TransferMethod::Reference) open.appearance.structure = 0.0;  // The paper's knows none.
   const SourceStructure structure = find_structure(history, mask, open.appearance, silent);
   const TransferOptions options = with_defaults(open, !structure.empty());
+  check_large_enough(history, mask, options.neighborhood_radius_px);
   result.used = options;
   result.structure = facts_of(structure);
   std::vector<double> weights;
@@ -240,8 +255,9 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
                                                    map, placement, neighborhood, silent);
   if (levels.empty()) {
     throw InvalidInput(history.label() + ": no pixel has its whole neighborhood of " +
-                       std::to_string(2 * neighborhood.radius_px + 1) +
-                       " pixels inside the mask; give a larger mask, or a smaller --neighborhood");
+                       std::to_string(2 * neighborhood.radius_px + 1) + " pixels inside the mask" +
+                       (first > 0 ? ", halved " + std::to_string(first) + " times to the size of texels" : "") +
+                       "; give a larger mask, a larger --resolution, or a smaller --neighborhood");
   }
   check_usable(history, matched.asked_histories, levels[0].source, first, 2 * neighborhood.radius_px + 1);
   const auto seed = static_cast<std::uint64_t>(options.seed);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "patinate/core/error.h"
 #include "patinate/history/memory_history.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
@@ -66,6 +67,41 @@ TEST(Forecast, AMaskThatLeavesLittleIsSaid) {
   EXPECT_NEAR(f.surface_share, 72.0, 1e-6);
   ASSERT_EQ(warnings_of(f).size(), 2u);
   EXPECT_NE(warnings_of(f)[0].find("512 of 4096 pixels"), std::string::npos) << warnings_of(f)[0];
+}
+
+TEST(Forecast, OnlyPixelsWithTheirWholeNeighborhoodCount) {
+  TransferInput input = onto_plane(ramp(0, 1), ControlMapping::Rank);
+  const TransferForecast whole = forecast_transfer(input);
+  EXPECT_EQ(whole.num_whole, (kSource - 6) * (kSource - 6));
+  EXPECT_EQ(forecast_transfer(input, 5).num_whole, (kSource - 10) * (kSource - 10));
+  // Every seventh column is outside: nearly all can be used, and nothing can be compared.
+  input.source_mask = ImageU8(kSource, kSource, 1, 255);
+  for (int y = 0; y < kSource; ++y) {
+    for (int x = 6; x < kSource; x += 7) input.source_mask.at(x, y) = 0;
+  }
+  const TransferForecast striped = forecast_transfer(input);
+  EXPECT_EQ(striped.num_whole, 0);
+  ASSERT_FALSE(warnings_of(striped).empty());
+  EXPECT_NE(warnings_of(striped)[0].find("0 of them with their whole neighborhood of 7 x 7"), std::string::npos)
+      << warnings_of(striped)[0];
+  EXPECT_THROW((void)transfer(input), InvalidInput);
+}
+
+TEST(Forecast, ASourceOfFewerPixelsThanAWindowHasIsRefused) {
+  TransferInput input = onto_plane(ramp(0, 1), ControlMapping::Rank);
+  const auto keep = [&](int width, int height) {
+    input.source_mask = ImageU8(kSource, kSource, 1);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) input.source_mask.at(x, y) = 255;
+    }
+  };
+  input.texel_size_mm = 2.0;  // As large as a texel: nothing is halved.
+  TransferOptions options;
+  options.neighborhood_radius_px = 3;
+  keep(13, 13);  // 7 x 7 of them have 7 x 7 pixels about them.
+  EXPECT_NO_THROW((void)transfer(input, options));
+  keep(13, 12);
+  EXPECT_THROW((void)transfer(input, options), InvalidInput);
 }
 
 }  // namespace

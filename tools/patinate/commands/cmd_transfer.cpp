@@ -232,7 +232,8 @@ int cmd_transfer(CommandRun& run) {
   task.flow = task.input.frames ? std::filesystem::path(flow).filename().string() : "uv";
   task.input.appearance = transfer::appearance_source(history, cache);
   task.input.history = task.history;
-  for (const std::string& warning : transfer::warnings_of(transfer::forecast_transfer(task.input))) run.note(warning);
+  const transfer::TransferForecast forecast = transfer::forecast_transfer(task.input, options.neighborhood_radius_px);
+  for (const std::string& warning : transfer::warnings_of(forecast)) run.note(warning);
   const std::optional<JobStatus> status = run.make_folder(transfer::plan_transfer(std::move(task), output), "transfer");
   if (!status) return 0;
   const transfer::TransferManifest made = transfer::read_transfer_manifest(output);

@@ -88,32 +88,40 @@ struct Entry {
   const char* name;
   const char* brief;
   ControlMap (*make)(const TexelMap&, const Options&, const RunControl&);
-  std::string Options::*file;  ///< What it reads; may be null.
+  std::string Options::*file;                      ///< What it reads; may be null.
+  void (*take)(Options& to, const Options& from);  ///< Copies what it looks at.
 };
 
 const Entry kKinds[] = {
     {"accessibility", "concave places by mean curvature: crevices, corners, folds",
      [](const TexelMap& m, const Options& o, const RunControl& c) { return accessibility_map(m, o.accessibility, c); },
-     nullptr},
+     nullptr, [](Options& t, const Options& f) { t.accessibility = f.accessibility; }},
     {"ray_share", "hemmed-in places: the share of rays that hit the object again within --reach",
-     [](const TexelMap& m, const Options& o, const RunControl& c) { return ray_share_map(m, o.ray_share, c); },
-     nullptr},
+     [](const TexelMap& m, const Options& o, const RunControl& c) { return ray_share_map(m, o.ray_share, c); }, nullptr,
+     [](Options& t, const Options& f) { t.ray_share = f.ray_share; }},
     {"tangent_sphere", "hemmed-in places: 1 / radius of the largest sphere that touches from outside",
      [](const TexelMap& m, const Options& o, const RunControl& c) {
        return tangent_sphere_map(m, o.tangent_sphere, c);
      },
-     nullptr},
-    {"exposure", "places that see much of the sky (and of the sun, with --sun-share)", make_exposure, &Options::sky},
+     nullptr, [](Options& t, const Options& f) { t.tangent_sphere = f.tangent_sphere; }},
+    {"exposure", "places that see much of the sky (and of the sun, with --sun-share)", make_exposure, &Options::sky,
+     [](Options& t, const Options& f) { t.up = f.up, t.exposure = f.exposure, t.sun = f.sun, t.sky = f.sky; }},
     {"sun", "where the sun shines, shadows included, at one hour or over an arc of the day",
-     [](const TexelMap& m, const Options& o, const RunControl& c) { return sun_map(m, o.up, o.sun, c); }, nullptr},
+     [](const TexelMap& m, const Options& o, const RunControl& c) { return sun_map(m, o.up, o.sun, c); }, nullptr,
+     [](Options& t, const Options& f) { t.up = f.up, t.sun = f.sun; }},
     {"facing", "surface that faces --direction; no shadows",
-     [](const TexelMap& m, const Options& o, const RunControl& c) { return facing_map(m, o.facing, c); }, nullptr},
+     [](const TexelMap& m, const Options& o, const RunControl& c) { return facing_map(m, o.facing, c); }, nullptr,
+     [](Options& t, const Options& f) { t.facing = f.facing; }},
     {"height", "high places along --up, in mm",
-     [](const TexelMap& m, const Options& o, const RunControl& c) { return height_map(m, o.up, c); }, nullptr},
+     [](const TexelMap& m, const Options& o, const RunControl& c) { return height_map(m, o.up, c); }, nullptr,
+     [](Options& t, const Options& f) { t.up = f.up; }},
     {"distance", "places far from --distance-from, in mm along the surface; `!distance` is near it", make_distance,
-     &Options::distance_from},
-    {"spray", "much paint from the nozzle that follows --spray-path", make_spray, &Options::spray_path},
-    {"image", "bright places of --image, laid over the atlas by UV", make_image, &Options::image},
+     &Options::distance_from,
+     [](Options& t, const Options& f) { t.distance_from = f.distance_from, t.distance = f.distance; }},
+    {"spray", "much paint from the nozzle that follows --spray-path", make_spray, &Options::spray_path,
+     [](Options& t, const Options& f) { t.spray = f.spray, t.spray_path = f.spray_path; }},
+    {"image", "bright places of --image, laid over the atlas by UV", make_image, &Options::image,
+     [](Options& t, const Options& f) { t.image = f.image; }},
 };
 
 const Entry* find_kind(const std::string& name) {
@@ -166,6 +174,12 @@ const std::vector<std::string>& control_kind_names() {
   return names;
 }
 
+ControlKindOptions used_options(const std::string& kind, const ControlKindOptions& options) {
+  ControlKindOptions used;
+  if (const Entry* const entry = find_kind(kind)) entry->take(used, options);
+  return used;
+}
+
 std::vector<std::filesystem::path> control_input_files(const std::string& kind, const ControlKindOptions& options) {
   const Entry* const entry = find_kind(kind);
   if (entry == nullptr || entry->file == nullptr || (options.*entry->file).empty()) return {};
@@ -201,14 +215,15 @@ ControlMap read_control_file(const std::filesystem::path& path, const TexelMap& 
 }
 
 ControlMap make_control_expression(std::string_view expression, const TexelMap& map, const ControlKindOptions& options,
-                                   const RunControl& control) {
+                                   const RunControl& control, const ControlSource& source) {
   const ControlExpression parsed(expression, control_kind_names());
   const auto count = static_cast<double>(parsed.names().size());
   double done = 0.0;
   ControlMap out = parsed.evaluate(map.coverage(), [&](const ControlName& name) {
     const RunControl part = control.part(done / count, (done + 1.0) / count);
     done += 1.0;
-    return name.is_file ? read_control_file(name.text, map) : make_control(name.text, map, options, part);
+    if (name.is_file) return read_control_file(name.text, map);
+    return source ? source(name.text, map, options, part) : make_control(name.text, map, options, part);
   });
   out.has_file =
       std::any_of(parsed.names().begin(), parsed.names().end(), [](const ControlName& n) { return n.is_file; });

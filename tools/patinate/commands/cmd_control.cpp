@@ -36,7 +36,7 @@ bool is_kind(const std::string& kind) {
 /// Everything that the map depends on.
 std::string control_key(const std::string& kind, const AtlasMesh& atlas_mm, const ControlCommandOptions& options) {
   ContentHash hash;
-  hash.add("control 2").add(kind).add(mesh_content_key(atlas_mm.mesh));
+  hash.add("control " + std::to_string(kControlVersion)).add(kind).add(mesh_content_key(atlas_mm.mesh));
   const std::vector<std::string> tiles = atlas_mm.tile_names();
   for (const std::string& name : tiles) hash.add(name);
   for (const auto& [name, value] : option_values(options)) hash.add(name).add(value);

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -46,6 +47,12 @@ struct ControlKind {
 /// Their names.
 [[nodiscard]] const std::vector<std::string>& control_kind_names();
 
+/// Raised when the same input gives other values: part of every key that stands for a map.
+inline constexpr int kControlVersion = 2;
+
+/// What a kind looks at; everything else is at its default. @param kind  One of control_kind_names().
+[[nodiscard]] ControlKindOptions used_options(const std::string& kind, const ControlKindOptions& options);
+
 /// Files that make_control() would read: part of what its result depends on. @throws ParseError if an option that
 /// should name a file names nothing.
 [[nodiscard]] std::vector<std::filesystem::path> control_input_files(const std::string& kind,
@@ -61,10 +68,14 @@ struct ControlKind {
 /// @throws IoError
 [[nodiscard]] ControlMap read_control_file(const std::filesystem::path& path, const TexelMap& map);
 
-/// An expression of kinds and files (ControlExpression). Maps that are even are noted. @throws ParseError, and what its
-/// parts throw.
+/// What makes the map of a kind: make_control(), or something that remembers.
+using ControlSource =
+    std::function<ControlMap(const std::string& kind, const TexelMap&, const ControlKindOptions&, const RunControl&)>;
+
+/// An expression of kinds and files (ControlExpression). Maps that are even are noted.
+/// @param source  Of the kinds; empty: make_control(). @throws ParseError, and what its parts throw.
 [[nodiscard]] ControlMap make_control_expression(std::string_view expression, const TexelMap& map,
-                                                 const ControlKindOptions& options = {},
-                                                 const RunControl& control = {});
+                                                 const ControlKindOptions& options = {}, const RunControl& control = {},
+                                                 const ControlSource& source = {});
 
 }  // namespace patinate

@@ -172,38 +172,48 @@ void correct(std::vector<ExplanationFigures>& figures) {
   }
 }
 
-std::vector<double> values_of(const Mix& mix, const ExplanationInput& input) {
-  std::vector<double> values(input.reference.size());
+std::vector<double> values_of(const Mix& mix, const std::vector<std::vector<double>>& lists) {
+  std::vector<double> values(lists.front().size());
   for (const MixMember& member : mix) {
-    const std::vector<double>& own = input.candidates[member.candidate].values;
+    const std::vector<double>& own = lists[member.candidate];
     for (std::size_t i = 0; i < values.size(); ++i)
       values[i] += member.weight * (member.is_inverse ? 1.0 - own[i] : own[i]);
   }
   return values;
 }
 
-/// @param singles  Figures of the candidates in use. A mix of one is the strongest of them. @param spreads  Theirs.
-ExplainedMix mixed(const Work& work, const MixProblem& problem, const std::vector<ExplanationFigures>& singles,
-                   const std::vector<double>& spreads, const std::vector<double>& explained_by_chance,
-                   const RunControl& control) {
-  MixProblem::Found found = problem.find(work.reference_ranks, work.options.max_members);
+/// A mix of one: the strongest. @param singles  Figures of the candidates in use.
+Mix strongest_of(const std::vector<ExplanationFigures>& singles) {
+  const auto strongest = std::max_element(singles.begin(), singles.end(), [](const auto& a, const auto& b) {
+    return std::abs(a.correlation) < std::abs(b.correlation);
+  });
+  return {{static_cast<std::size_t>(strongest - singles.begin()), strongest->correlation < 0.0, 1.0}};
+}
+
+/// @param singles  Figures of the candidates in use. @param spreads  Theirs.
+ExplainedMix mixed(const Work& work, const MixProblem& problem, const std::vector<std::vector<double>>& lists,
+                   const std::vector<ExplanationFigures>& singles, const std::vector<double>& spreads,
+                   const std::vector<double>& explained_by_chance, const RunControl& control) {
+  const MixProblem::Found found = problem.find(work.reference_ranks, work.options.max_members);
+  const Mix single = strongest_of(singles);
   ExplainedMix mix;
-  if (found.mix.size() <= 1) {
-    const auto strongest = std::max_element(singles.begin(), singles.end(), [](const auto& a, const auto& b) {
-      return std::abs(a.correlation) < std::abs(b.correlation);
-    });
-    found.mix = {{static_cast<std::size_t>(strongest - singles.begin()), strongest->correlation < 0.0, 1.0}};
+  mix.members = single;
+  if (found.mix.size() > 1) {
+    const Mix several = weighted_mix(found.mix, lists, work.reference_ranks);
+    const double strength_of_mix =
+        weighted_correlation(RankedValues(values_of(several, lists)).ranks(), work.reference_ranks);
+    // Members of one mind in their ranks may differ in their values.
+    if (strength_of_mix > std::abs(singles[single.front().candidate].correlation)) mix.members = several;
   }
+  mix.figures = correlated(work, {values_of(mix.members, lists)}, control).front();
   double spread = 1.0;
-  for (MixMember& member : found.mix) {
+  for (MixMember& member : mix.members) {
     spread = std::max(spread, spreads[member.candidate]);
     member.candidate = work.used[member.candidate];
   }
-  mix.members = found.mix;
   std::vector<std::string> names;
   for (const ExplanationCandidate& c : work.input.candidates) names.push_back(c.name);
   mix.expression = mix_expression(mix.members, names);
-  mix.figures = correlated(work, {values_of(mix.members, work.input)}, control).front();
   mix.left_out_correlation = weighted_correlation(RankedValues(found.predicted).ranks(), work.reference_ranks);
   const auto strength = [](double explained) { return fisher_z(std::sqrt(std::clamp(explained, 0.0, 1.0))); };
   std::vector<double> by_chance;
@@ -218,7 +228,12 @@ void add_figures(Explanation& out, const Work& work, const RunControl& control) 
   std::vector<std::vector<double>> lists;
   for (const std::size_t c : work.used) lists.push_back(work.input.candidates[c].values);
   std::vector<ExplanationFigures> figures = correlated(work, lists, control.part(0.0, 0.3));
-  const MixProblem problem(lists, work.blocks, work.seed);
+  std::vector<std::vector<double>> ranks;  // In [0, 1].
+  for (const auto& list : lists) {
+    ranks.push_back(RankedValues(list).ranks());
+    for (double& rank : ranks.back()) rank /= static_cast<double>(list.size() - 1);
+  }
+  const MixProblem problem(ranks, work.blocks, work.seed);
   const Chance chance = chance_of(work, lists, problem, control.part(0.3, 0.9));
   std::vector<double> spreads;
   for (std::size_t k = 0; k < figures.size(); ++k) {
@@ -227,7 +242,7 @@ void add_figures(Explanation& out, const Work& work, const RunControl& control) 
     judge(figures[k], chance.correlations[k], spreads[k]);
   }
   correct(figures);
-  out.mix = mixed(work, problem, figures, spreads, chance.explained, control.part(0.9, 1.0));
+  out.mix = mixed(work, problem, lists, figures, spreads, chance.explained, control.part(0.9, 1.0));
   for (std::size_t k = 0; k < figures.size(); ++k)
     out.candidates.push_back({.name = work.input.candidates[work.used[k]].name, .figures = figures[k]});
   std::stable_sort(out.candidates.begin(), out.candidates.end(), [](const auto& a, const auto& b) {

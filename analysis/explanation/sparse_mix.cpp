@@ -175,14 +175,38 @@ MixProblem::Found MixProblem::find(std::span<const double> ranks, int most) cons
     found.mix.push_back({whole.members[i], whole.slopes[i] < 0.0, std::abs(whole.slopes[i]) / total});
   std::stable_sort(found.mix.begin(), found.mix.end(),
                    [](const MixMember& a, const MixMember& b) { return a.weight > b.weight; });
-  // Hundredths: the largest takes what rounding leaves.
-  double rest = 1.0;
-  for (std::size_t i = found.mix.size(); i-- > 1;) {
-    found.mix[i].weight = std::max(0.01, std::round(100.0 * found.mix[i].weight) / 100.0);
-    rest -= found.mix[i].weight;
-  }
-  if (!found.mix.empty()) found.mix.front().weight = std::round(100.0 * rest) / 100.0;
   return found;
+}
+
+Mix weighted_mix(const Mix& chosen, const std::vector<std::vector<double>>& values, std::span<const double> ranks) {
+  const auto m = static_cast<Eigen::Index>(chosen.size());
+  const auto n = static_cast<double>(ranks.size());
+  const double mean_rank = std::accumulate(ranks.begin(), ranks.end(), 0.0) / n;
+  Eigen::MatrixXd centered(static_cast<Eigen::Index>(ranks.size()), m);
+  Eigen::VectorXd target(static_cast<Eigen::Index>(ranks.size()));
+  for (Eigen::Index s = 0; s < target.size(); ++s) target(s) = ranks[static_cast<std::size_t>(s)] - mean_rank;
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const MixMember& member = chosen[static_cast<std::size_t>(i)];
+    const std::vector<double>& own = values[member.candidate];
+    const double mean = std::accumulate(own.begin(), own.end(), 0.0) / n, sign = member.is_inverse ? -1.0 : 1.0;
+    for (Eigen::Index s = 0; s < target.size(); ++s) centered(s, i) = sign * (own[static_cast<std::size_t>(s)] - mean);
+  }
+  Eigen::VectorXd weights = (centered.transpose() * centered).ldlt().solve(centered.transpose() * target);
+  if (!(weights.array() > 0.0).all()) {  // Their ranks agree, their values do not: as strong as among ranks.
+    for (Eigen::Index i = 0; i < m; ++i)
+      weights(i) = chosen[static_cast<std::size_t>(i)].weight / centered.col(i).norm();
+  }
+  weights /= weights.sum();
+  Mix mix = chosen;
+  for (Eigen::Index i = 0; i < m; ++i) mix[static_cast<std::size_t>(i)].weight = weights(i);
+  std::stable_sort(mix.begin(), mix.end(), [](const MixMember& a, const MixMember& b) { return a.weight > b.weight; });
+  double rest = 1.0;  // Hundredths: the largest takes what rounding leaves.
+  for (std::size_t i = mix.size(); i-- > 1;) {
+    mix[i].weight = std::max(0.01, std::round(100.0 * mix[i].weight) / 100.0);
+    rest -= mix[i].weight;
+  }
+  mix.front().weight = std::round(100.0 * rest) / 100.0;
+  return mix;
 }
 
 std::string mix_expression(const Mix& mix, std::span<const std::string> names) {

@@ -16,7 +16,7 @@ inline constexpr int kMixFolds = 8;  ///< Parts of the surface, each left out on
 struct MixMember {
   std::size_t candidate = 0;
   bool is_inverse = false;  ///< 1 - value takes part in place of the value.
-  double weight = 0.0;      ///< > 0; those of a mix are whole hundredths and sum to 1.
+  double weight = 0.0;      ///< > 0; those of a mix sum to 1.
 };
 using Mix = std::vector<MixMember>;
 
@@ -24,7 +24,8 @@ using Mix = std::vector<MixMember>;
 /// neighbor of what was fitted, but for blocks' borders.
 class MixProblem {
  public:
-  /// @param values  Of each candidate at every sample, in [0, 1].
+  /// @param values  Of each candidate at every sample, in [0, 1]: ranks, to follow the reference's ranks whatever the
+  /// candidate's scale is.
   MixProblem(std::vector<std::vector<double>> values, const SurfaceBlocks& blocks, std::uint64_t seed);
 
   struct Found {
@@ -53,6 +54,12 @@ class MixProblem {
   std::vector<std::vector<double>> sum_;    ///< Of each part: sums of candidates.
   std::vector<double> count_;               ///< Samples of each part.
 };
+
+/// The same members with the weights that their values, which maps have in place of ranks, ask for: least squares
+/// against the reference's ranks, or where that would turn one round, as strong as among ranks. Whole hundredths that
+/// sum to 1, the heaviest first. @param chosen  Not empty. @param values  Of the candidates, in [0, 1].
+[[nodiscard]] Mix weighted_mix(const Mix& chosen, const std::vector<std::vector<double>>& values,
+                               std::span<const double> ranks);
 
 /// The mix as an expression of control maps: "0.7*!height + 0.3*facing". @param names  Of the candidates; those that
 /// are more than a name get parentheses.

@@ -22,7 +22,7 @@ SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
 FILES = {"capture": "capture/capture.json", "relit": "mold/capture.json", "history": "history/history.json", "library": "library/history.json", "transfer": "aged/transfer.json",
          "sequence": "textures/sequence.json", "run": "aged/run.json",
          "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json",
-         "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json", "fit": "fitted/report.json", "parameters": "ranges.json"}
+         "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "explanation": "explained/explanation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json", "fit": "fitted/report.json", "parameters": "ranges.json"}
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
 
 
@@ -39,7 +39,8 @@ def setUpModule():
                       ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["synth", "ledge", "--cells", "4", "-o", "ledge"],
                       ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "dirty"], ["ingest", "capture", "-o", "history"], ["combine", "history", "history", "-o", "library"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"],
-                      ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], ["evaluate", "aged", "--samples", "500", "-o", "evaluated"], ["factorize", "history", "--times", "24", "-o", "factors"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
+                      ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], ["evaluate", "aged", "--samples", "500", "-o", "evaluated"], ["factorize", "history", "--times", "24", "-o", "factors"],
+                      ["explain", "aged", "urn/mesh.obj", "--resolution", "64", "--channel", "luminance", "--num-samples", "1000", "--shuffles", "199", "-o", "explained"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
         subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
     (WORK / "ranges.json").write_text(json.dumps({"format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/appearance/dirt/strength", "low": 0.1, "high": 5, "scale": "log"}],
                                                   "objective": {"mean_color": 1}}))

@@ -17,7 +17,10 @@ namespace patinate::transfer {
 namespace fs = std::filesystem;
 
 void describe(OptionVisitor& v, CacheOptions& o) {
-  v.visit({"cache", "Analyses of histories are kept in their folders (.cache) for the next command"}, o.cache);
+  v.visit({"cache",
+           "Analyses of histories are kept in their folders (.cache) for the next command, and control maps that took "
+           "long in ~/.cache/patinate"},
+          o.cache);
 }
 
 namespace {

@@ -12,6 +12,7 @@
 #include "patinate/mesh_files/mesh_io.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/control_store.h"
 #include "tools/patinate/services/mesh_source.h"
 #include "tools/patinate/services/tile_files.h"
 
@@ -81,12 +82,14 @@ int cmd_control(CommandRun& run) {
   std::filesystem::path output;
   std::string kind;
   ControlCommandOptions options;
+  ControlStoreOptions store;
   declare_mesh(run.line, mesh_source);
   run.line.option("kind", "KIND", "A kind (see below), or an expression of kinds and of map files", kind);
   run.line.required();
   run.line.suggestions(control_kind_names());
   run.line.output("MAP.exr", "The control map to make, float, channel Y, [0, 1]", output);
   run.line.options(options);
+  run.line.options(store);
   std::vector<std::pair<std::string, std::string>> kinds;
   for (const ControlKind& k : control_kinds()) kinds.emplace_back(k.name, k.brief);
   run.line.list("Kinds: the map is high at", kinds);
@@ -111,8 +114,10 @@ int cmd_control(CommandRun& run) {
   }
   const RunControl control = run.control("control");
   const TexelMap map = make_texel_map(mesh_source, atlas, options.atlas.resolution, control.part(0.0, 0.2));
-  const ControlMap result = is_kind(kind) ? make_control(kind, map, options.kinds, control.part(0.2, 1.0))
-                                          : make_control_expression(kind, map, options.kinds, control.part(0.2, 1.0));
+  const ControlCache cache = user_control_cache(store.cache);
+  const ControlMap result =
+      is_kind(kind) ? cached_control(kind, map, options.kinds, cache, control.part(0.2, 1.0))
+                    : make_control_expression(kind, map, options.kinds, control.part(0.2, 1.0), control_source(cache));
   for (std::size_t i = 0; i < files.size(); ++i) {
     write_exr(files[i], cut_tile(result.values, map.sheet(), static_cast<int>(i)), {"Y"}, ExrDepth::Float, key);
   }

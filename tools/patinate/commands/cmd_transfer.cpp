@@ -17,6 +17,7 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/control_store.h"
 #include "tools/patinate/services/destination.h"
 #include "tools/patinate/services/mesh_source.h"
 #include "transfer/exemplar/appearance_cache.h"
@@ -89,7 +90,8 @@ void note_mapping(const transfer::TransferControl& control, const ImageU8& cover
 
 std::vector<transfer::TransferControl> make_controls(const std::vector<std::string>& texts,
                                                      const HistoryReader& history, const TexelMap& map,
-                                                     const ControlKindOptions& kinds, CommandRun& run) {
+                                                     const ControlKindOptions& kinds, const ControlSource& made_by,
+                                                     CommandRun& run) {
   std::vector<transfer::TransferControl> controls;
   for (const std::string& text : texts) {
     const transfer::ControlSpec spec = transfer::parse_control_spec(text);
@@ -98,7 +100,7 @@ std::vector<transfer::TransferControl> make_controls(const std::vector<std::stri
       if (other.source == source)
         throw UsageError("--control: `" + source + "` is given twice; combine them in one expression");
     }
-    ControlMap made = make_control_expression(spec.destination, map, kinds, run.control("control " + source));
+    ControlMap made = make_control_expression(spec.destination, map, kinds, run.control("control " + source), made_by);
     for (const std::string& note : made.notes) run.note(note);
     const auto [low, high] = covered_range(made.values, map);
     controls.push_back(transfer::make_transfer_control(history, spec, std::move(made), map.coverage()));
@@ -227,7 +229,8 @@ int cmd_transfer(CommandRun& run) {
   task.unit = destination.unit;
   task.mm_per_mesh_unit = destination.mm_per_mesh_unit;
   task.input.texel_size_mm = destination.texel_size_mm;
-  task.input.controls = make_controls(control_texts, history, *task.input.map, kinds, run);
+  task.input.controls = make_controls(control_texts, history, *task.input.map, kinds,
+                                      control_source(user_control_cache(cache.cache)), run);
   task.input.frames = make_flow(flow, *task.input.map, kinds.up, run);
   task.flow = task.input.frames ? std::filesystem::path(flow).filename().string() : "uv";
   task.input.appearance = transfer::appearance_source(history, cache);

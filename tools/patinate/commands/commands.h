@@ -14,6 +14,7 @@ int cmd_compare(CommandRun& run);
 int cmd_completion(CommandRun& run);
 int cmd_control(CommandRun& run);
 int cmd_evaluate(CommandRun& run);
+int cmd_explain(CommandRun& run);
 int cmd_export(CommandRun& run);
 int cmd_factorize(CommandRun& run);
 int cmd_fit(CommandRun& run);

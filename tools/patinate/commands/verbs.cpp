@@ -21,6 +21,7 @@ constexpr std::array kVerbs{
     Verb{"register", "Brings scans of one object into one frame.", cmd_register},
     Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
     Verb{"accessibility", "Says how hard each place of a scan is to reach, in three definitions.", cmd_accessibility},
+    Verb{"explain", "Says which control explains where a surface has aged, and their best mix.", cmd_explain},
     Verb{"combine", "Lays several histories side by side in one, a library.", cmd_combine},
     Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},
     Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},

@@ -1,0 +1,288 @@
+#include "analysis/explanation/explanation_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <set>
+
+#include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
+#include "libcommon/output/html_page.h"
+#include "libcommon/output/svg_chart.h"
+
+namespace patinate::analysis {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kDigits = 6;           ///< Significant, of figures in files.
+constexpr std::size_t kTenths = 10;  ///< Parts of the surface in the chart.
+constexpr std::size_t kCharted = 3;  ///< Controls in the chart.
+
+double stated(double v) { return rounded(v, kDigits) + 0.0; }
+std::string hundredths(double v) { return short_number_text(std::round(100.0 * v) / 100.0 + 0.0); }
+std::string interval(const ExplanationFigures& f) {
+  return f.low && f.high ? "[" + hundredths(*f.low) + ", " + hundredths(*f.high) + "]" : "-";
+}
+std::string p_text(double p) { return short_number_text(rounded(p, 2)); }
+
+std::string correlation_text(const ExplanationFigures& f) {
+  std::string text = hundredths(f.correlation);
+  if (f.low && f.high) text += " (95 %: " + hundredths(*f.low) + " to " + hundredths(*f.high) + ")";
+  return text;
+}
+
+Json figures_json(const ExplanationFigures& f) {
+  Json json{{"correlation", stated(f.correlation)}, {"low", nullptr}, {"high", nullptr}};
+  if (f.low && f.high) json["low"] = stated(*f.low), json["high"] = stated(*f.high);
+  json["p"] = stated(f.p);
+  json["explains"] = f.explains;
+  return json;
+}
+
+Json candidate_json(const ExplanationReport& report, const ExplainedCandidate& c) {
+  const auto made = std::find_if(report.controls.begin(), report.controls.end(),
+                                 [&](const MadeControl& m) { return m.name == c.name; });
+  Json json{
+      {"name", c.name}, {"unit", made->map.unit}, {"range", {made->map.low, made->map.high}}, {"even", c.is_even}};
+  if (c.is_even) return json;
+  json.update(figures_json(c.figures));
+  json["inverse"] = c.figures.correlation < 0.0;
+  json["shuffled"] = {stated(c.figures.shuffled_low), stated(c.figures.shuffled_high)};
+  json["corrected_p"] = stated(c.figures.corrected_p);
+  return json;
+}
+
+std::string control_argument(const ExplanationReport& report) {
+  std::string text = "--control '" + report.found.mix.expression + "'";
+  std::set<std::string> given;
+  for (const MixMember& m : report.found.mix.members) {
+    const auto control = std::find_if(report.task.controls.begin(), report.task.controls.end(),
+                                      [&](const auto& c) { return c.name == report.controls[m.candidate].name; });
+    for (const std::string& option : control->options) text += given.insert(option).second ? option : "";
+  }
+  return text;
+}
+
+Json mix_json(const ExplanationReport& report) {
+  const ExplainedMix& mix = report.found.mix;
+  Json members = Json::array();
+  for (const MixMember& m : mix.members)
+    members.push_back(
+        {{"name", report.controls[m.candidate].name}, {"inverse", m.is_inverse}, {"weight", stated(m.weight)}});
+  Json json{{"expression", mix.expression}, {"argument", control_argument(report)}, {"members", members}};
+  json.update(figures_json(mix.figures));
+  json["left_out_correlation"] = stated(mix.left_out_correlation);
+  return json;
+}
+
+/// What a reader should know before believing it.
+std::vector<std::string> notes_of(const ExplanationReport& report) {
+  std::vector<std::string> notes = report.task.reference.notes;
+  const Explanation& found = report.found;
+  if (found.is_coarse)
+    notes.push_back("the reference hangs together over " + short_number_text(rounded(found.range_mm, 3)) +
+                    " mm, and blocks of " + short_number_text(rounded(found.block_mm, 3)) +
+                    " mm are narrower than 2.5 times that: intervals are too narrow, p values are widened to make up "
+                    "for it");
+  return notes;
+}
+
+void write_table(const fs::path& file, const ExplanationReport& report) {
+  std::string text = "control,correlation,low,high,shuffled_low,shuffled_high,p,corrected_p,explains\n";
+  const auto add = [&](const std::string& name, const ExplanationFigures& f, bool is_mix) {
+    const auto number = [](double v) { return number_text(stated(v)); };
+    std::string quoted = name;
+    if (quoted.find_first_of(",\"") != std::string::npos) {
+      for (std::size_t i = 0; (i = quoted.find('"', i)) != std::string::npos; i += 2) quoted.insert(i, 1, '"');
+      quoted = '"' + quoted + '"';
+    }
+    text += quoted + "," + number(f.correlation) + "," + (f.low ? number(*f.low) : "") + "," +
+            (f.high ? number(*f.high) : "") + ",";
+    text += is_mix ? "," : number(f.shuffled_low) + "," + number(f.shuffled_high);
+    text += "," + number(f.p) + "," + (is_mix ? "" : number(f.corrected_p)) + "," + (f.explains ? "1" : "0") + "\n";
+  };
+  for (const ExplainedCandidate& c : report.found.candidates) {
+    if (!c.is_even) add(c.name, c.figures, false);
+  }
+  if (report.found.mix.members.size() > 1) add(report.found.mix.expression, report.found.mix.figures, true);
+  write_atomically(file, text);
+}
+
+/// Mean rank of the reference in each tenth of the surface by a control, both in [0, 1].
+ChartSeries tenths(const std::string& name, const std::vector<double>& values, bool is_inverse,
+                   const std::vector<double>& reference) {
+  const auto order_of = [](const std::vector<double>& list) {
+    std::vector<std::size_t> order(list.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return list[i] < list[j]; });
+    return order;
+  };
+  const auto n = static_cast<double>(values.size());
+  std::vector<double> rank(values.size());
+  const std::vector<std::size_t> by_reference = order_of(reference);
+  for (std::size_t i = 0; i < rank.size(); ++i) rank[by_reference[i]] = (static_cast<double>(i) + 0.5) / n;
+  std::vector<double> sum(kTenths), count(kTenths);
+  const std::vector<std::size_t> order = order_of(values);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::size_t tenth = i * kTenths / order.size(), at = is_inverse ? kTenths - 1 - tenth : tenth;
+    sum[at] += rank[order[i]];
+    count[at] += 1.0;
+  }
+  ChartSeries series{.name = (is_inverse ? "!" : "") + name};
+  for (std::size_t k = 0; k < kTenths; ++k) {
+    series.x.push_back((static_cast<double>(k) + 0.5) / kTenths);
+    series.y.emplace_back(count[k] > 0.0 ? std::optional(sum[k] / count[k]) : std::nullopt);
+  }
+  return series;
+}
+
+std::string tenths_chart(const ExplanationReport& report) {
+  Chart chart{.title = "Not only a line?", .x_label = "rank of the control", .y_label = "mean rank of the reference"};
+  for (const ExplainedCandidate& c : report.found.candidates) {
+    if (c.is_even || chart.series.size() >= kCharted) break;
+    const auto at = std::find_if(report.input.candidates.begin(), report.input.candidates.end(),
+                                 [&](const ExplanationCandidate& other) { return other.name == c.name; });
+    chart.series.push_back(tenths(c.name, at->values, c.figures.correlation < 0.0, report.input.reference));
+  }
+  return svg_chart(chart);
+}
+
+void add_candidates(HtmlPage& page, const ExplanationReport& report) {
+  const Explanation& found = report.found;
+  page.heading("How far the reference follows each control");
+  std::vector<std::vector<std::string>> rows;
+  std::string even;
+  for (const ExplainedCandidate& c : found.candidates) {
+    if (c.is_even) even += (even.empty() ? "" : ", ") + c.name;
+    if (c.is_even) continue;
+    const ExplanationFigures& f = c.figures;
+    rows.push_back({(f.correlation < 0.0 ? "!" : "") + c.name, hundredths(f.correlation), interval(f),
+                    "[" + hundredths(f.shuffled_low) + ", " + hundredths(f.shuffled_high) + "]", p_text(f.p),
+                    p_text(f.corrected_p), f.explains ? "yes" : "no"});
+  }
+  page.table({"control", "rank correlation", "95 % interval", "shuffled: middle 95 %", "p", "p, corrected",
+              "more than chance"},
+             rows);
+  const std::string edge = short_number_text(rounded(found.block_mm, 3)) + " mm";
+  page.paragraph(
+      "Rank correlation [Spearman]: 1 where the reference rises with the control everywhere, -1 where it falls, 0 "
+      "where "
+      "the two have nothing to do with each other. `!` stands for 1 - control: aged places are where the control is "
+      "low. The squared correlation is about the share of the order that the control explains. " +
+      std::to_string(report.input.reference.size()) + " places, each for as much of the surface.");
+  page.paragraph("Intervals: 95 %, from " + std::to_string(report.task.options.resamples) + " surfaces made of " +
+                 std::to_string(found.num_blocks) + " blocks of " + edge +
+                 ", drawn with replacement: neighboring texels are alike and do not count one by one. Shuffled: the "
+                 "same correlation for " +
+                 std::to_string(report.task.options.shuffles) +
+                 " references whose blocks have changed places. p: the share of them with as strong a correlation; "
+                 "corrected for " +
+                 std::to_string(rows.size()) + " controls [Holm]. More than chance: corrected p up to " +
+                 number_text(kExplains) + ". The reference's values hang together over " +
+                 short_number_text(rounded(found.range_mm, 3)) + " mm.");
+  if (!even.empty()) page.paragraph("The same everywhere on this surface, so that they explain nothing: " + even + ".");
+  for (const MadeControl& s : report.skipped) page.paragraph("Skipped: " + s.name + ": " + s.problem + ".");
+}
+
+void add_mix(HtmlPage& page, const ExplanationReport& report) {
+  const ExplainedMix& mix = report.found.mix;
+  if (mix.members.empty()) return;
+  page.heading("The best mix");
+  page.code(control_argument(report));
+  std::string text = "Rank correlation " + correlation_text(mix.figures) + "; " + hundredths(mix.left_out_correlation) +
+                     " on eighths of the surface that the mix has not seen. p = " + p_text(mix.figures.p) +
+                     " against the same search on shuffled references: " +
+                     (mix.figures.explains ? "more than chance." : "no more than chance gives; do not use it.");
+  if (mix.members.size() == 1)
+    text +=
+        " A further control would explain less than half a percent more of unseen parts, or no more than its error.";
+  page.paragraph(text);
+  page.paragraph(
+      "The line above is what `patinate transfer` takes: it gives the map that the figures are of. Put the name of a "
+      "control of the history and `=` before the expression where the history has several.");
+}
+
+void write_page(const fs::path& folder, const ExplanationReport& report, const std::vector<Picture>& pictures) {
+  const ExplanationTask& task = report.task;
+  HtmlPage page("What explains " + task.reference.name + "?");
+  page.paragraph(verdict_text(report.found));
+  page.paragraph("On " + task.mesh_name + ": " + task.reference.about + ".");
+  for (const std::string& note : notes_of(report)) page.paragraph("Note: " + note + ".");
+  std::vector<HtmlPicture> shown;
+  for (const Picture& p : pictures) shown.push_back({p.source, p.caption});
+  page.pictures(shown);
+  add_candidates(page, report);
+  page.drawing(
+      tenths_chart(report),
+      "The surface in ten equal parts by each of the strongest controls, from low to high (of `!control`: from "
+      "high to low), and the reference's mean rank in each. A hump or a step is more than a correlation "
+      "tells.");
+  add_mix(page, report);
+  page.heading("Provenance");
+  page.paragraph("This page is repeated, byte for byte, by");
+  page.code(task.command);
+  page.link(kExplanationFile, "The figures as JSON");
+  page.link(kExplanationTableFile, "and as a table");
+  page.save(folder / kExplanationPageFile);
+}
+
+}  // namespace
+
+std::string verdict_text(const Explanation& found) {
+  const auto best = std::find_if(found.candidates.begin(), found.candidates.end(),
+                                 [](const ExplainedCandidate& c) { return c.figures.explains; });
+  if (found.candidates.empty() || found.candidates.front().is_even)
+    return "Nothing can be said: every control is the same everywhere on this surface.";
+  std::string text;
+  if (best == found.candidates.end()) {
+    const ExplainedCandidate& strongest = found.candidates.front();
+    text = "No control explains it better than chance: the strongest, " + strongest.name +
+           ", reaches a correlation of " + correlation_text(strongest.figures) +
+           ", p = " + p_text(strongest.figures.corrected_p) + ".";
+  } else {
+    text = "It follows " + best->name + " best: aged places are where " + best->name + " is " +
+           (best->figures.correlation < 0.0 ? "low" : "high") + ", correlation " + correlation_text(best->figures) +
+           ", p = " + p_text(best->figures.corrected_p) + ".";
+  }
+  if (found.mix.members.size() > 1)
+    text += " The mix " + found.mix.expression + " reaches " + correlation_text(found.mix.figures) +
+            (found.mix.figures.explains ? "." : ", no more than chance gives.");
+  return text;
+}
+
+void write_explanation(const fs::path& folder, const ExplanationReport& report, const RunControl& control) {
+  const ExplanationTask& task = report.task;
+  const Explanation& found = report.found;
+  fs::create_directories(folder / kJobWorkFolder);
+  write_page(folder, report, explanation_pictures(report, folder / kJobWorkFolder / "picture.png", control));
+  write_table(folder / kExplanationTableFile, report);
+  Json candidates = Json::array(), skipped = Json::array(), options = Json::object();
+  for (const ExplainedCandidate& c : found.candidates) candidates.push_back(candidate_json(report, c));
+  for (const MadeControl& s : report.skipped) skipped.push_back({{"name", s.name}, {"reason", s.problem}});
+  for (const auto& [name, value] : option_values(task.options)) options[name] = value;
+  options["seed"] = std::to_string(task.seed);
+  save_json(folder / kExplanationFile, Json{{"format", "patinate.explanation"},
+                                            {"version", 1},
+                                            {"reference", task.reference.name},
+                                            {"about", task.reference.about},
+                                            {"mesh", task.mesh_name},
+                                            {"verdict", verdict_text(found)},
+                                            {"notes", notes_of(report)},
+                                            {"places", report.input.reference.size()},
+                                            {"area_mm2", stated(report.input.area_mm2)},
+                                            {"blocks", found.num_blocks},
+                                            {"block_mm", stated(found.block_mm)},
+                                            {"range_mm", stated(found.range_mm)},
+                                            {"candidates", candidates},
+                                            {"skipped", skipped},
+                                            {"mix", found.mix.members.empty() ? Json(nullptr) : mix_json(report)},
+                                            {"options", options},
+                                            {"command", task.command},
+                                            {"key", report.key}});
+  control.report(1.0);
+}
+
+}  // namespace patinate::analysis

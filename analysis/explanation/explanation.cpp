@@ -24,6 +24,14 @@ void describe(OptionVisitor& v, ExplanationOptions& o) {
   v.visit({"shuffles", "Surfaces of shuffled blocks that give the p values", "", between(99, 100000)}, o.shuffles);
 }
 
+void check_shuffles(const ExplanationOptions& options, std::size_t num_candidates) {
+  const double needed = static_cast<double>(num_candidates) / kExplains;
+  if (options.shuffles + 1 < needed)
+    throw InvalidInput("explain: " + std::to_string(options.shuffles) + " shuffles cannot tell " +
+                       std::to_string(num_candidates) + " candidates from chance; at least " +
+                       number_text(needed - 1.0) + " are needed");
+}
+
 namespace {
 
 constexpr double kEven = 1e-3;       ///< Values of [0, 1] that differ by no more are the same, as for control maps.
@@ -48,11 +56,7 @@ void check(const ExplanationInput& input, const ExplanationOptions& options) {
   if (!(*greatest > *least))
     throw InvalidInput("explain: the reference is " + short_number_text(*least) +
                        " everywhere: there is nothing to explain");
-  const double needed = static_cast<double>(input.candidates.size()) / kExplains;
-  if (options.shuffles + 1 < needed)
-    throw InvalidInput("explain: " + std::to_string(options.shuffles) + " shuffles cannot tell " +
-                       std::to_string(input.candidates.size()) + " candidates from chance; at least " +
-                       number_text(needed - 1.0) + " are needed");
+  check_shuffles(options, input.candidates.size());
   if (!(input.area_mm2 > 0.0)) throw InvalidInput("explain: the surface has no area");
 }
 
@@ -190,6 +194,17 @@ Mix strongest_of(const std::vector<ExplanationFigures>& singles) {
   return {{static_cast<std::size_t>(strongest - singles.begin()), strongest->correlation < 0.0, 1.0}};
 }
 
+/// Those of the inverse candidate if the correlation is negative.
+ExplanationFigures turned_up(ExplanationFigures figures) {
+  if (!(figures.correlation < 0.0)) return figures;
+  figures.correlation = -figures.correlation;
+  std::swap(figures.low, figures.high);
+  if (figures.low && figures.high) figures.low = -*figures.low, figures.high = -*figures.high;
+  std::swap(figures.shuffled_low, figures.shuffled_high);
+  figures.shuffled_low = -figures.shuffled_low, figures.shuffled_high = -figures.shuffled_high;
+  return figures;
+}
+
 /// @param singles  Figures of the candidates in use. @param spreads  Theirs.
 ExplainedMix mixed(const Work& work, const MixProblem& problem, const std::vector<std::vector<double>>& lists,
                    const std::vector<ExplanationFigures>& singles, const std::vector<double>& spreads,
@@ -205,7 +220,9 @@ ExplainedMix mixed(const Work& work, const MixProblem& problem, const std::vecto
     // Members of one mind in their ranks may differ in their values.
     if (strength_of_mix > std::abs(singles[single.front().candidate].correlation)) mix.members = several;
   }
-  mix.figures = correlated(work, {values_of(mix.members, lists)}, control).front();
+  const bool is_single = mix.members.size() == 1;
+  mix.figures = is_single ? turned_up(singles[single.front().candidate])
+                          : correlated(work, {values_of(mix.members, lists)}, control).front();
   double spread = 1.0;
   for (MixMember& member : mix.members) {
     spread = std::max(spread, spreads[member.candidate]);
@@ -215,6 +232,7 @@ ExplainedMix mixed(const Work& work, const MixProblem& problem, const std::vecto
   for (const ExplanationCandidate& c : work.input.candidates) names.push_back(c.name);
   mix.expression = mix_expression(mix.members, names);
   mix.left_out_correlation = weighted_correlation(RankedValues(found.predicted).ranks(), work.reference_ranks);
+  if (is_single) return mix;
   const auto strength = [](double explained) { return fisher_z(std::sqrt(std::clamp(explained, 0.0, 1.0))); };
   std::vector<double> by_chance;
   for (const double explained : explained_by_chance) by_chance.push_back(spread * strength(explained));

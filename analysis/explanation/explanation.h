@@ -64,10 +64,11 @@ struct ExplainedCandidate {
 
 /// The best mix of few candidates.
 struct ExplainedMix {
-  Mix members;                 ///< Into ExplanationInput::candidates; empty when all are even.
-  std::string expression;      ///< mix_expression().
-  ExplanationFigures figures;  ///< Of the expression's values. Its p comes of the whole search, repeated for every
-                               ///< shuffled reference: it needs no correction.
+  Mix members;             ///< Into ExplanationInput::candidates; empty when all are even.
+  std::string expression;  ///< mix_expression().
+  /// Of the expression's values. Of several members p comes of the whole search, repeated for every shuffled reference,
+  /// and needs no correction; a single one has its own figures, the correlation without sign.
+  ExplanationFigures figures;
   double left_out_correlation = 0.0;  ///< Rank correlation of what mixes of the other parts predict of each left out
                                       ///< part: what to expect of another surface aged the same way.
 };
@@ -81,6 +82,9 @@ struct Explanation {
   bool is_coarse = false;  ///< The reference hangs together so widely that blocks of kRangesInBlock ranges would be
                            ///< fewer than kFewestBlocks, or smaller ones were asked for: intervals promise too much.
 };
+
+/// @throws InvalidInput if even the least p value that so many shuffles give would not pass kExplains after correction.
+void check_shuffles(const ExplanationOptions& options, std::size_t num_candidates);
 
 /// Correlations of all candidates and their best mix.
 ///

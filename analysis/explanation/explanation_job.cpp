@@ -59,6 +59,7 @@ std::string message_without_subject(std::string text) {
 
 void check(const ExplanationTask& task) {
   check_ranges(task.options);
+  check_shuffles(task.options, task.controls.size());
   if (task.controls.empty()) throw InvalidInput("there is no control to explain it with");
   std::set<std::string> names;
   for (const ExplainingControl& c : task.controls) {

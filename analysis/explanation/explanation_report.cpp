@@ -159,19 +159,19 @@ void add_candidates(HtmlPage& page, const ExplanationReport& report) {
     if (c.is_even) even += (even.empty() ? "" : ", ") + c.name;
     if (c.is_even) continue;
     const ExplanationFigures& f = c.figures;
-    rows.push_back({(f.correlation < 0.0 ? "!" : "") + c.name, hundredths(f.correlation), interval(f),
+    rows.push_back({c.name, hundredths(f.correlation), interval(f), f.correlation < 0.0 ? "low" : "high",
                     "[" + hundredths(f.shuffled_low) + ", " + hundredths(f.shuffled_high) + "]", p_text(f.p),
                     p_text(f.corrected_p), f.explains ? "yes" : "no"});
   }
-  page.table({"control", "rank correlation", "95 % interval", "shuffled: middle 95 %", "p", "p, corrected",
-              "more than chance"},
+  page.table({"control", "rank correlation", "95 % interval", "aged where it is", "shuffled: middle 95 %", "p",
+              "p, corrected", "more than chance"},
              rows);
   const std::string edge = short_number_text(rounded(found.block_mm, 3)) + " mm";
   page.paragraph(
       "Rank correlation [Spearman]: 1 where the reference rises with the control everywhere, -1 where it falls, 0 "
       "where "
-      "the two have nothing to do with each other. `!` stands for 1 - control: aged places are where the control is "
-      "low. The squared correlation is about the share of the order that the control explains. " +
+      "the two have nothing to do with each other. The squared correlation is about the share of the order that the "
+      "control explains. In expressions `!` stands for 1 - control. " +
       std::to_string(report.input.reference.size()) + " places, each for as much of the surface.");
   page.paragraph("Intervals: 95 %, from " + std::to_string(report.task.options.resamples) + " surfaces made of " +
                  std::to_string(found.num_blocks) + " blocks of " + edge +
@@ -239,7 +239,7 @@ std::string verdict_text(const Explanation& found) {
   std::string text;
   if (best == found.candidates.end()) {
     const ExplainedCandidate& strongest = found.candidates.front();
-    text = "No control explains it better than chance: the strongest, " + strongest.name +
+    text = "No control alone explains it better than chance: the strongest, " + strongest.name +
            ", reaches a correlation of " + correlation_text(strongest.figures) +
            ", p = " + p_text(strongest.figures.corrected_p) + ".";
   } else {
@@ -248,8 +248,10 @@ std::string verdict_text(const Explanation& found) {
            ", p = " + p_text(best->figures.corrected_p) + ".";
   }
   if (found.mix.members.size() > 1)
-    text += " The mix " + found.mix.expression + " reaches " + correlation_text(found.mix.figures) +
-            (found.mix.figures.explains ? "." : ", no more than chance gives.");
+    text += " The mix " + found.mix.expression + " reaches " + correlation_text(found.mix.figures) + ", and " +
+            hundredths(found.mix.left_out_correlation) + " on parts that it has not seen: " +
+            (found.mix.figures.explains ? "more than chance" : "no more than chance gives") +
+            ", p = " + p_text(found.mix.figures.p) + ".";
   return text;
 }
 

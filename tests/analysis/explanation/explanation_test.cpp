@@ -121,6 +121,7 @@ TEST(Explanation, NoiseIsCalledNothing) {
     for (const ExplainedCandidate& c : found.candidates) any = any || c.figures.explains;
     called += any ? 1 : 0;
   }
+  RecordProperty("called", called);
   EXPECT_LE(called, 10);
 }
 
@@ -141,6 +142,7 @@ TEST(Explanation, IntervalsHoldTheTruthAsOftenAsTheySay) {
     ASSERT_TRUE(f.low && f.high);
     held += *f.low <= truth && truth <= *f.high ? 1 : 0;
   }
+  RecordProperty("held", held);
   EXPECT_GE(held, 88);  // 95 of 100 less three standard deviations, sqrt(100 * 0.95 * 0.05) each.
 }
 
@@ -151,6 +153,8 @@ TEST(Explanation, TheSignAndTheOrderAreThoseOfTheData) {
   EXPECT_EQ(found.candidates[0].name, "b");
   EXPECT_DOUBLE_EQ(found.candidates[0].figures.correlation, -1.0);
   EXPECT_EQ(found.mix.expression, "!b");
+  EXPECT_DOUBLE_EQ(found.mix.figures.correlation, 1.0);
+  EXPECT_EQ(found.mix.figures.p, found.candidates[0].figures.p);
   EXPECT_TRUE(found.candidates[0].figures.explains);
 }
 

@@ -106,7 +106,11 @@ std::string command_of(const ExplainCommand& command, std::int64_t seed) {
   for (const std::string& kind : command.kinds) add("kind", kind);
   for (const std::string& expression : command.also) add("also", expression);
   text += changed_options(option_values(command.atlas), option_values(AtlasOptions{}));
-  text += changed_options(option_values(command.options), option_values(ReferenceOptions{}));
+  ReferenceOptions named = command.options;
+  for (std::string* path : {&named.before, &named.mask, &named.camera}) {
+    if (!path->empty()) *path = input_word(*path);
+  }
+  text += changed_options(option_values(named), option_values(ReferenceOptions{}));
   text += changed_options(option_values(command.explanation), option_values(analysis::ExplanationOptions{}));
   text += changed_options(option_values(command.controls), option_values(ControlKindOptions{}));
   if (seed != CommonOptions{}.seed) text += " --seed " + std::to_string(seed);

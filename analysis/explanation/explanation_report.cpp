@@ -243,9 +243,10 @@ std::string verdict_text(const Explanation& found) {
            ", reaches a correlation of " + correlation_text(strongest.figures) +
            ", p = " + p_text(strongest.figures.corrected_p) + ".";
   } else {
-    text = "It follows " + best->name + " best: aged places are where " + best->name + " is " +
-           (best->figures.correlation < 0.0 ? "low" : "high") + ", correlation " + correlation_text(best->figures) +
-           ", p = " + p_text(best->figures.corrected_p) + ".";
+    const bool is_strongest = best == found.candidates.begin();
+    text = (is_strongest ? "It follows " : "Of controls that are told from chance, it follows ") + best->name +
+           " best: aged places are where " + best->name + " is " + (best->figures.correlation < 0.0 ? "low" : "high") +
+           ", correlation " + correlation_text(best->figures) + ", p = " + p_text(best->figures.corrected_p) + ".";
   }
   if (found.mix.members.size() > 1)
     text += " The mix " + found.mix.expression + " reaches " + correlation_text(found.mix.figures) + ", and " +

@@ -58,6 +58,19 @@ ImageF make_thickness(const CrackleOptions& o) {
   return field;
 }
 
+/// @throws InvalidInput unless `share` is of the plate's size and in [0, 1].
+ImageF scaled_thickness(const CrackleOptions& o, const ImageF& share) {
+  if (share.width() != o.width || share.height() != o.height || share.channels() != 1)
+    throw InvalidInput("thickness: expected one value for every pixel of the plate");
+  ImageF thickness = share;
+  for (float& value : thickness.values()) {
+    if (!(value >= 0.0f && value <= 1.0f)) throw InvalidInput("thickness: expected values from 0 to 1");
+    value =
+        static_cast<float>(o.thickness_min_mm + static_cast<double>(value) * (o.thickness_max_mm - o.thickness_min_mm));
+  }
+  return thickness;
+}
+
 ImageF make_paint(const CrackleOptions& o, const ImageF& thickness) {
   constexpr std::array<double, 3> kPaint = {0.590, 0.655, 0.575};  // A pale gray-green.
   constexpr std::array<double, 3> kUnder = {0.20, 0.15, 0.10};     // What shows through where it is thin.
@@ -187,6 +200,10 @@ void describe(OptionVisitor& v, CrackleOptions& o) {
   v.visit({"interval", "Time between photographs", "s", above(0)}, o.interval_s);
   v.visit({"thickness_min", "Thinnest paint", "mm", above(0)}, o.thickness_min_mm);
   v.visit({"thickness_max", "Thickest paint", "mm", above(0)}, o.thickness_max_mm);
+  v.visit({"thickness_map",
+           "IMAGE that says where paint is thick: black = thickness_min, white = thickness_max; default: drawn from "
+           "the seed"},
+          o.thickness_map);
   v.visit({"spacing_per_thickness", "Crack spacing divided by paint thickness", "", above(0)}, o.spacing_per_thickness);
   v.visit({"strain", "Final width of a crack divided by the spacing", "", between(0, 0.5)}, o.strain);
   v.visit({"grain", "How much the first cracks run vertically", "", between(0, 1)}, o.grain);
@@ -215,11 +232,11 @@ void check_crackle(const CrackleOptions& o) {
   }
 }
 
-CrackleDataset crackle(const CrackleOptions& options, const RunControl& control) {
+CrackleDataset crackle(const CrackleOptions& options, const RunControl& control, const ImageF& thickness) {
   check_crackle(options);
   CrackleDataset d;
   d.options = options;
-  d.thickness_mm = make_thickness(options);
+  d.thickness_mm = thickness.empty() ? make_thickness(options) : scaled_thickness(options, thickness);
   d.paint = make_paint(options, d.thickness_mm);
   d.backlight = make_backlight(options);
 

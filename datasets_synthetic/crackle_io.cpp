@@ -4,8 +4,11 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
+#include "libcommon/image/filters.h"
 #include "libcommon/job/job_inputs.h"
+#include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
 
@@ -16,19 +19,22 @@ namespace {
 // The plate, made when the first item needs it and shared by all.
 class SharedPlate {
  public:
-  explicit SharedPlate(const CrackleOptions& options) : options_(options) {}
+  SharedPlate(const CrackleOptions& options, ImageF thickness) : options_(options), thickness_(std::move(thickness)) {
+    options_.thickness_map = std::filesystem::path(options_.thickness_map).filename().string();  // For truth.json.
+  }
   const CrackleDataset& get(const RunControl& control) {
     const std::lock_guard lock(mutex_);
     if (!dataset_) {
       RunControl quiet = control;
       quiet.on_progress = nullptr;
-      dataset_ = std::make_unique<CrackleDataset>(crackle(options_, quiet));
+      dataset_ = std::make_unique<CrackleDataset>(crackle(options_, quiet, thickness_));
     }
     return *dataset_;
   }
 
  private:
   CrackleOptions options_;
+  ImageF thickness_;  ///< Empty: drawn from the seed.
   std::mutex mutex_;
   std::unique_ptr<CrackleDataset> dataset_;
 };
@@ -82,14 +88,27 @@ Json truth_json(const CrackleDataset& d, const std::string& key) {
   return json;
 }
 
+/// The image that says where paint is thick, at the plate's size.
+ImageF read_thickness_map(const CrackleOptions& o) {
+  if (o.thickness_map.empty()) return {};
+  ImageF map = resize_bilinear(read_gray(o.thickness_map), o.width, o.height);
+  for (float& value : map.values()) {
+    if (!(value >= 0.0f && value <= 1.0f)) throw IoError(o.thickness_map, "holds values outside of 0 to 1");
+  }
+  return map;
+}
+
 }  // namespace
 
 JobPlan plan_crackle(const CrackleOptions& options, const std::filesystem::path& output) {
   check_crackle(options);
   JobInputs inputs("synth crackle", 1);
-  inputs.add_options(option_values(options));
+  auto values = option_values(options);
+  std::erase_if(values, [](const auto& v) { return v.first == "thickness_map"; });  // By content, never by path.
+  inputs.add_options(values);
+  if (!options.thickness_map.empty()) inputs.add_file("thickness", options.thickness_map);
   JobPlan plan = inputs.plan(output, "truth/truth.json");
-  const auto plate = std::make_shared<SharedPlate>(options);
+  const auto plate = std::make_shared<SharedPlate>(options, read_thickness_map(options));
   for (int i = 0; i < options.num_frames; ++i) {
     const std::filesystem::path file = std::filesystem::path("frames") / (four_digits(i) + ".png");
     plan.items.push_back({"frame-" + four_digits(i), {file}, [=](const auto& folder, const RunControl& control) {

@@ -40,6 +40,27 @@ std::vector<CellStatistics> cell_statistics(const CrackleDataset& d) {
   return cells;
 }
 
+TEST(Crackle, FollowsAThicknessThatIsGiven) {
+  CrackleOptions options = small();
+  options.width = 512;
+  options.height = 256;
+  ImageF share(512, 256);
+  for (int y = 0; y < 256; ++y) {
+    for (int x = 256; x < 512; ++x) share.at(x, y) = 1.0f;
+  }
+  const CrackleDataset d = crackle(options, {}, share);
+  EXPECT_FLOAT_EQ(d.thickness_mm.at(10, 10), static_cast<float>(options.thickness_min_mm));
+  EXPECT_FLOAT_EQ(d.thickness_mm.at(500, 10), static_cast<float>(options.thickness_max_mm));
+  std::array<int, 2> cells{};
+  for (const CellStatistics& c : cell_statistics(d)) {
+    if (c.area >= 8.0) ++cells[c.thickness > 0.3 ? 1 : 0];
+  }
+  // Spacing goes as the thickness, 5 : 1, so there are 25 cells for one; the rim of the halves and the plate blurs it.
+  EXPECT_GT(cells[0], 8 * cells[1]);
+  EXPECT_THROW((void)crackle(options, {}, ImageF(8, 8)), InvalidInput);
+  EXPECT_THROW((void)crackle(options, {}, ImageF(512, 256, 1, 2.0f)), InvalidInput);
+}
+
 TEST(Crackle, HasLargerCellsWhereThePaintIsThick) {
   for (const std::int64_t seed : {1, 2, 3}) {
     CrackleOptions options = small(seed);

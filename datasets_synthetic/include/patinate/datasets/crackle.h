@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -19,13 +20,14 @@ enum class TransmissionLaw { BeerLambert, Reciprocal, Linear };
 
 /// Settings of crackle(). Lengths on the plate are in mm; the plate is `width` x `height` pixels of `texel_size_mm`.
 struct CrackleOptions {
-  int width = 512;                      ///< [32, 8192].
-  int height = 512;                     ///< [32, 8192].
-  double texel_size_mm = 0.12;          ///< > 0.
-  int num_frames = 24;                  ///< [2, 10000].
-  double interval_s = 7.5;              ///< Between frames; > 0.
-  double thickness_min_mm = 0.10;       ///< > 0.
-  double thickness_max_mm = 0.50;       ///< > thickness_min_mm.
+  int width = 512;                 ///< [32, 8192].
+  int height = 512;                ///< [32, 8192].
+  double texel_size_mm = 0.12;     ///< > 0.
+  int num_frames = 24;             ///< [2, 10000].
+  double interval_s = 7.5;         ///< Between frames; > 0.
+  double thickness_min_mm = 0.10;  ///< > 0.
+  double thickness_max_mm = 0.50;  ///< > thickness_min_mm.
+  std::string thickness_map = "";  ///< Of plan_crackle(): an image from 0, thinnest, to 1; "" = drawn from the seed.
   double spacing_per_thickness = 17.0;  ///< Crack spacing over thickness; cells are this large at most; > 0.
   double strain = 0.055;                ///< Final width of a crack over the local spacing; [0, 0.5].
   double grain = 0.35;                  ///< How much first cracks follow the plate's grain (vertical); [0, 1].
@@ -82,8 +84,10 @@ struct CrackleDataset {
 /// Akhter, Clegg, Routh 2010, "Evolution of mud-crack patterns during repeated drying cycles"], and cracks between them
 /// are wavy. Thin paint has small cells, thick paint large ones with straight sides; thin paint begins first. A crack
 /// opens as width (1 - exp(-(t - start) / tau)), never closing. Cost: about 1 s for 512 x 512.
+/// @param thickness  H x W in [0, 1], from the thinnest to the thickest paint; empty: drawn from the seed.
 /// @throws InvalidInput
-[[nodiscard]] CrackleDataset crackle(const CrackleOptions& options, const RunControl& control = {});
+[[nodiscard]] CrackleDataset crackle(const CrackleOptions& options, const RunControl& control = {},
+                                     const ImageF& thickness = {});
 
 /// Width of a crack at a time, as a share of its final one: 1 - exp(-(t - start) / tau), tau = a quarter of the
 /// duration.

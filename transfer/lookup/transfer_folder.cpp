@@ -5,7 +5,9 @@
 namespace patinate::transfer {
 
 TransferFolder::TransferFolder(const std::filesystem::path& path)
-    : manifest_(read_transfer_manifest(path)), history_(manifest_.history, manifest_.footprint_px), sheet_(manifest_.sheet()) {
+    : manifest_(read_transfer_manifest(path)),
+      history_(manifest_.history, manifest_.footprint_px),
+      sheet_(manifest_.sheet()) {
   if (history_content_key(history_) != manifest_.history_key) {
     throw IoError(manifest_.history.string(),
                   "is not the history that " + path.string() + " was made from; make the transfer again");

@@ -157,6 +157,7 @@ CaptureProject read_capture_project(const fs::path& file) {
   if (json.has("response")) project.response = read_response(json.member("response"));
   FrameSources sources = read_frame_sources(json, project.time_unit);
   project.frames = std::move(sources.photos);
+  project.excluded = std::move(sources.excluded);
   project.time_source = std::move(sources.time_source);
   project.photo_width = sources.width;
   project.photo_height = sources.height;

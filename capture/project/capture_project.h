@@ -60,6 +60,7 @@ struct CaptureProject {
   Response response;        ///< Of codes; camera RAW and float images are light already.
   bool has_raw_frames = false;
   std::vector<CapturePhoto> frames;  ///< Strictly increasing time; excluded ones are excluded.
+  std::vector<int> excluded;         ///< Their numbers, as `exclude` has them; rising.
   int photo_width = 0;               ///< Size of every photograph.
   int photo_height = 0;
   PixelRectangle roi;  ///< Inside the photographs; all of them when none is given.

@@ -27,6 +27,7 @@ struct SourceImage {
   fs::path file;
   int image = 0;
   std::optional<double> time;  ///< Given, in the project's unit.
+  int number = 0;              ///< As `exclude` counts.
 };
 
 /// Opens every file once.
@@ -112,22 +113,25 @@ std::vector<SourceImage> images_of_list(const JsonReader& json, Files& files) {
   return images;
 }
 
+std::set<int> excluded_numbers(JsonReader& json, std::size_t num_images) {
+  std::set<int> excluded;
+  if (!json.has("exclude")) return excluded;
+  for (const JsonReader& index : json.member("exclude").elements(kMaxFrames))
+    excluded.insert(static_cast<int>(index.integer(between(0, static_cast<double>(num_images) - 1))));
+  return excluded;
+}
+
 /// Which of the images `from`, `to`, `every` (of a pattern) and `exclude` leave.
-std::vector<bool> chosen(JsonReader& json, JsonReader* pattern, std::size_t num_images) {
+std::vector<bool> chosen(JsonReader& json, JsonReader* pattern, const std::set<int>& excluded, std::size_t num_images) {
   const double last = static_cast<double>(num_images) - 1;
   std::int64_t from = 0, to = static_cast<std::int64_t>(num_images) - 1, every = 1;
   if (pattern != nullptr && pattern->has("from")) from = pattern->member("from").integer(between(0, last));
   if (pattern != nullptr && pattern->has("to"))
     to = pattern->member("to").integer(between(static_cast<double>(from), last));
   if (pattern != nullptr && pattern->has("every")) every = pattern->member("every").integer(at_least(1));
-  std::set<std::int64_t> excluded;
-  if (json.has("exclude")) {
-    for (const JsonReader& index : json.member("exclude").elements(kMaxFrames)) {
-      excluded.insert(index.integer(between(0, last)));
-    }
-  }
   std::vector<bool> is_chosen(num_images, false);
-  for (std::int64_t i = from; i <= to; i += every) is_chosen[static_cast<std::size_t>(i)] = !excluded.contains(i);
+  for (std::int64_t i = from; i <= to; i += every)
+    is_chosen[static_cast<std::size_t>(i)] = !excluded.contains(static_cast<int>(i));
   if (std::find(is_chosen.begin(), is_chosen.end(), true) == is_chosen.end()) {
     json.member("exclude").fail("at least one frame left");
   }
@@ -206,6 +210,17 @@ std::string CapturePhoto::name() const {
   return file.filename().string() + (stream ? ", image " + std::to_string(image) : "");
 }
 
+std::vector<std::string> photo_names(const std::vector<CapturePhoto>& photos) {
+  std::map<std::string, int> counts;
+  for (const CapturePhoto& photo : photos) ++counts[photo.name()];
+  std::vector<std::string> names;
+  for (const CapturePhoto& photo : photos) {
+    const std::string name = photo.name();
+    names.push_back(counts[name] == 1 ? name : name + " (number " + std::to_string(photo.number) + ")");
+  }
+  return names;
+}
+
 FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
   JsonReader frames = json.member("frames");
   if (!frames.is_array() && !frames.is_object()) frames.fail("a list of frames, or {\"pattern\": ...}");
@@ -220,10 +235,13 @@ FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
   } else if (!is_list && frames.has("start")) {
     frames.member("start").fail("no `start` without `interval`");
   }
-  const std::vector<bool> is_chosen = chosen(json, is_list ? nullptr : &frames, images.size());
+  const std::set<int> excluded = excluded_numbers(json, images.size());
+  sources.excluded.assign(excluded.begin(), excluded.end());
+  const std::vector<bool> is_chosen = chosen(json, is_list ? nullptr : &frames, excluded, images.size());
   if (!is_list) frames.finish();
   std::vector<SourceImage> kept;
   for (std::size_t i = 0; i < images.size(); ++i) {
+    images[i].number = static_cast<int>(i);
     if (is_chosen[i]) kept.push_back(std::move(images[i]));
   }
   check_sizes(kept, files, sources);
@@ -239,6 +257,7 @@ FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
                               .is_raw = info.is_raw,
                               .exposure = info.exposure,
                               .image = image.image,
+                              .number = image.number,
                               .stream = streams.of(image.file)});
   }
   std::stable_sort(sources.photos.begin(), sources.photos.end(),

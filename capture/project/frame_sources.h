@@ -23,6 +23,7 @@ struct CapturePhoto {
   bool is_raw = false;          ///< Camera RAW: linear light that ends at 1.
   ImageExposure exposure = {};  ///< As EXIF says it.
   int image = 0;                ///< Which image of the file.
+  int number = 0;               ///< Among all that the project lists, from 0, as `exclude` counts.
   std::shared_ptr<FrameStream> stream =
       nullptr;  ///< Where the images of a file with many come from; null for photographs.
 
@@ -30,12 +31,16 @@ struct CapturePhoto {
   [[nodiscard]] std::string name() const;
 };
 
+/// name() of each; where several have one (equal names in different folders), "day07.jpg (number 7)". All different.
+[[nodiscard]] std::vector<std::string> photo_names(const std::vector<CapturePhoto>& photos);
+
 struct FrameSources {
   std::vector<CapturePhoto> photos;  ///< By strictly increasing time; one or more.
   std::string time_source;           ///< "interval", "list", "frame rate", "dates in file names" or "EXIF".
   int width = 0;                     ///< Of every image.
   int height = 0;
-  bool is_raw = false;  ///< At least one of them is camera RAW.
+  bool is_raw = false;             ///< At least one of them is camera RAW.
+  std::vector<int> excluded = {};  ///< What `exclude` says; rising.
 };
 
 /// Reads `frames` and `exclude` of a project, opens every file, and finds the times that are not given. Images count

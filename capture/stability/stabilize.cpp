@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "capture/stability/odd_frames.h"
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
 
@@ -27,29 +28,19 @@ struct Edge {
   double weight;
 };
 
-bool is_usable(const FramePair& pair) {
-  constexpr double kAlike = 0.5;
-  return pair.is_motion_measured ? pair.motion.is_reliable : pair.similarity_before >= kAlike;
-}
-
-std::vector<Edge> usable_edges(int num_frames, const std::vector<FramePair>& pairs, std::vector<int>& unlinked) {
+std::vector<Edge> usable_edges(int num_frames, const std::vector<FramePair>& pairs) {
   std::vector<Edge> edges;
-  std::vector<bool> is_tied(static_cast<std::size_t>(num_frames), false);
   for (const FramePair& pair : pairs) {
     if (pair.reference < 0 || pair.frame < 0 || pair.reference >= num_frames || pair.frame >= num_frames) {
       throw InvalidInput("stabilize: a pair names frame " + std::to_string(std::max(pair.reference, pair.frame)) +
                          " of " + std::to_string(num_frames));
     }
-    if (!is_usable(pair)) continue;
+    if (!can_be_laid_over(pair)) continue;
     const double similarity = pair.is_motion_measured ? pair.motion.similarity : pair.similarity_before;
     const double error = pair.is_motion_measured ? std::hypot(kPairError, pair.motion.residual_px) : kIdentityError;
     edges.push_back({pair.reference, pair.frame, pair.motion.frame_from_reference, error / similarity, 1.0});
-    is_tied[static_cast<std::size_t>(std::max(pair.reference, pair.frame))] = true;
   }
-  for (int i = 1; i < num_frames; ++i) {
-    if (!is_tied[static_cast<std::size_t>(i)]) unlinked.push_back(i);
-    edges.push_back({i - 1, i, Eigen::Affine2d::Identity(), kFallbackError, 1.0});
-  }
+  for (int i = 1; i < num_frames; ++i) edges.push_back({i - 1, i, Eigen::Affine2d::Identity(), kFallbackError, 1.0});
   return edges;
 }
 
@@ -96,6 +87,23 @@ double disagreement(const Edge& edge, const std::vector<Corners>& corners) {
   return (corners[static_cast<std::size_t>(edge.frame)] - expected).norm() / std::sqrt(3.0);
 }
 
+/// Root mean square disagreement, weighted: of all edges, and of those of each frame.
+void measure_residuals(const std::vector<Edge>& edges, const std::vector<Corners>& corners, StabilizedMotions& result) {
+  const std::size_t n = corners.size();
+  std::vector<double> sums(n + 1, 0.0), weights(n + 1, 0.0);  // The last one is that of all.
+  for (const Edge& edge : edges) {
+    if (edge.error == kFallbackError) continue;
+    const double d = disagreement(edge, corners);
+    for (std::size_t at : {static_cast<std::size_t>(edge.reference), static_cast<std::size_t>(edge.frame), n}) {
+      sums[at] += edge.weight * d * d;
+      weights[at] += edge.weight;
+    }
+  }
+  for (std::size_t i = 0; i < n; ++i)
+    result.frame_residual_px.push_back(weights[i] > 0.0 ? std::sqrt(sums[i] / weights[i]) : 0.0);
+  if (weights[n] > 0.0) result.residual_px = std::sqrt(sums[n] / weights[n]);
+}
+
 /// Catmull-Rom weights of the pixels at -1, 0, 1, 2.
 std::array<double, 4> cubic_weights(double t) {
   return {0.5 * t * (-1 + t * (2 - t)), 1 + 0.5 * t * t * (-5 + 3 * t), 0.5 * t * (1 + t * (4 - 3 * t)),
@@ -125,7 +133,8 @@ void sample_cubic(const ImageF& image, double x, double y, std::span<float> out)
 
 StabilizedMotions solve_motions(int num_frames, const std::vector<FramePair>& pairs, int width, int height) {
   StabilizedMotions result;
-  std::vector<Edge> edges = usable_edges(num_frames, pairs, result.unlinked_frames);
+  std::vector<Edge> edges = usable_edges(num_frames, pairs);
+  result.unlinked_frames = frames_outside(group_frames(num_frames, pairs, can_be_laid_over));
   Corners first;
   first << 0, width, 0, 0, 0, height;
   std::vector<Corners> corners(static_cast<std::size_t>(std::max(1, num_frames)), first);
@@ -136,14 +145,7 @@ StabilizedMotions solve_motions(int num_frames, const std::vector<FramePair>& pa
       edge.weight = 1.0 / (1.0 + r * r);
     }
   }
-  double sum = 0.0, weights = 0.0;
-  for (const Edge& edge : edges) {
-    if (edge.error == kFallbackError) continue;
-    const double d = disagreement(edge, corners);
-    sum += edge.weight * d * d;
-    weights += edge.weight;
-  }
-  if (weights > 0.0) result.residual_px = std::sqrt(sum / weights);
+  measure_residuals(edges, corners, result);
   for (const Corners& q : corners) {
     Eigen::Affine2d motion;
     motion.setIdentity();

@@ -13,8 +13,11 @@ namespace patinate::capture {
 /// Where the first frame's picture lies in every frame.
 struct StabilizedMotions {
   std::vector<Eigen::Affine2d> frame_from_first;  ///< x_in_frame = frame_from_first * x_in_first, photograph's pixels.
-  std::vector<int> unlinked_frames;  ///< No reliable pair ties them to what came before; taken as not moved against it.
+  std::vector<int> unlinked_frames;  ///< No chain of reliable pairs ties them to the largest group of frames; where no
+                                     ///< other pair says how they lie, they are taken as not moved. Rising;
+                                     ///< all frames when no two are tied.
   double residual_px = 0.0;          ///< Root mean square disagreement of the pairs at the corners, weighted.
+  std::vector<double> frame_residual_px;  ///< The same of each frame's own pairs; 0 without any.
 };
 
 /// All frames' motions at once: weighted least squares over the pairs, linear in where three corners of the first frame

@@ -36,19 +36,45 @@ struct FramePair {
 [[nodiscard]] FramePair compare_frames(int reference_index, const PreparedFrame& reference, int frame_index,
                                        const PreparedFrame& frame, bool always_motion);
 
+/// Correlation of the pair's detail as it fits best: moved, or as it lies. [-1, 1]
+[[nodiscard]] double best_similarity(const FramePair& pair);
+/// One can be laid over the other: a motion is reliable, or they fit as they lie.
+[[nodiscard]] bool can_be_laid_over(const FramePair& pair);
+/// It cannot: another view, another crop, another object, or aging that left little alike. Pictures without texture say
+/// nothing.
+[[nodiscard]] bool is_unmatched(const FramePair& pair);
+
 /// What is wrong with a photograph against the one before.
 struct FrameFinding {
-  int frame = 0;
+  int frame = 0;      ///< Of the pair: the later one.
+  int odd_frame = 0;  ///< Which of the two stands out; `frame`, until find_odd_frames() says otherwise.
   bool is_shifted = false;
   bool is_exposure_changed = false;
-  bool is_light_unclear = false;        ///< As bright or colored differently, but the surface may be what changed.
-  bool is_jump = false;                 ///< It does not follow from the one before, and no motion explains it.
+  bool is_light_unclear = false;  ///< As bright or colored differently, but the surface may be what changed.
+  bool is_jump = false;           ///< It does not follow from the one before, and no motion explains it.
+  bool is_unmatched = false;      ///< The pair is_unmatched().
+  double similarity = 0.0;        ///< best_similarity() of the pair.
+  /// From here on as the odd frame is seen from the other one.
   double shift_x = 0.0, shift_y = 0.0;  ///< Of the picture's middle, photograph's pixels; right and down positive.
   double turn_deg = 0.0, size = 1.0;    ///< Clockwise; 1.05 = 5 % larger.
   std::array<double, 3> gain{1.0, 1.0, 1.0};
   double change_factor = 1.0;  ///< Change of the surface against the neighbors' median.
 };
-/// "moved by 12.3 px left and 21.8 px up, turned by -1.9 degrees, 4.7 % larger; exposed differently (...)".
+/// Root mean square motion over the picture.
+[[nodiscard]] double motion_size(const Eigen::Affine2d& motion, int width, int height);
+/// Sets shift, turn and size of a finding. @param motion  Of the odd frame from the other one.
+void describe_motion(const Eigen::Affine2d& motion, int width, int height, FrameFinding& finding);
+
+/// What a finding says, kind by kind; empty where it says nothing.
+struct FindingTexts {
+  std::string moved;      ///< "moved by 12.3 px left and 21.8 px up, turned by -1.9 degrees, 4.7 % larger".
+  std::string exposed;    ///< "light times 1.1, 1.1, 1.3 (red, green, blue)".
+  std::string unclear;    ///< "brighter or darker times ..., which may be the light or the surface".
+  std::string jump;       ///< "a jump: ..."; empty when `unmatched` says it.
+  std::string unmatched;  ///< "cannot be laid over the one before: ...".
+};
+[[nodiscard]] FindingTexts finding_texts(const FrameFinding& finding);
+/// All of them.
 [[nodiscard]] std::string finding_text(const FrameFinding& finding);
 
 /// Judges neighbors: pairs (i - 1, i) for i = 1, 2, ... in order.
@@ -61,9 +87,11 @@ struct FrameFinding {
 ///   steadily is no change of exposure. Where it is not sure the finding is unclear: the surface may have changed.
 ///   With fewer than 6 other pairs there is no usual course: then what 0.7 of the picture shares to within half of it
 ///   and is more than exposure_threshold is the light's;
-/// - jump: not shifted, and what is left (1 - similarity, or the surface's change) exceeds jump_factor times the same
-/// median, 0.75 of it times the
-///   medians of the three nearest pairs on either side (the start of fast aging is no row of jumps), and 0.1 (0.04).
+/// - jump: what is left when it is laid over the one before (1 - similarity, or the surface's change) exceeds
+/// jump_factor times the same median, 0.75 of it times the
+///   medians of the three nearest pairs on either side (the start of fast aging is no row of jumps), and 0.1 (0.04). A
+///   moved pair is compared with moved ones, if there are three, and must exceed twice as much;
+/// - unmatched: is_unmatched(), however many of the neighbors are.
 /// @param width,height  Of the photographs. @throws InvalidInput if an option is out of range.
 [[nodiscard]] std::vector<FrameFinding> judge_frames(const std::vector<FramePair>& neighbors, int width, int height,
                                                      const SurveyOptions& options = {});

@@ -67,7 +67,16 @@ FramePair pair_from_json(JsonReader json) {
 Json finding_to_json(const FrameFinding& f) {
   Json json;
   json["frame"] = f.frame;
+  json["odd_frame"] = f.odd_frame;
   json["problem"] = finding_text(f);
+  const FindingTexts texts = finding_texts(f);
+  json["problems"] = Json::object();
+  if (!texts.moved.empty()) json["problems"]["moved"] = texts.moved;
+  if (!texts.exposed.empty()) json["problems"]["exposed"] = texts.exposed;
+  if (!texts.unclear.empty()) json["problems"]["unclear"] = texts.unclear;
+  if (!texts.jump.empty()) json["problems"]["jump"] = texts.jump;
+  if (!texts.unmatched.empty()) json["problems"]["unmatched"] = texts.unmatched;
+  json["similarity"] = f.similarity;
   if (f.is_shifted) {
     json["shift_px"] = {f.shift_x, f.shift_y};
     json["turn_deg"] = f.turn_deg;

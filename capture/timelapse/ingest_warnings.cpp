@@ -1,6 +1,11 @@
 #include "capture/timelapse/ingest_warnings.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <string_view>
+#include <utility>
 
 #include "libcommon/core/text.h"
 
@@ -8,52 +13,167 @@ namespace patinate::capture {
 
 namespace {
 
-/// Findings of one kind as one warning; the largest change is quoted.
-void add_group(std::vector<HistoryWarning>& warnings, const std::vector<const SurveyFinding*>& group, int num_frames,
-               WarningSubject about, const std::string& what, const std::string& cure) {
-  if (group.empty()) return;
-  HistoryWarning warning{.about = about, .text = "", .cure = cure};
-  for (const SurveyFinding* f : group) warning.photos.push_back(f->photo);
-  const SurveyFinding& worst = **std::max_element(
-      group.begin(), group.end(), [](const SurveyFinding* a, const SurveyFinding* b) { return a->size < b->size; });
-  if (group.size() == 1) {
-    warning.text = worst.photo + " (time " + short_number_text(worst.time) + "): " + worst.problem;
-  } else {
-    warning.text = std::to_string(group.size()) + " of " + std::to_string(num_frames) + " photographs " + what + " (" +
-                   photo_list(warning.photos) + "); the worst is " + worst.photo + " (time " +
-                   short_number_text(worst.time) + "), " + worst.problem;
+std::string photo_text(const SurveyPhoto& photo) {
+  return photo.name + " (time " + short_number_text(photo.time) + ")";
+}
+
+double share_of(std::size_t count, int num_frames) {
+  return std::min(1.0, static_cast<double>(count) / std::max(1, num_frames));
+}
+
+/// "\"exclude\": [3, 7]", with what the project excludes already.
+std::string exclude_text(const SurveyReport& survey, const std::vector<SurveyPhoto>& photos) {
+  std::set<int> numbers(survey.excluded.begin(), survey.excluded.end());
+  for (const SurveyPhoto& photo : photos) numbers.insert(photo.number);
+  std::string list;
+  for (int number : numbers) list += (list.empty() ? "" : ", ") + std::to_string(number);
+  return "\"exclude\": [" + list + "] in capture.json";
+}
+
+struct Group {
+  std::vector<SurveyPhoto> photos;  ///< Each once.
+  SurveyPhoto worst;
+  SurveyProblem problem;  ///< Of the worst.
+
+  [[nodiscard]] std::vector<std::string> names() const {
+    std::vector<std::string> names;
+    for (const SurveyPhoto& photo : photos) names.push_back(photo.name);
+    return names;
   }
-  warning.share = std::min(1.0, static_cast<double>(group.size()) / num_frames);
+};
+
+Group group_findings(const SurveyReport& survey, SurveyProblem SurveyFinding::*kind) {
+  Group group;
+  for (const SurveyFinding& finding : survey.findings) {
+    const SurveyProblem& problem = finding.*kind;
+    const auto is_same = [&](const SurveyOutsider& o) {
+      return o.photo.name == finding.photo.name || o.photo.name == finding.against;
+    };
+    const bool is_outside = std::any_of(survey.unlinked.begin(), survey.unlinked.end(), is_same);
+    if (problem.text.empty() || is_outside) continue;  // Of what cannot be compared, this alone is said.
+    const bool is_known = std::any_of(group.photos.begin(), group.photos.end(),
+                                      [&](const SurveyPhoto& p) { return p.name == finding.photo.name; });
+    if (!is_known) group.photos.push_back(finding.photo);
+    if (!group.problem.text.empty() && problem.size <= group.problem.size) continue;
+    group.worst = finding.photo;
+    group.problem = problem;
+  }
+  return group;
+}
+
+/// Findings of one kind as one warning; the largest change is quoted.
+void add_group(std::vector<HistoryWarning>& warnings, const Group& group, int num_frames, WarningSubject about,
+               const std::string& what, const std::string& cure) {
+  if (group.photos.empty()) return;
+  HistoryWarning warning{.about = about, .text = "", .cure = cure, .photos = group.names()};
+  const std::string worst = photo_text(group.worst);
+  if (group.photos.size() == 1) {
+    warning.text = worst + ": " + group.problem.text;
+  } else {
+    warning.text = std::to_string(group.photos.size()) + " of " + std::to_string(num_frames) + " photographs " + what +
+                   " (" + photo_list(warning.photos) + "); the worst is " + worst + ", " + group.problem.text;
+  }
+  warning.share = share_of(group.photos.size(), num_frames);
   warnings.push_back(std::move(warning));
+}
+
+std::string look_and_leave_out(const SurveyReport& survey, const std::vector<SurveyPhoto>& photos,
+                               const std::string& what) {
+  return std::string(photos.size() == 1 ? "look at it, and leave it out if it shows "
+                                        : "look at them, and leave out those that show ") +
+         what + ": " + exclude_text(survey, photos);
+}
+
+/// " (similarity 0.09 of 1)" of the one that fits worst; nothing when none was measured.
+std::string lowest_similarity_text(const std::vector<SurveyOutsider>& outsiders) {
+  std::optional<double> lowest;
+  for (const SurveyOutsider& o : outsiders) {
+    if (o.similarity) lowest = std::min(lowest.value_or(1.0), *o.similarity);
+  }
+  if (!lowest) return "";
+  return " (similarity " + short_number_text(std::max(0.0, std::round(100.0 * *lowest) / 100.0)) + " of 1)";
+}
+
+/// Photographs that no motion brings onto the others.
+void add_unlinked(std::vector<HistoryWarning>& warnings, const SurveyReport& survey, int num_frames) {
+  if (survey.unlinked.empty()) return;
+  const std::size_t count = survey.unlinked.size();
+  std::vector<SurveyPhoto> photos;
+  HistoryWarning warning{.about = survey.is_stabilized ? WarningSubject::Motion : WarningSubject::Series,
+                         .text = "",
+                         .cure = "",
+                         .share = share_of(count, num_frames)};
+  for (const SurveyOutsider& outsider : survey.unlinked) {
+    photos.push_back(outsider.photo);
+    warning.photos.push_back(outsider.photo.name);
+  }
+  if (static_cast<int>(count) >= num_frames) {
+    warning.text = "none of " + std::to_string(num_frames) + " photographs can be laid over another one";
+  } else if (count == 1) {
+    warning.text = photo_text(photos.front()) + " cannot be laid over the others";
+  } else {
+    warning.text = std::to_string(count) + " of " + std::to_string(num_frames) +
+                   " photographs cannot be laid over the others (" + photo_list(warning.photos) + ")";
+  }
+  warning.text += ", no motion explains how " + std::string(count == 1 ? "it differs" : "they differ") +
+                  lowest_similarity_text(survey.unlinked) + (survey.is_stabilized ? "; left as found" : "");
+  constexpr double kMost = 0.5;
+  warning.cure = warning.share > kMost
+                     ? "photographs of one view are needed, cropped and turned alike before they are ingested"
+                     : look_and_leave_out(survey, photos, "another view, crop or object");
+  warnings.push_back(std::move(warning));
+}
+
+/// "copper.webp, image 57" -> its file and the number; the number is empty of a photograph.
+std::pair<std::string, std::string> split_image(const std::string& name) {
+  constexpr std::string_view kImage = ", image ";
+  const std::size_t at = name.rfind(kImage);
+  if (at == std::string::npos) return {name, ""};
+  return {name.substr(0, at), name.substr(at + kImage.size())};
 }
 
 }  // namespace
 
 std::string photo_list(const std::vector<std::string>& photos, std::size_t most) {
-  std::string list;
+  std::string list, last_file;
   const std::size_t shown = photos.size() <= most + 1 ? photos.size() : most;  // "and 1 more" is no shorter.
-  for (std::size_t i = 0; i < shown; ++i) list += (i == 0 ? "" : ", ") + photos[i];
+  for (std::size_t i = 0; i < shown; ++i) {
+    const auto [file, image] = split_image(photos[i]);
+    const bool is_same_file = !image.empty() && file == last_file;
+    const bool is_next_same = i + 1 < shown && !image.empty() && split_image(photos[i + 1]).first == file;
+    if (is_same_file) {
+      list += ", " + image;
+    } else {
+      list += (i == 0 ? "" : ", ") + (is_next_same ? file + ", images " + image : photos[i]);
+    }
+    last_file = image.empty() ? "" : file;
+  }
   return shown == photos.size() ? list : list + " and " + std::to_string(photos.size() - shown) + " more";
 }
 
 std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_frames) {
   std::vector<HistoryWarning> warnings;
-  std::vector<const SurveyFinding*> moved, exposed, jumping, unclear;
-  for (const SurveyFinding& f : survey.findings) {
-    if (f.is_shifted && !survey.is_stabilized) moved.push_back(&f);
-    if (f.is_exposure_changed && !survey.is_deflickered) exposed.push_back(&f);
-    if (f.is_light_unclear && !f.is_jump) unclear.push_back(&f);
-    if (f.is_jump) jumping.push_back(&f);
+  const Group moved = group_findings(survey, &SurveyFinding::moved);
+  const Group exposed = group_findings(survey, &SurveyFinding::exposed);
+  const Group unclear = group_findings(survey, &SurveyFinding::unclear);
+  const Group jumping = group_findings(survey, &SurveyFinding::jump);
+  const auto or_leave_out = [&](const Group& group) {
+    return group.photos.size() == 1 && num_frames > 2 ? "; or leave it out: " + exclude_text(survey, group.photos) : "";
+  };
+  add_unlinked(warnings, survey, num_frames);
+  if (!survey.is_stabilized) {
+    add_group(warnings, moved, num_frames, WarningSubject::Motion, "are moved against the ones before",
+              "--stabilize lays them over one another" + or_leave_out(moved));
   }
-  add_group(warnings, moved, num_frames, WarningSubject::Motion, "are moved against the ones before",
-            "--stabilize lays them over one another");
-  add_group(warnings, exposed, num_frames, WarningSubject::Light, "are exposed differently from the ones before",
-            "--deflicker takes it out; where one photograph alone differs, `exclude` it");
+  if (!survey.is_deflickered) {
+    add_group(warnings, exposed, num_frames, WarningSubject::Light, "are exposed differently from the ones before",
+              "--deflicker takes it out" + or_leave_out(exposed));
+  }
   add_group(warnings, unclear, num_frames, WarningSubject::Light,
             "are brighter or darker than the ones before, by the light or by the surface itself",
             "look at them; --deflicker leaves what most of the picture does not share");
   add_group(warnings, jumping, num_frames, WarningSubject::Series, "do not follow from the ones before",
-            "look at them, and `exclude` what shows something else");
+            look_and_leave_out(survey, jumping.photos, "something else"));
   return warnings;
 }
 

@@ -12,28 +12,41 @@ namespace {
 
 constexpr std::array<std::string_view, 2> kHighlightNames{"mask", "keep"};
 
+SurveyPhoto read_photo_name(JsonReader& json) {
+  SurveyPhoto photo{.name = json.member("photo").string(), .time = json.member("time").number()};
+  if (json.has("number")) photo.number = static_cast<int>(json.member("number").integer(between(0, 1e9)));
+  return photo;
+}
+
 SurveyFinding read_finding(JsonReader& json) {
-  SurveyFinding finding{.photo = json.member("photo").string(),
-                        .time = json.member("time").number(),
-                        .is_shifted = json.member("is_shifted").boolean(),
-                        .problem = json.member("problem").string()};
-  if (finding.is_shifted) {
+  SurveyFinding finding{.photo = read_photo_name(json), .against = "", .problem = json.member("problem").string()};
+  if (json.has("against")) finding.against = json.member("against").string();
+  const auto problem = [&](const char* kind, double size) -> SurveyProblem {
+    // Files of versions before this member say everything in one text.
+    if (!json.has("problems")) return {finding.problem, size};
+    JsonReader problems = json.member("problems");
+    return problems.has(kind) ? SurveyProblem{problems.member(kind).string(), size} : SurveyProblem{};
+  };
+  if (json.member("is_shifted").boolean()) {
     const std::vector<double> shift = json.member("shift_px").numbers(2);
-    finding.size = std::hypot(shift[0], shift[1]);
+    finding.moved = problem("moved", std::hypot(shift[0], shift[1]));
   }
   if (json.has("gain")) {
-    finding.is_exposure_changed = true;
-    for (double gain : json.member("gain").numbers(3, above(0)))
-      finding.size = std::max(finding.size, std::abs(std::log(gain)));
+    double size = 0.0;
+    for (double gain : json.member("gain").numbers(3, above(0))) size = std::max(size, std::abs(std::log(gain)));
+    finding.exposed = problem("exposed", size);
   }
   if (json.has("unclear_gain")) {
-    finding.is_light_unclear = true;
+    double size = 0.0;
     for (double gain : json.member("unclear_gain").numbers(3, above(0)))
-      finding.size = std::max(finding.size, std::abs(std::log(gain)));
+      size = std::max(size, std::abs(std::log(gain)));
+    if (!json.has("change_factor")) finding.unclear = problem("unclear", size);
   }
-  if (json.has("change_factor")) {
-    finding.is_jump = true;
-    finding.size = std::max(finding.size, json.member("change_factor").number());
+  constexpr double kUnmatchedSize = 1e9;  // Worse than any jump.
+  if (json.has("problems") && json.member("problems").has("unmatched")) {
+    finding.jump = problem("unmatched", kUnmatchedSize);
+  } else if (json.has("change_factor")) {
+    finding.jump = problem("jump", json.member("change_factor").number());
   }
   return finding;
 }
@@ -69,6 +82,16 @@ SurveyReport read_survey_report(const std::filesystem::path& history) {
   report.light = read_light_report(reader);
   for (JsonReader& finding : reader.member("findings").elements()) {
     report.findings.push_back(read_finding(finding));
+  }
+  if (reader.has("unlinked")) {
+    for (JsonReader& entry : reader.member("unlinked").elements()) {
+      report.unlinked.push_back({.photo = read_photo_name(entry)});
+      if (entry.has("similarity")) report.unlinked.back().similarity = entry.member("similarity").number();
+    }
+  }
+  if (reader.has("excluded")) {
+    for (const JsonReader& number : reader.member("excluded").elements())
+      report.excluded.push_back(static_cast<int>(number.integer(between(0, 1e9))));
   }
   return report;
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,20 +37,36 @@ void describe(OptionVisitor& v, RepairOptions& o);
 /// The file of a history that says what the survey found.
 inline constexpr const char* kSurveyFile = "survey.json";
 
+/// A photograph as survey.json names it.
+struct SurveyPhoto {
+  std::string name;  ///< Without its folder; of a file with many images "copper.webp, image 57".
+  double time = 0.0;
+  int number = 0;  ///< As `exclude` counts.
+};
+/// One kind of thing that is wrong with a photograph.
+struct SurveyProblem {
+  std::string text;   ///< "" = nothing is wrong.
+  double size = 0.0;  ///< How large it is among its like: px, log gain, or times the neighbors' change.
+};
 /// One thing that survey.json names.
 struct SurveyFinding {
-  std::string photo;  ///< As survey.json has it: name, without its folder.
-  double time = 0.0;
-  bool is_shifted = false;
-  bool is_exposure_changed = false;
-  bool is_light_unclear = false;
-  bool is_jump = false;
-  double size = 0.0;    ///< How large it is among its like: px, log gain, or times the neighbors' change.
+  SurveyPhoto photo;    ///< The one that stands out.
+  std::string against;  ///< Name of the neighbor that it stands out from; "" in older files.
   std::string problem;  ///< finding_text().
+  SurveyProblem moved = {}, exposed = {};
+  SurveyProblem unclear = {};  ///< The light or the surface.
+  SurveyProblem jump = {};     ///< Or it cannot be laid over the one before.
+};
+/// A photograph that cannot be laid over most of the others.
+struct SurveyOutsider {
+  SurveyPhoto photo;
+  std::optional<double> similarity = {};  ///< Of its detail with the best of the others that it was laid over, [-1, 1].
 };
 /// What survey.json of a history says.
 struct SurveyReport {
   std::vector<SurveyFinding> findings;
+  std::vector<SurveyOutsider> unlinked;
+  std::vector<int> excluded;  ///< What `exclude` of the project said.
   bool is_stabilized = false;
   bool is_deflickered = false;
   SeriesLight light;

@@ -1,7 +1,10 @@
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "capture/stability/odd_frames.h"
 #include "capture/stability/stabilize.h"
 #include "capture/timelapse/repair_steps.h"
 #include "libcommon/core/hash.h"
@@ -16,9 +19,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kSurveyVersion = 2;
+constexpr std::int64_t kSurveyVersion = 3;
 constexpr int kDeflickerVersion = 2;  ///< Raised whenever the same photographs give other factors.
-constexpr int kChunk = 16;            ///< Frames that one item looks at; the first is their anchor.
+using LinkTest = std::function<bool(const FramePair&)>;
+constexpr int kChunk = 16;  ///< Frames that one item looks at; the first is their anchor.
 
 fs::path chunk_file(int chunk) { return "survey/pairs-" + zero_padded(static_cast<std::uint64_t>(chunk), 4) + ".json"; }
 
@@ -91,35 +95,155 @@ std::vector<FramePair> read_pairs(const IngestWork& work, const fs::path& folder
   return pairs;
 }
 
-void save_survey(const IngestWork& work, const fs::path& folder) {
+/// Pairs across the frames that fit neither neighbor.
+std::vector<FramePair> pairs_across(const IngestWork& work, const std::vector<int>& frames, const RunControl& control) {
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  std::vector<FramePair> pairs;
+  for (int i : frames) {
+    control.throw_if_stopped();
+    const PreparedFrame before = prepare_frame(read_roi(work, i - 1), quiet);
+    const PreparedFrame after = prepare_frame(read_roi(work, i + 1), quiet);
+    pairs.push_back(compare_frames(i - 1, before, i + 1, after, work.options.repair.stabilize));
+    control.report(static_cast<double>(pairs.size()) / static_cast<double>(frames.size()));
+  }
+  return pairs;
+}
+
+/// Pairs farther apart where the series falls into groups: a camera that was moved far may have come from where it
+/// stood earlier. Stops at the first that fits.
+std::vector<FramePair> find_bridges(const IngestWork& work, const std::vector<FramePair>& neighbors,
+                                    std::vector<FramePair> pairs, const LinkTest& is_linked,
+                                    const RunControl& control) {
+  constexpr int kMostTried = 64;  // Of pairs: 0.2 s each; a series without any order is not worth more.
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  const int n = num_frames_of(work);
+  std::vector<FramePair> bridges;
+  std::vector<int> groups = group_frames(n, pairs, is_linked);
+  int num_tried = 0;
+  const auto ties = [&](int a, int b) {
+    if (a < 0 || b >= n || num_tried >= kMostTried) return false;
+    ++num_tried;
+    control.throw_if_stopped();
+    bridges.push_back(compare_frames(a, prepare_frame(read_roi(work, a), quiet), b,
+                                     prepare_frame(read_roi(work, b), quiet), work.options.repair.stabilize));
+    pairs.push_back(bridges.back());
+    return is_linked(bridges.back());
+  };
+  for (const FramePair& cut : neighbors) {
+    if (groups[static_cast<std::size_t>(cut.reference)] == groups[static_cast<std::size_t>(cut.frame)]) continue;
+    for (int k = 1; k < kChunk; k *= 2) {
+      if (!ties(cut.reference - k, cut.frame) && !ties(cut.reference, cut.frame + k)) continue;
+      groups = group_frames(n, pairs, is_linked);
+      break;
+    }
+  }
+  return bridges;
+}
+
+/// Which photograph, as messages and `exclude` name it.
+Json photo_json(const CaptureProject& project, const std::vector<std::string>& names, int frame) {
+  const CapturePhoto& photo = project.frames[static_cast<std::size_t>(frame)];
+  return {{"photo", names[static_cast<std::size_t>(frame)]}, {"time", photo.time}, {"number", photo.number}};
+}
+
+/// Every frame's status under --stabilize. @throws CannotComplete if none can be laid over another one.
+Json frame_states(const IngestWork& work, const std::vector<std::string>& names, const StabilizedMotions& motions,
+                  double best_similarity_of_all) {
+  const int n = num_frames_of(work);
+  const PixelRectangle& roi = work.project.roi;
+  if (static_cast<int>(motions.unlinked_frames.size()) == n) {
+    throw CannotComplete(work.project.file.string() + ": --stabilize: none of the " + std::to_string(n) +
+                         " photographs can be laid over another one (the best two agree by " +
+                         short_number_text(std::max(0.0, std::round(100.0 * best_similarity_of_all) / 100.0)) +
+                         " of 1); photographs of one view are needed, cropped and turned alike; without --stabilize "
+                         "they are taken as they lie");
+  }
+  const double least = work.options.repair.survey.shift_threshold_px *
+                       std::max(1.0, static_cast<double>(std::max(roi.width, roi.height)) / kPreparedSide);
+  Json states = Json::array();
+  for (int i = 0; i < n; ++i) {
+    const std::size_t k = static_cast<std::size_t>(i);
+    Json state = photo_json(work.project, names, i);
+    const bool is_unlinked = std::binary_search(motions.unlinked_frames.begin(), motions.unlinked_frames.end(), i);
+    const bool is_moved = motion_size(motions.frame_from_first[k], roi.width, roi.height) >= least;
+    state["status"] = is_unlinked ? "unlinked" : is_moved ? "registered" : "not moved";
+    if (!is_unlinked) state["residual_px"] = motions.frame_residual_px[k];
+    states.push_back(std::move(state));
+  }
+  return states;
+}
+
+/// The frames that cannot be laid over most of the others; with how well they fit one of another group, if measured.
+Json outside_json(const CaptureProject& project, const std::vector<std::string>& names, const std::vector<int>& groups,
+                  const std::vector<FramePair>& pairs) {
+  Json list = Json::array();
+  for (int frame : frames_outside(groups)) {
+    Json entry = photo_json(project, names, frame);
+    for (const FramePair& pair : pairs) {
+      const bool is_of_frame = pair.frame == frame || pair.reference == frame;
+      if (!is_of_frame ||
+          groups[static_cast<std::size_t>(pair.frame)] == groups[static_cast<std::size_t>(pair.reference)])
+        continue;
+      entry["similarity"] = std::max(entry.value("similarity", -1.0), best_similarity(pair));
+    }
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+Json findings_json(const CaptureProject& project, const std::vector<std::string>& names,
+                   const std::vector<FrameFinding>& findings) {
+  Json list = Json::array();
+  for (const FrameFinding& finding : findings) {
+    Json entry = finding_to_json(finding);
+    entry.update(photo_json(project, names, finding.odd_frame));
+    const int other = finding.odd_frame == finding.frame ? finding.frame - 1 : finding.frame;
+    entry["against"] = names[static_cast<std::size_t>(other)];
+    entry["is_shifted"] = finding.is_shifted;
+    list.push_back(std::move(entry));
+  }
+  return list;
+}
+
+void save_survey(const IngestWork& work, const fs::path& folder, const RunControl& control) {
   const RepairOptions& options = work.options.repair;
   const CaptureProject& project = work.project;
-  const std::vector<FramePair> pairs = read_pairs(work, folder);
+  const PixelRectangle& roi = project.roi;
+  const std::vector<std::string> names = photo_names(project.frames);
+  std::vector<FramePair> pairs = read_pairs(work, folder);
   std::vector<FramePair> neighbors;
   std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(neighbors),
                [](const FramePair& p) { return p.frame == p.reference + 1; });
+  std::vector<FrameFinding> findings = judge_frames(neighbors, roi.width, roi.height, options.survey);
+  const std::vector<FramePair> across = pairs_across(work, frames_to_skip(neighbors, findings), control);
+  pairs.insert(pairs.end(), across.begin(), across.end());
+  find_odd_frames(findings, neighbors, across, roi.width, roi.height);
+  const LinkTest is_linked =
+      options.stabilize ? LinkTest(can_be_laid_over) : [](const FramePair& pair) { return !is_unmatched(pair); };
+  const std::vector<FramePair> bridges = find_bridges(work, neighbors, pairs, is_linked, control);
+  pairs.insert(pairs.end(), bridges.begin(), bridges.end());
   Json json{{"format", "patinate.survey"},
             {"version", 2},
             {"stabilized", options.stabilize},
             {"deflickered", options.deflicker}};
-  json["findings"] = Json::array();
-  for (const FrameFinding& finding : judge_frames(neighbors, project.roi.width, project.roi.height, options.survey)) {
-    Json entry = finding_to_json(finding);
-    const CapturePhoto& photo = project.frames[static_cast<std::size_t>(finding.frame)];
-    entry["photo"] = photo.file.filename().string();
-    entry["time"] = photo.time;
-    entry["is_shifted"] = finding.is_shifted;
-    json["findings"].push_back(std::move(entry));
-  }
+  json["excluded"] = project.excluded;
+  json["findings"] = findings_json(project, names, findings);
+  const std::vector<int> groups = group_frames(num_frames_of(work), pairs, is_linked);
   if (options.stabilize) {
-    const StabilizedMotions motions = solve_motions(num_frames_of(work), pairs, project.roi.width, project.roi.height);
+    const StabilizedMotions motions = solve_motions(num_frames_of(work), pairs, roi.width, roi.height);
+    double best = -1.0;
+    for (const FramePair& pair : pairs) best = std::max(best, best_similarity(pair));
+    json["frames"] = frame_states(work, names, motions, best);
     json["stabilize_residual_px"] = motions.residual_px;
-    json["unlinked_frames"] = motions.unlinked_frames;
     json["motions"] = Json::array();
     for (const Eigen::Affine2d& m : motions.frame_from_first) {
       json["motions"].push_back({m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2)});
     }
   }
+  json["unlinked_frames"] = frames_outside(groups);
+  json["unlinked"] = outside_json(project, names, groups, pairs);
   if (options.deflicker) {
     std::vector<std::array<double, 3>> gains;
     std::vector<bool> is_known;
@@ -131,6 +255,10 @@ void save_survey(const IngestWork& work, const fs::path& folder) {
   }
   json["pairs"] = Json::array();
   for (const FramePair& pair : neighbors) json["pairs"].push_back(pair_to_json(pair));
+  json["pairs_across"] = Json::array();
+  for (const auto* list : {&across, &bridges}) {
+    for (const FramePair& pair : *list) json["pairs_across"].push_back(pair_to_json(pair));
+  }
   save_json(folder / kSurveyFile, json);
 }
 
@@ -185,7 +313,7 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
                      .outputs = {kSurveyFile},
                      .run =
                          [work](const fs::path& folder, const RunControl& control) {
-                           save_survey(*work, folder);
+                           save_survey(*work, folder, control);
                            control.report(1.0);
                          },
                      .stage = ingest_stages(*work).decisions});

@@ -84,6 +84,87 @@ class TimeLapse(unittest.TestCase):
         self.assertEqual([f["photo"] for f in survey["findings"] if f["is_shifted"]], ["4.png"])
         self.assertAlmostEqual(survey["findings"][0]["shift_px"][0], 3.0, delta=0.1)
 
+    def write_frame(self, number, color):
+        write_png(self.folder / f"frames/{number}.png", 96, 96, color)
+
+    def test_photographs_of_other_things_are_named_with_what_to_exclude(self):
+        (self.folder / "capture.json").write_text(json.dumps({
+            "format": "patinate.capture", "version": 1, "name": "test", "kind": "fixed", "exclude": [1],
+            "frames": {"pattern": "frames/*.png", "interval": 1}}))
+        self.write_frame(5, lambda x, y: (texture(300 - y, 7 * x % 400),) * 3)
+        run = self.run_ingest("--stabilize", "--json")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        lost = [w for w in json.loads(run.stdout)["warnings"] if w["photos"] == ["5.png"]]
+        self.assertEqual(len(lost), 1, run.stdout)
+        self.assertIn("cannot be laid over the others", lost[0]["text"])
+        self.assertIn('"exclude": [1, 5]', lost[0]["cure"])  # With what is excluded already: ready to paste.
+        frames = json.loads((self.folder / "out/survey.json").read_text())["frames"]
+        status = {frame["photo"]: frame["status"] for frame in frames}
+        self.assertEqual((status["0.png"], status["5.png"], status["6.png"]), ("not moved", "unlinked", "registered"))
+
+    def test_what_cannot_be_compared_is_named_once_and_its_neighbors_are_not(self):
+        for i in (0, 2, 4, 6):
+            self.write_frame(i, lambda x, y: (texture(300 - y, 7 * x % 400),) * 3)
+        for i in (1, 3, 5, 7):
+            self.write_frame(i, lambda x, y: (texture(x + 100, y + 100),) * 3)
+        run = self.run_ingest("--json")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        about = [w for w in json.loads(run.stdout)["warnings"] if w["about"] in ("series", "motion", "light")]
+        self.assertEqual([w["photos"] for w in about], [["1.png", "3.png", "5.png", "7.png"]])
+
+    def test_a_move_too_far_to_measure_is_bridged_over_earlier_photographs(self):
+        for i, moved in enumerate([0, 0, 20, 20, 20, -20, -20, -20]):  # A quarter of 96 px can be measured.
+            self.write_frame(i, lambda x, y: (texture(x + 100 - moved, y + 100) - 2 * i,) * 3)
+        run = self.run_ingest("--json")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        warnings = json.loads(run.stdout)["warnings"]
+        self.assertEqual([w for w in warnings if "cannot be laid over the others" in w["text"]], [], "5 fits 0 and 1")
+        self.assertEqual([w["photos"] for w in warnings if "cannot be laid over the one before" in w["text"]], [["5.png"]])
+
+    def test_a_series_in_which_nothing_fits_is_not_stabilized_and_says_so_without(self):
+        for i in range(8):
+            self.write_frame(i, lambda x, y: (texture(977 * (i + 1) + (3 + i) * x, 613 * i + (11 - i) * y),) * 3)
+        run = self.run_ingest("--stabilize")
+        self.assertEqual(run.returncode, 1, run.stderr)
+        self.assertIn("none of the 8 photographs can be laid over another one", run.stderr)
+        self.assertFalse((self.folder / "out/history.json").exists())
+        run = self.run_ingest("--json", "--force")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        worst = json.loads(run.stdout)["warnings"][0]
+        self.assertEqual((worst["share"], worst["photos"]), (1.0, [f"{i}.png" for i in range(8)]))
+
+    def test_a_first_photograph_that_is_larger_and_bluer_is_blamed_wherever_the_history_goes(self):
+        def color(i, x, y):
+            value = (texture(x + 100, y + 100) - 2 * i)
+            return (value, value, value)
+
+        for i in range(8):
+            self.write_frame(i, lambda x, y: color(i, x, y))
+        self.write_frame(0, lambda x, y: color(0, round(x / 1.05), round(y / 1.05))[:2] + (min(255, int(color(0, round(x / 1.05), round(y / 1.05))[2] * 1.3)),))
+        self.assertEqual(self.run_ingest().returncode, 0)
+        warnings = json.loads((self.folder / "out/history.json").read_text())["warnings"]
+        found = {w["about"]: w for w in warnings if w["photos"] == ["0.png"]}
+        self.assertIn("% larger against the one after it", found["motion"]["text"])
+        self.assertIn("light times", found["light"]["text"])
+        self.assertIn('"exclude": [0]', found["light"]["cure"])
+        compare = subprocess.run([PATINATE, "compare", "out", "out", "-o", "report"], cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual(compare.returncode, 0, compare.stderr)
+        told = [(self.folder / "report" / name).read_text() for name in ("report.json", "report.html")]
+        for text in [compare.stderr, *told]:
+            for about in ("motion", "light"):
+                self.assertIn(found[about]["text"].split(": ")[1], text)
+
+    def test_photographs_of_one_name_have_names_of_their_own(self):
+        (self.folder / "more").mkdir()
+        for name, of in (("frames", 0), ("more", 1)):
+            write_png(self.folder / name / "same.png", 96, 96, lambda x, y: (texture(x + 3 * of, y),) * 3)
+        (self.folder / "capture.json").write_text(json.dumps({
+            "format": "patinate.capture", "version": 1, "name": "test", "kind": "fixed",
+            "frames": [{"time": 0, "photo": "frames/same.png"}, {"time": 1, "photo": "more/same.png"}]}))
+        self.assertEqual(self.run_ingest("--stabilize").returncode, 0)
+        frames = json.loads((self.folder / "out/survey.json").read_text())["frames"]
+        self.assertEqual([f["photo"] for f in frames], ["same.png (number 0)", "same.png (number 1)"])
+
     def test_stabilizing_masks_what_left_the_view(self):
         run = self.run_ingest("--stabilize", "--json")
         self.assertEqual(run.returncode, 0, run.stderr)

@@ -102,7 +102,7 @@ Surveyed survey(const std::filesystem::path& file, bool with_reference) {
   result.findings = judge_frames(pairs, width, height);
   for (const FrameFinding& f : result.findings) {
     if (f.is_shifted) result.shifted.insert(f.frame);
-    if (f.is_shifted || f.is_jump) result.named.insert(f.frame);
+    if (f.is_shifted || f.is_jump || f.is_unmatched) result.named.insert(f.frame);
   }
   return result;
 }

@@ -56,6 +56,9 @@ TEST(Stabilize, SaysWhichFrameNothingTies) {
   const StabilizedMotions solved =
       solve_motions(3, {exact_pair(0, 1, Eigen::Affine2d(Eigen::Translation2d(3.0, 0.0))), loose}, 64, 64);
   EXPECT_EQ(solved.unlinked_frames, std::vector<int>{2});
+  ASSERT_EQ(solved.frame_residual_px.size(), 3u);
+  EXPECT_EQ(solved.frame_residual_px[2], 0.0) << "no pair of its own counts";
+  EXPECT_EQ(solve_motions(3, {loose}, 64, 64).unlinked_frames, (std::vector<int>{0, 1, 2}));
   EXPECT_NEAR(solved.frame_from_first[2].translation().x(), 3.0, 1e-6);
   EXPECT_THROW((void)solve_motions(2, {exact_pair(0, 5, Eigen::Affine2d::Identity())}, 64, 64), InvalidInput);
 }

@@ -54,7 +54,7 @@ void complete_shares(const HistoryReader& reader, capture::SurveyReport& survey)
 /// Says what was masked where it is too little for a warning, and with --verbose every photograph that was found.
 void note_survey(const capture::SurveyReport& survey, CommandRun& run) {
   for (const capture::SurveyFinding& f : survey.findings)
-    run.detail(f.photo + " (time " + short_number_text(f.time) + "): " + f.problem);
+    run.detail(f.photo.name + " (time " + short_number_text(f.photo.time) + "): " + f.problem);
   if (!survey.findings.empty())
     run.note(std::string("every finding, photograph by photograph: ") + capture::kSurveyFile + ", or --verbose");
   if (survey.outside_share >= 0.0005 && survey.outside_share < capture::kMuchMasked) {
@@ -145,7 +145,7 @@ int cmd_ingest(CommandRun& run) {
   for (const ControlParameter& c : history.controls) controls.push_back(c.name);
   Json findings = Json::array();
   for (const capture::SurveyFinding& f : survey.findings)
-    findings.push_back({{"photo", f.photo}, {"time", f.time}, {"problem", f.problem}});
+    findings.push_back({{"photo", f.photo.name}, {"time", f.photo.time}, {"problem", f.problem}});
   run.report_output(*status, output,
                     Json{{"frames", history.frames.size()},
                          {"controls", controls},

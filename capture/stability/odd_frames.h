@@ -1,0 +1,37 @@
+/// \file
+/// Which photograph is to blame when two that follow one another do not fit: the one whose removal mends the series.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "capture/stability/survey.h"
+
+namespace patinate::capture {
+
+/// Frames that neither fit the one before nor the one after, so that the pair across them, (i - 1, i + 1), is worth
+/// measuring: find_odd_frames() and group_frames() use it.
+/// @param neighbors  As of judge_frames(), with its findings. Rising; never the first or last frame.
+[[nodiscard]] std::vector<int> frames_to_skip(const std::vector<FramePair>& neighbors,
+                                              const std::vector<FrameFinding>& findings);
+
+/// Decides for every finding which of its two photographs stands out, and turns it round where that is the earlier one.
+/// What a finding says of motion, of light and of the surface is judged by itself: it may fall into two.
+///
+/// - A frame inside the series is odd when both of its pairs are found wanting and its neighbors follow one another
+///   without it: motions or gains of the two pairs cancel to less than half, or the pair across it fits better than
+///   either.
+/// - The first frame is odd when only its pair with the second is found wanting, not the next one.
+/// - Otherwise it is the later one: the series goes on from there in another way.
+/// @param across  Pairs (i - 1, i + 1) of frames_to_skip(); may be empty.
+void find_odd_frames(std::vector<FrameFinding>& findings, const std::vector<FramePair>& neighbors,
+                     const std::vector<FramePair>& across, int width, int height);
+
+/// Frames that hang together, directly or over others, by pairs that `is_linked`. @returns Per frame the number of its
+/// group, 0 for the largest one (of equal ones that with the earliest frame), then by size.
+[[nodiscard]] std::vector<int> group_frames(int num_frames, const std::vector<FramePair>& pairs,
+                                            const std::function<bool(const FramePair&)>& is_linked);
+/// Frames that are not in the largest group, rising; all of them when no two hang together, none of a single one.
+[[nodiscard]] std::vector<int> frames_outside(const std::vector<int>& groups);
+
+}  // namespace patinate::capture

@@ -217,7 +217,6 @@ int cmd_transfer(CommandRun& run) {
   history_path = history_place(history_path);
   task.history = std::make_shared<const HistoryReader>(history_path);
   const HistoryReader& history = *task.history;
-  note_history_warnings(run, history.label(), history.facts().warnings);
   if (!source_mask.empty()) {
     task.input.source_mask = read_source_mask(source_mask, history);
     task.source_mask_name = source_mask.filename().string();
@@ -236,6 +235,7 @@ int cmd_transfer(CommandRun& run) {
   task.input.appearance = transfer::appearance_source(history, cache);
   task.input.history = task.history;
   const transfer::TransferForecast forecast = transfer::forecast_transfer(task.input, options.neighborhood_radius_px);
+  note_history_warnings(run, history.label(), history.facts().warnings);
   for (const std::string& warning : transfer::warnings_of(forecast)) run.note(warning);
   const std::optional<JobStatus> status = run.make_folder(transfer::plan_transfer(std::move(task), output), "transfer");
   if (!status) return 0;

@@ -94,7 +94,7 @@ class TimeLapse(unittest.TestCase):
         self.write_frame(5, lambda x, y: (texture(300 - y, 7 * x % 400),) * 3)
         run = self.run_ingest("--stabilize", "--json")
         self.assertEqual(run.returncode, 0, run.stderr)
-        lost = [w for w in json.loads(run.stdout)["warnings"] if w["photos"] == ["5.png"]]
+        lost = [w for w in json.loads(run.stdout)["warnings"] if w.get("photos") == ["5.png"]]
         self.assertEqual(len(lost), 1, run.stdout)
         self.assertIn("cannot be laid over the others", lost[0]["text"])
         self.assertIn('"exclude": [1, 5]', lost[0]["cure"])  # With what is excluded already: ready to paste.
@@ -143,7 +143,7 @@ class TimeLapse(unittest.TestCase):
         self.write_frame(0, lambda x, y: color(0, round(x / 1.05), round(y / 1.05))[:2] + (min(255, int(color(0, round(x / 1.05), round(y / 1.05))[2] * 1.3)),))
         self.assertEqual(self.run_ingest().returncode, 0)
         warnings = json.loads((self.folder / "out/history.json").read_text())["warnings"]
-        found = {w["about"]: w for w in warnings if w["photos"] == ["0.png"]}
+        found = {w["about"]: w for w in warnings if w.get("photos") == ["0.png"]}
         self.assertIn("% larger against the one after it", found["motion"]["text"])
         self.assertIn("light times", found["light"]["text"])
         self.assertIn('"exclude": [0]', found["light"]["cure"])

@@ -168,28 +168,20 @@ std::string project_path(const fs::path& relative, const fs::path& file) {
   return text;
 }
 
-/// Makes the text; member by member, because JSON libraries write no comments.
+/// The project in the order of its members, as plain JSON, and what a person may want to know of each.
 class DraftText {
  public:
-  void member(const std::string& name, const Json& value, const std::string& comment = "") {
-    lines_.emplace_back("  " + Json(name).dump() + ": " + text_of(value), comment);
+  void member(const std::string& name, const Json& value, const std::string& hint = "") {
+    text_ += std::string(text_.empty() ? "" : ",") + "\n  " + Json(name).dump() + ": " + text_of(value);
+    if (!hint.empty()) hints_.push_back("`" + name + "`: " + hint);
   }
-  void comment(const std::string& text) { lines_.emplace_back("", text); }
-  [[nodiscard]] std::string text() const {
-    std::size_t last = 0;
-    for (std::size_t i = 0; i < lines_.size(); ++i) last = lines_[i].first.empty() ? last : i;
-    std::string text = "{\n";
-    for (std::size_t i = 0; i < lines_.size(); ++i) {
-      const auto& [line, comment] = lines_[i];
-      text += line + (line.empty() || i == last ? "" : ",");
-      if (!comment.empty()) text += "  // " + comment;
-      text += "\n";
-    }
-    return text + "}\n";
-  }
+  void hint(const std::string& text) { hints_.push_back(text); }
+  [[nodiscard]] std::string text() const { return "{" + text_ + "\n}\n"; }
+  [[nodiscard]] const std::vector<std::string>& hints() const { return hints_; }
 
  private:
-  std::vector<std::pair<std::string, std::string>> lines_;
+  std::string text_;
+  std::vector<std::string> hints_;
 };
 
 /// What is found out about the frames before anything is written.
@@ -282,7 +274,7 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
     draft.found.push_back("times from " + *frames.time_source);
   } else {
     text.member("frames", Json{{"pattern", pattern}, {"interval", 1}},
-                "CHECK: interval = time from one image to the next, in time_unit");
+                "`interval` is the time from one image to the next, in `time_unit`");
     draft.to_check.push_back("`interval`: nothing says when the images were taken, so 1 stands in its place");
   }
   if (!frames.excluded.empty()) text.member("exclude", frames.excluded);
@@ -307,8 +299,7 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
     (fits ? draft.found : draft.to_check)
         .push_back("mask " + relative(mask->file) + (fits ? "" : " is not as large as the photographs; excluded"));
   }
-  text.comment(
-      "\"texel_size_mm\": 0.1,  // surface length of a pixel: measure a ruler in the picture, and take the // away");
+  text.hint("`texel_size_mm`, for example 0.1: surface length of a pixel; measure a ruler in the picture");
   draft.to_check.push_back("`texel_size_mm`: not known; textures then have no physical size");
   const auto num_unwanted = std::count_if(images.begin(), images.end(), [&](const FoundImage& i) {
     return part_of(i.file) == Part::Photo && !is_wanted(i.file);
@@ -317,6 +308,7 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
     draft.found.push_back(std::to_string(num_unwanted) +
                           (num_unwanted == 1 ? " other image, which" : " other images, which") + " --only leaves out");
   draft.text = text.text();
+  draft.hints = text.hints();
   return draft;
 }
 

@@ -9,7 +9,8 @@
 namespace patinate::capture {
 
 struct ProjectDraft {
-  std::string text;                   ///< A capture.json, with comments where a person must look.
+  std::string text;                   ///< A capture.json, plain.
+  std::vector<std::string> hints;     ///< What its members mean, and which others there are; one line each.
   std::vector<std::string> found;     ///< What was recognized, one line each.
   std::vector<std::string> to_check;  ///< What was guessed, or excluded; one line each.
 };

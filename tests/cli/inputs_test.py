@@ -3,7 +3,6 @@
 import json
 import os
 import pathlib
-import re
 import shutil
 import subprocess
 import sys
@@ -20,7 +19,7 @@ def run(*arguments, cwd):
 
 
 def project_of(path):
-    return json.loads(re.sub(r"//.*", "", path.read_text()))
+    return json.loads(path.read_text())
 
 
 class Init(unittest.TestCase):
@@ -43,6 +42,9 @@ class Init(unittest.TestCase):
         self.assertIn("4 photographs, frames/*.png", result.stderr)
         self.assertIn("check: `interval`", result.stderr)
         project = project_of(self.folder / "capture/capture.json")
+        hints = (self.folder / "capture/capture.hints.txt").read_text()
+        self.assertIn("check: `interval`", hints)
+        self.assertIn("`texel_size_mm`", hints)
         self.assertEqual(project["transmission"], {"photo": "backlight.png", "blank": "backlight_blank.png", "align": "none"})
         self.succeeds("ingest", "capture", "-o", "history")
         history = json.loads((self.folder / "history/history.json").read_text())

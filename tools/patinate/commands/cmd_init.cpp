@@ -8,6 +8,21 @@
 
 namespace patinate::cli {
 
+namespace {
+
+/// capture.json -> capture.hints.txt: JSON has no comments.
+std::filesystem::path hints_file(std::filesystem::path project) { return project.replace_extension(".hints.txt"); }
+
+std::string hints_text(const capture::ProjectDraft& draft) {
+  std::string text;
+  for (const std::string& line : draft.found) text += "found: " + line + "\n";
+  for (const std::string& line : draft.to_check) text += "check: " + line + "\n";
+  for (const std::string& line : draft.hints) text += line + "\n";
+  return text + "All members: docs/capture.md and docs/schema/capture.schema.json.\n";
+}
+
+}  // namespace
+
 int cmd_init(CommandRun& run) {
   std::filesystem::path folder, output;
   std::string only;
@@ -27,7 +42,10 @@ int cmd_init(CommandRun& run) {
       exists && std::filesystem::is_regular_file(output, error) && read_file(output, 1 << 26) == draft.text;
   const std::optional<JobStatus> status = run.check_file(output, is_same ? "same" : "", "same");
   if (!status) return 0;
-  if (*status == JobStatus::Done) write_atomically(output, draft.text);
+  if (*status == JobStatus::Done) {
+    write_atomically(output, draft.text);
+    write_atomically(hints_file(output), hints_text(draft));
+  }
   for (const std::string& line : draft.found) run.note("found: " + line);
   for (const std::string& line : draft.to_check) run.note("check: " + line);
   try {

@@ -52,16 +52,17 @@ void complete_shares(const HistoryReader& reader, capture::SurveyReport& survey)
 }
 
 /// Says what was masked where it is too little for a warning, and with --verbose every photograph that was found.
-void note_survey(const capture::SurveyReport& survey, CommandRun& run) {
+void note_survey(const capture::SurveyReport& survey, bool is_one_photo, CommandRun& run) {
   for (const capture::SurveyFinding& f : survey.findings)
     run.detail(f.photo.name + " (time " + short_number_text(f.photo.time) + "): " + f.problem);
   if (!survey.findings.empty())
     run.note(std::string("every finding, photograph by photograph: ") + capture::kSurveyFile + ", or --verbose");
   if (survey.outside_share >= 0.0005 && survey.outside_share < capture::kMuchMasked) {
     run.note(fixed_percent_text(survey.outside_share) +
-             " of the pixels are saturated, in a highlight or out of view in some photograph and cannot be filled from "
-             "others: they are outside the mask"
-             " (--highlights keep keeps them)");
+             (is_one_photo ? " of the pixels are saturated or in a highlight"
+                           : " of the pixels are saturated, in a highlight or out of view in some photograph and "
+                             "cannot be filled from others") +
+             ": they are outside the mask (--highlights keep keeps them)");
   }
 }
 
@@ -138,7 +139,7 @@ int cmd_ingest(CommandRun& run) {
   complete_shares(reader, survey);
   note_history_warnings(run, reader.label(), reader.facts().warnings);
   for (const std::string& note : capture::light_notes(survey.light)) run.note(note);
-  note_survey(survey, run);
+  note_survey(survey, reader.num_frames() == 1, run);
 
   const HistoryManifest& history = reader.manifest();
   Json controls = Json::array();

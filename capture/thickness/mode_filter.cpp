@@ -1,10 +1,10 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "capture/thickness/histogram_peaks.h"
 #include "libcommon/core/parallel.h"
 #include "patinate/capture/thickness.h"
 #include "patinate/core/error.h"
@@ -13,7 +13,6 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kLanes = 8;               ///< Bins are padded to whole groups of this many.
 constexpr int kMarginBins = 2;          ///< Empty bins at either end, so that every peak has neighbors.
 constexpr double kStepsPerSigma = 2.5;  ///< Layers are sampled this often per spatial sigma.
 constexpr double kCutSigmas = 3.0;
@@ -37,7 +36,8 @@ struct Layout {
   int num_rows = 0;
   double low = 0.0;  ///< Value of bin 0.
   double bin_width = 1.0;
-  int num_bins = 0;  ///< Padded to whole lanes.
+  int num_bins = 0;    ///< Padded to whole lanes.
+  int peak_reach = 1;  ///< Bins on either side that belong to a peak.
   std::vector<float> spatial_kernel;
   std::vector<float> range_kernel;
 
@@ -53,13 +53,14 @@ Layout make_layout(const ImageF& in, double low, double high, const ModeFilterOp
   const auto num_nodes = [&](int length) { return static_cast<int>(std::floor((length - 1) / layout.step)) + 2; };
   layout.num_columns = num_nodes(in.width());
   layout.num_rows = num_nodes(in.height());
-  layout.num_bins = (options.num_bins + kLanes - 1) / kLanes * kLanes;
+  layout.num_bins = (options.num_bins + kHistogramLanes - 1) / kHistogramLanes * kHistogramLanes;
   layout.bin_width = (high - low) / (options.num_bins - 1 - 2 * kMarginBins);
   layout.low = low - kMarginBins * layout.bin_width;
   // Linear weights between nodes add a variance of step^2 / 6 when splatting and again when reading; between bins once.
   const double sigma = options.spatial_sigma_px / layout.step;
   layout.spatial_kernel = gaussian_kernel(layout.step > 1.0 ? std::sqrt(sigma * sigma - 2.0 / 6.0) : sigma);
   const double range_sigma = std::max(1.0, options.range_sigma / layout.bin_width);
+  layout.peak_reach = static_cast<int>(std::lround(kPeakSigmas * range_sigma));
   const double longest = layout.num_bins / kCutSigmas;
   layout.range_kernel = gaussian_kernel(std::min(longest, std::sqrt(range_sigma * range_sigma - 1.0 / 6.0)));
   return layout;
@@ -117,27 +118,6 @@ void blur_row(std::span<const float> in, const Layout& layout, std::span<float> 
   }
 }
 
-/// Position of the highest bin of (1 - t) a + t b, refined by a parabola through the logarithms of three bins (exact
-/// for a Gaussian peak). The lowest bin wins a tie.
-double peak_position(const float* a, const float* b, float t, int num_bins, float* blended) {
-  std::array<float, kLanes> best{};
-  for (int bin = 0; bin < num_bins; bin += kLanes) {
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const float value = (1.0f - t) * a[bin + lane] + t * b[bin + lane];
-      blended[bin + lane] = value;
-      const std::size_t l = static_cast<std::size_t>(lane);
-      best[l] = value > best[l] ? value : best[l];
-    }
-  }
-  const float highest = *std::max_element(best.begin(), best.end());
-  const int at = static_cast<int>(std::find(blended, blended + num_bins, highest) - blended);
-  if (at < 1 || at > num_bins - 2 || !(blended[at - 1] > 0.0f) || !(blended[at + 1] > 0.0f)) return at;
-  const float before = std::log(blended[at - 1] / highest), after = std::log(blended[at + 1] / highest);
-  const float curvature = before + after;
-  if (!(curvature < 0.0f)) return at;
-  return at + static_cast<double>(std::clamp(0.5f * (before - after) / curvature, -0.5f, 0.5f));
-}
-
 /// Rows of nodes [first_row, first_row + rows.size()), a sliding part of the whole.
 class NodeRows {
  public:
@@ -154,7 +134,13 @@ class NodeRows {
   std::vector<float> values_;
 };
 
-void filter_pixel_row(const ImageU8& mask, const Layout& layout, int y, NodeRows& blurred, ImageF& out) {
+/// Where results go; `shares` may be missing.
+struct FilterOutput {
+  ImageF& values;
+  ModeFilterResult* shares = nullptr;
+};
+
+void filter_pixel_row(const ImageU8& mask, const Layout& layout, int y, NodeRows& blurred, const FilterOutput& out) {
   const double node_row = y / layout.step;
   const int above = static_cast<int>(node_row);
   const float fraction = static_cast<float>(node_row - above);
@@ -163,14 +149,19 @@ void filter_pixel_row(const ImageU8& mask, const Layout& layout, int y, NodeRows
   for (std::size_t i = 0; i < histograms.size(); ++i)
     histograms[i] = (1.0f - fraction) * upper[i] + fraction * lower[i];
   std::vector<float> blended(static_cast<std::size_t>(layout.num_bins));
-  for (int x = 0; x < out.width(); ++x) {
+  for (int x = 0; x < out.values.width(); ++x) {
     if (!is_inside(mask, x, y)) continue;
     const double column = x / layout.step;
     const int left = static_cast<int>(column);
     const float* a = &histograms[static_cast<std::size_t>(left) * static_cast<std::size_t>(layout.num_bins)];
-    const double bin =
-        peak_position(a, a + layout.num_bins, static_cast<float>(column - left), layout.num_bins, blended.data());
-    out.at(x, y) = static_cast<float>(layout.low + bin * layout.bin_width);
+    const int at = highest_bin(a, a + layout.num_bins, static_cast<float>(column - left), blended);
+    out.values.at(x, y) = static_cast<float>(layout.low + refined_peak(blended, at) * layout.bin_width);
+    if (out.shares == nullptr) continue;
+    const PeakShares peaks = peak_shares(blended, at, layout.peak_reach);
+    out.shares->share.at(x, y) = peaks.first;
+    out.shares->second_share.at(x, y) = peaks.second;
+    const int second = peaks.second_at < 0 ? at : peaks.second_at;
+    out.shares->second_value.at(x, y) = static_cast<float>(layout.low + second * layout.bin_width);
   }
 }
 
@@ -206,18 +197,31 @@ void describe(OptionVisitor& v, ModeFilterOptions& o) {
           o.num_bins);
 }
 
-ImageF mode_filter(const ImageF& in, const ImageU8& mask, const ModeFilterOptions& options, const RunControl& control) {
+namespace {
+
+/// One value everywhere: no histogram has a width.
+void fill_constant(const ImageU8& mask, float value, const FilterOutput& out) {
+  for (int y = 0; y < out.values.height(); ++y) {
+    for (int x = 0; x < out.values.width(); ++x) {
+      if (!is_inside(mask, x, y)) continue;
+      out.values.at(x, y) = value;
+      if (out.shares == nullptr) continue;
+      out.shares->share.at(x, y) = 1.0f;
+      out.shares->second_value.at(x, y) = value;
+    }
+  }
+}
+
+void filter_into(const ImageF& in, const ImageU8& mask, const ModeFilterOptions& options, const FilterOutput& out,
+                 const RunControl& control) {
   check_ranges(options);
   if (in.channels() != 1) throw InvalidInput("mode_filter: the image has several channels; give one");
   if (!mask.empty() && !in.same_size(mask)) throw InvalidInput("mode_filter: image and mask differ in size");
   const auto [low, high] = checked_range(in, mask);
-  ImageF out(in.width(), in.height());
   if (!(low < high)) {
-    for (int y = 0; y < in.height(); ++y) {
-      for (int x = 0; x < in.width(); ++x) out.at(x, y) = is_inside(mask, x, y) ? low : 0.0f;
-    }
+    fill_constant(mask, low, out);
     control.report(1.0);
-    return out;
+    return;
   }
   const Layout layout = make_layout(in, static_cast<double>(low), static_cast<double>(high), options);
   const int radius = layout.spatial_radius();
@@ -253,7 +257,22 @@ ImageF mode_filter(const ImageF& in, const ImageU8& mask, const ModeFilterOption
     });
     control.report(static_cast<double>(end) / (layout.num_rows - 1));
   }
+}
+
+}  // namespace
+
+ImageF mode_filter(const ImageF& in, const ImageU8& mask, const ModeFilterOptions& options, const RunControl& control) {
+  ImageF out(in.width(), in.height());
+  filter_into(in, mask, options, {out}, control);
   return out;
+}
+
+ModeFilterResult mode_filter_shares(const ImageF& in, const ImageU8& mask, const ModeFilterOptions& options,
+                                    const RunControl& control) {
+  const ImageF empty(in.width(), in.height());
+  ModeFilterResult result{empty, empty, empty, empty};
+  filter_into(in, mask, options, {result.values, &result}, control);
+  return result;
 }
 
 }  // namespace patinate::capture

@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <vector>
+#include <optional>
+#include <utility>
 
+#include "capture/thickness/layer_evidence.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
 
@@ -15,6 +17,9 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kCurveNames{"reciprocal", "beer_lambert", "linear"};
 constexpr float kDarkest = 1.0f / 1024.0f;
+/// Blur of a trend, in windows. Narrower it follows grain and what lies beside cracks, wider it misses the paint's
+/// curves.
+constexpr double kTrendSigmas = 0.75;
 
 }  // namespace
 
@@ -40,25 +45,44 @@ double thickness_of(double transmittance, ThicknessCurve curve) {
   throw InvalidInput("thickness_curve: unknown; use reciprocal, beer_lambert or linear");
 }
 
-ImageF fill_cracks(const ImageF& in, const ImageU8& mask, const ThicknessOptions& options, const RunControl& control) {
+namespace {
+
+/// What the mode filter gave in the first and in the last pass.
+struct Passes {
+  ModeFilterResult first;
+  std::optional<ModeFilterResult> last;  ///< Only with refinements; its values are of what was left.
+  ImageF filled;
+};
+
+Passes filter_in_passes(const ImageF& in, const ImageU8& mask, const ThicknessOptions& options,
+                        const RunControl& control) {
   check_ranges(options);
   const double num_passes = 1.0 + options.num_refinements;
-  ImageF filled = mode_filter(in, mask, options.mode_filter, control.part(0.0, 1.0 / num_passes));
+  Passes passes{mode_filter_shares(in, mask, options.mode_filter, control.part(0.0, 1.0 / num_passes)), {}, {}};
+  passes.filled = passes.first.values;
   RunControl quiet = control;
   quiet.on_progress = {};
   for (int pass = 1; pass <= options.num_refinements; ++pass) {
-    const ImageF trend = gaussian_blur(filled, mask, 0.5 * options.mode_filter.spatial_sigma_px, quiet);
+    const ImageF trend = gaussian_blur(passes.filled, mask, kTrendSigmas * options.mode_filter.spatial_sigma_px, quiet);
     ImageF rest = in;
     std::transform(in.values().begin(), in.values().end(), trend.values().begin(), rest.values().begin(),
                    std::minus<>());
-    filled = mode_filter(rest, mask, options.mode_filter, control.part(pass / num_passes, (pass + 1) / num_passes));
+    passes.last =
+        mode_filter_shares(rest, mask, options.mode_filter, control.part(pass / num_passes, (pass + 1) / num_passes));
+    passes.filled = passes.last->values;
     for (int y = 0; y < in.height(); ++y) {
       for (int x = 0; x < in.width(); ++x) {
-        if (is_inside(mask, x, y)) filled.at(x, y) += trend.at(x, y);
+        if (is_inside(mask, x, y)) passes.filled.at(x, y) += trend.at(x, y);
       }
     }
   }
-  return filled;
+  return passes;
+}
+
+}  // namespace
+
+ImageF fill_cracks(const ImageF& in, const ImageU8& mask, const ThicknessOptions& options, const RunControl& control) {
+  return filter_in_passes(in, mask, options, control).filled;
 }
 
 ThicknessMap thickness_from_transmission(const ImageF& photo, const ImageF& blank, const ImageU8& mask,
@@ -88,7 +112,13 @@ ThicknessMap thickness_from_transmission(const ImageF& photo, const ImageF& blan
     throw InvalidInput(
         "thickness: the mask or the blank photograph leaves no pixel; the blank must be brighter than black");
   }
-  ThicknessMap map{fill_cracks(transmittance, known, options, control), 0.0, 0.0, known};
+  Passes passes = filter_in_passes(transmittance, known, options, control.part(0.0, 0.9));
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  ThicknessMap map{.values = std::move(passes.filled),
+                   .known = known,
+                   .evidence = layer_evidence(transmittance, passes.first, passes.last ? *passes.last : passes.first,
+                                              known, options.mode_filter, quiet)};
   for (int y = 0; y < photo.height(); ++y) {
     for (int x = 0; x < photo.width(); ++x) {
       float& value = map.values.at(x, y);
@@ -100,6 +130,7 @@ ThicknessMap thickness_from_transmission(const ImageF& photo, const ImageF& blan
   const Percentiles range = percentiles(map.values, known, 0.001, 0.999);
   map.low = static_cast<double>(range.low);
   map.high = static_cast<double>(range.high);
+  control.report(1.0);
   return map;
 }
 

@@ -1,3 +1,6 @@
+#include <utility>
+
+#include "capture/thickness/thickness_warnings.h"
 #include "capture/timelapse/ingest_work.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
@@ -22,6 +25,9 @@ void write_thickness(HistoryWriter& writer, const IngestWork& work, const Transm
     const ThicknessMap map =
         thickness_from_transmission(light.photo, light.blank, mask, work.options.thickness, control);
     writer.write_control("thickness", map.values, map.low, map.high, "relative");
+    const std::string name = work.project.transmission->photo.filename().string();
+    for (HistoryWarning& warning : thickness_warnings(map.evidence, name, work.options.thickness))
+      writer.add_warning(std::move(warning));
   } catch (const InvalidInput& e) {
     throw IoError(work.project.transmission->photo.string(), e.what());
   }

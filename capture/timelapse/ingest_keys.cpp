@@ -15,6 +15,8 @@ namespace {
 
 /// Raised whenever the same input gives other output.
 constexpr std::int64_t kStageVersion = 2;
+/// The same for what a transmission photograph becomes alone.
+constexpr std::int64_t kThicknessVersion = 2;
 
 std::string roi_text(const PixelRectangle& roi) {
   return std::to_string(roi.x) + " " + std::to_string(roi.y) + " " + std::to_string(roi.width) + " " +
@@ -91,6 +93,7 @@ JobInputs ingest_inputs(const IngestWork& work) {
       }
     }
     inputs.add_value("align", align);
+    inputs.add_value("version of thickness", std::to_string(kThicknessVersion));
     inputs.add_options(option_values(work.options.thickness));
   }
   add_scan_inputs(inputs, work);

@@ -208,7 +208,7 @@ void HistoryWriter::write_control(const std::string& name, const ImageF& values,
   }
   const fs::path file = control_file(name);
   make_parent(folder_ / file);
-  write_exr(folder_ / file, normalized, {"Y"}, ExrDepth::Float);
+  write_scaled_exr(folder_ / file, normalized, {low, high, unit});
   add_written_control({.name = name, .file = file, .low = low, .high = high, .unit = unit});
 }
 

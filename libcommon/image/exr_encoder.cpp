@@ -1,4 +1,5 @@
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfIO.h>
@@ -85,6 +86,11 @@ class ExrEncoder final : public ImageEncoder {
     if (!format_.key.empty()) {
       header.insert(kImageKeyAttribute, Imf::StringAttribute(format_.key));
       header.insert("comments", Imf::StringAttribute(kImageKeyDescription + format_.key));
+    }
+    if (format_.scale) {
+      header.insert(kImageLowAttribute, Imf::DoubleAttribute(format_.scale->low));
+      header.insert(kImageHighAttribute, Imf::DoubleAttribute(format_.scale->high));
+      header.insert(kImageUnitAttribute, Imf::StringAttribute(format_.scale->unit));
     }
     return header;
   }

@@ -1,4 +1,5 @@
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDoubleAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputPart.h>
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -86,6 +88,14 @@ std::string text_of(const Imf::Header& header, const char* name) {
   return attribute == nullptr ? "" : attribute->value().c_str();  // Up to a zero.
 }
 
+/// What 0 and 1 stand for, unless the header lacks a number or has one that is not finite.
+std::optional<ValueScale> scale_of(const Imf::Header& header) {
+  const auto* low = header.findTypedAttribute<Imf::DoubleAttribute>(kImageLowAttribute);
+  const auto* high = header.findTypedAttribute<Imf::DoubleAttribute>(kImageHighAttribute);
+  if (low == nullptr || high == nullptr || !std::isfinite(low->value()) || !std::isfinite(high->value())) return {};
+  return ValueScale{low->value(), high->value(), text_of(header, kImageUnitAttribute)};
+}
+
 /// Whether the header says what OpenImageIO understands and read_words() does not: other spellings, dates of cameras,
 /// frame rates.
 bool has_other_words(const Imf::Header& header) {
@@ -121,6 +131,7 @@ class ExrSource final : public ImageSource {
     info_.channels = std::move(*names);
     info_.is_integer = false;
     set_words(info_, text_of(header, "capDate"), text_of(header, kImageKeyAttribute), text_of(header, "comments"));
+    info_.scale = scale_of(header);
     part_.emplace(file_, 0);
     return true;
   }

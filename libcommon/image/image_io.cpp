@@ -126,18 +126,36 @@ ImageU8 read_mask(const std::filesystem::path& path) {
   return mask;
 }
 
-void write_exr(const std::filesystem::path& path, const ImageF& image, const std::vector<std::string>& channels,
-               ExrDepth depth, const std::string& key) {
+namespace {
+
+void write_values(const std::filesystem::path& path, const ImageF& image, EncodedFormat format) {
+  const auto& channels = format.channels;
   if (image.empty() || static_cast<int>(channels.size()) != image.channels()) {
     throw InvalidInput(path.string() + ": an image of " + std::to_string(image.channels()) + " channels was given " +
                        std::to_string(channels.size()) + " names");
   }
   for (float v : image.values()) {
-    if (!std::isfinite(v) || (depth == ExrDepth::Half && std::abs(v) > kLargestHalf)) {
+    if (!std::isfinite(v) || (format.values == EncodedFormat::Values::Half && std::abs(v) > kLargestHalf)) {
       throw InvalidInput(path.string() + ": a value is NaN, infinite or too large to be stored");
     }
   }
-  write_pixels(path, exr_format(path, image.width(), image.height(), channels, depth, key), image.data());
+  write_pixels(path, format, image.data());
+}
+
+}  // namespace
+
+void write_exr(const std::filesystem::path& path, const ImageF& image, const std::vector<std::string>& channels,
+               ExrDepth depth, const std::string& key) {
+  write_values(path, image, exr_format(path, image.width(), image.height(), channels, depth, key));
+}
+
+void write_scaled_exr(const std::filesystem::path& path, const ImageF& map, const ValueScale& scale,
+                      const std::string& key) {
+  if (!std::isfinite(scale.low) || !std::isfinite(scale.high))
+    throw InvalidInput(path.string() + ": what 0 and 1 stand for must be finite");
+  EncodedFormat format = exr_format(path, map.width(), map.height(), {"Y"}, ExrDepth::Float, key);
+  format.scale = scale;
+  write_values(path, map, std::move(format));
 }
 
 void write_codes(const std::filesystem::path& path, const ImageU8& codes, const std::string& key) {

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,8 +65,9 @@ struct EncodedFormat {
   Values values = Values::Codes;
   bool has_facts = true;  ///< Who wrote it, a date that is none, and the key.
   std::string key = "";
-  bool is_srgb = false;  ///< Says so in a file without facts.
-  int png_level = 6;     ///< Of zlib, [0, 9].
+  std::optional<ValueScale> scale = {};  ///< Of an EXR with facts.
+  bool is_srgb = false;                  ///< Says so in a file without facts.
+  int png_level = 6;                     ///< Of zlib, [0, 9].
   int jpeg_quality = 92;
 };
 
@@ -92,6 +94,10 @@ inline constexpr const char* kNoImageDate = "1970:01:01 00:00:00";
 inline constexpr const char* kImageSoftware = "patinate";
 /// Where a content key stands in a file.
 inline constexpr const char* kImageKeyAttribute = "patinate:key";
+/// What 0 and 1 of an EXR stand for.
+inline constexpr const char* kImageLowAttribute = "patinate:low";
+inline constexpr const char* kImageHighAttribute = "patinate:high";
+inline constexpr const char* kImageUnitAttribute = "patinate:unit";
 inline constexpr const char* kImageKeyDescription = "patinate key ";
 
 /// Sets what a file's own words mean for a reader. @param key  Of its attribute. @param description  May hold the key

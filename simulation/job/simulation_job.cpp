@@ -181,7 +181,7 @@ void join(SimulationWork& work, const fs::path& folder, const RunControl& contro
     controls.push_back(parameter_control(simulation, name));
     const ParameterControl& c = controls.back();
     const fs::path path = fs::path("controls") / (name + ".exr");
-    write_exr(folder / path, c.values, {"Y"}, ExrDepth::Float);
+    write_scaled_exr(folder / path, c.values, {c.low, c.high, c.unit});
     controls_list.push_back({{"name", name}, {"file", path.string()}, {"range", {c.low, c.high}}, {"unit", c.unit}});
   }
   write_history(work, simulation, folder, controls);

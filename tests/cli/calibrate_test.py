@@ -229,6 +229,31 @@ class ResponseAndThickness(Calibrate):
         wrong = self.run_("thickness", "photo.png", "--blank", "small.png", "-o", "b.exr")
         self.assertEqual((wrong.returncode, len(wrong.stderr.strip().splitlines())), (3, 1))
 
+    def test_a_layer_with_a_hole_says_so_and_what_fills_it(self):
+        """A hole of 48 px where the window is 10: thickness warns of it and its JSON and the history that ingest makes have it; info tells what 0 and 1 are."""
+        hole = lambda x, y: math.hypot(x - 80, y - 60) < 24
+        scene.write_png(self.folder / "light.png", 200, 160, lambda x, y: 0.95 if hole(x, y) or x % 20 < 2 else 0.4 + 0.0001 * y)
+        for frame in "ab":
+            scene.write_png(self.folder / f"{frame}.png", 200, 160, lambda x, y: 0.5)
+        options = ("--spatial-sigma", "10")
+        said = self.succeeds("thickness", "light.png", "--response", "linear", *options, "-o", "map.exr", "--json")
+        result = json.loads(said.stdout)
+        self.assertGreater(result["two_modes_share"], 0)
+        self.assertAlmostEqual(result["hole_share"], math.pi * 24 ** 2 / (200 * 160), delta=0.01)
+        self.assertEqual([w["about"] for w in result["warnings"]], ["control"])
+        self.assertIn("--spatial-sigma", result["warnings"][0]["cure"])
+        self.assertIn(result["warnings"][0]["text"], said.stderr)
+        facts = json.loads(self.succeeds("info", "map.exr", "--json").stdout)
+        self.assertEqual((facts["range"], facts["unit"]), (result["range"], "relative"))
+        self.assertIn("0 stands for", self.succeeds("info", "map.exr").stdout)
+        scene.save(self.folder / "capture.json", {"format": "patinate.capture", "version": 1, "name": "layer", "kind": "fixed", "time_unit": "d", "response": "linear",
+                                                  "frames": [{"time": 0, "photo": "a.png"}, {"time": 1, "photo": "b.png"}], "transmission": {"photo": "light.png"}})
+        self.succeeds("ingest", "capture.json", "-o", "history", *options)
+        history = self.load("history/history.json")
+        self.assertIn(result["warnings"][0]["text"], [w["text"] for w in history["warnings"]])
+        facts = json.loads(self.succeeds("info", "history/controls/thickness.exr", "--json").stdout)
+        self.assertEqual(facts["range"], history["controls"][0]["range"])
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -64,9 +64,10 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
     std::vector<std::string> names = file_.controls;
     if (options_.finished.empty() && std::find(names.begin(), names.end(), "hits") == names.end())
       names.push_back("hits");
-    for (const std::string& control : names)
-      write_exr(folder / "controls" / (control + ".exr"), simulation::parameter_control(simulation_, control).values,
-                {"Y"}, ExrDepth::Float);
+    for (const std::string& control : names) {
+      const simulation::ParameterControl c = simulation::parameter_control(simulation_, control);
+      write_scaled_exr(folder / "controls" / (control + ".exr"), c.values, {c.low, c.high, c.unit});
+    }
   }
   if (!wants("history")) return;
   is_exporting_->store(true);

@@ -81,7 +81,7 @@ void make_control(const OpenLibrary& library, std::size_t index, const fs::path&
     values = library_index_image(library.layout);
     for (float& v : values.values()) v /= static_cast<float>(parameter.high);
   }
-  write_exr(folder / parameter.file, values, {"Y"}, ExrDepth::Float);
+  write_scaled_exr(folder / parameter.file, values, {parameter.low, parameter.high, parameter.unit});
 }
 
 void make_mask(const OpenLibrary& library, const fs::path& folder) {

@@ -107,12 +107,12 @@ TEST(FillCracks, FollowsSteepPaintWithoutSteps) {
   EXPECT_LT(worst_error(2), 0.5 * worst_error(0));
 }
 
-TEST(Thickness, CrackedLayerGivesTheMapOfTheLayerBeforeItCracked) {
+TEST(Thickness, RegressionCrackedLayerGivesTheMapOfTheLayerBeforeItCracked) {
   // goals.md: mode filter of the last, cracked frame against that of the first, crack-free one, in a disc of 250 px,
   // outside compacted zones (darker by more than 15 codes), one gain removed. Goal: median 0.1 %, 95th percentile 2.5
   // %; measured: 0.235 % and 0.75 % (in the cracks 0.20 % and 0.65 %). A Gaussian over crack-free pixels alone leaves
   // 0.17 % / 0.62 %: the layer itself changed by that much, so the median's goal is not reachable with one gain; it is
-  // held at what was measured. Refined twice, as the thickness map is: 0.27 % and 1.06 %.
+  // held at what was measured. Refined, as the thickness map is: 0.250 % and 0.93 % (0.21 % and 0.73 %).
   PATINATE_REQUIRE_DATA(folder, "timelapse/capillary_fracture_backlit/p03");
   const ImageF before = read_gray(folder / "frame_00000.png"), after = read_gray(folder / "frame_00037.png");
   const auto quantile = [](std::vector<double> values, double rank) {
@@ -124,7 +124,7 @@ TEST(Thickness, CrackedLayerGivesTheMapOfTheLayerBeforeItCracked) {
     int num_refinements;
     double median, p95;
   };
-  for (const Bounds& bounds : {Bounds{0, 0.0025, 0.01}, Bounds{2, 0.003, 0.0125}}) {
+  for (const Bounds& bounds : {Bounds{0, 0.0025, 0.01}, Bounds{1, 0.0027, 0.01}}) {
     const ThicknessOptions options{.num_refinements = bounds.num_refinements};
     const ImageF truth = fill_cracks(before, {}, options), recovered = fill_cracks(after, {}, options);
     std::vector<double> ratios, in_cracks;

@@ -89,6 +89,23 @@ TEST(ImageIo, FloatExrKeepsNamedChannelsWhateverTheirOrder) {
   EXPECT_THROW((void)read_channels(folder / "m.exr", {"Y"}), IoError);
 }
 
+TEST(ImageIo, AScaledExrSaysWhatZeroAndOneStandFor) {
+  TempFolder folder;
+  const ImageF map = ramp(9, 6, 1);
+  const ValueScale scale{-0.125, 1.0 / 3.0, "1/mm"};
+  write_scaled_exr(folder / "a.exr", map, scale, "k2");
+  const ImageInfo info = probe_image(folder / "a.exr");
+  EXPECT_EQ(info.scale, scale);  // Doubles, to the last bit.
+  EXPECT_EQ(info.key, "k2");
+  EXPECT_EQ(read_gray(folder / "a.exr"), map);
+  write_scaled_exr(folder / "b.exr", map, scale, "k2");
+  EXPECT_EQ(read_file(folder / "a.exr"), read_file(folder / "b.exr"));
+  write_exr(folder / "c.exr", map, {"Y"}, ExrDepth::Float);
+  EXPECT_FALSE(probe_image(folder / "c.exr").scale.has_value());
+  EXPECT_THROW(write_scaled_exr(folder / "d.exr", map, {0.0, std::numeric_limits<double>::infinity(), ""}),
+               InvalidInput);
+}
+
 TEST(ImageIo, EveryFormatThatIsWrittenCarriesTheKey) {
   TempFolder folder;
   for (const char* name : {"k.png", "k.jpg", "k.tif", "k.exr", "K.EXR"}) {

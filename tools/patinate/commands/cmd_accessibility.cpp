@@ -138,7 +138,7 @@ void run_item(const fs::path& folder, const Mesh& mesh, const Vec3& viewer, cons
               {"view", camera ? "camera" : "orthographic"}};
   for (const AccessibilityDefinition& d : found.definitions) {
     const ImageF values = in_view(found, d, view);
-    write_exr(folder / (d.name + ".exr"), values, {"Y"}, ExrDepth::Float);
+    write_scaled_exr(folder / (d.name + ".exr"), values, {0.0, 1.0, d.unit});  // Physical values as they are.
     write_srgb8(folder / (d.name + ".png"), picture(values, mask, d.low, d.high));
     report["definitions"].push_back(
         {{"name", d.name}, {"file", d.name + ".exr"}, {"unit", d.unit}, {"range", {d.low, d.high}}});

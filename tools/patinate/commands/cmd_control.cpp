@@ -119,7 +119,8 @@ int cmd_control(CommandRun& run) {
       is_kind(kind) ? cached_control(kind, map, options.kinds, cache, control.part(0.2, 1.0))
                     : make_control_expression(kind, map, options.kinds, control.part(0.2, 1.0), control_source(cache));
   for (std::size_t i = 0; i < files.size(); ++i) {
-    write_exr(files[i], cut_tile(result.values, map.sheet(), static_cast<int>(i)), {"Y"}, ExrDepth::Float, key);
+    write_scaled_exr(files[i], cut_tile(result.values, map.sheet(), static_cast<int>(i)),
+                     {result.low, result.high, result.unit}, key);
   }
   if (atlas.is_unwrapped) {
     scale_mesh(atlas.mesh, 1.0 / mm_per_mesh_unit(mesh_source));

@@ -209,6 +209,13 @@ Facts image_facts(const std::filesystem::path& path) {
   if (info.num_frames > 1) facts.add("frames", info.num_frames);
   if (!info.date_time.empty()) facts.add("date", info.date_time);
   add_exposure(facts, info.exposure);
+  if (info.scale) {
+    const ValueScale& s = *info.scale;
+    const std::string unit = s.unit.empty() ? "" : " " + s.unit;
+    facts.add("range", Json{s.low, s.high},
+              "0 stands for " + short_number_text(s.low) + ", 1 for " + short_number_text(s.high) + unit);
+    facts.add("unit", s.unit, "");
+  }
   if (!info.key.empty()) facts.add("key", info.key);
   return facts;
 }

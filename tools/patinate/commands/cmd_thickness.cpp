@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "capture/thickness/thickness_warnings.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/warning_json.h"
 #include "patinate/capture/thickness.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
@@ -57,7 +59,7 @@ int cmd_thickness(CommandRun& run) {
   const Response curve = response_of(response);
 
   ContentHash hash;
-  hash.add("thickness 1").add(curve.text()).add_file(photo);
+  hash.add("thickness 2").add(curve.text()).add_file(photo);
   hash.add(blank.empty() ? "no blank" : "blank").add(mask.empty() ? "no mask" : "mask");
   if (!blank.empty()) hash.add_file(blank);
   if (!mask.empty()) hash.add_file(mask);
@@ -86,13 +88,28 @@ int cmd_thickness(CommandRun& run) {
     v = is_known && span > 0 ? static_cast<float>(std::clamp((static_cast<double>(v) - map.low) / span, 0.0, 1.0))
                              : 0.0f;
   }
-  write_exr(output, map.values, {"Y"}, ExrDepth::Float, key);
+  write_scaled_exr(output, map.values, {map.low, map.high, "relative"}, key);
   if (map.low > 0.0 && map.high / map.low > 50.0) {
     run.note("thickness spans 1 to " + short_number_text(map.high / map.low) +
              ": saturated or opaque parts belong outside the --mask");
   }
+  const capture::LayerEvidence& seen = map.evidence;
+  const std::vector<HistoryWarning> warnings =
+      capture::thickness_warnings(seen, photo.filename().string(), options.thickness);
+  for (const HistoryWarning& warning : warnings) run.note(warning_text(warning));
+  run.note("the commonest value covers " + fixed_percent_text(seen.share) + " of its window in the median, less than " +
+           "half in " + fixed_percent_text(seen.weak_share) + " of the layer; two values compete in " +
+           fixed_percent_text(seen.two_modes));
   run.detail("0 stands for " + number_text(map.low) + ", 1 for " + number_text(map.high) + " (relative)");
-  run.report_output(*status, output, Json{{"range", {map.low, map.high}}, {"unit", "relative"}, {"known", num_known}});
+  run.report_output(*status, output,
+                    Json{{"range", {map.low, map.high}},
+                         {"unit", "relative"},
+                         {"known", num_known},
+                         {"mode_share", seen.share},
+                         {"weak_share", seen.weak_share},
+                         {"two_modes_share", seen.two_modes},
+                         {"hole_share", seen.hole_share},
+                         {"warnings", warnings_json(warnings)}});
   return 0;
 }
 

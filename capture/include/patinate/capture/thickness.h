@@ -35,6 +35,21 @@ void describe(OptionVisitor& v, ModeFilterOptions& o);
 [[nodiscard]] ImageF mode_filter(const ImageF& in, const ImageU8& mask, const ModeFilterOptions& options = {},
                                  const RunControl& control = {});
 
+/// mode_filter() with what each window's histogram says about its mode.
+struct ModeFilterResult {
+  ImageF values;  ///< mode_filter().
+  /// Part of the window (weighted, inside the mask) within 2.5 range_sigma of the mode: [0, 1]. 1 where all is one
+  /// value; below one half cracks, slopes or noise are more than what the mode stands for.
+  ImageF share;
+  /// The same of the second mode: the highest peak apart from the first one behind a valley; 0 where there is none.
+  ImageF second_share;
+  ImageF second_value;  ///< To a bin; the first one's where there is no second.
+};
+/// Same contract as mode_filter(); about half as long again.
+[[nodiscard]] ModeFilterResult mode_filter_shares(const ImageF& in, const ImageU8& mask,
+                                                  const ModeFilterOptions& options = {},
+                                                  const RunControl& control = {});
+
 /// How transmitted light T becomes thickness. All three fall with T.
 enum class ThicknessCurve {
   Reciprocal,   ///< 1 / T: a layer that scatters and absorbs little [Kubelka and Munk 1931: T = 1 / (1 + S d)].
@@ -45,19 +60,35 @@ enum class ThicknessCurve {
 struct ThicknessOptions {
   ThicknessCurve curve = ThicknessCurve::Reciprocal;  ///< Why: docs/decisions/0001-thickness-from-transmission.md.
   ModeFilterOptions mode_filter = {};  ///< Its values are T: 1 = as bright as the blank, or the largest code.
-  int num_refinements = 2;             ///< [0, 10]. See fill_cracks(); 0 keeps edges of the layer sharp.
+  int num_refinements = 1;             ///< [0, 10]. See fill_cracks(); 0 keeps edges of the layer sharp.
 };
 void describe(OptionVisitor& v, ThicknessOptions& o);
 
 /// Every pixel gets the value that the layer around it has, cracks or not: the mode filter, refined.
 ///
 /// On sloping or curved paint the mode of a window is flat in patches, with steps between them. So the filter is run
-/// again on what is left of `in` after the last result, blurred by half of spatial_sigma_px, is taken off; a crack
-/// differs from that trend as much as before, the slope is gone. Steps of the layer itself are softened to half of
-/// spatial_sigma_px. Synthetic crackle (median / 95th percentile of the error): 0 refinements 1.1 / 5.3 %, one 0.44
-/// / 2.2 %, two 0.29 / 1.4 %. Same contract as mode_filter().
+/// again on what is left of `in` after the last result, blurred by 3/4 of spatial_sigma_px, is taken off; a crack
+/// differs from that trend as much as before, the slope is gone. A narrower blur would follow grain and what lies
+/// beside cracks. Steps of the layer itself are softened to 3/4 of spatial_sigma_px. Same contract as mode_filter().
 [[nodiscard]] ImageF fill_cracks(const ImageF& in, const ImageU8& mask, const ThicknessOptions& options = {},
                                  const RunControl& control = {});
+
+/// Holes are warned of from this part of a layer on: then ThicknessMap::low is theirs.
+inline constexpr double kNamedHoleShare = 0.001;
+
+/// What the windows of the mode filter say about a layer. Shares are of the layer, [0, 1]; light is T.
+struct LayerEvidence {
+  double share = 1.0;  ///< Part of its window that a pixel's commonest value covers, within 2.5 range_sigma; median.
+  double weak_share = 0.0;  ///< Where that is less than half, and no second competes: cracks, slope or noise prevail.
+  double two_modes = 0.0;   ///< Where a second value covers at least half as much as the commonest one.
+  double noise = 0.0;  ///< Standard deviation of T between neighbors: the photograph's noise and the layer's grain.
+  double hole_share = 0.0;     ///< Brighter places, apart by two modes, that the filter took for the layer.
+  double hole_width_px = 0.0;  ///< Diameter of a circle of the largest one's area.
+  double hole_light = 0.0;     ///< Median in them; 0 without holes.
+  double brightest = 0.0;      ///< 99.9th percentile over the layer, cracks and all; 0 without holes.
+  /// Window, tried, that fills them and leaves the rest of the layer as it is; 0 = none up to a sixth of its side.
+  double filling_sigma_px = 0.0;
+};
 
 /// A thickness map; only ratios to other values of the same map mean something.
 struct ThicknessMap {
@@ -65,6 +96,7 @@ struct ThicknessMap {
   double low = 0.0;  ///< Robust range: 0.1 % and 99.9 % percentiles inside the mask.
   double high = 0.0;
   ImageU8 known;  ///< H x W; 0 outside the mask and where the blank is black.
+  LayerEvidence evidence = {};
 };
 
 /// T = photo / blank (or the photo), cracks filled by fill_cracks(), then the curve.

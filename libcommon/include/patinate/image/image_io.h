@@ -27,6 +27,15 @@ struct ImageExposure {
   friend bool operator==(const ImageExposure&, const ImageExposure&) = default;
 };
 
+/// What 0 and 1 of a map's channel stand for.
+struct ValueScale {
+  double low = 0.0;   ///< Physical value of 0; finite.
+  double high = 1.0;  ///< Physical value of 1; finite.
+  std::string unit;   ///< "1/mm", "relative", ...; "" = none.
+
+  friend bool operator==(const ValueScale&, const ValueScale&) = default;
+};
+
 /// What an image file says about itself, read without decoding pixels.
 struct ImageInfo {
   int width = 0;
@@ -39,6 +48,7 @@ struct ImageInfo {
   std::string date_time;              ///< EXIF "YYYY:MM:DD HH:MM:SS" or "".
   ImageExposure exposure;             ///< Of a photograph.
   std::string key;                    ///< Content key that patinate wrote into the file, or "".
+  std::optional<ValueScale> scale;    ///< What 0 and 1 stand for, in an EXR that write_scaled_exr() made.
 };
 
 /// At most 65536 x 65536 pixels and 64 channels.
@@ -65,6 +75,10 @@ enum class ExrDepth { Half, Float };
 /// InvalidInput on NaN, infinity, or (Half) overflow.
 void write_exr(const std::filesystem::path& path, const ImageF& image, const std::vector<std::string>& channels,
                ExrDepth depth, const std::string& key = "");
+/// A map of one channel, "Y", in floats, whose header says what 0 and 1 stand for: `patinate:low`, `patinate:high`
+/// (doubles) and `patinate:unit`. @throws as write_exr(); InvalidInput also if the scale is not finite.
+void write_scaled_exr(const std::filesystem::path& path, const ImageF& map, const ValueScale& scale,
+                      const std::string& key = "");
 /// RGB linear values into an 8-bit sRGB image; the format follows the extension (.png, .jpg, .tif).
 void write_srgb8(const std::filesystem::path& path, const ImageF& linear, const std::string& key = "");
 /// Codes as they are: gray, RGB or RGBA PNG.

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "capture/timelapse/background_step.h"
 #include "capture/timelapse/ingest_warnings.h"
 #include "capture/timelapse/ingest_work.h"
 #include "capture/timelapse/mask_warnings.h"
@@ -43,6 +44,8 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   const TransmissionLight transmission = read_transmission_light(work, folder, control.part(0.15, 0.25));
   if (!transmission.reached.empty()) keep_reached(transmission.reached, work.project, given);
   keep_scanned(work, folder, given);
+  for (HistoryWarning& warning : take_background_off(work, folder, given, control))
+    writer.add_warning(std::move(warning));
   const ImageU8 mask = mask_frames(writer, work, folder, given, control.part(0.25, 0.5));
   if (!mask.empty()) writer.write_mask(mask);
   write_scan(writer, work, folder, mask);
@@ -81,6 +84,7 @@ void describe(OptionVisitor& v, IngestOptions& o) {
   describe(v, o.progress);
   describe(v, o.repair);
   describe(v, o.scan);
+  describe(v, o.background);
 }
 
 HistoryManifest IngestWork::manifest() const {
@@ -97,6 +101,7 @@ HistoryManifest IngestWork::manifest() const {
 
 JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options, const fs::path& output) {
   check_ranges(options);
+  (void)background_rule(options.background.mask_background);
   auto work = std::make_shared<IngestWork>(IngestWork{project, options, {}, "", options.add_progress});
   work->repairs = std::make_shared<RepairTables>();
   const bool is_measured = project.transmission || project.scan || !project.controls.empty();

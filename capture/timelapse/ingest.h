@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "capture/background/background.h"
 #include "capture/project/capture_project.h"
 #include "capture/project/progress_control.h"
 #include "capture/project/scan_control.h"
@@ -25,6 +26,7 @@ struct IngestOptions {
   ProgressOptions progress = {};
   RepairOptions repair = {};  ///< Survey, repairs and masks of a time-lapse.
   ScanOptions scan = {};      ///< For projects with a scan.
+  BackgroundOptions background = {};
 };
 void describe(OptionVisitor& v, IngestOptions& o);
 

@@ -101,6 +101,7 @@ JobInputs ingest_inputs(const IngestWork& work) {
     inputs.add_value("control progress", "made from the frames");
     inputs.add_options(option_values(work.options.progress));
   }
+  if (work.options.background.mask_background != "off") inputs.add_options(option_values(work.options.background));
   add_repair_inputs(inputs, work);
   return inputs;
 }

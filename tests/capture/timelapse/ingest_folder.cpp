@@ -11,8 +11,8 @@ HistoryReader ingest(const std::filesystem::path& folder, const capture::IngestO
   return HistoryReader(folder / "out");
 }
 
-std::string ingest_error(const std::filesystem::path& folder) {
-  return error_of([&] { (void)ingest(folder); });
+std::string ingest_error(const std::filesystem::path& folder, const capture::IngestOptions& options) {
+  return error_of([&] { (void)ingest(folder, options); });
 }
 
 }  // namespace patinate::testing_support

@@ -15,6 +15,6 @@ namespace patinate::testing_support {
 [[nodiscard]] HistoryReader ingest(const std::filesystem::path& folder, const capture::IngestOptions& options = {},
                                    const RunControl& control = {});
 /// What that says; "" when nothing is wrong.
-[[nodiscard]] std::string ingest_error(const std::filesystem::path& folder);
+[[nodiscard]] std::string ingest_error(const std::filesystem::path& folder, const capture::IngestOptions& options = {});
 
 }  // namespace patinate::testing_support

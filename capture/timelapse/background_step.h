@@ -1,0 +1,21 @@
+/// \file
+/// Takes the background off the mask of a time-lapse. Inside of ingest only.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "capture/timelapse/ingest_work.h"
+
+namespace patinate::capture {
+
+/// When all frames are written: what shows background in any of them is taken off `mask`, with a rim of three pixels
+/// (one of the reduced photograph, if that is more) in which both are mixed. Nothing happens when the option is off.
+/// @param mask  What is inside so far; may be empty.
+/// @returns What is to be warned of: photographs that alone take much off.
+/// @throws IoError naming the photograph when it has no plain background, or when nothing of the object is left.
+[[nodiscard]] std::vector<HistoryWarning> take_background_off(const IngestWork& work,
+                                                              const std::filesystem::path& folder, ImageU8& mask,
+                                                              const RunControl& control);
+
+}  // namespace patinate::capture

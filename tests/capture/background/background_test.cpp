@@ -99,8 +99,10 @@ TEST(UnchangingBackground, IsWhatStaysInAllPhotographsAndTouchesTheBorder) {
     series.push_back(leaf_on_card(10 + static_cast<std::uint64_t>(i), kGray, {0.35f + aged, 0.5f - aged, 0.2f}));
   }
   // A change of 0.21 from the middle is above 0.012 up to 1.6 sigma = 2.4 px outside of the outline once it is
-  // smoothed; threads of background thinner than 3 px do not count, one more on either side.
-  EXPECT_LE(num_wrong(unchanging_background(series), false, 4.0), 4);
+  // smoothed; threads of background thinner than 3 px do not count, one more on either side. Smoothed grain is beyond
+  // 0.012 = 5.3 of its deviations once in 300,000 pixels and photographs, at the border, where half of the window is
+  // missing, once in 3,000: three places of 3 x 3 px.
+  EXPECT_LE(num_wrong(unchanging_background(series), false, 4.0), 27);
   EXPECT_THROW((void)unchanging_background({series.front()}), InvalidInput);
 }
 

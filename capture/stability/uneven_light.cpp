@@ -167,9 +167,7 @@ LightEvidence judge(const std::vector<Logs>& frames, const Split& whole, int wid
   return is_new && common >= kStayed ? LightEvidence::Clear : LightEvidence::Possible;
 }
 
-}  // namespace
-
-UnevenLight find_uneven_light(const std::vector<ImageF>& frames, const ImageU8& mask) {
+std::vector<Logs> checked_logs(const std::vector<ImageF>& frames, const ImageU8& mask) {
   if (frames.empty()) throw InvalidInput("uneven light: there are no frames");
   std::vector<Logs> logs;
   for (const ImageF& frame : frames) {
@@ -177,6 +175,22 @@ UnevenLight find_uneven_light(const std::vector<ImageF>& frames, const ImageU8& 
       throw InvalidInput("uneven light: the frames differ in size");
     logs.push_back(logs_of(frame, mask));
   }
+  return logs;
+}
+
+}  // namespace
+
+bool is_surface_replaced(const std::vector<ImageF>& frames, const ImageU8& mask) {
+  const std::vector<Logs> logs = checked_logs(frames, mask);
+  const Replaced parts = replaced_parts(logs);
+  if (known_share(parts.before) < kLeastReplaced) return false;
+  const int width = frames.front().width();
+  const Split before = split(parts.before, width, kEvidenceOrder), after = split(parts.after, width, kEvidenceOrder);
+  return spread_of(before.detail, after.detail).correlation() <= kSameDetail;
+}
+
+UnevenLight find_uneven_light(const std::vector<ImageF>& frames, const ImageU8& mask) {
+  const std::vector<Logs> logs = checked_logs(frames, mask);
   const int width = frames.front().width();
   const Field course = middle(logs, kLuminance, 0, logs.size());
   if (known_share(course) < kLeastUsed) return {};

@@ -41,4 +41,9 @@ inline constexpr double kUnevenRatio = 1.25;
 /// sizes differ.
 [[nodiscard]] UnevenLight find_uneven_light(const std::vector<ImageF>& frames, const ImageU8& mask);
 
+/// Whether a quarter of the picture or more is another surface in the last third of the frames than in the first:
+/// changed by a fifth or more there, with other detail than before (correlation at most 0.5).
+/// @param frames,mask  As above, two frames or more. @throws InvalidInput likewise.
+[[nodiscard]] bool is_surface_replaced(const std::vector<ImageF>& frames, const ImageU8& mask);
+
 }  // namespace patinate::capture

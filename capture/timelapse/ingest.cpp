@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -48,12 +49,14 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
     writer.add_warning(std::move(warning));
   const ImageU8 mask = mask_frames(writer, work, folder, given, control.part(0.25, 0.5));
   if (!mask.empty()) writer.write_mask(mask);
+  const std::optional<StaticLight> light = take_static_light_out(writer, work, folder, mask, control);
   write_scan(writer, work, folder, mask);
   write_ingest_controls(writer, work, transmission, folder, mask, control.part(0.5, 1.0));
   const int num_frames = static_cast<int>(work.project.frames.size());
   for (HistoryWarning& warning : survey_warnings(read_survey_report(folder), num_frames))
     writer.add_warning(std::move(warning));
-  for (HistoryWarning& warning : look_at_light(work, folder, mask, control)) writer.add_warning(std::move(warning));
+  for (HistoryWarning& warning : look_at_light(writer, work, folder, mask, light, control))
+    writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : mask_warnings(given, mask, num_frames)) writer.add_warning(std::move(warning));
   writer.finish();
   control.report(1.0);

@@ -52,6 +52,53 @@ std::string exposure_text(const ImageExposure& e) {
   return text + ", ISO " + short_number_text(e.iso);
 }
 
+/// Places and lengths in half of the photograph's longer side, from its middle.
+Json static_light_json(const StaticLight& light) {
+  Json json{{"ratio", light.ratio}};
+  if (light.lamp) {
+    json["lamp"] = {{"below", {light.lamp->below.x, light.lamp->below.y}},
+                    {"height", 1.0 / std::sqrt(light.lamp->inverse_height2)}};
+  }
+  if (light.reflection) {
+    json["reflection"] = {{"middle", {light.reflection->middle.x, light.reflection->middle.y}},
+                          {"width", 1.0 / std::sqrt(light.reflection->inverse_width2)},
+                          {"strength", light.reflection->strength}};
+  }
+  return json;
+}
+
+PicturePoint read_point(JsonReader json) {
+  const std::vector<double> numbers = json.numbers(2);
+  return {numbers[0], numbers[1]};
+}
+
+StaticLight read_static_light(JsonReader json) {
+  StaticLight light;
+  light.ratio = json.member("ratio").number(at_least(1));
+  const auto inverse_square = [](double v) { return 1.0 / (v * v); };
+  if (json.has("lamp")) {
+    JsonReader lamp = json.member("lamp");
+    light.lamp = LampLight{read_point(lamp.member("below")), inverse_square(lamp.member("height").number(above(0)))};
+  }
+  if (json.has("reflection")) {
+    JsonReader r = json.member("reflection");
+    light.reflection =
+        LampReflection{read_point(r.member("middle")), inverse_square(r.member("width").number(above(0))),
+                       r.member("strength").number(at_least(0))};
+  }
+  return light;
+}
+
+std::string static_light_text(const StaticLight& light) {
+  std::string text = "light that stayed while the surface was replaced is taken out: ";
+  if (light.lamp) text += "a near lamp's, " + ratio_text(light.ratio) + " over the picture";
+  if (light.reflection) {
+    text += std::string(light.lamp ? ", and " : "") + "a reflection of up to " +
+            hundredths(light.reflection->strength) + " (1 = white)";
+  }
+  return text + "; --static-light off leaves it";
+}
+
 HistoryWarning uneven_warning(const UnevenLight& uneven, bool is_divided) {
   HistoryWarning warning{.about = WarningSubject::Light, .text = "", .cure = "", .share = 0.0};
   const std::string ratio = ratio_text(uneven.ratio) + " over the picture";
@@ -92,6 +139,7 @@ void add_light_report(Json& survey, const SeriesLight& report) {
     survey["deflicker"] = {
         {"ranges", report.deflicker->ranges}, {"most_changed", changed}, {"unsure", report.deflicker->unsure}};
   }
+  if (report.static_light) survey["static_light"] = static_light_json(*report.static_light);
   if (report.exif) {
     const ExifExposureReport& e = *report.exif;
     survey["exif_exposure"] = {{"ratio", e.ratio},
@@ -121,6 +169,7 @@ SeriesLight read_light_report(JsonReader& survey) {
     }
     for (const JsonReader& photo : json.member("unsure").elements()) report.deflicker->unsure.push_back(photo.string());
   }
+  if (survey.has("static_light")) report.static_light = read_static_light(survey.member("static_light"));
   if (survey.has("exif_exposure")) {
     JsonReader json = survey.member("exif_exposure");
     JsonReader least = json.member("least"), most = json.member("most");
@@ -233,6 +282,7 @@ std::vector<std::string> light_notes(const SeriesLight& report) {
                     ranges_text(report.flat_field->ranges) +
                     (report.uneven ? "; " + ratio_text(report.uneven->ratio) + " is left" : ""));
   }
+  if (report.static_light) notes.push_back(static_light_text(*report.static_light));
   if (report.deflicker) {
     std::string text = "deflicker: factors " + ranges_text(report.deflicker->ranges);
     for (const ChangedPhoto& p : report.deflicker->most_changed) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/project/frame_sources.h"
+#include "capture/stability/static_light.h"
 #include "capture/stability/uneven_light.h"
 #include "patinate/core/json.h"
 #include "patinate/history/history_value.h"
@@ -45,13 +46,15 @@ struct ExifExposureReport {
 };
 
 struct SeriesLight {
-  std::optional<UnevenLight> uneven;  ///< Of the finished frames: what a flat field left.
+  std::optional<UnevenLight> uneven;  ///< Of the finished frames: what repairs left.
   std::optional<FlatFieldReport> flat_field;
   std::optional<DeflickerReport> deflicker;
-  std::optional<ExifExposureReport> exif;  ///< Where two photographs or more say it.
+  std::optional<StaticLight> static_light;  ///< What was taken out because it stayed while the surface was replaced.
+  std::optional<ExifExposureReport> exif;   ///< Where two photographs or more say it.
 };
 
-/// Members `uneven_light`, `flat_field`, `deflicker`, `exif_exposure` of survey.json, as far as there are.
+/// Members `uneven_light`, `flat_field`, `deflicker`, `static_light`, `exif_exposure` of survey.json, as far as there
+/// are.
 void add_light_report(Json& survey, const SeriesLight& report);
 /// @throws IoError
 [[nodiscard]] SeriesLight read_light_report(JsonReader& survey);

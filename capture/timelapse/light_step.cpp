@@ -2,8 +2,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "capture/stability/static_light.h"
 #include "capture/timelapse/light_report.h"
 #include "capture/timelapse/repair_steps.h"
+#include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
@@ -16,29 +18,40 @@ namespace {
 
 constexpr std::size_t kMaxFrames = 12;  ///< That the light is looked for in.
 
+/// Size to which frames are reduced to look at their light.
+struct LightSize {
+  int width, height;
+};
+
+LightSize light_size(const CaptureProject& project) {
+  const double factor =
+      std::min(1.0, static_cast<double>(kUnevenLightSide) / std::max(project.width(), project.height()));
+  const auto small = [&](int side) { return std::max(1, static_cast<int>(std::lround(side * factor))); };
+  return {small(project.width()), small(project.height())};
+}
+
 /// The finished frames, small.
-std::vector<ImageF> small_frames(const IngestWork& work, const fs::path& folder, int width, int height,
+std::vector<ImageF> small_frames(const HistoryManifest& history, const fs::path& folder, const LightSize& size,
                                  const RunControl& control) {
-  const std::size_t num_frames = work.project.frames.size(), count = std::min(num_frames, kMaxFrames);
+  const std::size_t num_frames = history.frames.size(), count = std::min(num_frames, kMaxFrames);
   std::vector<ImageF> frames;
   for (std::size_t k = 0; k < count; ++k) {
     control.throw_if_stopped();
     const std::size_t i = count == 1 ? 0 : k * (num_frames - 1) / (count - 1);
-    frames.push_back(
-        downscale_area(read_color(folder / HistoryWriter::frame_file(static_cast<int>(i))), width, height));
+    frames.push_back(downscale_area(read_color(folder / history.frames[i].file), size.width, size.height));
   }
   return frames;
 }
 
 /// Pixels that the mask has all of.
-ImageU8 small_mask(const ImageU8& mask, int width, int height) {
+ImageU8 small_mask(const ImageU8& mask, const LightSize& size) {
   if (mask.empty()) return {};
   ImageF shares(mask.width(), mask.height());
   std::transform(mask.values().begin(), mask.values().end(), shares.values().begin(),
                  [](std::uint8_t v) { return v != 0 ? 1.0f : 0.0f; });
   constexpr float kAll = 0.999f;
-  const ImageF low = downscale_area(shares, width, height);
-  ImageU8 result(width, height);
+  const ImageF low = downscale_area(shares, size.width, size.height);
+  ImageU8 result(size.width, size.height);
   std::transform(low.values().begin(), low.values().end(), result.values().begin(),
                  [](float v) { return static_cast<std::uint8_t>(v > kAll ? 255 : 0); });
   return result;
@@ -51,18 +64,36 @@ Json survey_of_one() {
 
 }  // namespace
 
-std::vector<HistoryWarning> look_at_light(const IngestWork& work, const fs::path& folder, const ImageU8& mask,
+std::optional<StaticLight> take_static_light_out(HistoryWriter& writer, const IngestWork& work, const fs::path& folder,
+                                                 const ImageU8& mask, const RunControl& control) {
+  const RepairOptions& options = work.options.repair;
+  if (options.static_light == StaticLightRule::Keep || !options.flat_field.empty()) return std::nullopt;
+  const LightSize size = light_size(work.project);
+  const StaticLight light =
+      find_static_light(small_frames(writer.manifest(), folder, size, control), small_mask(mask, size));
+  if (!light.is_any()) return std::nullopt;
+  const auto num_frames = static_cast<std::int64_t>(work.project.frames.size());
+  parallel_for(num_frames, 1, control, [&](std::int64_t begin, std::int64_t) {
+    const int i = static_cast<int>(begin);
+    ImageF frame = read_color(folder / writer.manifest().frames[static_cast<std::size_t>(i)].file);
+    take_light_out(frame, light);
+    fs::create_directories(folder / HistoryWriter::filled_frame_file(i).parent_path());
+    write_exr(folder / HistoryWriter::filled_frame_file(i), frame, {"R", "G", "B"}, ExrDepth::Half);
+  });
+  for (int i = 0; i < static_cast<int>(num_frames); ++i) writer.add_filled_frame(i);
+  return light;
+}
+
+std::vector<HistoryWarning> look_at_light(const HistoryWriter& writer, const IngestWork& work, const fs::path& folder,
+                                          const ImageU8& mask, const std::optional<StaticLight>& static_light,
                                           const RunControl& control) {
   const CaptureProject& project = work.project;
   const fs::path file = folder / kSurveyFile;
   Json survey = fs::exists(file) ? load_json(file) : survey_of_one();
   SeriesLight report;
-  const double factor =
-      std::min(1.0, static_cast<double>(kUnevenLightSide) / std::max(project.width(), project.height()));
-  const auto small = [&](int side) { return std::max(1, static_cast<int>(std::lround(side * factor))); };
-  const int width = small(project.width()), height = small(project.height());
-  report.uneven =
-      find_uneven_light(small_frames(work, folder, width, height, control), small_mask(mask, width, height));
+  report.static_light = static_light;
+  const LightSize size = light_size(project);
+  report.uneven = find_uneven_light(small_frames(writer.manifest(), folder, size, control), small_mask(mask, size));
   const RepairTables& tables = repair_tables(work, folder);
   if (!tables.flat_field.empty()) report.flat_field = flat_field_report(tables.flat_field);
   if (!tables.factors.empty()) {

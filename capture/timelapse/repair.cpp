@@ -11,6 +11,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr std::array<std::string_view, 2> kHighlightNames{"mask", "keep"};
+constexpr std::array<std::string_view, 2> kStaticLightNames{"auto", "off"};
 
 SurveyPhoto read_photo_name(JsonReader& json) {
   SurveyPhoto photo{.name = json.member("photo").string(), .time = json.member("time").number()};
@@ -60,6 +61,10 @@ void describe(OptionVisitor& v, RepairOptions& o) {
   v.visit({"flat_field", "Divide by the lamp's fall-off: IMAGE of a uniform surface, or `estimate`"}, o.flat_field);
   v.visit_choice({"highlights", "What becomes of saturated pixels and the flash's highlight"}, o.highlights,
                  kHighlightNames);
+  v.visit_choice({"static_light",
+                  "Light and reflection of a near lamp that stayed while the surface was replaced: "
+                  "`auto` takes out what is clear"},
+                 o.static_light, kStaticLightNames);
   describe(v, o.survey);
   describe(v, o.deflicker_options);
   describe(v, o.flat_field_options);

@@ -20,12 +20,14 @@
 namespace patinate::capture {
 
 enum class HighlightRule { Mask, Keep };
+enum class StaticLightRule { Auto, Keep };
 
 struct RepairOptions {
   bool stabilize = false;       ///< Lay moved photographs over the first one.
   bool deflicker = false;       ///< Take changes of exposure out.
   std::string flat_field = "";  ///< "" = none, "estimate", or the path of a photograph of a uniform surface.
   HighlightRule highlights = HighlightRule::Mask;
+  StaticLightRule static_light = StaticLightRule::Auto;  ///< Not beside a flat field.
   SurveyOptions survey = {};
   DeflickerOptions deflicker_options = {};
   FlatFieldOptions flat_field_options = {};

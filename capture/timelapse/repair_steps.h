@@ -6,8 +6,10 @@
 #include <array>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <vector>
 
+#include "capture/stability/static_light.h"
 #include "capture/timelapse/ingest_work.h"
 #include "libcommon/job/job.h"
 
@@ -58,10 +60,20 @@ void mark_invalid(const ImageF& shares, Validity code, ImageU8& validity);
 [[nodiscard]] ImageU8 mask_frames(HistoryWriter& writer, const IngestWork& work, const std::filesystem::path& folder,
                                   const ImageU8& mask, const RunControl& control);
 
+/// When all frames are written and filled: light that stayed while the surface was replaced (find_static_light()) is
+/// taken out of all of them, into what `filled` frames are; the photographs as they are stay beside them.
+/// @param mask  The history's; may be empty. @returns What was taken out; nothing when the options say so, or when the
+/// series does not show that it is light.
+[[nodiscard]] std::optional<StaticLight> take_static_light_out(HistoryWriter& writer, const IngestWork& work,
+                                                               const std::filesystem::path& folder, const ImageU8& mask,
+                                                               const RunControl& control);
+
 /// Looks at the light of the finished frames, completes survey.json by it and by what the repairs did, and says what is
 /// to be warned of.
 /// @param mask  The history's; may be empty.
-[[nodiscard]] std::vector<HistoryWarning> look_at_light(const IngestWork& work, const std::filesystem::path& folder,
-                                                        const ImageU8& mask, const RunControl& control);
+[[nodiscard]] std::vector<HistoryWarning> look_at_light(const HistoryWriter& writer, const IngestWork& work,
+                                                        const std::filesystem::path& folder, const ImageU8& mask,
+                                                        const std::optional<StaticLight>& static_light,
+                                                        const RunControl& control);
 
 }  // namespace patinate::capture

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "capture/stability/frame_noise.h"
 #include "capture/timelapse/background_step.h"
 #include "capture/timelapse/ingest_warnings.h"
 #include "capture/timelapse/ingest_work.h"
@@ -13,7 +14,9 @@
 #include "capture/timelapse/repair_steps.h"
 #include "capture/timelapse/scan_step.h"
 #include "libcommon/core/hash.h"
+#include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 
@@ -36,6 +39,23 @@ void keep_reached(const ImageU8& reached, const CaptureProject& project, ImageU8
   throw IoError(project.transmission->photo.string(), "shows nothing of what is inside the mask, as it is aligned");
 }
 
+void write_deviations(HistoryWriter& writer, const IngestWork& work, const fs::path& folder,
+                      const RunControl& control) {
+  std::vector<double> times;
+  for (const CapturePhoto& frame : work.project.frames) times.push_back(frame.time);
+  const auto read_frame = [&](int i) {
+    return read_color(folder / writer.manifest().frames[static_cast<std::size_t>(i)].file);
+  };
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  const SeriesNoise noise = estimate_noise(times, read_frame, quiet);
+  parallel_for(static_cast<std::int64_t>(times.size()), 1, quiet, [&](std::int64_t begin, std::int64_t) {
+    const int i = static_cast<int>(begin);
+    HistoryWriter::write_frame_extra(folder, i, "stddev", noise.deviation_of(read_frame(i)));
+  });
+  for (int i = 0; i < static_cast<int>(times.size()); ++i) writer.add_written_frame_extra(i, "stddev");
+}
+
 void join(const IngestWork& work, const fs::path& folder, const RunControl& control) {
   HistoryWriter writer(folder, work.manifest());
   for (std::size_t i = 0; i < work.project.frames.size(); ++i) {
@@ -51,6 +71,7 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   if (!mask.empty()) writer.write_mask(mask);
   const std::optional<StaticLight> light = take_static_light_out(writer, work, folder, mask, control);
   write_scan(writer, work, folder, mask);
+  if (work.options.add_deviations) write_deviations(writer, work, folder, control);
   write_ingest_controls(writer, work, transmission, folder, mask, control.part(0.5, 1.0));
   const int num_frames = static_cast<int>(work.project.frames.size());
   for (HistoryWarning& warning : survey_warnings(read_survey_report(folder), num_frames))
@@ -83,6 +104,10 @@ JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
 void describe(OptionVisitor& v, IngestOptions& o) {
   v.visit({"progress", "Make the `progress` control (how early each pixel ages) also beside measured controls"},
           o.add_progress);
+  v.visit({"deviations",
+           "Write the standard deviation of every frame's color (`stddev`), from how photographs differ "
+           "from those before and after"},
+          o.add_deviations);
   describe(v, o.thickness);
   describe(v, o.progress);
   describe(v, o.repair);
@@ -114,6 +139,11 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   if (work->has_progress && is_progress_given) {
     throw InvalidInput(project.file.string() +
                        ": a control `progress` is given and another one asked for; rename the given one");
+  }
+  if (options.add_deviations && project.frames.size() < kFewestForNoise) {
+    throw InvalidInput(project.file.string() + ": --deviations: " + std::to_string(kFewestForNoise) +
+                       " photographs or more tell noise from aging; there are " +
+                       std::to_string(project.frames.size()));
   }
   load_scan(*work);
   work->photo_keys = ingest_photo_keys(project);

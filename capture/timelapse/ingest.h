@@ -22,6 +22,7 @@ inline constexpr const char* kTransmissionFile = "transmission.json";
 /// Settings of plan_ingest() that are not facts about the photographs (those stand in the project).
 struct IngestOptions {
   bool add_progress = false;        ///< Make the `progress` control also beside measured ones.
+  bool add_deviations = false;      ///< Write the standard deviation of every frame's color, estimate_noise().
   ThicknessOptions thickness = {};  ///< For projects with a transmission photograph.
   ProgressOptions progress = {};
   RepairOptions repair = {};  ///< Survey, repairs and masks of a time-lapse.

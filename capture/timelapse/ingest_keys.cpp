@@ -102,6 +102,7 @@ JobInputs ingest_inputs(const IngestWork& work) {
     inputs.add_options(option_values(work.options.progress));
   }
   if (work.options.background.mask_background != "off") inputs.add_options(option_values(work.options.background));
+  if (work.options.add_deviations) inputs.add_value("deviations", "made from the frames");
   add_repair_inputs(inputs, work);
   return inputs;
 }

@@ -41,7 +41,7 @@ ImageF read_map(const History& history, MaterialMap map, int frame) {
     return tangent_space_normals(extra, is_scanned ? history.read_map("position") : ImageF(),
                                  is_scanned ? history.read_map("normal") : ImageF());
   }
-  if (map == MaterialMap::Height) return extra;
+  if (map == MaterialMap::Height || map == MaterialMap::Stddev) return extra;
   ImageF values(extra.width(), extra.height());
   for (int y = 0; y < values.height(); ++y) {
     for (int x = 0; x < values.width(); ++x) {
@@ -65,6 +65,14 @@ void blend(ImageF& values, const ImageF& next, MaterialMap map, float fraction) 
         std::copy_n(unit.data(), 3, values.pixel(x, y).begin());
         continue;
       }
+      if (map == MaterialMap::Stddev) {
+        for (int c = 0; c < 3; ++c) {
+          const float a = values.at(x, y, c), b = next.at(x, y, c);
+          // What only one frame knows is that one's.
+          values.at(x, y, c) = a > 0.0f && b > 0.0f ? std::hypot((1.0f - fraction) * a, fraction * b) : std::max(a, b);
+        }
+        continue;
+      }
       float& a = values.at(x, y);
       const float b = next.at(x, y);
       const bool is_gloss = map != MaterialMap::Height;
@@ -81,7 +89,8 @@ void blend(ImageF& values, const ImageF& next, MaterialMap map, float fraction) 
 
 std::vector<MaterialMap> material_maps(const HistoryFacts& history) {
   std::vector<MaterialMap> found;
-  for (MaterialMap map : {MaterialMap::Normal, MaterialMap::Roughness, MaterialMap::Specular, MaterialMap::Height}) {
+  for (MaterialMap map :
+       {MaterialMap::Normal, MaterialMap::Roughness, MaterialMap::Specular, MaterialMap::Height, MaterialMap::Stddev}) {
     const bool in_frame = std::any_of(history.frames.begin(), history.frames.end(),
                                       [&](const FrameFacts& f) { return has(f.extras, extra_of(map)); });
     if (in_frame || (map == MaterialMap::Height && has(history.maps, "height"))) found.push_back(map);

@@ -138,6 +138,29 @@ TEST_F(MaterialMaps, WhatOneFrameDoesNotKnowTheOtherTells) {
   EXPECT_FLOAT_EQ(sample_material_map(history, MaterialMap::Specular, 0.0, Between::Blend).at(0, 0), kUnknownSpecular);
 }
 
+TEST(MaterialMapsOfADeviation, OfABlendIsThatOfIndependentFrames) {
+  const testing_support::TempFolder folder;
+  HistoryManifest manifest;
+  manifest.name = "noisy";
+  manifest.width = 2;
+  manifest.height = 1;
+  HistoryWriter writer(folder.path(), manifest);
+  for (int i = 0; i < 2; ++i) {
+    writer.write_frame(i, i, ImageF(2, 1, 3));
+    ImageF deviation(2, 1, 3);
+    deviation.at(0, 0, 1) = i == 0 ? 0.3f : 0.4f;
+    deviation.at(1, 0, 1) = i == 0 ? 0.0f : 0.2f;  // Not known at first.
+    HistoryWriter::write_frame_extra(folder.path(), i, "stddev", deviation);
+    writer.add_written_frame_extra(i, "stddev");
+  }
+  writer.finish();
+  const HistoryReader history(folder.path());
+  const ImageF half = sample_material_map(history, MaterialMap::Stddev, 0.5, Between::Blend);
+  EXPECT_FLOAT_EQ(half.at(0, 0, 1), 0.25f);  // sqrt(0.15^2 + 0.2^2).
+  EXPECT_FLOAT_EQ(half.at(1, 0, 1), 0.2f);
+  EXPECT_FLOAT_EQ(sample_material_map(history, MaterialMap::Stddev, 1.0, Between::Blend).at(0, 0, 1), 0.4f);
+}
+
 TEST(MaterialMapsOfAPlainHistory, AreSaidToBeMissing) {
   const testing_support::TempFolder folder;
   HistoryManifest manifest;

@@ -26,13 +26,14 @@ namespace {
 
 /// What is looked up.
 struct LookedUp {
-  enum class Map { Color, Normal, Roughness, Specular, Height } map = Map::Color;
+  enum class Map { Color, Normal, Roughness, Specular, Height, Stddev } map = Map::Color;
 };
-constexpr std::array<std::string_view, 5> kLookedUpNames{"color", "normal", "roughness", "specular", "height"};
+constexpr std::array<std::string_view, 6> kLookedUpNames{"color",    "normal", "roughness",
+                                                         "specular", "height", "stddev"};
 void describe(OptionVisitor& v, LookedUp& o) {
   v.visit_choice({"map",
                   "Color, or what the history's frames hold beside it: normal (tangent space, y up), roughness or "
-                  "strength of the highlight, height in mm (.exr)"},
+                  "strength of the highlight, height in mm (.exr), stddev (deviation of the color, linear, .exr)"},
                  o.map, kLookedUpNames);
 }
 
@@ -96,8 +97,10 @@ transfer::TextureFile texture_file(const HistoryReader& history, const LookupCom
   if (command.looked_up.map == LookedUp::Map::Color)
     return {texture.files, sample(history, texture.time, between), texture.key};
   const auto map = static_cast<MaterialMap>(static_cast<int>(command.looked_up.map) - 1);  // The same order.
-  return {texture.files, sample_material_map(history, map, texture.time, between), texture.key,
-          map == MaterialMap::Normal ? transfer::TextureKind::Normal : transfer::TextureKind::Value};
+  const auto kind = map == MaterialMap::Normal   ? transfer::TextureKind::Normal
+                    : map == MaterialMap::Stddev ? transfer::TextureKind::Color
+                                                 : transfer::TextureKind::Value;
+  return {texture.files, sample_material_map(history, map, texture.time, between), texture.key, kind};
 }
 
 /// In groups: each goes through the coordinates once.
@@ -218,6 +221,8 @@ int cmd_lookup(CommandRun& run) {
   require_extension(command.output, image_extensions());
   if (command.looked_up.map == LookedUp::Map::Height && is_coded_image(command.output))
     throw UsageError("--map height: is in mm; expected an .exr");
+  if (command.looked_up.map == LookedUp::Map::Stddev && is_coded_image(command.output))
+    throw UsageError("--map stddev: is linear and small; expected an .exr");
   if (command.looked_up.map != LookedUp::Map::Color && !command.time_map.empty())
     throw UsageError("--map: a time map looks up color; leave one of them out");
   require_transfer(command.transfer);

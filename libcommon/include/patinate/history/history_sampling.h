@@ -67,8 +67,10 @@ enum class MaterialMap {
   Roughness,  ///< Of the highlight, [0, 1]. 1 channel.
   Specular,   ///< Its strength (F0), >= 0. 1 channel.
   Height,     ///< mm. 1 channel.
+  Stddev,     ///< Standard deviation of the color, linear; 0 = not known. 3 channels.
 };
-inline constexpr std::array<std::string_view, 4> kMaterialMapNames{"normal", "roughness", "specular", "height"};
+inline constexpr std::array<std::string_view, 5> kMaterialMapNames{"normal", "roughness", "specular", "height",
+                                                                   "stddev"};
 
 /// What stands where nobody knows: a plain, rather dull dielectric.
 inline constexpr float kUnknownRoughness = 0.8f;
@@ -89,8 +91,8 @@ inline constexpr float kUnknownSpecular = 0.04f;
 [[nodiscard]] ImageF tangent_space_normals(const ImageF& normals, const ImageF& position, const ImageF& surface);
 
 /// A map at any time: between the frames that have it, as sample() is between frames; at such a frame's time what it
-/// holds. Normals between frames are the blend, unit again. Where only one of the two frames knows a value it counts
-/// alone.
+/// holds. Normals between frames are the blend, unit again; deviations those of the blend of independent frames. Where
+/// only one of the two frames knows a value it counts alone.
 /// @throws InvalidInput if no frame has it, listing those there are, or `time` is NaN; IoError.
 [[nodiscard]] ImageF sample_material_map(const History& history, MaterialMap map, double time, Between between);
 

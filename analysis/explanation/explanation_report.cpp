@@ -288,4 +288,28 @@ void write_explanation(const fs::path& folder, const ExplanationReport& report, 
   control.report(1.0);
 }
 
+ExplanationManifest read_explanation(const std::filesystem::path& path) {
+  const std::filesystem::path file = manifest_folder(path, kExplanationFile) / kExplanationFile;
+  const Json root = load_json(file);
+  JsonReader json(file.string(), root);
+  json.expect_format("patinate.explanation", 1);
+  ExplanationManifest m;
+  m.reference = json.member("reference").string();
+  m.mesh = json.member("mesh").string();
+  m.verdict = json.member("verdict").string();
+  constexpr std::size_t kMostCandidates = 1000;
+  for (JsonReader& c : json.member("candidates").elements(kMostCandidates)) {
+    ExplanationManifest::Candidate candidate{.name = c.member("name").string(), .correlation = {}, .corrected_p = {}};
+    if (!c.member("even").boolean()) {
+      candidate.correlation = c.member("correlation").number(between(-1, 1));
+      candidate.corrected_p = c.member("corrected_p").number(between(0, 1));
+    }
+    m.candidates.push_back(std::move(candidate));
+  }
+  JsonReader mix = json.member("mix");
+  if (!mix.is_null()) m.mix = mix.member("argument").string();
+  m.key = json.member("key").string();
+  return m;
+}
+
 }  // namespace patinate::analysis

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,21 @@ struct ExplanationReport {
 
 /// "`height` explains it: ..." or that nothing does: one sentence.
 [[nodiscard]] std::string verdict_text(const Explanation& found);
+
+/// What explanation.json says, as others need it.
+struct ExplanationManifest {
+  struct Candidate {
+    std::string name;
+    std::optional<double> correlation;  ///< None where it is the same everywhere.
+    std::optional<double> corrected_p;
+  };
+  std::string reference, mesh, verdict;
+  std::vector<Candidate> candidates;  ///< The strongest first.
+  std::string mix;                    ///< As `transfer` takes it; "" where there is none.
+  std::string key;
+};
+/// @param path  The folder or its kExplanationFile. @throws IoError
+[[nodiscard]] ExplanationManifest read_explanation(const std::filesystem::path& path);
 
 /// Writes kExplanationFile, kExplanationTableFile and kExplanationPageFile. @throws CannotComplete
 void write_explanation(const std::filesystem::path& folder, const ExplanationReport& report, const RunControl& control);

@@ -83,6 +83,15 @@ class Explain(CommandCase):
         self.assertGreater(report["candidates"][0]["correlation"], 0.95)
         self.assertIn("128 x 128", " ".join(report["notes"]))
 
+    def test_info_and_validate_know_its_folder(self):
+        report = self.explain(self.shared / "height.exr")
+        facts = json.loads(self.run_patinate("info", "why", "--json").stdout)
+        self.assertEqual(facts["verdict"], report["verdict"])
+        self.assertEqual(facts["candidates"][0]["name"], "height")
+        self.assertIn("OK", self.run_patinate("validate", "why").stdout)
+        (self.folder / "why/figures.csv").unlink()
+        self.fails(INPUT, "figures.csv", "validate", "why")
+
     def test_a_transfer_is_explained_by_what_it_followed(self):
         # `aged` followed `facing`, at 64 texels.
         report = self.explain(self.shared / "aged", "--time", "0", "--channel", "thickness", options=["--resolution", "64", *QUICK[2:]])

@@ -30,6 +30,7 @@ constexpr std::array kManifests{Manifest{"history.json", "patinate.history", Pat
                                 Manifest{"registration.json", "patinate.registration", PathKind::Registration},
                                 Manifest{"unlight.json", "patinate.unlit", PathKind::Unlit},
                                 Manifest{"factorization.json", "patinate.factorization", PathKind::Factorization},
+                                Manifest{"explanation.json", "patinate.explanation", PathKind::Explanation},
                                 Manifest{"report.json", "patinate.fit", PathKind::Fit},
                                 Manifest{"", "patinate.calibration", PathKind::Calibration}};
 constexpr std::array<std::string_view, 4> kMeshExtensions{".obj", ".ply", ".gltf", ".glb"};
@@ -42,10 +43,12 @@ PathKind kind_of_json(const fs::path& path) {
   for (const Manifest& m : kManifests) {
     if (m.format == format) return m.kind;
   }
-  throw IoError(path.string(), "/format: found \"" + format +
-                                   "\"; expected \"patinate.history\", \"patinate.transfer\", \"patinate.capture\", "
-                                   "\"patinate.simulation\", \"patinate.registration\", \"patinate.unlit\", "
-                                   "\"patinate.factorization\", \"patinate.fit\" or \"patinate.calibration\"");
+  throw IoError(
+      path.string(),
+      "/format: found \"" + format +
+          "\"; expected \"patinate.history\", \"patinate.transfer\", \"patinate.capture\", "
+          "\"patinate.simulation\", \"patinate.registration\", \"patinate.unlit\", "
+          "\"patinate.factorization\", \"patinate.explanation\", \"patinate.fit\" or \"patinate.calibration\"");
 }
 
 /// "; did you mean `photos`?" for a path whose folder holds something with nearly its name.
@@ -88,7 +91,7 @@ PathKind kind_of(const fs::path& path) {
     }
     throw IoError(path.string(),
                   "holds no history.json, transfer.json, capture.json, simulation.json, registration.json, "
-                  "unlight.json, factorization.json or report.json");
+                  "unlight.json, factorization.json, explanation.json or report.json");
   }
   const std::string extension = lower_extension(path);
   if (extension == ".json") return kind_of_json(path);

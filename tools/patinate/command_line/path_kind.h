@@ -17,6 +17,7 @@ enum class PathKind {
   Calibration,
   Factorization,
   Fit,
+  Explanation,
   Mesh,
   Image
 };

@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include "analysis/explanation/explanation_report.h"
 #include "analysis/factorization/factorization_job.h"
 #include "analysis/fit/fit_job.h"
 #include "capture/project/capture_project.h"
@@ -149,6 +150,33 @@ Facts fit_facts(const std::filesystem::path& path) {
   return facts;
 }
 
+Facts explanation_facts(const std::filesystem::path& path) {
+  const analysis::ExplanationManifest m = analysis::read_explanation(path);
+  Facts facts("explanation");
+  facts.add("reference", m.reference);
+  facts.add("mesh", m.mesh);
+  facts.add("verdict", m.verdict);
+  Json candidates = Json::array();
+  std::string shown;
+  for (const auto& c : m.candidates) {
+    Json entry{{"name", c.name}};
+    shown += "\n    " + c.name + ": ";
+    if (c.correlation) {
+      entry["correlation"] = *c.correlation;
+      entry["corrected_p"] = *c.corrected_p;
+      shown += short_number_text(rounded(*c.correlation, 2)) + ", corrected p " +
+               short_number_text(rounded(*c.corrected_p, 2));
+    } else {
+      shown += "the same everywhere";
+    }
+    candidates.push_back(std::move(entry));
+  }
+  facts.add("candidates", candidates, shown);
+  facts.add("mix", m.mix);
+  facts.add("key", m.key);
+  return facts;
+}
+
 Facts relit_facts(const capture::RelitProject& project) {
   Facts facts("capture");
   facts.add("name", project.name);
@@ -274,6 +302,8 @@ Facts facts_of(const std::filesystem::path& path) try {
       return factorization_facts(path);
     case PathKind::Fit:
       return fit_facts(path);
+    case PathKind::Explanation:
+      return explanation_facts(path);
     case PathKind::Mesh:
       return mesh_facts(path);
     case PathKind::Image:
@@ -288,10 +318,11 @@ Facts facts_of(const std::filesystem::path& path) try {
 
 int cmd_info(CommandRun& run) {
   std::filesystem::path path;
-  run.line.positional("PATH",
-                      "A history, capture, transfer, simulation, fit, registration, unlit or factorization folder, a "
-                      "calibration, a mesh or an image",
-                      path);
+  run.line.positional(
+      "PATH",
+      "A history, capture, transfer, simulation, fit, registration, unlit, factorization or explanation folder, a "
+      "calibration, a mesh or an image",
+      path);
   CurvesArgument curves;
   curves.declare(run.line);
   StatsArgument stats;

@@ -1,6 +1,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "analysis/explanation/explanation_report.h"
 #include "analysis/factorization/factorization_job.h"
 #include "analysis/fit/fit_job.h"
 #include "capture/project/capture_project.h"
@@ -140,6 +141,13 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
       checks.run([&] { check_history(folder / "before", checks, control); });
       return checks.run([&] { check_history(folder / "after", checks, control); });
     }
+    case PathKind::Explanation: {
+      const std::filesystem::path folder = manifest_folder(path, analysis::kExplanationFile);
+      (void)analysis::read_explanation(path);
+      for (const char* name : {analysis::kExplanationTableFile, analysis::kExplanationPageFile})
+        checks.run([&] { (void)read_file(folder / name); });
+      return;
+    }
     case PathKind::Mesh:
       return checks.run([&] { (void)read_mesh(path); });
     case PathKind::Image:
@@ -153,10 +161,11 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
 
 int cmd_validate(CommandRun& run) {
   std::filesystem::path path;
-  run.line.positional("PATH",
-                      "A history, capture, transfer, simulation, fit, registration, unlit or factorization folder, a "
-                      "calibration, a mesh or an image",
-                      path);
+  run.line.positional(
+      "PATH",
+      "A history, capture, transfer, simulation, fit, registration, unlit, factorization or explanation folder, a "
+      "calibration, a mesh or an image",
+      path);
   run.line.without({"seed", "force", "dry_run"});
   run.line.example("validate copper");
   if (!run.parse()) return 0;

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "capture/project/capture_text.h"
+#include "capture/project/given_transforms.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
@@ -138,12 +139,36 @@ void read_geometry(JsonReader& json, CaptureProject& project) {
   }
 }
 
+/// Which photograph is the reference, transforms of an earlier run, and that sizes are equal where they must be.
+void read_reference(CaptureProject& project) {
+  if (project.align.transforms) read_transforms(*project.align.transforms, project);
+  if (!project.align.to.empty()) project.reference = find_photo(project, project.align.to, "`align_to`");
+  const CapturePhoto& reference = project.frames[static_cast<std::size_t>(project.reference)];
+  project.photo_width = reference.width;
+  project.photo_height = reference.height;
+  const bool is_aligned = project.align.method != AlignMethod::Off;
+  for (const CapturePhoto& photo : project.frames) {
+    if (is_aligned || photo.transform) continue;
+    if (photo.width == reference.width && photo.height == reference.height) continue;
+    throw IoError(photo.file.string(), "is " + size_text(photo.width, photo.height) + " pixels, but " +
+                                           reference.file.filename().string() + " is " +
+                                           size_text(reference.width, reference.height) +
+                                           "; all photographs must have one size, or be laid over one another "
+                                           "(--align auto)");
+  }
+}
+
 }  // namespace
 
 int CaptureProject::width() const { return std::max(1, static_cast<int>(std::lround(roi.width * scale))); }
 int CaptureProject::height() const { return std::max(1, static_cast<int>(std::lround(roi.height * scale))); }
 
-CaptureProject read_capture_project(const fs::path& file) {
+bool CaptureProject::is_handheld() const {
+  return align.method != AlignMethod::Off ||
+         std::any_of(frames.begin(), frames.end(), [](const CapturePhoto& p) { return p.transform.has_value(); });
+}
+
+CaptureProject read_capture_project(const fs::path& file, const AlignOptions& align) {
   const Json document = load_json(file);
   JsonReader json(file.string(), document);
   json.expect_format("patinate.capture", 1);
@@ -159,9 +184,9 @@ CaptureProject read_capture_project(const fs::path& file) {
   project.frames = std::move(sources.photos);
   project.excluded = std::move(sources.excluded);
   project.time_source = std::move(sources.time_source);
-  project.photo_width = sources.width;
-  project.photo_height = sources.height;
   project.has_raw_frames = sources.is_raw;
+  project.align = read_align_settings(json, align);
+  read_reference(project);
   read_geometry(json, project);
   if (json.has("transmission")) project.transmission = read_transmission(json.member("transmission"), project);
   const std::optional<JsonReader> unit = json.has("unit") ? std::optional(json.member("unit")) : std::nullopt;

@@ -5,6 +5,7 @@
 #include <string>
 #include <utility>
 
+#include "capture/timelapse/align_step.h"
 #include "capture/timelapse/ingest_warnings.h"
 #include "capture/timelapse/ingest_work.h"
 #include "capture/timelapse/mask_warnings.h"
@@ -81,6 +82,7 @@ void describe(OptionVisitor& v, IngestOptions& o) {
   describe(v, o.progress);
   describe(v, o.repair);
   describe(v, o.scan);
+  describe(v, o.align);
 }
 
 HistoryManifest IngestWork::manifest() const {
@@ -99,6 +101,8 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   check_ranges(options);
   auto work = std::make_shared<IngestWork>(IngestWork{project, options, {}, "", options.add_progress});
   work->repairs = std::make_shared<RepairTables>();
+  work->places = std::make_shared<PlaceTable>();
+  check_handheld_options(*work);
   const bool is_measured = project.transmission || project.scan || !project.controls.empty();
   if (!is_measured && project.frames.size() > 1) work->has_progress = true;
   const bool is_progress_given = std::any_of(project.controls.begin(), project.controls.end(),
@@ -113,6 +117,7 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   JobPlan plan = ingest_inputs(*work).plan(output, kHistoryManifestFile);
   plan.may_grow = true;
   work->key = plan.key;
+  add_alignment_item(plan.items, work);
   add_scan_item(plan.items, work);
   add_survey_items(plan.items, work);
   for (std::size_t i = 0; i < project.frames.size(); ++i) plan.items.push_back(frame_item(work, static_cast<int>(i)));

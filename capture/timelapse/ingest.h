@@ -25,6 +25,7 @@ struct IngestOptions {
   ProgressOptions progress = {};
   RepairOptions repair = {};  ///< Survey, repairs and masks of a time-lapse.
   ScanOptions scan = {};      ///< For projects with a scan.
+  AlignOptions align = {};    ///< For read_capture_project(); here for the command line.
 };
 void describe(OptionVisitor& v, IngestOptions& o);
 

@@ -1,6 +1,7 @@
 #include <cstdint>
 #include <map>
 
+#include "capture/timelapse/align_step.h"
 #include "capture/timelapse/ingest_work.h"
 #include "capture/timelapse/repair_steps.h"
 #include "capture/timelapse/scan_step.h"
@@ -50,6 +51,7 @@ std::string ingest_frame_key(const IngestWork& work, std::size_t index) {
   hash.add("ingest frame").add(kStageVersion).add(work.photo_keys[index]);
   hash.add(project.response.text()).add(roi_text(project.roi)).add(project.scale);
   hash.add(repair_frame_key(work));
+  if (project.is_handheld()) hash.add(place_key(work, index));
   return hash.hex();
 }
 
@@ -99,6 +101,7 @@ JobInputs ingest_inputs(const IngestWork& work) {
     inputs.add_options(option_values(work.options.progress));
   }
   add_repair_inputs(inputs, work);
+  add_alignment_inputs(inputs, work);
   return inputs;
 }
 

@@ -19,6 +19,7 @@ namespace patinate::capture {
 inline constexpr const char* kProgressName = "progress";
 
 struct RepairTables;
+struct PlaceTable;
 
 struct IngestWork {
   CaptureProject project;
@@ -27,6 +28,7 @@ struct IngestWork {
   std::string key;
   bool has_progress = false;
   std::shared_ptr<RepairTables> repairs = nullptr;  ///< repair_steps.h; shared by the frames of one run.
+  std::shared_ptr<PlaceTable> places = nullptr;     ///< align_step.h; likewise.
   std::shared_ptr<const Mesh> scan_mesh = nullptr;  ///< load_scan(); in mm.
   std::string scan_key = "";                        ///< Its content.
 

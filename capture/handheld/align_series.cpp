@@ -1,10 +1,12 @@
 #include "capture/handheld/align_series.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cstdlib>
 #include <set>
 #include <utility>
 
+#include "capture/handheld/patch_matches.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate::capture {
@@ -35,6 +37,12 @@ class SeriesMatcher {
     SeriesAlignment result = place();
     constexpr int kRounds = 3;  // A photograph that is tied now may tie others.
     for (int round = 0; round < kRounds && series_.features && tie_the_rest(); ++round) result = place();
+    control_.report(0.9);
+    constexpr int kExactRounds = 2;  // The second starts where the first has come.
+    for (int round = 0; round < kExactRounds && series_.features; ++round) {
+      make_exact(result);
+      result = place();
+    }
     control_.report(1.0);
     return result;
   }
@@ -130,6 +138,43 @@ class SeriesMatcher {
     }
     for (std::size_t k = before; k < pairs_.size(); ++k) is_any = is_any || pairs_[k].is_accepted;
     return is_any;
+  }
+
+  /// Matches patches of the pairs that fit by features, and of all photographs with the reference, where they are
+  /// known to lie now; those that fit take the features' place.
+  void make_exact(const SeriesAlignment& now) {
+    std::set<IndexPair> wanted;
+    for (const PhotoPair& pair : last_kept_) {
+      if (pair.is_accepted) wanted.emplace(pair.a, pair.b);
+    }
+    for (int i = 0; i < num_photos_; ++i) {
+      if (i != series_.reference) wanted.emplace(std::min(i, series_.reference), std::max(i, series_.reference));
+    }
+    std::vector<IndexPair> list;
+    for (const auto& [a, b] : wanted) {
+      const bool is_known =
+          place_of(now, a).status != PlaceStatus::Failed && place_of(now, b).status != PlaceStatus::Failed;
+      if (is_known && !(is_given(a) && is_given(b))) list.emplace_back(a, b);
+    }
+    std::vector<PhotoPair> found(list.size());
+    parallel_for(static_cast<std::int64_t>(list.size()), 1, silent(control_), [&](std::int64_t begin, std::int64_t) {
+      const auto [a, b] = list[static_cast<std::size_t>(begin)];
+      const Eigen::Matrix3d b_from_a =
+          place_of(now, b).reference_from_photo.inverse() * place_of(now, a).reference_from_photo;
+      found[static_cast<std::size_t>(begin)] =
+          align_patches(a, features_[static_cast<std::size_t>(a)], b, features_[static_cast<std::size_t>(b)], b_from_a,
+                        series_.model);
+    });
+    pairs_ = last_kept_;
+    for (PhotoPair& pair : found) {
+      if (!pair.is_accepted) continue;
+      std::erase_if(pairs_, [&](const PhotoPair& p) { return p.a == pair.a && p.b == pair.b && !p.is_marked; });
+      pairs_.push_back(std::move(pair));
+    }
+  }
+
+  [[nodiscard]] const PhotoPlace& place_of(const SeriesAlignment& alignment, int photo) const {
+    return alignment.places[static_cast<std::size_t>(photo)];
   }
 
   const PhotoSeries& series_;

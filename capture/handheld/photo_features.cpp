@@ -57,6 +57,12 @@ cv::Mat detection_mask(const ImageU8& shown, const cv::Size& size) {
   return small;
 }
 
+ImageU8 as_image(const cv::Mat& codes) {
+  ImageU8 image(codes.cols, codes.rows);
+  for (int y = 0; y < codes.rows; ++y) std::copy_n(codes.ptr<std::uint8_t>(y), codes.cols, &image.at(0, y));
+  return image;
+}
+
 cv::Mat descriptors_of(const PhotoFeatures& f) {
   const cv::Mat codes(static_cast<int>(f.points.size()), kFeatureNumbers, CV_8U,
                       const_cast<std::uint8_t*>(f.descriptors.data()));
@@ -86,10 +92,12 @@ PhotoFeatures find_features(const ImageF& color, const ImageU8& shown) {
   result.height = color.height();
   result.scale = std::min(1.0, static_cast<double>(kFeatureSide) / std::max(color.width(), color.height()));
   const cv::Mat codes = evened(luminance_codes(color, result.scale));
+  const cv::Mat mask = detection_mask(shown, codes.size());
+  result.evened = as_image(codes);
+  if (!mask.empty()) result.shown = as_image(mask);
   std::vector<cv::KeyPoint> points;
   cv::Mat descriptors;
-  cv::SIFT::create(kMostFeatures, 3, 0.02)
-      ->detectAndCompute(codes, detection_mask(shown, codes.size()), points, descriptors);
+  cv::SIFT::create(kMostFeatures, 3, 0.02)->detectAndCompute(codes, mask, points, descriptors);
   const double sx = static_cast<double>(codes.cols) / color.width(),
                sy = static_cast<double>(codes.rows) / color.height();
   for (const cv::KeyPoint& p : points) {

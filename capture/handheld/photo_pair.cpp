@@ -232,23 +232,19 @@ Eigen::Matrix3d fit_homography(const std::vector<PointMatch>& matches) {
   return h / h(2, 2);
 }
 
-PhotoPair align_features(int a, const PhotoFeatures& of_a, int b, const PhotoFeatures& of_b, AlignModel model) {
-  PhotoPair pair{.a = a, .b = b};
-  std::vector<PointMatch> matches;
-  for (const auto& [i, j] : match_features(of_a, of_b))
-    matches.push_back({of_a.points[static_cast<std::size_t>(i)], of_b.points[static_cast<std::size_t>(j)]});
+void judge_matches(const std::vector<PointMatch>& matches, const PhotoFeatures& of_a, const PhotoFeatures& of_b,
+                   AlignModel model, const MatchNoise& noise, PhotoPair& pair) {
   pair.num_matches = static_cast<int>(matches.size());
-  if (matches.size() < kLeastPlaces) return pair;
-  const double inlier_px = kInlier_px / of_b.scale;
+  if (matches.size() < kLeastPlaces) return;
   std::vector<PointMatch> of_similarity, of_homography;
   Eigen::Matrix3d similarity = invalid(), homography = invalid();
   if (model != AlignModel::Homography) {
-    const std::vector<PointMatch> found = consensus(matches, false, inlier_px);
-    if (found.size() >= kLeastPlaces) similarity = fit_robustly(found, inlier_px, fit_similarity, of_similarity);
+    const std::vector<PointMatch> found = consensus(matches, false, noise.inlier_px);
+    if (found.size() >= kLeastPlaces) similarity = fit_robustly(found, noise.inlier_px, fit_similarity, of_similarity);
   }
   if (model != AlignModel::Similarity) {
-    const std::vector<PointMatch> found = consensus(matches, true, inlier_px);
-    if (found.size() >= kLeastPlaces) homography = fit_robustly(found, inlier_px, fit_homography, of_homography);
+    const std::vector<PointMatch> found = consensus(matches, true, noise.inlier_px);
+    if (found.size() >= kLeastPlaces) homography = fit_robustly(found, noise.inlier_px, fit_homography, of_homography);
     if (!is_plausible(homography, of_a)) of_homography.clear();
   }
   if (!is_plausible(similarity, of_a)) of_similarity.clear();
@@ -264,8 +260,8 @@ PhotoPair align_features(int a, const PhotoFeatures& of_a, int b, const PhotoFea
   pair.num_agreeing = static_cast<int>(agreeing.size());
   const std::size_t sample = pair.refutes_similarity ? 4 : 2;
   const std::vector<PointMatch> places = distinct_places(agreeing, kPlace_px / of_b.scale);
-  if (places.size() < kLeastPlaces) return pair;
-  const double share = std::numbers::pi * inlier_px * inlier_px / (static_cast<double>(of_b.width) * of_b.height);
+  if (places.size() < kLeastPlaces) return;
+  const double share = std::numbers::pi * noise.inlier_px * noise.inlier_px / noise.area_px2;
   const std::size_t num_others = matches.size() - agreeing.size();
   const bool is_no_chance = log_chance(num_others + places.size(), places.size(), sample, share) < kLogChance;
   const bool is_spread = smaller_spread(places, &PointMatch::in_a) > kLeastSpread * std::min(of_a.width, of_a.height) ||
@@ -274,6 +270,16 @@ PhotoPair align_features(int a, const PhotoFeatures& of_a, int b, const PhotoFea
   const double rest = std::max(1.0, 2.0 * static_cast<double>(agreeing.size()) - 2.0 * static_cast<double>(sample));
   pair.error_px = std::max(0.05 / of_b.scale, std::sqrt(squared_error(pair.b_from_a, agreeing) / rest));
   pair.matches = thinned(places, of_b);
+}
+
+PhotoPair align_features(int a, const PhotoFeatures& of_a, int b, const PhotoFeatures& of_b, AlignModel model) {
+  PhotoPair pair{.a = a, .b = b};
+  std::vector<PointMatch> matches;
+  for (const auto& [i, j] : match_features(of_a, of_b))
+    matches.push_back({of_a.points[static_cast<std::size_t>(i)], of_b.points[static_cast<std::size_t>(j)]});
+  const MatchNoise noise{.inlier_px = kInlier_px / of_b.scale,
+                         .area_px2 = static_cast<double>(of_b.width) * static_cast<double>(of_b.height)};
+  judge_matches(matches, of_a, of_b, model, noise, pair);
   return pair;
 }
 
@@ -281,6 +287,7 @@ PhotoPair align_marks(int a, int b, const std::vector<PointMatch>& marks, AlignM
   PhotoPair pair{.a = a, .b = b};
   pair.num_matches = pair.num_agreeing = static_cast<int>(marks.size());
   pair.error_px = error_px;
+  pair.is_marked = true;
   pair.matches = marks;
   if (model != AlignModel::Homography) pair.b_from_a = fit_similarity(marks);
   if (model == AlignModel::Homography || (model == AlignModel::Auto && marks.size() >= 4)) {

@@ -25,6 +25,7 @@ struct PhotoPair {
   int a = 0, b = 0;          ///< Photographs, by their place in the series.
   bool is_accepted = false;  ///< Enough matches agree on one view for chance to be excluded.
   Eigen::Matrix3d b_from_a = Eigen::Matrix3d::Identity();  ///< Pixel centers; lower right 1.
+  bool is_marked = false;                                  ///< By a person's marks.
   bool refutes_similarity = false;                         ///< The matches show a tilted view.
   int num_matches = 0;                                     ///< Details that both show.
   int num_agreeing = 0;
@@ -33,13 +34,23 @@ struct PhotoPair {
 };
 inline constexpr std::size_t kMostKept = 80;
 
-/// Pair from features: mutual matches, then the view on which most agree: a similarity by RANSAC [Fischler and Bolles
-/// 1981], a homography by MAGSAC [Barath et al. 2019].
+/// How far right matches lie from where they belong, and where wrong ones may lie.
+struct MatchNoise {
+  double inlier_px = 4.0;  ///< In b's pixels.
+  double area_px2 = 1.0;   ///< Of b, where a wrong match may lie.
+};
+
+/// Sets all of a pair but its photographs from matches some of which may be wrong: the view on which most agree, a
+/// similarity by RANSAC [Fischler and Bolles 1981] or a homography by MAGSAC [Barath et al. 2019].
 ///
 /// Accepted when fewer than 1e-6 such views are to be expected among matches that lie anywhere [Moisan and Stival
 /// 2004], at least ten places agree that are more than 3 px apart, and they spread over a twentieth of the smaller
 /// photograph. A similarity is refuted when a homography predicts the matches better by more than its four further
 /// numbers can by chance, and moves the corners by more than a pixel.
+void judge_matches(const std::vector<PointMatch>& matches, const PhotoFeatures& of_a, const PhotoFeatures& of_b,
+                   AlignModel model, const MatchNoise& noise, PhotoPair& pair);
+
+/// Pair from features: mutual matches, judged.
 [[nodiscard]] PhotoPair align_features(int a, const PhotoFeatures& of_a, int b, const PhotoFeatures& of_b,
                                        AlignModel model);
 

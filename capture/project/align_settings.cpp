@@ -21,7 +21,8 @@ void describe(OptionVisitor& v, AlignOptions& o) {
                  o.method, kMethodOptions);
   v.visit_choice({"align_model", "View between them; auto: a similarity where the matches do not refute it"}, o.model,
                  kModelOptions);
-  v.visit({"align_to", "PHOTO: file name of the reference photograph, whose frame the history has; else the first"},
+  v.visit({"align_to",
+           "PHOTO: file name of the reference photograph, whose frame the history has; else the one in the middle"},
           o.to);
 }
 

@@ -23,7 +23,7 @@ enum class AlignMethod {
 struct AlignSettings {
   AlignMethod method = AlignMethod::Off;
   AlignModel model = AlignModel::Auto;
-  std::string to = "";                              ///< File name of the reference photograph; "" = the first.
+  std::string to = "";  ///< File name of the reference photograph; "" = the one in the middle of the series.
   std::optional<std::filesystem::path> landmarks;   ///< CSV: photo,point,x,y.
   std::optional<std::filesystem::path> transforms;  ///< `alignment.json` of an earlier run.
 };

@@ -142,6 +142,8 @@ void read_geometry(JsonReader& json, CaptureProject& project) {
 /// Which photograph is the reference, transforms of an earlier run, and that sizes are equal where they must be.
 void read_reference(CaptureProject& project) {
   if (project.align.transforms) read_transforms(*project.align.transforms, project);
+  // The one in the middle has most in common with all others.
+  if (project.align.method != AlignMethod::Off) project.reference = static_cast<int>(project.frames.size() / 2);
   if (!project.align.to.empty()) project.reference = find_photo(project, project.align.to, "`align_to`");
   const CapturePhoto& reference = project.frames[static_cast<std::size_t>(project.reference)];
   project.photo_width = reference.width;

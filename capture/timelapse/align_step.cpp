@@ -191,8 +191,8 @@ void add_alignment_item(std::vector<JobItem>& items, const std::shared_ptr<const
                    .run =
                        [work](const fs::path& folder, const RunControl& control) {
                          const SeriesAlignment alignment = align_series(make_series(*work), control);
-                         check_all_placed(*work, alignment.places);
                          save_json(folder / kAlignmentFile, alignment_json(work->project, alignment));
+                         check_all_placed(*work, alignment.places);
                        },
                    .key = alignment_key(*work),
                    .stage = 0});

@@ -80,6 +80,37 @@ Json numbers_json(const Eigen::Matrix3d& h) {
   return numbers;
 }
 
+std::string alignment_key(const IngestWork& work) {
+  const CaptureProject& project = work.project;
+  if (work.known_alignment != nullptr) return work.known_alignment->at("key").get<std::string>();
+  ContentHash hash;
+  hash.add("align photographs").add(kAlignVersion).add(align_method_text(project.align.method));
+  hash.add(align_model_text(project.align.model)).add(std::int64_t{project.reference}).add(project.response.text());
+  for (std::size_t i = 0; i < work.photo_keys.size(); ++i) {
+    hash.add(work.photo_keys[i]);
+    if (const auto& transform = project.frames[i].transform) hash.add(numbers_json(*transform).dump());
+  }
+  if (project.align.landmarks) hash.add_file(*project.align.landmarks);
+  if (project.mask) hash.add_file(*project.mask);
+  return hash.hex();
+}
+
+/// Of the reference's frame (of its roi), what a photograph shows.
+double shown_share(const CaptureProject& project, const CapturePhoto& photo, const Eigen::Matrix3d& place) {
+  constexpr int kSteps = 64;
+  const Eigen::Matrix3d photo_from_reference = place.inverse();
+  int num_shown = 0;
+  for (int k = 0; k < kSteps * kSteps; ++k) {
+    const Eigen::Vector3d at(project.roi.x + (k % kSteps + 0.5) / kSteps * project.roi.width - 0.5,
+                             project.roi.y + (k / kSteps + 0.5) / kSteps * project.roi.height - 0.5, 1.0);
+    const Eigen::Vector3d p = photo_from_reference * at;
+    const Eigen::Vector2d q = p.hnormalized();
+    num_shown +=
+        p.z() > 0.0 && q.x() >= -0.5 && q.y() >= -0.5 && q.x() <= photo.width - 0.5 && q.y() <= photo.height - 0.5;
+  }
+  return static_cast<double>(num_shown) / (kSteps * kSteps);
+}
+
 Json place_json(const CaptureProject& project, const std::vector<std::string>& names, const PhotoPlace& place,
                 std::size_t index) {
   const CapturePhoto& photo = project.frames[index];
@@ -93,14 +124,17 @@ Json place_json(const CaptureProject& project, const std::vector<std::string>& n
   json["model"] = align_model_text(place.model);
   json["residual_px"] = place.residual_px;
   json["pixels_per_reference_pixel"] = fineness(place.reference_from_photo, photo.width, photo.height);
+  json["shown_share"] = shown_share(project, photo, place.reference_from_photo);
   if (place.through >= 0) json["through"] = names[static_cast<std::size_t>(place.through)];
   return json;
 }
 
-Json alignment_json(const CaptureProject& project, const SeriesAlignment& alignment) {
+Json alignment_json(const IngestWork& work, const SeriesAlignment& alignment) {
+  const CaptureProject& project = work.project;
   const std::vector<std::string> names = photo_names(project.frames);
   Json json{{"format", "patinate.alignment"},
             {"version", 1},
+            {"key", alignment_key(work)},
             {"method", align_method_text(project.align.method)},
             {"reference", names[static_cast<std::size_t>(project.reference)]},
             {"photos", Json::array()},
@@ -155,21 +189,34 @@ void check_all_placed(const IngestWork& work, const std::vector<PhotoPlace>& pla
                        "] in capture.json, or --accept-failed");
 }
 
-std::string alignment_key(const IngestWork& work) {
-  const CaptureProject& project = work.project;
-  ContentHash hash;
-  hash.add("align photographs").add(kAlignVersion).add(align_method_text(project.align.method));
-  hash.add(align_model_text(project.align.model)).add(std::int64_t{project.reference}).add(project.response.text());
-  for (std::size_t i = 0; i < work.photo_keys.size(); ++i) {
-    hash.add(work.photo_keys[i]);
-    if (const auto& transform = project.frames[i].transform) hash.add(numbers_json(*transform).dump());
-  }
-  if (project.align.landmarks) hash.add_file(*project.align.landmarks);
-  if (project.mask) hash.add_file(*project.mask);
-  return hash.hex();
-}
-
 }  // namespace
+
+void leave_out_failed(IngestWork& work, const fs::path& output) {
+  if (!work.options.accept_failed || !needs_alignment(work)) return;
+  const std::string key = alignment_key(work);
+  Json json;
+  std::error_code error;
+  if (fs::is_regular_file(output / kAlignmentFile, error)) json = load_json(output / kAlignmentFile);
+  if (!json.is_object() || json.value("key", "") != key) {
+    const SeriesAlignment alignment = align_series(make_series(work), {});
+    const auto is_placed = [](const PhotoPlace& place) { return place.status != PlaceStatus::Failed; };
+    if (std::count_if(alignment.places.begin(), alignment.places.end(), is_placed) < 2)
+      check_all_placed(work, alignment.places);
+    json = alignment_json(work, alignment);
+  }
+  CaptureProject& project = work.project;
+  const int reference_number = project.frames[static_cast<std::size_t>(project.reference)].number;
+  for (const Json& photo : json.at("photos")) {
+    if (photo.contains("transform")) continue;
+    const int number = photo.at("number").get<int>();
+    project.excluded.push_back(number);
+    std::erase_if(project.frames, [&](const CapturePhoto& p) { return p.number == number; });
+  }
+  std::sort(project.excluded.begin(), project.excluded.end());
+  project.reference = 0;
+  while (project.frames[static_cast<std::size_t>(project.reference)].number != reference_number) ++project.reference;
+  work.known_alignment = std::make_shared<const Json>(std::move(json));
+}
 
 bool needs_alignment(const IngestWork& work) {
   return work.project.align.method != AlignMethod::Off && work.project.frames.size() > 1;
@@ -190,9 +237,14 @@ void add_alignment_item(std::vector<JobItem>& items, const std::shared_ptr<const
                    .outputs = {kAlignmentFile},
                    .run =
                        [work](const fs::path& folder, const RunControl& control) {
+                         if (work->known_alignment != nullptr) {
+                           save_json(folder / kAlignmentFile, *work->known_alignment);
+                           control.report(1.0);
+                           return;
+                         }
                          const SeriesAlignment alignment = align_series(make_series(*work), control);
-                         save_json(folder / kAlignmentFile, alignment_json(work->project, alignment));
                          check_all_placed(*work, alignment.places);
+                         save_json(folder / kAlignmentFile, alignment_json(*work, alignment));
                        },
                    .key = alignment_key(*work),
                    .stage = 0});
@@ -200,7 +252,10 @@ void add_alignment_item(std::vector<JobItem>& items, const std::shared_ptr<const
 
 void add_alignment_inputs(JobInputs& inputs, const IngestWork& work) {
   if (!work.project.is_handheld()) return;
-  if (needs_alignment(work)) inputs.add_value("photographs laid over one another", alignment_key(work));
+  if (needs_alignment(work)) {
+    inputs.add_value("photographs laid over one another", alignment_key(work));
+    inputs.add_value("--accept-failed", work.options.accept_failed ? "true" : "false");
+  }
   for (std::size_t i = 0; i < work.project.frames.size() && !needs_alignment(work); ++i)
     inputs.add_value("transform of " + work.project.frames[i].name() + " " + std::to_string(i), place_key(work, i));
 }
@@ -213,9 +268,9 @@ void check_handheld_options(const IngestWork& work) {
     throw InvalidInput(file +
                        ": --stabilize is for small motion of photographs that `align` or `transform` lays over "
                        "one another already; leave one of the two out");
-  if (!options.flat_field.empty())
+  if (!options.flat_field.empty() && options.flat_field != "estimate")
     throw InvalidInput(file +
-                       ": --flat-field needs a camera that stands still; photographs that are laid over one "
+                       ": --flat-field IMAGE needs a camera that stands still; photographs that are laid over one "
                        "another (`align`, `transform`) each have a fall-off of their own");
 }
 
@@ -228,11 +283,14 @@ Eigen::Matrix3d place_of(const IngestWork& work, int index, const fs::path& fold
   if (!table.is_loaded) {
     const Json json = load_json(folder / kAlignmentFile);
     JsonReader reader((folder / kAlignmentFile).string(), json);
-    for (JsonReader& photo : reader.member("photos").elements())
-      table.reference_from_photo.push_back(read_transform(photo.member("transform")));
+    for (JsonReader& photo : reader.member("photos").elements()) {
+      if (photo.has("transform"))
+        table.reference_from_photo[static_cast<int>(photo.member("number").integer())] =
+            read_transform(photo.member("transform"));
+    }
     table.is_loaded = true;
   }
-  return table.reference_from_photo.at(static_cast<std::size_t>(index));
+  return table.reference_from_photo.at(frames[static_cast<std::size_t>(index)].number);
 }
 
 }  // namespace patinate::capture

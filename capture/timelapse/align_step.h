@@ -2,6 +2,8 @@
 /// The step of an ingest that lays photographs of any size and turn over the reference one. Inside of ingest only.
 #pragma once
 
+#include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -17,11 +19,14 @@ namespace patinate::capture {
 struct PlaceTable {
   std::mutex mutex;
   bool is_loaded = false;
-  std::vector<Eigen::Matrix3d> reference_from_photo;
+  std::map<int, Eigen::Matrix3d> reference_from_photo;  ///< By the photograph's number.
 };
 
 /// Photographs have to be matched: kAlignmentFile is made before all else.
 [[nodiscard]] bool needs_alignment(const IngestWork& work);
+/// With --accept-failed: aligns at once, or takes what an earlier run found into `output`, and leaves photographs that
+/// fit nothing out of the project. @throws CannotComplete if no other photograph fits the reference.
+void leave_out_failed(IngestWork& work, const std::filesystem::path& output);
 /// Content of all that says where frame `index` lies; "" for photographs of a fixed camera.
 [[nodiscard]] std::string place_key(const IngestWork& work, std::size_t index);
 /// Adds the item that writes kAlignmentFile, where it is needed. It stops with CannotComplete when a photograph fits

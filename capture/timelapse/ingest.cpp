@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "capture/timelapse/align_step.h"
+#include "capture/timelapse/align_warnings.h"
 #include "capture/timelapse/ingest_warnings.h"
 #include "capture/timelapse/ingest_work.h"
 #include "capture/timelapse/mask_warnings.h"
@@ -52,6 +53,7 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   for (HistoryWarning& warning : survey_warnings(read_survey_report(folder), num_frames))
     writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : look_at_light(work, folder, mask, control)) writer.add_warning(std::move(warning));
+  for (HistoryWarning& warning : report_alignment(work, folder)) writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : mask_warnings(given, mask, num_frames)) writer.add_warning(std::move(warning));
   writer.finish();
   control.report(1.0);
@@ -113,6 +115,8 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   }
   load_scan(*work);
   work->photo_keys = ingest_photo_keys(project);
+  leave_out_failed(*work, output);
+  if (work->known_alignment != nullptr) work->photo_keys = ingest_photo_keys(work->project);
   // Names of files have no part in the key: the same photographs elsewhere give the same history.
   JobPlan plan = ingest_inputs(*work).plan(output, kHistoryManifestFile);
   plan.may_grow = true;
@@ -120,8 +124,9 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   add_alignment_item(plan.items, work);
   add_scan_item(plan.items, work);
   add_survey_items(plan.items, work);
-  for (std::size_t i = 0; i < project.frames.size(); ++i) plan.items.push_back(frame_item(work, static_cast<int>(i)));
-  plan.join_weight = kJoinWeight * static_cast<double>(std::max<std::size_t>(1, project.frames.size()));
+  for (std::size_t i = 0; i < work->project.frames.size(); ++i)
+    plan.items.push_back(frame_item(work, static_cast<int>(i)));
+  plan.join_weight = kJoinWeight * static_cast<double>(std::max<std::size_t>(1, work->project.frames.size()));
   plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
   return plan;
 }

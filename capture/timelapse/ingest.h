@@ -23,9 +23,10 @@ struct IngestOptions {
   bool add_progress = false;        ///< Make the `progress` control also beside measured ones.
   ThicknessOptions thickness = {};  ///< For projects with a transmission photograph.
   ProgressOptions progress = {};
-  RepairOptions repair = {};  ///< Survey, repairs and masks of a time-lapse.
-  ScanOptions scan = {};      ///< For projects with a scan.
-  AlignOptions align = {};    ///< For read_capture_project(); here for the command line.
+  RepairOptions repair = {};   ///< Survey, repairs and masks of a time-lapse.
+  ScanOptions scan = {};       ///< For projects with a scan.
+  AlignOptions align = {};     ///< For read_capture_project(); here for the command line.
+  bool accept_failed = false;  ///< Leave photographs that cannot be aligned out, instead of stopping.
 };
 void describe(OptionVisitor& v, IngestOptions& o);
 

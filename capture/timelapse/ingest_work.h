@@ -10,6 +10,7 @@
 #include "capture/project/capture_project.h"
 #include "capture/timelapse/ingest.h"
 #include "libcommon/job/job_inputs.h"
+#include "patinate/core/json.h"
 #include "patinate/core/run_control.h"
 #include "patinate/history/history.h"
 
@@ -27,10 +28,11 @@ struct IngestWork {
   std::vector<std::string> photo_keys;  ///< Content of every frame's photograph.
   std::string key;
   bool has_progress = false;
-  std::shared_ptr<RepairTables> repairs = nullptr;  ///< repair_steps.h; shared by the frames of one run.
-  std::shared_ptr<PlaceTable> places = nullptr;     ///< align_step.h; likewise.
-  std::shared_ptr<const Mesh> scan_mesh = nullptr;  ///< load_scan(); in mm.
-  std::string scan_key = "";                        ///< Its content.
+  std::shared_ptr<RepairTables> repairs = nullptr;        ///< repair_steps.h; shared by the frames of one run.
+  std::shared_ptr<PlaceTable> places = nullptr;           ///< align_step.h; likewise.
+  std::shared_ptr<const Json> known_alignment = nullptr;  ///< leave_out_failed().
+  std::shared_ptr<const Mesh> scan_mesh = nullptr;        ///< load_scan(); in mm.
+  std::string scan_key = "";                              ///< Its content.
 
   /// The history without frames and controls.
   [[nodiscard]] HistoryManifest manifest() const;

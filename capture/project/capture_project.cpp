@@ -117,21 +117,25 @@ std::vector<GivenControl> read_controls(const JsonReader& json, const CapturePro
   return controls;
 }
 
+/// [x, y, width, height] inside of the photographs.
+PixelRectangle read_rectangle(const JsonReader& json, const CaptureProject& project) {
+  const std::vector<double> numbers = json.numbers(4, between(0, 65536));
+  const auto is_whole = [](double v) { return v == std::floor(v); };
+  if (!std::all_of(numbers.begin(), numbers.end(), is_whole)) json.fail("four whole numbers of pixels");
+  const auto pixel = [&](std::size_t i) { return static_cast<int>(numbers[i]); };
+  const PixelRectangle part{pixel(0), pixel(1), pixel(2), pixel(3)};
+  if (part.width < 1 || part.height < 1 || part.x + part.width > project.photo_width ||
+      part.y + part.height > project.photo_height) {
+    json.fail("[x, y, width, height] inside the photographs of " +
+              size_text(project.photo_width, project.photo_height));
+  }
+  return part;
+}
+
 void read_geometry(JsonReader& json, CaptureProject& project) {
   project.roi = {0, 0, project.photo_width, project.photo_height};
-  if (json.has("roi")) {
-    const JsonReader roi = json.member("roi");
-    const std::vector<double> numbers = roi.numbers(4, between(0, 65536));
-    const auto is_whole = [](double v) { return v == std::floor(v); };
-    if (!std::all_of(numbers.begin(), numbers.end(), is_whole)) roi.fail("four whole numbers of pixels");
-    const auto pixel = [&](std::size_t i) { return static_cast<int>(numbers[i]); };
-    project.roi = {pixel(0), pixel(1), pixel(2), pixel(3)};
-    if (project.roi.width < 1 || project.roi.height < 1 || project.roi.x + project.roi.width > project.photo_width ||
-        project.roi.y + project.roi.height > project.photo_height) {
-      roi.fail("[x, y, width, height] inside the photographs of " +
-               size_text(project.photo_width, project.photo_height));
-    }
-  }
+  if (json.has("roi")) project.roi = read_rectangle(json.member("roi"), project);
+  if (json.has("reference_patch")) project.reference_patch = read_rectangle(json.member("reference_patch"), project);
   if (json.has("scale")) project.scale = json.member("scale").number({0, 1, true});
   if (json.has("texel_size_mm")) {
     const JsonReader size = json.member("texel_size_mm");

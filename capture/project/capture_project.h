@@ -72,7 +72,8 @@ struct CaptureProject {
   std::optional<ScanSource> scan;
   std::vector<GivenControl> controls;
   std::optional<std::filesystem::path> mask;
-  std::optional<double> texel_size_mm;  ///< Surface length of a pixel of the photographs.
+  std::optional<PixelRectangle> reference_patch;  ///< Of the reference photograph: its color does not change.
+  std::optional<double> texel_size_mm;            ///< Surface length of a pixel of the photographs.
 
   /// Size of the history: the roi times scale, rounded, at least 1.
   [[nodiscard]] int width() const;

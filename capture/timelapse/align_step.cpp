@@ -261,6 +261,9 @@ void add_alignment_inputs(JobInputs& inputs, const IngestWork& work) {
 }
 
 void check_handheld_options(const IngestWork& work) {
+  if (work.project.reference_patch && work.options.repair.deflicker)
+    throw InvalidInput(work.project.file.string() +
+                       ": --deflicker guesses what `reference_patch` measures; leave one of the two out");
   if (!work.project.is_handheld()) return;
   const RepairOptions& options = work.options.repair;
   const std::string file = work.project.file.string();

@@ -111,6 +111,7 @@ ImageF develop_frame(const IngestWork& work, int index, const fs::path& folder) 
   };
   ImageU8 seen;
   ImageF color = lay(whole, seen);
+  apply_light_gain(work, index, folder, color);
   if (project.is_handheld()) keep_opaque(work, index, folder, seen);
   if (!t.flat_field.empty()) {
     // The lamp stands with the camera: its fall-off moves with the photograph.

@@ -6,6 +6,7 @@
 
 #include "capture/handheld/lay_photo.h"
 #include "capture/timelapse/align_step.h"
+#include "capture/timelapse/patch_step.h"
 #include "libcommon/image/filters.h"
 #include "patinate/image/image_io.h"
 
@@ -65,13 +66,28 @@ ImageF read_frame_whole(const IngestWork& work, int index, const fs::path& folde
   return lay_photo(photo, place_of(work, index, folder), project.photo_width, project.photo_height, unused);
 }
 
-ImageF lay_in_roi(const IngestWork& work, int index, const fs::path& folder, const ImageF& image, ImageU8& shown) {
-  const PixelRectangle& roi = work.project.roi;
-  Eigen::Matrix3d roi_from_reference = Eigen::Matrix3d::Identity();
-  roi_from_reference(0, 2) = -roi.x;
-  roi_from_reference(1, 2) = -roi.y;
-  return lay_photo(image, roi_from_reference * place_of(work, index, folder), roi.width, roi.height, shown,
+ImageF lay_in_rectangle(const IngestWork& work, int index, const fs::path& folder, const ImageF& image,
+                        const PixelRectangle& part, ImageU8& shown) {
+  if (!work.project.is_handheld()) {
+    shown = ImageU8(part.width, part.height, 1, 255);
+    return roi_of(image, part);
+  }
+  Eigen::Matrix3d part_from_reference = Eigen::Matrix3d::Identity();
+  part_from_reference(0, 2) = -part.x;
+  part_from_reference(1, 2) = -part.y;
+  return lay_photo(image, part_from_reference * place_of(work, index, folder), part.width, part.height, shown,
                    one_thread());
+}
+
+ImageF lay_in_roi(const IngestWork& work, int index, const fs::path& folder, const ImageF& image, ImageU8& shown) {
+  return lay_in_rectangle(work, index, folder, image, work.project.roi, shown);
+}
+
+void apply_light_gain(const IngestWork& work, int index, const fs::path& folder, ImageF& color) {
+  const std::array<double, 3> gain = light_gain(work, index, folder);
+  if (gain == std::array<double, 3>{1.0, 1.0, 1.0}) return;
+  for (std::int64_t i = 0; i < 3 * color.num_pixels(); ++i)
+    color.data()[i] *= static_cast<float>(gain[static_cast<std::size_t>(i % 3)]);
 }
 
 void keep_opaque(const IngestWork& work, int index, const fs::path& folder, ImageU8& shown) {
@@ -91,7 +107,11 @@ void keep_opaque(const IngestWork& work, int index, const fs::path& folder, Imag
 ImageF read_frame_roi(const IngestWork& work, int index, const fs::path& folder) {
   const CaptureProject& project = work.project;
   const auto read = [&](int i) { return read_whole_photo(project, project.frames[static_cast<std::size_t>(i)]); };
-  if (!project.is_handheld()) return roi_of(read(index), project.roi);
+  if (!project.is_handheld()) {
+    ImageF part = roi_of(read(index), project.roi);
+    apply_light_gain(work, index, folder, part);
+    return part;
+  }
   ImageU8 shown;
   ImageF color = lay_in_roi(work, index, folder, read(index), shown);
   keep_opaque(work, index, folder, shown);
@@ -99,6 +119,7 @@ ImageF read_frame_roi(const IngestWork& work, int index, const fs::path& folder)
       std::all_of(shown.values().begin(), shown.values().end(), [](std::uint8_t v) { return v != 0; });
   if (!is_whole && index != project.reference)
     fill_from_reference(color, shown, roi_of(read(project.reference), project.roi));
+  apply_light_gain(work, index, folder, color);
   return color;
 }
 

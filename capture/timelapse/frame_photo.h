@@ -20,6 +20,11 @@ namespace patinate::capture {
 /// @param shown  Becomes 255 where the photograph shows the place, else 0.
 [[nodiscard]] ImageF lay_in_roi(const IngestWork& work, int index, const std::filesystem::path& folder,
                                 const ImageF& image, ImageU8& shown);
+/// Likewise of any part of the reference; of a fixed camera's photographs that part itself, and shown all over.
+[[nodiscard]] ImageF lay_in_rectangle(const IngestWork& work, int index, const std::filesystem::path& folder,
+                                      const ImageF& image, const PixelRectangle& part, ImageU8& shown);
+/// Multiplies a frame's colors by light_gain().
+void apply_light_gain(const IngestWork& work, int index, const std::filesystem::path& folder, ImageF& color);
 /// Takes off `shown`, of the roi, what is transparent in the photograph.
 void keep_opaque(const IngestWork& work, int index, const std::filesystem::path& folder, ImageU8& shown);
 

@@ -10,6 +10,7 @@
 #include "capture/timelapse/ingest_warnings.h"
 #include "capture/timelapse/ingest_work.h"
 #include "capture/timelapse/mask_warnings.h"
+#include "capture/timelapse/patch_step.h"
 #include "capture/timelapse/repair_steps.h"
 #include "capture/timelapse/scan_step.h"
 #include "libcommon/core/hash.h"
@@ -54,6 +55,7 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
     writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : look_at_light(work, folder, mask, control)) writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : report_alignment(work, folder)) writer.add_warning(std::move(warning));
+  for (HistoryWarning& warning : report_patch(work, folder)) writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : mask_warnings(given, mask, num_frames)) writer.add_warning(std::move(warning));
   writer.finish();
   control.report(1.0);
@@ -104,6 +106,7 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   auto work = std::make_shared<IngestWork>(IngestWork{project, options, {}, "", options.add_progress});
   work->repairs = std::make_shared<RepairTables>();
   work->places = std::make_shared<PlaceTable>();
+  work->gains = std::make_shared<GainTable>();
   check_handheld_options(*work);
   const bool is_measured = project.transmission || project.scan || !project.controls.empty();
   if (!is_measured && project.frames.size() > 1) work->has_progress = true;
@@ -122,6 +125,7 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   plan.may_grow = true;
   work->key = plan.key;
   add_alignment_item(plan.items, work);
+  add_patch_item(plan.items, work);
   add_scan_item(plan.items, work);
   add_survey_items(plan.items, work);
   for (std::size_t i = 0; i < work->project.frames.size(); ++i)

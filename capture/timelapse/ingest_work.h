@@ -21,6 +21,7 @@ inline constexpr const char* kProgressName = "progress";
 
 struct RepairTables;
 struct PlaceTable;
+struct GainTable;
 
 struct IngestWork {
   CaptureProject project;
@@ -30,6 +31,7 @@ struct IngestWork {
   bool has_progress = false;
   std::shared_ptr<RepairTables> repairs = nullptr;        ///< repair_steps.h; shared by the frames of one run.
   std::shared_ptr<PlaceTable> places = nullptr;           ///< align_step.h; likewise.
+  std::shared_ptr<GainTable> gains = nullptr;             ///< patch_step.h; likewise.
   std::shared_ptr<const Json> known_alignment = nullptr;  ///< leave_out_failed().
   std::shared_ptr<const Mesh> scan_mesh = nullptr;        ///< load_scan(); in mm.
   std::string scan_key = "";                              ///< Its content.

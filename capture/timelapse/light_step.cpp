@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/timelapse/light_report.h"
+#include "capture/timelapse/patch_step.h"
 #include "capture/timelapse/repair_steps.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/json.h"
@@ -74,8 +75,10 @@ std::vector<HistoryWarning> look_at_light(const IngestWork& work, const fs::path
     report.deflicker = deflicker_report(project.frames, tables.factors, unsure);
   }
   report.exif = exif_exposures(project.frames);
+  const bool is_divided = project.reference_patch.has_value() || divides_exif_exposure(work);
   add_light_report(survey, report);
   save_json(file, survey);
+  if (is_divided) report.exif.reset();  // Which is no fault any more.
   return light_warnings(report, work.options.repair.flat_field, static_cast<int>(project.frames.size()));
 }
 

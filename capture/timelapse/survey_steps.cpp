@@ -8,6 +8,7 @@
 #include "capture/stability/stabilize.h"
 #include "capture/timelapse/align_step.h"
 #include "capture/timelapse/frame_photo.h"
+#include "capture/timelapse/patch_step.h"
 #include "capture/timelapse/repair_steps.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
@@ -71,6 +72,9 @@ JobItem chunk_item(const std::shared_ptr<const IngestWork>& work, int chunk) {
   for (int i = std::max(0, begin - kChunk); i < end; ++i) key.add(work->photo_keys[static_cast<std::size_t>(i)]);
   if (work->project.is_handheld()) {
     for (int i = std::max(0, begin - kChunk); i < end; ++i) key.add(place_key(*work, static_cast<std::size_t>(i)));
+  }
+  for (int i = std::max(0, begin - kChunk); i < end; ++i) {
+    if (const std::string gain = gain_key(*work, static_cast<std::size_t>(i)); !gain.empty()) key.add(gain);
   }
   const fs::path file = chunk_file(chunk);
   return {.name = "survey-" + file.stem().string(),
@@ -306,9 +310,9 @@ IngestStages ingest_stages(const IngestWork& work) {
   const bool is_repaired = options.stabilize || options.deflicker || !options.flat_field.empty();
   IngestStages stages = is_repaired ? IngestStages{.frames = 2, .survey = 0, .decisions = 1}
                                     : IngestStages{.frames = 0, .survey = 1, .decisions = 2};
-  if (needs_alignment(work)) {  // Which is the first stage of all.
-    for (int* stage : {&stages.frames, &stages.survey, &stages.decisions}) ++*stage;
-  }
+  // Photographs are aligned first of all, and the patch is measured next.
+  const int num_before = (needs_alignment(work) ? 1 : 0) + (work.project.reference_patch ? 1 : 0);
+  for (int* stage : {&stages.frames, &stages.survey, &stages.decisions}) *stage += num_before;
   return stages;
 }
 

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "capture/project/capture_text.h"
+#include "capture/project/given_transforms.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
@@ -116,25 +117,50 @@ std::vector<GivenControl> read_controls(const JsonReader& json, const CapturePro
   return controls;
 }
 
+/// [x, y, width, height] inside of the photographs.
+PixelRectangle read_rectangle(const JsonReader& json, const CaptureProject& project) {
+  const std::vector<double> numbers = json.numbers(4, between(0, 65536));
+  const auto is_whole = [](double v) { return v == std::floor(v); };
+  if (!std::all_of(numbers.begin(), numbers.end(), is_whole)) json.fail("four whole numbers of pixels");
+  const auto pixel = [&](std::size_t i) { return static_cast<int>(numbers[i]); };
+  const PixelRectangle part{pixel(0), pixel(1), pixel(2), pixel(3)};
+  if (part.width < 1 || part.height < 1 || part.x + part.width > project.photo_width ||
+      part.y + part.height > project.photo_height) {
+    json.fail("[x, y, width, height] inside the photographs of " +
+              size_text(project.photo_width, project.photo_height));
+  }
+  return part;
+}
+
 void read_geometry(JsonReader& json, CaptureProject& project) {
   project.roi = {0, 0, project.photo_width, project.photo_height};
-  if (json.has("roi")) {
-    const JsonReader roi = json.member("roi");
-    const std::vector<double> numbers = roi.numbers(4, between(0, 65536));
-    const auto is_whole = [](double v) { return v == std::floor(v); };
-    if (!std::all_of(numbers.begin(), numbers.end(), is_whole)) roi.fail("four whole numbers of pixels");
-    const auto pixel = [&](std::size_t i) { return static_cast<int>(numbers[i]); };
-    project.roi = {pixel(0), pixel(1), pixel(2), pixel(3)};
-    if (project.roi.width < 1 || project.roi.height < 1 || project.roi.x + project.roi.width > project.photo_width ||
-        project.roi.y + project.roi.height > project.photo_height) {
-      roi.fail("[x, y, width, height] inside the photographs of " +
-               size_text(project.photo_width, project.photo_height));
-    }
-  }
+  if (json.has("roi")) project.roi = read_rectangle(json.member("roi"), project);
+  if (json.has("reference_patch")) project.reference_patch = read_rectangle(json.member("reference_patch"), project);
   if (json.has("scale")) project.scale = json.member("scale").number({0, 1, true});
   if (json.has("texel_size_mm")) {
     const JsonReader size = json.member("texel_size_mm");
     if (!size.is_null()) project.texel_size_mm = size.number(between(kLeastTexel_mm, kLargestTexel_mm));
+  }
+}
+
+/// Which photograph is the reference, transforms of an earlier run, and that sizes are equal where they must be.
+void read_reference(CaptureProject& project) {
+  if (project.align.transforms) read_transforms(*project.align.transforms, project);
+  // The one in the middle has most in common with all others.
+  if (project.align.method != AlignMethod::Off) project.reference = static_cast<int>(project.frames.size() / 2);
+  if (!project.align.to.empty()) project.reference = find_photo(project, project.align.to, "`align_to`");
+  const CapturePhoto& reference = project.frames[static_cast<std::size_t>(project.reference)];
+  project.photo_width = reference.width;
+  project.photo_height = reference.height;
+  const bool is_aligned = project.align.method != AlignMethod::Off;
+  for (const CapturePhoto& photo : project.frames) {
+    if (is_aligned || photo.transform) continue;
+    if (photo.width == reference.width && photo.height == reference.height) continue;
+    throw IoError(photo.file.string(), "is " + size_text(photo.width, photo.height) + " pixels, but " +
+                                           reference.file.filename().string() + " is " +
+                                           size_text(reference.width, reference.height) +
+                                           "; all photographs must have one size, or be laid over one another "
+                                           "(--align auto)");
   }
 }
 
@@ -143,7 +169,12 @@ void read_geometry(JsonReader& json, CaptureProject& project) {
 int CaptureProject::width() const { return std::max(1, static_cast<int>(std::lround(roi.width * scale))); }
 int CaptureProject::height() const { return std::max(1, static_cast<int>(std::lround(roi.height * scale))); }
 
-CaptureProject read_capture_project(const fs::path& file) {
+bool CaptureProject::is_handheld() const {
+  return align.method != AlignMethod::Off ||
+         std::any_of(frames.begin(), frames.end(), [](const CapturePhoto& p) { return p.transform.has_value(); });
+}
+
+CaptureProject read_capture_project(const fs::path& file, const AlignOptions& align) {
   const Json document = load_json(file);
   JsonReader json(file.string(), document);
   json.expect_format("patinate.capture", 1);
@@ -159,9 +190,9 @@ CaptureProject read_capture_project(const fs::path& file) {
   project.frames = std::move(sources.photos);
   project.excluded = std::move(sources.excluded);
   project.time_source = std::move(sources.time_source);
-  project.photo_width = sources.width;
-  project.photo_height = sources.height;
   project.has_raw_frames = sources.is_raw;
+  project.align = read_align_settings(json, align);
+  read_reference(project);
   read_geometry(json, project);
   if (json.has("transmission")) project.transmission = read_transmission(json.member("transmission"), project);
   const std::optional<JsonReader> unit = json.has("unit") ? std::optional(json.member("unit")) : std::nullopt;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capture/alignment/alignment.h"
+#include "capture/project/align_settings.h"
 #include "capture/project/frame_sources.h"
 #include "patinate/core/json.h"
 #include "patinate/core/run_control.h"
@@ -61,7 +62,9 @@ struct CaptureProject {
   bool has_raw_frames = false;
   std::vector<CapturePhoto> frames;  ///< Strictly increasing time; excluded ones are excluded.
   std::vector<int> excluded;         ///< Their numbers, as `exclude` has them; rising.
-  int photo_width = 0;               ///< Size of every photograph.
+  AlignSettings align;               ///< Of photographs that no fixed camera took.
+  int reference = 0;                 ///< The frame whose pixels all others are laid over.
+  int photo_width = 0;               ///< Size of every photograph; where they are laid over one, of that one.
   int photo_height = 0;
   PixelRectangle roi;  ///< Inside the photographs; all of them when none is given.
   double scale = 1.0;  ///< (0, 1]; applied after the roi.
@@ -69,16 +72,20 @@ struct CaptureProject {
   std::optional<ScanSource> scan;
   std::vector<GivenControl> controls;
   std::optional<std::filesystem::path> mask;
-  std::optional<double> texel_size_mm;  ///< Surface length of a pixel of the photographs.
+  std::optional<PixelRectangle> reference_patch;  ///< Of the reference photograph: its color does not change.
+  std::optional<double> texel_size_mm;            ///< Surface length of a pixel of the photographs.
 
   /// Size of the history: the roi times scale, rounded, at least 1.
   [[nodiscard]] int width() const;
   [[nodiscard]] int height() const;
+  /// Photographs are laid over the reference one: they are aligned, or transforms are given.
+  [[nodiscard]] bool is_handheld() const;
 };
 
 /// Reads and checks a project: every file is there, is an image, and has the right size; pixels are not decoded.
+/// @param align  What the command line says of aligning, over what the project says.
 /// @throws IoError / InvalidInput naming the file and what is wrong.
-[[nodiscard]] CaptureProject read_capture_project(const std::filesystem::path& file);
+[[nodiscard]] CaptureProject read_capture_project(const std::filesystem::path& file, const AlignOptions& align = {});
 
 /// Cuts the roi out and scales it (area averages). An image of the history's size is taken as it is.
 /// @param image  As large as the photographs or the history. @throws IoError naming `file` if it is neither.

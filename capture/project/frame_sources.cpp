@@ -1,5 +1,6 @@
 #include "capture/project/frame_sources.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -28,6 +29,7 @@ struct SourceImage {
   int image = 0;
   std::optional<double> time;  ///< Given, in the project's unit.
   int number = 0;              ///< As `exclude` counts.
+  std::optional<Eigen::Matrix3d> transform = {};
 };
 
 /// Opens every file once.
@@ -104,6 +106,7 @@ std::vector<SourceImage> images_of_list(const JsonReader& json, Files& files) {
         time.fail("a time later than that of the frame before (" + number_text(*images.back().time) + ")");
       }
     }
+    if (entry.has("transform")) image.transform = read_transform(entry.member("transform"));
     entry.finish();
     images.push_back(image);
     if (images.back().time.has_value() != images.front().time.has_value())
@@ -190,20 +193,6 @@ class Streams {
   std::map<fs::path, std::shared_ptr<FrameStream>> streams_;
 };
 
-void check_sizes(const std::vector<SourceImage>& images, Files& files, FrameSources& sources) {
-  const fs::path& first = images.front().file;
-  sources.width = files.info(first).width;
-  sources.height = files.info(first).height;
-  for (const SourceImage& image : images) {
-    const ImageInfo& info = files.info(image.file);
-    sources.is_raw = sources.is_raw || info.is_raw;
-    if (info.width == sources.width && info.height == sources.height) continue;
-    throw IoError(image.file.string(),
-                  "is " + size_text(info.width, info.height) + " pixels, but " + first.filename().string() + " is " +
-                      size_text(sources.width, sources.height) + "; all photographs must have one size");
-  }
-}
-
 }  // namespace
 
 std::string CapturePhoto::name() const {
@@ -219,6 +208,16 @@ std::vector<std::string> photo_names(const std::vector<CapturePhoto>& photos) {
     names.push_back(counts[name] == 1 ? name : name + " (number " + std::to_string(photo.number) + ")");
   }
   return names;
+}
+
+Eigen::Matrix3d read_transform(const JsonReader& json) {
+  const std::vector<double> n = json.numbers(9);
+  Eigen::Matrix3d h;
+  h << n[0], n[1], n[2], n[3], n[4], n[5], n[6], n[7], n[8];
+  constexpr double kLeast = 1e-9;
+  if (!(std::abs(h.determinant()) > kLeast) || !(std::abs(h(2, 2)) > kLeast))
+    json.fail("an invertible 3 x 3 matrix, row by row, from the photograph's pixels to the reference's");
+  return h / h(2, 2);
 }
 
 FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
@@ -244,7 +243,7 @@ FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
     images[i].number = static_cast<int>(i);
     if (is_chosen[i]) kept.push_back(std::move(images[i]));
   }
-  check_sizes(kept, files, sources);
+  for (const SourceImage& image : kept) (void)files.info(image.file);
   if (sources.time_source.empty()) sources.time_source = find_times(kept, files, json, unit);
   const Streams streams(kept, files);
   for (const SourceImage& image : kept) {
@@ -257,8 +256,12 @@ FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
                               .is_raw = info.is_raw,
                               .exposure = info.exposure,
                               .image = image.image,
+                              .width = info.width,
+                              .height = info.height,
                               .number = image.number,
-                              .stream = streams.of(image.file)});
+                              .stream = streams.of(image.file),
+                              .transform = image.transform});
+    sources.is_raw = sources.is_raw || info.is_raw;
   }
   std::stable_sort(sources.photos.begin(), sources.photos.end(),
                    [](const CapturePhoto& a, const CapturePhoto& b) { return a.time < b.time; });

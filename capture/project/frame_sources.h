@@ -3,8 +3,10 @@
 /// times.
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,9 +25,12 @@ struct CapturePhoto {
   bool is_raw = false;          ///< Camera RAW: linear light that ends at 1.
   ImageExposure exposure = {};  ///< As EXIF says it.
   int image = 0;                ///< Which image of the file.
-  int number = 0;               ///< Among all that the project lists, from 0, as `exclude` counts.
+  int width = 0;                ///< Pixels.
+  int height = 0;
+  int number = 0;  ///< Among all that the project lists, from 0, as `exclude` counts.
   std::shared_ptr<FrameStream> stream =
       nullptr;  ///< Where the images of a file with many come from; null for photographs.
+  std::optional<Eigen::Matrix3d> transform = {};  ///< Reference from photograph, pixel centers; as it is given.
 
   /// "day07.jpg", or "copper.webp, image 12".
   [[nodiscard]] std::string name() const;
@@ -37,15 +42,16 @@ struct CapturePhoto {
 struct FrameSources {
   std::vector<CapturePhoto> photos;  ///< By strictly increasing time; one or more.
   std::string time_source;           ///< "interval", "list", "frame rate", "dates in file names" or "EXIF".
-  int width = 0;                     ///< Of every image.
-  int height = 0;
-  bool is_raw = false;             ///< At least one of them is camera RAW.
-  std::vector<int> excluded = {};  ///< What `exclude` says; rising.
+  bool is_raw = false;               ///< At least one of them is camera RAW.
+  std::vector<int> excluded = {};    ///< What `exclude` says; rising.
 };
+
+/// Nine numbers, row by row: an invertible map between pixel centers; its lower right becomes 1. @throws IoError
+[[nodiscard]] Eigen::Matrix3d read_transform(const JsonReader& json);
 
 /// Reads `frames` and `exclude` of a project, opens every file, and finds the times that are not given. Images count
 /// from 0 through all files in order; `from`, `to`, `every` and `exclude` choose among them and leave the times of the
-/// others alone.
+/// others alone. Their sizes may differ.
 /// @param json  The project. @throws IoError naming the file or the place in the project that is wrong.
 [[nodiscard]] FrameSources read_frame_sources(JsonReader& json, TimeUnit unit);
 

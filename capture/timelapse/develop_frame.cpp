@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/stability/stabilize.h"
+#include "capture/timelapse/frame_photo.h"
 #include "capture/timelapse/repair_steps.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
@@ -48,7 +49,7 @@ ImageF in_place(const ImageF& whole, const PixelRectangle& roi, const Eigen::Aff
 
 bool has_validity(const IngestWork& work) {
   return work.options.repair.highlights == HighlightRule::Mask ||
-         (work.options.repair.stabilize && work.project.frames.size() > 1);
+         (work.options.repair.stabilize && work.project.frames.size() > 1) || work.project.is_handheld();
 }
 
 fs::path validity_file(int index) {
@@ -105,8 +106,13 @@ ImageF develop_frame(const IngestWork& work, int index, const fs::path& folder) 
   const Eigen::Affine2d motion =
       t.motions.empty() ? Eigen::Affine2d::Identity() : t.motions[static_cast<std::size_t>(index)];
   const ImageF whole = read_whole_photo(project, photo);
+  const auto lay = [&](const ImageF& image, ImageU8& shown) {
+    return project.is_handheld() ? lay_in_roi(work, index, folder, image, shown) : in_place(image, roi, motion, shown);
+  };
   ImageU8 seen;
-  ImageF color = in_place(whole, roi, motion, seen);
+  ImageF color = lay(whole, seen);
+  apply_light_gain(work, index, folder, color);
+  if (project.is_handheld()) keep_opaque(work, index, folder, seen);
   if (!t.flat_field.empty()) {
     // The lamp stands with the camera: its fall-off moves with the photograph.
     ImageU8 unused;
@@ -124,7 +130,7 @@ ImageF develop_frame(const IngestWork& work, int index, const fs::path& folder) 
     if (options.highlights == HighlightRule::Mask) {
       const ImageU8 saturated = find_saturated(whole, saturation_level(project, photo), options.highlight_options);
       ImageU8 unused;
-      const ImageF there = in_place(as_shares(saturated), roi, motion, unused);
+      const ImageF there = lay(as_shares(saturated), unused);
       mark_invalid(there, Validity::Saturated, validity);
     }
     for (std::uint8_t& v : seen.values()) v = v != 0 ? 0 : 255;

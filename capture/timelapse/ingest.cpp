@@ -7,10 +7,13 @@
 #include <utility>
 
 #include "capture/stability/frame_noise.h"
+#include "capture/timelapse/align_step.h"
+#include "capture/timelapse/align_warnings.h"
 #include "capture/timelapse/background_step.h"
 #include "capture/timelapse/ingest_warnings.h"
 #include "capture/timelapse/ingest_work.h"
 #include "capture/timelapse/mask_warnings.h"
+#include "capture/timelapse/patch_step.h"
 #include "capture/timelapse/repair_steps.h"
 #include "capture/timelapse/scan_step.h"
 #include "libcommon/core/hash.h"
@@ -78,6 +81,8 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
     writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : look_at_light(writer, work, folder, mask, light, control))
     writer.add_warning(std::move(warning));
+  for (HistoryWarning& warning : report_alignment(work, folder)) writer.add_warning(std::move(warning));
+  for (HistoryWarning& warning : report_patch(work, folder)) writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : mask_warnings(given, mask, num_frames)) writer.add_warning(std::move(warning));
   writer.finish();
   control.report(1.0);
@@ -113,6 +118,7 @@ void describe(OptionVisitor& v, IngestOptions& o) {
   describe(v, o.repair);
   describe(v, o.scan);
   describe(v, o.background);
+  describe(v, o.align);
 }
 
 HistoryManifest IngestWork::manifest() const {
@@ -132,6 +138,9 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   (void)background_rule(options.background.mask_background);
   auto work = std::make_shared<IngestWork>(IngestWork{project, options, {}, "", options.add_progress});
   work->repairs = std::make_shared<RepairTables>();
+  work->places = std::make_shared<PlaceTable>();
+  work->gains = std::make_shared<GainTable>();
+  check_handheld_options(*work);
   const bool is_measured = project.transmission || project.scan || !project.controls.empty();
   if (!is_measured && project.frames.size() > 1) work->has_progress = true;
   const bool is_progress_given = std::any_of(project.controls.begin(), project.controls.end(),
@@ -147,14 +156,19 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   }
   load_scan(*work);
   work->photo_keys = ingest_photo_keys(project);
+  leave_out_failed(*work, output);
+  if (work->known_alignment != nullptr) work->photo_keys = ingest_photo_keys(work->project);
   // Names of files have no part in the key: the same photographs elsewhere give the same history.
   JobPlan plan = ingest_inputs(*work).plan(output, kHistoryManifestFile);
   plan.may_grow = true;
   work->key = plan.key;
+  add_alignment_item(plan.items, work);
+  add_patch_item(plan.items, work);
   add_scan_item(plan.items, work);
   add_survey_items(plan.items, work);
-  for (std::size_t i = 0; i < project.frames.size(); ++i) plan.items.push_back(frame_item(work, static_cast<int>(i)));
-  plan.join_weight = kJoinWeight * static_cast<double>(std::max<std::size_t>(1, project.frames.size()));
+  for (std::size_t i = 0; i < work->project.frames.size(); ++i)
+    plan.items.push_back(frame_item(work, static_cast<int>(i)));
+  plan.join_weight = kJoinWeight * static_cast<double>(std::max<std::size_t>(1, work->project.frames.size()));
   plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
   return plan;
 }

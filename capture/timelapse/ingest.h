@@ -28,6 +28,8 @@ struct IngestOptions {
   RepairOptions repair = {};  ///< Survey, repairs and masks of a time-lapse.
   ScanOptions scan = {};      ///< For projects with a scan.
   BackgroundOptions background = {};
+  AlignOptions align = {};     ///< For read_capture_project(); here for the command line.
+  bool accept_failed = false;  ///< Leave photographs that cannot be aligned out, instead of stopping.
 };
 void describe(OptionVisitor& v, IngestOptions& o);
 

@@ -1,7 +1,9 @@
 #include <cstdint>
 #include <map>
 
+#include "capture/timelapse/align_step.h"
 #include "capture/timelapse/ingest_work.h"
+#include "capture/timelapse/patch_step.h"
 #include "capture/timelapse/repair_steps.h"
 #include "capture/timelapse/scan_step.h"
 #include "libcommon/core/hash.h"
@@ -52,6 +54,8 @@ std::string ingest_frame_key(const IngestWork& work, std::size_t index) {
   hash.add("ingest frame").add(kStageVersion).add(work.photo_keys[index]);
   hash.add(project.response.text()).add(roi_text(project.roi)).add(project.scale);
   hash.add(repair_frame_key(work));
+  if (project.is_handheld()) hash.add(place_key(work, index));
+  if (const std::string gain = gain_key(work, index); !gain.empty()) hash.add(gain);
   return hash.hex();
 }
 
@@ -104,6 +108,8 @@ JobInputs ingest_inputs(const IngestWork& work) {
   if (work.options.background.mask_background != "off") inputs.add_options(option_values(work.options.background));
   if (work.options.add_deviations) inputs.add_value("deviations", "made from the frames");
   add_repair_inputs(inputs, work);
+  add_alignment_inputs(inputs, work);
+  add_patch_inputs(inputs, work);
   return inputs;
 }
 

@@ -10,6 +10,7 @@
 #include "capture/project/capture_project.h"
 #include "capture/timelapse/ingest.h"
 #include "libcommon/job/job_inputs.h"
+#include "patinate/core/json.h"
 #include "patinate/core/run_control.h"
 #include "patinate/history/history.h"
 
@@ -19,6 +20,8 @@ namespace patinate::capture {
 inline constexpr const char* kProgressName = "progress";
 
 struct RepairTables;
+struct PlaceTable;
+struct GainTable;
 
 struct IngestWork {
   CaptureProject project;
@@ -26,9 +29,12 @@ struct IngestWork {
   std::vector<std::string> photo_keys;  ///< Content of every frame's photograph.
   std::string key;
   bool has_progress = false;
-  std::shared_ptr<RepairTables> repairs = nullptr;  ///< repair_steps.h; shared by the frames of one run.
-  std::shared_ptr<const Mesh> scan_mesh = nullptr;  ///< load_scan(); in mm.
-  std::string scan_key = "";                        ///< Its content.
+  std::shared_ptr<RepairTables> repairs = nullptr;        ///< repair_steps.h; shared by the frames of one run.
+  std::shared_ptr<PlaceTable> places = nullptr;           ///< align_step.h; likewise.
+  std::shared_ptr<GainTable> gains = nullptr;             ///< patch_step.h; likewise.
+  std::shared_ptr<const Json> known_alignment = nullptr;  ///< leave_out_failed().
+  std::shared_ptr<const Mesh> scan_mesh = nullptr;        ///< load_scan(); in mm.
+  std::string scan_key = "";                              ///< Its content.
 
   /// The history without frames and controls.
   [[nodiscard]] HistoryManifest manifest() const;

@@ -4,6 +4,7 @@
 
 #include "capture/stability/static_light.h"
 #include "capture/timelapse/light_report.h"
+#include "capture/timelapse/patch_step.h"
 #include "capture/timelapse/repair_steps.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
@@ -105,8 +106,10 @@ std::vector<HistoryWarning> look_at_light(const HistoryWriter& writer, const Ing
     report.deflicker = deflicker_report(project.frames, tables.factors, unsure);
   }
   report.exif = exif_exposures(project.frames);
+  const bool is_divided = project.reference_patch.has_value() || divides_exif_exposure(work);
   add_light_report(survey, report);
   save_json(file, survey);
+  if (is_divided) report.exif.reset();  // Which is no fault any more.
   return light_warnings(report, work.options.repair.flat_field, static_cast<int>(project.frames.size()));
 }
 

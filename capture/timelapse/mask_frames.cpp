@@ -19,6 +19,7 @@ namespace {
 /// The flash's highlight in the roi; empty when there is none, or highlights are kept.
 ImageU8 standing_highlight(const IngestWork& work, const RunControl& control) {
   if (work.options.repair.highlights != HighlightRule::Mask) return {};
+  if (work.project.is_handheld()) return {};  // Nothing stands still.
   const CaptureProject& project = work.project;
   const PixelRectangle& roi = project.roi;
   constexpr float kSaturation = 1.0f;

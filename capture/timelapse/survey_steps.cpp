@@ -6,6 +6,9 @@
 
 #include "capture/stability/odd_frames.h"
 #include "capture/stability/stabilize.h"
+#include "capture/timelapse/align_step.h"
+#include "capture/timelapse/frame_photo.h"
+#include "capture/timelapse/patch_step.h"
 #include "capture/timelapse/repair_steps.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
@@ -28,21 +31,15 @@ fs::path chunk_file(int chunk) { return "survey/pairs-" + zero_padded(static_cas
 
 int num_frames_of(const IngestWork& work) { return static_cast<int>(work.project.frames.size()); }
 
-ImageF read_roi(const IngestWork& work, int index) {
-  const PixelRectangle& roi = work.project.roi;
-  return crop(read_whole_photo(work.project, work.project.frames[static_cast<std::size_t>(index)]), roi.x, roi.y,
-              roi.width, roi.height);
-}
-
 /// Compares the frames of a chunk with the ones before, and, when they are to be stabilized, with anchors.
-Json survey_chunk(const IngestWork& work, int chunk, const RunControl& control) {
+Json survey_chunk(const IngestWork& work, int chunk, const fs::path& folder, const RunControl& control) {
   const int begin = chunk * kChunk, end = std::min(num_frames_of(work), begin + kChunk);
   const bool is_stabilized = work.options.repair.stabilize;
   RunControl quiet = control;
   quiet.on_progress = {};
   const auto prepare = [&](int i) {
     control.throw_if_stopped();
-    return prepare_frame(read_roi(work, i), quiet);
+    return prepare_frame(read_frame_roi(work, i, folder), quiet);
   };
   Json pairs = Json::array();
   const auto compare = [&](int a, const PreparedFrame& first, int b, const PreparedFrame& second) {
@@ -73,12 +70,18 @@ JobItem chunk_item(const std::shared_ptr<const IngestWork>& work, int chunk) {
   key.add(work->project.response.text());
   for (int v : {roi.x, roi.y, roi.width, roi.height}) key.add(std::int64_t{v});
   for (int i = std::max(0, begin - kChunk); i < end; ++i) key.add(work->photo_keys[static_cast<std::size_t>(i)]);
+  if (work->project.is_handheld()) {
+    for (int i = std::max(0, begin - kChunk); i < end; ++i) key.add(place_key(*work, static_cast<std::size_t>(i)));
+  }
+  for (int i = std::max(0, begin - kChunk); i < end; ++i) {
+    if (const std::string gain = gain_key(*work, static_cast<std::size_t>(i)); !gain.empty()) key.add(gain);
+  }
   const fs::path file = chunk_file(chunk);
   return {.name = "survey-" + file.stem().string(),
           .outputs = {file},
           .run =
               [work, chunk, file](const fs::path& folder, const RunControl& control) {
-                save_json(folder / file, survey_chunk(*work, chunk, control));
+                save_json(folder / file, survey_chunk(*work, chunk, folder, control));
                 control.report(1.0);
               },
           .key = key.hex(),
@@ -96,14 +99,15 @@ std::vector<FramePair> read_pairs(const IngestWork& work, const fs::path& folder
 }
 
 /// Pairs across the frames that fit neither neighbor.
-std::vector<FramePair> pairs_across(const IngestWork& work, const std::vector<int>& frames, const RunControl& control) {
+std::vector<FramePair> pairs_across(const IngestWork& work, const fs::path& folder, const std::vector<int>& frames,
+                                    const RunControl& control) {
   RunControl quiet = control;
   quiet.on_progress = {};
   std::vector<FramePair> pairs;
   for (int i : frames) {
     control.throw_if_stopped();
-    const PreparedFrame before = prepare_frame(read_roi(work, i - 1), quiet);
-    const PreparedFrame after = prepare_frame(read_roi(work, i + 1), quiet);
+    const PreparedFrame before = prepare_frame(read_frame_roi(work, i - 1, folder), quiet);
+    const PreparedFrame after = prepare_frame(read_frame_roi(work, i + 1, folder), quiet);
     pairs.push_back(compare_frames(i - 1, before, i + 1, after, work.options.repair.stabilize));
     control.report(static_cast<double>(pairs.size()) / static_cast<double>(frames.size()));
   }
@@ -112,9 +116,9 @@ std::vector<FramePair> pairs_across(const IngestWork& work, const std::vector<in
 
 /// Pairs farther apart where the series falls into groups: a camera that was moved far may have come from where it
 /// stood earlier. Stops at the first that fits.
-std::vector<FramePair> find_bridges(const IngestWork& work, const std::vector<FramePair>& neighbors,
-                                    std::vector<FramePair> pairs, const LinkTest& is_linked,
-                                    const RunControl& control) {
+std::vector<FramePair> find_bridges(const IngestWork& work, const fs::path& folder,
+                                    const std::vector<FramePair>& neighbors, std::vector<FramePair> pairs,
+                                    const LinkTest& is_linked, const RunControl& control) {
   constexpr int kMostTried = 64;  // Of pairs: 0.2 s each; a series without any order is not worth more.
   RunControl quiet = control;
   quiet.on_progress = {};
@@ -126,8 +130,9 @@ std::vector<FramePair> find_bridges(const IngestWork& work, const std::vector<Fr
     if (a < 0 || b >= n || num_tried >= kMostTried) return false;
     ++num_tried;
     control.throw_if_stopped();
-    bridges.push_back(compare_frames(a, prepare_frame(read_roi(work, a), quiet), b,
-                                     prepare_frame(read_roi(work, b), quiet), work.options.repair.stabilize));
+    bridges.push_back(compare_frames(a, prepare_frame(read_frame_roi(work, a, folder), quiet), b,
+                                     prepare_frame(read_frame_roi(work, b, folder), quiet),
+                                     work.options.repair.stabilize));
     pairs.push_back(bridges.back());
     return is_linked(bridges.back());
   };
@@ -217,12 +222,12 @@ void save_survey(const IngestWork& work, const fs::path& folder, const RunContro
   std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(neighbors),
                [](const FramePair& p) { return p.frame == p.reference + 1; });
   std::vector<FrameFinding> findings = judge_frames(neighbors, roi.width, roi.height, options.survey);
-  const std::vector<FramePair> across = pairs_across(work, frames_to_skip(neighbors, findings), control);
+  const std::vector<FramePair> across = pairs_across(work, folder, frames_to_skip(neighbors, findings), control);
   pairs.insert(pairs.end(), across.begin(), across.end());
   find_odd_frames(findings, neighbors, across, roi.width, roi.height);
   const LinkTest is_linked =
       options.stabilize ? LinkTest(can_be_laid_over) : [](const FramePair& pair) { return !is_unmatched(pair); };
-  const std::vector<FramePair> bridges = find_bridges(work, neighbors, pairs, is_linked, control);
+  const std::vector<FramePair> bridges = find_bridges(work, folder, neighbors, pairs, is_linked, control);
   pairs.insert(pairs.end(), bridges.begin(), bridges.end());
   Json json{{"format", "patinate.survey"},
             {"version", 2},
@@ -262,13 +267,14 @@ void save_survey(const IngestWork& work, const fs::path& folder, const RunContro
   save_json(folder / kSurveyFile, json);
 }
 
-ImageF make_flat_field(const IngestWork& work, const RunControl& control) {
+ImageF make_flat_field(const IngestWork& work, const fs::path& folder, const RunControl& control) {
   const RepairOptions& options = work.options.repair;
   const CaptureProject& project = work.project;
   if (options.flat_field == "estimate") {
     // The roi only: what lies around the surface says nothing about the lamp.
     return estimate_flat_field(
-        num_frames_of(work), [&](int i) { return read_roi(work, i); }, options.flat_field_options, control);
+        num_frames_of(work), [&](int i) { return read_frame_roi(work, i, folder); }, options.flat_field_options,
+        control);
   }
   const ImageF light = read_color(options.flat_field, project.response);
   if (light.width() != project.photo_width || light.height() != project.photo_height) {
@@ -302,8 +308,12 @@ std::string flat_field_key(const IngestWork& work) {
 IngestStages ingest_stages(const IngestWork& work) {
   const RepairOptions& options = work.options.repair;
   const bool is_repaired = options.stabilize || options.deflicker || !options.flat_field.empty();
-  return is_repaired ? IngestStages{.frames = 2, .survey = 0, .decisions = 1}
-                     : IngestStages{.frames = 0, .survey = 1, .decisions = 2};
+  IngestStages stages = is_repaired ? IngestStages{.frames = 2, .survey = 0, .decisions = 1}
+                                    : IngestStages{.frames = 0, .survey = 1, .decisions = 2};
+  // Photographs are aligned first of all, and the patch is measured next.
+  const int num_before = (needs_alignment(work) ? 1 : 0) + (work.project.reference_patch ? 1 : 0);
+  for (int* stage : {&stages.frames, &stages.survey, &stages.decisions}) *stage += num_before;
+  return stages;
 }
 
 void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const IngestWork>& work) {
@@ -323,7 +333,7 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
                    .outputs = {kFlatFieldFile},
                    .run =
                        [work](const fs::path& folder, const RunControl& control) {
-                         const ImageF gain = make_flat_field(*work, control);
+                         const ImageF gain = make_flat_field(*work, folder, control);
                          ImageF rgb(gain.width(), gain.height(), 3);
                          for (std::int64_t i = 0; i < rgb.num_pixels(); ++i) {
                            for (int c = 0; c < 3; ++c)

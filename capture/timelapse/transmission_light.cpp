@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/alignment/alignment.h"
+#include "capture/timelapse/frame_photo.h"
 #include "capture/timelapse/ingest_work.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
@@ -23,13 +24,16 @@ ImageF light_of(const ImageF& color) {
 }
 
 /// The last frame shows what the transmission photograph shows: the cracks.
-ImageAlignment align_transmission(const CaptureProject& project, const ImageF& photo, const RunControl& control) {
+ImageAlignment align_transmission(const IngestWork& work, const fs::path& folder, const ImageF& photo,
+                                  const RunControl& control) {
+  const CaptureProject& project = work.project;
   const TransmissionPhotos& transmission = *project.transmission;
   if (transmission.align == TransmissionPhotos::Align::Points) return align_points(transmission.points);
   const CapturePhoto& last = project.frames.back();
   const std::string advice =
       "; give four pairs of points instead, \"align\": [[[x, y] in it, [x, y] in the frames], ...]";
-  const ImageF reference = light_of(read_whole_photo(project, last));
+  const int last_index = static_cast<int>(project.frames.size()) - 1;
+  const ImageF reference = light_of(read_frame_whole(work, last_index, folder));
   ImageAlignment found;
   try {
     found = align_images(reference, photo, control);
@@ -70,7 +74,7 @@ TransmissionLight read_transmission_light(const IngestWork& work, const fs::path
     if (!blank.empty()) light.blank = to_history_size(blank, project, *files.blank);
     return light;
   }
-  const ImageAlignment alignment = align_transmission(project, photo, control);
+  const ImageAlignment alignment = align_transmission(work, folder, photo, control);
   write_alignment(folder / kTransmissionFile, alignment);
   const auto in_frames = [&](const ImageF& image) {
     return warp_image(image, alignment.reference_from_image, project.photo_width, project.photo_height);

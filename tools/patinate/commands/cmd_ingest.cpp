@@ -124,7 +124,9 @@ int cmd_ingest(CommandRun& run) {
 
   if (capture::is_relit_capture(capture::capture_file(project_file)))
     return ingest_relit(run, capture::capture_file(project_file), relit_options, options, output);
-  const capture::CaptureProject project = capture::read_capture_project(capture::capture_file(project_file));
+  options.accept_failed = relit_options.accept_failed;
+  const capture::CaptureProject project =
+      capture::read_capture_project(capture::capture_file(project_file), options.align);
   const JobPlan plan = capture::plan_ingest(project, options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "ingest");
   if (!status) return 0;

@@ -58,7 +58,14 @@ void check_capture(const capture::CaptureProject& project, Checks& checks, const
   double num_done = 0.0;
   for (const capture::CapturePhoto& frame : project.frames) {
     control.throw_if_stopped();
-    checks.run([&] { (void)capture::read_photo(project, frame.file); });
+    checks.run([&] {
+      // Of a hand-held series each photograph has a size of its own.
+      if (project.is_handheld()) {
+        (void)capture::read_whole_photo(project, frame);
+      } else {
+        (void)capture::read_photo(project, frame.file);
+      }
+    });
     control.report(++num_done / (static_cast<double>(project.frames.size()) + 1.0));
   }
   if (project.transmission) {

@@ -1,0 +1,195 @@
+#include "capture/handheld/align_series.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cstdlib>
+#include <set>
+#include <utility>
+
+#include "capture/handheld/patch_matches.h"
+#include "libcommon/core/parallel.h"
+
+namespace patinate::capture {
+
+namespace {
+
+using IndexPair = std::pair<int, int>;
+
+RunControl silent(const RunControl& control) {
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  return quiet;
+}
+
+class SeriesMatcher {
+ public:
+  SeriesMatcher(const PhotoSeries& series, const RunControl& control)
+      : series_(series), control_(control), num_photos_(static_cast<int>(series.sizes.size())) {}
+
+  SeriesAlignment run() {
+    add_marks();
+    if (series_.features) {
+      find_all_features();
+      control_.report(0.5);
+      match(first_pairs());
+      control_.report(0.8);
+    }
+    SeriesAlignment result = place();
+    constexpr int kRounds = 3;  // A photograph that is tied now may tie others.
+    for (int round = 0; round < kRounds && series_.features && tie_the_rest(); ++round) result = place();
+    control_.report(0.9);
+    constexpr int kExactRounds = 2;  // The second starts where the first has come.
+    for (int round = 0; round < kExactRounds && series_.features; ++round) {
+      make_exact(result);
+      result = place();
+    }
+    control_.report(1.0);
+    return result;
+  }
+
+ private:
+  [[nodiscard]] bool is_given(int photo) const {
+    return photo == series_.reference || series_.given[static_cast<std::size_t>(photo)].has_value();
+  }
+
+  void add_marks() {
+    if (series_.marks.empty()) return;
+    for (int a = 0; a < num_photos_; ++a) {
+      for (int b = a + 1; b < num_photos_; ++b) {
+        if (is_given(a) && is_given(b)) continue;
+        const std::vector<PointMatch> shared =
+            shared_marks(series_.marks[static_cast<std::size_t>(a)], series_.marks[static_cast<std::size_t>(b)]);
+        if (shared.size() < 2) continue;
+        const PhotoSize& size = series_.sizes[static_cast<std::size_t>(b)];
+        pairs_.push_back(align_marks(a, b, shared, series_.model, mark_error_px(std::max(size.width, size.height))));
+      }
+    }
+  }
+
+  void find_all_features() {
+    features_.resize(static_cast<std::size_t>(num_photos_));
+    parallel_for(num_photos_, 1, silent(control_), [&](std::int64_t begin, std::int64_t) {
+      features_[static_cast<std::size_t>(begin)] = series_.features(static_cast<int>(begin));
+    });
+  }
+
+  [[nodiscard]] std::set<IndexPair> first_pairs() const {
+    constexpr int kAllPairs = 10;
+    std::set<IndexPair> wanted;
+    const auto add = [&](int a, int b) {
+      if (a != b && a >= 0 && b < num_photos_) wanted.emplace(std::min(a, b), std::max(a, b));
+    };
+    for (int a = 0; a < num_photos_; ++a) {
+      for (int b = a + 1; b < num_photos_ && num_photos_ <= kAllPairs; ++b) add(a, b);
+      add(a, a + 1);
+      if (a + 2 < num_photos_) add(a, a + 2);
+      add(a, series_.reference);
+      add(a, num_photos_ / 2);
+    }
+    wanted.erase({num_photos_ - 1, num_photos_});
+    return wanted;
+  }
+
+  void match(const std::set<IndexPair>& wanted) {
+    std::vector<IndexPair> list;
+    for (const IndexPair& p : wanted) {
+      if (p.second < num_photos_ && !(is_given(p.first) && is_given(p.second)) && tried_.insert(p).second)
+        list.push_back(p);
+    }
+    std::vector<PhotoPair> found(list.size());
+    parallel_for(static_cast<std::int64_t>(list.size()), 1, silent(control_), [&](std::int64_t begin, std::int64_t) {
+      const std::size_t i = static_cast<std::size_t>(begin);
+      const auto [a, b] = list[i];
+      found[i] = align_features(a, features_[static_cast<std::size_t>(a)], b, features_[static_cast<std::size_t>(b)],
+                                series_.model);
+    });
+    pairs_.insert(pairs_.end(), found.begin(), found.end());
+  }
+
+  [[nodiscard]] SeriesAlignment place() const {
+    SeriesAlignment result;
+    result.pairs = pairs_;
+    result.places = place_photos(series_.sizes, series_.reference, series_.given, result.pairs, series_.model);
+    last_kept_ = result.pairs;
+    return result;
+  }
+
+  /// @returns Whether a pair was found that may tie a photograph.
+  bool tie_the_rest() {
+    constexpr std::size_t kMostTried = 24;
+    std::vector<int> roots;
+    for (int i = 0; i < num_photos_; ++i) {
+      if (is_given(i)) roots.push_back(i);
+    }
+    const std::vector<bool> is_tied = tied_to(num_photos_, roots, last_kept_);
+    const std::size_t before = pairs_.size();
+    bool is_any = false;
+    for (int i = 0; i < num_photos_; ++i) {
+      if (is_tied[static_cast<std::size_t>(i)]) continue;
+      std::vector<int> others;
+      for (int j = 0; j < num_photos_; ++j) {
+        if (is_tied[static_cast<std::size_t>(j)]) others.push_back(j);
+      }
+      std::stable_sort(others.begin(), others.end(), [i](int a, int b) { return std::abs(a - i) < std::abs(b - i); });
+      if (others.size() > kMostTried) others.resize(kMostTried);
+      std::set<IndexPair> wanted;
+      for (int j : others) wanted.emplace(std::min(i, j), std::max(i, j));
+      match(wanted);
+    }
+    for (std::size_t k = before; k < pairs_.size(); ++k) is_any = is_any || pairs_[k].is_accepted;
+    return is_any;
+  }
+
+  /// Matches patches of the pairs that fit by features, and of all photographs with the reference, where they are
+  /// known to lie now; those that fit take the features' place.
+  void make_exact(const SeriesAlignment& now) {
+    std::set<IndexPair> wanted;
+    for (const PhotoPair& pair : last_kept_) {
+      if (pair.is_accepted) wanted.emplace(pair.a, pair.b);
+    }
+    for (int i = 0; i < num_photos_; ++i) {
+      if (i != series_.reference) wanted.emplace(std::min(i, series_.reference), std::max(i, series_.reference));
+    }
+    std::vector<IndexPair> list;
+    for (const auto& [a, b] : wanted) {
+      const bool is_known =
+          place_of(now, a).status != PlaceStatus::Failed && place_of(now, b).status != PlaceStatus::Failed;
+      if (is_known && !(is_given(a) && is_given(b))) list.emplace_back(a, b);
+    }
+    std::vector<PhotoPair> found(list.size());
+    parallel_for(static_cast<std::int64_t>(list.size()), 1, silent(control_), [&](std::int64_t begin, std::int64_t) {
+      const auto [a, b] = list[static_cast<std::size_t>(begin)];
+      const Eigen::Matrix3d b_from_a =
+          place_of(now, b).reference_from_photo.inverse() * place_of(now, a).reference_from_photo;
+      found[static_cast<std::size_t>(begin)] =
+          align_patches(a, features_[static_cast<std::size_t>(a)], b, features_[static_cast<std::size_t>(b)], b_from_a,
+                        series_.model);
+    });
+    pairs_ = last_kept_;
+    for (PhotoPair& pair : found) {
+      if (!pair.is_accepted) continue;
+      std::erase_if(pairs_, [&](const PhotoPair& p) { return p.a == pair.a && p.b == pair.b && !p.is_marked; });
+      pairs_.push_back(std::move(pair));
+    }
+  }
+
+  [[nodiscard]] const PhotoPlace& place_of(const SeriesAlignment& alignment, int photo) const {
+    return alignment.places[static_cast<std::size_t>(photo)];
+  }
+
+  const PhotoSeries& series_;
+  const RunControl& control_;
+  int num_photos_;
+  std::vector<PhotoFeatures> features_;
+  std::vector<PhotoPair> pairs_;
+  mutable std::vector<PhotoPair> last_kept_;  ///< pairs_, of which wrong ones are no longer accepted.
+  std::set<IndexPair> tried_;
+};
+
+}  // namespace
+
+SeriesAlignment align_series(const PhotoSeries& series, const RunControl& control) {
+  return SeriesMatcher(series, control).run();
+}
+
+}  // namespace patinate::capture

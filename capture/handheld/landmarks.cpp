@@ -1,0 +1,80 @@
+#include "capture/handheld/landmarks.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
+#include "patinate/core/error.h"
+
+namespace patinate::capture {
+
+namespace {
+
+std::string trimmed(const std::string& text) {
+  const auto is_blank = [](char c) { return c == ' ' || c == '\t' || c == '\r'; };
+  const auto begin = std::find_if_not(text.begin(), text.end(), is_blank);
+  const auto end = std::find_if_not(text.rbegin(), text.rend(), is_blank).base();
+  return begin < end ? std::string(begin, end) : "";
+}
+
+/// Fields of a line; commas inside of double quotes separate nothing, and "" inside of them is one quote.
+std::vector<std::string> fields_of(const std::string& line) {
+  std::vector<std::string> fields(1);
+  bool is_quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (c == '"' && is_quoted && i + 1 < line.size() && line[i + 1] == '"') {
+      fields.back() += line[++i];
+    } else if (c == '"') {
+      is_quoted = !is_quoted;
+    } else if (c == ',' && !is_quoted) {
+      fields.emplace_back();
+    } else {
+      fields.back() += c;
+    }
+  }
+  for (std::string& field : fields) field = trimmed(field);
+  return fields;
+}
+
+}  // namespace
+
+std::map<std::string, PhotoMarks> read_landmarks(const std::filesystem::path& file) {
+  constexpr double kFarthest = 1e6;
+  const std::vector<std::string> header{"photo", "point", "x", "y"};
+  std::map<std::string, PhotoMarks> marks;
+  std::size_t number = 0;
+  for (const std::string& text : split(read_file(file), '\n')) {
+    ++number;
+    const std::string line = trimmed(text);
+    if (line.empty() || line.front() == '#') continue;
+    const std::vector<std::string> fields = fields_of(line);
+    if (fields == header) continue;
+    const std::string where = "line " + std::to_string(number) + ": ";
+    if (fields.size() != header.size())
+      throw IoError(file.string(),
+                    where + "found " + std::to_string(fields.size()) + " fields; expected photo,point,x,y");
+    const std::optional<double> x = parse_number(fields[2]), y = parse_number(fields[3]);
+    if (!x || !y || !(std::abs(*x) < kFarthest) || !(std::abs(*y) < kFarthest))
+      throw IoError(file.string(),
+                    where + "x and y must be pixels of the photograph; found " + fields[2] + ", " + fields[3]);
+    if (!marks[fields[0]].emplace(fields[1], Eigen::Vector2d(*x, *y)).second)
+      throw IoError(file.string(), where + "the point " + fields[1] + " is marked twice in " + fields[0]);
+  }
+  if (marks.empty()) throw IoError(file.string(), "marks no point; expected lines of photo,point,x,y");
+  return marks;
+}
+
+std::vector<PointMatch> shared_marks(const PhotoMarks& a, const PhotoMarks& b) {
+  std::vector<PointMatch> matches;
+  for (const auto& [name, in_a] : a) {
+    const auto found = b.find(name);
+    if (found != b.end()) matches.push_back({in_a, found->second});
+  }
+  return matches;
+}
+
+double mark_error_px(int side) { return std::max(1.0, side / 800.0); }
+
+}  // namespace patinate::capture

@@ -277,14 +277,33 @@ ParameterMap Simulation::parameter_map(const std::string& name) const {
   const State& s = *state_;
   const ParameterMaps& maps = *s.maps;
   check_parameter_map(name, s.scene.materials);
-  const auto paged = [&](const auto* values, double scale) {
+  const auto counted = [&](const auto* values, const auto& meaning) {
     if (!values) throw InvalidInput("the parameter map '" + name + "' was not asked for when the simulation began");
-    return image_of(s.surface, [&](TexelIndex t) { return static_cast<double>(values->value(t)) * scale; });
+    return image_of(s.surface, [&](TexelIndex t) {
+      const double size = static_cast<double>(s.surface.weight(t)) / SurfaceAtlas::kMedianWeight;
+      return meaning(t, static_cast<double>(values->value(t)), size);
+    });
   };
-  if (name == "hits") return {name, paged(maps.hits(), 1.0), "1"};
-  if (name == "last_hit")
-    return {name, paged(maps.choice().last_hit ? maps.last_hit() : nullptr, s.scene.time_per_iteration), "time"};
-  if (name == "residence") return {name, paged(maps.residence(), s.scene.time_per_iteration), "time"};
+  // A larger texel is met more often, and its last contact is less long ago: chart by chart, maps would show the UVs.
+  const double now = static_cast<double>(s.iteration), time = s.scene.time_per_iteration;
+  if (name == "hits") {
+    return {name, counted(maps.hits(), [&](TexelIndex t, double n, double) { return n / s.surface.area_mm2(t); }),
+            "1/mm2"};
+  }
+  if (name == "last_hit") {
+    const auto last = [&](TexelIndex, double at, double size) {
+      // Half an iteration more and less: a contact lies anywhere in its iteration.
+      return at == 0.0 ? 0.0 : time * std::clamp(now - ((now - at + 0.5) * size - 0.5), 0.0, now);
+    };
+    return {name, counted(maps.choice().last_hit ? maps.last_hit() : nullptr, last), "time"};
+  }
+  if (name == "residence") {
+    const auto residence = [&](TexelIndex, double n, double size) {
+      const double dry = now > 0.0 ? std::max(0.0, 1.0 - n / now) : 1.0;
+      return time * now * (1.0 - std::pow(dry, 1.0 / size));
+    };
+    return {name, counted(maps.residence(), residence), "time"};
+  }
   for (std::size_t m = 0; m < s.scene.materials.size(); ++m) {
     const auto material = static_cast<int>(m);
     if (name == s.scene.materials[m] + ".final") return {name, amounts(material), "amount"};

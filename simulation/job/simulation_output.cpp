@@ -57,16 +57,26 @@ void write_composed_files(const fs::path& folder, const std::string& name, Simul
 void write_atlas_file(const fs::path& folder, const Simulation& simulation) {
   const int n = static_cast<int>(simulation.scene().materials.size());
   const int side = simulation.scene().resolution;
-  ImageF image(side, side, 2 * n);
+  const int num_channels = 2 * n + 1;
+  ImageF image(side, side, num_channels);
   for (int m = 0; m < n; ++m) {
     const ImageF amount = simulation.amounts(m);
     const ImageF original = simulation.original_amounts(m);
     for (std::int64_t i = 0; i < amount.num_pixels(); ++i) {
-      image.data()[i * 2 * n + m] = amount.data()[i];
-      image.data()[i * 2 * n + n + m] = original.data()[i];
+      image.data()[i * num_channels + m] = amount.data()[i];
+      image.data()[i * num_channels + n + m] = original.data()[i];
     }
   }
-  write_exr(folder / "atlas.exr", image, atlas_channels(simulation), ExrDepth::Float);
+  const SurfaceAtlas& surface = simulation.atlas().surface();
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      const TexelIndex t = surface.grid().index(x, y);
+      image.at(x, y, 2 * n) = surface.is_covered(t) ? static_cast<float>(surface.weight(t)) : 0.0f;
+    }
+  }
+  std::vector<std::string> channels = atlas_channels(simulation);
+  channels.emplace_back("weight");
+  write_exr(folder / "atlas.exr", image, channels, ExrDepth::Float);
 }
 
 void read_atlas_file(const fs::path& folder, Simulation& simulation) {

@@ -294,14 +294,20 @@ TEST(Simulation, DirtyTilesAreThoseThatChanged) {
   }
 }
 
-TEST(Simulation, HitsAreOneAContact) {
+TEST(Simulation, HitsTimesAreaAreOneAContact) {
   SimulationOptions options;
   options.parameter_maps = {"hits"};
   Simulation simulation(plate(), options);
   run(simulation, 40);
   double sum = 0.0;
   const ParameterMap hits = simulation.parameter_map("hits");
-  for (const float v : hits.values.values()) sum += static_cast<double>(v);
+  const SurfaceAtlas& surface = simulation.atlas().surface();
+  for (TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
+    if (!surface.is_covered(t)) continue;
+    const float hits_per_mm2 = hits.values.at(surface.grid().x(t), surface.grid().y(t));
+    sum += std::round(static_cast<double>(hits_per_mm2) * surface.area_mm2(t));
+  }
+  EXPECT_EQ(hits.unit, "1/mm2");
   EXPECT_LE(sum, static_cast<double>(simulation.counters().contacts));
   EXPECT_GT(sum,
             0.95 * static_cast<double>(simulation.counters().contacts));  // a contact beside every texel counts nowhere

@@ -105,13 +105,14 @@ TEST(Seams, TexelsAreHitAsOftenAsTheirWeightsSay) {
   double sum = 0.0, weights = 0.0;
   for (TexelIndex t = 0; t < grid.num_texels(); ++t) {
     if (!surface.is_covered(t)) continue;
-    sum += static_cast<double>(hits.at(grid.x(t), grid.y(t)));
+    sum += static_cast<double>(hits.at(grid.x(t), grid.y(t))) * surface.area_mm2(t);
     weights += surface.weight(t);
   }
   // Poisson: (h - m)^2 / m is 1 in the mean, with a variance of 2 + 1 / m.
   double chi_square = 0.0, variance = 0.0;
   for (const TexelIndex t : surface.border()) {
-    const double expected = sum * surface.weight(t) / weights, h = static_cast<double>(hits.at(grid.x(t), grid.y(t)));
+    const double expected = sum * surface.weight(t) / weights;
+    const double h = static_cast<double>(hits.at(grid.x(t), grid.y(t))) * surface.area_mm2(t);
     chi_square += (h - expected) * (h - expected) / expected - 1.0;
     variance += 2.0 + 1.0 / expected;
   }

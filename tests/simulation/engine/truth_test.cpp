@@ -44,7 +44,7 @@ TEST(SimulationTruths, HitsOfAFacetGoByItsAreaAndItsCosine) {
     for (TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
       if (surface.is_covered(t))
         hits[static_cast<std::size_t>(surface.triangle(t))] +=
-            static_cast<double>(map.at(surface.grid().x(t), surface.grid().y(t)));
+            std::round(static_cast<double>(map.at(surface.grid().x(t), surface.grid().y(t))) * surface.area_mm2(t));
     }
     double total = 0.0, total_shadow = 0.0;
     for (std::size_t t = 0; t < hits.size(); ++t) {

@@ -103,6 +103,10 @@ class SurfaceAtlas {
   /// Area weight of the surface that texel_of() gives to a texel, [1, kMaxWeight]: at a chart's edge it is from half a
   /// texel to one and a half, and even rain makes even amounts only if that is known.
   [[nodiscard]] std::uint32_t weight(TexelIndex t) const { return texel_weight_[t]; }
+  /// The same in mm2, as the objects stood at the beginning.
+  [[nodiscard]] double area_mm2(TexelIndex t) const {
+    return weight(t) * median_texel_size_mm_ * median_texel_size_mm_ / kMedianWeight;
+  }
   /// Columns: surface vectors (mm) of one texel step right and down, of a triangle as it stood at the beginning.
   [[nodiscard]] const Eigen::Matrix<float, 3, 2>& mm_per_texel(int triangle) const {
     return step_[static_cast<std::size_t>(triangle)];

@@ -264,9 +264,10 @@ class Live(LiveCase):
         client.do("watch", overlay="hits")
         client.settle()
         hits = lambda: [o for o in client.scene["overlays"] if o["name"] == "hits"][0]
+        before = hits()["range"]
         client.step(60)
         client.do("export", path="counted", what=["controls"])
-        client.until(lambda: hits()["range"][1] > 1)
+        client.until(lambda: hits()["range"] != before)
         time.sleep(0.7)  # the range follows a little later
         client.settle()
         while client.listen(0.3):

@@ -321,6 +321,20 @@ ParameterMap Simulation::parameter_map(const std::string& name) const {
   throw InvalidInput("the parameter map '" + name + "' was not asked for when the simulation began");
 }
 
+std::vector<ObjectSquare> Simulation::object_squares() const {
+  std::vector<ObjectSquare> squares;
+  const State& s = *state_;
+  const double resolution = s.scene.resolution;
+  for (std::size_t i = 0; i < s.scene.objects.size(); ++i) {
+    const auto [u, v, side] = s.scene_mesh.uv_squares[i];
+    squares.push_back({.name = s.scene.objects[i].name,
+                       .x = static_cast<int>(std::lround(u * resolution)),
+                       .y = static_cast<int>(std::lround((1.0 - v - side) * resolution)),
+                       .side = static_cast<int>(std::lround(side * resolution))});
+  }
+  return squares;
+}
+
 ImageU8 Simulation::coverage() const {
   const TileGrid& grid = state_->surface.grid();
   ImageU8 mask(grid.width, grid.height, 1);

@@ -94,7 +94,9 @@ class ObjectReader {
   [[nodiscard]] SceneObject read(JsonReader json, const RunControl& control) {
     SceneObject object;
     object.name = json.member("name").string();
-    object.mesh = read_object_mesh(json, object.name, control);
+    LaidOutMesh laid_out = read_object_mesh(json, object.name, control);
+    object.mesh = std::move(laid_out.mesh);
+    object.has_file_uvs = laid_out.has_file_uvs;
     if (json.has("preset")) {
       const std::string name = json.member("preset").string();
       const auto found = presets_.find(name);
@@ -121,7 +123,7 @@ class ObjectReader {
   }
 
  private:
-  [[nodiscard]] Mesh read_object_mesh(JsonReader& json, const std::string& name, const RunControl& control) {
+  [[nodiscard]] LaidOutMesh read_object_mesh(JsonReader& json, const std::string& name, const RunControl& control) {
     const fs::path path = json.member("mesh").path();
     file_.inputs.emplace_back("mesh of " + name, path);
     const std::string node = json.has("node") ? json.member("node").string() : "";
@@ -133,8 +135,8 @@ class ObjectReader {
                  [&] { return laid_out_mesh(path, name, node, material, control); });
   }
 
-  [[nodiscard]] Mesh laid_out_mesh(const fs::path& path, const std::string& name, const std::string& node,
-                                   const std::string& material, const RunControl& control) {
+  [[nodiscard]] LaidOutMesh laid_out_mesh(const fs::path& path, const std::string& name, const std::string& node,
+                                          const std::string& material, const RunControl& control) {
     try {
       Mesh mesh = read_mesh(path);
       if (!node.empty() || !material.empty()) mesh = select_surfaces(mesh, node, material);
@@ -146,7 +148,8 @@ class ObjectReader {
       scale_mesh(mesh, is_gltf ? 1000.0 : context_.mm_per_unit);
       const AtlasMesh atlas = make_atlas_mesh(std::move(mesh), method_, file_.scene.resolution, control);
       for (const std::string& note : atlas.notes) file_.notes.push_back("object '" + name + "': " + note);
-      return sheet_mesh(atlas, make_sheet(atlas.tile_names(), file_.scene.resolution));
+      return {.mesh = sheet_mesh(atlas, make_sheet(atlas.tile_names(), file_.scene.resolution)),
+              .has_file_uvs = !atlas.is_unwrapped && atlas.tile_names().size() == 1};
     } catch (const InvalidInput& e) {
       throw IoError(path.string(), e.what());
     }

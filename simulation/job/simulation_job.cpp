@@ -161,6 +161,12 @@ Json scene_files_json(const fs::path& folder, const SceneCopy& copy) {
   return files;
 }
 
+std::vector<std::string> object_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const SceneObject& object : scene.objects) names.push_back(object.name);
+  return names;
+}
+
 void join(SimulationWork& work, const fs::path& folder, const RunControl& control) {
   const SceneFile& file = work.file;
   Simulation& simulation = work.at(file.iterations, file.iterations, folder, control.part(0.0, 0.1));
@@ -182,7 +188,10 @@ void join(SimulationWork& work, const fs::path& folder, const RunControl& contro
     const ParameterControl& c = controls.back();
     const fs::path path = fs::path("controls") / (name + ".exr");
     write_scaled_exr(folder / path, c.values, {c.low, c.high, c.unit});
-    controls_list.push_back({{"name", name}, {"file", path.string()}, {"range", {c.low, c.high}}, {"unit", c.unit}});
+    Json entry{{"name", name}, {"file", path.string()}, {"range", {c.low, c.high}}, {"unit", c.unit}};
+    for (const auto& [object, own] : write_object_controls(folder, simulation, c))
+      entry["objects"][object] = own.generic_string();
+    controls_list.push_back(std::move(entry));
   }
   write_history(work, simulation, folder, controls);
   Json json{{"format", "patinate.simulation"},
@@ -196,6 +205,7 @@ void join(SimulationWork& work, const fs::path& folder, const RunControl& contro
             {"resolution", file.scene.resolution},
             {"seed", file.scene.seed},
             {"texel_size_mm", simulation.texel_size_mm()},
+            {"objects", object_names(file.scene)},
             {"materials", file.scene.materials},
             {"color_form", kColorFormNames[static_cast<std::size_t>(work.options.color_form)]},
             {"counters", counters_json(simulation.counters())},

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
+#include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "patinate/output/glb.h"
@@ -120,6 +122,23 @@ ParameterControl parameter_control(const Simulation& simulation, const std::stri
   for (float& v : control.values.values())
     v = std::clamp(static_cast<float>(static_cast<double>(v) / control.high), 0.0f, 1.0f);
   return control;
+}
+
+std::vector<std::pair<std::string, fs::path>> write_object_controls(const fs::path& folder,
+                                                                    const Simulation& simulation,
+                                                                    const ParameterControl& control) {
+  const std::vector<ObjectSquare> squares = simulation.object_squares();
+  std::vector<std::pair<std::string, fs::path>> files;
+  for (std::size_t i = 0; squares.size() > 1 && i < squares.size(); ++i) {
+    const ObjectSquare& square = squares[i];
+    if (!simulation.scene().objects[i].has_file_uvs) continue;
+    const std::string name = is_file_name(square.name) ? square.name : "object-" + std::to_string(i);
+    files.emplace_back(square.name, fs::path("controls") / name / (control.name + ".exr"));
+    fs::create_directories((folder / files.back().second).parent_path());
+    write_scaled_exr(folder / files.back().second, crop(control.values, square.x, square.y, square.side, square.side),
+                     {control.low, control.high, control.unit});
+  }
+  return files;
 }
 
 }  // namespace patinate::simulation

@@ -4,6 +4,8 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "patinate/core/run_control.h"
 #include "patinate/simulation/engine.h"
@@ -29,6 +31,14 @@ struct ParameterControl {
   std::string unit;
 };
 [[nodiscard]] ParameterControl parameter_control(const Simulation& simulation, const std::string& name);
+
+/// A control of every object on its own UVs, for transfers onto its mesh: the object's square of the atlas, texel by
+/// texel. Of a scene with one object there is nothing to write, nor of an object whose UVs are not its file's. @returns
+/// Name of the object and file in `folder`, "controls/OBJECT/NAME.exr"; objects whose names are no file names are
+/// called object-0, object-1, ...
+std::vector<std::pair<std::string, std::filesystem::path>> write_object_controls(const std::filesystem::path& folder,
+                                                                                 const Simulation& simulation,
+                                                                                 const ParameterControl& control);
 
 /// Takes the amounts of a finished folder's atlas.exr over into a simulation of the same scene.
 /// @throws IoError if the file is missing or does not fit the scene.

@@ -54,6 +54,22 @@ class Simulate(unittest.TestCase):
         (cls.folder / name).write_text(json.dumps(scene))
         return name
 
+    def test_maps_of_several_objects_are_there_for_each_and_refused_for_another_mesh(self):
+        one = self.scene["objects"][0]
+        self.write("ledge/two.json", dict(self.scene, objects=[dict(one, name="left"), dict(one, name="right", translate=[500, 0, 0])]))
+        self.run_in(["simulate", "ledge/two.json", "-o", "two"], check=True)
+        controls = json.loads((self.folder / "two/simulation.json").read_text())["controls"]
+        self.assertEqual(controls[0]["objects"], {"left": "controls/left/hits.exr", "right": "controls/right/hits.exr"})
+        mesh = (self.folder / "ledge" / one["mesh"]).resolve()
+        refused = self.run_in(["control", str(mesh), "--kind", "two/controls/hits.exr", "-o", "out.exr"])
+        self.assertEqual(refused.returncode, 3, refused.stderr)
+        self.assertIn("two/controls/left/hits.exr", refused.stderr)
+        facts = json.loads(self.run_in(["info", "two/controls/left/hits.exr", "--json"], check=True).stdout)
+        self.assertEqual(facts["unit"], "1/mm2")
+        side = str(facts["size"][0])
+        self.run_in(["control", str(mesh), "--kind", "two/controls/left/hits.exr", "--resolution", side, "-o", "own.exr"], check=True)
+        self.assertNotIn("objects", json.loads((self.folder / "small/simulation.json").read_text())["controls"][0])
+
     def test_makes_the_files_of_the_contract(self):
         made = {str(p.relative_to(self.folder / "small")) for p in (self.folder / "small").rglob("*") if p.is_file()}
         for name in ["simulation.json", "atlas.exr", "color.png", "normal.png", "height.exr", "specular.png", "model.glb", "controls/hits.exr",

@@ -14,6 +14,7 @@
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/control_store.h"
 #include "tools/patinate/services/mesh_source.h"
+#include "tools/patinate/services/scene_controls.h"
 #include "tools/patinate/services/tile_files.h"
 
 namespace patinate::cli {
@@ -99,6 +100,7 @@ int cmd_control(CommandRun& run) {
   if (!run.parse()) return 0;
   require_extension(output, {".exr"});
   (void)ControlExpression(kind, control_kind_names());  // A typo is said before work starts.
+  refuse_scene_maps(kind, mesh_source.path);
 
   Mesh mesh = load_mesh(mesh_source, run);
   AtlasMesh atlas = make_atlas(mesh_source, std::move(mesh), options.atlas, run.control("atlas"));

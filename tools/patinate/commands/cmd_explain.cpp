@@ -13,6 +13,7 @@
 #include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/control_store.h"
+#include "tools/patinate/services/scene_controls.h"
 #include "tools/patinate/services/surface_reference.h"
 
 namespace patinate::cli {
@@ -145,7 +146,7 @@ void check_kinds(const ExplainCommand& command) {
     if (parsed.names().size() != 1 || parsed.names().front().is_file || parsed.names().front().text != kind)
       throw ParseError("--kind: found `" + kind + "`; expected a kind; --also takes expressions and files");
   }
-  for (const std::string& text : command.also) (void)ControlExpression(text, control_kind_names());
+  for (const std::string& text : command.also) refuse_scene_maps(text, command.mesh.path);
 }
 
 void report_findings(CommandRun& run, const Json& report) {

@@ -20,6 +20,7 @@
 #include "tools/patinate/services/control_store.h"
 #include "tools/patinate/services/destination.h"
 #include "tools/patinate/services/mesh_source.h"
+#include "tools/patinate/services/scene_controls.h"
 #include "transfer/exemplar/appearance_cache.h"
 #include "transfer/job/forecast.h"
 #include "transfer/job/transfer_job.h"
@@ -228,6 +229,8 @@ int cmd_transfer(CommandRun& run) {
   task.unit = destination.unit;
   task.mm_per_mesh_unit = destination.mm_per_mesh_unit;
   task.input.texel_size_mm = destination.texel_size_mm;
+  for (const std::string& text : control_texts)
+    refuse_scene_maps(transfer::parse_control_spec(text).destination, mesh_source.path);
   task.input.controls = make_controls(control_texts, history, *task.input.map, kinds,
                                       control_source(user_control_cache(cache.cache)), run);
   task.input.frames = make_flow(flow, *task.input.map, kinds.up, run);

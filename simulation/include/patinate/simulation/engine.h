@@ -45,6 +45,12 @@ struct ParameterMap {
   std::string unit;  ///< "1" (counts), "amount", or the scene's unit of time.
 };
 
+/// Texels of the atlas, from its upper left, that show an object's unit square of UVs.
+struct ObjectSquare {
+  std::string name;  ///< Of the object.
+  int x = 0, y = 0, side = 0;
+};
+
 /// Gammatons age a scene [Guenther, Rohmer, Grosch 2012, "GPU-accelerated Interactive Material Aging"]. An iteration
 /// is: the scene's own events, tracing (each gammaton to its next contact), exchange of material, response (bounce,
 /// float, absorb), rules.
@@ -117,6 +123,8 @@ class Simulation {
   void set_amounts(int material, const ImageF& amounts);
   /// MATERIAL.final needs not have been asked for. @throws InvalidInput for another that was not, or an unknown name.
   [[nodiscard]] ParameterMap parameter_map(const std::string& name) const;
+  /// Where each object's own unit square of UVs lies in the atlas, in the scene's order.
+  [[nodiscard]] std::vector<ObjectSquare> object_squares() const;
   /// 0 / 255.
   [[nodiscard]] ImageU8 coverage() const;
   /// All objects, with UVs over the atlas, mm, where they are now.

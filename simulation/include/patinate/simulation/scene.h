@@ -51,7 +51,8 @@ struct Preset {
 /// A mesh in the scene. Its UVs lie in the unit square (atlas_mesh.h).
 struct SceneObject {
   std::string name;
-  Mesh mesh;  ///< mm, own coordinates.
+  Mesh mesh;                 ///< mm, own coordinates.
+  bool has_file_uvs = true;  ///< Its UVs are one square of those of its file: not unwrapped, not of several tiles.
   Preset preset;
   ImageF color_map;     ///< Linear RGB over the UVs in place of the preset's color; may be empty.
   ImageF specular_map;  ///< [0, 1]; may be empty.

@@ -39,10 +39,17 @@ struct SceneFile {
   [[nodiscard]] double frame_time(std::int64_t iteration) const;
 };
 
+/// A mesh of a scene with UVs in one square.
+struct LaidOutMesh {
+  Mesh mesh;                 ///< mm.
+  bool has_file_uvs = true;  ///< SceneObject::has_file_uvs.
+};
+
 /// Meshes and pictures that were read once, for reading many variants of a scene. Thread-safe.
 struct SceneAssets {
   std::mutex mutex = {};
-  std::map<std::string, Mesh> meshes = {};  ///< By path, selection, atlas and resolution; mm, laid out on the sheet.
+  std::map<std::string, LaidOutMesh> meshes =
+      {};  ///< By path, selection, atlas and resolution; mm, laid out on the sheet.
   std::map<std::string, ImageF> pictures = {};  ///< By path and number of channels.
 };
 

@@ -254,9 +254,9 @@ void judge_matches(const std::vector<PointMatch>& matches, const PhotoFeatures& 
   const bool has_more =
       static_cast<double>(of_homography.size()) > kMoreByHomography * static_cast<double>(of_similarity.size()) &&
       of_homography.size() > of_similarity.size() + kMoreAtLeast;
-  pair.refutes_similarity = !of_homography.empty() && (of_similarity.empty() || has_more ||
-                                                       is_refuted(fit_similarity(of_homography), homography,
-                                                                  of_homography, of_a, 1.0 / of_b.scale));
+  pair.refutes_similarity = !of_homography.empty() &&
+                            (of_similarity.empty() || has_more ||
+                             is_refuted(fit_similarity(of_homography), homography, of_homography, 1.0 / of_b.scale));
   const std::vector<PointMatch>& agreeing = pair.refutes_similarity ? of_homography : of_similarity;
   pair.b_from_a = pair.refutes_similarity ? homography : similarity;
   pair.num_agreeing = static_cast<int>(agreeing.size());

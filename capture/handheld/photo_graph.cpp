@@ -10,7 +10,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kMostRounds = 30;       ///< Of least squares; five do as a rule.
+constexpr int kMostRounds = 40;       ///< Of least squares; five do as a rule.
 constexpr double kCauchy = 2.0;       ///< Disagreements beyond so many errors count less.
 constexpr double kDropErrors = 4.0;   ///< A pair that disagrees by more of its errors ...
 constexpr double kDropMedians = 3.0;  ///< ... and of the median pair is wrong.
@@ -65,8 +65,12 @@ class PhotoGraph {
     constexpr int kMostDrops = 8;
     for (int turn = 0; turn < kMostDrops; ++turn) {
       plant_tree();
+      // A tree over a wrong pair starts far off: at first all count, then those that the others contradict ever less.
+      scale_ = std::max(kCauchy, worst_disagreement());
       for (int round = 0; round < kMostRounds; ++round) {
-        if (improve() < 1e-9) break;
+        const double change = improve();
+        if (change < 1e-9 && scale_ == kCauchy) break;
+        scale_ = std::max(kCauchy, 0.5 * scale_);
       }
       if (!drop_worst()) return;
     }
@@ -105,7 +109,7 @@ class PhotoGraph {
       ++num_pairs;
       num_refuting += pair.refutes_similarity ? 1 : 0;
     }
-    const bool is_refuted = num_pairs > 0 && 2 * num_refuting >= num_pairs;
+    const bool is_refuted = num_refuting > 0 && 2 * num_refuting >= num_pairs;
     const bool is_tilted = model == AlignModel::Homography || (model == AlignModel::Auto && is_refuted);
     node.num_numbers = is_tilted ? 8 : 4;
   }
@@ -199,7 +203,7 @@ class PhotoGraph {
     Eigen::VectorXd gradient = Eigen::VectorXd::Zero(count);
     for (const PointMatch& match : pair.matches) {
       const Eigen::Vector2d r = residual(pair, now, match);
-      const double weight = 1.0 / (1.0 + r.squaredNorm() / (kCauchy * kCauchy));
+      const double weight = 1.0 / (1.0 + r.squaredNorm() / (scale_ * scale_));
       Eigen::Matrix2Xd slope(2, count);
       for (Eigen::Index k = 0; k < count; ++k)
         slope.col(k) = (residual(pair, changed[static_cast<std::size_t>(k)], match) - r) / kStep;
@@ -221,6 +225,14 @@ class PhotoGraph {
     if (sizes.empty()) return 0.0;
     std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2), sizes.end());
     return sizes[sizes.size() / 2];
+  }
+
+  [[nodiscard]] double worst_disagreement() const {
+    double worst = 0.0;
+    for (const PhotoPair& pair : pairs_) {
+      if (pair.is_accepted && node_of(pair.a).is_reached) worst = std::max(worst, disagreement(pair));
+    }
+    return std::min(worst, 1e6);
   }
 
   bool drop_worst() {
@@ -285,6 +297,7 @@ class PhotoGraph {
   std::vector<Eigen::Matrix3d> normalizers_;
   std::vector<Node> nodes_;
   int num_numbers_ = 0;
+  double scale_ = kCauchy;
 };
 
 }  // namespace

@@ -35,7 +35,8 @@ struct PhotoPlace {
 };
 
 /// All places at once: least squares over the matches of all accepted pairs, each in the pixels of its second
-/// photograph over its error, with Cauchy weights; starting from the best-supported tree. A pair whose matches then
+/// photograph over its error, with Cauchy weights that are
+/// narrowed step by step; starting from the best-supported tree. A pair whose matches then
 /// disagree by more than four of its errors, and three times the median pair, is dropped, and the rest solved again.
 ///
 /// A photograph is a homography if at least half of its pairs refute a similarity, or `model` says so.

@@ -172,15 +172,15 @@ std::vector<PointMatch> thinned(const std::vector<PointMatch>& matches, const Ph
 /// Whether a homography explains the matches better than its four further numbers can by chance, and by enough to
 /// matter.
 bool is_refuted(const Eigen::Matrix3d& similarity, const Eigen::Matrix3d& homography,
-                const std::vector<PointMatch>& matches, const PhotoFeatures& a, double least_px) {
+                const std::vector<PointMatch>& matches, double least_px) {
   constexpr double kLeastF = 8.0;  // Of F(4, many), which chance exceeds once in a million.
   const double rest = 2.0 * static_cast<double>(matches.size()) - 8.0;
   if (rest < 8.0) return false;
   const double simple = squared_error(similarity, matches), full = squared_error(homography, matches);
   if (!(simple - full > kLeastF * 4.0 * full / rest)) return false;
   double most = 0.0;
-  for (const Eigen::Vector2d& corner : corners_of(a))
-    most = std::max(most, (moved_by(similarity, corner) - moved_by(homography, corner)).norm());
+  for (const PointMatch& m : matches)
+    most = std::max(most, (moved_by(similarity, m.in_a) - moved_by(homography, m.in_a)).norm());
   return most > least_px;
 }
 
@@ -250,11 +250,13 @@ void judge_matches(const std::vector<PointMatch>& matches, const PhotoFeatures& 
   if (!is_plausible(similarity, of_a)) of_similarity.clear();
   // A homography follows wrong matches more easily: without a similarity beside it, it needs far more of them.
   constexpr double kMoreByHomography = 1.15;
+  constexpr std::size_t kMoreAtLeast = 8;
   const bool has_more =
-      static_cast<double>(of_homography.size()) > kMoreByHomography * static_cast<double>(of_similarity.size());
-  pair.refutes_similarity = !of_homography.empty() && (of_similarity.empty() || has_more ||
-                                                       is_refuted(fit_similarity(of_homography), homography,
-                                                                  of_homography, of_a, 1.0 / of_b.scale));
+      static_cast<double>(of_homography.size()) > kMoreByHomography * static_cast<double>(of_similarity.size()) &&
+      of_homography.size() > of_similarity.size() + kMoreAtLeast;
+  pair.refutes_similarity = !of_homography.empty() &&
+                            (of_similarity.empty() || has_more ||
+                             is_refuted(fit_similarity(of_homography), homography, of_homography, 1.0 / of_b.scale));
   const std::vector<PointMatch>& agreeing = pair.refutes_similarity ? of_homography : of_similarity;
   pair.b_from_a = pair.refutes_similarity ? homography : similarity;
   pair.num_agreeing = static_cast<int>(agreeing.size());

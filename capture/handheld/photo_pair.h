@@ -46,7 +46,7 @@ struct MatchNoise {
 /// Accepted when fewer than 1e-6 such views are to be expected among matches that lie anywhere [Moisan and Stival
 /// 2004], at least ten places agree that are more than 3 px apart, and they spread over a twentieth of the smaller
 /// photograph. A similarity is refuted when a homography predicts the matches better by more than its four further
-/// numbers can by chance, and moves the corners by more than a pixel.
+/// numbers can by chance, and moves one of them by more than a pixel; or when many more matches agree with it.
 void judge_matches(const std::vector<PointMatch>& matches, const PhotoFeatures& of_a, const PhotoFeatures& of_b,
                    AlignModel model, const MatchNoise& noise, PhotoPair& pair);
 

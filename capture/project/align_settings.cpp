@@ -7,9 +7,9 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::array<std::string_view, 5> kMethods{"off", "auto", "features", "outline", "landmarks"};
+constexpr std::array<std::string_view, 4> kMethods{"off", "auto", "features", "landmarks"};
 constexpr std::array<std::string_view, 3> kModels{"auto", "similarity", "homography"};
-constexpr std::array<std::string_view, 6> kMethodOptions{"project", "off", "auto", "features", "outline", "landmarks"};
+constexpr std::array<std::string_view, 5> kMethodOptions{"project", "off", "auto", "features", "landmarks"};
 constexpr std::array<std::string_view, 4> kModelOptions{"project", "auto", "similarity", "homography"};
 
 }  // namespace

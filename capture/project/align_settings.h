@@ -16,7 +16,6 @@ enum class AlignMethod {
   Off,        ///< Photographs lie as they are, all of one size.
   Auto,       ///< By landmarks where they are given, by features for all.
   Features,   ///< By details of the surface.
-  Outline,    ///< By the outline of the object.
   Landmarks,  ///< By points that the user marked.
 };
 
@@ -30,7 +29,7 @@ struct AlignSettings {
 
 /// What the command line says instead of the project.
 struct AlignOptions {
-  enum class Method { Project, Off, Auto, Features, Outline, Landmarks } method = Method::Project;
+  enum class Method { Project, Off, Auto, Features, Landmarks } method = Method::Project;
   enum class Model { Project, Auto, Similarity, Homography } model = Model::Project;
   std::string to = "";  ///< "" = as the project says.
 };

@@ -1,0 +1,222 @@
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "capture/project/given_transforms.h"
+#include "capture/timelapse/ingest.h"
+#include "patinate/image/image_io.h"
+#include "tests/capture/handheld/handheld_scene.h"
+#include "tests/capture/stability/stability_scene.h"
+#include "tests/capture/timelapse/ingest_folder.h"
+#include "tests/support/errors.h"
+#include "tests/support/temp_folder.h"
+
+namespace patinate::capture {
+namespace {
+
+using namespace testing_support;
+
+constexpr int kSize = 256;
+constexpr int kCard = 40;     ///< Side of a gray card.
+constexpr int kCardAt = 100;  ///< Its upper left corner, in x and y: every photograph shows the middle.
+
+/// A surface on which bright grains grow, with a gray card that stays.
+std::vector<ImageF> known_history(int num_frames) {
+  std::vector<ImageF> frames;
+  for (int i = 0; i < num_frames; ++i) {
+    frames.push_back(render_scene({.size = kSize, .growth = static_cast<double>(i) / num_frames}));
+    for (int y = kCardAt; y < kCardAt + kCard; ++y) {
+      for (int x = kCardAt; x < kCardAt + kCard; ++x) {
+        for (float& v : frames.back().pixel(x, y)) v = 0.35f;
+      }
+    }
+  }
+  return frames;
+}
+
+constexpr const char* kFromFirst = R"("align": "auto", "align_to": "000.png", )";
+
+Json alignment_of(const std::filesystem::path& history) { return load_json(history / kAlignmentFile); }
+
+Eigen::Matrix3d transform_of(const Json& photo) {
+  Eigen::Matrix3d h;
+  for (int k = 0; k < 9; ++k) h(k / 3, k % 3) = photo.at("transform").at(static_cast<std::size_t>(k)).get<double>();
+  return h;
+}
+
+double worst_error_px(const Json& alignment, const std::vector<HandheldPhoto>& truth) {
+  double worst = 0.0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const Eigen::Matrix3d expected = truth[0].photo_from_frame * truth[i].photo_from_frame.inverse();
+    worst = std::max(worst, transform_error_px(transform_of(alignment.at("photos").at(i)), expected, truth[i].width,
+                                               truth[i].height));
+  }
+  return worst;
+}
+
+// Half a pixel is what a person sees as blur where frames are averaged.
+constexpr double kMostError_px = 0.5;
+
+TEST(HandheldIngest, TurnedScaledCroppedAndTintedPhotographsLieWithinHalfAPixel) {
+  const TempFolder folder;
+  const std::vector<HandheldPhoto> truth = write_handheld(
+      known_history(8), {.largest_tint = 0.2, .largest_stops = 0.5, .seed = 3}, folder.path(), kFromFirst);
+  (void)ingest(folder.path());
+  const Json alignment = alignment_of(folder / "out");
+  EXPECT_EQ(alignment.at("reference"), "000.png");
+  EXPECT_LT(worst_error_px(alignment, truth), kMostError_px);
+  for (const Json& photo : alignment.at("photos")) EXPECT_EQ(photo.at("model"), "similarity");
+  EXPECT_EQ(load_json(folder / "out/survey.json").at("alignment").at("photos").size(), truth.size());
+}
+
+TEST(HandheldIngest, TiltedPhotographsBecomeHomographies) {
+  const TempFolder folder;
+  const std::vector<HandheldPhoto> truth =
+      write_handheld(known_history(5), {.least_scale = 0.9, .largest_tilt = 0.3, .seed = 4}, folder.path(), kFromFirst);
+  (void)ingest(folder.path());
+  const Json alignment = alignment_of(folder / "out");
+  EXPECT_LT(worst_error_px(alignment, truth), kMostError_px);
+  int num_tilted = 0;
+  for (const Json& photo : alignment.at("photos")) num_tilted += photo.at("model") == "homography";
+  EXPECT_GE(num_tilted, 3);  // Some are drawn almost without tilt.
+}
+
+TEST(HandheldIngest, WhatAPhotographDoesNotShowIsMaskedInItsFrame) {
+  const TempFolder folder;
+  const std::vector<HandheldPhoto> truth =
+      write_handheld(known_history(4), {.least_crop = 0.6, .seed = 5}, folder.path(), kFromFirst);
+  const HistoryReader history = ingest(folder.path());
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    ASSERT_TRUE(history.manifest().frames[i].mask.has_value());
+    const ImageU8 mask = read_mask(folder / "out" / *history.manifest().frames[i].mask);
+    std::int64_t num_wrong = 0;
+    for (int y = 0; y < kSize; ++y) {
+      for (int x = 0; x < kSize; ++x) {
+        const Eigen::Vector2d p = (truth[i].photo_from_frame * Eigen::Vector3d(x, y, 1.0)).hnormalized();
+        const double margin = std::min({p.x(), p.y(), truth[i].width - 1.0 - p.x(), truth[i].height - 1.0 - p.y()});
+        // Within two pixels of the photograph's border either is right.
+        if (margin > 2.0 && mask.at(x, y) == 0) ++num_wrong;
+        if (margin < -2.0 && mask.at(x, y) != 0) ++num_wrong;
+      }
+    }
+    EXPECT_EQ(num_wrong, 0) << i;
+  }
+}
+
+TEST(HandheldIngest, AReferencePatchKeepsItsColorThroughTintAndExposure) {
+  const TempFolder folder;
+  const std::vector<ImageF> frames = known_history(5);
+  (void)write_handheld(frames, {.least_crop = 0.999, .largest_tint = 0.2, .largest_stops = 0.5, .seed = 6},
+                       folder.path(), std::string(kFromFirst) + R"("reference_patch": [106, 106, 28, 28], )");
+  const HistoryReader history = ingest(folder.path());
+  for (int i = 0; i < 5; ++i) {
+    const ImageF frame = history.read_frame(i);
+    std::array<double, 3> sum{}, expected{};
+    for (int y = 80; y < 180; ++y) {
+      for (int x = 80; x < 180; ++x) {
+        for (int c = 0; c < 3; ++c) {
+          sum[static_cast<std::size_t>(c)] += static_cast<double>(frame.at(x, y, c));
+          expected[static_cast<std::size_t>(c)] += static_cast<double>(frames[static_cast<std::size_t>(i)].at(x, y, c));
+        }
+      }
+    }
+    // A code of 8 bits at middle gray is 0.9 % of the light.
+    for (std::size_t c = 0; c < 3; ++c) EXPECT_NEAR(sum[c] / expected[c], 1.0, 0.01) << i;
+  }
+  for (const Json& photo : load_json(folder / "out/survey.json").at("reference_patch"))
+    EXPECT_LT(photo.at("residual").get<double>(), 0.01);
+}
+
+TEST(HandheldIngest, APhotographOfSomethingElseIsNamedWithTheExcludeToPaste) {
+  const TempFolder folder;
+  std::vector<ImageF> frames = known_history(5);
+  frames[3] = ImageF(kSize, kSize, 3);
+  for (int y = 0; y < kSize; ++y) {
+    for (int x = 0; x < kSize; ++x) {
+      const float v = 0.3f + 0.2f * static_cast<float>(std::sin(0.31 * x + 0.002 * x * y) * std::cos(0.23 * y));
+      for (float& value : frames[3].pixel(x, y)) value = v;
+    }
+  }
+  (void)write_handheld(frames, {.seed = 7}, folder.path(), kFromFirst);
+  const std::string said = error_of<CannotComplete>([&] { (void)ingest(folder.path()); });
+  EXPECT_TRUE(has(said, "1 of 5 photographs cannot be laid over the others (003.png)")) << said;
+  EXPECT_TRUE(has(said, "\"exclude\": [3]")) << said;
+
+  IngestOptions options;
+  options.accept_failed = true;
+  const HistoryReader history = ingest(folder.path(), options);
+  EXPECT_EQ(history.num_frames(), 4);
+  bool is_said = false;
+  for (const HistoryWarning& w : history.facts().warnings)
+    is_said = is_said || has(w.text, "003.png cannot be laid over");
+  EXPECT_TRUE(is_said);
+}
+
+TEST(HandheldIngest, AGivenTransformIsUsedAsItStands) {
+  const TempFolder folder;
+  const std::vector<ImageF> frames = known_history(2);
+  (void)write_handheld(frames,
+                       {.largest_turn_deg = 0, .least_scale = 1, .largest_scale = 1, .least_crop = 1, .noise = 0},
+                       folder.path(), "");
+  std::ofstream(folder / "capture.json")
+      << R"({"format": "patinate.capture", "version": 1, "name": "hand", "kind": "fixed", "frames": [
+            {"time": 0, "photo": "photos/000.png"},
+            {"time": 1, "photo": "photos/001.png", "transform": [0, -1, 255, 1, 0, 0, 0, 0, 1]}]})";
+  const HistoryReader history = ingest(folder.path());
+  const ImageF frame = history.read_frame(1), photo = read_color(folder / "photos/001.png", Response{});
+  // A quarter turn moves whole pixels: values are copied, but for the history's 16-bit floats (11 bits).
+  for (int y = 0; y < kSize; y += 5) {
+    for (int x = 0; x < kSize; x += 5)
+      EXPECT_NEAR(frame.at(255 - y, x, 1), photo.at(x, y, 1), photo.at(x, y, 1) / 1024.0f);
+  }
+}
+
+TEST(HandheldIngest, LandmarksAloneLayPhotographsWithoutDetail) {
+  const TempFolder folder;
+  std::vector<ImageF> frames(3, ImageF(kSize, kSize, 3));
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    for (float& v : frames[i].values()) v = 0.2f + 0.1f * static_cast<float>(i);
+  }
+  const std::vector<HandheldPhoto> truth =
+      write_handheld(frames, {.seed = 8}, folder.path(),
+                     R"("align": "landmarks", "align_to": "000.png", "landmarks": "points.csv", )");
+  std::ofstream csv(folder / "points.csv");
+  csv << "photo,point,x,y\n";
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    for (const auto& [name, x, y] : {std::tuple("rim", 30.0, 40.0), std::tuple("\"stain, left\"", 200.0, 60.0),
+                                     std::tuple("foot", 120.0, 220.0)}) {
+      const Eigen::Vector2d p = (truth[i].photo_from_frame * Eigen::Vector3d(x, y, 1.0)).hnormalized();
+      csv << "00" << i << ".png," << name << "," << p.x() << "," << p.y() << "\n";
+    }
+  }
+  csv.close();
+  (void)ingest(folder.path());
+  EXPECT_LT(worst_error_px(alignment_of(folder / "out"), truth), 0.01);  // Six digits of exact marks.
+}
+
+TEST(HandheldIngest, AnAlignmentThatWasFoundIsTakenOverByName) {
+  const TempFolder folder;
+  (void)write_handheld(known_history(3), {.seed = 9}, folder.path(), kFromFirst);
+  (void)ingest(folder.path());
+  std::filesystem::copy_file(folder / "out" / kAlignmentFile, folder / kAlignmentFile);
+  const ImageF before = HistoryReader(folder / "out").read_frame(2);
+  std::filesystem::remove_all(folder / "out");
+  std::ofstream(folder / "capture.json")
+      << R"({"format": "patinate.capture", "version": 1, "name": "hand", "kind": "fixed", "time_unit": "d",
+            "transforms": "alignment.json", "frames": {"pattern": "photos/*.png", "interval": 1}})";
+  const ImageF after = ingest(folder.path()).read_frame(2);
+  ASSERT_EQ(before.num_pixels(), after.num_pixels());
+  EXPECT_TRUE(std::equal(before.values().begin(), before.values().end(), after.values().begin()));
+}
+
+TEST(HandheldIngest, PhotographsOfSeveralSizesAreRefusedWithoutAlignAndTheMessageSaysSo) {
+  const TempFolder folder;
+  (void)write_handheld(known_history(2), {.seed = 10}, folder.path(), "");
+  EXPECT_TRUE(has(ingest_error(folder.path()), "--align auto")) << ingest_error(folder.path());
+}
+
+}  // namespace
+}  // namespace patinate::capture

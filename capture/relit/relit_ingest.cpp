@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 1;
+constexpr std::int64_t kStageVersion = 2;
 constexpr double kStepWeight = 4.0;  ///< For progress: light is taken out more slowly than a scan is placed.
 constexpr const char* kAccessibility = "accessibility";
 

@@ -29,18 +29,27 @@ struct Highlights {
   double freedom = 0.0, off = 0.0;
 };
 
+/// What came of a form.
+struct Tried {
+  Highlights kind;
+  /// Of a texel.
+  struct Texel {
+    double cost = -1.0;                       ///< Of foretelling its lamps; negative where nothing is foretold.
+    std::array<double, 3> albedo{}, share{};  ///< What is highlight_share().
+  };
+  std::vector<Texel> texels = {};
+};
+
 /// A surface of few texels on which forms are tried.
 class FormTrial {
  public:
   FormTrial(const UnlightWork& whole, int step, const RunControl& control)
       : input_(thinned_input(whole.input, step)), work_(input_, whole, step), matt_(empty_result(work_)) {
-    options_ = whole.options;
     fit_surface(work_, matt_, control);
     texels_ = work_.spread_texels(kMaxForetold);
   }
 
-  /// Of each texel, what it costs to foretell its lamps; negative where nothing is foretold.
-  [[nodiscard]] std::vector<double> costs(const Highlights& kind, const RunControl& control) {
+  [[nodiscard]] Tried attempt(const Highlights& kind, const RunControl& control) {
     constexpr int kPasses = 3;
     work_.form = kind.form;
     work_.highlight_freedom = kind.freedom;
@@ -57,43 +66,82 @@ class FormTrial {
     }
     const auto values = work_.specular.values();
     has_found_ = has_found_ || std::any_of(values.begin(), values.end(), [](float v) { return v > 0.0f; });
-    return left_out_costs(control.part(0.6, 1.0));
+    return {kind, foretold(control.part(0.6, 1.0))};
   }
   /// Whether any form showed a highlight anywhere.
   [[nodiscard]] bool has_found() const { return has_found_; }
 
  private:
-  [[nodiscard]] std::vector<double> left_out_costs(const RunControl& control) const {
+  [[nodiscard]] std::vector<Tried::Texel> foretold(const RunControl& control) const {
     const TexelFitOptions options = work_.fit_options();
-    std::vector<double> costs(texels_.size(), -1.0);
+    std::vector<Tried::Texel> found(texels_.size());
     parallel_for(static_cast<std::int64_t>(texels_.size()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
       TexelSamples texel, plain;
       for (std::int64_t i = begin; i < end; ++i) {
+        Tried::Texel& here = found[static_cast<std::size_t>(i)];
         const std::int64_t at = texels_[static_cast<std::size_t>(i)];
         const int x = static_cast<int>(at % work_.width), y = static_cast<int>(at / work_.width);
         work_.load(x, y, texel);
         work_.load_raw(x, y, plain);
-        costs[static_cast<std::size_t>(i)] = left_out_cost(texel, plain.variance, options, x + y);
+        here.cost = left_out_cost(texel, plain.variance, options, x + y);
+        const TexelFit fit = fit_texel(texel, options);
+        here.albedo = fit.albedo;
+        for (int c = 0; c < work_.num_channels; ++c)
+          here.share[static_cast<std::size_t>(c)] = highlight_share(texel, fit, c);
       }
     });
-    return costs;
+    return found;
   }
 
   UnlightInput input_;
-  UnlightOptions options_;
   UnlightWork work_;
   UnlightResult matt_;  ///< Without highlights.
   std::vector<std::int64_t> texels_;
   bool has_found_ = false;
 };
 
-/// Sum of the differences of costs of texels that both foretell.
-double excess(const std::vector<double>& other, const std::vector<double>& costs) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < costs.size(); ++i) {
-    if (costs[i] >= 0.0 && other[i] >= 0.0) sum += other[i] - costs[i];
+/// What one costs more than another, over the texels that both foretell.
+struct Excess {
+  double sum = 0.0, stddev = 0.0;
+};
+Excess excess_of(const Tried& one, const Tried& other) {
+  Excess excess;
+  for (std::size_t i = 0; i < one.texels.size(); ++i) {
+    const double a = one.texels[i].cost, b = other.texels[i].cost;
+    if (a < 0.0 || b < 0.0) continue;
+    excess.sum += a - b;
+    excess.stddev += (a - b) * (a - b);
   }
-  return sum;
+  excess.stddev = std::sqrt(excess.stddev);
+  return excess;
+}
+
+/// By which share of the highlights the albedos of two forms differ; squared.
+double difference2(const Tried& one, const Tried& other) {
+  double difference = 0.0, highlight = 0.0;
+  for (std::size_t i = 0; i < one.texels.size(); ++i) {
+    const Tried::Texel &a = one.texels[i], &b = other.texels[i];
+    if (a.cost < 0.0 || b.cost < 0.0) continue;
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (!(a.albedo[c] > 0.0)) continue;
+      difference += std::pow(b.albedo[c] / a.albedo[c] - 1.0, 2);
+      highlight += a.share[c] * a.share[c];
+    }
+  }
+  return highlight > 0.0 ? difference / highlight : 0.0;
+}
+
+/// The standard deviation over forms that foretell nearly as well, weighted by how likely the differences are chance.
+double deviation_of(const Tried& best, const std::vector<Tried>& tried) {
+  double sum = 0.0, weights = 0.0;
+  for (const Tried& other : tried) {
+    const Excess excess = excess_of(other, best);
+    const double z = excess.stddev > 0.0 ? std::max(0.0, excess.sum / excess.stddev) : 0.0,
+                 weight = std::exp(-0.5 * z * z);
+    sum += weight * difference2(best, other);
+    weights += weight;
+  }
+  return weights > 0.0 ? std::sqrt(sum / weights) : 0.0;
 }
 
 }  // namespace
@@ -103,38 +151,37 @@ void choose_specular_form(UnlightWork& work, const RunControl& control) {
       static_cast<std::int64_t>(work.spread_texels(std::numeric_limits<std::int64_t>::max() / 2).size());
   const int step = std::max(1, static_cast<int>(std::lround(std::sqrt(static_cast<double>(num_texels) / kMaxTexels))));
   FormTrial trial(work, step, control.part(0.0, 0.05));
-  std::vector<double> least;
-  Highlights best{.freedom = work.highlight_freedom, .off = work.highlight_off};
+  Tried best{.kind = {.freedom = work.highlight_freedom, .off = work.highlight_off}};
+  std::vector<Tried> tried;
   double done = 0.0;
   const auto attempt = [&](const Highlights& kind) {
     constexpr double kFrom = 0.05, kEach = (1.0 - kFrom) / kAttempts;
-    std::vector<double> costs = trial.costs(kind, control.part(kFrom + kEach * done, kFrom + kEach * (done + 1.0)));
+    tried.push_back(trial.attempt(kind, control.part(kFrom + kEach * done, kFrom + kEach * (done + 1.0))));
     done += 1.0;
-    if (!least.empty() && !(excess(costs, least) < 0.0)) return;
-    least = std::move(costs);
-    best = kind;
+    if (best.texels.empty() || excess_of(tried.back(), best).sum < 0.0) best = tried.back();
   };
   const auto attempt_form = [&](const SpecularForm& form) {
-    attempt({.form = form, .freedom = best.freedom, .off = best.off});
+    attempt({.form = form, .freedom = best.kind.freedom, .off = best.kind.off});
   };
   for (const SpecularTint tint : kTints) {
     if (tint == SpecularTint::White || work.num_channels == 3) attempt_form({.tail = 4.0, .slant = 0.5, .tint = tint});
   }
   if (!trial.has_found()) return;
-  const SpecularTint tint = best.form.tint;
+  const SpecularTint tint = best.kind.form.tint;
   for (const double slant : kSlants) {
     for (const double tail : kTails) attempt_form({.tail = tail, .slant = slant, .tint = tint});
   }
-  const double tail = best.form.tail;
+  const double tail = best.kind.form.tail;
   for (const double slant : kSlants)
     attempt_form({.tail = tail, .slant = slant, .is_about_mirror = true, .tint = tint});
-  const Highlights formed = best;
+  work.form_deviation = deviation_of(best, tried);
+  const Highlights formed = best.kind;
   for (const double freedom : kFreedoms) attempt({.form = formed.form, .freedom = freedom, .off = formed.off});
-  const Highlights free = best;
+  const Highlights free = best.kind;
   for (const double off : kOffs) attempt({.form = free.form, .freedom = free.freedom, .off = off});
-  work.form = best.form;
-  work.highlight_freedom = best.freedom;
-  work.highlight_off = best.off;
+  work.form = best.kind.form;
+  work.highlight_freedom = best.kind.freedom;
+  work.highlight_off = best.kind.off;
 }
 
 }  // namespace patinate::capture

@@ -369,6 +369,22 @@ double highlight_value(const TexelSamples& samples, int light, int channel, cons
          std::numbers::pi;
 }
 
+double highlight_share(const TexelSamples& samples, const TexelFit& fit, int channel) {
+  const double albedo = fit.albedo[static_cast<std::size_t>(channel)];
+  double sum = 0.0, norm = 0.0;
+  for (int k = 0; k < samples.num_lights; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    if (samples.state[i] != SampleState::Clean) continue;
+    const double unit = samples.irradiance[samples.index(k, channel)] *
+                            std::max(0.0, fit.normal.dot(samples.direction[i])) +
+                        samples.ambient[static_cast<std::size_t>(channel)],
+                 weight = unit / samples.variance[samples.index(k, channel)];
+    sum += weight * fit.gain * highlight_value(samples, k, channel, fit.normal);
+    norm += weight * unit;
+  }
+  return norm > 0.0 && albedo > 0.0 ? sum / (norm * albedo) : 0.0;
+}
+
 TexelFit fit_texel(TexelSamples& samples, const TexelFitOptions& options) {
   if (samples.highlight.strength > 0.0) return TexelSolver<3>(samples, options).solve();
   return TexelSolver<2>(samples, options).solve();

@@ -74,6 +74,9 @@ struct TexelFit {
 /// The highlight in one channel's value under a normal.
 [[nodiscard]] double highlight_value(const TexelSamples& samples, int light, int channel, const Vec3& normal);
 
+/// What of a fitted albedo a channel would have more, over itself, if its clean samples were left with their highlight.
+[[nodiscard]] double highlight_share(const TexelSamples& samples, const TexelFit& fit, int channel);
+
 /// Least squares of value = albedo (irradiance max(0, n . l) + ambient) + highlight over albedos, the normal that both
 /// share, and the highlight's gain (about 1, by its freedom), by Gauss-Newton steps with the albedos eliminated. With
 /// `reject`, from the median of value / light under the starting normal, first with Geman and McClure's weights whose

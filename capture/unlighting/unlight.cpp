@@ -42,7 +42,12 @@ void fit_row(const UnlightWork& work, const TexelFitOptions& options, int y, Tex
     }
     for (int c = 0; c < work.num_channels; ++c) {
       result.albedo.at(x, y, c) = static_cast<float>(fit.is_determined ? fit.albedo[static_cast<std::size_t>(c)] : 0.0);
-      result.stddev.at(x, y, c) = static_cast<float>(fit.is_determined ? fit.stddev[static_cast<std::size_t>(c)] : 0.0);
+      const double shared =
+          fit.is_determined && texel.highlight.strength > 0.0
+              ? work.form_deviation * highlight_share(texel, fit, c) * fit.albedo[static_cast<std::size_t>(c)]
+              : 0.0;
+      result.stddev.at(x, y, c) =
+          static_cast<float>(fit.is_determined ? std::hypot(fit.stddev[static_cast<std::size_t>(c)], shared) : 0.0);
     }
   }
 }

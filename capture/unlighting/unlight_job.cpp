@@ -29,7 +29,7 @@ Json form_json(const SpecularForm& form) {
           {"tint", form.tint == SpecularTint::Base ? "base" : "white"}};
 }
 
-constexpr std::int64_t kUnlightVersion = 1;
+constexpr std::int64_t kUnlightVersion = 2;
 constexpr const char* kFactsFile = ".job/work/unlight.json";
 
 Json three(const Vec3& v) { return {v.x(), v.y(), v.z()}; }

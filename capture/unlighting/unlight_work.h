@@ -34,8 +34,9 @@ struct UnlightWork {
   Vec3 ambient = Vec3::Zero();
   double noise_scale = 1.0;
   SpecularForm form = {};
-  double highlight_freedom = 0.1;       ///< By which texels' highlights differ from their neighborhood's, as a share.
-  double highlight_off = 0.05;          ///< By which highlights are off the form, as a share of them.
+  double highlight_freedom = 0.1;  ///< By which texels' highlights differ from their neighborhood's, as a share.
+  double highlight_off = 0.05;     ///< By which highlights are off the form, as a share of them.
+  double form_deviation = 0.0;     ///< Of all highlights together, for the form is not known for sure; a share of them.
   int highlight_step = kHighlightStep;  ///< One of so many texels tells of highlights: neighbors tell much the same.
   ImageF specular;                      ///< H x W x 2, as UnlightResult's; load() gives it to the fit once it is there.
   ImageF highlight_normal;              ///< H x W x 3, of the last fit.

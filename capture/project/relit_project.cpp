@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/project/capture_text.h"
+#include "capture/project/given_registration.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/light_io.h"
@@ -212,9 +213,12 @@ RelitProject read_relit_project(const fs::path& file) {
     project.steps.push_back(read_step(entries[i], number, mm, project.lights.size()));
   }
   if (!is_reference_there) steps.fail("one or more steps");
+  const std::optional<fs::path> registration =
+      json.has("registration") ? std::optional(json.member("registration").path()) : std::nullopt;
   json.finish();
   check_steps(project, steps);
   check_files(project);
+  if (registration) apply_registration(*registration, project);
   return project;
 }
 

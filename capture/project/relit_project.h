@@ -31,6 +31,7 @@ struct RelitStep {
   std::optional<std::filesystem::path> ambient = {};
   std::optional<Ready> ready = {};
   std::optional<RigidTransform> reference_from_scan = {};  ///< mm; given, so that nothing is registered.
+  bool is_from_registration = false;                       ///< The project's `registration` gives it.
   std::optional<RigidTransform> initial = {};              ///< mm; where registration starts.
 
   [[nodiscard]] bool has_shape() const { return scan || ready; }

@@ -1,5 +1,7 @@
 #include "capture/relit/relit_ingest.h"
 
+#include <algorithm>
+#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -19,8 +21,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 1;
+constexpr std::int64_t kStageVersion = 2;
 constexpr double kStepWeight = 4.0;  ///< For progress: light is taken out more slowly than a scan is placed.
+constexpr std::array<std::string_view, 2> kRelitPosesNames{"joint", "each"};
 constexpr const char* kAccessibility = "accessibility";
 
 fs::path report_file(const char* name, std::size_t index, const char* extension) {
@@ -73,6 +76,7 @@ std::string step_key(const RelitProject& project, const RelitStep& step) {
     add_file("normal", step.ready->normal);
   }
   hash.add(transform_text(step.reference_from_scan)).add(transform_text(step.initial));
+  hash.add(std::int64_t{step.is_from_registration});
   return hash.hex();
 }
 
@@ -83,6 +87,15 @@ std::string common_key(const RelitWork& work) {
   hash.add(std::int64_t{work.options.accept_failed});
   for (const auto& [name, value] : option_values(work.options.registration)) hash.add(name).add(value);
   for (const auto& [name, value] : option_values(work.options.unlight)) hash.add(name).add(value);
+  return hash.hex();
+}
+
+/// What all jointly solved poses depend on; "" where none are.
+std::string key_of_joint(const RelitWork& work, const std::vector<std::size_t>& steps, const std::string& common) {
+  if (steps.empty()) return "";
+  ContentHash hash;
+  hash.add("joint poses").add(common);
+  for (const std::size_t i : steps) hash.add(work.step_keys[i]);
   return hash.hex();
 }
 
@@ -105,6 +118,7 @@ JobInputs inputs_of(const RelitWork& work) {
   inputs.add_options(option_values(work.options.scan));
   inputs.add_options(option_values(work.options.fill));
   inputs.add_options(option_values(work.options.progress));
+  inputs.add_value("--poses", std::string(kRelitPosesNames[static_cast<std::size_t>(work.options.poses)]));
   inputs.add_value("--accept-failed", work.options.accept_failed ? "true" : "false");
   return inputs;
 }
@@ -223,6 +237,10 @@ void describe(OptionVisitor& v, RelitOptions& o) {
                   "How a step's scan is brought onto the reference's; pcl-... are PCL's own, for comparison "
                   "(relit captures)"},
                  o.registration.method, kRegistrationMethodNames);
+  v.visit_choice({"poses",
+                  "joint: the scans of all steps find their places together; each: every one on the reference's "
+                  "(relit captures)"},
+                 o.poses, kRelitPosesNames);
   describe(v, o.unlight);
 }
 
@@ -266,19 +284,38 @@ JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& optio
       reference.outputs.push_back(HistoryWriter::map_file(name));
   }
   plan.items.push_back(std::move(reference));
+  const std::vector<std::size_t> joint = work->joint_steps();
+  const std::string joint_key = key_of_joint(*work, joint, common);
+  if (!joint.empty()) {
+    JobItem poses{.name = "poses",
+                  .outputs = {},
+                  .run = [work](const fs::path& folder,
+                                const RunControl& control) { run_relit_joint_poses(*work, folder, control); },
+                  .key = joint_key,
+                  .stage = 1,
+                  .weight = static_cast<double>(joint.size())};
+    for (const std::size_t i : joint) {
+      if (i != project.reference) poses.outputs.push_back(relit_pose_file(i));
+    }
+    plan.items.push_back(std::move(poses));
+  }
   for (std::size_t i = 0; i < project.steps.size(); ++i) {
     const fs::path name = relit_pose_file(i).stem();
-    plan.items.push_back({.name = name.string(),
-                          .outputs = {relit_pose_file(i)},
-                          .run = [work, i](const fs::path& folder,
-                                           const RunControl& control) { run_relit_pose(*work, i, folder, control); },
-                          .key = ContentHash().add("pose").add(common).add(work->step_keys[i]).hex(),
-                          .stage = 1});
+    const bool is_joint = i != project.reference && std::find(joint.begin(), joint.end(), i) != joint.end();
+    const std::string own = is_joint ? work->step_keys[i] + joint_key : work->step_keys[i];
+    if (!is_joint) {
+      plan.items.push_back({.name = name.string(),
+                            .outputs = {relit_pose_file(i)},
+                            .run = [work, i](const fs::path& folder,
+                                             const RunControl& control) { run_relit_pose(*work, i, folder, control); },
+                            .key = ContentHash().add("pose").add(common).add(own).hex(),
+                            .stage = 1});
+    }
     plan.items.push_back({.name = "step-" + name.string().substr(5),
                           .outputs = {relit_facts_file(i)},
                           .run = [work, i](const fs::path& folder,
                                            const RunControl& control) { run_relit_step(*work, i, folder, control); },
-                          .key = ContentHash().add("step").add(common).add(work->step_keys[i]).hex(),
+                          .key = ContentHash().add("step").add(common).add(own).hex(),
                           .stage = 2,
                           .weight = kStepWeight,
                           .optional_outputs = relit_frame_outputs(*work, i)});

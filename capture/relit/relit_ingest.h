@@ -19,10 +19,14 @@ namespace patinate::capture {
 inline constexpr const char* kRelitReportFile = "relit.json";
 inline constexpr const char* kRelitPageFile = "report.html";
 
+/// How steps' scans find their places: all together in one graph of poses, or each on the reference's.
+enum class RelitPoses { Joint, Each };
+
 /// Settings of plan_relit_ingest() that are not facts about the capture.
 struct RelitOptions {
   bool accept_failed = false;  ///< Leave steps that cannot be registered out of the history instead of stopping.
   RegistrationOptions registration = {};  ///< Of steps without `transform`, from `initial` or as they lie.
+  RelitPoses poses = RelitPoses::Joint;   ///< Joint needs all scans in memory; a step that is added moves all others.
   UnlightOptions unlight = {};
   ScanOptions scan =
       {};  ///< scale_mm: width of accessibility's Gaussian; not given: 2 % of the reference scan's diagonal.

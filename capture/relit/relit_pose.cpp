@@ -38,8 +38,13 @@ PairRegistration registered(const PointCloud& reference, const PointCloud& scan,
 RelitPose find_pose(const RelitWork& work, std::size_t index, const RunControl& control) {
   const RelitProject& project = work.project;
   const RelitStep& step = project.steps[index];
-  if (step.reference_from_scan) return {"given", true, *step.reference_from_scan};
-  if (index == project.reference || !step.has_shape()) return {"reference", true, RigidTransform{}};
+  if (step.reference_from_scan) {
+    return {.status = step.is_from_registration ? "given by a registration" : "given",
+            .is_accepted = true,
+            .reference_from_scan = *step.reference_from_scan};
+  }
+  if (index == project.reference || !step.has_shape())
+    return {.status = "reference", .is_accepted = true, .reference_from_scan = {}};
   const PointCloud target = read_step_scan(project, project.steps[project.reference]),
                    source = read_step_scan(project, step);
   const PairRegistration found = [&] {
@@ -51,17 +56,23 @@ RelitPose find_pose(const RelitWork& work, std::size_t index, const RunControl& 
   }();
   RelitPose pose{std::string(name_of(found.status)), found.status == RegistrationStatus::Converged,
                  found.target_from_source, facts_of(found)};
-  if (pose.is_accepted || work.options.accept_failed) return pose;
-  std::string open;
-  for (const UnconstrainedDof& motion : found.unconstrained_dofs)
-    open += (open.empty() ? "; unconstrained: " : ", ") + text_of(motion);
-  throw CannotComplete(work.step_name(index) + ": its scan cannot be registered: " + pose.status + " (overlap " +
-                       short_number_text(std::round(100.0 * found.overlap)) + " %, RMS " +
-                       short_number_text(rounded(found.rms_residual, 3)) + " mm" + open +
-                       "); give it `initial` or `transform`, or exclude it with --accept-failed");
+  check_relit_pose(work, index, pose);
+  return pose;
 }
 
 }  // namespace
+
+void check_relit_pose(const RelitWork& work, std::size_t index, const RelitPose& pose) {
+  if (pose.is_accepted || work.options.accept_failed) return;
+  const RelitRegistration found = pose.registration.value_or(RelitRegistration{});
+  std::string open;
+  for (const std::string& motion : found.unconstrained_dofs)
+    open += (open.empty() ? "; unconstrained: " : ", ") + motion;
+  throw CannotComplete(work.step_name(index) + ": its scan cannot be registered: " + pose.status + " (overlap " +
+                       short_number_text(std::round(100.0 * found.overlap)) + " %, RMS " +
+                       short_number_text(rounded(found.rms_mm, 3)) + " mm" + open +
+                       "); give it `initial` or `transform`, or exclude it with --accept-failed");
+}
 
 void run_relit_pose(const RelitWork& work, std::size_t index, const fs::path& folder, const RunControl& control) {
   const RelitPose pose = find_pose(work, index, control);

@@ -144,19 +144,22 @@ void add_step(HtmlPage& page, const RelitWork& work, std::size_t index, const Re
 Json to_json(const RelitPose& pose) {
   return {{"status", pose.status},
           {"is_accepted", pose.is_accepted},
+          {"is_joint", pose.is_joint},
           {"reference_from_scan", matrix_json(pose.reference_from_scan)},
           {"facts", pose.registration ? registration_json(*pose.registration) : Json::object()}};
 }
 
 RelitPose relit_pose(const Json& json) {
   return {json.at("status").get<std::string>(), json.at("is_accepted").get<bool>(),
-          transform_of(json.at("reference_from_scan")), registration_of(json.at("facts"))};
+          transform_of(json.at("reference_from_scan")), registration_of(json.at("facts")),
+          json.at("is_joint").get<bool>()};
 }
 
 Json to_json(const RelitStepFacts& facts) {
   Json json{{"step", facts.step},
             {"time", facts.time},
             {"status", facts.pose.status},
+            {"solved_jointly", facts.pose.is_joint},
             {"in_history", facts.frame.has_value()},
             {"reference_from_scan", matrix_json(facts.pose.reference_from_scan)}};
   if (facts.pose.registration) json.update(registration_json(*facts.pose.registration));
@@ -175,10 +178,11 @@ Json to_json(const RelitStepFacts& facts) {
 
 RelitStepFacts relit_step_facts(const Json& json) {
   const bool is_accepted = json.at("in_history").get<bool>();
-  RelitStepFacts facts{.step = json.at("step").get<int>(),
-                       .time = json.at("time").get<double>(),
-                       .pose = {json.at("status").get<std::string>(), is_accepted,
-                                transform_of(json.at("reference_from_scan")), registration_of(json)}};
+  RelitStepFacts facts{
+      .step = json.at("step").get<int>(),
+      .time = json.at("time").get<double>(),
+      .pose = {json.at("status").get<std::string>(), is_accepted, transform_of(json.at("reference_from_scan")),
+               registration_of(json), json.at("solved_jointly").get<bool>()}};
   if (is_accepted) facts.frame = frame_of(json);
   return facts;
 }
@@ -199,7 +203,7 @@ void write_relit_report(const RelitWork& work, const fs::path& folder, const std
     const RelitFrame frame = f.frame.value_or(RelitFrame{});
     const auto of_frame = [&](double share) { return f.frame ? std::optional(share) : std::nullopt; };
     const std::string time = short_number_text(f.time);
-    rows.push_back({std::to_string(f.step), time, f.pose.status,
+    rows.push_back({std::to_string(f.step), time, f.pose.status + (f.pose.is_joint ? ", jointly" : ""),
                     micrometers(f.pose.registration ? std::optional(f.pose.registration->rms_mm) : std::nullopt),
                     micrometers(frame.offset_mm), percent(frame.overlap), percent(of_frame(frame.seen_share)),
                     percent(of_frame(frame.determined_share)),

@@ -39,10 +39,11 @@ struct RelitRegistration {
 
 /// How a step's scan lies in the reference's frame.
 struct RelitPose {
-  std::string status;  ///< "reference", "given", or what registration says.
+  std::string status;  ///< "reference", "given", "given by a registration", or what registration says.
   bool is_accepted = true;
   RigidTransform reference_from_scan;
   std::optional<RelitRegistration> registration = {};  ///< Where it was registered.
+  bool is_joint = false;  ///< Solved for together with other steps; else with the reference alone.
 };
 
 /// What became of a lamp's samples: shares of the surface by SampleState; Outside is not counted.
@@ -96,6 +97,8 @@ struct RelitWork {
   [[nodiscard]] HistoryManifest manifest() const;
   /// "steps/2", for errors and reports.
   [[nodiscard]] std::string step_name(std::size_t index) const;
+  /// The reference and the steps whose poses are solved for together; none where they are fewer than three.
+  [[nodiscard]] std::vector<std::size_t> joint_steps() const;
   /// Loaded once a run from what the reference item has written.
   [[nodiscard]] const RelitReference& reference(const std::filesystem::path& folder) const;
 
@@ -140,6 +143,10 @@ void run_relit_reference(const RelitWork& work, const std::filesystem::path& fol
 /// Stage 1: the pose of one step.
 void run_relit_pose(const RelitWork& work, std::size_t index, const std::filesystem::path& folder,
                     const RunControl& control);
+/// The poses of all joint_steps() but the reference's.
+void run_relit_joint_poses(const RelitWork& work, const std::filesystem::path& folder, const RunControl& control);
+/// The pose as it is, if it is accepted or may be left out. @throws CannotComplete
+void check_relit_pose(const RelitWork& work, std::size_t index, const RelitPose& pose);
 [[nodiscard]] RelitPose read_relit_pose(std::size_t index, const std::filesystem::path& folder);
 /// Stage 2: the frame of one step, with its mask, its extras, its facts and its pictures.
 void run_relit_step(const RelitWork& work, std::size_t index, const std::filesystem::path& folder,

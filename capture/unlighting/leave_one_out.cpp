@@ -21,8 +21,7 @@ struct Predicted {
 };
 
 void predict(const UnlightWork& work, const UnlightResult& result, const TexelFitOptions& options, int x, int y,
-             TexelSamples& texel, TexelSamples& raw, std::vector<Predicted>& lamps) {
-  work.load_raw(x, y, raw);
+             TexelSamples& texel, std::vector<Predicted>& lamps) {
   work.load(x, y, texel);
   const std::vector<SampleState> before = texel.state;
   for (int k = 0; k < work.num_lights; ++k) {
@@ -38,8 +37,8 @@ void predict(const UnlightWork& work, const UnlightResult& result, const TexelFi
       const auto at = texel.index(k, c);
       predicted += fit.albedo[static_cast<std::size_t>(c)] *
                    (texel.irradiance[at] * cosine + texel.ambient[static_cast<std::size_t>(c)]);
-      predicted += raw.value[at] - texel.value[at];
-      seen += raw.value[at];
+      predicted += fit.gain * highlight_value(texel, k, c, fit.normal);
+      seen += texel.value[at];
     }
     if (!(predicted > 0.0)) continue;
     lamps[i].ratios.push_back(std::abs(predicted - seen) / predicted);
@@ -60,11 +59,11 @@ std::vector<LeaveOneOutError> leave_one_out(const UnlightInput& input, const Unl
   const std::vector<Predicted> zero(static_cast<std::size_t>(work.num_lights));
   const auto map = [&](std::int64_t begin, std::int64_t end) {
     std::vector<Predicted> lamps = zero;
-    TexelSamples texel, raw;
+    TexelSamples texel;
     for (std::int64_t i = begin; i < end; ++i) {
       const std::int64_t at = texels[static_cast<std::size_t>(i)];
       const int x = static_cast<int>(at % work.width), y = static_cast<int>(at / work.width);
-      if (result.mask.at(x, y) != 0) predict(work, result, fit_options, x, y, texel, raw, lamps);
+      if (result.mask.at(x, y) != 0) predict(work, result, fit_options, x, y, texel, lamps);
     }
     return lamps;
   };

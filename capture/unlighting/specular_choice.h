@@ -14,11 +14,17 @@ namespace patinate::capture {
 [[nodiscard]] double robust_cost(const TexelSamples& samples, const std::vector<double>& plain_variance,
                                  const TexelFit& fit, const TexelFitOptions& options);
 
-/// Fades work.specular where it is not shared: the lobe of a material makes nearly all of its texels cost less than no
-/// lobe does. One that stands for a mixture of materials, for highlights of a few, or for shadows and edges that no
-/// model knows, serves those at the cost of the others; they are better rejected. The share of texels that cost less
-/// counts, within specular_window_px or within a dozen pixels, where it is larger; below 3/4 nothing is left of the
-/// highlight, from 17/20 on all of it.
-void keep_shared_highlights(UnlightWork& work, const RunControl& control);
+/// The same of samples that are foretold: each lamp's under the fit to the others; of many lamps three to five.
+/// @param first  Any number >= 0: from texel to texel another, so that every lamp has its turn.
+/// @returns the mean over lamps; negative where a fit without one of them does not determine the texel.
+[[nodiscard]] double left_out_cost(TexelSamples& samples, const std::vector<double>& plain_variance,
+                                   const TexelFitOptions& options, int first);
+
+/// Fades work.specular where the neighborhood does not foretell its lamps better with it: the lobe of a material does.
+/// One that stands for a mixture of materials, for highlights of a few texels, or for shadows and edges that no model
+/// knows, serves those at the cost of the others; they are better rejected. What left-out lamps cost less is summed
+/// within specular_window_px or within a dozen pixels, whichever is clearer; where it is 0 or less nothing is left of
+/// the highlight, from two of its standard deviations on all of it. @returns whether any has faded.
+bool keep_shared_highlights(UnlightWork& work, const RunControl& control);
 
 }  // namespace patinate::capture

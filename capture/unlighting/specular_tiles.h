@@ -9,10 +9,10 @@
 
 namespace patinate::capture {
 
-inline constexpr int kSpecularTile = 8;   ///< Pixels along a side.
-inline constexpr int kSpecularEvery = 4;  ///< One of so many pixels is summed: neighbors tell much the same.
+inline constexpr int kSpecularTile = 8;  ///< Pixels along a side.
 
-[[nodiscard]] inline bool is_specular_sample(int x, int y) { return (x + 2 * y) % kSpecularEvery == 0; }
+/// One of `step` pixels is summed.
+[[nodiscard]] inline bool is_specular_sample(int x, int y, int step) { return (x + 2 * y) % step == 0; }
 
 /// One of the tiles whose centers are nearest to a pixel, and its share of what lies between them.
 struct TileShare {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "libcommon/core/median.h"
 
@@ -21,14 +22,22 @@ std::array<Vec3, 2> tangents(const Vec3& n) {
   return {t, n.cross(t)};
 }
 
+/// @tparam Shared  Unknowns that all channels share: the normal's two turns; and 3 with the gain of a highlight.
+template <int Shared>
 class TexelSolver {
+  using Vector = Eigen::Matrix<double, Shared, 1>;
+  using Matrix = Eigen::Matrix<double, Shared, Shared>;
+  static constexpr bool kHasHighlight = Shared == 3;
+
  public:
   TexelSolver(TexelSamples& samples, const TexelFitOptions& options)
       : s_(samples),
         o_(options),
         scale2_(options.noise_scale * options.noise_scale),
-        weight_(samples.state.size(), 0.0) {
+        weight_(samples.state.size(), 0.0),
+        lobe_(kHasHighlight ? samples.state.size() : 0, Lobe{}) {
     normal_ = s_.normal;
+    gain_prior_ = 1.0 / (s_.highlight.freedom * s_.highlight.freedom);
     has_prior_ = o_.refine_normal && std::isfinite(o_.normal_sigma);
     if (has_prior_)
       prior_ = 2.0 / (o_.normal_sigma * o_.normal_sigma);  // An angle of sigma is sigma / sqrt(2) along each tangent.
@@ -41,6 +50,7 @@ class TexelSolver {
     }
     if (static_cast<int>(candidates_.size()) < least()) return {.normal = s_.normal};
     set_all_weights(1.0);
+    shine();
     start();
     if (o_.reject) reject_outliers();
     constexpr int kMaxSteps = 20;
@@ -61,6 +71,39 @@ class TexelSolver {
   [[nodiscard]] double unit_value(int k, int c) const {
     return s_.irradiance[s_.index(k, c)] * std::max(0.0, cosine(k)) + s_.ambient[static_cast<std::size_t>(c)];
   }
+  /// What a lamp shows beside the diffuse light.
+  [[nodiscard]] double highlight(int k, int c) const {
+    if constexpr (kHasHighlight) return gain_ * lobe_[static_cast<std::size_t>(k)].value * shine_of(k, c);
+    return 0.0;
+  }
+  /// What a lobe of 1 adds.
+  [[nodiscard]] double shine_of(int k, int c) const {
+    return s_.highlight.tint[static_cast<std::size_t>(c)] * s_.irradiance[s_.index(k, c)] * std::numbers::pi;
+  }
+  [[nodiscard]] double off(int k, int c) const {
+    return s_.value[s_.index(k, c)] - albedo_[static_cast<std::size_t>(c)] * unit_value(k, c) - highlight(k, c);
+  }
+
+  /// Lobes under the normal, and how they change when it turns.
+  void shine() {
+    if constexpr (kHasHighlight) {
+      constexpr double kTurn = 1e-4;
+      const std::array<Vec3, 2> t = tangents(normal_);
+      const TexelHighlight& h = s_.highlight;
+      for (int k : candidates_) {
+        const Vec3& l = s_.direction[static_cast<std::size_t>(k)];
+        const auto lobe = [&](const Vec3& n) {
+          return h.strength * specular_lobe(h.form, n, l, h.to_camera, h.roughness);
+        };
+        Lobe& at = lobe_[static_cast<std::size_t>(k)];
+        at.value = lobe(normal_);
+        for (std::size_t i = 0; i < 2; ++i) {
+          at.slope[static_cast<Eigen::Index>(i)] = (lobe((normal_ + kTurn * t[i]).normalized()) - at.value) / kTurn;
+        }
+      }
+    }
+  }
+
   [[nodiscard]] double precision(int k, int c) const { return 1.0 / (scale2_ * s_.variance[s_.index(k, c)]); }
 
   void set_all_weights(double w) {
@@ -78,7 +121,7 @@ class TexelSolver {
       ratios_.clear();
       for (int k : candidates_) {
         const double unit = unit_value(k, c);
-        if (unit > 0.0) ratios_.push_back(s_.value[s_.index(k, c)] / unit);
+        if (unit > 0.0) ratios_.push_back((s_.value[s_.index(k, c)] - highlight(k, c)) / unit);
       }
       albedo = ratios_.empty() ? 0.0 : value_at_rank(ratios_, (ratios_.size() - 1) / 2);
     }
@@ -88,7 +131,7 @@ class TexelSolver {
     double sum = 0.0, norm = 0.0;
     for (int k : candidates_) {
       const double unit = unit_value(k, c), w = weight(k) * precision(k, c);
-      sum += w * unit * s_.value[s_.index(k, c)];
+      sum += w * unit * (s_.value[s_.index(k, c)] - highlight(k, c));
       norm += w * unit * unit;
     }
     return norm > 0.0 ? sum / norm : 0.0;
@@ -99,8 +142,7 @@ class TexelSolver {
   [[nodiscard]] double residual(int k) const {
     double sum = 0.0, squares = 0.0;
     for (int c = 0; c < s_.num_channels; ++c) {
-      const double r = (s_.value[s_.index(k, c)] - albedo_[static_cast<std::size_t>(c)] * unit_value(k, c)) *
-                       std::sqrt(precision(k, c));
+      const double r = off(k, c) * std::sqrt(precision(k, c));
       sum += r;
       squares += r * r;
     }
@@ -153,14 +195,14 @@ class TexelSolver {
   /// Sums of the normal equations; albedo rows are diagonal.
   struct Equations {
     std::array<double, kMaxChannels> aa{}, ga{};
-    std::array<Eigen::Vector2d, kMaxChannels> an;
-    Eigen::Matrix2d nn = Eigen::Matrix2d::Zero();
-    Eigen::Vector2d gn = Eigen::Vector2d::Zero();
+    std::array<Vector, kMaxChannels> an;
+    Matrix nn = Matrix::Zero();
+    Vector gn = Vector::Zero();
   };
 
   [[nodiscard]] Equations equations(const std::array<Vec3, 2>& t) {
     Equations e;
-    e.an.fill(Eigen::Vector2d::Zero());
+    e.an.fill(Vector::Zero());
     for (int k : candidates_) {
       if (!(weight(k) > 0.0)) continue;
       const Vec3& l = s_.direction[static_cast<std::size_t>(k)];
@@ -169,8 +211,14 @@ class TexelSolver {
       for (int c = 0; c < s_.num_channels; ++c) {
         const auto i = static_cast<std::size_t>(c);
         const double unit = unit_value(k, c), w = weight(k) * precision(k, c);
-        const double r = s_.value[s_.index(k, c)] - albedo_[i] * unit;
-        const Eigen::Vector2d slope = albedo_[i] * s_.irradiance[s_.index(k, c)] * across;
+        const double r = off(k, c);
+        Vector slope = Vector::Zero();
+        slope.template head<2>() = albedo_[i] * s_.irradiance[s_.index(k, c)] * across;
+        if constexpr (kHasHighlight) {
+          const Lobe& lobe = lobe_[static_cast<std::size_t>(k)];
+          slope.template head<2>() += gain_ * shine_of(k, c) * lobe.slope;
+          slope[2] = shine_of(k, c) * lobe.value;
+        }
         e.aa[i] += w * unit * unit;
         e.ga[i] += w * unit * r;
         e.an[i] += w * unit * slope;
@@ -181,35 +229,51 @@ class TexelSolver {
     return e;
   }
 
-  /// With the albedos eliminated, and the prior's part.
-  [[nodiscard]] Eigen::Matrix2d reduced(const Equations& e) const {
-    Eigen::Matrix2d m = e.nn;
+  /// With the albedos eliminated, and what is known beforehand.
+  [[nodiscard]] Matrix reduced(const Equations& e) const {
+    Matrix m = e.nn;
     for (int c = 0; c < s_.num_channels; ++c) {
       const auto i = static_cast<std::size_t>(c);
       if (e.aa[i] > 0.0) m -= e.an[i] * e.an[i].transpose() / e.aa[i];
     }
-    if (has_prior_) m += prior_ * Eigen::Matrix2d::Identity();
-    m += (1e-12 * e.nn.trace() + std::numeric_limits<double>::min()) * Eigen::Matrix2d::Identity();
+    if (has_prior_) m.template topLeftCorner<2, 2>() += prior_ * Eigen::Matrix2d::Identity();
+    m += (1e-12 * e.nn.trace() + std::numeric_limits<double>::min()) * Matrix::Identity();
+    if constexpr (kHasHighlight) {
+      m(2, 2) += gain_prior_;
+      if (!o_.refine_normal) {
+        m.template topLeftCorner<2, 2>().setIdentity();
+        m.template topRightCorner<2, 1>().setZero();
+        m.template bottomLeftCorner<1, 2>().setZero();
+      }
+    }
     return m;
+  }
+
+  /// Of the unknowns that channels share.
+  [[nodiscard]] Vector shared_step(const Equations& e, const std::array<Vec3, 2>& t) const {
+    if (!kHasHighlight && !o_.refine_normal) return Vector::Zero();
+    Vector g = e.gn;
+    for (int c = 0; c < s_.num_channels; ++c) {
+      const auto i = static_cast<std::size_t>(c);
+      if (e.aa[i] > 0.0) g -= e.an[i] * (e.ga[i] / e.aa[i]);
+    }
+    if (has_prior_) g.template head<2>() += prior_ * Eigen::Vector2d(s_.normal.dot(t[0]), s_.normal.dot(t[1]));
+    if constexpr (kHasHighlight) {
+      g[2] += gain_prior_ * (1.0 - gain_);
+      if (!o_.refine_normal) g.template head<2>().setZero();
+    }
+    Vector turn = reduced(e).inverse() * g;
+    constexpr double kMaxTurn = 0.3;
+    if (!turn.allFinite()) turn.setZero();
+    if (turn.norm() > kMaxTurn) turn *= kMaxTurn / turn.norm();
+    return turn;
   }
 
   /// One Gauss-Newton step. @returns how far it went: turn of the normal plus the share of the albedo.
   double step() {
     const std::array<Vec3, 2> t = tangents(normal_);
     const Equations e = equations(t);
-    Eigen::Vector2d turn(0, 0);
-    if (o_.refine_normal) {
-      Eigen::Vector2d g = e.gn;
-      for (int c = 0; c < s_.num_channels; ++c) {
-        const auto i = static_cast<std::size_t>(c);
-        if (e.aa[i] > 0.0) g -= e.an[i] * (e.ga[i] / e.aa[i]);
-      }
-      if (has_prior_) g += prior_ * Eigen::Vector2d(s_.normal.dot(t[0]), s_.normal.dot(t[1]));
-      turn = reduced(e).inverse() * g;
-      constexpr double kMaxTurn = 0.3;
-      if (!turn.allFinite()) turn.setZero();
-      if (turn.norm() > kMaxTurn) turn *= kMaxTurn / turn.norm();
-    }
+    const Vector turn = shared_step(e, t);
     double change = turn.norm(), largest = 0.0, moved = 0.0;
     for (int c = 0; c < s_.num_channels; ++c) {
       const auto i = static_cast<std::size_t>(c);
@@ -219,12 +283,14 @@ class TexelSolver {
       largest = std::max(largest, std::abs(albedo_[i]));
     }
     normal_ = (normal_ + turn.x() * t[0] + turn.y() * t[1]).normalized();
+    if constexpr (kHasHighlight) gain_ = std::clamp(gain_ + turn[2], 0.0, 2.0);
+    shine();
     if (largest > 0.0) change += moved / largest;
     return change;
   }
 
   TexelFit result() {
-    TexelFit fit{.normal = normal_};
+    TexelFit fit{.normal = normal_, .gain = gain_};
     double num_values = 0.0;
     for (int k : candidates_) {
       if (!(weight(k) > 0.0)) continue;
@@ -234,9 +300,13 @@ class TexelSolver {
       num_values += s_.num_channels;
     }
     const Equations e = equations(tangents(normal_));
-    const Eigen::Matrix2d spread = reduced(e).inverse();
+    Matrix spread = reduced(e).inverse();
     double num_parameters = s_.num_channels;
-    if (o_.refine_normal) num_parameters += 2.0 - (has_prior_ ? prior_ * spread.trace() : 0.0);
+    if (o_.refine_normal)
+      num_parameters += 2.0 - (has_prior_ ? prior_ * spread.template topLeftCorner<2, 2>().trace() : 0.0);
+    else
+      spread.template topLeftCorner<2, 2>().setZero();
+    if constexpr (kHasHighlight) num_parameters += 1.0 - gain_prior_ * spread(2, 2);
     fit.degrees_of_freedom = num_values - num_parameters;
     const double excess = fit.degrees_of_freedom > 0.5 ? std::max(1.0, fit.chi2 / fit.degrees_of_freedom) : 1.0;
     bool is_finite = normal_.allFinite();
@@ -244,8 +314,8 @@ class TexelSolver {
       const auto i = static_cast<std::size_t>(c);
       if (!(e.aa[i] > 0.0)) return {.normal = s_.normal};
       double variance = 1.0 / e.aa[i];
-      if (o_.refine_normal) {
-        const Eigen::Vector2d per_turn = e.an[i] / e.aa[i];
+      if (kHasHighlight || o_.refine_normal) {
+        const Vector per_turn = e.an[i] / e.aa[i];
         variance += per_turn.dot(spread * per_turn);
       }
       fit.albedo[i] = std::max(0.0, albedo_[i]);
@@ -257,10 +327,18 @@ class TexelSolver {
     return fit;
   }
 
+  struct Lobe {
+    double value = 0.0;
+    Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+  };
+
   TexelSamples& s_;
   const TexelFitOptions& o_;
   double scale2_;
   std::vector<double> weight_;
+  std::vector<Lobe> lobe_;
+  double gain_ = 1.0;
+  double gain_prior_ = 0.0;
   std::vector<int> candidates_;
   std::vector<double> ratios_;
   std::array<double, kMaxChannels> albedo_{};
@@ -282,8 +360,34 @@ void TexelSamples::resize(int lights, int channels) {
   variance.resize(n);
 }
 
+double highlight_value(const TexelSamples& samples, int light, int channel, const Vec3& normal) {
+  const TexelHighlight& h = samples.highlight;
+  if (!(h.strength > 0.0)) return 0.0;
+  return h.strength *
+         specular_lobe(h.form, normal, samples.direction[static_cast<std::size_t>(light)], h.to_camera, h.roughness) *
+         h.tint[static_cast<std::size_t>(channel)] * samples.irradiance[samples.index(light, channel)] *
+         std::numbers::pi;
+}
+
+double highlight_share(const TexelSamples& samples, const TexelFit& fit, int channel) {
+  const double albedo = fit.albedo[static_cast<std::size_t>(channel)];
+  double sum = 0.0, norm = 0.0;
+  for (int k = 0; k < samples.num_lights; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    if (samples.state[i] != SampleState::Clean) continue;
+    const double unit = samples.irradiance[samples.index(k, channel)] *
+                            std::max(0.0, fit.normal.dot(samples.direction[i])) +
+                        samples.ambient[static_cast<std::size_t>(channel)],
+                 weight = unit / samples.variance[samples.index(k, channel)];
+    sum += weight * fit.gain * highlight_value(samples, k, channel, fit.normal);
+    norm += weight * unit;
+  }
+  return norm > 0.0 && albedo > 0.0 ? sum / (norm * albedo) : 0.0;
+}
+
 TexelFit fit_texel(TexelSamples& samples, const TexelFitOptions& options) {
-  return TexelSolver(samples, options).solve();
+  if (samples.highlight.strength > 0.0) return TexelSolver<3>(samples, options).solve();
+  return TexelSolver<2>(samples, options).solve();
 }
 
 }  // namespace patinate::capture

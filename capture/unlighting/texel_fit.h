@@ -10,6 +10,16 @@
 
 namespace patinate::capture {
 
+/// The highlight of a texel, as its neighborhood has it.
+struct TexelHighlight {
+  double strength = 0.0;  ///< 0: none.
+  double roughness = 0.5;
+  SpecularForm form = {};
+  std::array<double, 3> tint{};  ///< Of each channel; their mean is 1.
+  Vec3 to_camera = Vec3(0, 0, 1);
+  double freedom = 0.3;  ///< By which the texel's own highlight differs, as a share; standard deviation, > 0.
+};
+
 /// What the lamps show of one texel; arrays of L, or of L x C with the channel running fastest. Reused from texel to
 /// texel.
 struct TexelSamples {
@@ -18,8 +28,9 @@ struct TexelSamples {
   std::vector<Vec3> direction;  ///< Unit, to the lamp.
   std::vector<double>
       irradiance;  ///< That reaches a surface facing the lamp, over pi: times cosine and albedo it is the value.
-  std::vector<double> value;     ///< Photographed, less its highlight.
+  std::vector<double> value;     ///< Photographed.
   std::vector<double> variance;  ///< Of value, before the noise scale.
+  TexelHighlight highlight;
   std::vector<SampleState>
       state;  ///< Clean to begin with where the sample may count; fit_texel() adds Darker and Brighter.
   std::array<double, 3> ambient{};  ///< Irradiance from everywhere over pi, for each channel.
@@ -54,15 +65,23 @@ struct TexelFit {
   std::array<double, 3> albedo{};
   std::array<double, 3> stddev{};
   Vec3 normal = Vec3(0, 0, 1);
+  double gain = 1.0;  ///< The texel's own highlight over the one that was given.
   int num_clean = 0;
   double chi2 = 0.0;                ///< Of the clean samples, in noise_scale units.
   double degrees_of_freedom = 0.0;  ///< Of chi2; the prior's share of the normal is none.
 };
 
-/// Least squares of value = albedo (irradiance max(0, n . l) + ambient) over albedos and the normal they share, by
-/// Gauss-Newton steps with the albedos eliminated. With `reject`, from the median of value / light under the starting
-/// normal, first with Geman and McClure's weights whose width shrinks to rejection_sigma (graduated non-convexity
-/// [Blake and Zisserman 1987]), then with those samples only that are nearer than it. Sets samples.state.
+/// The highlight in one channel's value under a normal.
+[[nodiscard]] double highlight_value(const TexelSamples& samples, int light, int channel, const Vec3& normal);
+
+/// What of a fitted albedo a channel would have more, over itself, if its clean samples were left with their highlight.
+[[nodiscard]] double highlight_share(const TexelSamples& samples, const TexelFit& fit, int channel);
+
+/// Least squares of value = albedo (irradiance max(0, n . l) + ambient) + highlight over albedos, the normal that both
+/// share, and the highlight's gain (about 1, by its freedom), by Gauss-Newton steps with the albedos eliminated. With
+/// `reject`, from the median of value / light under the starting normal, first with Geman and McClure's weights whose
+/// width shrinks to rejection_sigma (graduated non-convexity [Blake and Zisserman 1987]), then with those samples only
+/// that are nearer than it. Sets samples.state.
 [[nodiscard]] TexelFit fit_texel(TexelSamples& samples, const TexelFitOptions& options);
 
 }  // namespace patinate::capture

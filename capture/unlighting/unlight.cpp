@@ -6,6 +6,7 @@
 #include "capture/unlighting/lamp_estimate.h"
 #include "capture/unlighting/specular_choice.h"
 #include "capture/unlighting/specular_fit.h"
+#include "capture/unlighting/specular_form_choice.h"
 #include "capture/unlighting/unlight_work.h"
 #include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
@@ -35,19 +36,20 @@ void fit_row(const UnlightWork& work, const TexelFitOptions& options, int y, Tex
       result.samples.at(x, y, static_cast<int>(k)) = static_cast<std::uint8_t>(texel.state[k]);
     put(result.normal, x, y, fit.is_determined ? fit.normal : vector_of(work.normal, x, y));
     result.mask.at(x, y) = fit.is_determined ? 255 : 0;
+    if (!work.specular.empty()) {
+      result.specular.at(x, y, 0) = work.specular.at(x, y, 0) * static_cast<float>(fit.is_determined ? fit.gain : 1.0);
+      result.specular.at(x, y, 1) = work.specular.at(x, y, 1);
+    }
     for (int c = 0; c < work.num_channels; ++c) {
       result.albedo.at(x, y, c) = static_cast<float>(fit.is_determined ? fit.albedo[static_cast<std::size_t>(c)] : 0.0);
-      result.stddev.at(x, y, c) = static_cast<float>(fit.is_determined ? fit.stddev[static_cast<std::size_t>(c)] : 0.0);
+      const double shared =
+          fit.is_determined && texel.highlight.strength > 0.0
+              ? work.form_deviation * highlight_share(texel, fit, c) * fit.albedo[static_cast<std::size_t>(c)]
+              : 0.0;
+      result.stddev.at(x, y, c) =
+          static_cast<float>(fit.is_determined ? std::hypot(fit.stddev[static_cast<std::size_t>(c)], shared) : 0.0);
     }
   }
-}
-
-void fit_all(const UnlightWork& work, UnlightResult& result, const RunControl& control) {
-  const TexelFitOptions options = work.fit_options();
-  parallel_for(work.height, kRows, control, [&](std::int64_t begin, std::int64_t end) {
-    TexelSamples texel;
-    for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) fit_row(work, options, y, texel, result);
-  });
 }
 
 /// Sums over a few rows of what LightReport and UnlightResult tell.
@@ -66,6 +68,8 @@ void add_row(const UnlightWork& work, int y, const UnlightResult& result, TexelS
     const bool is_determined = result.mask.at(x, y) != 0;
     sums.determined += is_determined ? 1 : 0;
     if (is_determined) work.load(x, y, texel);
+    if (is_determined && !result.specular.empty())
+      texel.highlight.strength = static_cast<double>(result.specular.at(x, y, 0));
     const Vec3 n = vector_of(result.normal, x, y);
     for (int k = 0; k < work.num_lights; ++k) {
       const auto i = static_cast<std::size_t>(k);
@@ -76,7 +80,8 @@ void add_row(const UnlightWork& work, int y, const UnlightResult& result, TexelS
       for (int c = 0; c < work.num_channels; ++c) {
         const auto at = texel.index(k, c);
         const double unit = texel.irradiance[at] * cosine + texel.ambient[static_cast<std::size_t>(c)];
-        const double off = texel.value[at] - static_cast<double>(result.albedo.at(x, y, c)) * unit;
+        const double off =
+            texel.value[at] - static_cast<double>(result.albedo.at(x, y, c)) * unit - highlight_value(texel, k, c, n);
         sums.squares[i] += off * off;
         sums.values[i] += texel.value[at];
         ++sums.clean[i];
@@ -203,6 +208,22 @@ void describe(OptionVisitor& v, UnlightOptions& o) {
           o.shadow_offset_mm);
 }
 
+UnlightResult empty_result(const UnlightWork& work) {
+  return {.albedo = ImageF(work.width, work.height, work.num_channels),
+          .stddev = ImageF(work.width, work.height, work.num_channels),
+          .normal = ImageF(work.width, work.height, 3),
+          .mask = ImageU8(work.width, work.height),
+          .samples = ImageU8(work.width, work.height, work.num_lights)};
+}
+
+void fit_surface(const UnlightWork& work, UnlightResult& result, const RunControl& control) {
+  const TexelFitOptions options = work.fit_options();
+  parallel_for(work.height, kRows, control, [&](std::int64_t begin, std::int64_t end) {
+    TexelSamples texel;
+    for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) fit_row(work, options, y, texel, result);
+  });
+}
+
 double estimate_noise_scale(const UnlightWork& work, const RunControl& control, int max_rounds) {
   constexpr std::int64_t kMaxTexels = 20'000, kChunk = 64;
   constexpr double kLeast = 1e-4, kSettled = 0.02;
@@ -238,24 +259,26 @@ double estimate_noise_scale(const UnlightWork& work, const RunControl& control, 
   return scale;
 }
 
-void subtract_highlights(UnlightWork& work, UnlightResult& result, const RunControl& control) {
+void find_highlights(UnlightWork& work, UnlightResult& result, const RunControl& control) {
   constexpr int kPasses = 3;
   const bool is_chosen = work.options.specular == SpecularMode::Auto;
-  const double share = is_chosen ? 0.85 : 1.0;
+  const double share = is_chosen ? 0.9 : 1.0;
+  result.specular = ImageF(work.width, work.height, 2);
+  work.highlight_base = result.albedo;
+  work.highlight_normal = result.normal;
+  choose_specular_form(work, control.part(0.0, 0.4));
   for (int pass = 0; pass < kPasses; ++pass) {
-    const RunControl part = control.part(share * pass / kPasses, share * (pass + 1) / kPasses);
-    SpecularFit specular = fit_specular(work, result, part.part(0.0, 0.5));
-    work.highlight_normal = result.normal;
-    work.specular = std::move(specular.values);
-    work.lobe = specular.lobe;
-    work.noise_scale = estimate_noise_scale(work, part.part(0.5, 0.6));
-    fit_all(work, result, part.part(0.6, 1.0));
+    const RunControl part =
+        control.part(0.4 + (share - 0.4) * pass / kPasses, 0.4 + (share - 0.4) * (pass + 1) / kPasses);
+    fit_highlights(work, result, part.part(0.0, 0.4));
+    work.noise_scale = estimate_noise_scale(work, part.part(0.4, 0.5));
+    fit_surface(work, result, part.part(0.5, 1.0));
   }
   if (!is_chosen) return;
   const RunControl part = control.part(share, 1.0);
-  keep_shared_highlights(work, part.part(0.0, 0.3));
+  if (!keep_shared_highlights(work, part.part(0.0, 0.3))) return;
   work.noise_scale = estimate_noise_scale(work, part.part(0.3, 0.4));
-  fit_all(work, result, part.part(0.4, 1.0));
+  fit_surface(work, result, part.part(0.4, 1.0));
 }
 
 UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, const RunControl& control) {
@@ -271,16 +294,11 @@ UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, 
         "some of the lamps' strengths (or the ambient light) cannot be told from the photographs: too flat an object, "
         "or too few lamps");
   work.noise_scale = estimate_noise_scale(work, control.part(0.3, 0.35));
-  UnlightResult result{.albedo = ImageF(work.width, work.height, work.num_channels),
-                       .stddev = ImageF(work.width, work.height, work.num_channels),
-                       .normal = ImageF(work.width, work.height, 3),
-                       .mask = ImageU8(work.width, work.height),
-                       .samples = ImageU8(work.width, work.height, work.num_lights)};
-  fit_all(work, result, control.part(0.35, 0.5));
+  UnlightResult result = empty_result(work);
+  fit_surface(work, result, control.part(0.35, 0.5));
   if (options.specular != SpecularMode::None) {
-    subtract_highlights(work, result, control.part(0.5, 0.9));
-    result.specular = work.specular;
-    result.lobe = work.lobe;
+    find_highlights(work, result, control.part(0.5, 0.9));
+    result.form = work.form;
   }
   result.noise_scale = work.noise_scale;
   result.ambient = work.ambient;

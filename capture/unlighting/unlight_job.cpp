@@ -1,5 +1,6 @@
 #include "capture/unlighting/unlight_job.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "capture/unlighting/leave_one_out.h"
@@ -17,7 +18,18 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kUnlightVersion = 1;
+const char* lobe_name(const SpecularForm& form) {
+  return std::isinf(form.tail) ? "beckmann" : form.tail == 2.0 ? "ggx" : "student";
+}
+
+Json form_json(const SpecularForm& form) {
+  return {{"tail", std::isinf(form.tail) ? Json(nullptr) : Json(form.tail)},
+          {"slant", form.slant},
+          {"about", form.is_about_mirror ? "mirror" : "middle"},
+          {"tint", form.tint == SpecularTint::Base ? "base" : "white"}};
+}
+
+constexpr std::int64_t kUnlightVersion = 2;
 constexpr const char* kFactsFile = ".job/work/unlight.json";
 
 Json three(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
@@ -39,7 +51,8 @@ Json facts_of(const UnlightStep& step, const UnlightResult& result, const std::v
   json["is_absolute"] = step.are_strengths_known();
   json["is_converged"] = result.is_converged;
   json["ambient"] = three(result.ambient);
-  json["lobe"] = result.specular.empty() ? Json(nullptr) : Json(result.lobe == SpecularLobe::Ggx ? "ggx" : "beckmann");
+  json["lobe"] = result.specular.empty() ? Json(nullptr) : Json(lobe_name(result.form));
+  json["lobe_form"] = result.specular.empty() ? Json(nullptr) : form_json(result.form);
   json["lights"] = Json::array();
   for (std::size_t k = 0; k < result.lights.size(); ++k) {
     const LightReport& light = result.lights[k];

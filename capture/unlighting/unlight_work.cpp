@@ -98,6 +98,20 @@ void classify(const UnlightWork& work, const ImageU8& shadow, int x, int y, std:
   }
 }
 
+template <typename Image>
+Image thinned(const Image& in, int step) {
+  if (in.empty()) return {};
+  Image out(std::max(1, in.width() / step), std::max(1, in.height() / step), in.channels());
+  for (int y = 0; y < out.height(); ++y) {
+    for (int x = 0; x < out.width(); ++x) {
+      const int from_x = std::min(in.width() - 1, x * step + step / 2),
+                from_y = std::min(in.height() - 1, y * step + step / 2);
+      std::copy_n(in.pixel(from_x, from_y).begin(), in.channels(), out.pixel(x, y).begin());
+    }
+  }
+  return out;
+}
+
 }  // namespace
 
 UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const RunControl& control)
@@ -161,9 +175,10 @@ UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const 
       samples(result.samples),
       ambient(result.ambient),
       noise_scale(result.noise_scale),
-      lobe(result.lobe),
+      form(result.form),
       specular(result.specular),
-      highlight_normal(result.normal) {
+      highlight_normal(result.normal),
+      highlight_base(result.albedo) {
   for (const LightReport& light : result.lights) strengths.push_back(light.strength);
   for (std::uint8_t& state : samples.values()) {
     if (state == static_cast<std::uint8_t>(SampleState::Darker) ||
@@ -172,6 +187,31 @@ UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const 
     }
   }
 }
+
+UnlightInput thinned_input(const UnlightInput& in, int step) {
+  UnlightInput thin{.lights = in.lights, .camera_center = in.camera_center, .view_direction = in.view_direction};
+  for (const ImageF& photo : in.photos) thin.photos.push_back(thinned(photo, step));
+  for (const ImageU8& valid : in.valid) thin.valid.push_back(thinned(valid, step));
+  thin.position_mm = thinned(in.position_mm, step);
+  thin.normal = thinned(in.normal, step);
+  thin.mask = thinned(in.mask, step);
+  return thin;
+}
+
+UnlightWork::UnlightWork(const UnlightInput& thin, const UnlightWork& whole, int step)
+    : input(thin),
+      options(whole.options),
+      width(thin.photos.front().width()),
+      height(thin.photos.front().height()),
+      num_lights(whole.num_lights),
+      num_channels(whole.num_channels),
+      normal(thinned(whole.normal, step)),
+      samples(thinned(whole.samples, step)),
+      strengths(whole.strengths),
+      ambient(whole.ambient),
+      noise_scale(whole.noise_scale),
+      form(whole.form),
+      highlight_step(std::max(1, kHighlightStep / step)) {}
 
 Vec3 UnlightWork::position(int x, int y) const {
   return input.position_mm.empty() ? Vec3(0, 0, 0) : vector_of(input.position_mm, x, y);
@@ -192,28 +232,38 @@ Vec3 UnlightWork::to_camera(int x, int y) const {
   return input.camera_center ? Vec3((*input.camera_center - position(x, y)).normalized()) : input.view_direction;
 }
 
+std::array<double, 3> UnlightWork::tint(SpecularTint kind, int x, int y) const {
+  std::array<double, 3> tint{1.0, 1.0, 1.0};
+  if (kind == SpecularTint::White || num_channels == 1) return tint;
+  double mean = 0.0;
+  for (float v : highlight_base.pixel(x, y)) mean += static_cast<double>(v) / num_channels;
+  if (!(mean > 0.0)) return tint;
+  for (int c = 0; c < num_channels; ++c)
+    tint[static_cast<std::size_t>(c)] = static_cast<double>(highlight_base.at(x, y, c)) / mean;
+  return tint;
+}
+
 void UnlightWork::load(int x, int y, TexelSamples& texel) const {
   load_raw(x, y, texel);
-  if (specular.empty()) return;
-  constexpr double kUncertain = 0.15;  // The lobe's form is a model.
-  const auto strength = static_cast<double>(specular.at(x, y, 0)),
-             roughness = static_cast<double>(specular.at(x, y, 1));
-  if (!(strength > 0.0)) return;
-  const Vec3 n = vector_of(highlight_normal, x, y), eye = to_camera(x, y);
+  if (specular.empty() || !(specular.at(x, y, 0) > 0.0f)) return;
+  texel.highlight = {.strength = static_cast<double>(specular.at(x, y, 0)),
+                     .roughness = static_cast<double>(specular.at(x, y, 1)),
+                     .form = form,
+                     .tint = tint(form.tint, x, y),
+                     .to_camera = to_camera(x, y),
+                     .freedom = highlight_freedom};
+  const Vec3 n = vector_of(highlight_normal, x, y);
   for (int k = 0; k < num_lights; ++k) {
-    const double reflected =
-        strength * specular_lobe(lobe, n, texel.direction[static_cast<std::size_t>(k)], eye, roughness);
     for (int c = 0; c < num_channels; ++c) {
-      const auto at = texel.index(k, c);
-      const double highlight = reflected * texel.irradiance[at] * std::numbers::pi;
-      texel.value[at] -= highlight;
-      texel.variance[at] += kUncertain * kUncertain * highlight * highlight / (noise_scale * noise_scale);
+      const double off = highlight_off * highlight_value(texel, k, c, n) / noise_scale;
+      texel.variance[texel.index(k, c)] += off * off;
     }
   }
 }
 
 void UnlightWork::load_raw(int x, int y, TexelSamples& texel) const {
   texel.resize(num_lights, num_channels);
+  texel.highlight.strength = 0.0;
   const Vec3 n = vector_of(normal, x, y);
   texel.normal = n.squaredNorm() > 0.0 ? Vec3(n.normalized()) : Vec3(0, 0, 1);
   const Vec3 p = position(x, y);

@@ -2,12 +2,14 @@
 /// What the stages of unlighting share. Inside of unlighting only.
 #pragma once
 
-#include <functional>
+#include <array>
 #include <vector>
 
 #include "capture/unlighting/texel_fit.h"
 
 namespace patinate::capture {
+
+inline constexpr int kHighlightStep = 4;
 
 struct UnlightWork {
   /// Checks the input, and says of every sample whether it may count (Clean), or is Outside, Unlit, CastShadow or
@@ -16,6 +18,9 @@ struct UnlightWork {
   UnlightWork(const UnlightInput& input, const UnlightOptions& options, const RunControl& control);
   /// As it was at the end of unlight(); samples that were rejected may count again.
   UnlightWork(const UnlightInput& input, const UnlightOptions& options, const UnlightResult& result);
+
+  /// One texel of every `step` x `step` of another's. @param thin  thinned_input() of its input; outlives this.
+  UnlightWork(const UnlightInput& thin, const UnlightWork& whole, int step);
 
   const UnlightInput& input;
   const UnlightOptions& options;
@@ -28,9 +33,14 @@ struct UnlightWork {
   std::vector<Vec3> strengths;  ///< L, times the given intensities.
   Vec3 ambient = Vec3::Zero();
   double noise_scale = 1.0;
-  SpecularLobe lobe = SpecularLobe::Ggx;
-  ImageF specular;          ///< H x W x 2, as UnlightResult's; subtracted by load() once it is there.
-  ImageF highlight_normal;  ///< H x W x 3, under which it is.
+  SpecularForm form = {};
+  double highlight_freedom = 0.1;  ///< By which texels' highlights differ from their neighborhood's, as a share.
+  double highlight_off = 0.05;     ///< By which highlights are off the form, as a share of them.
+  double form_deviation = 0.0;     ///< Of all highlights together, for the form is not known for sure; a share of them.
+  int highlight_step = kHighlightStep;  ///< One of so many texels tells of highlights: neighbors tell much the same.
+  ImageF specular;                      ///< H x W x 2, as UnlightResult's; load() gives it to the fit once it is there.
+  ImageF highlight_normal;              ///< H x W x 3, of the last fit.
+  ImageF highlight_base;                ///< H x W x C, its albedo.
 
   [[nodiscard]] bool is_surface(int x, int y) const { return is_inside(input.mask, x, y); }
   [[nodiscard]] Vec3 position(int x, int y) const;
@@ -41,11 +51,12 @@ struct UnlightWork {
   [[nodiscard]] TexelFitOptions fit_options() const;
   /// Unit, from a texel to the camera.
   [[nodiscard]] Vec3 to_camera(int x, int y) const;
-  /// Everything that fit_texel() needs of a texel; its highlights are subtracted, and their share of it makes the
-  /// samples less certain.
+  /// Everything that fit_texel() needs of a texel; its highlight makes the samples less certain.
   void load(int x, int y, TexelSamples& texel) const;
-  /// The same with highlights.
+  /// The same without its highlight.
   void load_raw(int x, int y, TexelSamples& texel) const;
+  /// Of the highlight of a texel: the mean over channels is 1.
+  [[nodiscard]] std::array<double, 3> tint(SpecularTint kind, int x, int y) const;
   /// At most `max_count` texels of the surface, spread evenly over it, as y * width + x.
   [[nodiscard]] std::vector<std::int64_t> spread_texels(std::int64_t max_count) const;
 };
@@ -54,6 +65,15 @@ struct UnlightWork {
 /// it. Not below 1e-4.
 /// @param max_rounds  1: of fits to every sample, shadows and highlights included.
 [[nodiscard]] double estimate_noise_scale(const UnlightWork& work, const RunControl& control, int max_rounds = 8);
+
+/// Photographs and maps of one texel of every `step` x `step`; without blockers.
+[[nodiscard]] UnlightInput thinned_input(const UnlightInput& input, int step);
+
+/// Images for fit_surface(), all 0; without highlights.
+[[nodiscard]] UnlightResult empty_result(const UnlightWork& work);
+/// Fits every texel of the surface with the highlights that work has: albedo, stddev, normal, specular, mask and
+/// samples of the result.
+void fit_surface(const UnlightWork& work, UnlightResult& result, const RunControl& control);
 
 [[nodiscard]] inline Vec3 vector_of(const ImageF& image, int x, int y) {
   const auto p = image.pixel(x, y);

@@ -79,7 +79,7 @@ TEST(SharedHighlights, NarrowOnesOfAFewTexelsAreRejectedNotSubtracted) {
       4, 5, {.cast_shadows = false, .gloss_exponent = 400.0, .normal_noise_deg = 1.8, .noise_share = 0.017});
   const double none = error_percent(scene, SpecularMode::None), fit = error_percent(scene, SpecularMode::Fit),
                chosen = error_percent(scene, SpecularMode::Auto);
-  EXPECT_GT(fit, 1.2 * none);  // They pull a wide faint lobe over everything.
+  EXPECT_GT(fit, 1.1 * none);  // They pull a lobe over everything: the scene is one where it matters.
   EXPECT_LT(chosen, 1.02 * none);
 }
 

@@ -1,13 +1,11 @@
 /// \file
 /// Albedo from photographs under known lamps: what one step of a relit capture is turned into, and the highlight that
-/// is fitted to it, a white lobe about the mirror direction.
+/// is fitted to it, a lobe about the mirror direction.
 #pragma once
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
-#include <numbers>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,30 +18,29 @@
 
 namespace patinate::capture {
 
-/// How far from its middle a highlight reaches: Ggx has long tails, Beckmann (nearly Blinn and Phong's) has none.
-enum class SpecularLobe { Ggx, Beckmann };
+/// What color a highlight has under white light: none of its own, as of glass and lacquer, or that of what lies below
+/// it, as of metals.
+enum class SpecularTint { White, Base };
 
-/// A surface shows strength x specular_lobe() x the light that reaches it facing the lamp: F D / 4 of a microfacet
-/// surface whose distribution D, of alpha = roughness^2, is GGX [Walter et al. 2007] or Beckmann's [Cook and Torrance
-/// 1982], with the "implicit" shadowing term (n.l)(n.v) [Hoffman 2013], times n.l. Strength is the reflectance F0 of a
-/// surface that faces camera and lamp: 0.04 for most non-metals.
+/// The shape of a highlight, one for all of a surface; strength and width vary over it.
+struct SpecularForm {
+  /// How fast it falls far from its middle, >= 1.2: Student's t distribution of slopes [Ribardiere et al. 2017]. 2 is
+  /// GGX with its long tails [Walter et al. 2007]; infinite is Beckmann, nearly Blinn and Ward, which has none.
+  double tail = std::numeric_limits<double>::infinity();
+  /// Light falls as cos(lamp)^slant cos(camera)^(slant - 1) beside the distribution: 1 as Blinn [and Hoffman 2013], 1/2
+  /// as Ward, 0 as Cook and Torrance without their shadows; [0, 1].
+  double slant = 1.0;
+  bool is_about_mirror = false;  ///< About the mirrored direction, as Phong; else about the middle of lamp and camera.
+  SpecularTint tint = SpecularTint::White;
+  [[nodiscard]] bool operator==(const SpecularForm&) const = default;
+};
+
+/// A surface shows strength x tint x specular_lobe() x the light that reaches it facing the lamp: F D / 4 of a
+/// microfacet surface whose distribution D has alpha = roughness^2. Strength is the reflectance F0 of a surface that
+/// faces camera and lamp: 0.04 for most non-metals.
 /// @param normal,to_light,to_camera  Unit. @param roughness  (0, 1].
-[[nodiscard]] inline double specular_lobe(SpecularLobe lobe, const Vec3& normal, const Vec3& to_light,
-                                          const Vec3& to_camera, double roughness) {
-  const double cosine = normal.dot(to_light);
-  if (!(cosine > 0.0)) return 0.0;
-  const Vec3 middle = to_light + to_camera;
-  const double length = middle.norm();
-  if (!(length > 1e-12)) return 0.0;
-  const double half = std::max(0.0, normal.dot(middle) / length), half2 = half * half,
-               alpha2 = roughness * roughness * roughness * roughness;
-  if (lobe == SpecularLobe::Beckmann) {
-    if (!(half > 1e-3)) return 0.0;
-    return cosine * std::exp((half2 - 1.0) / (half2 * alpha2)) / (4.0 * std::numbers::pi * alpha2 * half2 * half2);
-  }
-  const double spread = half2 * (alpha2 - 1.0) + 1.0;
-  return cosine * alpha2 / (4.0 * std::numbers::pi * spread * spread);
-}
+[[nodiscard]] double specular_lobe(const SpecularForm& form, const Vec3& normal, const Vec3& to_light,
+                                   const Vec3& to_camera, double roughness);
 
 /// One step, in the view of the result: pixel (x, y) of every image shows the same place of the surface. Lamps,
 /// positions, normals and blockers share one frame (the scanner's). H x W is the size of the first photograph.
@@ -106,13 +103,13 @@ struct LightReport {
 };
 
 struct UnlightResult {
-  ImageF albedo = {};    ///< H x W x C; 0 where not determined.
-  ImageF stddev = {};    ///< H x W x C, standard deviation of the albedo.
-  ImageF normal = {};    ///< H x W x 3, unit; the scan's where not determined.
-  ImageF specular = {};  ///< H x W x 2: strength and roughness as of specular_lobe(); empty with SpecularMode::None.
-  SpecularLobe lobe = SpecularLobe::Ggx;  ///< Which the photographs fit better.
-  ImageU8 mask = {};                      ///< 255 = determined.
-  ImageU8 samples = {};                   ///< H x W x L, SampleState.
+  ImageF albedo = {};      ///< H x W x C; 0 where not determined.
+  ImageF stddev = {};      ///< H x W x C, standard deviation of the albedo.
+  ImageF normal = {};      ///< H x W x 3, unit; the scan's where not determined.
+  ImageF specular = {};    ///< H x W x 2: strength and roughness as of specular_lobe(); empty with SpecularMode::None.
+  SpecularForm form = {};  ///< Of the highlights, which foretells left-out lamps best.
+  ImageU8 mask = {};       ///< 255 = determined.
+  ImageU8 samples = {};    ///< H x W x L, SampleState.
   std::vector<LightReport> lights = {};
   double noise_scale = 1.0;     ///< Residuals over what noise_floor and noise_share expect.
   double residual = 0.0;        ///< Root mean square over all clean samples, over their mean.

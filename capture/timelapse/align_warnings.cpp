@@ -54,6 +54,14 @@ std::string text_of(const Chosen& chosen, std::size_t num_photos, const What& wh
          " (" + photo_list(chosen.names) + "); the worst is " + chosen.names.front() + ": " + value;
 }
 
+/// Whether one of the named photographs was laid by a similarity, so that another view may fit better.
+bool is_any_similarity(const Json& photos, const std::vector<std::string>& names) {
+  return std::any_of(photos.begin(), photos.end(), [&](const Json& photo) {
+    return photo.value("model", "") == "similarity" &&
+           std::find(names.begin(), names.end(), photo.at("photo").get<std::string>()) != names.end();
+  });
+}
+
 }  // namespace
 
 std::vector<HistoryWarning> report_alignment(const IngestWork& work, const fs::path& folder) {
@@ -88,7 +96,9 @@ std::vector<HistoryWarning> report_alignment(const IngestWork& work, const fs::p
       photos, "residual_px", [](double v) { return v > kMostResidual_px; }, true);
   add(WarningSubject::Motion, loose, {"lies over the others only roughly", "lie over the others only roughly"},
       "its details disagree by " + hundredths(loose.worst) + " px of the reference photograph",
-      "`align_model` \"homography\" for a tilted view; `landmarks`; or a coarser photograph as `align_to`", 0.5);
+      std::string(is_any_similarity(photos, loose.names) ? "`align_model` \"homography\" for a tilted view; " : "") +
+          "`landmarks`; or a coarser photograph as `align_to`",
+      0.5);
   const Chosen coarse = choose(
       photos, "pixels_per_reference_pixel", [](double v) { return v < kLeastFineness; }, false);
   add(WarningSubject::Series, coarse,

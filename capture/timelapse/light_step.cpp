@@ -69,6 +69,7 @@ std::optional<StaticLight> take_static_light_out(HistoryWriter& writer, const In
                                                  const ImageU8& mask, const RunControl& control) {
   const RepairOptions& options = work.options.repair;
   if (options.static_light == StaticLightRule::Keep || !options.flat_field.empty()) return std::nullopt;
+  if (work.project.is_handheld()) return std::nullopt;  // The lamp stands where it stands, the camera does not.
   const LightSize size = light_size(work.project);
   const StaticLight light =
       find_static_light(small_frames(writer.manifest(), folder, size, control), small_mask(mask, size));

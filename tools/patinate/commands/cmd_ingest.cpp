@@ -78,6 +78,12 @@ void note_alignment(const std::filesystem::path& output, CommandRun& run) {
 
 int ingest_relit(CommandRun& run, const std::filesystem::path& file, capture::RelitOptions options,
                  const capture::IngestOptions& shared, const std::filesystem::path& output) {
+  for (const char* name : {"align", "align-model", "align-to", "mask-background", "static-light", "deviations",
+                           "stabilize", "deflicker", "flat-field", "highlights"}) {
+    if (run.line.is_given(name))
+      throw UsageError(std::string("--") + name + ": is for captures of a fixed camera; " + file.string() +
+                       " is of kind relit");
+  }
   options.scan = shared.scan;
   options.fill = shared.repair.fill;
   options.progress = shared.progress;

@@ -11,6 +11,7 @@
 #include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/history_warnings.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {

@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "capture/alignment/clear_matches.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
 
@@ -72,18 +73,6 @@ MatchedImage prepare(const ImageF& image) {
   return result;
 }
 
-/// Index of the best match of every row of `from` that passes the ratio test, else -1.
-std::vector<int> best_matches(const cv::Mat& from, const cv::Mat& to) {
-  std::vector<std::vector<cv::DMatch>> found;
-  cv::BFMatcher(cv::NORM_L2).knnMatch(from, to, found, 2);
-  std::vector<int> best;
-  for (const auto& match : found) {
-    const bool is_clear = match.size() == 2 && match[0].distance < kRatio * match[1].distance;
-    best.push_back(is_clear ? match[0].trainIdx : -1);
-  }
-  return best;
-}
-
 struct Matches {
   std::vector<cv::Point2f> in_image;
   std::vector<cv::Point2f> in_reference;
@@ -91,8 +80,8 @@ struct Matches {
 
 Matches match(const MatchedImage& reference, const MatchedImage& image) {
   Matches matches;
-  const std::vector<int> forth = best_matches(image.descriptors, reference.descriptors);
-  const std::vector<int> back = best_matches(reference.descriptors, image.descriptors);
+  const std::vector<int> forth = clear_matches(image.descriptors, reference.descriptors, kRatio);
+  const std::vector<int> back = clear_matches(reference.descriptors, image.descriptors, kRatio);
   for (std::size_t i = 0; i < forth.size(); ++i) {
     if (forth[i] < 0 || back[static_cast<std::size_t>(forth[i])] != static_cast<int>(i)) continue;
     matches.in_image.push_back(image.points[i].pt);

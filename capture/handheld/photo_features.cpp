@@ -5,6 +5,7 @@
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "capture/alignment/clear_matches.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {
@@ -71,18 +72,6 @@ cv::Mat descriptors_of(const PhotoFeatures& f) {
   return numbers;
 }
 
-/// Index of the nearest of `to` for every row of `from` that passes the ratio test, else -1.
-std::vector<int> nearest(const cv::Mat& from, const cv::Mat& to) {
-  std::vector<std::vector<cv::DMatch>> found;
-  cv::BFMatcher(cv::NORM_L2).knnMatch(from, to, found, 2);
-  std::vector<int> best;
-  for (const auto& match : found) {
-    const bool is_clear = match.size() == 2 && match[0].distance < kRatio * match[1].distance;
-    best.push_back(is_clear ? match[0].trainIdx : -1);
-  }
-  return best;
-}
-
 }  // namespace
 
 PhotoFeatures find_features(const ImageF& color, const ImageU8& shown) {
@@ -121,7 +110,7 @@ std::vector<std::pair<int, int>> match_features(const PhotoFeatures& a, const Ph
   std::vector<std::pair<int, int>> matches;
   if (a.points.size() < 2 || b.points.size() < 2) return matches;
   const cv::Mat of_a = descriptors_of(a), of_b = descriptors_of(b);
-  const std::vector<int> forth = nearest(of_a, of_b), back = nearest(of_b, of_a);
+  const std::vector<int> forth = clear_matches(of_a, of_b, kRatio), back = clear_matches(of_b, of_a, kRatio);
   for (std::size_t i = 0; i < forth.size(); ++i) {
     if (forth[i] >= 0 && back[static_cast<std::size_t>(forth[i])] == static_cast<int>(i))
       matches.emplace_back(static_cast<int>(i), forth[i]);

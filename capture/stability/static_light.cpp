@@ -14,8 +14,9 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kNumWindows = 12;     ///< Along the longer side.
-constexpr std::size_t kFewest = 6;  ///< Frames: three in each half.
+constexpr int kNumWindows = 12;              ///< Along the longer side.
+constexpr int kLeastSide = 4 * kNumWindows;  ///< px: windows are means of sixteen.
+constexpr std::size_t kFewest = 6;           ///< Frames: three in each half.
 constexpr float kNearBlack = 0.002f, kNearWhite = 0.96f;
 constexpr double kEnd = 0.02;        ///< Share of the windows at either end that no ratio counts.
 constexpr double kExplained = 0.3;   ///< As find_uneven_light() asks for.
@@ -186,7 +187,7 @@ double LampReflection::at(const PicturePoint& p) const {
 }
 
 StaticLight find_static_light(const std::vector<ImageF>& frames, const ImageU8& mask) {
-  if (frames.size() < kFewest) return {};
+  if (frames.size() < kFewest || std::max(frames.front().width(), frames.front().height()) < kLeastSide) return {};
   Evidence e{.whole = windows_of(frames, mask), .first = {}, .second = {}};
   if (!is_enough(e.whole)) return {};
   const LightFit all = fit_light(e.whole, {.lamp = true, .reflection = true});

@@ -51,7 +51,8 @@ struct StaticLight {
 /// - fits of the reflection agree likewise (0.9: it is fitted to what the lamp leaves); its middle lies inside, adds
 ///   0.05 of the picture's light, and is wider than a window; nowhere is it more than the light itself, but for one
 ///   sample in 1,000.
-/// @param frames  As find_uneven_light() has them. Six or more, or nothing is found. @param mask  May be empty.
+/// @param frames  As find_uneven_light() has them. Six or more, of 48 px or more, or nothing is found. @param mask  May
+/// be empty.
 /// @throws InvalidInput if sizes differ.
 [[nodiscard]] StaticLight find_static_light(const std::vector<ImageF>& frames, const ImageU8& mask);
 

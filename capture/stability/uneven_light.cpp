@@ -22,6 +22,7 @@ constexpr double kLeastUsed = 0.25;      ///< Of the picture.
 constexpr double kReplaced = 0.2;        ///< Change of a channel's logarithm that makes a pixel another surface.
 constexpr double kLeastReplaced = 0.25;  ///< Of the picture, for evidence.
 constexpr double kSameDetail = 0.5;      ///< Correlation from which on the old surface shines through.
+constexpr double kLeastDetail = 0.02;    ///< Standard deviation of logarithms: twice a photograph's noise.
 constexpr double kStayed = 0.7, kWent = 0.5;
 constexpr double kUncolored = 0.8;
 constexpr double kLeastExplained = 0.3;
@@ -186,7 +187,9 @@ bool is_surface_replaced(const std::vector<ImageF>& frames, const ImageU8& mask)
   if (known_share(parts.before) < kLeastReplaced) return false;
   const int width = frames.front().width();
   const Split before = split(parts.before, width, kEvidenceOrder), after = split(parts.after, width, kEvidenceOrder);
-  return spread_of(before.detail, after.detail).correlation() <= kSameDetail;
+  const Spread detail = spread_of(before.detail, after.detail);
+  // Where there is no detail to be gone, a smooth surface may have become brighter or darker as a whole.
+  return std::min(detail.a, detail.b) >= kLeastDetail * kLeastDetail && detail.correlation() <= kSameDetail;
 }
 
 UnevenLight find_uneven_light(const std::vector<ImageF>& frames, const ImageU8& mask) {

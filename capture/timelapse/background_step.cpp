@@ -26,25 +26,14 @@ constexpr double kMixed_px = 3.0;        ///< Of the photographs: what JPEG's ha
 constexpr double kSmooth_px = 1.0;       ///< Of the reduced ones: grain makes the outline ragged.
 constexpr std::size_t kMostFrames = 48;  ///< That are compared for what never changes.
 
-struct Size {
-  int width, height;
-};
-
-Size reduced(const CaptureProject& project) {
-  const double factor =
-      std::min(1.0, static_cast<double>(kBackgroundSide) / std::max(project.width(), project.height()));
-  const auto side = [factor](int v) { return std::max(1, static_cast<int>(std::lround(v * factor))); };
-  return {side(project.width()), side(project.height())};
-}
-
-ImageF reduced_codes(const fs::path& folder, int index, const Size& size) {
+ImageF reduced_codes(const fs::path& folder, int index, const PixelSize& size) {
   ImageF codes = downscale_area(read_color(folder / HistoryWriter::frame_file(index)), size.width, size.height);
   std::transform(codes.values().begin(), codes.values().end(), codes.values().begin(), srgb_from_linear);
   return codes;
 }
 
 /// What the photograph shows; empty when it shows all.
-ImageU8 reduced_known(const IngestWork& work, const fs::path& folder, int index, const Size& size) {
+ImageU8 reduced_known(const IngestWork& work, const fs::path& folder, int index, const PixelSize& size) {
   if (!has_validity(work)) return {};
   ImageF shown = read_gray(folder / validity_file(index));
   for (float& v : shown.values()) v = v > 0.0f ? 1.0f : 0.0f;
@@ -55,7 +44,7 @@ ImageU8 reduced_known(const IngestWork& work, const fs::path& folder, int index,
   return known;
 }
 
-ImageU8 background_of(const IngestWork& work, const fs::path& folder, int index, const Size& size,
+ImageU8 background_of(const IngestWork& work, const fs::path& folder, int index, const PixelSize& size,
                       const BackgroundRule& rule) {
   const ImageF codes = reduced_codes(folder, index, size);
   if (rule.kind == Kind::Color) return keyed_background(codes, rule.color);
@@ -66,7 +55,7 @@ ImageU8 background_of(const IngestWork& work, const fs::path& folder, int index,
                     " of its border are of one color; give --mask-background '#rrggbb', or a `mask`, or `exclude` it");
 }
 
-std::vector<ImageU8> backgrounds(const IngestWork& work, const fs::path& folder, const Size& size,
+std::vector<ImageU8> backgrounds(const IngestWork& work, const fs::path& folder, const PixelSize& size,
                                  const BackgroundRule& rule, const RunControl& control) {
   const std::size_t num_frames = work.project.frames.size();
   if (rule.kind == Kind::Unchanging) {
@@ -138,7 +127,8 @@ std::vector<HistoryWarning> take_background_off(const IngestWork& work, const fs
                                                 const RunControl& control) {
   const BackgroundRule rule = background_rule(work.options.background.mask_background);
   if (rule.kind == Kind::Off) return {};
-  const std::vector<ImageU8> found = backgrounds(work, folder, reduced(work.project), rule, control);
+  const std::vector<ImageU8> found =
+      backgrounds(work, folder, reduced_size(work.project, kBackgroundSide), rule, control);
   const Image<std::int32_t> counts = counts_of(found);
   const ImageU8 object = enlarged_object(counts, work.project);
   if (mask.empty()) mask = ImageU8(object.width(), object.height(), 1, 255);

@@ -15,12 +15,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-RunControl one_thread() {
-  RunControl control;  // Frames run side by side already.
-  control.num_threads = 1;
-  return control;
-}
-
 /// Motion of pixels in the roi as a map from roi pixels to pixels of the whole photograph.
 Eigen::Affine2d photo_from_roi(const PixelRectangle& roi, const Eigen::Affine2d& motion) {
   return Eigen::Translation2d(roi.x, roi.y) * motion;

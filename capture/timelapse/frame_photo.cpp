@@ -16,12 +16,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-RunControl one_thread() {
-  RunControl control;  // Frames run side by side already.
-  control.num_threads = 1;
-  return control;
-}
-
 ImageF roi_of(const ImageF& whole, const PixelRectangle& roi) {
   return crop(whole, roi.x, roi.y, roi.width, roi.height);
 }
@@ -47,6 +41,12 @@ void fill_from_reference(ImageF& color, const ImageU8& shown, const ImageF& refe
 }
 
 }  // namespace
+
+RunControl one_thread() {
+  RunControl control;  // Frames run side by side already.
+  control.num_threads = 1;
+  return control;
+}
 
 ImageU8 opaque_part(const CapturePhoto& photo) {
   if (!photo.has_alpha) return {};

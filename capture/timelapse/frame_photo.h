@@ -5,9 +5,13 @@
 #include <filesystem>
 
 #include "capture/timelapse/ingest_work.h"
+#include "patinate/core/run_control.h"
 #include "patinate/image/image.h"
 
 namespace patinate::capture {
+
+/// For work inside of one frame: frames run side by side already.
+[[nodiscard]] RunControl one_thread();
 
 /// 255 where a photograph is opaque; empty when it has no alpha. Of the photograph's size. @throws IoError
 [[nodiscard]] ImageU8 opaque_part(const CapturePhoto& photo);

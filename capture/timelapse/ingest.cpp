@@ -1,6 +1,7 @@
 #include "capture/timelapse/ingest.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -119,6 +120,12 @@ void describe(OptionVisitor& v, IngestOptions& o) {
   describe(v, o.scan);
   describe(v, o.background);
   describe(v, o.align);
+}
+
+PixelSize reduced_size(const CaptureProject& project, int longest) {
+  const double factor = std::min(1.0, static_cast<double>(longest) / std::max(project.width(), project.height()));
+  const auto side = [factor](int v) { return std::max(1, static_cast<int>(std::lround(v * factor))); };
+  return {side(project.width()), side(project.height())};
 }
 
 HistoryManifest IngestWork::manifest() const {

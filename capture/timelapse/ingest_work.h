@@ -40,6 +40,12 @@ struct IngestWork {
   [[nodiscard]] HistoryManifest manifest() const;
 };
 
+struct PixelSize {
+  int width, height;
+};
+/// Of a history whose longer side is reduced to `longest` pixels, if it has more; 1 or more either way.
+[[nodiscard]] PixelSize reduced_size(const CaptureProject& project, int longest);
+
 /// Content of every frame's image. @throws IoError
 [[nodiscard]] std::vector<std::string> ingest_photo_keys(const CaptureProject& project);
 /// Key of what frame `index` depends on.

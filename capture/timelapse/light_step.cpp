@@ -19,20 +19,8 @@ namespace {
 
 constexpr std::size_t kMaxFrames = 12;  ///< That the light is looked for in.
 
-/// Size to which frames are reduced to look at their light.
-struct LightSize {
-  int width, height;
-};
-
-LightSize light_size(const CaptureProject& project) {
-  const double factor =
-      std::min(1.0, static_cast<double>(kUnevenLightSide) / std::max(project.width(), project.height()));
-  const auto small = [&](int side) { return std::max(1, static_cast<int>(std::lround(side * factor))); };
-  return {small(project.width()), small(project.height())};
-}
-
 /// The finished frames, small.
-std::vector<ImageF> small_frames(const HistoryManifest& history, const fs::path& folder, const LightSize& size,
+std::vector<ImageF> small_frames(const HistoryManifest& history, const fs::path& folder, const PixelSize& size,
                                  const RunControl& control) {
   const std::size_t num_frames = history.frames.size(), count = std::min(num_frames, kMaxFrames);
   std::vector<ImageF> frames;
@@ -45,7 +33,7 @@ std::vector<ImageF> small_frames(const HistoryManifest& history, const fs::path&
 }
 
 /// Pixels that the mask has all of.
-ImageU8 small_mask(const ImageU8& mask, const LightSize& size) {
+ImageU8 small_mask(const ImageU8& mask, const PixelSize& size) {
   if (mask.empty()) return {};
   ImageF shares(mask.width(), mask.height());
   std::transform(mask.values().begin(), mask.values().end(), shares.values().begin(),
@@ -70,7 +58,7 @@ std::optional<StaticLight> take_static_light_out(HistoryWriter& writer, const In
   const RepairOptions& options = work.options.repair;
   if (options.static_light == StaticLightRule::Keep || !options.flat_field.empty()) return std::nullopt;
   if (work.project.is_handheld()) return std::nullopt;  // The lamp stands where it stands, the camera does not.
-  const LightSize size = light_size(work.project);
+  const PixelSize size = reduced_size(work.project, kUnevenLightSide);
   const StaticLight light =
       find_static_light(small_frames(writer.manifest(), folder, size, control), small_mask(mask, size));
   if (!light.is_any()) return std::nullopt;
@@ -94,7 +82,7 @@ std::vector<HistoryWarning> look_at_light(const HistoryWriter& writer, const Ing
   Json survey = fs::exists(file) ? load_json(file) : survey_of_one();
   SeriesLight report;
   report.static_light = static_light;
-  const LightSize size = light_size(project);
+  const PixelSize size = reduced_size(project, kUnevenLightSide);
   report.uneven = find_uneven_light(small_frames(writer.manifest(), folder, size, control), small_mask(mask, size));
   const RepairTables& tables = repair_tables(work, folder);
   if (!tables.flat_field.empty()) report.flat_field = flat_field_report(tables.flat_field);

@@ -153,6 +153,23 @@ TEST(StaticLight, ASurfaceThatStaysProvesNothing) {
   EXPECT_FALSE(find_static_light(frames, {}).is_any());
 }
 
+TEST(StaticLight, ASmoothSurfaceThatGrowsBrighterProvesNothing) {
+  // A gray ramp under diffuse light, brighter from frame to frame: there is no old detail that could be gone.
+  std::vector<ImageF> frames;
+  RandomStream random(4, 0);
+  for (int f = 0; f < kNumFrames; ++f) {
+    ImageF frame(kSide, kSide, 3);
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) {
+        const double gray = (0.05 + 0.02 * f) * (1.0 + 0.03 * x + 0.01 * y) * (1.0 + 0.005 * random.normal());
+        for (int c = 0; c < 3; ++c) frame.at(x, y, c) = static_cast<float>(gray);
+      }
+    }
+    frames.push_back(std::move(frame));
+  }
+  EXPECT_FALSE(find_static_light(frames, {}).is_any());
+}
+
 TEST(StaticLight, FewFramesProveNothing) {
   std::vector<ImageF> frames = growing_patches(10);
   light(frames, {});

@@ -378,7 +378,7 @@ test("the colors of amounts and counters span what is there, with numbers and a 
     assert.ok(Math.abs(overlay.high * (plane / 255) ** 2 / overlay.most - 1) < 0.02, JSON.stringify({ overlay, plane }));
     assert.ok(overlay.most > overlay.high / 4 && overlay.range[1] <= overlay.most, JSON.stringify(overlay));
     const text = await page.locator(".legend").textContent();
-    assert.match(text, name === "water" ? /water \(amount\)/ : /hits \(number\)/);
+    assert.match(text, name === "water" ? /water \(amount\)/ : /hits \(1\/mm2\)/);
     const said = Number(/0([\d.]+)(?: and more|$)/.exec(text.replace(/^.*\)/, ""))?.[1]);
     assert.ok(Math.abs(said / overlay.range[1] - 1) < 0.01, `${text}: ${overlay.range[1]}`);
   }

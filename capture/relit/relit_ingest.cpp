@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "capture/relit/relit_work.h"
+#include "capture/unlighting/unlight_job.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
@@ -86,7 +87,7 @@ std::string common_key(const RelitWork& work) {
   hash.add("relit").add(kStageVersion).add(rig_text(work.project)).add(work.step_keys[work.project.reference]);
   hash.add(std::int64_t{work.options.accept_failed});
   for (const auto& [name, value] : option_values(work.options.registration)) hash.add(name).add(value);
-  for (const auto& [name, value] : option_values(work.options.unlight)) hash.add(name).add(value);
+  for (const auto& [name, value] : key_values(work.options.unlight)) hash.add(name).add(value);
   return hash.hex();
 }
 
@@ -114,7 +115,7 @@ JobInputs inputs_of(const RelitWork& work) {
     inputs.add_value("time of " + work.step_name(i), number_text(project.steps[i].time));
   }
   inputs.add_options(option_values(work.options.registration));
-  inputs.add_options(option_values(work.options.unlight));
+  inputs.add_options(key_values(work.options.unlight));
   inputs.add_options(option_values(work.options.scan));
   inputs.add_options(option_values(work.options.fill));
   inputs.add_options(option_values(work.options.progress));

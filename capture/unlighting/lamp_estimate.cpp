@@ -70,7 +70,7 @@ class TexelEquations {
       for (int c = 0; c < channels; ++c) {
         const auto i = texel_.index(k, c);
         const double albedo = fit.albedo[static_cast<std::size_t>(c)], lit = texel_.irradiance[i] * cosine,
-                     ambient = texel_.ambient[static_cast<std::size_t>(c)];
+                     ambient = texel_.ambient[i];
         const double w = 1.0 / (texel_.variance[i] * options_.noise_scale * options_.noise_scale);
         const double residual = texel_.value[i] - albedo * (lit + ambient);
         row.setZero();

@@ -35,8 +35,7 @@ void predict(const UnlightWork& work, const UnlightResult& result, const TexelFi
     double predicted = 0.0, seen = 0.0;
     for (int c = 0; c < work.num_channels; ++c) {
       const auto at = texel.index(k, c);
-      predicted += fit.albedo[static_cast<std::size_t>(c)] *
-                   (texel.irradiance[at] * cosine + texel.ambient[static_cast<std::size_t>(c)]);
+      predicted += fit.albedo[static_cast<std::size_t>(c)] * (texel.irradiance[at] * cosine + texel.ambient[at]);
       predicted += fit.gain * highlight_value(texel, k, c, fit.normal);
       seen += texel.value[at];
     }

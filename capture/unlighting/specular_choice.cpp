@@ -80,7 +80,7 @@ double lamp_cost(const TexelSamples& samples, const std::vector<double>& plain_v
   for (int c = 0; c < samples.num_channels; ++c) {
     const auto at = samples.index(lamp, c), channel = static_cast<std::size_t>(c);
     const double off = samples.value[at] -
-                       fit.albedo[channel] * (samples.irradiance[at] * cosine + samples.ambient[channel]) -
+                       fit.albedo[channel] * (samples.irradiance[at] * cosine + samples.ambient[at]) -
                        fit.gain * highlight_value(samples, lamp, c, fit.normal);
     cost += off * off / (scale2 * samples.variance[at]) + std::log(samples.variance[at] / plain_variance[at]);
   }

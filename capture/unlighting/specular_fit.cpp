@@ -140,7 +140,7 @@ class TexelLobes {
       for (int c = 0; c < channels; ++c) {
         const auto i = texel_.index(k, c);
         const double a = static_cast<double>(fitted.albedo.at(x, y, c)),
-                     unit = texel_.irradiance[i] * cosine + texel_.ambient[static_cast<std::size_t>(c)];
+                     unit = texel_.irradiance[i] * cosine + texel_.ambient[i];
         s.slope(c, c) = unit;
         const double highlight = highlight_value(texel_, k, c, n);
         for (int t = 0; t < 2; ++t) {

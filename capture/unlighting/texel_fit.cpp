@@ -69,7 +69,7 @@ class TexelSolver {
   [[nodiscard]] double cosine(int k) const { return normal_.dot(s_.direction[static_cast<std::size_t>(k)]); }
   /// What a texel of albedo 1 shows.
   [[nodiscard]] double unit_value(int k, int c) const {
-    return s_.irradiance[s_.index(k, c)] * std::max(0.0, cosine(k)) + s_.ambient[static_cast<std::size_t>(c)];
+    return s_.irradiance[s_.index(k, c)] * std::max(0.0, cosine(k)) + s_.ambient[s_.index(k, c)];
   }
   /// What a lamp shows beside the diffuse light.
   [[nodiscard]] double highlight(int k, int c) const {
@@ -356,6 +356,7 @@ void TexelSamples::resize(int lights, int channels) {
   direction.resize(l);
   state.resize(l);
   irradiance.resize(n);
+  ambient.resize(n);
   value.resize(n);
   variance.resize(n);
 }
@@ -377,7 +378,7 @@ double highlight_share(const TexelSamples& samples, const TexelFit& fit, int cha
     if (samples.state[i] != SampleState::Clean) continue;
     const double unit = samples.irradiance[samples.index(k, channel)] *
                             std::max(0.0, fit.normal.dot(samples.direction[i])) +
-                        samples.ambient[static_cast<std::size_t>(channel)],
+                        samples.ambient[samples.index(k, channel)],
                  weight = unit / samples.variance[samples.index(k, channel)];
     sum += weight * fit.gain * highlight_value(samples, k, channel, fit.normal);
     norm += weight * unit;

@@ -28,13 +28,14 @@ struct TexelSamples {
   std::vector<Vec3> direction;  ///< Unit, to the lamp.
   std::vector<double>
       irradiance;  ///< That reaches a surface facing the lamp, over pi: times cosine and albedo it is the value.
+  std::vector<double>
+      ambient;  ///< Irradiance over pi that comes whatever the normal: from everywhere, and from the surface itself.
   std::vector<double> value;     ///< Photographed.
   std::vector<double> variance;  ///< Of value, before the noise scale.
   TexelHighlight highlight;
   std::vector<SampleState>
       state;  ///< Clean to begin with where the sample may count; fit_texel() adds Darker and Brighter.
-  std::array<double, 3> ambient{};  ///< Irradiance from everywhere over pi, for each channel.
-  Vec3 normal = Vec3(0, 0, 1);      ///< Where to begin; the scan's.
+  Vec3 normal = Vec3(0, 0, 1);  ///< Where to begin; the scan's.
 
   void resize(int lights, int channels);
   [[nodiscard]] std::size_t index(int light, int channel) const {

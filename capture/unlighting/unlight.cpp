@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "capture/unlighting/interreflection.h"
 #include "capture/unlighting/lamp_estimate.h"
 #include "capture/unlighting/specular_choice.h"
 #include "capture/unlighting/specular_fit.h"
@@ -79,7 +80,7 @@ void add_row(const UnlightWork& work, int y, const UnlightResult& result, TexelS
       const double cosine = std::max(0.0, n.dot(texel.direction[i]));
       for (int c = 0; c < work.num_channels; ++c) {
         const auto at = texel.index(k, c);
-        const double unit = texel.irradiance[at] * cosine + texel.ambient[static_cast<std::size_t>(c)];
+        const double unit = texel.irradiance[at] * cosine + texel.ambient[at];
         const double off =
             texel.value[at] - static_cast<double>(result.albedo.at(x, y, c)) * unit - highlight_value(texel, k, c, n);
         sums.squares[i] += off * off;
@@ -199,6 +200,8 @@ void describe(OptionVisitor& v, UnlightOptions& o) {
   v.visit({"strengths", "find the lamps' strengths, of which the given intensities are only a guess"},
           o.estimate_strengths);
   v.visit({"ambient", "find the light from everywhere that was not subtracted"}, o.estimate_ambient);
+  v.visit({"interreflection", "take off the light that the surface throws into its own hollows; needs a scan"},
+          o.interreflection);
   v.visit({"noise_floor", "noise of a photograph's value that does not depend on it", "", above(0)}, o.noise_floor);
   v.visit({"noise_share", "noise that grows with the value, as a share of it", "", between(0, 1)}, o.noise_share);
   v.visit({"min_cosine", "light that grazes more does not count", "", {0, 0.99}}, o.min_cosine);
@@ -281,6 +284,34 @@ void find_highlights(UnlightWork& work, UnlightResult& result, const RunControl&
   fit_surface(work, result, part.part(0.4, 1.0));
 }
 
+/// Fits again, with the light that the surface throws onto itself as the first fit and the photographs have it.
+void take_off_interreflection(UnlightWork& work, LampEstimate& lamps, UnlightResult& result,
+                              const RunControl& control) {
+  Interreflection found = gather_interreflection(work, result, control.part(0.0, 0.6));
+  work.indirect = std::move(found.irradiance);
+  result.interreflection = InterreflectionReport{.unseen = found.unseen_share};
+  if (work.options.estimate_strengths || work.options.estimate_ambient)
+    lamps = estimate_lamps(work, control.part(0.6, 0.7));
+  work.noise_scale = estimate_noise_scale(work, control.part(0.7, 0.8));
+  fit_surface(work, result, control.part(0.8, 1.0));
+}
+
+/// Says how much of the light was the surface's own, and keeps it for those who predict photographs.
+void report_interreflection(UnlightWork& work, UnlightResult& result) {
+  const double unseen = result.interreflection->unseen;
+  result.interreflection = interreflection_shares(work, result);
+  result.interreflection->unseen = unseen;
+  result.notes.push_back("of the light that texels show, " + fixed_percent_text(result.interreflection->median) +
+                         " (median; " + fixed_percent_text(result.interreflection->p95) +
+                         " at the 95th percentile) came from other places of the surface and was taken off");
+  constexpr double kMuch = 0.25;
+  if (unseen > kMuch) {
+    result.notes.push_back(fixed_percent_text(unseen) +
+                           " of what its hollows face is not seen by the camera; it was given the median albedo");
+  }
+  result.indirect = std::move(work.indirect);
+}
+
 UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, const RunControl& control) {
   std::vector<std::string> notes;
   UnlightWork work(input, options, control.part(0.0, 0.25));
@@ -295,7 +326,8 @@ UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, 
         "or too few lamps");
   work.noise_scale = estimate_noise_scale(work, control.part(0.3, 0.35));
   UnlightResult result = empty_result(work);
-  fit_surface(work, result, control.part(0.35, 0.5));
+  fit_surface(work, result, control.part(0.35, options.interreflection ? 0.4 : 0.5));
+  if (options.interreflection) take_off_interreflection(work, lamps, result, control.part(0.4, 0.5));
   if (options.specular != SpecularMode::None) {
     find_highlights(work, result, control.part(0.5, 0.9));
     result.form = work.form;
@@ -305,6 +337,7 @@ UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, 
   result.is_converged = lamps.is_converged && lamps.is_determined;
   result.notes = std::move(notes);
   report(work, result, control.part(0.9, 1.0));
+  if (options.interreflection) report_interreflection(work, result);
   judge_lights(result);
   control.report(1.0);
   return result;

@@ -51,6 +51,10 @@ Json facts_of(const UnlightStep& step, const UnlightResult& result, const std::v
   json["is_absolute"] = step.are_strengths_known();
   json["is_converged"] = result.is_converged;
   json["ambient"] = three(result.ambient);
+  if (result.interreflection) {
+    const InterreflectionReport& r = *result.interreflection;
+    json["interreflection"] = {{"median", r.median}, {"p95", r.p95}, {"unseen", r.unseen}};
+  }
   json["lobe"] = result.specular.empty() ? Json(nullptr) : Json(lobe_name(result.form));
   json["lobe_form"] = result.specular.empty() ? Json(nullptr) : form_json(result.form);
   json["lights"] = Json::array();
@@ -126,11 +130,17 @@ JobInputs inputs_of(const UnlightStep& step, const UnlightOptions& options) {
       .add_value("unit", number_text(step.mm_per_unit) + " mm")
       .add_value("lights", ContentHash().add(json_of(step.lights).dump()).hex())
       .add_value("camera", step.camera_mm ? ContentHash().add(step.camera_mm->text()).hex() : "none")
-      .add_options(option_values(options));
+      .add_options(key_values(options));
   return inputs;
 }
 
 }  // namespace
+
+std::vector<std::pair<std::string, std::string>> key_values(const UnlightOptions& options) {
+  auto values = option_values(options);
+  if (!options.interreflection) std::erase_if(values, [](const auto& v) { return v.first == "interreflection"; });
+  return values;
+}
 
 JobPlan plan_unlight(const UnlightStep& step, const UnlightOptions& options, const fs::path& output) {
   check_ranges(options);

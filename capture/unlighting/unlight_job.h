@@ -3,6 +3,9 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "capture/unlighting/unlight_step.h"
 #include "libcommon/job/job.h"
@@ -18,5 +21,8 @@ inline constexpr const char* kUnlitPageFile = "report.html";
 /// @throws InvalidInput if an option is out of range; IoError if a photograph cannot be read.
 [[nodiscard]] JobPlan plan_unlight(const UnlightStep& step, const UnlightOptions& options,
                                    const std::filesystem::path& output);
+
+/// The options for content keys and provenance; without those that change nothing while they are off.
+[[nodiscard]] std::vector<std::pair<std::string, std::string>> key_values(const UnlightOptions& options);
 
 }  // namespace patinate::capture

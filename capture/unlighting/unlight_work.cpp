@@ -173,6 +173,7 @@ UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const 
       num_channels(result.albedo.channels()),
       normal(in.normal.empty() ? result.normal : in.normal),
       samples(result.samples),
+      indirect(result.indirect),
       ambient(result.ambient),
       noise_scale(result.noise_scale),
       form(result.form),
@@ -207,6 +208,7 @@ UnlightWork::UnlightWork(const UnlightInput& thin, const UnlightWork& whole, int
       num_channels(whole.num_channels),
       normal(thinned(whole.normal, step)),
       samples(thinned(whole.samples, step)),
+      indirect(thinned(whole.indirect, step)),
       strengths(whole.strengths),
       ambient(whole.ambient),
       noise_scale(whole.noise_scale),
@@ -268,7 +270,6 @@ void UnlightWork::load_raw(int x, int y, TexelSamples& texel) const {
   texel.normal = n.squaredNorm() > 0.0 ? Vec3(n.normalized()) : Vec3(0, 0, 1);
   const Vec3 p = position(x, y);
   const auto states = samples.pixel(x, y);
-  for (int c = 0; c < num_channels; ++c) texel.ambient[static_cast<std::size_t>(c)] = ambient[c] / std::numbers::pi;
   for (int k = 0; k < num_lights; ++k) {
     const auto i = static_cast<std::size_t>(k);
     texel.state[i] = static_cast<SampleState>(states[i]);
@@ -278,6 +279,8 @@ void UnlightWork::load_raw(int x, int y, TexelSamples& texel) const {
     for (int c = 0; c < num_channels; ++c) {
       const auto at = texel.index(k, c);
       texel.irradiance[at] = num_channels == 1 ? irradiance.mean() : irradiance[c];
+      texel.ambient[at] = ambient[c] / std::numbers::pi;
+      if (!indirect.empty()) texel.ambient[at] += static_cast<double>(indirect.at(x, y, static_cast<int>(at)));
       const auto value = static_cast<double>(input.photos[i].at(x, y, c));
       texel.value[at] = value;
       texel.variance[at] = variance_of(value);

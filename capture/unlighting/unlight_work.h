@@ -30,6 +30,7 @@ struct UnlightWork {
   int num_channels = 0;
   ImageF normal;                ///< H x W x 3, unit; where fits begin.
   ImageU8 samples;              ///< H x W x L, SampleState before any fit.
+  ImageF indirect;              ///< H x W x L C, as UnlightResult's; load() gives it to the fit once it is there.
   std::vector<Vec3> strengths;  ///< L, times the given intensities.
   Vec3 ambient = Vec3::Zero();
   double noise_scale = 1.0;

@@ -107,6 +107,16 @@ class Unlight(unittest.TestCase):
         self.assertFalse((self.work / "broken").exists())
         return result.stderr
 
+    def test_light_of_the_hollows_is_taken_off_on_request_and_reported(self):
+        result = run("unlight", self.write_step(), "--interreflection", "--specular", "none", "-o", "hollows", cwd=self.work)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        made = json.loads((self.work / "hollows/unlight.json").read_text())
+        own = made["interreflection"]
+        self.assertGreater(own["p95"], own["median"])
+        self.assertLess(own["p95"], 0.2)
+        self.assertIn("came from other places of the surface", made["notes"][0])
+        self.assertEqual(run("validate", "hollows", cwd=self.work).returncode, 0)
+
     def test_albedo_comes_out_flat_and_right(self):
         result = run("unlight", self.write_step(), "-o", "unlit", "--json", cwd=self.work)
         self.assertEqual(result.returncode, 0, result.stderr)
@@ -128,6 +138,7 @@ class Unlight(unittest.TestCase):
         self.assertEqual((facts["kind"], facts["lights"], facts["size"]), ("unlit", len(LAMPS), [SIZE, SIZE]))
         self.assertEqual(facts["maps"], ["albedo", "stddev", "normal", "specular", "mask"])
         self.assertEqual(run("validate", "unlit", cwd=self.work).returncode, 0)
+        self.assertNotIn("interreflection", made)
         shutil.copytree(self.work / "unlit", self.work / "damaged")
         write_png(self.work / "damaged/mask.png", lambda x, y: [255] * 3, SIZE - 1, SIZE)
         wrong = run("validate", "damaged", cwd=self.work)
@@ -168,6 +179,9 @@ class Unlight(unittest.TestCase):
         result = run("unlight", self.write_step(lights=lights, scan=None, camera=None, unit=None), "-o", "stereo", cwd=self.work)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertTrue((self.work / "stereo/normal.exr").exists())
+        result = run("unlight", self.work / "step.json", "--interreflection", "-o", "hollows_of_nothing", cwd=self.work)
+        self.assertEqual(result.returncode, 3, result.stderr)
+        self.assertIn("--interreflection needs a scan", result.stderr)
 
     def test_what_is_wrong_is_said_in_one_line(self):
         write_png(self.work / "small.png", lambda x, y: [1, 2, 3], 10, 12)

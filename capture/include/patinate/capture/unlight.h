@@ -76,6 +76,8 @@ struct UnlightOptions {
   double noise_floor = 0.001;  ///< Standard deviation of a photograph's value that does not depend on it; > 0.
   double noise_share =
       0.005;  ///< The part that grows with the value; [0, 1]. Only their ratio matters: residuals scale both.
+  bool interreflection =
+      false;                 ///< Light that the surface throws onto itself is not taken for the lamps'; needs blockers.
   double min_cosine = 0.05;  ///< Light that grazes more does not count; [0, 1).
   int min_lights = 2;        ///< Texels with fewer clean samples are not determined; [1, 64].
   std::optional<double> shadow_offset_mm =
@@ -102,6 +104,14 @@ struct LightReport {
   double residual = 0.0;  ///< Root mean square of what clean samples are off, over the mean of them.
 };
 
+/// How much of what the lamps' clean samples show came from other places of the surface, a texel each.
+struct InterreflectionReport {
+  double median = 0.0;  ///< Share of the value.
+  double p95 = 0.0;     ///< The share that one texel in twenty has more of.
+  double unseen =
+      0.0;  ///< Share of the rays that met the surface where the camera does not see it, of all that met it.
+};
+
 struct UnlightResult {
   ImageF albedo = {};      ///< H x W x C; 0 where not determined.
   ImageF stddev = {};      ///< H x W x C, standard deviation of the albedo.
@@ -110,6 +120,9 @@ struct UnlightResult {
   SpecularForm form = {};  ///< Of the highlights, which foretells left-out lamps best.
   ImageU8 mask = {};       ///< 255 = determined.
   ImageU8 samples = {};    ///< H x W x L, SampleState.
+  ImageF indirect = {};    ///< H x W x (L C), irradiance from other places of the surface over pi, the channel running
+                           ///< fastest; empty without UnlightOptions::interreflection.
+  std::optional<InterreflectionReport> interreflection = {};
   std::vector<LightReport> lights = {};
   double noise_scale = 1.0;     ///< Residuals over what noise_floor and noise_share expect.
   double residual = 0.0;        ///< Root mean square over all clean samples, over their mean.

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "capture/alignment/clear_matches.h"
+#include "capture/alignment/score_peak.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
 
@@ -128,22 +129,11 @@ std::optional<Displacement> find_patch(const cv::Mat& reference, const cv::Mat& 
   const cv::Rect area(patch.x - kSearch, patch.y - kSearch, patch.width + 2 * kSearch, patch.height + 2 * kSearch);
   cv::Mat scores;
   cv::matchTemplate(warped(area), reference(patch), scores, cv::TM_CCOEFF_NORMED);
-  double best = 0.0;
-  cv::Point at;
-  cv::minMaxLoc(scores, nullptr, &best, nullptr, &at);
-  if (!(best > kLeastCorrelation) || at.x < 1 || at.y < 1 || at.x > 2 * kSearch - 1 || at.y > 2 * kSearch - 1)
-    return std::nullopt;
-  const auto s = [&](int dx, int dy) { return static_cast<double>(scores.at<float>(at.y + dy, at.x + dx)); };
-  // A parabola through the nine scores around the peak.
-  const double gx = 0.5 * (s(1, 0) - s(-1, 0)), gy = 0.5 * (s(0, 1) - s(0, -1));
-  const double xx = s(1, 0) - 2 * best + s(-1, 0), yy = s(0, 1) - 2 * best + s(0, -1);
-  const double xy = 0.25 * (s(1, 1) - s(-1, 1) - s(1, -1) + s(-1, -1));
-  const double least_bend = -0.5 * (xx + yy) - std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy);
-  if (!(least_bend > kLeastBend)) return std::nullopt;
-  const double determinant = xx * yy - xy * xy;
-  const double dx = -(yy * gx - xy * gy) / determinant, dy = -(xx * gy - xy * gx) / determinant;
-  if (!(std::abs(dx) < 1.0 && std::abs(dy) < 1.0)) return std::nullopt;
-  return Displacement{{static_cast<float>(at.x - kSearch + dx), static_cast<float>(at.y - kSearch + dy)}, best};
+  const std::optional<ScorePeak> peak = find_score_peak(scores, kLeastCorrelation, kLeastBend);
+  if (!peak) return std::nullopt;
+  return Displacement{{static_cast<float>(peak->pixel.x() - kSearch + peak->fraction.x()),
+                       static_cast<float>(peak->pixel.y() - kSearch + peak->fraction.y())},
+                      peak->score};
 }
 
 /// What patches all over the reference say about a view that is right to a few pixels.

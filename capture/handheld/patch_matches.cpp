@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "capture/alignment/score_peak.h"
 #include "capture/handheld/lay_photo.h"
 
 namespace patinate::capture {
@@ -69,22 +70,9 @@ std::optional<Eigen::Vector2d> find_patch(const cv::Mat& fixed, const cv::Mat& m
   cv::Mat scores;
   cv::matchTemplate(moving(cv::Rect(at.x - half, at.y - half, 2 * half + 1, 2 * half + 1)), patch, scores,
                     cv::TM_CCOEFF_NORMED);
-  double best = 0.0;
-  cv::Point peak;
-  cv::minMaxLoc(scores, nullptr, &best, nullptr, &peak);
-  const bool is_inside = peak.x > 0 && peak.y > 0 && peak.x < 2 * kSearch && peak.y < 2 * kSearch;
-  if (!(best > kLeastCorrelation) || !is_inside) return std::nullopt;
-  // A parabola through the nine scores around the peak.
-  const auto s = [&](int dx, int dy) { return static_cast<double>(scores.at<float>(peak.y + dy, peak.x + dx)); };
-  const double gx = 0.5 * (s(1, 0) - s(-1, 0)), gy = 0.5 * (s(0, 1) - s(0, -1));
-  const double xx = s(1, 0) - 2 * best + s(-1, 0), yy = s(0, 1) - 2 * best + s(0, -1);
-  const double xy = 0.25 * (s(1, 1) - s(-1, 1) - s(1, -1) + s(-1, -1));
-  const double least_bend = -0.5 * (xx + yy) - std::sqrt(0.25 * (xx - yy) * (xx - yy) + xy * xy);
-  if (!(least_bend > kLeastBend)) return std::nullopt;
-  const double determinant = xx * yy - xy * xy;
-  const Eigen::Vector2d rest(-(yy * gx - xy * gy) / determinant, -(xx * gy - xy * gx) / determinant);
-  if (!(rest.cwiseAbs().maxCoeff() < 1.0)) return std::nullopt;
-  return Eigen::Vector2d(peak.x - kSearch, peak.y - kSearch) + rest;
+  const std::optional<ScorePeak> peak = find_score_peak(scores, kLeastCorrelation, kLeastBend);
+  if (!peak) return std::nullopt;
+  return Eigen::Vector2d(peak->pixel.x() - kSearch, peak->pixel.y() - kSearch) + peak->fraction;
 }
 
 /// Matches of points in `fixed` with points in `moving`, both reduced. @param fixed_moving  Fixed from moving.

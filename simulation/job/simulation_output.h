@@ -18,7 +18,7 @@ namespace patinate::simulation {
 void write_composed_files(const std::filesystem::path& folder, const std::string& name, Simulation& simulation,
                           const std::string& key, const RunControl& control = {});
 /// atlas.exr: channels amount.MATERIAL and original.MATERIAL, float, 1 = kAmountOne quanta; every quantum is told
-/// apart.
+/// apart. `weight`: the texel's area, SurfaceAtlas::weight(); 0 outside the charts.
 void write_atlas_file(const std::filesystem::path& folder, const Simulation& simulation);
 
 /// A parameter map as a control: [0, 1], with what 0 and 1 stand for. Counts end at the 99.5th percentile of the

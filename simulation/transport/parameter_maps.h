@@ -15,8 +15,7 @@ namespace patinate::simulation {
 struct ParameterMapChoice {
   bool hits = false;       ///< Contacts ever (of a wide splat: at its middle).
   bool last_hit = false;   ///< 1 + the last iteration with a contact; 0 = never.
-  bool residence = false;  ///< Iterations in which something was there, however much: times time_per_iteration, the
-                           ///< "time of wetness".
+  bool residence = false;  ///< Iterations in which something was there, however much: the "time of wetness".
   std::array<bool, kMaxMaterials> deposited{};  ///< Mass ever dropped there, whatever happened to it since.
 };
 

@@ -27,6 +27,13 @@ def tearDownModule():
 
 
 class Relit(unittest.TestCase):
+    def test_options_of_a_fixed_camera_are_refused(self):
+        for option in ("--align auto", "--align-model auto", "--align-to x.png", "--mask-background plain", "--static-light off", "--deviations",
+                       "--stabilize", "--deflicker", "--flat-field estimate", "--highlights keep"):
+            refused = run("ingest", "mold/capture.json", "-o", "refused", *option.split())
+            self.assertEqual(refused.returncode, 2, option)
+            self.assertIn(option.split()[0] + ": is for captures of a fixed camera", refused.stderr)
+
     def test_mold_becomes_a_history_with_a_report(self):
         self.assertEqual(run("validate", "mold").returncode, 0)
         facts = json.loads(run("info", "mold", "--json").stdout)

@@ -79,10 +79,10 @@ void note_alignment(const std::filesystem::path& output, CommandRun& run) {
 
 int ingest_relit(CommandRun& run, const std::filesystem::path& file, capture::RelitOptions options,
                  const capture::IngestOptions& shared, const std::filesystem::path& output) {
-  for (const char* name : {"align", "align-model", "align-to", "mask-background", "static-light", "deviations",
-                           "stabilize", "deflicker", "flat-field", "highlights"}) {
-    if (run.line.is_given(name))
-      throw UsageError(std::string("--") + name + ": is for captures of a fixed camera; " + file.string() +
+  for (const char* key : {"align", "align_model", "align_to", "mask_background", "static_light", "deviations",
+                          "stabilize", "deflicker", "flat_field", "highlights"}) {
+    if (run.line.is_given(key))
+      throw UsageError("--" + dashed(key) + ": is for captures of a fixed camera; " + file.string() +
                        " is of kind relit");
   }
   options.scan = shared.scan;

@@ -50,13 +50,12 @@ void write_deviations(HistoryWriter& writer, const IngestWork& work, const fs::p
   const auto read_frame = [&](int i) {
     return read_color(folder / writer.manifest().frames[static_cast<std::size_t>(i)].file);
   };
-  RunControl quiet = control;
-  quiet.on_progress = {};
-  const SeriesNoise noise = estimate_noise(times, read_frame, quiet);
-  parallel_for(static_cast<std::int64_t>(times.size()), 1, quiet, [&](std::int64_t begin, std::int64_t) {
-    const int i = static_cast<int>(begin);
-    HistoryWriter::write_frame_extra(folder, i, "stddev", noise.deviation_of(read_frame(i)));
-  });
+  const SeriesNoise noise = estimate_noise(times, read_frame, control.part(0.0, 0.5));
+  parallel_for(static_cast<std::int64_t>(times.size()), 1, control.part(0.5, 1.0),
+               [&](std::int64_t begin, std::int64_t) {
+                 const int i = static_cast<int>(begin);
+                 HistoryWriter::write_frame_extra(folder, i, "stddev", noise.deviation_of(read_frame(i)));
+               });
   for (int i = 0; i < static_cast<int>(times.size()); ++i) writer.add_written_frame_extra(i, "stddev");
 }
 
@@ -69,14 +68,14 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   const TransmissionLight transmission = read_transmission_light(work, folder, control.part(0.15, 0.25));
   if (!transmission.reached.empty()) keep_reached(transmission.reached, work.project, given);
   keep_scanned(work, folder, given);
-  for (HistoryWarning& warning : take_background_off(work, folder, given, control))
+  for (HistoryWarning& warning : take_background_off(work, folder, given, control.part(0.25, 0.3)))
     writer.add_warning(std::move(warning));
-  const ImageU8 mask = mask_frames(writer, work, folder, given, control.part(0.25, 0.5));
+  const ImageU8 mask = mask_frames(writer, work, folder, given, control.part(0.3, 0.5));
   if (!mask.empty()) writer.write_mask(mask);
-  const std::optional<StaticLight> light = take_static_light_out(writer, work, folder, mask, control);
+  const std::optional<StaticLight> light = take_static_light_out(writer, work, folder, mask, control.part(0.5, 0.55));
   write_scan(writer, work, folder, mask);
-  if (work.options.add_deviations) write_deviations(writer, work, folder, control);
-  write_ingest_controls(writer, work, transmission, folder, mask, control.part(0.5, 1.0));
+  if (work.options.add_deviations) write_deviations(writer, work, folder, control.part(0.55, 0.65));
+  write_ingest_controls(writer, work, transmission, folder, mask, control.part(0.65, 1.0));
   const int num_frames = static_cast<int>(work.project.frames.size());
   for (HistoryWarning& warning : survey_warnings(read_survey_report(folder), num_frames))
     writer.add_warning(std::move(warning));

@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <deque>
+#include <numbers>
 
+#include "capture/project/progress_deviation.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
@@ -56,6 +58,40 @@ class Smoother {
       }
     }
     return gaussian_blur(low, low_mask_, low_sigma_, control);
+  }
+
+  /// Variance of smooth(frame). @param deviation  H x W x 3, linear.
+  [[nodiscard]] ImageF smooth_variance(const ImageF& frame, const ImageF& deviation, bool is_shared,
+                                       const RunControl& control) const {
+    if (!deviation.same_size(frame) || deviation.channels() != 3)
+      throw InvalidInput("progress: frames and their deviations differ in size");
+    ImageF variance(width_, height_, 3);
+    for (int y = 0; y < height_; ++y) {
+      for (int x = 0; x < width_; ++x) {
+        if (!is_inside(mask_, x, y)) continue;
+        for (int c = 0; c < 3; ++c) {
+          const float v = frame.at(x, y, c), s = std::max(deviation.at(x, y, c), 1e-6f);
+          const float code = 0.5f * (srgb_from_linear(v + s) - srgb_from_linear(std::max(0.0f, v - s)));
+          variance.at(x, y, c) = deviation.at(x, y, c) > 0.0f ? code * code : 0.0f;
+        }
+      }
+    }
+    ImageF low = downscale_area(variance, low_width_, low_height_, control);
+    const float pixels = static_cast<float>(width_) / static_cast<float>(low_width_) * static_cast<float>(height_) /
+                         static_cast<float>(low_height_);
+    for (int y = 0; y < low_height_; ++y) {
+      for (int x = 0; x < low_width_; ++x) {
+        for (float& v : low.pixel(x, y)) {
+          v = low_mask_.at(x, y) != 0 ? v / coverage_.at(x, y) : 0.0f;
+          if (!is_shared && low_mask_.at(x, y) != 0) v /= std::max(1.0f, pixels * coverage_.at(x, y));
+        }
+      }
+    }
+    // The weights of a Gaussian squared are one of sigma / sqrt 2, of the sum 1 / (4 pi sigma^2).
+    low = gaussian_blur(low, low_mask_, low_sigma_ / std::sqrt(2.0), control);
+    const double sum = is_shared ? 1.0 : std::min(1.0, 1.0 / (4.0 * std::numbers::pi * low_sigma_ * low_sigma_));
+    for (float& v : low.values()) v *= static_cast<float>(sum);
+    return low;
   }
 
   [[nodiscard]] ImageF enlarge(const ImageF& low) const { return resize_bilinear(low, width_, height_); }
@@ -110,6 +146,25 @@ std::vector<double> time_weights(const std::vector<double>& times) {
   return weights;
 }
 
+ImageF deviation_of(const Smoother& smoother, const std::vector<double>& weights, double aged_change,
+                    const std::function<ImageF(int)>& read_frame, const FrameDeviations& deviations,
+                    const RunControl& control) {
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  const auto variance_of = [&](int i, const ImageF& frame) {
+    return smoother.smooth_variance(frame, deviations.read(i), deviations.is_shared, quiet);
+  };
+  const ImageF first = read_frame(0);
+  ProgressDeviation sum(smoother.smooth(first, quiet), variance_of(0, first), aged_change);
+  for (std::size_t i = 1; i < weights.size(); ++i) {
+    control.throw_if_stopped();
+    const ImageF frame = read_frame(static_cast<int>(i));
+    sum.add(weights[i], smoother.smooth(frame, quiet), variance_of(static_cast<int>(i), frame));
+    control.report(static_cast<double>(i + 1) / static_cast<double>(weights.size()));
+  }
+  return smoother.enlarge(sum.result());
+}
+
 }  // namespace
 
 void describe(OptionVisitor& v, ProgressOptions& o) {
@@ -119,7 +174,8 @@ void describe(OptionVisitor& v, ProgressOptions& o) {
 }
 
 ProgressMap progress_from_history(const std::vector<double>& times, const std::function<ImageF(int)>& read_frame,
-                                  const ImageU8& mask, const ProgressOptions& options, const RunControl& control) {
+                                  const ImageU8& mask, const ProgressOptions& options, const RunControl& control,
+                                  const FrameDeviations& deviations) {
   check_ranges(options);
   if (times.empty()) throw InvalidInput("progress: there are no frames");
   const ImageF first = read_frame(0);
@@ -132,10 +188,11 @@ ProgressMap progress_from_history(const std::vector<double>& times, const std::f
   const auto read_smooth = [&](int i) { return smoother.smooth(read_frame(i), quiet); };
 
   ImageF most(smoother.low_mask().width(), smoother.low_mask().height());
-  for_each_change(num_frames, read_smooth, control.part(0.0, 0.5), [&](int, const ImageF& change) {
-    std::transform(most.values().begin(), most.values().end(), change.values().begin(), most.values().begin(),
-                   [](float a, float b) { return std::max(a, b); });
-  });
+  for_each_change(num_frames, read_smooth, control.part(0.0, deviations.read ? 0.3 : 0.5),
+                  [&](int, const ImageF& change) {
+                    std::transform(most.values().begin(), most.values().end(), change.values().begin(),
+                                   most.values().begin(), [](float a, float b) { return std::max(a, b); });
+                  });
   const float threshold =
       std::max(kLeastChange, kLeastChangeShare * percentiles(most, smoother.low_mask(), 0.99, 0.99).low);
   ImageU8 changing(most.width(), most.height());
@@ -151,27 +208,42 @@ ProgressMap progress_from_history(const std::vector<double>& times, const std::f
   }
   ProgressMap map{ImageF(first.width(), first.height()), 0.0, 1.0, 0.0, num_changing / num_inside};
   if (num_changing == 0) {
+    // What does not change is 0 for sure: its noise is below what counts as a change.
+    if (deviations.read) map.deviation = ImageF(first.width(), first.height());
     control.report(1.0);
     return map;
   }
   map.aged_change = static_cast<double>(percentiles(most, changing, kAgedRank, kAgedRank).low);
   ImageF aged(most.width(), most.height());
-  for_each_change(num_frames, read_smooth, control.part(0.5, 1.0), [&](int i, const ImageF& change) {
-    const float weight = static_cast<float>(weights[static_cast<std::size_t>(i)]);
-    const float scale = static_cast<float>(1.0 / map.aged_change);
-    std::transform(aged.values().begin(), aged.values().end(), change.values().begin(), aged.values().begin(),
-                   [&](float sum, float d) { return sum + weight * std::min(1.0f, d * scale); });
-  });
+  for_each_change(num_frames, read_smooth, control.part(deviations.read ? 0.3 : 0.5, deviations.read ? 0.6 : 1.0),
+                  [&](int i, const ImageF& change) {
+                    const float weight = static_cast<float>(weights[static_cast<std::size_t>(i)]);
+                    const float scale = static_cast<float>(1.0 / map.aged_change);
+                    std::transform(aged.values().begin(), aged.values().end(), change.values().begin(),
+                                   aged.values().begin(),
+                                   [&](float sum, float d) { return sum + weight * std::min(1.0f, d * scale); });
+                  });
   const Percentiles range = percentiles(aged, changing, 0.01, 0.99);
   map.low = static_cast<double>(range.low);
   map.high = static_cast<double>(range.high);
   map.values = smoother.enlarge(aged);
+  if (deviations.read)
+    map.deviation = deviation_of(smoother, weights, map.aged_change, read_frame, deviations, control.part(0.6, 1.0));
   return map;
 }
 
 ProgressMap progress_from_history(const History& history, const ProgressOptions& options, const RunControl& control) {
+  const auto& frames = history.facts().frames;
+  const bool has_all = std::all_of(frames.begin(), frames.end(), [](const FrameFacts& f) {
+    return std::find(f.extras.begin(), f.extras.end(), "stddev") != f.extras.end();
+  });
+  FrameDeviations deviations;
+  // Scans with lights are off by their light and shape, photographs from one place by their noise.
+  deviations.is_shared = !history.facts().maps.empty();
+  if (has_all) deviations.read = [&](int frame) { return *history.read_frame_extra(frame, "stddev"); };
   return progress_from_history(
-      history.times(), [&](int frame) { return history.read_frame(frame); }, history.read_mask(), options, control);
+      history.times(), [&](int frame) { return history.read_frame(frame); }, history.read_mask(), options, control,
+      deviations);
 }
 
 }  // namespace patinate::capture

@@ -20,6 +20,14 @@ struct ProgressOptions {
 };
 void describe(OptionVisitor& v, ProgressOptions& o);
 
+/// What is known of how certain frames are.
+struct FrameDeviations {
+  /// Of frame i: H x W x 3, linear, >= 0. Empty: nothing is known.
+  std::function<ImageF(int)> read = {};
+  /// Neighboring pixels are off together (light, shape), so that smoothing does not help; if not, each is by itself.
+  bool is_shared = false;
+};
+
 /// How early each pixel ages.
 struct ProgressMap {
   ImageF values;     ///< H x W x 1 in [0, 1]: share of the recorded time that the pixel spent aged.
@@ -27,6 +35,7 @@ struct ProgressMap {
   double high = 0.0;
   double aged_change = 0.0;     ///< The change that counts as aged: distance of sRGB codes in [0, sqrt 3].
   double changing_share = 0.0;  ///< Share of the pixels (inside the mask) that change at all.
+  ImageF deviation = {};  ///< Standard deviation of `values` (progress_deviation.h); empty without FrameDeviations.
 };
 
 /// progress(p) = time average of min(1, d(p, t) / D): 1 = aged from the start, 0 = never. Higher is earlier.
@@ -41,7 +50,7 @@ struct ProgressMap {
 ///   pixel. (A scale per pixel would blow noise up where little happens; a smaller one saturates and shows no order.)
 /// - The average is over time, not over frames: trapezoids between uneven times.
 ///
-/// Reads every frame twice, at reduced resolution; holds three at a time.
+/// Reads every frame twice, at reduced resolution; holds three at a time. With deviations once more.
 /// @param times       Strictly increasing; one or more. With one frame progress is 0 everywhere.
 /// @param read_frame  Frame i as H x W x 3, linear, finite.
 /// @param mask        H x W; may be empty.
@@ -49,7 +58,8 @@ struct ProgressMap {
 /// Same bits for any number of threads.
 [[nodiscard]] ProgressMap progress_from_history(const std::vector<double>& times,
                                                 const std::function<ImageF(int)>& read_frame, const ImageU8& mask,
-                                                const ProgressOptions& options = {}, const RunControl& control = {});
+                                                const ProgressOptions& options = {}, const RunControl& control = {},
+                                                const FrameDeviations& deviations = {});
 
 /// Of a history: its frames and its mask.
 [[nodiscard]] ProgressMap progress_from_history(const History& history, const ProgressOptions& options = {},

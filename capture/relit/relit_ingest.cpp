@@ -186,8 +186,23 @@ void write_controls(HistoryWriter& writer, const RelitWork& work, const fs::path
     const auto read_frame = [&](int i) {
       return read_color(folder / writer.manifest().frames[static_cast<std::size_t>(i)].file);
     };
-    const ProgressMap map = progress_from_history(times, read_frame, mask, work.options.progress, control);
+    // Light and shape are off alike for neighboring pixels.
+    FrameDeviations deviations{.read = {}, .is_shared = true};
+    const auto& frames = writer.manifest().frames;
+    const auto file_of = [&](int i) -> const HistoryImage* {
+      for (const HistoryImage& extra : frames[static_cast<std::size_t>(i)].extras) {
+        if (extra.name == "stddev") return &extra;
+      }
+      return nullptr;
+    };
+    const int num_frames = static_cast<int>(frames.size());
+    bool has_all = true;
+    for (int i = 0; i < num_frames; ++i) has_all = has_all && file_of(i);
+    if (has_all)
+      deviations.read = [&](int i) { return read_channels(folder / file_of(i)->file, frame_extra_channels("stddev")); };
+    const ProgressMap map = progress_from_history(times, read_frame, mask, work.options.progress, control, deviations);
     writer.write_control("progress", map.values, map.low, map.high, "relative");
+    if (!map.deviation.empty()) writer.write_control_deviation(map.deviation);
     return;
   }
   const AccessibilityOptions shares;

@@ -41,8 +41,15 @@ void write_progress(HistoryWriter& writer, const IngestWork& work, const fs::pat
   const auto read_frame = [&](int i) {
     return read_color(folder / writer.manifest().frames[static_cast<std::size_t>(i)].file);
   };
-  const ProgressMap map = progress_from_history(times, read_frame, mask, work.options.progress, control);
+  FrameDeviations deviations;  // Of photographs from one place: their noise, each pixel by itself.
+  if (work.options.add_deviations) {
+    deviations.read = [&](int i) {
+      return read_channels(folder / HistoryWriter::frame_extra_file(i, "stddev"), frame_extra_channels("stddev"));
+    };
+  }
+  const ProgressMap map = progress_from_history(times, read_frame, mask, work.options.progress, control, deviations);
   writer.write_control(kProgressName, map.values, map.low, map.high, "relative");
+  if (!map.deviation.empty()) writer.write_control_deviation(map.deviation);
 }
 
 }  // namespace

@@ -112,7 +112,10 @@ HistoryReader::HistoryReader(const fs::path& path, double footprint_px) : footpr
     check_file(folder_ / frame.file, manifest_);
     if (frame.mask) check_file(folder_ / *frame.mask, manifest_);
   }
-  for (const ControlParameter& control : manifest_.controls) check_file(folder_ / control.file, manifest_);
+  for (const ControlParameter& control : manifest_.controls) {
+    check_file(folder_ / control.file, manifest_);
+    if (control.deviation) check_file(folder_ / *control.deviation, manifest_);
+  }
   if (manifest_.mask) check_file(folder_ / *manifest_.mask, manifest_);
 }
 
@@ -131,6 +134,15 @@ ImageF HistoryReader::load_control(std::size_t control) const {
       throw IoError(file.string(), "holds " + number_text(static_cast<double>(v)) +
                                        "; a control is normalized to [0, 1], with `range` for its physical values");
     }
+  }
+  return values;
+}
+
+ImageF HistoryReader::load_control_deviation(std::size_t control) const {
+  const fs::path file = folder_ / *manifest_.controls[control].deviation;
+  ImageF values = fitting(read_gray(file), file, manifest_);
+  for (float v : values.values()) {
+    if (!(v >= 0.0f)) throw IoError(file.string(), "holds a standard deviation below 0");
   }
   return values;
 }
@@ -210,6 +222,28 @@ void HistoryWriter::write_control(const std::string& name, const ImageF& values,
   make_parent(folder_ / file);
   write_scaled_exr(folder_ / file, normalized, {low, high, unit});
   add_written_control({.name = name, .file = file, .low = low, .high = high, .unit = unit});
+}
+
+fs::path HistoryWriter::control_deviation_file(const std::string& name) {
+  require_file_name("control", name);
+  return fs::path("controls") / (name + ".stddev.exr");
+}
+
+void HistoryWriter::write_control_deviation(const ImageF& values) {
+  if (manifest_.controls.empty()) throw InvalidInput("deviation of a control: there is no control yet");
+  ControlParameter& control = manifest_.controls.back();
+  check_size("deviation of control " + control.name, values, manifest_, 1);
+  const double span = control.high - control.low;
+  ImageF scaled(values.width(), values.height());
+  for (std::int64_t i = 0; i < values.num_pixels(); ++i) {
+    const double value = static_cast<double>(values.data()[i]);
+    if (!std::isfinite(value) || value < 0.0)
+      throw InvalidInput("deviation of control " + control.name + ": must be finite and not below 0");
+    if (span > 0.0) scaled.data()[i] = static_cast<float>(value / span);
+  }
+  const fs::path file = control_deviation_file(control.name);
+  write_scaled_exr(folder_ / file, scaled, {0.0, span, control.unit});
+  control.deviation = file;
 }
 
 void HistoryWriter::add_written_control(const ControlParameter& control) {

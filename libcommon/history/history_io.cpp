@@ -52,6 +52,7 @@ ControlParameter read_control_entry(JsonReader json) {
     control.high = ends[1];
   }
   if (json.has("unit")) control.unit = json.member("unit").string();
+  if (json.has("stddev")) control.deviation = relative_file(json.member("stddev"));
   json.finish();
   return control;
 }
@@ -149,7 +150,8 @@ HistoryFacts facts_of(const HistoryManifest& m) {
     facts.frames.push_back(std::move(frame));
   }
   for (const ControlParameter& c : m.controls)
-    facts.controls.push_back({.name = c.name, .low = c.low, .high = c.high, .unit = c.unit});
+    facts.controls.push_back(
+        {.name = c.name, .low = c.low, .high = c.high, .unit = c.unit, .has_deviation = c.deviation.has_value()});
   for (const HistoryMap& map : m.maps) facts.maps.push_back(map.name);
   return facts;
 }
@@ -222,6 +224,7 @@ void write_history_manifest(const std::filesystem::path& file, const HistoryMani
     Json entry = {{"name", c.name}, {"file", c.file.generic_string()}};
     entry["range"] = Json::array({number_json(c.low), number_json(c.high)});
     if (!c.unit.empty()) entry["unit"] = c.unit;
+    if (c.deviation) entry["stddev"] = c.deviation->generic_string();
     json["controls"].push_back(std::move(entry));
   }
   if (manifest.mask) json["mask"] = manifest.mask->generic_string();

@@ -90,6 +90,12 @@ const ControlFacts& History::control(const std::string& name) const { return fac
 
 ImageF History::read_control(const std::string& name) const { return load_control(control_index(name)); }
 
+std::optional<ImageF> History::read_control_deviation(const std::string& name) const {
+  const std::size_t index = control_index(name);
+  if (!facts().controls[index].has_deviation) return std::nullopt;
+  return load_control_deviation(index);
+}
+
 ImageU8 History::read_mask() const {
   return facts().has_mask ? load_mask() : ImageU8(facts().width, facts().height, 1, 255);
 }

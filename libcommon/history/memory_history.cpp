@@ -111,6 +111,13 @@ void check_controls(const Checker& check, const std::vector<MemoryControl>& cont
         check.fail(what, "holds " + number_text(static_cast<double>(v)) +
                              "; a control is normalized to [0, 1], with its range for physical values");
     }
+    if (controls[i].deviation.empty()) continue;
+    check.size("deviation of " + what, controls[i].deviation, 1);
+    for (float v : controls[i].deviation.values()) {
+      if (!(v >= 0.0f && std::isfinite(v)))
+        check.fail("deviation of " + what,
+                   "holds " + number_text(static_cast<double>(v)) + "; expected finite values, >= 0");
+    }
   }
 }
 
@@ -153,7 +160,10 @@ HistoryFacts facts_of(const MemoryHistoryImages& images) {
     for (const NamedImage& extra : f.extras) frame.extras.push_back(extra.name);
     facts.frames.push_back(std::move(frame));
   }
-  for (const MemoryControl& c : images.controls) facts.controls.push_back(c.facts);
+  for (const MemoryControl& c : images.controls) {
+    facts.controls.push_back(c.facts);
+    facts.controls.back().has_deviation = !c.deviation.empty();
+  }
   for (const NamedImage& map : images.maps) facts.maps.push_back(map.name);
   return facts;
 }
@@ -200,7 +210,10 @@ MemoryHistory read_into_memory(const History& history, const RunControl& control
     images.frames.push_back(std::move(frame));
     control.report(static_cast<double>(i + 1) / history.num_frames());
   }
-  for (const ControlFacts& c : facts.controls) images.controls.push_back({c, history.read_control(c.name)});
+  for (const ControlFacts& c : facts.controls) {
+    images.controls.push_back(
+        {c, history.read_control(c.name), history.read_control_deviation(c.name).value_or(ImageF())});
+  }
   if (facts.has_mask) images.mask = history.read_mask();
   for (const std::string& name : facts.maps) images.maps.push_back({name, history.read_map(name)});
   return MemoryHistory(std::move(images));

@@ -123,6 +123,9 @@ TEST(IngestDeviations, AreWrittenWithTheFramesWhenAskedFor) {
   // Read noise and photons; 8-bit codes add a twelfth of a code squared, which is less.
   const double expected = std::sqrt(1e-5 + 1e-5 * static_cast<double>(series.truth[2].at(20, 20, 1)));
   EXPECT_NEAR(static_cast<double>(deviation->at(20, 20, 1)), expected, 0.4 * expected);
+  const auto of_progress = history.read_control_deviation("progress");
+  ASSERT_TRUE(of_progress);
+  EXPECT_GT(*std::max_element(of_progress->values().begin(), of_progress->values().end()), 0.0f);
 }
 
 }  // namespace

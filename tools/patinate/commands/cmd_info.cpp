@@ -8,6 +8,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/topology.h"
 #include "libcommon/history/warning_json.h"
+#include "libcommon/image/filters.h"
 #include "patinate/atlas/atlas_mesh.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
@@ -53,6 +54,12 @@ Facts history_facts(const std::filesystem::path& path) {
     controls.push_back(Json{{"name", c.name}, {"range", {c.low, c.high}}, {"unit", c.unit}});
     shown += (shown.empty() ? "" : "; ") + c.name + ", " + short_number_text(c.low) + " to " +
              short_number_text(c.high) + " " + c.unit;
+    if (const auto deviation = history.read_control_deviation(c.name)) {
+      const double usual =
+          (c.high - c.low) * static_cast<double>(percentiles(*deviation, history.read_mask(), 0.5, 0.5).low);
+      controls.back()["deviation"] = usual;
+      shown += ", deviation " + short_number_text(rounded(usual, 3));
+    }
   }
   facts.add("controls", controls, shown.empty() ? "none" : shown);
   std::string warned;

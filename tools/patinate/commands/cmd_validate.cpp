@@ -49,6 +49,7 @@ void check_history(const std::filesystem::path& path, Checks& checks, const RunC
   }
   for (const ControlParameter& c : history.manifest().controls) {
     checks.run([&] { (void)history.read_control(c.name); });
+    checks.run([&] { (void)history.read_control_deviation(c.name); });
   }
   checks.run([&] { (void)history.read_mask(); });
 }

@@ -19,6 +19,8 @@ struct ControlParameter {
   double low = 0.0;            ///< Physical value that 0 stands for.
   double high = 1.0;           ///< Physical value that 1 stands for.
   std::string unit = "";       ///< "1/mm", "relative", ...
+  /// Standard deviation of the values in `file`, in their units; float.
+  std::optional<std::filesystem::path> deviation = std::nullopt;
 };
 
 /// An image of the history's size that belongs to something.
@@ -76,6 +78,7 @@ class HistoryReader final : public History {
  private:
   [[nodiscard]] ImageF load_frame(std::size_t frame) const override;
   [[nodiscard]] ImageF load_control(std::size_t control) const override;
+  [[nodiscard]] ImageF load_control_deviation(std::size_t control) const override;
   [[nodiscard]] ImageU8 load_mask() const override;
   [[nodiscard]] ImageF load_map(std::size_t map) const override;
   [[nodiscard]] ImageF load_frame_extra(std::size_t frame, std::size_t extra) const override;
@@ -110,6 +113,12 @@ class HistoryWriter {
   /// @param values  H x W x 1, physical; normalized to [0, 1] by [low, high] and clamped when written (float).
   /// @param low,high  finite, low <= high; when equal, 0 is written everywhere.
   void write_control(const std::string& name, const ImageF& values, double low, double high, const std::string& unit);
+  /// controls/<name>.stddev.exr.
+  [[nodiscard]] static std::filesystem::path control_deviation_file(const std::string& name);
+  /// Standard deviation of the control that was named last, which write_control() has written. @param values  H x W x
+  /// 1, in the units of its values, >= 0; kept over (high - low), as the control is. @throws InvalidInput on another
+  /// size, values below 0, or without a control.
+  void write_control_deviation(const ImageF& values);
   /// Names a control that an earlier step has written already, as control_file(control.name).
   void add_written_control(const ControlParameter& control);
   /// @param rgb  H x W x 3, linear, finite, at most 65504.

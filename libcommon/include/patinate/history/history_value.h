@@ -38,9 +38,10 @@ inline constexpr std::array<std::string_view, 4> kHistoryMapNames{"position", "n
 /// A control parameter; its values are normalized to [0, 1].
 struct ControlFacts {
   std::string name;
-  double low = 0.0;       ///< Physical value that 0 stands for.
-  double high = 1.0;      ///< Physical value that 1 stands for.
-  std::string unit = "";  ///< "1/mm", "relative", ...
+  double low = 0.0;            ///< Physical value that 0 stands for.
+  double high = 1.0;           ///< Physical value that 1 stands for.
+  std::string unit = "";       ///< "1/mm", "relative", ...
+  bool has_deviation = false;  ///< It has read_control_deviation().
 
   friend bool operator==(const ControlFacts&, const ControlFacts&) = default;
 };
@@ -131,6 +132,9 @@ class History {
   [[nodiscard]] ImageF read_frame(int index) const;
   /// H x W x 1 in [0, 1]. @throws InvalidInput if there is no such control; IoError if a value is outside.
   [[nodiscard]] ImageF read_control(const std::string& name) const;
+  /// Standard deviation of read_control(), in the same units: H x W x 1, >= 0; nothing when it is not known.
+  /// @throws InvalidInput if there is no such control; IoError if a value is negative.
+  [[nodiscard]] std::optional<ImageF> read_control_deviation(const std::string& name) const;
   /// 0 / 255; all 255 when the history has no mask. @throws IoError if it is 0 everywhere.
   [[nodiscard]] ImageU8 read_mask() const;
   /// H x W x 3 (position, normal) or x 1. @throws InvalidInput listing the maps there are; IoError.
@@ -160,7 +164,8 @@ class History {
   // Of the facts' size, and checked. Indices are of the facts' lists.
   [[nodiscard]] virtual ImageF load_frame(std::size_t frame) const = 0;
   [[nodiscard]] virtual ImageF load_control(std::size_t control) const = 0;
-  [[nodiscard]] virtual ImageU8 load_mask() const = 0;  ///< Asked for where has_mask.
+  [[nodiscard]] virtual ImageF load_control_deviation(std::size_t control) const = 0;  ///< Where has_deviation.
+  [[nodiscard]] virtual ImageU8 load_mask() const = 0;                                 ///< Asked for where has_mask.
   [[nodiscard]] virtual ImageF load_map(std::size_t map) const = 0;
   [[nodiscard]] virtual ImageF load_frame_extra(std::size_t frame, std::size_t extra) const = 0;
   [[nodiscard]] virtual ImageU8 load_frame_mask(

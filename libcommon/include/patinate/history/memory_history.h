@@ -26,8 +26,9 @@ struct MemoryFrame {
 };
 
 struct MemoryControl {
-  ControlFacts facts;  ///< A name of a file (file_name.h); low <= high, both within +-kLargestControl.
-  ImageF values;       ///< H x W x 1 in [0, 1]: the share of the way from `low` to `high`.
+  ControlFacts facts;     ///< A name of a file (file_name.h); low <= high, both within +-kLargestControl.
+  ImageF values;          ///< H x W x 1 in [0, 1]: the share of the way from `low` to `high`.
+  ImageF deviation = {};  ///< Their standard deviation, finite, >= 0. Empty: not known; facts.has_deviation follows it.
 };
 
 /// What a history consists of. Its size is that of the first frame.
@@ -56,6 +57,9 @@ class MemoryHistory final : public History {
  private:
   [[nodiscard]] ImageF load_frame(std::size_t frame) const override { return images_.frames[frame].color; }
   [[nodiscard]] ImageF load_control(std::size_t control) const override { return images_.controls[control].values; }
+  [[nodiscard]] ImageF load_control_deviation(std::size_t control) const override {
+    return images_.controls[control].deviation;
+  }
   [[nodiscard]] ImageU8 load_mask() const override { return images_.mask; }
   [[nodiscard]] ImageF load_map(std::size_t map) const override { return images_.maps[map].image; }
   [[nodiscard]] ImageF load_frame_extra(std::size_t frame, std::size_t extra) const override {

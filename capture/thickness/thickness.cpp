@@ -7,6 +7,7 @@
 #include <optional>
 #include <utility>
 
+#include "capture/thickness/layer_deviation.h"
 #include "capture/thickness/layer_evidence.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
@@ -46,6 +47,19 @@ double thickness_of(double transmittance, ThicknessCurve curve) {
 }
 
 namespace {
+
+/// |d thickness / d T|.
+double slope_of(double transmittance, ThicknessCurve curve) {
+  switch (curve) {
+    case ThicknessCurve::Reciprocal:
+      return 1.0 / (transmittance * transmittance);
+    case ThicknessCurve::BeerLambert:
+      return 1.0 / transmittance;
+    case ThicknessCurve::Linear:
+      break;
+  }
+  return 1.0;
+}
 
 /// What the mode filter gave in the first and in the last pass.
 struct Passes {
@@ -112,19 +126,23 @@ ThicknessMap thickness_from_transmission(const ImageF& photo, const ImageF& blan
     throw InvalidInput(
         "thickness: the mask or the blank photograph leaves no pixel; the blank must be brighter than black");
   }
-  Passes passes = filter_in_passes(transmittance, known, options, control.part(0.0, 0.9));
+  const double filtered_at = options.with_deviation ? 0.35 : 0.9;
+  Passes passes = filter_in_passes(transmittance, known, options, control.part(0.0, filtered_at));
   RunControl quiet = control;
   quiet.on_progress = {};
   ThicknessMap map{.values = std::move(passes.filled),
                    .known = known,
                    .evidence = layer_evidence(transmittance, passes.first, passes.last ? *passes.last : passes.first,
                                               known, options.mode_filter, quiet)};
+  if (options.with_deviation)
+    map.deviation = layer_deviation(transmittance, known, options, control.part(filtered_at, 1.0));
   for (int y = 0; y < photo.height(); ++y) {
     for (int x = 0; x < photo.width(); ++x) {
       float& value = map.values.at(x, y);
       if (known.at(x, y) == 0) continue;
       const double filtered = std::clamp(static_cast<double>(value), static_cast<double>(kDarkest), 1.0);
       value = static_cast<float>(thickness_of(filtered, options.curve));
+      if (!map.deviation.empty()) map.deviation.at(x, y) *= static_cast<float>(slope_of(filtered, options.curve));
     }
   }
   const Percentiles range = percentiles(map.values, known, 0.001, 0.999);

@@ -22,9 +22,11 @@ void write_given_control(HistoryWriter& writer, const CaptureProject& project, c
 void write_thickness(HistoryWriter& writer, const IngestWork& work, const TransmissionLight& light, const ImageU8& mask,
                      const RunControl& control) {
   try {
-    const ThicknessMap map =
-        thickness_from_transmission(light.photo, light.blank, mask, work.options.thickness, control);
+    ThicknessOptions options = work.options.thickness;
+    options.with_deviation = work.options.add_deviations;
+    const ThicknessMap map = thickness_from_transmission(light.photo, light.blank, mask, options, control);
     writer.write_control("thickness", map.values, map.low, map.high, "relative");
+    if (!map.deviation.empty()) writer.write_control_deviation(map.deviation);
     const std::string name = work.project.transmission->photo.filename().string();
     for (HistoryWarning& warning : thickness_warnings(map.evidence, name, work.options.thickness))
       writer.add_warning(std::move(warning));

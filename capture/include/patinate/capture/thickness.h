@@ -61,6 +61,7 @@ struct ThicknessOptions {
   ThicknessCurve curve = ThicknessCurve::Reciprocal;  ///< Why: docs/decisions/0001-thickness-from-transmission.md.
   ModeFilterOptions mode_filter = {};  ///< Its values are T: 1 = as bright as the blank, or the largest code.
   int num_refinements = 1;             ///< [0, 10]. See fill_cracks(); 0 keeps edges of the layer sharp.
+  bool with_deviation = false;         ///< Fill ThicknessMap::deviation: three times the work.
 };
 void describe(OptionVisitor& v, ThicknessOptions& o);
 
@@ -97,6 +98,8 @@ struct ThicknessMap {
   double high = 0.0;
   ImageU8 known;  ///< H x W; 0 outside the mask and where the blank is black.
   LayerEvidence evidence = {};
+  /// Standard deviation of `values` by noise and grain (layer_deviation.h); empty unless asked for.
+  ImageF deviation = {};
 };
 
 /// T = photo / blank (or the photo), cracks filled by fill_cracks(), then the curve.

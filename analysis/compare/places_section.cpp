@@ -83,6 +83,21 @@ void add_differences(const ComparedPair& pair, const std::vector<PixelDifference
                             .columns = {{"absolute", column(differences, &PixelDifference::absolute)}}});
 }
 
+void add_stated_noise(const ComparedPair& pair, const CompareOptions& options, const RunControl& control,
+                      Section& section) {
+  const std::optional<StatedNoise> noise = stated_noise(pair.shared_a, pair.shared_b, options.seed, control);
+  if (!noise) return;
+  section.figures.push_back({.name = "ciede2000_stated",
+                             .title = "CIEDE2000 that the deviations stated with the captures make by themselves",
+                             .unit = "Delta E 2000",
+                             .value = noise->ciede2000});
+  section.figures.push_back(
+      {.name = "beyond_stated",
+       .title = "Share of places and times that differ by more than those deviations explain (99 %)",
+       .unit = "",
+       .value = noise->beyond_share});
+}
+
 void add_maps(const ComparedPair& pair, double top, Section& section) {
   const ImageU8 mask = pair.shared_a.mask();
   const double high = std::max(2.0, std::ceil(top));
@@ -186,8 +201,9 @@ Section places_section(const ComparedPair& pair, const CompareOptions& options, 
                                std::to_string(pair.shared_a.num_texels()) +
                                " texels are seen on both sides at every time.");
   const std::vector<PixelDifference> differences =
-      pixel_differences(pair.shared_a, pair.shared_b, control.part(0.0, 0.5));
+      pixel_differences(pair.shared_a, pair.shared_b, control.part(0.0, 0.4));
   add_differences(pair, differences, section);
+  add_stated_noise(pair, options, control.part(0.4, 0.5), section);
   double top = 0.0;
   for (const PixelDifference& d : differences) top = std::max(top, d.ciede2000_p95);
   add_maps(pair, top, section);

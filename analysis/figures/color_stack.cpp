@@ -109,6 +109,7 @@ ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& ti
   const std::size_t n = stack.num_texels();
   stack.rgb.resize(3 * n * times.size());
   stack.lab.resize(stack.rgb.size());
+  if (source.deviation) stack.deviation.resize(stack.rgb.size());
   parallel_for(static_cast<std::int64_t>(times.size()), 1, control, [&](std::int64_t begin, std::int64_t end) {
     for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
       const ImageF frame = reduced(source.sample(times[t]), mask, coverage);
@@ -121,6 +122,10 @@ ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& ti
             lab_from_linear(static_cast<double>(from[0]), static_cast<double>(from[1]), static_cast<double>(from[2]));
         for (std::size_t c = 0; c < 3; ++c) out[c] = static_cast<float>(lab[c]);
       }
+      if (!source.deviation) continue;
+      const ImageF deviation = reduced(source.deviation(times[t]), mask, coverage);
+      for (std::size_t i = 0; i < n; ++i)
+        std::copy_n(deviation.data() + 3 * std::size_t{stack.texels[i]}, 3, stack.deviation.data() + 3 * (t * n + i));
     }
   });
   return stack;
@@ -133,6 +138,7 @@ ColorStack load_stack(const TextureSeries& series, const std::vector<double>& ti
                        .mask = common_mask(series, times),
                        .pixel_mm = series.pixel_mm(),
                        .sample = [&series](double time) { return series.sample(time); }};
+  if (series.has_deviation()) source.deviation = [&series](double time) { return series.deviation(time); };
   ColorStack stack = make_stack(source, times, stack_size(series, size), control);
   const auto inside = [](const ImageU8& m) {
     return static_cast<double>(
@@ -159,15 +165,19 @@ ColorStack restricted(const ColorStack& stack, const std::vector<std::uint32_t>&
   out.texels = kept;
   out.rgb.clear();
   out.lab.clear();
+  out.deviation.clear();
   for (std::size_t t = 0; t < stack.num_times(); ++t) {
     std::size_t i = 0;
     for (std::uint32_t texel : kept) {
       while (stack.texels[i] < texel) ++i;
       const std::size_t at = 3 * (t * stack.num_texels() + i);
-      out.rgb.insert(out.rgb.end(), stack.rgb.begin() + static_cast<std::ptrdiff_t>(at),
-                     stack.rgb.begin() + static_cast<std::ptrdiff_t>(at) + 3);
-      out.lab.insert(out.lab.end(), stack.lab.begin() + static_cast<std::ptrdiff_t>(at),
-                     stack.lab.begin() + static_cast<std::ptrdiff_t>(at) + 3);
+      const auto copy = [&](const std::vector<float>& from, std::vector<float>& to) {
+        to.insert(to.end(), from.begin() + static_cast<std::ptrdiff_t>(at),
+                  from.begin() + static_cast<std::ptrdiff_t>(at) + 3);
+      };
+      copy(stack.rgb, out.rgb);
+      copy(stack.lab, out.lab);
+      if (!stack.deviation.empty()) copy(stack.deviation, out.deviation);
     }
   }
   return out;

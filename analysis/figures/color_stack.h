@@ -23,8 +23,11 @@ struct ColorStack {
   std::vector<std::uint32_t> texels;  ///< y * width + x, ascending.
   std::vector<float> rgb;             ///< Linear.
   std::vector<float> lab;             ///< CIELAB, D65.
-  std::optional<double> pixel_mm;     ///< Surface length of a pixel of this stack.
-  double seen_share = 1.0;            ///< Texels kept, of those of the history's mask.
+  /// Standard deviation of `rgb`, where the series states it for every frame; empty otherwise. Pixels that are means
+  /// have that of their parts: neighbors may be off together, so no less is promised.
+  std::vector<float> deviation = {};
+  std::optional<double> pixel_mm;  ///< Surface length of a pixel of this stack.
+  double seen_share = 1.0;         ///< Texels kept, of those of the history's mask.
 
   [[nodiscard]] std::size_t num_times() const { return times.size(); }
   [[nodiscard]] std::size_t num_texels() const { return texels.size(); }
@@ -67,6 +70,7 @@ struct SurfaceSource {
   std::optional<double> pixel_mm = {};
   std::function<ImageF(double time)> sample =
       {};  ///< H x W x 3, linear, of the mask's size; called by several threads.
+  std::function<ImageF(double time)> deviation = {};  ///< The same of how certain it is; may be empty.
 };
 /// The same of any source. @param scaled  Of the stack.
 [[nodiscard]] ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& times, StackSize scaled,

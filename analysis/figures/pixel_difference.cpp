@@ -1,10 +1,14 @@
 #include "analysis/figures/pixel_difference.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
+#include "libcommon/core/random.h"
+#include "libcommon/metrics/color_curves.h"
 #include "patinate/core/error.h"
 #include "patinate/metrics/difference.h"
 
@@ -57,6 +61,47 @@ std::vector<PixelDifference> pixel_differences(const ColorStack& a, const ColorS
       out[t] = difference_at(a, b, t, mask);
   });
   return out;
+}
+
+std::optional<StatedNoise> stated_noise(const ColorStack& a, const ColorStack& b, std::uint64_t seed,
+                                        const RunControl& control) {
+  if (a.texels != b.texels || a.num_times() != b.num_times())
+    throw InvalidInput("stated noise: the same texels and as many times are needed on both sides");
+  if (a.deviation.empty() && b.deviation.empty()) return std::nullopt;
+  constexpr double kBeyond = 11.345;  // 99 % of chi-square with three degrees of freedom.
+  const std::size_t n = a.num_texels();
+  std::vector<StatedNoise> of_times(a.num_times());
+  parallel_for(static_cast<std::int64_t>(of_times.size()), 1, control, [&](std::int64_t begin, std::int64_t end) {
+    for (auto t = static_cast<std::size_t>(begin); t < static_cast<std::size_t>(end); ++t) {
+      RandomStream random(seed, t);
+      for (std::size_t i = 0; i < n; ++i) {
+        std::array<double, 3> color{}, drawn{};
+        double chi2 = 0.0;
+        for (std::size_t c = 0; c < 3; ++c) {
+          const std::size_t at = 3 * (t * n + i) + c;
+          const double s = std::hypot(a.deviation.empty() ? 0.0 : static_cast<double>(a.deviation[at]),
+                                      b.deviation.empty() ? 0.0 : static_cast<double>(b.deviation[at]));
+          const double difference = static_cast<double>(a.rgb[at]) - static_cast<double>(b.rgb[at]);
+          color[c] = static_cast<double>(a.rgb[at]);
+          drawn[c] = color[c] + s * random.normal();
+          if (s > 0.0)
+            chi2 += difference * difference / (s * s);
+          else if (difference != 0.0)
+            chi2 = std::numeric_limits<double>::infinity();
+        }
+        of_times[t].ciede2000 +=
+            ciede2000(lab_from_linear(color[0], color[1], color[2]), lab_from_linear(drawn[0], drawn[1], drawn[2])) /
+            static_cast<double>(n);
+        of_times[t].beyond_share += chi2 > kBeyond ? 1.0 / static_cast<double>(n) : 0.0;
+      }
+    }
+  });
+  StatedNoise mean;
+  for (const StatedNoise& one : of_times) {
+    mean.ciede2000 += one.ciede2000 / static_cast<double>(of_times.size());
+    mean.beyond_share += one.beyond_share / static_cast<double>(of_times.size());
+  }
+  return mean;
 }
 
 }  // namespace patinate::analysis

@@ -2,6 +2,8 @@
 /// Two surfaces that show the same places, frame by frame.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "analysis/figures/color_stack.h"
@@ -26,5 +28,17 @@ struct PixelDifference {
 /// @throws InvalidInput unless the stacks hold the same texels and as many times. Same bits for any number of threads.
 [[nodiscard]] std::vector<PixelDifference> pixel_differences(const ColorStack& a, const ColorStack& b,
                                                              const RunControl& control = {});
+
+/// What the deviations that captures state make of their differences.
+struct StatedNoise {
+  double ciede2000 = 0.0;     ///< Mean that equal surfaces would show by their deviations alone.
+  double beyond_share = 0.0;  ///< Share of places and times that differ by more than 99 % of equal ones would.
+};
+/// @param a,b    The same texels and as many times; a side that states no deviation counts as exact.
+/// @param seed   Of the draws.
+/// @returns nothing when neither side states any. @throws InvalidInput as pixel_differences(). Same bits for any number
+/// of threads.
+[[nodiscard]] std::optional<StatedNoise> stated_noise(const ColorStack& a, const ColorStack& b, std::uint64_t seed,
+                                                      const RunControl& control = {});
 
 }  // namespace patinate::analysis

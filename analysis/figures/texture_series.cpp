@@ -11,6 +11,7 @@
 #include "libcommon/history/footprint.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
+#include "patinate/history/history_sampling.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::analysis {
@@ -150,6 +151,17 @@ ImageU8 TextureSeries::mask(double time) const {
 }
 
 ImageF TextureSeries::sample(double time) const { return looked_up(history_->sample(time)); }
+bool TextureSeries::has_deviation() const {
+  return std::all_of(facts().frames.begin(), facts().frames.end(), [](const FrameFacts& f) {
+    return std::find(f.extras.begin(), f.extras.end(), "stddev") != f.extras.end();
+  });
+}
+
+ImageF TextureSeries::deviation(double time) const {
+  const double inside = std::clamp(time, facts().frames.front().time, facts().frames.back().time);
+  return looked_up(sample_material_map(*history_, MaterialMap::Stddev, inside, Between::Blend));
+}
+
 ImageF TextureSeries::control(const std::string& name) const { return looked_up(history_->read_control(name)); }
 
 SeriesFile open_series(const fs::path& path, const fs::path& through) {

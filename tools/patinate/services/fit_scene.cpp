@@ -221,8 +221,11 @@ analysis::AgeWith FitScene::age() const {
                                    .mask = aged->coverage(),
                                    .controls = {}};
       frames.colors = aged->compose(scene.read(scene.with(appearance_values)).scene.appearance, appearance_control);
-      for (const simulation::ParameterControl& c : aged->controls())
-        frames.controls.push_back({{.name = c.name, .low = c.low, .high = c.high, .unit = c.unit}, c.values});
+      for (const simulation::ParameterControl& c : aged->controls()) {
+        analysis::SurfaceControl& control_map = frames.controls.emplace_back();
+        control_map.parameter = ControlFacts{.name = c.name, .low = c.low, .high = c.high, .unit = c.unit};
+        control_map.values = c.values;
+      }
       return frames;
     };
   };

@@ -40,6 +40,10 @@ class TextureSeries {
   [[nodiscard]] ImageU8 mask(double time) const;
   /// H x W x 3, linear; clamped to the ends.
   [[nodiscard]] ImageF sample(double time) const;
+  /// Every frame says how certain its color is.
+  [[nodiscard]] bool has_deviation() const;
+  /// Standard deviation of sample(): H x W x 3, linear; 0 where not known. @throws InvalidInput unless has_deviation().
+  [[nodiscard]] ImageF deviation(double time) const;
   /// H x W x 1 in [0, 1], normalized as the history's control. @throws InvalidInput if there is no such control.
   [[nodiscard]] ImageF control(const std::string& name) const;
 

@@ -296,6 +296,18 @@ void HistoryWriter::add_written_frame_extra(int index, const std::string& name) 
   extras.insert(place, {name, frame_extra_file(index, name)});
 }
 
+fs::path HistoryWriter::frame_amounts_file(int index) { return fs::path("amounts") / numbered(index, ".exr"); }
+
+void HistoryWriter::write_frame_amounts(const fs::path& folder, int index, const std::vector<std::string>& materials,
+                                        const ImageF& values) {
+  if (values.channels() != static_cast<int>(materials.size()))
+    throw InvalidInput("amounts of a frame: expected a channel for each material");
+  make_parent(folder / frame_amounts_file(index));
+  write_exr(folder / frame_amounts_file(index), values, materials, ExrDepth::Float);
+}
+
+void HistoryWriter::add_written_frame_amounts(int index) { named_frame(index).amounts = frame_amounts_file(index); }
+
 void HistoryWriter::add_filled_frame(int index) { named_frame(index).file = filled_frame_file(index); }
 
 void HistoryWriter::write_mask(const ImageU8& mask) {

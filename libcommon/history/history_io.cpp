@@ -33,6 +33,7 @@ HistoryFrame read_frame_entry(JsonReader json) {
   for (std::string_view name : kFrameExtraNames) {
     if (json.has(name)) frame.extras.push_back({std::string(name), relative_file(json.member(name))});
   }
+  if (json.has("amounts")) frame.amounts = relative_file(json.member("amounts"));
   if (json.has("extrapolated")) frame.is_extrapolated = json.member("extrapolated").boolean();
   json.finish();
   return frame;
@@ -216,6 +217,7 @@ void write_history_manifest(const std::filesystem::path& file, const HistoryMani
     Json entry = {{"time", number_json(f.time)}, {"file", f.file.generic_string()}};
     if (f.mask) entry["mask"] = f.mask->generic_string();
     for (const HistoryImage& extra : f.extras) entry[extra.name] = extra.file.generic_string();
+    if (f.amounts) entry["amounts"] = f.amounts->generic_string();
     if (f.is_extrapolated) entry["extrapolated"] = true;
     json["frames"].push_back(std::move(entry));
   }

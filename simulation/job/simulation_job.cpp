@@ -16,6 +16,7 @@
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
 #include "simulation/files/scene_files.h"
+#include "simulation/job/frame_maps.h"
 #include "simulation/job/simulation_output.h"
 #include "simulation/tracing/gammatons.h"
 #include "simulation/transport/ledger_json.h"
@@ -26,7 +27,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 4;  ///< Raised when the same scene gives other amounts or maps.
+constexpr std::int64_t kStageVersion = 5;  ///< Raised when the same scene gives other amounts or maps.
 const fs::path kSceneFolder = "scene";
 constexpr std::int64_t kMostIterationsAnItem = 200;  ///< At most this many are lost by a kill.
 
@@ -110,7 +111,11 @@ JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begi
   item.name = "iterations-" + zero_padded(static_cast<std::uint64_t>(end), 8);
   item.stage = stage;
   const bool has_frame = work->file.is_frame(end);
-  if (has_frame) item.outputs = {fs::path("history") / HistoryWriter::frame_file(frame_index(work->file, end))};
+  if (has_frame) {
+    const int index = frame_index(work->file, end);
+    item.outputs = {fs::path("history") / HistoryWriter::frame_file(index)};
+    for (const fs::path& file : frame_map_files(work->file.scene, index)) item.outputs.push_back("history" / file);
+  }
   item.run = [work, begin, end, has_frame](const fs::path& folder, const RunControl& control) {
     Simulation& simulation = work->at(begin, end, folder, control);
     const std::int64_t first = simulation.iteration();
@@ -126,6 +131,7 @@ JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begi
       HistoryWriter writer(folder / "history", history_manifest(*work, simulation));
       writer.write_frame(frame_index(work->file, end), work->file.frame_time(end),
                          simulation.compose(quiet).color_linear());
+      write_frame_maps(folder / "history", frame_index(work->file, end), simulation, quiet);
     }
     work->save(folder);
     control.report(1.0);
@@ -142,7 +148,11 @@ void write_history(const SimulationWork& work, const Simulation& simulation, con
                    const std::vector<ParameterControl>& controls) {
   HistoryWriter writer(folder / "history", history_manifest(work, simulation));
   for (const std::int64_t end : item_ends(work.file)) {
-    if (work.file.is_frame(end)) writer.add_written_frame(frame_index(work.file, end), work.file.frame_time(end));
+    if (!work.file.is_frame(end)) continue;
+    const int index = frame_index(work.file, end);
+    writer.add_written_frame(index, work.file.frame_time(end));
+    for (const std::string& name : frame_map_names(work.file.scene)) writer.add_written_frame_extra(index, name);
+    writer.add_written_frame_amounts(index);
   }
   for (const ParameterControl& c : controls) {
     ImageF physical = c.values;

@@ -134,11 +134,33 @@ class Simulate(unittest.TestCase):
         self.run_in(["recompose", "small", "-o", "same"], check=True)
         for name in ("color.png", "specular.png", "normal.png", "height.exr"):
             self.assertEqual((self.folder / "same" / name).read_bytes(), (self.folder / "small" / name).read_bytes(), name)
+        for path in (self.folder / "small/history").rglob("*.exr"):
+            if path.parent.name != "controls":
+                name = path.relative_to(self.folder / "small")
+                self.assertEqual((self.folder / "same" / name).read_bytes(), path.read_bytes(), name)
+        self.run_in(["validate", "same/history"], check=True)
         self.run_in(["recompose", "small", "-o", "clean", "--set", "dirt.strength=0", "--set", "water.strength=0"], check=True)
         self.assertNotEqual((self.folder / "clean/color.png").read_bytes(), (self.folder / "small/color.png").read_bytes())
         wrong = self.run_in(["recompose", "small", "-o", "x", "--set", "dirt.strenth=1"])
         self.assertEqual(wrong.returncode, 2)
         self.assertIn("did you mean `strength`", wrong.stderr)
+
+    def test_frames_carry_gloss_relief_and_amounts_to_everything_that_shows_them(self):
+        frames = json.loads((self.folder / "small/history/history.json").read_text())["frames"]
+        for frame in frames:
+            self.assertEqual(set(frame), {"time", "file", "specular", "normal", "height", "amounts"})
+            for name in ("specular", "normal", "height", "amounts"):
+                self.assertTrue((self.folder / "small/history" / frame[name]).is_file())
+        self.run_in(["export", "small", "-o", "ages.glb", "--num-times", "2"], check=True)
+        data = (self.folder / "ages.glb").read_bytes()
+        gltf = json.loads(data[20:20 + struct.unpack("<I", data[12:16])[0]])
+        for material in gltf["materials"]:
+            self.assertIn("normalTexture", material)
+            self.assertIn("metallicRoughnessTexture", material["pbrMetallicRoughness"])
+        self.run_in(["transfer", "small/history", "ledge/mesh.obj", "--control", "hits=accessibility", "--resolution", "64", "-o", "on_wall"], check=True)
+        self.run_in(["lookup", "on_wall", "--map", "height", "--times", "0", "-o", "height.exr"], check=True)
+        facts = json.loads(self.run_in(["info", "small/history", "--json"], check=True).stdout)
+        self.assertEqual(facts["frame_maps"], "specular, normal, height")
 
     def scene_of_many_files(self, folder):
         """A scene whose mesh, picture and rule lie in folders beside it. Its JSON is the same wherever `folder` is."""

@@ -65,6 +65,16 @@ Facts history_facts(const std::filesystem::path& path) {
   std::string warned;
   for (const HistoryWarning& w : m.warnings) warned += "\n    " + warning_text(w);
   facts.add("warnings", warnings_json(m.warnings), m.warnings.empty() ? "none" : warned);
+  std::string maps;
+  for (std::string_view name : kFrameExtraNames) {
+    const auto count = std::count_if(m.frames.begin(), m.frames.end(), [&](const HistoryFrame& f) {
+      return std::any_of(f.extras.begin(), f.extras.end(), [&](const HistoryImage& e) { return e.name == name; });
+    });
+    if (count == 0) continue;
+    maps += (maps.empty() ? "" : ", ") + std::string(name);
+    if (count < std::ssize(m.frames)) maps += " (" + std::to_string(count) + " frames)";
+  }
+  facts.add("frame_maps", maps, maps.empty() ? "none" : maps);
   facts.add("mask", m.mask.has_value(), m.mask ? "yes" : "no");
   Json library = Json::array();
   std::string parts;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/files.h"
@@ -7,6 +8,8 @@
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/core/error.h"
+#include "patinate/history/history.h"
+#include "simulation/job/frame_maps.h"
 #include "simulation/job/simulation_job.h"
 #include "simulation/job/simulation_output.h"
 #include "tools/patinate/command_line/usage_error.h"
@@ -78,6 +81,67 @@ void describe(OptionVisitor& v, RecomposeOptions& o) {
                  o.color_form, simulation::kColorFormNames);
 }
 
+/// A simulation with another look, made when it is first asked for.
+struct Recomposed {
+  fs::path source;
+  simulation::SceneFile file;
+  simulation::ColorForm form;
+  HistoryManifest frames;  ///< Of the source.
+  std::unique_ptr<simulation::Simulation> made;
+
+  simulation::Simulation& composed(const RunControl& control) {
+    if (!made)
+      made = std::make_unique<simulation::Simulation>(
+          file.scene, simulation::SimulationOptions{.parameter_maps = {}, .color_form = form}, control);
+    return *made;
+  }
+};
+
+JobItem frame_item(const std::shared_ptr<Recomposed>& work, int index) {
+  JobItem item{.name = "frame-" + zero_padded(static_cast<std::uint64_t>(index), 4),
+               .outputs = {"history" / HistoryWriter::frame_file(index)},
+               .run = {}};
+  for (const fs::path& file : simulation::frame_map_files(work->file.scene, index))
+    item.outputs.push_back("history" / file);
+  item.run = [work, index](const fs::path& folder, const RunControl& control) {
+    simulation::Simulation& simulation = work->composed(control);
+    const HistoryFrame& frame = work->frames.frames[static_cast<std::size_t>(index)];
+    simulation::read_frame_amounts(work->source / "history" / *frame.amounts, simulation);
+    HistoryManifest manifest = work->frames;
+    manifest.frames.clear();
+    HistoryWriter(folder / "history", manifest)
+        .write_frame(index, frame.time, simulation.compose(control).color_linear());
+    simulation::write_frame_maps(folder / "history", index, simulation, control);
+  };
+  return item;
+}
+
+/// Frames are there; controls and mask are those of the source.
+void write_history(const Recomposed& work, const std::string& key, const fs::path& folder) {
+  HistoryManifest manifest = work.frames;
+  manifest.key = key;
+  manifest.frames.clear();
+  manifest.controls.clear();
+  manifest.mask.reset();
+  HistoryWriter writer(folder, manifest);
+  for (std::size_t i = 0; i < work.frames.frames.size(); ++i) {
+    const auto index = static_cast<int>(i);
+    writer.add_written_frame(index, work.frames.frames[i].time);
+    for (const std::string& name : simulation::frame_map_names(work.file.scene))
+      writer.add_written_frame_extra(index, name);
+    writer.add_written_frame_amounts(index);
+  }
+  const HistoryReader source(work.source / "history");
+  for (const ControlFacts& control : source.facts().controls) {
+    ImageF values = source.read_control(control.name);
+    for (float& v : values.values())
+      v = static_cast<float>(control.low + static_cast<double>(v) * (control.high - control.low));
+    writer.write_control(control.name, values, control.low, control.high, control.unit);
+  }
+  writer.write_mask(source.read_mask());
+  writer.finish();
+}
+
 }  // namespace
 
 int cmd_recompose(CommandRun& run) {
@@ -85,7 +149,7 @@ int cmd_recompose(CommandRun& run) {
   std::vector<std::string> texts;
   RecomposeOptions options;
   run.line.positional("SIMULATION", "A folder that `simulate` made", folder);
-  run.line.output("FOLDER", "Folder to make: textures and model.glb", output);
+  run.line.output("FOLDER", "Folder to make: textures, model.glb and the history", output);
   run.line.repeated("set", "MATERIAL.WHAT=VALUE",
                     "A post-control: strength, variation, specular, specular_variation, height (mm) or "
                     "height_variation of a material",
@@ -103,8 +167,12 @@ int cmd_recompose(CommandRun& run) {
   if (file.scene.materials != manifest.materials) {
     throw IoError(file.file.string(), "has other materials than the simulation " + source.string());
   }
-  JobInputs inputs("recompose", 1);
+  JobInputs inputs("recompose", 2);
   inputs.add_file("atlas", source / "atlas.exr", source);
+  const HistoryManifest frames = read_history_manifest(source / "history");
+  for (const HistoryFrame& frame : frames.frames) {
+    if (frame.amounts) inputs.add_file("frame " + number_text(frame.time), source / "history" / *frame.amounts, source);
+  }
   inputs.add_content("scene", file.file.filename().string(), ContentHash().add(load_json(file.file).dump()).hex());
   for (const auto& [role, path] : file.inputs) {
     inputs.add_file(role, path, folder_of(file.file));
@@ -117,18 +185,26 @@ int cmd_recompose(CommandRun& run) {
     inputs.add_value("--set " + text.substr(0, text.find('=')), text);
   }
   inputs.add_options(option_values(options));
+  const auto work = std::make_shared<Recomposed>(Recomposed{source, std::move(file), options.color_form, frames, {}});
   JobPlan plan = inputs.plan(output, "recomposed.json");
-  plan.join = [&](const fs::path& made, const RunControl& control) {
-    simulation::Simulation simulation(file.scene, {.parameter_maps = {}, .color_form = options.color_form},
-                                      control.part(0.0, 0.5));
+  plan.parallel_items = false;
+  for (std::size_t i = 0; i < frames.frames.size(); ++i) {
+    if (frames.frames[i].amounts) plan.items.push_back(frame_item(work, static_cast<int>(i)));
+  }
+  plan.join = [&, work](const fs::path& made, const RunControl& control) {
+    simulation::Simulation& simulation = work->composed(control.part(0.0, 0.5));
     simulation::read_atlas_file(source, simulation);
     simulation::write_composed_files(made, manifest.name, simulation, plan.key, control.part(0.5, 1.0));
+    if (!plan.items.empty()) write_history(*work, plan.key, made / "history");
     save_json(made / "recomposed.json", Json{{"format", "patinate.recomposed"},
                                              {"version", 1},
                                              {"simulation", manifest.key},
                                              {"set", texts},
                                              {"key", plan.key}});
   };
+  if (plan.items.empty())
+    run.note(source.string() +
+             " holds no amounts of its frames (made by an earlier version): its end alone is composed");
   const std::optional<JobStatus> status = run.make_folder(plan, "recompose");
   if (status) run.report_output(*status, output);
   return 0;

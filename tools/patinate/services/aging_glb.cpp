@@ -4,6 +4,7 @@
 #include <memory>
 #include <utility>
 
+#include "libcommon/core/files.h"
 #include "patinate/history/history_sampling.h"
 #include "patinate/image/color.h"
 #include "tools/patinate/command_line/path_kind.h"
@@ -94,22 +95,43 @@ AgingGlb glb_of_transfer(const std::filesystem::path& path) {
   return out;
 }
 
+/// A unit normal in codes; flat is (128, 128, 255).
+ImageU8 normal_codes(const ImageF& normals) {
+  ImageU8 codes(normals.width(), normals.height(), 3);
+  for (std::size_t i = 0; i < codes.values().size(); ++i)
+    codes.data()[i] = static_cast<std::uint8_t>(std::clamp(128.0f + 127.5f * normals.data()[i], 0.0f, 255.0f));
+  return codes;
+}
+
 /// A simulation's frames lie over the atlas already: one is in memory at a time.
 AgingGlb glb_of_simulation(const std::filesystem::path& path) {
   const auto mesh = std::make_shared<const AgingMesh>(open_aging_mesh(path));
+  const auto history = std::make_shared<const HistoryReader>(manifest_folder(path, "simulation.json") / "history");
+  const std::vector<MaterialMap> maps = material_maps(history->facts());
+  const auto has = [maps](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
   AgingGlb out{mesh->key,       mesh->history,         {mesh->tile_names, mesh->triangle_tile},
                mesh->unit_mesh, mesh->meters_per_unit, {}};
-  out.appearance = [mesh](const std::vector<double>& times, const std::vector<std::string>& labels,
-                          const RunControl& control) {
+  out.appearance = [mesh, history, has](const std::vector<double>& times, const std::vector<std::string>& labels,
+                                        const RunControl& control) {
     RunControl silent = control;
     silent.on_progress = {};
     std::vector<GlbAppearance> appearance;
     for (std::size_t i = 0; i < times.size(); ++i) {
       const double t = times[i];
-      const auto make = [mesh, silent, t](const Write& write) {
-        write(srgb8_from_linear(mesh->sample(t, silent)).values());
+      const auto texture = [&](int channels, std::function<ImageU8()> make) {
+        return GlbTexture{mesh->history.width, mesh->history.height, channels,
+                          [make](const Write& write) { write(make().values()); }};
       };
-      appearance.push_back({labels[i], {GlbTexture{mesh->history.width, mesh->history.height, 3, make}}});
+      const auto map_at = [history, t](MaterialMap map) {
+        return sample_material_map(*history, map, t, Between::Blend);
+      };
+      GlbAppearance& look = appearance.emplace_back();
+      look.name = labels[i];
+      look.base_colors = {texture(3, [mesh, silent, t] { return srgb8_from_linear(mesh->sample(t, silent)); })};
+      if (has(MaterialMap::Normal))
+        look.normals = {texture(3, [map_at] { return normal_codes(map_at(MaterialMap::Normal)); })};
+      if (has(MaterialMap::Roughness))
+        look.speculars = {texture(1, [map_at] { return gloss_codes(map_at(MaterialMap::Roughness)); })};
     }
     return appearance;
   };

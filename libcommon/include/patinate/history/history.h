@@ -37,6 +37,8 @@ struct HistoryFrame {
   /// In the order of kFrameExtraNames, each at most once; float.
   std::vector<HistoryImage> extras = {};
   bool is_extrapolated = false;  ///< Nobody saw it: a model continues from where the frames end.
+  /// Of a simulation: how much of each material lies on every texel, a channel a material; float.
+  std::optional<std::filesystem::path> amounts = std::nullopt;
 };
 
 using HistoryMap = HistoryImage;  ///< One of kHistoryMapNames.
@@ -137,6 +139,14 @@ class HistoryWriter {
   /// Names what write_frame_extra() has written for a frame that is named already. @throws InvalidInput if frame
   /// `index` is not there.
   void add_written_frame_extra(int index, const std::string& name);
+  /// amounts/0007.exr.
+  [[nodiscard]] static std::filesystem::path frame_amounts_file(int index);
+  /// Writes it. @param materials  Names of the channels, different. @param values  H x W x materials, >= 0.
+  static void write_frame_amounts(const std::filesystem::path& folder, int index,
+                                  const std::vector<std::string>& materials, const ImageF& values);
+  /// Names what write_frame_amounts() has written for a frame that is named already. @throws InvalidInput if frame
+  /// `index` is not there.
+  void add_written_frame_amounts(int index);
   /// Lets a frame that is named already show filled_frame_file(index), which an earlier step has written. Its mask
   /// stays.
   /// @throws InvalidInput if frame `index` is not there.

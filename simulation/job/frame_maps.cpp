@@ -1,0 +1,100 @@
+#include "simulation/job/frame_maps.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libcommon/core/text.h"
+#include "patinate/core/error.h"
+#include "patinate/history/history.h"
+#include "patinate/history/history_sampling.h"
+#include "patinate/image/image_io.h"
+
+namespace patinate::simulation {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr float kLeastRoughness = 0.05f;
+
+bool has_relief(const Scene& scene) {
+  return std::any_of(scene.objects.begin(), scene.objects.end(),
+                     [](const SceneObject& object) { return !object.height_map.empty(); }) ||
+         std::any_of(scene.appearance.begin(), scene.appearance.end(),
+                     [](const MaterialAppearance& a) { return a.height_mm != 0.0; });
+}
+
+/// Strength and roughness.
+ImageF gloss_of(const ImageU8& specular) {
+  ImageF out(specular.width(), specular.height(), 2);
+  for (std::int64_t i = 0; i < specular.num_pixels(); ++i) {
+    out.data()[2 * i] = kUnknownSpecular;
+    out.data()[2 * i + 1] = std::max(kLeastRoughness, 1.0f - static_cast<float>(specular.data()[i]) / 255.0f);
+  }
+  return out;
+}
+
+ImageF unit_normals(const ImageU8& codes) {
+  ImageF out(codes.width(), codes.height(), 3);
+  for (std::int64_t i = 0; i < codes.num_pixels(); ++i) {
+    Eigen::Vector3f n;
+    // 128 is flat, so that 127.5 + 127.5 n has no code for 0.
+    for (int c = 0; c < 3; ++c) {
+      const std::uint8_t code = codes.data()[3 * i + c];
+      n[c] = c < 2 && code == 128 ? 0.0f : (static_cast<float>(code) - 127.5f) / 127.5f;
+    }
+    n.normalize();
+    std::copy_n(n.data(), 3, out.data() + 3 * i);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::string> frame_map_names(const Scene& scene) {
+  if (!has_relief(scene)) return {"specular"};
+  return {"specular", "normal", "height"};
+}
+
+std::vector<fs::path> frame_map_files(const Scene& scene, int index) {
+  std::vector<fs::path> files;
+  for (const std::string& name : frame_map_names(scene)) files.push_back(HistoryWriter::frame_extra_file(index, name));
+  files.push_back(HistoryWriter::frame_amounts_file(index));
+  return files;
+}
+
+void write_frame_maps(const fs::path& history, int index, Simulation& simulation, const RunControl& control) {
+  const Composer& look = simulation.compose(control);
+  for (const std::string& name : frame_map_names(simulation.scene())) {
+    HistoryWriter::write_frame_extra(history, index, name,
+                                     name == "specular" ? gloss_of(look.specular8())
+                                     : name == "normal" ? unit_normals(look.normal8())
+                                                        : look.height_mm());
+  }
+  const std::vector<std::string>& materials = simulation.scene().materials;
+  const auto num_materials = static_cast<int>(materials.size());
+  const int side = simulation.scene().resolution;
+  ImageF amounts(side, side, num_materials);
+  for (int m = 0; m < num_materials; ++m) {
+    const ImageF one = simulation.amounts(m);
+    for (std::int64_t i = 0; i < one.num_pixels(); ++i) amounts.data()[i * num_materials + m] = one.data()[i];
+  }
+  HistoryWriter::write_frame_amounts(history, index, materials, amounts);
+}
+
+void read_frame_amounts(const fs::path& file, Simulation& simulation) {
+  const ImageF image = read_channels(file, simulation.scene().materials);
+  const int side = simulation.scene().resolution;
+  if (image.width() != side || image.height() != side) {
+    throw IoError(file.string(), "is " + size_text(image.width(), image.height()) + " texels; the scene's atlas has " +
+                                     size_text(side, side));
+  }
+  const int n = image.channels();
+  for (int m = 0; m < n; ++m) {
+    ImageF amount(side, side);
+    for (std::int64_t i = 0; i < amount.num_pixels(); ++i) amount.data()[i] = image.data()[i * n + m];
+    simulation.set_amounts(m, amount);
+  }
+}
+
+}  // namespace patinate::simulation

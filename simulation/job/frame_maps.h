@@ -1,0 +1,30 @@
+/// \file
+/// What a simulation's history holds of every frame beside its color: gloss, relief, and the amounts themselves.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "patinate/simulation/engine.h"
+
+namespace patinate::simulation {
+
+/// Names of kFrameExtraNames that frames of the scene have: `specular` always, `normal` and `height` where anything has
+/// a height.
+[[nodiscard]] std::vector<std::string> frame_map_names(const Scene& scene);
+
+/// Files of frame `index`, relative to the history, in the order of frame_map_names(); the amounts last.
+[[nodiscard]] std::vector<std::filesystem::path> frame_map_files(const Scene& scene, int index);
+
+/// Writes them. `specular`: strength 0.04, which dielectrics have, and roughness max(0.05, 1 - specular value), as
+/// model.glb has it. `normal`: of the composed relief, in tangent space. `height`: mm. Amounts: a channel a material, 1
+/// = a full layer. @param history  Folder. @throws CannotComplete
+void write_frame_maps(const std::filesystem::path& history, int index, Simulation& simulation,
+                      const RunControl& control = {});
+
+/// Takes the amounts of a frame over. @param file  What write_frame_maps() wrote. @throws IoError if it is of another
+/// size or other materials.
+void read_frame_amounts(const std::filesystem::path& file, Simulation& simulation);
+
+}  // namespace patinate::simulation

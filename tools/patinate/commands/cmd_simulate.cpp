@@ -51,6 +51,28 @@ std::string ledger_text(const Json& ledger) {
   return text;
 }
 
+std::string percent(const Json& share) { return fixed_percent_text(share.get<double>()); }
+
+/// What happened to each object, material by material.
+std::string outcome_text(const Json& outcome) {
+  std::string text;
+  for (const auto& [object, facts] : outcome.at("objects").items()) {
+    text += (text.empty() ? "" : "\n") + object + ": changed by " +
+            short_number_text(facts.at("change_mean").get<double>()) +
+            " Delta E in the mean, 95 % of it by less than " + short_number_text(facts.at("change_p95").get<double>());
+    if (facts.contains("never_met_share")) text += "; never met " + percent(facts["never_met_share"]);
+    for (const auto& [material, m] : facts.at("materials").items()) {
+      if (m.at("largest") == 0.0) continue;
+      text += "\n  " + material + std::string(material.size() < 14 ? 14 - material.size() : 1, ' ') + "mean " +
+              short_number_text(m.at("mean").get<double>()) + ", most " +
+              short_number_text(m.at("largest").get<double>()) + "; shows on " + percent(m.at("shows_share")) +
+              ", hides all on " + percent(m.at("hides_share"));
+      if (m.at("full_share") != 0.0) text += ", full on " + percent(m.at("full_share"));
+    }
+  }
+  return text;
+}
+
 }  // namespace
 
 int cmd_simulate(CommandRun& run) {
@@ -91,10 +113,15 @@ int cmd_simulate(CommandRun& run) {
   if (manifest.contains("outside"))
     run.note("its folder holds its scene but for " + list_text(manifest["outside"]) +
              ", which stays where it is; keep both to open it again");
-  if (!run.line.common().json) run.note(ledger_text(manifest.at("ledger")));
+  if (!run.line.common().json) {
+    run.note(ledger_text(manifest.at("ledger")));
+    run.note(outcome_text(manifest.at("outcome")));
+  }
+  for (const Json& advice : manifest.at("outcome").at("advice")) run.note("warning: " + advice.get<std::string>());
   run.report_output(*status, output,
                     Json{{"counters", manifest.at("counters")},
                          {"ledger", manifest.at("ledger")},
+                         {"outcome", manifest.at("outcome")},
                          {"atlas_hash", manifest.at("atlas_hash")}});
   return 0;
 }

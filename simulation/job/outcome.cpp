@@ -1,0 +1,134 @@
+#include "simulation/job/outcome.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libcommon/core/median.h"
+#include "libcommon/core/text.h"
+#include "libcommon/metrics/color_curves.h"
+#include "patinate/core/error.h"
+
+namespace patinate::simulation {
+
+namespace {
+
+constexpr double kShows = 0.1;       ///< Share of the color.
+constexpr double kNoticeable = 2.3;  ///< Delta E 1976, a just noticeable difference [Mahy et al. 1994].
+constexpr double kNearlyAll = 0.95;  ///< Of an object.
+constexpr double kMostlyUnmet = 0.5;
+
+double delta_e_at(const ImageF& before, const ImageF& now, std::int64_t pixel) {
+  const auto lab = [pixel](const ImageF& image) {
+    const float* const p = image.data() + 3 * pixel;
+    return lab_from_linear(static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]));
+  };
+  const auto a = lab(before), b = lab(now);
+  return std::sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+}
+
+/// Texels of one object.
+struct Part {
+  std::vector<TexelIndex> texels = {};
+  std::vector<std::int64_t> pixels = {};  ///< Of the same, in the user's order.
+  double area = 0.0;
+};
+
+std::vector<Part> parts_of(const Simulation& simulation) {
+  const SurfaceAtlas& surface = simulation.atlas().surface();
+  std::vector<Part> parts(simulation.scene().objects.size());
+  const int side = simulation.scene().resolution;
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      const TexelIndex t = surface.grid().index(x, y);
+      if (!surface.is_covered(t)) continue;
+      Part& part = parts[static_cast<std::size_t>(surface.object(surface.triangle(t)))];
+      part.texels.push_back(t);
+      part.pixels.push_back(std::int64_t{y} * side + x);
+      part.area += surface.weight(t);
+    }
+  }
+  return parts;
+}
+
+MaterialOutcome material_outcome(const Simulation& simulation, const Part& part, int material) {
+  const MaterialAtlas& atlas = simulation.atlas();
+  MaterialOutcome out{.material = simulation.scene().materials[static_cast<std::size_t>(material)]};
+  const double strength = simulation.scene().appearance[static_cast<std::size_t>(material)].strength;
+  for (const TexelIndex t : part.texels) {
+    const double share = atlas.surface().weight(t) / part.area;
+    const int quanta = atlas.amount(material, t);
+    const double amount = static_cast<double>(quanta) / kAmountOne,
+                 come = amount - static_cast<double>(atlas.original(material, t)) / kAmountOne;
+    out.mean += share * amount;
+    out.largest = std::max(out.largest, amount);
+    if (come * strength >= kShows) out.shows_share += share;
+    if (come * strength >= 1.0) out.hides_share += share;
+    if (quanta == static_cast<int>(kMaxAmount)) out.full_share += share;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<ObjectOutcome> outcome_of(Simulation& simulation, const ImageF& before, const RunControl& control) {
+  const ImageF now = simulation.compose(control).color_linear();
+  if (!before.same_size(now) || before.channels() != 3) throw InvalidInput("outcome: expected a color for every texel");
+  const std::vector<Part> parts = parts_of(simulation);
+  std::optional<ImageF> hits;
+  try {
+    hits = simulation.parameter_map("hits").values;
+  } catch (const InvalidInput&) {  // It was not counted.
+  }
+  std::vector<ObjectOutcome> outcome;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    const Part& part = parts[i];
+    ObjectOutcome& object = outcome.emplace_back();
+    object.object = simulation.scene().objects[i].name;
+    if (part.texels.empty()) continue;
+    std::vector<float> changes;
+    for (std::size_t k = 0; k < part.texels.size(); ++k) {
+      const double share = simulation.atlas().surface().weight(part.texels[k]) / part.area;
+      const double change = delta_e_at(before, now, part.pixels[k]);
+      object.change_mean += share * change;
+      changes.push_back(static_cast<float>(change));
+      if (hits && hits->data()[part.pixels[k]] == 0.0f)
+        object.never_met_share = object.never_met_share.value_or(0.0) + share;
+    }
+    if (hits && !object.never_met_share) object.never_met_share = 0.0;
+    const auto rank = static_cast<std::size_t>(0.95 * static_cast<double>(changes.size() - 1));
+    object.change_p95 = static_cast<double>(value_at_rank(changes, rank));
+    for (int m = 0; m < static_cast<int>(simulation.scene().materials.size()); ++m)
+      object.materials.push_back(material_outcome(simulation, part, m));
+  }
+  return outcome;
+}
+
+std::vector<std::string> outcome_advice(const std::vector<ObjectOutcome>& outcome) {
+  std::vector<std::string> advice;
+  double most = 0.0;
+  for (const ObjectOutcome& object : outcome) most = std::max(most, object.change_p95);
+  if (most < kNoticeable) {
+    const double times = kVisibleDeltaE / most;
+    advice.push_back("nothing visible happened: 95 % of every object changed by less than " +
+                     short_number_text(rounded(most, 2)) + " Delta E (2.3 is noticed); " +
+                     (times < 1e4
+                          ? "rates or loads are about " + short_number_text(rounded(times, 1)) +
+                                " times too small, or the run as many times too short"
+                          : std::string("check that emitters are on, hit the objects, and carry what the rules need")));
+  }
+  for (const ObjectOutcome& object : outcome) {
+    if (object.never_met_share.value_or(0.0) > kMostlyUnmet) {
+      advice.push_back("object '" + object.object + "': " + fixed_percent_text(*object.never_met_share) +
+                       " of it was never met by a gammaton: more of them, more iterations, or emitters elsewhere");
+    }
+    for (const MaterialOutcome& material : object.materials) {
+      if (!(material.hides_share > kNearlyAll)) continue;
+      advice.push_back("object '" + object.object + "': " + material.material + " hides " +
+                       fixed_percent_text(material.hides_share) +
+                       " of it, where nothing varies any more: lower what makes it, or its strength");
+    }
+  }
+  return advice;
+}
+
+}  // namespace patinate::simulation

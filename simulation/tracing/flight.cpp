@@ -70,9 +70,10 @@ void touch(const MotionScene& scene, Gammaton& g, const TriangleHit& hit, double
 }  // namespace
 
 MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const TriangleFrames& frames,
-                         const FreeSpace& free_space, Clearance& clearance) {
+                         const SurfaceLinks& links, const FreeSpace& free_space, Clearance& clearance) {
   return {.rays = rays,
           .frames = frames,
+          .links = links,
           .free_space = free_space,
           .clearance = clearance,
           .options = scene.tracing,

@@ -110,6 +110,7 @@ void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surf
       if (k + kAhead < order.size()) {
         prefetch(all, order[k + kAhead]);
         motion.frames.prefetch(all.triangle[order[k + kAhead]]);
+        motion.links.prefetch(all.triangle[order[k + kAhead]]);
       }
       const std::size_t i = order[k];
       move(i, told[i - static_cast<std::size_t>(begin)], part.counters);
@@ -153,8 +154,13 @@ Gammatons make_gammatons(const Scene& scene) {
 }
 
 struct GammatonTracer::Impl {
-  Impl(const SceneMesh& scene_mesh, const SurfaceAtlas& atlas)
-      : mesh(&scene_mesh), surface(&atlas), rays(scene_mesh.mesh), frames(scene_mesh, rays), free_space(rays) {}
+  Impl(const SceneMesh& scene_mesh, const SurfaceAtlas& atlas, std::shared_ptr<const SurfaceLinks> joined)
+      : mesh(&scene_mesh),
+        surface(&atlas),
+        rays(scene_mesh.mesh),
+        frames(scene_mesh, rays),
+        links(std::move(joined)),
+        free_space(rays) {}
 
   /// Places those emitters that are new or changed.
   void place(const Scene& scene) {
@@ -176,13 +182,14 @@ struct GammatonTracer::Impl {
   const SurfaceAtlas* surface;
   RayTracer rays;
   TriangleFrames frames;
+  std::shared_ptr<const SurfaceLinks> links;  ///< The same wherever the objects stand.
   FreeSpace free_space;
   /// What all gammatons of a call share.
   MotionScene motion(const Scene& scene) {
     if (!clearance || clearance->height_mm() != scene.tracing.epsilon_mm) {
       clearance.emplace(rays, frames, mesh->mesh.num_triangles(), scene.tracing.epsilon_mm);
     }
-    return motion_scene(scene, rays, frames, free_space, *clearance);
+    return motion_scene(scene, rays, frames, *links, free_space, *clearance);
   }
 
   std::optional<Clearance> clearance;
@@ -192,13 +199,13 @@ struct GammatonTracer::Impl {
 };
 
 GammatonTracer::GammatonTracer(const SceneMesh& scene_mesh, const SurfaceAtlas& surface)
-    : impl_(std::make_unique<Impl>(scene_mesh, surface)) {}
+    : impl_(std::make_unique<Impl>(scene_mesh, surface, std::make_shared<const SurfaceLinks>(scene_mesh))) {}
 GammatonTracer::~GammatonTracer() = default;
 GammatonTracer::GammatonTracer(GammatonTracer&&) noexcept = default;
 GammatonTracer& GammatonTracer::operator=(GammatonTracer&&) noexcept = default;
 
 void GammatonTracer::set_mesh(const SceneMesh& scene_mesh) {
-  impl_ = std::make_unique<Impl>(scene_mesh, *impl_->surface);
+  impl_ = std::make_unique<Impl>(scene_mesh, *impl_->surface, impl_->links);
 }
 
 const RayTracer& GammatonTracer::rays() const { return impl_->rays; }

@@ -7,6 +7,7 @@
 #include "simulation/tracing/free_space.h"
 #include "simulation/tracing/gammatons.h"
 #include "simulation/tracing/ray_tracer.h"
+#include "simulation/tracing/surface_links.h"
 #include "simulation/tracing/triangle_frames.h"
 
 namespace patinate::simulation {
@@ -15,6 +16,7 @@ namespace patinate::simulation {
 struct MotionScene {
   const RayTracer& rays;
   const TriangleFrames& frames;
+  const SurfaceLinks& links;
   const FreeSpace& free_space;
   Clearance& clearance;  ///< Of epsilon.
   TracingOptions options;
@@ -23,7 +25,7 @@ struct MotionScene {
   double rest_cosine = 1.0;  ///< Of rest_slope.
 };
 [[nodiscard]] MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const TriangleFrames& frames,
-                                       const FreeSpace& free_space, Clearance& clearance);
+                                       const SurfaceLinks& links, const FreeSpace& free_space, Clearance& clearance);
 
 /// A gammaton taken out of its arrays.
 struct Gammaton {
@@ -42,14 +44,16 @@ enum class PieceEnd { Flying, Contact, Left, Rested };
 /// of all triangles one piece leads to its border, or Left when it will never be there.
 [[nodiscard]] PieceEnd fly(const MotionScene& scene, Gammaton& gammaton);
 
-/// A floating gammaton's way to its next contact, about epsilon / pull ahead on a flat surface: it hovers at epsilon
-/// times [0.5, 1), so that those who come one after another do not step into each other's footprints (halfway to what
-/// is nearer above), moves along the tangent plane under gravity's tangential part, and sinks by `pull` per length.
-/// Where it finds nothing within `reach` it looks back to where it came from, below the surface there: round an edge.
-/// Flying when nothing is there either. A way that stays above one triangle with nothing else above it needs no ray;
-/// without `clearance` in use the same is found by rays.
-/// @param random      Uniform over its range: says how high it hovers.
-/// @param num_pieces  Pieces are added: one, or two when it has looked back.
+/// A floating gammaton's way to its next contact: epsilon / pull times [0.5, 1), another share each time, so that those
+/// who come one after another do not step into each other's footprints. Measured along the surface, from triangle to
+/// triangle as if they were laid flat (SurfaceWalk), under gravity's tangential part: where it lands does not depend on
+/// how the surface is divided into triangles. It hovers meanwhile, at first at epsilon times the same share (halfway to
+/// what is nearer above), and sinks evenly; a ray along that way finds what else is there. Where the surface ends or
+/// rises steeply, or its triangles are too many, it moves ahead along the tangent plane and sinks by `pull` per length;
+/// where it finds nothing within `reach` it looks back to where it came from, below the surface there: round an edge.
+/// Flying when nothing is there either. A way that stays above one triangle with nothing else above it needs no ray.
+/// @param random      Uniform over its range: says how far it goes.
+/// @param num_pieces  Pieces are added: one, and one more for each sharp edge or look back.
 [[nodiscard]] PieceEnd float_on(const MotionScene& scene, Gammaton& gammaton, std::uint32_t random,
                                 std::int64_t& num_pieces);
 

@@ -29,11 +29,12 @@ inline int levelness(const MotionScene& scene, const Vec3& normal) {
 }  // namespace response_detail
 
 /// Bounce: the velocity is reflected about `normal`, turned within a Phong lobe, again and again until it leaves the
-/// triangle (after kMostTries mirrored up), and slowed down. Float: the same, projected into the triangle's plane; on
-/// ground that hangs, within rest_slope of level, it drips off as soon as it does not run downhill. Whatever is slower
-/// than rest_speed on nearly level ground rests.
+/// triangle (after kMostTries mirrored up), and slowed down. Float: the same about the triangle's own normal, projected
+/// into its plane: a smoothed normal would lead drops astray on a flat wall; on ground that hangs, within rest_slope of
+/// level, it drips off as soon as it does not run downhill. Whatever is slower than rest_speed on nearly level ground
+/// rests.
 /// @param gammaton      In contact; Flying or Floating after it.
-/// @param front_normal  To reflect about, unit, for the triangle's front.
+/// @param front_normal  For bounces to reflect about, unit, for the triangle's front.
 /// @param words         words(k): four random words, other ones for each k.
 template <class Words>
 [[nodiscard]] Outcome respond_to_contact(const MotionScene& scene, const Behavior& behavior, Gammaton& g,
@@ -48,7 +49,7 @@ template <class Words>
 
   const double speed = std::sqrt(g.velocity.squaredNorm());
   Vec3 heading = speed > 0.0 ? Vec3(g.velocity / speed) : ground;
-  Vec3 normal = side * front_normal;
+  Vec3 normal = is_bounce ? Vec3(side * front_normal) : ground;
   if (heading.dot(normal) >= 0.0) normal = ground;  // seen from behind the shading normal
   if (const double into = heading.dot(normal); into < 0.0) heading -= 2.0 * into * normal;
   if (is_bounce) {

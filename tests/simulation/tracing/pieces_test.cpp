@@ -22,12 +22,13 @@ TEST(FloatOn, WithoutRaysIsAsWithRays) {
   const SceneMesh mesh = make_scene_mesh(scene);
   const RayTracer rays(mesh.mesh);
   const TriangleFrames frames(mesh, rays);
+  const SurfaceLinks links(mesh);
   const FreeSpace free_space(rays);
   scene.gravity_mm_s2 = {0, -9810.0, 0};
   Clearance low(rays, frames, mesh.mesh.num_triangles(), scene.tracing.epsilon_mm),
       high(rays, frames, mesh.mesh.num_triangles(), 1e3);
-  const MotionScene without = motion_scene(scene, rays, frames, free_space, low),
-                    with = motion_scene(scene, rays, frames, free_space, high);
+  const MotionScene without = motion_scene(scene, rays, frames, links, free_space, low),
+                    with = motion_scene(scene, rays, frames, links, free_space, high);
   RandomStream random(1, 0);
   int num_same = 0;
   for (int i = 0; i < 5000; ++i) {

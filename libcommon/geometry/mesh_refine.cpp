@@ -1,3 +1,5 @@
+#include "libcommon/geometry/mesh_refine.h"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -67,6 +69,16 @@ class Midpoints {
       values_.push_back(mid);
     }
     return entry->second;
+  }
+
+  /// Both ends of every midpoint's edge, in the order in which they were made.
+  void list_ends(std::vector<std::array<int, 2>>& ends) const {
+    const std::size_t before = ends.size(), first = values_.size() - made_.size();
+    ends.resize(before + made_.size());
+    for (const auto& [key, index] : made_) {
+      ends[before + static_cast<std::size_t>(index) - first] = {static_cast<int>(key >> 32),
+                                                                static_cast<int>(key & 0xffffffffu)};
+    }
   }
 
   /// Adds offset(a, b) to every midpoint.
@@ -198,7 +210,8 @@ Pattern pattern_of(const std::array<bool, 3>& is_split, const std::array<Vec3, 3
 }
 
 /// One pass: splits the given edges wherever they occur.
-void split_edges(Mesh& mesh, const std::unordered_set<std::uint64_t>& is_split, RefineShape shape) {
+void split_edges(Mesh& mesh, const std::unordered_set<std::uint64_t>& is_split, RefineShape shape,
+                 std::vector<std::array<int, 2>>& parents) {
   const Bulges bulges(mesh, shape == RefineShape::Curved ? is_split : std::unordered_set<std::uint64_t>{});
   Midpoints<Vec3> mid_position(mesh.positions);
   Midpoints<Vec2> mid_uv(mesh.uvs);
@@ -240,6 +253,7 @@ void split_edges(Mesh& mesh, const std::unordered_set<std::uint64_t>& is_split, 
       if (has_normals) normal_triangles.push_back(pick(normal, f));
     }
   }
+  mid_position.list_ends(parents);
   mid_position.move_by([&bulges](int a, int b) { return bulges.of(a, b); });
   mesh.triangles = std::move(triangles);
   mesh.uv_triangles = std::move(uv_triangles);
@@ -249,7 +263,8 @@ void split_edges(Mesh& mesh, const std::unordered_set<std::uint64_t>& is_split, 
 
 }  // namespace
 
-Mesh refine_edges(Mesh mesh, double max_edge, int max_triangles, RefineShape shape) {
+Mesh refine_edges(Mesh mesh, double max_edge, int max_triangles, RefineShape shape,
+                  std::vector<std::array<int, 2>>& parents) {
   if (!(max_edge > 0.0)) throw InvalidInput("max_edge: " + number_text(max_edge) + " is out of range; use > 0");
   if (shape == RefineShape::Curved) mesh = with_crease_normals(std::move(mesh));
   while (true) {
@@ -261,8 +276,13 @@ Mesh refine_edges(Mesh mesh, double max_edge, int max_triangles, RefineShape sha
       chosen.insert(edge.key);
     }
     if (chosen.empty()) return mesh;
-    split_edges(mesh, chosen, shape);
+    split_edges(mesh, chosen, shape, parents);
   }
+}
+
+Mesh refine_edges(Mesh mesh, double max_edge, int max_triangles, RefineShape shape) {
+  std::vector<std::array<int, 2>> parents;
+  return refine_edges(std::move(mesh), max_edge, max_triangles, shape, parents);
 }
 
 }  // namespace patinate

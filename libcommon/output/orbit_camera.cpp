@@ -82,6 +82,11 @@ OrbitCamera fitted_camera(const Mesh& mesh, const RenderOptions& o) {
   z = std::max(z, fitting_depth(points, 1, camera.tan_y * (1.0 - o.margin)));
   camera.position =
       centering_place(points, 0, z) * camera.right + centering_place(points, 1, z) * camera.up + z * camera.backward;
+  if (o.target || o.distance) {
+    const Vec3 target = o.target.value_or(bounding_box(mesh).center());
+    const double fitted = (camera.position - bounding_box(mesh).center()).dot(camera.backward);
+    camera.position = target + o.distance.value_or(fitted) * camera.backward;
+  }
   camera.tan_x /= o.zoom;
   camera.tan_y /= o.zoom;
   return camera;

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "libcommon/core/parallel.h"
+#include "libcommon/output/backdrop.h"
 #include "libcommon/output/render_light.h"
 #include "patinate/core/error.h"
 
@@ -14,17 +15,9 @@ namespace patinate {
 namespace {
 
 constexpr std::array<std::string_view, 2> kUpNames = {"y", "z"};
-constexpr std::array<std::string_view, 2> kBackdropNames = {"studio", "white"};
+constexpr std::array<std::string_view, 3> kBackdropNames = {"studio", "white", "environment"};
 constexpr std::int64_t kMaxSamples = std::int64_t{1} << 28;
 constexpr std::int64_t kRowChunk = 4;
-
-void check(const RenderOptions& o) {
-  check_ranges(o);
-  const int side = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(o.samples))));
-  if (std::int64_t{o.width} * o.height * side * side > kMaxSamples) {
-    throw InvalidInput("render: width x height x samples is above 2^28; use a smaller picture or fewer samples");
-  }
-}
 
 void check(const SurfaceDetail& detail) {
   if (!detail.normals.empty() && detail.normals.channels() != 3)
@@ -33,15 +26,18 @@ void check(const SurfaceDetail& detail) {
     throw InvalidInput("render: a roughness is one number a texel");
 }
 
-// The studio's backdrop as a function of the place in the picture, [0, 1] each.
-float backdrop(const RenderOptions& o, double u, double v) {
-  if (o.backdrop == Backdrop::White) return 1.0f;
-  const double dx = u - 0.5, dy = v - 0.58;
-  const double fall = std::exp(-1.4 * (dx * dx + 1.2 * dy * dy));
-  return static_cast<float>(o.background * (0.45 + 0.55 * fall));
-}
-
 }  // namespace
+
+void check_render_options(const RenderOptions& o) {
+  check_ranges(o);
+  if (o.distance && !(*o.distance > 0.0 && std::isfinite(*o.distance)))
+    throw InvalidInput("render: the camera's distance is not above 0");
+  if (o.target && !o.target->allFinite()) throw InvalidInput("render: the camera's target is not finite");
+  const int side = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(o.samples))));
+  if (std::int64_t{o.width} * o.height * side * side > kMaxSamples) {
+    throw InvalidInput("render: width x height x samples is above 2^28; use a smaller picture or fewer samples");
+  }
+}
 
 void describe(OptionVisitor& v, RenderOptions& o) {
   v.visit({"width", "Width of the picture", "px", between(16, 8192)}, o.width);
@@ -78,7 +74,7 @@ RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const Run
 
 RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const SurfaceDetail& detail,
                        const RunControl& control) {
-  check(options);
+  check_render_options(options);
   check(detail);
   if (!mesh.has_uvs()) throw InvalidInput("render: the mesh has no UVs; unwrap it first");
   const Box box = bounding_box(mesh);

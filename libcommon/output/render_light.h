@@ -9,10 +9,14 @@
 
 #include "libcommon/geometry/ray_scene.h"
 #include "libcommon/output/glb_tangents.h"
+#include "libcommon/output/occlusion.h"
 #include "libcommon/output/orbit_camera.h"
 #include "patinate/output/render.h"
 
 namespace patinate {
+
+/// @throws InvalidInput if an option is out of range, or the picture has too many samples.
+void check_render_options(const RenderOptions& options);
 
 /// What a ray of the camera meets.
 struct LitPoint {
@@ -39,10 +43,7 @@ class LitMesh {
   [[nodiscard]] LitPoint surface(const RayHit& hit, const Vec3& direction, std::span<const Vec3> to_light) const;
   [[nodiscard]] double ground_light(const Vec3& p, std::span<const Vec3> to_light) const;
   [[nodiscard]] Vec3 light_direction(int x, int y, int sample, int num_samples) const;
-  [[nodiscard]] double ambient_visibility(const Vec3& p, const Vec3& normal, std::uint64_t item) const;
   [[nodiscard]] Vec3 detailed_normal(const Vec3& smooth, std::size_t triangle, const RayHit& hit, const Vec2& uv) const;
-  void light_vertices(const RunControl& control);
-  void light_ground(const RunControl& control);
 
   Mesh mesh_;
   RenderOptions options_;
@@ -52,10 +53,8 @@ class LitMesh {
   Box box_;
   double diagonal_ = 0.0;
   Vec3 up_, light_, light_x_, light_y_;
-  Vec3 ground_x_, ground_y_;              // Axes on the ground.
-  double ground_height_ = 0.0;            // Along up_.
-  std::vector<float> ambient_;            // Per position: ambient visibility.
-  std::vector<float> ground_visibility_;  // kGroundGrid x kGroundGrid around the mesh.
+  Ground ground_;
+  std::vector<float> ambient_;  // Per position: ambient visibility.
 };
 
 }  // namespace patinate

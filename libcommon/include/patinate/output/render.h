@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "patinate/core/options.h"
@@ -14,7 +15,11 @@
 namespace patinate {
 
 enum class UpAxis { Y, Z };
-enum class Backdrop { Studio, White };
+enum class Backdrop {
+  Studio,  ///< A gray wall.
+  White,
+  Environment  ///< The surroundings that light the object (SurfaceView); without any, Studio.
+};
 
 /// Settings of render(). Angles in degrees; azimuth turns about the up axis, 0 looks at the side that faces +z (up y)
 /// or -y (up z).
@@ -41,9 +46,13 @@ struct RenderOptions {
   bool ground = true;                 ///< The backdrop catches shadows at the object's lowest point.
   Backdrop backdrop = Backdrop::Studio;
   double background = 0.62;  ///< Linear gray of the studio backdrop's brightest part; [0, 1].
+  /// What the camera looks at, and from how far, in the mesh's unit; finite, > 0. Without either the whole mesh fits
+  /// into the picture; without a target it is the middle of the mesh; without a distance that of the fitted camera.
+  std::optional<Vec3> target = {};
+  std::optional<double> distance = {};
 };
 
-/// Visits every field.
+/// Visits every field that is a plain number or choice: not target and distance.
 void describe(OptionVisitor& v, RenderOptions& o);
 
 /// What a texture says of a surface beside its color. Sampled as textures are (RenderView::shade()).

@@ -1,0 +1,127 @@
+#include "libcommon/output/plantlets.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "libcommon/core/random.h"
+#include "libcommon/output/orbit_camera.h"
+#include "libcommon/output/render_light.h"
+#include "libcommon/output/sampling.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr double kLeast = 0.18, kMost = 0.75;  // Amounts: the first grows here, the last there.
+constexpr double kPlantsPerSquare = 0.75;      // Of a plant's size.
+constexpr double kSize = 1.0 / 90;             // Of the diagonal.
+constexpr double kMaxPlaces = 60000;
+constexpr double kUpright = 0.35;  // Share by which plants turn from the surface's normal upward.
+constexpr int kLeaves = 5;
+constexpr int kTrianglesPerPlant = 2 * kLeaves;
+constexpr std::uint32_t kPlace = 34;  // Purpose of random streams.
+
+// Corners of a leaf's two triangles, by index into root, left, right, tip, and how light they are.
+constexpr std::array<std::array<int, 3>, 2> kLeafTriangles{{{0, 1, 2}, {1, 3, 2}}};
+constexpr std::array<double, 4> kLeafShades{0.45, 0.85, 0.85, 1.15};
+
+// The leaf's points around an upright stem along z.
+std::array<Vec3, 4> leaf_points(int leaf) {
+  const double angle = 2.0 * std::numbers::pi * leaf / kLeaves, lean = 0.35 + 0.25 * ((leaf * 7) % 3) / 2.0;
+  const double c = std::cos(angle), s = std::sin(angle);
+  const auto at = [&](double out, double side, double z) { return Vec3(out * c - side * s, out * s + side * c, z); };
+  return {at(0, 0, 0), at(lean * 0.5, -0.16, 0.55), at(lean * 0.5, 0.16, 0.55), at(lean, 0, 1)};
+}
+
+double total_area(const Mesh& mesh) {
+  double area = 0.0;
+  for (int t = 0; t < mesh.num_triangles(); ++t) area += 0.5 * area_vector(mesh, t).norm();
+  return area;
+}
+
+}  // namespace
+
+std::vector<Plant> find_plants(const Mesh& given, const SurfaceMaps& maps, const RenderOptions& options,
+                               const SurfaceOptions& surface) {
+  std::vector<Plant> plants;
+  if (maps.plants.empty() || !(surface.plants > 0.0)) return plants;
+  const Mesh mesh = with_normals(given);
+  const Vec3 up = world_from_y_up(Vec3::UnitY(), options.up);
+  const double size = surface.plant_size > 0.0 ? surface.plant_size : kSize * bounding_box(mesh).diagonal();
+  const double area = total_area(mesh);
+  const double density = std::min(surface.plants * kPlantsPerSquare / (size * size), kMaxPlaces / area);
+  for (int t = 0; t < mesh.num_triangles(); ++t) {
+    const std::size_t k = static_cast<std::size_t>(t);
+    std::array<Vec3, 3> p, n;
+    std::array<Vec2, 3> uv;
+    for (std::size_t c = 0; c < 3; ++c) {
+      p[c] = mesh.positions[static_cast<std::size_t>(mesh.triangles[k][c])];
+      n[c] = mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[k][c])];
+      uv[c] = mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[k][c])];
+    }
+    RandomStream random(kRenderSeed, k, kPlace);
+    const double expected = density * 0.5 * area_vector(mesh, t).norm();
+    const int count = static_cast<int>(expected + random.uniform());
+    for (int i = 0; i < count; ++i) {
+      const double root = std::sqrt(random.uniform()), along = random.uniform();
+      const double b1 = root * (1.0 - along), b2 = root * along;
+      Plant plant{.uv = blend(uv, b1, b2)};
+      const double threshold = kLeast + (kMost - kLeast) * random.uniform();
+      plant.turn = 2.0 * std::numbers::pi * random.uniform();
+      plant.size = size * (0.5 + random.uniform());
+      plant.shade = 0.75 + 0.5 * random.uniform();
+      if (texture_at(maps.plants, plant.uv.x(), plant.uv.y())[0] < threshold) continue;
+      const Vec3 normal = blend(n, b1, b2).normalized();
+      plant.root = blend(p, b1, b2);
+      if (!maps.height.empty())
+        plant.root += surface.relief * texture_at(maps.height, plant.uv.x(), plant.uv.y())[0] * normal;
+      const Vec3 grows = (1.0 - kUpright) * normal + kUpright * up;
+      plant.up = grows.norm() > 1e-6 ? Vec3(grows.normalized()) : normal;
+      plants.push_back(plant);
+    }
+  }
+  return plants;
+}
+
+Vec3 PlantField::color(std::size_t triangle, double b1, double b2) const {
+  const std::size_t within = triangle - first_;
+  const std::array<int, 3>& corners = kLeafTriangles[within % 2];
+  std::array<double, 3> shade;
+  for (std::size_t c = 0; c < 3; ++c) shade[c] = kLeafShades[static_cast<std::size_t>(corners[c])];
+  return blend(shade, b1, b2) * static_cast<double>(shades_[within / kTrianglesPerPlant]) * Vec3(0.16, 0.30, 0.06);
+}
+
+PlantField add_plants(Mesh& mesh, const std::vector<Plant>& plants, std::vector<float>& open) {
+  std::vector<float> shades;
+  const std::size_t first = mesh.triangles.size();
+  for (const Plant& plant : plants) {
+    Vec3 a, b;
+    tangents(plant.up, a, b);
+    const double c = std::cos(plant.turn), s = std::sin(plant.turn);
+    const int uv = static_cast<int>(mesh.uvs.size());
+    mesh.uvs.push_back(plant.uv);
+    for (int leaf = 0; leaf < kLeaves; ++leaf) {
+      const int position = static_cast<int>(mesh.positions.size());
+      for (const Vec3& local : leaf_points(leaf)) {
+        const Vec3 turned = (c * local.x() - s * local.y()) * a + (s * local.x() + c * local.y()) * b;
+        mesh.positions.push_back(plant.root + plant.size * (turned + local.z() * plant.up));
+        open.push_back(1.0f);
+      }
+      for (const std::array<int, 3>& corners : kLeafTriangles) {
+        const Triangle triangle{position + corners[0], position + corners[1], position + corners[2]};
+        mesh.triangles.push_back(triangle);
+        mesh.triangle_surface.push_back(0);
+        mesh.uv_triangles.push_back({uv, uv, uv});
+        const int normal = static_cast<int>(mesh.normals.size());
+        mesh.normals.push_back(area_vector(mesh, mesh.num_triangles() - 1).normalized());
+        mesh.normal_triangles.push_back({normal, normal, normal});
+      }
+    }
+    shades.push_back(static_cast<float>(plant.shade));
+  }
+  return {first, std::move(shades)};
+}
+
+}  // namespace patinate

@@ -1,0 +1,44 @@
+/// \file
+/// What several parts of the ray caster need to choose directions and to interpolate.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "patinate/geometry/mesh.h"
+
+namespace patinate {
+
+inline constexpr std::uint64_t kRenderSeed = 20;
+
+/// Point i of the R2 low-discrepancy sequence [Roberts 2018], shifted; in the unit square.
+[[nodiscard]] inline Vec2 sequence_point(int i, const Vec2& shift) {
+  constexpr double kA = 0.7548776662466927, kB = 0.5698402909980532;
+  const double a = shift.x() + kA * i, b = shift.y() + kB * i;
+  return {a - std::floor(a), b - std::floor(b)};
+}
+
+/// The unit square onto the unit disc, areas in proportion.
+[[nodiscard]] inline Vec2 disc_point(const Vec2& square) {
+  const double r = std::sqrt(square.x()), angle = 2.0 * std::numbers::pi * square.y();
+  return {r * std::cos(angle), r * std::sin(angle)};
+}
+
+/// Orthonormal tangents of a unit vector [Duff et al. 2017, "Building an orthonormal basis, revisited"].
+inline void tangents(const Vec3& n, Vec3& a, Vec3& b) {
+  const double sign = std::copysign(1.0, n.z());
+  const double p = -1.0 / (sign + n.z()), q = n.x() * n.y() * p;
+  a = {1.0 + sign * n.x() * n.x() * p, sign * q, -sign * n.x()};
+  b = {q, sign + n.y() * n.y() * p, -n.y()};
+}
+
+/// Values at the corners of a triangle at a point of it.
+/// @param b1  Weight of corner 1. @param b2  Of corner 2.
+template <class T>
+[[nodiscard]] T blend(const std::array<T, 3>& corner, double b1, double b2) {
+  return (1.0 - b1 - b2) * corner[0] + b1 * corner[1] + b2 * corner[2];
+}
+
+}  // namespace patinate

@@ -1,0 +1,152 @@
+#include "libcommon/output/surface_scene.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+
+#include "libcommon/output/relief.h"
+#include "libcommon/output/render_light.h"
+#include "libcommon/output/sampling.h"
+#include "patinate/core/error.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr int kMaxReliefTriangles = 1'200'000;
+constexpr double kRayOffset = 1e-4;  // Of the diagonal, off the surface.
+constexpr double kLeafSpecular = 0.04;
+constexpr double kLeafRoughness = 0.7;
+constexpr double kLeastFacing = 0.02;  // Normals are bent to face the viewer by this.
+
+void check_channels(const ImageF& map, int channels, const char* what) {
+  if (!map.empty() && map.channels() != channels) throw InvalidInput(std::string("render: ") + what);
+}
+
+void check(const SurfaceMaps& maps) {
+  if (maps.color.empty()) throw InvalidInput("render: the texture is empty");
+  check_channels(maps.normals, 3, "normals have three numbers a texel");
+  check_channels(maps.roughness, 1, "a roughness is one number a texel");
+  check_channels(maps.metalness, 1, "a metalness is one number a texel");
+  check_channels(maps.height, 1, "a height is one number a texel");
+  check_channels(maps.wetness, 1, "a wetness is one number a texel");
+  check_channels(maps.plants, 1, "an amount of plants is one number a texel");
+}
+
+Vec3 color_at(const ImageF& map, const Vec2& uv) {
+  const std::array<double, 3> c = texture_at(map, uv.x(), uv.y());
+  return {c[0], c[1], c[2]};
+}
+
+double value_at(const ImageF& map, const Vec2& uv, double otherwise) {
+  return map.empty() ? otherwise : texture_at(map, uv.x(), uv.y())[0];
+}
+
+}  // namespace
+
+SurfaceScene::SurfaceScene(const Mesh& mesh, SurfaceMaps maps, const RenderOptions& options,
+                           const SurfaceOptions& surface, const RunControl& control)
+    : maps_(std::move(maps)),
+      options_(options),
+      surface_(surface),
+      box_(bounding_box(mesh)),
+      mesh_(refined_for_occlusion(with_shared_positions(with_normals(mesh)), options)),
+      ground_(mesh_, box_, options.up) {
+  check(maps_);
+  if (!mesh.has_uvs()) throw InvalidInput("render: the mesh has no UVs; unwrap it first");
+  scene_.emplace(mesh_);
+  open_ = occlusion_at_vertices(mesh_, *scene_, box_.diagonal(), options, control.part(0.0, 0.5));
+  if (options.ground) ground_.find_visibility(*scene_, options, control.part(0.5, 0.7));
+  const std::vector<Plant> plants = find_plants(mesh, maps_, options, surface);
+  const bool is_relief = !maps_.height.empty() && surface.relief > 0.0;
+  if (is_relief) {
+    const ReliefNormals normals = maps_.normals.empty() ? ReliefNormals::Turned : ReliefNormals::Kept;
+    mesh_ = displaced(std::move(mesh_), maps_.height, surface.relief, kMaxReliefTriangles, normals, &open_);
+  }
+  if (!maps_.normals.empty()) tangents_ = corner_tangents(mesh_);
+  plants_ = add_plants(mesh_, plants, open_);
+  if (is_relief || !plants.empty()) scene_.emplace(mesh_);
+  control.report(1.0);
+}
+
+double SurfaceScene::ray_offset() const { return kRayOffset * box_.diagonal(); }
+
+std::optional<SurfacePoint> SurfaceScene::first_hit(const Vec3& origin, const Vec3& direction) const {
+  const std::optional<RayHit> hit = scene_->first_hit(origin, direction);
+  if (!hit) return std::nullopt;
+  return point(*hit, direction);
+}
+
+// The normal that the texture tells, in the frame of the smooth one.
+Vec3 SurfaceScene::detailed_normal(const Vec3& smooth, std::size_t triangle, const RayHit& hit, const Vec2& uv) const {
+  const Vec3 along = blend(tangents_.tangent[triangle], hit.b1, hit.b2);
+  const Vec3 flat = along - along.dot(smooth) * smooth;
+  if (!(flat.norm() > 1e-9)) return smooth;
+  const Vec3 tangent = flat.normalized();
+  const Vec3 up = (tangents_.is_mirrored[triangle] ? -1.0 : 1.0) * smooth.cross(tangent);
+  const Vec3 n = color_at(maps_.normals, uv);
+  const Vec3 normal = surface_.relief * (n.x() * tangent + n.y() * up) + n.z() * smooth;
+  return normal.norm() > 1e-6 ? Vec3(normal.normalized()) : smooth;
+}
+
+void SurfaceScene::read_material(SurfacePoint& point, const Vec2& uv) const {
+  point.color = color_at(maps_.color, uv).cwiseMax(0.0);
+  point.specular = maps_.specular.empty() ? Vec3(Vec3::Constant(options_.specular))
+                                          : Vec3(color_at(maps_.specular, uv).cwiseMax(0.0).cwiseMin(1.0));
+  point.roughness = std::clamp(value_at(maps_.roughness, uv, options_.roughness), 0.05, 1.0);
+  point.metalness = std::clamp(value_at(maps_.metalness, uv, 0.0), 0.0, 1.0);
+  point.wetness = std::clamp(value_at(maps_.wetness, uv, 0.0), 0.0, 1.0);
+}
+
+void SurfaceScene::read_leaf(SurfacePoint& point, std::size_t triangle, const RayHit& hit) const {
+  point.color = plants_.color(triangle, hit.b1, hit.b2);
+  point.specular = Vec3::Constant(kLeafSpecular);
+  point.roughness = kLeafRoughness;
+}
+
+SurfacePoint SurfaceScene::point(const RayHit& hit, const Vec3& direction) const {
+  const std::size_t t = static_cast<std::size_t>(hit.triangle);
+  std::array<Vec3, 3> p, n;
+  std::array<Vec2, 3> uv;
+  std::array<double, 3> open;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t corner = static_cast<std::size_t>(mesh_.triangles[t][k]);
+    p[k] = mesh_.positions[corner];
+    n[k] = mesh_.normals[static_cast<std::size_t>(mesh_.normal_triangles[t][k])];
+    uv[k] = mesh_.uvs[static_cast<std::size_t>(mesh_.uv_triangles[t][k])];
+    open[k] = static_cast<double>(open_[corner]);
+  }
+  SurfacePoint point;
+  point.view = -direction;
+  const Vec2 at = blend(uv, hit.b1, hit.b2);
+  const Vec3 place = blend(p, hit.b1, hit.b2);
+  point.face = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
+  // Both sides show: a surface seen from behind is lit like one that faces the viewer.
+  const double side = point.face.dot(direction) > 0.0 ? -1.0 : 1.0;
+  point.face *= side;
+  const Vec3 smooth = blend(n, hit.b1, hit.b2).normalized();
+  const auto facing = [&](const Vec3& normal) -> Vec3 {
+    const Vec3 turned = side * normal;
+    const double lack = kLeastFacing - turned.dot(point.view);
+    return lack > 0.0 ? Vec3((turned + lack * point.view).normalized()) : turned;
+  };
+  point.smooth = facing(smooth);
+  const bool is_leaf = plants_.is_leaf(t);
+  point.normal = maps_.normals.empty() || is_leaf ? point.smooth : facing(detailed_normal(smooth, t, hit, at));
+  point.open = options_.occlusion_samples > 0 ? blend(open, hit.b1, hit.b2) : 1.0;
+  // Rays begin on the smooth surface that the normals tell, so that coarse triangles do not shade themselves.
+  std::array<Vec3, 3> lifted;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 off = place - p[k];
+    lifted[k] = place - std::min(0.0, off.dot(side * n[k])) * side * n[k];
+  }
+  point.place = blend(lifted, hit.b1, hit.b2) + ray_offset() * point.face;
+  if (is_leaf) {
+    read_leaf(point, t, hit);
+  } else {
+    read_material(point, at);
+  }
+  return point;
+}
+
+}  // namespace patinate

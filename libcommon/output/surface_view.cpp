@@ -1,0 +1,235 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "libcommon/core/parallel.h"
+#include "libcommon/core/random.h"
+#include "libcommon/output/backdrop.h"
+#include "libcommon/output/light_field.h"
+#include "libcommon/output/render_light.h"
+#include "libcommon/output/sampling.h"
+#include "libcommon/output/surface_material.h"
+#include "libcommon/output/surface_scene.h"
+#include "patinate/core/error.h"
+#include "patinate/output/render_surface.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr int kLampRays = 3;  // Per ray of the camera.
+constexpr std::int64_t kRowChunk = 2;
+constexpr std::uint32_t kPixel = 33;  // Purpose of random streams.
+constexpr double kGolden = 0.6180339887498949;
+
+double luminance(const Vec3& c) { return 0.2126 * c.x() + 0.7152 * c.y() + 0.0722 * c.z(); }
+
+/// What one ray of the camera may use of its pixel's sequences.
+struct Draws {
+  std::array<LightField::Sample, kLampRays> lamps = {};
+  Vec2 mirror = Vec2::Zero();
+  double choice = 0.0;
+  int num_samples = 1;  ///< Of the pixel.
+};
+
+/// One picture of a scene.
+class Painter {
+ public:
+  Painter(const SurfaceScene& scene, const RenderOptions& options, const SurfaceOptions& surface,
+          const Surroundings* surroundings, const OrbitCamera& camera)
+      : scene_(scene),
+        options_(options),
+        light_(options, surface, surroundings),
+        shows_surroundings_(options.backdrop == Backdrop::Environment && surroundings != nullptr),
+        camera_(camera),
+        // Seen from below, the ground would hide the object.
+        has_ground_(options.ground && camera.position.dot(scene.ground().up()) > scene.ground().height()) {}
+
+  [[nodiscard]] Vec3 pixel(int x, int y) const {
+    const int side = static_cast<int>(std::ceil(std::sqrt(static_cast<double>(options_.samples))));
+    RandomStream random(
+        kRenderSeed, (static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32) + static_cast<std::uint32_t>(x),
+        kPixel);
+    const Vec2 lamp_shift(random.uniform(), random.uniform()), mirror_shift(random.uniform(), random.uniform());
+    const double choice_shift = random.uniform();
+    Draws draws{.num_samples = side * side};
+    Vec3 sum = Vec3::Zero();
+    for (int k = 0; k < draws.num_samples; ++k) {
+      const double u = (x + (k % side + 0.5) / side) / options_.width;
+      const double v = (y + (k / side + 0.5) / side) / options_.height;
+      if (light_.has_lamps()) {
+        for (int i = 0; i < kLampRays; ++i)
+          draws.lamps[static_cast<std::size_t>(i)] = light_.lamp(sequence_point(kLampRays * k + i, lamp_shift));
+      }
+      draws.mirror = sequence_point(k, mirror_shift);
+      draws.choice = choice_shift + kGolden * k - std::floor(choice_shift + kGolden * k);
+      sum += ray(u, v, draws);
+    }
+    return sum / draws.num_samples;
+  }
+
+ private:
+  [[nodiscard]] Vec3 ray(double u, double v, const Draws& draws) const {
+    const Vec3 direction = camera_.direction(u, v);
+    if (const std::optional<SurfacePoint> hit = scene_.first_hit(camera_.position, direction))
+      return surface(*hit, draws);
+    const Vec3 behind = shows_surroundings_ ? beyond(direction, pixel_angle())
+                                            : Vec3::Constant(static_cast<double>(backdrop(options_, u, v)));
+    const double fall = direction.dot(scene_.ground().up());
+    if (!has_ground_ || !(fall < -1e-6)) return behind;
+    const double distance = (scene_.ground().height() - camera_.position.dot(scene_.ground().up())) / fall;
+    return ground_light(camera_.position + distance * direction, draws) * behind;
+  }
+
+  [[nodiscard]] double pixel_angle() const {
+    return 4.0 * camera_.tan_x * camera_.tan_y / (static_cast<double>(options_.width) * options_.height);
+  }
+
+  // All light from a direction in which nothing is.
+  [[nodiscard]] Vec3 beyond(const Vec3& direction, double solid_angle) const {
+    double pdf = 0.0;
+    return light_.smooth(direction, solid_angle) + light_.lamps(direction, pdf);
+  }
+
+  // Share of the light on open ground that arrives at a place of it.
+  [[nodiscard]] double ground_light(const Vec3& p, const Draws& draws) const {
+    const Vec3& up = scene_.ground().up();
+    const double smooth = luminance(light_.smooth_on(up));
+    double whole = smooth, lit = smooth * scene_.ground().visibility(p);
+    if (light_.has_lamps()) {
+      for (const LightField::Sample& lamp : draws.lamps) {
+        const double share = luminance(lamp.weight) / kPi / kLampRays * std::max(0.0, lamp.direction.dot(up));
+        whole += share;
+        if (share > 0.0 && !scene_.is_blocked(p + scene_.ray_offset() * up, lamp.direction)) lit += share;
+      }
+    }
+    return whole > 0.0 ? lit / whole : 1.0;
+  }
+
+  [[nodiscard]] Vec3 surface(const SurfacePoint& p, const Draws& draws) const {
+    const SurfaceMaterial material(p);
+    Vec3 sum = p.open * material.diffuse().cwiseProduct(light_.smooth_on(p.normal));
+    if (light_.has_lamps()) {
+      const double num_lamps = static_cast<double>(kLampRays) * draws.num_samples;
+      for (const LightField::Sample& lamp : draws.lamps) {
+        const double facing = p.normal.dot(lamp.direction);
+        if (!(lamp.pdf > 0.0)) continue;
+        const SurfaceMaterial::Reflection mirror = material.reflection(lamp.direction);
+        Vec3 seen = std::max(0.0, facing) / kPi * material.diffuse();
+        // Balance heuristic [Veach and Guibas 1995] with the mirror's own rays.
+        seen += mirror.value * balance(num_lamps * lamp.pdf, draws.num_samples * mirror.pdf);
+        if (!(seen.maxCoeff() > 0.0) || scene_.is_blocked(p.place, lamp.direction)) continue;
+        sum += lamp.weight.cwiseProduct(seen) / kLampRays;
+      }
+    }
+    if (material.is_glossy()) sum += mirrored(p, material, draws);
+    return sum;
+  }
+
+  static double balance(double mine, double other) { return std::isinf(mine) ? 1.0 : mine / (mine + other); }
+
+  // What the rough mirror shows: one ray, one bounce.
+  [[nodiscard]] Vec3 mirrored(const SurfacePoint& p, const SurfaceMaterial& material, const Draws& draws) const {
+    Vec3 direction = material.sample(draws.mirror, draws.choice);
+    const SurfaceMaterial::Reflection mirror = material.reflection(direction);
+    if (!(mirror.pdf > 0.0)) return Vec3::Zero();
+    const Vec3 weight = mirror.value / mirror.pdf;
+    // Normals of a map may reflect into the surface itself: along it then.
+    const double below = direction.dot(p.face);
+    if (below < 0.0) direction = (direction - 1.02 * below * p.face).normalized();
+    if (const std::optional<SurfacePoint> hit = scene_.first_hit(p.place, direction))
+      return weight.cwiseProduct(second(*hit, draws));
+    Vec3 light = light_.smooth(direction, 1.0 / (draws.num_samples * mirror.pdf));
+    double pdf = 0.0;
+    const Vec3 lamps = light_.lamps(direction, pdf);
+    if (pdf > 0.0)
+      light += lamps * balance(draws.num_samples * mirror.pdf, double{kLampRays} * draws.num_samples * pdf);
+    return weight.cwiseProduct(light);
+  }
+
+  // What another surface sends into the mirror: its own mirror counts as dull.
+  [[nodiscard]] Vec3 second(const SurfacePoint& p, const Draws& draws) const {
+    const SurfaceMaterial material(p);
+    Vec3 light = p.open * light_.smooth_on(p.normal);
+    const LightField::Sample& lamp = draws.lamps.front();
+    const double facing = p.normal.dot(lamp.direction);
+    if (light_.has_lamps() && facing > 0.0 && !scene_.is_blocked(p.place, lamp.direction))
+      light += facing / kPi * lamp.weight;
+    return material.all().cwiseProduct(light);
+  }
+
+  const SurfaceScene& scene_;
+  RenderOptions options_;
+  LightField light_;
+  bool shows_surroundings_;
+  OrbitCamera camera_;
+  bool has_ground_;
+};
+
+}  // namespace
+
+void describe(OptionVisitor& v, SurfaceOptions& o) {
+  v.visit({"relief", "Factor of heights and of the slopes that normals tell; 0 = smooth", "", between(0, 100)},
+          o.relief);
+  v.visit({"plants", "Factor of the number of small plants where much has grown; 0 = none", "", between(0, 100)},
+          o.plants);
+  v.visit(
+      {"plant_size", "Mean height of a plant, in the mesh's unit; 0 = 1/90 of the mesh's diagonal", "", at_least(0)},
+      o.plant_size);
+  v.visit({"environment_azimuth", "Turns the surroundings around the up axis; 0: their middle is behind the object",
+           "deg", between(-3600, 3600)},
+          o.environment_azimuth_deg);
+  v.visit({"environment_light", "Mean radiance to which the surroundings are scaled; 0 = as they are", "",
+           between(0, 1000)},
+          o.environment_light);
+}
+
+struct SurfaceView::Impl {
+  RenderOptions options;
+  SurfaceOptions surface;
+  Mesh mesh;
+  std::unique_ptr<const Surroundings> surroundings = {};
+  std::unique_ptr<const SurfaceScene> scene = {};
+};
+
+SurfaceView::SurfaceView(const Mesh& mesh, SurfaceMaps maps, const RenderOptions& options,
+                         const SurfaceOptions& surface, ImageF environment, const RunControl& control) {
+  check_render_options(options);
+  check_ranges(surface);
+  const double diagonal = bounding_box(mesh).diagonal();
+  if (!(diagonal > 0.0) || !std::isfinite(diagonal)) throw InvalidInput("render: the mesh has no extent");
+  auto impl = std::make_unique<Impl>(Impl{.options = options, .surface = surface, .mesh = mesh});
+  if (!environment.empty())
+    impl->surroundings = std::make_unique<const Surroundings>(environment, surface.environment_light);
+  impl->scene = std::make_unique<const SurfaceScene>(mesh, std::move(maps), options, surface, control);
+  impl_ = std::move(impl);
+}
+
+SurfaceView::~SurfaceView() = default;
+SurfaceView::SurfaceView(SurfaceView&&) noexcept = default;
+SurfaceView& SurfaceView::operator=(SurfaceView&&) noexcept = default;
+
+ImageF SurfaceView::picture(const RunControl& control) const {
+  return picture(impl_->options.azimuth_deg, impl_->options.elevation_deg, control);
+}
+
+ImageF SurfaceView::picture(double azimuth_deg, double elevation_deg, const RunControl& control) const {
+  RenderOptions options = impl_->options;
+  options.azimuth_deg = azimuth_deg;
+  options.elevation_deg = elevation_deg;
+  const OrbitCamera camera = fitted_camera(impl_->mesh, options);
+  const Painter painter(*impl_->scene, options, impl_->surface, impl_->surroundings.get(), camera);
+  ImageF picture(options.width, options.height, 3);
+  parallel_for(options.height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    for (int y = static_cast<int>(begin); y < end; ++y) {
+      for (int x = 0; x < options.width; ++x) {
+        const Vec3 color = painter.pixel(x, y);
+        for (int c = 0; c < 3; ++c) picture.at(x, y, c) = static_cast<float>(color[c]);
+      }
+    }
+  });
+  return picture;
+}
+
+}  // namespace patinate

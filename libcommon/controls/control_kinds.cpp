@@ -124,6 +124,21 @@ const Entry kKinds[] = {
      [](Options& t, const Options& f) { t.image = f.image; }},
 };
 
+/// Gives every option another value, allowed or not.
+class OptionChanger final : public OptionVisitor {
+ public:
+  void visit(const OptionInfo&, double& value) override { value += 1.0; }
+  void visit(const OptionInfo&, int& value) override { ++value; }
+  void visit(const OptionInfo&, std::int64_t& value) override { ++value; }
+  void visit(const OptionInfo&, bool& value) override { value = !value; }
+  void visit(const OptionInfo&, std::string& value) override { value += "x"; }
+  void visit(const OptionInfo&, std::optional<double>& value) override { value = value.value_or(0.0) + 1.0; }
+  void visit(const OptionInfo&, std::span<double> values) override { values[0] += 1.0; }
+  void visit_choice_index(const OptionInfo&, int& index, std::span<const std::string_view>) override {
+    index = index == 0 ? 1 : 0;
+  }
+};
+
 const Entry* find_kind(const std::string& name) {
   const auto* const found =
       std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Entry& e) { return e.name == name; });
@@ -178,6 +193,18 @@ ControlKindOptions used_options(const std::string& kind, const ControlKindOption
   ControlKindOptions used;
   if (const Entry* const entry = find_kind(kind)) entry->take(used, options);
   return used;
+}
+
+std::vector<std::string> control_option_names(const std::string& kind) {
+  ControlKindOptions changed;
+  OptionChanger changer;
+  describe(changer, changed);
+  const auto before = option_values(ControlKindOptions{}), after = option_values(used_options(kind, changed));
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    if (before[i].second != after[i].second) names.push_back(before[i].first);
+  }
+  return names;
 }
 
 std::vector<std::filesystem::path> control_input_files(const std::string& kind, const ControlKindOptions& options) {

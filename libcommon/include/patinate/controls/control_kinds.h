@@ -53,6 +53,9 @@ inline constexpr int kControlVersion = 2;
 /// What a kind looks at; everything else is at its default. @param kind  One of control_kind_names().
 [[nodiscard]] ControlKindOptions used_options(const std::string& kind, const ControlKindOptions& options);
 
+/// Names of the options that a kind looks at, in their order. @param kind  One of control_kind_names().
+[[nodiscard]] std::vector<std::string> control_option_names(const std::string& kind);
+
 /// Files that make_control() would read: part of what its result depends on. @throws ParseError if an option that
 /// should name a file names nothing.
 [[nodiscard]] std::vector<std::filesystem::path> control_input_files(const std::string& kind,

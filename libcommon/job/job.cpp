@@ -141,19 +141,23 @@ std::vector<std::size_t> prepare_items(const JobPlan& plan, const OutputState& s
 }
 
 void run_items(const JobPlan& plan, const OutputState& state, PartialFolder& folder, bool is_same_plan,
-               const RunControl& control) {
+               const JobOptions& options, const RunControl& control) {
   ItemProgress progress(control, plan);
   const std::vector<std::size_t> pending = prepare_items(plan, state, folder, is_same_plan, control);
   std::set<std::size_t> is_pending(pending.begin(), pending.end());
   std::map<int, std::vector<std::size_t>> stages;
   std::set<std::string> names;
+  std::string last;
   for (std::size_t i = 0; i < plan.items.size(); ++i) {
+    if (!is_pending.contains(i)) last = plan.items[i].name;
     names.insert(plan.items[i].name);
     if (is_pending.contains(i))
       stages[plan.items[i].stage].push_back(i);
     else
       progress.set(i, 1.0);
   }
+  if (options.on_resume && !last.empty())
+    options.on_resume(plan.items.size() - pending.size(), plan.items.size(), last);
   for (const auto& [stage, items] : stages) run_side_by_side(plan, items, folder, progress, control);
 
   plan.join(folder.path(), progress.item_control(plan.items.size(), thread_count(control)));
@@ -197,7 +201,7 @@ JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunContr
   if (!is_partial_whole(folder.path(), plan.manifest, plan.key)) {
     try {
       const bool is_same_plan = folder.begin(plan.key);
-      run_items(plan, state, folder, is_same_plan, control);
+      run_items(plan, state, folder, is_same_plan, options, control);
       if (options.add_record) options.add_record(folder.path());
     } catch (const UndeclaredOutput&) {
       folder.discard();  // Markers of items that wrote more than they said vouch for too little.

@@ -65,6 +65,9 @@ struct JobOptions {
   bool force = false;  ///< Replace a different existing output (the folders are exchanged atomically).
   /// Called with the folder when all is made, before it becomes OUT: for write_run_record(). May be empty.
   std::function<void(const std::filesystem::path& folder)> add_record = {};
+  /// Called before the first item runs, when an interrupted run or the output that is replaced has finished some: how
+  /// many of how many, and the last of them.
+  std::function<void(std::size_t num_done, std::size_t num_items, const std::string& last)> on_resume = {};
 };
 
 /// @throws InvalidInput if an item's name is no file name or not unique, an output lies outside the folder, or shared

@@ -155,9 +155,16 @@ TEST(Job, GoesOnWithFinishedItemsAfterCanceling) {
   EXPECT_THROW((void)run_job(sample_plan(temp / "out", "k", stop_at_5), {}, control), Canceled);
   EXPECT_FALSE(fs::exists(temp / "out"));
   std::vector<int> runs;
-  EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int i) { runs.push_back(i); }), {}, threads(1)),
+  JobOptions options;
+  std::size_t num_done = 0, num_items = 0;
+  options.on_resume = [&](std::size_t done, std::size_t items, const std::string&) {
+    num_done = done, num_items = items;
+  };
+  EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int i) { runs.push_back(i); }), options, threads(1)),
             JobStatus::Done);
   EXPECT_EQ(runs, (std::vector<int>{6, 7}));
+  EXPECT_EQ(num_done, 6u);
+  EXPECT_EQ(num_items, 8u);
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "whole"));
 }
 

@@ -98,7 +98,13 @@ std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std:
   options.add_record = [this](const std::filesystem::path& folder) {
     write_run_record(folder, command_line(), seconds(), line.effective_options());
   };
-  return run_job(plan, options, control(label));
+  const RunControl stage = control(label);
+  options.on_resume = [this](std::size_t num_done, std::size_t num_items, const std::string& last) {
+    if (!line.common().quiet)
+      print_note("continues: " + std::to_string(num_done) + " of " + std::to_string(num_items) + " steps were done, " +
+                 last + " the last of them");
+  };
+  return run_job(plan, options, stage);
 }
 
 std::optional<JobStatus> CommandRun::check_file(const std::filesystem::path& output, const std::string& existing_key,

@@ -17,7 +17,7 @@
 #include "patinate/image/image_io.h"
 #include "simulation/files/scene_files.h"
 #include "simulation/job/frame_maps.h"
-#include "simulation/job/outcome.h"
+#include "simulation/job/outcome_json.h"
 #include "simulation/job/simulation_output.h"
 #include "simulation/tracing/gammatons.h"
 #include "simulation/transport/ledger_json.h"
@@ -165,26 +165,6 @@ void write_history(const SimulationWork& work, const Simulation& simulation, con
 }
 
 ImageF first_color(const fs::path& folder) { return read_color(folder / "history" / HistoryWriter::frame_file(0)); }
-
-Json outcome_json(const std::vector<ObjectOutcome>& outcome) {
-  const auto number = [](double value) { return rounded(value, 4); };
-  Json objects = Json::object();
-  for (const ObjectOutcome& o : outcome) {
-    Json materials = Json::object();
-    for (const MaterialOutcome& m : o.materials) {
-      materials[m.material] = {{"mean", number(m.mean)},
-                               {"largest", number(m.largest)},
-                               {"shows_share", number(m.shows_share)},
-                               {"hides_share", number(m.hides_share)},
-                               {"full_share", number(m.full_share)}};
-    }
-    Json& entry = objects[o.object];
-    entry = {{"change_mean", number(o.change_mean)}, {"change_p95", number(o.change_p95)}};
-    if (o.never_met_share) entry["never_met_share"] = number(*o.never_met_share);
-    entry["materials"] = std::move(materials);
-  }
-  return {{"objects", objects}, {"advice", outcome_advice(outcome)}};
-}
 
 /// What of the copy is told apart when the folder is opened again.
 Json scene_files_json(const fs::path& folder, const SceneCopy& copy) {

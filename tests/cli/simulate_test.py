@@ -162,6 +162,15 @@ class Simulate(unittest.TestCase):
         facts = json.loads(self.run_in(["info", "small/history", "--json"], check=True).stdout)
         self.assertEqual(facts["frame_maps"], "specular, normal, height")
 
+    def test_estimate_of_a_small_scene_is_the_run_itself_and_makes_nothing(self):
+        before = sorted(p.name for p in self.folder.iterdir())
+        told = json.loads(self.run_in(["simulate", "ledge/small.json", "--estimate", "--json"], check=True).stdout)
+        self.assertEqual(before, sorted(p.name for p in self.folder.iterdir()))
+        made = json.loads((self.folder / "small/simulation.json").read_text())["outcome"]
+        self.assertEqual(told["objects"], made["objects"])
+        for arguments in (["--estimate", "-o", "x"], []):
+            self.assertEqual(self.run_in(["simulate", "ledge/small.json", *arguments]).returncode, 2)
+
     def scene_of_many_files(self, folder):
         """A scene whose mesh, picture and rule lie in folders beside it. Its JSON is the same wherever `folder` is."""
         (self.folder / folder / "in").mkdir(parents=True)

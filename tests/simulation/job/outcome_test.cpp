@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "patinate/core/error.h"
+#include "simulation/job/estimate.h"
 #include "tests/support/plate_scene.h"
 
 namespace patinate::simulation {
@@ -70,6 +71,26 @@ TEST(Outcome, SaysHowManyTimesTooSmallRatesAreAndThatHelps) {
   // Color is not linear in the amount, and the factor has one digit.
   EXPECT_GT(change, kVisibleDeltaE / 2.0);
   EXPECT_LT(change, kVisibleDeltaE * 2.0);
+}
+
+TEST(Estimate, ACoarseRunForetellsTheWholeOne) {
+  SceneFile file;
+  file.scene = testing_support::plate_scene(512);
+  file.scene.emitters[0].gammatons = 4000;
+  file.scene.rules.push_back(testing_support::rust_rule(2.0));
+  file.iterations = 60;
+  Simulation whole(file.scene);
+  const ImageF before = whole.compose().color_linear();
+  while (whole.iteration() < file.iterations) whole.step();
+  const std::vector<ObjectOutcome> truth = outcome_of(whole, before);
+  const RunEstimate estimate = estimate_run(file, {});
+  EXPECT_EQ(estimate.resolution, 192);
+  EXPECT_EQ(estimate.all_gammatons, 4000);
+  EXPECT_EQ(estimate.gammatons, 563);  // As many a texel.
+  for (std::size_t m : {0u, 2u}) {
+    // Some 560 x 60 contacts: their count is known to a hundredth, their place on the plate is not; 5 % holds both.
+    EXPECT_NEAR(estimate.outcome[0].materials[m].mean, truth[0].materials[m].mean, 0.05 * truth[0].materials[m].mean);
+  }
 }
 
 TEST(Outcome, NamesWhatNoGammatonMetWhereThatWasCounted) {

@@ -2,6 +2,8 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "simulation/job/estimate.h"
+#include "simulation/job/outcome_json.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
@@ -73,22 +75,44 @@ std::string outcome_text(const Json& outcome) {
   return text;
 }
 
+int report_estimate(CommandRun& run, simulation::SceneFile file, const simulation::SimulationOptions& options) {
+  const int resolution = file.scene.resolution;
+  const simulation::RunEstimate estimate = simulation::estimate_run(std::move(file), options, run.control("estimate"));
+  Json json = simulation::outcome_json(estimate.outcome);
+  json["resolution"] = estimate.resolution;
+  json["gammatons"] = estimate.gammatons;
+  std::string text = outcome_text(json) + "\nestimated on an atlas of " + std::to_string(estimate.resolution) +
+                     " in place of " + std::to_string(resolution) + " texels, with " +
+                     std::to_string(estimate.gammatons) + " of " + std::to_string(estimate.all_gammatons) +
+                     " gammatons";
+  for (const Json& advice : json.at("advice")) run.note("warning: " + advice.get<std::string>());
+  run.report(json, text);
+  return 0;
+}
+
 }  // namespace
 
 int cmd_simulate(CommandRun& run) {
   std::filesystem::path scene_path, output;
   SimulateOptions options;
   std::vector<std::string> controls;
+  bool is_estimate = false;
   run.line.positional("SCENE", "A scene file (docs/simulation.md)", scene_path);
-  run.line.output("SIMULATION", "Folder to make", output);
+  run.line.output("SIMULATION", "Folder to make; required without --estimate", output);
+  run.line.required(false);
   run.line.options(options);
   run.line.repeated("controls", "NAME",
                     "A parameter map to write for transfer, beside those that the scene asks for: hits, last_hit, "
                     "residence, MATERIAL.deposited, MATERIAL.final",
                     controls);
+  run.line.flag("estimate", "Make nothing: say in seconds what the scene will have done by its end, from a coarse run",
+                is_estimate);
   run.line.example("simulate rust.json -o rust");
+  run.line.example("simulate rust.json --estimate");
   run.line.example("simulate rust.json -o rust --controls hits --controls water.deposited --iterations 500");
   if (!run.parse()) return 0;
+  if (output.empty() && !is_estimate) throw UsageError("-o SIMULATION is missing; --estimate needs none");
+  if (!output.empty() && is_estimate) throw UsageError("--estimate makes nothing; leave out -o");
   simulation::SceneFile file = simulation::read_scene(scene_path, run.control("scene"));
   for (const std::string& note : file.notes) run.note(note);
   if (options.iterations > 0) file.iterations = options.iterations;
@@ -106,6 +130,7 @@ int cmd_simulate(CommandRun& run) {
   }
   simulation::SimulationOptions simulation;
   simulation.color_form = options.color_form;
+  if (is_estimate) return report_estimate(run, std::move(file), simulation);
   const std::optional<JobStatus> status =
       run.make_folder(simulation::plan_simulation(std::move(file), simulation, output), "simulate");
   if (!status) return 0;

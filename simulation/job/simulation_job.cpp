@@ -14,6 +14,7 @@
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/history/history.h"
+#include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
 #include "simulation/files/scene_files.h"
 #include "simulation/job/frame_maps.h"
@@ -164,7 +165,12 @@ void write_history(const SimulationWork& work, const Simulation& simulation, con
   writer.finish();
 }
 
-ImageF first_color(const fs::path& folder) { return read_color(folder / "history" / HistoryWriter::frame_file(0)); }
+/// As composed: half floats tell 8-bit codes apart.
+ImageF first_color(const fs::path& folder) {
+  ImageF color = read_color(folder / "history" / HistoryWriter::frame_file(0));
+  for (float& v : color.values()) v = linear_from_srgb(static_cast<float>(srgb8_from_linear(v)) / 255.0f);
+  return color;
+}
 
 /// What of the copy is told apart when the folder is opened again.
 Json scene_files_json(const fs::path& folder, const SceneCopy& copy) {

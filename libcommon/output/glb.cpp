@@ -32,16 +32,19 @@ struct VertexBuffers {
   std::vector<std::vector<std::uint32_t>> indices;
 };
 
-VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, double scale, bool has_tangents) {
+/// Of the triangles of one object. @param tangents  Null: vertices have none.
+VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, const GlbObjects& objects, std::size_t object,
+                           double scale, const CornerTangents* tangents) {
   VertexBuffers buffers;
-  const CornerTangents tangents = has_tangents ? corner_tangents(mesh) : CornerTangents{};
+  const bool has_tangents = tangents != nullptr;
   buffers.indices.resize(tiles.names.size());
   std::map<std::array<int, 4>, std::uint32_t> index_of;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    if (!objects.triangle_object.empty() && static_cast<std::size_t>(objects.triangle_object[t]) != object) continue;
     std::vector<std::uint32_t>& indices =
         buffers.indices[tiles.triangle_tile.empty() ? 0 : static_cast<std::size_t>(tiles.triangle_tile[t])];
     for (std::size_t k = 0; k < 3; ++k) {
-      const bool is_mirrored = has_tangents && tangents.is_mirrored[t];
+      const bool is_mirrored = has_tangents && tangents->is_mirrored[t];
       const std::array<int, 4> corner = {mesh.triangles[t][k], mesh.uv_triangles[t][k], mesh.normal_triangles[t][k],
                                          is_mirrored ? 1 : 0};
       const auto [found, is_new] = index_of.try_emplace(corner, static_cast<std::uint32_t>(index_of.size()));
@@ -55,7 +58,7 @@ VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, double scale
       buffers.uvs.push_back(static_cast<float>(uv.x()));
       buffers.uvs.push_back(static_cast<float>(1.0 - uv.y()));
       if (!has_tangents) continue;
-      const Eigen::Vector3f tangent = tangents.tangent[t][k].cast<float>().normalized();
+      const Eigen::Vector3f tangent = tangents->tangent[t][k].cast<float>().normalized();
       for (int i = 0; i < 3; ++i) buffers.tangents.push_back(tangent[i]);
       buffers.tangents.push_back(is_mirrored ? -1.0f : 1.0f);
     }
@@ -136,15 +139,34 @@ void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbAppeara
     }
     if (!names.insert(variant.name).second) throw InvalidInput("glb: the variant `" + variant.name + "` occurs twice");
   }
+  const GlbObjects& objects = options.objects;
+  const bool has_objects = objects.names.size() < 2 ? objects.triangle_object.empty()
+                                                    : objects.triangle_object.size() == mesh.triangles.size();
+  const auto is_object = [&](int object) {
+    return object >= 0 && static_cast<std::size_t>(object) < objects.names.size();
+  };
+  if (!has_objects || !std::all_of(objects.triangle_object.begin(), objects.triangle_object.end(), is_object))
+    throw InvalidInput("glb: every triangle needs an object");
+  if (std::set<std::string>(objects.names.begin(), objects.names.end()).size() != objects.names.size())
+    throw InvalidInput("glb: two objects have one name");
   if (!(options.meters_per_unit > 0.0)) throw InvalidInput("glb: meters_per_unit must be > 0");
   if (!(options.roughness >= 0.0 && options.roughness <= 1.0)) throw InvalidInput("glb: roughness must be in [0, 1]");
 }
 
-// Images, textures, materials (tiles of the first variant, of the second, ...) and the list of variants.
+/// Of nodes and meshes.
+std::vector<std::string> object_names(const GlbOptions& options) {
+  return options.objects.names.empty() ? std::vector<std::string>{options.name} : options.objects.names;
+}
+
+// Images, textures, materials (of the first variant: objects, and of each its tiles; of the second, ...) and the list
+// of variants.
 void add_materials(Json& gltf, GlbBinary& binary, const GlbTiles& tiles, const std::vector<GlbAppearance>& variants,
                    const GlbOptions& options, const RunControl& control) {
   gltf["samplers"] = {{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 33071}, {"wrapT", 33071}}};
+  const std::vector<std::string>& objects = options.objects.names;
+  const std::size_t num_objects = std::max<std::size_t>(1, objects.size());
   const double num_materials = static_cast<double>(variants.size() * tiles.names.size());
+  double num_done = 0.0;
   const auto add_texture = [&](const std::string& name, const GlbTexture& texture, bool is_color) {
     control.throw_if_stopped();
     const std::size_t index = gltf["textures"].size();
@@ -154,6 +176,7 @@ void add_materials(Json& gltf, GlbBinary& binary, const GlbTiles& tiles, const s
     return index;
   };
   for (const GlbAppearance& variant : variants) {
+    std::vector<Json> of_tiles;
     for (std::size_t tile = 0; tile < tiles.names.size(); ++tile) {
       const std::string name = tiles.names.size() == 1 ? variant.name : variant.name + " " + tiles.names[tile];
       const std::size_t index = add_texture(name, variant.base_colors[tile], true);
@@ -170,26 +193,59 @@ void add_materials(Json& gltf, GlbBinary& binary, const GlbTiles& tiles, const s
       }
       if (!variant.normals.empty())
         material["normalTexture"] = {{"index", add_texture(name + " normals", variant.normals[tile], false)}};
-      gltf["materials"].push_back(std::move(material));
-      control.report(0.9 * static_cast<double>(gltf["materials"].size()) / num_materials);
+      of_tiles.push_back(std::move(material));
+      control.report(0.9 * ++num_done / num_materials);
+    }
+    for (std::size_t object = 0; object < num_objects; ++object) {
+      for (const Json& of_tile : of_tiles) {
+        gltf["materials"].push_back(of_tile);
+        if (num_objects > 1)
+          gltf["materials"].back()["name"] = of_tile["name"].get<std::string>() + " " + objects[object];
+      }
     }
     gltf["extensions"]["KHR_materials_variants"]["variants"].push_back({{"name", variant.name}});
   }
 }
 
+/// Numbers of the accessors of one object's vertices.
+struct ObjectAccessors {
+  int positions = 0, normals = 0, uvs = 0, tangents = -1;
+  std::vector<int> indices;  ///< By tile; -1 = no triangle shows it.
+};
+
+ObjectAccessors add_accessors(Json& gltf, GlbBinary& binary, const VertexBuffers& buffers) {
+  const auto add = [&](const std::vector<float>& values, std::size_t channels, const char* shape) {
+    return add_gltf_accessor(gltf, binary.add(values, kGltfVertices), kGltfFloat, values.size() / channels, shape);
+  };
+  ObjectAccessors accessors;
+  accessors.positions = add_gltf_positions(gltf, binary.add(buffers.positions, kGltfVertices), buffers.positions);
+  accessors.normals = add(buffers.normals, 3, "VEC3");
+  accessors.uvs = add(buffers.uvs, 2, "VEC2");
+  if (!buffers.tangents.empty()) accessors.tangents = add(buffers.tangents, 4, "VEC4");
+  for (const std::vector<std::uint32_t>& indices : buffers.indices) {
+    accessors.indices.push_back(indices.empty() ? -1
+                                                : add_gltf_accessor(gltf, binary.add(indices, kGltfIndices),
+                                                                    kGltfUint32, indices.size(), "SCALAR"));
+  }
+  return accessors;
+}
+
 // A primitive per tile that has triangles.
-Json make_primitives(const std::vector<int>& index_accessors, std::size_t num_variants, int tangent_accessor) {
+// @param first_material  Of the object in the first variant. @param num_materials  Of a variant.
+Json make_primitives(const ObjectAccessors& accessors, std::size_t num_variants, std::size_t first_material,
+                     std::size_t num_materials) {
   Json primitives = Json::array();
-  for (std::size_t tile = 0; tile < index_accessors.size(); ++tile) {
-    if (index_accessors[tile] < 0) continue;
-    Json primitive = {{"attributes", {{"POSITION", 0}, {"NORMAL", 1}, {"TEXCOORD_0", 2}}},
-                      {"indices", index_accessors[tile]},
-                      {"material", tile}};
-    if (tangent_accessor >= 0) primitive["attributes"]["TANGENT"] = tangent_accessor;
+  for (std::size_t tile = 0; tile < accessors.indices.size(); ++tile) {
+    if (accessors.indices[tile] < 0) continue;
+    Json primitive = {
+        {"attributes",
+         {{"POSITION", accessors.positions}, {"NORMAL", accessors.normals}, {"TEXCOORD_0", accessors.uvs}}},
+        {"indices", accessors.indices[tile]},
+        {"material", first_material + tile}};
+    if (accessors.tangents >= 0) primitive["attributes"]["TANGENT"] = accessors.tangents;
     Json& mappings = primitive["extensions"]["KHR_materials_variants"]["mappings"];
-    for (std::size_t i = 0; i < num_variants; ++i) {
-      mappings.push_back({{"material", i * index_accessors.size() + tile}, {"variants", Json::array({i})}});
-    }
+    for (std::size_t i = 0; i < num_variants; ++i)
+      mappings.push_back({{"material", i * num_materials + first_material + tile}, {"variants", Json::array({i})}});
     primitives.push_back(std::move(primitive));
   }
   return primitives;
@@ -230,34 +286,39 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
   const Mesh shaded = with_normals(mesh);
   const bool has_tangents = std::any_of(appearance.begin(), appearance.end(),
                                         [](const GlbAppearance& look) { return !look.normals.empty(); });
-  const VertexBuffers buffers = make_buffers(shaded, tiles, options.meters_per_unit, has_tangents);
+  const CornerTangents tangents = has_tangents ? corner_tangents(shaded) : CornerTangents{};
+  const std::vector<std::string> names = object_names(options);
 
   Json gltf;
   gltf["asset"] = gltf_asset();
   if (!options.key.empty()) gltf["asset"]["extras"] = {{"patinate_key", options.key}};
   gltf["extensionsUsed"] = {"KHR_materials_variants"};
   gltf["scene"] = 0;
-  gltf["scenes"] = {{{"nodes", {0}}}};
-  gltf["nodes"] = {{{"name", options.name}, {"mesh", 0}}};
+  gltf["scenes"] = Json::array({{{"nodes", Json::array()}}});
 
   GlbBinary binary(path);
-  add_gltf_positions(gltf, binary.add(buffers.positions, kGltfVertices), buffers.positions);
-  add_gltf_accessor(gltf, binary.add(buffers.normals, kGltfVertices), kGltfFloat, buffers.normals.size() / 3, "VEC3");
-  add_gltf_accessor(gltf, binary.add(buffers.uvs, kGltfVertices), kGltfFloat, buffers.uvs.size() / 2, "VEC2");
-  const int tangent_accessor = has_tangents ? add_gltf_accessor(gltf, binary.add(buffers.tangents, kGltfVertices),
-                                                                kGltfFloat, buffers.tangents.size() / 4, "VEC4")
-                                            : -1;
-  std::vector<int> index_accessors;  // -1 = no triangle shows this tile
-  for (const std::vector<std::uint32_t>& indices : buffers.indices) {
-    index_accessors.push_back(indices.empty() ? -1
-                                              : add_gltf_accessor(gltf, binary.add(indices, kGltfIndices), kGltfUint32,
-                                                                  indices.size(), "SCALAR"));
+  std::vector<ObjectAccessors> accessors;
+  std::vector<std::string> shown;
+  std::vector<std::size_t> numbers;
+  for (std::size_t object = 0; object < names.size(); ++object) {
+    const VertexBuffers buffers = make_buffers(shaded, tiles, options.objects, object, options.meters_per_unit,
+                                               has_tangents ? &tangents : nullptr);
+    if (buffers.positions.empty()) continue;  // glTF has no empty mesh.
+    const std::size_t node = shown.size();
+    gltf["scenes"][0]["nodes"].push_back(node);
+    gltf["nodes"].push_back({{"name", names[object]}, {"mesh", node}});
+    shown.push_back(names[object]);
+    numbers.push_back(object);
+    accessors.push_back(add_accessors(gltf, binary, buffers));
   }
   gltf["textures"] = Json::array();
   add_materials(gltf, binary, tiles, appearance, options, control);
-  gltf["meshes"] =
-      Json::array({{{"name", options.name},
-                    {"primitives", make_primitives(index_accessors, appearance.size(), tangent_accessor)}}});
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    gltf["meshes"].push_back(
+        {{"name", shown[i]},
+         {"primitives", make_primitives(accessors[i], appearance.size(), numbers[i] * tiles.names.size(),
+                                        names.size() * tiles.names.size())}});
+  }
   write_file(path, gltf, binary);
   control.report(1.0);
 }

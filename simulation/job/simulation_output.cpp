@@ -52,8 +52,14 @@ void write_composed_files(const fs::path& folder, const std::string& name, Simul
   GlbVariant variant{.name = "aged", .base_colors = {look.color_linear()}};
   variant.normals = {look.normal8()};
   variant.speculars = {look.specular8()};
-  write_glb(folder / "model.glb", simulation.mesh(), {variant},
-            {.name = name, .meters_per_unit = 0.001, .roughness = 0.8, .key = key}, control.part(0.7, 1.0));
+  GlbOptions options{.name = name, .meters_per_unit = 0.001, .roughness = 0.8, .key = key};
+  const std::vector<SceneObject>& objects = simulation.scene().objects;
+  if (objects.size() > 1) {
+    for (const SceneObject& object : objects) options.objects.names.push_back(object.name);
+    const SurfaceAtlas& surface = simulation.atlas().surface();
+    for (int t = 0; t < surface.num_triangles(); ++t) options.objects.triangle_object.push_back(surface.object(t));
+  }
+  write_glb(folder / "model.glb", simulation.mesh(), {variant}, options, control.part(0.7, 1.0));
 }
 
 void write_atlas_file(const fs::path& folder, const Simulation& simulation) {

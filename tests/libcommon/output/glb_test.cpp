@@ -149,6 +149,30 @@ TEST(Glb, ShowsEveryTileWithATextureOfItsOwn) {
   EXPECT_THROW(write_glb(folder / "b.glb", mesh, tiles, {{"0 d", {a, b}}}), InvalidInput);
 }
 
+TEST(Glb, ObjectsHaveNodesBoundsAndMaterialsOfTheirOwnAndShareTextures) {
+  const TempFolder folder;
+  const Mesh mesh = ball(1.0, 8);
+  GlbOptions options{.objects = {{"lid", "chest", "empty"}, std::vector<int>(mesh.triangles.size(), 0)}};
+  for (std::size_t t = 0; t < mesh.triangles.size() / 2; ++t) options.objects.triangle_object[t] = 1;
+  write_glb(folder / "a.glb", mesh, two_ages(), options);
+  const Mesh back = read_mesh(folder / "a.glb");
+  EXPECT_EQ(back.num_triangles(), mesh.num_triangles());
+  ASSERT_EQ(back.surfaces.size(), 2u);  // glTF has no empty mesh.
+  EXPECT_EQ(back.surfaces[0].node, "lid");
+  EXPECT_EQ(back.surfaces[1].node, "chest");
+  EXPECT_EQ(std::count(back.triangle_surface.begin(), back.triangle_surface.end(), 1), mesh.num_triangles() / 2);
+  const std::string bytes = read_file(folder / "a.glb");
+  // Three objects of two variants, in two textures.
+  EXPECT_NE(bytes.find(R"("mappings":[{"material":1,"variants":[0]},{"material":4,"variants":[1]}])"),
+            std::string::npos);
+  EXPECT_NE(bytes.find(R"("source":1)"), std::string::npos);
+  EXPECT_EQ(bytes.find(R"("source":2)"), std::string::npos);
+  options.objects.triangle_object.pop_back();
+  EXPECT_THROW(write_glb(folder / "b.glb", mesh, two_ages(), options), InvalidInput);
+  options.objects = {{"one", "one"}, std::vector<int>(mesh.triangles.size(), 0)};
+  EXPECT_THROW(write_glb(folder / "b.glb", mesh, two_ages(), options), InvalidInput);
+}
+
 TEST(Glb, RefusesWhatWouldNotBeValid) {
   const TempFolder folder;
   Mesh mesh = ball(1.0, 8);

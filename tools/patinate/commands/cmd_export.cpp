@@ -52,7 +52,8 @@ int export_glb(CommandRun& run, const AgingGlb& glb, const std::filesystem::path
     const RunControl control = run.control("export");
     const std::vector<GlbAppearance> appearance =
         glb.appearance(times, time_labels(times, glb.history.time_unit), control.part(0.0, 0.1));
-    const GlbOptions options{.name = output.stem().string(), .meters_per_unit = glb.meters_per_unit, .key = key};
+    const GlbOptions options{
+        .name = output.stem().string(), .meters_per_unit = glb.meters_per_unit, .key = key, .objects = glb.objects};
     write_glb(output, glb.mesh, glb.tiles, appearance, options, control.part(0.1, 1.0));
   }
   run.report_output(*status, output, Json{{"times", times}});

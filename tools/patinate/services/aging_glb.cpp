@@ -109,8 +109,13 @@ AgingGlb glb_of_simulation(const std::filesystem::path& path) {
   const auto history = std::make_shared<const HistoryReader>(manifest_folder(path, "simulation.json") / "history");
   const std::vector<MaterialMap> maps = material_maps(history->facts());
   const auto has = [maps](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
-  AgingGlb out{mesh->key,       mesh->history,         {mesh->tile_names, mesh->triangle_tile},
-               mesh->unit_mesh, mesh->meters_per_unit, {}};
+  AgingGlb out{
+      mesh->key, mesh->history, {mesh->tile_names, mesh->triangle_tile}, mesh->unit_mesh, mesh->meters_per_unit, {},
+      {}};
+  if (out.mesh.surfaces.size() > 1) {
+    for (const Mesh::Surface& surface : out.mesh.surfaces) out.objects.names.push_back(surface.node);
+    out.objects.triangle_object = out.mesh.triangle_surface;
+  }
   out.appearance = [mesh, history, has](const std::vector<double>& times, const std::vector<std::string>& labels,
                                         const RunControl& control) {
     RunControl silent = control;

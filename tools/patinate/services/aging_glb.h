@@ -20,6 +20,7 @@ struct AgingGlb {
   GlbTiles tiles;
   Mesh mesh;  ///< UVs of every tile in the unit square.
   double meters_per_unit = 0.001;
+  GlbObjects objects = {};  ///< Those of a simulation, where there are several.
   /// A look for each time, with normals and gloss where the history's frames have them. @param labels  Their names.
   std::function<std::vector<GlbAppearance>(const std::vector<double>& times, const std::vector<std::string>& labels,
                                            const RunControl& control)>

@@ -47,11 +47,19 @@ struct GlbTiles {
   std::vector<int> triangle_tile = {};    ///< As long as the mesh's triangles; empty when there is one tile.
 };
 
+/// Which triangles belong to which object: glTF gets a node, a mesh and materials of its own for each, so that programs
+/// can hide, move and change one alone. Textures are shared.
+struct GlbObjects {
+  std::vector<std::string> names = {};    ///< UTF-8, unique; empty: all is one object, of GlbOptions::name.
+  std::vector<int> triangle_object = {};  ///< As long as the mesh's triangles; empty with at most one name.
+};
+
 struct GlbOptions {
   std::string name = "object";     ///< Of node and mesh.
   double meters_per_unit = 0.001;  ///< glTF is in meters; > 0. 0.001 for a mesh in mm.
   double roughness = 0.8;          ///< [0, 1]. metallicFactor is 0.
   std::string key = "";            ///< Content key, kept in asset.extras.patinate_key.
+  GlbObjects objects = {};
 };
 
 /// Writes atomically; equal input gives equal bytes. Axes are kept as they are, v is flipped as glTF asks.

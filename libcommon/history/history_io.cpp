@@ -16,7 +16,7 @@ namespace patinate {
 
 namespace {
 
-constexpr std::array<std::string_view, 4> kTimeUnitNames{"s", "min", "h", "d"};
+constexpr std::array<std::string_view, 5> kTimeUnitNames{"s", "min", "h", "d", "a"};
 constexpr std::size_t kMaxFrames = 1'000'000;
 constexpr std::size_t kMaxControls = 1'000;
 
@@ -122,12 +122,12 @@ std::string time_unit_text(TimeUnit unit) { return std::string(kTimeUnitNames[st
 
 TimeUnit parse_time_unit(const std::string& text) {
   const auto it = std::find(kTimeUnitNames.begin(), kTimeUnitNames.end(), text);
-  if (it == kTimeUnitNames.end()) throw InvalidInput("time unit: found `" + text + "`; use s, min, h or d");
+  if (it == kTimeUnitNames.end()) throw InvalidInput("time unit: found `" + text + "`; use s, min, h, d or a");
   return static_cast<TimeUnit>(it - kTimeUnitNames.begin());
 }
 
 double seconds_per(TimeUnit unit) {
-  constexpr std::array<double, 4> kSeconds{1.0, 60.0, 3600.0, 86400.0};
+  constexpr std::array<double, 5> kSeconds{1.0, 60.0, 3600.0, 86400.0, 365.25 * 86400.0};
   return kSeconds[static_cast<std::size_t>(unit)];
 }
 

@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <iterator>
 #include <optional>
+#include <utility>
 
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "simulation/engine/engine_state.h"
+#include "simulation/rules/initial_amounts.h"
 
 namespace patinate::simulation {
 
@@ -93,10 +96,14 @@ Simulation::State::State(Scene given, SimulationOptions given_options, const Run
       exchanger(static_cast<int>(scene.materials.size()), scene.seed),
       composer(scene, scene_mesh, surface, options.color_form, control.part(0.6, 0.9)),
       changed_in(surface.grid().num_tiles(), -1) {
+  for (std::size_t k = 0; k < kNumWeatherSignals; ++k)
+    weather_peaks[k] = greatest_weather(scene.weather, static_cast<WeatherSignal>(k));
   for (const SceneObject& object : scene.objects) start_places.emplace_back(object);
   cargo.mass.resize(gammatons.size());
   check_emitters(scene, scene_mesh, tracer.rays());
   notes = describe_meshes(scene_mesh);
+  const LaidAmounts laid = lay_initial_amounts(scene, scene_mesh, atlas);
+  ledger.add_rules(laid.more, laid.less);
   const ParameterMapChoice choice = choice_of(options.parameter_maps, scene.materials);
   maps = std::make_unique<ParameterMaps>(surface.grid(), choice);
   rules = make_rules(control);
@@ -173,6 +180,7 @@ void Simulation::apply(const SceneEvent& event, const RunControl& control) {
 void Simulation::step(const RunControl& control) {
   State& s = *state_;
   apply_due(control);
+  s.apply_weather();
   {
     const Stopwatch watch(s.times.trace);
     s.tracer.trace(s.gammatons, s.scene, s.iteration, s.trace, control);
@@ -186,9 +194,10 @@ void Simulation::step(const RunControl& control) {
     s.ledger.add(report);
     s.mark(report.dirty_tiles);
   }
+  const std::unique_ptr<SurfaceNormals> normals = s.bounce_normals(control);
   {
     const Stopwatch watch(s.times.respond);
-    s.tracer.respond(s.gammatons, s.scene, s.iteration, s.trace, nullptr, control);
+    s.tracer.respond(s.gammatons, s.scene, s.iteration, s.trace, normals.get(), control);
   }
   s.begin_lives_and_end_them();
   {
@@ -198,19 +207,30 @@ void Simulation::step(const RunControl& control) {
   ++s.iteration;
 }
 
-std::vector<TileIndex> Simulation::dirty_since(std::int64_t since) const {
+std::vector<TileIndex> Simulation::State::dirty_since(std::int64_t since) const {
   std::vector<TileIndex> tiles;
-  for (TileIndex t = 0; t < state_->surface.grid().num_tiles(); ++t) {
-    if (state_->changed_in[t] >= since) tiles.push_back(t);
+  for (TileIndex t = 0; t < surface.grid().num_tiles(); ++t) {
+    if (changed_in[t] >= since) tiles.push_back(t);
   }
   return tiles;
 }
 
+std::vector<TileIndex> Simulation::dirty_since(std::int64_t since) const { return state_->dirty_since(since); }
+
+void Simulation::State::compose_now(const RunControl& control) {
+  const Stopwatch watch(times.compose);
+  const std::vector<TileIndex> tiles = composer.compose(atlas, dirty_since(composed_at), control);
+  composed_at = iteration;
+  std::vector<TileIndex> all;
+  std::set_union(tiles.begin(), tiles.end(), composed_since_asked.begin(), composed_since_asked.end(),
+                 std::back_inserter(all));
+  composed_since_asked = std::move(all);
+}
+
 const Composer& Simulation::compose(const RunControl& control) {
   State& s = *state_;
-  const Stopwatch watch(s.times.compose);
-  s.composed_tiles = s.composer.compose(s.atlas, dirty_since(s.composed_at), control);
-  s.composed_at = s.iteration;
+  s.compose_now(control);
+  s.composed_tiles = std::exchange(s.composed_since_asked, {});
   return s.composer;
 }
 

@@ -95,6 +95,7 @@ bool apply(const RuleEvent& event, Scene& scene) {
   if (change.rate) rule->rate = *change.rate;
   if (change.products) rule->products = *change.products;
   if (change.reactants) rule->reactants = *change.reactants;
+  if (change.where) rule->where = *change.where;
   return false;
 }
 

@@ -24,17 +24,24 @@ GammatonRange gammatons_of(const Scene& scene, std::size_t emitter, std::int64_t
   return range;
 }
 
-/// An emitter that is on, for a while.
+/// An emitter that is on, whatever the weather, for a while.
 class SwitchedOn {
  public:
-  explicit SwitchedOn(Emitter& emitter) : emitter_(emitter), was_on_(emitter.is_on) { emitter_.is_on = true; }
-  ~SwitchedOn() { emitter_.is_on = was_on_; }
+  explicit SwitchedOn(Emitter& emitter) : emitter_(emitter), was_on_(emitter.is_on), born_share_(emitter.born_share) {
+    emitter_.is_on = true;
+    emitter_.born_share = 1.0;
+  }
+  ~SwitchedOn() {
+    emitter_.is_on = was_on_;
+    emitter_.born_share = born_share_;
+  }
   SwitchedOn(const SwitchedOn&) = delete;
   SwitchedOn& operator=(const SwitchedOn&) = delete;
 
  private:
   Emitter& emitter_;
   bool was_on_;
+  double born_share_;
 };
 
 }  // namespace
@@ -64,6 +71,13 @@ void Simulation::apply_due(const RunControl& control) {
     const SceneEvent event = s.scene.events[s.next_event++];
     apply(event, control);
   }
+  if (s.series_done >= s.iteration) return;
+  s.series_done = s.iteration;
+  for (std::size_t i = 0; i < s.scene.series.size(); ++i) {
+    if (!s.scene.series[i].is_due(s.iteration)) continue;
+    const SceneEvent event{.iteration = s.iteration, .what = s.scene.series[i].what};
+    apply(event, control);
+  }
 }
 
 void Simulation::paint(const std::string& emitter, const Vec3& position_mm, const RunControl& control) {
@@ -82,7 +96,8 @@ void Simulation::paint(const std::string& emitter, const Vec3& position_mm, cons
   s.ledger.add(report);
   s.mark(report.dirty_tiles);
   s.rules->wake(report.dirty_tiles);  // they age what is there, once time continues
-  s.tracer.respond(s.gammatons, s.scene, key, s.trace, nullptr, control, moving);
+  const std::unique_ptr<SurfaceNormals> normals = s.bounce_normals(control);
+  s.tracer.respond(s.gammatons, s.scene, key, s.trace, normals.get(), control, moving);
   s.begin_lives_and_end_them();
   const TraceCounters& c = s.counters;
   s.counters.alive = c.emitted - c.absorbed - c.left - c.rested;  // of all, those that stand still too

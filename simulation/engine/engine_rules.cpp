@@ -1,43 +1,23 @@
 #include <algorithm>
 #include <numeric>
 
-#include "patinate/atlas/texel_map.h"
-#include "patinate/controls/control_kinds.h"
 #include "simulation/engine/engine_state.h"
+#include "simulation/rules/scene_maps.h"
 
 namespace patinate::simulation {
 
 namespace {
 
 /// What drivers ask for beside materials.
-std::vector<std::string> parameter_names(std::span<const Rule> rules, std::span<const std::string> materials) {
+std::vector<std::string> parameter_names(std::span<const Rule> rules, const Scene& scene) {
+  const std::vector<std::string> maps = map_names(scene);
   std::vector<std::string> names;
   for (const Rule& rule : rules) {
-    for (const std::string& name : parameters_of(rule, materials)) {
+    for (const std::string& name : parameters_of(rule, scene.materials, maps)) {
       if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
     }
   }
   return names;
-}
-
-/// Slope from the triangles, everything else as the control map of that name, in [0, 1].
-std::vector<SurfaceParameter> make_parameters(std::span<const std::string> names, const Scene& scene,
-                                              const SceneMesh& scene_mesh, const SurfaceAtlas& surface,
-                                              const RunControl& control) {
-  std::vector<SurfaceParameter> parameters;
-  if (names.empty()) return parameters;
-  const double gravity = scene.gravity_mm_s2.norm();
-  const Vec3 up = gravity > 0.0 ? Vec3(-scene.gravity_mm_s2 / gravity) : Vec3::UnitY();
-  std::unique_ptr<const TexelMap> map;
-  for (const std::string& name : names) {
-    if (name == "slope") {
-      parameters.push_back(slope_parameter(scene_mesh, surface, up));
-      continue;
-    }
-    if (!map) map = std::make_unique<const TexelMap>(scene_mesh.mesh, scene.resolution, scene.resolution, control);
-    parameters.push_back(map_parameter(name, make_control(name, *map, {}, control).values, surface));
-  }
-  return parameters;
 }
 
 }  // namespace
@@ -45,13 +25,15 @@ std::vector<SurfaceParameter> make_parameters(std::span<const std::string> names
 std::unique_ptr<RuleEngine> Simulation::State::make_rules(const RunControl& control) const {
   RunControl quiet = control;
   quiet.on_progress = {};
-  return std::make_unique<RuleEngine>(
+  auto engine = std::make_unique<RuleEngine>(
       scene.rules, scene.materials, surface, scene.time_per_iteration, scene.seed,
-      make_parameters(parameter_names(scene.rules, scene.materials), scene, scene_mesh, surface, quiet));
+      make_parameters(parameter_names(scene.rules, scene), scene, scene_mesh, surface, quiet));
+  engine->set_weather(scene.weather);
+  return engine;
 }
 
 void Simulation::State::set_rules(std::span<const Rule> changed) {
-  std::vector<std::string> missing = parameter_names(changed, scene.materials);
+  std::vector<std::string> missing = parameter_names(changed, scene);
   std::erase_if(missing, [&](const std::string& name) { return rules->has_parameter(name); });
   std::vector<SurfaceParameter> more;
   if (!missing.empty()) {

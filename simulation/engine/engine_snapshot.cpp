@@ -8,8 +8,9 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x33304E5354415050ull;  // "PPATSN03": raised with every change of what follows
-constexpr std::uint64_t kMagicBeforePaint = 0x32304E5354415050ull;  // "PPATSN02": without num_paint_steps
+constexpr std::uint64_t kMagic = 0x34304E5354415050ull;  // "PPATSN04": raised with every change of what follows
+constexpr std::uint64_t kMagicBeforeWeather = 0x33304E5354415050ull;  // "PPATSN03": without weather, series, masks
+constexpr std::uint64_t kMagicBeforePaint = 0x32304E5354415050ull;    // "PPATSN02": without num_paint_steps
 
 /// Emitters, places, behavior, exchange and rules: what events change.
 void write_scene(ByteWriter& out, const Scene& scene) {
@@ -28,6 +29,8 @@ void write_scene(ByteWriter& out, const Scene& scene) {
     for (const double x : {e.size_mm[0], e.size_mm[1], e.spread_deg, e.speed_mm_s, e.distance_mm}) out.value(x);
     for (const double x : e.carries) out.value(x);
     out.value(static_cast<std::uint8_t>(e.is_on));
+    out.value(static_cast<std::int32_t>(e.follows ? static_cast<int>(*e.follows) : -1));
+    out.value(e.full_at);
   }
   const Behavior& b = scene.behavior;
   for (const double x :
@@ -41,10 +44,11 @@ void write_scene(ByteWriter& out, const Scene& scene) {
     out.value(rule.rate);
     for (const double x : rule.products) out.value(x);
     for (const double x : rule.reactants) out.value(x);
+    out.text(rule.where);
   }
 }
 
-std::vector<Rule> read_rules(ByteReader& in) {
+std::vector<Rule> read_rules(ByteReader& in, bool has_weather) {
   const auto count = in.value<std::uint64_t>();
   if (count > kMaxRules) throw InvalidInput("the snapshot is damaged");
   std::vector<Rule> rules(static_cast<std::size_t>(count));
@@ -54,12 +58,13 @@ std::vector<Rule> read_rules(ByteReader& in) {
     in.value(rule.rate);
     for (double& x : rule.products) in.value(x);
     for (double& x : rule.reactants) in.value(x);
+    if (has_weather) rule.where = in.text();
   }
   return rules;
 }
 
 /// @returns how many emitters the snapshot has: the scene's first ones.
-std::size_t read_scene_values(ByteReader& in, Scene& scene) {
+std::size_t read_scene_values(ByteReader& in, Scene& scene, bool has_weather) {
   const auto vector = [&](Vec3& v) {
     for (double& x : v) in.value(x);
   };
@@ -80,13 +85,19 @@ std::size_t read_scene_values(ByteReader& in, Scene& scene) {
     for (double* x : {&e.size_mm[0], &e.size_mm[1], &e.spread_deg, &e.speed_mm_s, &e.distance_mm}) in.value(*x);
     for (double& x : e.carries) in.value(x);
     e.is_on = in.value<std::uint8_t>() != 0;
+    if (!has_weather) continue;
+    const auto follows = in.value<std::int32_t>();
+    if (follows < -1 || follows >= static_cast<std::int32_t>(kNumWeatherSignals))
+      throw InvalidInput("the snapshot is damaged");
+    e.follows = follows < 0 ? std::nullopt : std::optional(static_cast<WeatherSignal>(follows));
+    in.value(e.full_at);
   }
   Behavior& b = scene.behavior;
   for (double* x :
        {&b.bounce, &b.floating, &b.absorb, &b.deceleration_bounce, &b.deceleration_float, &scene.exchange.ratio})
     in.value(*x);
   for (double& x : scene.exchange.rates) in.value(x);
-  scene.rules = read_rules(in);
+  scene.rules = read_rules(in, has_weather);
   return static_cast<std::size_t>(num_emitters);
 }
 
@@ -184,6 +195,7 @@ std::vector<std::byte> Simulation::snapshot() const {
   out.value(s.iteration);
   out.value(s.num_paint_steps);
   out.value(static_cast<std::uint64_t>(s.next_event));
+  out.value(s.series_done);
   write_scene(out, s.scene);
   write_atlas(out, s.atlas);
   Gammatons& gammatons =
@@ -215,7 +227,8 @@ void Simulation::restore(std::span<const std::byte> bytes) {
     if (in.value<decltype(value)>() != value) throw InvalidInput("the snapshot is of another version or scene");
   };
   const auto magic = in.value<std::uint64_t>();
-  if (magic != kMagic && magic != kMagicBeforePaint) throw InvalidInput("the snapshot is of another version or scene");
+  if (magic != kMagic && magic != kMagicBeforeWeather && magic != kMagicBeforePaint)
+    throw InvalidInput("the snapshot is of another version or scene");
   expect(static_cast<std::int32_t>(s.scene.resolution));
   expect(static_cast<std::int32_t>(s.scene.materials.size()));
   if (bytes.size() < sizeof(magic) ||
@@ -223,10 +236,11 @@ void Simulation::restore(std::span<const std::byte> bytes) {
     throw InvalidInput("the snapshot is cut short");
   }
   const auto iteration = in.value<std::int64_t>();
-  const auto num_paint_steps = magic == kMagic ? in.value<std::int64_t>() : 0;
+  const auto num_paint_steps = magic != kMagicBeforePaint ? in.value<std::int64_t>() : 0;
   const auto next_event = in.value<std::uint64_t>();
+  const auto series_done = magic == kMagic ? in.value<std::int64_t>() : iteration - 1;
   Scene scene = s.scene;
-  const std::size_t num_emitters = read_scene_values(in, scene);
+  const std::size_t num_emitters = read_scene_values(in, scene, magic == kMagic);
   check_scene(scene);
   if (iteration < 0 || num_paint_steps < 0 || next_event > scene.events.size())
     throw InvalidInput("the snapshot is damaged, or of another scene");
@@ -273,6 +287,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.iteration = iteration;
   s.num_paint_steps = num_paint_steps;
   s.next_event = static_cast<std::size_t>(next_event);
+  s.series_done = series_done;
   place_objects(s.scene_mesh, s.scene);
   s.tracer.set_mesh(s.scene_mesh);
   s.composed_at = -1;  // an earlier iteration, perhaps: nothing that was composed holds

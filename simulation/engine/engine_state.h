@@ -37,6 +37,13 @@ struct Simulation::State {
   void begin_lives_and_end_them();
   void end_share(const GammatonRange& moving);
   void mark(std::span<const TileIndex> tiles);
+  /// Composes what has changed, for whoever asks; composed_since_asked has what was composed.
+  void compose_now(const RunControl& control);
+  /// What the next response is to reflect about; nullptr: the mesh's normals.
+  [[nodiscard]] std::unique_ptr<SurfaceNormals> bounce_normals(const RunControl& control);
+  [[nodiscard]] std::vector<TileIndex> dirty_since(std::int64_t since) const;
+  /// Gives emitters that follow the weather what it is in the next iteration: nothing of it needs to be kept.
+  void apply_weather();
   [[nodiscard]] std::unique_ptr<RuleEngine> make_rules(const RunControl& control) const;
   /// Other rules from now on; maps that they need are made of the objects where they stood at the start.
   /// @throws InvalidInput; nothing is changed then.
@@ -68,9 +75,12 @@ struct Simulation::State {
   std::vector<std::int32_t> changed_in;  ///< By tile: the last iteration that changed it; -1 = none.
   std::int64_t iteration = 0;
   std::int64_t num_paint_steps = 0;
-  std::int64_t composed_at = -1;          ///< Tiles changed in this iteration or later are not composed yet.
-  std::vector<TileIndex> composed_tiles;  ///< By the last compose().
+  std::int64_t composed_at = -1;                ///< Tiles changed in this iteration or later are not composed yet.
+  std::vector<TileIndex> composed_tiles;        ///< By the last compose(),
+  std::vector<TileIndex> composed_since_asked;  ///< and by the engine itself since then; in order.
   std::size_t next_event = 0;
+  std::int64_t series_done = -1;  ///< Series that were due before this iteration have happened.
+  WeatherValues weather_peaks{};  ///< Greatest values of the whole weather.
   std::vector<std::string> notes;
 };
 

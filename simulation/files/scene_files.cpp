@@ -24,6 +24,16 @@ void visit_member(Json& object, const char* key, const std::function<void(Json& 
   if (object.is_object() && object.contains(key) && object[key].is_string()) visit(object[key]);
 }
 
+/// Files of a map of a scene, or of what may be one.
+void visit_map(Json& map, const std::function<void(Json& path)>& visit) {
+  if (!map.is_object()) return;
+  for (const char* key : {"image", "sky", "path"}) visit_member(map, key, visit);
+  if (map.contains("from") && map["from"].is_string() && fs::path(map["from"].get<std::string>()).has_extension())
+    visit(map["from"]);
+  if (!map.contains("images")) return;
+  for (auto& [object, path] : map["images"].items()) visit(path);
+}
+
 /// A file name that every file system takes, and that needs no escape in a glTF.
 std::string plain_name(const fs::path& file) {
   std::string name = file.filename().string();
@@ -121,8 +131,16 @@ void for_each_scene_path(Json& root, const std::function<void(Json& path)>& visi
     if (!root.contains(list)) continue;
     for (auto& [name, member] : root[list].items()) visit_member(member, "color", visit);
   }
+  if (root.contains("maps")) {
+    for (auto& [name, map] : root["maps"].items()) visit_map(map, visit);
+  }
+  visit_member(root, "weather", visit);
+  if (root.contains("weather")) visit_member(root["weather"], "file", visit);
   for (Json& object : root["objects"]) {
     visit_member(object, "mesh", visit);
+    if (object.contains("initial")) {
+      for (auto& [material, amount] : object["initial"].items()) visit_map(amount, visit);
+    }
     if (!object.contains("maps")) continue;
     for (auto& [name, path] : object["maps"].items()) {
       if (path.is_string()) visit(path);
@@ -131,6 +149,7 @@ void for_each_scene_path(Json& root, const std::function<void(Json& path)>& visi
   if (!root.contains("rules")) return;
   for (Json& rule : root["rules"]) {
     visit_member(rule, "file", visit);
+    if (rule.is_object() && rule.contains("where")) visit_map(rule["where"], visit);
     if (rule.is_string() && is_rule_path(rule.get<std::string>())) visit(rule);
   }
 }

@@ -13,7 +13,10 @@
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "simulation/files/scene_json.h"
+#include "simulation/files/scene_maps_json.h"
+#include "simulation/files/weather_json.h"
 #include "simulation/rules/rule_io.h"
+#include "simulation/rules/scene_maps.h"
 #include "simulation/tracing/scene_checks.h"
 
 namespace patinate::simulation {
@@ -22,7 +25,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::array<std::string_view, 4> kTimeUnitNames{"s", "min", "h", "d"};
+constexpr std::array<std::string_view, 5> kTimeUnitNames{"s", "min", "h", "d", "a"};
 constexpr std::size_t kMaxObjects = 1000;
 
 std::vector<std::string> read_names(const JsonReader& json) {
@@ -118,6 +121,7 @@ class ObjectReader {
     vector("translate", context_.mm_per_unit, object.translate_mm);
     vector("rotate", 1.0, object.rotate_deg);
     if (json.has("scale")) object.scale = json.member("scale").number(above(0));
+    if (json.has("initial")) (void)json.member("initial");  // once the maps are known
     json.finish();
     return object;
   }
@@ -186,8 +190,13 @@ void read_time(JsonReader json, SceneFile& file) {
     if (file.scene.time_per_iteration > 0.0 && file.scene.time_per_iteration < kLeastTimeStep)
       time.fail("0, for none, or at least 1e-12");
   }
-  if (json.has("contact")) file.scene.exchange.contact = json.member("contact").number(between(0, 1e6));
+  if (json.has("contact")) (void)json.member("contact");  // once the exchange is known
   json.finish();
+}
+
+/// "contact" of "time".
+void read_contact(JsonReader json, ExchangeOptions& exchange) {
+  if (json.has("contact")) exchange.contact = json.member("contact").number(between(0, 1e6));
 }
 
 /// Steps of a two-hundredth of the largest object; drops cling round edges of up to 30 degrees and more where they are
@@ -202,6 +211,16 @@ TracingOptions tracing_of_size(const Scene& scene) {
   t.pull = 0.6;
   t.rest_speed_mm_s = size / 500.0;
   return t;
+}
+
+/// A rule with what it is limited to.
+Rule read_limited_rule(const JsonReader& json, const SceneContext& context, Scene& scene) {
+  const std::vector<std::string> maps = map_names(scene);
+  Rule rule = read_scene_rule(json, scene.materials, maps);
+  JsonReader members = json;
+  if (members.is_object() && members.has("where")) rule.where = read_mask(members.member("where"), context, scene);
+  check_signals(json, rule, context, scene);
+  return rule;
 }
 
 void read_run(JsonReader json, SceneFile& file) {
@@ -250,6 +269,9 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
   SceneContext context;
   context.materials = scene.materials;
   context.mm_per_unit = file.mm_per_unit;
+  context.add_input = [&file](const std::string& role, const fs::path& input) {
+    file.inputs.emplace_back(role, input);
+  };
   context.read_picture = [&file, &assets](const JsonReader& reader, int num_channels) {
     const fs::path picture = reader.path();
     file.inputs.emplace_back(reader.pointer(), picture);
@@ -260,6 +282,9 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
     const std::vector<double> g = json.member("gravity").numbers(3);
     scene.gravity_mm_s2 = Vec3(g[0], g[1], g[2]) * file.mm_per_unit;
   }
+  if (json.has("time")) read_time(json.member("time"), file);
+  context.time_unit = file.time_unit;
+  context.time_per_iteration = scene.time_per_iteration;
   if (json.has("seed")) scene.seed = static_cast<std::uint64_t>(json.member("seed").integer(at_least(0)));
   const AtlasMethod method = json.has("atlas") ? read_atlas(json.member("atlas"), scene) : AtlasMethod::Auto;
   scene.appearance = read_appearance(json, root, context);
@@ -274,6 +299,13 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
     scene.objects.push_back(
         objects.read(elements[i], control.part(static_cast<double>(i) / n, static_cast<double>(i + 1) / n)));
   }
+  if (json.has("maps")) read_maps(json.member("maps"), context, scene);
+  for (std::size_t i = 0; i < elements.size(); ++i) {
+    JsonReader object = elements[i];
+    if (object.has("initial")) read_initial(object.member("initial"), context, scene, i);
+  }
+  if (json.has("weather")) scene.weather = read_weather(json.member("weather"), context, file.time_unit);
+  context.weather = scene.weather.is_given;
   const JsonReader emitter_list = json.member("emitters");
   for (const JsonReader& emitter : emitter_list.elements(1000))
     scene.emitters.push_back(read_emitter(emitter, context));
@@ -282,14 +314,14 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
   scene.tracing = tracing_of_size(scene);
   if (json.has("tracing")) scene.tracing = read_tracing(json.member("tracing"), file.mm_per_unit, scene.tracing);
   if (json.has("exchange")) scene.exchange = read_exchange(json.member("exchange"), context);
-  if (json.has("time")) read_time(json.member("time"), file);
+  if (json.has("time")) read_contact(json.member("time"), scene.exchange);
   if (json.has("rules")) {
     for (const JsonReader& rule : json.member("rules").elements(kMaxRules)) {
-      scene.rules.push_back(read_scene_rule(rule, scene.materials));
+      scene.rules.push_back(read_limited_rule(rule, context, scene));
       if (const auto named = rule_path(rule)) file.inputs.emplace_back("rule " + scene.rules.back().name, *named);
     }
   }
-  if (json.has("events")) scene.events = read_events(json.member("events"), context, scene);
+  if (json.has("events")) read_events(json.member("events"), context, scene);
   if (json.has("run"))
     read_run(json.member("run"), file);
   else

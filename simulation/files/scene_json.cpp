@@ -2,10 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
+#include "simulation/files/weather_json.h"
 #include "simulation/rules/rule_io.h"
+#include "simulation/rules/rules.h"
+#include "simulation/rules/scene_maps.h"
 
 namespace patinate::simulation {
 
@@ -24,6 +30,7 @@ Vec3 read_direction(const JsonReader& json) {
 
 constexpr std::int64_t kLongestStroke = 1'000'000;
 constexpr std::size_t kMostPoints = 100'000;
+constexpr double kMostIterations = 1e12;
 
 std::vector<std::string> names_of(const auto& items) {
   std::vector<std::string> names;
@@ -145,7 +152,7 @@ SceneAction read_switch(JsonReader& json, const SceneContext&, const Scene& scen
 
 SceneAction read_changed_rule(JsonReader& json, const SceneContext& context, const Scene& scene) {
   RuleEvent event{.rule = json.member("target").string(), .change = {}};
-  event.change = read_rule_change(json, event.rule, context.materials, scene.rules);
+  event.change = read_rule_change(json, event.rule, context.materials, scene.rules, map_names(scene));
   return event;
 }
 
@@ -163,12 +170,82 @@ constexpr std::array<ReadAction, 10> kReadActions{
     read_move,   read_turn,         read_scale, read_changed_emitter, read_ratio, read_rate, read_changed_behavior,
     read_switch, read_changed_rule, read_paint};
 
-SceneEvent read_event(JsonReader json, const SceneContext& context, const Scene& scene) {
-  SceneEvent event{.iteration = json.member("iteration").integer(at_least(0)), .what = {}};
+/// When an event happens, in iterations.
+struct EventTimes {
+  double first = 0.0;
+  std::optional<double> every;
+  std::optional<double> length;  ///< Then it is undone.
+  std::int64_t count = std::numeric_limits<std::int64_t>::max();
+
+  [[nodiscard]] static std::int64_t iteration_at(double time) {
+    return static_cast<std::int64_t>(std::floor(time + 0.5));
+  }
+};
+
+/// A time of a scene in iterations.
+double read_iterations(const JsonReader& json, const SceneContext& context) {
+  const double time = read_time_value(json, context.time_unit);
+  if (!(context.time_per_iteration > 0.0))
+    json.fail("no time: the scene's iterations take none (\"time\": {\"per_iteration\": 0.1})");
+  if (time / context.time_per_iteration > kMostIterations)
+    json.fail("a time of at most " + short_number_text(kMostIterations) + " iterations");
+  return time / context.time_per_iteration;
+}
+
+/// "iteration" or "at", and "every", "for", "until".
+EventTimes read_event_times(JsonReader& json, const SceneContext& context, bool may_end) {
+  EventTimes times;
+  const bool has_at = json.has("at"), has_every = json.has("every");
+  if (has_at && json.has("iteration")) json.fail("\"iteration\" or \"at\", not both");
+  if (has_at) {
+    times.first = read_iterations(json.member("at"), context);
+  } else if (!has_every || json.has("iteration")) {
+    times.first = static_cast<double>(json.member("iteration").integer(at_least(0)));
+  }
+  if (has_every) {
+    times.every = read_iterations(json.member("every"), context);
+    if (!(*times.every >= 1.0)) json.member("every").fail("at least the time of one iteration");
+  }
+  if (json.has("for")) {
+    const JsonReader length = json.member("for");
+    if (!may_end) length.fail("no such member: only a switch ends by itself; give another event for the end");
+    times.length = read_iterations(length, context);
+    if (!(*times.length >= 1.0)) length.fail("at least the time of one iteration");
+    if (times.every && !(*times.length < *times.every)) length.fail("less than \"every\"");
+  }
+  if (json.has("until")) {
+    const double end = read_iterations(json.member("until"), context);
+    if (!times.every) json.member("until").fail("an event with \"every\"");
+    if (!(end > times.first)) json.member("until").fail("a time after the first");
+    times.count = static_cast<std::int64_t>(std::ceil((end - times.first) / *times.every));
+  }
+  return times;
+}
+
+/// An event with all of its repetitions. @returns what it is.
+SceneAction read_event(JsonReader json, const SceneContext& context, Scene& scene, std::int64_t& first) {
   const auto op = static_cast<std::size_t>(json.member("op").choice(kOpNames));
-  event.what = kReadActions[op](json, context, scene);
+  const EventTimes times = read_event_times(json, context, kReadActions[op] == read_switch);
+  SceneAction what = kReadActions[op](json, context, scene);
   json.finish();
-  return event;
+  first = EventTimes::iteration_at(times.first);
+  std::optional<SceneAction> undo;
+  if (times.length) {
+    SwitchEvent back = std::get<SwitchEvent>(what);
+    back.is_on = !back.is_on;
+    undo = back;
+  }
+  if (times.every) {
+    if (undo) {
+      scene.series.push_back(
+          {.first = times.first + *times.length, .every = *times.every, .count = times.count, .what = *undo});
+    }
+    scene.series.push_back({.first = times.first, .every = *times.every, .count = times.count, .what = what});
+  } else {
+    scene.events.push_back({first, what});
+    if (undo) scene.events.push_back({EventTimes::iteration_at(times.first + *times.length), *undo});
+  }
+  return what;
 }
 
 /// A rule event and where it stands.
@@ -218,6 +295,19 @@ MaterialValues read_material_values(JsonReader json, const std::vector<std::stri
   return values;
 }
 
+namespace {
+
+/// A signal that gammatons can follow.
+WeatherSignal read_followed(const JsonReader& json, const SceneContext& context) {
+  const auto signal = static_cast<WeatherSignal>(json.choice(kWeatherSignalNames));
+  if (signal == WeatherSignal::Temperature) json.fail("rain, humidity, sunshine or wind");
+  if (!context.weather[static_cast<std::size_t>(signal)])
+    json.fail("what the scene's weather tells of; it says nothing of the " + json.string());
+  return signal;
+}
+
+}  // namespace
+
 Emitter read_emitter(JsonReader json, const SceneContext& context) {
   Emitter e;
   e.name = json.member("name").string();
@@ -242,6 +332,11 @@ Emitter read_emitter(JsonReader json, const SceneContext& context) {
   if (json.has("gammatons")) e.gammatons = json.member("gammatons").integer(between(1, 1e7));
   if (json.has("carries")) e.carries = read_material_values(json.member("carries"), context.materials, between(0, 16));
   if (json.has("on")) e.is_on = json.member("on").boolean();
+  if (json.has("follows")) e.follows = read_followed(json.member("follows"), context);
+  if (json.has("full_at")) {
+    e.full_at = json.member("full_at").number(above(0));
+    if (!e.follows) json.member("full_at").fail("\"follows\" beside it: what of the weather the emitter follows");
+  }
   json.finish();
   return e;
 }
@@ -288,6 +383,8 @@ TracingOptions read_tracing(JsonReader json, double mm_per_unit, TracingOptions 
   if (json.has("tangential_slowdown")) t.tangential_slowdown = json.member("tangential_slowdown").boolean();
   length("rest_speed", t.rest_speed_mm_s, at_least(0));
   number("rest_slope_deg", t.rest_slope_deg, between(0, 90));
+  if (json.has("bounce_normal"))
+    t.bounce_normal = static_cast<BounceNormal>(json.member("bounce_normal").choice(kBounceNormalNames));
   json.finish();
   return t;
 }
@@ -301,22 +398,36 @@ ExchangeOptions read_exchange(JsonReader json, const SceneContext& context) {
   return e;
 }
 
-std::vector<SceneEvent> read_events(const JsonReader& json, const SceneContext& context, const Scene& scene) {
-  std::vector<SceneEvent> events;
+void read_events(const JsonReader& json, const SceneContext& context, Scene& scene) {
   std::vector<PlacedChange> rule_changes;
   for (const JsonReader& element : json.elements(1'000'000)) {
     if (JsonReader(element).member("op").choice(kOpNames) == kStroke) {
-      read_stroke(element, context, scene, events);
+      read_stroke(element, context, scene, scene.events);
       continue;
     }
-    events.push_back(read_event(element, context, scene));
-    if (const auto* change = std::get_if<RuleEvent>(&events.back().what))
-      rule_changes.push_back({element, events.back().iteration, *change});
+    std::int64_t first = 0;
+    const SceneAction what = read_event(element, context, scene, first);
+    if (const auto* change = std::get_if<RuleEvent>(&what)) rule_changes.push_back({element, first, *change});
   }
   check_changed_rules(rule_changes, scene);
-  std::stable_sort(events.begin(), events.end(),
+  for (const PlacedChange& c : rule_changes) {
+    if (c.event.change.begins) check_signals(c.place, *c.event.change.begins, context, scene);
+    Rule changed{.name = c.event.rule, .driver = c.event.change.driver.value_or("0")};
+    changed.where = c.event.change.where.value_or("");
+    check_signals(c.place, changed, context, scene);
+  }
+  std::stable_sort(scene.events.begin(), scene.events.end(),
                    [](const SceneEvent& a, const SceneEvent& b) { return a.iteration < b.iteration; });
-  return events;
+}
+
+void check_signals(const JsonReader& json, const Rule& rule, const SceneContext& context, const Scene& scene) {
+  for (const std::string& name : signals_of(rule, scene.materials, map_names(scene))) {
+    const std::optional<WeatherSignal> signal = weather_signal_of(name);
+    if (signal && !context.weather[static_cast<std::size_t>(*signal)]) {
+      throw IoError(json.file(), json.pointer() + ": rule '" + rule.name + "' asks for `" + name +
+                                     "`, of which the scene's weather says nothing");
+    }
+  }
 }
 
 }  // namespace patinate::simulation

@@ -2,12 +2,15 @@
 /// The parts of a scene file, each read on its own. For scene_io.cpp.
 #pragma once
 
+#include <array>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "patinate/core/json.h"
+#include "patinate/history/history_value.h"
 #include "patinate/simulation/scene.h"
 
 namespace patinate::simulation {
@@ -16,8 +19,13 @@ namespace patinate::simulation {
 struct SceneContext {
   std::vector<std::string> materials;
   double mm_per_unit = 1000.0;
+  TimeUnit time_unit = TimeUnit::Days;
+  double time_per_iteration = 0.0;                 ///< In that unit; 0 = none.
+  std::array<bool, kNumWeatherSignals> weather{};  ///< Signals that the scene's weather tells of.
   /// Reads a picture in linear color (3 channels) or as values (1), and remembers it as an input.
   std::function<ImageF(const JsonReader& path, int num_channels)> read_picture;
+  /// Remembers another file as an input.
+  std::function<void(const std::string& role, const std::filesystem::path& path)> add_input;
 };
 
 /// Index of a material. @throws IoError with a did-you-mean.
@@ -45,8 +53,10 @@ struct SceneContext {
 /// @param t  What is not given: lengths that fit the scene.
 [[nodiscard]] TracingOptions read_tracing(JsonReader json, double mm_per_unit, TracingOptions t);
 [[nodiscard]] ExchangeOptions read_exchange(JsonReader json, const SceneContext& context);
-/// "events", by iteration. @param scene  With its objects, emitters and rules.
-[[nodiscard]] std::vector<SceneEvent> read_events(const JsonReader& json, const SceneContext& context,
-                                                  const Scene& scene);
+/// "events" into scene.events, by iteration, and scene.series. @param scene  With its objects, emitters, maps and
+/// rules.
+void read_events(const JsonReader& json, const SceneContext& context, Scene& scene);
+/// @throws IoError if a rule asks for weather that the scene does not tell of.
+void check_signals(const JsonReader& json, const Rule& rule, const SceneContext& context, const Scene& scene);
 
 }  // namespace patinate::simulation

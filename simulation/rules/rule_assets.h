@@ -9,8 +9,10 @@ namespace patinate::simulation {
 extern const std::string_view kRuleRust;
 extern const std::string_view kRuleRustConsuming;
 extern const std::string_view kRuleDecay;
+extern const std::string_view kRuleDecayTwoRates;
 extern const std::string_view kRuleGrowth;
 extern const std::string_view kRuleEvaporation;
+extern const std::string_view kRuleEvaporationConstant;
 extern const std::string_view kRulePatina;
 extern const std::string_view kRuleDust;
 extern const std::string_view kRuleMoss;

@@ -20,11 +20,13 @@ struct BuiltIn {
   std::string_view name;
   const std::string_view* text;
 };
-constexpr std::array<BuiltIn, 10> kBuiltIns{{{"rust", &kRuleRust},
+constexpr std::array<BuiltIn, 12> kBuiltIns{{{"rust", &kRuleRust},
                                              {"rust_consuming", &kRuleRustConsuming},
                                              {"decay", &kRuleDecay},
+                                             {"decay_two_rates", &kRuleDecayTwoRates},
                                              {"growth", &kRuleGrowth},
                                              {"evaporation", &kRuleEvaporation},
+                                             {"evaporation_constant", &kRuleEvaporationConstant},
                                              {"patina", &kRulePatina},
                                              {"dust", &kRuleDust},
                                              {"moss", &kRuleMoss},
@@ -44,6 +46,10 @@ void read_fields(JsonReader& json, RuleAsset& asset) {
   if (json.has("rate")) asset.rate = json.member("rate").number(kRateRange);
   if (json.has("products")) asset.products = read_shares(json.member("products"));
   if (json.has("reactants")) asset.reactants = read_shares(json.member("reactants"));
+  if (json.has("where")) {
+    const JsonReader where = json.member("where");
+    if (where.is_string()) asset.where = where.string();
+  }
 }
 
 RuleAsset read_rule(JsonReader json) {
@@ -53,6 +59,7 @@ RuleAsset read_rule(JsonReader json) {
   (void)json.member("driver");
   read_fields(json, asset);
   if (json.has("about")) asset.about = json.member("about").string();
+  if (json.has("where")) (void)json.member("where").string();  // what a scene alone can name is in none
   json.finish();
   if (asset.products.empty() && asset.reactants.empty()) json.fail("a rule that has products or reactants");
   return asset;
@@ -124,8 +131,8 @@ RuleAsset load_rule(const std::filesystem::path& path) {
   return read_rule(JsonReader(path.string(), json));
 }
 
-Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials) {
-  Rule rule{.name = asset.name, .driver = asset.driver, .rate = asset.rate};
+Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials, std::span<const std::string> maps) {
+  Rule rule{.name = asset.name, .driver = asset.driver, .rate = asset.rate, .where = asset.where};
   const auto resolve = [&](const std::vector<std::pair<std::string, double>>& shares, MaterialValues& out,
                            const std::string& list) {
     for (const auto& [name, share] : shares) {
@@ -139,13 +146,13 @@ Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials
   };
   resolve(asset.products, rule.products, "products");
   resolve(asset.reactants, rule.reactants, "reactants");
-  (void)parameters_of(rule, materials);  // reads the driver
+  (void)parameters_of(rule, materials, maps);  // reads the driver
   return rule;
 }
 
-Rule read_scene_rule(JsonReader json, std::span<const std::string> materials) {
+Rule read_scene_rule(JsonReader json, std::span<const std::string> materials, std::span<const std::string> maps) {
   const RuleAsset asset = read_asset(json);
-  return at_place(json, [&] { return resolve_rule(asset, materials); });
+  return at_place(json, [&] { return resolve_rule(asset, materials, maps); });
 }
 
 std::optional<std::filesystem::path> rule_path(const JsonReader& json) {
@@ -155,25 +162,27 @@ std::optional<std::filesystem::path> rule_path(const JsonReader& json) {
 }
 
 RuleChange read_rule_change(JsonReader& json, const std::string& target, std::span<const std::string> materials,
-                            std::span<const Rule> rules) {
-  RuleAsset given{.name = target, .about = {}, .driver = {}, .rate = 0.1, .products = {}, .reactants = {}};
+                            std::span<const Rule> rules, std::span<const std::string> maps) {
+  RuleAsset given{.name = target, .about = {}, .driver = {}, .rate = 0.1, .products = {}, .reactants = {}, .where = {}};
   read_fields(json, given);
+  if (json.has("where")) (void)json.member("where").string();
   const Rule rule = at_place(json, [&] {
-    return resolve_rule(
-        given.driver.empty() ? RuleAsset{given.name, {}, "0", given.rate, given.products, given.reactants} : given,
-        materials);
+    RuleAsset whole = given;
+    if (whole.driver.empty()) whole.driver = "0";
+    return resolve_rule(whole, materials, maps);
   });
   RuleChange change;
   if (json.has("driver")) change.driver = rule.driver;
   if (json.has("rate")) change.rate = rule.rate;
   if (json.has("products")) change.products = rule.products;
   if (json.has("reactants")) change.reactants = rule.reactants;
+  if (json.has("where")) change.where = rule.where;
   const auto num_known = std::count_if(rules.begin(), rules.end(), [&](const Rule& r) { return r.name == target; });
   if (num_known > 1)
     json.member("target").fail("a name that one rule has: " + std::to_string(num_known) + " are called so");
-  const bool is_empty = !change.driver && !change.rate && !change.products && !change.reactants;
+  const bool is_empty = !change.driver && !change.rate && !change.products && !change.reactants && !change.where;
   if (num_known == 1) {
-    if (is_empty) json.fail("any of \"driver\", \"rate\", \"reactants\", \"products\"");
+    if (is_empty) json.fail("any of \"driver\", \"rate\", \"reactants\", \"products\", \"where\"");
     return change;
   }
   const std::vector<std::string> names = built_in_rule_names();
@@ -183,7 +192,8 @@ RuleChange read_rule_change(JsonReader& json, const std::string& target, std::sp
     if (json.has("rate")) asset.rate = given.rate;
     if (json.has("products")) asset.products = given.products;
     if (json.has("reactants")) asset.reactants = given.reactants;
-    change.begins = at_place(json, [&] { return resolve_rule(asset, materials); });
+    if (json.has("where")) asset.where = given.where;
+    change.begins = at_place(json, [&] { return resolve_rule(asset, materials, maps); });
   } else if (change.driver && (change.products || change.reactants)) {
     change.begins = rule;
   }

@@ -22,6 +22,7 @@ struct RuleAsset {
   double rate = 0.1;
   std::vector<std::pair<std::string, double>> products;  ///< Material and amount by rate * driver * time, [0, 1000].
   std::vector<std::pair<std::string, double>> reactants;
+  std::string where{};  ///< As Rule::where.
 };
 
 /// Names of the rules that come along with the program.
@@ -37,25 +38,29 @@ struct RuleAsset {
 /// For a scene with these materials. A material that the scene calls like a surface parameter is the material.
 /// @throws InvalidInput for a material that the scene does not have, or a driver that cannot be read; with a
 /// did-you-mean.
-[[nodiscard]] Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials);
+/// @param maps  Names of the scene's maps.
+[[nodiscard]] Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials,
+                                std::span<const std::string> maps = {});
 
 /// An element of a scene's "rules": the name of a built-in rule, the path of a file (".json", relative to the scene's
 /// folder), or an object: {"name": BUILT-IN or "file": PATH} with any of "driver", "rate", "products", "reactants" in
-/// place of its own, or all of a new rule.
+/// place of its own, or all of a new rule. A "where" that is no text is left to who calls.
 /// @throws IoError with the scene's file and the JSON pointer.
-[[nodiscard]] Rule read_scene_rule(JsonReader json, std::span<const std::string> materials);
+[[nodiscard]] Rule read_scene_rule(JsonReader json, std::span<const std::string> materials,
+                                   std::span<const std::string> maps = {});
 
 /// The file of such an element; nothing for a built-in or a new rule.
 [[nodiscard]] std::optional<std::filesystem::path> rule_path(const JsonReader& json);
 
-/// Members "rate", "driver", "products", "reactants" of an event that changes rule `target`. Where the scene has no
-/// rule of that name, it begins: a built-in one with what is given, or a new one of "driver" and "products" or
+/// Members "rate", "driver", "products", "reactants", "where" of an event that changes rule `target`. Where the scene
+/// has no rule of that name, it begins: a built-in one with what is given, or a new one of "driver" and "products" or
 /// "reactants".
 /// @param json  Its other members are read by who calls.
 /// @param rules  The scene's; a rule that events alone bring is in none of them.
 /// @throws IoError with the scene's file and the JSON pointer.
 [[nodiscard]] RuleChange read_rule_change(JsonReader& json, const std::string& target,
-                                          std::span<const std::string> materials, std::span<const Rule> rules);
+                                          std::span<const std::string> materials, std::span<const Rule> rules,
+                                          std::span<const std::string> maps = {});
 
 /// Built-in rules whose materials the scene has, in alphabetical order.
 [[nodiscard]] std::vector<RuleAsset> built_in_rules_for(std::span<const std::string> materials);

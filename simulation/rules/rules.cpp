@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <optional>
 #include <utility>
 
 #include "libcommon/core/expression_program.h"
@@ -10,6 +11,7 @@
 #include "libcommon/core/random.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "patinate/simulation/weather.h"
 #include "simulation/rules/rule_kernel.h"
 #include "simulation/rules/tile_facts.h"
 
@@ -30,24 +32,23 @@ const RuleKernel& kernel_of(InstructionSet set) {
   return rules_baseline::kKernel;
 }
 
-std::vector<std::string> known_names(std::span<const std::string> materials) {
-  std::vector<std::string> names(materials.begin(), materials.end());
-  for (const std::string_view name : kSurfaceParameterNames) {
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.emplace_back(name);
-  }
-  return names;
-}
-
-Expression driver_of(const Rule& rule, std::span<const std::string> materials) {
-  const std::vector<std::string> names = known_names(materials);
-  try {
-    return parse_expression(rule.driver, {.subject = "rule '" + rule.name + "': driver",
-                                          .name = "material or parameter",
-                                          .names = names,
-                                          .has_files = false});
-  } catch (const ParseError& e) {
-    throw InvalidInput(e.what());
-  }
+/// The driver, where the rule acts at all. @param maps  Names of maps beyond the built-in ones.
+Expression driver_of(const Rule& rule, std::span<const std::string> materials, std::span<const std::string> maps) {
+  const std::vector<std::string> names = driver_names(materials, maps);
+  const auto parse = [&](const std::string& text, const std::string& part) {
+    try {
+      return parse_expression(text, {.subject = "rule '" + rule.name + "': " + part,
+                                     .name = "material or parameter",
+                                     .names = names,
+                                     .has_files = false});
+    } catch (const ParseError& e) {
+      throw InvalidInput(e.what());
+    }
+  };
+  Expression driver = parse(rule.driver, "driver");
+  if (rule.where.empty()) return driver;
+  (void)parse(rule.where, "where");
+  return parse("(" + rule.driver + ") * clamp(" + rule.where + ", 0, 1)", "driver and where");
 }
 
 /// A rule as the kernel takes it, and its driver's program.
@@ -70,43 +71,51 @@ struct Worker {
   std::array<std::int64_t, kMaxMaterials> used{};
 };
 
-void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* out) {
-  const std::size_t first = std::size_t{tile} * TileGrid::kTileTexels;
-  const auto decode = [&](const auto& codes, float step) {
-    for (std::size_t i = 0; i < TileGrid::kTileTexels; ++i)
-      out[i] = parameter.low + static_cast<float>(codes[first + i]) * step;
-  };
-  const float range = parameter.high - parameter.low;
-  if (const auto* bytes = std::get_if<std::vector<std::uint8_t>>(&parameter.values)) {
-    decode(*bytes, range / 255.0F);
-  } else if (const auto* words = std::get_if<std::vector<std::uint16_t>>(&parameter.values)) {
-    decode(*words, range / 65535.0F);
-  } else {
-    const auto& floats = std::get<std::vector<float>>(parameter.values);
-    std::copy_n(floats.begin() + static_cast<std::ptrdiff_t>(first), TileGrid::kTileTexels, out);
-  }
-}
-
 }  // namespace
 
-std::vector<std::string> parameters_of(const Rule& rule, std::span<const std::string> materials) {
+namespace {
+
+/// Names of a driver that are no materials, those of time or the others.
+std::vector<std::string> names_beside(const Rule& rule, std::span<const std::string> materials,
+                                      std::span<const std::string> maps, bool is_of_time) {
   std::vector<std::string> out;
-  for (const ExpressionName& name : driver_of(rule, materials).names) {
-    if (name.text != "age" && std::find(materials.begin(), materials.end(), name.text) == materials.end())
-      out.push_back(name.text);
+  for (const ExpressionName& name : driver_of(rule, materials, maps).names) {
+    const bool is_material = std::find(materials.begin(), materials.end(), name.text) != materials.end();
+    if (!is_material && is_time_signal(name.text) == is_of_time) out.push_back(name.text);
   }
   return out;
 }
 
+}  // namespace
+
+std::vector<std::string> parameters_of(const Rule& rule, std::span<const std::string> materials,
+                                       std::span<const std::string> maps) {
+  return names_beside(rule, materials, maps, false);
+}
+
+std::vector<std::string> signals_of(const Rule& rule, std::span<const std::string> materials,
+                                    std::span<const std::string> maps) {
+  return names_beside(rule, materials, maps, true);
+}
+
 namespace {
+
+/// The scene's age, then the weather.
+constexpr std::size_t kNumSignals = 1 + kNumWeatherSignals;
+using SignalValues = std::array<float, kNumSignals>;
+
+std::size_t signal_index(std::string_view name) {
+  const std::optional<WeatherSignal> signal = weather_signal_of(name);
+  return signal ? 1 + static_cast<std::size_t>(*signal) : 0;
+}
 
 /// All rules, and which slot is whose.
 struct CompiledRules {
   std::vector<CompiledRule> rules;
   std::vector<int>
-      materials;  ///< Those that occur in a rule: slots 0, 1, ... Slots of the parameters follow, then age.
+      materials;  ///< Those that occur in a rule: slots 0, 1, ... Slots of the parameters follow, then the signals.
   int num_slots = 0;
-  bool uses_age = false;
+  std::array<bool, kNumSignals> uses{};  ///< Signals that a driver asks for.
 
   [[nodiscard]] int slot_of_material(int material) const {
     return static_cast<int>(std::find(materials.begin(), materials.end(), material) - materials.begin());
@@ -118,14 +127,16 @@ CompiledRules compile_rules(std::span<const Rule> all, std::span<const std::stri
   CompiledRules out;
   std::vector<Expression> drivers;
   std::array<bool, kMaxMaterials> occurs{};
+  std::vector<std::string> maps;
+  for (const SurfaceParameter& parameter : parameters) maps.push_back(parameter.name);
   for (const Rule& rule : all) {
-    drivers.push_back(driver_of(rule, names));
+    drivers.push_back(driver_of(rule, names, maps));
     for (const ExpressionName& name : drivers.back().names) {
       const auto m = static_cast<std::size_t>(std::find(names.begin(), names.end(), name.text) - names.begin());
       if (m < names.size()) {
         occurs[m] = true;
-      } else if (name.text == "age") {
-        out.uses_age = true;
+      } else if (is_time_signal(name.text)) {
+        out.uses[signal_index(name.text)] = true;
       } else if (std::none_of(parameters.begin(), parameters.end(),
                               [&](const SurfaceParameter& p) { return p.name == name.text; })) {
         throw InvalidInput("rule '" + rule.name + "' asks for `" + name.text + "`, of which there is no map here");
@@ -137,16 +148,16 @@ CompiledRules compile_rules(std::span<const Rule> all, std::span<const std::stri
   for (std::size_t m = 0; m < names.size(); ++m) {
     if (occurs[m]) out.materials.push_back(static_cast<int>(m));
   }
-  const auto age_slot = static_cast<int>(out.materials.size() + parameters.size());
+  const auto first_signal = static_cast<int>(out.materials.size() + parameters.size());
   const auto slot_of = [&](const ExpressionName& name) {
     const auto m = std::find(names.begin(), names.end(), name.text) - names.begin();
     if (m < static_cast<std::ptrdiff_t>(names.size())) return out.slot_of_material(static_cast<int>(m));
-    if (name.text == "age") return age_slot;
+    if (is_time_signal(name.text)) return first_signal + static_cast<int>(signal_index(name.text));
     const auto p = std::find_if(parameters.begin(), parameters.end(),
                                 [&](const SurfaceParameter& q) { return q.name == name.text; });
     return static_cast<int>(out.materials.size()) + static_cast<int>(p - parameters.begin());
   };
-  out.num_slots = age_slot + 1;
+  out.num_slots = first_signal + static_cast<int>(kNumSignals);
   for (std::size_t r = 0; r < all.size(); ++r) {
     CompiledRule rule;
     rule.rate = all[r].rate;
@@ -174,14 +185,18 @@ struct RuleEngine::State : CompiledRules {
   const RuleKernel* kernel;
   double time_per_iteration;
   std::uint64_t seed;
-  std::vector<SurfaceParameter> parameters;  ///< Slots after the materials; then age.
+  std::vector<SurfaceParameter> parameters;  ///< Slots after the materials; then the signals.
+  Weather weather;
+  std::optional<SignalValues> last_signals;  ///< Of the last step, the age left out.
   TileFacts facts;
   std::vector<std::uint64_t> awake;  ///< By page: a bit for each tile.
   std::vector<Worker> workers;
   std::vector<TileIndex> dirty;
   std::vector<std::size_t> num_dirty;  ///< By chunk.
 
-  [[nodiscard]] int age_slot() const { return static_cast<int>(materials.size() + parameters.size()); }
+  [[nodiscard]] std::size_t first_signal() const { return materials.size() + parameters.size(); }
+  [[nodiscard]] SignalValues signals_over(std::int64_t iteration, std::int64_t span) const;
+  void wake_on_change(const SignalValues& signals);
   [[nodiscard]] bool age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& worker, bool& is_dirty) const;
   void load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const;
   /// Asks memory for what load() will read: tiles that are due at once lie a kilobyte apart, which no processor
@@ -231,6 +246,29 @@ void RuleEngine::set_rules(std::span<const Rule> rules, std::span<const std::str
 bool RuleEngine::has_parameter(std::string_view name) const {
   return std::any_of(state_->parameters.begin(), state_->parameters.end(),
                      [&](const SurfaceParameter& p) { return p.name == name; });
+}
+
+void RuleEngine::set_weather(Weather weather) { state_->weather = std::move(weather); }
+
+/// Means over the last `span` iterations, this one included; the age in their middle.
+SignalValues RuleEngine::State::signals_over(std::int64_t iteration, std::int64_t span) const {
+  SignalValues signals{};
+  const double end = static_cast<double>(iteration + 1);
+  signals[0] = static_cast<float>((end - 0.5 * static_cast<double>(span)) * time_per_iteration);
+  if (weather.empty()) return signals;
+  const WeatherMean mean =
+      mean_weather(weather, (end - static_cast<double>(span)) * time_per_iteration, end * time_per_iteration);
+  for (std::size_t k = 0; k < kNumWeatherSignals; ++k) signals[1 + k] = static_cast<float>(mean.values[k]);
+  return signals;
+}
+
+/// What sleeps may have something to do under other weather. Before the first step everything is awake.
+void RuleEngine::State::wake_on_change(const SignalValues& signals) {
+  bool has_changed = false;
+  for (std::size_t k = 1; k < kNumSignals; ++k)
+    has_changed = has_changed || (uses[k] && last_signals && (*last_signals)[k] != signals[k]);
+  if (has_changed) awake = facts.covered_tiles();
+  last_signals = signals;
 }
 
 void RuleEngine::wake(std::span<const TileIndex> tiles) {
@@ -309,8 +347,8 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
   const auto phase = static_cast<int>((kEpoch - iteration % kEpoch) % kEpoch);  // tiles that are due: tile % kEpoch
   const std::int64_t span = std::min<std::int64_t>(kEpoch, iteration + 1);
   const double time = static_cast<double>(span) * s.time_per_iteration;
-  const double age = (static_cast<double>(iteration + 1) - 0.5 * static_cast<double>(span)) *
-                     s.time_per_iteration;  // the middle of that time
+  const SignalValues signals = s.signals_over(iteration, span);
+  s.wake_on_change(signals);
   for (std::size_t r = 0; r < s.rules.size(); ++r) {
     KernelRule& form = s.rules[r].form;
     form.scale = static_cast<float>(s.rules[r].rate * time);
@@ -341,7 +379,7 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
           worker.slots[static_cast<std::size_t>(constant.slot)].values.fill(constant.value);
       }
     }
-    worker.slots[static_cast<std::size_t>(s.age_slot())].values.fill(static_cast<float>(age));
+    for (std::size_t k = 0; k < kNumSignals; ++k) worker.slots[s.first_signal() + k].values.fill(signals[k]);
     for (std::int64_t chunk = next++; chunk < num_chunks; chunk = next++) {
       const auto c = static_cast<std::size_t>(chunk);
       std::array<TileIndex, kChunkTiles> tiles;
@@ -357,7 +395,7 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
         if (i + kPrefetchTiles < num_tiles) s.prefetch(tiles[i + kPrefetchTiles], atlas);
         const TileIndex tile = tiles[i];
         bool is_dirty = false;
-        if (!s.age_tile(tile, atlas, worker, is_dirty) && !s.uses_age) {
+        if (!s.age_tile(tile, atlas, worker, is_dirty) && !s.uses[0]) {
           s.awake[tile / TileGrid::kPageTiles] &= ~(std::uint64_t{1} << tile % TileGrid::kPageTiles);
         }
         if (is_dirty) s.dirty[c * kChunkTiles + s.num_dirty[c]++] = tile;

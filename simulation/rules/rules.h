@@ -25,6 +25,7 @@
 #include "patinate/core/run_control.h"
 #include "patinate/simulation/material_atlas.h"
 #include "patinate/simulation/scene.h"
+#include "patinate/simulation/weather.h"
 #include "simulation/rules/surface_parameter.h"
 
 namespace patinate::simulation {
@@ -36,10 +37,15 @@ struct RuleReport {
   std::array<std::int64_t, kMaxMaterials> used{};
 };
 
-/// Names that a rule's driver asks for beyond the materials: the parameters that RuleEngine must be given, "age" left
-/// out.
-/// @throws InvalidInput for a driver that cannot be read, with position and did-you-mean.
-[[nodiscard]] std::vector<std::string> parameters_of(const Rule& rule, std::span<const std::string> materials);
+/// Names that a rule's driver and mask ask for beyond the materials: the parameters that RuleEngine must be given.
+/// @param maps  Names of the scene's maps. @throws InvalidInput for a driver that cannot be read, with position and
+/// did-you-mean.
+[[nodiscard]] std::vector<std::string> parameters_of(const Rule& rule, std::span<const std::string> materials,
+                                                     std::span<const std::string> maps = {});
+/// Those that change with time (is_time_signal()): "age", and what the weather must tell of. @throws as
+/// parameters_of().
+[[nodiscard]] std::vector<std::string> signals_of(const Rule& rule, std::span<const std::string> materials,
+                                                  std::span<const std::string> maps = {});
 
 /// Applies a scene's rules, in their order.
 class RuleEngine {
@@ -51,7 +57,7 @@ class RuleEngine {
   /// @param parameters          What drivers ask for; parameters_of().
   /// @param set                 Results do not depend on it.
   /// @throws InvalidInput for a driver that cannot be read or asks for a parameter that is not given; for an
-  /// instruction set that is not there.
+  /// instruction set that is not there. Signals of the weather are 0 until set_weather().
   RuleEngine(std::span<const Rule> rules, std::span<const std::string> materials, const SurfaceAtlas& surface,
              double time_per_iteration, std::uint64_t seed, std::vector<SurfaceParameter> parameters = {},
              InstructionSet set = instruction_set());
@@ -67,11 +73,14 @@ class RuleEngine {
   void set_rules(std::span<const Rule> rules, std::span<const std::string> materials,
                  std::vector<SurfaceParameter> more_parameters = {});
   [[nodiscard]] bool has_parameter(std::string_view name) const;
+  /// What drivers see of the weather: at a tile's turn its mean over the time since the turn before. @param weather
+  /// Checked.
+  void set_weather(Weather weather);
 
   /// Amounts of these tiles were changed by others (ExchangeReport::dirty_tiles), so that rules may have something to
   /// do there. At first all tiles are awake; one falls asleep when no rule has an extent at any of its texels, and
-  /// never while a driver asks for the age. Sleep saves time and changes no result: a run may be resumed with all tiles
-  /// awake.
+  /// never while a driver asks for the age; all wake when the weather changes that a driver asks for. Sleep saves time
+  /// and changes no result: a run may be resumed with all tiles awake.
   void wake(std::span<const TileIndex> tiles);
   [[nodiscard]] std::int64_t num_awake() const;
 

@@ -6,8 +6,42 @@
 
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "patinate/simulation/scene_map.h"
+#include "patinate/simulation/weather.h"
 
 namespace patinate::simulation {
+
+bool is_time_signal(std::string_view name) { return name == "age" || weather_signal_of(name).has_value(); }
+
+std::vector<std::string> driver_names(std::span<const std::string> materials, std::span<const std::string> maps) {
+  std::vector<std::string> names(materials.begin(), materials.end());
+  const auto add = [&](std::string_view name) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.emplace_back(name);
+  };
+  for (const std::string& name : maps) add(name);
+  for (const std::string& name : built_in_maps()) add(name);
+  add("slope");
+  add("age");
+  for (const std::string_view name : kWeatherSignalNames) add(name);
+  return names;
+}
+
+void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* out) {
+  const std::size_t first = std::size_t{tile} * TileGrid::kTileTexels;
+  const auto decode = [&](const auto& codes, float step) {
+    for (std::size_t i = 0; i < TileGrid::kTileTexels; ++i)
+      out[i] = parameter.low + static_cast<float>(codes[first + i]) * step;
+  };
+  const float range = parameter.high - parameter.low;
+  if (const auto* bytes = std::get_if<std::vector<std::uint8_t>>(&parameter.values)) {
+    decode(*bytes, range / 255.0F);
+  } else if (const auto* words = std::get_if<std::vector<std::uint16_t>>(&parameter.values)) {
+    decode(*words, range / 65535.0F);
+  } else {
+    const auto& floats = std::get<std::vector<float>>(parameter.values);
+    std::copy_n(floats.begin() + static_cast<std::ptrdiff_t>(first), TileGrid::kTileTexels, out);
+  }
+}
 
 SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas& surface, const Vec3& up) {
   const Mesh& mesh = scene_mesh.mesh;

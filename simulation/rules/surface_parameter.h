@@ -2,8 +2,8 @@
 /// What drivers of rules may ask for besides materials: values of the surface that no rule changes.
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -13,20 +13,26 @@
 
 namespace patinate::simulation {
 
-/// Names that a driver may use. "age" is the scene's time at that moment; the others are parameters that a caller
-/// provides.
-inline constexpr std::array<std::string_view, 5> kSurfaceParameterNames{"accessibility", "slope", "height", "exposure",
-                                                                        "age"};
+/// What changes with time and is the same everywhere: the scene's time ("age") and kWeatherSignalNames.
+[[nodiscard]] bool is_time_signal(std::string_view name);
+
+/// Names that a driver may use beside the materials: built_in_maps(), "slope", "age", the weather's signals, and maps
+/// of the scene.
+[[nodiscard]] std::vector<std::string> driver_names(std::span<const std::string> materials,
+                                                    std::span<const std::string> maps);
 
 /// One value for each texel, in tile order (TileGrid::index), coded to save memory: low + (high - low) * code / 255 (or
 /// / 65535).
 struct SurfaceParameter {
-  std::string name;  ///< One of kSurfaceParameterNames, not "age".
+  std::string name;  ///< As drivers have it.
   std::variant<std::vector<std::uint8_t>, std::vector<std::uint16_t>, std::vector<float>>
       values;        ///< Floats: finite; as they are.
   float low = 0.0F;  ///< Of codes.
   float high = 1.0F;
 };
+
+/// The values of a tile. @param out  TileGrid::kTileTexels.
+void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* out);
 
 /// How far a place is from level ground: (1 - n . up) / 2; 0 = level, 0.5 = a wall, 1 = a ceiling. One value a
 /// triangle.

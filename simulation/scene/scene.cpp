@@ -71,6 +71,15 @@ void check_emitter(const Emitter& emitter, const Scene& scene) {
   check_range("the speed (mm/s)" + of, emitter.speed_mm_s, 1e-9, kFarthest);
   check_range("the distance (mm)" + of, emitter.distance_mm, 1e-9, kFarthest);
   check_range("the number of gammatons" + of, static_cast<double>(emitter.gammatons), 1, 1e7);
+  check_range("full_at" + of, emitter.full_at, 0.0, 1e9);
+  if (emitter.follows) {
+    const auto signal = static_cast<std::size_t>(*emitter.follows);
+    if (*emitter.follows == WeatherSignal::Temperature)
+      throw InvalidInput("what follows the temperature" + of + ": use rain, humidity, sunshine or wind");
+    if (!scene.weather.is_given[signal])
+      throw InvalidInput("the emitter '" + emitter.name + "' follows the " + std::string(kWeatherSignalNames[signal]) +
+                         ", of which the scene's weather says nothing");
+  }
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     check_range("what it carries of '" + scene.materials[i] + "'," + of, emitter.carries[i], 0.0, 16.0);
   }
@@ -86,8 +95,22 @@ void check_objects(const Scene& scene) {
     for (const double x : object.rotate_deg) check_range("the rotation" + of, x, -1e6, 1e6);
     check_range("the specular value" + of, object.preset.specular, 0.0, 1.0);
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
-      check_range("the amount of '" + scene.materials[i] + "'" + of, object.preset.amounts[i], 0.0, 3.0);
+      check_range("the amount of '" + scene.materials[i] + "'" + of, object.preset.amounts[i], 0.0, kMostAmount);
     }
+  }
+}
+
+void check_maps(const Scene& scene) {
+  check_names(scene.maps, "map");
+  const std::vector<std::string>& kinds = scene_map_kinds();
+  for (const SceneMap& map : scene.maps) {
+    if (!is_map_name(map.name))
+      throw InvalidInput("a map is called '" + map.name + "'; use letters, digits and _, no digit first");
+    if (std::find(scene.materials.begin(), scene.materials.end(), map.name) != scene.materials.end())
+      throw InvalidInput("a map is called '" + map.name + "' as a material is, which would hide it");
+    if (std::find(kinds.begin(), kinds.end(), map.kind) == kinds.end())
+      throw InvalidInput("map '" + map.name + "' is of no kind that there is: '" + map.kind + "'");
+    check_ranges(map.noise);
   }
 }
 
@@ -124,12 +147,23 @@ Behavior behavior_of_slider(double s, double absorb) {
           .deceleration_float = std::clamp(3.0 * s - 2.0, 0.0, 1.0)};
 }
 
+bool EventSeries::is_due(std::int64_t iteration) const {
+  // The division may be off by one step; what counts is where each step lies.
+  const auto guess = static_cast<std::int64_t>(std::floor((static_cast<double>(iteration) - first) / every));
+  for (std::int64_t k = std::max<std::int64_t>(0, guess - 1); k <= guess + 1 && k < count; ++k) {
+    if (std::floor(first + static_cast<double>(k) * every + 0.5) == static_cast<double>(iteration)) return true;
+  }
+  return false;
+}
+
 void check_scene(const Scene& scene) {
   check_materials(scene);
   check_objects(scene);
   if (scene.emitters.empty()) throw InvalidInput("the scene has no emitters: nothing would happen");
   check_names(scene.emitters, "emitter");
   for (const Emitter& emitter : scene.emitters) check_emitter(emitter, scene);
+  check_maps(scene);
+  check_weather(scene.weather);
   check_behavior(scene.behavior);
   check_tracing(scene.tracing);
   check_range("the exchange ratio", scene.exchange.ratio, 0.0, 1.0);
@@ -143,9 +177,16 @@ void check_scene(const Scene& scene) {
     for (const double share : rule.products) check_range("products of rule '" + rule.name + "'", share, 0.0, 1e3);
     for (const double share : rule.reactants) check_range("reactants of rule '" + rule.name + "'", share, 0.0, 1e3);
   }
+  for (const EventSeries& series : scene.series) {
+    check_range("the beginning of a series of events", series.first, 0.0, 1e12);
+    check_range("the step of a series of events", series.every, 1.0, 1e12);
+  }
   check_finite("gravity", scene.gravity_mm_s2);
   check_range("the atlas's resolution", scene.resolution, 16, 16384);
   check_range("per_iteration", scene.time_per_iteration, 0.0, 1e9);
+  if (!scene.weather.empty() && !(scene.time_per_iteration > 0.0))
+    throw InvalidInput(
+        "the scene has weather, and its iterations take no time; give them one (\"time\": {\"per_iteration\": 0.1})");
 }
 
 std::vector<std::string> parameter_map_names(const std::vector<std::string>& materials) {

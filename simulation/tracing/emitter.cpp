@@ -134,6 +134,11 @@ PlacedEmitter place_emitter(const Emitter& emitter, const SceneMesh& scene_mesh,
       .shape = emitter.shape, .center = emitter.position_mm, .direction = emitter.direction.normalized()};
   placed.spread_cosine = portable_sine_cosine(emitter.spread_deg / 360.0).cosine;
   placed.speed = emitter.speed_mm_s;
+  if (emitter.shape == EmitterShape::Sky && emitter.wind_mm_s != Vec3::Zero()) {
+    const Vec3 velocity = placed.speed * placed.direction + emitter.wind_mm_s;
+    placed.speed = velocity.norm();
+    placed.direction = velocity / placed.speed;
+  }
   set_frame(placed);
   placed.half_u = 0.5 * emitter.size_mm[0];
   placed.half_v = 0.5 * emitter.size_mm[emitter.shape == EmitterShape::Rectangle ? 1 : 0];

@@ -41,7 +41,20 @@ void put(Gammatons& all, std::size_t i, const Gammaton& g) {
 
 bool is_same(const Emitter& a, const Emitter& b) {
   return a.shape == b.shape && a.position_mm == b.position_mm && a.direction == b.direction && a.size_mm == b.size_mm &&
-         a.spread_deg == b.spread_deg && a.speed_mm_s == b.speed_mm_s && a.distance_mm == b.distance_mm;
+         a.spread_deg == b.spread_deg && a.speed_mm_s == b.speed_mm_s && a.distance_mm == b.distance_mm &&
+         a.wind_mm_s == b.wind_mm_s;
+}
+
+/// Behind the last gammaton of each emitter that may be born: those of a share come first in its range.
+std::vector<std::size_t> ends_of_births(const Scene& scene) {
+  std::vector<std::size_t> ends;
+  std::int64_t begin = 0;
+  for (const Emitter& emitter : scene.emitters) {
+    const auto share = static_cast<double>(emitter.gammatons) * std::clamp(emitter.born_share, 0.0, 1.0);
+    ends.push_back(static_cast<std::size_t>(begin + static_cast<std::int64_t>(std::floor(share + 0.5))));
+    begin += emitter.gammatons;
+  }
+  return ends;
 }
 
 /// What is told of one gammaton.
@@ -220,9 +233,11 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
   const auto when = static_cast<std::uint64_t>(iteration);
   impl_->place(scene);
   const MotionScene motion = impl_->motion(scene);
+  const std::vector<std::size_t> ends = ends_of_births(scene);
   for_all(
       all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Told& told, TraceCounters& counters) {
-        if (all.state[i] == GammatonState::Waiting && (!scene.emitters[all.emitter[i]].is_on || !moving.may_be_born(i)))
+        if (all.state[i] == GammatonState::Waiting &&
+            (!scene.emitters[all.emitter[i]].is_on || i >= ends[all.emitter[i]] || !moving.may_be_born(i)))
           return;
         Gammaton g = take(all, i);
         if (g.state == GammatonState::Waiting) {

@@ -34,7 +34,9 @@ std::vector<SceneEvent> read(const Json& list, const Scene& scene) {
   SceneContext context;
   context.materials = scene.materials;
   context.mm_per_unit = kUnit;
-  return read_events(JsonReader("scene.json", list, "/events"), context, scene);
+  Scene with_events = scene;
+  read_events(JsonReader("scene.json", list, "/events"), context, with_events);
+  return with_events.events;
 }
 
 Json array_of(const Vec3& v) { return Json::array({v.x(), v.y(), v.z()}); }
@@ -198,6 +200,68 @@ TEST(SceneEvents, AStrokeIsSwitchedOnMovesEvenlyAndIsSwitchedOff) {
   }
   EXPECT_EQ(events.back().iteration, 16);
   EXPECT_FALSE(std::get<SwitchEvent>(events.back().what).is_on);
+}
+
+/// With a scene whose iterations take 0.1 d.
+Scene read_timed(const char* list, double per_iteration = 0.1) {
+  Scene scene = scene_with_brush();
+  SceneContext context;
+  context.materials = scene.materials;
+  context.time_per_iteration = per_iteration;
+  const Json json = Json::parse(list);
+  read_events(JsonReader("scene.json", json, "/events"), context, scene);
+  return scene;
+}
+
+TEST(SceneEvents, MayComeAtATime) {
+  const Scene scene =
+      read_timed(R"([{"at": "3.5 a", "op": "ratio", "ratio": 0.25}, {"at": 2, "op": "ratio", "ratio": 0.5},
+                                     {"at": "36 h", "for": "12 h", "op": "switch", "target": "rain", "on": false}])");
+  ASSERT_EQ(scene.events.size(), 4u);
+  EXPECT_EQ(scene.events[0].iteration, 15);
+  EXPECT_FALSE(std::get<SwitchEvent>(scene.events[0].what).is_on);
+  EXPECT_EQ(scene.events[1].iteration, 20);
+  EXPECT_EQ(std::get<RatioEvent>(scene.events[1].what).ratio, 0.5);
+  EXPECT_EQ(scene.events[2].iteration, 20);
+  EXPECT_TRUE(std::get<SwitchEvent>(scene.events[2].what).is_on);
+  EXPECT_EQ(scene.events[3].iteration, 12784);  // 3.5 * 365.25 / 0.1 = 12783.75
+}
+
+TEST(SceneEvents, ComeAgainEveryTimeForAWhileUntilAnEnd) {
+  const Scene scene = read_timed(R"([{"every": "2 d", "for": "6 h", "op": "switch", "target": "rain", "on": true},
+                                     {"at": 1, "every": 3, "until": 10, "op": "ratio", "ratio": 0.5}])");
+  EXPECT_TRUE(scene.events.empty());
+  ASSERT_EQ(scene.series.size(), 3u);
+  EXPECT_NEAR(scene.series[0].first, 2.5, 1e-12);
+  EXPECT_FALSE(std::get<SwitchEvent>(scene.series[0].what).is_on);
+  EXPECT_EQ(scene.series[1].first, 0.0);
+  EXPECT_NEAR(scene.series[1].every, 20.0, 1e-12);
+  EXPECT_TRUE(std::get<SwitchEvent>(scene.series[1].what).is_on);
+  EXPECT_NEAR(scene.series[2].first, 10.0, 1e-12);
+  EXPECT_EQ(scene.series[2].count, 3);  // at 1, 4 and 7
+}
+
+TEST(SceneEvents, TimesThatCannotBeAreNamed) {
+  const auto refused = [](const std::string& times, double per_iteration = 0.1) {
+    const std::string list = R"([{"op": "switch", "target": "rain", "on": true, )" + times + "}]";
+    return error_of([&] { (void)read_timed(list.c_str(), per_iteration); });
+  };
+  EXPECT_TRUE(
+      has(refused(R"("every": "6 h", "for": "2 d")"), "/events/0/for: found \"2 d\"; expected less than \"every\""));
+  EXPECT_TRUE(has(refused(R"("every": "6 h", "for": "6 h")"), "less than \"every\""));
+  EXPECT_TRUE(
+      has(refused(R"("every": "1 h")"), "/events/0/every: found \"1 h\"; expected at least the time of one iteration"));
+  EXPECT_TRUE(has(refused(R"("every": "6 h", "for": "1 min")"), "/events/0/for: found \"1 min\""));
+  EXPECT_TRUE(has(refused(R"("iteration": 3, "at": "1 d")"), "\"iteration\" or \"at\", not both"));
+  EXPECT_TRUE(has(refused(R"("at": "1 d", "until": "2 d")"),
+                  "/events/0/until: found \"2 d\"; expected an event with \"every\""));
+  EXPECT_TRUE(has(refused(R"("at": "3 d", "every": 1, "until": "2 d")"), "a time after the first"));
+  EXPECT_TRUE(has(refused(R"("at": "soon")"), "/events/0/at: found \"soon\"; expected a time"));
+  EXPECT_TRUE(has(refused(R"("at": -1)"), "/events/0/at: found -1"));
+  EXPECT_TRUE(has(refused(R"("at": "1 d")", 0.0), "the scene's iterations take none"));
+  EXPECT_TRUE(has(refused(R"("on": true)"), "`iteration` is missing"));
+  const char* const ratio = R"([{"op": "ratio", "ratio": 0.5, "at": 1, "for": 2}])";
+  EXPECT_TRUE(has(error_of([&] { (void)read_timed(ratio); }), "only a switch ends by itself"));
 }
 
 TEST(SceneEvents, NameWhatTheSceneDoesNotHave) {

@@ -27,7 +27,7 @@ std::string says(const std::string& text) {
 
 TEST(RuleIo, EveryBuiltInRuleCanBeReadAndSaysWhatItIs) {
   const std::vector<std::string> names = built_in_rule_names();
-  EXPECT_EQ(names.size(), 10u);
+  EXPECT_EQ(names.size(), 12u);
   const std::vector<std::string> materials{"water", "metal", "wood", "dirt", "rust", "organic", "patina", "moss"};
   for (const std::string& name : names) {
     const RuleAsset asset = built_in_rule(name);

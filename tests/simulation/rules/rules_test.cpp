@@ -314,7 +314,9 @@ TEST(RuleEngine, NamesTheDriverThatCannotBeRead) {
   EXPECT_EQ(says("min(watr, metal)"),
             "rule 'test': driver `min(watr, metal)`: position 5: unknown material or parameter `watr`; did you mean "
             "`water`?; there are "
-            "`water`, `metal`, `rust`, `accessibility`, `slope`, `height`, `exposure`, `age`");
+            "`water`, `metal`, `rust`, `accessibility`, `ray_share`, `tangent_sphere`, `exposure`, `sun`, `facing`, "
+            "`height`, "
+            "`spray`, `noise`, `slope`, `age`, `rain`, `temperature`, `humidity`, `sunshine`, `wind`");
   EXPECT_TRUE(has(says("water +"), "position 8: found the end"));
 }
 

@@ -13,8 +13,8 @@
 
 namespace patinate {
 
-enum class TimeUnit { Seconds, Minutes, Hours, Days };
-/// "s", "min", "h", "d".
+enum class TimeUnit { Seconds, Minutes, Hours, Days, Years };  ///< Years of 365.25 d.
+/// "s", "min", "h", "d", "a".
 [[nodiscard]] std::string time_unit_text(TimeUnit unit);
 /// @throws InvalidInput
 [[nodiscard]] TimeUnit parse_time_unit(const std::string& text);

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,11 +15,14 @@
 
 #include "patinate/geometry/mesh.h"
 #include "patinate/image/image.h"
+#include "patinate/simulation/scene_map.h"
+#include "patinate/simulation/weather.h"
 
 namespace patinate::simulation {
 
 inline constexpr int kMaxMaterials = 8;  ///< [Guenther et al. 2012, sec. 4.4].
 inline constexpr std::size_t kMaxRules = 100;
+inline constexpr double kMostAmount = 3.0;  ///< That a surface may begin with.
 
 /// One value for each material of the scene; entries beyond Scene::materials are 0.
 using MaterialValues = std::array<double, kMaxMaterials>;
@@ -43,7 +47,7 @@ struct MaterialAppearance {
 
 /// What an object is made of when it is new.
 struct Preset {
-  MaterialValues amounts{};  ///< [0, 3].
+  MaterialValues amounts{};  ///< [0, kMostAmount].
   ColorSource color;
   double specular = 0.3;  ///< [0, 1].
 };
@@ -60,6 +64,9 @@ struct SceneObject {
   Vec3 translate_mm{0, 0, 0};
   Vec3 rotate_deg{0, 0, 0};  ///< About x, then y, then z of the world.
   double scale = 1.0;        ///< > 0.
+  /// By material: an expression of maps (SceneMap, built_in_maps(), "slope") for the amount at the start, cut to [0,
+  /// kMostAmount]; "" = the preset's. It shows, where the preset's is what the surface is made of.
+  std::array<std::string, kMaxMaterials> initial{};
 };
 
 enum class EmitterShape {
@@ -88,6 +95,14 @@ struct Emitter {
   std::int64_t gammatons = 1000;        ///< [1, 10^7].
   MaterialValues carries{};             ///< [0, 16]: amounts at birth.
   bool is_on = true;                    ///< Off: its gammatons are not born again.
+  /// Of its gammatons a share is born: the weather's value over `full_at`, at most 1. The wind tilts a sky that follows
+  /// anything.
+  std::optional<WeatherSignal> follows{};  ///< Not the temperature.
+  double full_at = 0.0;                    ///< In the signal's unit; 0 = the greatest of the whole weather.
+
+  // What the weather makes of it now; Simulation sets both before each iteration.
+  double born_share = 1.0;  ///< [0, 1].
+  Vec3 wind_mm_s{0, 0, 0};  ///< Comes to the velocity of birth of a sky.
 };
 
 /// What a gammaton does at a hit: Russian roulette between three responses [Guenther et al. 2012, sec. 4.1].
@@ -103,6 +118,13 @@ struct Behavior {
 /// floating; in [2/3, 1] all float and lose ever more speed. `absorb` is kept at `absorb`.
 [[nodiscard]] Behavior behavior_of_slider(double s, double absorb = 0.1);
 
+/// What bounces are reflected about.
+enum class BounceNormal {
+  Mesh,     ///< The mesh's shading normal: no look changes where gammatons go. The default.
+  Composed  ///< The normal of the composed heights, as published: looks change results, and each iteration composes.
+};
+inline constexpr std::array<std::string_view, 2> kBounceNormalNames{"mesh", "composed"};
+
 struct TracingOptions {
   double epsilon_mm = 0.5;  ///< A floating gammaton hovers by this; > 0.
   double pull = 0.5;        ///< How much of its speed turns toward the surface while it floats (the paper's h); >= 0.
@@ -113,6 +135,7 @@ struct TracingOptions {
   bool tangential_slowdown = true;  ///< Floating keeps only the tangential part of the reflected speed.
   double rest_speed_mm_s = 10.0;    ///< Slower ones come to rest on ground that is nearly level.
   double rest_slope_deg = 30.0;     ///< What "nearly level" is; [0, 90].
+  BounceNormal bounce_normal = BounceNormal::Mesh;
 };
 
 /// Exchange of material at a hit [Guenther et al. 2012, sec. 4.2].
@@ -131,6 +154,7 @@ struct Rule {
   double rate = 0.1;           ///< Per unit of the scene's time; >= 0.
   MaterialValues products{};   ///< Amount made per rate * driver * time.
   MaterialValues reactants{};  ///< Amount used up per the same; never more than there is.
+  std::string where{};         ///< Expression of what a driver may name; its value, in [0, 1], is a factor. "" = 1.
 };
 
 /// What becomes of a rule while it runs: what is not given stays.
@@ -139,6 +163,7 @@ struct RuleChange {
   std::optional<double> rate;  ///< 0 = off.
   std::optional<MaterialValues> products;
   std::optional<MaterialValues> reactants;
+  std::optional<std::string> where{};
   std::optional<Rule>
       begins;  ///< Comes to the scene's rules, after the others, if none has that name. What is given is in it.
 };
@@ -199,6 +224,16 @@ struct SceneEvent {
   SceneAction what;
 };
 
+/// The same again and again: before the iterations nearest to first + k every, k = 0, 1, ... below `count`.
+struct EventSeries {
+  double first = 0.0;                                             ///< In iterations, >= 0.
+  double every = 1.0;                                             ///< In iterations, >= 1.
+  std::int64_t count = std::numeric_limits<std::int64_t>::max();  ///< >= 1.
+  SceneAction what;
+
+  [[nodiscard]] bool is_due(std::int64_t iteration) const;
+};
+
 struct Scene {
   std::vector<std::string> materials;          ///< 1 to kMaxMaterials names, unique.
   std::vector<MaterialAppearance> appearance;  ///< As long as materials.
@@ -207,8 +242,11 @@ struct Scene {
   Behavior behavior;
   TracingOptions tracing;
   ExchangeOptions exchange;
+  std::vector<SceneMap> maps;  ///< Names differ from each other and from the materials.
+  Weather weather;
   std::vector<Rule> rules;
-  std::vector<SceneEvent> events;  ///< By iteration.
+  std::vector<SceneEvent> events;   ///< By iteration.
+  std::vector<EventSeries> series;  ///< Those that are due at once come after the events, in this order.
   Vec3 gravity_mm_s2{0, -9810, 0};
   int resolution = 1024;  ///< Of the atlas; [16, 16384].
   std::uint64_t seed = 1;

@@ -15,9 +15,10 @@ namespace patinate {
 namespace {
 
 constexpr double kLeast = 0.18, kMost = 0.75;  // Amounts: the first grows here, the last there.
-constexpr double kPlantsPerSquare = 0.75;      // Of a plant's size.
-constexpr double kSize = 1.0 / 90;             // Of the diagonal.
-constexpr double kMaxPlaces = 60000;
+constexpr double kPlantsPerSquare = 1.5;       // Of a plant's size: leaves touch.
+constexpr double kSize = 1.0 / 220;            // Of the diagonal.
+constexpr double kMaxPlaces = 100000;
+constexpr double kOwnColor = 0.5;  // Share of a leaf's color that is not that of what it grows on.
 constexpr double kUpright = 0.35;  // Share by which plants turn from the surface's normal upward.
 constexpr int kLeaves = 5;
 constexpr int kTrianglesPerPlant = 2 * kLeaves;
@@ -71,8 +72,10 @@ std::vector<Plant> find_plants(const Mesh& given, const SurfaceMaps& maps, const
       const double threshold = kLeast + (kMost - kLeast) * random.uniform();
       plant.turn = 2.0 * std::numbers::pi * random.uniform();
       plant.size = size * (0.5 + random.uniform());
-      plant.shade = 0.75 + 0.5 * random.uniform();
+      const double shade = 0.75 + 0.5 * random.uniform();
       if (texture_at(maps.plants, plant.uv.x(), plant.uv.y())[0] < threshold) continue;
+      const std::array<double, 3> below = texture_at(maps.color, plant.uv.x(), plant.uv.y());
+      plant.color = shade * (kOwnColor * Vec3(0.12, 0.20, 0.035) + (1.0 - kOwnColor) * 1.3 * Vec3(below.data()));
       const Vec3 normal = blend(n, b1, b2).normalized();
       plant.root = blend(p, b1, b2);
       if (!maps.height.empty())
@@ -90,11 +93,11 @@ Vec3 PlantField::color(std::size_t triangle, double b1, double b2) const {
   const std::array<int, 3>& corners = kLeafTriangles[within % 2];
   std::array<double, 3> shade;
   for (std::size_t c = 0; c < 3; ++c) shade[c] = kLeafShades[static_cast<std::size_t>(corners[c])];
-  return blend(shade, b1, b2) * static_cast<double>(shades_[within / kTrianglesPerPlant]) * Vec3(0.16, 0.30, 0.06);
+  return blend(shade, b1, b2) * colors_[within / kTrianglesPerPlant];
 }
 
 PlantField add_plants(Mesh& mesh, const std::vector<Plant>& plants, std::vector<float>& open) {
-  std::vector<float> shades;
+  std::vector<Vec3> colors;
   const std::size_t first = mesh.triangles.size();
   for (const Plant& plant : plants) {
     Vec3 a, b;
@@ -119,9 +122,9 @@ PlantField add_plants(Mesh& mesh, const std::vector<Plant>& plants, std::vector<
         mesh.normal_triangles.push_back({normal, normal, normal});
       }
     }
-    shades.push_back(static_cast<float>(plant.shade));
+    colors.push_back(plant.color);
   }
-  return {first, std::move(shades)};
+  return {first, std::move(colors)};
 }
 
 }  // namespace patinate

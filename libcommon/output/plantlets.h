@@ -13,13 +13,13 @@ struct Plant {
   Vec3 root = Vec3::Zero();
   Vec3 up = Vec3::UnitY();
   Vec2 uv = Vec2::Zero();
-  double size = 1.0;   ///< Height.
-  double turn = 0.0;   ///< Around `up`, radians.
-  double shade = 1.0;  ///< Factor of its color.
+  double size = 1.0;          ///< Height.
+  double turn = 0.0;          ///< Around `up`, radians.
+  Vec3 color = Vec3::Zero();  ///< Linear, of the middle of its leaves.
 };
 
-/// Plants of a surface with their roots on its relief: 0.75 for each square of `plant_size`, times `plants`, where the
-/// amount suffices; at most 60,000 places. None without a map.
+/// Plants of a surface with their roots on its relief: 1.5 for each square of `plant_size`, times `plants`, where the
+/// amount suffices; at most 100,000 places. None without a map.
 [[nodiscard]] std::vector<Plant> find_plants(const Mesh& mesh, const SurfaceMaps& maps, const RenderOptions& options,
                                              const SurfaceOptions& surface);
 
@@ -27,14 +27,14 @@ struct Plant {
 class PlantField {
  public:
   PlantField() = default;
-  PlantField(std::size_t first, std::vector<float> shades) : first_(first), shades_(std::move(shades)) {}
-  [[nodiscard]] bool is_leaf(std::size_t triangle) const { return !shades_.empty() && triangle >= first_; }
+  PlantField(std::size_t first, std::vector<Vec3> colors) : first_(first), colors_(std::move(colors)) {}
+  [[nodiscard]] bool is_leaf(std::size_t triangle) const { return !colors_.empty() && triangle >= first_; }
   /// Linear, at a point of a leaf.
   [[nodiscard]] Vec3 color(std::size_t triangle, double b1, double b2) const;
 
  private:
   std::size_t first_ = 0;
-  std::vector<float> shades_;  ///< Of plants.
+  std::vector<Vec3> colors_;  ///< Of plants.
 };
 
 /// Appends the leaves to a mesh with UVs and normals. @param open  Ambient visibility of its positions; gets 1 for

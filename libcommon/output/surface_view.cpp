@@ -175,7 +175,7 @@ void describe(OptionVisitor& v, SurfaceOptions& o) {
   v.visit({"plants", "Factor of the number of small plants where much has grown; 0 = none", "", between(0, 100)},
           o.plants);
   v.visit(
-      {"plant_size", "Mean height of a plant, in the mesh's unit; 0 = 1/90 of the mesh's diagonal", "", at_least(0)},
+      {"plant_size", "Mean height of a plant, in the mesh's unit; 0 = 1/220 of the mesh's diagonal", "", at_least(0)},
       o.plant_size);
   v.visit({"environment_azimuth", "Turns the surroundings around the up axis; 0: their middle is behind the object",
            "deg", between(-3600, 3600)},

@@ -54,6 +54,7 @@ Preset read_preset(JsonReader json, const SceneContext& context, bool may_have_o
   }
   if (json.has("color")) preset.color = read_color_source(json.member("color"), context);
   if (json.has("specular")) preset.specular = json.member("specular").number(between(0, 1));
+  if (json.has("metalness")) preset.metalness = json.member("metalness").number(between(0, 1));
   json.finish();
   return preset;
 }

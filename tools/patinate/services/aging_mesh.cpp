@@ -8,6 +8,7 @@
 #include "patinate/transfer/transfer_reader.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/services/simulated_maps.h"
 
 namespace patinate::cli {
 
@@ -26,20 +27,27 @@ AgingMesh aging_mesh_of_transfer(const std::filesystem::path& path) {
   mesh.meters_per_unit = transfer::meters_per_unit(m);
   mesh.sample = [transfer](double time, const RunControl& control) { return transfer->sample(time, control); };
   const std::vector<MaterialMap> maps = material_maps(facts_of(mesh.history));
-  const auto has = [&](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
-  const bool has_normals = has(MaterialMap::Normal), has_gloss = has(MaterialMap::Roughness);
-  if (has_normals || has_gloss) {
-    mesh.detail = [transfer, has_normals, has_gloss](double time, const RunControl& control) {
-      SurfaceDetail detail;
-      if (has_normals) detail.normals = transfer->sample_map(MaterialMap::Normal, time, Between::Blend, control);
-      if (has_gloss) detail.roughness = transfer->sample_map(MaterialMap::Roughness, time, Between::Blend, control);
-      return detail;
+  const auto has = [maps](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
+  if (has(MaterialMap::Normal) || has(MaterialMap::Roughness) || has(MaterialMap::Specular) ||
+      has(MaterialMap::Height)) {
+    const double mm_per_unit = 1000.0 * mesh.meters_per_unit;
+    mesh.maps = [transfer, has, mm_per_unit](double time, const RunControl& control) {
+      SurfaceMaps surface{.color = transfer->sample(time, control)};
+      const auto sample = [&](MaterialMap map, ImageF& into) {
+        if (has(map)) into = transfer->sample_map(map, time, Between::Blend, control);
+      };
+      sample(MaterialMap::Normal, surface.normals);
+      sample(MaterialMap::Roughness, surface.roughness);
+      sample(MaterialMap::Specular, surface.specular);
+      sample(MaterialMap::Height, surface.height);
+      for (float& h : surface.height.values()) h = static_cast<float>(static_cast<double>(h) / mm_per_unit);
+      return surface;
     };
   }
   return mesh;
 }
 
-AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path) {
+AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path, double film) {
   const std::filesystem::path folder = manifest_folder(path, "simulation.json");
   const auto history = std::make_shared<const HistoryReader>(folder / "history");
   AgingMesh mesh;
@@ -50,13 +58,15 @@ AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path) {
   scale_mesh(mesh.mesh, 1000.0);  // glTF is in m
   mesh.unit_mesh = mesh.mesh;
   mesh.sample = [history](double time, const RunControl&) { return history->sample(time); };
+  mesh.maps = [folder, film](double, const RunControl& control) { return simulated_maps(folder, film, control); };
+  mesh.maps_from = mesh.history.frames.back().time;
   return mesh;
 }
 
 }  // namespace
 
-AgingMesh open_aging_mesh(const std::filesystem::path& path) {
-  return kind_of(path) == PathKind::Simulation ? aging_mesh_of_simulation(path) : aging_mesh_of_transfer(path);
+AgingMesh open_aging_mesh(const std::filesystem::path& path, double film) {
+  return kind_of(path) == PathKind::Simulation ? aging_mesh_of_simulation(path, film) : aging_mesh_of_transfer(path);
 }
 
 }  // namespace patinate::cli

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,9 +15,11 @@
 #include "patinate/geometry/mesh.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image.h"
-#include "patinate/output/render.h"
+#include "patinate/output/render_surface.h"
 
 namespace patinate::cli {
+
+inline constexpr double kWetFilm = 0.1;  ///< Amount of water that wets a place through.
 
 struct AgingMesh {
   std::string key;          ///< Content key of all that its appearance depends on.
@@ -28,11 +31,14 @@ struct AgingMesh {
   double meters_per_unit = 0.001;
   /// Its texture over the sheet at a time: linear RGB, gutters filled.
   std::function<ImageF(double time, const RunControl& control)> sample;
-  /// What its history's frames say of relief and gloss at a time, over the sheet; nothing when they say nothing.
-  std::function<SurfaceDetail(double time, const RunControl& control)> detail;
+  /// Color and all else that is known of its surface from `maps_from` on, over the sheet; heights in the mesh's unit.
+  /// Nothing when only color is known.
+  std::function<SurfaceMaps(double time, const RunControl& control)> maps;
+  double maps_from = -std::numeric_limits<double>::infinity();  ///< Of a simulation, its end.
 };
 
-/// @param path  A transfer or a simulation. @throws IoError
-[[nodiscard]] AgingMesh open_aging_mesh(const std::filesystem::path& path);
+/// @param path  A transfer or a simulation. @param film  Amount of water of a simulation that wets a place through.
+/// @throws IoError
+[[nodiscard]] AgingMesh open_aging_mesh(const std::filesystem::path& path, double film = kWetFilm);
 
 }  // namespace patinate::cli

@@ -59,7 +59,7 @@ int make_images(CommandRun& run, const std::filesystem::path& output, const Pict
     const std::filesystem::path file = numbered_path(output, static_cast<int>(i));
     const std::string key =
         ContentHash().add("picture 1").add(series.key).add(series.times[i]).add(lower_extension(output)).hex();
-    files.push_back(Json{{"time", series.times[i]}, {"file", file.string()}});
+    files.push_back(Json{{series.measure, series.times[i]}, {"file", file.string()}});
     const bool is_last = i + 1 == series.times.size();
     if (run.line.common().dry_run && image_file_key(file) == key && !is_last) continue;
     const std::optional<JobStatus> status = run.check_file(file, image_file_key(file), key);

@@ -49,7 +49,8 @@ struct MaterialAppearance {
 struct Preset {
   MaterialValues amounts{};  ///< [0, kMostAmount].
   ColorSource color;
-  double specular = 0.3;  ///< [0, 1].
+  double specular = 0.3;   ///< [0, 1].
+  double metalness = 0.0;  ///< [0, 1]: 1 where the color is that of bare metal. For pictures; nothing ages by it.
 };
 
 /// A mesh in the scene. Its UVs lie in the unit square (atlas_mesh.h).

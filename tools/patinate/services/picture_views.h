@@ -1,0 +1,36 @@
+/// \file
+/// From where pictures of an object are taken.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "patinate/output/render.h"
+#include "tools/patinate/command_line/command_run.h"
+
+namespace patinate::cli {
+
+struct PictureView {
+  std::string name;
+  double azimuth_deg = 0.0;
+  double elevation_deg = 0.0;
+};
+
+/// Where the camera stands, and how often.
+struct ViewArguments {
+  std::string views;
+  std::optional<double> turntable;
+  std::vector<double> target;
+  std::optional<double> distance;
+
+  /// --views, --turntable, --target, --distance.
+  void declare(CommandLine& line);
+  /// Takes target and distance over. @throws UsageError
+  void apply_to(RenderOptions& options) const;
+  /// All views that were asked for, at least that of the options. @throws UsageError
+  [[nodiscard]] std::vector<PictureView> resolve(const RenderOptions& options) const;
+  [[nodiscard]] bool is_given() const { return !views.empty() || turntable || !target.empty() || distance; }
+};
+
+}  // namespace patinate::cli

@@ -1,0 +1,103 @@
+#include "tools/patinate/services/simulated_maps.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "libcommon/core/files.h"
+#include "patinate/atlas/dilate.h"
+#include "patinate/core/error.h"
+#include "patinate/simulation/scene_io.h"
+#include "simulation/job/simulation_job.h"
+#include "simulation/job/simulation_output.h"
+
+namespace patinate::cli {
+
+namespace {
+
+constexpr const char* kWater = "water";
+constexpr std::array<const char*, 2> kPlants{"moss", "organic"};  ///< The first that a scene has, as in the studio.
+constexpr float kLeastRoughness = 0.05f;                          // As in the GLB that `simulate` writes.
+
+int material_index(const simulation::Scene& scene, const std::string& name) {
+  const auto found = std::find(scene.materials.begin(), scene.materials.end(), name);
+  return found == scene.materials.end() ? -1 : static_cast<int>(found - scene.materials.begin());
+}
+
+ImageF decoded_normals(const ImageU8& codes) {
+  ImageF normals(codes.width(), codes.height(), 3);
+  for (std::size_t i = 0; i < normals.values().size(); ++i)
+    normals.values()[i] = (static_cast<float>(codes.values()[i]) - 127.5f) / 127.5f;
+  return normals;
+}
+
+ImageF roughness_of(const ImageU8& gloss) {
+  ImageF roughness(gloss.width(), gloss.height());
+  for (std::size_t i = 0; i < roughness.values().size(); ++i)
+    roughness.values()[i] = std::max(kLeastRoughness, 1.0f - static_cast<float>(gloss.values()[i]) / 255.0f);
+  return roughness;
+}
+
+/// Bare metal, less what has come to lie on it.
+ImageF metalness_of(const simulation::Simulation& simulation, int water) {
+  const simulation::Scene& scene = simulation.scene();
+  ImageF metal(scene.resolution, scene.resolution);
+  const std::vector<simulation::ObjectSquare> squares = simulation.object_squares();
+  for (std::size_t i = 0; i < squares.size(); ++i) {
+    const simulation::ObjectSquare& square = squares[i];
+    for (int y = square.y; y < square.y + square.side; ++y) {
+      for (int x = square.x; x < square.x + square.side; ++x)
+        metal.at(x, y) = static_cast<float>(scene.objects[i].preset.metalness);
+    }
+  }
+  if (std::all_of(metal.values().begin(), metal.values().end(), [](float m) { return m == 0.0f; })) return {};
+  ImageF cover(scene.resolution, scene.resolution);
+  for (int m = 0; m < static_cast<int>(scene.materials.size()); ++m) {
+    if (m == water || scene.materials[static_cast<std::size_t>(m)] == "metal") continue;
+    const ImageF now = simulation.amounts(m), before = simulation.original_amounts(m);
+    const auto strength = static_cast<float>(scene.appearance[static_cast<std::size_t>(m)].strength);
+    for (std::int64_t i = 0; i < cover.num_pixels(); ++i)
+      cover.data()[i] += strength * std::max(0.0f, now.data()[i] - before.data()[i]);
+  }
+  for (std::int64_t i = 0; i < metal.num_pixels(); ++i) metal.data()[i] *= std::max(0.0f, 1.0f - cover.data()[i]);
+  return metal;
+}
+
+}  // namespace
+
+SurfaceMaps simulated_maps(const std::filesystem::path& folder, double film, const RunControl& control) {
+  const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);
+  simulation::SceneFile file = simulation::read_scene(manifest.scene, control.part(0.0, 0.2));
+  manifest.apply_to(file);
+  if (file.scene.materials != manifest.materials)
+    throw IoError(file.file.string(), "has other materials than the simulation " + folder.string());
+  const int water = material_index(file.scene, kWater);
+  if (water >= 0) {
+    simulation::MaterialAppearance& look = file.scene.appearance[static_cast<std::size_t>(water)];
+    look.strength = look.specular = look.height_mm = 0.0;
+  }
+  simulation::Simulation simulation(file.scene, {.parameter_maps = {}, .color_form = manifest.color_form},
+                                    control.part(0.2, 0.6));
+  simulation::read_atlas_file(manifest_folder(folder, "simulation.json"), simulation);
+  const simulation::Composer& look = simulation.compose(control.part(0.6, 1.0));
+  SurfaceMaps maps{.color = look.color_linear(),
+                   .normals = decoded_normals(look.normal8()),
+                   .roughness = roughness_of(look.specular8()),
+                   .metalness = metalness_of(simulation, water),
+                   .height = look.height_mm()};
+  if (!maps.metalness.empty()) dilate(maps.metalness, simulation.coverage(), -1);
+  if (water >= 0) {
+    maps.wetness = simulation.amounts(water);
+    for (float& w : maps.wetness.values()) w = std::min(1.0f, w / static_cast<float>(film));
+    dilate(maps.wetness, simulation.coverage(), -1);
+  }
+  for (const char* name : kPlants) {
+    const int plant = material_index(file.scene, name);
+    if (plant < 0 || !maps.plants.empty()) continue;
+    maps.plants = simulation.amounts(plant);
+    dilate(maps.plants, simulation.coverage(), -1);
+  }
+  return maps;
+}
+
+}  // namespace patinate::cli

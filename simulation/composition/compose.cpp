@@ -37,6 +37,16 @@ unsigned changed_edges(const std::int32_t* a, const std::int32_t* b) {
   return (right != 0 ? 1u : 0u) | (left != 0 ? 2u : 0u) | (below != 0 ? 4u : 0u) | (above != 0 ? 8u : 0u);
 }
 
+/// Between a look's two colors by xi: 3 x 64 linear values.
+void blend_colors(const QuantizedAppearance& look, const std::int32_t* xi, std::uint16_t* out) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    const std::int32_t first = look.color[c], change = std::int32_t{look.second_color[c]} - first;
+    // Products below 2^31: 15 bits of xi.
+    for (int l = 0; l < kTile; ++l)
+      *out++ = static_cast<std::uint16_t>(first + ((change * ((xi[l] + 32768) >> 2)) >> 14));
+  }
+}
+
 bool has_relief(const std::vector<QuantizedAppearance>& appearance) {
   return std::any_of(appearance.begin(), appearance.end(),
                      [](const QuantizedAppearance& look) { return look.height != 0; });
@@ -61,6 +71,7 @@ Composer::State::State(const Scene& scene, const SceneMesh& scene_mesh, const Su
       base(scene, scene_mesh, surface_atlas, quanta_per_mm, control.part(0.0, 0.7)),
       frames(scene_mesh, surface_atlas, control.part(0.7, 1.0)),
       texel_of_object(scene.objects.size(), kNoTexel),
+      grain(scene_mesh, surface_atlas),
       form(color_form),
       kernels(&composition::kernels(instruction_set())),
       codes(surface_atlas.grid().num_texels()),
@@ -88,6 +99,9 @@ void Composer::State::set_appearance(const std::vector<MaterialAppearance>& new_
     quantized.push_back(quantize(new_appearance[i], quanta_per_mm, noise_key(static_cast<int>(i))));
     new_pictures.push_back(make_picture(new_appearance[i].color.image));
   }
+  std::vector<double> lengths;
+  for (const MaterialAppearance& look : new_appearance) lengths.push_back(look.grain_mm);
+  grain.set_lengths(lengths);
   appearance = std::move(quantized);
   pictures = std::move(new_pictures);
   if (heights.empty() && (base.has_heights() || has_relief(appearance)))
@@ -110,6 +124,7 @@ void Composer::State::compose_tile(const MaterialAtlas& atlas, TileIndex tile) {
   BaseTile base_buffer;
   alignas(64) std::uint16_t original_buffer[kMaxMaterials][kTile];
   alignas(64) std::uint16_t picture_buffer[kMaxMaterials][3 * kTile];
+  alignas(64) std::int32_t xi_buffer[kMaxMaterials][kTile];
   const std::uint16_t object = base.object(tile);
   ComposeTask task;
   task.first_texel = tile * kTile;
@@ -128,6 +143,15 @@ void Composer::State::compose_tile(const MaterialAtlas& atlas, TileIndex tile) {
     task.look[k] = &appearance[m];
     task.amount[k] = amount.data();
     task.original[k] = original;
+    if (grain.has(m)) {
+      const std::uint8_t* const values = grain.tile(m, tile);
+      for (int l = 0; l < kTile; ++l) xi_buffer[m][l] = grain_noise(values[l]);
+      task.xi[k] = xi_buffer[m];
+      if (appearance[m].has_second_color) {
+        blend_colors(appearance[m], xi_buffer[m], picture_buffer[m]);
+        task.picture[k] = picture_buffer[m];
+      }
+    }
     if (pictures[m].empty()) continue;
     pictures[m].read_tile(surface->grid().x(task.first_texel), surface->grid().y(task.first_texel), picture_buffer[m]);
     task.picture[k] = picture_buffer[m];

@@ -33,7 +33,9 @@ struct QuantizedAppearance {
   std::int32_t height = 0;        ///< F * height >> height_shift are height quanta; |height| <= 8192.
   std::int32_t height_shift = 0;  ///< [0, 30].
   std::int32_t height_variation = 0;
-  std::array<std::uint16_t, 3> color{};  ///< Linear, 1 = 65535.
+  std::array<std::uint16_t, 3> color{};         ///< Linear, 1 = 65535.
+  std::array<std::uint16_t, 3> second_color{};  ///< At xi = 1; `color` at -1.
+  bool has_second_color = false;
   std::uint32_t noise_key = 0;
 };
 
@@ -51,6 +53,7 @@ struct ComposeTask {
   std::array<const QuantizedAppearance*, 8> look{};
   std::array<const std::uint16_t*, 8> amount{};  ///< 64 each.
   std::array<const std::uint16_t*, 8> original{};
+  std::array<const std::int32_t*, 8> xi{};        ///< 64, 1 = 32768, in place of noise(); may be null.
   std::array<const std::uint16_t*, 8> picture{};  ///< 3 x 64 linear values in place of the look's color; may be null.
   const BaseTile* base = nullptr;
   const std::int32_t* height = nullptr;  ///< Height quanta when new.

@@ -103,7 +103,7 @@ void compose_tile(const ComposeTask& task, u32* rgba, i32* height) {
   alignas(64) u16 weight[8][kTile];
   alignas(64) u32 total[kTile];
   alignas(64) i32 specular[kTile];
-  alignas(64) i32 xi[kTile];
+  alignas(64) i32 white[kTile];
   for (int l = 0; l < kTile; ++l) {
     total[l] = 0;
     specular[l] = task.base->specular[l];
@@ -113,8 +113,11 @@ void compose_tile(const ComposeTask& task, u32* rgba, i32* height) {
     const QuantizedAppearance& look = *task.look[k];
     const u16* amount = task.amount[k];
     const u16* original = task.original[k];
-    if ((look.variation | look.specular_variation | look.height_variation) != 0)
-      fill_noise(task.first_texel, look.noise_key, xi);
+    const i32* xi = task.xi[k];
+    if (xi == nullptr && (look.variation | look.specular_variation | look.height_variation) != 0) {
+      fill_noise(task.first_texel, look.noise_key, white);
+      xi = white;
+    }
     if (look.strength != 0 && look.variation != 0) add_weights<true>(look, amount, original, xi, weight[k], total);
     if (look.strength != 0 && look.variation == 0) add_weights<false>(look, amount, original, xi, weight[k], total);
     if (look.specular != 0)

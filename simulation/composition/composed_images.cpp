@@ -88,7 +88,7 @@ ImageF Composer::height_mm() const {
 std::size_t Composer::memory() const {
   const State& s = *state_;
   return s.codes.size() * 4 + s.heights.size() * 4 + s.normals.size() + s.flags.size() + s.base.memory() +
-         s.frames.memory();
+         s.frames.memory() + s.grain.memory();
 }
 
 }  // namespace patinate::simulation

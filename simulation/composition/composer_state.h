@@ -8,6 +8,7 @@
 #include "patinate/simulation/compose.h"
 #include "simulation/composition/base_layer.h"
 #include "simulation/composition/compose_kernel.h"
+#include "simulation/composition/grain.h"
 #include "simulation/composition/height_frames.h"
 #include "simulation/composition/quantized_appearance.h"
 
@@ -43,6 +44,7 @@ struct Composer::State {
   std::vector<TexelIndex> texel_of_object;  ///< kNoTexel when it shows in none.
   std::vector<composition::QuantizedAppearance> appearance;
   std::vector<composition::Picture> pictures;
+  composition::Grain grain;
   ColorForm form;
   const composition::Kernels* kernels;
   bool is_all_dirty = true;

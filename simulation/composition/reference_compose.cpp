@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "patinate/image/color.h"
+#include "simulation/composition/grain.h"
 #include "simulation/composition/height_frames.h"
 #include "simulation/composition/quantized_appearance.h"
 
@@ -55,7 +56,8 @@ ReferenceTexel new_texel(const SceneObject& object, const std::array<double, 3>&
   return texel;
 }
 
-void age(ReferenceTexel& texel, const Scene& scene, const MaterialAtlas& atlas, TexelIndex t, ColorForm form) {
+void age(ReferenceTexel& texel, const Scene& scene, const composition::Grain& grain, const MaterialAtlas& atlas,
+         TexelIndex t, ColorForm form) {
   const TileGrid& grid = atlas.surface().grid();
   double total = 0.0;
   Vec3 sum = Vec3::Zero();
@@ -63,11 +65,22 @@ void age(ReferenceTexel& texel, const Scene& scene, const MaterialAtlas& atlas, 
     const MaterialAppearance& look = scene.appearance[static_cast<std::size_t>(m)];
     const double delta =
         (static_cast<double>(atlas.amount(m, t)) - static_cast<double>(atlas.original(m, t))) / kAmountOne;
-    const double xi = composition::noise(t, composition::noise_key(m)) / 32768.0;
+    const auto material = static_cast<std::size_t>(m);
+    const bool has_grain = grain.has(material);
+    // As it is kept, in 8 bits.
+    const double xi =
+        has_grain
+            ? composition::grain_noise(static_cast<std::uint8_t>(255.0 * grain.value(material, t) + 0.5)) / 32768.0
+            : composition::noise(t, composition::noise_key(m)) / 32768.0;
+    const bool is_blended = has_grain && look.second_color && look.color.image.empty();
     const double w = std::min(
         kMostWeight, std::min(kMostWeight, std::max(0.0, delta) * look.strength) * (1.0 + look.variation * xi));
     total += w;
-    for (int c = 0; c < 3; ++c) sum[c] += w * picture_value(look.color, grid.x(t), grid.y(t), c);
+    for (int c = 0; c < 3; ++c) {
+      double color = picture_value(look.color, grid.x(t), grid.y(t), c);
+      if (is_blended) color += (coded((*look.second_color)[c]) - color) * (xi + 1.0) / 2.0;
+      sum[c] += w * color;
+    }
     texel.specular += delta * look.specular * (1.0 + look.specular_variation * xi);
     texel.height_mm += delta * look.height_mm * (1.0 + look.height_variation * xi);
   }
@@ -83,11 +96,15 @@ std::vector<ReferenceTexel> compose_reference(const Scene& scene, const SceneMes
   const SurfaceAtlas& surface = atlas.surface();
   const TileGrid& grid = surface.grid();
   std::vector<ReferenceTexel> texels(grid.num_texels());
+  composition::Grain grain(scene_mesh, surface);
+  std::vector<double> lengths;
+  for (const MaterialAppearance& look : scene.appearance) lengths.push_back(look.grain_mm);
+  grain.set_lengths(lengths);
   for (TexelIndex t = 0; t < grid.num_texels(); ++t) {
     if (!surface.is_covered(t)) continue;
     const auto object = static_cast<std::size_t>(surface.object(surface.triangle(t)));
     texels[t] = new_texel(scene.objects[object], scene_mesh.uv_squares[object], grid, grid.x(t), grid.y(t));
-    age(texels[t], scene, atlas, t, form);
+    age(texels[t], scene, grain, atlas, t, form);
   }
   for (TexelIndex t = 0; t < grid.num_texels(); ++t) {
     if (!surface.is_covered(t)) continue;

@@ -38,6 +38,13 @@ MaterialAppearance read_material_appearance(JsonReader json, MaterialAppearance 
   number("specular_variation", look.specular_variation, between(0, 1));
   number("height", look.height_mm, between(-1e6, 1e6));
   number("height_variation", look.height_variation, between(0, 1));
+  number("grain", look.grain_mm, between(0, 1e9));
+  if (json.has("second_color")) {
+    const std::vector<double> rgb = json.member("second_color").numbers(3, between(0, 1));
+    look.second_color = Vec3(rgb[0], rgb[1], rgb[2]);
+  } else if (json.has("color")) {
+    look.second_color.reset();  // The default's belongs to the default's color.
+  }
   json.finish();
   return look;
 }

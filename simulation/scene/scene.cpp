@@ -57,6 +57,7 @@ void check_materials(const Scene& scene) {
     check_range("the specular variation" + of, look.specular_variation, 0.0, 1.0);
     check_range("the height" + of, look.height_mm, -1e6, 1e6);
     check_range("the height variation" + of, look.height_variation, 0.0, 1.0);
+    check_range("the grain" + of, look.grain_mm, 0.0, 1e9);
   }
 }
 

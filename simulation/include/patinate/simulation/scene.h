@@ -43,6 +43,11 @@ struct MaterialAppearance {
   double specular_variation = 0.0;  ///< [0, 1].
   double height_mm = 0.0;           ///< Change of the height by amount 1.
   double height_variation = 0.0;    ///< [0, 1].
+  /// Length of what varies, mm: xi is then noise in space, of an object's own size and without seams. 0 = each texel by
+  /// itself.
+  double grain_mm = 0.0;
+  /// Linear RGB where xi is 1; `color` where it is -1, blended between. Only with a grain and without a picture.
+  std::optional<Vec3> second_color = std::nullopt;
 };
 
 /// What an object is made of when it is new.

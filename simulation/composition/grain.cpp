@@ -1,0 +1,85 @@
+#include "simulation/composition/grain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <new>
+
+#include "patinate/controls/noise.h"
+
+namespace patinate::simulation::composition {
+
+namespace {
+
+constexpr int kOctaves = 3;
+constexpr double kFine = 8.0;         ///< The coarse half's length over the fine half's.
+constexpr double kLeastTexels = 2.0;  ///< What is shorter cannot be shown.
+
+}  // namespace
+
+void Grain::Free::operator()(std::uint8_t* values) const { std::free(values); }
+
+Grain::Grain(const SceneMesh& scene_mesh, const SurfaceAtlas& surface) : surface_(&surface) {
+  const Mesh& mesh = scene_mesh.mesh;
+  const double side = surface.grid().width;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Eigen::Matrix<double, 3, 2> step = surface.mm_per_texel(static_cast<int>(t)).cast<double>();
+    const Vec2& uv = mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][0])];
+    const Vec2 texel(uv.x() * side - 0.5, (1.0 - uv.y()) * side - 0.5);
+    const Vec3& corner = mesh.positions[static_cast<std::size_t>(mesh.triangles[t][0])];
+    Place place;
+    place.step = step;
+    for (int i = 0; i < 3; ++i) place.origin[i] = corner[i] - (step(i, 0) * texel.x() + step(i, 1) * texel.y());
+    places_.push_back(place);
+  }
+}
+
+void Grain::set_lengths(const std::vector<double>& lengths_mm) {
+  fields_.resize(lengths_mm.size());
+  for (std::size_t m = 0; m < lengths_mm.size(); ++m) {
+    Field& field = fields_[m];
+    if (field.length == lengths_mm[m]) continue;
+    field = Field{.length = lengths_mm[m]};
+    if (!(field.length > 0.0)) continue;
+    field.values.reset(static_cast<std::uint8_t*>(std::calloc(surface_->grid().num_texels(), 1)));
+    if (!field.values) throw std::bad_alloc();
+    field.is_made.resize(surface_->grid().num_tiles());
+  }
+}
+
+double Grain::value(std::size_t material, TexelIndex t) const {
+  const int triangle = surface_->triangle(t);
+  if (triangle < 0) return 0.5;
+  const Place& place = places_[static_cast<std::size_t>(triangle)];
+  const double x = surface_->grid().x(t), y = surface_->grid().y(t);
+  Vec3 at;
+  for (int i = 0; i < 3; ++i) at[i] = place.origin[i] + (place.step(i, 0) * x + place.step(i, 1) * y);
+  const double length = fields_[material].length, least = kLeastTexels * surface_->median_texel_size_mm();
+  const auto seed = static_cast<std::int64_t>(2 * material + 1);
+  const double coarse = noise_at(at, {.wavelength_mm = length, .octaves = kOctaves, .seed = seed}, least),
+               fine = noise_at(at, {.wavelength_mm = length / kFine, .octaves = kOctaves, .seed = seed + 1}, least);
+  constexpr double kHalf = 0.70710678118654752;  // Two of them are as strong as one.
+  return std::clamp(0.5 + kHalf * ((coarse - 0.5) + (fine - 0.5)), 0.0, 1.0);
+}
+
+const std::uint8_t* Grain::tile(std::size_t material, TileIndex tile) {
+  Field& field = fields_[material];
+  std::uint8_t* const values = field.values.get() + std::size_t{tile} * kTile;
+  if (field.is_made[tile] == 0) {
+    for (std::uint32_t l = 0; l < kTile; ++l)
+      values[l] = static_cast<std::uint8_t>(255.0 * value(material, tile * kTile + l) + 0.5);
+    field.is_made[tile] = 1;
+  }
+  return values;
+}
+
+std::size_t Grain::memory() const {
+  std::size_t bytes = places_.capacity() * sizeof(Place);
+  for (const Field& field : fields_) {
+    bytes += field.is_made.size() +
+             kTile * static_cast<std::size_t>(std::count(field.is_made.begin(), field.is_made.end(), std::uint8_t{1}));
+  }
+  return bytes;
+}
+
+}  // namespace patinate::simulation::composition

@@ -1,0 +1,62 @@
+/// \file
+/// The grain of materials: how what they look like varies over the surface, in lengths of the object and without seams.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "patinate/simulation/surface_atlas.h"
+#include "simulation/composition/compose_kernel.h"
+
+namespace patinate::simulation::composition {
+
+/// Noise in space [noise_at] at every texel: half of it of three octaves from the grain's length on, half of three from
+/// an eighth of it on, so that both what is seen from afar and what is seen near are there. Octaves that the texels are
+/// too coarse for are left out, so that a finer atlas is sharper and not another. Made tile by tile when first asked
+/// for. Equal bits on every machine. Memory: a byte a texel, in pages as they are touched.
+class Grain {
+ public:
+  /// @param scene_mesh  As it stood when `surface` was made: grain stays with an object that moves. Not kept.
+  /// @param surface     Outlives it.
+  Grain(const SceneMesh& scene_mesh, const SurfaceAtlas& surface);
+
+  /// Keeps what is known where lengths stay. @param lengths_mm  One a material; 0 = it has none.
+  void set_lengths(const std::vector<double>& lengths_mm);
+  [[nodiscard]] bool has(std::size_t material) const {
+    return material < fields_.size() && fields_[material].length > 0.0;
+  }
+  /// 64 values, 127.5 in the mean, standard deviation 51. Different tiles may be asked for by several threads at once.
+  [[nodiscard]] const std::uint8_t* tile(std::size_t material, TileIndex tile);
+  /// Of one texel, [0, 1]: for the slow version.
+  [[nodiscard]] double value(std::size_t material, TexelIndex t) const;
+  [[nodiscard]] std::size_t memory() const;
+
+ private:
+  struct Free {
+    void operator()(std::uint8_t* values) const;
+  };
+  struct Field {
+    double length = 0.0;
+    std::unique_ptr<std::uint8_t[], Free> values = {};  ///< Zeros of the operating system until written.
+    std::vector<std::uint8_t> is_made = {};             ///< By tile.
+  };
+  /// Place of a triangle's texels: origin + step * (x, y).
+  struct Place {
+    Vec3 origin;
+    Eigen::Matrix<double, 3, 2> step;
+  };
+
+  const SurfaceAtlas* surface_;
+  std::vector<Place> places_;
+  std::vector<Field> fields_;
+};
+
+/// xi of a texel with grain `value`, 1 = 32768: mean 0, of the same standard deviation as noise().
+[[nodiscard]] constexpr std::int32_t grain_noise(std::uint8_t value) {
+  constexpr std::int32_t kSpread = 371;  // 32768 / sqrt 3 over 51.
+  const std::int32_t xi = (2 * static_cast<std::int32_t>(value) - 255) * kSpread / 2;
+  return xi < -32768 ? -32768 : xi > 32767 ? 32767 : xi;
+}
+
+}  // namespace patinate::simulation::composition

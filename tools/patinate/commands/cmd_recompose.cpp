@@ -39,7 +39,8 @@ constexpr std::array kFields{
     LookField{"specular", &simulation::MaterialAppearance::specular, {-1, 1}},
     LookField{"specular_variation", &simulation::MaterialAppearance::specular_variation, {0, 1}},
     LookField{"height", &simulation::MaterialAppearance::height_mm, {-1e6, 1e6}},
-    LookField{"height_variation", &simulation::MaterialAppearance::height_variation, {0, 1}}};
+    LookField{"height_variation", &simulation::MaterialAppearance::height_variation, {0, 1}},
+    LookField{"grain", &simulation::MaterialAppearance::grain_mm, {0, 1e9}}};
 
 LookChange parse_change(const std::string& text, const std::vector<std::string>& materials) {
   const auto fail = [&](const std::string& expected) -> UsageError {
@@ -63,7 +64,7 @@ LookChange parse_change(const std::string& text, const std::vector<std::string>&
   }
   std::vector<std::string> names;
   for (const LookField& field : kFields) names.emplace_back(field.name);
-  throw fail("strength, variation, specular, specular_variation, height or height_variation" +
+  throw fail("strength, variation, specular, specular_variation, height, height_variation or grain" +
              did_you_mean(change.what, names));
 }
 
@@ -151,7 +152,7 @@ int cmd_recompose(CommandRun& run) {
   run.line.positional("SIMULATION", "A folder that `simulate` made", folder);
   run.line.output("FOLDER", "Folder to make: textures, model.glb and the history", output);
   run.line.repeated("set", "MATERIAL.WHAT=VALUE",
-                    "A post-control: strength, variation, specular, specular_variation, height (mm) or "
+                    "A post-control: strength, variation, specular, specular_variation, height (mm), grain (mm) or "
                     "height_variation of a material",
                     texts);
   run.line.option("scene", "SCENE",

@@ -8,8 +8,9 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x33304E5354415050ull;  // "PPATSN03": raised with every change of what follows
-constexpr std::uint64_t kMagicBeforePaint = 0x32304E5354415050ull;  // "PPATSN02": without num_paint_steps
+constexpr std::uint64_t kMagic = 0x34304E5354415050ull;  // "PPATSN04": raised with every change of what follows
+constexpr std::uint64_t kMagicBeforeTrails = 0x33304E5354415050ull;  // "PPATSN03": without trails
+constexpr std::uint64_t kMagicBeforePaint = 0x32304E5354415050ull;   // "PPATSN02": without num_paint_steps
 
 /// Emitters, places, behavior, exchange and rules: what events change.
 void write_scene(ByteWriter& out, const Scene& scene) {
@@ -159,6 +160,16 @@ void check_gammatons(const Gammatons& g, std::size_t num, const Scene& scene, in
   if (!is_right) throw InvalidInput("the snapshot is damaged, or of another scene");
 }
 
+/// Trails of as many gammatons, over texels of the surface.
+bool are_in(const std::vector<Trail>& trails, const SurfaceAtlas& surface, std::size_t num) {
+  return trails.size() == num && std::all_of(trails.begin(), trails.end(), [&](const Trail& trail) {
+           for (std::size_t i = 0; i < trail.size(); ++i) {
+             if (trail.texel(i) >= surface.grid().num_texels() || !surface.is_covered(trail.texel(i))) return false;
+           }
+           return true;
+         });
+}
+
 /// Gammatons of emitters that the snapshot does not have: they wait, as in any scene whose last emitters are off from
 /// the start.
 void add_waiting(const Scene& scene, Gammatons& gammatons) {
@@ -204,6 +215,7 @@ std::vector<std::byte> Simulation::snapshot() const {
   });
   write_ledger(out, s.ledger);
   out.value(s.counters);
+  out.array(s.trails);
   out.value(kMagic);
   return out.take();
 }
@@ -215,7 +227,8 @@ void Simulation::restore(std::span<const std::byte> bytes) {
     if (in.value<decltype(value)>() != value) throw InvalidInput("the snapshot is of another version or scene");
   };
   const auto magic = in.value<std::uint64_t>();
-  if (magic != kMagic && magic != kMagicBeforePaint) throw InvalidInput("the snapshot is of another version or scene");
+  if (magic != kMagic && magic != kMagicBeforeTrails && magic != kMagicBeforePaint)
+    throw InvalidInput("the snapshot is of another version or scene");
   expect(static_cast<std::int32_t>(s.scene.resolution));
   expect(static_cast<std::int32_t>(s.scene.materials.size()));
   if (bytes.size() < sizeof(magic) ||
@@ -223,7 +236,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
     throw InvalidInput("the snapshot is cut short");
   }
   const auto iteration = in.value<std::int64_t>();
-  const auto num_paint_steps = magic == kMagic ? in.value<std::int64_t>() : 0;
+  const auto num_paint_steps = magic != kMagicBeforePaint ? in.value<std::int64_t>() : 0;
   const auto next_event = in.value<std::uint64_t>();
   Scene scene = s.scene;
   const std::size_t num_emitters = read_scene_values(in, scene);
@@ -260,6 +273,11 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   MassLedger ledger;
   read_ledger(in, ledger);
   const auto counters = in.value<TraceCounters>();
+  std::vector<Trail> trails;
+  if (magic == kMagic) in.array(trails);
+  if (magic == kMagic && !are_in(trails, s.surface, static_cast<std::size_t>(num_gammatons)))
+    throw InvalidInput("the snapshot is damaged, or of another scene");
+  trails.resize(gammatons.size());
   expect(magic);
   in.finish();
   s.set_rules(scene.rules);
@@ -269,6 +287,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.counters = counters;
   s.gammatons = std::move(gammatons);
   s.cargo = std::move(cargo);
+  s.trails = std::move(trails);
   s.maps = std::move(maps);
   s.iteration = iteration;
   s.num_paint_steps = num_paint_steps;

@@ -1,6 +1,7 @@
 #include "patinate/simulation/scene_io.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/file_name.h"
@@ -204,6 +205,17 @@ TracingOptions tracing_of_size(const Scene& scene) {
   return t;
 }
 
+/// A drop is as wide as three texels of an atlas of 1024 that is two thirds covered.
+double drop_width_mm(const Scene& scene) {
+  constexpr double kTexels = 1024.0 * 1024.0 * 2.0 / 3.0;
+  double area = 0.0;
+  for (const SceneObject& object : scene.objects) {
+    for (int t = 0; t < object.mesh.num_triangles(); ++t)
+      area += 0.5 * area_vector(object.mesh, t).norm() * object.scale * object.scale;
+  }
+  return 3.0 * std::sqrt(area / kTexels);
+}
+
 void read_run(JsonReader json, SceneFile& file) {
   if (json.has("iterations")) file.iterations = json.member("iterations").integer(between(0, 1e9));
   file.history_every = std::max<std::int64_t>(1, file.iterations / 10);
@@ -281,7 +293,8 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
   if (json.has("behavior")) scene.behavior = read_behavior(json.member("behavior"));
   scene.tracing = tracing_of_size(scene);
   if (json.has("tracing")) scene.tracing = read_tracing(json.member("tracing"), file.mm_per_unit, scene.tracing);
-  if (json.has("exchange")) scene.exchange = read_exchange(json.member("exchange"), context);
+  scene.exchange.splat_mm = drop_width_mm(scene);
+  if (json.has("exchange")) scene.exchange = read_exchange(json.member("exchange"), context, scene.exchange);
   if (json.has("time")) read_time(json.member("time"), file);
   if (json.has("rules")) {
     for (const JsonReader& rule : json.member("rules").elements(kMaxRules)) {

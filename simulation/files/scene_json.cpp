@@ -292,11 +292,16 @@ TracingOptions read_tracing(JsonReader json, double mm_per_unit, TracingOptions 
   return t;
 }
 
-ExchangeOptions read_exchange(JsonReader json, const SceneContext& context) {
-  ExchangeOptions e;
+ExchangeOptions read_exchange(JsonReader json, const SceneContext& context, ExchangeOptions e) {
   if (json.has("ratio")) e.ratio = json.member("ratio").number(between(0, 1));
   if (json.has("rates")) e.rates = read_material_values(json.member("rates"), context.materials, between(0, 1));
-  if (json.has("splat")) e.splat_texels = static_cast<int>(json.member("splat").integer(between(1, 5)));
+  if (json.has("splat")) {
+    if (json.has("splat_mm")) json.member("splat_mm").fail("no splat in texels beside it");
+    e.splat_texels = static_cast<int>(json.member("splat").integer(between(1, 5)));
+    e.splat_mm = 0.0;
+  }
+  if (json.has("splat_mm")) e.splat_mm = json.member("splat_mm").number(above(0));
+  if (json.has("deposit")) e.deposit = json.member("deposit").boolean();
   json.finish();
   return e;
 }

@@ -44,7 +44,8 @@ struct SceneContext {
 [[nodiscard]] Behavior read_behavior(JsonReader json);
 /// @param t  What is not given: lengths that fit the scene.
 [[nodiscard]] TracingOptions read_tracing(JsonReader json, double mm_per_unit, TracingOptions t);
-[[nodiscard]] ExchangeOptions read_exchange(JsonReader json, const SceneContext& context);
+/// @param e  What is not given: a drop of a width that fits the scene.
+[[nodiscard]] ExchangeOptions read_exchange(JsonReader json, const SceneContext& context, ExchangeOptions e);
 /// "events", by iteration. @param scene  With its objects, emitters and rules.
 [[nodiscard]] std::vector<SceneEvent> read_events(const JsonReader& json, const SceneContext& context,
                                                   const Scene& scene);

@@ -138,6 +138,7 @@ void check_scene(const Scene& scene) {
   if (scene.exchange.splat_texels != 1 && scene.exchange.splat_texels != 3 && scene.exchange.splat_texels != 5) {
     throw InvalidInput("splat is " + std::to_string(scene.exchange.splat_texels) + "; use 1, 3 or 5 texels");
   }
+  check_range("splat_mm", scene.exchange.splat_mm, 0.0, 1e6);
   for (const Rule& rule : scene.rules) {
     check_range("rate of rule '" + rule.name + "'", rule.rate, 0.0, 1e6);
     for (const double share : rule.products) check_range("products of rule '" + rule.name + "'", share, 0.0, 1e3);

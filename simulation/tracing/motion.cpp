@@ -48,6 +48,7 @@ bool is_same(const Emitter& a, const Emitter& b) {
 struct Told {
   TexelIndex texel = kNoTexel;
   bool is_contact = false;
+  bool is_landing = false;
   bool is_born = false;
   bool has_died = false;
   DeathReason reason = DeathReason::Absorbed;
@@ -62,7 +63,8 @@ void bury(Gammaton& g, Told& told, DeathReason reason) {
 /// Puts down what is told of gammaton `i`.
 void note(const Told& told, std::size_t i, bool is_alive, TraceResult& part) {
   const auto gammaton = static_cast<std::uint32_t>(i);
-  if (told.texel != kNoTexel) part.contacts.push_back({.texel = told.texel, .gammaton = gammaton});
+  if (told.texel != kNoTexel)
+    part.contacts.push_back({.texel = told.texel, .gammaton = gammaton, .is_landing = told.is_landing});
   if (told.is_born) part.born.push_back(gammaton);
   part.counters.emitted += told.is_born ? 1 : 0;
   part.counters.alive += is_alive ? 1 : 0;
@@ -236,6 +238,7 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
                                                   key)[0];
           piece = float_on(motion, g, random, num_pieces);
         }
+        told.is_landing = piece == PieceEnd::Flying;
         while (piece == PieceEnd::Flying && num_pieces < motion.options.max_segments) {
           piece = fly(motion, g);
           ++num_pieces;

@@ -134,6 +134,16 @@ void Simulation::State::deposit(std::span<const std::uint32_t> gone, ExchangeTim
   rules->wake(report.dirty_tiles);
 }
 
+std::optional<WetPaths> Simulation::State::wet_paths() const {
+  const TracingOptions& o = scene.tracing;
+  const auto found = std::find(scene.materials.begin(), scene.materials.end(), o.wet_material);
+  if (!(o.wet_attraction > 0.0) || found == scene.materials.end()) return std::nullopt;
+  return WetPaths{.atlas = &atlas,
+                  .material = static_cast<int>(found - scene.materials.begin()),
+                  .weight = o.wet_attraction,
+                  .width_mm = o.rivulet_mm};
+}
+
 void Simulation::State::mark(std::span<const TileIndex> tiles) {
   for (const TileIndex t : tiles) changed_in[t] = static_cast<std::int32_t>(iteration);
 }
@@ -210,7 +220,8 @@ void Simulation::step(const RunControl& control) {
   }
   {
     const Stopwatch watch(s.times.respond);
-    s.tracer.respond(s.gammatons, s.scene, s.iteration, s.trace, nullptr, control);
+    const std::optional<WetPaths> wet = s.wet_paths();
+    s.tracer.respond(s.gammatons, s.scene, s.iteration, s.trace, nullptr, control, {}, wet ? &*wet : nullptr);
   }
   s.begin_lives_and_end_them(s.iteration, control);
   {

@@ -90,7 +90,8 @@ void Simulation::paint(const std::string& emitter, const Vec3& position_mm, cons
   s.ledger.add(report);
   s.mark(report.dirty_tiles);
   s.rules->wake(report.dirty_tiles);  // they age what is there, once time continues
-  s.tracer.respond(s.gammatons, s.scene, key, s.trace, nullptr, control, moving);
+  const std::optional<WetPaths> wet = s.wet_paths();
+  s.tracer.respond(s.gammatons, s.scene, key, s.trace, nullptr, control, moving, wet ? &*wet : nullptr);
   s.begin_lives_and_end_them({s.iteration, key}, control);
   const TraceCounters& c = s.counters;
   s.counters.alive = c.emitted - c.absorbed - c.left - c.rested;  // of all, those that stand still too

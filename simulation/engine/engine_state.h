@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "simulation/rules/rules.h"
 #include "simulation/tracing/motion.h"
 #include "simulation/tracing/scene_checks.h"
+#include "simulation/tracing/wet_paths.h"
 #include "simulation/transport/exchange.h"
 #include "simulation/transport/parameter_maps.h"
 
@@ -47,6 +49,8 @@ struct Simulation::State {
   void apply_rules(const RunControl& control);
   /// The emitter of this name that may paint. @throws InvalidInput
   [[nodiscard]] std::size_t brush_index(const std::string& emitter) const;
+  /// What attracts floating gammatons; empty when nothing does.
+  [[nodiscard]] std::optional<WetPaths> wet_paths() const;
   /// After amounts have come from elsewhere: every tile is looked at again.
   void wake_everything();
 

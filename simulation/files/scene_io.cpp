@@ -202,6 +202,8 @@ TracingOptions tracing_of_size(const Scene& scene) {
   t.epsilon_mm = 0.4 * t.reach_mm;
   t.pull = 0.6;
   t.rest_speed_mm_s = size / 500.0;
+  t.wet_attraction = 0.3;
+  t.rivulet_mm = 3.0 * scene.exchange.splat_mm;
   return t;
 }
 
@@ -291,9 +293,10 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
     scene.emitters.push_back(read_emitter(emitter, context));
   if (scene.emitters.empty()) emitter_list.fail("at least one emitter: without, nothing would happen");
   if (json.has("behavior")) scene.behavior = read_behavior(json.member("behavior"));
-  scene.tracing = tracing_of_size(scene);
-  if (json.has("tracing")) scene.tracing = read_tracing(json.member("tracing"), file.mm_per_unit, scene.tracing);
   scene.exchange.splat_mm = drop_width_mm(scene);
+  scene.tracing = tracing_of_size(scene);
+  if (json.has("tracing")) scene.tracing = read_tracing(json.member("tracing"), context, scene.tracing);
+
   if (json.has("exchange")) scene.exchange = read_exchange(json.member("exchange"), context, scene.exchange);
   if (json.has("time")) read_time(json.member("time"), file);
   if (json.has("rules")) {

@@ -268,9 +268,9 @@ Behavior read_behavior(JsonReader json) {
   return b;
 }
 
-TracingOptions read_tracing(JsonReader json, double mm_per_unit, TracingOptions t) {
+TracingOptions read_tracing(JsonReader json, const SceneContext& context, TracingOptions t) {
   const auto length = [&](const char* name, double& mm, const Range& range) {
-    if (json.has(name)) mm = json.member(name).number(range) * mm_per_unit;
+    if (json.has(name)) mm = json.member(name).number(range) * context.mm_per_unit;
   };
   const auto number = [&](const char* name, double& value, const Range& range) {
     if (json.has(name)) value = json.member(name).number(range);
@@ -288,6 +288,12 @@ TracingOptions read_tracing(JsonReader json, double mm_per_unit, TracingOptions 
   if (json.has("tangential_slowdown")) t.tangential_slowdown = json.member("tangential_slowdown").boolean();
   length("rest_speed", t.rest_speed_mm_s, at_least(0));
   number("rest_slope_deg", t.rest_slope_deg, between(0, 90));
+  number("wet_attraction", t.wet_attraction, between(0, 1));
+  number("rivulet_mm", t.rivulet_mm, above(0));
+  if (json.has("wet_material")) {
+    t.wet_material = json.member("wet_material").string();
+    (void)material_index(json.member("wet_material"), t.wet_material, context.materials);
+  }
   json.finish();
   return t;
 }

@@ -43,7 +43,7 @@ struct SceneContext {
 [[nodiscard]] Emitter read_emitter(JsonReader json, const SceneContext& context);
 [[nodiscard]] Behavior read_behavior(JsonReader json);
 /// @param t  What is not given: lengths that fit the scene.
-[[nodiscard]] TracingOptions read_tracing(JsonReader json, double mm_per_unit, TracingOptions t);
+[[nodiscard]] TracingOptions read_tracing(JsonReader json, const SceneContext& context, TracingOptions t);
 /// @param e  What is not given: a drop of a width that fits the scene.
 [[nodiscard]] ExchangeOptions read_exchange(JsonReader json, const SceneContext& context, ExchangeOptions e);
 /// "events", by iteration. @param scene  With its objects, emitters and rules.

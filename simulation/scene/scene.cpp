@@ -108,6 +108,8 @@ void check_tracing(const TracingOptions& t) {
   check_range("max_segments", t.max_segments, 1, 64);
   check_range("rest_speed", t.rest_speed_mm_s, 0.0, 1e9);
   check_range("rest_slope", t.rest_slope_deg, 0.0, 90.0);
+  check_range("wet_attraction", t.wet_attraction, 0.0, 1.0);
+  if (t.wet_attraction > 0.0) check_positive("rivulet_mm", t.rivulet_mm);
 }
 
 }  // namespace

@@ -263,7 +263,8 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
 }
 
 void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result,
-                             const SurfaceNormals* normals, const RunControl& control, const GammatonRange& moving) {
+                             const SurfaceNormals* normals, const RunControl& control, const GammatonRange& moving,
+                             const WetPaths* wet) {
   const MotionScene motion = impl_->motion(scene);
   const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed),
                                          static_cast<std::uint32_t>(scene.seed >> 32)};
@@ -278,7 +279,7 @@ void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t it
     };
     Vec3 normal = impl_->frames.shading_normal(g.at);
     if (normals) normal = normals->normal(g.at.triangle, g.at.b1, g.at.b2, normal);
-    switch (respond_to_contact(motion, scene.behavior, g, normal, words)) {
+    switch (respond_to_contact(motion, scene.behavior, g, normal, words, wet)) {
       case Outcome::Alive:
         break;
       case Outcome::Absorbed:

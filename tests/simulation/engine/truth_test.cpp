@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "patinate/simulation/engine.h"
+#include "simulation/tracing/gammatons.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/simulation/tracing/chi_square.h"
 #include "tests/simulation/tracing/tracing_scene.h"
@@ -154,6 +155,61 @@ TEST(SimulationTruths, ResolutionChangesNothingButSharpness) {
       EXPECT_LT(std::sqrt(difference / variance), 0.5) << resolution << " at a slope of " << slope;
     }
   }
+}
+
+/// Drops that run over a line across a slope, by where they do.
+std::vector<double> crossings(double wet_attraction) {
+  constexpr int kBins = 40;  // half a rivulet each
+  Scene scene = plate_in_rain(256, 60.0);
+  scene.behavior = {
+      .bounce = 0.0, .floating = 0.99, .absorb = 0.01, .deceleration_bounce = 0.0, .deceleration_float = 0.2};
+  scene.tracing.lobe_exponent_float = 2000;
+  scene.tracing.rest_speed_mm_s = 0.0;
+  scene.tracing.wet_attraction = wet_attraction;
+  scene.tracing.rivulet_mm = 4.0;
+  scene.exchange.splat_mm = 1.5;
+  scene.time_per_iteration = 1.0;
+  scene.rules.push_back({.name = "evaporation", .driver = "water", .rate = 0.02, .products = {}, .reactants = {1.0}});
+  Simulation simulation(scene);
+  std::vector<double> counts(kBins, 0.0);
+  std::vector<double> before;
+  std::vector<std::uint32_t> births;
+  constexpr double kLine = 0.75;  // of the way down
+  for (int i = 0; i < 500; ++i) {
+    simulation.step();
+    const Gammatons& g = simulation.gammatons();
+    double low = 1e30, high = -1e30;
+    for (const Vec3& p : simulation.mesh().positions) {
+      low = std::min(low, p.y());
+      high = std::max(high, p.y());
+    }
+    std::vector<double> now(g.size());
+    for (std::size_t k = 0; k < g.size(); ++k) {
+      now[k] = g.state[k] == GammatonState::Floating ? (high - g.position[k].y()) / (high - low) : -1.0;
+      if (before.empty() || births[k] != g.num_births[k] || before[k] < 0.0 || before[k] >= kLine || now[k] < kLine)
+        continue;
+      const double x = (g.position[k].x() - 10.0) / 80.0;  // without the plate's ends
+      if (x >= 0.0 && x < 1.0) counts[static_cast<std::size_t>(x * kBins)] += 1.0;
+    }
+    before = now;
+    births = g.num_births;
+  }
+  return counts;
+}
+
+TEST(SimulationTruths, WetPathsGatherDropsAndWithoutThemTheyComeAsByChance) {
+  const auto dispersion = [](const std::vector<double>& counts) {
+    double mean = 0.0, chi_square = 0.0;
+    for (const double c : counts) mean += c / static_cast<double>(counts.size());
+    for (const double c : counts) chi_square += (c - mean) * (c - mean) / mean;
+    EXPECT_GT(mean, 30.0);
+    return chi_square;
+  };
+  // Independent drops: chi-square of as many degrees of freedom as there are bins but one.
+  EXPECT_LT(dispersion(crossings(0.0)), chi_square_limit(39));
+  const double little = dispersion(crossings(0.1)), much = dispersion(crossings(0.3));
+  EXPECT_GT(much, chi_square_limit(39)) << "no chance";
+  EXPECT_GT(much, little);
 }
 
 TEST(SimulationTruths, NoQuantumIsLostInAHundredThousandIterations) {

@@ -82,7 +82,7 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
                                      {"spread_deg", 3},
                                      {"speed", w},
                                      {"gammatons", 2000},
-                                     {"carries", {{"dirt", 1.5}}}}});
+                                     {"carries", {{"dirt", 1.0}}}}});
     json["exchange"] = {{"ratio", 0.4}, {"rates", {{"water", 0.3}, {"dirt", 0.1}}}};
     json["rules"] = Json::array({{{"name", "evaporation"}, {"rate", 0.5}}, {{"name", "moss"}, {"rate", 0.02}}});
     json["run"] = {

@@ -111,6 +111,7 @@ SurfaceAtlas::SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const Ru
     border_neighbors_.push_back(around);
   }
   make_links();
+  find_plain_tiles();
   weigh_texels(weight_per_texel, control.part(0.9, 1.0));
 }
 
@@ -153,6 +154,16 @@ void SurfaceAtlas::make_links() {
     }
   }
   first_link_.push_back(static_cast<std::uint32_t>(links_.size()));
+}
+
+void SurfaceAtlas::find_plain_tiles() {
+  is_plain_tile_.assign(grid_.num_tiles(), 1);
+  for (TexelIndex t = 0; t < grid_.num_texels(); ++t) {
+    if (!is_covered(t)) is_plain_tile_[TileGrid::tile_of(t)] = 0;
+  }
+  for (const std::vector<TexelIndex>* texels : {&border_, &linked_}) {
+    for (const TexelIndex t : *texels) is_plain_tile_[TileGrid::tile_of(t)] = 0;
+  }
 }
 
 TexelIndex SurfaceAtlas::texel_of(int triangle, double b1, double b2) const {

@@ -100,6 +100,7 @@ Simulation::State::State(Scene given, SimulationOptions given_options, const Run
     weather_peaks[k] = greatest_weather(scene.weather, static_cast<WeatherSignal>(k));
   for (const SceneObject& object : scene.objects) start_places.emplace_back(object);
   cargo.mass.resize(gammatons.size());
+  trails.resize(gammatons.size());
   check_emitters(scene, scene_mesh, tracer.rays());
   notes = describe_meshes(scene_mesh);
   const LaidAmounts laid = lay_initial_amounts(scene, scene_mesh, atlas);
@@ -110,14 +111,44 @@ Simulation::State::State(Scene given, SimulationOptions given_options, const Run
   control.report(1.0);
 }
 
-void Simulation::State::begin_lives_and_end_them() {
+void Simulation::State::begin_lives_and_end_them(ExchangeTime now, const RunControl& control) {
+  const double area = contact_area(scene.exchange, surface);
   for (const std::uint32_t g : trace.born) {
     const Emitter& emitter = scene.emitters[gammatons.emitter[g]];
-    ledger.birth(g, MassLedger::cargo_of(emitter.carries), cargo);
+    ledger.birth(g, MassLedger::cargo_of(emitter.carries, area), cargo);
   }
+  ended.clear();
+  for (const Death& death : trace.died) {
+    if (death.reason != DeathReason::Left) ended.push_back(death.gammaton);
+  }
+  deposit(ended, now, control);
   for (const Death& death : trace.died) ledger.end(death.gammaton, cargo_end(death.reason), cargo);
   counters += trace.counters;
   counters.alive = trace.counters.alive;
+}
+
+void Simulation::State::deposit(std::span<const std::uint32_t> gone, ExchangeTime now, const RunControl& control) {
+  if (!scene.exchange.deposit) return;
+  const Stopwatch watch(times.exchange);
+  endings.clear();
+  for (const std::uint32_t g : gone) {
+    if (trails[g].size() > 0) endings.push_back({.gammaton = g, .trail = trails[g]});
+  }
+  if (endings.empty()) return;
+  const ExchangeReport report = exchanger.deposit(endings, scene.exchange, now, cargo, atlas, maps.get(), control);
+  ledger.add(report);
+  mark(report.dirty_tiles);
+  rules->wake(report.dirty_tiles);
+}
+
+std::optional<WetPaths> Simulation::State::wet_paths() const {
+  const TracingOptions& o = scene.tracing;
+  const auto found = std::find(scene.materials.begin(), scene.materials.end(), o.wet_material);
+  if (!(o.wet_attraction > 0.0) || found == scene.materials.end()) return std::nullopt;
+  return WetPaths{.atlas = &atlas,
+                  .material = static_cast<int>(found - scene.materials.begin()),
+                  .weight = o.wet_attraction,
+                  .width_mm = o.rivulet_mm};
 }
 
 void Simulation::State::mark(std::span<const TileIndex> tiles) {
@@ -185,24 +216,26 @@ void Simulation::step(const RunControl& control) {
     const Stopwatch watch(s.times.trace);
     s.tracer.trace(s.gammatons, s.scene, s.iteration, s.trace, control);
   }
-  s.begin_lives_and_end_them();
-  ExchangeReport report;
+  s.begin_lives_and_end_them(s.iteration, control);
   {
     const Stopwatch watch(s.times.exchange);
-    report =
+    follow(s.trace.contacts, s.trails);
+    const ExchangeReport report =
         s.exchanger.exchange(s.trace.contacts, s.scene.exchange, s.iteration, s.cargo, s.atlas, s.maps.get(), control);
     s.ledger.add(report);
     s.mark(report.dirty_tiles);
+    s.rules->wake(report.dirty_tiles);
   }
   const std::unique_ptr<SurfaceNormals> normals = s.bounce_normals(control);
   {
     const Stopwatch watch(s.times.respond);
-    s.tracer.respond(s.gammatons, s.scene, s.iteration, s.trace, normals.get(), control);
+    const std::optional<WetPaths> wet = s.wet_paths();
+    s.tracer.respond(s.gammatons, s.scene, s.iteration, s.trace, normals.get(), control, {}, wet ? &*wet : nullptr);
   }
-  s.begin_lives_and_end_them();
+  s.begin_lives_and_end_them(s.iteration, control);
   {
     const Stopwatch watch(s.times.rules);
-    s.apply_rules(report.dirty_tiles, control);
+    s.apply_rules(control);
   }
   ++s.iteration;
 }

@@ -55,8 +55,15 @@ std::size_t Simulation::State::brush_index(const std::string& emitter) const {
   return static_cast<std::size_t>(found - scene.emitters.begin());
 }
 
-/// Those that were born when it last was their share's turn come to rest, where they still are.
-void Simulation::State::end_share(const GammatonRange& moving) {
+/// Those that were born when it last was their share's turn come to rest, where they still are: on the surface, or on
+/// their way to it.
+void Simulation::State::end_share(const GammatonRange& moving, ExchangeTime now, const RunControl& control) {
+  ended.clear();
+  for (auto i = static_cast<std::size_t>(moving.begin); i < static_cast<std::size_t>(moving.end); ++i) {
+    if (moving.may_be_born(i) && gammatons.state[i] == GammatonState::Floating)
+      ended.push_back(static_cast<std::uint32_t>(i));
+  }
+  deposit(ended, now, control);
   for (auto i = static_cast<std::size_t>(moving.begin); i < static_cast<std::size_t>(moving.end); ++i) {
     if (!moving.may_be_born(i) || gammatons.state[i] == GammatonState::Waiting) continue;
     gammatons.state[i] = GammatonState::Waiting;
@@ -88,17 +95,19 @@ void Simulation::paint(const std::string& emitter, const Vec3& position_mm, cons
   const SwitchedOn on(s.scene.emitters[k]);
   const GammatonRange moving = gammatons_of(s.scene, k, s.num_paint_steps);
   const std::int64_t key = kPaintKey + s.num_paint_steps;
-  s.end_share(moving);
+  s.end_share(moving, {s.iteration, key}, control);
   s.tracer.trace(s.gammatons, s.scene, key, s.trace, control, moving);
-  s.begin_lives_and_end_them();
+  s.begin_lives_and_end_them({s.iteration, key}, control);
+  follow(s.trace.contacts, s.trails);
   const ExchangeReport report = s.exchanger.exchange(s.trace.contacts, s.scene.exchange, {s.iteration, key}, s.cargo,
                                                      s.atlas, s.maps.get(), control);
   s.ledger.add(report);
   s.mark(report.dirty_tiles);
   s.rules->wake(report.dirty_tiles);  // they age what is there, once time continues
   const std::unique_ptr<SurfaceNormals> normals = s.bounce_normals(control);
-  s.tracer.respond(s.gammatons, s.scene, key, s.trace, normals.get(), control, moving);
-  s.begin_lives_and_end_them();
+  const std::optional<WetPaths> wet = s.wet_paths();
+  s.tracer.respond(s.gammatons, s.scene, key, s.trace, normals.get(), control, moving, wet ? &*wet : nullptr);
+  s.begin_lives_and_end_them({s.iteration, key}, control);
   const TraceCounters& c = s.counters;
   s.counters.alive = c.emitted - c.absorbed - c.left - c.rested;  // of all, those that stand still too
   ++s.num_paint_steps;

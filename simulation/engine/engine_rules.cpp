@@ -46,8 +46,7 @@ void Simulation::State::set_rules(std::span<const Rule> changed) {
   rules->set_rules(changed, scene.materials, std::move(more));
 }
 
-void Simulation::State::apply_rules(std::span<const TileIndex> touched, const RunControl& control) {
-  rules->wake(touched);
+void Simulation::State::apply_rules(const RunControl& control) {
   const RuleReport report = rules->step(iteration, atlas, control);
   ledger.add_rules(report.made, report.used);
   mark(report.dirty_tiles);

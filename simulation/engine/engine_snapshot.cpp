@@ -9,7 +9,7 @@ namespace patinate::simulation {
 namespace {
 
 constexpr std::uint64_t kMagic = 0x34304E5354415050ull;  // "PPATSN04": raised with every change of what follows
-constexpr std::uint64_t kMagicBeforeWeather = 0x33304E5354415050ull;  // "PPATSN03": without weather, series, masks
+constexpr std::uint64_t kMagicBeforeWeather = 0x33304E5354415050ull;  // "PPATSN03": without weather, series, trails
 constexpr std::uint64_t kMagicBeforePaint = 0x32304E5354415050ull;    // "PPATSN02": without num_paint_steps
 
 /// Emitters, places, behavior, exchange and rules: what events change.
@@ -170,6 +170,16 @@ void check_gammatons(const Gammatons& g, std::size_t num, const Scene& scene, in
   if (!is_right) throw InvalidInput("the snapshot is damaged, or of another scene");
 }
 
+/// Trails of as many gammatons, over texels of the surface.
+bool are_in(const std::vector<Trail>& trails, const SurfaceAtlas& surface, std::size_t num) {
+  return trails.size() == num && std::all_of(trails.begin(), trails.end(), [&](const Trail& trail) {
+           for (std::size_t i = 0; i < trail.size(); ++i) {
+             if (trail.texel(i) >= surface.grid().num_texels() || !surface.is_covered(trail.texel(i))) return false;
+           }
+           return true;
+         });
+}
+
 /// Gammatons of emitters that the snapshot does not have: they wait, as in any scene whose last emitters are off from
 /// the start.
 void add_waiting(const Scene& scene, Gammatons& gammatons) {
@@ -216,6 +226,7 @@ std::vector<std::byte> Simulation::snapshot() const {
   });
   write_ledger(out, s.ledger);
   out.value(s.counters);
+  out.array(s.trails);
   out.value(kMagic);
   return out.take();
 }
@@ -274,6 +285,11 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   MassLedger ledger;
   read_ledger(in, ledger);
   const auto counters = in.value<TraceCounters>();
+  std::vector<Trail> trails;
+  if (magic == kMagic) in.array(trails);
+  if (magic == kMagic && !are_in(trails, s.surface, static_cast<std::size_t>(num_gammatons)))
+    throw InvalidInput("the snapshot is damaged, or of another scene");
+  trails.resize(gammatons.size());
   expect(magic);
   in.finish();
   s.set_rules(scene.rules);
@@ -283,6 +299,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.counters = counters;
   s.gammatons = std::move(gammatons);
   s.cargo = std::move(cargo);
+  s.trails = std::move(trails);
   s.maps = std::move(maps);
   s.iteration = iteration;
   s.num_paint_steps = num_paint_steps;

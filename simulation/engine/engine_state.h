@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "simulation/rules/rules.h"
 #include "simulation/tracing/motion.h"
 #include "simulation/tracing/scene_checks.h"
+#include "simulation/tracing/wet_paths.h"
 #include "simulation/transport/exchange.h"
 #include "simulation/transport/parameter_maps.h"
 
@@ -33,9 +35,12 @@ struct ObjectPlace {
 struct Simulation::State {
   State(Scene given, SimulationOptions given_options, const RunControl& control);
 
-  /// Enters births and deaths into the ledger of the last trace() or respond().
-  void begin_lives_and_end_them();
-  void end_share(const GammatonRange& moving);
+  /// Enters births and deaths into the ledger of the last trace() or respond(). Those that end on the surface leave
+  /// their cargo there.
+  void begin_lives_and_end_them(ExchangeTime now, const RunControl& control);
+  void end_share(const GammatonRange& moving, ExchangeTime now, const RunControl& control);
+  /// @param gone  Gammatons that end on the surface, rising; what fits of their cargo goes to where they have run.
+  void deposit(std::span<const std::uint32_t> gone, ExchangeTime now, const RunControl& control);
   void mark(std::span<const TileIndex> tiles);
   /// Composes what has changed, for whoever asks; composed_since_asked has what was composed.
   void compose_now(const RunControl& control);
@@ -48,10 +53,11 @@ struct Simulation::State {
   /// Other rules from now on; maps that they need are made of the objects where they stood at the start.
   /// @throws InvalidInput; nothing is changed then.
   void set_rules(std::span<const Rule> changed);
-  /// @param touched  Tiles whose amounts the exchange has changed.
-  void apply_rules(std::span<const TileIndex> touched, const RunControl& control);
+  void apply_rules(const RunControl& control);
   /// The emitter of this name that may paint. @throws InvalidInput
   [[nodiscard]] std::size_t brush_index(const std::string& emitter) const;
+  /// What attracts floating gammatons; empty when nothing does.
+  [[nodiscard]] std::optional<WetPaths> wet_paths() const;
   /// After amounts have come from elsewhere: every tile is looked at again.
   void wake_everything();
 
@@ -63,6 +69,7 @@ struct Simulation::State {
   GammatonTracer tracer;
   Gammatons gammatons;
   Cargo cargo;
+  std::vector<Trail> trails;  ///< By gammaton.
   Exchanger exchanger;
   std::unique_ptr<ParameterMaps> maps;
   MassLedger ledger;
@@ -70,6 +77,8 @@ struct Simulation::State {
   std::unique_ptr<RuleEngine> rules;
   Composer composer;
   TraceResult trace;
+  std::vector<std::uint32_t> ended;  ///< Working memory of begin_lives_and_end_them().
+  std::vector<Ending> endings;       ///< Of deposit().
   TraceCounters counters;
   SimulationTimes times;
   std::vector<std::int32_t> changed_in;  ///< By tile: the last iteration that changed it; -1 = none.

@@ -1,6 +1,7 @@
 #include "patinate/simulation/scene_io.h"
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/file_name.h"
@@ -210,6 +211,8 @@ TracingOptions tracing_of_size(const Scene& scene) {
   t.epsilon_mm = 0.4 * t.reach_mm;
   t.pull = 0.6;
   t.rest_speed_mm_s = size / 500.0;
+  t.wet_attraction = 0.3;
+  t.rivulet_mm = 3.0 * scene.exchange.splat_mm;
   return t;
 }
 
@@ -221,6 +224,17 @@ Rule read_limited_rule(const JsonReader& json, const SceneContext& context, Scen
   if (members.is_object() && members.has("where")) rule.where = read_mask(members.member("where"), context, scene);
   check_signals(json, rule, context, scene);
   return rule;
+}
+
+/// A drop is as wide as three texels of an atlas of 1024 that is two thirds covered.
+double drop_width_mm(const Scene& scene) {
+  constexpr double kTexels = 1024.0 * 1024.0 * 2.0 / 3.0;
+  double area = 0.0;
+  for (const SceneObject& object : scene.objects) {
+    for (int t = 0; t < object.mesh.num_triangles(); ++t)
+      area += 0.5 * area_vector(object.mesh, t).norm() * object.scale * object.scale;
+  }
+  return 3.0 * std::sqrt(area / kTexels);
 }
 
 void read_run(JsonReader json, SceneFile& file) {
@@ -311,9 +325,10 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
     scene.emitters.push_back(read_emitter(emitter, context));
   if (scene.emitters.empty()) emitter_list.fail("at least one emitter: without, nothing would happen");
   if (json.has("behavior")) scene.behavior = read_behavior(json.member("behavior"));
+  scene.exchange.splat_mm = drop_width_mm(scene);
   scene.tracing = tracing_of_size(scene);
-  if (json.has("tracing")) scene.tracing = read_tracing(json.member("tracing"), file.mm_per_unit, scene.tracing);
-  if (json.has("exchange")) scene.exchange = read_exchange(json.member("exchange"), context);
+  if (json.has("tracing")) scene.tracing = read_tracing(json.member("tracing"), context, scene.tracing);
+  if (json.has("exchange")) scene.exchange = read_exchange(json.member("exchange"), context, scene.exchange);
   if (json.has("time")) read_contact(json.member("time"), scene.exchange);
   if (json.has("rules")) {
     for (const JsonReader& rule : json.member("rules").elements(kMaxRules)) {

@@ -363,9 +363,9 @@ Behavior read_behavior(JsonReader json) {
   return b;
 }
 
-TracingOptions read_tracing(JsonReader json, double mm_per_unit, TracingOptions t) {
+TracingOptions read_tracing(JsonReader json, const SceneContext& context, TracingOptions t) {
   const auto length = [&](const char* name, double& mm, const Range& range) {
-    if (json.has(name)) mm = json.member(name).number(range) * mm_per_unit;
+    if (json.has(name)) mm = json.member(name).number(range) * context.mm_per_unit;
   };
   const auto number = [&](const char* name, double& value, const Range& range) {
     if (json.has(name)) value = json.member(name).number(range);
@@ -385,15 +385,26 @@ TracingOptions read_tracing(JsonReader json, double mm_per_unit, TracingOptions 
   number("rest_slope_deg", t.rest_slope_deg, between(0, 90));
   if (json.has("bounce_normal"))
     t.bounce_normal = static_cast<BounceNormal>(json.member("bounce_normal").choice(kBounceNormalNames));
+  number("wet_attraction", t.wet_attraction, between(0, 1));
+  number("rivulet_mm", t.rivulet_mm, above(0));
+  if (json.has("wet_material")) {
+    t.wet_material = json.member("wet_material").string();
+    (void)material_index(json.member("wet_material"), t.wet_material, context.materials);
+  }
   json.finish();
   return t;
 }
 
-ExchangeOptions read_exchange(JsonReader json, const SceneContext& context) {
-  ExchangeOptions e;
+ExchangeOptions read_exchange(JsonReader json, const SceneContext& context, ExchangeOptions e) {
   if (json.has("ratio")) e.ratio = json.member("ratio").number(between(0, 1));
   if (json.has("rates")) e.rates = read_material_values(json.member("rates"), context.materials, between(0, 1));
-  if (json.has("splat")) e.splat_texels = static_cast<int>(json.member("splat").integer(between(1, 5)));
+  if (json.has("splat")) {
+    if (json.has("splat_mm")) json.member("splat_mm").fail("no splat in texels beside it");
+    e.splat_texels = static_cast<int>(json.member("splat").integer(between(1, 5)));
+    e.splat_mm = 0.0;
+  }
+  if (json.has("splat_mm")) e.splat_mm = json.member("splat_mm").number(above(0));
+  if (json.has("deposit")) e.deposit = json.member("deposit").boolean();
   json.finish();
   return e;
 }

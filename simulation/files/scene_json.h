@@ -51,8 +51,9 @@ struct SceneContext {
 [[nodiscard]] Emitter read_emitter(JsonReader json, const SceneContext& context);
 [[nodiscard]] Behavior read_behavior(JsonReader json);
 /// @param t  What is not given: lengths that fit the scene.
-[[nodiscard]] TracingOptions read_tracing(JsonReader json, double mm_per_unit, TracingOptions t);
-[[nodiscard]] ExchangeOptions read_exchange(JsonReader json, const SceneContext& context);
+[[nodiscard]] TracingOptions read_tracing(JsonReader json, const SceneContext& context, TracingOptions t);
+/// @param e  What is not given: a drop of a width that fits the scene.
+[[nodiscard]] ExchangeOptions read_exchange(JsonReader json, const SceneContext& context, ExchangeOptions e);
 /// "events" into scene.events, by iteration, and scene.series. @param scene  With its objects, emitters, maps and
 /// rules.
 void read_events(const JsonReader& json, const SceneContext& context, Scene& scene);

@@ -132,6 +132,8 @@ void check_tracing(const TracingOptions& t) {
   check_range("max_segments", t.max_segments, 1, 64);
   check_range("rest_speed", t.rest_speed_mm_s, 0.0, 1e9);
   check_range("rest_slope", t.rest_slope_deg, 0.0, 90.0);
+  check_range("wet_attraction", t.wet_attraction, 0.0, 1.0);
+  if (t.wet_attraction > 0.0) check_positive("rivulet_mm", t.rivulet_mm);
 }
 
 }  // namespace
@@ -173,6 +175,7 @@ void check_scene(const Scene& scene) {
   if (scene.exchange.splat_texels != 1 && scene.exchange.splat_texels != 3 && scene.exchange.splat_texels != 5) {
     throw InvalidInput("splat is " + std::to_string(scene.exchange.splat_texels) + "; use 1, 3 or 5 texels");
   }
+  check_range("splat_mm", scene.exchange.splat_mm, 0.0, 1e6);
   for (const Rule& rule : scene.rules) {
     check_range("rate of rule '" + rule.name + "'", rule.rate, 0.0, 1e6);
     for (const double share : rule.products) check_range("products of rule '" + rule.name + "'", share, 0.0, 1e3);

@@ -61,6 +61,7 @@ std::vector<std::size_t> ends_of_births(const Scene& scene) {
 struct Told {
   TexelIndex texel = kNoTexel;
   bool is_contact = false;
+  bool is_landing = false;
   bool is_born = false;
   bool has_died = false;
   DeathReason reason = DeathReason::Absorbed;
@@ -75,7 +76,8 @@ void bury(Gammaton& g, Told& told, DeathReason reason) {
 /// Puts down what is told of gammaton `i`.
 void note(const Told& told, std::size_t i, bool is_alive, TraceResult& part) {
   const auto gammaton = static_cast<std::uint32_t>(i);
-  if (told.texel != kNoTexel) part.contacts.push_back({.texel = told.texel, .gammaton = gammaton});
+  if (told.texel != kNoTexel)
+    part.contacts.push_back({.texel = told.texel, .gammaton = gammaton, .is_landing = told.is_landing});
   if (told.is_born) part.born.push_back(gammaton);
   part.counters.emitted += told.is_born ? 1 : 0;
   part.counters.alive += is_alive ? 1 : 0;
@@ -258,6 +260,7 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
                                                   key)[0];
           piece = float_on(motion, g, random, num_pieces);
         }
+        told.is_landing = piece == PieceEnd::Flying;
         while (piece == PieceEnd::Flying && num_pieces < motion.options.max_segments) {
           piece = fly(motion, g);
           ++num_pieces;
@@ -282,7 +285,8 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
 }
 
 void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result,
-                             const SurfaceNormals* normals, const RunControl& control, const GammatonRange& moving) {
+                             const SurfaceNormals* normals, const RunControl& control, const GammatonRange& moving,
+                             const WetPaths* wet) {
   const MotionScene motion = impl_->motion(scene);
   const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed),
                                          static_cast<std::uint32_t>(scene.seed >> 32)};
@@ -297,7 +301,7 @@ void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t it
     };
     Vec3 normal = impl_->frames.shading_normal(g.at);
     if (normals) normal = normals->normal(g.at.triangle, g.at.b1, g.at.b2, normal);
-    switch (respond_to_contact(motion, scene.behavior, g, normal, words)) {
+    switch (respond_to_contact(motion, scene.behavior, g, normal, words, wet)) {
       case Outcome::Alive:
         break;
       case Outcome::Absorbed:

@@ -17,6 +17,7 @@
 namespace patinate::simulation {
 
 class RayTracer;
+struct WetPaths;
 
 /// Of one call.
 struct TraceResult {
@@ -71,9 +72,10 @@ class GammatonTracer {
              const RunControl& control = {}, const GammatonRange& moving = {});
   /// Those in contact bounce, float on, come to rest or are absorbed.
   /// @param normals  nullptr: the mesh's.
+  /// @param wet      Paths that attract floating ones; may be null.
   void respond(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result,
                const SurfaceNormals* normals = nullptr, const RunControl& control = {},
-               const GammatonRange& moving = {});
+               const GammatonRange& moving = {}, const WetPaths* wet = nullptr);
 
  private:
   struct Impl;

@@ -2,12 +2,14 @@
 /// What a gammaton does where it has hit: Russian roulette between bouncing, floating and being absorbed.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <cstdint>
 
 #include "simulation/tracing/pieces.h"
 #include "simulation/tracing/random_direction.h"
+#include "simulation/tracing/wet_paths.h"
 
 namespace patinate::simulation {
 
@@ -36,9 +38,10 @@ inline int levelness(const MotionScene& scene, const Vec3& normal) {
 /// @param gammaton      In contact; Flying or Floating after it.
 /// @param front_normal  For bounces to reflect about, unit, for the triangle's front.
 /// @param words         words(k): four random words, other ones for each k.
+/// @param wet           What turns those that float; may be null.
 template <class Words>
 [[nodiscard]] Outcome respond_to_contact(const MotionScene& scene, const Behavior& behavior, Gammaton& g,
-                                         const Vec3& front_normal, Words&& words) {
+                                         const Vec3& front_normal, Words&& words, const WetPaths* wet = nullptr) {
   using response_detail::kMostTries;
   const double side = g.is_front ? 1.0 : -1.0;
   const Vec3 ground = side * scene.frames.normal(g.at.triangle);
@@ -68,6 +71,11 @@ template <class Words>
         speed > 0.0 ? lobe_direction(heading, scene.options.lobe_exponent_float, first[1], first[2]) : ground;
     Vec3 along = chosen - chosen.dot(ground) * ground;
     const double length = std::sqrt(along.squaredNorm());
+    if (wet != nullptr && length > 1e-9) {
+      const Vec3 across(ground.cross(along) / length);
+      const double turn = wet->turn(scene.frames, g.at, across);
+      along = (along + (length * turn) * across) / std::sqrt(1.0 + turn * turn);
+    }
     if (!scene.options.tangential_slowdown && length > 1e-9) along /= length;
     g.velocity = speed * (1.0 - behavior.deceleration_float) * along;
     g.state = GammatonState::Floating;

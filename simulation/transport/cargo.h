@@ -16,6 +16,7 @@ namespace patinate::simulation {
 struct Contact {
   TexelIndex texel = 0;
   std::uint32_t gammaton = 0;
+  bool is_landing = false;  ///< Out of the air.
   friend bool operator==(const Contact&, const Contact&) = default;
 };
 

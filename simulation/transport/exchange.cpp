@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <numbers>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -17,48 +19,58 @@ namespace {
 using Masses = std::array<std::uint32_t, kMaxMaterials>;
 
 constexpr std::uint32_t kMaxMass = 0xFFFFFFFFu;
-constexpr std::int64_t kSplatChunk = 256;          ///< Contacts.
-constexpr std::uint32_t kDealPiece = 0x7FFFFFFFu;  ///< Random numbers for dealing out a cargo to the parts of a splat.
+constexpr std::int64_t kSplatChunk = 256;  ///< Contacts.
 
-/// A part of a gammaton's splat, and the cargo that it has.
+constexpr std::uint32_t kDepositPiece = 0x7FFFFFFEu;  ///< Random numbers where a gammaton ends.
+
+/// A part of a gammaton's splat. What it has of the cargo stands beside it: State::piece_mass.
 struct Piece {
-  std::uint32_t gammaton = 0;
-  std::uint32_t number = 0;  ///< In its splat; 0 = middle.
-  std::uint32_t num_parts = 1;
-  std::uint32_t share = Splat::kWhole;
-  Masses mass{};
+  std::uint32_t contact = 0;
+  std::uint16_t number = 0;  ///< In its splat; 0 = middle.
+  std::uint32_t share = SplatShape::kWhole;
 };
+
+/// Another random number of one: uniform where it is, and without a visible relation to it.
+[[nodiscard]] std::uint32_t mixed(std::uint32_t random, std::uint32_t purpose) {
+  std::uint32_t x = random + purpose * 0x9E3779B9u;
+  x = (x ^ x >> 16) * 0x7FEB352Du;
+  x = (x ^ x >> 15) * 0x846CA68Bu;
+  return x ^ x >> 16;
+}
 
 /// transfer_shares() of the weights and shares that turn up: a few hundred of them serve a million contacts.
 class ShareTable {
  public:
-  void reset(const ExchangeOptions& options, std::span<const int> active) {
+  /// @param area  Of a contact, in texels of median size.
+  void reset(const ExchangeOptions& options, double area, std::span<const int> active) {
     const bool is_same = !keys_.empty() && options.ratio == options_.ratio && options.contact == options_.contact &&
-                         options.rates == options_.rates;
+                         options.rates == options_.rates && area == area_;
     if (is_same && std::equal(active.begin(), active.end(), active_.begin(), active_.end())) return;
     options_ = options;
+    area_ = area;
     active_.assign(active.begin(), active.end());
     keys_.assign(kSize, 0);
     shares_.resize(kSize * active.size());
   }
   /// By active material.
   [[nodiscard]] const TransferShares* find(std::uint32_t weight, std::uint32_t share) {
-    const std::uint64_t key = std::uint64_t{weight} << 16 | share;
+    const std::uint64_t key = std::uint64_t{weight} << 32 | share;
     const std::size_t slot = (weight + share * 97u) % kSize;
     TransferShares* found = shares_.data() + slot * active_.size();
     if (keys_[slot] != key) {
       keys_[slot] = key;
       for (std::size_t a = 0; a < active_.size(); ++a) {
         found[a] = transfer_shares(options_.ratio, options_.rates[static_cast<std::size_t>(active_[a])],
-                                   options_.contact, weight, static_cast<double>(share) / Splat::kWhole);
+                                   options_.contact, weight, area_ * share / SplatShape::kWhole);
       }
     }
     return found;
   }
 
  private:
-  static constexpr std::size_t kSize = 1024;
+  static constexpr std::size_t kSize = 4096;
   ExchangeOptions options_;
+  double area_ = 1.0;
   std::vector<int> active_;
   std::vector<std::uint64_t> keys_;
   std::vector<TransferShares> shares_;
@@ -80,7 +92,13 @@ struct Call {
   Cargo& cargo;
   MaterialAtlas& atlas;
   ParameterMaps* maps;
-  std::span<Piece> pieces;  ///< By the keys' carrier; empty when carriers are gammatons.
+  bool is_deposit;
+  std::span<const Contact> contacts;
+  std::span<const Ending> endings;  ///< Of a deposit: by contact, which is at the end.
+  // Empty when carriers are gammatons.
+  std::span<const Piece> pieces;        ///< By the keys' carrier.
+  std::span<std::uint32_t> piece_mass;  ///< By carrier and active material.
+  std::span<const Masses> randoms;      ///< By contact.
 };
 
 constexpr std::size_t kBatch = 16;
@@ -94,15 +112,17 @@ struct Batch {
   std::array<Masses, kBatch> randoms;
 };
 
-[[nodiscard]] Masses& mass_of(const Call& call, std::uint32_t carrier) {
-  return call.pieces.empty() ? call.cargo.mass[carrier] : call.pieces[carrier].mass;
+[[nodiscard]] std::uint32_t* mass_of(const Call& call, std::uint32_t carrier) {
+  return call.pieces.empty() ? call.cargo.mass[carrier].data()
+                             : call.piece_mass.data() + std::size_t{carrier} * call.active.size();
 }
 
 void prepare(const Call& call, std::span<const ContactKey> keys, Batch& batch) {
   const SurfaceAtlas& surface = call.atlas.surface();
   const auto texel = [&](std::size_t i) { return static_cast<TexelIndex>(keys[i] >> 32); };
   for (std::size_t i = 0; i < keys.size(); ++i) {
-    __builtin_prefetch(&mass_of(call, static_cast<std::uint32_t>(keys[i])), 1);
+    __builtin_prefetch(mass_of(call, static_cast<std::uint32_t>(keys[i])), 1);
+    if (!call.pieces.empty()) __builtin_prefetch(&call.pieces[static_cast<std::uint32_t>(keys[i])]);
     batch.weight[i] = surface.weight(texel(i));
   }
   for (std::size_t i = 0; i < keys.size(); ++i) {
@@ -111,19 +131,29 @@ void prepare(const Call& call, std::span<const ContactKey> keys, Batch& batch) {
       if (batch.stored[i][a]) __builtin_prefetch(batch.stored[i][a] + texel(i) % TileGrid::kTileTexels, 1);
     }
   }
-  for (std::size_t i = 0; i < keys.size(); ++i) {
+  for (std::size_t i = 0; i < keys.size() && !call.is_deposit; ++i) {
     const auto carrier = static_cast<std::uint32_t>(keys[i]);
-    const bool is_whole = call.pieces.empty();
-    batch.randoms[i] =
-        transfer_randoms(call.seed, is_whole ? carrier : call.pieces[carrier].gammaton, call.time.random_key,
-                         is_whole ? 0 : call.pieces[carrier].number, static_cast<int>(call.active.size()));
+    if (call.pieces.empty()) {
+      batch.randoms[i] =
+          transfer_randoms(call.seed, carrier, call.time.random_key, 0, static_cast<int>(call.active.size()));
+      continue;
+    }
+    const Piece& piece = call.pieces[carrier];
+    for (std::size_t a = 0; a < call.active.size(); ++a)
+      batch.randoms[i][a] = mixed(call.randoms[piece.contact][a], piece.number);
   }
 }
 
 /// What a gammaton, or a piece of one, may hold: all pieces together no more than their gammaton may.
-[[nodiscard]] std::uint32_t limit_of(const Call& call, const Piece* piece, std::size_t material) {
-  return piece ? piece->mass[material] + (kMaxMass - call.cargo.mass[piece->gammaton][material]) / piece->num_parts
-               : kMaxMass;
+[[nodiscard]] std::uint32_t limit_of(const Call& call, const Piece* piece, std::size_t material, std::uint32_t mass) {
+  if (piece == nullptr) return kMaxMass;
+  const std::uint32_t whole = call.cargo.mass[call.contacts[piece->contact].gammaton][material];
+  return mass + (kMaxMass - whole) / static_cast<std::uint32_t>(SplatShape::kMaxParts);
+}
+
+/// All that is carried, below 0: as much of it as fits.
+[[nodiscard]] std::int32_t deposit_quanta(std::uint32_t amount, std::uint32_t weight, std::uint32_t mass) {
+  return -static_cast<std::int32_t>(std::min(mass / weight, kMaxAmount - amount));
 }
 
 /// Exchanges one section's contacts. @returns how many dirty tiles it wrote to `dirty`.
@@ -137,124 +167,180 @@ std::size_t exchange_section(const Call& call, std::span<const ContactKey> keys,
     const auto carrier = static_cast<std::uint32_t>(keys[k]);
     const TileIndex tile = TileGrid::tile_of(texel);
     const Piece* piece = call.pieces.empty() ? nullptr : &call.pieces[carrier];
-    Masses& mass = mass_of(call, carrier);
+    std::uint32_t* const masses = mass_of(call, carrier);
     const std::uint32_t weight = batch.weight[b];
-    const TransferShares* shares = worker.table.find(weight, piece ? piece->share : Splat::kWhole);
+    const TransferShares* shares =
+        call.is_deposit ? nullptr : worker.table.find(weight, piece ? piece->share : SplatShape::kWhole);
     const std::size_t in_tile = texel % TileGrid::kTileTexels;
     Masses dropped{};
     for (std::size_t a = 0; a < call.active.size(); ++a) {
       const int material = call.active[a];
       const auto m = static_cast<std::size_t>(material);
+      std::uint32_t& mass = masses[piece ? a : m];
       // A page that was not there may have been made since.
       const std::uint16_t* stored = batch.stored[b][a] ? batch.stored[b][a] : call.atlas.tile(material, tile).data();
       const std::uint32_t amount = stored ? stored[in_tile] : call.atlas.original(material, texel);
       const std::int32_t quanta =
-          transfer_quanta(shares[a], amount, weight, mass[m], batch.randoms[b][a], limit_of(call, piece, m));
+          call.is_deposit
+              ? deposit_quanta(amount, weight, mass)
+              : transfer_quanta(shares[a], amount, weight, mass, batch.randoms[b][a], limit_of(call, piece, m, mass));
       if (quanta == 0) continue;
       call.atlas.writable_tile(material, tile)[in_tile] =
           static_cast<std::uint16_t>(static_cast<std::int32_t>(amount) - quanta);
       if (quanta > 0) {
-        mass[m] += static_cast<std::uint32_t>(quanta) * weight;
+        mass += static_cast<std::uint32_t>(quanta) * weight;
         worker.picked_up[m] += std::int64_t{quanta} * weight;
       } else {
         dropped[m] = static_cast<std::uint32_t>(-quanta) * weight;
-        mass[m] -= dropped[m];
+        mass -= dropped[m];
         worker.dropped[m] += dropped[m];
       }
       if (num_dirty == 0 || dirty[num_dirty - 1] != tile) dirty[num_dirty++] = tile;
     }
-    if (call.maps) call.maps->record(texel, call.time.iteration, !piece || piece->number == 0, dropped);
+    if (call.maps && call.is_deposit) call.maps->record_deposit(texel, dropped);
+    if (call.maps && !call.is_deposit)
+      call.maps->record(texel, call.time.iteration, !piece || piece->number == 0, dropped);
   }
   return num_dirty;
+}
+
+/// Of a splat in texels: 3 and 5 are those that one and two steps of a walk reach.
+double width_of(int splat_texels) { return splat_texels == 5 ? 3.0 * std::numbers::sqrt2 : splat_texels; }
+
+/// Of what is left along a trail of so many contacts, over that of a drop: as large a stain where it was short.
+constexpr double stain_width(std::size_t length) { return 1.0 + 2.0 / static_cast<double>(length); }
+
+/// Splats along a trail, each with a larger share than the one before: the way ends dark, and begins without a step.
+/// @returns how many parts they have; the first is the texel at the end.
+std::size_t append_trail(const SplatShape& shape, const Trail& trail, std::vector<SplatPart>& parts) {
+  const std::size_t first = parts.size(), n = trail.size();
+  const auto whole = static_cast<std::uint32_t>(n * (n + 1) / 2);
+  std::uint32_t rest = SplatShape::kWhole;
+  for (std::size_t i = n; i-- > 0;) {
+    const std::size_t begin = parts.size();
+    shape.append(trail.texel(i), parts);
+    for (std::size_t k = begin; k < parts.size(); ++k) {
+      parts[k].share = parts[k].share * static_cast<std::uint32_t>(i + 1) / whole;
+      rest -= parts[k].share;
+    }
+  }
+  parts[first].share += rest;
+  return parts.size() - first;
 }
 
 /// Deals a gammaton's cargo out to its pieces: whole quanta of its middle texel, as many to each as its share says in
 /// the mean, and what is less than one to the middle. Amounts that are less than a quantum for every part still find
 /// their way that way.
-void deal(const Call& call, std::uint32_t gammaton, std::uint32_t middle_weight, std::span<Piece> pieces) {
-  const Masses randoms =
-      transfer_randoms(call.seed, gammaton, call.time.random_key, kDealPiece, static_cast<int>(call.active.size()));
-  for (std::size_t a = 0; a < call.active.size(); ++a) {
+/// @param mass  By piece and active material.
+void deal(const Call& call, std::size_t contact, std::uint32_t middle_weight, std::span<const SplatPart> parts,
+          std::uint32_t* mass) {
+  constexpr std::uint32_t kDealPurpose = 0xFFFFu;  // more than any piece's number
+  const std::size_t num_active = call.active.size();
+  for (std::size_t a = 0; a < num_active; ++a) {
     const auto m = static_cast<std::size_t>(call.active[a]);
-    const std::uint64_t quanta = call.cargo.mass[gammaton][m] / middle_weight;
-    const std::uint64_t start = randoms[a] % Splat::kWhole;
+    const std::uint32_t whole = call.cargo.mass[call.contacts[contact].gammaton][m];
+    const std::uint64_t quanta = whole / middle_weight;
+    const std::uint64_t start = mixed(call.randoms[contact][a], kDealPurpose) % SplatShape::kWhole;
     std::uint64_t share = 0, dealt = 0;
-    for (Piece& piece : pieces) {
-      share += piece.share;
-      const std::uint64_t until = (quanta * share + start) / Splat::kWhole;
-      piece.mass[m] = static_cast<std::uint32_t>((until - dealt) * middle_weight);
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      share += parts[k].share;
+      const std::uint64_t until = (quanta * share + start) / SplatShape::kWhole;
+      mass[k * num_active + a] = static_cast<std::uint32_t>((until - dealt) * middle_weight);
       dealt = until;
     }
-    pieces[0].mass[m] += call.cargo.mass[gammaton][m] % middle_weight;
+    mass[a] += whole % middle_weight;
   }
 }
 
 }  // namespace
 
 struct Exchanger::State {
+  std::vector<Contact> ends;
   int num_materials;
   std::uint64_t seed;
   ContactSort sort;
   std::vector<Contact> by_gammaton;
   std::vector<ContactKey> keys;
-  std::vector<Splat> splats;
-  std::vector<std::size_t> first_piece;
+  std::array<std::optional<SplatShape>, Trail::kLength + 1> shapes;  ///< By the length of the trail; 0 = a contact.
+  std::vector<std::vector<SplatPart>> parts;                         ///< By chunk of contacts.
+  std::vector<std::uint32_t> first_piece;                            ///< By contact, and the end.
   std::vector<Piece> pieces;
+  std::vector<std::uint32_t> piece_mass;
+  std::vector<Masses> randoms;
   std::vector<TileIndex> dirty;
   std::vector<std::size_t> num_dirty;
   std::vector<Worker> workers;
 
-  void cut_splats(std::span<const Contact> contacts, int width, const Call& call, const RunControl& control);
-  void join_pieces(std::span<const Contact> contacts, const Call& call, const RunControl& control);
+  void cut_splats(double width, Call& call, const RunControl& control);
+  void join_pieces(const Call& call, const RunControl& control);
 };
 
 /// Fills pieces (cargo included) and keys.
-void Exchanger::State::cut_splats(std::span<const Contact> contacts, int width, const Call& call,
-                                  const RunControl& control) {
-  const auto n = static_cast<std::int64_t>(contacts.size());
+/// @param width  Texels of median size.
+void Exchanger::State::cut_splats(double width, Call& call, const RunControl& control) {
+  const auto n = static_cast<std::int64_t>(call.contacts.size());
   const SurfaceAtlas& surface = call.atlas.surface();
-  splats.resize(contacts.size());
-  first_piece.resize(contacts.size() + 1);
-  parallel_for(n, kSplatChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i)
-      splats[i] = splat_of(surface, contacts[i].texel, width);
-  });
-  std::size_t sum = 0;
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    first_piece[i] = sum;
-    sum += static_cast<std::size_t>(splats[i].num_parts);
+  for (std::size_t k = 0; k < (call.is_deposit ? shapes.size() : 1); ++k) {
+    const double wide = k == 0 ? width : width * stain_width(k);
+    if (!shapes[k] || shapes[k]->width() != wide) shapes[k].emplace(surface, wide);
   }
-  first_piece.back() = sum;
-  pieces.resize(sum);
-  keys.resize(sum);
+  parts.resize(static_cast<std::size_t>((n + kSplatChunk - 1) / kSplatChunk));
+  first_piece.resize(call.contacts.size() + 1);
+  randoms.resize(call.contacts.size());
   parallel_for(n, kSplatChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<SplatPart>& of_chunk = parts[static_cast<std::size_t>(begin / kSplatChunk)];
+    of_chunk.clear();
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const auto num_parts = static_cast<std::uint32_t>(splats[i].num_parts);
-      for (std::uint32_t k = 0; k < num_parts; ++k) {
-        const SplatPart& part = splats[i].parts[k];
-        pieces[first_piece[i] + k] = {
-            .gammaton = contacts[i].gammaton, .number = k, .num_parts = num_parts, .share = part.share, .mass = {}};
-        keys[first_piece[i] + k] = ContactKey{part.texel} << 32 | (first_piece[i] + k);
+      first_piece[i + 1] = static_cast<std::uint32_t>(
+          call.is_deposit ? append_trail(*shapes[call.endings[i].trail.size()], call.endings[i].trail, of_chunk)
+                          : shapes[0]->append(call.contacts[i].texel, of_chunk));
+      randoms[i] = transfer_randoms(call.seed, call.contacts[i].gammaton, call.time.random_key,
+                                    call.is_deposit ? kDepositPiece : 0, static_cast<int>(call.active.size()));
+    }
+  });
+  first_piece[0] = 0;
+  for (std::size_t i = 0; i < call.contacts.size(); ++i) first_piece[i + 1] += first_piece[i];
+  pieces.resize(first_piece.back());
+  piece_mass.resize(pieces.size() * call.active.size());
+  keys.resize(pieces.size());
+  call.pieces = pieces;
+  call.piece_mass = piece_mass;
+  call.randoms = randoms;
+  parallel_for(n, kSplatChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    const SplatPart* part = parts[static_cast<std::size_t>(begin / kSplatChunk)].data();
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const std::size_t first = first_piece[i], num_parts = first_piece[i + 1] - first;
+      deal(call, i, surface.weight(call.contacts[i].texel), {part, num_parts},
+           piece_mass.data() + first * call.active.size());
+      for (std::size_t k = 0; k < num_parts; ++k, ++part) {
+        pieces[first + k] = {
+            .contact = static_cast<std::uint32_t>(i), .number = static_cast<std::uint16_t>(k), .share = part->share};
+        keys[first + k] = ContactKey{part->texel} << 32 | (first + k);
       }
-      deal(call, contacts[i].gammaton, surface.weight(contacts[i].texel),
-           std::span(pieces).subspan(first_piece[i], num_parts));
     }
   });
 }
 
 /// Sums the pieces' cargo up again.
-void Exchanger::State::join_pieces(std::span<const Contact> contacts, const Call& call, const RunControl& control) {
-  parallel_for(static_cast<std::int64_t>(contacts.size()), kSplatChunk, control,
+void Exchanger::State::join_pieces(const Call& call, const RunControl& control) {
+  const std::size_t num_active = call.active.size();
+  parallel_for(static_cast<std::int64_t>(call.contacts.size()), kSplatChunk, control,
                [&](std::int64_t begin, std::int64_t end) {
                  for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-                   for (const int material : call.active) {
-                     const auto m = static_cast<std::size_t>(material);
+                   for (std::size_t a = 0; a < num_active; ++a) {
                      std::uint32_t sum = 0;
-                     for (std::size_t p = first_piece[i]; p < first_piece[i + 1]; ++p) sum += pieces[p].mass[m];
-                     call.cargo.mass[contacts[i].gammaton][m] = sum;
+                     for (std::size_t p = first_piece[i]; p < first_piece[i + 1]; ++p)
+                       sum += piece_mass[p * num_active + a];
+                     call.cargo.mass[call.contacts[i].gammaton][static_cast<std::size_t>(call.active[a])] = sum;
                    }
                  }
                });
+}
+
+double contact_area(const ExchangeOptions& options, const SurfaceAtlas& surface) {
+  if (!(options.splat_mm > 0.0)) return 1.0;
+  const double side = options.splat_mm / 3.0 / surface.median_texel_size_mm();
+  return side * side;
 }
 
 Exchanger::Exchanger(int num_materials, std::uint64_t seed) : state_(std::make_unique<State>()) {
@@ -267,6 +353,20 @@ Exchanger& Exchanger::operator=(Exchanger&&) noexcept = default;
 
 ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const ExchangeOptions& options, ExchangeTime time,
                                    Cargo& cargo, MaterialAtlas& atlas, ParameterMaps* maps, const RunControl& control) {
+  return run(contacts, {}, options, time, cargo, atlas, maps, control);
+}
+
+ExchangeReport Exchanger::deposit(std::span<const Ending> endings, const ExchangeOptions& options, ExchangeTime time,
+                                  Cargo& cargo, MaterialAtlas& atlas, ParameterMaps* maps, const RunControl& control) {
+  std::vector<Contact>& ends = state_->ends;
+  ends.clear();
+  for (const Ending& e : endings) ends.push_back({.texel = e.trail.texel(e.trail.size() - 1), .gammaton = e.gammaton});
+  return run(ends, endings, options, time, cargo, atlas, maps, control);
+}
+
+ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const Ending> endings,
+                              const ExchangeOptions& options, ExchangeTime time, Cargo& cargo, MaterialAtlas& atlas,
+                              ParameterMaps* maps, const RunControl& control) {
   State& s = *state_;
   RunControl threads;  // a part of an exchange is no state to stop in
   threads.num_threads = control.num_threads;
@@ -279,7 +379,9 @@ ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const Exch
   std::array<int, kMaxMaterials> active_materials{};
   std::size_t num_active = 0;
   for (int m = 0; m < s.num_materials; ++m) {
-    if (options.rates[static_cast<std::size_t>(m)] > 0.0 && options.contact > 0.0) active_materials[num_active++] = m;
+    const bool takes_time = endings.empty();
+    if (options.rates[static_cast<std::size_t>(m)] > 0.0 && (options.contact > 0.0 || !takes_time))
+      active_materials[num_active++] = m;
   }
   Call call{.seed = s.seed,
             .time = time,
@@ -287,16 +389,24 @@ ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const Exch
             .cargo = cargo,
             .atlas = atlas,
             .maps = maps,
-            .pieces = {}};
-  if (options.splat_texels > 1) {
-    s.cut_splats(contacts, options.splat_texels, call, threads);
-    call.pieces = s.pieces;
+            .is_deposit = !endings.empty(),
+            .contacts = contacts,
+            .endings = endings,
+            .pieces = {},
+            .piece_mass = {},
+            .randoms = {}};
+  const SurfaceAtlas& surface = atlas.surface();
+  const double median_mm = surface.median_texel_size_mm();
+  const double width = options.splat_mm > 0.0 ? options.splat_mm / median_mm : width_of(options.splat_texels);
+  const bool is_wide = call.is_deposit || options.splat_mm > 0.0 || options.splat_texels > 1;
+  if (is_wide) {
+    s.cut_splats(width, call, threads);
   } else {
     s.keys.resize(contacts.size());
     for (std::size_t i = 0; i < contacts.size(); ++i)
       s.keys[i] = ContactKey{contacts[i].texel} << 32 | contacts[i].gammaton;
   }
-  s.sort.cut(s.keys, atlas.surface().grid().num_texels(), threads);
+  s.sort.cut(s.keys, surface.grid().num_texels(), threads);
 
   const std::int64_t num_sections = s.sort.num_sections();
   s.dirty.resize(s.keys.size());
@@ -307,14 +417,14 @@ ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const Exch
   std::atomic<std::int64_t> next{0};
   parallel_for(num_workers, 1, threads, [&](std::int64_t w, std::int64_t) {
     Worker& worker = s.workers[static_cast<std::size_t>(w)];
-    worker.table.reset(options, call.active);
+    worker.table.reset(options, contact_area(options, surface), call.active);
     for (std::int64_t section = next++; section < num_sections; section = next++) {
       const std::span<const ContactKey> keys = s.sort.sort_section(section, worker.scratch);
       s.num_dirty[static_cast<std::size_t>(section)] =
           exchange_section(call, keys, worker, s.dirty.data() + s.sort.begin_of(section));
     }
   });
-  if (options.splat_texels > 1) s.join_pieces(contacts, call, threads);
+  if (is_wide) s.join_pieces(call, threads);
 
   ExchangeReport report;
   std::size_t num_dirty = 0;

@@ -13,6 +13,7 @@
 #include "patinate/simulation/scene.h"
 #include "simulation/transport/cargo.h"
 #include "simulation/transport/parameter_maps.h"
+#include "simulation/transport/trail.h"
 
 namespace patinate::simulation {
 
@@ -24,6 +25,9 @@ struct ExchangeTime {
   std::int64_t iteration;   ///< What maps remember.
   std::int64_t random_key;  ///< In place of the iteration, for random numbers.
 };
+
+/// How large a contact is, in texels of median size: what gammatons carry are amounts over that.
+[[nodiscard]] double contact_area(const ExchangeOptions& options, const SurfaceAtlas& surface);
 
 /// What an exchange has changed.
 struct ExchangeReport {
@@ -55,7 +59,19 @@ class Exchanger {
                           Cargo& cargo, MaterialAtlas& atlas, ParameterMaps* maps = nullptr,
                           const RunControl& control = {});
 
+  /// Gammatons that end on the surface leave their cargo along the way that they came, most of it at its end: of
+  /// every material with a rate all of it, in whole quanta of texels, as much as fits. A texel that several end on is
+  /// filled in the order of gammatons. No contact: parameter maps know of the mass alone.
+  /// @param endings  Each gammaton at most once, in their order.
+  ExchangeReport deposit(std::span<const Ending> endings, const ExchangeOptions& options, ExchangeTime time,
+                         Cargo& cargo, MaterialAtlas& atlas, ParameterMaps* maps = nullptr,
+                         const RunControl& control = {});
+
  private:
+  ExchangeReport run(std::span<const Contact> contacts, std::span<const Ending> endings, const ExchangeOptions& options,
+                     ExchangeTime time, Cargo& cargo, MaterialAtlas& atlas, ParameterMaps* maps,
+                     const RunControl& control);
+
   struct State;
   std::unique_ptr<State> state_;
 };

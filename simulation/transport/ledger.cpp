@@ -68,10 +68,10 @@ MassSum MassAccount::imbalance() const {
   return sum;
 }
 
-std::array<std::uint32_t, kMaxMaterials> MassLedger::cargo_of(const MaterialValues& carries) {
+std::array<std::uint32_t, kMaxMaterials> MassLedger::cargo_of(const MaterialValues& carries, double area) {
   std::array<std::uint32_t, kMaxMaterials> load{};
   for (std::size_t m = 0; m < kMaxMaterials; ++m)
-    load[m] = static_cast<std::uint32_t>(std::floor(carries[m] * kMassOne + 0.5));
+    load[m] = static_cast<std::uint32_t>(std::min(4294967295.0, std::floor(carries[m] * area * kMassOne + 0.5)));
   return load;
 }
 

@@ -21,6 +21,10 @@ void ParameterMaps::record(TexelIndex texel, std::int64_t iteration, bool is_mid
     if (residence_ && last != now) ++residence_->at(texel);
     last = now;
   }
+  record_deposit(texel, dropped);
+}
+
+void ParameterMaps::record_deposit(TexelIndex texel, const std::array<std::uint32_t, kMaxMaterials>& dropped) {
   for (std::size_t i = 0; i < kMaxMaterials; ++i) {
     if (deposited_[i] && dropped[i] > 0) deposited_[i]->at(texel) += dropped[i];
   }

@@ -32,6 +32,9 @@ class ParameterMaps {
   void record(TexelIndex texel, std::int64_t iteration, bool is_middle,
               const std::array<std::uint32_t, kMaxMaterials>& dropped);
 
+  /// Mass that went to the texel without a contact of its own.
+  void record_deposit(TexelIndex texel, const std::array<std::uint32_t, kMaxMaterials>& dropped);
+
   [[nodiscard]] PagedValues<std::uint32_t>* hits() const { return hits_.get(); }
   /// There when last_hit or residence is asked for.
   [[nodiscard]] PagedValues<std::uint32_t>* last_hit() const { return last_hit_.get(); }

@@ -1,67 +1,119 @@
 #include "simulation/transport/splat.h"
 
 #include <algorithm>
+#include <array>
+#include <mutex>
+
+#include "simulation/transport/surface_walk.h"
 
 namespace patinate::simulation {
 
 namespace {
 
-constexpr int kMaxSteps = 4;  // 8^4 = kWhole: shares stay whole
+constexpr int kMaxSize = 30 * kVarianceOne;  // a standard deviation of 5.5 texels
+constexpr int kReach = 15;                   // texels that a stencil goes to each side
 
-/// round(radius / (texel's side / median side)), without a root: the largest h with (h - 1/2) side <= radius.
-int num_steps(int radius, std::uint32_t weight) {
-  const auto reach = static_cast<std::uint64_t>(4 * radius * radius) * SurfaceAtlas::kMedianWeight;
-  int steps = 0;
-  while (steps < kMaxSteps && static_cast<std::uint64_t>((2 * steps + 1) * (2 * steps + 1)) * weight <= reach) ++steps;
-  return steps;
-}
+struct StencilPart {
+  std::int8_t x = 0, y = 0;
+  std::uint32_t share = 0;
+};
+using Stencil = std::vector<StencilPart>;
 
-/// @returns where the share lies now.
-std::uint32_t& add(Splat& splat, TexelIndex texel, std::uint32_t share) {
-  int i = 0;
-  while (i < splat.num_parts && splat.parts[static_cast<std::size_t>(i)].texel != texel) ++i;
-  if (i == Splat::kMaxParts) i = 0;
-  SplatPart& part = splat.parts[static_cast<std::size_t>(i)];
-  if (i == splat.num_parts) {
-    part = {texel, 0};
-    ++splat.num_parts;
+/// What the walk leaves in a plane; the middle first. Alike under turns and reflections.
+Stencil make_stencil(int size) {
+  constexpr int kSide = 2 * kReach + 3;  // with a rim that is walked onto and not counted
+  const auto at = [](int x, int y) { return static_cast<std::size_t>((y + kReach + 1) * kSide + x + kReach + 1); };
+  std::vector<double> share(kSide * kSide, 0.0), next(share.size());
+  share[at(0, 0)] = 1.0;
+  const WalkLength walk = walk_length(size);
+  for (int step = 0; step < walk.num_steps; ++step) {
+    for (int y = -kReach; y <= kReach; ++y) {
+      for (int x = -kReach; x <= kReach; ++x) {
+        const double beside = (share[at(x - 1, y)] + share[at(x + 1, y)]) + (share[at(x, y - 1)] + share[at(x, y + 1)]);
+        next[at(x, y)] = (1.0 - 4.0 * walk.share) * share[at(x, y)] + walk.share * beside;
+      }
+    }
+    std::swap(share, next);
   }
-  return part.share += share;
+  const double least = least_of(walk) * share[at(0, 0)];
+  double sum = 0.0;
+  for (const double s : share) sum += s >= least ? s : 0.0;
+  Stencil stencil(1);
+  std::uint32_t rest = SplatShape::kWhole;
+  for (int y = -kReach; y <= kReach; ++y) {
+    for (int x = -kReach; x <= kReach; ++x) {
+      if ((x == 0 && y == 0) || share[at(x, y)] < least) continue;
+      // The average with its mirror image makes rounding alike for both diagonals.
+      const double s = 0.5 * (share[at(x, y)] + share[at(y, x)]);
+      const auto whole = static_cast<std::uint32_t>(s / sum * SplatShape::kWhole);
+      stencil.push_back({.x = static_cast<std::int8_t>(x), .y = static_cast<std::int8_t>(y), .share = whole});
+      rest -= whole;
+    }
+  }
+  stencil[0].share = rest;
+  return stencil;
 }
 
-/// What one step of the walk takes over a link, of `share`. A link lets through what one between whole texels does,
-/// whatever the chart's edge leaves of them: as much mass each way where texels hold mass in proportion to their areas,
-/// so that even rain stays even.
-std::uint32_t step_over(const SurfaceAtlas& surface, const SplatPart& from, const SurfaceAtlas::Link& link) {
-  const std::uint32_t weight = surface.weight(from.texel), other = surface.weight(link.texel);
-  const std::uint32_t whole = surface.weight_of_triangle(surface.triangle(from.texel)) +
-                              surface.weight_of_triangle(surface.triangle(link.texel));
-  const std::uint32_t twice = std::min(whole, 4 * std::min(weight, other));  // no more than a small one has
-  return static_cast<std::uint32_t>(std::uint64_t{from.share} * link.count * twice / (std::uint64_t{32} * weight));
+const Stencil& stencil_of(int size) {
+  static std::array<Stencil, kMaxSize + 1> stencils;
+  static std::array<std::once_flag, kMaxSize + 1> is_made;
+  const auto s = static_cast<std::size_t>(size);
+  std::call_once(is_made[s], [&] { stencils[s] = make_stencil(size); });
+  return stencils[s];
 }
 
 }  // namespace
 
-Splat splat_of(const SurfaceAtlas& surface, TexelIndex texel, int width) {
-  Splat splat;
-  add(splat, texel, Splat::kWhole);
-  const int steps = num_steps(width / 2, surface.weight_of_triangle(surface.triangle(texel)));
-  std::array<SurfaceAtlas::Link, 4> plain;
-  for (int s = 0; s < steps; ++s) {
-    Splat next;
-    for (int i = 0; i < splat.num_parts; ++i) {
-      const SplatPart part = splat.parts[static_cast<std::size_t>(i)];
-      std::uint32_t& stays = add(next, part.texel, part.share);
-      for (const SurfaceAtlas::Link& link : surface.links(part.texel, plain)) {
-        const std::uint32_t goes = std::min(stays, step_over(surface, part, link));
-        if (goes == 0) continue;
-        stays -= goes;
-        add(next, link.texel, goes);
-      }
-    }
-    splat = next;
+SplatShape::SplatShape(const SurfaceAtlas& surface, double width) : surface_(&surface), width_(width) {}
+
+int SplatShape::size_at(TexelIndex texel) const {
+  const double median = SurfaceAtlas::kMedianWeight;
+  const double size =
+      kVarianceOne / 36.0 * width_ * width_ * median / surface_->weight_of_triangle(surface_->triangle(texel));
+  if (size < kVarianceOne / 16) return 0;  // a texel is twice as wide
+  return static_cast<int>(std::min<double>(size + 0.5, kMaxSize));
+}
+
+std::size_t SplatShape::append(TexelIndex texel, std::vector<SplatPart>& parts) const {
+  const std::size_t first = parts.size();
+  const int size = size_at(texel);
+  if (size == 0) {
+    parts.push_back({texel, kWhole});
+  } else if (!append_stencil(texel, size, parts)) {
+    walk_surface(*surface_, texel, size, parts);
   }
-  return splat;
+  return parts.size() - first;
+}
+
+/// @returns false, with nothing appended, where a seam or the surface's end is near.
+bool SplatShape::append_stencil(TexelIndex texel, int size, std::vector<SplatPart>& parts) const {
+  const Stencil& stencil = stencil_of(size);
+  const TileGrid& grid = surface_->grid();
+  const int x = grid.x(texel), y = grid.y(texel);
+  const int reach = stencil.size() > 1 ? -stencil[1].y : 0;
+  if (x < reach || y < reach || x + reach >= grid.width || y + reach >= grid.height) return false;
+  constexpr int kSide = TileGrid::kTileSide;
+  for (int ty = (y - reach) / kSide; ty <= (y + reach) / kSide; ++ty) {
+    for (int tx = (x - reach) / kSide; tx <= (x + reach) / kSide; ++tx) {
+      if (!surface_->is_plain(TileGrid::tile_of(grid.index(tx * kSide, ty * kSide)))) return false;
+    }
+  }
+  const std::uint32_t weight = surface_->weight(texel);
+  const std::size_t middle = parts.size();
+  std::uint32_t rest = kWhole;
+  parts.push_back({texel, 0});
+  for (std::size_t k = 1; k < stencil.size(); ++k) {
+    const StencilPart& part = stencil[k];
+    const TexelIndex there = grid.index(x + part.x, y + part.y);
+    const std::uint32_t other = surface_->weight(there);
+    // No more than comes back from there.
+    const std::uint32_t share = other >= weight ? part.share : part.share * other / weight;
+    if (share == 0) continue;
+    parts.push_back({there, share});
+    rest -= share;
+  }
+  parts[middle].share = rest;
+  return true;
 }
 
 }  // namespace patinate::simulation

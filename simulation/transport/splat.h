@@ -2,35 +2,47 @@
 /// Which texels a gammaton touches when it is wider than one texel, and what share of it lies on each.
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "patinate/simulation/surface_atlas.h"
 
 namespace patinate::simulation {
 
-/// A texel and its share of a gammaton, in 1/Splat::kWhole.
+/// A texel and its share of a gammaton, in 1/SplatShape::kWhole.
 struct SplatPart {
   TexelIndex texel = 0;
   std::uint32_t share = 0;
 };
 
-/// Parts of one gammaton's splat; the first is the texel that was hit. Shares sum to kWhole.
-struct Splat {
-  static constexpr std::uint32_t kWhole = 4096;
-  static constexpr int kMaxParts =
-      64;  ///< Four steps in a plane reach 41; a surface may branch. What finds no place stays in the middle.
+/// How gammatons of one width lie on the surface: near a Gaussian whose standard deviation is a sixth of the width,
+/// alike in every chart whichever way it lies, across seams. It is what a random walk from texel to texel leaves:
+/// away from seams one of a few stencils, near them the walk itself. Balanced: weight(a) share(a to b) = weight(b)
+/// share(b to a) up to rounding, so that even rain makes even amounts, also where texels of two charts do not lie face
+/// to face. What would walk off the surface's end stays.
+class SplatShape {
+ public:
+  static constexpr std::uint32_t kWhole = 65536;
+  static constexpr std::size_t kMaxParts = 720;
+  static constexpr double kWidest = 33.0;  ///< Texels of the size that is hit: wider ones are cut to that.
 
-  std::array<SplatPart, kMaxParts> parts{};
-  int num_parts = 0;
+  /// @param surface  Outlives it.
+  /// @param width    In texels of median size; > 0.
+  SplatShape(const SurfaceAtlas& surface, double width);
+
+  [[nodiscard]] double width() const { return width_; }
+  /// Appends the parts of a splat in the middle of a texel, that one first; shares sum to kWhole, none is 0.
+  /// @returns how many they are, at most kMaxParts.
+  std::size_t append(TexelIndex texel, std::vector<SplatPart>& parts) const;
+
+ private:
+  /// The variance along an axis, texels^2 of the size that is hit there, in 1/kVarianceOne; 0 = one texel.
+  [[nodiscard]] int size_at(TexelIndex texel) const;
+  [[nodiscard]] bool append_stencil(TexelIndex texel, int size, std::vector<SplatPart>& parts) const;
+
+  const SurfaceAtlas* surface_;
+  double width_;
 };
-
-/// A splat `width` texels of median size wide: a lazy random walk (stay 1/2, 1/8 to each neighbor) over the surface,
-/// across seams, as many steps as its radius has texels of the size hit, at most 4. Its shares are near a Gaussian,
-/// alike in every chart whichever way it lies, and balanced: weight(a) share(a to b) = weight(b) share(b to a) up to
-/// rounding, so that even rain makes even amounts, also where texels of two charts do not lie face to face. What would
-/// walk off the surface's end stays.
-/// @param width  1, 3 or 5.
-[[nodiscard]] Splat splat_of(const SurfaceAtlas& surface, TexelIndex texel, int width);
 
 }  // namespace patinate::simulation

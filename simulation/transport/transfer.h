@@ -25,7 +25,7 @@ struct TransferShares {
 /// @param rate        c, [0, 1].
 /// @param contact     Duration t, >= 0.
 /// @param weight      Area weight of the texel, [1, SurfaceAtlas::kMaxWeight].
-/// @param area_share  Part of the gammaton's contact area that lies on this texel, (0, 1]; the mass that exchanges is
+/// @param area_share  Contact area that lies on this texel, in texels of median size, > 0; the mass that exchanges is
 /// that part's.
 [[nodiscard]] TransferShares transfer_shares(double ratio, double rate, double contact, std::uint32_t weight,
                                              double area_share = 1.0);

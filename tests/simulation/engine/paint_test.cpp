@@ -168,14 +168,21 @@ TEST(Paint, SnapshotsFromBeforeThereWasPaintingAreRead) {
   Simulation simulation(painted_plate());
   run(simulation, 5);
   const std::vector<std::byte> now = simulation.snapshot();
-  // Magic "PPATSN02" at both ends, and no number of paint steps behind magic, resolution, number of materials and
-  // iteration.
-  std::vector<std::byte> old(now.begin(), now.begin() + 24);
-  old.insert(old.end(), now.begin() + 32, now.end());
+  // Magic "PPATSN02" at both ends, no number of paint steps behind magic, resolution, number of materials and
+  // iteration, and no trails before the magic at the end: their number, and 17 words each.
+  const auto without_trails = [&](const std::vector<std::byte>& snapshot) {
+    const std::size_t length = 8 + simulation.gammatons().size() * 17 * 4;
+    std::vector<std::byte> cut(snapshot.begin(), snapshot.end() - 8 - static_cast<std::ptrdiff_t>(length));
+    cut.insert(cut.end(), snapshot.end() - 8, snapshot.end());
+    return cut;
+  };
+  const std::vector<std::byte> rest = without_trails(now);
+  std::vector<std::byte> old(rest.begin(), rest.begin() + 24);
+  old.insert(old.end(), rest.begin() + 32, rest.end());
   for (std::byte* magic : {old.data(), old.data() + old.size() - 8}) std::memcpy(magic, "PPATSN02", 8);
   Simulation restored(painted_plate());
   restored.restore(old);
-  EXPECT_TRUE(restored.snapshot() == now);
+  EXPECT_TRUE(without_trails(restored.snapshot()) == rest);
 }
 
 TEST(Paint, NamesWhatCannotPaint) {

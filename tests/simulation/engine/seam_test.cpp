@@ -37,7 +37,7 @@ Scene quilt(int splat_texels) {
   scene.emitters.push_back(rain);
   scene.behavior = {
       .bounce = 0.0, .floating = 0.0, .absorb = 1.0, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
-  scene.exchange = {.ratio = 1.0, .rates = {0.05}, .splat_texels = splat_texels};
+  scene.exchange = {.ratio = 1.0, .rates = {0.05}, .splat_texels = splat_texels, .deposit = false};
   return scene;
 }
 

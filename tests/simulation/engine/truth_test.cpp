@@ -5,10 +5,12 @@
 #include <cmath>
 
 #include "patinate/simulation/engine.h"
+#include "simulation/tracing/gammatons.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/simulation/tracing/chi_square.h"
 #include "tests/simulation/tracing/tracing_scene.h"
 #include "tests/support/long_scene.h"
+#include "tests/support/meshes.h"
 
 namespace patinate::simulation {
 namespace {
@@ -71,6 +73,143 @@ TEST(SimulationTruths, HitsOfAFacetGoByItsAreaAndItsCosine) {
     const double expected = 4.0 * 50000.0 * total_shadow / (130.0 * 130.0);
     EXPECT_NEAR(total, expected, 4.0 * std::sqrt(expected));
   }
+}
+
+/// A level plate in rain that stays, or one that it runs down.
+Scene plate_in_rain(int resolution, double slope_deg) {
+  Scene scene = scene_with(testing_support::unit_plane(100.0, 8), resolution);
+  scene.objects[0].rotate_deg = Vec3(slope_deg - 90.0, 0, 0);
+  scene.gravity_mm_s2 = Vec3(0, -9810, 0);
+  scene.emitters[0] = {.name = "rain",
+                       .shape = EmitterShape::Sky,
+                       .direction = Vec3(0, -1, 0),
+                       .speed_mm_s = 1000,
+                       .gammatons = 500,
+                       .carries = {0.5}};
+  scene.behavior = {.bounce = 0.0,
+                    .floating = slope_deg > 0.0 ? 0.9 : 0.0,
+                    .absorb = slope_deg > 0.0 ? 0.1 : 1.0,
+                    .deceleration_bounce = 0.0,
+                    .deceleration_float = 0.2};
+  scene.exchange = {.ratio = 0.8, .rates = {0.2}, .splat_mm = 3.0};
+  return scene;
+}
+
+TEST(SimulationTruths, WhatIsAbsorbedOrRestsIsOnTheSurface) {
+  for (const double slope : {0.0, 30.0}) {
+    for (const bool deposit : {true, false}) {
+      Scene scene = plate_in_rain(128, slope);
+      scene.exchange.deposit = deposit;
+      Simulation simulation(scene);
+      for (int i = 0; i < 30; ++i) simulation.step();
+      EXPECT_TRUE(simulation.ledger().balances());
+      EXPECT_EQ(simulation.audit(), "");
+      const MassAccount& water = simulation.ledger().account(0);
+      const double lost = water.absorbed.value() + water.rested.value();
+      if (deposit) {
+        // Less than a quantum of a texel for each of some 30 parts.
+        EXPECT_LT(lost, 30.0 * 300.0 * static_cast<double>(simulation.counters().emitted));
+        EXPECT_LT(lost, 1e-3 * water.on_surfaces.value());
+      } else {
+        EXPECT_GT(lost, 0.2 * water.emitted.value());
+      }
+    }
+  }
+}
+
+TEST(SimulationTruths, ResolutionChangesNothingButSharpness) {
+  // The same drops at the same places; what differs is how finely they are shown, and the rounding to quanta.
+  constexpr int kCoarsest = 128, kIterations = 40;
+  for (const double slope : {0.0, 30.0}) {
+    std::vector<double> coarse;
+    for (const int resolution : {128, 256, 512}) {
+      Simulation simulation(plate_in_rain(resolution, slope));
+      for (int i = 0; i < kIterations; ++i) simulation.step();
+      const ImageF amounts = simulation.amounts(0);
+      const int side = resolution / kCoarsest;
+      std::vector<double> blurred(std::size_t{kCoarsest} * kCoarsest, 0.0);
+      double mean = 0.0;
+      for (int y = 0; y < resolution; ++y) {
+        for (int x = 0; x < resolution; ++x) {
+          const double share = static_cast<double>(amounts.at(x, y)) / (side * side);
+          blurred[static_cast<std::size_t>(y / side * kCoarsest + x / side)] += share;
+          mean += share / (kCoarsest * kCoarsest);
+        }
+      }
+      if (resolution == kCoarsest) {
+        coarse = blurred;
+        continue;
+      }
+      double coarse_mean = 0.0, variance = 0.0, difference = 0.0;
+      const double n = static_cast<double>(coarse.size());
+      for (const double a : coarse) coarse_mean += a / n;
+      for (std::size_t i = 0; i < coarse.size(); ++i) {
+        variance += (coarse[i] - coarse_mean) * (coarse[i] - coarse_mean) / n;
+        difference += (blurred[i] - coarse[i]) * (blurred[i] - coarse[i]) / n;
+      }
+      // A level plate keeps all that falls on it. On a slope less is picked up again where a drop's middle stands out
+      // of its splat more sharply: of the second order.
+      EXPECT_NEAR(mean / coarse_mean, 1.0, slope == 0.0 ? 1e-3 : 0.01) << resolution;
+      // At 128 a drop's middle is where its texel's is: displaced by a uniform error of variance 1/12 texel^2 each way,
+      // against a standard deviation of 0.64 texels that a drop has. Independent counts would differ by sqrt(2).
+      EXPECT_LT(std::sqrt(difference / variance), 0.5) << resolution << " at a slope of " << slope;
+    }
+  }
+}
+
+/// Drops that run over a line across a slope, by where they do.
+std::vector<double> crossings(double wet_attraction) {
+  constexpr int kBins = 40;  // half a rivulet each
+  Scene scene = plate_in_rain(256, 60.0);
+  scene.behavior = {
+      .bounce = 0.0, .floating = 0.99, .absorb = 0.01, .deceleration_bounce = 0.0, .deceleration_float = 0.2};
+  scene.tracing.lobe_exponent_float = 2000;
+  scene.tracing.rest_speed_mm_s = 0.0;
+  scene.tracing.wet_attraction = wet_attraction;
+  scene.tracing.rivulet_mm = 4.0;
+  scene.exchange.splat_mm = 1.5;
+  scene.time_per_iteration = 1.0;
+  scene.rules.push_back({.name = "evaporation", .driver = "water", .rate = 0.02, .products = {}, .reactants = {1.0}});
+  Simulation simulation(scene);
+  std::vector<double> counts(kBins, 0.0);
+  std::vector<double> before;
+  std::vector<std::uint32_t> births;
+  constexpr double kLine = 0.75;  // of the way down
+  for (int i = 0; i < 500; ++i) {
+    simulation.step();
+    const Gammatons& g = simulation.gammatons();
+    double low = 1e30, high = -1e30;
+    for (const Vec3& p : simulation.mesh().positions) {
+      low = std::min(low, p.y());
+      high = std::max(high, p.y());
+    }
+    std::vector<double> now(g.size());
+    for (std::size_t k = 0; k < g.size(); ++k) {
+      now[k] = g.state[k] == GammatonState::Floating ? (high - g.position[k].y()) / (high - low) : -1.0;
+      if (before.empty() || births[k] != g.num_births[k] || before[k] < 0.0 || before[k] >= kLine || now[k] < kLine)
+        continue;
+      const double x = (g.position[k].x() - 10.0) / 80.0;  // without the plate's ends
+      if (x >= 0.0 && x < 1.0) counts[static_cast<std::size_t>(x * kBins)] += 1.0;
+    }
+    before = now;
+    births = g.num_births;
+  }
+  return counts;
+}
+
+TEST(SimulationTruths, WetPathsGatherDropsAndWithoutThemTheyComeAsByChance) {
+  const auto dispersion = [](const std::vector<double>& counts) {
+    double mean = 0.0, chi_square = 0.0;
+    for (const double c : counts) mean += c / static_cast<double>(counts.size());
+    for (const double c : counts) chi_square += (c - mean) * (c - mean) / mean;
+    EXPECT_GT(mean, 30.0);
+    return chi_square;
+  };
+  // Independent drops: chi-square of as many degrees of freedom as there are bins but one.
+  EXPECT_LT(dispersion(crossings(0.0)), chi_square_limit(39));
+  const double little = dispersion(crossings(0.1)), much = dispersion(crossings(0.3));
+  EXPECT_GT(much, chi_square_limit(39)) << "no chance";
+  EXPECT_GT(much, little);
 }
 
 TEST(SimulationTruths, NoQuantumIsLostInAHundredThousandIterations) {

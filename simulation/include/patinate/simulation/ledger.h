@@ -58,8 +58,10 @@ struct MassAccount {
 /// The accounts of all materials. A plain value: a run that is resumed continues with a copy.
 class MassLedger {
  public:
-  /// Mass quanta that a gammaton has at birth: round(amount * kAmountOne * kMedianWeight).
-  [[nodiscard]] static std::array<std::uint32_t, kMaxMaterials> cargo_of(const MaterialValues& carries);
+  /// Mass quanta that a gammaton has at birth: round(amount * area * kAmountOne * kMedianWeight), at most 2^32 - 1.
+  /// @param area  That the amounts cover, in texels of median size; > 0.
+  [[nodiscard]] static std::array<std::uint32_t, kMaxMaterials> cargo_of(const MaterialValues& carries,
+                                                                         double area = 1.0);
 
   /// Loads a gammaton, which must be empty.
   void birth(std::uint32_t gammaton, const std::array<std::uint32_t, kMaxMaterials>& load, Cargo& cargo);

@@ -31,6 +31,7 @@ using MaterialValues = std::array<double, kMaxMaterials>;
 struct ColorSource {
   Vec3 color{0.5, 0.5, 0.5};  ///< Linear RGB, [0, 1]; used where `image` is empty.
   ImageF image;               ///< H x W x 3, linear; may be empty.
+  double width_mm = 0.0;      ///< Of the picture on the surface; 0 = a pixel is a texel.
 };
 
 /// How an amount of a material looks on a surface [Guenther et al. 2012, sec. 4.5]. A "strength" b and a "variation" v
@@ -73,6 +74,8 @@ struct SceneObject {
   /// By material: an expression of maps (SceneMap, built_in_maps(), "slope") for the amount at the start, cut to [0,
   /// kMostAmount]; "" = the preset's. It shows, where the preset's is what the surface is made of.
   std::array<std::string, kMaxMaterials> initial{};
+  double texels_per_mm = 0.0;  ///< How fine it is shown, in place of what an even atlas gives it; 0 = that.
+  double texel_share = 0.0;    ///< The same as a share of the texels that all objects have, (0, 1]; 0 = even.
 };
 
 enum class EmitterShape {
@@ -142,6 +145,9 @@ struct TracingOptions {
   double rest_speed_mm_s = 10.0;    ///< Slower ones come to rest on ground that is nearly level.
   double rest_slope_deg = 30.0;     ///< What "nearly level" is; [0, 90].
   BounceNormal bounce_normal = BounceNormal::Mesh;
+  double wet_attraction = 0.0;  ///< How strongly a floating drop turns to where it is wetter; [0, 1], 0 = not at all.
+  double rivulet_mm = 0.0;      ///< Width of the runs that form so; > 0 where drops are attracted.
+  std::string wet_material = "water";  ///< Its amount is the wetness; no such material: none is wet.
 };
 
 /// Exchange of material at a hit [Guenther et al. 2012, sec. 4.2].
@@ -150,6 +156,10 @@ struct ExchangeOptions {
   MaterialValues rates{};  ///< c_i, [0, 1]: per contact duration.
   double contact = 1.0;    ///< Duration of a contact; >= 0.
   int splat_texels = 1;    ///< Width of what one gammaton touches: 1, 3 or 5 texels of the median size.
+  /// Width of a drop in mm in place of splat_texels; 0 = texels. What gammatons carry is then amounts over
+  /// (splat_mm / 3)^2 mm2, whatever the atlas's resolution; else over a texel of the median size.
+  double splat_mm = 0.0;
+  bool deposit = true;  ///< What is absorbed or comes to rest leaves its cargo where it ends, as much as fits.
 };
 
 /// What ages while the gammatons run. `driver` is an expression over materials ("min(water, metal)") and surface

@@ -96,6 +96,8 @@ class SurfaceAtlas {
   /// In order: texels whose neighbors are not simply those beside them, at seams and where the surface ends.
   [[nodiscard]] std::span<const TexelIndex> border() const { return border_; }
   [[nodiscard]] std::int64_t num_covered() const { return num_covered_; }
+  /// Whether all texels of a tile are covered and joined to those beside them alone: no seam, no end of the surface.
+  [[nodiscard]] bool is_plain(TileIndex tile) const { return is_plain_tile_[tile] != 0; }
   /// Area weight of a whole texel of a triangle, [1, kMaxWeight].
   [[nodiscard]] std::uint32_t weight_of_triangle(int triangle) const {
     return weight_[static_cast<std::size_t>(triangle)];
@@ -138,6 +140,7 @@ class SurfaceAtlas {
 
   void weigh_texels(std::span<const double> weight_per_texel, const RunControl& control);
   void make_links();
+  void find_plain_tiles();
   [[nodiscard]] bool shows_chart_of(TexelIndex texel, int triangle) const {
     return triangle_[texel] >= 0 &&
            chart_[static_cast<std::size_t>(triangle_[texel])] == chart_[static_cast<std::size_t>(triangle)];
@@ -159,6 +162,7 @@ class SurfaceAtlas {
   std::vector<TexelIndex> linked_;         ///< Sorted: texels with other links than to those beside them.
   std::vector<std::uint32_t> first_link_;  ///< Of each, and the end.
   std::vector<Link> links_;
+  std::vector<std::uint8_t> is_plain_tile_;
   std::int64_t num_covered_ = 0;
   double median_texel_size_mm_ = 0.0;
 };

@@ -1,0 +1,143 @@
+#include "simulation/transport/surface_walk.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+namespace patinate::simulation {
+
+namespace {
+
+constexpr std::size_t kNodes = SplatShape::kMaxParts;
+constexpr std::size_t kEdges = 6 * kNodes;  // a surface may branch; what finds no room is a wall
+constexpr double kLargestVariance =
+    0.25;  // of one step: more than an eighth over each side could be more than there is
+
+/// Texels around one, and the links between them.
+class Neighborhood {
+ public:
+  /// @param depth  Links from the middle at most.
+  Neighborhood(const SurfaceAtlas& surface, TexelIndex middle, int depth, double share) {
+    slots_.fill(0);
+    (void)node_of(middle);
+    std::array<SurfaceAtlas::Link, 4> plain;
+    std::size_t begin = 0;
+    for (int d = 0; d <= depth; ++d) {
+      const std::size_t end = num_nodes_;
+      for (std::size_t i = begin; i < end; ++i) {
+        first_edge_[i] = num_edges_;
+        for (const SurfaceAtlas::Link& link : surface.links(texel_[i], plain)) {
+          const std::size_t to = d < depth ? node_of(link.texel) : find(link.texel);
+          if (to < kNodes && num_edges_ < kEdges) edges_[num_edges_++] = {to, share * flow(surface, texel_[i], link)};
+        }
+      }
+      begin = end;
+    }
+    first_edge_[num_nodes_] = num_edges_;
+  }
+
+  [[nodiscard]] std::size_t size() const { return num_nodes_; }
+  [[nodiscard]] TexelIndex texel(std::size_t node) const { return texel_[node]; }
+
+  void step(std::array<double, kNodes>& share) const {
+    std::array<double, kNodes> next;
+    std::copy_n(share.begin(), num_nodes_, next.begin());
+    for (std::size_t i = 0; i < num_nodes_; ++i) {
+      if (share[i] == 0.0) continue;
+      double stays = share[i];
+      for (std::size_t e = first_edge_[i]; e < first_edge_[i + 1]; ++e) {
+        const double goes = std::min(stays, share[i] * edges_[e].flow);
+        stays -= goes;
+        next[edges_[e].to] += goes;
+        next[i] -= goes;
+      }
+    }
+    std::copy_n(next.begin(), num_nodes_, share.begin());
+  }
+
+ private:
+  struct Edge {
+    std::size_t to;
+    double flow;
+  };
+
+  /// Of what is on a texel, over a link, as a multiple of what goes between two whole texels.
+  static double flow(const SurfaceAtlas& surface, TexelIndex from, const SurfaceAtlas::Link& link) {
+    const std::uint32_t weight = surface.weight(from), other = surface.weight(link.texel);
+    const std::uint32_t whole =
+        surface.weight_of_triangle(surface.triangle(from)) + surface.weight_of_triangle(surface.triangle(link.texel));
+    const std::uint32_t twice = std::min(whole, 4 * std::min(weight, other));  // no more than a small one has
+    return static_cast<double>(link.count) * twice / (4.0 * weight);
+  }
+  static std::size_t slot_of(TexelIndex texel) { return (texel * 0x9E3779B1u >> 16) % kSlots; }
+  /// kNodes where it is not among them.
+  [[nodiscard]] std::size_t find(TexelIndex texel) const {
+    for (std::size_t s = slot_of(texel); slots_[s] != 0; s = (s + 1) % kSlots) {
+      if (texel_[slots_[s] - 1u] == texel) return slots_[s] - 1u;
+    }
+    return kNodes;
+  }
+  /// Made when there is room.
+  [[nodiscard]] std::size_t node_of(TexelIndex texel) {
+    std::size_t s = slot_of(texel);
+    for (; slots_[s] != 0; s = (s + 1) % kSlots) {
+      if (texel_[slots_[s] - 1u] == texel) return slots_[s] - 1u;
+    }
+    if (num_nodes_ == kNodes) return kNodes;
+    texel_[num_nodes_] = texel;
+    slots_[s] = static_cast<std::uint16_t>(++num_nodes_);
+    return num_nodes_ - 1;
+  }
+
+  static constexpr std::size_t kSlots = 2048;
+  std::array<std::uint16_t, kSlots> slots_;  ///< Node + 1.
+  std::array<TexelIndex, kNodes> texel_;
+  std::array<std::size_t, kNodes + 1> first_edge_;
+  std::array<Edge, kEdges> edges_;
+  std::size_t num_nodes_ = 0, num_edges_ = 0;
+};
+
+}  // namespace
+
+WalkLength walk_length(int size) {
+  const double variance = static_cast<double>(size) / kVarianceOne;
+  int steps = 1;
+  while (steps * kLargestVariance < variance) ++steps;
+  return {.num_steps = steps, .share = 0.5 * variance / steps};
+}
+
+double least_of(const WalkLength& walk) { return walk.num_steps > 3 ? 1.0 / 32 : 0.0; }
+
+void walk_surface(const SurfaceAtlas& surface, TexelIndex texel, int size, std::vector<SplatPart>& parts) {
+  const WalkLength length = walk_length(size);
+  const double least = least_of(length);
+  // Four standard deviations along the diagonal of the links, which is 2.8 on the surface: beyond lies less than
+  // `least`.
+  int depth = 1;
+  while (depth * depth * kVarianceOne < 16 * size) ++depth;
+  const Neighborhood around(surface, texel, std::min(depth, length.num_steps), length.share);
+  std::array<double, kNodes> share;
+  std::fill_n(share.begin(), around.size(), 0.0);
+  share[0] = 1.0;
+  for (int s = 0; s < length.num_steps; ++s) around.step(share);
+
+  const double weight = surface.weight(texel);
+  const auto is_counted = [&](std::size_t i) {
+    return i == 0 || share[i] * weight >= least * share[0] * surface.weight(around.texel(i));
+  };
+  double sum = 0.0;
+  for (std::size_t i = 0; i < around.size(); ++i) sum += is_counted(i) ? share[i] : 0.0;
+  const std::size_t middle = parts.size();
+  std::uint32_t rest = SplatShape::kWhole;
+  parts.push_back({texel, 0});
+  for (std::size_t i = 1; i < around.size(); ++i) {
+    if (!is_counted(i)) continue;
+    const auto whole = static_cast<std::uint32_t>(share[i] / sum * SplatShape::kWhole);
+    if (whole == 0) continue;
+    parts.push_back({around.texel(i), whole});
+    rest -= whole;
+  }
+  parts[middle].share = rest;
+}
+
+}  // namespace patinate::simulation

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr int kLampRays = 3;              // Per ray of the camera.
-constexpr int kMirrorRays = 4;            // The same, where nearly all light is reflected; fewer elsewhere.
+constexpr int kMirrorRays = 4;            // The same, where the mirror is nearly all that is seen; fewer elsewhere.
 constexpr double kMirrorBlur = 2.0;       // Solid angles of rays overlap by this, so that they do not show.
 constexpr double kDullRoughness = 0.6;    // Above it, where little is reflected, ambient visibility
 constexpr double kDullReflection = 0.15;  // stands for what a ray would meet.
@@ -68,8 +68,10 @@ class Painter {
           draws.lamps[static_cast<std::size_t>(i)] = light_.lamp(sequence_point(kLampRays * k + i, lamp_shift));
       }
       for (int i = 0; i < kMirrorRays; ++i) {
-        const double choice = choice_shift + kGolden * (kMirrorRays * k + i);
-        draws.mirrors[static_cast<std::size_t>(i)] = sequence_point(kMirrorRays * k + i, mirror_shift);
+        // Without the later rays of all samples the first ones still lie evenly.
+        const int place = draws.num_samples * i + k;
+        const double choice = choice_shift + kGolden * place;
+        draws.mirrors[static_cast<std::size_t>(i)] = sequence_point(place, mirror_shift);
         draws.choices[static_cast<std::size_t>(i)] = choice - std::floor(choice);
       }
       sum += ray(u, v, draws);
@@ -110,7 +112,8 @@ class Painter {
 
   static int num_mirrors(const SurfaceMaterial& material) {
     if (!(material.reflected() > kFaintMirror)) return 0;
-    return std::clamp(static_cast<int>(std::ceil(kMirrorRays * material.reflected())), 1, kMirrorRays);
+    const double all = material.reflected() + material.diffuse().sum() / 3.0;
+    return std::clamp(static_cast<int>(std::ceil(kMirrorRays * material.reflected() / all)), 1, kMirrorRays);
   }
 
   [[nodiscard]] Vec3 surface(const SeenPoint& p, const Draws& draws) const {

@@ -40,7 +40,7 @@ void describe(OptionVisitor& v, SurfaceOptions& o);
 ///
 /// Diffuse light as in render(). Highlights are GGX lobes with Schlick's Fresnel term whose lost energy is made good
 /// [Turquin 2019]; what they reflect is traced against the scene for one bounce, by one ray per sample of a pixel, and
-/// up to four where nearly all light is reflected. A film
+/// up to four where the mirror is nearly all that is seen. A film
 /// of water darkens what is below it by internal reflection [Lekner and Dorf 1988] and shines. Where heights are given,
 /// the mesh is refined to texels and displaced: positions are shared across seams of the UVs, so nothing opens there.
 class SurfaceView {

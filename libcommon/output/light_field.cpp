@@ -39,8 +39,8 @@ Vec3 LightField::world(const Vec3& local) const {
   return world_from_y_up({c * local.x() + s * local.z(), local.y(), c * local.z() - s * local.x()}, options_.up);
 }
 
-Vec3 LightField::smooth(const Vec3& direction, double solid_angle) const {
-  if (surroundings_ != nullptr) return surroundings_->smooth(local(direction), solid_angle);
+Vec3 LightField::around(const Vec3& direction, double solid_angle) const {
+  if (surroundings_ != nullptr) return surroundings_->radiance(local(direction), solid_angle);
   // Radiance a + b cos whose irradiance is that of smooth_on(): cosines keep 2/3 of their size.
   const double g = options_.ambient_gradient;
   return Vec3::Constant(options_.ambient * std::max(0.0, 1.0 - 0.5 * g + 0.75 * g * direction.dot(up_)));
@@ -74,7 +74,7 @@ LightField::Sample LightField::lamp(const Vec2& square) const {
 
 Vec3 LightField::lamps(const Vec3& direction, double& pdf) const {
   pdf = 0.0;
-  if (surroundings_ != nullptr) return surroundings_->lamps(local(direction), pdf);
+  if (surroundings_ != nullptr) return Vec3::Zero();
   const double cosine = direction.dot(light_);
   // A point on the rim counts as inside, though rounding may have put it out.
   const double rim = disc_radius_ * (1.0 + 1e-9);

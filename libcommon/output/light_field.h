@@ -21,8 +21,8 @@ class Surroundings {
   Surroundings(const ImageF& image, double mean);
 
   /// Directions are given with y up and the middle of the picture at -z.
-  /// @param solid_angle  Over which to average, steradian.
-  [[nodiscard]] Vec3 smooth(const Vec3& direction, double solid_angle) const;
+  /// All light, lamps too. @param solid_angle  Over which to average, steradian.
+  [[nodiscard]] Vec3 radiance(const Vec3& direction, double solid_angle) const;
   /// Of a white surface in the smooth light: irradiance over pi.
   [[nodiscard]] Vec3 smooth_on(const Vec3& normal) const;
   [[nodiscard]] bool has_lamps() const { return lamp_total_ > 0.0; }
@@ -31,14 +31,12 @@ class Surroundings {
   [[nodiscard]] Vec3 sample(const Vec2& square) const;
 
  private:
-  [[nodiscard]] Vec3 lamps_at(int x, int y) const;
-
-  std::vector<ImageF> levels_;  ///< Of the smooth light, each half as large.
+  std::vector<ImageF> levels_;  ///< Of all light, each half as large.
   ImageF lamps_;
-  std::array<Vec3, 9> harmonics_;  ///< Irradiance over pi [Ramamoorthi and Hanrahan 2001].
-  double lamp_total_ = 0.0;          ///< Luminance times solid angle.
-  std::vector<double> row_sums_;     ///< Cumulative, of rows.
-  std::vector<double> pixel_sums_;   ///< Cumulative in each row.
+  std::array<Vec3, 9> harmonics_;   ///< Irradiance over pi [Ramamoorthi and Hanrahan 2001].
+  double lamp_total_ = 0.0;         ///< Luminance times solid angle.
+  std::vector<double> row_sums_;    ///< Cumulative, of rows.
+  std::vector<double> pixel_sums_;  ///< Cumulative in each row.
 };
 
 /// Light on a scene, seen from one azimuth: it turns with the camera.
@@ -47,19 +45,22 @@ class LightField {
   /// @param surroundings  May be null: the studio of the options. Must outlive this.
   LightField(const RenderOptions& options, const SurfaceOptions& surface, const Surroundings* surroundings);
 
-  /// Radiance of all but lamps. @param solid_angle  Over which to average.
-  [[nodiscard]] Vec3 smooth(const Vec3& direction, double solid_angle) const;
-  /// What a white surface shows of it where nothing hides it.
+  /// Radiance that a ray sees which leaves the scene; of the studio, without its lamp. @param solid_angle  Over which
+  /// to average.
+  [[nodiscard]] Vec3 around(const Vec3& direction, double solid_angle) const;
+  /// What a white surface shows of all but lamps where nothing hides it.
   [[nodiscard]] Vec3 smooth_on(const Vec3& normal) const;
-  /// Radiance that a ray which leaves the scene sees: smooth light and lamps.
   [[nodiscard]] bool has_lamps() const;
+  /// Whether around() holds the lamps, so that mirrors need not look for them.
+  [[nodiscard]] bool has_lamps_around() const { return surroundings_ != nullptr; }
   struct Sample {
     Vec3 direction = Vec3::UnitZ();
     Vec3 weight = Vec3::Zero();  ///< Radiance over density: a white surface at right angles to it shows weight / pi.
     double pdf = 0.0;            ///< Per steradian; infinite for a point.
   };
   [[nodiscard]] Sample lamp(const Vec2& square) const;
-  /// Radiance of lamps in a direction, and the density with which lamp() chooses it; 0 for a point.
+  /// Radiance of the lamps that around() does not hold, and the density with which lamp() chooses the direction; 0 for
+  /// a point.
   [[nodiscard]] Vec3 lamps(const Vec3& direction, double& pdf) const;
 
  private:

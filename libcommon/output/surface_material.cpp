@@ -13,7 +13,7 @@ constexpr double kWaterDiffuseIn = 0.066;  // Share of diffuse light from outsid
 constexpr double kFilmRoughness = 0.12;    // Of a film on a rough surface.
 constexpr double kFilmLevels = 0.7;        // Share of the relief below that a film hides.
 
-Vec3 film_normal(const SurfacePoint& p) {
+Vec3 film_normal(const SeenPoint& p) {
   const double share = kFilmLevels * p.wetness;
   const Vec3 n = (1.0 - share) * p.normal + share * p.smooth;
   return n.norm() > 1e-6 ? Vec3(n.normalized()) : p.normal;
@@ -38,7 +38,7 @@ Vec3 wet_albedo(const Vec3& albedo) {
   return (1.0 - kInside) * albedo.cwiseMin(1.0).cwiseQuotient(Vec3::Ones() - kInside * albedo.cwiseMin(1.0));
 }
 
-SurfaceMaterial::SurfaceMaterial(const SurfacePoint& p)
+SurfaceMaterial::SurfaceMaterial(const SeenPoint& p)
     : base_(p.normal, p.view, p.roughness), coat_(film_normal(p), p.view, kFilmRoughness) {
   const double w = p.wetness, m = p.metalness;
   const LobeEnergy film = lobe_energy(kFilmRoughness, film_normal(p).dot(p.view));

@@ -14,15 +14,15 @@ namespace patinate {
 /// The material of one place, seen from one direction.
 class SurfaceMaterial {
  public:
-  explicit SurfaceMaterial(const SurfacePoint& point);
+  explicit SurfaceMaterial(const SeenPoint& point);
 
   /// Share of diffuse irradiance over pi that is seen.
   [[nodiscard]] const Vec3& diffuse() const { return diffuse_; }
   /// What a viewer sees of light from all around, whichever way it is reflected; for light that met another surface
   /// before.
   [[nodiscard]] Vec3 all() const { return diffuse_ + base_reflected_ + Vec3::Constant(coat_reflected_); }
-  /// Whether there is a mirror worth a ray.
-  [[nodiscard]] bool is_glossy() const { return base_share_ + coat_share_ > 1e-4; }
+  /// What the mirrors reflect of light from all around, mean of the channels.
+  [[nodiscard]] double reflected() const { return base_share_ + coat_share_; }
 
   struct Reflection {
     Vec3 value = Vec3::Zero();  ///< BRDF times cosine.

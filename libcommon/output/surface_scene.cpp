@@ -71,7 +71,7 @@ SurfaceScene::SurfaceScene(const Mesh& mesh, SurfaceMaps maps, const RenderOptio
 
 double SurfaceScene::ray_offset() const { return kRayOffset * box_.diagonal(); }
 
-std::optional<SurfacePoint> SurfaceScene::first_hit(const Vec3& origin, const Vec3& direction) const {
+std::optional<SeenPoint> SurfaceScene::first_hit(const Vec3& origin, const Vec3& direction) const {
   const std::optional<RayHit> hit = scene_->first_hit(origin, direction);
   if (!hit) return std::nullopt;
   return point(*hit, direction);
@@ -89,7 +89,7 @@ Vec3 SurfaceScene::detailed_normal(const Vec3& smooth, std::size_t triangle, con
   return normal.norm() > 1e-6 ? Vec3(normal.normalized()) : smooth;
 }
 
-void SurfaceScene::read_material(SurfacePoint& point, const Vec2& uv) const {
+void SurfaceScene::read_material(SeenPoint& point, const Vec2& uv) const {
   point.color = color_at(maps_.color, uv).cwiseMax(0.0);
   point.specular = maps_.specular.empty() ? Vec3(Vec3::Constant(options_.specular))
                                           : Vec3(color_at(maps_.specular, uv).cwiseMax(0.0).cwiseMin(1.0));
@@ -98,13 +98,13 @@ void SurfaceScene::read_material(SurfacePoint& point, const Vec2& uv) const {
   point.wetness = std::clamp(value_at(maps_.wetness, uv, 0.0), 0.0, 1.0);
 }
 
-void SurfaceScene::read_leaf(SurfacePoint& point, std::size_t triangle, const RayHit& hit) const {
+void SurfaceScene::read_leaf(SeenPoint& point, std::size_t triangle, const RayHit& hit) const {
   point.color = plants_.color(triangle, hit.b1, hit.b2);
   point.specular = Vec3::Constant(kLeafSpecular);
   point.roughness = kLeafRoughness;
 }
 
-SurfacePoint SurfaceScene::point(const RayHit& hit, const Vec3& direction) const {
+SeenPoint SurfaceScene::point(const RayHit& hit, const Vec3& direction) const {
   const std::size_t t = static_cast<std::size_t>(hit.triangle);
   std::array<Vec3, 3> p, n;
   std::array<Vec2, 3> uv;
@@ -116,7 +116,7 @@ SurfacePoint SurfaceScene::point(const RayHit& hit, const Vec3& direction) const
     uv[k] = mesh_.uvs[static_cast<std::size_t>(mesh_.uv_triangles[t][k])];
     open[k] = static_cast<double>(open_[corner]);
   }
-  SurfacePoint point;
+  SeenPoint point;
   point.view = -direction;
   const Vec2 at = blend(uv, hit.b1, hit.b2);
   const Vec3 place = blend(p, hit.b1, hit.b2);

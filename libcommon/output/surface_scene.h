@@ -14,7 +14,7 @@
 namespace patinate {
 
 /// A place of a surface that a ray has met, with its material there.
-struct SurfacePoint {
+struct SeenPoint {
   Vec3 place = Vec3::Zero();    ///< Off the surface, where other rays begin.
   Vec3 view = Vec3::UnitZ();    ///< Unit, back along the ray.
   Vec3 face = Vec3::UnitZ();    ///< Of the triangle, toward the viewer.
@@ -41,16 +41,16 @@ class SurfaceScene {
   /// How far off a surface rays begin.
   [[nodiscard]] double ray_offset() const;
 
-  [[nodiscard]] std::optional<SurfacePoint> first_hit(const Vec3& origin, const Vec3& direction) const;
+  [[nodiscard]] std::optional<SeenPoint> first_hit(const Vec3& origin, const Vec3& direction) const;
   [[nodiscard]] bool is_blocked(const Vec3& origin, const Vec3& direction) const {
     return scene_->first_hit(origin, direction).has_value();
   }
 
  private:
-  [[nodiscard]] SurfacePoint point(const RayHit& hit, const Vec3& direction) const;
+  [[nodiscard]] SeenPoint point(const RayHit& hit, const Vec3& direction) const;
   [[nodiscard]] Vec3 detailed_normal(const Vec3& smooth, std::size_t triangle, const RayHit& hit, const Vec2& uv) const;
-  void read_material(SurfacePoint& point, const Vec2& uv) const;
-  void read_leaf(SurfacePoint& point, std::size_t triangle, const RayHit& hit) const;
+  void read_material(SeenPoint& point, const Vec2& uv) const;
+  void read_leaf(SeenPoint& point, std::size_t triangle, const RayHit& hit) const;
 
   SurfaceMaps maps_;
   RenderOptions options_;

@@ -18,7 +18,12 @@ namespace patinate {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kLampRays = 3;  // Per ray of the camera.
+constexpr int kLampRays = 3;              // Per ray of the camera.
+constexpr int kMirrorRays = 4;            // The same, where the mirror is nearly all that is seen; fewer elsewhere.
+constexpr double kMirrorBlur = 2.0;       // Solid angles of rays overlap by this, so that they do not show.
+constexpr double kDullRoughness = 0.6;    // Above it, where little is reflected, ambient visibility
+constexpr double kDullReflection = 0.15;  // stands for what a ray would meet.
+constexpr double kFaintMirror = 1e-4;     // Share of reflected light for which no ray is cast.
 constexpr std::int64_t kRowChunk = 2;
 constexpr std::uint32_t kPixel = 33;  // Purpose of random streams.
 constexpr double kGolden = 0.6180339887498949;
@@ -28,8 +33,8 @@ double luminance(const Vec3& c) { return 0.2126 * c.x() + 0.7152 * c.y() + 0.072
 /// What one ray of the camera may use of its pixel's sequences.
 struct Draws {
   std::array<LightField::Sample, kLampRays> lamps = {};
-  Vec2 mirror = Vec2::Zero();
-  double choice = 0.0;
+  std::array<Vec2, kMirrorRays> mirrors = {};
+  std::array<double, kMirrorRays> choices = {};
   int num_samples = 1;  ///< Of the pixel.
 };
 
@@ -62,8 +67,13 @@ class Painter {
         for (int i = 0; i < kLampRays; ++i)
           draws.lamps[static_cast<std::size_t>(i)] = light_.lamp(sequence_point(kLampRays * k + i, lamp_shift));
       }
-      draws.mirror = sequence_point(k, mirror_shift);
-      draws.choice = choice_shift + kGolden * k - std::floor(choice_shift + kGolden * k);
+      for (int i = 0; i < kMirrorRays; ++i) {
+        // Without the later rays of all samples the first ones still lie evenly.
+        const int place = draws.num_samples * i + k;
+        const double choice = choice_shift + kGolden * place;
+        draws.mirrors[static_cast<std::size_t>(i)] = sequence_point(place, mirror_shift);
+        draws.choices[static_cast<std::size_t>(i)] = choice - std::floor(choice);
+      }
       sum += ray(u, v, draws);
     }
     return sum / draws.num_samples;
@@ -72,9 +82,8 @@ class Painter {
  private:
   [[nodiscard]] Vec3 ray(double u, double v, const Draws& draws) const {
     const Vec3 direction = camera_.direction(u, v);
-    if (const std::optional<SurfacePoint> hit = scene_.first_hit(camera_.position, direction))
-      return surface(*hit, draws);
-    const Vec3 behind = shows_surroundings_ ? beyond(direction, pixel_angle())
+    if (const std::optional<SeenPoint> hit = scene_.first_hit(camera_.position, direction)) return surface(*hit, draws);
+    const Vec3 behind = shows_surroundings_ ? light_.around(direction, pixel_angle())
                                             : Vec3::Constant(static_cast<double>(backdrop(options_, u, v)));
     const double fall = direction.dot(scene_.ground().up());
     if (!has_ground_ || !(fall < -1e-6)) return behind;
@@ -84,12 +93,6 @@ class Painter {
 
   [[nodiscard]] double pixel_angle() const {
     return 4.0 * camera_.tan_x * camera_.tan_y / (static_cast<double>(options_.width) * options_.height);
-  }
-
-  // All light from a direction in which nothing is.
-  [[nodiscard]] Vec3 beyond(const Vec3& direction, double solid_angle) const {
-    double pdf = 0.0;
-    return light_.smooth(direction, solid_angle) + light_.lamps(direction, pdf);
   }
 
   // Share of the light on open ground that arrives at a place of it.
@@ -107,56 +110,75 @@ class Painter {
     return whole > 0.0 ? lit / whole : 1.0;
   }
 
-  [[nodiscard]] Vec3 surface(const SurfacePoint& p, const Draws& draws) const {
+  static int num_mirrors(const SurfaceMaterial& material) {
+    if (!(material.reflected() > kFaintMirror)) return 0;
+    const double all = material.reflected() + material.diffuse().sum() / 3.0;
+    return std::clamp(static_cast<int>(std::ceil(kMirrorRays * material.reflected() / all)), 1, kMirrorRays);
+  }
+
+  [[nodiscard]] Vec3 surface(const SeenPoint& p, const Draws& draws) const {
     const SurfaceMaterial material(p);
+    const int mirrors = num_mirrors(material);
     Vec3 sum = p.open * material.diffuse().cwiseProduct(light_.smooth_on(p.normal));
     if (light_.has_lamps()) {
-      const double num_lamps = static_cast<double>(kLampRays) * draws.num_samples;
       for (const LightField::Sample& lamp : draws.lamps) {
         const double facing = p.normal.dot(lamp.direction);
         if (!(lamp.pdf > 0.0)) continue;
         const SurfaceMaterial::Reflection mirror = material.reflection(lamp.direction);
         Vec3 seen = std::max(0.0, facing) / kPi * material.diffuse();
-        // Balance heuristic [Veach and Guibas 1995] with the mirror's own rays.
-        seen += mirror.value * balance(num_lamps * lamp.pdf, draws.num_samples * mirror.pdf);
+        // Balance heuristic [Veach and Guibas 1995] with the mirror's own rays, where these look for lamps.
+        if (!light_.has_lamps_around())
+          seen += mirror.value * (is_dull(p, material) ? 1.0 : balance(kLampRays * lamp.pdf, mirrors * mirror.pdf));
         if (!(seen.maxCoeff() > 0.0) || scene_.is_blocked(p.place, lamp.direction)) continue;
         sum += lamp.weight.cwiseProduct(seen) / kLampRays;
       }
     }
-    if (material.is_glossy()) sum += mirrored(p, material, draws);
+    for (int i = 0; i < mirrors; ++i) sum += mirrored(p, material, draws, i, mirrors) / mirrors;
     return sum;
+  }
+
+  static bool is_dull(const SeenPoint& p, const SurfaceMaterial& material) {
+    return p.roughness > kDullRoughness && material.reflected() < kDullReflection;
   }
 
   static double balance(double mine, double other) { return std::isinf(mine) ? 1.0 : mine / (mine + other); }
 
-  // What the rough mirror shows: one ray, one bounce.
-  [[nodiscard]] Vec3 mirrored(const SurfacePoint& p, const SurfaceMaterial& material, const Draws& draws) const {
-    Vec3 direction = material.sample(draws.mirror, draws.choice);
+  // What the rough mirror shows: one of its rays, one bounce.
+  [[nodiscard]] Vec3 mirrored(const SeenPoint& p, const SurfaceMaterial& material, const Draws& draws, int i,
+                              int mirrors) const {
+    Vec3 direction =
+        material.sample(draws.mirrors[static_cast<std::size_t>(i)], draws.choices[static_cast<std::size_t>(i)]);
     const SurfaceMaterial::Reflection mirror = material.reflection(direction);
     if (!(mirror.pdf > 0.0)) return Vec3::Zero();
     const Vec3 weight = mirror.value / mirror.pdf;
     // Normals of a map may reflect into the surface itself: along it then.
     const double below = direction.dot(p.face);
     if (below < 0.0) direction = (direction - 1.02 * below * p.face).normalized();
-    if (const std::optional<SurfacePoint> hit = scene_.first_hit(p.place, direction))
-      return weight.cwiseProduct(second(*hit, draws));
-    Vec3 light = light_.smooth(direction, 1.0 / (draws.num_samples * mirror.pdf));
+    const bool dull = is_dull(p, material);
+    if (!dull) {
+      if (const std::optional<SeenPoint> hit = scene_.first_hit(p.place, direction))
+        return weight.cwiseProduct(second(*hit, draws));
+    }
+    // Averaged over what the other rays leave to this one [Krivanek and Colbert 2008].
+    Vec3 light = light_.around(direction, kMirrorBlur / (mirrors * draws.num_samples * mirror.pdf));
+    if (dull) return p.open * weight.cwiseProduct(light);
     double pdf = 0.0;
     const Vec3 lamps = light_.lamps(direction, pdf);
-    if (pdf > 0.0)
-      light += lamps * balance(draws.num_samples * mirror.pdf, double{kLampRays} * draws.num_samples * pdf);
+    if (pdf > 0.0) light += lamps * balance(mirrors * mirror.pdf, kLampRays * pdf);
     return weight.cwiseProduct(light);
   }
 
   // What another surface sends into the mirror: its own mirror counts as dull.
-  [[nodiscard]] Vec3 second(const SurfacePoint& p, const Draws& draws) const {
-    const SurfaceMaterial material(p);
+  [[nodiscard]] Vec3 second(const SeenPoint& p, const Draws& draws) const {
     Vec3 light = p.open * light_.smooth_on(p.normal);
-    const LightField::Sample& lamp = draws.lamps.front();
-    const double facing = p.normal.dot(lamp.direction);
-    if (light_.has_lamps() && facing > 0.0 && !scene_.is_blocked(p.place, lamp.direction))
-      light += facing / kPi * lamp.weight;
-    return material.all().cwiseProduct(light);
+    if (light_.has_lamps()) {
+      for (const LightField::Sample& lamp : draws.lamps) {
+        const double facing = p.normal.dot(lamp.direction);
+        if (facing > 0.0 && !scene_.is_blocked(p.place, lamp.direction))
+          light += facing / kPi / kLampRays * lamp.weight;
+      }
+    }
+    return SurfaceMaterial(p).all().cwiseProduct(light);
   }
 
   const SurfaceScene& scene_;

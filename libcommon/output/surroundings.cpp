@@ -96,14 +96,14 @@ Surroundings::Surroundings(const ImageF& image, double mean) {
   if (!std::isfinite(found) || (mean > 0.0 && !(found > 0.0)))
     throw InvalidInput("render: the surroundings are black, or brighter than can be summed");
   const double factor = mean > 0.0 ? mean / found : 1.0, limit = kLampRadiance * factor * found;
-  ImageF smooth(image.width(), image.height(), 3);
+  ImageF all(image.width(), image.height(), 3);
   lamps_ = ImageF(image.width(), image.height(), 3);
   for (int y = 0; y < image.height(); ++y) {
     double row = 0.0;
     for (int x = 0; x < image.width(); ++x) {
       const Vec3 radiance = factor * pixel(image, x, y).cwiseMax(0.0);
       const double share = luminance(radiance) > limit ? 1.0 - limit / luminance(radiance) : 0.0;
-      set_pixel(smooth, x, y, (1.0 - share) * radiance);
+      set_pixel(all, x, y, radiance);
       set_pixel(lamps_, x, y, share * radiance);
       row += solid_angle(image, y) * share * luminance(radiance);
       pixel_sums_.push_back(row);
@@ -115,11 +115,11 @@ Surroundings::Surroundings(const ImageF& image, double mean) {
     lamp_total_ += row;
     row_sums_.push_back(lamp_total_);
   }
-  levels_.push_back(std::move(smooth));
+  levels_.push_back(std::move(all));
   while (levels_.back().width() > 2 && levels_.back().height() > 1) levels_.push_back(halved(levels_.back()));
 }
 
-Vec3 Surroundings::smooth(const Vec3& direction, double solid_angle) const {
+Vec3 Surroundings::radiance(const Vec3& direction, double solid_angle) const {
   const double of_pixel = 2.0 * kPi * kPi / static_cast<double>(levels_.front().num_pixels());
   const double level = std::clamp(0.5 * std::log2(std::max(1e-12, solid_angle / of_pixel)), 0.0,
                                   static_cast<double>(levels_.size()) - 1.0);
@@ -136,15 +136,13 @@ Vec3 Surroundings::smooth_on(const Vec3& normal) const {
   return sum.cwiseMax(0.0);
 }
 
-Vec3 Surroundings::lamps_at(int x, int y) const { return pixel(lamps_, x, y); }
-
 Vec3 Surroundings::lamps(const Vec3& direction, double& pdf) const {
   pdf = 0.0;
   if (!has_lamps()) return Vec3::Zero();
   const Vec2 place = place_of(direction);
   const int x = std::clamp(static_cast<int>(place.x() * lamps_.width()), 0, lamps_.width() - 1);
   const int y = std::clamp(static_cast<int>(place.y() * lamps_.height()), 0, lamps_.height() - 1);
-  const Vec3 radiance = lamps_at(x, y);
+  const Vec3 radiance = pixel(lamps_, x, y);
   pdf = luminance(radiance) / lamp_total_;
   return radiance;
 }

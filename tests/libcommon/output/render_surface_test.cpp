@@ -7,7 +7,9 @@
 #include <numbers>
 
 #include "libcommon/geometry/ray_scene.h"
+#include "libcommon/image/filters.h"
 #include "libcommon/output/orbit_camera.h"
+#include "libcommon/output/plantlets.h"
 #include "libcommon/output/relief.h"
 #include "libcommon/output/surface_material.h"
 #include "patinate/core/error.h"
@@ -58,7 +60,7 @@ ImageF waves(int side, double size) {
 }
 
 // White furnace: a convex white body in white light cannot be told from it, whatever it is made of. Without the energy
-// that single scattering loses, the roughest metal would be at 0.45 in places.
+// that single scattering loses, the roughest metal would be at 1 - ln 2 = 0.31 in the middle.
 TEST(SurfaceView, ShowsAConvexWhiteBodyInWhiteLightAsWhiteWhateverItIsMadeOf) {
   for (const float metal : {0.0f, 0.5f, 1.0f}) {
     for (const float roughness : {0.05f, 0.4f, 1.0f}) {
@@ -244,6 +246,20 @@ TEST(WetSurface, IsDarkerAndShinesInAPicture) {
   EXPECT_GT(brightest_wet, 2.0f * brightest_dry);
 }
 
+// 36 rays a pixel, of which a fifth falls below the surface and counts 0: independent ones would spread by 0.065 of the
+// mean; four times that. Rays of one sequence with gaps lay in one place, and pixels were black.
+TEST(SurfaceView, EveryPixelOfARoughMetalIsNearTheMean) {
+  RenderOptions o = bare();
+  o.samples = 9;
+  o.ambient = 1.0;
+  const SurfaceMaps maps{.color = ImageF(1, 1, 3, 0.2f), .roughness = one(0.7f), .metalness = one(1.0f)};
+  const ImageF picture = SurfaceView(ball(1.0, 48), maps, o).picture();
+  const double middle = mean(crop(picture, 24, 24, 16, 16));
+  for (int y = 24; y < 40; ++y) {
+    for (int x = 24; x < 40; ++x) EXPECT_NEAR(picture.at(x, y), middle, 0.26 * middle) << x << " " << y;
+  }
+}
+
 // A red plate beside a mirror: the mirror is red where the plate is reflected, by one bounce.
 TEST(SurfaceView, ReflectsWhatStandsBesideIt) {
   Mesh mesh = plate(2.0, 0.0);
@@ -300,6 +316,29 @@ TEST(SurfaceView, LooksAtItsTargetFromItsDistance) {
   const OrbitCamera camera = fitted_camera(ball(1.0, 8), o);
   EXPECT_NEAR((camera.position - *o.target).norm(), 7.0, 1e-12);
   EXPECT_NEAR((camera.position + 7.0 * camera.direction(0.5, 0.5) - *o.target).norm(), 0.0, 1e-12);
+}
+
+TEST(Plants, StandWhereTheAmountIsHighAndStayWhenItGrows) {
+  const Mesh mesh = plate(2.0, 0.0);
+  SurfaceMaps maps{.color = kWhite, .plants = ImageF(2, 1, 1)};
+  maps.plants.at(0, 0) = 0.4f;  // Of the left half; nothing grows on the right one's far side.
+  const SurfaceOptions surface{.plant_size = 0.05};
+  const std::vector<Plant> few = find_plants(mesh, maps, {}, surface);
+  maps.plants.at(0, 0) = 0.9f;
+  const std::vector<Plant> many = find_plants(mesh, maps, {}, surface);
+  EXPECT_GT(few.size(), 10u);
+  EXPECT_GT(many.size(), 2 * few.size());
+  for (const Plant& plant : many) EXPECT_LT(plant.root.x(), 0.7);  // Bilinear: 0.18 of 0.9 is at u = 0.65 at most.
+  std::size_t found = 0;
+  for (const Plant& plant : few) {
+    for (const Plant& other : many) found += plant.root == other.root && plant.turn == other.turn ? 1 : 0;
+  }
+  EXPECT_EQ(found, few.size());
+  // All of them at most: 1.5 for each square of a plant's height, 4 sigma; each triangle rounds by itself.
+  maps.plants = one(1.0f);
+  const double expected = 1.5 * 4.0 / (0.05 * 0.05);
+  EXPECT_NEAR(static_cast<double>(find_plants(mesh, maps, {}, surface).size()), expected, 4.0 * std::sqrt(128 * 0.25));
+  EXPECT_TRUE(find_plants(mesh, maps, {}, {.plants = 0.0}).empty());
 }
 
 TEST(SurfaceView, RefusesWhatItCannotShow) {

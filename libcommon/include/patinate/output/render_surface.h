@@ -17,11 +17,11 @@ struct SurfaceMaps {
   ImageF roughness = {};  ///< GGX, clamped to [0.05, 1]; 1 channel; empty: RenderOptions::roughness.
   ImageF metalness = {};  ///< [0, 1]; 1 channel; empty: 0.
   ImageF specular = {};   ///< Reflectance at normal incidence where there is no metal, [0, 1]; 1 or >= 3 channels;
-                         ///< empty: RenderOptions::specular.
-  ImageF height = {};   ///< Along the normal, in the mesh's unit; 1 channel.
-  ImageF wetness = {};  ///< 0 = dry, 1 = under a film of water; 1 channel.
-  ImageF plants = {};   ///< Amount of what grows on it, >= 0: small plants from 0.18 on, all that there are from 0.75
-                        ///< on; 1 channel.
+                          ///< empty: RenderOptions::specular.
+  ImageF height = {};     ///< Along the normal, in the mesh's unit; 1 channel.
+  ImageF wetness = {};    ///< 0 = dry, 1 = under a film of water; 1 channel.
+  ImageF plants = {};     ///< Amount of what grows on it, >= 0: small plants from 0.18 on, all that there are from 0.75
+                          ///< on; 1 channel.
 };
 
 /// Settings of SurfaceView beside those of render().
@@ -39,7 +39,8 @@ void describe(OptionVisitor& v, SurfaceOptions& o);
 /// pictures for any number of threads. Memory: about 400 bytes a triangle, of which relief makes at most 1.2 million.
 ///
 /// Diffuse light as in render(). Highlights are GGX lobes with Schlick's Fresnel term whose lost energy is made good
-/// [Turquin 2019]; what they reflect is one ray per sample of a pixel, traced against the scene for one bounce. A film
+/// [Turquin 2019]; what they reflect is traced against the scene for one bounce, by one ray per sample of a pixel, and
+/// up to four where the mirror is nearly all that is seen. A film
 /// of water darkens what is below it by internal reflection [Lekner and Dorf 1988] and shines. Where heights are given,
 /// the mesh is refined to texels and displaced: positions are shared across seams of the UVs, so nothing opens there.
 class SurfaceView {

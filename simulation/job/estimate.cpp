@@ -48,9 +48,10 @@ RunEstimate estimate_run(SceneFile file, const SimulationOptions& options, const
   Scene& scene = file.scene;
   estimate.all_gammatons = count_of(scene);
   const int resolution = std::min(scene.resolution, kResolution);
-  // What a gammaton carries is counted in texels: as many of them a texel make the same picture.
-  double share = static_cast<double>(resolution) / scene.resolution;
-  share *= share;
+  // Where what a gammaton carries is counted in texels, as many of them a texel make the same picture; drops of a width
+  // in mm carry the same on any atlas.
+  const double side = scene.exchange.splat_mm > 0.0 ? 1.0 : static_cast<double>(resolution) / scene.resolution;
+  const double share = side * side;
   const double contacts = share * static_cast<double>(estimate.all_gammatons) *
                           static_cast<double>(std::max<std::int64_t>(1, file.iterations));
   const double fewer = std::min(1.0, kMostContacts / contacts);

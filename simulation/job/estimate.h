@@ -18,10 +18,10 @@ struct RunEstimate {
   std::int64_t all_gammatons = 0;
 };
 
-/// Runs the scene to its end on an atlas of at most 192 texels a side, with as many gammatons a texel as the scene has,
-/// and where that is still much, with fewer that carry more. Means and shares come out as those of the whole run but
-/// for what a coarse grid hides: thin runs, and how much a contact takes where little is left. Same bits for any number
-/// of threads. @throws as Simulation; Canceled.
+/// Runs the scene to its end on an atlas of at most 192 texels a side, with its gammatons (or as many a texel, where
+/// what they carry is counted in texels), and where that is much, with fewer that carry more. Means and shares come out
+/// as those of the whole run but for what a coarse grid hides: thin runs, and how much a contact takes where little is
+/// left. Same bits for any number of threads. @throws as Simulation; Canceled.
 [[nodiscard]] RunEstimate estimate_run(SceneFile file, const SimulationOptions& options,
                                        const RunControl& control = {});
 

@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 4;  ///< Raised when the same scene gives other amounts or maps.
+constexpr std::int64_t kStageVersion = 5;  ///< Raised when the same scene gives other amounts or maps.
 const fs::path kSceneFolder = "scene";
 constexpr std::int64_t kMostIterationsAnItem = 200;  ///< At most this many are lost by a kill.
 

@@ -44,6 +44,8 @@ Json emitter_json(const simulation::Emitter& e, const std::vector<std::string>& 
   json["gammatons"] = e.gammatons;
   json["carries"] = amounts_json(e.carries, materials);
   json["on"] = e.is_on;
+  if (e.follows) json["follows"] = simulation::kWeatherSignalNames[static_cast<std::size_t>(*e.follows)];
+  if (e.full_at > 0.0) json["full_at"] = e.full_at;
   return json;
 }
 
@@ -144,9 +146,16 @@ simulation::SceneEvent parse_event(const Json& event_of_file, const simulation::
   simulation::SceneContext context;
   context.materials = scene.materials;
   context.mm_per_unit = mm_per_unit;
+  context.time_per_iteration = scene.time_per_iteration;
+  context.weather = scene.weather.is_given;
   context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a color [r, g, b]"); };
   try {
-    std::vector<simulation::SceneEvent> events = simulation::read_events(JsonReader("event", list, ""), context, scene);
+    simulation::Scene with_event = scene;
+    with_event.events.clear();
+    with_event.series.clear();
+    simulation::read_events(JsonReader("event", list, ""), context, with_event);
+    std::vector<simulation::SceneEvent>& events = with_event.events;
+    if (!with_event.series.empty()) throw InvalidInput("/every: an event happens now; leave it out");
     if (events.size() != 1)
       throw InvalidInput("stands for " + std::to_string(events.size()) + " events; send one at a time");
     return std::move(events.front());

@@ -49,6 +49,16 @@ TEST(RuleIo, BuiltInRulesHaveTheReactantsAndProductsOfTheirPage) {
   EXPECT_EQ(built_in_rule("evaporation").reactants, (std::vector<std::pair<std::string, double>>{{"water", 1.0}}));
 }
 
+TEST(RuleIo, PublishedFormsAreThereByName) {
+  EXPECT_EQ(built_in_rule("evaporation_constant").driver, "1");
+  EXPECT_EQ(built_in_rule("evaporation_constant").reactants,
+            (std::vector<std::pair<std::string, double>>{{"water", 1.0}}));
+  const RuleAsset decay = built_in_rule("decay_two_rates");
+  EXPECT_EQ(decay.driver, built_in_rule("decay").driver);
+  ASSERT_EQ(decay.products.size(), 2u);
+  EXPECT_NE(decay.products[0].second, decay.products[1].second);
+}
+
 TEST(RuleIo, ASceneNamesABuiltInRuleOneWithChangesAFileOrANewOne) {
   EXPECT_EQ(read(R"("rust")").products[2], 1.0);
   const Rule slow = read(R"({"name": "evaporation", "rate": 0.02})");

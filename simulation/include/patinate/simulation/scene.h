@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "patinate/geometry/crease_normals.h"
 #include "patinate/geometry/mesh.h"
 #include "patinate/image/image.h"
 
@@ -58,8 +59,9 @@ struct SceneObject {
   ImageF specular_map;  ///< [0, 1]; may be empty.
   ImageF height_map;    ///< mm; may be empty.
   Vec3 translate_mm{0, 0, 0};
-  Vec3 rotate_deg{0, 0, 0};  ///< About x, then y, then z of the world.
-  double scale = 1.0;        ///< > 0.
+  Vec3 rotate_deg{0, 0, 0};        ///< About x, then y, then z of the world.
+  double scale = 1.0;              ///< > 0.
+  double crease_deg = kCreaseDeg;  ///< Of a mesh without normals: edges that bend by more are hard; [0, 180].
 };
 
 enum class EmitterShape {

@@ -110,7 +110,7 @@ SceneMesh make_scene_mesh(const Scene& scene, int gutter) {
   const Layout layout = lay_out(areas, gutter, scene.resolution);
   SceneMesh result;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    const Mesh mesh = with_normals(scene.objects[i].mesh);
+    const Mesh mesh = with_crease_normals(scene.objects[i].mesh, scene.objects[i].crease_deg);
     append(result.mesh, mesh, layout, i, scene.resolution);
     result.mesh.surfaces.push_back({.node = scene.objects[i].name, .material = ""});
     result.object.insert(result.object.end(), mesh.triangles.size(), static_cast<std::uint16_t>(i));
@@ -127,7 +127,7 @@ void place_objects(SceneMesh& scene_mesh, const Scene& scene) {
   std::size_t normal = 0;
   for (const SceneObject& object : scene.objects) {
     const Eigen::Matrix3d rotation = rotation_of(object.rotate_deg);
-    const Mesh own = with_normals(object.mesh);
+    const Mesh own = with_crease_normals(object.mesh, object.crease_deg);
     if (position + own.positions.size() > scene_mesh.mesh.positions.size() ||
         normal + own.normals.size() > scene_mesh.mesh.normals.size()) {
       throw InvalidInput("the scene has other objects than when its atlas was made");

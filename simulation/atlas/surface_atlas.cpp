@@ -41,12 +41,11 @@ SurfaceAtlas::SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const Ru
   num_covered_ = map.num_covered();
   median_texel_size_mm_ = map.median_texel_size_mm();
   const auto num_triangles = static_cast<std::size_t>(scene_mesh.mesh.num_triangles());
-  weight_.resize(num_triangles);
   step_.resize(num_triangles);
   corner_texels_.resize(num_triangles);
   chart_.assign(num_triangles, -1);
   fallback_.assign(num_triangles, kNoTexel);
-  std::vector<double> weight_per_texel(num_triangles);
+  first_weight_.resize(num_triangles);
   const double median_area = median_texel_size_mm_ * median_texel_size_mm_;
   const auto index_of = [&](TexelId t) {
     return t < 0 ? kNoTexel : grid_.index(static_cast<int>(t % map.width()), static_cast<int>(t / map.width()));
@@ -57,9 +56,7 @@ SurfaceAtlas::SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const Ru
                    const auto t = static_cast<std::size_t>(i);
                    const Eigen::Matrix<double, 3, 2> step = map.mm_per_texel(static_cast<int>(i));
                    step_[t] = step.cast<float>();
-                   weight_per_texel[t] = kMedianWeight * step.col(0).cross(step.col(1)).norm() / median_area;
-                   const double weight = std::round(weight_per_texel[t]);
-                   weight_[t] = static_cast<std::uint16_t>(weight >= 1.0 ? std::min<double>(weight, kMaxWeight) : 1.0);
+                   first_weight_[t] = kMedianWeight * step.col(0).cross(step.col(1)).norm() / median_area;
                    for (std::size_t k = 0; k < 3; ++k) {
                      const Vec2& uv = map.mesh().uvs[static_cast<std::size_t>(map.mesh().uv_triangles[t][k])];
                      corner_texels_[t][2 * k] = static_cast<float>(uv.x() * map.width() - 0.5);
@@ -112,7 +109,22 @@ SurfaceAtlas::SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const Ru
   }
   make_links();
   find_plain_tiles();
-  weigh_texels(weight_per_texel, control.part(0.9, 1.0));
+  weigh(first_weight_, control.part(0.9, 1.0));
+}
+
+void SurfaceAtlas::weigh(std::span<const double> weight_per_texel, const RunControl& control) {
+  weight_.resize(weight_per_texel.size());
+  for (std::size_t t = 0; t < weight_.size(); ++t) {
+    const double weight = std::round(weight_per_texel[t]);
+    weight_[t] = static_cast<std::uint16_t>(weight >= 1.0 ? std::min<double>(weight, kMaxWeight) : 1.0);
+  }
+  weigh_texels(weight_per_texel, control);
+}
+
+void SurfaceAtlas::set_scale_factors(std::span<const double> factors, const RunControl& control) {
+  std::vector<double> weights = first_weight_;
+  for (std::size_t t = 0; t < weights.size(); ++t) weights[t] *= factors[object_[t]] * factors[object_[t]];
+  weigh(weights, control);
 }
 
 void SurfaceAtlas::make_links() {
@@ -164,6 +176,20 @@ void SurfaceAtlas::find_plain_tiles() {
   for (const std::vector<TexelIndex>* texels : {&border_, &linked_}) {
     for (const TexelIndex t : *texels) is_plain_tile_[TileGrid::tile_of(t)] = 0;
   }
+}
+
+std::array<double, 3> SurfaceAtlas::corner_weights(TexelIndex t) const {
+  const std::array<float, 6>& c = corner_texels_[static_cast<std::size_t>(triangle(t))];
+  const auto at = [&](std::size_t i) { return static_cast<double>(c[i]); };
+  const double ux = at(2) - at(0), uy = at(3) - at(1), vx = at(4) - at(0), vy = at(5) - at(1);
+  const double px = grid_.x(t) - at(0), py = grid_.y(t) - at(1);
+  const double area = ux * vy - uy * vx;
+  if (area == 0.0) return {1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0};
+  const double b1 = (px * vy - py * vx) / area, b2 = (ux * py - uy * px) / area;
+  std::array<double, 3> weights{std::max(0.0, 1.0 - b1 - b2), std::max(0.0, b1), std::max(0.0, b2)};
+  const double sum = weights[0] + weights[1] + weights[2];
+  for (double& w : weights) w /= sum;
+  return weights;
 }
 
 TexelIndex SurfaceAtlas::texel_of(int triangle, double b1, double b2) const {

@@ -98,7 +98,14 @@ Simulation::State::State(Scene given, SimulationOptions given_options, const Run
       changed_in(surface.grid().num_tiles(), -1) {
   for (std::size_t k = 0; k < kNumWeatherSignals; ++k)
     weather_peaks[k] = greatest_weather(scene.weather, static_cast<WeatherSignal>(k));
-  for (const SceneObject& object : scene.objects) start_places.emplace_back(object);
+  for (const SceneObject& object : scene.objects) start_scales.push_back(object.scale);
+  scale_factors.assign(scene.objects.size(), 1.0);
+  for (const SceneEvent& event : scene.events) {
+    const auto* scaling = std::get_if<ScaleEvent>(&event.what);
+    for (std::size_t i = 0; scaling && i < scene.objects.size(); ++i) {
+      if (scene.objects[i].name == scaling->object) check_scale(i, scaling->scale);
+    }
+  }
   cargo.mass.resize(gammatons.size());
   trails.resize(gammatons.size());
   check_emitters(scene, scene_mesh, tracer.rays());
@@ -198,13 +205,9 @@ void Simulation::apply(const SceneEvent& event, const RunControl& control) {
   Scene changed = s.scene;
   const bool moves_objects = apply_event(event, changed);
   check_scene(changed);
+  for (std::size_t i = 0; i < changed.objects.size(); ++i) s.check_scale(i, changed.objects[i].scale);
   if (std::holds_alternative<RuleEvent>(event.what)) s.set_rules(changed.rules);
-  if (moves_objects) {
-    SceneMesh moved = s.scene_mesh;
-    place_objects(moved, changed);
-    s.scene_mesh = std::move(moved);
-    s.tracer.set_mesh(s.scene_mesh);
-  }
+  if (moves_objects) s.move_objects(changed);
   s.scene = std::move(changed);
 }
 

@@ -36,17 +36,12 @@ void Simulation::State::set_rules(std::span<const Rule> changed) {
   std::vector<std::string> missing = parameter_names(changed, scene);
   std::erase_if(missing, [&](const std::string& name) { return rules->has_parameter(name); });
   std::vector<SurfaceParameter> more;
-  if (!missing.empty()) {
-    Scene at_start = scene;  // whenever a map is made, it is the one that a run from a file would have had
-    for (std::size_t i = 0; i < at_start.objects.size(); ++i) start_places[i].put(at_start.objects[i]);
-    SceneMesh mesh_at_start = scene_mesh;
-    place_objects(mesh_at_start, at_start);
-    more = make_parameters(missing, at_start, mesh_at_start, surface, {});
-  }
+  if (!missing.empty()) more = make_parameters(missing, scene, scene_mesh, surface, {});
   rules->set_rules(changed, scene.materials, std::move(more));
 }
 
 void Simulation::State::apply_rules(const RunControl& control) {
+  renew_rules(control);
   const RuleReport report = rules->step(iteration, atlas, control);
   ledger.add_rules(report.made, report.used);
   mark(report.dirty_tiles);

@@ -292,7 +292,9 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   trails.resize(gammatons.size());
   expect(magic);
   in.finish();
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) s.check_scale(i, scene.objects[i].scale);
   s.set_rules(scene.rules);
+  s.move_objects(scene);  // before the ledger, which knows of it
   s.scene = std::move(scene);
   s.atlas = std::move(atlas);
   s.ledger = ledger;
@@ -305,8 +307,6 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.num_paint_steps = num_paint_steps;
   s.next_event = static_cast<std::size_t>(next_event);
   s.series_done = series_done;
-  place_objects(s.scene_mesh, s.scene);
-  s.tracer.set_mesh(s.scene_mesh);
   s.composed_at = -1;  // an earlier iteration, perhaps: nothing that was composed holds
   s.wake_everything();
 }

@@ -20,18 +20,6 @@
 
 namespace patinate::simulation {
 
-/// Where an object stands.
-struct ObjectPlace {
-  explicit ObjectPlace(const SceneObject& o) : translate_mm(o.translate_mm), rotate_deg(o.rotate_deg), scale(o.scale) {}
-  void put(SceneObject& o) const {
-    o.translate_mm = translate_mm;
-    o.rotate_deg = rotate_deg;
-    o.scale = scale;
-  }
-  Vec3 translate_mm, rotate_deg;
-  double scale;
-};
-
 struct Simulation::State {
   State(Scene given, SimulationOptions given_options, const RunControl& control);
 
@@ -50,7 +38,14 @@ struct Simulation::State {
   /// Gives emitters that follow the weather what it is in the next iteration: nothing of it needs to be kept.
   void apply_weather();
   [[nodiscard]] std::unique_ptr<RuleEngine> make_rules(const RunControl& control) const;
-  /// Other rules from now on; maps that they need are made of the objects where they stood at the start.
+  /// Takes over where objects stand in `changed`, and how large they are there. Amounts stay what they are: the mass
+  /// that an object has more of when it has grown is entered as made, what it has less of as used. Maps of drivers are
+  /// made anew before the rules' next step. @throws InvalidInput as place_objects(); nothing is changed then.
+  void move_objects(const Scene& changed);
+  /// @throws InvalidInput if an object is scaled by more than its texels' weights can tell.
+  void check_scale(std::size_t object, double scale) const;
+  void renew_rules(const RunControl& control);
+  /// Other rules from now on; maps that they need are made of the objects where they stand now.
   /// @throws InvalidInput; nothing is changed then.
   void set_rules(std::span<const Rule> changed);
   void apply_rules(const RunControl& control);
@@ -73,7 +68,9 @@ struct Simulation::State {
   Exchanger exchanger;
   std::unique_ptr<ParameterMaps> maps;
   MassLedger ledger;
-  std::vector<ObjectPlace> start_places;  ///< By object.
+  std::vector<double> start_scales;   ///< By object.
+  std::vector<double> scale_factors;  ///< By object: to that, as the weights have it.
+  bool has_old_maps = false;          ///< Drivers' maps are of where objects stood before.
   std::unique_ptr<RuleEngine> rules;
   Composer composer;
   TraceResult trace;

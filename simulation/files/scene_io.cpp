@@ -98,7 +98,8 @@ class ObjectReader {
   [[nodiscard]] SceneObject read(JsonReader json, const RunControl& control) {
     SceneObject object;
     object.name = json.member("name").string();
-    LaidOutMesh laid_out = read_object_mesh(json, object.name, control);
+    if (json.has("crease")) object.crease_deg = json.member("crease").number(between(0, 180));
+    LaidOutMesh laid_out = read_object_mesh(json, object.name, object.crease_deg, control);
     object.mesh = std::move(laid_out.mesh);
     object.has_file_uvs = laid_out.has_file_uvs;
     if (json.has("preset")) {
@@ -128,27 +129,28 @@ class ObjectReader {
   }
 
  private:
-  [[nodiscard]] LaidOutMesh read_object_mesh(JsonReader& json, const std::string& name, const RunControl& control) {
+  [[nodiscard]] LaidOutMesh read_object_mesh(JsonReader& json, const std::string& name, double crease_deg,
+                                             const RunControl& control) {
     const fs::path path = json.member("mesh").path();
     file_.inputs.emplace_back("mesh of " + name, path);
     const std::string node = json.has("node") ? json.member("node").string() : "";
     const std::string material = json.has("material") ? json.member("material").string() : "";
     const std::string key = path.string() + "|" + node + "|" + material + "|" +
                             std::to_string(static_cast<int>(method_)) + "|" + std::to_string(file_.scene.resolution) +
-                            "|" + number_text(context_.mm_per_unit);
+                            "|" + number_text(context_.mm_per_unit) + "|" + number_text(crease_deg);
     return asset(assets_.mutex, assets_.meshes, key,
-                 [&] { return laid_out_mesh(path, name, node, material, control); });
+                 [&] { return laid_out_mesh(path, name, node, material, crease_deg, control); });
   }
 
   [[nodiscard]] LaidOutMesh laid_out_mesh(const fs::path& path, const std::string& name, const std::string& node,
-                                          const std::string& material, const RunControl& control) {
+                                          const std::string& material, double crease_deg, const RunControl& control) {
     try {
       Mesh mesh = read_mesh(path);
       if (!node.empty() || !material.empty()) mesh = select_surfaces(mesh, node, material);
       RepairedMesh repaired = repair_mesh(std::move(mesh));
       if (const std::string text = repaired.repairs.text(); !text.empty())
         file_.notes.push_back(path.string() + ": " + text);
-      mesh = with_normals(std::move(repaired.mesh));
+      mesh = with_crease_normals(std::move(repaired.mesh), crease_deg);
       const bool is_gltf = path.extension() == ".gltf" || path.extension() == ".glb";  // in m, by its standard
       scale_mesh(mesh, is_gltf ? 1000.0 : context_.mm_per_unit);
       const AtlasMesh atlas = make_atlas_mesh(std::move(mesh), method_, file_.scene.resolution, control);

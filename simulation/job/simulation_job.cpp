@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 5;  ///< Raised when the same scene gives other amounts or maps.
+constexpr std::int64_t kStageVersion = 6;  ///< Raised when the same scene gives other amounts or maps.
 const fs::path kSceneFolder = "scene";
 constexpr std::int64_t kMostIterationsAnItem = 200;  ///< At most this many are lost by a kill.
 

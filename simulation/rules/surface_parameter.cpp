@@ -45,19 +45,21 @@ void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* ou
 
 SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas& surface, const Vec3& up) {
   const Mesh& mesh = scene_mesh.mesh;
-  std::vector<std::uint8_t> of_triangle(mesh.triangles.size());
-  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const auto p = [&](std::size_t k) -> const Vec3& {
-      return mesh.positions[static_cast<std::size_t>(mesh.triangles[i][k])];
-    };
-    const Vec3 across = (p(1) - p(0)).cross(p(2) - p(0));
-    const double length = across.norm();
-    const double slope = length > 0.0 ? (1.0 - across.dot(up) / length) / 2.0 : 0.0;
-    of_triangle[i] = static_cast<std::uint8_t>(std::floor(std::clamp(slope, 0.0, 1.0) * 255.0 + 0.5));
-  }
-  std::vector<std::uint8_t> values(surface.grid().num_texels());
+  constexpr double kCancelled = 1e-3;  // of normals of length 1
+  std::vector<std::uint16_t> values(surface.grid().num_texels());
   for (TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
-    if (surface.is_covered(t)) values[t] = of_triangle[static_cast<std::size_t>(surface.triangle(t))];
+    if (!surface.is_covered(t)) continue;
+    const auto triangle = static_cast<std::size_t>(surface.triangle(t));
+    const Vec3 area = area_vector(mesh, surface.triangle(t));
+    const std::array<double, 3> weights = surface.corner_weights(t);
+    Vec3 normal = Vec3::Zero();
+    for (std::size_t k = 0; k < 3 && !mesh.normals.empty(); ++k)
+      normal += weights[k] * mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[triangle][k])];
+    if (normal.norm() < kCancelled) normal = area;
+    if (normal.dot(area) < 0.0) normal = -normal;
+    const double length = normal.norm();
+    const double slope = length > 0.0 ? (1.0 - normal.dot(up) / length) / 2.0 : 0.0;
+    values[t] = static_cast<std::uint16_t>(std::floor(std::clamp(slope, 0.0, 1.0) * 65535.0 + 0.5));
   }
   return {.name = "slope", .values = std::move(values)};
 }

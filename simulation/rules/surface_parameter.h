@@ -34,8 +34,8 @@ struct SurfaceParameter {
 /// The values of a tile. @param out  TileGrid::kTileTexels.
 void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* out);
 
-/// How far a place is from level ground: (1 - n . up) / 2; 0 = level, 0.5 = a wall, 1 = a ceiling. One value a
-/// triangle.
+/// How far a place is from level ground: (1 - n . up) / 2; 0 = level, 0.5 = a wall, 1 = a ceiling. By the
+/// mesh's normals, interpolated, on the side that the triangle faces.
 /// @param up  Unit; against gravity.
 [[nodiscard]] SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas& surface,
                                                const Vec3& up);

@@ -9,6 +9,7 @@
 
 #include "libcommon/mesh_files/mesh_builder.h"
 #include "patinate/core/error.h"
+#include "patinate/geometry/crease_normals.h"
 #include "tests/libcommon/geometry/shapes.h"
 
 namespace patinate {
@@ -184,6 +185,30 @@ TEST(RefineEdges, CurvedKeepsCreases) {
     for (const Vec3& p : refined.positions)
       EXPECT_NEAR((p - Vec3(0.5, 0.5, 0.5)).cwiseAbs().maxCoeff(), 0.5, kRounding);
   }
+}
+
+TEST(CreaseNormals, AreHardWhereEdgesBendByMoreThanTheCrease) {
+  const Mesh cube = with_crease_normals(make_cube(1.0));
+  EXPECT_EQ(cube.normals.size(), 24u);
+  for (int t = 0; t < cube.num_triangles(); ++t) {
+    for (const int n : cube.normal_triangles[static_cast<std::size_t>(t)])
+      EXPECT_LT((cube.normals[static_cast<std::size_t>(n)] - area_vector(cube, t).normalized()).norm(), kRounding);
+  }
+  const Mesh smooth_cube = with_crease_normals(make_cube(1.0), 91.0);
+  EXPECT_EQ(smooth_cube.normals.size(), 8u);
+  // A sphere of 320 triangles bends by 18 degrees at most: smooth, as vertex_normals() has it.
+  const Mesh sphere = with_crease_normals(make_icosphere(1.0, 2));
+  const std::vector<Vec3> smooth = vertex_normals(sphere);
+  EXPECT_EQ(sphere.normals.size(), sphere.positions.size());
+  for (std::size_t t = 0; t < sphere.triangles.size(); ++t) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_LT((sphere.normals[static_cast<std::size_t>(sphere.normal_triangles[t][k])] -
+                 smooth[static_cast<std::size_t>(sphere.triangles[t][k])])
+                    .norm(),
+                kRounding);
+    }
+  }
+  EXPECT_EQ(with_crease_normals(cube, 91.0).normals.size(), 24u) << "a mesh's own normals stay";
 }
 
 TEST(SelectSurfaces, KeepsOnlyWhatIsUsed) {

@@ -13,6 +13,7 @@
 #include <variant>
 #include <vector>
 
+#include "patinate/geometry/crease_normals.h"
 #include "patinate/geometry/mesh.h"
 #include "patinate/image/image.h"
 #include "patinate/simulation/scene_map.h"
@@ -74,8 +75,9 @@ struct SceneObject {
   /// By material: an expression of maps (SceneMap, built_in_maps(), "slope") for the amount at the start, cut to [0,
   /// kMostAmount]; "" = the preset's. It shows, where the preset's is what the surface is made of.
   std::array<std::string, kMaxMaterials> initial{};
-  double texels_per_mm = 0.0;  ///< How fine it is shown, in place of what an even atlas gives it; 0 = that.
-  double texel_share = 0.0;    ///< The same as a share of the texels that all objects have, (0, 1]; 0 = even.
+  double texels_per_mm = 0.0;      ///< How fine it is shown, in place of what an even atlas gives it; 0 = that.
+  double texel_share = 0.0;        ///< The same as a share of the texels that all objects have, (0, 1]; 0 = even.
+  double crease_deg = kCreaseDeg;  ///< Of a mesh without normals: edges that bend by more are hard; [0, 180].
 };
 
 enum class EmitterShape {

@@ -87,10 +87,19 @@ class SurfaceAtlas {
   /// ("UVs overlap"), or none is covered.
   SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const RunControl& control = {});
 
+  /// Objects of other sizes: all weights as they are when each object is `factors` times as large as it was when the
+  /// atlas was made. Weights are still in parts of the texel of median size of that time.
+  /// @param factors  By object; in [1 / kMostScaling, kMostScaling], where weights keep two digits and a maximum.
+  void set_scale_factors(std::span<const double> factors, const RunControl& control = {});
+  static constexpr double kMostScaling = 8.0;
+
   [[nodiscard]] const TileGrid& grid() const { return grid_; }
   [[nodiscard]] bool is_covered(TexelIndex t) const { return triangle_[t] >= 0; }
   /// -1 outside the charts.
   [[nodiscard]] int triangle(TexelIndex t) const { return triangle_[t]; }
+  /// Barycentric weights of the corners of triangle(t), covered, at the texel's center, or at the place of the triangle
+  /// that is near it.
+  [[nodiscard]] std::array<double, 3> corner_weights(TexelIndex t) const;
   /// By texel, in tile order.
   [[nodiscard]] std::span<const std::int32_t> triangles() const { return triangle_; }
   /// In order: texels whose neighbors are not simply those beside them, at seams and where the surface ends.
@@ -105,11 +114,12 @@ class SurfaceAtlas {
   /// Area weight of the surface that texel_of() gives to a texel, [1, kMaxWeight]: at a chart's edge it is from half a
   /// texel to one and a half, and even rain makes even amounts only if that is known.
   [[nodiscard]] std::uint32_t weight(TexelIndex t) const { return texel_weight_[t]; }
-  /// The same in mm2, as the objects stood at the beginning.
+  /// The same in mm2.
   [[nodiscard]] double area_mm2(TexelIndex t) const {
     return weight(t) * median_texel_size_mm_ * median_texel_size_mm_ / kMedianWeight;
   }
-  /// Columns: surface vectors (mm) of one texel step right and down, of a triangle as it stood at the beginning.
+  /// Columns: surface vectors (mm) of one texel step right and down, of a triangle as it stood at the beginning: what
+  /// is laid on a surface grows with it.
   [[nodiscard]] const Eigen::Matrix<float, 3, 2>& mm_per_texel(int triangle) const {
     return step_[static_cast<std::size_t>(triangle)];
   }
@@ -138,6 +148,8 @@ class SurfaceAtlas {
   static constexpr int kSearchRadius =
       2;  ///< Texels: a place in a triangle lies at most 0.71 from the center of one that its chart may not own.
 
+  /// For each triangle's weight by texel.
+  void weigh(std::span<const double> weight_per_texel, const RunControl& control);
   void weigh_texels(std::span<const double> weight_per_texel, const RunControl& control);
   void make_links();
   void find_plain_tiles();
@@ -150,6 +162,7 @@ class SurfaceAtlas {
 
   TileGrid grid_;
   std::vector<std::int32_t> triangle_;               ///< Per texel.
+  std::vector<double> first_weight_;                 ///< Per triangle, by texel, of the beginning.
   std::vector<std::uint16_t> weight_;                ///< Per triangle.
   std::vector<std::uint16_t> texel_weight_;          ///< Per texel.
   std::vector<std::uint16_t> object_;                ///< Per triangle.

@@ -27,7 +27,6 @@ using MaterialValues = std::array<double, kMaxMaterials>;
 struct ColorSource {
   Vec3 color{0.5, 0.5, 0.5};  ///< Linear RGB, [0, 1]; used where `image` is empty.
   ImageF image;               ///< H x W x 3, linear; may be empty.
-  double width_mm = 0.0;      ///< Of the picture on the surface; 0 = a pixel is a texel.
 };
 
 /// How an amount of a material looks on a surface [Guenther et al. 2012, sec. 4.5]. A "strength" b and a "variation" v
@@ -59,10 +58,8 @@ struct SceneObject {
   ImageF specular_map;  ///< [0, 1]; may be empty.
   ImageF height_map;    ///< mm; may be empty.
   Vec3 translate_mm{0, 0, 0};
-  Vec3 rotate_deg{0, 0, 0};    ///< About x, then y, then z of the world.
-  double scale = 1.0;          ///< > 0.
-  double texels_per_mm = 0.0;  ///< How fine it is shown, in place of what an even atlas gives it; 0 = that.
-  double texel_share = 0.0;    ///< The same as a share of the texels that all objects have, (0, 1]; 0 = even.
+  Vec3 rotate_deg{0, 0, 0};  ///< About x, then y, then z of the world.
+  double scale = 1.0;        ///< > 0.
 };
 
 enum class EmitterShape {

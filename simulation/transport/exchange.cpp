@@ -55,7 +55,7 @@ class ShareTable {
   /// By active material.
   [[nodiscard]] const TransferShares* find(std::uint32_t weight, std::uint32_t share) {
     const std::uint64_t key = std::uint64_t{weight} << 32 | share;
-    const std::size_t slot = (weight + share * 97u) % kSize;
+    const std::size_t slot = (weight * 0x85EBCA6Bu + share * 0x9E3779B1u) >> 20;  // shares are often multiples of 2^12
     TransferShares* found = shares_.data() + slot * active_.size();
     if (keys_[slot] != key) {
       keys_[slot] = key;
@@ -68,7 +68,7 @@ class ShareTable {
   }
 
  private:
-  static constexpr std::size_t kSize = 4096;
+  static constexpr std::size_t kSize = 4096;  ///< 2^12: find() takes so many bits of a hash.
   ExchangeOptions options_;
   double area_ = 1.0;
   std::vector<int> active_;

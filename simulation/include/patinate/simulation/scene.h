@@ -32,7 +32,6 @@ using MaterialValues = std::array<double, kMaxMaterials>;
 struct ColorSource {
   Vec3 color{0.5, 0.5, 0.5};  ///< Linear RGB, [0, 1]; used where `image` is empty.
   ImageF image;               ///< H x W x 3, linear; may be empty.
-  double width_mm = 0.0;      ///< Of the picture on the surface; 0 = a pixel is a texel.
 };
 
 /// How an amount of a material looks on a surface [Guenther et al. 2012, sec. 4.5]. A "strength" b and a "variation" v
@@ -75,8 +74,6 @@ struct SceneObject {
   /// By material: an expression of maps (SceneMap, built_in_maps(), "slope") for the amount at the start, cut to [0,
   /// kMostAmount]; "" = the preset's. It shows, where the preset's is what the surface is made of.
   std::array<std::string, kMaxMaterials> initial{};
-  double texels_per_mm = 0.0;      ///< How fine it is shown, in place of what an even atlas gives it; 0 = that.
-  double texel_share = 0.0;        ///< The same as a share of the texels that all objects have, (0, 1]; 0 = even.
   double crease_deg = kCreaseDeg;  ///< Of a mesh without normals: edges that bend by more are hard; [0, 180].
 };
 

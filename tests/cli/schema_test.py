@@ -164,7 +164,9 @@ class Schemas(unittest.TestCase):
                                                   put("emitters", 0, "shape", "cone"), put("emitters", 0, "speed", 0), put("emitters", 0, "spread_deg", 181), put("emitters", 0, "gammatons", 0),
                                                   put("emitters", 0, "carries", "water", -1), put("exchange", "ratio", 2), put("exchange", "splat", 2), put("atlas", "resolution", 8), put("atlas", "uvs", "own"),
                                                   put("behavior", {"slider": 1.5}), put("tracing", "reach", 0), put("time", "unit", "y"), put("run", "iterations", -1), put("objects", 0, "scale", 0),
-                                                  put("events", [{"iteration": 1, "op": "dance"}]), put("events", [{"iteration": 1, "op": "rule", "target": "evaporation", "rate": -1}]), put("appearance", {"dirt": {"strenth": 1}}), put("gravity", [0, 1])]):
+                                                  put("events", [{"iteration": 1, "op": "dance"}]), put("events", [{"iteration": 1, "op": "rule", "target": "evaporation", "rate": -1}]), put("appearance", {"dirt": {"strenth": 1}}), put("gravity", [0, 1]),
+                                                  put("weather", []), put("weather", [{"rain": 1}]), put("weather", [{"time": 0, "rane": 1}]), put("weather", [{"time": 0, "rain": -1}]), put("maps", {"a": {"kind": "noize"}}), put("maps", {"a": {"kind": "noise", "wavelength_mm": 0}}),
+                                                  put("objects", 0, "initial", {"dirt": 5}), put("emitters", 0, "follows", "fog"), put("tracing", "bounce_normal", "own"), put("events", [{"op": "switch", "target": "rain", "on": True}])]):
             content = copy.deepcopy(scene)
             change(content)
             (WORK / "ledge/bad.json").write_text(json.dumps(content))

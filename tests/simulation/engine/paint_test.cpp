@@ -164,12 +164,33 @@ TEST(Paint, ASnapshotBetweenStrokesGoesOnAsIfNothingHadHappened) {
   EXPECT_TRUE(resumed.snapshot() == whole.snapshot());
 }
 
-TEST(Paint, SnapshotsFromBeforeThereWasPaintingAreRead) {
+/// A snapshot of painted_plate() as versions before "PPATSN04" wrote it: no weather, no series, no masks.
+std::vector<std::byte> before_weather(std::vector<std::byte> bytes, const char* magic, bool has_paint_steps) {
+  constexpr std::size_t kPaintSteps = 24;            // behind magic, resolution, number of materials and iteration
+  constexpr std::size_t kSeries = kPaintSteps + 16;  // behind the next event
+  constexpr std::size_t kEmitters = kSeries + 8 + 7 * 8 + 8;  // behind the place of one object and a count
+  constexpr std::size_t kEmitter = 4 + 6 * 8 + 5 * 8 + kMaxMaterials * 8 + 1, kFollows = 4 + 8;
+  const Rule rule = testing_support::rust_rule(0.5);
+  const std::size_t rules = kEmitters + 2 * (kEmitter + kFollows) + 6 * 8 + kMaxMaterials * 8 + 8;
+  const std::size_t where = rules + 8 + rule.name.size() + 8 + rule.driver.size() + 8 + 2 * kMaxMaterials * 8;
+  const auto cut = [&](std::size_t from, std::size_t count) {
+    bytes.erase(bytes.begin() + static_cast<std::ptrdiff_t>(from),
+                bytes.begin() + static_cast<std::ptrdiff_t>(from + count));
+  };
+  cut(where, 8);  // of an empty text: from the back, so that places in front hold
+  cut(kEmitters + kEmitter + kFollows + kEmitter, kFollows);
+  cut(kEmitters + kEmitter, kFollows);
+  cut(kSeries, 8);
+  if (!has_paint_steps) cut(kPaintSteps, 8);
+  for (std::byte* place : {bytes.data(), bytes.data() + bytes.size() - 8}) std::memcpy(place, magic, 8);
+  return bytes;
+}
+
+TEST(Paint, SnapshotsFromBeforeThereWasPaintingOrWeatherAreRead) {
   Simulation simulation(painted_plate());
   run(simulation, 5);
   const std::vector<std::byte> now = simulation.snapshot();
-  // Magic "PPATSN02" at both ends, no number of paint steps behind magic, resolution, number of materials and
-  // iteration, and no trails before the magic at the end: their number, and 17 words each.
+  // No trails before the magic at the end: their number, and 17 words each.
   const auto without_trails = [&](const std::vector<std::byte>& snapshot) {
     const std::size_t length = 8 + simulation.gammatons().size() * 17 * 4;
     std::vector<std::byte> cut(snapshot.begin(), snapshot.end() - 8 - static_cast<std::ptrdiff_t>(length));
@@ -177,12 +198,11 @@ TEST(Paint, SnapshotsFromBeforeThereWasPaintingAreRead) {
     return cut;
   };
   const std::vector<std::byte> rest = without_trails(now);
-  std::vector<std::byte> old(rest.begin(), rest.begin() + 24);
-  old.insert(old.end(), rest.begin() + 32, rest.end());
-  for (std::byte* magic : {old.data(), old.data() + old.size() - 8}) std::memcpy(magic, "PPATSN02", 8);
-  Simulation restored(painted_plate());
-  restored.restore(old);
-  EXPECT_TRUE(without_trails(restored.snapshot()) == rest);
+  for (const bool has_paint_steps : {false, true}) {
+    Simulation restored(painted_plate());
+    restored.restore(before_weather(rest, has_paint_steps ? "PPATSN03" : "PPATSN02", has_paint_steps));
+    EXPECT_TRUE(without_trails(restored.snapshot()) == rest) << has_paint_steps;
+  }
 }
 
 TEST(Paint, NamesWhatCannotPaint) {
@@ -201,7 +221,9 @@ TEST(Paint, EventsAreReadWithTheirUnitAndRefusedWithAReason) {
   const auto read = [&](const char* points) {
     const Json events =
         Json::parse(std::string(R"([{"iteration": 3, "op": "paint", "target": "brush", "points": )") + points + "}]");
-    return read_events(JsonReader("scene.json", events, "/events"), context, scene);
+    Scene with_events = scene;
+    read_events(JsonReader("scene.json", events, "/events"), context, with_events);
+    return with_events.events;
   };
   const std::vector<SceneEvent> events = read("[[1, 2, 3], [0, 0, 0.5, 12]]");
   ASSERT_EQ(events.size(), 1u);

@@ -3,6 +3,7 @@
 /// which on it shows, by hashes: a place does not move when the amounts change.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "patinate/output/render_surface.h"

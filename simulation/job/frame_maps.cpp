@@ -82,19 +82,47 @@ void write_frame_maps(const fs::path& history, int index, Simulation& simulation
   HistoryWriter::write_frame_amounts(history, index, materials, amounts);
 }
 
-void read_frame_amounts(const fs::path& file, Simulation& simulation) {
-  const ImageF image = read_channels(file, simulation.scene().materials);
-  const int side = simulation.scene().resolution;
-  if (image.width() != side || image.height() != side) {
+namespace {
+
+ImageF amounts_of(const fs::path& file, const Scene& scene) {
+  ImageF image = read_channels(file, scene.materials);
+  if (image.width() != scene.resolution || image.height() != scene.resolution) {
     throw IoError(file.string(), "is " + size_text(image.width(), image.height()) + " texels; the scene's atlas has " +
-                                     size_text(side, side));
+                                     size_text(scene.resolution, scene.resolution));
   }
+  return image;
+}
+
+void set_all_amounts(const ImageF& image, Simulation& simulation) {
   const int n = image.channels();
   for (int m = 0; m < n; ++m) {
-    ImageF amount(side, side);
+    ImageF amount(image.width(), image.height());
     for (std::int64_t i = 0; i < amount.num_pixels(); ++i) amount.data()[i] = image.data()[i * n + m];
     simulation.set_amounts(m, amount);
   }
+}
+
+}  // namespace
+
+void read_frame_amounts(const fs::path& file, Simulation& simulation) {
+  set_all_amounts(amounts_of(file, simulation.scene()), simulation);
+}
+
+void read_frame_amounts(const fs::path& history, const HistoryManifest& frames, double time, Simulation& simulation) {
+  std::vector<double> times;
+  for (const HistoryFrame& frame : frames.frames) times.push_back(frame.time);
+  const TimePosition at = FrameLocator(std::move(times), Between::Blend)(time);
+  const auto amounts_at = [&](int index) {
+    return amounts_of(history / *frames.frames[static_cast<std::size_t>(index)].amounts, simulation.scene());
+  };
+  ImageF amounts = amounts_at(at.index);
+  if (at.fraction > 0.0) {
+    const ImageF next = amounts_at(at.index + 1);
+    const auto share = static_cast<float>(at.fraction);
+    std::transform(amounts.values().begin(), amounts.values().end(), next.values().begin(), amounts.values().begin(),
+                   [share](float a, float b) { return (1.0f - share) * a + share * b; });
+  }
+  set_all_amounts(amounts, simulation);
 }
 
 }  // namespace patinate::simulation

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "patinate/history/history.h"
 #include "patinate/simulation/engine.h"
 
 namespace patinate::simulation {
@@ -26,5 +27,10 @@ void write_frame_maps(const std::filesystem::path& history, int index, Simulatio
 /// Takes the amounts of a frame over. @param file  What write_frame_maps() wrote. @throws IoError if it is of another
 /// size or other materials.
 void read_frame_amounts(const std::filesystem::path& file, Simulation& simulation);
+
+/// The same at any time: between two frames their amounts are blended. @param history  Folder with `frames`, all of
+/// which have amounts. @throws IoError
+void read_frame_amounts(const std::filesystem::path& history, const HistoryManifest& frames, double time,
+                        Simulation& simulation);
 
 }  // namespace patinate::simulation

@@ -71,11 +71,23 @@ class Render(unittest.TestCase):
             self.make("render", "wet", *SMALL, *more, "-o", f"{name}.png")
             self.assertNotEqual(self.bytes_of("all.png"), self.bytes_of(f"{name}.png"), name)
 
-    def test_its_course_is_shown_in_color_and_that_is_said(self):
+    def test_its_course_is_shown_with_all_maps(self):
         said = self.make("render", "wet", *SMALL, "--num-times", "2", "-o", "course.png").stderr
-        self.assertIn("known of the end only", said)
+        self.assertNotIn("end only", said)
         self.make("render", "wet", *SMALL, "--num-times", "2", "--maps", "color", "-o", "course_color.png")
-        self.assertEqual(self.bytes_of("course.png"), self.bytes_of("course_color.png"))
+        self.assertNotEqual(self.bytes_of("course.png"), self.bytes_of("course_color.png"))
+
+    def test_a_simulation_of_an_earlier_version_shows_its_course_in_color_and_says_so(self):
+        shutil.copytree(self.folder / "wet", self.folder / "earlier")
+        file = self.folder / "earlier/history/history.json"
+        history = json.loads(file.read_text())
+        for frame in history["frames"]:
+            del frame["amounts"]
+        file.write_text(json.dumps(history))
+        said = self.make("render", "earlier", *SMALL, "--num-times", "2", "-o", "course_earlier.png").stderr
+        self.assertIn("known of the end only", said)
+        self.make("render", "earlier", *SMALL, "--num-times", "2", "--maps", "color", "-o", "course_earlier_color.png")
+        self.assertEqual(self.bytes_of("course_earlier.png"), self.bytes_of("course_earlier_color.png"))
 
     def test_views_and_turntables(self):
         report = json.loads(self.make("render", "wet", *SMALL, "--views", "front,left,30:60", "--json", "-o", "view_%d.png").stdout)

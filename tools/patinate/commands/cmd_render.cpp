@@ -199,10 +199,10 @@ int make_times(CommandRun& run, const RenderCommand& command, Studio& studio, co
   return finish(run, command, key, [&] { return strip_of(run, studio, shots, time_labels(times, unit)); });
 }
 
-/// What was asked for. Of a simulation of whose course only color is known, its end when nothing was.
+/// What was asked for. Of a simulation its end when nothing was: what a run has come to.
 std::vector<double> times_of(CommandRun& run, const RenderCommand& command, const AgingMesh& mesh) {
-  const bool is_end = mesh.maps && mesh.maps_from > mesh.history.frames.front().time &&
-                      command.shown.maps == ShownMaps::All && !is_series(command.output);
+  const bool is_end = mesh.history.origin == "simulated" && command.shown.maps == ShownMaps::All &&
+                      !is_series(command.output) && kind_of(command.subject) == PathKind::Simulation;
   if (!command.times.is_given() && (is_end || command.has_views())) return {mesh.history.frames.back().time};
   return command.times.resolve(run, mesh.history, is_series(command.output) ? kMoviePictures : 5);
 }

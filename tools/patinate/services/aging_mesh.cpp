@@ -58,8 +58,14 @@ AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path, double fil
   scale_mesh(mesh.mesh, 1000.0);  // glTF is in m
   mesh.unit_mesh = mesh.mesh;
   mesh.sample = [history](double time, const RunControl&) { return history->sample(time); };
-  mesh.maps = [folder, film](double, const RunControl& control) { return simulated_maps(folder, film, control); };
-  mesh.maps_from = mesh.history.frames.back().time;
+  const auto made = std::make_shared<std::unique_ptr<SimulatedSurface>>();  // For the first picture that is not there.
+  mesh.maps = [folder, film, made](double time, const RunControl& control) {
+    if (!*made) *made = std::make_unique<SimulatedSurface>(folder, film, control.part(0.0, 0.5));
+    return (*made)->at(time, control.part(0.5, 1.0));
+  };
+  const bool has_course = std::all_of(mesh.history.frames.begin(), mesh.history.frames.end(),
+                                      [](const HistoryFrame& frame) { return frame.amounts.has_value(); });
+  mesh.maps_from = has_course ? mesh.history.frames.front().time : mesh.history.frames.back().time;
   return mesh;
 }
 

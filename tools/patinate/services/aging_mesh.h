@@ -34,7 +34,8 @@ struct AgingMesh {
   /// Color and all else that is known of its surface from `maps_from` on, over the sheet; heights in the mesh's unit.
   /// Nothing when only color is known.
   std::function<SurfaceMaps(double time, const RunControl& control)> maps;
-  double maps_from = -std::numeric_limits<double>::infinity();  ///< Of a simulation, its end.
+  double maps_from = -std::numeric_limits<double>::infinity();  ///< Of a simulation of an
+                                                                ///< earlier version, its end.
 };
 
 /// @param path  A transfer or a simulation. @param film  Amount of water of a simulation that wets a place through.

@@ -8,6 +8,7 @@
 #include "patinate/atlas/dilate.h"
 #include "patinate/core/error.h"
 #include "patinate/simulation/scene_io.h"
+#include "simulation/job/frame_maps.h"
 #include "simulation/job/simulation_job.h"
 #include "simulation/job/simulation_output.h"
 
@@ -65,21 +66,35 @@ ImageF metalness_of(const simulation::Simulation& simulation, int water) {
 
 }  // namespace
 
-SurfaceMaps simulated_maps(const std::filesystem::path& folder, double film, const RunControl& control) {
+SimulatedSurface::SimulatedSurface(const std::filesystem::path& folder, double film, const RunControl& control)
+    : folder_(manifest_folder(folder, "simulation.json")), film_(film) {
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);
-  simulation::SceneFile file = simulation::read_scene(manifest.scene, control.part(0.0, 0.2));
+  simulation::SceneFile file = simulation::read_scene(manifest.scene, control.part(0.0, 0.4));
   manifest.apply_to(file);
   if (file.scene.materials != manifest.materials)
     throw IoError(file.file.string(), "has other materials than the simulation " + folder.string());
-  const int water = material_index(file.scene, kWater);
-  if (water >= 0) {
+  if (const int water = material_index(file.scene, kWater); water >= 0) {
     simulation::MaterialAppearance& look = file.scene.appearance[static_cast<std::size_t>(water)];
     look.strength = look.specular = look.height_mm = 0.0;
   }
-  simulation::Simulation simulation(file.scene, {.parameter_maps = {}, .color_form = manifest.color_form},
-                                    control.part(0.2, 0.6));
-  simulation::read_atlas_file(manifest_folder(folder, "simulation.json"), simulation);
-  const simulation::Composer& look = simulation.compose(control.part(0.6, 1.0));
+  frames_ = read_history_manifest(folder_ / "history");
+  has_course_ = std::all_of(frames_.frames.begin(), frames_.frames.end(),
+                            [](const HistoryFrame& frame) { return frame.amounts.has_value(); });
+  simulation_ = std::make_unique<simulation::Simulation>(
+      std::move(file.scene), simulation::SimulationOptions{.parameter_maps = {}, .color_form = manifest.color_form},
+      control.part(0.4, 1.0));
+}
+
+SurfaceMaps SimulatedSurface::at(double time, const RunControl& control) {
+  simulation::Simulation& simulation = *simulation_;
+  if (!has_course_ || time >= frames_.frames.back().time) {
+    simulation::read_atlas_file(folder_, simulation);
+  } else {
+    simulation::read_frame_amounts(folder_ / "history", frames_, time, simulation);
+  }
+  const simulation::Scene& scene = simulation.scene();
+  const simulation::Composer& look = simulation.compose(control);
+  const int water = material_index(scene, kWater);
   SurfaceMaps maps{.color = look.color_linear(),
                    .normals = decoded_normals(look.normal8()),
                    .roughness = roughness_of(look.specular8()),
@@ -88,11 +103,11 @@ SurfaceMaps simulated_maps(const std::filesystem::path& folder, double film, con
   if (!maps.metalness.empty()) dilate(maps.metalness, simulation.coverage(), -1);
   if (water >= 0) {
     maps.wetness = simulation.amounts(water);
-    for (float& w : maps.wetness.values()) w = std::min(1.0f, w / static_cast<float>(film));
+    for (float& w : maps.wetness.values()) w = std::min(1.0f, w / static_cast<float>(film_));
     dilate(maps.wetness, simulation.coverage(), -1);
   }
   for (const char* name : kPlants) {
-    const int plant = material_index(file.scene, name);
+    const int plant = material_index(scene, name);
     if (plant < 0 || !maps.plants.empty()) continue;
     maps.plants = simulation.amounts(plant);
     dilate(maps.plants, simulation.coverage(), -1);

@@ -99,12 +99,14 @@ std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std:
     write_run_record(folder, command_line(), seconds(), line.effective_options());
   };
   const RunControl stage = control(label);
-  options.on_resume = [this](std::size_t num_done, std::size_t num_items, const std::string& last) {
-    if (!line.common().quiet)
-      print_note("continues: " + std::to_string(num_done) + " of " + std::to_string(num_items) + " steps were done, " +
-                 last + " the last of them");
+  std::string continued;
+  options.on_resume = [&](std::size_t num_done, std::size_t num_items, const std::string& last) {
+    continued = "continued: " + std::to_string(num_done) + " of " + std::to_string(num_items) +
+                " steps were done before, " + last + " the last of them";
   };
-  return run_job(plan, options, stage);
+  const JobStatus status = run_job(plan, options, stage);
+  if (!continued.empty()) note(continued);  // Not before: an error is one line.
+  return status;
 }
 
 std::optional<JobStatus> CommandRun::check_file(const std::filesystem::path& output, const std::string& existing_key,

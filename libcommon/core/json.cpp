@@ -179,7 +179,13 @@ void JsonReader::finish() const {
     if (asked_.contains(key)) continue;
     std::vector<std::string> known(asked_.begin(), asked_.end());
     known.insert(known.end(), looked_for_.begin(), looked_for_.end());
-    throw IoError(file_, pointer_ + "/" + key + ": unknown key" + did_you_mean(key, known));
+    std::string hint = did_you_mean(key, known);
+    if (hint.empty()) {
+      std::sort(known.begin(), known.end());
+      known.erase(std::unique(known.begin(), known.end()), known.end());
+      for (const std::string& name : known) hint += (hint.empty() ? "; there is " : ", ") + name;
+    }
+    throw IoError(file_, pointer_ + "/" + key + ": unknown key" + hint);
   }
 }
 

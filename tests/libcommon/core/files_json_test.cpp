@@ -211,7 +211,7 @@ TEST(Json, ErrorsNamePointerFoundAndExpected) {
   EXPECT_EQ(message_of([&] { (void)reader.member("a").member("b").elements()[0].number(above(1)); }),
             "f.json: /a/b/0: found 1; expected a number > 1");
   EXPECT_EQ(message_of([&] { (void)reader.member("c"); }), "f.json: /: `c` is missing");
-  EXPECT_EQ(message_of([&] { reader.finish(); }), "f.json: /typo: unknown key");
+  EXPECT_EQ(message_of([&] { reader.finish(); }), "f.json: /typo: unknown key; there is a, c");
 }
 
 TEST(Json, UnknownKeysComeWithASuggestion) {

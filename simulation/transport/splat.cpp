@@ -85,6 +85,16 @@ std::size_t SplatShape::append(TexelIndex texel, std::vector<SplatPart>& parts) 
   return parts.size() - first;
 }
 
+void SplatShape::prefetch(TexelIndex texel) const {
+  const TileGrid& grid = surface_->grid();
+  const int x = grid.x(texel), y = grid.y(texel);
+  surface_->prefetch(texel);
+  if (x > 0) surface_->prefetch_weight(grid.index(x - 1, y));
+  if (x + 1 < grid.width) surface_->prefetch_weight(grid.index(x + 1, y));
+  if (y > 0) surface_->prefetch_weight(grid.index(x, y - 1));
+  if (y + 1 < grid.height) surface_->prefetch_weight(grid.index(x, y + 1));
+}
+
 /// @returns false, with nothing appended, where a seam or the surface's end is near.
 bool SplatShape::append_stencil(TexelIndex texel, int size, std::vector<SplatPart>& parts) const {
   const Stencil& stencil = stencil_of(size);

@@ -46,6 +46,7 @@ Stencil make_stencil(int size) {
       // The average with its mirror image makes rounding alike for both diagonals.
       const double s = 0.5 * (share[at(x, y)] + share[at(y, x)]);
       const auto whole = static_cast<std::uint32_t>(s / sum * SplatShape::kWhole);
+      if (whole == 0) continue;  // a short walk does not come there
       stencil.push_back({.x = static_cast<std::int8_t>(x), .y = static_cast<std::int8_t>(y), .share = whole});
       rest -= whole;
     }

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <atomic>
 #include <numbers>
-#include <optional>
 #include <utility>
 #include <vector>
 
 #include "libcommon/core/parallel.h"
 #include "simulation/transport/contact_sort.h"
+#include "simulation/transport/pieces.h"
 #include "simulation/transport/splat.h"
 #include "simulation/transport/transfer.h"
 
@@ -16,28 +16,7 @@ namespace patinate::simulation {
 
 namespace {
 
-using Masses = std::array<std::uint32_t, kMaxMaterials>;
-
 constexpr std::uint32_t kMaxMass = 0xFFFFFFFFu;
-constexpr std::int64_t kSplatChunk = 256;  ///< Contacts.
-
-constexpr std::uint32_t kDepositPiece = 0x7FFFFFFEu;  ///< Random numbers where a gammaton ends.
-
-/// A part of a gammaton's splat. What it has of the cargo stands beside it: State::piece_mass.
-struct Piece {
-  std::uint32_t contact = 0;
-  std::uint16_t number = 0;  ///< In its splat; 0 = middle.
-  std::uint32_t share = SplatShape::kWhole;
-};
-
-/// Another random number of one: uniform where it is, and without a visible relation to it.
-[[nodiscard]] std::uint32_t mixed(std::uint32_t random, std::uint32_t purpose) {
-  std::uint32_t x = random + purpose * 0x9E3779B9u;
-  x = (x ^ x >> 16) * 0x7FEB352Du;
-  x = (x ^ x >> 15) * 0x846CA68Bu;
-  return x ^ x >> 16;
-}
-
 /// transfer_shares() of the weights and shares that turn up: a few hundred of them serve a million contacts.
 class ShareTable {
  public:
@@ -94,7 +73,6 @@ struct Call {
   ParameterMaps* maps;
   bool is_deposit;
   std::span<const Contact> contacts;
-  std::span<const Ending> endings;  ///< Of a deposit: by contact, which is at the end.
   // Empty when carriers are gammatons.
   std::span<const Piece> pieces;        ///< By the keys' carrier.
   std::span<std::uint32_t> piece_mass;  ///< By carrier and active material.
@@ -207,51 +185,6 @@ std::size_t exchange_section(const Call& call, std::span<const ContactKey> keys,
 /// Of a splat in texels: 3 and 5 are those that one and two steps of a walk reach.
 double width_of(int splat_texels) { return splat_texels == 5 ? 3.0 * std::numbers::sqrt2 : splat_texels; }
 
-/// Of what is left along a trail of so many contacts, over that of a drop: as large a stain where it was short.
-constexpr double stain_width(std::size_t length) { return 1.0 + 2.0 / static_cast<double>(length); }
-
-/// Splats along a trail, each with a larger share than the one before: the way ends dark, and begins without a step.
-/// @returns how many parts they have; the first is the texel at the end.
-std::size_t append_trail(const SplatShape& shape, const Trail& trail, std::vector<SplatPart>& parts) {
-  const std::size_t first = parts.size(), n = trail.size();
-  const auto whole = static_cast<std::uint32_t>(n * (n + 1) / 2);
-  std::uint32_t rest = SplatShape::kWhole;
-  for (std::size_t i = n; i-- > 0;) {
-    const std::size_t begin = parts.size();
-    shape.append(trail.texel(i), parts);
-    for (std::size_t k = begin; k < parts.size(); ++k) {
-      parts[k].share = parts[k].share * static_cast<std::uint32_t>(i + 1) / whole;
-      rest -= parts[k].share;
-    }
-  }
-  parts[first].share += rest;
-  return parts.size() - first;
-}
-
-/// Deals a gammaton's cargo out to its pieces: whole quanta of its middle texel, as many to each as its share says in
-/// the mean, and what is less than one to the middle. Amounts that are less than a quantum for every part still find
-/// their way that way.
-/// @param mass  By piece and active material.
-void deal(const Call& call, std::size_t contact, std::uint32_t middle_weight, std::span<const SplatPart> parts,
-          std::uint32_t* mass) {
-  constexpr std::uint32_t kDealPurpose = 0xFFFFu;  // more than any piece's number
-  const std::size_t num_active = call.active.size();
-  for (std::size_t a = 0; a < num_active; ++a) {
-    const auto m = static_cast<std::size_t>(call.active[a]);
-    const std::uint32_t whole = call.cargo.mass[call.contacts[contact].gammaton][m];
-    const std::uint64_t quanta = whole / middle_weight;
-    const std::uint64_t start = mixed(call.randoms[contact][a], kDealPurpose) % SplatShape::kWhole;
-    std::uint64_t share = 0, dealt = 0;
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-      share += parts[k].share;
-      const std::uint64_t until = (quanta * share + start) / SplatShape::kWhole;
-      mass[k * num_active + a] = static_cast<std::uint32_t>((until - dealt) * middle_weight);
-      dealt = until;
-    }
-    mass[a] += whole % middle_weight;
-  }
-}
-
 }  // namespace
 
 struct Exchanger::State {
@@ -261,81 +194,11 @@ struct Exchanger::State {
   ContactSort sort;
   std::vector<Contact> by_gammaton;
   std::vector<ContactKey> keys;
-  std::array<std::optional<SplatShape>, Trail::kLength + 1> shapes;  ///< By the length of the trail; 0 = a contact.
-  std::vector<std::vector<SplatPart>> parts;                         ///< By chunk of contacts.
-  std::vector<std::uint32_t> first_piece;                            ///< By contact, and the end.
-  std::vector<Piece> pieces;
-  std::vector<std::uint32_t> piece_mass;
-  std::vector<Masses> randoms;
+  Pieces pieces;
   std::vector<TileIndex> dirty;
   std::vector<std::size_t> num_dirty;
   std::vector<Worker> workers;
-
-  void cut_splats(double width, Call& call, const RunControl& control);
-  void join_pieces(const Call& call, const RunControl& control);
 };
-
-/// Fills pieces (cargo included) and keys.
-/// @param width  Texels of median size.
-void Exchanger::State::cut_splats(double width, Call& call, const RunControl& control) {
-  const auto n = static_cast<std::int64_t>(call.contacts.size());
-  const SurfaceAtlas& surface = call.atlas.surface();
-  for (std::size_t k = 0; k < (call.is_deposit ? shapes.size() : 1); ++k) {
-    const double wide = k == 0 ? width : width * stain_width(k);
-    if (!shapes[k] || shapes[k]->width() != wide) shapes[k].emplace(surface, wide);
-  }
-  parts.resize(static_cast<std::size_t>((n + kSplatChunk - 1) / kSplatChunk));
-  first_piece.resize(call.contacts.size() + 1);
-  randoms.resize(call.contacts.size());
-  parallel_for(n, kSplatChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    std::vector<SplatPart>& of_chunk = parts[static_cast<std::size_t>(begin / kSplatChunk)];
-    of_chunk.clear();
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      first_piece[i + 1] = static_cast<std::uint32_t>(
-          call.is_deposit ? append_trail(*shapes[call.endings[i].trail.size()], call.endings[i].trail, of_chunk)
-                          : shapes[0]->append(call.contacts[i].texel, of_chunk));
-      randoms[i] = transfer_randoms(call.seed, call.contacts[i].gammaton, call.time.random_key,
-                                    call.is_deposit ? kDepositPiece : 0, static_cast<int>(call.active.size()));
-    }
-  });
-  first_piece[0] = 0;
-  for (std::size_t i = 0; i < call.contacts.size(); ++i) first_piece[i + 1] += first_piece[i];
-  pieces.resize(first_piece.back());
-  piece_mass.resize(pieces.size() * call.active.size());
-  keys.resize(pieces.size());
-  call.pieces = pieces;
-  call.piece_mass = piece_mass;
-  call.randoms = randoms;
-  parallel_for(n, kSplatChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    const SplatPart* part = parts[static_cast<std::size_t>(begin / kSplatChunk)].data();
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const std::size_t first = first_piece[i], num_parts = first_piece[i + 1] - first;
-      deal(call, i, surface.weight(call.contacts[i].texel), {part, num_parts},
-           piece_mass.data() + first * call.active.size());
-      for (std::size_t k = 0; k < num_parts; ++k, ++part) {
-        pieces[first + k] = {
-            .contact = static_cast<std::uint32_t>(i), .number = static_cast<std::uint16_t>(k), .share = part->share};
-        keys[first + k] = ContactKey{part->texel} << 32 | (first + k);
-      }
-    }
-  });
-}
-
-/// Sums the pieces' cargo up again.
-void Exchanger::State::join_pieces(const Call& call, const RunControl& control) {
-  const std::size_t num_active = call.active.size();
-  parallel_for(static_cast<std::int64_t>(call.contacts.size()), kSplatChunk, control,
-               [&](std::int64_t begin, std::int64_t end) {
-                 for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-                   for (std::size_t a = 0; a < num_active; ++a) {
-                     std::uint32_t sum = 0;
-                     for (std::size_t p = first_piece[i]; p < first_piece[i + 1]; ++p)
-                       sum += piece_mass[p * num_active + a];
-                     call.cargo.mass[call.contacts[i].gammaton][static_cast<std::size_t>(call.active[a])] = sum;
-                   }
-                 }
-               });
-}
 
 double contact_area(const ExchangeOptions& options, const SurfaceAtlas& surface) {
   if (!(options.splat_mm > 0.0)) return 1.0;
@@ -391,7 +254,6 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
             .maps = maps,
             .is_deposit = !endings.empty(),
             .contacts = contacts,
-            .endings = endings,
             .pieces = {},
             .piece_mass = {},
             .randoms = {}};
@@ -399,8 +261,17 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
   const double median_mm = surface.median_texel_size_mm();
   const double width = options.splat_mm > 0.0 ? options.splat_mm / median_mm : width_of(options.splat_texels);
   const bool is_wide = call.is_deposit || options.splat_mm > 0.0 || options.splat_texels > 1;
+  const WideContacts wide{.surface = surface,
+                          .contacts = contacts,
+                          .endings = endings,
+                          .active = call.active,
+                          .seed = s.seed,
+                          .random_key = time.random_key};
   if (is_wide) {
-    s.cut_splats(width, call, threads);
+    s.pieces.cut(wide, width, cargo, s.keys, threads);
+    call.pieces = s.pieces.pieces();
+    call.piece_mass = s.pieces.mass();
+    call.randoms = s.pieces.randoms();
   } else {
     s.keys.resize(contacts.size());
     for (std::size_t i = 0; i < contacts.size(); ++i)
@@ -424,7 +295,7 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
           exchange_section(call, keys, worker, s.dirty.data() + s.sort.begin_of(section));
     }
   });
-  if (is_wide) s.join_pieces(call, threads);
+  if (is_wide) s.pieces.join(wide, cargo, threads);
 
   ExchangeReport report;
   std::size_t num_dirty = 0;

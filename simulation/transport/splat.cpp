@@ -46,6 +46,7 @@ Stencil make_stencil(int size) {
       // The average with its mirror image makes rounding alike for both diagonals.
       const double s = 0.5 * (share[at(x, y)] + share[at(y, x)]);
       const auto whole = static_cast<std::uint32_t>(s / sum * SplatShape::kWhole);
+      if (whole == 0) continue;  // a short walk does not come there
       stencil.push_back({.x = static_cast<std::int8_t>(x), .y = static_cast<std::int8_t>(y), .share = whole});
       rest -= whole;
     }
@@ -83,6 +84,16 @@ std::size_t SplatShape::append(TexelIndex texel, std::vector<SplatPart>& parts) 
     walk_surface(*surface_, texel, size, parts);
   }
   return parts.size() - first;
+}
+
+void SplatShape::prefetch(TexelIndex texel) const {
+  const TileGrid& grid = surface_->grid();
+  const int x = grid.x(texel), y = grid.y(texel);
+  surface_->prefetch(texel);
+  if (x > 0) surface_->prefetch_weight(grid.index(x - 1, y));
+  if (x + 1 < grid.width) surface_->prefetch_weight(grid.index(x + 1, y));
+  if (y > 0) surface_->prefetch_weight(grid.index(x, y - 1));
+  if (y + 1 < grid.height) surface_->prefetch_weight(grid.index(x, y + 1));
 }
 
 /// @returns false, with nothing appended, where a seam or the surface's end is near.

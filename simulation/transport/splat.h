@@ -35,6 +35,8 @@ class SplatShape {
   /// Appends the parts of a splat in the middle of a texel, that one first; shares sum to kWhole, none is 0.
   /// @returns how many they are, at most kMaxParts.
   std::size_t append(TexelIndex texel, std::vector<SplatPart>& parts) const;
+  /// Asks memory for what append() will read there.
+  void prefetch(TexelIndex texel) const;
 
  private:
   /// The variance along an axis, texels^2 of the size that is hit there, in 1/kVarianceOne; 0 = one texel.

@@ -114,6 +114,13 @@ class SurfaceAtlas {
   /// Area weight of the surface that texel_of() gives to a texel, [1, kMaxWeight]: at a chart's edge it is from half a
   /// texel to one and a half, and even rain makes even amounts only if that is known.
   [[nodiscard]] std::uint32_t weight(TexelIndex t) const { return texel_weight_[t]; }
+  /// Ask memory for weight(), and for triangle() and is_plain() too.
+  void prefetch_weight(TexelIndex t) const { __builtin_prefetch(&texel_weight_[t]); }
+  void prefetch(TexelIndex t) const {
+    prefetch_weight(t);
+    __builtin_prefetch(&triangle_[t]);
+    __builtin_prefetch(&is_plain_tile_[TileGrid::tile_of(t)]);
+  }
   /// The same in mm2.
   [[nodiscard]] double area_mm2(TexelIndex t) const {
     return weight(t) * median_texel_size_mm_ * median_texel_size_mm_ / kMedianWeight;

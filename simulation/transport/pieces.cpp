@@ -1,0 +1,160 @@
+#include "simulation/transport/pieces.h"
+
+#include <algorithm>
+
+#include "libcommon/core/parallel.h"
+#include "simulation/transport/transfer.h"
+
+namespace patinate::simulation {
+
+namespace {
+
+constexpr std::int64_t kSplatChunk = 256;             ///< Contacts.
+constexpr std::uint32_t kDepositPiece = 0x7FFFFFFEu;  ///< Random numbers where a gammaton ends.
+constexpr std::size_t kAhead = 16;                    ///< Contacts that memory is asked for before their turn.
+
+/// Of what is left along a trail of so many contacts, over that of a drop: as large a stain where it was short.
+constexpr double stain_width(std::size_t length) { return 1.0 + 2.0 / static_cast<double>(length); }
+
+/// Makes one of all parts that lie on one texel. @param parts  Of one splat each texel once or more often; its middle
+/// comes first, and still does.
+void merge(std::vector<SplatPart>& parts, std::size_t first) {
+  const TexelIndex middle = parts[first].texel;
+  const auto begin = parts.begin() + static_cast<std::ptrdiff_t>(first);
+  std::sort(begin, parts.end(), [&](const SplatPart& a, const SplatPart& b) {
+    return a.texel != b.texel && (a.texel == middle || (b.texel != middle && a.texel < b.texel));
+  });
+  auto last = begin;
+  for (auto part = begin + 1; part != parts.end(); ++part) {
+    if (part->texel == last->texel) {
+      last->share += part->share;
+    } else {
+      *++last = *part;
+    }
+  }
+  parts.erase(last + 1, parts.end());
+}
+
+/// Splats along a trail, each with a larger share than the one before: the way ends dark, and begins without a step.
+/// @returns how many parts they have, of a texel each; the first is the texel at the end.
+std::size_t append_trail(const SplatShape& shape, const Trail& trail, std::vector<SplatPart>& parts) {
+  const std::size_t first = parts.size(), n = trail.size();
+  const auto whole = static_cast<std::uint32_t>(n * (n + 1) / 2);
+  std::array<SplatPart, Trail::kLength> places;  // a slow one touches a texel again and again
+  std::size_t num_places = 0;
+  for (std::size_t i = n; i-- > 0;) {
+    std::size_t p = 0;
+    while (p < num_places && places[p].texel != trail.texel(i)) ++p;
+    if (p == num_places) places[num_places++] = {trail.texel(i), 0};
+    places[p].share += static_cast<std::uint32_t>(i + 1);
+  }
+  std::uint32_t rest = SplatShape::kWhole;
+  for (std::size_t p = 0; p < num_places; ++p) {
+    const std::size_t begin = parts.size();
+    shape.append(places[p].texel, parts);
+    for (std::size_t k = begin; k < parts.size(); ++k) {
+      parts[k].share = parts[k].share * places[p].share / whole;
+      rest -= parts[k].share;
+    }
+  }
+  parts[first].share += rest;
+  merge(parts, first);
+  return parts.size() - first;
+}
+
+/// Deals a gammaton's cargo out to its pieces: whole quanta of its middle texel, as many to each as its share says in
+/// the mean, and what is less than one to the middle. Amounts that are less than a quantum for every part still find
+/// their way that way.
+/// @param mass  By piece and active material.
+void deal(const Masses& cargo, std::span<const int> active, const Masses& randoms, std::uint32_t middle_weight,
+          std::span<const SplatPart> parts, std::uint32_t* mass) {
+  constexpr std::uint32_t kDealPurpose = 0xFFFFu;  // more than any piece's number
+  for (std::size_t a = 0; a < active.size(); ++a) {
+    const std::uint32_t whole = cargo[static_cast<std::size_t>(active[a])];
+    const std::uint64_t quanta = whole / middle_weight;
+    const std::uint64_t start = mixed(randoms[a], kDealPurpose) % SplatShape::kWhole;
+    std::uint64_t share = 0, dealt = 0;
+    for (std::size_t k = 0; k < parts.size(); ++k) {
+      share += parts[k].share;
+      const std::uint64_t until = (quanta * share + start) / SplatShape::kWhole;
+      mass[k * active.size() + a] = static_cast<std::uint32_t>((until - dealt) * middle_weight);
+      dealt = until;
+    }
+    mass[a] += whole % middle_weight;
+  }
+}
+
+}  // namespace
+
+/// Of some contacts: parts, and how many each has in first_piece_ of the next.
+void Pieces::append_parts(const WideContacts& of, std::size_t begin, std::size_t end, std::vector<SplatPart>& parts) {
+  const bool is_deposit = !of.endings.empty();
+  parts.clear();
+  for (std::size_t i = begin; i < end; ++i) {
+    if (is_deposit) {
+      const Trail& trail = of.endings[i].trail;
+      const SplatShape& shape = *shapes_[trail.size()];
+      for (std::size_t k = 0; k < trail.size(); ++k) shape.prefetch(trail.texel(k));
+      first_piece_[i + 1] = static_cast<std::uint32_t>(append_trail(shape, trail, parts));
+    } else {
+      const std::size_t from = i == begin ? i : i + kAhead - 1;
+      for (std::size_t k = from; k < std::min(i + kAhead, end); ++k) shapes_[0]->prefetch(of.contacts[k].texel);
+      first_piece_[i + 1] = static_cast<std::uint32_t>(shapes_[0]->append(of.contacts[i].texel, parts));
+    }
+    randoms_[i] = transfer_randoms(of.seed, of.contacts[i].gammaton, of.random_key, is_deposit ? kDepositPiece : 0,
+                                   static_cast<int>(of.active.size()));
+  }
+}
+
+void Pieces::cut(const WideContacts& of, double width, const Cargo& cargo, std::vector<ContactKey>& keys,
+                 const RunControl& control) {
+  const std::size_t num = of.contacts.size(), num_active = of.active.size();
+  const auto n = static_cast<std::int64_t>(num);
+  for (std::size_t k = 0; k < (of.endings.empty() ? 1 : shapes_.size()); ++k) {
+    const double wide = k == 0 ? width : width * stain_width(k);
+    if (!shapes_[k] || shapes_[k]->width() != wide) shapes_[k].emplace(of.surface, wide);
+  }
+  parts_.resize(static_cast<std::size_t>((n + kSplatChunk - 1) / kSplatChunk));
+  first_piece_.resize(num + 1);
+  randoms_.resize(num);
+  parallel_for(n, kSplatChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    append_parts(of, static_cast<std::size_t>(begin), static_cast<std::size_t>(end),
+                 parts_[static_cast<std::size_t>(begin / kSplatChunk)]);
+  });
+  first_piece_[0] = 0;
+  for (std::size_t i = 0; i < num; ++i) first_piece_[i + 1] += first_piece_[i];
+  pieces_.resize(first_piece_.back());
+  mass_.resize(pieces_.size() * num_active);
+  keys.resize(pieces_.size());
+  parallel_for(n, kSplatChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    const SplatPart* part = parts_[static_cast<std::size_t>(begin / kSplatChunk)].data();
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const std::size_t first = first_piece_[i], num_parts = first_piece_[i + 1] - first;
+      const Contact& contact = of.contacts[i];
+      deal(cargo.mass[contact.gammaton], of.active, randoms_[i], of.surface.weight(contact.texel), {part, num_parts},
+           mass_.data() + first * num_active);
+      for (std::size_t k = 0; k < num_parts; ++k, ++part) {
+        pieces_[first + k] = {
+            .contact = static_cast<std::uint32_t>(i), .number = static_cast<std::uint16_t>(k), .share = part->share};
+        keys[first + k] = ContactKey{part->texel} << 32 | (first + k);
+      }
+    }
+  });
+}
+
+void Pieces::join(const WideContacts& of, Cargo& cargo, const RunControl& control) const {
+  const std::size_t num_active = of.active.size();
+  parallel_for(static_cast<std::int64_t>(of.contacts.size()), kSplatChunk, control,
+               [&](std::int64_t begin, std::int64_t end) {
+                 for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+                   for (std::size_t a = 0; a < num_active; ++a) {
+                     std::uint32_t sum = 0;
+                     for (std::size_t p = first_piece_[i]; p < first_piece_[i + 1]; ++p)
+                       sum += mass_[p * num_active + a];
+                     cargo.mass[of.contacts[i].gammaton][static_cast<std::size_t>(of.active[a])] = sum;
+                   }
+                 }
+               });
+}
+
+}  // namespace patinate::simulation

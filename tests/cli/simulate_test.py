@@ -171,6 +171,13 @@ class Simulate(unittest.TestCase):
         for arguments in (["--estimate", "-o", "x"], []):
             self.assertEqual(self.run_in(["simulate", "ledge/small.json", *arguments]).returncode, 2)
 
+    def test_the_chest_of_the_examples_ages_and_its_patina_runs_onto_the_wood(self):
+        scene = pathlib.Path(__file__).resolve().parents[2] / "docs/examples/scenes/chest/chest.json"
+        told = json.loads(self.run_in(["simulate", str(scene), "--estimate", "--json"], check=True).stdout)
+        self.assertEqual(told["advice"], [])
+        for planks in ("planks", "other_planks"):
+            self.assertGreater(told["objects"][planks]["materials"]["patina"]["shows_share"], 0)
+
     def scene_of_many_files(self, folder):
         """A scene whose mesh, picture and rule lie in folders beside it. Its JSON is the same wherever `folder` is."""
         (self.folder / folder / "in").mkdir(parents=True)

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "libcommon/core/random.h"
+#include "libcommon/output/hit_corners.h"
 #include "libcommon/output/sampling.h"
 
 namespace patinate {
@@ -104,38 +105,19 @@ LitPoint LitMesh::look(const Vec3& origin, const Vec3& direction, int x, int y, 
   return point;
 }
 
-// The normal that the texture tells, in the frame of the smooth one.
-Vec3 LitMesh::detailed_normal(const Vec3& smooth, std::size_t triangle, const RayHit& hit, const Vec2& uv) const {
-  const Vec3 along = blend(tangents_.tangent[triangle], hit.b1, hit.b2);
-  const Vec3 flat = along - along.dot(smooth) * smooth;
-  if (!(flat.norm() > 1e-9)) return smooth;
-  const Vec3 tangent = flat.normalized();
-  const Vec3 up = (tangents_.is_mirrored[triangle] ? -1.0 : 1.0) * smooth.cross(tangent);
-  const std::array<double, 3> n = texture_at(detail_.normals, uv.x(), uv.y());
-  const Vec3 normal = n[0] * tangent + n[1] * up + n[2] * smooth;
-  return normal.norm() > 1e-6 ? Vec3(normal.normalized()) : smooth;
-}
-
 LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, std::span<const Vec3> to_light) const {
-  const std::size_t t = static_cast<std::size_t>(hit.triangle);
-  std::array<Vec3, 3> p, n;
-  std::array<Vec2, 3> uv;
-  std::array<double, 3> open;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t corner = static_cast<std::size_t>(mesh_.triangles[t][k]);
-    p[k] = mesh_.positions[corner];
-    n[k] = mesh_.normals[static_cast<std::size_t>(mesh_.normal_triangles[t][k])];
-    uv[k] = mesh_.uvs[static_cast<std::size_t>(mesh_.uv_triangles[t][k])];
-    open[k] = static_cast<double>(ambient_[corner]);
-  }
+  const HitCorners corners = corners_of(mesh_, ambient_, static_cast<std::size_t>(hit.triangle));
+  const std::array<Vec3, 3>& p = corners.positions;
   Vec3 face = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
-  Vec3 normal = blend(n, hit.b1, hit.b2).normalized();
-  const Vec2 at = blend(uv, hit.b1, hit.b2);
-  if (!detail_.normals.empty()) normal = detailed_normal(normal, t, hit, at);
+  Vec3 normal = blend(corners.normals, hit.b1, hit.b2).normalized();
+  const Vec2 at = blend(corners.uvs, hit.b1, hit.b2);
+  if (!detail_.normals.empty()) {
+    const std::array<double, 3> n = texture_at(detail_.normals, at.x(), at.y());
+    normal = mapped_normal(tangents_, hit, normal, Vec3(n[0], n[1], n[2]));
+  }
   const double roughness = detail_.roughness.empty()
                                ? options_.roughness
                                : std::clamp(texture_at(detail_.roughness, at.x(), at.y())[0], 0.05, 1.0);
-  const Vec3 place = blend(p, hit.b1, hit.b2);
   // Both sides show: a surface seen from behind is lit like one that faces the viewer.
   const double side = face.dot(direction) > 0.0 ? -1.0 : 1.0;
   face *= side;
@@ -145,14 +127,10 @@ LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, std::span<co
   point.is_hit = true;
   point.uv = at;
   const double gradient = 1.0 - options_.ambient_gradient * 0.5 * (1.0 - normal.dot(up_));
-  point.diffuse = options_.ambient * gradient * (options_.occlusion_samples > 0 ? blend(open, hit.b1, hit.b2) : 1.0);
+  point.diffuse =
+      options_.ambient * gradient * (options_.occlusion_samples > 0 ? blend(corners.open, hit.b1, hit.b2) : 1.0);
   if (!(options_.light > 0.0)) return point;
-  std::array<Vec3, 3> lifted;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3 off = place - p[k];
-    lifted[k] = place - std::min(0.0, off.dot(side * n[k])) * side * n[k];
-  }
-  const Vec3 from = blend(lifted, hit.b1, hit.b2) + kRayOffset * diagonal_ * face;
+  const Vec3 from = smooth_place(corners, hit, side) + kRayOffset * diagonal_ * face;
   const double share = options_.light / static_cast<double>(to_light.size());
   for (const Vec3& light : to_light) {
     const double facing = normal.dot(light);

@@ -43,7 +43,6 @@ class LitMesh {
   [[nodiscard]] LitPoint surface(const RayHit& hit, const Vec3& direction, std::span<const Vec3> to_light) const;
   [[nodiscard]] double ground_light(const Vec3& p, std::span<const Vec3> to_light) const;
   [[nodiscard]] Vec3 light_direction(int x, int y, int sample, int num_samples) const;
-  [[nodiscard]] Vec3 detailed_normal(const Vec3& smooth, std::size_t triangle, const RayHit& hit, const Vec2& uv) const;
 
   Mesh mesh_;
   RenderOptions options_;

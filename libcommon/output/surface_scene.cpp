@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "libcommon/output/hit_corners.h"
 #include "libcommon/output/relief.h"
 #include "libcommon/output/render_light.h"
 #include "libcommon/output/sampling.h"
@@ -77,18 +78,6 @@ std::optional<SeenPoint> SurfaceScene::first_hit(const Vec3& origin, const Vec3&
   return point(*hit, direction);
 }
 
-// The normal that the texture tells, in the frame of the smooth one.
-Vec3 SurfaceScene::detailed_normal(const Vec3& smooth, std::size_t triangle, const RayHit& hit, const Vec2& uv) const {
-  const Vec3 along = blend(tangents_.tangent[triangle], hit.b1, hit.b2);
-  const Vec3 flat = along - along.dot(smooth) * smooth;
-  if (!(flat.norm() > 1e-9)) return smooth;
-  const Vec3 tangent = flat.normalized();
-  const Vec3 up = (tangents_.is_mirrored[triangle] ? -1.0 : 1.0) * smooth.cross(tangent);
-  const Vec3 n = color_at(maps_.normals, uv);
-  const Vec3 normal = surface_.relief * (n.x() * tangent + n.y() * up) + n.z() * smooth;
-  return normal.norm() > 1e-6 ? Vec3(normal.normalized()) : smooth;
-}
-
 void SurfaceScene::read_material(SeenPoint& point, const Vec2& uv) const {
   point.color = color_at(maps_.color, uv).cwiseMax(0.0);
   point.specular = maps_.specular.empty() ? Vec3(Vec3::Constant(options_.specular))
@@ -106,25 +95,16 @@ void SurfaceScene::read_leaf(SeenPoint& point, std::size_t triangle, const RayHi
 
 SeenPoint SurfaceScene::point(const RayHit& hit, const Vec3& direction) const {
   const std::size_t t = static_cast<std::size_t>(hit.triangle);
-  std::array<Vec3, 3> p, n;
-  std::array<Vec2, 3> uv;
-  std::array<double, 3> open;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t corner = static_cast<std::size_t>(mesh_.triangles[t][k]);
-    p[k] = mesh_.positions[corner];
-    n[k] = mesh_.normals[static_cast<std::size_t>(mesh_.normal_triangles[t][k])];
-    uv[k] = mesh_.uvs[static_cast<std::size_t>(mesh_.uv_triangles[t][k])];
-    open[k] = static_cast<double>(open_[corner]);
-  }
+  const HitCorners corners = corners_of(mesh_, open_, t);
+  const std::array<Vec3, 3>& p = corners.positions;
   SeenPoint point;
   point.view = -direction;
-  const Vec2 at = blend(uv, hit.b1, hit.b2);
-  const Vec3 place = blend(p, hit.b1, hit.b2);
+  const Vec2 at = blend(corners.uvs, hit.b1, hit.b2);
   point.face = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
   // Both sides show: a surface seen from behind is lit like one that faces the viewer.
   const double side = point.face.dot(direction) > 0.0 ? -1.0 : 1.0;
   point.face *= side;
-  const Vec3 smooth = blend(n, hit.b1, hit.b2).normalized();
+  const Vec3 smooth = blend(corners.normals, hit.b1, hit.b2).normalized();
   const auto facing = [&](const Vec3& normal) -> Vec3 {
     const Vec3 turned = side * normal;
     const double lack = kLeastFacing - turned.dot(point.view);
@@ -132,15 +112,14 @@ SeenPoint SurfaceScene::point(const RayHit& hit, const Vec3& direction) const {
   };
   point.smooth = facing(smooth);
   const bool is_leaf = plants_.is_leaf(t);
-  point.normal = maps_.normals.empty() || is_leaf ? point.smooth : facing(detailed_normal(smooth, t, hit, at));
-  point.open = options_.occlusion_samples > 0 ? blend(open, hit.b1, hit.b2) : 1.0;
-  // Rays begin on the smooth surface that the normals tell, so that coarse triangles do not shade themselves.
-  std::array<Vec3, 3> lifted;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3 off = place - p[k];
-    lifted[k] = place - std::min(0.0, off.dot(side * n[k])) * side * n[k];
+  point.normal = point.smooth;
+  if (!maps_.normals.empty() && !is_leaf) {
+    const Vec3 n = color_at(maps_.normals, at);
+    point.normal =
+        facing(mapped_normal(tangents_, hit, smooth, Vec3(surface_.relief * n.x(), surface_.relief * n.y(), n.z())));
   }
-  point.place = blend(lifted, hit.b1, hit.b2) + ray_offset() * point.face;
+  point.open = options_.occlusion_samples > 0 ? blend(corners.open, hit.b1, hit.b2) : 1.0;
+  point.place = smooth_place(corners, hit, side) + ray_offset() * point.face;
   if (is_leaf) {
     read_leaf(point, t, hit);
   } else {

@@ -48,7 +48,6 @@ class SurfaceScene {
 
  private:
   [[nodiscard]] SeenPoint point(const RayHit& hit, const Vec3& direction) const;
-  [[nodiscard]] Vec3 detailed_normal(const Vec3& smooth, std::size_t triangle, const RayHit& hit, const Vec2& uv) const;
   void read_material(SeenPoint& point, const Vec2& uv) const;
   void read_leaf(SeenPoint& point, std::size_t triangle, const RayHit& hit) const;
 

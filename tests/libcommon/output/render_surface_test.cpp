@@ -14,27 +14,17 @@
 #include "libcommon/output/surface_material.h"
 #include "patinate/core/error.h"
 #include "tests/libcommon/output/ball.h"
+#include "tests/libcommon/output/bare_render.h"
 #include "tests/support/meshes.h"
 
 namespace patinate {
 namespace {
 
 using testing_support::ball;
+using testing_support::kWhite;
 using testing_support::plate;
 
-const ImageF kWhite(1, 1, 3, 1.0f);
-
-// Nothing but what a test turns on.
-RenderOptions bare() {
-  RenderOptions o;
-  o.width = o.height = 64;
-  o.samples = 16;
-  o.light = o.ambient = o.ambient_gradient = o.specular = o.light_size_deg = 0.0;
-  o.occlusion_samples = 0;
-  o.ground = false;
-  o.backdrop = Backdrop::White;
-  return o;
-}
+RenderOptions bare() { return testing_support::bare(64, 16); }
 
 ImageF one(float value) { return {1, 1, 1, value}; }
 

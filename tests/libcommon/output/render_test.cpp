@@ -11,6 +11,7 @@
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "tests/libcommon/output/ball.h"
+#include "tests/libcommon/output/bare_render.h"
 #include "tests/support/meshes.h"
 #include "tests/support/test_data.h"
 
@@ -18,21 +19,10 @@ namespace patinate {
 namespace {
 
 using testing_support::ball;
+using testing_support::kWhite;
 using testing_support::plate;
 
-const ImageF kWhite(1, 1, 3, 1.0f);
-
-// Nothing but what a test turns on.
-RenderOptions bare() {
-  RenderOptions o;
-  o.width = o.height = 96;
-  o.samples = 1;
-  o.light = o.ambient = o.ambient_gradient = o.specular = o.light_size_deg = 0.0;
-  o.occlusion_samples = 0;
-  o.ground = false;
-  o.backdrop = Backdrop::White;
-  return o;
-}
+RenderOptions bare() { return testing_support::bare(96, 1); }
 
 struct Extent {
   int x0 = 1 << 20, x1 = -1, y0 = 1 << 20, y1 = -1;

@@ -20,12 +20,12 @@ enum { kNoNeighbor = -2147483647 };  // In place of a texel or a step.
 // `num` neighbors of each texel; the last eight are those beside it.
 typedef struct NeighborTables {
   i32 num;
-  PATINATE_GLOBAL const i32* row;                 // By texel: what is stored of it; -1 = nothing.
-  PATINATE_GLOBAL const u64* is_stored;           // By row, two words: which neighbors are.
-  PATINATE_GLOBAL const u32* begin;               // By row: the first of them in `stored`.
+  PATINATE_GLOBAL const i32* row;        // By texel: what is stored of it; -1 = nothing.
+  PATINATE_GLOBAL const u64* is_stored;  // By row, two words: which neighbors are.
+  PATINATE_GLOBAL const u32* begin;      // By row: the first of them in `stored`.
   PATINATE_GLOBAL const PackedNeighbor* stored;
-  PATINATE_GLOBAL const i32* triangle;            // By texel.
-  PATINATE_GLOBAL const i32* steps_of;            // By triangle: where its steps begin, over `num`.
+  PATINATE_GLOBAL const i32* triangle;  // By texel.
+  PATINATE_GLOBAL const i32* steps_of;  // By triangle: where its steps begin, over `num`.
   PATINATE_GLOBAL const PackedNeighbor* steps;
 } NeighborTables;
 

@@ -1,9 +1,9 @@
-// The dialect that kernels are written in: what C++ and OpenCL C 1.2 both read. This text is put before every program of
-// a device, and kernel_language.h includes it for C++. No float is contracted, no function of a math library called but
-// square roots, which round correctly.
+// The dialect that kernels are written in: what C++ and OpenCL C 1.2 both read. This text is put before every program
+// of a device, and kernel_language.h includes it for C++. No float is contracted, no function of a math library called
+// but square roots, which round correctly.
 //
-// A kernel's text holds functions over PATINATE_GLOBAL pointers and plain structs, and below `#ifdef __OPENCL_VERSION__`
-// the entries (`kernel void`) that pick a device's items.
+// A kernel's text holds functions over PATINATE_GLOBAL pointers and plain structs, and below `#ifdef
+// __OPENCL_VERSION__` the entries (`kernel void`) that pick a device's items.
 #ifdef __OPENCL_VERSION__
 #pragma OPENCL FP_CONTRACT OFF
 #ifdef cl_khr_fp64

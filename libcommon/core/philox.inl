@@ -1,4 +1,5 @@
-// Philox 4x32-10 [Salmon, Moraes, Dror, Shaw 2011], and draws from a stream of it. In the dialect of kernel_language.inl.
+// Philox 4x32-10 [Salmon, Moraes, Dror, Shaw 2011], and draws from a stream of it. In the dialect of
+// kernel_language.inl.
 
 // What one item has left of its stream.
 typedef struct RandomState {

@@ -6,7 +6,8 @@ enum { kResultsOfItem = 6 };
 static inline float float_from(u32 random) {
   const u32 exponent = (random >> 23) & 0xFFu;
   const u32 bits = (random & 1u) != 0u ? (random & 0x80FFFFFFu) | 0x3F000000u
-                                       : exponent == 0xFFu ? random & 0xBFFFFFFFu : random;
+                   : exponent == 0xFFu ? random & 0xBFFFFFFFu
+                                       : random;
   return PATINATE_AS_FLOAT(bits);
 }
 static inline double double_from(u32 high, u32 low) {

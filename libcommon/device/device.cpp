@@ -34,9 +34,12 @@ DeviceInfo describe_device(const OpenCl& cl, cl_platform_id platform, cl_device_
   };
   DeviceInfo info;
   info.name = ask(CL_DEVICE_NAME);
-  info.platform = text_of([&](std::size_t n, void* to, std::size_t* size) {
-    return cl.clGetPlatformInfo(platform, CL_PLATFORM_NAME, n, to, size);
-  });
+  const auto ask_platform = [&](cl_platform_info what) {
+    return text_of(
+        [&](std::size_t n, void* to, std::size_t* size) { return cl.clGetPlatformInfo(platform, what, n, to, size); });
+  };
+  info.platform = ask_platform(CL_PLATFORM_NAME);
+  info.version = ask_platform(CL_PLATFORM_VERSION);
   info.driver = ask(CL_DRIVER_VERSION);
   info.is_gpu = (number(CL_DEVICE_TYPE, cl_device_type{0}) & CL_DEVICE_TYPE_GPU) != 0;
   info.num_units = static_cast<int>(number(CL_DEVICE_MAX_COMPUTE_UNITS, cl_uint{0}));

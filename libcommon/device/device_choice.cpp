@@ -35,7 +35,8 @@ std::vector<DeviceInfo> choose_devices(const std::string& device, const std::vec
   const bool is_any = device == "auto" || device == "gpu";
   std::vector<DeviceInfo> chosen;
   for (const DeviceInfo& info : all) {
-    const bool is_meant = is_any ? info.is_gpu : lower(label(info)).find(lower(device)) != std::string::npos;
+    const bool is_meant =
+        is_any ? info.is_gpu : lower(label(info) + " " + info.version).find(lower(device)) != std::string::npos;
     if (is_meant) chosen.push_back(info);
   }
   if (chosen.empty() && device != "auto")

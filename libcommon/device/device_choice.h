@@ -21,7 +21,7 @@ void describe(OptionVisitor& v, DeviceOptions& o);
 [[nodiscard]] std::string label(const DeviceInfo& info);
 
 /// The devices to try, the best first; none: the CPU's own code. `auto`: GPUs, `gpu`: the same, but there must be one;
-/// else those whose label contains the text, in any case of letters.
+/// else those whose label or platform version contains the text, in any case of letters.
 /// @throws InvalidInput naming what there is, if what is asked for is not there.
 [[nodiscard]] std::vector<DeviceInfo> choose_devices(const std::string& device, const std::vector<DeviceInfo>& all);
 

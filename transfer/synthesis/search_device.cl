@@ -12,6 +12,7 @@ kernel void search_set(const SearchNumbers numbers, global const short* appearan
                        global const int* pixels, global const char* beside, global const uchar* changed_near,
                        global int* found_pixel, global char* found_beside) {
   const ulong item = get_global_id(0);
+  if (item >= numbers.num_items) return;
   const long texel = texel_of_item(&numbers, item);
   found_pixel[item] = -1;
   if (triangle[texel] < 0 || !is_due(changed_near[texel], numbers.turn, numbers.is_whole != 0)) return;
@@ -44,7 +45,7 @@ kernel void take_set(const SearchNumbers numbers, global const int* row, global 
                      global const char* found_beside, global int* pixels, global char* beside,
                      global uchar* changed_near) {
   const ulong item = get_global_id(0);
-  if (found_pixel[item] < 0) return;
+  if (item >= numbers.num_items || found_pixel[item] < 0) return;
   const long texel = texel_of_item(&numbers, item);
   if (found_pixel[item] != pixels[texel]) {
     const NeighborTables tables = {numbers.num_neighbors + kTexelsBeside, row, is_stored, begin, stored, triangle, steps_of, steps};

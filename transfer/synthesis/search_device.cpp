@@ -111,13 +111,17 @@ struct SearchDevice::Level::State {
   Buffer<std::int32_t> found_pixel;
   Buffer<std::int8_t> found_beside;
 
+  /// Drivers of CPUs keep what all items of a group have on one stack: some kilobytes each.
+  static constexpr std::uint64_t kGroup = 64;
+
   /// Calls launch(items) for all of a set, waiting for each: one takes some milliseconds.
   template <class Launch>
   void for_each_launch(std::uint64_t num_items, const RunControl& control, const Launch& launch) const {
     const std::uint64_t most = device.info().is_gpu ? std::uint64_t{1} << 18 : std::uint64_t{1} << 12;
     for (std::uint64_t first = 0; first < num_items; first += most) {
       control.throw_if_stopped();
-      launch(Items{.first = first, .num = std::min(most, num_items - first)});
+      const std::uint64_t num = std::min(most, num_items - first);
+      launch(Items{.first = first, .num = (num + kGroup - 1) / kGroup * kGroup, .group = kGroup});
       device.finish();
     }
   }
@@ -127,6 +131,7 @@ struct SearchDevice::Level::State {
     const int rows = (map.height() - numbers.set / 2 + 1) / 2;
     numbers.columns = (map.width() - numbers.set % 2 + 1) / 2;
     const auto num_items = static_cast<std::uint64_t>(rows) * static_cast<std::uint64_t>(numbers.columns);
+    numbers.num_items = static_cast<std::uint32_t>(num_items);
     for_each_launch(num_items, control, [&](const Items& items) {
       search.run(items, numbers, appearance, source_controls, is_usable, similar_pixels, usable, first_with, grid_cell,
                  grid_begin, grid_pixels, weights, coherence_scales, control_scales, reuse, look, excess, targets, row,

@@ -11,11 +11,11 @@ enum {
   kTexelsBeside = 8,
   kLargestControl = 4095,
   kControlGridSide = 64,
-  kOfOne = 16,           // Preferences are in sixteenths,
-  kReuseQuarters = 4,    // what is used too often in quarters,
+  kOfOne = 16,         // Preferences are in sixteenths,
+  kReuseQuarters = 4,  // what is used too often in quarters,
   kExcessOne = 256,
-  kExcessCells = 16,     // by value of the first control, and by look.
-  kFixedOne = 256        // Of a pixel.
+  kExcessCells = 16,  // by value of the first control, and by look.
+  kFixedOne = 256     // Of a pixel.
 };
 
 // Usable pixels by control value: SourceLevel has them.
@@ -39,7 +39,7 @@ typedef struct SourceTables {
   PATINATE_GLOBAL const i16* appearance;  // kComponents a pixel.
   PATINATE_GLOBAL const u16* controls;
   PATINATE_GLOBAL const u8* is_usable;
-  PATINATE_GLOBAL const i32* similar;     // kAlikeCandidates a pixel; -1 = none.
+  PATINATE_GLOBAL const i32* similar;  // kAlikeCandidates a pixel; -1 = none.
   i32 width, height;
 } SourceTables;
 
@@ -95,8 +95,8 @@ static inline void gather_known(const SourceTables* source, const CostTables* co
   known->coherence_scale = cost->coherence_scales[sum_of_weights];
 }
 
-// sum_k w_k |difference_k|^2 over some of the known neighbors. |difference| <= 1022, weights <= 16 and 1024 in all: a lane
-// of two components stays below 2^31.
+// sum_k w_k |difference_k|^2 over some of the known neighbors. |difference| <= 1022, weights <= 16 and 1024 in all: a
+// lane of two components stays below 2^31.
 static inline i64 weighted_squares(const KnownNeighbors* known, const i32* delta, const i16* weight,
                                    PATINATE_GLOBAL const i16* base, i32 begin, i32 end) {
 #if defined(__SSE2__) && !defined(__OPENCL_VERSION__)
@@ -149,8 +149,8 @@ static inline i64 control_cost(const SourceTables* source, const CostTables* cos
   return sum;
 }
 
-// Of a place beside the middle of its pixel, in 1/256 pixel: neighbors are compared with the pixels nearest to where they
-// lie seen from there.
+// Of a place beside the middle of its pixel, in 1/256 pixel: neighbors are compared with the pixels nearest to where
+// they lie seen from there.
 static inline i64 cost_beside(const SourceTables* source, const CostTables* cost, PATINATE_GLOBAL const u16* target,
                               KnownNeighbors* known, i32 pixel, i32 beside_x, i32 beside_y, i64 bound) {
   const i64 control = control_cost(source, cost, target, pixel);
@@ -226,7 +226,8 @@ static inline FixedPlace place_of_texel(const PlaceTables* places, i64 texel) {
 static inline i32 beside_middle(i32 fixed) { return fixed - whole_pixels(fixed) * kFixedOne; }
 
 typedef struct Preferences {
-  i32 bonus;    // In 1 / kOfOne, as the other two: at most 16 (1 + 8 + 8 * 8) = 1168 in all, so that products stay below 2^62.
+  i32 bonus;  // In 1 / kOfOne, as the other two: at most 16 (1 + 8 + 8 * 8) = 1168 in all, so that products stay below
+              // 2^62.
   i32 penalty;
   i32 amounts;
   i32 leaves_quiet;  // A texel that continues all its neighbors is left as it is.
@@ -362,8 +363,8 @@ static inline bool is_due(u8 changed_near, i32 turn, bool is_whole) {
   return is_whole || turn < kInterleavedSets || changed_near + kInterleavedSets >= turn;
 }
 
-// What a pass over one of the interleaved sets on a device is given by value. The sets: texels of even or odd columns in
-// even or odd rows.
+// What a pass over one of the interleaved sets on a device is given by value. The sets: texels of even or odd columns
+// in even or odd rows.
 typedef struct SearchNumbers {
   u64 seed;
   u64 reciprocal;  // As PlaceTables have it,
@@ -376,7 +377,7 @@ typedef struct SearchNumbers {
   i32 width;    // Of the atlas,
   i32 columns;  // and of the set.
   i32 set, turn, is_whole;
-  i32 padding;
+  u32 num_items;  // Of the set; the last group may go on behind them.
 } SearchNumbers;
 
 // The texel of a set's item.

@@ -80,10 +80,11 @@ struct QuiltTask {
       input.controls.push_back({name, name, std::move(values), {0.0, kSource - 1.0, "px"}, 1.0, ControlMapping::Rank});
     }
   }
-  [[nodiscard]] TransferResult run(std::shared_ptr<const SearchDevice> device) const {
+  [[nodiscard]] TransferResult run(std::shared_ptr<const SearchDevice> device,
+                                   const TransferOptions& options = {}) const {
     TransferInput there = input;
     there.device = std::move(device);
-    return transfer(there);
+    return transfer(there, options);
   }
 };
 
@@ -99,6 +100,15 @@ TEST_F(SearchOnDevices, GivesTheCpusCoordinates) {
       EXPECT_EQ(failure, "");
     }
   }
+}
+
+// Drivers of CPUs have what the items of a group keep on a stack, which the largest neighborhood must not exhaust.
+TEST_F(SearchOnDevices, HaveRoomForTheLargestNeighborhood) {
+  const QuiltTask task(1);
+  const TransferOptions options{.neighborhood_radius_px = 5};
+  const CoordinateMap here = task.run(nullptr, options).coordinates;
+  for (const DeviceInfo& info : all)
+    EXPECT_EQ(task.run(std::make_shared<const SearchDevice>(Device(info)), options).coordinates, here) << info.name;
 }
 
 /// As a driver that loses its device after some launches.

@@ -30,7 +30,7 @@ set(patinate_capture_needs calibration controls core geometry history image job 
 set(patinate_capture_libraries ceres opencv)
 set(patinate_transfer_needs atlas controls core device geometry history image job mesh_files)
 set(patinate_transfer_libraries flann)
-set(patinate_simulation_needs atlas controls core geometry history image job mesh_files output)
+set(patinate_simulation_needs atlas controls core device geometry history image job mesh_files output)
 set(patinate_analysis_needs atlas controls core geometry history image job metrics output)
 set(patinate_analysis_libraries ceres)
 set(patinate_datasets_needs atlas core geometry image job mesh_files)

@@ -3,6 +3,7 @@
 /// with `using namespace ::patinate::kernel_types`.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string_view>
 

@@ -21,9 +21,9 @@ namespace patinate::device {
 
 /// A table of them: tests put functions that fail into a copy.
 struct OpenCl {
-#define PATINATE_MEMBER(name) decltype(&::name) name = nullptr;
-  PATINATE_OPENCL_FUNCTIONS(PATINATE_MEMBER)
-#undef PATINATE_MEMBER
+#define PATINATE_OPENCL_MEMBER(name) decltype(&::name) name = nullptr;
+  PATINATE_OPENCL_FUNCTIONS(PATINATE_OPENCL_MEMBER)
+#undef PATINATE_OPENCL_MEMBER
 };
 
 /// Of the library that $PATINATE_OPENCL names (a path; `none` stands for a machine without it), else of libOpenCL.so.1;

@@ -42,8 +42,8 @@ typedef ulong u64;
 #define PATINATE_DOUBLE_BITS(x) __builtin_bit_cast(u64, x)
 #endif
 
-// Tiles of 64 lanes. The CPU takes a tile at a time, in plain loops that compilers turn into vector code: what a lane has
-// of its own is an array of PATINATE_LANES, of which it uses [PATINATE_OWN(l)]. A device has an item for each lane.
+// Tiles of 64 lanes. The CPU takes a tile at a time, in plain loops that compilers turn into vector code: what a lane
+// has of its own is an array of PATINATE_LANES, of which it uses [PATINATE_OWN(l)]. A device has an item for each lane.
 #ifdef __OPENCL_VERSION__
 #define PATINATE_LANES 1
 #define PATINATE_OWN(l) 0

@@ -5,7 +5,7 @@ import os
 import sys
 import unittest
 
-from command_case import INPUT, USAGE, CommandCase, use
+from command_case import INPUT, USAGE, CommandCase, tree_of, use
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 WITHOUT = {**os.environ, "PATINATE_OPENCL": "none"}
@@ -27,7 +27,7 @@ class Devices(CommandCase):
 
     def test_each_says_whether_it_gives_the_cpus_bytes(self):
         device = self.an_opencl_device()
-        self.assertEqual(device["checks"], {"arithmetic": "passed", "transfer": "passed"})
+        self.assertEqual(device["checks"], {"arithmetic": "passed", "transfer": "passed", "composition": "passed"})
         self.assertIn(device["name"], self.succeeds("devices"))
 
     def test_a_transfer_is_the_same_on_each(self):
@@ -38,6 +38,19 @@ class Devices(CommandCase):
         for file in ("coordinates.exr", "transfer.json"):
             self.assertEqual((self.folder / "there" / file).read_bytes(), (self.folder / "here" / file).read_bytes(), file)
         self.assertIn(device["name"], (self.folder / "there" / "run.json").read_text())
+
+    def test_a_simulation_is_the_same_on_each(self):
+        device = self.an_opencl_device()
+        self.succeeds("synth", "ledge", "-o", "ledge")
+        scene = self.folder / "ledge" / "scene.json"
+        for out, name in (("there", device["name"]), ("here", "cpu")):
+            self.succeeds("simulate", scene, "--iterations", "40", "--resolution", "128", "--device", name, "-o", out)
+            self.succeeds("recompose", out, "--device", name, "-o", out + "_again")
+        for folder in ("", "_again"):
+            here, there = tree_of(self.folder / f"here{folder}"), tree_of(self.folder / f"there{folder}")
+            self.assertEqual(here.keys(), there.keys())
+            for file in here:
+                self.assertEqual(here[file], there[file], file)
 
     def test_a_finished_transfer_is_not_redone_for_another_device(self):
         device = self.an_opencl_device()

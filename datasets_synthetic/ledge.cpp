@@ -58,7 +58,7 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
   json["atlas"] = {{"resolution", 1024}};
   json["objects"] = Json::array({{{"name", "wall"}, {"mesh", mesh_file}, {"preset", "plaster"}}});
   json["behavior"] = {
-      {"bounce", 0.02}, {"float", 0.965}, {"absorb", 0.015}, {"deceleration_bounce", 0.6}, {"deceleration_float", 0.2}};
+      {"bounce", 0.02}, {"float", 0.97}, {"absorb", 0.01}, {"deceleration_bounce", 0.6}, {"deceleration_float", 0.2}};
   json["tracing"] = {{"epsilon", 0.004 * w},
                      {"pull", 0.006 * w},
                      {"reach", 0.01 * w},

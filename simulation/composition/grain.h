@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "patinate/simulation/surface_atlas.h"
@@ -46,6 +47,8 @@ class Grain {
     Vec3 origin;
     Eigen::Matrix<double, 3, 2> step;
   };
+  /// value() of at most kTile texels.
+  void values(std::size_t material, std::span<const TexelIndex> texels, std::span<double> out) const;
 
   const SurfaceAtlas* surface_;
   std::vector<Place> places_;

@@ -1,4 +1,4 @@
-"""Test cases of the Python module, which say of each function that it does what the command line does. Usage of each: X_test.py PATINATE"""
+"""Test cases of the Python module, which say of each function that it does what the command line does. Usage of each: X_test.py PATINATE FOLDER (of the package)"""
 import json
 import pathlib
 import shutil
@@ -33,7 +33,7 @@ def half(values):
 
 class PythonCase(unittest.TestCase):
     """`work` holds capture, urn, history and aged of the small scene, scene.json, and what `run` makes beside them."""
-    patinate = work = None
+    patinate = work = package = None
 
     def run_patinate(self, *arguments):
         result = subprocess.run([self.patinate, *map(str, arguments)], cwd=self.work, capture_output=True, text=True, timeout=300)
@@ -53,6 +53,7 @@ class PythonCase(unittest.TestCase):
 
 def main():
     PythonCase.patinate = str(pathlib.Path(sys.argv.pop(1)).resolve())
+    PythonCase.package = pathlib.Path(sys.argv.pop(1)).resolve()
     PythonCase.work = pathlib.Path(tempfile.mkdtemp(prefix="patinate_python_"))
     try:
         make_small_scene(lambda *arguments: subprocess.run([PythonCase.patinate, *arguments], cwd=PythonCase.work, capture_output=True, text=True))

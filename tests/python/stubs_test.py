@@ -1,8 +1,7 @@
 #!/usr/bin/python3
-"""What the module says of itself: signatures, docstrings, type stubs. Usage: stubs_test.py PATINATE FOLDER (of the package)"""
+"""What the module says of itself: signatures, docstrings, type stubs."""
 import importlib.util
 import inspect
-import pathlib
 import subprocess
 import sys
 import unittest
@@ -11,7 +10,6 @@ import patinate
 
 from python_case import PythonCase, main
 
-FOLDER = pathlib.Path(sys.argv.pop(2))
 USE = """
 import numpy as np
 import patinate
@@ -64,15 +62,15 @@ class Says(PythonCase):
         (self.work / "use.py").write_text(USE)
         (self.work / "misuse.py").write_text("import patinate\npatinate.read_history(7)\npatinate.transfer()\n")
         # The package as it is installed: a folder of stubs and no source would do.
-        environment = {"MYPYPATH": str(FOLDER.parent), "PATH": "/usr/bin:/bin"}
+        environment = {"MYPYPATH": str(self.package.parent), "PATH": "/usr/bin:/bin"}
 
         def mypy(*files):
             return subprocess.run([sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(self.work / "mypy"), *files], cwd=self.work, env=environment,
                                   capture_output=True, text=True)
-        result = mypy("use.py", str(FOLDER / "__init__.pyi"))
+        result = mypy("use.py", str(self.package / "__init__.pyi"))
         self.assertEqual(result.returncode, 0, result.stdout)
         self.assertIn("Found 2 errors", mypy("misuse.py").stdout)
-        self.assertTrue((FOLDER / "py.typed").exists())
+        self.assertTrue((self.package / "py.typed").exists())
 
 
 if __name__ == "__main__":

@@ -3,11 +3,11 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "libcommon/atlas/direction_field.h"
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/distance_io.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
+#include "patinate/atlas/direction_field.h"
 #include "patinate/controls/control_kinds.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"

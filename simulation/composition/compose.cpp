@@ -15,9 +15,8 @@ using namespace composition;
 namespace {
 
 constexpr std::int64_t kChunk = 512;  // tiles
+constexpr std::size_t kDense = 32;    // from a 32nd of the tiles on, a device is worth its transfers
 constexpr std::size_t kAhead = 3;     // tiles that memory is asked for before their turn
-constexpr std::int32_t kBorderHalf = 2048;
-constexpr int kBorderShift = 12;
 
 bool differ(const std::uint16_t* a, const std::uint16_t* b) {
   unsigned difference = 0;
@@ -41,29 +40,9 @@ void prefetch_lines(const void* first, std::size_t num_bytes) {
   for (std::size_t b = 0; b < num_bytes; b += 64) __builtin_prefetch(static_cast<const char*>(first) + b, 1);
 }
 
-/// Between a look's two colors by xi: 3 x 64 linear values.
-void blend_colors(const QuantizedAppearance& look, const std::int32_t* xi, std::uint16_t* out) {
-  for (std::size_t c = 0; c < 3; ++c) {
-    const std::int32_t first = look.color[c], change = std::int32_t{look.second_color[c]} - first;
-    // Products below 2^31: 15 bits of xi.
-    for (int l = 0; l < kTile; ++l)
-      *out++ = static_cast<std::uint16_t>(first + ((change * ((xi[l] + 32768) >> 2)) >> 14));
-  }
-}
-
 bool has_relief(const std::vector<QuantizedAppearance>& appearance) {
   return std::any_of(appearance.begin(), appearance.end(),
                      [](const QuantizedAppearance& look) { return look.height != 0; });
-}
-
-std::int32_t slope_at_border(const BorderTexel& texel, const std::array<std::int32_t, 4>& weights,
-                             const std::vector<std::int32_t>& heights) {
-  std::int64_t sum = kBorderHalf;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const std::int32_t step = std::clamp(heights[texel.neighbor[k]] - heights[texel.texel], -kMaxStep, kMaxStep);
-    sum += std::int64_t{step} * weights[k];
-  }
-  return static_cast<std::int32_t>(std::clamp<std::int64_t>(sum >> kBorderShift, -kMaxSlope, kMaxSlope));
 }
 
 }  // namespace
@@ -124,63 +103,46 @@ void Composer::State::read_originals(const MaterialAtlas& atlas) {
   }
 }
 
-void Composer::State::compose_tile(const MaterialAtlas& atlas, TileIndex tile) {
-  BaseTile base_buffer;
-  alignas(64) std::uint16_t original_buffer[kMaxMaterials][kTile];
-  alignas(64) std::uint16_t picture_buffer[kMaxMaterials][3 * kTile];
-  alignas(64) std::int32_t xi_buffer[kMaxMaterials][kTile];
+void Composer::State::prepare(const MaterialAtlas& atlas, TileIndex tile, TileInput& in) {
   const std::uint16_t object = base.object(tile);
-  ComposeTask task;
+  ComposeTask& task = in.task;
+  task = ComposeTask{};
   task.first_texel = tile * kTile;
   for (std::size_t m = 0; m < appearance.size(); ++m) {
     const std::span<const std::uint16_t> amount = atlas.tile(static_cast<int>(m), tile);
     if (amount.empty()) continue;
-    const std::uint16_t* original = original_buffer[m];
+    const std::uint16_t* original = in.originals[m];
     if (object != BaseLayer::kSeveral) {
       original = originals[object * appearance.size() + m].data();
     } else {
       for (std::uint32_t l = 0; l < kTile; ++l)
-        original_buffer[m][l] = atlas.original(static_cast<int>(m), task.first_texel + l);
+        in.originals[m][l] = atlas.original(static_cast<int>(m), task.first_texel + l);
     }
     if (!differ(amount.data(), original)) continue;
     const auto k = static_cast<std::size_t>(task.num_materials++);
     task.look[k] = &appearance[m];
     task.amount[k] = amount.data();
     task.original[k] = original;
-    if (grain.has(m)) {
-      const std::uint8_t* const values = grain.tile(m, tile);
-      for (int l = 0; l < kTile; ++l) xi_buffer[m][l] = grain_noise(values[l]);
-      task.xi[k] = xi_buffer[m];
-      if (appearance[m].has_second_color) {
-        blend_colors(appearance[m], xi_buffer[m], picture_buffer[m]);
-        task.picture[k] = picture_buffer[m];
-      }
-    }
+    if (grain.has(m)) task.grain[k] = grain.tile(m, tile);
     if (pictures[m].empty()) continue;
-    pictures[m].read_tile(surface->grid().x(task.first_texel), surface->grid().y(task.first_texel), picture_buffer[m]);
-    task.picture[k] = picture_buffer[m];
+    pictures[m].read_tile(surface->grid().x(task.first_texel), surface->grid().y(task.first_texel), in.pictures[m]);
+    task.picture[k] = in.pictures[m];
   }
-  const BaseTile& new_tile = base.tile(tile, base_buffer);
-  alignas(64) std::uint32_t rgba[kTile];
-  alignas(64) std::int32_t height[kTile];
-  const std::uint32_t* out_codes = new_tile.code;
-  const std::int32_t* out_heights = base.heights(tile);
-  if (task.num_materials > 0) {
-    task.base = &new_tile;
-    task.height = out_heights;
-    task.srgb = srgb8_of_linear16().data();
-    task.is_published_form = form == ColorForm::Published;
-    kernels->compose(task, rgba, height);
-    out_codes = rgba;
-    out_heights = height;
-  }
-  if (kernels->replace(&codes[task.first_texel], out_codes, kTile)) changed.add(tile);
+  task.base = &base.tile(tile, in.base);
+  task.height = base.heights(tile);
+  task.srgb = srgb8_of_linear16().data();
+  task.is_published_form = form == ColorForm::Published ? 1 : 0;
+}
+
+void Composer::State::take(TileIndex tile, const std::uint32_t* new_codes, const std::int32_t* new_heights) {
+  const std::size_t first = std::size_t{tile} * kTile;
+  if (kernels->replace(&codes[first], new_codes, kTile)) changed.add(tile);
   if (!heights.empty()) {
-    std::int32_t* old = &heights[task.first_texel];
-    const unsigned edges = changed_edges(old, out_heights);
+    std::int32_t* old = &heights[first];
+    const unsigned edges = changed_edges(old, new_heights);
     // As words: signed and unsigned may stand for one another.
     const bool is_changed = kernels->replace(reinterpret_cast<std::uint32_t*>(old),
-                                             reinterpret_cast<const std::uint32_t*>(out_heights), kTile);
+                                             reinterpret_cast<const std::uint32_t*>(new_heights), kTile);
     if (is_changed) {
       changed.add(tile);
       mark_slopes(tile, edges);
@@ -215,6 +177,16 @@ void Composer::State::prefetch_heights(TileIndex tile) const {
   prefetch_lines(surface->triangles().data() + std::size_t{tile} * kTile, kTile * sizeof(std::int32_t));
 }
 
+void Composer::State::compose_tile(const MaterialAtlas& atlas, TileIndex tile) {
+  TileInput in;
+  prepare(atlas, tile, in);
+  if (in.task.num_materials == 0) return take(tile, in.task.base->code, in.task.height);
+  alignas(64) std::uint32_t rgba[kTile];
+  alignas(64) std::int32_t height[kTile];
+  kernels->compose(in.task, rgba, height);
+  take(tile, rgba, height);
+}
+
 void Composer::State::slopes_of(TileIndex tile, SlopeTile& slopes) const {
   const std::array<TileIndex, 4> beside = tiles_beside(surface->grid(), tile);
   const auto heights_of = [&](TileIndex other) { return heights.data() + std::size_t{other} * kTile; };
@@ -227,8 +199,8 @@ void Composer::State::slopes_of(TileIndex tile, SlopeTile& slopes) const {
                         .frame = frames.frames().data()};
   kernels->slopes(task, slopes);
   for (const BorderTexel& texel : frames.border(tile)) {
-    slopes.along_t[texel.texel % kTile] = slope_at_border(texel, texel.along_t, heights);
-    slopes.along_b[texel.texel % kTile] = slope_at_border(texel, texel.along_b, heights);
+    slopes.along_t[texel.texel % kTile] = kernels->border_slope(&texel, texel.along_t.data(), heights.data());
+    slopes.along_b[texel.texel % kTile] = kernels->border_slope(&texel, texel.along_b.data(), heights.data());
   }
 }
 
@@ -237,9 +209,14 @@ void Composer::State::compose_normals(TileIndex tile) {
   slopes_of(tile, slopes);
   alignas(64) std::uint8_t normal[3 * kTile];
   kernels->encode(slopes, normal);
-  std::uint8_t* old = &normals[std::size_t{tile} * 3 * kTile];
-  if (std::memcmp(old, normal, sizeof(normal)) == 0) return;
-  std::memcpy(old, normal, sizeof(normal));
+  take_normals(tile, normal);
+}
+
+void Composer::State::take_normals(TileIndex tile, const std::uint8_t* normal) {
+  constexpr std::size_t kSize = 3 * kTile;
+  std::uint8_t* old = &normals[std::size_t{tile} * kSize];
+  if (std::memcmp(old, normal, kSize) == 0) return;
+  std::memcpy(old, normal, kSize);
   changed.add(tile);
 }
 
@@ -280,6 +257,11 @@ void Composer::use(InstructionSet set) {
   state_->kernels = &composition::kernels(set);
 }
 
+void Composer::use(std::shared_ptr<const ComposeDevice> device) {
+  state_->device = std::move(device);
+  state_->on_device.reset();
+}
+
 std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty,
                                          const RunControl& control) {
   State& s = *state_;
@@ -308,13 +290,21 @@ std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<c
       }
     });
   };
+  const std::vector<TileIndex>& first = is_all ? s.covered_tiles : tiles;
+  const bool is_dense = first.size() * kDense > s.covered_tiles.size();
+  const RunControl colors = control.part(0.0, 0.6), rest = control.part(0.6, 1.0);
   try {
-    for_each(
-        is_all ? s.covered_tiles : tiles, control.part(0.0, 0.6), [&](TileIndex tile) { s.prefetch(atlas, tile); },
-        [&](TileIndex tile) { s.compose_tile(atlas, tile); });
-    for_each(
-        s.stale_normals.take(), control.part(0.6, 1.0), [&](TileIndex tile) { s.prefetch_heights(tile); },
-        [&](TileIndex tile) { s.compose_normals(tile); });
+    if (!is_dense || !s.composed_on_device(atlas, first, colors)) {
+      for_each(
+          first, colors, [&](TileIndex tile) { s.prefetch(atlas, tile); },
+          [&](TileIndex tile) { s.compose_tile(atlas, tile); });
+    }
+    const std::vector<TileIndex> stale = s.stale_normals.take();
+    if (!is_dense || stale.empty() || !s.normals_on_device(stale, rest)) {
+      for_each(
+          stale, rest, [&](TileIndex tile) { s.prefetch_heights(tile); },
+          [&](TileIndex tile) { s.compose_normals(tile); });
+    }
   } catch (...) {  // canceled
     (void)s.stale_normals.take();
     (void)s.changed.take();

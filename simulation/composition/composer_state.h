@@ -4,10 +4,13 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "patinate/simulation/compose.h"
 #include "simulation/composition/base_layer.h"
+#include "simulation/composition/compose_device.h"
 #include "simulation/composition/compose_kernel.h"
 #include "simulation/composition/grain.h"
 #include "simulation/composition/height_frames.h"
@@ -39,14 +42,30 @@ struct Composer::State {
   void set_appearance(const std::vector<MaterialAppearance>& appearance);
   /// Amounts of new texels, by object and material, from any texel of the object.
   void read_originals(const MaterialAtlas& atlas);
-  /// Color, specular value and height of a tile; adds it to `changed`, and tiles whose slopes use heights that changed
-  /// to `stale_normals`.
+  /// A tile as kernels take it, and room for what is not stored as such.
+  struct TileInput {
+    composition::BaseTile base;
+    alignas(64) std::uint16_t originals[kMaxMaterials][composition::kTile];
+    alignas(64) std::uint16_t pictures[kMaxMaterials][3 * composition::kTile];
+    composition::ComposeTask task;
+  };
+  void prepare(const MaterialAtlas& atlas, TileIndex tile, TileInput& in);
+  /// Codes and heights of a tile; adds it to `changed`, and tiles whose slopes use heights that changed to
+  /// `stale_normals`.
+  void take(TileIndex tile, const std::uint32_t* new_codes, const std::int32_t* new_heights);
+  void take_normals(TileIndex tile, const std::uint8_t* normal);
+  /// Color, specular value and height of a tile.
   void compose_tile(const MaterialAtlas& atlas, TileIndex tile);
+  /// The same of many, and normals. @returns false where there is no device or it has failed.
+  bool composed_on_device(const MaterialAtlas& atlas, std::span<const TileIndex> tiles, const RunControl& control);
+  bool normals_on_device(std::span<const TileIndex> tiles, const RunControl& control);
+  template <class Work>
+  bool worked_on_device(const Work& work);
   /// Normals of a tile; adds it to `changed`.
   void compose_normals(TileIndex tile);
   /// @param edges  Those of the tile where heights changed: bits for right, left, lower and upper.
   void mark_slopes(TileIndex tile, unsigned edges);
-  /// Asks memory for what compose_tile() and compose_normals() will read.
+  /// Asks memory for what compose_tile() will read, and what compose_normals() will.
   void prefetch(const MaterialAtlas& atlas, TileIndex tile) const;
   void prefetch_heights(TileIndex tile) const;
   void slopes_of(TileIndex tile, composition::SlopeTile& slopes) const;
@@ -62,6 +81,8 @@ struct Composer::State {
   composition::Grain grain;
   ColorForm form;
   const composition::Kernels* kernels;
+  std::shared_ptr<const ComposeDevice> device;
+  std::unique_ptr<composition::DeviceSurface> on_device;
   bool is_all_dirty = true;
 
   /// By object and material: 64 times the amount when new.

@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <vector>
 
+#include "libcommon/controls/noise_kernel.h"
 #include "libcommon/core/hash.h"
 
 namespace patinate {
@@ -82,6 +84,33 @@ TEST(Noise, OfAnotherSeedIsAnother) {
   double product = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) product += (a[i] - 0.5) * (b[i] - 0.5);
   EXPECT_NEAR(product / (0.04 * static_cast<double>(a.size())), 0.0, 0.03);  // 4 / sqrt(20000)
+}
+
+TEST(Noise, KernelsOfAllInstructionSetsGiveTheSameBits) {
+  const NoiseOctave octave{.scale = 0.37, .shift = {11.5, -700.25, 3.0}, .key = 77, .strength = 0.5};
+  for (const int count : {1, 7, kNoiseBlock}) {
+    std::array<double, kNoiseBlock> x{}, y{}, z{}, expected{};
+    for (int i = 0; i < count; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      x[k] = 3.7 * i - 50.0, y[k] = -0.11 * i, z[k] = i % 3 == 0 ? 1e8 + i : 0.25 * i * i;
+    }
+    noise_kernel(InstructionSet::Baseline).add(octave, x.data(), y.data(), z.data(), count, expected.data());
+    for (const InstructionSet set : {InstructionSet::Avx2, InstructionSet::Avx512}) {
+      if (!has_instruction_set(set)) continue;
+      std::array<double, kNoiseBlock> sum{};
+      noise_kernel(set).add(octave, x.data(), y.data(), z.data(), count, sum.data());
+      EXPECT_EQ(sum, expected) << count;
+    }
+  }
+}
+
+TEST(Noise, OfManyPlacesAtOnceIsThatOfEach) {
+  std::vector<Vec3> places;
+  for (int i = 0; i < 150; ++i) places.emplace_back(0.9 * i - 40.0, 0.4 * i, 1e3 - i);  // more than two blocks
+  std::vector<double> values(places.size());
+  const NoiseOptions options{.wavelength_mm = 13.0, .octaves = 4, .seed = 5};
+  noise_at(places, options, 2.0, values);
+  for (std::size_t i = 0; i < places.size(); ++i) EXPECT_EQ(values[i], noise_at(places[i], options, 2.0)) << i;
 }
 
 TEST(Noise, HasTheSameBitsEverywhere) {  // A stored result: no other value is known to the last bit.

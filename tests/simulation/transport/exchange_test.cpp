@@ -9,6 +9,7 @@
 #include <set>
 
 #include "libcommon/core/random.h"
+#include "simulation/transport/pieces.h"
 #include "simulation/transport/splat.h"
 #include "simulation/transport/transfer.h"
 #include "tests/simulation/transport/transport_scene.h"
@@ -79,6 +80,69 @@ TEST(Exchanger, EqualsOneContactAfterAnother) {
           exchanger.exchange(contacts, kOptions, iteration, cargo, *scene.atlas, nullptr, threads(2));
       EXPECT_EQ(scene.atlas->mass(0) - before, report.dropped[0] - report.picked_up[0]);
       EXPECT_TRUE(std::equal(report.dirty_tiles.begin(), report.dirty_tiles.end(), dirty.begin(), dirty.end()));
+    }
+    EXPECT_EQ(cargo.mass, slow_cargo.mass);
+    for (const auto& [key, amount] : amounts) ASSERT_EQ(scene.atlas->amount(key.first, key.second), amount);
+  }
+}
+
+/// One part of one splat after another, by gammaton: what Exchanger must equal, whichever regions they lie in.
+void exchange_splats_slowly(std::vector<Contact> contacts, const ExchangeOptions& options, double width,
+                            std::int64_t iteration, Cargo& cargo, const SurfaceAtlas& surface,
+                            std::map<std::pair<int, TexelIndex>, std::uint32_t>& amounts) {
+  std::sort(contacts.begin(), contacts.end(),
+            [](const Contact& a, const Contact& b) { return a.gammaton < b.gammaton; });
+  const SplatShape shape(surface, width);
+  for (const Contact& contact : contacts) {
+    std::vector<SplatPart> parts;
+    (void)shape.append(contact.texel, parts);
+    const auto randoms = transfer_randoms(kSeed, contact.gammaton, iteration, 0, 8);
+    std::size_t active = 0;
+    for (int m = 0; m < 3; ++m) {
+      const double rate = options.rates[static_cast<std::size_t>(m)];
+      if (rate == 0.0) continue;
+      std::uint32_t& whole = cargo.mass[contact.gammaton][static_cast<std::size_t>(m)];
+      std::vector<std::uint32_t> masses(parts.size());
+      deal(
+          whole, randoms[active], surface.weight(contact.texel), parts.size(),
+          [&](std::size_t k) { return parts[k].share; }, [&](std::size_t k, std::uint32_t mass) { masses[k] = mass; });
+      std::uint32_t sum = 0;
+      for (std::size_t k = 0; k < parts.size(); ++k) {
+        const std::uint32_t weight = surface.weight(parts[k].texel);
+        const double area = static_cast<double>(parts[k].share) / SplatShape::kWhole;
+        std::uint32_t& amount = amounts.at({m, parts[k].texel});
+        const std::uint32_t limit = masses[k] + (0xFFFFFFFFu - whole) / SplatShape::kMaxParts;
+        const int quanta =
+            transfer_quanta(transfer_shares(options.ratio, rate, options.contact, weight, area), amount, weight,
+                            masses[k], mixed(randoms[active], static_cast<std::uint32_t>(k)), limit);
+        amount -= static_cast<std::uint32_t>(quanta);
+        sum += masses[k] + static_cast<std::uint32_t>(quanta) * weight;
+      }
+      whole = sum;
+      ++active;
+    }
+  }
+}
+
+TEST(Exchanger, EqualsOnePartOfASplatAfterAnother) {
+  for (const bool is_squeezed : {true, false}) {  // texels of many sizes; a seam
+    TransportScene scene = is_squeezed ? squeezed_plane(256) : seamed_plane(256);
+    ASSERT_GT(scene.surface->grid().num_pages(), 4u);
+    std::map<std::pair<int, TexelIndex>, std::uint32_t> amounts;
+    for (int m = 0; m < 3; ++m) {
+      for (const TexelIndex t : scene.covered) amounts[{m, t}] = scene.atlas->amount(m, t);
+    }
+    constexpr std::uint32_t kGammatons = 4000;
+    Cargo cargo = random_cargo(kGammatons, 1.0, 1), slow_cargo = cargo;
+    Exchanger exchanger(3, kSeed);
+    ExchangeOptions options = kOptions;
+    options.splat_texels = 5;
+    for (int iteration = 0; iteration < 3; ++iteration) {
+      const std::vector<Contact> contacts =
+          random_contacts(scene, kGammatons, static_cast<std::uint64_t>(iteration), 5);
+      exchange_splats_slowly(contacts, options, 3.0 * std::numbers::sqrt2, iteration, slow_cargo, *scene.surface,
+                             amounts);
+      (void)exchanger.exchange(contacts, options, iteration, cargo, *scene.atlas, nullptr, threads(2));
     }
     EXPECT_EQ(cargo.mass, slow_cargo.mass);
     for (const auto& [key, amount] : amounts) ASSERT_EQ(scene.atlas->amount(key.first, key.second), amount);

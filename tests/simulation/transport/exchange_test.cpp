@@ -111,7 +111,8 @@ void exchange_splats_slowly(std::vector<Contact> contacts, const ExchangeOptions
         const std::uint32_t weight = surface.weight(parts[k].texel);
         const double area = static_cast<double>(parts[k].share) / SplatShape::kWhole;
         std::uint32_t& amount = amounts.at({m, parts[k].texel});
-        const std::uint32_t limit = masses[k] + (0xFFFFFFFFu - whole) / SplatShape::kMaxParts;
+        const std::uint32_t limit =
+            masses[k] + (0xFFFFFFFFu - whole) / static_cast<std::uint32_t>(SplatShape::kMaxParts);
         const int quanta =
             transfer_quanta(transfer_shares(options.ratio, rate, options.contact, weight, area), amount, weight,
                             masses[k], mixed(randoms[active], static_cast<std::uint32_t>(k)), limit);

@@ -13,6 +13,12 @@ namespace {
 
 SurfacePoint middle_of(int triangle) { return {.triangle = triangle, .b1 = 1.0 / 3.0, .b2 = 1.0 / 3.0}; }
 
+/// floor(v), cut to [0, size): |v| < 2^31.
+int nearest_below(double v, int size) {
+  const int cut = static_cast<int>(v);
+  return std::clamp(cut - (v < cut ? 1 : 0), 0, size - 1);
+}
+
 void check_overlap(const SceneMesh& scene_mesh, const TexelMap& map) {
   if (map.num_covered() == 0) throw InvalidInput("no texel of the atlas is covered; raise its resolution");
   const auto overlaps = [](const TexelMap& of) {
@@ -201,8 +207,7 @@ TexelIndex SurfaceAtlas::texel_of(int triangle, double b1, double b2) const {
 }
 
 TexelIndex SurfaceAtlas::nearest_texel(int triangle, double px, double py) const {
-  const int x = std::clamp(static_cast<int>(std::floor(px + 0.5)), 0, grid_.width - 1);
-  const int y = std::clamp(static_cast<int>(std::floor(py + 0.5)), 0, grid_.height - 1);
+  const int x = nearest_below(px + 0.5, grid_.width), y = nearest_below(py + 0.5, grid_.height);
   const TexelIndex here = grid_.index(x, y);
   if (shows_chart_of(here, triangle)) return here;
   TexelIndex best = kNoTexel;

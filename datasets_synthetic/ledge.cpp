@@ -103,9 +103,11 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
                                      {"carries", {{"water", 0.8}}},
                                      {"on", false}}});
     json["exchange"] = {{"ratio", 0.04}, {"rates", {{"water", 0.3}, {"dirt", 0.3}}}};
-    json["rules"] = Json::array(
-        {{{"name", "soot"}, {"driver", "max(0, 1 - dirt) * (0.5 + even)"}, {"rate", 0.1}, {"products", {{"dirt", 1}}}},
-         drying});
+    json["rules"] = Json::array({drying,
+                                 {{"name", "soot"},
+                                  {"driver", "max(0, 1 - dirt) * (0.5 + even)"},
+                                  {"rate", 0.1},
+                                  {"products", {{"dirt", 1}}}}});
     json["events"] = Json::array({{{"iteration", 400}, {"op", "switch"}, {"target", "rain"}, {"on", true}},
                                   {{"iteration", 400}, {"op", "rule"}, {"target", "soot"}, {"rate", 0}}});
     json["run"] = {{"iterations", 800}, {"history_every", 100}, {"controls", {"hits", "dirt.final"}}};

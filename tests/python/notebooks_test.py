@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""The notebooks of docs/notebooks run from top to bottom, each in less than a minute of one processor. Exit code 77: skipped, where nbclient, matplotlib or
+"""The notebooks of docs/notebooks run from top to bottom, each in less than a minute on two processors. Exit code 77: skipped, where nbclient, matplotlib or
 the kernel is missing (Debian's python3-nbclient, python3-matplotlib, python3-ipykernel)."""
 import importlib.util
 import os

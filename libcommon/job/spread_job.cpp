@@ -92,6 +92,21 @@ bool reuse(const JobPlan& plan, std::size_t i, const OutputState& state, const I
   return true;
 }
 
+/// @throws CannotComplete if an item waits for one that is neither finished nor asked for.
+void require_earlier_items(const JobPlan& plan, const ItemStore& store,
+                           const std::map<int, std::vector<std::size_t>>& asked) {
+  std::set<std::size_t> coming;
+  for (const auto& [stage, items] : asked) {
+    const auto missing = missing_items(
+        plan, store, [&, s = stage](std::size_t i) { return plan.items[i].stage < s && !coming.contains(i); });
+    coming.insert(items.begin(), items.end());
+    if (missing.empty()) continue;
+    throw CannotComplete(plan.output.string() + ": item " + std::to_string(items.front()) + " (" +
+                         plan.items[items.front()].name + ") waits for " + of_items(missing) +
+                         "; run what it waits for first");
+  }
+}
+
 std::size_t run_items_now(const JobPlan& plan, std::span<const std::size_t> items, const JobOptions& options,
                           const RunControl& control) try {
   const OutputState state = look_at_output(plan);
@@ -111,17 +126,12 @@ std::size_t run_items_now(const JobPlan& plan, std::span<const std::size_t> item
     control.report(1.0);
     return 0;
   }
+  require_earlier_items(plan, store, stages);
   ItemProgress progress(control, plan);
   TemporaryFolder work(store.path(), "work");
   int first_stage = std::numeric_limits<int>::min();  // Of what is not in the work folder yet.
   for (const auto& [stage, asked] : stages) {
     store.refresh();
-    const auto missing = missing_items(plan, store, [&, s = stage](std::size_t i) { return plan.items[i].stage < s; });
-    if (!missing.empty()) {
-      throw CannotComplete(plan.output.string() + ": item " + std::to_string(asked.front()) + " (" +
-                           plan.items[asked.front()].name + ") waits for " + of_items(missing) +
-                           "; run what it waits for first");
-    }
     take_stages(plan, store, first_stage, stage, work.path());
     first_stage = stage;
     run_side_by_side(plan, asked, work.path(), progress, control, [&](const JobItem& item) {

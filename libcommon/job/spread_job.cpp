@@ -81,15 +81,18 @@ bool publish(TemporaryFolder& folder, OutputState& state, const JobPlan& plan, c
   throw CannotComplete(state.output.string() + ": others put other outputs there all the time");
 }
 
-/// Takes over what a finished output holds of an item that need not be made again.
-bool reuse(const JobPlan& plan, std::size_t i, const OutputState& state, const ItemStore& store) {
-  const JobItem& item = plan.items[i];
-  const DoneItem* done = state.found == FoundOutput::Different ? reusable_item(state, item) : nullptr;
-  const auto files = done != nullptr ? made_files(item, *done) : std::nullopt;
-  if (!files || std::any_of(files->begin(), files->end(), is_work) || !is_unchanged(state.output, *files, *done))
-    return false;
-  store.add(item, state.output);
-  return true;
+/// Takes over what a finished output holds of items that need not be made again.
+void take_over(const JobPlan& plan, const OutputState& state, ItemStore& store) {
+  if (state.found != FoundOutput::Different) return;
+  store.refresh();
+  for (const JobItem& item : plan.items) {
+    const DoneItem* done = store.has(item) ? nullptr : reusable_item(state, item);
+    const auto files = done != nullptr ? made_files(item, *done) : std::nullopt;
+    if (!files || std::any_of(files->begin(), files->end(), is_work) || !is_unchanged(state.output, *files, *done))
+      continue;
+    store.open();
+    store.add(item, state.output);
+  }
 }
 
 /// @throws CannotComplete if an item waits for one that is neither finished nor asked for.
@@ -113,12 +116,12 @@ std::size_t run_items_now(const JobPlan& plan, std::span<const std::size_t> item
   require_replaceable(state, options);
   if (state.found == FoundOutput::Same) return 0;
   ItemStore store(plan);
-  store.open();
+  take_over(plan, state, store);
   store.refresh();
   std::map<int, std::vector<std::size_t>> stages;
   std::size_t num_run = 0;
   for (const std::size_t i : items) {
-    if (store.has(plan.items[i]) || reuse(plan, i, state, store)) continue;
+    if (store.has(plan.items[i])) continue;
     stages[plan.items[i].stage].push_back(i);
     ++num_run;
   }
@@ -127,6 +130,7 @@ std::size_t run_items_now(const JobPlan& plan, std::span<const std::size_t> item
     return 0;
   }
   require_earlier_items(plan, store, stages);
+  store.open();
   ItemProgress progress(control, plan);
   TemporaryFolder work(store.path(), "work");
   int first_stage = std::numeric_limits<int>::min();  // Of what is not in the work folder yet.

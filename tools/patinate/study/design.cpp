@@ -3,7 +3,7 @@
 #include <numeric>
 #include <utility>
 
-#include "patinate/core/random.h"
+#include "libcommon/core/random.h"
 
 namespace patinate::cli {
 

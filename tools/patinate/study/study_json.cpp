@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <string_view>
+#include <system_error>
 
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
@@ -62,6 +63,7 @@ class StudyReader {
  public:
   StudyReader(const fs::path& file, const fs::path& folder, std::vector<std::string>& problems)
       : file_(file),
+        given_folder_(folder),
         folder_(fs::weakly_canonical(fs::absolute(folder))),
         problems_(problems),
         root_(load_json(file)),
@@ -94,7 +96,11 @@ class StudyReader {
 
   /// As commands say it, which run in the study's folder.
   std::string word_of(const fs::path& path) const {
-    return fs::relative(fs::weakly_canonical(fs::absolute(path)), folder_).generic_string();
+    const fs::path whole = fs::absolute(path).lexically_normal();
+    const fs::path named = whole.lexically_relative(fs::absolute(given_folder_).lexically_normal());
+    std::error_code error;
+    if (fs::equivalent((folder_ / named).lexically_normal(), whole, error)) return named.generic_string();
+    return fs::relative(fs::weakly_canonical(whole), folder_).generic_string();  // A link lies between them.
   }
 
   void check_place(const JsonReader& json, const fs::path& path) {
@@ -358,7 +364,8 @@ class StudyReader {
     return part;
   }
 
-  fs::path file_, folder_;
+  fs::path file_, given_folder_;
+  fs::path folder_;  ///< The same, without links.
   std::vector<std::string>& problems_;
   Json root_;
   JsonReader json_;

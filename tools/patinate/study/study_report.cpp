@@ -41,7 +41,7 @@ HtmlPicture thumbnail(const fs::path& file, const std::string& caption, const fs
   const ImageF image = read_color(file);
   const double factor = std::min(1.0, static_cast<double>(kThumbnail_px) / std::max(1, image.height()));
   const auto side = [&](int n) { return std::max(1, static_cast<int>(std::lround(n * factor))); };
-  write_srgb8(scratch, resize_bilinear(image, side(image.width()), side(image.height())));
+  write_srgb8(scratch, downscale_area(image, side(image.width()), side(image.height())));
   HtmlPicture picture{data_uri(scratch), caption};
   fs::remove(scratch);
   return picture;

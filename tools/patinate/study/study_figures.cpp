@@ -40,7 +40,8 @@ std::vector<StudyFigure> figures_of(const fs::path& made) {
   if (has("transfer.json")) add_numbers(load_json(made / "transfer.json").at("energy"), "", figures);
   if (has("simulation.json")) add_simulation(load_json(made / "simulation.json"), figures);
   if (has("evaluation.json")) {
-    for (const Json& map : load_json(made / "evaluation.json").at("maps")) add_listed(map.at("figures"), figures);
+    const Json json = load_json(made / "evaluation.json");
+    for (const Json& map : json.at("maps")) add_listed(map.at("figures"), figures);
   }
   if (has("report.json")) {
     const Json json = load_json(made / "report.json");

@@ -73,6 +73,12 @@ class Cells(StudyCase):
         cells = self.plan_of(transfer={**TRANSFERS, "meshes": ["meshes/*.obj"]})
         self.assertEqual([cell["factors"]["mesh"] for cell in cells.values()], ["b1", "b2", "b10"])
 
+    def test_a_map_beside_the_study_is_a_control(self):
+        self.succeeds("control", "urn/mesh.obj", "--kind", "facing", "--resolution", "64", "-o", "up.exr")
+        cells = self.plan_of(transfer={**TRANSFERS, "meshes": ["urn/mesh.obj"], "controls": ["thickness=up.exr:2"]})
+        self.assertIn("--control thickness=../up.exr:2", cells["history-mesh-thickness_up.exr_2"]["commands"]["transfer"])
+        self.succeeds("study", "run", "study.json", "-o", "out")
+
     def test_a_latin_hypercube_has_each_slice_of_each_number_once(self):
         vary = [{"pointer": "/appearance/dirt/strength", "low": 0, "high": 10}, {"pointer": "/tracing/lobe_exponent_float", "low": 10, "high": 1000, "scale": "log"}]
         cells = self.plan_of(simulate={**SIMULATIONS, "vary": vary, "design": "latin_hypercube", "samples": 10})
@@ -174,8 +180,8 @@ class BadStudies(StudyCase):
         self.assertEqual(sorted(self.folder.rglob("*")), before)
 
     def test_all_that_is_missing_is_said_at_once(self):
-        self.problems(["/transfer/histories/0: ", "/transfer/meshes/1: ", "/transfer/options/resolutoin: `transfer` has no option `resolutoin`; did you mean `resolution`?", "/transfer/outputs/0: `file` is missing"],
-                      transfer={**TRANSFERS, "histories": ["hstory"], "meshes": ["flat.obj", "nowhere.obj"], "options": {"resolutoin": 3}, "outputs": [{"command": "render"}]})
+        self.problems(["/transfer/histories/0: ", "/transfer/meshes/1: ", "/transfer/controls/0: position 1: unknown control `faicng`", "/transfer/options/resolutoin: `transfer` has no option `resolutoin`; did you mean `resolution`?", "/transfer/outputs/0: `file` is missing"],
+                      transfer={**TRANSFERS, "histories": ["hstory"], "meshes": ["flat.obj", "nowhere.obj"], "controls": ["faicng"], "options": {"resolutoin": 3}, "outputs": [{"command": "render"}]})
 
     def test_two_cells_in_one_place_are_refused(self):
         self.problems(["two cells would be made in `cells/history-flat-facing`"], transfer={**TRANSFERS, "meshes": ["flat.obj", "./flat.obj"]})

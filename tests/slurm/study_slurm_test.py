@@ -23,7 +23,7 @@ if missing():
 
 FOLDER = pathlib.Path(tempfile.mkdtemp(prefix="patinate_slurm_"))
 STUDY = {"format": "patinate.study", "version": 1,
-         "transfer": {"histories": ["history", "other"], "meshes": ["urn/mesh.obj", "flat.obj", "tall.obj"], "controls": ["facing", "curvature"], "options": {"resolution": 64}, "seeds": [1, 2]},
+         "transfer": {"histories": ["history", "other"], "meshes": ["urn/mesh.obj", "flat.obj", "tall.obj"], "controls": ["facing", "height"], "options": {"resolution": 64}, "seeds": [1, 2]},
          "simulate": {"scenes": ["ledge/scene.json"], "options": {"resolution": 64, "iterations": 6}, "seeds": [1, 2],
                       "vary": [{"pointer": "/appearance/dirt/strength", "low": 0.5, "high": 2, "scale": "log", "count": 2}, {"pointer": "/emitters/0/gammatons", "values": [500, 900]}]}}
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 {h} 0.2\nv 0 {h} 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"
@@ -40,7 +40,7 @@ def setUpModule():
     os.chmod(FOLDER, 0o755)
     for arguments in (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "4", "-o", "capture"], ["ingest", "capture", "-o", "history"],
                       ["synth", "crackle", "--width", "40", "--height", "48", "--num-frames", "3", "--seed", "5", "-o", "capture2"], ["ingest", "capture2", "-o", "other"],
-                      ["synth", "sculpture", "--resolution", "16", "-o", "urn"], ["synth", "ledge", "--cells", "4", "-o", "ledge"]):
+                      ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["synth", "ledge", "--cells", "4", "-o", "ledge"]):
         run(*arguments)
     for name, height in (("flat", 1), ("tall", 3)):
         (FOLDER / f"{name}.obj").write_text(SQUARE.format(h=height))

@@ -12,15 +12,18 @@
 #include <string_view>
 #include <system_error>
 
+#include "libcommon/controls/control_expression.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "patinate/controls/control_kinds.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/verbs.h"
 #include "tools/patinate/study/design.h"
 #include "tools/patinate/study/study_ranges.h"
+#include "transfer/synthesis/transfer_controls.h"
 
 namespace patinate::cli {
 
@@ -217,6 +220,21 @@ class StudyReader {
     factors.push_back(std::move(seeds));
   }
 
+  /// A typo is said before anything runs; maps are files beside the study's, for commands in its folder.
+  void check_control(const JsonReader& json, std::string& text) {
+    try {
+      const ControlExpression expression(transfer::parse_control_spec(text).destination, control_kind_names());
+      for (const ControlName& name : expression.names()) {
+        if (!name.is_file) continue;
+        const fs::path path = file_.parent_path() / name.text;
+        check_place(json, path);
+        text.replace(text.find(name.text), name.text.size(), word_of(path));
+      }
+    } catch (const ParseError& e) {
+      problem(json, e.what());
+    }
+  }
+
   /// "progress=accessibility", ["...", "..."] together, or {"control": ..., "name": ...}.
   Factor read_controls(JsonReader& part) {
     Factor factor;
@@ -230,6 +248,7 @@ class StudyReader {
         } else {
           texts.push_back(control.string());
         }
+        for (std::string& text : texts) check_control(control, text);
         std::string all;
         for (const std::string& text : texts) all += (all.empty() ? "" : " + ") + text;
         if (texts.empty()) control.fail("at least one control");

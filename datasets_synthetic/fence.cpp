@@ -123,18 +123,25 @@ std::string fence_scene(const FenceOptions& options, const std::string& mesh_fil
   Json json{{"format", "patinate.scene"}, {"version", 2}, {"unit", "mm"}, {"gravity", {0, -9810, 0}}, {"seed", 1}};
   json["atlas"] = {{"resolution", 1024}};
   json["materials"] = {"water", "wood", "gray", "organic", "moss", "dirt"};
-  json["appearance"] = {
-      {"gray", {{"color", {0.30, 0.29, 0.275}}, {"strength", 0.8}, {"variation", 0.08}, {"specular", -0.15}}},
-      {"water", {{"strength", 0.25}}},
-      {"organic", {{"color", {0.022, 0.023, 0.014}}, {"strength", 0.9}, {"variation", 0.15}}},
-      {"moss",
-       {{"color", {0.055, 0.085, 0.018}},
-        {"strength", 1.0},
-        {"variation", 0.4},
-        {"height", 0.6},
-        {"height_variation", 0.4}}}};
+  json["appearance"] = {{"gray",
+                         {{"color", {0.33, 0.315, 0.29}},
+                          {"second_color", {0.21, 0.2, 0.185}},
+                          {"grain", 0.06 * h},
+                          {"strength", 0.75},
+                          {"variation", 0.3},
+                          {"specular", -0.15}}},
+                        {"water", {{"strength", 0.25}}},
+                        {"organic", {{"color", {0.026, 0.023, 0.016}}, {"strength", 0.8}, {"variation", 0.3}}},
+                        {"moss",
+                         {{"color", {0.055, 0.085, 0.018}},
+                          {"strength", 1.0},
+                          {"variation", 0.4},
+                          {"height", 0.6},
+                          {"height_variation", 0.4}}}};
   json["objects"] =
       Json::array({{{"name", "fence"}, {"mesh", mesh_file}, {"preset", "wood"}, {"maps", {{"color", grain_file}}}}});
+  json["maps"] = {{"damp", {{"kind", "noise"}, {"wavelength_mm", 0.12 * h}, {"octaves", 4}, {"seed", 3}}},
+                  {"patches", {{"kind", "noise"}, {"wavelength_mm", 0.25 * h}, {"octaves", 5}, {"seed", 4}}}};
   // Rain from the front, and what it splashes up from the ground.
   json["emitters"] = Json::array({{{"name", "rain"},
                                    {"shape", "sky"},
@@ -157,16 +164,19 @@ std::string fence_scene(const FenceOptions& options, const std::string& mesh_fil
   json["tracing"] = {{"lobe_exponent_float", 600}, {"rest_speed", 0.01 * h}};
   json["time"] = {{"unit", "d"}, {"per_iteration", 1.0}};
   json["exchange"] = {{"ratio", 0.45}, {"rates", {{"water", 0.35}, {"dirt", 0.12}, {"organic", 0.02}}}};
-  json["rules"] =
-      Json::array({{{"name", "graying"},
-                    {"driver", "max(0, 1 - gray) * (0.1 + exposure)"},
-                    {"rate", 0.0022},
-                    {"products", {{"gray", 1}}}},
-                   {{"name", "decay"}, {"driver", "min(water, wood) * (0.4 + 2*accessibility)"}, {"rate", 0.012}},
-                   {{"name", "moss"},
-                    {"driver", "min(water, 0.3*organic + 0.3*dirt) * max(0, 1.5 - moss) * (0.06 + moss)"},
-                    {"rate", 0.08}},
-                   {{"name", "evaporation"}, {"driver", "water * (0.05 + exposure*exposure)"}, {"rate", 0.15}}});
+  json["rules"] = Json::array(
+      {{{"name", "graying"},
+        {"driver", "max(0, 1 - gray) * (0.1 + exposure)"},
+        {"rate", 0.004},
+        {"products", {{"gray", 1}}}},
+       {{"name", "decay"}, {"driver", "min(water, wood) * (0.2 + 2*accessibility) * 2*patches"}, {"rate", 0.007}},
+       {{"name", "moss"},
+        {"driver", "min(water, 0.3*organic + 0.3*dirt) * max(0, 1.5 - moss) * (0.06 + moss)"},
+        {"where", "smoothstep(0.45, 0.65, patches)"},
+        {"rate", 0.12}},
+       {{"name", "evaporation"},
+        {"driver", "water * (0.05 + exposure*exposure) * (0.3 + 3*damp*damp)"},
+        {"rate", 0.15}}});
   json["run"] = {{"iterations", 1000}, {"history_every", 250}, {"controls", {"hits", "organic.final"}}};
   return json.dump(2) + "\n";
 }

@@ -58,12 +58,12 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
   json["atlas"] = {{"resolution", 1024}};
   json["objects"] = Json::array({{{"name", "wall"}, {"mesh", mesh_file}, {"preset", "plaster"}}});
   json["behavior"] = {
-      {"bounce", 0.02}, {"float", 0.965}, {"absorb", 0.015}, {"deceleration_bounce", 0.6}, {"deceleration_float", 0.2}};
-  json["tracing"] = {{"epsilon", 0.004 * w},
-                     {"pull", 0.006 * w},
-                     {"reach", 0.01 * w},
-                     {"lobe_exponent_float", 2000},
-                     {"rest_speed", 0.002 * w}};
+      {"bounce", 0.02}, {"float", 0.97}, {"absorb", 0.01}, {"deceleration_bounce", 0.6}, {"deceleration_float", 0.2}};
+  json["tracing"] = {{"epsilon", 0.004 * w},       {"pull", 0.006 * w},       {"reach", 0.01 * w},
+                     {"lobe_exponent_float", 800}, {"rest_speed", 0.002 * w}, {"wet_attraction", 0.5}};
+  // No plaster dries evenly. Drops join where it stays wet, so that runs come as they like and not as a comb.
+  json["maps"] = {{"damp", {{"kind", "noise"}, {"wavelength_mm", 0.16 * w}, {"octaves", 5}, {"seed", 3}}}};
+  const Json drying{{"name", "evaporation"}, {"driver", "water * (0.2 + 4*damp*damp)"}, {"rate", 0.5}};
   json["time"] = {{"unit", "d"}, {"per_iteration", 0.05}, {"contact", 1.0}};
   if (options.weather == LedgeWeather::Dust) {
     json["materials"] = {"water", "dirt", "organic", "moss"};
@@ -83,27 +83,32 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
                                      {"speed", w},
                                      {"gammatons", 2000},
                                      {"carries", {{"dirt", 1.0}}}}});
-    json["exchange"] = {{"ratio", 0.4}, {"rates", {{"water", 0.3}, {"dirt", 0.1}}}};
-    json["rules"] = Json::array({{{"name", "evaporation"}, {"rate", 0.5}}, {{"name", "moss"}, {"rate", 0.02}}});
+    json["exchange"] = {{"ratio", 0.4}, {"rates", {{"water", 0.3}, {"dirt", 0.07}}}};
+    json["rules"] = Json::array({drying, {{"name", "moss"}, {"rate", 0.02}}});
     json["run"] = {
         {"iterations", 1000}, {"history_every", 100}, {"controls", {"hits", "water.deposited", "dirt.final"}}};
   } else {
     json["materials"] = {"water", "dirt"};
     json["appearance"] = {{"water", {{"strength", 0.12}}},
-                          {"dirt", {{"color", {0.03, 0.027, 0.024}}, {"strength", 0.85}, {"variation", 0.06}}}};
-    // Soot comes from the air, everywhere; a low ratio makes drops take it away. Where sills keep the rain off, it
-    // stays.
-    Json rain{{"name", "rain"}, {"shape", "sky"},     {"direction", {0.04, -1, -0.3}}, {"spread_deg", 6},
-              {"speed", 3 * w}, {"gammatons", 15000}, {"carries", {{"water", 0.8}}}};
-    Json waiting = rain;
-    waiting["on"] = false;
-    json["emitters"] = Json::array({waiting});
-    json["exchange"] = {{"ratio", 0.01}, {"rates", {{"water", 0.3}, {"dirt", 0.5}}}};
-    json["rules"] =
-        Json::array({{{"name", "soot"}, {"driver", "max(0, 1 - dirt)"}, {"rate", 0.1}, {"products", {{"dirt", 1}}}},
-                     {{"name", "evaporation"}, {"rate", 0.5}}});
-    json["events"] = Json::array({{{"iteration", 400}, {"op", "emitter"}, {"emitter", rain}}});
-    json["run"] = {{"iterations", 1000}, {"history_every", 200}, {"controls", {"hits", "dirt.final"}}};
+                          {"dirt", {{"color", {0.03, 0.027, 0.024}}, {"strength", 0.85}, {"variation", 0.12}}}};
+    json["maps"]["even"] = {{"kind", "noise"}, {"wavelength_mm", 0.3 * w}, {"octaves", 4}, {"seed", 8}};
+    // Soot comes from the air, everywhere, until it rains; a low ratio makes drops take it away. Where sills keep the
+    // rain off, it stays.
+    json["emitters"] = Json::array({{{"name", "rain"},
+                                     {"shape", "sky"},
+                                     {"direction", {0.04, -1, -0.3}},
+                                     {"spread_deg", 6},
+                                     {"speed", 3 * w},
+                                     {"gammatons", 9000},
+                                     {"carries", {{"water", 0.8}}},
+                                     {"on", false}}});
+    json["exchange"] = {{"ratio", 0.08}, {"rates", {{"water", 0.3}, {"dirt", 0.3}}}};
+    json["rules"] = Json::array(
+        {{{"name", "soot"}, {"driver", "max(0, 1 - dirt) * (0.5 + even)"}, {"rate", 0.1}, {"products", {{"dirt", 1}}}},
+         drying});
+    json["events"] = Json::array({{{"iteration", 400}, {"op", "switch"}, {"target", "rain"}, {"on", true}},
+                                  {{"iteration", 400}, {"op", "rule"}, {"target", "soot"}, {"rate", 0}}});
+    json["run"] = {{"iterations", 800}, {"history_every", 100}, {"controls", {"hits", "dirt.final"}}};
   }
   return json.dump(2) + "\n";
 }

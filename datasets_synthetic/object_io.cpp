@@ -47,7 +47,7 @@ JobPlan plan_sculpture(const SculptureOptions& options, const fs::path& output) 
 }
 
 JobPlan plan_ledge(const LedgeOptions& options, const fs::path& output) {
-  return plan_object("ledge", 2, options, output, {"mesh.obj", "scene.json"},
+  return plan_object("ledge", 3, options, output, {"mesh.obj", "scene.json"},
                      [options](const fs::path& folder, const RunControl&) {
                        write_obj(folder / "mesh.obj", ledge(options));
                        write_atomically(folder / "scene.json", ledge_scene(options, "mesh.obj"));
@@ -56,7 +56,7 @@ JobPlan plan_ledge(const LedgeOptions& options, const fs::path& output) {
 }
 
 JobPlan plan_fence(const FenceOptions& options, const fs::path& output) {
-  return plan_object("fence", 1, options, output, {"mesh.obj", "grain.png", "scene.json"},
+  return plan_object("fence", 2, options, output, {"mesh.obj", "grain.png", "scene.json"},
                      [options](const fs::path& folder, const RunControl& control) {
                        write_obj(folder / "mesh.obj", fence(options));
                        write_srgb8(folder / "grain.png", fence_grain(options, control));

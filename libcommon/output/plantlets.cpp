@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "libcommon/core/random.h"
+#include "libcommon/output/cushions.h"
 #include "libcommon/output/orbit_camera.h"
 #include "libcommon/output/render_light.h"
 #include "libcommon/output/sampling.h"
@@ -18,8 +19,11 @@ constexpr double kLeast = 0.18, kMost = 0.75;  // Amounts: the first grows here,
 constexpr double kPlantsPerSquare = 1.5;       // Of a plant's size: leaves touch.
 constexpr double kSize = 1.0 / 220;            // Of the diagonal.
 constexpr double kMaxPlaces = 100000;
-constexpr double kOwnColor = 0.5;  // Share of a leaf's color that is not that of what it grows on.
-constexpr double kUpright = 0.35;  // Share by which plants turn from the surface's normal upward.
+constexpr double kInCushion = 0.7;  // Share of what decides from which amount on a plant shows; the rest is chance.
+constexpr double kDome = 1.4;       // By which a plant in the middle of the largest cushion is taller.
+constexpr double kSpread = 0.7;     // Tangent by which those at its rim lean outward.
+constexpr double kOwnColor = 0.5;   // Share of a leaf's color that is not that of what it grows on.
+constexpr double kUpright = 0.35;   // Share by which plants turn from the surface's normal upward.
 constexpr int kLeaves = 5;
 constexpr int kTrianglesPerPlant = 2 * kLeaves;
 constexpr std::uint32_t kPlace = 34;  // Purpose of random streams.
@@ -34,6 +38,12 @@ std::array<Vec3, 4> leaf_points(int leaf) {
   const double c = std::cos(angle), s = std::sin(angle);
   const auto at = [&](double out, double side, double z) { return Vec3(out * c - side * s, out * s + side * c, z); };
   return {at(0, 0, 0), at(lean * 0.5, -0.16, 0.55), at(lean * 0.5, 0.16, 0.55), at(lean, 0, 1)};
+}
+
+/// Of leaves, linear: from olive through green to yellow.
+Vec3 tone_color(double tone) {
+  const Vec3 olive(0.085, 0.085, 0.022), green(0.085, 0.165, 0.026), yellow(0.210, 0.260, 0.045);
+  return tone < 0.5 ? Vec3(olive + 2.0 * tone * (green - olive)) : Vec3(green + (2.0 * tone - 1.0) * (yellow - green));
 }
 
 double total_area(const Mesh& mesh) {
@@ -51,7 +61,7 @@ std::vector<Plant> find_plants(const Mesh& given, const SurfaceMaps& maps, const
   const Mesh mesh = with_normals(given);
   const Vec3 up = world_from_y_up(Vec3::UnitY(), options.up);
   const double size = surface.plant_size > 0.0 ? surface.plant_size : kSize * bounding_box(mesh).diagonal();
-  const double area = total_area(mesh);
+  const double area = total_area(mesh), cushion_size = surface.plant_cushion * size;
   const double density = std::min(surface.plants * kPlantsPerSquare / (size * size), kMaxPlaces / area);
   for (int t = 0; t < mesh.num_triangles(); ++t) {
     const std::size_t k = static_cast<std::size_t>(t);
@@ -69,18 +79,23 @@ std::vector<Plant> find_plants(const Mesh& given, const SurfaceMaps& maps, const
       const double root = std::sqrt(random.uniform()), along = random.uniform();
       const double b1 = root * (1.0 - along), b2 = root * along;
       Plant plant{.uv = blend(uv, b1, b2)};
-      const double threshold = kLeast + (kMost - kLeast) * random.uniform();
+      const Vec3 place = blend(p, b1, b2);
+      const CushionPlace cushion = cushion_size > 0.0 ? cushion_at(place, cushion_size) : CushionPlace{};
+      const double chance = random.uniform();
+      const double late =
+          cushion_size > 0.0 ? kInCushion * (1.0 - cushion.height) + (1.0 - kInCushion) * chance : chance;
+      const double threshold = kLeast + (kMost - kLeast) * late;
       plant.turn = 2.0 * std::numbers::pi * random.uniform();
-      plant.size = size * (0.5 + random.uniform());
+      plant.size = size * (0.5 + random.uniform()) * (1.0 + kDome * cushion.height);
       const double shade = 0.75 + 0.5 * random.uniform();
       if (texture_at(maps.plants, plant.uv.x(), plant.uv.y())[0] < threshold) continue;
       const std::array<double, 3> below = texture_at(maps.color, plant.uv.x(), plant.uv.y());
-      plant.color = shade * (kOwnColor * Vec3(0.12, 0.20, 0.035) + (1.0 - kOwnColor) * 1.3 * Vec3(below.data()));
+      plant.color = shade * (kOwnColor * tone_color(cushion.tone) + (1.0 - kOwnColor) * 1.3 * Vec3(below.data()));
       const Vec3 normal = blend(n, b1, b2).normalized();
-      plant.root = blend(p, b1, b2);
+      plant.root = place;
       if (!maps.height.empty())
         plant.root += surface.relief * texture_at(maps.height, plant.uv.x(), plant.uv.y())[0] * normal;
-      const Vec3 grows = (1.0 - kUpright) * normal + kUpright * up;
+      const Vec3 grows = (1.0 - kUpright) * normal + kUpright * up + kSpread * cushion.outward;
       plant.up = grows.norm() > 1e-6 ? Vec3(grows.normalized()) : normal;
       plants.push_back(plant);
     }

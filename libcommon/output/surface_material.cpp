@@ -12,9 +12,13 @@ constexpr double kWaterF0 = 0.0201;        // ((n - 1) / (n + 1))^2.
 constexpr double kWaterDiffuseIn = 0.066;  // Share of diffuse light from outside that water reflects [Lekner and Dorf].
 constexpr double kFilmRoughness = 0.12;    // Of a film on a rough surface.
 constexpr double kFilmLevels = 0.7;        // Share of the relief below that a film hides.
+constexpr double kFilmBegins = 0.5;        // Wetness up to which water is in pores: darker, but no smoother.
+
+// Share of the surface that lies under a closed film.
+double film_of(double wetness) { return std::clamp((wetness - kFilmBegins) / (1.0 - kFilmBegins), 0.0, 1.0); }
 
 Vec3 film_normal(const SeenPoint& p) {
-  const double share = kFilmLevels * p.wetness;
+  const double share = kFilmLevels * film_of(p.wetness);
   const Vec3 n = (1.0 - share) * p.normal + share * p.smooth;
   return n.norm() > 1e-6 ? Vec3(n.normalized()) : p.normal;
 }
@@ -40,10 +44,10 @@ Vec3 wet_albedo(const Vec3& albedo) {
 
 SurfaceMaterial::SurfaceMaterial(const SeenPoint& p)
     : base_(p.normal, p.view, p.roughness), coat_(film_normal(p), p.view, kFilmRoughness) {
-  const double w = p.wetness, m = p.metalness;
+  const double w = p.wetness, m = p.metalness, closed = film_of(w);
   const LobeEnergy film = lobe_energy(kFilmRoughness, film_normal(p).dot(p.view));
-  coat_weight_ = w * film.compensation(kWaterF0);
-  coat_reflected_ = w * film.reflected(kWaterF0);
+  coat_weight_ = closed * film.compensation(kWaterF0);
+  coat_reflected_ = closed * film.reflected(kWaterF0);
   const double through = 1.0 - coat_reflected_;
   const LobeEnergy energy = lobe_energy(p.roughness, p.normal.dot(p.view));
   const Vec3 albedo = ((1.0 - w) * p.color + w * wet_albedo(p.color)).cwiseMin(1.0);
@@ -54,7 +58,7 @@ SurfaceMaterial::SurfaceMaterial(const SeenPoint& p)
     base_reflected_[c] += share * energy.reflected(f0);
   };
   for (int c = 0; c < 3; ++c) {
-    const double f0 = p.specular[c] + w * (under_water(p.specular[c]) - p.specular[c]);
+    const double f0 = p.specular[c] + closed * (under_water(p.specular[c]) - p.specular[c]);
     // A surface without any mirror has no grazing one either.
     const double has_mirror = std::min(1.0, f0 / kLeastMirror);
     add(c, (1.0 - m) * has_mirror * through, f0);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "libcommon/core/parallel.h"
+#include "simulation/rules/scene_maps.h"
 
 namespace patinate::simulation::composition {
 
@@ -56,12 +57,25 @@ void unpack(std::uint32_t code, std::size_t l, BaseTile& tile) {
   tile.specular[l] = static_cast<std::int32_t>(((code >> 24) * kOne + 127) / 255);
 }
 
+bool has_pattern(const SceneObject& object) { return object.preset.second_color.has_value(); }
+
 bool has_color_map(const SceneObject& object) {
-  return !object.color_map.empty() || !object.specular_map.empty() || !object.preset.color.image.empty();
+  return !object.color_map.empty() || !object.specular_map.empty() || !object.preset.color.image.empty() ||
+         has_pattern(object);
 }
 
-/// Code of a texel of an object with a map.
-std::uint32_t code_of(const SceneObject& object, const MapPlace& place, int x, int y) {
+/// Every map that is the pattern of an object, once.
+std::vector<std::string> pattern_names(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const SceneObject& object : scene.objects) {
+    if (has_pattern(object) && std::find(names.begin(), names.end(), object.preset.pattern) == names.end())
+      names.push_back(object.preset.pattern);
+  }
+  return names;
+}
+
+/// Code of a texel of an object with a map. @param pattern  Of it, [0, 1].
+std::uint32_t code_of(const SceneObject& object, const MapPlace& place, int x, int y, double pattern) {
   Vec3 color = object.preset.color.color;
   if (!object.color_map.empty()) {
     for (int c = 0; c < 3; ++c) color[c] = place.sample(object.color_map, c);
@@ -70,6 +84,7 @@ std::uint32_t code_of(const SceneObject& object, const MapPlace& place, int x, i
       color[c] = static_cast<double>(
           picture.at(x % picture.width(), y % picture.height(), std::min(c, picture.channels() - 1)));
   }
+  if (object.color_map.empty() && has_pattern(object)) color += pattern * (*object.preset.second_color - color);
   return packed(srgb8_of(color), specular_code(object.specular_map.empty() ? object.preset.specular
                                                                            : place.sample(object.specular_map, 0)));
 }
@@ -89,13 +104,22 @@ BaseLayer::BaseLayer(const Scene& scene, const SceneMesh& scene_mesh, const Surf
     for (std::size_t l = 0; l < kTile; ++l) unpack(code, l, plain_[i]);
     has_heights_ = has_heights_ || !scene.objects[i].height_map.empty();
   }
-  parallel_for(surface.grid().num_pages(), 4, control, [&](std::int64_t begin, std::int64_t end) {
+  const std::vector<std::string> names = pattern_names(scene);
+  const std::vector<SurfaceParameter> patterns =
+      make_parameters(names, scene, scene_mesh, surface, control.part(0.0, 0.5));
+  Patterns pattern_of(scene.objects.size(), nullptr);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto found = std::find(names.begin(), names.end(), scene.objects[i].preset.pattern);
+    if (found != names.end()) pattern_of[i] = &patterns[static_cast<std::size_t>(found - names.begin())];
+  }
+  parallel_for(surface.grid().num_pages(), 4, control.part(0.5, 1.0), [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t page = begin; page < end; ++page)
-      fill_page(static_cast<std::uint32_t>(page), scene, scene_mesh, quanta_per_mm);
+      fill_page(static_cast<std::uint32_t>(page), scene, scene_mesh, pattern_of, quanta_per_mm);
   });
 }
 
-void BaseLayer::fill_page(std::uint32_t page, const Scene& scene, const SceneMesh& scene_mesh, double quanta_per_mm) {
+void BaseLayer::fill_page(std::uint32_t page, const Scene& scene, const SceneMesh& scene_mesh, const Patterns& patterns,
+                          double quanta_per_mm) {
   const TileGrid& grid = surface_->grid();
   for (std::uint32_t i = 0; i < TileGrid::kPageTexels; ++i) {
     const TexelIndex t = page * TileGrid::kPageTexels + i;
@@ -109,7 +133,8 @@ void BaseLayer::fill_page(std::uint32_t page, const Scene& scene, const SceneMes
     const MapPlace place = place_of(grid, scene_mesh.uv_squares[object], x, y);
     if (has_color_map(from)) {
       if (!codes_[page]) codes_[page] = std::make_unique<std::uint32_t[]>(TileGrid::kPageTexels);
-      codes_[page][i] = code_of(from, place, x, y);
+      const SurfaceParameter* pattern = patterns[object];
+      codes_[page][i] = code_of(from, place, x, y, pattern == nullptr ? 0.0 : parameter_at(*pattern, t));
     }
     if (!from.height_map.empty()) {
       if (!heights_[page]) heights_[page] = std::make_unique<std::int32_t[]>(TileGrid::kPageTexels);

@@ -10,6 +10,7 @@
 #include "patinate/simulation/surface_atlas.h"
 #include "simulation/composition/compose_kernel.h"
 #include "simulation/composition/quantized_appearance.h"
+#include "simulation/rules/surface_parameter.h"
 
 namespace patinate::simulation::composition {
 
@@ -35,7 +36,9 @@ class BaseLayer {
   [[nodiscard]] const std::int32_t* heights(TileIndex tile) const;
 
  private:
-  void fill_page(std::uint32_t page, const Scene& scene, const SceneMesh& scene_mesh, double quanta_per_mm);
+  using Patterns = std::vector<const SurfaceParameter*>;  ///< By object; null: none.
+  void fill_page(std::uint32_t page, const Scene& scene, const SceneMesh& scene_mesh, const Patterns& patterns,
+                 double quanta_per_mm);
 
   const SurfaceAtlas* surface_;
   bool has_heights_ = false;

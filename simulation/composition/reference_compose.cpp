@@ -3,11 +3,13 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "patinate/image/color.h"
 #include "simulation/composition/grain.h"
 #include "simulation/composition/height_frames.h"
 #include "simulation/composition/quantized_appearance.h"
+#include "simulation/rules/scene_maps.h"
 
 namespace patinate::simulation {
 
@@ -100,10 +102,21 @@ std::vector<ReferenceTexel> compose_reference(const Scene& scene, const SceneMes
   std::vector<double> lengths;
   for (const MaterialAppearance& look : scene.appearance) lengths.push_back(look.grain_mm);
   grain.set_lengths(lengths);
+  std::map<std::string, SurfaceParameter> patterns;
   for (TexelIndex t = 0; t < grid.num_texels(); ++t) {
     if (!surface.is_covered(t)) continue;
     const auto object = static_cast<std::size_t>(surface.object(surface.triangle(t)));
-    texels[t] = new_texel(scene.objects[object], scene_mesh.uv_squares[object], grid, grid.x(t), grid.y(t));
+    const SceneObject& of = scene.objects[object];
+    texels[t] = new_texel(of, scene_mesh.uv_squares[object], grid, grid.x(t), grid.y(t));
+    if (of.color_map.empty() && of.preset.second_color) {
+      if (!patterns.contains(of.preset.pattern)) {
+        const std::vector<std::string> name{of.preset.pattern};
+        patterns[name[0]] = make_parameters(name, scene, scene_mesh, surface, {}).front();
+      }
+      const double share = parameter_at(patterns[of.preset.pattern], t);
+      const Vec3 color = of.preset.color.color + share * (*of.preset.second_color - of.preset.color.color);
+      for (int c = 0; c < 3; ++c) texels[t].color[c] = coded(color[c]);
+    }
     age(texels[t], scene, grain, atlas, t, form);
   }
   for (TexelIndex t = 0; t < grid.num_texels(); ++t) {

@@ -60,6 +60,13 @@ Preset read_preset(JsonReader json, const SceneContext& context, bool may_have_o
     if (!may_have_others) composition.finish();
   }
   if (json.has("color")) preset.color = read_color_source(json.member("color"), context);
+  if (json.has("second_color") != json.has("pattern"))
+    json.fail("\"second_color\" and \"pattern\", the map that says where it is, or neither");
+  if (json.has("pattern")) {
+    const std::vector<double> rgb = json.member("second_color").numbers(3, between(0, 1));
+    preset.second_color = Vec3(rgb[0], rgb[1], rgb[2]);
+    preset.pattern = json.member("pattern").string();
+  }
   if (json.has("specular")) preset.specular = json.member("specular").number(between(0, 1));
   if (json.has("metalness")) preset.metalness = json.member("metalness").number(between(0, 1));
   json.finish();

@@ -318,6 +318,7 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
   if (json.has("maps")) read_maps(json.member("maps"), context, scene);
   for (std::size_t i = 0; i < elements.size(); ++i) {
     JsonReader object = elements[i];
+    check_pattern(object, scene, i);
     if (object.has("initial")) read_initial(object.member("initial"), context, scene, i);
   }
   if (json.has("weather")) scene.weather = read_weather(json.member("weather"), context, file.time_unit);

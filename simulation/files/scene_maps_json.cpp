@@ -157,6 +157,11 @@ SceneMap read_map(JsonReader& json, const SceneContext& context, const Scene& sc
   } else if (map.kind == "noise") {
     MapOptionReader reader(json, context, map.kind, {"noise_wavelength", "noise_octaves", "noise_seed"});
     describe(reader, map.noise);
+  } else if (map.kind == "wood_grain") {
+    MapOptionReader reader(json, context, map.kind,
+                           {"wood_grain_ring", "wood_grain_stretch", "wood_grain_waviness",
+                            "wood_grain_knots_per_meter", "wood_grain_seed"});
+    describe(reader, map.wood_grain);
   } else {
     const std::vector<std::string> names = control_option_names(map.kind);
     const double gravity = scene.gravity_mm_s2.norm();
@@ -219,6 +224,17 @@ std::string read_mask(const JsonReader& json, const SceneContext& context, Scene
     json.fail("an expression, a list of objects, or a map");
   }
   return add_map(std::move(map), "where", scene);
+}
+
+void check_pattern(JsonReader& json, const Scene& scene, std::size_t object) {
+  const Preset& preset = scene.objects[object].preset;
+  if (!preset.second_color) return;
+  std::vector<std::string> names = map_names(scene);
+  names.insert(names.end(), built_in_maps().begin(), built_in_maps().end());
+  if (std::find(names.begin(), names.end(), preset.pattern) == names.end()) {
+    json.member("preset").fail("a preset whose pattern, '" + preset.pattern + "', is a map (" + list_text(names) + ")" +
+                               did_you_mean(preset.pattern, names));
+  }
 }
 
 void read_initial(JsonReader json, const SceneContext& context, Scene& scene, std::size_t object) {

@@ -18,6 +18,9 @@ void read_maps(JsonReader json, const SceneContext& context, Scene& scene);
 /// @returns an expression. @throws IoError
 [[nodiscard]] std::string read_mask(const JsonReader& json, const SceneContext& context, Scene& scene);
 
+/// Looks whether the pattern of an object's preset is a map. @param json  The object. @param scene  With its maps.
+void check_pattern(JsonReader& json, const Scene& scene, std::size_t object);
+
 /// "initial" of an object: by material a number, an expression of maps, or a map of its own as in "maps" with "amount"
 /// for what its 1 stands for. @param scene  With its maps.
 void read_initial(JsonReader json, const SceneContext& context, Scene& scene, std::size_t object);

@@ -8,6 +8,7 @@
 #include "libcommon/image/filters.h"
 #include "patinate/atlas/texel_map.h"
 #include "patinate/core/error.h"
+#include "simulation/rules/boards.h"
 
 namespace patinate::simulation {
 
@@ -65,25 +66,51 @@ std::int64_t seed_of(const std::string& name, std::int64_t seed) {
   return static_cast<std::int64_t>((hash ^ static_cast<std::uint64_t>(seed)) >> 1);
 }
 
-SurfaceParameter noise_parameter(std::string name, const NoiseOptions& noise, const Scene& scene,
-                                 const SceneMesh& scene_mesh, const SurfaceAtlas& surface, const RunControl& control) {
-  // In each object's own coordinates: it is the object's, wherever that stands.
+/// The objects in their own coordinates, as large as they are: what is made of these stays with an object wherever that
+/// stands.
+SceneMesh in_own_places(const Scene& scene, const SceneMesh& scene_mesh) {
   Scene own;
   own.objects = scene.objects;
-  std::vector<NoiseOptions> options(scene.objects.size(), noise);
-  for (std::size_t i = 0; i < own.objects.size(); ++i) {
-    own.objects[i].translate_mm = own.objects[i].rotate_deg = Vec3::Zero();
-    options[i].seed = seed_of(own.objects[i].name, noise.seed);
-  }
+  for (SceneObject& object : own.objects) object.translate_mm = object.rotate_deg = Vec3::Zero();
   SceneMesh there = scene_mesh;
   place_objects(there, own);
-  const TexelMap map(there.mesh, scene.resolution, scene.resolution, control);
-  const double least_mm = 2.0 * surface.median_texel_size_mm();
+  return there;
+}
+
+/// What differs from place to place of each object. @param value  In [0, 1], of (position, triangle, object, the length
+/// of two texels).
+template <class Value>
+SurfaceParameter spatial_parameter(std::string name, const SceneMesh& own_places, const SurfaceAtlas& surface,
+                                   const RunControl& control, Value&& value) {
   const TileGrid& grid = surface.grid();
+  const TexelMap map(own_places.mesh, grid.width, grid.height, control);
+  const double least_mm = 2.0 * surface.median_texel_size_mm();
   return coded(std::move(name), surface, control, [&](TexelIndex t, std::size_t object) {
     const TexelId texel = TexelId{grid.y(t)} * grid.width + grid.x(t);
-    return map.is_covered(texel) ? noise_at(map.position_mm(texel), options[object], least_mm) : 0.5;
+    return map.is_covered(texel) ? value(map.position_mm(texel), surface.triangle(t), object, least_mm) : 0.5;
   });
+}
+
+SurfaceParameter noise_parameter(std::string name, const NoiseOptions& noise, const Scene& scene,
+                                 const SceneMesh& scene_mesh, const SurfaceAtlas& surface, const RunControl& control) {
+  std::vector<NoiseOptions> options(scene.objects.size(), noise);
+  for (std::size_t i = 0; i < options.size(); ++i) options[i].seed = seed_of(scene.objects[i].name, noise.seed);
+  return spatial_parameter(
+      std::move(name), in_own_places(scene, scene_mesh), surface, control,
+      [&](const Vec3& p, int, std::size_t object, double least) { return noise_at(p, options[object], least); });
+}
+
+SurfaceParameter wood_parameter(std::string name, const WoodGrainOptions& options, const Scene& scene,
+                                const SceneMesh& scene_mesh, const SurfaceAtlas& surface, const RunControl& control) {
+  const SceneMesh own = in_own_places(scene, scene_mesh);
+  std::vector<std::int64_t> numbers;
+  for (const SceneObject& object : scene.objects) numbers.push_back(seed_of(object.name, 0) >> 24);
+  const Boards boards = find_boards(own, numbers);
+  return spatial_parameter(std::move(name), own, surface, control,
+                           [&](const Vec3& p, int triangle, std::size_t, double least) {
+                             const int board = boards.of_triangle[static_cast<std::size_t>(triangle)];
+                             return wood_grain_at(p, boards.boards[static_cast<std::size_t>(board)], options, least);
+                           });
 }
 
 /// Makes maps of one scene, and what they have in common once.
@@ -98,6 +125,7 @@ class MapMaker {
     if (own != scene_.maps.end()) return make(*own);
     if (name == "slope") return slope_parameter(scene_mesh_, surface_, up_of(scene_));
     if (name == "noise") return noise_parameter(name, {}, scene_, scene_mesh_, surface_, control_);
+    if (name == "wood_grain") return wood_parameter(name, {}, scene_, scene_mesh_, surface_, control_);
     ControlKindOptions options;
     const Vec3 up = up_of(scene_);
     options.up = {up.x(), up.y(), up.z()};
@@ -108,6 +136,8 @@ class MapMaker {
  private:
   [[nodiscard]] SurfaceParameter make(const SceneMap& map) {
     if (map.kind == "noise") return noise_parameter(map.name, map.noise, scene_, scene_mesh_, surface_, control_);
+    if (map.kind == "wood_grain")
+      return wood_parameter(map.name, map.wood_grain, scene_, scene_mesh_, surface_, control_);
     if (map.kind == "image") return image_parameter(map, scene_, scene_mesh_, surface_, control_);
     if (map.kind == "objects") {
       return coded(map.name, surface_, control_, [&](TexelIndex, std::size_t object) {

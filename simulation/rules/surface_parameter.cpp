@@ -43,6 +43,12 @@ void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* ou
   }
 }
 
+double parameter_at(const SurfaceParameter& parameter, TexelIndex texel) {
+  std::array<float, TileGrid::kTileTexels> tile;
+  load_parameter(parameter, TileGrid::tile_of(texel), tile.data());
+  return static_cast<double>(tile[texel % TileGrid::kTileTexels]);
+}
+
 SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas& surface, const Vec3& up) {
   const Mesh& mesh = scene_mesh.mesh;
   constexpr double kCancelled = 1e-3;  // of normals of length 1

@@ -34,6 +34,9 @@ struct SurfaceParameter {
 /// The values of a tile. @param out  TileGrid::kTileTexels.
 void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* out);
 
+/// The value of one texel.
+[[nodiscard]] double parameter_at(const SurfaceParameter& parameter, TexelIndex texel);
+
 /// How far a place is from level ground: (1 - n . up) / 2; 0 = level, 0.5 = a wall, 1 = a ceiling. By the
 /// mesh's normals, interpolated, on the side that the triangle faces.
 /// @param up  Unit; against gravity.

@@ -9,6 +9,7 @@ const std::vector<std::string>& scene_map_kinds() {
   static const std::vector<std::string> kinds = [] {
     std::vector<std::string> list = control_kind_names();
     list.emplace_back("noise");
+    list.emplace_back("wood_grain");
     list.emplace_back("objects");
     return list;
   }();

@@ -8,6 +8,7 @@
 
 #include "libcommon/geometry/ray_scene.h"
 #include "libcommon/image/filters.h"
+#include "libcommon/output/cushions.h"
 #include "libcommon/output/orbit_camera.h"
 #include "libcommon/output/plantlets.h"
 #include "libcommon/output/relief.h"
@@ -236,6 +237,21 @@ TEST(WetSurface, IsDarkerAndShinesInAPicture) {
   EXPECT_GT(brightest_wet, 2.0f * brightest_dry);
 }
 
+TEST(WetSurface, HalfWetIsDarkerAndNoShinier) {
+  const auto material = [](double wetness) {
+    SeenPoint point;
+    point.normal = point.smooth = point.view = Vec3::UnitZ();
+    point.color = Vec3::Constant(0.3);
+    point.specular = Vec3::Constant(0.04);
+    point.roughness = 0.9;
+    point.wetness = wetness;
+    return SurfaceMaterial(point);
+  };
+  EXPECT_LT(material(0.5).diffuse().x(), 0.85 * material(0.0).diffuse().x());
+  EXPECT_DOUBLE_EQ(material(0.5).reflected(), material(0.0).reflected());
+  EXPECT_GT(material(0.75).reflected(), material(0.0).reflected());
+}
+
 // 36 rays a pixel, of which a fifth falls below the surface and counts 0: independent ones would spread by 0.065 of the
 // mean; four times that. Rays of one sequence with gaps lay in one place, and pixels were black.
 TEST(SurfaceView, EveryPixelOfARoughMetalIsNearTheMean) {
@@ -329,6 +345,43 @@ TEST(Plants, StandWhereTheAmountIsHighAndStayWhenItGrows) {
   const double expected = 1.5 * 4.0 / (0.05 * 0.05);
   EXPECT_NEAR(static_cast<double>(find_plants(mesh, maps, {}, surface).size()), expected, 4.0 * std::sqrt(128 * 0.25));
   EXPECT_TRUE(find_plants(mesh, maps, {}, {.plants = 0.0}).empty());
+}
+
+TEST(Plants, StandInCushionsThatAreTallInTheirMiddleAndOfOneToneEach) {
+  const Mesh mesh = plate(2.0, 0.0);
+  SurfaceMaps maps{.color = kWhite, .plants = one(0.4f)};
+  const double size = 0.02, cushion = 12.0 * size;
+  const std::vector<Plant> plants = find_plants(mesh, maps, {}, {.plant_size = size, .plant_cushion = 12.0});
+  ASSERT_GT(plants.size(), 100u);
+  // Amount 0.4 suffices where 0.18 + 0.57 (0.7 (1 - height) + 0.3 chance) does: never below a height of 0.44.
+  double inner = 0.0, outer = 0.0;
+  int num_inner = 0, num_outer = 0;
+  for (const Plant& plant : plants) {
+    const CushionPlace at = cushion_at(plant.root, cushion);
+    EXPECT_GE(at.height, 0.44);
+    (at.height > 0.7 ? inner : outer) += plant.size;
+    (at.height > 0.7 ? num_inner : num_outer) += 1;
+  }
+  ASSERT_GT(num_inner, 20);
+  ASSERT_GT(num_outer, 20);
+  EXPECT_GT(inner / num_inner, 1.08 * outer / num_outer);  // 1 + 1.4 height: 2.2 over 1.8, with a spread of 0.3
+  // Without, they stand anywhere.
+  EXPECT_LT(find_plants(mesh, maps, {}, {.plant_size = size, .plant_cushion = 0.0}).front().size, 1.5 * size);
+}
+
+TEST(Cushions, AreBallsOfDifferentSizesWithTheirMiddleInside) {
+  double highest = 0.0;
+  int outside = 0;
+  for (int i = 0; i < 20000; ++i) {
+    const CushionPlace at = cushion_at({0.013 * i, 1.7, -0.4}, 1.0);
+    ASSERT_LE(at.outward.norm(), 1.0);
+    ASSERT_GE(at.height, 0.0);
+    highest = std::max(highest, at.height);
+    outside += at.height == 0.0 ? 1 : 0;
+    EXPECT_EQ(at.height == 0.0, at.outward.norm() == 0.0);
+  }
+  EXPECT_GT(highest, 0.5);
+  EXPECT_GT(outside, 2000);
 }
 
 TEST(SurfaceView, RefusesWhatItCannotShow) {

@@ -10,6 +10,7 @@
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
 #include "simulation/composition/reference_compose.h"
+#include "simulation/rules/scene_maps.h"
 #include "tests/simulation/composition/compose_scene.h"
 #include "tests/support/errors.h"
 #include "tests/support/meshes.h"
@@ -57,6 +58,30 @@ ImageF all_codes() {
     }
   }
   return map;
+}
+
+TEST(Composer, NewSurfacesHaveTheSecondColorWhereTheirPatternIs) {
+  const Vec3 light(0.5, 0.4, 0.3), dark(0.2, 0.1, 0.05);
+  const ComposeScene scene(testing_support::unit_plane(100.0), 96, {{}}, [&](Scene& s) {
+    s.objects[0].preset.color.color = light;
+    s.objects[0].preset.second_color = dark;
+    s.objects[0].preset.pattern = "noise";
+  });
+  Composer composer = scene.composer();
+  (void)composer.compose(*scene.atlas, {});
+  const std::vector<std::string> name{"noise"};
+  const SurfaceParameter noise = make_parameters(name, scene.scene, scene.scene_mesh, *scene.surface, {}).front();
+  const std::vector<ReferenceTexel> slow =
+      compose_reference(scene.scene, scene.scene_mesh, *scene.atlas, ColorForm::Normalized);
+  for (TexelIndex t = 0; t < scene.surface->grid().num_texels(); ++t) {
+    if (!scene.surface->is_covered(t)) continue;
+    for (int c = 0; c < 3; ++c) {
+      const double expected = light[c] + parameter_at(noise, t) * (dark[c] - light[c]);
+      const int code = srgb8_from_linear(static_cast<float>(expected));
+      ASSERT_NEAR(composer.codes()[t] >> (8 * c) & 255, code, 1);
+      ASSERT_NEAR(srgb8_from_linear(static_cast<float>(slow[t].color[c])), code, 1);
+    }
+  }
 }
 
 TEST(Composer, GivesBackTheOriginalsExactlyWhereNothingChanged) {

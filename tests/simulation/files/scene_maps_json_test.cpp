@@ -46,6 +46,25 @@ class SceneMapJson : public ::testing::Test {
   std::vector<std::string> pictures_, inputs_;
 };
 
+TEST_F(SceneMapJson, APatternIsTheNameOfAMap) {
+  scene_.objects[0].preset.second_color = Vec3(0.1, 0.1, 0.1);
+  const Json json = Json::parse(R"({"preset": "oak"})");
+  const auto check = [&](const std::string& pattern) {
+    scene_.objects[0].preset.pattern = pattern;
+    return error_of([&] {
+      JsonReader object("scene.json", json, "/objects/0");
+      check_pattern(object, scene_, 0);
+    });
+  };
+  EXPECT_EQ(check("wood_grain"), "");
+  EXPECT_TRUE(has(check("wood_grian"), "/objects/0/preset")) << check("wood_grian");
+  EXPECT_TRUE(has(check("wood_grian"), "did you mean wood_grain")) << check("wood_grian");
+  SceneMap rings;
+  rings.name = "rings";
+  scene_.maps.push_back(rings);
+  EXPECT_EQ(check("rings"), "");
+}
+
 TEST_F(SceneMapJson, OptionsAreThoseOfTheControlWithoutItsName) {
   const Scene scene = maps(R"({
     "damp": {"kind": "distance", "from": "creases", "range_mm": 30, "metric": "euclidean"},
@@ -54,8 +73,14 @@ TEST_F(SceneMapJson, OptionsAreThoseOfTheControlWithoutItsName) {
     "crevices": {"kind": "accessibility", "scale_mm": 2.5, "high_percent": 95},
     "noon": {"kind": "sun", "direction": [0, 1, 0.5], "arc": 120},
     "sky": {"kind": "exposure", "sun_share": 0.5, "sky_rays": 64},
-    "front": {"kind": "facing", "direction": [0, 0, 1]}})");
-  ASSERT_EQ(scene.maps.size(), 7u);
+    "front": {"kind": "facing", "direction": [0, 0, 1]},
+    "rings": {"kind": "wood_grain", "ring_mm": 4, "stretch": 30, "waviness": 1, "knots_per_meter": 2, "seed": 3}})");
+  ASSERT_EQ(scene.maps.size(), 8u);
+  EXPECT_EQ(scene.maps[7].wood_grain.ring_mm, 4.0);
+  EXPECT_EQ(scene.maps[7].wood_grain.stretch, 30.0);
+  EXPECT_EQ(scene.maps[7].wood_grain.waviness, 1.0);
+  EXPECT_EQ(scene.maps[7].wood_grain.knots_per_meter, 2.0);
+  EXPECT_EQ(scene.maps[7].wood_grain.seed, 3);
   EXPECT_EQ(scene.maps[0].options.distance_from, "creases");
   EXPECT_EQ(scene.maps[0].options.distance.range_mm, 30.0);
   EXPECT_EQ(scene.maps[1].options.distance_from, "way.csv");

@@ -4,7 +4,9 @@
 
 #include <cmath>
 
+#include "datasets_synthetic/bars.h"
 #include "patinate/simulation/engine.h"
+#include "simulation/rules/boards.h"
 #include "tests/support/errors.h"
 #include "tests/support/plate_scene.h"
 
@@ -45,7 +47,8 @@ struct Made {
 };
 
 SceneMap noise_map(double wavelength_mm) {
-  SceneMap map{.name = "grain", .kind = "noise", .options = {}, .noise = {}, .images = {}, .is_inside = {}};
+  SceneMap map{
+      .name = "grain", .kind = "noise", .options = {}, .noise = {}, .wood_grain = {}, .images = {}, .is_inside = {}};
   map.noise.wavelength_mm = wavelength_mm;
   return map;
 }
@@ -83,9 +86,60 @@ TEST(SceneMaps, NoiseOfEqualObjectsDiffers) {
   EXPECT_LT(std::abs(product), 0.5 * square);  // about 25 patches: 1 / sqrt(25), and 2.5 of that
 }
 
+/// Bars side by side, joined to nothing: two along x, one upright, in one mesh.
+Scene bars() {
+  Scene scene = testing_support::plate_scene(256);
+  std::vector<datasets::Face> faces;
+  const auto bar = [&](double x0, double x1, double y0, double y1) {
+    datasets::add_bar(faces, x0, x1, {Vec2(y0, 10), Vec2(y0, 0), Vec2(y1, 0), Vec2(y1, 10)}, 20);
+  };
+  bar(0, 200, 0, 40);
+  bar(0, 200, 45, 85);
+  bar(210, 250, 0, 200);
+  scene.objects[0].mesh = datasets::mesh_of_faces(faces, 200, "bars", "wood");
+  scene.maps = {{.name = "rings",
+                 .kind = "wood_grain",
+                 .options = {},
+                 .noise = {},
+                 .wood_grain = {},
+                 .images = {},
+                 .is_inside = {}}};
+  scene.maps[0].wood_grain.ring_mm = 8;
+  return scene;
+}
+
+TEST(SceneMaps, EveryPieceIsABoardWithItsGrainAlongItsLongestSide) {
+  const Scene scene = bars();
+  const SceneMesh scene_mesh = make_scene_mesh(scene);
+  const Boards boards = find_boards(scene_mesh, {5});
+  ASSERT_EQ(boards.boards.size(), 3u);
+  EXPECT_EQ(boards.boards[0].along, Vec3::UnitX());
+  EXPECT_EQ(boards.boards[1].along, Vec3::UnitX());
+  EXPECT_EQ(boards.boards[2].along, Vec3::UnitY());
+  EXPECT_DOUBLE_EQ(boards.boards[2].half_width_mm, 20.0);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(boards.boards[i].number, 5 + static_cast<std::int64_t>(i));
+}
+
+TEST(SceneMaps, GrainOfWoodBelongsToTheObjectWhereverItStands) {
+  Scene here = bars(), there = bars();
+  there.objects[0].translate_mm = Vec3(1000, -37, 5);
+  there.objects[0].rotate_deg = Vec3(10, 20, 30);
+  const Made a(here, {"rings"}), b(there, {"rings"});
+  double least = 1.0, most = 0.0;
+  for (TexelIndex t = 0; t < a.surface.grid().num_texels(); ++t) {
+    ASSERT_EQ(a.value(t), b.value(t));
+    if (!a.surface.is_covered(t)) continue;
+    least = std::min(least, a.value(t));
+    most = std::max(most, a.value(t));
+  }
+  EXPECT_LT(least, 0.2);
+  EXPECT_GT(most, 0.6);
+}
+
 TEST(SceneMaps, AnImageLiesOverEachObjectsOwnUvs) {
   Scene scene = two_plates();
-  SceneMap map{.name = "wet", .kind = "image", .options = {}, .noise = {}, .images = {}, .is_inside = {}};
+  SceneMap map{
+      .name = "wet", .kind = "image", .options = {}, .noise = {}, .wood_grain = {}, .images = {}, .is_inside = {}};
   ImageF left(64, 64, 1);
   for (int y = 0; y < 64; ++y) {
     for (int x = 0; x < 32; ++x) left.at(x, y) = 1.0F;
@@ -120,7 +174,8 @@ TEST(SceneMaps, AKindThatNeedsNoInputIsThereByItsName) {
 
 TEST(SceneMaps, OfTheScenesOwnComeBeforeThoseThatAreBuiltIn) {
   Scene scene = testing_support::plate_scene(64);
-  SceneMap map{.name = "facing", .kind = "facing", .options = {}, .noise = {}, .images = {}, .is_inside = {}};
+  SceneMap map{
+      .name = "facing", .kind = "facing", .options = {}, .noise = {}, .wood_grain = {}, .images = {}, .is_inside = {}};
   map.options.facing.direction = {0, -1, 0};
   scene.maps = {map};
   const Made made(scene, {"facing"});
@@ -130,7 +185,8 @@ TEST(SceneMaps, OfTheScenesOwnComeBeforeThoseThatAreBuiltIn) {
 TEST(SceneMaps, ARuleLimitedToAnObjectActsThereAlone) {
   Scene scene = two_plates();
   scene.emitters[0].is_on = false;
-  SceneMap map{.name = "left", .kind = "objects", .options = {}, .noise = {}, .images = {}, .is_inside = {}};
+  SceneMap map{
+      .name = "left", .kind = "objects", .options = {}, .noise = {}, .wood_grain = {}, .images = {}, .is_inside = {}};
   map.is_inside = {true, false};
   scene.maps = {map, noise_map(30)};
   Rule rule{.name = "rust", .driver = "metal", .rate = 0.5};

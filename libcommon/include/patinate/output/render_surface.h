@@ -26,9 +26,10 @@ struct SurfaceMaps {
 
 /// Settings of SurfaceView beside those of render().
 struct SurfaceOptions {
-  double relief = 1.0;      ///< Factor of heights and of slopes that normals tell; 0 = smooth; [0, 100].
-  double plants = 1.0;      ///< Factor of their number; 0 = none; [0, 100].
-  double plant_size = 0.0;  ///< Mean height of a plant in the mesh's unit; 0 = 1/220 of the mesh's diagonal; >= 0.
+  double relief = 1.0;          ///< Factor of heights and of slopes that normals tell; 0 = smooth; [0, 100].
+  double plants = 1.0;          ///< Factor of their number; 0 = none; [0, 100].
+  double plant_size = 0.0;      ///< Mean height of a plant in the mesh's unit; 0 = 1/220 of the mesh's diagonal; >= 0.
+  double plant_cushion = 12.0;  ///< Diameter of the largest cushions, in heights of a plant; 0 = all alike; [0, 1000].
   double environment_azimuth_deg = 0.0;  ///< Turns the surroundings; 0: their middle is what the camera looks toward.
   double environment_light = 0.6;        ///< Mean radiance to which the surroundings are scaled; 0 = as they are; >= 0.
 };

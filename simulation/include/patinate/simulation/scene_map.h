@@ -7,6 +7,7 @@
 
 #include "patinate/controls/control_kinds.h"
 #include "patinate/controls/noise.h"
+#include "patinate/controls/wood_grain.h"
 #include "patinate/image/image.h"
 
 namespace patinate::simulation {
@@ -17,11 +18,12 @@ struct SceneMap {
   std::string kind;             ///< One of scene_map_kinds().
   ControlKindOptions options;   ///< Of a kind of control_kinds(); its paths lead from the working folder.
   NoiseOptions noise;           ///< Of "noise", which belongs to each object's own coordinates (times its scale).
+  WoodGrainOptions wood_grain;  ///< Of "wood_grain": each piece of an object that hangs together is a board.
   std::vector<ImageF> images;   ///< Of "image": by object, over its UVs, of one channel; an empty one is 0.
   std::vector<bool> is_inside;  ///< Of "objects": by object, whether it is 1 there.
 };
 
-/// Those of control_kind_names(), "noise" and "objects".
+/// Those of control_kind_names(), "noise", "wood_grain" and "objects".
 [[nodiscard]] const std::vector<std::string>& scene_map_kinds();
 
 /// Kinds that drivers may name without a map of the scene: those that need no input, with default options. Up is

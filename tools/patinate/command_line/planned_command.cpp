@@ -14,8 +14,8 @@ namespace patinate::cli {
 namespace {
 
 /// Those that tell, serve, or are done before it is known what they would make.
-constexpr std::array<std::string_view, 11> kUnplanned{"init", "calibrate", "studio",     "info", "validate", "plan",
-                                                      "run",  "join",      "completion", "help", "study"};
+constexpr std::array<std::string_view, 12> kUnplanned{"devices", "init", "calibrate", "studio",     "info", "validate",
+                                                      "plan",    "run",  "join",      "completion", "help", "study"};
 
 }  // namespace
 

@@ -263,7 +263,15 @@ void Composer::use(std::shared_ptr<const ComposeDevice> device) {
 }
 
 std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty,
-                                         const RunControl& control) {
+                                         const RunControl& given) {
+  // What a device leaves to the CPU begins anew: fractions do not fall.
+  RunControl control = given;
+  if (given.on_progress) {
+    control.on_progress = [report = given.on_progress, best = 0.0](double fraction) mutable {
+      best = std::max(best, fraction);
+      report(best);
+    };
+  }
   State& s = *state_;
   if (&atlas.surface() != s.surface || atlas.num_materials() != static_cast<int>(s.appearance.size())) {
     throw InvalidInput("the atlas is not that of the composer");
@@ -290,6 +298,7 @@ std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<c
       }
     });
   };
+  std::vector<TileIndex> stale;
   try {
     const auto is_dense = [&](const std::vector<TileIndex>& list) {
       return list.size() * kDense > s.covered_tiles.size();
@@ -301,15 +310,14 @@ std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<c
           first, colors, [&](TileIndex tile) { s.prefetch(atlas, tile); },
           [&](TileIndex tile) { s.compose_tile(atlas, tile); });
     }
-    const std::vector<TileIndex> stale = s.stale_normals.take();
+    stale = s.stale_normals.take();
     if (!is_dense(stale) || !s.normals_on_device(stale, rest)) {
       for_each(
           stale, rest, [&](TileIndex tile) { s.prefetch_heights(tile); },
           [&](TileIndex tile) { s.compose_normals(tile); });
     }
-  } catch (...) {  // canceled
-    (void)s.stale_normals.take();
-    (void)s.changed.take();
+  } catch (...) {  // Canceled: what was done stays marked, since the next call finds it up to date.
+    for (const TileIndex tile : stale) s.stale_normals.add(tile);
     throw;
   }
   s.is_all_dirty = false;

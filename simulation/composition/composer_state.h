@@ -90,7 +90,7 @@ struct Composer::State {
   std::vector<std::uint32_t> codes;
   std::vector<std::int32_t> heights;  ///< Empty while everything is flat.
   std::vector<std::uint8_t> normals;
-  TileSet changed;  ///< Both empty between calls.
+  TileSet changed;  ///< Both empty between calls, but after one that was canceled.
   TileSet stale_normals;
 };
 

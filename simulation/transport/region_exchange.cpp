@@ -9,6 +9,7 @@ namespace patinate::simulation {
 namespace {
 
 constexpr std::uint32_t kMaxMass = 0xFFFFFFFFu;
+constexpr std::ptrdiff_t kPiecesAhead = 4;  ///< Pieces that memory is asked for before their turn.
 constexpr std::size_t kAhead =
     8;  ///< Contacts that memory is asked for before their turn; their numbers at twice that.
 

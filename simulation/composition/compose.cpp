@@ -15,8 +15,8 @@ using namespace composition;
 namespace {
 
 constexpr std::int64_t kChunk = 512;  // tiles
-constexpr std::size_t kDense = 32;    // from a 32nd of the tiles on, a device is worth its transfers
 constexpr std::size_t kAhead = 3;     // tiles that memory is asked for before their turn
+constexpr std::size_t kDense = 32;    // from a 32nd of the tiles on, a device is worth asking
 
 bool differ(const std::uint16_t* a, const std::uint16_t* b) {
   unsigned difference = 0;
@@ -263,7 +263,15 @@ void Composer::use(std::shared_ptr<const ComposeDevice> device) {
 }
 
 std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty,
-                                         const RunControl& control) {
+                                         const RunControl& given) {
+  // What a device leaves to the CPU begins anew: fractions do not fall.
+  RunControl control = given;
+  if (given.on_progress) {
+    control.on_progress = [report = given.on_progress, best = 0.0](double fraction) mutable {
+      best = std::max(best, fraction);
+      report(best);
+    };
+  }
   State& s = *state_;
   if (&atlas.surface() != s.surface || atlas.num_materials() != static_cast<int>(s.appearance.size())) {
     throw InvalidInput("the atlas is not that of the composer");
@@ -290,24 +298,26 @@ std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<c
       }
     });
   };
-  const std::vector<TileIndex>& first = is_all ? s.covered_tiles : tiles;
-  const bool is_dense = first.size() * kDense > s.covered_tiles.size();
-  const RunControl colors = control.part(0.0, 0.6), rest = control.part(0.6, 1.0);
+  std::vector<TileIndex> stale;
   try {
-    if (!is_dense || !s.composed_on_device(atlas, first, colors)) {
+    const auto is_dense = [&](const std::vector<TileIndex>& list) {
+      return list.size() * kDense > s.covered_tiles.size();
+    };
+    const std::vector<TileIndex>& first = is_all ? s.covered_tiles : tiles;
+    const RunControl colors = control.part(0.0, 0.6), rest = control.part(0.6, 1.0);
+    if (!is_dense(first) || !s.composed_on_device(atlas, first, colors)) {
       for_each(
           first, colors, [&](TileIndex tile) { s.prefetch(atlas, tile); },
           [&](TileIndex tile) { s.compose_tile(atlas, tile); });
     }
-    const std::vector<TileIndex> stale = s.stale_normals.take();
-    if (!is_dense || stale.empty() || !s.normals_on_device(stale, rest)) {
+    stale = s.stale_normals.take();
+    if (!is_dense(stale) || !s.normals_on_device(stale, rest)) {
       for_each(
           stale, rest, [&](TileIndex tile) { s.prefetch_heights(tile); },
           [&](TileIndex tile) { s.compose_normals(tile); });
     }
-  } catch (...) {  // canceled
-    (void)s.stale_normals.take();
-    (void)s.changed.take();
+  } catch (...) {  // Canceled: what was done stays marked, since the next call finds it up to date.
+    for (const TileIndex tile : stale) s.stale_normals.add(tile);
     throw;
   }
   s.is_all_dirty = false;

@@ -65,7 +65,7 @@ struct Composer::State {
   void compose_normals(TileIndex tile);
   /// @param edges  Those of the tile where heights changed: bits for right, left, lower and upper.
   void mark_slopes(TileIndex tile, unsigned edges);
-  /// Asks memory for what compose_tile() will read, and what compose_normals() will.
+  /// Asks memory for what compose_tile() and compose_normals() will read.
   void prefetch(const MaterialAtlas& atlas, TileIndex tile) const;
   void prefetch_heights(TileIndex tile) const;
   void slopes_of(TileIndex tile, composition::SlopeTile& slopes) const;
@@ -90,7 +90,7 @@ struct Composer::State {
   std::vector<std::uint32_t> codes;
   std::vector<std::int32_t> heights;  ///< Empty while everything is flat.
   std::vector<std::uint8_t> normals;
-  TileSet changed;  ///< Both empty between calls.
+  TileSet changed;  ///< Both empty between calls, but after one that was canceled.
   TileSet stale_normals;
 };
 

@@ -99,6 +99,13 @@ class SameBytes(PlanCase):
                 for made in folder.glob("out*"):
                     shutil.rmtree(made) if made.is_dir() else made.unlink()
 
+    def test_a_dry_run_makes_nothing(self):
+        for name, command in self.COMMANDS.items():
+            for before in (["run"], ["plan"]):
+                with self.subTest(command=name, before=before):
+                    self.run_in(self.spread, *before, *command, "--dry-run")
+                    self.assertEqual(self.made(self.spread), {})
+
     def test_two_processes_at_once_both_end_well(self):
         command = self.COMMANDS["ingest"]
         self.run_in(self.here, *command)

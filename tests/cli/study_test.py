@@ -180,7 +180,7 @@ class BadStudies(StudyCase):
         self.assertEqual(sorted(self.folder.rglob("*")), before)
 
     def test_all_that_is_missing_is_said_at_once(self):
-        self.problems(["/transfer/histories/0: ", "/transfer/meshes/1: ", "/transfer/controls/0: position 1: unknown control `faicng`", "/transfer/options/resolutoin: `transfer` has no option `resolutoin`; did you mean `resolution`?", "/transfer/outputs/0: `file` is missing"],
+        self.problems(["/transfer/histories/0: ", "/transfer/meshes/1: ", "/transfer/controls/0: control `faicng`: position 1", "/transfer/options/resolutoin: `transfer` has no option `resolutoin`; did you mean `resolution`?", "/transfer/outputs/0: `file` is missing"],
                       transfer={**TRANSFERS, "histories": ["hstory"], "meshes": ["flat.obj", "nowhere.obj"], "controls": ["faicng"], "options": {"resolutoin": 3}, "outputs": [{"command": "render"}]})
 
     def test_two_cells_in_one_place_are_refused(self):

@@ -46,6 +46,9 @@ bool CommandRun::parse() {
   if (is_only_declared_) return false;
   if (line.parse(arguments_, [this] { supply_options(); })) {
     for (const std::string& variable : unknown_variables_) detail(variable);
+    // What would be done is told as ever.
+    const bool is_whole = request_ != nullptr && request_->wanted == PlanRequest::Wanted::Whole;
+    if (is_whole && line.common().dry_run) request_ = nullptr;
     return true;
   }
   print(line.help());
@@ -91,7 +94,7 @@ std::vector<std::string> CommandRun::command_line() const {
 
 std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std::string& label) {
   require_no_file_name(plan.output);
-  if (line.common().dry_run) {
+  if (line.common().dry_run && request_ == nullptr) {
     report_dry_run(explain_job(plan, job_options()));
     return std::nullopt;
   }

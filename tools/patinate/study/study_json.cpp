@@ -248,10 +248,10 @@ class StudyReader {
         } else {
           texts.push_back(control.string());
         }
-        for (std::string& text : texts) check_control(control, text);
         std::string all;
         for (const std::string& text : texts) all += (all.empty() ? "" : " + ") + text;
         if (texts.empty()) control.fail("at least one control");
+        for (std::string& text : texts) check_control(control, text);
         const std::string name = element.is_object() && element.has("name") ? element.member("name").string() : all;
         if (element.is_object()) element.finish();
         Level level{.name = slug(name), .shown = {{"control", all}}};

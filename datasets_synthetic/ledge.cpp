@@ -59,7 +59,7 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
   json["objects"] = Json::array({{{"name", "wall"}, {"mesh", mesh_file}, {"preset", "plaster"}}});
   json["behavior"] = {
       {"bounce", 0.02}, {"float", 0.97}, {"absorb", 0.01}, {"deceleration_bounce", 0.6}, {"deceleration_float", 0.2}};
-  json["tracing"] = {{"epsilon", 0.004 * w},       {"pull", 0.006 * w},       {"reach", 0.01 * w},
+  json["tracing"] = {{"epsilon", 0.002 * w},       {"pull", 0.003 * w},       {"reach", 0.005 * w},
                      {"lobe_exponent_float", 800}, {"rest_speed", 0.002 * w}, {"wet_attraction", 0.5}};
   // No plaster dries evenly. Drops join where it stays wet, so that runs come as they like and not as a comb.
   json["maps"] = {{"damp", {{"kind", "noise"}, {"wavelength_mm", 0.16 * w}, {"octaves", 5}, {"seed", 3}}}};
@@ -83,7 +83,7 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
                                      {"speed", w},
                                      {"gammatons", 2000},
                                      {"carries", {{"dirt", 1.0}}}}});
-    json["exchange"] = {{"ratio", 0.4}, {"rates", {{"water", 0.3}, {"dirt", 0.07}}}};
+    json["exchange"] = {{"ratio", 0.4}, {"rates", {{"water", 0.3}, {"dirt", 0.06}}}};
     json["rules"] = Json::array({drying, {{"name", "moss"}, {"rate", 0.02}}});
     json["run"] = {
         {"iterations", 1000}, {"history_every", 100}, {"controls", {"hits", "water.deposited", "dirt.final"}}};
@@ -102,10 +102,12 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
                                      {"gammatons", 9000},
                                      {"carries", {{"water", 0.8}}},
                                      {"on", false}}});
-    json["exchange"] = {{"ratio", 0.08}, {"rates", {{"water", 0.3}, {"dirt", 0.3}}}};
-    json["rules"] = Json::array(
-        {{{"name", "soot"}, {"driver", "max(0, 1 - dirt) * (0.5 + even)"}, {"rate", 0.1}, {"products", {{"dirt", 1}}}},
-         drying});
+    json["exchange"] = {{"ratio", 0.04}, {"rates", {{"water", 0.3}, {"dirt", 0.3}}}};
+    json["rules"] = Json::array({drying,
+                                 {{"name", "soot"},
+                                  {"driver", "max(0, 1 - dirt) * (0.5 + even)"},
+                                  {"rate", 0.1},
+                                  {"products", {{"dirt", 1}}}}});
     json["events"] = Json::array({{{"iteration", 400}, {"op", "switch"}, {"target", "rain"}, {"on", true}},
                                   {{"iteration", 400}, {"op", "rule"}, {"target", "soot"}, {"rate", 0}}});
     json["run"] = {{"iterations", 800}, {"history_every", 100}, {"controls", {"hits", "dirt.final"}}};

@@ -28,9 +28,9 @@ CushionPlace cushion_at(const Vec3& position, double size) {
     const double x = random.uniform(), y = random.uniform(), z = random.uniform();
     const double share = random.uniform(), radius = kLeastRadius + (0.5 - kLeastRadius) * share * share;
     const Vec3 outward = (scaled - near - Vec3(x, y, z)) / radius;
-    const double height = (1.0 - outward.squaredNorm()) * radius / 0.5;
+    const double depth = 1.0 - outward.squaredNorm(), height = depth * radius / 0.5;
     const double tone = random.uniform();
-    if (height > best.height) best = {.height = height, .outward = outward, .tone = tone};
+    if (height > best.height) best = {.depth = depth, .height = height, .outward = outward, .tone = tone};
   }
   return best;
 }

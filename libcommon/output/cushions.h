@@ -8,6 +8,7 @@ namespace patinate {
 
 /// Where a place lies in its cushion.
 struct CushionPlace {
+  double depth = 0.0;           ///< 0 = outside or at the rim, 1 = in its middle.
   double height = 0.0;          ///< 0 = outside or at the rim, 1 = in the middle of the largest.
   Vec3 outward = Vec3::Zero();  ///< From the cushion's middle, over its radius: within the unit ball.
   double tone = 0.5;            ///< [0, 1), of the whole cushion.

@@ -83,7 +83,7 @@ std::vector<Plant> find_plants(const Mesh& given, const SurfaceMaps& maps, const
       const CushionPlace cushion = cushion_size > 0.0 ? cushion_at(place, cushion_size) : CushionPlace{};
       const double chance = random.uniform();
       const double late =
-          cushion_size > 0.0 ? kInCushion * (1.0 - cushion.height) + (1.0 - kInCushion) * chance : chance;
+          cushion_size > 0.0 ? kInCushion * (1.0 - cushion.depth) + (1.0 - kInCushion) * chance : chance;
       const double threshold = kLeast + (kMost - kLeast) * late;
       plant.turn = 2.0 * std::numbers::pi * random.uniform();
       plant.size = size * (0.5 + random.uniform()) * (1.0 + kDome * cushion.height);

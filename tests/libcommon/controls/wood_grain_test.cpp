@@ -77,16 +77,24 @@ TEST(WoodGrain, LosesItsRingsButNotItsMeanWhereTexelsAreCoarse) {
   EXPECT_LT(mean_change(coarse), 0.1 * mean_change(fine));
 }
 
-TEST(WoodGrain, HasDarkKnotsWhereThereAreAny) {
-  const auto dark = [](double knots) {
+TEST(WoodGrain, BendsAroundKnotsAndIsAsItWasAwayFromThem) {
+  const auto changed = [](double knots) {
     int count = 0;
     for (int x = -100; x < 100; ++x) {
-      for (int y = -10; y < 10; ++y)
-        count += wood_grain_at({10.0 * x, 6.0 * y, 60.0}, kBoard, {.knots_per_meter = knots}) > 0.97 ? 1 : 0;
+      for (int y = -10; y < 10; ++y) {
+        const Vec3 p(10.0 * x, 6.0 * y, 60.0);
+        count +=
+            wood_grain_at(p, kBoard, {.knots_per_meter = knots}) == wood_grain_at(p, kBoard, {.knots_per_meter = 0})
+                ? 0
+                : 1;
+      }
     }
-    return count;
+    return count / 4000.0;
   };
-  EXPECT_GT(dark(20), dark(0) + 20);
+  EXPECT_EQ(changed(0), 0.0);
+  EXPECT_GT(changed(2), 0.005);
+  EXPECT_LT(changed(2), 0.5);
+  EXPECT_GT(changed(20), changed(2));
 }
 
 TEST(WoodGrain, IsWithinItsRangeFarAway) {

@@ -327,7 +327,7 @@ TEST(SurfaceView, LooksAtItsTargetFromItsDistance) {
 TEST(Plants, StandWhereTheAmountIsHighAndStayWhenItGrows) {
   const Mesh mesh = plate(2.0, 0.0);
   SurfaceMaps maps{.color = kWhite, .plants = ImageF(2, 1, 1)};
-  maps.plants.at(0, 0) = 0.4f;  // Of the left half; nothing grows on the right one's far side.
+  maps.plants.at(0, 0) = 0.55f;  // Of the left half; nothing grows on the right one's far side.
   const SurfaceOptions surface{.plant_size = 0.05};
   const std::vector<Plant> few = find_plants(mesh, maps, {}, surface);
   maps.plants.at(0, 0) = 0.9f;
@@ -347,26 +347,31 @@ TEST(Plants, StandWhereTheAmountIsHighAndStayWhenItGrows) {
   EXPECT_TRUE(find_plants(mesh, maps, {}, {.plants = 0.0}).empty());
 }
 
-TEST(Plants, StandInCushionsThatAreTallInTheirMiddleAndOfOneToneEach) {
+TEST(Plants, StandInCushionsThatAreTallInTheirMiddle) {
   const Mesh mesh = plate(2.0, 0.0);
+  const double size = 0.02;
+  const SurfaceOptions options{.plant_size = size, .plant_cushion = 12.0};
   SurfaceMaps maps{.color = kWhite, .plants = one(0.4f)};
-  const double size = 0.02, cushion = 12.0 * size;
-  const std::vector<Plant> plants = find_plants(mesh, maps, {}, {.plant_size = size, .plant_cushion = 12.0});
-  ASSERT_GT(plants.size(), 100u);
-  // Amount 0.4 suffices where 0.18 + 0.57 (0.7 (1 - height) + 0.3 chance) does: never below a height of 0.44.
-  double inner = 0.0, outer = 0.0;
-  int num_inner = 0, num_outer = 0;
-  for (const Plant& plant : plants) {
-    const CushionPlace at = cushion_at(plant.root, cushion);
-    EXPECT_GE(at.height, 0.44);
-    (at.height > 0.7 ? inner : outer) += plant.size;
-    (at.height > 0.7 ? num_inner : num_outer) += 1;
+  // Amount 0.4 suffices where 0.18 + 0.57 (0.7 (1 - depth) + 0.3 chance) does: never below a depth of 0.44.
+  const std::vector<Plant> few = find_plants(mesh, maps, {}, options);
+  ASSERT_GT(few.size(), 100u);
+  for (const Plant& plant : few) EXPECT_GT(cushion_at(plant.root, 12.0 * size).depth, 0.44);
+  // Where all stand: 1 + 1.4 height times as tall, 0.5 to 1.5 by chance. Above 0.5 more than 1.7 in the mean, below
+  // 0.2 less than 1.28, each to 0.29 / sqrt(100).
+  maps.plants = one(1.0f);
+  double tall = 0.0, low = 0.0;
+  int num_tall = 0, num_low = 0;
+  for (const Plant& plant : find_plants(mesh, maps, {}, options)) {
+    const double height = cushion_at(plant.root, 12.0 * size).height;
+    if (height > 0.5) tall += plant.size, ++num_tall;
+    if (height < 0.2) low += plant.size, ++num_low;
   }
-  ASSERT_GT(num_inner, 20);
-  ASSERT_GT(num_outer, 20);
-  EXPECT_GT(inner / num_inner, 1.08 * outer / num_outer);  // 1 + 1.4 height: 2.2 over 1.8, with a spread of 0.3
-  // Without, they stand anywhere.
-  EXPECT_LT(find_plants(mesh, maps, {}, {.plant_size = size, .plant_cushion = 0.0}).front().size, 1.5 * size);
+  ASSERT_GT(num_tall, 100);
+  ASSERT_GT(num_low, 100);
+  EXPECT_GT(tall / num_tall, 1.3 * low / num_low);
+  // Without cushions none is taller than by chance.
+  for (const Plant& plant : find_plants(mesh, maps, {}, {.plant_size = size, .plant_cushion = 0.0}))
+    EXPECT_LE(plant.size, 1.5 * size);
 }
 
 TEST(Cushions, AreBallsOfDifferentSizesWithTheirMiddleInside) {
@@ -378,7 +383,7 @@ TEST(Cushions, AreBallsOfDifferentSizesWithTheirMiddleInside) {
     ASSERT_GE(at.height, 0.0);
     highest = std::max(highest, at.height);
     outside += at.height == 0.0 ? 1 : 0;
-    EXPECT_EQ(at.height == 0.0, at.outward.norm() == 0.0);
+    EXPECT_NEAR(at.depth, at.height == 0.0 ? 0.0 : 1.0 - at.outward.squaredNorm(), 1e-12);
   }
   EXPECT_GT(highest, 0.5);
   EXPECT_GT(outside, 2000);

@@ -58,7 +58,7 @@ TEST_F(SceneMapJson, APatternIsTheNameOfAMap) {
   };
   EXPECT_EQ(check("wood_grain"), "");
   EXPECT_TRUE(has(check("wood_grian"), "/objects/0/preset")) << check("wood_grian");
-  EXPECT_TRUE(has(check("wood_grian"), "did you mean wood_grain")) << check("wood_grian");
+  EXPECT_TRUE(has(check("wood_grian"), "did you mean `wood_grain`")) << check("wood_grian");
   SceneMap rings;
   rings.name = "rings";
   scene_.maps.push_back(rings);

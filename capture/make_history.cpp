@@ -1,32 +1,40 @@
 #include "patinate/capture/make_history.h"
 
+#include "capture/plan_history.h"
 #include "capture/project/capture_project.h"
 #include "capture/project/relit_project.h"
-#include "capture/relit/relit_ingest.h"
-#include "capture/timelapse/ingest.h"
 #include "libcommon/job/job.h"
 
 namespace patinate::capture {
 
 namespace {
 
-JobPlan plan_history(const std::filesystem::path& file, const std::filesystem::path& output,
-                     const MakeHistoryOptions& options) {
-  if (is_relit_capture(file)) return plan_relit_ingest(read_relit_project(file), {}, output);
+IngestOptions ingest_options(const MakeHistoryOptions& options) {
   IngestOptions ingest;
   ingest.add_progress = options.add_progress;
   ingest.repair.stabilize = options.stabilize;
   ingest.repair.deflicker = options.deflicker;
   ingest.repair.flat_field = options.flat_field;
   ingest.repair.highlights = options.keep_highlights ? HighlightRule::Keep : HighlightRule::Mask;
-  return plan_ingest(read_capture_project(file), ingest, output);
+  return ingest;
 }
 
 }  // namespace
 
+JobPlan plan_history(const std::filesystem::path& capture, const std::filesystem::path& output, IngestOptions options,
+                     RelitOptions relit) {
+  const std::filesystem::path file = capture_file(capture);
+  options.accept_failed = relit.accept_failed;
+  relit.scan = options.scan;
+  relit.fill = options.repair.fill;
+  relit.progress = options.progress;
+  if (is_relit_capture(file)) return plan_relit_ingest(read_relit_project(file), relit, output);
+  return plan_ingest(read_capture_project(file, options.align), options, output);
+}
+
 void make_history(const std::filesystem::path& capture, const std::filesystem::path& output,
                   const MakeHistoryOptions& options, const RunControl& control) {
-  run_job(plan_history(capture_file(capture), output, options), {.force = options.force}, control);
+  run_job(plan_history(capture, output, ingest_options(options), {}), {.force = options.force}, control);
 }
 
 }  // namespace patinate::capture

@@ -1,10 +1,11 @@
 # The components of find_package(patinate COMPONENTS ...): for each the components that it stands on, and the libraries of others that its sources
 # use. A component is the target patinate_NAME here and patinate::NAME outside.
 set(patinate_components
-  core image media geometry mesh_files atlas metrics history controls job output
+  core device image media geometry mesh_files atlas metrics history controls job output
   calibration registration capture transfer simulation analysis datasets)
 
 set(patinate_core_libraries threads json tbb xxhash)
+set(patinate_device_needs core)
 set(patinate_image_needs core)
 set(patinate_image_libraries openexr png zlib)
 set(patinate_media_needs core image)
@@ -27,9 +28,9 @@ set(patinate_registration_needs core geometry image job mesh_files output)
 set(patinate_registration_libraries ceres)
 set(patinate_capture_needs calibration controls core geometry history image job mesh_files output registration)
 set(patinate_capture_libraries ceres opencv)
-set(patinate_transfer_needs atlas controls core geometry history image job mesh_files)
+set(patinate_transfer_needs atlas controls core device geometry history image job mesh_files)
 set(patinate_transfer_libraries flann)
-set(patinate_simulation_needs atlas controls core geometry history image job mesh_files output)
+set(patinate_simulation_needs atlas controls core device geometry history image job mesh_files output)
 set(patinate_analysis_needs atlas controls core geometry history image job metrics output)
 set(patinate_analysis_libraries ceres)
 set(patinate_datasets_needs atlas core geometry image job mesh_files)

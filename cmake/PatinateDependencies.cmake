@@ -48,6 +48,8 @@ macro(patinate_find)
     elseif("${library}" STREQUAL "libav")
       find_package(PkgConfig REQUIRED)
       pkg_check_modules(LIBAV REQUIRED IMPORTED_TARGET libavformat libavcodec libavutil libswscale)
+    elseif("${library}" STREQUAL "opencl")  # Its headers: the library is found when a program runs.
+      find_path(OPENCL_INCLUDE_DIR CL/cl.h REQUIRED)
     elseif("${library}" STREQUAL "xxhash")
       find_package(PkgConfig REQUIRED)
       pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)

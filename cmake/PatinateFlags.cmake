@@ -3,6 +3,20 @@ option(PATINATE_WARNINGS_AS_ERRORS "Stop at the first warning (the presets and C
 set(PATINATE_SANITIZE "" CACHE STRING "Sanitizers for every target, e.g. address,undefined")
 option(PATINATE_FUZZ "Build the libFuzzer targets of tests/fuzz (clang; the preset fuzz sets this)" OFF)
 
+# The Python module is a shared library, so that all of ours that it links must be position-independent.
+if(NOT PATINATE_SANITIZE)  # An interpreter is not sanitized.
+  find_program(PATINATE_PYTHON_PROGRAM NAMES python3 PATHS /usr/bin NO_DEFAULT_PATH DOC "Python that the module is made for: Debian's, as pybind11 is")
+  set(Python_EXECUTABLE "${PATINATE_PYTHON_PROGRAM}")
+  find_package(Python 3.9 QUIET COMPONENTS Interpreter Development.Module NumPy)
+  set(PYBIND11_FINDPYTHON ON)
+  find_package(pybind11 2.10 QUIET CONFIG)
+endif()
+set(PATINATE_PYTHON_IS_FOUND OFF)
+if(pybind11_FOUND AND Python_Development.Module_FOUND)
+  set(PATINATE_PYTHON_IS_FOUND ON)
+endif()
+option(PATINATE_PYTHON "Build the Python module (python/)" ${PATINATE_PYTHON_IS_FOUND})
+
 add_library(patinate_flags INTERFACE)
 target_compile_features(patinate_flags INTERFACE cxx_std_20)
 # -ffp-contract=off: no fused multiply-add, so equal input gives equal bits for every instruction set.
@@ -49,6 +63,10 @@ function(patinate_library name)
   target_sources(${name} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${public_headers})
   target_include_directories(${name} PUBLIC "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>")
   set_target_properties(${name} PROPERTIES VERIFY_INTERFACE_HEADER_SETS ON)
+  if(PATINATE_PYTHON)
+    # Hidden: a library that shows nothing calls its own functions as directly as a program does.
+    set_target_properties(${name} PROPERTIES POSITION_INDEPENDENT_CODE ON CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  endif()
   target_compile_features(${name} PUBLIC cxx_std_20)
   target_link_libraries(${name} PUBLIC ${arg_PUBLIC} PRIVATE $<BUILD_INTERFACE:patinate_flags> ${arg_PRIVATE})
   if(internal_headers)

@@ -8,13 +8,16 @@ foreach(component ${patinate_components})
   set_target_properties(patinate_${component} PROPERTIES EXPORT_NAME ${component})
   add_library(patinate::${component} ALIAS patinate_${component})
   install(TARGETS patinate_${component} EXPORT patinate-${component}
-    ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}"
-    FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
-  install(EXPORT patinate-${component} NAMESPACE patinate:: DESTINATION "${patinate_package_dir}")
+    ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development
+    FILE_SET HEADERS DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT development)
+  install(EXPORT patinate-${component} NAMESPACE patinate:: DESTINATION "${patinate_package_dir}" COMPONENT development)
 endforeach()
-install(TARGETS patinate patinate-decode RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}")
+install(TARGETS patinate patinate-decode RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT runtime)
 get_property(patinate_modules GLOBAL PROPERTY PATINATE_MODULES)
-install(TARGETS ${patinate_modules} LIBRARY DESTINATION "${PATINATE_MODULES_DIR}")
+install(TARGETS ${patinate_modules} LIBRARY DESTINATION "${PATINATE_MODULES_DIR}" COMPONENT runtime)
+# The demo, for those who have no copy of the repository.
+install(TARGETS demo_page RUNTIME DESTINATION "${PATINATE_MODULES_DIR}" COMPONENT runtime)
+install(PROGRAMS tools/demo DESTINATION "${CMAKE_INSTALL_DATADIR}/patinate" COMPONENT runtime)
 
 # The manual and the completions are what the binary says of itself.
 if(NOT PATINATE_SANITIZE)
@@ -27,15 +30,16 @@ if(NOT PATINATE_SANITIZE)
     COMMAND patinate completion fish > "${patinate_said}/patinate.fish"
     DEPENDS patinate VERBATIM)
   add_custom_target(patinate_manual ALL DEPENDS "${patinate_said}/patinate.1")
-  install(FILES "${patinate_said}/patinate.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1")
-  install(FILES "${patinate_said}/patinate" DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions")
-  install(FILES "${patinate_said}/_patinate" DESTINATION "${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions")
-  install(FILES "${patinate_said}/patinate.fish" DESTINATION "${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d")
+  install(FILES "${patinate_said}/patinate.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1" COMPONENT runtime)
+  install(FILES "${patinate_said}/patinate" DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions" COMPONENT runtime)
+  install(FILES "${patinate_said}/_patinate" DESTINATION "${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions" COMPONENT runtime)
+  install(FILES "${patinate_said}/patinate.fish" DESTINATION "${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d" COMPONENT runtime)
 endif()
 
 configure_package_config_file(cmake/patinate-config.cmake.in "${PROJECT_BINARY_DIR}/patinate-config.cmake"
   INSTALL_DESTINATION "${patinate_package_dir}" PATH_VARS PATINATE_MODULES_DIR)
 write_basic_package_version_file("${PROJECT_BINARY_DIR}/patinate-config-version.cmake" COMPATIBILITY SameMinorVersion)
 install(FILES "${PROJECT_BINARY_DIR}/patinate-config.cmake" "${PROJECT_BINARY_DIR}/patinate-config-version.cmake"
-  cmake/PatinateComponents.cmake cmake/PatinateDependencies.cmake DESTINATION "${patinate_package_dir}")
-install(FILES LICENSE README.md CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+  cmake/PatinateComponents.cmake cmake/PatinateDependencies.cmake DESTINATION "${patinate_package_dir}" COMPONENT development)
+install(FILES LICENSE README.md CITATION.cff DESTINATION "${CMAKE_INSTALL_DOCDIR}" COMPONENT runtime)
+include(PatinatePackage)

@@ -6,10 +6,10 @@
 
 #include "analysis/evaluation/coherence.h"
 #include "analysis/evaluation/copied_pieces.h"
-#include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/output/color_ramp.h"
+#include "patinate/atlas/direction_field.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
 

@@ -1,4 +1,4 @@
-#include "libcommon/atlas/direction_field.h"
+#include "patinate/atlas/direction_field.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>

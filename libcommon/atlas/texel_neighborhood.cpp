@@ -173,6 +173,51 @@ void TexelNeighborhood::find_steps(int triangle, std::span<PixelNeighbor> steps)
   }
 }
 
+FlatNeighbors TexelNeighborhood::flat(const RunControl& control) const {
+  using neighbor_kernel::kNoNeighbor;
+  using neighbor_kernel::PackedNeighbor;
+  if (map_.num_texels() >= std::numeric_limits<std::int32_t>::max())
+    throw InvalidInput("neighborhood: an atlas of 2^31 texels and more has no flat tables");
+  FlatNeighbors out;
+  out.row.assign(static_cast<std::size_t>(map_.num_texels()), -1);
+  out.is_stored.reserve(2 * band_.size());
+  out.begin.reserve(band_.size());
+  for (const Chunk& chunk : chunks_) {
+    control.throw_if_stopped();
+    const auto first = static_cast<std::uint32_t>(out.stored.size());
+    for (const Row& row : chunk.rows) {
+      out.is_stored.insert(out.is_stored.end(), row.is_stored.begin(), row.is_stored.end());
+      out.begin.push_back(first + row.begin);
+    }
+    for (const Stored& s : chunk.stored)
+      out.stored.push_back({s.texel == Stored::kNone ? kNoNeighbor : static_cast<std::int32_t>(s.texel), s.x, s.y});
+  }
+  std::int32_t next = 0;
+  for (const TexelId t : band_) out.row[static_cast<std::size_t>(t)] = next++;
+
+  // Steps of the triangles whose texels lack something in their rows.
+  out.steps_of.assign(map_.mesh().triangles.size(), -1);
+  std::vector<PixelNeighbor> steps(size());
+  std::int32_t num_stepping = 0;
+  for (TexelId t = 0; t < map_.num_texels(); ++t) {
+    if (t % kLook == 0) control.throw_if_stopped();
+    if (!map_.is_covered(t)) continue;
+    const int triangle = map_.triangle(t);
+    std::int32_t& steps_of = out.steps_of[static_cast<std::size_t>(triangle)];
+    if (steps_of >= 0) continue;
+    if (const std::int32_t row = out.row[static_cast<std::size_t>(t)]; row >= 0) {
+      const auto at = 2 * static_cast<std::size_t>(row);
+      if (std::popcount(out.is_stored[at]) + std::popcount(out.is_stored[at + 1]) == static_cast<int>(size())) continue;
+    }
+    steps_of = num_stepping++;
+    find_steps(triangle, steps);
+    for (const PixelNeighbor& n : steps)
+      out.steps.push_back({n.texel == kNoStep ? kNoNeighbor : static_cast<std::int32_t>(n.texel), n.x, n.y});
+  }
+  for (std::int32_t& steps_of : out.steps_of) steps_of = std::max(steps_of, 0);  // Those of others are not looked at.
+  return out;
+}
+
 void TexelNeighborhood::Cursor::follow_grid(TexelId t) {
   const TexelNeighborhood& all = neighborhood_;
   const int triangle = all.map_.triangle(t);

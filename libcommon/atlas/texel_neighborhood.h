@@ -6,9 +6,11 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "libcommon/atlas/texel_set.h"
+#include "libcommon/core/kernel_language.h"
 #include "patinate/atlas/texel_map.h"
 #include "patinate/core/run_control.h"
 
@@ -26,6 +28,24 @@ struct PixelNeighbor {
 
 /// The nearest whole pixel of a length in units of 1/256.
 [[nodiscard]] constexpr int whole_pixels(std::int32_t fixed) { return (fixed + PixelNeighbor::kOne / 2) >> 8; }
+
+/// texel_neighbors.inl for C++; devices read the same text.
+namespace neighbor_kernel {
+using namespace kernel_types;
+#include "libcommon/atlas/texel_neighbors.inl"
+}  // namespace neighbor_kernel
+/// The text of texel_neighbors.inl.
+extern const std::string_view kNeighborKernel;
+
+/// What NeighborTables point to.
+struct FlatNeighbors {
+  std::vector<std::int32_t> row;
+  std::vector<std::uint64_t> is_stored;
+  std::vector<std::uint32_t> begin;
+  std::vector<neighbor_kernel::PackedNeighbor> stored;
+  std::vector<std::int32_t> steps_of;
+  std::vector<neighbor_kernel::PackedNeighbor> steps;
+};
 
 /// Neighbors of every texel at one fixed list of offsets, and the eight texels beside it, whatever their size: those
 /// that lie where their triangle's own grid says are computed, triangle by triangle, and only the others are stored: in
@@ -47,6 +67,9 @@ class TexelNeighborhood {
   [[nodiscard]] std::int64_t num_stored() const { return static_cast<std::int64_t>(band_.size()); }
   [[nodiscard]] std::int64_t stored_bytes() const;
   [[nodiscard]] double pixel_mm() const { return pixel_mm_; }
+  /// The same neighbors as Cursor finds, for a device: 4 bytes a texel, and size() * 8 for each triangle with texels.
+  /// @throws InvalidInput if the atlas has 2^31 texels or more.
+  [[nodiscard]] FlatNeighbors flat(const RunControl& control = {}) const;
   /// Pixels of a texel step to the right and one down (columns) in a triangle.
   [[nodiscard]] Eigen::Matrix2d pixels_per_texel(int triangle) const;
 

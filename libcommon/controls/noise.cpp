@@ -5,6 +5,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "libcommon/controls/noise_kernel.h"
+
 namespace patinate {
 
 namespace {
@@ -27,39 +29,9 @@ constexpr std::uint64_t mixed(std::uint64_t x) {
   return x ^ x >> 31;
 }
 
-/// One of twelve directions to the middles of a cube's edges, chosen by a hash, times d.
-double slope_along(std::uint64_t hash, double x, double y, double z) {
-  const auto edge = static_cast<unsigned>((hash >> 32) * 12u >> 32);
-  const double a = edge < 8 ? x : y, b = edge < 4 ? y : z;
-  return ((edge & 1) != 0 ? -a : a) + ((edge & 2) != 0 ? -b : b);
-}
-
-double faded(double t) { return t * t * t * (t * (t * 6.0 - 15.0) + 10.0); }
-
-/// Noise of lattice step 1 and deviation kDeviation.
-double lattice_noise(const std::array<double, 3>& p, std::uint64_t key) {
-  std::array<std::uint64_t, 3> cell;
-  std::array<double, 3> inside, fade;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const double whole = std::floor(p[k]);
-    cell[k] = static_cast<std::uint64_t>(static_cast<std::int64_t>(whole));
-    inside[k] = p[k] - whole;
-    fade[k] = faded(inside[k]);
-  }
-  double sum = 0.0;
-  for (unsigned corner = 0; corner < 8; ++corner) {
-    std::uint64_t hash = key;
-    std::array<double, 3> from;
-    double weight = 1.0;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const unsigned far = corner >> k & 1;
-      hash = mixed(hash + (cell[k] + far) * 0x9E3779B97F4A7C15u);
-      from[k] = inside[k] - far;
-      weight *= far != 0 ? fade[k] : 1.0 - fade[k];
-    }
-    sum += weight * slope_along(hash, from[0], from[1], from[2]);
-  }
-  return sum;
+const NoiseKernel& best_kernel() {
+  static const NoiseKernel& kernel = noise_kernel(instruction_set());
+  return kernel;
 }
 
 }  // namespace
@@ -73,31 +45,49 @@ void describe(OptionVisitor& v, NoiseOptions& o) {
   v.visit({"noise_seed", "another seed is another `noise`", "", between(0, 9e15)}, o.seed);
 }
 
+const NoiseKernel& noise_kernel([[maybe_unused]] InstructionSet set) {
+#if defined(__x86_64__)
+  if (set == InstructionSet::Avx512) return noise_avx512::kKernel;
+  if (set == InstructionSet::Avx2) return noise_avx2::kKernel;
+#endif
+  return noise_baseline::kKernel;
+}
+
 double noise_at(const Vec3& position_mm, const NoiseOptions& options, double least_mm) {
-  std::array<double, 3> turned;
-  for (std::size_t k = 0; k < 3; ++k)
-    turned[k] = kTurn[k][0] * position_mm.x() + kTurn[k][1] * position_mm.y() + kTurn[k][2] * position_mm.z();
-  double sum = 0.0, squares = 0.0, wavelength = options.wavelength_mm, strength = 1.0;
-  for (int octave = 0; octave < options.octaves; ++octave) {
-    const std::uint64_t key =
-        mixed(mixed(static_cast<std::uint64_t>(options.seed)) + static_cast<std::uint64_t>(octave));
-    squares += strength * strength;
-    const double seen = least_mm > 0.0 ? std::clamp(wavelength / least_mm - 1.0, 0.0, 1.0) : 1.0;
-    if (!(seen > 0.0)) {
-      wavelength *= 0.5;
-      strength *= 0.5;
-      continue;
+  double value = 0.0;
+  noise_at(std::span(&position_mm, 1), options, least_mm, std::span(&value, 1));
+  return value;
+}
+
+void noise_at(std::span<const Vec3> positions_mm, const NoiseOptions& options, double least_mm,
+              std::span<double> values) {
+  const NoiseKernel& kernel = best_kernel();
+  std::array<std::array<double, kNoiseBlock>, 3> turned;
+  std::array<double, kNoiseBlock> sum;
+  for (std::size_t first = 0; first < positions_mm.size(); first += kNoiseBlock) {
+    const std::size_t count = std::min<std::size_t>(kNoiseBlock, positions_mm.size() - first);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Vec3& p = positions_mm[first + i];
+      for (std::size_t k = 0; k < 3; ++k)
+        turned[k][i] = kTurn[k][0] * p.x() + kTurn[k][1] * p.y() + kTurn[k][2] * p.z();
+      sum[i] = 0.0;
     }
-    std::array<double, 3> p;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const double shift = static_cast<double>(mixed(key + k + 1) >> 43) * 0x1p-11;  // up to 1024 steps, in 1/2048
-      p[k] = turned[k] * (kStepsPerWavelength / wavelength) + shift;
+    double squares = 0.0, wavelength = options.wavelength_mm, strength = 1.0;
+    for (int octave = 0; octave < options.octaves; ++octave, wavelength *= 0.5, strength *= 0.5) {
+      squares += strength * strength;
+      const double seen = least_mm > 0.0 ? std::clamp(wavelength / least_mm - 1.0, 0.0, 1.0) : 1.0;
+      if (!(seen > 0.0)) continue;
+      const std::uint64_t key =
+          mixed(mixed(static_cast<std::uint64_t>(options.seed)) + static_cast<std::uint64_t>(octave));
+      NoiseOctave form{.scale = kStepsPerWavelength / wavelength, .key = key, .strength = seen * strength};
+      for (std::size_t k = 0; k < 3; ++k)
+        form.shift[k] = static_cast<double>(mixed(key + k + 1) >> 43) * 0x1p-11;  // up to 1024 steps, in 1/2048
+      kernel.add(form, turned[0].data(), turned[1].data(), turned[2].data(), static_cast<int>(count), sum.data());
     }
-    sum += seen * strength * lattice_noise(p, key);
-    wavelength *= 0.5;
-    strength *= 0.5;
+    for (std::size_t i = 0; i < count; ++i) {
+      values[first + i] = std::clamp(0.5 + sum[i] * (kWantedDeviation / kDeviation) / std::sqrt(squares), 0.0, 1.0);
+    }
   }
-  return std::clamp(0.5 + sum * (kWantedDeviation / kDeviation) / std::sqrt(squares), 0.0, 1.0);
 }
 
 }  // namespace patinate

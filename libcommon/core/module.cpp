@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 
+#include "libcommon/core/programs.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
@@ -19,9 +20,9 @@ namespace {
 std::string find_module(const std::string& file) {
   const char* given = std::getenv("PATINATE_MODULES");
   if (given != nullptr && *given != '\0') return fs::absolute(given) / file;
+  const fs::path program = programs_folder();
+  if (program.empty()) return file;
   std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error).parent_path();
-  if (error) return file;
   for (const fs::path& folder : {program, program / PATINATE_MODULES_FROM_PROGRAMS}) {
     if (fs::exists(folder / file, error)) return (folder / file).lexically_normal();
   }

@@ -67,33 +67,6 @@ void check_texel_size(const HistoryManifest& manifest) {
   }
 }
 
-/// 255 where any channel says something: 0 is "not known".
-ImageU8 known_pixels(const ImageF& values) {
-  ImageU8 known(values.width(), values.height());
-  for (int y = 0; y < values.height(); ++y) {
-    for (int x = 0; x < values.width(); ++x) {
-      const auto pixel = values.pixel(x, y);
-      known.at(x, y) = std::any_of(pixel.begin(), pixel.end(), [](float v) { return v != 0.0f; }) ? 255 : 0;
-    }
-  }
-  return known;
-}
-
-/// 0 where nothing was known; normals become unit again.
-void restore_known(const std::string& name, const ImageU8& known, ImageF& values) {
-  for (int y = 0; y < values.height(); ++y) {
-    for (int x = 0; x < values.width(); ++x) {
-      const auto pixel = values.pixel(x, y);
-      float scale = known.at(x, y) != 0 ? 1.0f : 0.0f;
-      if (name == "normal" && scale != 0.0f) {
-        const float length = std::sqrt(pixel[0] * pixel[0] + pixel[1] * pixel[1] + pixel[2] * pixel[2]);
-        scale = length > 0.0f ? 1.0f / length : 0.0f;
-      }
-      for (float& v : pixel) v *= scale;
-    }
-  }
-}
-
 void make_parent(const fs::path& file) {
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
@@ -167,11 +140,7 @@ ImageF HistoryReader::load_frame_extra(std::size_t frame, std::size_t extra) con
   const HistoryImage& known = manifest_.frames[frame].extras[extra];
   check_file(folder_ / known.file, manifest_);
   ImageF values = read_channels(folder_ / known.file, frame_extra_channels(known.name));
-  if (footprint_px_ <= kLeastFootprint_px) return values;
-  const ImageU8 is_known = known_pixels(values);
-  values = mean_over_footprint(std::move(values), is_known, footprint_px_);
-  restore_known(known.name, is_known, values);
-  return values;
+  return mean_extra_over_footprint(known.name, std::move(values), footprint_px_);
 }
 
 ImageU8 HistoryReader::load_frame_mask(std::size_t frame) const {

@@ -19,6 +19,7 @@
 #include <string_view>
 #include <utility>
 
+#include "libcommon/core/programs.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
 #include "libcommon/core/text.h"
@@ -71,8 +72,8 @@ std::string decoder_program() {
   const char* given = std::getenv("PATINATE_DECODER");
   if (given != nullptr && *given != '\0') return given;
   std::error_code error;
-  const fs::path self = fs::read_symlink("/proc/self/exe", error);
-  if (!error && fs::exists(self.parent_path() / kProgram, error)) return self.parent_path() / kProgram;
+  const fs::path program = programs_folder() / kProgram;
+  if (program.has_parent_path() && fs::exists(program, error)) return program;
   return kProgram;
 }
 

@@ -16,8 +16,6 @@ namespace {
 
 constexpr std::int64_t kChunk = 512;  // tiles
 constexpr std::size_t kDense = 32;    // from a 32nd of the tiles on, looking at all is cheaper than lists
-constexpr std::int32_t kBorderHalf = 2048;
-constexpr int kBorderShift = 12;
 
 bool differ(const std::uint16_t* a, const std::uint16_t* b) {
   unsigned difference = 0;
@@ -37,29 +35,9 @@ unsigned changed_edges(const std::int32_t* a, const std::int32_t* b) {
   return (right != 0 ? 1u : 0u) | (left != 0 ? 2u : 0u) | (below != 0 ? 4u : 0u) | (above != 0 ? 8u : 0u);
 }
 
-/// Between a look's two colors by xi: 3 x 64 linear values.
-void blend_colors(const QuantizedAppearance& look, const std::int32_t* xi, std::uint16_t* out) {
-  for (std::size_t c = 0; c < 3; ++c) {
-    const std::int32_t first = look.color[c], change = std::int32_t{look.second_color[c]} - first;
-    // Products below 2^31: 15 bits of xi.
-    for (int l = 0; l < kTile; ++l)
-      *out++ = static_cast<std::uint16_t>(first + ((change * ((xi[l] + 32768) >> 2)) >> 14));
-  }
-}
-
 bool has_relief(const std::vector<QuantizedAppearance>& appearance) {
   return std::any_of(appearance.begin(), appearance.end(),
                      [](const QuantizedAppearance& look) { return look.height != 0; });
-}
-
-std::int32_t slope_at_border(const BorderTexel& texel, const std::array<std::int32_t, 4>& weights,
-                             const std::vector<std::int32_t>& heights) {
-  std::int64_t sum = kBorderHalf;
-  for (std::size_t k = 0; k < 4; ++k) {
-    const std::int32_t step = std::clamp(heights[texel.neighbor[k]] - heights[texel.texel], -kMaxStep, kMaxStep);
-    sum += std::int64_t{step} * weights[k];
-  }
-  return static_cast<std::int32_t>(std::clamp<std::int64_t>(sum >> kBorderShift, -kMaxSlope, kMaxSlope));
 }
 
 }  // namespace
@@ -120,66 +98,59 @@ void Composer::State::read_originals(const MaterialAtlas& atlas) {
   }
 }
 
-void Composer::State::compose_tile(const MaterialAtlas& atlas, TileIndex tile) {
-  BaseTile base_buffer;
-  alignas(64) std::uint16_t original_buffer[kMaxMaterials][kTile];
-  alignas(64) std::uint16_t picture_buffer[kMaxMaterials][3 * kTile];
-  alignas(64) std::int32_t xi_buffer[kMaxMaterials][kTile];
+void Composer::State::prepare(const MaterialAtlas& atlas, TileIndex tile, TileInput& in) {
   const std::uint16_t object = base.object(tile);
-  ComposeTask task;
+  ComposeTask& task = in.task;
+  task = ComposeTask{};
   task.first_texel = tile * kTile;
   for (std::size_t m = 0; m < appearance.size(); ++m) {
     const std::span<const std::uint16_t> amount = atlas.tile(static_cast<int>(m), tile);
     if (amount.empty()) continue;
-    const std::uint16_t* original = original_buffer[m];
+    const std::uint16_t* original = in.originals[m];
     if (object != BaseLayer::kSeveral) {
       original = originals[object * appearance.size() + m].data();
     } else {
       for (std::uint32_t l = 0; l < kTile; ++l)
-        original_buffer[m][l] = atlas.original(static_cast<int>(m), task.first_texel + l);
+        in.originals[m][l] = atlas.original(static_cast<int>(m), task.first_texel + l);
     }
     if (!differ(amount.data(), original)) continue;
     const auto k = static_cast<std::size_t>(task.num_materials++);
     task.look[k] = &appearance[m];
     task.amount[k] = amount.data();
     task.original[k] = original;
-    if (grain.has(m)) {
-      const std::uint8_t* const values = grain.tile(m, tile);
-      for (int l = 0; l < kTile; ++l) xi_buffer[m][l] = grain_noise(values[l]);
-      task.xi[k] = xi_buffer[m];
-      if (appearance[m].has_second_color) {
-        blend_colors(appearance[m], xi_buffer[m], picture_buffer[m]);
-        task.picture[k] = picture_buffer[m];
-      }
-    }
+    if (grain.has(m)) task.grain[k] = grain.tile(m, tile);
     if (pictures[m].empty()) continue;
-    pictures[m].read_tile(surface->grid().x(task.first_texel), surface->grid().y(task.first_texel), picture_buffer[m]);
-    task.picture[k] = picture_buffer[m];
+    pictures[m].read_tile(surface->grid().x(task.first_texel), surface->grid().y(task.first_texel), in.pictures[m]);
+    task.picture[k] = in.pictures[m];
   }
-  const BaseTile& new_tile = base.tile(tile, base_buffer);
-  alignas(64) std::uint32_t rgba[kTile];
-  alignas(64) std::int32_t height[kTile];
-  const std::uint32_t* out_codes = new_tile.code;
-  const std::int32_t* out_heights = base.heights(tile);
-  if (task.num_materials > 0) {
-    task.base = &new_tile;
-    task.height = out_heights;
-    task.srgb = srgb8_of_linear16().data();
-    task.is_published_form = form == ColorForm::Published;
-    kernels->compose(task, rgba, height);
-    out_codes = rgba;
-    out_heights = height;
-  }
-  unsigned changed = kernels->replace(&codes[task.first_texel], out_codes, kTile) ? kCodesChanged : 0u;
+  task.base = &base.tile(tile, in.base);
+  task.height = base.heights(tile);
+  task.srgb = srgb8_of_linear16().data();
+  task.is_published_form = form == ColorForm::Published ? 1 : 0;
+}
+
+void Composer::State::take(TileIndex tile, const std::uint32_t* new_codes, const std::int32_t* new_heights) {
+  const std::size_t first = std::size_t{tile} * kTile;
+  unsigned changed = kernels->replace(&codes[first], new_codes, kTile) ? kCodesChanged : 0u;
   if (!heights.empty()) {
-    std::int32_t* old = &heights[task.first_texel];
-    const unsigned edges = changed_edges(old, out_heights);
+    std::int32_t* old = &heights[first];
+    const unsigned edges = changed_edges(old, new_heights);
     // As words: signed and unsigned may stand for one another.
     const bool is_changed = kernels->replace(reinterpret_cast<std::uint32_t*>(old),
-                                             reinterpret_cast<const std::uint32_t*>(out_heights), kTile);
+                                             reinterpret_cast<const std::uint32_t*>(new_heights), kTile);
     if (is_changed) changed |= kHeightsChanged | edges * kEdge;
   }
   flags[tile] = static_cast<std::uint8_t>(changed);
+}
+
+void Composer::State::compose_tile(const MaterialAtlas& atlas, TileIndex tile) {
+  TileInput in;
+  prepare(atlas, tile, in);
+  if (in.task.num_materials == 0) return take(tile, in.task.base->code, in.task.height);
+  alignas(64) std::uint32_t rgba[kTile];
+  alignas(64) std::int32_t height[kTile];
+  kernels->compose(in.task, rgba, height);
+  take(tile, rgba, height);
 }
 
 void Composer::State::slopes_of(TileIndex tile, SlopeTile& slopes) const {
@@ -194,8 +165,8 @@ void Composer::State::slopes_of(TileIndex tile, SlopeTile& slopes) const {
                         .frame = frames.frames().data()};
   kernels->slopes(task, slopes);
   for (const BorderTexel& texel : frames.border(tile)) {
-    slopes.along_t[texel.texel % kTile] = slope_at_border(texel, texel.along_t, heights);
-    slopes.along_b[texel.texel % kTile] = slope_at_border(texel, texel.along_b, heights);
+    slopes.along_t[texel.texel % kTile] = kernels->border_slope(&texel, texel.along_t.data(), heights.data());
+    slopes.along_b[texel.texel % kTile] = kernels->border_slope(&texel, texel.along_b.data(), heights.data());
   }
 }
 
@@ -204,9 +175,14 @@ void Composer::State::compose_normals(TileIndex tile) {
   slopes_of(tile, slopes);
   alignas(64) std::uint8_t normal[3 * kTile];
   kernels->encode(slopes, normal);
-  std::uint8_t* old = &normals[std::size_t{tile} * 3 * kTile];
-  if (std::memcmp(old, normal, sizeof(normal)) == 0) return;
-  std::memcpy(old, normal, sizeof(normal));
+  take_normals(tile, normal);
+}
+
+void Composer::State::take_normals(TileIndex tile, const std::uint8_t* normal) {
+  constexpr std::size_t kSize = 3 * kTile;
+  std::uint8_t* old = &normals[std::size_t{tile} * kSize];
+  if (std::memcmp(old, normal, kSize) == 0) return;
+  std::memcpy(old, normal, kSize);
   normal_flags[tile] = 1;
 }
 
@@ -270,6 +246,11 @@ void Composer::use(InstructionSet set) {
   state_->kernels = &composition::kernels(set);
 }
 
+void Composer::use(std::shared_ptr<const ComposeDevice> device) {
+  state_->device = std::move(device);
+  state_->on_device.reset();
+}
+
 std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty,
                                          const RunControl& control) {
   State& s = *state_;
@@ -294,16 +275,23 @@ std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<c
   const std::vector<TileIndex>& first = is_all ? s.covered_tiles : tiles;
   std::vector<TileIndex> changed;
   try {
-    for_each(first, control.part(0.0, 0.6), [&](TileIndex tile) { s.compose_tile(atlas, tile); });
     const bool is_dense = first.size() * kDense > s.covered_tiles.size();
+    if (!is_dense || !s.composed_on_device(atlas, first, control.part(0.0, 0.6)))
+      for_each(first, control.part(0.0, 0.6), [&](TileIndex tile) { s.compose_tile(atlas, tile); });
     const std::vector<TileIndex> around =
         is_dense || s.heights.empty() ? std::vector<TileIndex>() : s.tiles_around(first);
-    if (is_dense && !s.heights.empty()) {
-      for_each(s.covered_tiles, control.part(0.6, 1.0), [&](TileIndex tile) {
+    const RunControl rest = control.part(0.6, 1.0);
+    std::vector<TileIndex> due;
+    if (s.device && is_dense && !s.heights.empty())
+      std::copy_if(s.covered_tiles.begin(), s.covered_tiles.end(), std::back_inserter(due),
+                   [&](TileIndex tile) { return s.needs_normals(tile); });
+    if (!due.empty() && s.normals_on_device(due, rest)) {
+    } else if (is_dense && !s.heights.empty()) {
+      for_each(s.covered_tiles, rest, [&](TileIndex tile) {
         if (s.needs_normals(tile)) s.compose_normals(tile);
       });
     } else {
-      for_each(around, control.part(0.6, 1.0), [&](TileIndex tile) { s.compose_normals(tile); });
+      for_each(around, rest, [&](TileIndex tile) { s.compose_normals(tile); });
     }
     std::vector<TileIndex> seen;
     if (!is_dense) std::set_union(first.begin(), first.end(), around.begin(), around.end(), std::back_inserter(seen));

@@ -1,209 +1,200 @@
-// Included by compose_kernel_baseline.cpp, _avx2.cpp and _avx512.cpp inside a namespace of their own. Plain loops over
-// 64 texels that compilers turn into vector code; nothing of the standard library, whose copies the linker would mix.
+// Composition of a tile, in the dialect of kernel_language.inl and behind compose_types.inl. Included by
+// compose_kernel_baseline.cpp, _avx2.cpp and _avx512.cpp inside a namespace of their own; nothing of the standard
+// library, whose copies the linker would mix. Own arrays have PATINATE_LANES values.
 
-using u8 = std::uint8_t;
-using u16 = std::uint16_t;
-using u32 = std::uint32_t;
-using i32 = std::int32_t;
-
-namespace {
-
-inline u32 at_most(u32 a, u32 b) { return a < b ? a : b; }
-inline i32 within(i32 x, i32 low, i32 high) {
+static inline u32 at_most(u32 a, u32 b) { return a < b ? a : b; }
+static inline i32 within(i32 x, i32 low, i32 high) {
   const i32 y = x < low ? low : x;
   return y > high ? high : y;
 }
 
-void fill_noise(u32 first_texel, u32 key, i32* xi) {
-  const u32 first = first_texel * 0x9E3779B1u;
-  for (u32 l = 0; l < kTile; ++l) {
-    u32 x = (first + l * 0x9E3779B1u) ^ key;
-    x ^= x >> 16;
-    x *= 0x7FEB352Du;
-    x ^= x >> 15;
-    x *= 0x846CA68Bu;
-    xi[l] = static_cast<i32>(x) >> 16;
-  }
+static inline void fill_noise(u32 first_texel, u32 key, i32* xi) {
+  PATINATE_EACH_LANE(l) { xi[PATINATE_OWN(l)] = noise(first_texel + (u32)l, key); }
+}
+
+static inline void fill_grain(PATINATE_GLOBAL const u8* grain, i32* xi) {
+  PATINATE_EACH_LANE(l) { xi[PATINATE_OWN(l)] = grain_noise(grain[l]); }
 }
 
 // 1 + v xi, 1 = 32768; [0, 65535].
-inline u32 varied(i32 variation, i32 xi) { return static_cast<u32>(32768 + ((variation * xi + 16384) >> 15)); }
+static inline u32 varied(i32 variation, i32 xi) { return (u32)(32768 + ((variation * xi + 16384) >> 15)); }
 
-template <bool kVaries>
-void add_weights(const QuantizedAppearance& look, const u16* amount, const u16* original, const i32* xi, u16* weight,
-                 u32* total) {
-  const u32 strength = look.strength, limit = look.limit;
-  const i32 variation = look.variation;
-  for (int l = 0; l < kTile; ++l) {
-    const i32 delta = static_cast<i32>(amount[l]) - static_cast<i32>(original[l]);
-    const u32 more = static_cast<u32>(delta > 0 ? delta : 0);
-    u32 w = (at_most(more, limit) * strength + 8192) >> 14;
+static inline void add_weights(const bool varies, PATINATE_GLOBAL const QuantizedAppearance* look,
+                               PATINATE_GLOBAL const u16* amount, PATINATE_GLOBAL const u16* original, const i32* xi,
+                               u16* weight, u32* total) {
+  const u32 strength = look->strength, limit = look->limit;
+  const i32 variation = look->variation;
+  PATINATE_EACH_LANE(l) {
+    const i32 delta = (i32)amount[l] - (i32)original[l];
+    const u32 more = (u32)(delta > 0 ? delta : 0);
+    u32 w = (at_most(more, limit) * strength + 8192u) >> 14;
     w = more > limit ? kMaxWeight : w;
-    if (kVaries) w = at_most((w * varied(variation, xi[l]) + 16384) >> 15, kMaxWeight);
-    weight[l] = static_cast<u16>(w);
-    total[l] += w;
+    if (varies) w = at_most((w * varied(variation, xi[PATINATE_OWN(l)]) + 16384u) >> 15, kMaxWeight);
+    weight[PATINATE_OWN(l)] = (u16)w;
+    total[PATINATE_OWN(l)] += w;
   }
 }
 
 // sum += delta (1 + v xi) factor >> shift, each within +-kMaxHeight.
-template <bool kVaries>
-void add_scaled(i32 factor, i32 shift, i32 variation, const u16* amount, const u16* original, const i32* xi, i32* sum) {
-  const i32 half = shift > 0 ? 1 << (shift - 1) : 0;
-  for (int l = 0; l < kTile; ++l) {
-    i32 delta = static_cast<i32>(amount[l]) - static_cast<i32>(original[l]);
-    if (kVaries) delta = (delta * static_cast<i32>(varied(variation, xi[l]) >> 2) + 4096) >> 13;
-    sum[l] += within((delta * factor + half) >> shift, -kMaxHeight, kMaxHeight);
+static inline void add_scaled(const bool varies, i32 factor, i32 shift, i32 variation,
+                              PATINATE_GLOBAL const u16* amount, PATINATE_GLOBAL const u16* original, const i32* xi,
+                              i32* sum) {
+  const i32 half_quantum = shift > 0 ? 1 << (shift - 1) : 0;
+  PATINATE_EACH_LANE(l) {
+    i32 delta = (i32)amount[l] - (i32)original[l];
+    if (varies) delta = (delta * (i32)(varied(variation, xi[PATINATE_OWN(l)]) >> 2) + 4096) >> 13;
+    sum[PATINATE_OWN(l)] += within((delta * factor + half_quantum) >> shift, -kMaxHeight, kMaxHeight);
   }
 }
 
-void add_any(bool varies, i32 factor, i32 shift, i32 variation, const u16* amount, const u16* original, const i32* xi,
-             i32* sum) {
-  if (varies) {
-    add_scaled<true>(factor, shift, variation, amount, original, xi, sum);
+static inline void add_any(i32 factor, i32 shift, i32 variation, PATINATE_GLOBAL const u16* amount,
+                           PATINATE_GLOBAL const u16* original, const i32* xi, i32* sum) {
+  if (variation != 0) {
+    add_scaled(true, factor, shift, variation, amount, original, xi, sum);
   } else {
-    add_scaled<false>(factor, shift, variation, amount, original, xi, sum);
+    add_scaled(false, factor, shift, variation, amount, original, xi, sum);
   }
 }
 
 // What weights are multiplied by (1 = 65536): total weight a <= 1: 1, or a in the published form; a > 1: (2^30 + a / 2)
 // / a. The quotient by floats is off by at most 1, and then put right.
-void fill_scale(const u32* total, bool is_published_form, u32* scale) {
-  for (int l = 0; l < kTile; ++l) {
-    const i32 over = static_cast<i32>(total[l] > kOne ? total[l] : kOne);
-    const i32 q = static_cast<i32>(1073741824.0f / static_cast<float>(over));
+static inline void fill_scale(const u32* total, bool is_published_form, u32* scale) {
+  PATINATE_EACH_LANE(l) {
+    const i32 over = (i32)(total[PATINATE_OWN(l)] > kOne ? total[PATINATE_OWN(l)] : kOne);
+    const i32 q = (i32)(1073741824.0f / (float)over);
     const i32 twice = 2 * (1073741824 - q * over);
-    scale[l] = static_cast<u32>(q + (twice >= over ? 1 : 0) - (twice < -over ? 1 : 0));
+    scale[PATINATE_OWN(l)] = (u32)(q + (twice >= over ? 1 : 0) - (twice < -over ? 1 : 0));
   }
   if (!is_published_form) return;
-  for (int l = 0; l < kTile; ++l) scale[l] = total[l] > kOne ? scale[l] : total[l] * 4;
+  PATINATE_EACH_LANE(l) {
+    const u32 a = total[PATINATE_OWN(l)];
+    scale[PATINATE_OWN(l)] = a > kOne ? scale[PATINATE_OWN(l)] : a * 4u;
+  }
 }
 
-void scale_weights(const u32* scale, u16* weight) {
-  for (int l = 0; l < kTile; ++l) weight[l] = static_cast<u16>((weight[l] * scale[l] + 32768) >> 16);
+static inline void scale_weights(const u32* scale, u16* weight) {
+  PATINATE_EACH_LANE(l) {
+    weight[PATINATE_OWN(l)] = (u16)((weight[PATINATE_OWN(l)] * scale[PATINATE_OWN(l)] + 32768u) >> 16);
+  }
 }
 
-void blend(const ComposeTask& task, const u16 (*weight)[kTile], const u32* total, int channel, u16* index) {
-  alignas(64) u32 sum[kTile];
-  for (int l = 0; l < kTile; ++l) sum[l] = (kOne - at_most(total[l], kOne)) * task.base->linear[channel][l] + 8192;
-  for (int k = 0; k < task.num_materials; ++k) {
-    const u16* w = weight[k];
-    if (task.look[static_cast<unsigned>(k)]->strength == 0) continue;
-    if (const u16* picture = task.picture[static_cast<unsigned>(k)]; picture != nullptr) {
-      const u16* color = picture + channel * kTile;
-      for (int l = 0; l < kTile; ++l) sum[l] += static_cast<u32>(w[l]) * color[l];
-    } else {
-      const u32 color = task.look[static_cast<unsigned>(k)]->color[static_cast<unsigned>(channel)];
-      for (int l = 0; l < kTile; ++l) sum[l] += w[l] * color;
+// Adds a material's share of one channel.
+static inline void add_color(const ComposeTask* task, i32 k, i32 channel, const u16* weight, const i32* xi, u32* sum) {
+  PATINATE_GLOBAL const QuantizedAppearance* look = task->look[k];
+  const i32 color = look->color[channel];
+  if (task->picture[k] != 0) {
+    PATINATE_GLOBAL const u16* picture = task->picture[k] + channel * kTile;
+    PATINATE_EACH_LANE(l) { sum[PATINATE_OWN(l)] += (u32)weight[PATINATE_OWN(l)] * picture[l]; }
+  } else if (look->has_second_color != 0u && task->grain[k] != 0) {
+    // Products below 2^31: 15 bits of xi.
+    const i32 change = (i32)look->second_color[channel] - color;
+    PATINATE_EACH_LANE(l) {
+      const i32 own = color + ((change * ((xi[PATINATE_OWN(l)] + 32768) >> 2)) >> 14);
+      sum[PATINATE_OWN(l)] += (u32)weight[PATINATE_OWN(l)] * (u32)own;
     }
-  }
-  for (int l = 0; l < kTile; ++l) index[l] = static_cast<u16>(at_most(sum[l] >> 14, 65535u) >> kSrgbShift);
-}
-
-void compose_tile(const ComposeTask& task, u32* rgba, i32* height) {
-  alignas(64) u16 weight[8][kTile];
-  alignas(64) u32 total[kTile];
-  alignas(64) i32 specular[kTile];
-  alignas(64) i32 white[kTile];
-  for (int l = 0; l < kTile; ++l) {
-    total[l] = 0;
-    specular[l] = task.base->specular[l];
-    height[l] = task.height[l];
-  }
-  for (unsigned k = 0; k < static_cast<unsigned>(task.num_materials); ++k) {
-    const QuantizedAppearance& look = *task.look[k];
-    const u16* amount = task.amount[k];
-    const u16* original = task.original[k];
-    const i32* xi = task.xi[k];
-    if (xi == nullptr && (look.variation | look.specular_variation | look.height_variation) != 0) {
-      fill_noise(task.first_texel, look.noise_key, white);
-      xi = white;
-    }
-    if (look.strength != 0 && look.variation != 0) add_weights<true>(look, amount, original, xi, weight[k], total);
-    if (look.strength != 0 && look.variation == 0) add_weights<false>(look, amount, original, xi, weight[k], total);
-    if (look.specular != 0)
-      add_any(look.specular_variation != 0, look.specular, 13, look.specular_variation, amount, original, xi, specular);
-    if (look.height != 0)
-      add_any(look.height_variation != 0, look.height, look.height_shift, look.height_variation, amount, original, xi,
-              height);
-  }
-  for (int l = 0; l < kTile; ++l) height[l] = within(height[l], -kMaxHeight, kMaxHeight);
-  alignas(64) u32 scale[kTile];
-  fill_scale(total, task.is_published_form, scale);
-  for (unsigned k = 0; k < static_cast<unsigned>(task.num_materials); ++k) {
-    if (task.look[k]->strength != 0) scale_weights(scale, weight[k]);
-  }
-  alignas(64) u16 index[3][kTile];
-  for (int c = 0; c < 3; ++c) blend(task, weight, total, c, index[c]);
-  alignas(64) u32 top[kTile];
-  for (int l = 0; l < kTile; ++l)
-    top[l] = static_cast<u32>((within(specular[l], 0, static_cast<i32>(kOne)) * 255 + 8192) >> 14) << 24;
-  const u8* srgb = task.srgb;
-  const auto pack = [&](int l) {
-    rgba[l] = top[l] | static_cast<u32>(srgb[index[0][l]]) | static_cast<u32>(srgb[index[1][l]]) << 8 |
-              static_cast<u32>(srgb[index[2][l]]) << 16;
-  };
-  for (int l = 0; l < kTile; l += 4) {
-    pack(l);
-    pack(l + 1);
-    pack(l + 2);
-    pack(l + 3);
+  } else {
+    PATINATE_EACH_LANE(l) { sum[PATINATE_OWN(l)] += (u32)weight[PATINATE_OWN(l)] * (u32)color; }
   }
 }
 
-void fill_slopes(const NormalTask& task, SlopeTile& out) {
-  alignas(64) i32 across[kTile];
-  alignas(64) i32 down[kTile];
-  // Rows are 8 long: the first and last of each are put right after.
-  const i32* here = task.here;
-  across[0] = across[kTile - 1] = 0;
-  for (int l = 1; l < kTile - 1; ++l) across[l] = within(here[l + 1] - here[l - 1], -kMaxStep, kMaxStep);
-  for (int l = 0; l < kTile; l += 8) {
-    across[l] = within(here[l + 1] - task.left[l + 7], -kMaxStep, kMaxStep);
-    across[l + 7] = within(task.right[l] - here[l + 6], -kMaxStep, kMaxStep);
+static inline void blend(const ComposeTask* task, u16 weight[8][PATINATE_LANES], i32 xi[8][PATINATE_LANES],
+                         const u32* total, i32 channel, u16* index) {
+  PATINATE_ALIGNED u32 sum[PATINATE_LANES];
+  PATINATE_EACH_LANE(l) {
+    sum[PATINATE_OWN(l)] = (kOne - at_most(total[PATINATE_OWN(l)], kOne)) * task->base->linear[channel][l] + 8192u;
   }
-  for (int l = 0; l < 8; ++l) down[l] = within(here[l + 8] - task.above[l + 56], -kMaxStep, kMaxStep);
-  for (int l = 8; l < 56; ++l) down[l] = within(here[l + 8] - here[l - 8], -kMaxStep, kMaxStep);
-  for (int l = 56; l < kTile; ++l) down[l] = within(task.below[l - 56] - here[l - 8], -kMaxStep, kMaxStep);
-  // Frames by pairs of 32 bits, each two of 16: t, bt; b, shift.
-  alignas(64) i32 frame[2 * kTile];
-  for (int l = 0; l < kTile; ++l) __builtin_memcpy(frame + 2 * l, task.frame + task.triangle[l] + 1, sizeof(Frame));
-  for (int l = 0; l < kTile; ++l) {
-    const i32 t = frame[2 * l] << 16 >> 16, bt = frame[2 * l] >> 16;
-    const i32 b = frame[2 * l + 1] << 16 >> 16, shift = frame[2 * l + 1] >> 16;
-    const i32 half = 1 << (shift - 1);
-    out.along_t[l] = within((across[l] * t + half) >> shift, -kMaxSlope, kMaxSlope);
-    out.along_b[l] = within((across[l] * bt - down[l] * b + half) >> shift, -kMaxSlope, kMaxSlope);
+  for (i32 k = 0; k < task->num_materials; ++k) {
+    if (task->look[k]->strength != 0u) add_color(task, k, channel, weight[k], xi[k], sum);
+  }
+  PATINATE_EACH_LANE(l) { index[PATINATE_OWN(l)] = (u16)(at_most(sum[PATINATE_OWN(l)] >> 14, 65535u) >> kSrgbShift); }
+}
+
+// What a material adds to weights, specular values and heights.
+static inline void add_material(const ComposeTask* task, i32 k, i32* xi, u16* weight, u32* total, i32* specular,
+                                i32* height) {
+  PATINATE_GLOBAL const QuantizedAppearance* look = task->look[k];
+  PATINATE_GLOBAL const u16* amount = task->amount[k];
+  PATINATE_GLOBAL const u16* original = task->original[k];
+  if (task->grain[k] != 0) {
+    fill_grain(task->grain[k], xi);
+  } else if ((look->variation | look->specular_variation | look->height_variation) != 0) {
+    fill_noise(task->first_texel, look->noise_key, xi);
+  }
+  if (look->strength != 0u && look->variation != 0) add_weights(true, look, amount, original, xi, weight, total);
+  if (look->strength != 0u && look->variation == 0) add_weights(false, look, amount, original, xi, weight, total);
+  if (look->specular != 0) add_any(look->specular, 13, look->specular_variation, amount, original, xi, specular);
+  if (look->height != 0)
+    add_any(look->height, look->height_shift, look->height_variation, amount, original, xi, height);
+}
+
+static inline void pack_colors(const ComposeTask* task, u16 index[3][PATINATE_LANES], const i32* specular, u32* rgba) {
+  PATINATE_ALIGNED u32 top[PATINATE_LANES];
+  PATINATE_EACH_LANE(l) {
+    top[PATINATE_OWN(l)] = (u32)((within(specular[PATINATE_OWN(l)], 0, (i32)kOne) * 255 + 8192) >> 14) << 24;
+  }
+  PATINATE_GLOBAL const u8* srgb = task->srgb;
+  PATINATE_EACH_LANE(l) {
+    rgba[PATINATE_OWN(l)] = top[PATINATE_OWN(l)] | (u32)srgb[index[0][PATINATE_OWN(l)]] |
+                            (u32)srgb[index[1][PATINATE_OWN(l)]] << 8 | (u32)srgb[index[2][PATINATE_OWN(l)]] << 16;
   }
 }
 
-void encode_normals(const SlopeTile& slopes, u8* normal) {
-  for (int l = 0; l < kTile; ++l) {
-    const i32 x = -slopes.along_t[l];
-    const i32 y = -slopes.along_b[l];
+// rgba: R | G << 8 | B << 16 | specular << 24; height: quanta. Both own.
+static inline void compose_lanes(const ComposeTask* task, u32* rgba, i32* height) {
+  PATINATE_ALIGNED u16 weight[8][PATINATE_LANES];
+  PATINATE_ALIGNED i32 xi[8][PATINATE_LANES];
+  PATINATE_ALIGNED u32 total[PATINATE_LANES];
+  PATINATE_ALIGNED i32 specular[PATINATE_LANES];
+  PATINATE_EACH_LANE(l) {
+    total[PATINATE_OWN(l)] = 0u;
+    specular[PATINATE_OWN(l)] = task->base->specular[l];
+    height[PATINATE_OWN(l)] = task->height[l];
+  }
+  for (i32 k = 0; k < task->num_materials; ++k) add_material(task, k, xi[k], weight[k], total, specular, height);
+  PATINATE_EACH_LANE(l) { height[PATINATE_OWN(l)] = within(height[PATINATE_OWN(l)], -kMaxHeight, kMaxHeight); }
+  PATINATE_ALIGNED u32 scale[PATINATE_LANES];
+  fill_scale(total, task->is_published_form != 0, scale);
+  for (i32 k = 0; k < task->num_materials; ++k) {
+    if (task->look[k]->strength != 0u) scale_weights(scale, weight[k]);
+  }
+  PATINATE_ALIGNED u16 index[3][PATINATE_LANES];
+  for (i32 c = 0; c < 3; ++c) blend(task, weight, xi, total, c, index[c]);
+  pack_colors(task, index, specular, rgba);
+}
+
+// Of a texel, from its frame: across = right - left, down = below - above.
+static inline void slopes_of_steps(const Frame frame, i32 across, i32 down, i32* along_t, i32* along_b) {
+  const i32 shift = frame.shift, half_quantum = 1 << (shift - 1);
+  *along_t = within((across * frame.t + half_quantum) >> shift, -kMaxSlope, kMaxSlope);
+  *along_b = within((across * frame.bt - down * frame.b + half_quantum) >> shift, -kMaxSlope, kMaxSlope);
+}
+
+// weights: along T or B of its four neighbors.
+static inline i32 slope_at_border(PATINATE_GLOBAL const BorderTexel* texel, PATINATE_GLOBAL const i32* weights,
+                                  PATINATE_GLOBAL const i32* heights) {
+  const i64 half_quantum = 2048;
+  i64 sum = half_quantum;
+  for (i32 k = 0; k < 4; ++k) {
+    const i32 step = within(heights[texel->neighbor[k]] - heights[texel->texel], -kMaxStep, kMaxStep);
+    sum += (i64)step * weights[k];
+  }
+  const i64 slope = sum >> 12, most = kMaxSlope;
+  return (i32)(slope < -most ? -most : slope > most ? most : slope);
+}
+
+// Normals as 127.5 + 127.5 n, rounded, from slopes (own) to 3 x 64 bytes.
+static inline void encode_lanes(const i32* along_t, const i32* along_b, PATINATE_GLOBAL u8* normal) {
+  PATINATE_EACH_LANE(l) {
+    const i32 x = -along_t[PATINATE_OWN(l)], y = -along_b[PATINATE_OWN(l)];
     const i32 squared = x * x + y * y + kSlopeOne * kSlopeOne;
     // floor(sqrt(squared)): a float's is off by at most 1.
-    i32 length = static_cast<i32>(__builtin_sqrtf(static_cast<float>(squared)));
+    i32 length = (i32)PATINATE_SQRTF((float)squared);
     length = length * length > squared ? length - 1 : length;
     length = (length + 1) * (length + 1) <= squared ? length + 1 : length;
     // Numerators are below 2^24 and denominators below 2^16, so that floats divide like integers.
-    const float twice = static_cast<float>(2 * length);
-    normal[l] = static_cast<u8>(static_cast<i32>(static_cast<float>(255 * (length + x) + length) / twice));
-    normal[kTile + l] = static_cast<u8>(static_cast<i32>(static_cast<float>(255 * (length + y) + length) / twice));
-    normal[2 * kTile + l] =
-        static_cast<u8>(static_cast<i32>(static_cast<float>(255 * (length + kSlopeOne) + length) / twice));
+    const float twice = (float)(2 * length);
+    normal[l] = (u8)(i32)((float)(255 * (length + x) + length) / twice);
+    normal[kTile + l] = (u8)(i32)((float)(255 * (length + y) + length) / twice);
+    normal[2 * kTile + l] = (u8)(i32)((float)(255 * (length + kSlopeOne) + length) / twice);
   }
 }
-
-bool replace_words(u32* __restrict to, const u32* __restrict from, int num_words) {
-  u32 difference = 0;
-  for (int l = 0; l < (num_words & ~15); ++l) {
-    difference |= to[l] ^ from[l];
-    to[l] = from[l];
-  }
-  return difference != 0;
-}
-
-}  // namespace
-
-extern const Kernels kKernels;
-const Kernels kKernels{compose_tile, fill_slopes, encode_normals, replace_words};

@@ -2,4 +2,5 @@
 
 namespace patinate::simulation::composition::baseline {
 #include "simulation/composition/compose_kernel.inl"
+#include "simulation/composition/compose_kernel_cpu.inl"
 }  // namespace patinate::simulation::composition::baseline

@@ -1,6 +1,7 @@
 #include "simulation/composition/grain.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <new>
@@ -48,29 +49,46 @@ void Grain::set_lengths(const std::vector<double>& lengths_mm) {
 }
 
 double Grain::value(std::size_t material, TexelIndex t) const {
-  const int triangle = surface_->triangle(t);
-  if (triangle < 0) return 0.5;
-  const Place& place = places_[static_cast<std::size_t>(triangle)];
-  const double x = surface_->grid().x(t), y = surface_->grid().y(t);
-  Vec3 at;
-  for (int i = 0; i < 3; ++i) at[i] = place.origin[i] + (place.step(i, 0) * x + place.step(i, 1) * y);
+  double value = 0.5;
+  values(material, std::span(&t, 1), std::span(&value, 1));
+  return value;
+}
+
+void Grain::values(std::size_t material, std::span<const TexelIndex> texels, std::span<double> out) const {
+  std::array<Vec3, kTile> at;
+  std::array<double, kTile> coarse, fine;
+  for (std::size_t n = 0; n < texels.size(); ++n) {
+    const int triangle = surface_->triangle(texels[n]);
+    at[n] = Vec3::Zero();
+    if (triangle < 0) continue;
+    const Place& place = places_[static_cast<std::size_t>(triangle)];
+    const double x = surface_->grid().x(texels[n]), y = surface_->grid().y(texels[n]);
+    for (int i = 0; i < 3; ++i) at[n][i] = place.origin[i] + (place.step(i, 0) * x + place.step(i, 1) * y);
+  }
   const double length = fields_[material].length, least = kLeastTexels * surface_->median_texel_size_mm();
   const auto seed = static_cast<std::int64_t>(2 * material + 1);
-  const double coarse = noise_at(at, {.wavelength_mm = length, .octaves = kOctaves, .seed = seed}, least),
-               fine = noise_at(at, {.wavelength_mm = length / kFine, .octaves = kOctaves, .seed = seed + 1}, least);
+  const std::span<const Vec3> places = std::span(at).first(texels.size());
+  noise_at(places, {.wavelength_mm = length, .octaves = kOctaves, .seed = seed}, least, coarse);
+  noise_at(places, {.wavelength_mm = length / kFine, .octaves = kOctaves, .seed = seed + 1}, least, fine);
   constexpr double kHalf = 0.70710678118654752;  // Two of them are as strong as one.
-  return std::clamp(0.5 + kHalf * ((coarse - 0.5) + (fine - 0.5)), 0.0, 1.0);
+  for (std::size_t n = 0; n < texels.size(); ++n) {
+    out[n] = surface_->is_covered(texels[n]) ? std::clamp(0.5 + kHalf * ((coarse[n] - 0.5) + (fine[n] - 0.5)), 0.0, 1.0)
+                                             : 0.5;
+  }
 }
 
 const std::uint8_t* Grain::tile(std::size_t material, TileIndex tile) {
   Field& field = fields_[material];
-  std::uint8_t* const values = field.values.get() + std::size_t{tile} * kTile;
+  std::uint8_t* const bytes = field.values.get() + std::size_t{tile} * kTile;
   if (field.is_made[tile] == 0) {
-    for (std::uint32_t l = 0; l < kTile; ++l)
-      values[l] = static_cast<std::uint8_t>(255.0 * value(material, tile * kTile + l) + 0.5);
+    std::array<TexelIndex, kTile> texels;
+    std::array<double, kTile> noise;
+    for (std::uint32_t l = 0; l < kTile; ++l) texels[l] = tile * kTile + l;
+    values(material, texels, noise);
+    for (std::size_t l = 0; l < kTile; ++l) bytes[l] = static_cast<std::uint8_t>(255.0 * noise[l] + 0.5);
     field.is_made[tile] = 1;
   }
-  return values;
+  return bytes;
 }
 
 std::size_t Grain::memory() const {

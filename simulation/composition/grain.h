@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "patinate/simulation/surface_atlas.h"
@@ -46,17 +47,12 @@ class Grain {
     Vec3 origin;
     Eigen::Matrix<double, 3, 2> step;
   };
+  /// value() of at most kTile texels.
+  void values(std::size_t material, std::span<const TexelIndex> texels, std::span<double> out) const;
 
   const SurfaceAtlas* surface_;
   std::vector<Place> places_;
   std::vector<Field> fields_;
 };
-
-/// xi of a texel with grain `value`, 1 = 32768: mean 0, of the same standard deviation as noise().
-[[nodiscard]] constexpr std::int32_t grain_noise(std::uint8_t value) {
-  constexpr std::int32_t kSpread = 371;  // 32768 / sqrt 3 over 51.
-  const std::int32_t xi = (2 * static_cast<std::int32_t>(value) - 255) * kSpread / 2;
-  return xi < -32768 ? -32768 : xi > 32767 ? 32767 : xi;
-}
 
 }  // namespace patinate::simulation::composition

@@ -22,15 +22,6 @@ struct TexelFrame {
 };
 [[nodiscard]] TexelFrame texel_frame(const Eigen::Matrix<double, 3, 2>& mm_per_texel);
 
-/// How texels on a border find their slopes: from the differences to their four neighbors, each at its real place: its
-/// direction in the tangent plane, its distance through space. Exact where height is linear.
-struct BorderTexel {
-  TexelIndex texel = 0;
-  std::array<TexelIndex, 4> neighbor{};   ///< Itself where the surface ends.
-  std::array<std::int32_t, 4> along_t{};  ///< Slope (1 = kSlopeOne) by height quantum, 1 = 4096.
-  std::array<std::int32_t, 4> along_b{};
-};
-
 /// Places of a texel's neighbors in its frame, in steps of a texel; (0, 0) where there is none.
 [[nodiscard]] std::array<Vec2, 4> neighbor_steps(const SceneMesh& scene_mesh, const SurfaceAtlas& surface,
                                                  TexelIndex t);
@@ -47,6 +38,9 @@ class HeightFrames {
   /// By triangle + 1; flat in [0] and where a triangle is degenerate.
   [[nodiscard]] std::span<const Frame> frames() const { return frames_; }
   [[nodiscard]] std::span<const BorderTexel> border(TileIndex tile) const;
+  /// Of all tiles, in order, and where a tile's begin in them.
+  [[nodiscard]] std::span<const BorderTexel> border() const { return border_; }
+  [[nodiscard]] std::uint32_t border_begin(TileIndex tile) const { return border_begin_[tile]; }
   /// Tiles, other than the four beside, whose slopes use heights of this one.
   [[nodiscard]] std::span<const TileIndex> dependents(TileIndex tile) const;
   [[nodiscard]] std::size_t memory() const;

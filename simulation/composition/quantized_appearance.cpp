@@ -109,7 +109,7 @@ QuantizedAppearance quantize(const MaterialAppearance& look, double quanta_per_m
   for (std::size_t c = 0; c < 3; ++c) out.color[c] = linear16_of_srgb8()[srgb8_of(look.color.color)[c]];
   check_range("grain", look.grain_mm, 0.0, 1e9);
   if (look.second_color && look.grain_mm > 0.0 && look.color.image.empty()) {
-    out.has_second_color = true;
+    out.has_second_color = 1;
     for (std::size_t c = 0; c < 3; ++c) out.second_color[c] = linear16_of_srgb8()[srgb8_of(*look.second_color)[c]];
   }
   out.noise_key = noise_key;

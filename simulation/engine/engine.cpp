@@ -96,6 +96,7 @@ Simulation::State::State(Scene given, SimulationOptions given_options, const Run
       exchanger(static_cast<int>(scene.materials.size()), scene.seed),
       composer(scene, scene_mesh, surface, options.color_form, control.part(0.6, 0.9)),
       changed_in(surface.grid().num_tiles(), -1) {
+  composer.use(options.device);
   for (std::size_t k = 0; k < kNumWeatherSignals; ++k)
     weather_peaks[k] = greatest_weather(scene.weather, static_cast<WeatherSignal>(k));
   for (const SceneObject& object : scene.objects) start_scales.push_back(object.scale);

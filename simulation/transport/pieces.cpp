@@ -62,28 +62,6 @@ std::size_t append_trail(const SplatShape& shape, const Trail& trail, std::vecto
   return parts.size() - first;
 }
 
-/// Deals a gammaton's cargo out to its pieces: whole quanta of its middle texel, as many to each as its share says in
-/// the mean, and what is less than one to the middle. Amounts that are less than a quantum for every part still find
-/// their way that way.
-/// @param mass  By piece and active material.
-void deal(const Masses& cargo, std::span<const int> active, const Masses& randoms, std::uint32_t middle_weight,
-          std::span<const SplatPart> parts, std::uint32_t* mass) {
-  constexpr std::uint32_t kDealPurpose = 0xFFFFu;  // more than any piece's number
-  for (std::size_t a = 0; a < active.size(); ++a) {
-    const std::uint32_t whole = cargo[static_cast<std::size_t>(active[a])];
-    const std::uint64_t quanta = whole / middle_weight;
-    const std::uint64_t start = mixed(randoms[a], kDealPurpose) % SplatShape::kWhole;
-    std::uint64_t share = 0, dealt = 0;
-    for (std::size_t k = 0; k < parts.size(); ++k) {
-      share += parts[k].share;
-      const std::uint64_t until = (quanta * share + start) / SplatShape::kWhole;
-      mass[k * active.size() + a] = static_cast<std::uint32_t>((until - dealt) * middle_weight);
-      dealt = until;
-    }
-    mass[a] += whole % middle_weight;
-  }
-}
-
 }  // namespace
 
 /// Of some contacts: parts, and how many each has in first_piece_ of the next.
@@ -106,14 +84,18 @@ void Pieces::append_parts(const WideContacts& of, std::size_t begin, std::size_t
   }
 }
 
-void Pieces::cut(const WideContacts& of, double width, const Cargo& cargo, std::vector<ContactKey>& keys,
+const SplatShape& Pieces::shape_of(const SurfaceAtlas& surface, double width, std::size_t length) {
+  const double wide = length == 0 ? width : width * stain_width(length);
+  std::optional<SplatShape>& shape = shapes_[length];
+  if (!shape || shape->width() != wide) shape.emplace(surface, wide);
+  return *shape;
+}
+
+void Pieces::cut(const WideContacts& of, double width, const Regions& regions, const Cargo& cargo,
                  const RunControl& control) {
   const std::size_t num = of.contacts.size(), num_active = of.active.size();
   const auto n = static_cast<std::int64_t>(num);
-  for (std::size_t k = 0; k < (of.endings.empty() ? 1 : shapes_.size()); ++k) {
-    const double wide = k == 0 ? width : width * stain_width(k);
-    if (!shapes_[k] || shapes_[k]->width() != wide) shapes_[k].emplace(of.surface, wide);
-  }
+  for (std::size_t k = 0; k < (of.endings.empty() ? 1 : shapes_.size()); ++k) (void)shape_of(of.surface, width, k);
   parts_.resize(static_cast<std::size_t>((n + kSplatChunk - 1) / kSplatChunk));
   first_piece_.resize(num + 1);
   randoms_.resize(num);
@@ -124,19 +106,26 @@ void Pieces::cut(const WideContacts& of, double width, const Cargo& cargo, std::
   first_piece_[0] = 0;
   for (std::size_t i = 0; i < num; ++i) first_piece_[i + 1] += first_piece_[i];
   pieces_.resize(first_piece_.back());
+  regions_.resize(pieces_.size());
   mass_.resize(pieces_.size() * num_active);
-  keys.resize(pieces_.size());
   parallel_for(n, kSplatChunk, control, [&](std::int64_t begin, std::int64_t end) {
     const SplatPart* part = parts_[static_cast<std::size_t>(begin / kSplatChunk)].data();
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       const std::size_t first = first_piece_[i], num_parts = first_piece_[i + 1] - first;
       const Contact& contact = of.contacts[i];
-      deal(cargo.mass[contact.gammaton], of.active, randoms_[i], of.surface.weight(contact.texel), {part, num_parts},
-           mass_.data() + first * num_active);
+      const std::uint32_t weight = of.surface.weight(contact.texel);
+      for (std::size_t a = 0; a < num_active; ++a) {
+        deal(
+            cargo.mass[contact.gammaton][static_cast<std::size_t>(of.active[a])], randoms_[i][a], weight, num_parts,
+            [&](std::size_t k) { return part[k].share; },
+            [&](std::size_t k, std::uint32_t mass) { mass_[(first + k) * num_active + a] = mass; });
+      }
       for (std::size_t k = 0; k < num_parts; ++k, ++part) {
-        pieces_[first + k] = {
-            .contact = static_cast<std::uint32_t>(i), .number = static_cast<std::uint16_t>(k), .share = part->share};
-        keys[first + k] = ContactKey{part->texel} << 32 | (first + k);
+        pieces_[first + k] = {.texel = part->texel,
+                              .contact = static_cast<std::uint32_t>(i),
+                              .number = static_cast<std::uint16_t>(k),
+                              .share = part->share};
+        regions_[first + k] = static_cast<std::uint16_t>(regions.region_of(part->texel));
       }
     }
   });

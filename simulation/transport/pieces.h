@@ -11,7 +11,7 @@
 
 #include "patinate/core/run_control.h"
 #include "simulation/transport/cargo.h"
-#include "simulation/transport/contact_sort.h"
+#include "simulation/transport/regions.h"
 #include "simulation/transport/splat.h"
 #include "simulation/transport/trail.h"
 
@@ -22,8 +22,9 @@ using Masses = std::array<std::uint32_t, kMaxMaterials>;
 
 /// A part of a gammaton's splat. What it has of the cargo stands beside it: Pieces::mass().
 struct Piece {
-  std::uint32_t contact = 0;
-  std::uint16_t number = 0;  ///< In its splat; 0 = middle.
+  TexelIndex texel = 0;
+  std::uint32_t contact = 0;  ///< Of WideContacts.
+  std::uint16_t number = 0;   ///< In its splat; 0 = middle.
   std::uint32_t share = SplatShape::kWhole;
 };
 
@@ -45,19 +46,43 @@ struct WideContacts {
   std::int64_t random_key;
 };
 
+/// Deals a gammaton's cargo out to the parts of its splat: whole quanta of its middle texel, as many to each as its
+/// share says in the mean, and what is less than one to the middle. Amounts that are less than a quantum for every part
+/// still find their way that way.
+/// @param share_of  share_of(k): of part k, in 1/SplatShape::kWhole; of all together that is 1.
+/// @param put       put(k, mass): what part k gets.
+template <class Share, class Put>
+void deal(std::uint32_t whole, std::uint32_t random, std::uint32_t middle_weight, std::size_t num_parts,
+          Share&& share_of, Put&& put) {
+  constexpr std::uint32_t kDealPurpose = 0xFFFFu;  // more than any piece's number
+  const std::uint64_t quanta = whole / middle_weight;
+  const std::uint64_t start = mixed(random, kDealPurpose) % SplatShape::kWhole;
+  std::uint64_t share = 0, dealt = 0;
+  for (std::size_t k = 0; k < num_parts; ++k) {
+    share += share_of(k);
+    const std::uint64_t until = (quanta * share + start) / SplatShape::kWhole;
+    put(k, static_cast<std::uint32_t>((until - dealt) * middle_weight) + (k == 0 ? whole % middle_weight : 0u));
+    dealt = until;
+  }
+}
+
 /// Keeps its memory from call to call.
 class Pieces {
  public:
-  /// @param width  Of a splat, in texels of median size.
-  /// @param keys   Is filled: the carrier is a piece's number among all.
-  void cut(const WideContacts& of, double width, const Cargo& cargo, std::vector<ContactKey>& keys,
-           const RunControl& control);
+  /// How a splat lies on the surface. @param width  In texels of median size.
+  /// @param length  Of the trail that it ends; 0 = a contact.
+  const SplatShape& shape_of(const SurfaceAtlas& surface, double width, std::size_t length);
+  /// @param width    Of a splat, in texels of median size.
+  /// @param regions  Of the surface's grid.
+  void cut(const WideContacts& of, double width, const Regions& regions, const Cargo& cargo, const RunControl& control);
   /// Sums the pieces' cargo up again.
   void join(const WideContacts& of, Cargo& cargo, const RunControl& control) const;
 
-  /// By the keys' carrier.
+  /// Contact after contact.
   [[nodiscard]] std::span<const Piece> pieces() const { return pieces_; }
-  /// What pieces carry, by carrier and active material.
+  /// The region that each is in.
+  [[nodiscard]] std::span<const std::uint16_t> regions() const { return regions_; }
+  /// What pieces carry, by piece and active material.
   [[nodiscard]] std::span<std::uint32_t> mass() { return mass_; }
   /// By contact and active material.
   [[nodiscard]] std::span<const Masses> randoms() const { return randoms_; }
@@ -69,6 +94,7 @@ class Pieces {
   std::vector<std::vector<SplatPart>> parts_;                         ///< By chunk of contacts.
   std::vector<std::uint32_t> first_piece_;                            ///< By contact, and the end.
   std::vector<Piece> pieces_;
+  std::vector<std::uint16_t> regions_;
   std::vector<std::uint32_t> mass_;
   std::vector<Masses> randoms_;
 };

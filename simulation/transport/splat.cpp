@@ -13,14 +13,8 @@ namespace {
 constexpr int kMaxSize = 30 * kVarianceOne;  // a standard deviation of 5.5 texels
 constexpr int kReach = 15;                   // texels that a stencil goes to each side
 
-struct StencilPart {
-  std::int8_t x = 0, y = 0;
-  std::uint32_t share = 0;
-};
-using Stencil = std::vector<StencilPart>;
-
 /// What the walk leaves in a plane; the middle first. Alike under turns and reflections.
-Stencil make_stencil(int size) {
+SplatStencil make_stencil(int size) {
   constexpr int kSide = 2 * kReach + 3;  // with a rim that is walked onto and not counted
   const auto at = [](int x, int y) { return static_cast<std::size_t>((y + kReach + 1) * kSide + x + kReach + 1); };
   std::vector<double> share(kSide * kSide, 0.0), next(share.size());
@@ -38,7 +32,7 @@ Stencil make_stencil(int size) {
   const double least = least_of(walk) * share[at(0, 0)];
   double sum = 0.0;
   for (const double s : share) sum += s >= least ? s : 0.0;
-  Stencil stencil(1);
+  SplatStencil stencil{.parts = {{}}};
   std::uint32_t rest = SplatShape::kWhole;
   for (int y = -kReach; y <= kReach; ++y) {
     for (int x = -kReach; x <= kReach; ++x) {
@@ -47,23 +41,24 @@ Stencil make_stencil(int size) {
       const double s = 0.5 * (share[at(x, y)] + share[at(y, x)]);
       const auto whole = static_cast<std::uint32_t>(s / sum * SplatShape::kWhole);
       if (whole == 0) continue;  // a short walk does not come there
-      stencil.push_back({.x = static_cast<std::int8_t>(x), .y = static_cast<std::int8_t>(y), .share = whole});
+      stencil.parts.push_back({.x = static_cast<std::int8_t>(x), .y = static_cast<std::int8_t>(y), .share = whole});
       rest -= whole;
     }
   }
-  stencil[0].share = rest;
+  stencil.parts[0].share = rest;
+  stencil.reach = stencil.parts.size() > 1 ? -stencil.parts[1].y : 0;
   return stencil;
 }
 
-const Stencil& stencil_of(int size) {
-  static std::array<Stencil, kMaxSize + 1> stencils;
+}  // namespace
+
+const SplatStencil& SplatShape::stencil_of(int size) {
+  static std::array<SplatStencil, kMaxSize + 1> stencils;
   static std::array<std::once_flag, kMaxSize + 1> is_made;
   const auto s = static_cast<std::size_t>(size);
   std::call_once(is_made[s], [&] { stencils[s] = make_stencil(size); });
   return stencils[s];
 }
-
-}  // namespace
 
 SplatShape::SplatShape(const SurfaceAtlas& surface, double width) : surface_(&surface), width_(width) {}
 
@@ -96,12 +91,8 @@ void SplatShape::prefetch(TexelIndex texel) const {
   if (y + 1 < grid.height) surface_->prefetch_weight(grid.index(x, y + 1));
 }
 
-/// @returns false, with nothing appended, where a seam or the surface's end is near.
-bool SplatShape::append_stencil(TexelIndex texel, int size, std::vector<SplatPart>& parts) const {
-  const Stencil& stencil = stencil_of(size);
+bool SplatShape::is_plain(int x, int y, int reach) const {
   const TileGrid& grid = surface_->grid();
-  const int x = grid.x(texel), y = grid.y(texel);
-  const int reach = stencil.size() > 1 ? -stencil[1].y : 0;
   if (x < reach || y < reach || x + reach >= grid.width || y + reach >= grid.height) return false;
   constexpr int kSide = TileGrid::kTileSide;
   for (int ty = (y - reach) / kSide; ty <= (y + reach) / kSide; ++ty) {
@@ -109,16 +100,23 @@ bool SplatShape::append_stencil(TexelIndex texel, int size, std::vector<SplatPar
       if (!surface_->is_plain(TileGrid::tile_of(grid.index(tx * kSide, ty * kSide)))) return false;
     }
   }
+  return true;
+}
+
+/// @returns false, with nothing appended, where a seam or the surface's end is near.
+bool SplatShape::append_stencil(TexelIndex texel, int size, std::vector<SplatPart>& parts) const {
+  const SplatStencil& stencil = stencil_of(size);
+  const TileGrid& grid = surface_->grid();
+  const int x = grid.x(texel), y = grid.y(texel);
+  if (!is_plain(x, y, stencil.reach)) return false;
   const std::uint32_t weight = surface_->weight(texel);
   const std::size_t middle = parts.size();
   std::uint32_t rest = kWhole;
   parts.push_back({texel, 0});
-  for (std::size_t k = 1; k < stencil.size(); ++k) {
-    const StencilPart& part = stencil[k];
+  for (std::size_t k = 1; k < stencil.parts.size(); ++k) {
+    const SplatStencil::Part& part = stencil.parts[k];
     const TexelIndex there = grid.index(x + part.x, y + part.y);
-    const std::uint32_t other = surface_->weight(there);
-    // No more than comes back from there.
-    const std::uint32_t share = other >= weight ? part.share : part.share * other / weight;
+    const std::uint32_t share = balanced(part.share, weight, surface_->weight(there));
     if (share == 0) continue;
     parts.push_back({there, share});
     rest -= share;

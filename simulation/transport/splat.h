@@ -16,6 +16,16 @@ struct SplatPart {
   std::uint32_t share = 0;
 };
 
+/// A splat away from seams.
+struct SplatStencil {
+  struct Part {
+    std::int8_t x = 0, y = 0;  ///< Texels from the middle.
+    std::uint32_t share = 0;
+  };
+  int reach = 0;            ///< Texels that it goes to each side.
+  std::vector<Part> parts;  ///< The middle first.
+};
+
 /// How gammatons of one width lie on the surface: near a Gaussian whose standard deviation is a sixth of the width,
 /// alike in every chart whichever way it lies, across seams. It is what a random walk from texel to texel leaves:
 /// away from seams one of a few stencils, near them the walk itself. Balanced: weight(a) share(a to b) = weight(b)
@@ -38,9 +48,19 @@ class SplatShape {
   /// Asks memory for what append() will read there.
   void prefetch(TexelIndex texel) const;
 
- private:
-  /// The variance along an axis, texels^2 of the size that is hit there, in 1/kVarianceOne; 0 = one texel.
+  /// What append() is made of. The variance along an axis, texels^2 of the size that is hit there, in 1/kVarianceOne;
+  /// 0 = one texel.
   [[nodiscard]] int size_at(TexelIndex texel) const;
+  /// Of a variance.
+  [[nodiscard]] static const SplatStencil& stencil_of(int size);
+  /// Whether a stencil is what append() lays there: no seam and no end of the surface is near.
+  [[nodiscard]] bool is_plain(int x, int y, int reach) const;
+  /// A stencil's share where areas differ: no more than comes back from there.
+  [[nodiscard]] static std::uint32_t balanced(std::uint32_t share, std::uint32_t weight, std::uint32_t other) {
+    return other >= weight ? share : share * other / weight;
+  }
+
+ private:
   [[nodiscard]] bool append_stencil(TexelIndex texel, int size, std::vector<SplatPart>& parts) const;
 
   const SurfaceAtlas* surface_;

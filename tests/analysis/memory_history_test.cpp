@@ -9,6 +9,7 @@
 #include "analysis/fit/fit_objective.h"
 #include "analysis/statistics/history_statistics.h"
 #include "patinate/analysis/factorization.h"
+#include "patinate/history/write_history.h"
 #include "tests/analysis/fit/fit_model.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"
@@ -34,7 +35,7 @@ struct Both {
 
   explicit Both(const std::function<float(int, int, int, int)>& color = testing_support::blotches) {
     memory = std::make_shared<const MemoryHistory>(images_of(color));
-    testing_support::write_history(folder.path(), *memory);
+    write_history(folder.path(), *memory);
     disk = std::make_shared<const HistoryReader>(folder.path());
   }
 };

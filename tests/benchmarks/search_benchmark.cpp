@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "patinate/atlas/direction_field.h"
 #include "patinate/history/history.h"
 #include "patinate/transfer/transfer.h"
 #include "tests/benchmarks/timing.h"

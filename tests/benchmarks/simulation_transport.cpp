@@ -7,7 +7,6 @@
 #include "libcommon/core/random.h"
 #include "patinate/core/run_control.h"
 #include "simulation/rules/rules.h"
-#include "simulation/transport/contact_sort.h"
 #include "simulation/transport/exchange.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
@@ -79,27 +78,6 @@ double exchange_ms(World& world, std::uint32_t n, int splat, int num_threads) {
   return median_ms(n > 100'000 ? 7 : 41, run);
 }
 
-/// Sorting alone.
-double sort_ms(World& world, std::uint32_t n, int num_threads) {
-  std::vector<simulation::ContactKey> keys;
-  for (const simulation::Contact& contact : contacts_on(world, n, 3))
-    keys.push_back(simulation::ContactKey{contact.texel} << 32 | contact.gammaton);
-  simulation::ContactSort sort;
-  simulation::ContactSort::Scratch scratch;
-  std::vector<simulation::ContactKey> work;
-  std::vector<double> times;
-  for (int i = 0; i < 9; ++i) {
-    work = keys;
-    times.push_back(1e3 * seconds([&] {
-                      sort.cut(work, world.surface->grid().num_texels(), threads(num_threads));
-                      for (std::int64_t section = 0; section < sort.num_sections(); ++section)
-                        (void)sort.sort_section(section, scratch);
-                    }));
-  }
-  std::sort(times.begin(), times.end());
-  return times[4];
-}
-
 double rules_ms(World& world, double wet, int num_threads, InstructionSet set) {
   RandomStream random(2, 0);
   for (simulation::TileIndex tile = 0; tile < world.surface->grid().num_tiles(); ++tile) {
@@ -125,10 +103,6 @@ void exchange() {
     for (const std::uint32_t n : {5'000u, 100'000u, 1'000'000u}) {
       std::printf("  %4d^2, %7u gammatons                    %9.3f  %9.3f\n", resolution, n,
                   exchange_ms(world, n, 1, 1), exchange_ms(world, n, 1, 2));
-    }
-    for (const std::uint32_t n : {5'000u, 1'000'000u}) {
-      std::printf("  %4d^2, %7u contacts, sorting alone      %9.3f  %9.3f\n", resolution, n, sort_ms(world, n, 1),
-                  sort_ms(world, n, 2));
     }
     std::printf("  %4d^2, %7u gammatons, splat of 3        %9.3f  %9.3f\n", resolution, 5000u,
                 exchange_ms(world, 5000, 3, 1), exchange_ms(world, 5000, 3, 2));

@@ -51,7 +51,7 @@ def setUpModule():
 class CommandLine(CommandCase):
     def test_help_and_version_need_nothing_else(self):
         self.assertIn("Usage:", self.succeeds("--help"))
-        self.assertRegex(self.succeeds("--version"), r"^patinate \d+\.\d+\.\d+\n$")
+        self.assertRegex(self.succeeds("--version"), r"^patinate \d+\.\d+\.\d+ \((commit [0-9a-f]{8}( with changes)?|no commit), \w+, \w+ [\d.]+\)\n$")
         for verb in ("ingest", "control", "transfer", "lookup", "export", "render", "info", "validate", "synth"):
             with self.subTest(verb=verb):
                 self.assertIn(verb, self.succeeds("--help"))

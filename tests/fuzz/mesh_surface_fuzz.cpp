@@ -3,8 +3,8 @@
 #include <memory>
 #include <vector>
 
-#include "libcommon/atlas/direction_field.h"
 #include "libcommon/atlas/texel_neighborhood.h"
+#include "patinate/atlas/direction_field.h"
 #include "patinate/atlas/texel_map.h"
 #include "tests/fuzz/any_mesh.h"
 #include "tests/fuzz/fuzz_target.h"

@@ -64,47 +64,6 @@ MemoryHistoryImages half_images(int width, int height, int num_frames,
   return images;
 }
 
-void write_history(const std::filesystem::path& folder, const History& history) {
-  const HistoryFacts& facts = history.facts();
-  std::filesystem::create_directories(folder);
-  HistoryWriter writer(folder, {.name = facts.name,
-                                .origin = facts.origin,
-                                .width = facts.width,
-                                .height = facts.height,
-                                .texel_size_mm = facts.texel_size_mm,
-                                .time_unit = facts.time_unit,
-                                .frames = {},
-                                .controls = {},
-                                .mask = {},
-                                .maps = {},
-                                .key = "0123456789abcdef",
-                                .parts = facts.parts});
-  for (int i = 0; i < history.num_frames(); ++i) {
-    const FrameFacts& frame = facts.frames[static_cast<std::size_t>(i)];
-    writer.write_frame(i, frame.time, history.read_frame(i));
-    if (frame.has_mask) {
-      std::filesystem::create_directories(folder / "masks");
-      write_codes(folder / HistoryWriter::frame_mask_file(i), history.read_frame_mask(i));
-      writer.add_written_frame_mask(i);
-    }
-    for (const std::string& name : frame.extras) {
-      HistoryWriter::write_frame_extra(folder, i, name, *history.read_frame_extra(i, name));
-      writer.add_written_frame_extra(i, name);
-    }
-  }
-  for (const ControlFacts& c : facts.controls)
-    writer.write_control(c.name, history.read_control(c.name), c.low, c.high, c.unit);
-  if (facts.has_mask) writer.write_mask(history.read_mask());
-  for (const std::string& name : facts.maps) {
-    HistoryWriter::write_map(folder, name, history.read_map(name));
-    writer.add_written_map(name);
-  }
-  HistoryManifest manifest = writer.manifest();  // Its frames are in the order of the history's: by time.
-  for (std::size_t i = 0; i < manifest.frames.size(); ++i)
-    manifest.frames[i].is_extrapolated = facts.frames[i].is_extrapolated;
-  write_history_manifest(folder / kHistoryManifestFile, manifest);
-}
-
 namespace {
 
 /// Smooth value noise in [0, 1].

@@ -19,9 +19,6 @@ void write_history(const std::filesystem::path& folder, int width, int height, i
 /// over [0, 1].
 [[nodiscard]] MemoryHistoryImages half_images(int width, int height, int num_frames,
                                               const std::function<float(int x, int y, int frame, int channel)>& color);
-/// Any history as a folder; controls must have the range [0, 1], so that their values are written as they are.
-void write_history(const std::filesystem::path& folder, const History& history);
-
 /// Blotches and streaks of several sizes that darken and turn green, from a fixed seed: a texture worth synthesizing.
 [[nodiscard]] float blotches(int x, int y, int frame, int channel);
 

@@ -7,6 +7,7 @@
 
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "patinate_commit.h"
 #include "tools/patinate/command_line/failure.h"
 #include "tools/patinate/command_line/interruption.h"
 #include "tools/patinate/command_line/message_stream.h"
@@ -26,7 +27,7 @@ int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
     return kDone;
   }
   if (name == "--version") {
-    print_result("patinate " PATINATE_VERSION "\n");
+    print_result("patinate " PATINATE_VERSION " (" PATINATE_COMMIT ", " PATINATE_BUILD ")\n");
     return kDone;
   }
   for (const Verb& verb : verbs()) {

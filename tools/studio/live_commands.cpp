@@ -5,6 +5,7 @@
 
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "simulation/files/scene_event.h"
 #include "simulation/files/scene_json.h"
 #include "tools/studio/live_client.h"
 #include "tools/studio/outside_json.h"

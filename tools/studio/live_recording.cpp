@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "patinate/core/error.h"
+#include "simulation/files/scene_event.h"
 #include "tools/studio/live_client.h"
 #include "tools/studio/recording.h"
 #include "tools/studio/scene_text.h"

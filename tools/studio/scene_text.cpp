@@ -141,44 +141,4 @@ Json event_of_file(const Json& event, double mm_per_unit, std::int64_t iteration
   return json;
 }
 
-namespace {
-
-/// What events may speak of, without meshes and pictures: a brush sends many.
-simulation::Scene names_in(const simulation::Scene& scene) {
-  simulation::Scene names;
-  names.materials = scene.materials;
-  names.emitters = scene.emitters;
-  names.rules = scene.rules;
-  for (const simulation::SceneObject& object : scene.objects) names.objects.emplace_back().name = object.name;
-  for (const simulation::SceneMap& map : scene.maps) names.maps.emplace_back().name = map.name;
-  names.time_per_iteration = scene.time_per_iteration;
-  return names;
-}
-
-}  // namespace
-
-simulation::SceneEvent parse_event(const Json& event_of_file, const simulation::Scene& scene, double mm_per_unit) {
-  const Json list = Json::array({event_of_file});
-  simulation::SceneContext context;
-  context.materials = scene.materials;
-  context.mm_per_unit = mm_per_unit;
-  context.time_per_iteration = scene.time_per_iteration;
-  context.weather = scene.weather.is_given;
-  context.read_picture = [](const JsonReader& json, int) -> ImageF { json.fail("a color [r, g, b]"); };
-  try {
-    simulation::Scene with_event = names_in(scene);
-    simulation::read_events(JsonReader("event", list, ""), context, with_event);
-    std::vector<simulation::SceneEvent>& events = with_event.events;
-    if (!with_event.series.empty()) throw InvalidInput("/every: an event happens now; leave it out");
-    if (events.size() != 1)
-      throw InvalidInput("stands for " + std::to_string(events.size()) + " events; send one at a time");
-    return std::move(events.front());
-  } catch (const InputError& e) {
-    constexpr std::string_view kPlace = "event: /0";  // there is no file, and one event
-    const std::string_view what = e.what();
-    throw InvalidInput("event: " +
-                       std::string(what.substr(0, kPlace.size()) == kPlace ? what.substr(kPlace.size()) : what));
-  }
-}
-
 }  // namespace patinate::studio

@@ -30,10 +30,5 @@ namespace patinate::studio {
 /// What a client sends (lengths in mm) as an element of a scene file's "events": lengths in its unit, with the
 /// iteration. Numbers are not checked here. @throws InvalidInput if it is no object or has an iteration.
 [[nodiscard]] Json event_of_file(const Json& event, double mm_per_unit, std::int64_t iteration);
-/// Reads such an element, with all checks that a scene file gets. What is recorded and what happens is so the same to
-/// the last bit.
-/// @throws InvalidInput
-[[nodiscard]] simulation::SceneEvent parse_event(const Json& event_of_file, const simulation::Scene& scene,
-                                                 double mm_per_unit);
 
 }  // namespace patinate::studio

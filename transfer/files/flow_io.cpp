@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/text.h"
+#include "patinate/atlas/direction_field.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 

@@ -30,13 +30,6 @@ constexpr std::array<std::string_view, 5> kTileRuleNames{"square", "udim", "mate
 constexpr const char* kTilePlace = "<UDIM>";  ///< In file names, for the tile's name.
 constexpr const char* kSourceMaskFile = "source_mask.png";
 
-/// Pixels along the side of what lookups show in a texel; 1: one pixel.
-double footprint_of(const TransferTask& task) {
-  const double pixels = task.input.map->median_texel_size_mm() / task.input.texel_size_mm;
-  if (task.options.footprint == Footprint::Pixel || pixels <= kLeastFootprint_px) return 1.0;
-  return std::min(kLargestFootprint_px, std::round(100.0 * pixels) / 100.0);
-}
-
 UvLayoutRule rule_of(const TransferTask& task) { return task.atlas ? task.atlas->rule : UvLayoutRule::Square; }
 
 /// A file's name, with a place for the tile's name when there are tiles.
@@ -69,6 +62,12 @@ void write_tiles(const fs::path& file, const Sheet& sheet, const std::vector<std
 }
 
 }  // namespace
+
+double footprint_px(const TexelMap& map, double pixel_mm, Footprint footprint) {
+  const double pixels = map.median_texel_size_mm() / pixel_mm;
+  if (footprint == Footprint::Pixel || pixels <= kLeastFootprint_px) return 1.0;
+  return std::min(kLargestFootprint_px, std::round(100.0 * pixels) / 100.0);
+}
 
 Json energy_json(const EnergyReport& e) {
   return {{"energy", e.energy},
@@ -316,7 +315,7 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
                    {"tiles", kTileRuleNames[static_cast<std::size_t>(rule_of(task))]}};
   json["covered_texels"] = task.input.map->num_covered();
   json["texel_size_mm"] = task.input.texel_size_mm;
-  json["footprint_px"] = footprint_of(task);
+  json["footprint_px"] = footprint_px(*task.input.map, task.input.texel_size_mm, task.options.footprint);
   json["flow"] = task.flow;
   if (rule_of(task) == UvLayoutRule::Square) {
     json["coordinates"] = "coordinates.exr";

@@ -3,8 +3,12 @@
 #include <memory>
 #include <utility>
 
+#include "libcommon/geometry/length_unit.h"
+#include "libcommon/geometry/mesh_repair.h"
+#include "libcommon/history/footprint.h"
 #include "patinate/atlas/dilate.h"
 #include "patinate/core/error.h"
+#include "patinate/transfer/time_map.h"
 #include "patinate/transfer/transfer_io.h"
 #include "patinate/transfer/transfer_reader.h"
 #include "transfer/guidance/scale.h"
@@ -12,31 +16,106 @@
 
 namespace patinate::transfer {
 
+namespace {
+
+constexpr int kGutter = 16;  // Texels that are filled around charts.
+
+}  // namespace
+
+void describe_surface(OptionVisitor& v, AgeOptions& o) {
+  v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", between(16, 16384)},
+          o.resolution);
+  v.visit_choice(
+      {"atlas", "auto: the mesh's UVs when every place has a texel of its own, else unwrapped; uv or unwrap: always"},
+      o.atlas, kAtlasMethodNames);
+  v.visit({"mm_per_unit",
+           "Length of the mesh's unit; not given: the mesh is scaled so that one texel equals one pixel of the history",
+           "mm", above(0)},
+          o.mm_per_unit);
+  v.visit({"texel_size", "Surface length of one pixel of the history; not given: what the history says", "mm",
+           between(kLeastTexel_mm, kLargestTexel_mm)},
+          o.texel_size_mm);
+}
+
+void describe(OptionVisitor& v, AgeOptions& o) {
+  describe_surface(v, o);
+  v.visit_choice({"flow",
+                  "Which way the history's photographs lie on the surface: gravity (their down runs down), curvature "
+                  "(along tubes and ridges), uv (as each chart lies)"},
+                 o.flow, kDirectionKindNames);
+  describe(v, o.transfer);
+  describe(v, o.controls);
+}
+
 ImageF AgedMesh::texture(double time, const RunControl& control) const {
-  constexpr int kGutter = 16;
-  ImageF out = gather(history->sample(time), coordinates, 0.0f, control);
+  ImageF out = gather(shown->sample(time), coordinates, 0.0f, control);
   dilate(out, coverage, kGutter);
   return out;
 }
 
+ImageF AgedMesh::texture(const ImageF& times, Between between, const RunControl& control) const {
+  ImageF out = gather_at_times(*shown, coordinates, times, between, control);
+  dilate(out, coverage, kGutter);
+  return out;
+}
+
+AgingSurface make_aging_surface(Mesh mesh, const AgeOptions& options, const HistoryFacts* history,
+                                const RunControl& run) {
+  check_ranges(options);
+  AtlasMesh atlas = make_atlas_mesh(with_normals(repair_mesh(std::move(mesh)).mesh), options.atlas, options.resolution,
+                                    run.part(0.0, 0.5));
+  const double texel = make_texel_map(atlas, options.resolution).median_texel_size_mm();
+  const std::optional<double> pixel_mm =
+      options.texel_size_mm || history == nullptr ? options.texel_size_mm : history->texel_size_mm;
+  const TransferScale scale = choose_scale(options.mm_per_unit, pixel_mm, texel);
+  scale_mesh(atlas.mesh, scale.mm_per_mesh_unit);
+  auto map = std::make_shared<const TexelMap>(make_texel_map(atlas, options.resolution, run.part(0.5, 1.0)));
+  return {std::make_shared<const AtlasMesh>(std::move(atlas)), std::move(map), scale.texel_size_mm,
+          scale.mm_per_mesh_unit};
+}
+
+TransferControl make_control_pair(const History& history, std::string_view control, const TexelMap& map,
+                                  const ControlKindOptions& options, const RunControl& run) {
+  const ControlSpec spec = parse_control_spec(control);
+  (void)source_control(history, spec);  // A control that is not there is said before work starts.
+  return make_transfer_control(history, spec, make_control_expression(spec.destination, map, options, run),
+                               map.coverage());
+}
+
+AgedMesh age_surface(const std::shared_ptr<const History>& history, const AgingSurface& surface,
+                     std::vector<TransferControl> controls, const AgeOptions& options, const RunControl& run) {
+  const TexelMap& map = *surface.map;
+  std::shared_ptr<const FlowFrames> frames;
+  if (options.flow != DirectionKind::Uv) {
+    const std::array<double, 3>& up = options.controls.up;
+    frames = std::make_shared<const FlowFrames>(
+        direction_frames(map, options.flow, Vec3(up[0], up[1], up[2]), run.part(0.0, 0.05)));
+  }
+  TransferInput input{.history = history,
+                      .map = surface.map,
+                      .texel_size_mm = surface.texel_size_mm,
+                      .controls = std::move(controls),
+                      .frames = frames};
+  TransferResult result = transfer(input, options.transfer, run.part(0.05, 1.0));
+  const double pixels = footprint_px(map, surface.texel_size_mm, options.transfer.footprint);
+  return {.mesh = map.mesh(),
+          .coordinates = coordinate_image(result.coordinates, map.width(), map.height(), history->facts().width),
+          .coverage = map.coverage(),
+          .energy = result.energy,
+          .history = history,
+          .shown = pixels > 1.0 ? std::make_shared<const FootprintHistory>(history, pixels) : history,
+          .surface = surface,
+          .controls = std::move(input.controls),
+          .used = result.used,
+          .frames = std::move(frames)};
+}
+
 AgedMesh age_mesh(const std::shared_ptr<const History>& history, Mesh mesh, std::string_view control,
                   const AgeOptions& options, const RunControl& run) {
-  const ControlSpec spec = parse_control_spec(control);
-  (void)source_control(*history, spec);  // A control that is not there is said before work starts.
-  AtlasMesh atlas =
-      make_atlas_mesh(with_normals(std::move(mesh)), options.atlas, options.resolution, run.part(0.0, 0.1));
-  const double texel = make_texel_map(atlas, options.resolution).median_texel_size_mm();
-  const TransferScale scale = choose_scale(options.mm_per_unit, history->facts().texel_size_mm, texel);
-  scale_mesh(atlas.mesh, scale.mm_per_mesh_unit);
-  const auto map = std::make_shared<TexelMap>(make_texel_map(atlas, options.resolution, run.part(0.1, 0.2)));
-
-  ControlMap made = make_control_expression(spec.destination, *map, options.controls, run.part(0.2, 0.4));
-  TransferControl pair = make_transfer_control(*history, spec, std::move(made), map->coverage());
-  const TransferResult result =
-      transfer({.history = history, .map = map, .texel_size_mm = scale.texel_size_mm, .controls = {pair}},
-               options.transfer, run.part(0.4, 1.0));
-  return {map->mesh(), coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width),
-          map->coverage(), result.energy, history};
+  (void)source_control(*history, parse_control_spec(control));
+  const AgingSurface surface = make_aging_surface(std::move(mesh), options, &history->facts(), run.part(0.0, 0.2));
+  TransferControl pair = make_control_pair(*history, control, *surface.map, options.controls, run.part(0.2, 0.4));
+  return age_surface(history, surface, {std::move(pair)}, options, run.part(0.4, 1.0));
 }
 
 }  // namespace patinate::transfer

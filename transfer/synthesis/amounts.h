@@ -19,6 +19,7 @@ class Amounts {
  public:
   static constexpr int kLooks = 16;   ///< Equal parts of the source, by the first component of its appearance.
   static constexpr int kValues = 16;  ///< Of the first control, equally wide.
+  static_assert(kLooks == search_kernel::kExcessCells && kValues == search_kernel::kExcessCells);
 
   explicit Amounts(const SourceLevel& source);
 
@@ -29,6 +30,9 @@ class Amounts {
   [[nodiscard]] std::int32_t excess(std::span<const std::uint16_t> target, std::int32_t pixel) const {
     return excess_[cell(value_of(target[0]), look_[static_cast<std::size_t>(pixel)])];
   }
+  /// For kernels: looks by pixel, and excess by value of the control and look.
+  [[nodiscard]] const std::vector<std::uint8_t>& looks() const { return look_; }
+  [[nodiscard]] std::span<const std::int32_t> excess() const { return excess_; }
   /// How much more than its share the 8 x 8 pixels around a pixel are used, anywhere on the surface: relative to the
   /// share, or to one copy where that is more, [0, 3] in 1/256. Pieces that repeat are dear at any distance.
   [[nodiscard]] std::int32_t reuse(std::int32_t pixel) const {

@@ -9,10 +9,6 @@
 #include <numeric>
 #include <utility>
 
-#if defined(__SSE2__)
-#include <emmintrin.h>
-#endif
-
 #include "libcommon/core/parallel.h"
 
 namespace patinate::transfer {
@@ -34,17 +30,23 @@ EnergyScale EnergyScale::make(const SourceLevel& source, double coherence_share,
   return scale;
 }
 
+search_kernel::CostTables cost_tables(const Neighborhood& neighborhood, const EnergyScale& scale) {
+  return {.weights = neighborhood.weights.data(),
+          .coherence_scales = scale.coherence_scales.data(),
+          .control_scales = scale.control_scale.data(),
+          .num_neighbors = static_cast<std::int32_t>(neighborhood.weights.size()),
+          .radius_px = neighborhood.radius_px,
+          .num_controls = static_cast<std::int32_t>(scale.control_scale.size())};
+}
+
 TexelCost::TexelCost(const SourceLevel& source, const DestinationLevel& destination, const Neighborhood& neighborhood)
-    : source_(source), destination_(destination), neighborhood_(neighborhood), cursor_(*destination.neighbors) {
-  const std::size_t size = neighborhood.offsets.size();
-  appearance_.resize(size * kAppearanceSize);
-  weight_.resize(size);
-  delta_.resize(size);
-  offset_x_.resize(size);
-  offset_y_.resize(size);
-  delta_beside_.resize(size);
-  weight_beside_.resize(size);
-  known_at_.resize(size);
+    : source_(source),
+      destination_(destination),
+      neighborhood_(neighborhood),
+      cursor_(*destination.neighbors),
+      known_at_(neighborhood.offsets.size()),
+      source_tables_(source_tables(source)) {
+  known_.num = 0;
 }
 
 void TexelCost::visit(TexelId texel) {
@@ -55,59 +57,44 @@ void TexelCost::visit(TexelId texel) {
 
 void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale) {
   visit(texel);
-  int sum_of_weights = 0;
-  num_known_ = 0;
-  std::array<std::size_t, kNumQuarters> num_in_place{};
-  const int radius = neighborhood_.radius_px, width = source_.width();
-  for (std::size_t k = 0; k < neighborhood_.weights.size(); ++k) {
-    // Where texels are larger than the offset, a texel would be its own neighbor: that says nothing.
-    const PixelNeighbor& n = neighbors_[k];
-    const std::int32_t s = n.texel >= 0 && n.texel != texel ? coordinates[static_cast<std::size_t>(n.texel)] : -1;
-    const int dx = whole_pixels(n.x), dy = whole_pixels(n.y);
-    // Pixels know only what lies within the radius.
-    const bool is_known = s >= 0 && dx >= -radius && dx <= radius && dy >= -radius && dy <= radius;
-    if (!is_known) continue;
-    const auto i = static_cast<std::size_t>(num_known_++);
-    known_at_[k] = static_cast<std::int32_t>(i);
-    std::copy_n(source_.appearance.data() + std::int64_t{s} * kAppearanceSize, kAppearanceSize,
-                appearance_.data() + i * kAppearanceSize);
-    weight_[i] = neighborhood_.weights[k];
-    delta_[i] = (dy * width + dx) * kAppearanceSize;
-    offset_x_[i] = n.x;
-    offset_y_[i] = n.y;
-    sum_of_weights += neighborhood_.weights[k];
-    const Offset& o = neighborhood_.offsets[k];
-    if (dx == o.x && dy == o.y) ++num_in_place[quarter_of(o)];
-  }
-  whole_quarters_ = 0;
-  for (unsigned q = 0; q < kNumQuarters; ++q) {
-    if (kNumQuarters * num_in_place[q] == neighborhood_.offsets.size()) whole_quarters_ |= 1U << q;
-  }
-  coherence_scale_ = scale.coherence_scales[static_cast<std::size_t>(sum_of_weights)];
+  cost_tables_ = cost_tables(neighborhood_, scale);
+  std::fill(known_at_.begin(), known_at_.end(), -1);
+  search_kernel::gather_known(&source_tables_, &cost_tables_, coordinates.data(), texel, neighbors_.data(), &known_,
+                              known_at_.data());
   control_scale_ = scale.control_scale;
+  cost_tables_.control_scales = control_scale_.data();
   target_ = destination_.target(texel);
+}
+
+unsigned TexelCost::whole_quarters() const {
+  std::array<std::size_t, kNumQuarters> num_in_place{};
+  for (std::size_t k = 0; k < known_at_.size(); ++k) {
+    const Offset& o = neighborhood_.offsets[k];
+    const PixelNeighbor& n = neighbors_[k];
+    if (known_at_[k] >= 0 && whole_pixels(n.x) == o.x && whole_pixels(n.y) == o.y) ++num_in_place[quarter_of(o)];
+  }
+  unsigned whole = 0;
+  for (unsigned q = 0; q < kNumQuarters; ++q) {
+    if (kNumQuarters * num_in_place[q] == neighborhood_.offsets.size()) whole |= 1U << q;
+  }
+  return whole;
 }
 
 void TexelCost::appearances(std::span<std::int16_t> out) const {
   for (std::size_t k = 0; k < known_at_.size(); ++k) {
-    std::copy_n(appearance_.data() + static_cast<std::size_t>(known_at_[k]) * kAppearanceSize, kAppearanceSize,
+    std::copy_n(known_.appearance + std::max(0, known_at_[k]) * kAppearanceSize, kAppearanceSize,
                 out.data() + k * kAppearanceSize);
   }
 }
 
 std::int64_t TexelCost::control(std::int32_t source_pixel) const {
-  const std::uint16_t* value = source_.controls.data() + std::int64_t{source_pixel} * source_.controls.channels();
-  std::int64_t cost = 0;
-  for (std::size_t c = 0; c < target_.size(); ++c) {
-    const std::int64_t difference = std::int64_t{value[c]} - target_[c];
-    cost += difference * difference * control_scale_[c];
-  }
-  return cost;
+  return search_kernel::control_cost(&source_tables_, &cost_tables_, target_.data(), source_pixel);
 }
 
 ControlInterval TexelCost::first_control_within(std::int64_t cost) const {
-  if (control_scale_.empty() || control_scale_[0] == 0) return {};
-  const std::int64_t squared = cost / control_scale_[0];
+  const std::int64_t scale = first_control_scale();
+  if (scale == 0) return {};
+  const std::int64_t squared = cost / scale;
   auto reach = static_cast<std::int64_t>(std::sqrt(static_cast<double>(squared)));
   while (reach * reach > squared) --reach;  // The root is rounded.
   while ((reach + 1) * (reach + 1) <= squared) ++reach;
@@ -116,62 +103,17 @@ ControlInterval TexelCost::first_control_within(std::int64_t cost) const {
 }
 
 std::int64_t TexelCost::coherence(std::int32_t source_pixel) const {
-  return coherence_below(source_pixel, std::numeric_limits<std::int64_t>::max());
+  return search_kernel::coherence_cost(&source_tables_, &known_, known_.delta, known_.weight, source_pixel,
+                                       std::numeric_limits<std::int64_t>::max());
 }
 
 std::int64_t TexelCost::total(std::int32_t source_pixel, std::int64_t bound) const {
-  const std::int64_t cost = control(source_pixel);
-  return cost >= bound ? cost : cost + coherence_below(source_pixel, bound - cost);
+  return total_beside(source_pixel, 0, 0, bound);
 }
 
 std::int64_t TexelCost::total_beside(std::int32_t source_pixel, int beside_x, int beside_y, std::int64_t bound) const {
-  if (beside_x == 0 && beside_y == 0) return total(source_pixel, bound);
-  const std::int64_t cost = control(source_pixel);
-  if (cost >= bound) return cost;
-  const int radius = neighborhood_.radius_px, width = source_.width();
-  for (std::size_t i = 0; i < static_cast<std::size_t>(num_known_); ++i) {
-    const int dx = whole_pixels(offset_x_[i] + beside_x), dy = whole_pixels(offset_y_[i] + beside_y);
-    const bool is_seen = dx >= -radius && dx <= radius && dy >= -radius && dy <= radius;
-    delta_beside_[i] = is_seen ? (dy * width + dx) * kAppearanceSize : 0;
-    weight_beside_[i] = is_seen ? weight_[i] : std::int16_t{0};
-  }
-  return cost + coherence_below(source_pixel, delta_beside_.data(), weight_beside_.data(), bound - cost);
-}
-
-std::int64_t TexelCost::coherence_below(std::int32_t source_pixel, const std::int32_t* delta,
-                                        const std::int16_t* weight, std::int64_t bound) const {
-  constexpr std::size_t kBlock = 8;  // Neighbors between two looks at the bound.
-  const std::int16_t* base = source_.appearance.data() + std::int64_t{source_pixel} * kAppearanceSize;
-  const auto n = static_cast<std::size_t>(num_known_);
-  std::int64_t total = 0;
-  for (std::size_t begin = 0; begin < n; begin += kBlock) {
-    const std::size_t end = std::min(n, begin + kBlock);
-    // |difference| <= 1022, weights <= 16 and 1024 in all: a lane of two components stays below 2^31.
-#if defined(__SSE2__)
-    __m128i sum = _mm_setzero_si128();
-    for (std::size_t k = begin; k < end; ++k) {
-      const __m128i known = _mm_loadu_si128(reinterpret_cast<const __m128i*>(appearance_.data() + k * kAppearanceSize));
-      const __m128i candidate = _mm_loadu_si128(reinterpret_cast<const __m128i*>(base + delta[k]));
-      const __m128i difference = _mm_sub_epi16(known, candidate);
-      sum = _mm_add_epi32(sum, _mm_madd_epi16(difference, _mm_mullo_epi16(difference, _mm_set1_epi16(weight[k]))));
-    }
-    alignas(16) std::array<std::int32_t, 4> lanes{};
-    _mm_store_si128(reinterpret_cast<__m128i*>(lanes.data()), sum);
-    total += std::int64_t{lanes[0]} + lanes[1] + lanes[2] + lanes[3];
-#else
-    for (std::size_t k = begin; k < end; ++k) {
-      std::int32_t squares = 0;
-      for (std::size_t d = 0; d < kAppearanceSize; ++d) {
-        const std::int32_t difference =
-            appearance_[k * kAppearanceSize + d] - base[delta[k] + static_cast<std::int32_t>(d)];
-        squares += difference * difference;
-      }
-      total += std::int64_t{squares} * weight[k];
-    }
-#endif
-    if (total * coherence_scale_ >= bound) break;
-  }
-  return total * coherence_scale_;
+  return search_kernel::cost_beside(&source_tables_, &cost_tables_, target_.data(), &known_, source_pixel, beside_x,
+                                    beside_y, bound);
 }
 
 namespace {

@@ -22,6 +22,7 @@
 #include "patinate/core/run_control.h"
 #include "patinate/transfer/transfer.h"
 #include "transfer/synthesis/levels.h"
+#include "transfer/synthesis/search_kernel.h"
 
 namespace patinate::transfer {
 
@@ -53,6 +54,9 @@ struct ControlInterval {
 inline constexpr unsigned kNumQuarters = 4;
 inline constexpr unsigned kAllQuarters = 15;
 
+/// What `neighborhood` and `scale` say to kernels; valid as long as they are.
+[[nodiscard]] search_kernel::CostTables cost_tables(const Neighborhood& neighborhood, const EnergyScale& scale);
+
 /// The cost of giving source pixels to one texel, its known neighbors held fixed.
 class TexelCost {
  public:
@@ -75,16 +79,18 @@ class TexelCost {
   [[nodiscard]] std::int64_t coherence(std::int32_t source_pixel) const;
   /// Values of the first control whose part of the cost alone does not exceed `cost`.
   [[nodiscard]] ControlInterval first_control_within(std::int64_t cost) const;
-  [[nodiscard]] int num_known() const { return num_known_; }
+  [[nodiscard]] int num_known() const { return known_.num; }
   /// Quarters of the neighborhood whose neighbors are all known and lie where they should (d_k is offset k): bit q for
   /// quarter q.
-  [[nodiscard]] unsigned whole_quarters() const { return whole_quarters_; }
+  [[nodiscard]] unsigned whole_quarters() const;
   /// Of the neighbors in the order of the neighborhood, kAppearanceSize values each; arbitrary outside of whole
   /// quarters.
   void appearances(std::span<std::int16_t> out) const;
   /// What one unit of sum_k w_k |difference_k|^2 costs, and one of the first control's difference squared.
-  [[nodiscard]] std::int64_t coherence_scale() const { return coherence_scale_; }
-  [[nodiscard]] std::int64_t first_control_scale() const { return control_scale_.empty() ? 0 : control_scale_[0]; }
+  [[nodiscard]] std::int64_t coherence_scale() const { return known_.coherence_scale; }
+  [[nodiscard]] std::int64_t first_control_scale() const {
+    return cost_tables_.num_controls == 0 ? 0 : cost_tables_.control_scales[0];
+  }
   [[nodiscard]] int first_target() const { return target_[0]; }
   /// At offset k of the neighborhood; texel -1 where the surface ends.
   [[nodiscard]] const PixelNeighbor& neighbor(std::size_t k) const { return neighbors_[k]; }
@@ -100,26 +106,12 @@ class TexelCost {
   TexelNeighborhood::Cursor cursor_;
   TexelId texel_ = -1;
   std::span<const PixelNeighbor> neighbors_;
-  std::vector<std::int16_t> appearance_;  ///< Known neighbors', packed.
-  std::vector<std::int16_t> weight_;
-  std::vector<std::int32_t> delta_;                ///< Their offset in the source, in values.
-  std::vector<std::int32_t> offset_x_, offset_y_;  ///< The same in 1/256 pixel.
-  mutable std::vector<std::int32_t> delta_beside_;
-  mutable std::vector<std::int16_t> weight_beside_;
-  std::vector<std::int32_t> known_at_;  ///< By offset: which of them is its neighbor; where that is not known, any.
+  mutable search_kernel::KnownNeighbors known_;  ///< Room for what is seen from beside a pixel is scratch.
+  std::vector<std::int32_t> known_at_;           ///< By offset: which of them is its neighbor; -1 = not known.
   std::span<const std::uint16_t> target_;
-  /// As coherence(), or something >= bound.
-  [[nodiscard]] std::int64_t coherence_below(std::int32_t source_pixel, std::int64_t bound) const {
-    return coherence_below(source_pixel, delta_.data(), weight_.data(), bound);
-  }
-  /// @param delta,weight  Of the known neighbors; offsets in values.
-  [[nodiscard]] std::int64_t coherence_below(std::int32_t source_pixel, const std::int32_t* delta,
-                                             const std::int16_t* weight, std::int64_t bound) const;
-
+  search_kernel::SourceTables source_tables_{};
+  search_kernel::CostTables cost_tables_{};
   std::vector<std::int64_t> control_scale_;
-  std::int64_t coherence_scale_ = 0;
-  int num_known_ = 0;
-  unsigned whole_quarters_ = 0;
 };
 
 /// Every neighbor known, whatever order made the map: figures of different methods can be compared.

@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <string>
 
+#include "transfer/synthesis/search_kernel.h"
+
 namespace patinate::transfer {
 
 Neighborhood Neighborhood::square(int radius_px) {
@@ -30,10 +32,7 @@ Neighborhood Neighborhood::square(int radius_px) {
 
 namespace {
 
-int grid_index(std::span<const std::uint16_t> controls) {
-  constexpr int kStepsPerCell = kControlSteps / SourceLevel::kGridSide + 1;
-  return controls[1] / kStepsPerCell * SourceLevel::kGridSide + controls[0] / kStepsPerCell;
-}
+int grid_index(std::span<const std::uint16_t> controls) { return search_kernel::control_cell(controls.data()); }
 
 std::span<const std::uint16_t> controls_of(const ControlImage& controls, std::int64_t pixel) {
   const auto n = static_cast<std::size_t>(controls.channels());
@@ -70,21 +69,32 @@ void fill_grid(SourceLevel& level) {
 
 }  // namespace
 
+search_kernel::AlikeTables alike_tables(const SourceLevel& source) {
+  static_assert(search_kernel::kLargestControl == kControlSteps &&
+                search_kernel::kControlGridSide == SourceLevel::kGridSide);
+  return {.usable = source.usable.data(),
+          .first_with = source.first_with.data(),
+          .grid_cell = source.grid_cell.data(),
+          .grid_begin = source.grid_begin.data(),
+          .grid_pixels = source.grid_pixels.data(),
+          .num_usable = static_cast<std::int32_t>(source.usable.size()),
+          .num_controls = source.controls.channels()};
+}
+
+search_kernel::SourceTables source_tables(const SourceLevel& source) {
+  static_assert(search_kernel::kComponents == kAppearanceSize);
+  return {.appearance = source.appearance.data(),
+          .controls = source.controls.data(),
+          .is_usable = source.is_usable.data(),
+          .similar = nullptr,
+          .width = source.width(),
+          .height = source.height()};
+}
+
 std::span<const std::int32_t> SourceLevel::similar(std::span<const std::uint16_t> target, int tolerance) const {
-  if (target.size() > 1) {
-    const auto cell = static_cast<std::size_t>(grid_cell[static_cast<std::size_t>(grid_index(target))]);
-    return {grid_pixels.begin() + grid_begin[cell], grid_pixels.begin() + grid_begin[cell + 1]};
-  }
-  const auto from = [this](int value) {
-    return usable.begin() + first_with[static_cast<std::size_t>(std::clamp(value, 0, kControlSteps + 1))];
-  };
-  auto begin = from(target[0] - tolerance), end = from(target[0] + tolerance + 1);
-  if (begin == end) {  // The nearest values on either side.
-    constexpr std::ptrdiff_t kFew = 16;
-    begin -= std::min<std::ptrdiff_t>(kFew, begin - usable.begin());
-    end += std::min<std::ptrdiff_t>(kFew, usable.end() - end);
-  }
-  return {begin, end};
+  const search_kernel::AlikeTables tables = alike_tables(*this);
+  const search_kernel::AlikePixels alike = search_kernel::alike_pixels(&tables, target.data(), tolerance);
+  return {alike.pixels, static_cast<std::size_t>(alike.num)};
 }
 
 namespace {

@@ -10,6 +10,7 @@
 #include "libcommon/core/random.h"
 #include "transfer/synthesis/amounts.h"
 #include "transfer/synthesis/places.h"
+#include "transfer/synthesis/search_device.h"
 #include "transfer/synthesis/similar_pixels.h"
 
 namespace patinate::transfer {
@@ -36,7 +37,7 @@ namespace {
 class SourceUse {
  public:
   static constexpr int kCell_px = 4;
-  static constexpr std::int32_t kQuarters = 4, kMaxReuse = 8;
+  static constexpr std::int32_t kQuarters = search_kernel::kReuseQuarters, kMaxReuse = 8;
 
   SourceUse(const SynthesisLevel& level, const PlaceMap& places) {
     const int width = level.source.width(), num_columns = (width + kCell_px - 1) / kCell_px;
@@ -58,132 +59,32 @@ class SourceUse {
       }
     }
   }
-  [[nodiscard]] std::int32_t reuse(std::int32_t pixel) const { return reuse_[static_cast<std::size_t>(pixel)]; }
+  /// By pixel.
+  [[nodiscard]] const std::vector<std::uint8_t>& reuse() const { return reuse_; }
 
  private:
   std::vector<std::uint8_t> reuse_;
 };
 
-/// What a pass goes by besides the energy: factors on costs, in sixteenths, at most 16 (1 + 8 + 8 * 8) = 1168, so that
-/// products stay below 2^62.
-struct Preferences {
-  static constexpr std::int32_t kOne = 16;
-  static constexpr double kAmounts = 2.0;
-  std::int32_t bonus = 0;
-  std::int32_t penalty = 0;
-  std::int32_t amounts = 0;
-  /// A texel that continues all its neighbors is left as it is.
-  bool leaves_quiet = false;
-  explicit Preferences(const MultiLevelOptions& o)
-      : bonus(static_cast<std::int32_t>(o.coherence_bonus * kOne)),
-        penalty(static_cast<std::int32_t>(o.reuse_penalty * kOne)),
-        amounts(static_cast<std::int32_t>(kAmounts * kOne)),
-        leaves_quiet(true) {}
-  Preferences() = default;  ///< The energy alone.
-};
+using search_kernel::Preferences;
 
-/// What one pass on one level shares between threads.
-struct Pass {
-  const SynthesisLevel& level;
-  const Neighborhood& neighborhood;
-  const SimilarPixels& similar;
-  const EnergyScale& scale;
-  const Preferences& preferences;
-  const SourceUse* use = nullptr;  ///< Where the preferences have a penalty.
-  const Amounts* amounts = nullptr;
-  int num_random = 0;
-};
+constexpr Preferences kEnergyAlone{};
 
-/// The best of the candidates of one texel.
-class CandidateSearch {
- public:
-  explicit CandidateSearch(const Pass& pass)
-      : pass_(pass), source_(pass.level.source), cost_(source_, pass.level.destination, pass.neighborhood) {}
-
-  Place best(TexelId t, const PlaceMap& places, RandomStream random) {
-    texel_ = t;
-    cost_.visit(t);
-    continue_neighbors(t, places);
-    const Place current = places.at(t);
-    if (pass_.preferences.leaves_quiet && !leads_outside_ && num_continued_ == 1 &&
-        continued_[0].pixel == current.pixel)
-      return current;
-    cost_.prepare(t, places.pixels, pass_.scale);
-    best_ = current;
-    best_cost_ = std::numeric_limits<std::int64_t>::max();
-    bool is_continued = false;
-    for (std::size_t i = 0; i < num_continued_; ++i) {
-      is_continued |= continued_[i].pixel == current.pixel;
-      if (is_better(continued_[i], 0)) best_ = continued_[i];
-      try_similar(continued_[i].pixel);
-    }
-    if (!is_continued) {
-      if (is_better(current, pass_.preferences.bonus)) best_ = current;
-      try_similar(current.pixel);
-    }
-    const auto alike = source_.similar(pass_.level.destination.target(t), kSimilarTolerance);
-    for (int i = 0; i < pass_.num_random; ++i) try_pixel(alike[random.below(static_cast<std::uint32_t>(alike.size()))]);
-    return best_;
-  }
-
- private:
-  /// Where the eight neighbors' sources lead, each pixel once: in coherent regions all eight agree.
-  void continue_neighbors(TexelId t, const PlaceMap& places) {
-    num_continued_ = 0;
-    leads_outside_ = false;
-    for (const PixelNeighbor& n : cost_.adjacent()) {
-      if (n.texel < 0 || n.texel == t) continue;
-      const FixedPoint from = places.point(n.texel);
-      const Place candidate = place_at(source_, {from.x - n.x, from.y - n.y});
-      const auto end = continued_.begin() + static_cast<std::ptrdiff_t>(num_continued_);
-      leads_outside_ |= candidate.pixel < 0;
-      if (candidate.pixel < 0 ||
-          std::any_of(continued_.begin(), end, [&](const Place& p) { return p.pixel == candidate.pixel; }))
-        continue;
-      continued_[num_continued_++] = candidate;
-    }
-  }
-  bool is_better(const Place& place, std::int32_t bonus) {
-    const std::int32_t pixel = place.pixel;
-    const PlaceMap::Beside beside = PlaceMap::beside_of(place);
-    const std::int32_t reuse = pass_.use == nullptr ? 0 : pass_.use->reuse(pixel);
-    const std::int32_t excess = pass_.amounts == nullptr
-                                    ? 0
-                                    : std::max(0, pass_.amounts->excess(pass_.level.destination.target(texel_), pixel));
-    const std::int64_t factor = Preferences::kOne + bonus + pass_.preferences.penalty * reuse / SourceUse::kQuarters +
-                                pass_.preferences.amounts * excess / 256;
-    const std::int64_t cost = cost_.total_beside(pixel, beside.x, beside.y, best_cost_ / factor + 1) * factor;
-    if (cost >= best_cost_) return false;
-    best_cost_ = cost;
-    return true;
-  }
-  void try_pixel(std::int32_t pixel) {
-    const Place place = place_of(source_, pixel);
-    if (is_better(place, pass_.preferences.bonus)) best_ = place;
-  }
-  void try_similar(std::int32_t pixel) {
-    for (std::int32_t other : pass_.similar[static_cast<std::size_t>(pixel)]) {
-      if (other >= 0) try_pixel(other);
-    }
-  }
-
-  const Pass& pass_;
-  const SourceLevel& source_;
-  TexelCost cost_;
-  TexelId texel_ = -1;
-  std::array<Place, TexelNeighborhood::kNumAdjacent> continued_{};
-  std::size_t num_continued_ = 0;
-  bool leads_outside_ = false;  ///< A neighbor's source to where nothing can be copied.
-  Place best_;
-  std::int64_t best_cost_ = 0;
-};
+Preferences preferences_of(const MultiLevelOptions& o) {
+  constexpr double kAmounts = 2.0;
+  constexpr auto kOne = static_cast<double>(search_kernel::kOfOne);
+  return {.bonus = static_cast<std::int32_t>(o.coherence_bonus * kOne),
+          .penalty = static_cast<std::int32_t>(o.reuse_penalty * kOne),
+          .amounts = static_cast<std::int32_t>(kAmounts * kOne),
+          .leaves_quiet = 1};
+}
 
 /// Improves the places on one level, pass by pass. The atlas is worked on in squares: what lies together on the surface
 /// is together in memory.
 class Improver {
  public:
   Improver(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar,
-           const EnergyScale& scale, int num_random, std::uint64_t seed)
+           const EnergyScale& scale, int num_random, std::uint64_t seed, const SearchDevice* device)
       : level_(level),
         map_(*level.destination.map),
         neighborhood_(neighborhood),
@@ -191,6 +92,7 @@ class Improver {
         scale_(scale),
         num_random_(num_random),
         seed_(seed),
+        device_(device),
         amounts_(level.source),
         squares_x_((map_.width() + kSquare - 1) / kSquare),
         changed_near_(static_cast<std::size_t>(map_.num_texels()), 0) {
@@ -203,6 +105,8 @@ class Improver {
     }
   }
 
+  [[nodiscard]] bool has_device() const { return device_ != nullptr; }
+
   /// Four interleaved sets, each decided from the state before it. A texel near which nothing has changed since its
   /// last turn is skipped.
   /// @param is_whole  Every texel has its turn; the first pass is whole.
@@ -211,24 +115,41 @@ class Improver {
     const std::optional<SourceUse> use =
         preferences.penalty > 0 ? std::make_optional<SourceUse>(level_, places) : std::nullopt;
     if (preferences.amounts > 0) amounts_.measure(level_.destination, places, control);
-    const Pass pass{.level = level_,
-                    .neighborhood = neighborhood_,
-                    .similar = similar_,
-                    .scale = scale_,
-                    .preferences = preferences,
-                    .use = use ? &*use : nullptr,
-                    .amounts = preferences.amounts > 0 ? &amounts_ : nullptr,
-                    .num_random = num_random_};
+    const DevicePass device_pass{.factors = preferences,
+                                 .reuse = use ? std::span(use->reuse()) : std::span<const std::uint8_t>(),
+                                 .looks = amounts_.looks(),
+                                 .excess = amounts_.excess(),
+                                 .num_random = num_random_,
+                                 .seed = seed_,
+                                 .stream = stream,
+                                 .is_whole = is_whole,
+                                 .first_turn = turn_};
+    if (passed_on_device(device_pass, places, control)) return;
+    const search_kernel::SearchPass pass = {.source = source_with(similar_),
+                                            .alike = alike_tables(level_.source),
+                                            .cost = cost_tables(neighborhood_, scale_),
+                                            .places = places.tables(),
+                                            .preferences = {.factors = preferences,
+                                                            .reuse = use ? use->reuse().data() : nullptr,
+                                                            .look = amounts_.looks().data(),
+                                                            .excess = amounts_.excess().data()},
+                                            .targets = level_.destination.controls.data(),
+                                            .num_random = num_random_,
+                                            .tolerance = kSimilarTolerance};
     const auto num_squares = static_cast<std::int64_t>(squares_.size());
     std::vector<std::vector<Change>> changes(squares_.size());
     for (int set = 0; set < kNumSets; ++set, ++turn_) {
       parallel_for(num_squares, 1, control, [&](std::int64_t begin, std::int64_t end) {
-        CandidateSearch search(pass);
+        TexelNeighborhood::Cursor cursor(*level_.destination.neighbors);
+        search_kernel::KnownNeighbors known;
         std::vector<Change> found;
         for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
           found.clear();
           for_each_due(squares_[i], set, is_whole, [&](TexelId t, std::uint16_t in_square) {
-            const Place place = search.best(t, places, RandomStream(seed_, static_cast<std::uint64_t>(t), stream));
+            const search_kernel::FixedPlace best = search_kernel::best_place(
+                &pass, t, cursor.at(t).data(),
+                random_kernel::random_state(seed_, static_cast<std::uint64_t>(t), stream), &known);
+            const Place place{best.pixel, {best.x, best.y}};
             if (!(place == places.at(t))) found.push_back({place.pixel, PlaceMap::beside_of(place), in_square});
           });
           changes[i].assign(found.begin(), found.end());  // No more room than it takes.
@@ -244,7 +165,24 @@ class Improver {
   }
 
  private:
-  static constexpr int kNumSets = 4;  ///< A turn is a set's; 16 passes of them stay below 256.
+  /// @returns false, with nothing changed, where there is no device or it has failed.
+  bool passed_on_device(const DevicePass& pass, PlaceMap& places, const RunControl& control) {
+    if (device_ == nullptr) return false;
+    try {
+      if (on_device_ == nullptr)
+        on_device_ = std::make_unique<SearchDevice::Level>(*device_, level_, neighborhood_, similar_, scale_, control);
+      on_device_->run(pass, places, changed_near_, control);
+    } catch (const device::DeviceError& error) {
+      device_->report_failure(error);
+      on_device_.reset();
+      device_ = nullptr;
+      return false;
+    }
+    turn_ += kNumSets;
+    return true;
+  }
+
+  static constexpr int kNumSets = search_kernel::kInterleavedSets;
   static constexpr int kSquare = 64;  ///< Texels. Even, so that a set begins alike in all.
 
   struct Change {
@@ -254,6 +192,14 @@ class Improver {
   };
   static_assert(sizeof(Change) == 8);
 
+  [[nodiscard]] search_kernel::SourceTables source_with(const SimilarPixels& similar) const {
+    static_assert(sizeof(SimilarPixels::value_type) == search_kernel::kAlikeCandidates * sizeof(std::int32_t) &&
+                  search_kernel::kTexelsBeside == TexelNeighborhood::kNumAdjacent);
+    search_kernel::SourceTables tables = source_tables(level_.source);
+    tables.similar = similar.data()->data();
+    return tables;
+  }
+
   /// Calls visit(t, in_square) for the covered texels of a set whose turn it is.
   template <class Visit>
   void for_each_due(int square, int set, bool is_whole, const Visit& visit) const {
@@ -261,8 +207,7 @@ class Improver {
     for (int y = y0 + set / 2; y < std::min(y0 + kSquare, map_.height()); y += 2) {
       for (int x = x0 + set % 2; x < std::min(x0 + kSquare, map_.width()); x += 2) {
         const TexelId t = TexelId{y} * map_.width() + x;
-        if (map_.is_covered(t) &&
-            (is_whole || turn_ < kNumSets || changed_near_[static_cast<std::size_t>(t)] + kNumSets >= turn_))
+        if (map_.is_covered(t) && search_kernel::is_due(changed_near_[static_cast<std::size_t>(t)], turn_, is_whole))
           visit(t, static_cast<std::uint16_t>((y - y0) * kSquare + x - x0));
       }
     }
@@ -292,6 +237,8 @@ class Improver {
   const EnergyScale& scale_;
   int num_random_;
   std::uint64_t seed_;
+  const SearchDevice* device_;  ///< Null from when it has failed.
+  std::unique_ptr<SearchDevice::Level> on_device_;
   Amounts amounts_;
   int squares_x_;
   std::vector<int> squares_;                ///< Those with covered texels.
@@ -304,7 +251,7 @@ class Improver {
 PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                                 double coherence_share, std::span<const double> control_weights, std::uint64_t seed,
                                 const MultiLevelOptions& options, const RunControl& control,
-                                const LevelRefinement& refinement) {
+                                const LevelRefinement& refinement, const SearchDevice* device) {
   check_ranges(options);
   RunControl silent = control;
   silent.on_progress = nullptr;
@@ -333,11 +280,12 @@ PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neigh
     const EnergyScale scale =
         EnergyScale::make(level.source, first_coherence + (coherence_share - first_coherence) * ramp, control_weights);
     const int num_passes = l == 0 ? options.fine_passes : options.coarse_passes;
-    Improver improver(level, neighborhood, similar, scale, options.num_random, seed);
+    Improver improver(level, neighborhood, similar, scale, options.num_random, seed, device);
     for (int pass = 0; pass < num_passes; ++pass) {
       const bool is_last = l == 0 && pass + 1 == num_passes;  // The last word is the energy's.
-      improver.pass(is_last ? Preferences() : Preferences(options), is_last,
+      improver.pass(is_last ? kEnergyAlone : preferences_of(options), is_last,
                     static_cast<std::uint32_t>(200 + 32 * l + static_cast<std::size_t>(pass)), places, silent);
+      if (!improver.has_device()) device = nullptr;
       done += work(l) / (num_passes + refinement.num_passes);
       control.report(std::min(0.999, done / std::max(1.0, total)));
     }

@@ -17,6 +17,8 @@ namespace patinate::transfer {
 /// Where texels are large the control decides, where they are small the texture.
 inline constexpr double kFirstCoherence = 0.2;
 
+class SearchDevice;
+
 /// What is done with the places of a level after its passes.
 struct LevelRefinement {
   /// @param index  Of the level, 0 = the finest. Empty: nothing.
@@ -41,9 +43,11 @@ struct LevelRefinement {
 /// @returns the places on the finest level.
 /// @param levels  Finest first. Neighbors are found level by level, and each level but the finest is used up when the
 /// next one has begun: all at once would take twice as much.
+/// @param device  Runs the passes, with the same bits; may be null. When it fails, the CPU goes on.
 [[nodiscard]] PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                                               double coherence_share, std::span<const double> control_weights,
                                               std::uint64_t seed, const MultiLevelOptions& options = {},
-                                              const RunControl& control = {}, const LevelRefinement& refinement = {});
+                                              const RunControl& control = {}, const LevelRefinement& refinement = {},
+                                              const SearchDevice* device = nullptr);
 
 }  // namespace patinate::transfer

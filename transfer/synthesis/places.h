@@ -4,9 +4,11 @@
 
 #include <bit>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "transfer/synthesis/energy.h"
+#include "transfer/synthesis/search_kernel.h"
 
 namespace patinate::transfer {
 
@@ -37,18 +39,15 @@ class PlaceMap {
   /// @param source_width  > 0.
   PlaceMap(std::int64_t num_texels, std::int32_t source_width)
       : pixels(static_cast<std::size_t>(num_texels), -1),
-        beside_(static_cast<std::size_t>(num_texels)),
+        beside_(2 * static_cast<std::size_t>(num_texels)),
         width_(source_width),
         shift_(31 + static_cast<int>(std::bit_width(static_cast<std::uint32_t>(source_width) - 1))),
         reciprocal_((std::uint64_t{1} << shift_) / static_cast<std::uint32_t>(source_width) + 1) {}
   /// Of a texel that has one.
   [[nodiscard]] FixedPoint point(TexelId t) const {
-    const std::int32_t pixel = pixels[static_cast<std::size_t>(t)];
-    // pixel / width_, exactly for all pixels below 2^31 [Granlund and Montgomery 1994, "Division by invariant integers
-    // using multiplication"].
-    const auto row = static_cast<std::int32_t>(static_cast<std::uint64_t>(pixel) * reciprocal_ >> shift_);
-    const Beside& beside = beside_[static_cast<std::size_t>(t)];
-    return {(pixel - row * width_) * PixelNeighbor::kOne + beside.x, row * PixelNeighbor::kOne + beside.y};
+    const search_kernel::PlaceTables all = tables();
+    const search_kernel::FixedPlace place = search_kernel::place_of_texel(&all, t);
+    return {place.x, place.y};
   }
   [[nodiscard]] Place at(TexelId t) const {
     const std::int32_t pixel = pixels[static_cast<std::size_t>(t)];
@@ -56,18 +55,25 @@ class PlaceMap {
   }
   void set(TexelId t, std::int32_t pixel, Beside beside) {
     pixels[static_cast<std::size_t>(t)] = pixel;
-    beside_[static_cast<std::size_t>(t)] = beside;
+    beside_[2 * static_cast<std::size_t>(t)] = beside.x;
+    beside_[2 * static_cast<std::size_t>(t) + 1] = beside.y;
   }
   void set(TexelId t, const Place& place) { set(t, place.pixel, beside_of(place)); }
   [[nodiscard]] static Beside beside_of(const Place& place) {
-    const auto rest = [](std::int32_t fixed) {
-      return static_cast<std::int8_t>(fixed - whole_pixels(fixed) * PixelNeighbor::kOne);
-    };
+    const auto rest = [](std::int32_t fixed) { return static_cast<std::int8_t>(search_kernel::beside_middle(fixed)); };
     return {rest(place.point.x), rest(place.point.y)};
   }
+  /// For kernels; valid until a place is set.
+  [[nodiscard]] search_kernel::PlaceTables tables() const {
+    return {
+        .pixels = pixels.data(), .beside = beside_.data(), .width = width_, .shift = shift_, .reciprocal = reciprocal_};
+  }
+  /// x and y of each texel, as a device has them.
+  [[nodiscard]] std::span<const std::int8_t> beside() const { return beside_; }
+  [[nodiscard]] std::span<std::int8_t> beside() { return beside_; }
 
  private:
-  std::vector<Beside> beside_;
+  std::vector<std::int8_t> beside_;
   std::int32_t width_;
   int shift_;
   std::uint64_t reciprocal_;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "libcommon/atlas/direction_field.h"
+#include "patinate/atlas/direction_field.h"
 
 namespace patinate::transfer {
 

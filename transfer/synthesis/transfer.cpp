@@ -205,7 +205,7 @@ std::vector<SourceStructure> structure_levels(SourceStructure structure, std::si
 /// on coarse ones, lines on fine ones.
 CoordinateMap synthesize_fast(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                               const std::vector<double>& weights, const std::vector<SourceStructure>& structure,
-                              const TransferOptions& options, const RunControl& control) {
+                              const TransferOptions& options, const SearchDevice* device, const RunControl& control) {
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const int num_rounds = structure.empty() ? 0 : kRounds[static_cast<std::size_t>(options.quality)];
   LevelRefinement refinement;
@@ -218,7 +218,7 @@ CoordinateMap synthesize_fast(std::vector<SynthesisLevel>& levels, const Neighbo
     };
   }
   return std::move(synthesize_multi_level(levels, neighborhood, *options.coherence_share, weights, seed,
-                                          options.multi_level, control, refinement)
+                                          options.multi_level, control, refinement, device)
                        .pixels);
 }
 
@@ -268,7 +268,7 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
           ? synthesize_reference(levels[0].source, levels[0].destination, neighborhood, *options.coherence_share,
                                  weights, seed, options.reference, synthesis_control)
           : synthesize_fast(levels, neighborhood, weights, structure_levels(structure, first, levels.size(), silent),
-                            options, synthesis_control);
+                            options, input.device.get(), synthesis_control);
   result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,
                                  *options.coherence_share, weights, silent);
   result.matched_controls = std::move(levels[0].destination.controls);

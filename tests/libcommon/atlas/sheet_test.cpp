@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "libcommon/atlas/direction_field.h"
 #include "patinate/atlas/atlas_mesh.h"
+#include "patinate/atlas/direction_field.h"
 #include "patinate/core/error.h"
 #include "tests/support/meshes.h"
 

@@ -9,10 +9,10 @@
 #include <set>
 #include <vector>
 
-#include "libcommon/atlas/direction_field.h"
 #include "libcommon/atlas/raster.h"
 #include "libcommon/core/random.h"
 #include "patinate/atlas/dilate.h"
+#include "patinate/atlas/direction_field.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "tests/support/meshes.h"
 #include "tests/support/test_data.h"

@@ -7,7 +7,7 @@
 #include <memory>
 #include <utility>
 
-#include "libcommon/atlas/direction_field.h"
+#include "patinate/atlas/direction_field.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "tests/support/meshes.h"
 #include "tests/support/test_data.h"

@@ -3,8 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include "patinate/core/error.h"
+#include "patinate/history/history.h"
+#include "patinate/history/memory_history.h"
+#include "patinate/history/write_history.h"
+#include "tests/support/histories.h"
+#include "tests/support/temp_folder.h"
 
 namespace patinate {
 namespace {
@@ -72,6 +79,26 @@ TEST(Footprint, WhatIsOutsideOfTheMaskCountsNowhere) {
 TEST(Footprint, OutOfRangeIsRefused) {
   EXPECT_THROW((void)mean_over_footprint(ImageF(2, 2), {}, -1.0), InvalidInput);
   EXPECT_THROW((void)mean_over_footprint(ImageF(2, 2), {}, std::nan("")), InvalidInput);
+}
+
+// A texel that covers several pixels shows the same, wherever the history is kept.
+TEST(Footprint, OfAHistoryInMemoryIsThatOfItsFolder) {
+  constexpr double kSide = 2.5;
+  MemoryHistoryImages images = testing_support::half_images(24, 16, 2, testing_support::blotches);
+  images.mask = ImageU8(24, 16, 1, 255);
+  images.mask.at(3, 4) = 0;
+  images.frames[1].extras = {{"normal", ImageF(24, 16, 3, 0.5f)}};
+  images.frames[1].extras[0].image.at(7, 7, 0) = 0.25f;
+  const auto memory = std::make_shared<const MemoryHistory>(std::move(images));
+  const testing_support::TempFolder folder;
+  write_history(folder.path(), *memory);
+  const HistoryReader disk(folder.path(), kSide);
+  const FootprintHistory seen(memory, kSide);
+  EXPECT_EQ(seen.facts(), memory->facts());
+  EXPECT_EQ(seen.read_frame(1), disk.read_frame(1));
+  EXPECT_EQ(seen.read_frame_extra(1, "normal"), disk.read_frame_extra(1, "normal"));
+  EXPECT_EQ(seen.read_control("x"), memory->read_control("x"));
+  EXPECT_EQ(seen.read_mask(), memory->read_mask());
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "patinate/history/history.h"
 #include "patinate/history/history_sampling.h"
+#include "patinate/history/write_history.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"
@@ -41,7 +42,7 @@ MemoryHistoryImages full_images() {
 TEST(MemoryHistory, AnswersAsTheSameHistoryInAFolder) {
   const testing_support::TempFolder folder;
   const MemoryHistory memory(full_images());
-  testing_support::write_history(folder.path(), memory);
+  write_history(folder.path(), memory);
   const HistoryReader disk(folder.path());
   EXPECT_EQ(memory.facts(), disk.facts());
   EXPECT_EQ(memory.times(), (std::vector<double>{0, 1, 4, 9}));
@@ -65,7 +66,7 @@ TEST(MemoryHistory, AnswersAsTheSameHistoryInAFolder) {
 
 TEST(MemoryHistory, OfAFolderHoldsAllOfIt) {
   const testing_support::TempFolder folder;
-  testing_support::write_history(folder.path(), MemoryHistory(full_images()));
+  write_history(folder.path(), MemoryHistory(full_images()));
   const HistoryReader disk(folder.path());
   const MemoryHistory memory = read_into_memory(disk);
   EXPECT_EQ(memory.facts(), disk.facts());

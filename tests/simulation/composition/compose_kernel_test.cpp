@@ -98,7 +98,7 @@ TEST(ComposeKernel, GivesWhatItsDefinitionInIntegersGives) {
     task.height = heights.data();
     task.srgb = srgb8_of_linear16().data();
     task.first_texel = random.next_u32() & ~63u;
-    task.is_published_form = seed % 5 < 2;
+    task.is_published_form = seed % 5 < 2 ? 1 : 0;
     for (const InstructionSet set : instruction_sets()) {
       alignas(64) std::array<std::uint32_t, kTile> code{};
       alignas(64) std::array<std::int32_t, kTile> height{};

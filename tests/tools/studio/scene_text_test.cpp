@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "patinate/core/error.h"
+#include "simulation/files/scene_event.h"
 #include "tests/support/errors.h"
 #include "tests/support/plate_scene.h"
 

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "patinate/core/error.h"
+#include "patinate/transfer/transfer_io.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
@@ -46,6 +47,38 @@ TEST(AgeMesh, UnwrapsAMeshWithoutUvs) {
   const auto history = std::make_shared<const HistoryReader>(folder.path());
   const AgedMesh aged = age_mesh(history, mesh, "x=height", {.resolution = 64});
   EXPECT_TRUE(aged.mesh.has_uvs());
+}
+
+// The steps that one call goes through are those of one's own: a map that was made apart guides alike.
+TEST(AgeMesh, IsASurfaceAndAPairOfControls) {
+  const testing_support::TempFolder folder;
+  testing_support::write_history(folder.path(), 48, 48, 2, testing_support::blotches);
+  const auto history = std::make_shared<const HistoryReader>(folder.path());
+  const Mesh mesh = testing_support::cut_plane(64);
+  const AgeOptions options{.resolution = 64};
+  const AgedMesh at_once = age_mesh(history, mesh, "x=height", options);
+  const AgingSurface surface = make_aging_surface(mesh, options, &history->facts());
+  const AgedMesh by_steps =
+      age_surface(history, surface, {make_control_pair(*history, "x=height", *surface.map)}, options);
+  EXPECT_EQ(by_steps.coordinates, at_once.coordinates);
+  EXPECT_EQ(by_steps.controls.at(0).source, "x");
+}
+
+TEST(AgeMesh, ShowsTheMeanOfThePixelsThatATexelCovers) {
+  const testing_support::TempFolder folder;
+  testing_support::write_history(folder.path(), 64, 64, 2, testing_support::blotches);
+  const auto history = std::make_shared<const HistoryReader>(folder.path());
+  const AgeOptions options{.resolution = 16, .mm_per_unit = 1.0, .texel_size_mm = 1e-3};
+  const AgedMesh aged = age_mesh(history, testing_support::cut_plane(64), "x=height", options);
+  const AgingSurface& surface = aged.surface;
+  const double pixels = surface.map->median_texel_size_mm() / surface.texel_size_mm;
+  ASSERT_GT(pixels, 2.0);
+  const HistoryReader expected(folder.path(), footprint_px(*surface.map, surface.texel_size_mm, Footprint::Mean));
+  EXPECT_EQ(aged.shown->read_frame(1), expected.read_frame(1));
+  AgeOptions one_pixel = options;
+  one_pixel.transfer.footprint = Footprint::Pixel;
+  const AgedMesh sharp = age_mesh(history, testing_support::cut_plane(64), "x=height", one_pixel);
+  EXPECT_EQ(sharp.shown->read_frame(1), history->read_frame(1));
 }
 
 TEST(AgeMesh, SaysWhichControlsThereAre) {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "libcommon/atlas/direction_field.h"
+#include "patinate/atlas/direction_field.h"
 #include "patinate/transfer/transfer.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"

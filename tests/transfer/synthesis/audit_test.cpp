@@ -7,8 +7,8 @@
 #include <limits>
 #include <memory>
 
-#include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/random.h"
+#include "patinate/atlas/direction_field.h"
 #include "patinate/transfer/transfer_io.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"

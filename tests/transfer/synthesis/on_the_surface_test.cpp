@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "libcommon/atlas/direction_field.h"
 #include "libcommon/atlas/texel_neighborhood.h"
+#include "patinate/atlas/direction_field.h"
 #include "patinate/transfer/transfer.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"

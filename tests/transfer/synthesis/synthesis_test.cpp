@@ -4,8 +4,8 @@
 #include <cmath>
 #include <memory>
 
-#include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/random.h"
+#include "patinate/atlas/direction_field.h"
 #include "patinate/transfer/transfer.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"

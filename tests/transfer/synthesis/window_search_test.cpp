@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <memory>
 
-#include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "patinate/atlas/direction_field.h"
 #include "tests/support/meshes.h"
 #include "transfer/synthesis/wavefronts.h"
 

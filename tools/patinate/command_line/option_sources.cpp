@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::string_view kPrefix = "PATINATE_";
 /// Variables that begin so and are no options: of tests, of decoder_process.h and of module.h.
-constexpr std::array<std::string_view, 4> kOtherVariables{"DATA", "DECODER", "DECODER_SECONDS", "MODULES"};
+constexpr std::array<std::string_view, 5> kOtherVariables{"DATA", "DECODER", "DECODER_SECONDS", "MODULES", "OPENCL"};
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),

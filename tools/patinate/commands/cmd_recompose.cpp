@@ -14,6 +14,7 @@
 #include "simulation/job/simulation_output.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/checked_devices.h"
 
 namespace patinate::cli {
 
@@ -87,13 +88,15 @@ struct Recomposed {
   fs::path source;
   simulation::SceneFile file;
   simulation::ColorForm form;
+  std::shared_ptr<const simulation::ComposeDevice> device;
   HistoryManifest frames;  ///< Of the source.
   std::unique_ptr<simulation::Simulation> made;
 
   simulation::Simulation& composed(const RunControl& control) {
     if (!made)
       made = std::make_unique<simulation::Simulation>(
-          file.scene, simulation::SimulationOptions{.parameter_maps = {}, .color_form = form}, control);
+          file.scene, simulation::SimulationOptions{.parameter_maps = {}, .color_form = form, .device = device},
+          control);
     return *made;
   }
 };
@@ -149,6 +152,7 @@ int cmd_recompose(CommandRun& run) {
   fs::path folder, scene_path, output;
   std::vector<std::string> texts;
   RecomposeOptions options;
+  device::DeviceOptions device;
   run.line.positional("SIMULATION", "A folder that `simulate` made", folder);
   run.line.output("FOLDER", "Folder to make: textures, model.glb and the history", output);
   run.line.repeated("set", "MATERIAL.WHAT=VALUE",
@@ -158,8 +162,10 @@ int cmd_recompose(CommandRun& run) {
   run.line.option("scene", "SCENE",
                   "A scene file whose appearance parameters to take; default: the one that was simulated", scene_path);
   run.line.options(options);
+  run.line.options(device);
   run.line.example("recompose rust -o rust_pale --set rust.strength=0.5 --set rust.variation=0.8");
   if (!run.parse()) return 0;
+  const auto compose_device = open_compose_device(device, run);
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);
   const fs::path source = manifest_folder(folder, "simulation.json");
   simulation::SceneFile file =
@@ -186,7 +192,8 @@ int cmd_recompose(CommandRun& run) {
     inputs.add_value("--set " + text.substr(0, text.find('=')), text);
   }
   inputs.add_options(option_values(options));
-  const auto work = std::make_shared<Recomposed>(Recomposed{source, std::move(file), options.color_form, frames, {}});
+  const auto work =
+      std::make_shared<Recomposed>(Recomposed{source, std::move(file), options.color_form, compose_device, frames, {}});
   JobPlan plan = inputs.plan(output, "recomposed.json");
   plan.parallel_items = false;
   for (std::size_t i = 0; i < frames.frames.size(); ++i) {

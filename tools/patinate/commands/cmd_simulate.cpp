@@ -7,6 +7,7 @@
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/checked_devices.h"
 
 namespace patinate::cli {
 
@@ -97,10 +98,12 @@ int cmd_simulate(CommandRun& run) {
   SimulateOptions options;
   std::vector<std::string> controls;
   bool is_estimate = false;
+  device::DeviceOptions device;
   run.line.positional("SCENE", "A scene file (docs/simulation.md)", scene_path);
   run.line.output("SIMULATION", "Folder to make; required without --estimate", output);
   run.line.required(false);
   run.line.options(options);
+  run.line.options(device);
   run.line.repeated("controls", "NAME",
                     "A parameter map to write for transfer, beside those that the scene asks for: hits, last_hit, "
                     "residence, MATERIAL.deposited, MATERIAL.final",
@@ -113,6 +116,7 @@ int cmd_simulate(CommandRun& run) {
   if (!run.parse()) return 0;
   if (output.empty() && !is_estimate) throw UsageError("-o SIMULATION is missing; --estimate needs none");
   if (!output.empty() && is_estimate) throw UsageError("--estimate makes nothing; leave out -o");
+  const auto compose_device = open_compose_device(device, run);
   simulation::SceneFile file = simulation::read_scene(scene_path, run.control("scene"));
   for (const std::string& note : file.notes) run.note(note);
   if (options.iterations > 0) file.iterations = options.iterations;
@@ -130,6 +134,7 @@ int cmd_simulate(CommandRun& run) {
   }
   simulation::SimulationOptions simulation;
   simulation.color_form = options.color_form;
+  simulation.device = compose_device;
   if (is_estimate) return report_estimate(run, std::move(file), simulation);
   const std::optional<JobStatus> status =
       run.make_folder(simulation::plan_simulation(std::move(file), simulation, output), "simulate");

@@ -3,11 +3,11 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "libcommon/atlas/direction_field.h"
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/distance_io.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
+#include "patinate/atlas/direction_field.h"
 #include "patinate/controls/control_kinds.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
@@ -17,6 +17,7 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/checked_devices.h"
 #include "tools/patinate/services/control_store.h"
 #include "tools/patinate/services/destination.h"
 #include "tools/patinate/services/mesh_source.h"
@@ -170,6 +171,7 @@ int cmd_transfer(CommandRun& run) {
   std::string flow = "gravity";
   std::filesystem::path source_mask;
   transfer::CacheOptions cache;
+  device::DeviceOptions device;
   run.line.positional("HISTORY", "A material history, or a simulation", history_path);
   declare_mesh(run.line, mesh_source);
   run.line.output("TRANSFER", "Folder to make", output);
@@ -195,6 +197,7 @@ int cmd_transfer(CommandRun& run) {
                   flow);
   run.line.options(options);
   run.line.options(cache);
+  run.line.options(device);
   run.line.options(kinds);
   run.line.example(
       "transfer copper hydrant.gltf --material fire_hydrant --control progress=accessibility -o copper_hydrant");
@@ -210,7 +213,12 @@ int cmd_transfer(CommandRun& run) {
     (void)ControlExpression(transfer::parse_control_spec(text).destination, control_kind_names());
   }
 
+  const bool is_fast = options.method == transfer::TransferMethod::Fast;
+  if (!is_fast && device.device != "auto" && device.device != "cpu")
+    throw UsageError("--device: --method reference runs on the CPU; leave --device out");
+
   transfer::TransferTask task;
+  if (is_fast) task.input.device = open_search_device(device, run);
   task.mesh_name = mesh_source.path.filename().string();
   task.options = options;
   task.options.seed = run.line.common().seed;

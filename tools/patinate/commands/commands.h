@@ -13,6 +13,7 @@ int cmd_combine(CommandRun& run);
 int cmd_compare(CommandRun& run);
 int cmd_completion(CommandRun& run);
 int cmd_control(CommandRun& run);
+int cmd_devices(CommandRun& run);
 int cmd_evaluate(CommandRun& run);
 int cmd_explain(CommandRun& run);
 int cmd_export(CommandRun& run);

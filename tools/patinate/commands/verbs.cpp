@@ -41,6 +41,7 @@ constexpr std::array kVerbs{
          {"crackle", "fence", "ledge", "mold", "sculpture"}},
     Verb{"info", "Says what a file or folder is.", cmd_info},
     Verb{"validate", "Checks a history, capture or transfer fully.", cmd_validate},
+    Verb{"devices", "Lists the devices that can calculate, and whether they give the CPU's bytes.", cmd_devices},
     Verb{"completion", "Prints a completion script for a shell.", cmd_completion},
     Verb{"help", "Says what a command does; prints the manual.", cmd_help},
 };

@@ -17,6 +17,7 @@
 #include "tools/patinate/command_line/usage_error.h"
 #include "transfer/files/flow_io.h"
 #include "transfer/synthesis/map_audit.h"
+#include "transfer/synthesis/transfer_controls.h"
 
 namespace patinate::cli {
 
@@ -53,6 +54,12 @@ analysis::SynthesisSource source_of(const History& history, const std::string& c
 analysis::Figure energy_figure(const char* name, const char* title, std::optional<double> value,
                                const std::string& undefined = {}) {
   return {.name = name, .title = title, .unit = "", .value = value, .undefined = value ? "" : undefined};
+}
+
+std::vector<analysis::Figure> energy_figures(const transfer::EnergyReport& energy) {
+  return {energy_figure("energy", "Energy (M1)", energy.energy),
+          energy_figure("energy_coherence", "Energy, part of coherence (M1)", energy.coherence),
+          energy_figure("energy_control", "Energy, part of control (M1)", energy.control_mismatch)};
 }
 
 /// @param why  Why nothing was audited; "" when it was tried.
@@ -136,9 +143,7 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
                        .coordinates = reader.coordinates(),
                        .control = m.controls.empty() ? ImageF() : reader.matched_control(0)};
             out.map.frames = transfer::read_flow_frames(m, *out.map.surface);
-            out.more = {energy_figure("energy", "Energy (M1)", m.energy.energy),
-                        energy_figure("energy_coherence", "Energy, part of coherence (M1)", m.energy.coherence),
-                        energy_figure("energy_control", "Energy, part of control (M1)", m.energy.control_mismatch)};
+            out.more = energy_figures(m.energy);
             if (options.num_audits == 0) return out;
             const HistoryReader history(reader.history().folder());  // Its pixels, as the transfer compared them.
             transfer::MapToAudit made{.surface = out.map.surface,
@@ -154,6 +159,35 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
                                           control.part(0.3, 1.0), transfer::appearance_source(history, cache)));
             return out;
           }};
+}
+
+analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMesh& aged,
+                                 const analysis::EvaluationOptions& options, std::uint64_t seed,
+                                 const RunControl& control) {
+  const ImageU8 mask = transfer::usable_mask(*aged.history, {});
+  const transfer::MatchedControls matched =
+      transfer::match_controls(*aged.history, mask, aged.controls, aged.coverage, control.part(0.0, 0.1));
+  analysis::MapToEvaluate out;
+  out.source = source_of(*aged.shown, aged.controls.front().source, aged.surface.texel_size_mm, options.num_times);
+  out.source.mask = mask;
+  out.map = {.name = name,
+             .surface = aged.surface.map,
+             .coordinates = aged.coordinates,
+             .control = matched.destination.front(),
+             .frames = aged.frames};
+  out.more = energy_figures(aged.energy);
+  if (options.num_audits == 0) return out;
+  transfer::MapToAudit made{.surface = aged.surface.map,
+                            .coordinates = aged.coordinates,
+                            .pixel_mm = aged.surface.texel_size_mm,
+                            .controls = {},
+                            .frames = aged.frames,
+                            .source_mask = mask};
+  for (std::size_t i = 0; i < aged.controls.size(); ++i)
+    made.controls.push_back({aged.controls[i].source, matched.destination[i], aged.controls[i].weight});
+  add_audit(out.more,
+            transfer::audit_map(*aged.history, made, aged.used, options.num_audits, seed, control.part(0.1, 1.0)));
+  return out;
 }
 
 std::string named_control(const std::string& spec) {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "analysis/evaluation/evaluation_job.h"
+#include "patinate/transfer/age.h"
 #include "transfer/exemplar/appearance_cache.h"
 
 namespace patinate::cli {
@@ -27,6 +28,10 @@ struct ForeignMapOptions {
 [[nodiscard]] analysis::EvaluationItem transfer_item(const std::filesystem::path& transfer,
                                                      const analysis::EvaluationOptions& options, std::uint64_t seed,
                                                      const transfer::CacheOptions& cache);
+/// What a transfer in memory is measured against: as a transfer's folder would be.
+[[nodiscard]] analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMesh& aged,
+                                               const analysis::EvaluationOptions& options, std::uint64_t seed,
+                                               const RunControl& control = {});
 /// A coordinate map of another tool, over a flat picture: EXR or TIFF with channels source.x and source.y (or its first
 /// two), 16-bit PNG (R = x, G = y), or
 /// `.nnf`: int32 x, y for every pixel, row by row, little-endian, of the size of the control map or the picture.

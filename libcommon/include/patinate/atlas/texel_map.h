@@ -64,6 +64,8 @@ class TexelMap {
   /// Its center, the weights in single precision; triangle -1 outside.
   [[nodiscard]] SurfacePoint point(TexelId t) const;
   [[nodiscard]] int triangle(TexelId t) const { return triangle_[static_cast<std::size_t>(t)]; }
+  /// Of all texels, in order; -1 outside.
+  [[nodiscard]] std::span<const std::int32_t> triangles() const { return triangle_; }
   [[nodiscard]] Vec3 position_mm(TexelId t) const;
   /// Interpolated shading normal, unit.
   [[nodiscard]] Vec3 normal(TexelId t) const;

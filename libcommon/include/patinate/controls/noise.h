@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "patinate/core/options.h"
 #include "patinate/geometry/mesh.h"
@@ -25,5 +26,8 @@ void describe(OptionVisitor& visitor, NoiseOptions& options);
 /// @param position_mm  Within 1e9. @param least_mm  Octaves shorter than this are left out, and fade from twice of it:
 /// 0 = none.
 [[nodiscard]] double noise_at(const Vec3& position_mm, const NoiseOptions& options, double least_mm = 0.0);
+/// The same at many places, several times as fast. @param values  As many as positions.
+void noise_at(std::span<const Vec3> positions_mm, const NoiseOptions& options, double least_mm,
+              std::span<double> values);
 
 }  // namespace patinate

@@ -20,6 +20,8 @@ enum class InstructionSet;
 
 namespace patinate::simulation {
 
+class ComposeDevice;
+
 /// How weights w_i of materials, a = sum w_i, become a color. Both give sum w_i C_i / a where a >= 1.
 enum class ColorForm {
   Normalized,  ///< C0 (1 - a) + sum w_i C_i: weights sum to 1. The default (docs/decisions/0009-composition-forms.md).
@@ -59,6 +61,8 @@ class Composer {
   void set_form(ColorForm form);
   /// For tests and benchmarks. @throws InvalidInput if this machine lacks it.
   void use(InstructionSet set);
+  /// Much at once is composed on a device, with the same bytes; when it fails, the CPU goes on. Null: the CPU.
+  void use(std::shared_ptr<const ComposeDevice> device);
 
   /// Brings the dirty tiles, and the normals around them, up to date; everything at the first call and after
   /// set_appearance().

@@ -6,9 +6,12 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "patinate/atlas/atlas_mesh.h"
+#include "patinate/atlas/direction_field.h"
 #include "patinate/controls/control_kinds.h"
+#include "patinate/history/history_sampling.h"
 #include "patinate/transfer/transfer.h"
 
 namespace patinate::transfer {
@@ -18,9 +21,29 @@ struct AgeOptions {
   AtlasMethod atlas = AtlasMethod::Auto;  ///< The mesh's UVs, or new ones where they will not do.
   std::optional<double> mm_per_unit =
       {};  ///< Of the mesh; > 0. Not given: scaled so that one texel equals one pixel of the history.
-  ControlKindOptions controls = {};  ///< Of the kinds that the control names.
+  std::optional<double> texel_size_mm =
+      {};  ///< Surface length of one pixel of the history; > 0. Not given: what the history says.
+  DirectionKind flow = DirectionKind::Gravity;  ///< Which way the history's photographs lie on the surface.
+  ControlKindOptions controls = {};             ///< Of the kinds that the controls name.
   TransferOptions transfer = {};
 };
+/// What makes a surface of a mesh: the first four.
+void describe_surface(OptionVisitor& v, AgeOptions& o);
+/// All of it.
+void describe(OptionVisitor& v, AgeOptions& o);
+
+/// A mesh made ready to be aged.
+struct AgingSurface {
+  std::shared_ptr<const AtlasMesh> atlas;  ///< In mm, with the UVs of its tiles.
+  std::shared_ptr<const TexelMap> map;     ///< The same over the sheet of all tiles.
+  double texel_size_mm = 1.0;              ///< Surface length of one pixel of the history.
+  double mm_per_mesh_unit = 1.0;
+};
+/// Repaired (repair_mesh()), with normals, scaled to mm and laid out.
+/// @param history  That it will show: its texel size counts unless the options say one. None: as of unknown size.
+/// @throws InvalidInput if the mesh cannot be textured or an option is out of range.
+[[nodiscard]] AgingSurface make_aging_surface(Mesh mesh, const AgeOptions& options, const HistoryFacts* history,
+                                              const RunControl& run = {});
 
 /// A mesh and where each of its texels takes its color from, at all times.
 struct AgedMesh {
@@ -29,9 +52,16 @@ struct AgedMesh {
   ImageU8 coverage;    ///< H x W: 0 / 255.
   EnergyReport energy;
   std::shared_ptr<const History> history;  ///< That coordinates are of.
+  std::shared_ptr<const History> shown;    ///< The same as its texels show it, where they cover several pixels.
+  AgingSurface surface = {};
+  std::vector<TransferControl> controls = {};          ///< In the order they were given.
+  TransferOptions used = {};                           ///< With a value for everything that was left open.
+  std::shared_ptr<const FlowFrames> frames = nullptr;  ///< How the history lies on the surface; none: as UVs run.
 
   /// The texture at a time of the history's unit (clamped to its ends): H x W x 3, linear, gutters filled.
   [[nodiscard]] ImageF texture(double time, const RunControl& control = {}) const;
+  /// The same with a time for every texel (gather_at_times()). @param times  H x W.
+  [[nodiscard]] ImageF texture(const ImageF& times, Between between, const RunControl& control = {}) const;
 };
 
 /// @param mesh  Any that read_mesh() gives.
@@ -41,5 +71,16 @@ struct AgedMesh {
 /// range; IoError.
 [[nodiscard]] AgedMesh age_mesh(const std::shared_ptr<const History>& history, Mesh mesh, std::string_view control,
                                 const AgeOptions& options = {}, const RunControl& run = {});
+
+/// What a transfer has found, with the pairs that it followed: the last step of age_mesh(), for surfaces and control
+/// maps of one's own.
+/// @param controls  As make_transfer_control() gives them; at least one.
+[[nodiscard]] AgedMesh age_surface(const std::shared_ptr<const History>& history, const AgingSurface& surface,
+                                   std::vector<TransferControl> controls, const AgeOptions& options = {},
+                                   const RunControl& run = {});
+
+/// A control pair of `[SOURCE=]DESTINATION[:weight[:mapping]]` for a surface. @throws as age_mesh().
+[[nodiscard]] TransferControl make_control_pair(const History& history, std::string_view control, const TexelMap& map,
+                                                const ControlKindOptions& options = {}, const RunControl& run = {});
 
 }  // namespace patinate::transfer

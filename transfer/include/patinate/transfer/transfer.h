@@ -112,6 +112,8 @@ struct TransferResult {
   std::optional<StructureFacts> structure;  ///< None: the source has none, or none was looked for.
 };
 
+class SearchDevice;
+
 /// What is transferred onto what.
 struct TransferInput {
   std::shared_ptr<const History> history;
@@ -123,6 +125,8 @@ struct TransferInput {
   ImageU8 source_mask =
       {};  ///< Of the history's size; 0 = must not be copied, as where the history's own mask is 0. Empty: only that.
   AppearanceSource appearance = {};  ///< Of the history; no result depends on it. Empty: built.
+  std::shared_ptr<const SearchDevice> device =
+      nullptr;  ///< Runs the fast synthesis; no result depends on it. None: the CPU.
 };
 
 /// @throws InvalidInput

@@ -26,6 +26,10 @@ inline constexpr const char* kIndexChannel =
 /// H x W x 2 source pixel coordinates, -1 outside, of a coordinate map.
 [[nodiscard]] ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height, int source_width);
 
+/// Pixels along the side of what lookups show in a texel, to a hundredth; 1: one pixel. @param pixel_mm  Of the
+/// history.
+[[nodiscard]] double footprint_px(const TexelMap& map, double pixel_mm, Footprint footprint);
+
 /// Members `energy`, `coherence`, `control_error_mean` ...
 [[nodiscard]] Json energy_json(const EnergyReport& energy);
 

@@ -1,0 +1,15 @@
+# cmake -Dsource=FOLDER -Dheader=FILE -P write_commit.cmake: PATINATE_COMMIT, the commit that is built; FILE is only touched when it changes.
+set(commit "no commit")
+find_package(Git QUIET)
+if(GIT_FOUND)
+  execute_process(COMMAND "${GIT_EXECUTABLE}" -C "${source}" rev-parse --short=8 HEAD
+    OUTPUT_VARIABLE found RESULT_VARIABLE problem ERROR_QUIET OUTPUT_STRIP_TRAILING_WHITESPACE)
+  if(problem EQUAL 0)
+    set(commit "commit ${found}")
+    execute_process(COMMAND "${GIT_EXECUTABLE}" -C "${source}" diff --quiet HEAD RESULT_VARIABLE is_changed ERROR_QUIET)
+    if(NOT is_changed EQUAL 0)
+      string(APPEND commit " with changes")
+    endif()
+  endif()
+endif()
+file(CONFIGURE OUTPUT "${header}" CONTENT "#define PATINATE_COMMIT \"@commit@\"\n" @ONLY)

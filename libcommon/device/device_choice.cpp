@@ -1,0 +1,47 @@
+#include "libcommon/device/device_choice.h"
+
+#include <algorithm>
+#include <cctype>
+
+namespace patinate::device {
+
+void describe(OptionVisitor& v, DeviceOptions& o) {
+  v.visit({"device",
+           "What calculates: auto (a GPU that gives the CPU's bytes, else the CPU), cpu, gpu, or a part of a name that "
+           "`patinate devices` lists; no result depends on it"},
+          o.device);
+}
+
+std::string label(const DeviceInfo& info) { return info.name + " (" + info.platform + ")"; }
+
+namespace {
+
+std::string lower(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+std::string names_of(const std::vector<DeviceInfo>& all) {
+  std::string names;
+  for (const DeviceInfo& info : all) names += (names.empty() ? "" : ", ") + label(info);
+  return names.empty() ? "OpenCL has no devices here" : "there is " + names;
+}
+
+}  // namespace
+
+std::vector<DeviceInfo> choose_devices(const std::string& device, const std::vector<DeviceInfo>& all) {
+  if (device == "cpu") return {};
+  const bool is_any = device == "auto" || device == "gpu";
+  std::vector<DeviceInfo> chosen;
+  for (const DeviceInfo& info : all) {
+    const bool is_meant =
+        is_any ? info.is_gpu : lower(label(info) + " " + info.version).find(lower(device)) != std::string::npos;
+    if (is_meant) chosen.push_back(info);
+  }
+  if (chosen.empty() && device != "auto")
+    throw InvalidInput("--device: found `" + device + "`; " + names_of(all) + "; or auto, cpu");
+  return chosen;
+}
+
+}  // namespace patinate::device

@@ -1,0 +1,69 @@
+#include <utility>
+
+#include "analysis/evaluation/evaluation.h"
+#include "patinate/core/error.h"
+#include "python/analysis/py_analysis.h"
+#include "python/bindings.h"
+#include "python/support/keywords.h"
+#include "python/support/signature.h"
+#include "python/transfer/py_transfer.h"
+#include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/services/evaluated_maps.h"
+
+namespace patinate::python {
+
+namespace py = pybind11;
+
+namespace {
+
+using EvaluateKeywords = Seeded<analysis::EvaluationOptions>;
+
+py::dict dict_of(analysis::Evaluation made, std::vector<analysis::Figure> more) {
+  more.insert(more.end(), made.figures.begin(), made.figures.end());
+  py::dict out;
+  out["figures"] = figures_of(more);
+  out["pictures"] = pictures_of(std::move(made.pictures));
+  out["hash"] = made.hash;
+  return out;
+}
+
+}  // namespace
+
+void bind_evaluate(py::module_& module) {
+  define(module,
+         FunctionText(
+             "evaluate",
+             "How good a transfer is: energy and audit, control error, statistics, repetition, seams, scale, lines.")
+             .takes("transfer", "AgedMesh | str | os.PathLike[str]", "In memory, or the path of a transfer folder")
+             .options<EvaluateKeywords>({.seed = default_seed()})
+             .runs()
+             .returns("dict[str, Any]",
+                      "figures: by name value, unit, split (what two draws from the source itself give), undefined "
+                      "(why there is no "
+                      "value); pictures: name, caption, image; hash: of the coordinates")
+             .raises("InvalidInput, IoError"),
+         [](const py::object& given, const py::kwargs& kwargs) {
+           Keywords keywords("evaluate", kwargs);
+           EvaluateKeywords options{.seed = default_seed()};
+           keywords.read(options);
+           const RunArguments run = keywords.run();
+           keywords.finish();
+           const auto seed = static_cast<std::uint64_t>(options.seed);
+           const bool is_aged = py::isinstance<PyAged>(given);
+           const auto aged = is_aged ? py::cast<const PyAged&>(given).value : nullptr;
+           const std::string path = is_aged ? "" : path_from(given);
+           std::vector<analysis::Figure> more;
+           analysis::Evaluation made = result_of(run, [&](const RunControl& control) {
+             if (!is_aged) cli::require_transfer(path);
+             const analysis::MapToEvaluate opened =
+                 is_aged ? cli::aged_map("transfer", *aged, options.options, seed, control.part(0.0, 0.5))
+                         : cli::transfer_item(path, options.options, seed, {}).open(control.part(0.0, 0.5));
+             more = opened.more;
+             return analysis::evaluate(opened.source, opened.map, options.options, seed, nullptr,
+                                       control.part(0.5, 1.0));
+           });
+           return dict_of(std::move(made), std::move(more));
+         });
+}
+
+}  // namespace patinate::python

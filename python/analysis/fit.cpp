@@ -1,0 +1,243 @@
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "analysis/fit/evolution.h"
+#include "analysis/fit/fit_job.h"
+#include "analysis/fit/fit_search.h"
+#include "patinate/core/error.h"
+#include "patinate/history/memory_history.h"
+#include "python/analysis/py_analysis.h"
+#include "python/bindings.h"
+#include "python/history/py_history.h"
+#include "python/support/arrays.h"
+#include "python/support/keywords.h"
+#include "python/support/signature.h"
+#include "tools/patinate/services/fit_scene.h"
+
+namespace patinate::python {
+
+namespace py = pybind11;
+
+namespace {
+
+struct FitKeywords {
+  int evaluations = 60;
+  analysis::EvolutionOptions search = {};
+  std::int64_t seed = default_seed();
+};
+void describe(OptionVisitor& v, FitKeywords& o) {
+  v.visit({"evaluations", "Budget: so often is the objective asked for, whole generations", "", between(1, 1e6)},
+          o.evaluations);
+  v.visit({"population", "Candidates a generation; 0 = by the number of parameters", "", between(0, 1000)},
+          o.search.population);
+  v.visit({"step", "Standard deviation at the start, as a share of a range", "",
+           Range{.low = 0, .high = 1, .is_low_open = true}},
+          o.search.step);
+  v.visit({"tolerance", "Converged when the candidates' spread is below this share of every range", "", above(0)},
+          o.search.tolerance);
+  v.visit({"restarts", "When converged, as often again from a random place", "", between(0, 1000)}, o.search.restarts);
+  v.visit({"seed", "Of all random numbers", "", at_least(0)}, o.seed);
+}
+
+/// {"name": (low, high) or (low, high, "log")}.
+std::vector<analysis::FitRange> ranges_from(const char* function, const py::object& given) {
+  if (!py::isinstance<py::dict>(given))
+    wrong_type(function, "vary", given, "a dict of (low, high) or (low, high, 'log')");
+  std::vector<analysis::FitRange> out;
+  for (const auto& [name, range] : py::cast<py::dict>(given)) {
+    const auto key = py::cast<std::string>(name);
+    if (!py::isinstance<py::sequence>(range) || py::len(range) < 2 || py::len(range) > 3)
+      wrong_type(function, "vary[" + key + "]", range, "(low, high) or (low, high, 'log')");
+    const auto parts = py::reinterpret_borrow<py::sequence>(range);
+    analysis::FitRange r{.name = key, .low = py::cast<double>(parts[0]), .high = py::cast<double>(parts[1])};
+    const std::string scale = parts.size() == 3 ? py::cast<std::string>(parts[2]) : std::string("linear");
+    if (scale != "linear" && scale != "log")
+      throw InvalidInput("vary[" + key + "]: found `" + scale + "`; expected linear or log");
+    r.scale = scale == "log" ? analysis::FitScale::Log : analysis::FitScale::Linear;
+    if (!(r.low < r.high) || !std::isfinite(r.low) || !std::isfinite(r.high) || (scale == "log" && !(r.low > 0.0)))
+      throw InvalidInput("vary[" + key + "]: expected low < high" + std::string(scale == "log" ? ", above 0" : ""));
+    out.push_back(std::move(r));
+  }
+  if (out.empty()) throw InvalidInput("vary: nothing may vary; give at least one range");
+  return out;
+}
+
+py::dict values_of(const std::vector<analysis::FitParameter>& parameters, const std::vector<double>& values) {
+  py::dict out;
+  for (std::size_t i = 0; i < parameters.size(); ++i) out[parameters[i].range.name.c_str()] = values[i];
+  return out;
+}
+
+/// Minimizes a function of the parameters' values, which may throw what Python raised.
+py::dict minimized(const std::vector<analysis::FitParameter>& parameters, const FitKeywords& keywords,
+                   const RunArguments& run,
+                   const std::function<double(const std::vector<double>&, const RunControl&)>& function) {
+  std::vector<double> start;
+  for (const analysis::FitParameter& p : parameters) start.push_back(unit_at(p, p.start));
+  analysis::EvolutionOptions options = keywords.search;
+  options.seed = static_cast<std::uint64_t>(keywords.seed);
+  std::vector<std::pair<std::vector<double>, double>> tried;
+  const analysis::Minimum best = result_of(run, [&](const RunControl& control) {
+    const RunControl inner{.on_progress = {}, .stop = control.stop, .num_threads = control.num_threads};
+    const auto objective = [&](const std::vector<double>& unit) {
+      control.throw_if_stopped();
+      std::vector<double> values;
+      for (std::size_t i = 0; i < unit.size(); ++i) values.push_back(value_at(parameters[i], unit[i]));
+      const double value = function(values, inner);
+      if (std::isnan(value)) throw InvalidInput("objective: is NaN; return infinity where it is undefined");
+      tried.emplace_back(std::move(values), value);
+      control.report(std::min(1.0, static_cast<double>(tried.size()) / keywords.evaluations));
+      return value;
+    };
+    return analysis::minimize(objective, start, keywords.evaluations, options);
+  });
+  std::vector<double> values;
+  for (std::size_t i = 0; i < best.at.size(); ++i) values.push_back(value_at(parameters[i], best.at[i]));
+  py::dict out;
+  out["values"] = values_of(parameters, values);
+  out["objective"] = best.value;
+  out["is_converged"] = best.is_converged;
+  py::list history;
+  for (const auto& [at, value] : tried) history.append(py::make_tuple(values_of(parameters, at), value));
+  out["evaluations"] = history;
+  return out;
+}
+
+/// What a Python function says of an object, from a thread that does not hold the interpreter's lock.
+template <class MakeArgument>
+double asked(const py::object& function, const MakeArgument& make) {
+  const py::gil_scoped_acquire locked;
+  return py::cast<double>(function(make()));
+}
+
+PyHistory history_of(const analysis::AgedSurface& surface) {
+  MemoryHistoryImages images{.name = surface.name,
+                             .origin = "simulated",
+                             .texel_size_mm = surface.texel_size_mm,
+                             .time_unit = surface.time_unit,
+                             .frames = {},
+                             .mask = surface.mask};
+  for (std::size_t i = 0; i < surface.times.size(); ++i)
+    images.frames.push_back({.time = surface.times[i], .color = surface.colors[i]});
+  for (const analysis::SurfaceControl& c : surface.controls)
+    images.controls.push_back({.facts = c.parameter, .values = c.values});
+  return {std::make_shared<const MemoryHistory>(std::move(images))};
+}
+
+py::dict fit_scene(const py::object& scene_path, const py::object& objective, const py::object& vary,
+                   const py::kwargs& kwargs) {
+  Keywords words("fit", kwargs);
+  FitKeywords keywords;
+  analysis::ObjectiveOptions compared;
+  words.read(keywords);
+  words.read(compared);
+  const py::object figures = words.object("figures");
+  const RunArguments run = words.run();
+  words.finish();
+  const std::vector<analysis::FitRange> ranges = ranges_from("fit", vary);
+  const std::string path = path_from(scene_path);
+  const bool is_history = py::isinstance<PyHistory>(objective);
+  if (!is_history && PyCallable_Check(objective.ptr()) == 0)
+    wrong_type("fit", "objective", objective, "a History or a function");
+  std::vector<std::string> controls;
+  if (is_history) {
+    for (const ControlFacts& c : py::cast<const PyHistory&>(objective).value->facts().controls)
+      controls.push_back(c.name);
+  }
+  const cli::FitScene scene =
+      result_of(run.num_threads == 0 ? RunArguments{} : RunArguments{.num_threads = run.num_threads},
+                [&](const RunControl& control) { return cli::FitScene(path, ranges, controls, control); });
+  std::vector<analysis::FitTerm> terms;
+  if (!figures.is_none()) {
+    for (const auto& [name, weight] : py::cast<py::dict>(figures)) {
+      terms.push_back(analysis::parse_fit_term(py::cast<std::string>(name)));
+      terms.back().weight = py::cast<double>(weight);
+      if (!(terms.back().weight > 0.0)) throw InvalidInput("figures: weights are > 0");
+    }
+  }
+  if (terms.empty()) terms.emplace_back();
+  compared.seed = static_cast<std::uint64_t>(keywords.seed);
+  std::optional<analysis::FitObjective> distance;
+  if (is_history) {
+    const auto history = py::cast<const PyHistory&>(objective).value;
+    distance.emplace(result_of({}, [&](const RunControl& control) {
+      return analysis::FitObjective(analysis::TextureSeries(history), scene.outline(), terms, compared, control);
+    }));
+  }
+  const analysis::AgeWith age = scene.age();
+  return minimized(scene.parameters(), keywords, run,
+                   [&](const std::vector<double>& values, const RunControl& control) {
+                     const analysis::AgedSurface surface = age(values, 0, control)(values, control);
+                     if (distance)
+                       return (*distance)(surface, control).objective.value_or(std::numeric_limits<double>::infinity());
+                     return asked(objective, [&] { return py::cast(history_of(surface)); });
+                   });
+}
+
+}  // namespace
+
+void bind_fit(py::module_& module) {
+  const char* const result =
+      "values (by name), objective (the least), is_converged, evaluations (what was tried: values and objective, in "
+      "order)";
+  define(module,
+         FunctionText("minimize",
+                      "The least value of a costly, noisy function of bounded numbers without derivative, by CMA-ES.")
+             .takes("function", "Callable[[dict[str, float]], float]",
+                    "Of a dict of values by name; infinity where it is undefined")
+             .takes("vary", "Mapping[str, tuple[float, float] | tuple[float, float, str]]",
+                    "By name: (low, high) or (low, high, 'log')")
+             .keyword("start", "Mapping[str, float] | None", "None", "Within the ranges; None: their middles")
+             .options<FitKeywords>()
+             .runs()
+             .returns("dict[str, Any]", result)
+             .raises("InvalidInput; what the function raises"),
+         [](const py::object& function, const py::object& vary, const py::kwargs& kwargs) {
+           Keywords words("minimize", kwargs);
+           FitKeywords keywords;
+           words.read(keywords);
+           const py::object start = words.object("start");
+           const RunArguments run = words.run();
+           words.finish();
+           std::vector<analysis::FitParameter> parameters;
+           for (analysis::FitRange& range : ranges_from("minimize", vary)) {
+             analysis::FitParameter& p = parameters.emplace_back(analysis::FitParameter{.range = std::move(range)});
+             p.start = value_at(p, 0.5);
+             if (!start.is_none() && py::cast<py::dict>(start).contains(p.range.name))
+               p.start = py::cast<double>(start[p.range.name.c_str()]);
+             if (!(p.start >= p.range.low && p.start <= p.range.high))
+               throw InvalidInput("start[" + p.range.name + "]: lies outside its range");
+           }
+           return minimized(parameters, keywords, run, [&](const std::vector<double>& values, const RunControl&) {
+             return asked(function, [&] { return py::object(values_of(parameters, values)); });
+           });
+         });
+  define(
+      module,
+      FunctionText(
+          "fit",
+          "The numbers of a simulation that bring it closest to a history, or make a function of its history least.")
+          .takes("scene", "str | os.PathLike[str]", "A scene file with the starting values")
+          .takes(
+              "objective", "History | Callable[[History], float]",
+              "What it should come close to, by `figures`; or a function of the simulated history, the less the better")
+          .takes("vary", "Mapping[str, tuple[float, float] | tuple[float, float, str]]",
+                 "JSON pointers of numbers of the scene, '/rules/0/rate': (low, high) or (low, high, 'log')")
+          .keyword("figures", "Mapping[str, float] | None", "None",
+                   "Weights of color_distribution, mean_color, covered, onset, saturation, color_by_control, "
+                   "rate_by_control, ciede2000; "
+                   "None: color_distribution")
+          .options<FitKeywords>()
+          .options<analysis::ObjectiveOptions>()
+          .runs()
+          .returns("dict[str, Any]", result)
+          .raises(
+              "IoError for a scene that cannot be read with an end of a range; InvalidInput; what the function raises"),
+      [](const py::object& scene, const py::object& objective, const py::object& vary, const py::kwargs& kwargs) {
+        return fit_scene(scene, objective, vary, kwargs);
+      });
+}
+
+}  // namespace patinate::python

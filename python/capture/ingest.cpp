@@ -1,0 +1,87 @@
+#include <utility>
+
+#include "capture/plan_history.h"
+#include "capture/timelapse/repair.h"
+#include "patinate/history/history.h"
+#include "python/bindings.h"
+#include "python/history/py_history.h"
+#include "python/support/keywords.h"
+#include "python/support/signature.h"
+
+namespace patinate::python {
+
+namespace py = pybind11;
+
+namespace {
+
+struct IngestKeywords {
+  capture::IngestOptions options = {};
+  capture::RelitOptions relit = {};
+};
+void describe(OptionVisitor& v, IngestKeywords& o) {
+  describe(v, o.options);
+  describe(v, o.relit);
+}
+
+py::dict dict_of(const capture::SurveyReport& report) {
+  py::list findings;
+  for (const capture::SurveyFinding& finding : report.findings) {
+    py::dict dict;
+    dict["photo"] = finding.photo.name;
+    dict["time"] = finding.photo.time;
+    dict["problem"] = finding.problem;
+    findings.append(dict);
+  }
+  py::list unlinked;
+  for (const capture::SurveyOutsider& outsider : report.unlinked) unlinked.append(outsider.photo.name);
+  py::dict out;
+  out["findings"] = findings;
+  out["unlinked"] = unlinked;
+  out["is_stabilized"] = report.is_stabilized;
+  out["is_deflickered"] = report.is_deflickered;
+  out["masked_share"] = report.masked_share;
+  out["outside_share"] = report.outside_share;
+  return out;
+}
+
+}  // namespace
+
+void bind_ingest(py::module_& module) {
+  define(module,
+         FunctionText("ingest",
+                      "Makes a history folder of a capture: photographs from a fixed camera, or scans under lamps.")
+             .takes("capture", "str | os.PathLike[str]", "A capture.json, or the folder that holds it")
+             .takes("output", "str | os.PathLike[str]",
+                    "The history's folder, which appears when it is whole; a run that was ended is resumed, a finished "
+                    "one stays as it is")
+             .keyword("force", "bool", "False", "Replace a different history that lies there")
+             .options<IngestKeywords>()
+             .runs()
+             .returns("History")
+             .raises("IoError if a file cannot be read; InvalidInput; CannotComplete if something else lies there"),
+         [](const py::object& capture, const py::object& output, const py::kwargs& kwargs) {
+           Keywords keywords("ingest", kwargs);
+           IngestKeywords options;
+           keywords.read(options);
+           const bool force = keywords.flag("force", false);
+           const RunArguments run = keywords.run();
+           keywords.finish();
+           const std::string from = path_from(capture), to = path_from(output);
+           run_interruptibly(run, [&](const RunControl& control) {
+             run_job(capture::plan_history(from, to, options.options, options.relit), {.force = force}, control);
+           });
+           return PyHistory{std::make_shared<const HistoryReader>(to)};
+         });
+  define(module,
+         FunctionText("survey", "What ingest found wrong with a time-lapse: moved, flickering, jumping photographs.")
+             .takes("history", "str | os.PathLike[str]", "A history's folder, as ingest() made it")
+             .returns(
+                 "dict[str, Any]",
+                 "findings: photo, time, problem of each; unlinked: photographs that cannot be laid over most of the "
+                 "others; "
+                 "is_stabilized, is_deflickered; masked_share of all pixels of all frames, outside_share of the pixels")
+             .raises("IoError"),
+         [](const py::object& history) { return dict_of(capture::read_survey_report(path_from(history))); });
+}
+
+}  // namespace patinate::python

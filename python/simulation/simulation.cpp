@@ -1,0 +1,367 @@
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "patinate/core/error.h"
+#include "patinate/simulation/engine.h"
+#include "patinate/simulation/scene_io.h"
+#include "python/bindings.h"
+#include "python/history/py_history.h"
+#include "python/support/arrays.h"
+#include "python/support/json.h"
+#include "python/support/keywords.h"
+#include "python/support/signature.h"
+#include "python/surface/py_surface.h"
+#include "simulation/files/scene_event.h"
+#include "simulation/transport/parameter_maps.h"
+
+namespace patinate::python {
+
+namespace py = pybind11;
+using simulation::SceneFile;
+
+namespace {
+
+/// A running scene. One call at a time: the interpreter's lock is not held while it works.
+class PySimulation {
+ public:
+  PySimulation(const py::object& scene, const py::kwargs& kwargs) {
+    Keywords keywords("Simulation", kwargs);
+    simulation::SimulationOptions options;
+    const py::object maps = keywords.object("parameter_maps");
+    const std::string base = keywords.text("folder", ".");
+    const std::int64_t resolution = keywords.integer("resolution", 0), seed = keywords.integer("seed", -1);
+    const RunArguments run = keywords.run();
+    keywords.finish();
+    const bool is_dict = py::isinstance<py::dict>(scene);
+    const Json root = is_dict ? json_from(scene, "scene") : Json();
+    const std::filesystem::path file =
+        is_dict ? std::filesystem::path(base) / "scene" : std::filesystem::path(path_from(scene));
+    std::vector<std::string> names;
+    if (!maps.is_none()) {
+      for (const py::handle name : maps) names.push_back(py::cast<std::string>(name));
+    }
+    run_interruptibly(run, [&](const RunControl& control) {
+      simulation::SceneAssets assets;
+      file_ = is_dict ? simulation::read_scene(file, root, assets, control) : simulation::read_scene(file, control);
+      if (resolution != 0) file_.scene.resolution = checked_resolution(resolution);
+      if (seed >= 0) file_.scene.seed = static_cast<std::uint64_t>(seed);
+      options.parameter_maps = maps.is_none() ? file_.controls : names;
+      running_.emplace(file_.scene, options, control);
+    });
+  }
+
+  /// Held while `work` runs without the interpreter's lock. @throws InvalidInput when another thread is at it.
+  template <class F>
+  auto alone(const RunArguments& run, F&& work) {
+    const std::unique_lock lock(mutex_, std::try_to_lock);
+    if (!lock.owns_lock()) throw InvalidInput("the simulation is at work in another thread; one call at a time");
+    if (is_lost_) throw InvalidInput("a step was interrupted, so that the state is lost; restore() a snapshot");
+    if constexpr (std::is_void_v<decltype(work(*running_, RunControl{}))>) {
+      run_interruptibly(run, [&](const RunControl& control) { work(*running_, control); });
+    } else {
+      return result_of(run, [&](const RunControl& control) { return work(*running_, control); });
+    }
+  }
+  /// The same for what takes no time.
+  template <class F>
+  auto look(F&& read) {
+    const std::unique_lock lock(mutex_, std::try_to_lock);
+    if (!lock.owns_lock()) throw InvalidInput("the simulation is at work in another thread; one call at a time");
+    if (is_lost_) throw InvalidInput("a step was interrupted, so that the state is lost; restore() a snapshot");
+    return read(*running_);
+  }
+
+  void step(std::int64_t count, const RunArguments& run) {
+    if (count < 0) throw InvalidInput("count: " + std::to_string(count) + " is out of range; use >= 0");
+    alone(run, [&](simulation::Simulation& s, const RunControl& control) {
+      try {
+        for (std::int64_t i = 0; i < count; ++i) {
+          control.throw_if_stopped();
+          is_stepping_ = true;
+          s.step(RunControl{.on_progress = {}, .stop = control.stop, .num_threads = control.num_threads});
+          is_stepping_ = false;
+          control.report(static_cast<double>(i + 1) / static_cast<double>(count));
+        }
+      } catch (const Canceled&) {
+        is_lost_ = is_stepping_;  // Between two steps nothing is.
+        is_stepping_ = false;
+        throw;
+      }
+    });
+  }
+
+  void restore(const std::string& bytes) {
+    const std::unique_lock lock(mutex_, std::try_to_lock);
+    if (!lock.owns_lock()) throw InvalidInput("the simulation is at work in another thread; one call at a time");
+    const py::gil_scoped_release others_run;
+    running_->restore(std::as_bytes(std::span(bytes)));
+    is_lost_ = false;
+  }
+
+  [[nodiscard]] const SceneFile& file() const { return file_; }
+  [[nodiscard]] int material(const std::string& name) const {
+    const std::vector<std::string>& all = file_.scene.materials;
+    const auto found = std::find(all.begin(), all.end(), name);
+    if (found != all.end()) return static_cast<int>(found - all.begin());
+    std::string list;
+    for (const std::string& m : all) list += (list.empty() ? "" : ", ") + m;
+    throw InvalidInput("material: found `" + name + "`; the scene has " + list);
+  }
+
+ private:
+  static int checked_resolution(std::int64_t resolution) {
+    constexpr Range kAllowed{.low = 16, .high = 16384};
+    if (!kAllowed.contains(static_cast<double>(resolution)))
+      throw InvalidInput("resolution: " + std::to_string(resolution) + " is out of range; use " + kAllowed.text());
+    return static_cast<int>(resolution);
+  }
+
+  SceneFile file_;
+  std::optional<simulation::Simulation> running_;
+  std::mutex mutex_;
+  bool is_stepping_ = false, is_lost_ = false;
+};
+
+using SimulationClass = py::class_<PySimulation, std::shared_ptr<PySimulation>>;
+using simulation::Simulation;
+
+RunArguments run_of(const char* function, const py::kwargs& kwargs) {
+  Keywords keywords(function, kwargs);
+  RunArguments run = keywords.run();
+  keywords.finish();
+  return run;
+}
+
+/// Mass in amounts x texels of median size.
+double mass_of(const simulation::MassSum& sum) {
+  return sum.value() / (static_cast<double>(simulation::kAmountOne) * simulation::SurfaceAtlas::kMedianWeight);
+}
+
+void define_run(SimulationClass& type) {
+  define_method(
+      type,
+      FunctionText("step", "Iterations: events of the scene, tracing, exchange, response, rules.")
+          .keyword("count", "int", "1", "How many (>= 0)")
+          .runs()
+          .raises("KeyboardInterrupt on Ctrl-C; within an iteration the state is then lost: restore() a snapshot"),
+      [](PySimulation& s, const py::kwargs& kwargs) {
+        Keywords keywords("step", kwargs);
+        const std::int64_t count = keywords.integer("count", 1);
+        const RunArguments run = keywords.run();
+        keywords.finish();
+        s.step(count, run);
+      });
+  define_method(
+      type,
+      FunctionText("apply", "What a scene's events do, now: an element of its \"events\" without the iteration.")
+          .takes("event", "Mapping[str, Any]",
+                 "{'op': 'move', 'target': 'rain', 'position': [0, 1, 0]}; lengths in the scene's unit")
+          .runs()
+          .raises("InvalidInput for an unknown target or a value out of range; nothing is changed then"),
+      [](PySimulation& s, const py::object& event, const py::kwargs& kwargs) {
+        const RunArguments run = run_of("apply", kwargs);
+        Json json = json_from(event, "event");
+        if (!json.is_object() || json.contains("iteration"))
+          throw InvalidInput("event: expected a dict without `iteration`: it happens now");
+        s.alone(run, [&](Simulation& running, const RunControl& control) {
+          json["iteration"] = running.iteration();
+          running.apply(simulation::parse_event(json, running.scene(), s.file().mm_per_unit), control);
+        });
+      });
+  define_method(
+      type,
+      FunctionText(
+          "paint",
+          "A brush alone: an emitter's gammatons are born at a place and go to their next contact; time stands still.")
+          .takes("emitter", "str", "Its name; of any shape but sky")
+          .takes("position", "Sequence[float]", "x, y, z in mm")
+          .runs()
+          .raises("InvalidInput; nothing is changed then"),
+      [](PySimulation& s, const std::string& emitter, const std::array<double, 3>& position, const py::kwargs& kwargs) {
+        const RunArguments run = run_of("paint", kwargs);
+        s.alone(run, [&](Simulation& running, const RunControl& control) {
+          running.paint(emitter, Vec3(position[0], position[1], position[2]), control);
+        });
+      });
+  define_method(type,
+                FunctionText("snapshot", "Everything that changes while it runs; equal states give equal bytes.")
+                    .returns("bytes"),
+                [](PySimulation& s) {
+                  const auto bytes = s.look([](Simulation& running) { return running.snapshot(); });
+                  return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+                });
+  define_method(type,
+                FunctionText("restore", "Back to a snapshot of a simulation of the same scene and options.")
+                    .takes("snapshot", "bytes", "As snapshot() gave it")
+                    .raises("InvalidInput if it is of another; nothing is changed then"),
+                [](PySimulation& s, const py::bytes& snapshot) { s.restore(std::string(snapshot)); });
+}
+
+void define_pictures(SimulationClass& type) {
+  define_method(type,
+                FunctionText("compose", "What it looks like now. Looking never changes what happens next.")
+                    .runs()
+                    .returns("dict[str, npt.NDArray[Any]]",
+                             "color: H x W x 3 linear floats; color_srgb: the same as uint8 codes; specular: H x W "
+                             "uint8; normal: H x W x 3 uint8 "
+                             "(127.5 + 127.5 n, frame of glTF); height_mm: H x W floats; gutters filled"),
+                [](PySimulation& s, const py::kwargs& kwargs) {
+                  const RunArguments run = run_of("compose", kwargs);
+                  struct Look {
+                    ImageF color, height_mm;
+                    ImageU8 codes, specular, normal;
+                  };
+                  Look look = s.alone(run, [](Simulation& running, const RunControl& control) {
+                    const simulation::Composer& composed = running.compose(control);
+                    return Look{composed.color_linear(), composed.height_mm(), composed.color_srgb8(),
+                                composed.specular8(), composed.normal8()};
+                  });
+                  py::dict out;
+                  out["color"] = array_of(std::move(look.color));
+                  out["color_srgb"] = array_of(std::move(look.codes));
+                  out["specular"] = array_of(std::move(look.specular));
+                  out["normal"] = array_of(std::move(look.normal));
+                  out["height_mm"] = array_of(std::move(look.height_mm));
+                  return out;
+                });
+  define_method(
+      type,
+      FunctionText("amounts", "How much of a material lies on every texel.")
+          .takes("material", "str", "One of `materials`")
+          .returns("npt.NDArray[np.float32]", "H x W, [0, 4); 0 outside the charts")
+          .raises("InvalidInput listing the materials"),
+      [](PySimulation& s, const std::string& name) {
+        const int material = s.material(name);
+        return array_of(s.alone({}, [&](Simulation& running, const RunControl&) { return running.amounts(material); }));
+      });
+  define_method(
+      type,
+      FunctionText("set_amounts",
+                   "Takes amounts over from elsewhere, rounded to 1 / 16384; the ledger then no longer describes them.")
+          .takes("material", "str", "One of `materials`")
+          .takes("amounts", "npt.ArrayLike", "H x W, [0, 4)")
+          .raises("InvalidInput"),
+      [](PySimulation& s, const std::string& name, const py::object& given) {
+        const int material = s.material(name);
+        const ImageF amounts = image_from(given, "amounts", 1);
+        s.alone({}, [&](Simulation& running, const RunControl&) { running.set_amounts(material, amounts); });
+      });
+  define_method(type,
+                FunctionText("parameter_map", "A map that counted along the way, or the state at the end.")
+                    .takes("name", "str", "One of parameter_maps, or MATERIAL.final")
+                    .returns("tuple[npt.NDArray[np.float32], str]", "H x W, 0 outside the charts; and its unit")
+                    .raises("InvalidInput for one that was not asked for"),
+                [](PySimulation& s, const std::string& name) {
+                  simulation::ParameterMap map =
+                      s.alone({}, [&](Simulation& running, const RunControl&) { return running.parameter_map(name); });
+                  return py::make_tuple(array_of(std::move(map.values)), map.unit);
+                });
+  define_method(
+      type,
+      FunctionText("coverage", "Where texels show the surface.").returns("npt.NDArray[np.uint8]", "H x W, 0 or 255"),
+      [](PySimulation& s) { return array_of(s.look([](Simulation& running) { return running.coverage(); })); });
+  define_method(type,
+                FunctionText("dirty_since", "Tiles of 8 x 8 texels whose amounts changed in an iteration or later.")
+                    .takes("iteration", "int", ">= 0")
+                    .returns("npt.NDArray[np.uint32]", "Their numbers, in order"),
+                [](PySimulation& s, std::int64_t iteration) {
+                  return array_of(s.look([&](Simulation& running) { return running.dirty_since(iteration); }));
+                });
+}
+
+void define_facts(SimulationClass& type) {
+  define_property(type, "iteration", "int", "Iterations done.",
+                  [](PySimulation& s) { return s.look([](Simulation& running) { return running.iteration(); }); });
+  define_property(type, "time", "float", "In time_unit.",
+                  [](PySimulation& s) { return s.look([](Simulation& running) { return running.time(); }); });
+  define_property(type, "time_unit", "str", "s, min, h, d or a.",
+                  [](const PySimulation& s) { return time_unit_text(s.file().time_unit); });
+  define_property(type, "num_iterations", "int", "How many the scene file asks for.",
+                  [](const PySimulation& s) { return s.file().iterations; });
+  define_property(type, "materials", "list[str]", "In the scene's order.", [](const PySimulation& s) {
+    py::list out;
+    for (const std::string& name : s.file().scene.materials) out.append(name);
+    return out;
+  });
+  define_property(type, "notes", "list[str]", "Unusual but allowed things that one should know of.",
+                  [](PySimulation& s) {
+                    py::list out;
+                    for (const std::string& note : s.file().notes) out.append(note);
+                    for (const std::string& note : s.look([](Simulation& running) { return running.notes(); }))
+                      out.append(note);
+                    return out;
+                  });
+  define_property(type, "texel_size_mm", "float", "Median over the surface.",
+                  [](PySimulation& s) { return s.look([](Simulation& running) { return running.texel_size_mm(); }); });
+  define_property(
+      type, "mesh", "Mesh", "All objects where they are now, in mm, with UVs over the atlas.", [](PySimulation& s) {
+        return PyMesh{s.look([](Simulation& running) { return std::make_shared<const Mesh>(running.mesh()); })};
+      });
+  define_method(
+      type,
+      FunctionText("ledger", "Where all mass is, by material; a mass of 1 is an amount of 1 on a texel of median size.")
+          .returns("dict[str, dict[str, float]]",
+                   "emitted + made = on_surfaces + carried + left + absorbed + rested + used; imbalance is exactly 0"),
+      [](PySimulation& s) {
+        const simulation::MassLedger ledger = s.look([](Simulation& running) { return running.ledger(); });
+        py::dict out;
+        for (std::size_t i = 0; i < s.file().scene.materials.size(); ++i) {
+          const simulation::MassAccount& a = ledger.account(static_cast<int>(i));
+          py::dict account;
+          account["emitted"] = mass_of(a.emitted);
+          account["made"] = mass_of(a.made);
+          account["on_surfaces"] = mass_of(a.on_surfaces);
+          account["carried"] = mass_of(a.carried);
+          account["left"] = mass_of(a.left);
+          account["absorbed"] = mass_of(a.absorbed);
+          account["rested"] = mass_of(a.rested);
+          account["used"] = mass_of(a.used);
+          account["imbalance"] = mass_of(a.imbalance());
+          out[s.file().scene.materials[i].c_str()] = account;
+        }
+        return out;
+      });
+  define_method(type,
+                FunctionText("audit", "Compares the ledger with a sum over all texels and gammatons (slow).")
+                    .runs()
+                    .returns("str", "What is wrong; '' if nothing"),
+                [](PySimulation& s, const py::kwargs& kwargs) {
+                  return s.alone(run_of("audit", kwargs),
+                                 [](Simulation& running, const RunControl& control) { return running.audit(control); });
+                });
+}
+
+}  // namespace
+
+void bind_simulation(py::module_& module) {
+  const char* const doc =
+      "Gammatons age a scene: apply what an artist does, step, look. Simulation(scene, *, parameter_maps=None, ...). "
+      "The same bits for any "
+      "number of threads; not for several threads at once.";
+  SimulationClass type(module, "Simulation", doc);
+  begin_class_stub("Simulation", doc);
+  const FunctionText init =
+      FunctionText("__init__", "Reads a scene and everything that it names.")
+          .takes("scene", "str | os.PathLike[str] | Mapping[str, Any]", "A scene file, or what would stand in one")
+          .keyword("folder", "str | os.PathLike[str]", "'.'", "Of a scene that is no file: what its paths lead from")
+          .keyword("parameter_maps", "Sequence[str] | None", "None",
+                   "What to count along the way: hits, last_hit, rust.deposited, ...; None: what the scene asks for")
+          .keyword("resolution", "int", "0", "Texels along the atlas ([16, 16384]); 0: the scene's")
+          .keyword("seed", "int", "-1", "Of all random numbers (>= 0); -1: the scene's")
+          .runs()
+          .raises("IoError naming file and JSON pointer; InvalidInput");
+  type.def(py::init([](const py::object& scene, const py::kwargs& kwargs) {
+             return std::make_shared<PySimulation>(scene, kwargs);
+           }),
+           init.docstring().c_str(), py::arg("scene"));
+  add_stub(FunctionText(init).of_class().stub());
+  define_facts(type);
+  define_run(type);
+  define_pictures(type);
+}
+
+}  // namespace patinate::python

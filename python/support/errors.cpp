@@ -1,0 +1,75 @@
+#include "python/support/errors.h"
+
+#include <array>
+#include <string>
+
+#include "patinate/core/error.h"
+#include "python/support/signature.h"
+
+namespace patinate::python {
+
+namespace py = pybind11;
+
+namespace {
+
+enum Kind { kError, kInputError, kInvalidInput, kParseError, kIoError, kCannotComplete, kCanceled, kNumKinds };
+/// Borrowed by the translator for as long as the interpreter lives.
+std::array<PyObject*, kNumKinds> types{};
+
+void add(py::module_& module, Kind kind, const char* name, const char* doc, py::tuple bases, const char* base_names) {
+  PyObject* type = PyErr_NewExceptionWithDoc(("patinate." + std::string(name)).c_str(), doc, bases.ptr(), nullptr);
+  if (type == nullptr) throw py::error_already_set();
+  types[kind] = type;
+  module.add_object(name, type);
+  add_stub("class " + std::string(name) + "(" + base_names + "):\n    \"\"\"" + doc + "\"\"\"\n");
+}
+
+py::tuple bases_of(std::initializer_list<PyObject*> list) {
+  py::tuple out(list.size());
+  std::size_t i = 0;
+  for (PyObject* base : list) out[i++] = py::reinterpret_borrow<py::object>(base);
+  return out;
+}
+
+void translate(std::exception_ptr pointer) {
+  const auto raise = [](Kind kind, const std::exception& e) { PyErr_SetString(types[kind], e.what()); };
+  try {
+    if (pointer) std::rethrow_exception(pointer);
+  } catch (const InvalidInput& e) {
+    raise(kInvalidInput, e);
+  } catch (const ParseError& e) {
+    raise(kParseError, e);
+  } catch (const IoError& e) {
+    raise(kIoError, e);
+  } catch (const InputError& e) {
+    raise(kInputError, e);
+  } catch (const CannotComplete& e) {
+    raise(kCannotComplete, e);
+  } catch (const Canceled& e) {
+    raise(kCanceled, e);
+  } catch (const Error& e) {
+    raise(kError, e);
+  }
+}
+
+}  // namespace
+
+void bind_errors(py::module_& module) {
+  add(module, kError, "Error", "Base of all errors of patinate: one line that says what is wrong.",
+      bases_of({PyExc_Exception}), "Exception");
+  add(module, kInputError, "InputError", "What was given is wrong.", bases_of({types[kError], PyExc_ValueError}),
+      "Error, ValueError");
+  add(module, kInvalidInput, "InvalidInput", "A precondition on data or an option is broken.",
+      bases_of({types[kInputError]}), "InputError");
+  add(module, kParseError, "ParseError", "A text cannot be understood: an expression, a control, a range.",
+      bases_of({types[kInputError]}), "InputError");
+  add(module, kIoError, "IoError", "A file cannot be read or does not hold what it should.",
+      bases_of({types[kInputError]}), "InputError");
+  add(module, kCannotComplete, "CannotComplete", "Valid work that could not be done: disk full, another output there.",
+      bases_of({types[kError]}), "Error");
+  add(module, kCanceled, "Canceled", "The caller asked to stop; nothing half-written is left.",
+      bases_of({types[kError]}), "Error");
+  py::register_exception_translator(translate);
+}
+
+}  // namespace patinate::python

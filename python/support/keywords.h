@@ -1,0 +1,70 @@
+/// \file
+/// Arguments that are given by name: described options, single values, and how a long call is run.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "patinate/core/options.h"
+#include "patinate/core/run_control.h"
+
+namespace patinate::python {
+
+/// How a long call is watched.
+struct RunArguments {
+  pybind11::object progress = pybind11::none();  ///< None, or called with a fraction.
+  int num_threads = 0;
+};
+
+/// The keywords of one call; each is taken once, and finish() refuses what is left.
+class Keywords {
+ public:
+  Keywords(std::string function, const pybind11::kwargs& given);
+
+  /// Fields that are given get these values. @throws InvalidInput where one is out of range; TypeError.
+  template <class Options>
+  void read(Options& options) {
+    Described<Options> described(options);
+    read_described(described);
+  }
+  /// None when it is not given.
+  [[nodiscard]] pybind11::object object(const std::string& name);
+  [[nodiscard]] std::string text(const std::string& name, const std::string& otherwise);
+  [[nodiscard]] std::optional<double> number(const std::string& name);
+  [[nodiscard]] std::int64_t integer(const std::string& name, std::int64_t otherwise);
+  [[nodiscard]] bool flag(const std::string& name, bool otherwise);
+  /// `on_progress` and `num_threads`.
+  [[nodiscard]] RunArguments run();
+  /// @throws TypeError naming the first that nobody took, with a did-you-mean.
+  void finish() const;
+
+ private:
+  void read_described(DescribedOptions& options);
+
+  std::string function_;
+  pybind11::dict left_;
+  std::vector<std::string> known_;
+};
+
+/// "fit(): vary: found str; expected a dict". @throws TypeError
+[[noreturn]] void wrong_type(const std::string& function, const std::string& name, const pybind11::handle& found,
+                             const std::string& expected);
+/// A path or text as Python has it, by os.fspath(). @throws TypeError
+[[nodiscard]] std::string path_from(const pybind11::object& path);
+
+/// Runs `work` without the interpreter's lock, on a thread of its own. Meanwhile this one calls `on_progress`, and
+/// stops the work when that raises, or on Ctrl-C: within 10 ms it is told, and within 50 ms it looks.
+void run_interruptibly(const RunArguments& arguments, const std::function<void(const RunControl&)>& work);
+/// The same for work that has a result.
+template <class F>
+[[nodiscard]] auto result_of(const RunArguments& arguments, F&& work) {
+  std::optional<decltype(work(RunControl{}))> result;
+  run_interruptibly(arguments, [&](const RunControl& control) { result.emplace(work(control)); });
+  return std::move(*result);
+}
+
+}  // namespace patinate::python

@@ -1,0 +1,27 @@
+/// \file
+/// Meshes and surfaces as the module's functions take them.
+#pragma once
+
+#include <memory>
+
+#include "patinate/controls/control_map.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/transfer/age.h"
+
+namespace patinate::python {
+
+struct PyMesh {
+  std::shared_ptr<const Mesh> value;
+};
+
+struct PySurface {
+  transfer::AgingSurface value;
+};
+
+/// Part of an AgeOptions: what makes a surface of a mesh.
+struct SurfaceKeywords {
+  transfer::AgeOptions age = {};
+};
+inline void describe(OptionVisitor& v, SurfaceKeywords& o) { describe_surface(v, o.age); }
+
+}  // namespace patinate::python

@@ -1,0 +1,185 @@
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "patinate/core/error.h"
+#include "patinate/transfer/transfer_io.h"
+#include "python/bindings.h"
+#include "python/history/py_history.h"
+#include "python/support/arrays.h"
+#include "python/support/json.h"
+#include "python/support/keywords.h"
+#include "python/support/signature.h"
+#include "python/surface/py_surface.h"
+#include "python/transfer/py_transfer.h"
+#include "transfer/synthesis/transfer_controls.h"
+
+namespace patinate::python {
+
+namespace py = pybind11;
+
+namespace {
+
+constexpr const char* kFunction = "transfer";
+using AgedClass = py::class_<PyAged>;
+
+/// A control as it was asked for: words, or a map for a control of the history.
+struct AskedControl {
+  std::string text;                           ///< As --control.
+  std::shared_ptr<ControlMap> map = nullptr;  ///< Made already; `text` is then the history's control.
+};
+
+/// A ControlMap, or values H x W in [0, 1].
+std::shared_ptr<ControlMap> map_from(const py::object& given, const std::string& name) {
+  if (py::isinstance<ControlMap>(given)) return py::cast<std::shared_ptr<ControlMap>>(given);
+  auto map =
+      std::make_shared<ControlMap>(ControlMap{.values = image_from(given, "controls[" + name + "]", 1), .unit = ""});
+  map->has_file = true;  // Painted, as a map file is.
+  for (const float v : map->values.values()) {
+    if (!(v >= 0.0f && v <= 1.0f)) throw InvalidInput("controls[" + name + "]: holds a value outside [0, 1]");
+  }
+  return map;
+}
+
+std::vector<AskedControl> asked_from(const py::object& given) {
+  std::vector<AskedControl> out;
+  const auto add_text = [&](const std::string& text) {
+    (void)transfer::parse_control_spec(text);  // A typo is said before work starts.
+    out.push_back({text});
+  };
+  if (py::isinstance<py::str>(given)) {
+    add_text(py::cast<std::string>(given));
+  } else if (py::isinstance<py::dict>(given)) {
+    for (const auto& [key, value] : py::cast<py::dict>(given)) {
+      const auto name = py::cast<std::string>(key);
+      if (py::isinstance<py::str>(value)) {
+        add_text(name + "=" + py::cast<std::string>(value));
+      } else {
+        out.push_back({name, map_from(py::reinterpret_borrow<py::object>(value), name)});
+      }
+    }
+  } else if (py::isinstance<py::sequence>(given)) {
+    for (const py::handle text : given) add_text(py::cast<std::string>(text));
+  } else {
+    wrong_type(kFunction, "controls", given, "a text, a list of texts, or a dict");
+  }
+  if (out.empty()) throw InvalidInput("controls: there are none; give at least one, such as 'accessibility'");
+  return out;
+}
+
+transfer::TransferControl pair_of(const History& history, const AskedControl& asked,
+                                  const transfer::AgingSurface& surface, const ControlKindOptions& kinds,
+                                  const RunControl& control) {
+  const TexelMap& map = *surface.map;
+  if (asked.map == nullptr) return transfer::make_control_pair(history, asked.text, map, kinds, control);
+  if (asked.map->values.width() != map.width() || asked.map->values.height() != map.height())
+    throw InvalidInput("controls[" + asked.text + "]: is " + std::to_string(asked.map->values.height()) + " x " +
+                       std::to_string(asked.map->values.width()) + "; the surface has " + std::to_string(map.height()) +
+                       " x " + std::to_string(map.width()) + " texels (Surface(mesh) says where they lie)");
+  const transfer::ControlSpec spec{.source = asked.text, .destination = "array"};
+  (void)source_control(history, spec);
+  return make_transfer_control(history, spec, *asked.map, map.coverage());
+}
+
+PyAged transferred(const PyHistory& history, const py::object& destination, const py::object& given,
+                   const py::kwargs& kwargs) {
+  Keywords keywords(kFunction, kwargs);
+  TransferKeywords options;
+  keywords.read(options);
+  const RunArguments run = keywords.run();
+  keywords.finish();
+  const std::vector<AskedControl> asked = asked_from(given);
+  const bool is_surface = py::isinstance<PySurface>(destination);
+  if (!is_surface && !py::isinstance<PyMesh>(destination))
+    wrong_type(kFunction, "destination", destination, "a Mesh or a Surface");
+  const transfer::AgingSurface ready =
+      is_surface ? py::cast<const PySurface&>(destination).value : transfer::AgingSurface{};
+  const std::shared_ptr<const Mesh> mesh = is_surface ? nullptr : py::cast<const PyMesh&>(destination).value;
+  return {std::make_shared<const transfer::AgedMesh>(result_of(run, [&](const RunControl& control) {
+    const transfer::AgingSurface surface =
+        mesh == nullptr
+            ? ready
+            : transfer::make_aging_surface(*mesh, options.age, &history.value->facts(), control.part(0.0, 0.2));
+    std::vector<transfer::TransferControl> pairs;
+    for (std::size_t i = 0; i < asked.size(); ++i) {
+      const double begin = 0.2 + 0.2 * static_cast<double>(i) / static_cast<double>(asked.size());
+      pairs.push_back(pair_of(*history.value, asked[i], surface, options.age.controls, control.part(begin, begin)));
+      for (std::size_t k = 0; k < i; ++k) {
+        if (pairs[k].source == pairs[i].source)
+          throw InvalidInput("controls: `" + pairs[i].source + "` is given twice; combine them in one expression");
+      }
+    }
+    return transfer::age_surface(history.value, surface, std::move(pairs), options.age, control.part(0.4, 1.0));
+  }))};
+}
+
+void define_aged(AgedClass& type) {
+  define_property(type, "mesh", "Mesh", "In mm, with UVs over the whole texture.", [](const PyAged& aged) {
+    return PyMesh{std::shared_ptr<const Mesh>(aged.value, &aged.value->mesh)};
+  });
+  define_property(type, "surface", "Surface", "What was aged.",
+                  [](const PyAged& aged) { return PySurface{aged.value->surface}; });
+  define_property(type, "history", "History", "What its colors are of.",
+                  [](const PyAged& aged) { return PyHistory{aged.value->history}; });
+  define_property(
+      type, "coordinates", "npt.NDArray[np.float32]",
+      "H x W x 2: x and y of the history's pixel that a texel shows; -1 outside; cannot be written.",
+      [](const py::object& self) { return read_only(py::cast<const PyAged&>(self).value->coordinates, self); });
+  define_property(
+      type, "coverage", "npt.NDArray[np.uint8]", "H x W, 0 or 255: where texels show the surface.",
+      [](const py::object& self) { return read_only(py::cast<const PyAged&>(self).value->coverage, self); });
+  define_property(type, "energy", "dict[str, Any]",
+                  "The figures of transfer.json: energy, its parts, control error, coherence.",
+                  [](const PyAged& aged) { return object_of(energy_json(aged.value->energy)); });
+  define_method(type,
+                FunctionText("texture", "The surface's color at a time, gutters filled.")
+                    .takes("time", "float | npt.ArrayLike",
+                           "In the history's unit, clamped to its ends; or H x W, a time for every texel")
+                    .options<SamplingOptions>()
+                    .runs()
+                    .returns("npt.NDArray[np.float32]", "H x W x 3, linear")
+                    .raises("InvalidInput if a time is NaN or the sizes differ; IoError"),
+                [](const PyAged& aged, const py::object& time, const py::kwargs& kwargs) {
+                  Keywords keywords("texture", kwargs);
+                  SamplingOptions options;
+                  keywords.read(options);
+                  const RunArguments run = keywords.run();
+                  keywords.finish();
+                  const bool is_map = py::isinstance<py::array>(time) && py::cast<py::array>(time).ndim() > 0;
+                  const ImageF times = is_map ? image_from(time, "time", 1)
+                                              : ImageF(aged.value->coordinates.width(),
+                                                       aged.value->coordinates.height(), 1, py::cast<float>(time));
+                  const double one = is_map ? 0.0 : py::cast<double>(time);
+                  return array_of(result_of(run, [&](const RunControl& control) {
+                    if (!is_map && options.between == Between::Blend) return aged.value->texture(one, control);
+                    return aged.value->texture(times, options.between, control);
+                  }));
+                });
+}
+
+}  // namespace
+
+void bind_transfer(py::module_& module) {
+  const char* const doc = "A mesh and where each of its texels takes its color from, at all times.";
+  AgedClass type(module, "AgedMesh", doc);
+  begin_class_stub("AgedMesh", doc);
+  define_aged(type);
+  define(
+      module,
+      FunctionText(
+          kFunction,
+          "Ages a mesh as a history aged: for every texel the place of the history that it shows, once for all times.")
+          .takes("history", "History", "With at least one control")
+          .takes("destination", "Mesh | Surface", "A Surface keeps its texels; of a Mesh the keywords make one")
+          .takes(
+              "controls", "str | Sequence[str] | Mapping[str, str | ControlMap | npt.ArrayLike]",
+              "'[SOURCE=]DESTINATION[:weight[:mapping]]' as --control of the command line, one or several; or by the "
+              "history's control: such a DESTINATION, a ControlMap, or values H x W in [0, 1] over the surface")
+          .options<TransferKeywords>()
+          .runs()
+          .returns("AgedMesh")
+          .raises("ParseError if a control cannot be read; InvalidInput; IoError"),
+      [](const PyHistory& history, const py::object& destination, const py::object& controls,
+         const py::kwargs& kwargs) { return transferred(history, destination, controls, kwargs); });
+}
+
+}  // namespace patinate::python

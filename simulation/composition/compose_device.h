@@ -1,0 +1,79 @@
+/// \file
+/// Composition on a device: the kernels of compose_kernel.inl, with the CPU's bytes.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "libcommon/device/arithmetic_check.h"
+#include "libcommon/device/device.h"
+#include "patinate/core/run_control.h"
+#include "patinate/simulation/surface_atlas.h"
+#include "simulation/composition/height_frames.h"
+
+namespace patinate::simulation {
+
+/// A device that composes. What it cannot do (DeviceError) the CPU does.
+class ComposeDevice {
+ public:
+  /// @param on_failure  Called with one line when the CPU goes on; may be empty.
+  explicit ComposeDevice(const device::Device& device, std::function<void(const std::string&)> on_failure = {});
+  [[nodiscard]] const device::Device& device() const { return device_; }
+  void report_failure(const device::DeviceError& error) const;
+
+ private:
+  device::Device device_;
+  std::function<void(const std::string&)> on_failure_;
+};
+
+namespace composition {
+
+/// Tasks of some tiles with everything that they point to, in the pools that a device is given.
+class PackedTiles {
+ public:
+  /// @param looks  Those that tasks point to.
+  explicit PackedTiles(std::span<const QuantizedAppearance> looks) : looks_(looks) {}
+  void add(const ComposeTask& task);
+  void clear();
+  [[nodiscard]] std::size_t size() const { return tasks_.size(); }
+
+ private:
+  friend class DeviceSurface;
+  std::span<const QuantizedAppearance> looks_;
+  std::vector<PackedTask> tasks_;
+  std::vector<std::uint16_t> planes_, pictures_;
+  std::vector<std::uint8_t> grains_;
+  std::vector<BaseTile> bases_;
+  std::vector<std::int32_t> heights_;
+  // What the last task pointed to: neighbors often share it.
+  const BaseTile* last_base_ = nullptr;
+  const std::int32_t* last_height_ = nullptr;
+};
+
+/// What composition of one surface keeps on a device.
+class DeviceSurface {
+ public:
+  /// @throws DeviceError, as all members.
+  DeviceSurface(const device::Device& device, const SurfaceAtlas& surface, const HeightFrames& frames);
+  ~DeviceSurface();
+  /// 64 codes and heights of each tile.
+  void compose(const PackedTiles& tiles, std::vector<std::uint32_t>& codes, std::vector<std::int32_t>& heights);
+  /// Of the whole atlas, for normals().
+  void set_heights(std::span<const std::int32_t> heights);
+  /// 3 x 64 bytes of each tile.
+  void normals(std::span<const TileIndex> tiles, std::vector<std::uint8_t>& normals);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace composition
+
+/// A plate with relief, composed there and here. @throws DeviceError if the device cannot run it.
+[[nodiscard]] device::CheckResult check_composition(const device::Device& device);
+
+}  // namespace patinate::simulation

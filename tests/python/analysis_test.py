@@ -1,0 +1,82 @@
+#!/usr/bin/python3
+"""Comparisons, factorizations and fits in Python."""
+import json
+
+import numpy as np
+import patinate
+
+from python_case import PythonCase, main
+
+
+def ramp_history(rate, offset, size=12, num_frames=12):
+    """color = base + gain s(rate t - offset), with s a smooth step over [0, 10]; rate and offset H x W."""
+    times = np.linspace(0, 10, num_frames)
+    frames = []
+    for t in times:
+        clock = np.clip((rate * t - offset) / 10, 0, 1)
+        step = clock * clock * (3 - 2 * clock)
+        frames.append((0.2 + step[..., None] * np.array([0.5, 0.3, 0.1])).astype(np.float32))
+    return patinate.history_from_arrays(np.stack(frames), times)
+
+
+class Compare(PythonCase):
+    def test_figures_are_the_commands(self):
+        self.run_patinate("ingest", "capture", "--deflicker", "-o", "deflickered")
+        self.run_patinate("compare", "history", "deflickered", "--num-resamples", "5", "-o", "report")
+        report = self.json_of("report", "report.json")
+        expected = {f["name"]: f.get("value") for f in report["figures"]}
+        made = patinate.compare(patinate.read_history(self.work / "history"), self.work / "deflickered", num_resamples=5)
+        self.assertEqual({name: f.get("value") for s in made.values() for name, f in s["figures"].items()}, expected)
+
+    def test_a_history_differs_from_itself_by_nothing(self):
+        history = patinate.read_history(self.work / "history")
+        made = patinate.compare(history, history, num_resamples=0)
+        for name, figure in made["places"]["figures"].items():
+            if "delta_e" in name or "ciede" in name:
+                self.assertEqual(figure["value"], 0, name)
+        self.assertTrue(all(c["x"].ndim == 1 for s in made.values() for c in s["curves"].values()))
+
+
+class Factorize(PythonCase):
+    def test_rates_come_back(self):
+        y, x = np.mgrid[0:12, 0:12]
+        rate = 0.8 + 0.4 * x / 11
+        made = patinate.factorize(ramp_history(rate, np.zeros((12, 12))))[0]
+        # Only ratios mean something: the clock's own scale is the median rate's.
+        found = made["rate"] / np.median(made["rate"])
+        np.testing.assert_allclose(found, rate / np.median(rate), atol=0.02)  # 3 % of a rate: the spline's knots.
+        self.assertTrue((made["status"] == 3).all())
+        self.assertEqual(made["curve"].shape, (257, 3))
+
+
+class Fit(PythonCase):
+    def test_the_least_of_a_parabola_is_found(self):
+        made = patinate.minimize(lambda v: (v["a"] - 3) ** 2 + (np.log(v["b"]) - 1) ** 2, {"a": (0, 10), "b": (0.1, 100, "log")}, evaluations=300)
+        self.assertAlmostEqual(made["values"]["a"], 3, delta=0.02)
+        self.assertAlmostEqual(made["values"]["b"], np.e, delta=0.03)
+        self.assertEqual(min(value for _, value in made["evaluations"]), made["objective"])
+
+    def test_what_the_function_raises_comes_through(self):
+        def refuse(_):
+            raise ZeroDivisionError("not today")
+        with self.assertRaises(ZeroDivisionError):
+            patinate.minimize(refuse, {"a": (0, 1)}, evaluations=20)
+
+    def test_a_rule_of_a_scene_is_found_by_a_function_and_by_a_history(self):
+        self.run_patinate("simulate", "scene.json", "-o", "truth")
+        truth = patinate.read_history(self.work / "truth")
+        scene = self.json_of("scene.json")
+        scene["rules"][0] = {"name": "patina", "rate": 0.2}
+        (self.work / "start.json").write_text(json.dumps(scene))
+        last = truth.frame(-1)
+        vary = {"/rules/0/rate": (0.05, 20, "log")}
+        by_function = patinate.fit(self.work / "start.json", lambda h: float(np.abs(h.frame(-1) - last).mean()), vary, evaluations=40)
+        by_history = patinate.fit(self.work / "start.json", truth, vary, evaluations=40, figures={"ciede2000": 1})
+        for made in (by_function, by_history):
+            self.assertEqual(made["evaluations"][0][0]["/rules/0/rate"], 0.2)
+            self.assertLess(made["objective"], 0.2 * made["evaluations"][0][1])
+        self.assertAlmostEqual(np.log(by_function["values"]["/rules/0/rate"] / by_history["values"]["/rules/0/rate"]), 0, delta=0.1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,56 @@
+#!/usr/bin/python3
+"""Captures in Python: ingest, survey, thickness, registration, unlighting."""
+import numpy as np
+import patinate
+
+from python_case import PythonCase, main
+
+
+class Capture(PythonCase):
+    def test_ingest_makes_the_commands_bytes(self):
+        history = patinate.ingest(self.work / "capture", self.work / "ingested", deflicker=True)
+        self.run_patinate("ingest", "capture", "--deflicker", "-o", "by_command")
+        self.assertGreater(len(history), 1)
+        for path in sorted((self.work / "by_command").rglob("*")):
+            relative = path.relative_to(self.work / "by_command")
+            if path.is_file() and path.name not in ("run.json", "job.json"):
+                self.assertEqual(path.read_bytes(), (self.work / "ingested" / relative).read_bytes(), relative)
+        self.assertEqual(patinate.survey(self.work / "ingested")["is_deflickered"], True)
+        self.line_of(patinate.CannotComplete, lambda: patinate.ingest(self.work / "capture", self.work / "ingested"))
+
+    def test_thickness_is_the_commands(self):
+        light = np.random.default_rng(3).uniform(0.3, 0.5, (40, 48)).astype(np.float32)
+        patinate.write_color(self.work / "light.exr", np.repeat(light[..., None], 3, axis=2))
+        self.run_patinate("thickness", "light.exr", "--spatial-sigma", "4", "-o", "thickness.exr")
+        stored = patinate.read_color(self.work / "light.exr")[..., 0]
+        made = patinate.thickness(stored, spatial_sigma=4)
+        normalized = np.clip((made["values"].astype(np.float64) - made["low"]) / (made["high"] - made["low"]), 0, 1)
+        np.testing.assert_allclose(normalized, patinate.read_channels(self.work / "thickness.exr", ["Y"]), atol=1e-4)  # The command takes the mean of three channels.
+
+    def test_a_known_motion_is_found(self):
+        rng = np.random.default_rng(4)
+        x, y = rng.uniform(-30, 30, (2, 4000))
+        z = 4 * np.sin(x / 7) * np.cos(y / 9) + 0.01 * x * y
+        points = np.stack([x, y, z], axis=1)
+        angle = 0.06
+        turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+        moved = points @ turn.T + [1.0, -0.5, 0.8]
+        found = patinate.register(moved, points, initial=np.eye(4))
+        self.assertEqual(found["status"], "converged")
+        np.testing.assert_allclose(found["target_from_source"][:3, :3], turn, atol=2e-3)
+        np.testing.assert_allclose(found["target_from_source"][:3, 3], [1.0, -0.5, 0.8], atol=0.1)
+
+    def test_albedo_of_a_lambertian_scene_comes_back(self):
+        rng = np.random.default_rng(5)
+        albedo = rng.uniform(0.2, 0.8, (16, 16, 3)).astype(np.float32)
+        normal = np.broadcast_to(np.float32([0, 0, 1]), (16, 16, 3))
+        directions = [[0.3, 0, 1], [-0.3, 0.1, 1], [0, -0.4, 1], [0.2, 0.3, 1], [-0.2, -0.2, 1]]
+        photos = [albedo / np.float32(np.pi) * np.float32(2.0 * d[2] / np.linalg.norm(d)) for d in directions]
+        made = patinate.unlight(photos, [{"direction": d, "intensity": 2.0} for d in directions], normal=normal, normals="keep", specular="none")
+        np.testing.assert_allclose(made["albedo"], albedo, rtol=1e-4)  # Rounding of floats.
+        self.assertTrue((made["mask"] == 255).all())
+        self.assertIn("lights[0]", self.line_of(patinate.InvalidInput, lambda: patinate.unlight(photos, [{"intensity": 1}] * 5)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+#!/usr/bin/python3
+"""Ctrl-C, and other threads, while a long call works."""
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import patinate
+
+from python_case import PythonCase, main
+
+PATIENCE = 0.05  # s from Ctrl-C to the exception.
+
+
+def noise_history(size):
+    rng = np.random.default_rng(1)
+    return patinate.history_from_arrays(rng.random((2, size, size, 3), np.float32), [0, 1], controls={"x": rng.random((size, size), np.float32)})
+
+
+class Interrupt(PythonCase):
+    def seconds_to_end(self, work):
+        """From Ctrl-C, half a second into the work, to its exception."""
+        sent = []
+
+        def interrupt():
+            time.sleep(0.5)
+            sent.append(time.monotonic())
+            os.kill(os.getpid(), signal.SIGINT)
+        helper = threading.Thread(target=interrupt)
+        helper.start()
+        with self.assertRaises(KeyboardInterrupt):
+            work()
+        ended = time.monotonic()
+        helper.join()
+        return ended - sent[0]
+
+    def check(self, work):
+        # On a machine that does other things too, the best of three says what the program does.
+        self.assertLess(min(self.seconds_to_end(work) for _ in range(3)), PATIENCE)
+
+    def test_a_transfer_ends_at_once(self):
+        mesh = patinate.read_mesh(self.work / "urn/mesh.obj")
+        self.check(lambda: patinate.transfer(noise_history(256), mesh, "facing", resolution=1024))
+
+    def test_a_simulation_ends_at_once_and_says_that_its_state_is_lost_or_goes_on(self):
+        simulation = patinate.Simulation(self.work / "scene.json", resolution=1024)
+        start = simulation.snapshot()
+
+        def work():
+            simulation.restore(start)
+            simulation.step(count=1000000)
+        self.check(work)
+        try:
+            simulation.step()
+        except patinate.InvalidInput as e:
+            self.assertIn("restore() a snapshot", str(e))
+        simulation.restore(start)
+        self.assertEqual(simulation.iteration, 0)
+
+    def test_a_fit_whose_function_is_python_ends_at_once(self):
+        self.check(lambda: patinate.minimize(lambda values: time.sleep(0.005) or values["a"], {"a": (0, 1)}, evaluations=1000000, tolerance=1e-300, restarts=1000))
+
+    def test_others_run_meanwhile(self):
+        mesh = patinate.read_mesh(self.work / "urn/mesh.obj")
+        worker = threading.Thread(target=lambda: patinate.transfer(noise_history(128), mesh, "facing", resolution=512))
+        worker.start()
+        turns = 0
+        while worker.is_alive():
+            turns += 1
+            time.sleep(0.001)
+        self.assertGreater(turns, 20)  # With the lock held there would be none.
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,67 @@
+"""Test cases of the Python module, which say of each function that it does what the command line does. Usage of each: X_test.py PATINATE FOLDER (of the package)"""
+import json
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "cli"))
+from small_scene import make_small_scene  # noqa: E402
+
+# A leaning plate under drops that rest nowhere: the smallest scene with a rule and a look.
+PLATE = "v -50 0 0\nv 50 0 0\nv 50 86 -50\nv -50 86 -50\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"
+SCENE = {
+    "format": "patinate.scene", "version": 2, "unit": "mm", "seed": 1, "atlas": {"resolution": 32},
+    "materials": ["water", "metal", "patina"],
+    "appearance": {"water": {"strength": 0.2}, "patina": {"strength": 0.5, "variation": 0.1}},
+    "objects": [{"name": "plate", "mesh": "plate.obj", "preset": "copper"}],
+    "emitters": [{"name": "rain", "shape": "sky", "speed": 300, "spread_deg": 5, "gammatons": 100, "carries": {"water": 0.8, "patina": 0.0}}],
+    "behavior": {"slider": 0.5}, "exchange": {"rates": {"water": 0.3, "patina": 0.0}, "splat": 1, "deposit": False}, "tracing": {"wet_attraction": 0},
+    "rules": ["patina", {"name": "evaporation", "rate": 0.5}],
+    "time": {"unit": "h", "per_iteration": 0.2},
+    "run": {"iterations": 30, "history_every": 10, "controls": ["hits"]}}
+
+
+def half(values):
+    """As EXR files of colors keep them."""
+    return np.asarray(values).astype(np.float16).astype(np.float32)
+
+
+class PythonCase(unittest.TestCase):
+    """`work` holds capture, urn, history and aged of the small scene, scene.json, and what `run` makes beside them."""
+    patinate = work = package = None
+
+    def run_patinate(self, *arguments):
+        result = subprocess.run([self.patinate, *map(str, arguments)], cwd=self.work, capture_output=True, text=True, timeout=300)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return result.stdout
+
+    def line_of(self, kind, work):
+        """The one line of the error that `work` raises."""
+        with self.assertRaises(kind) as caught:
+            work()
+        self.assertNotIn("\n", str(caught.exception))
+        return str(caught.exception)
+
+    def json_of(self, *path):
+        return json.loads(self.work.joinpath(*path).read_text())
+
+
+def main():
+    PythonCase.patinate = str(pathlib.Path(sys.argv.pop(1)).resolve())
+    PythonCase.package = pathlib.Path(sys.argv.pop(1)).resolve()
+    PythonCase.work = pathlib.Path(tempfile.mkdtemp(prefix="patinate_python_"))
+    try:
+        make_small_scene(lambda *arguments: subprocess.run([PythonCase.patinate, *arguments], cwd=PythonCase.work, capture_output=True, text=True))
+        (PythonCase.work / "plate.obj").write_text(PLATE)
+        (PythonCase.work / "scene.json").write_text(json.dumps(SCENE))
+        program = unittest.main(module="__main__", exit=False)
+    finally:
+        shutil.rmtree(PythonCase.work)
+    if program.result.testsRun == 0:
+        raise SystemExit("no test was run")
+    raise SystemExit(not program.result.wasSuccessful())

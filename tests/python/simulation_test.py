@@ -1,0 +1,90 @@
+#!/usr/bin/python3
+"""Simulations in Python."""
+import copy
+import threading
+
+import numpy as np
+import patinate
+
+from python_case import SCENE, PythonCase, half, main
+
+
+class Simulation(PythonCase):
+    def setUp(self):
+        self.simulation = patinate.Simulation(self.work / "scene.json")
+
+    def test_frames_maps_and_amounts_are_the_commands(self):
+        if not (self.work / "simulated").exists():
+            self.run_patinate("simulate", "scene.json", "-o", "simulated")
+        history = patinate.read_history(self.work / "simulated")
+        for i in range(len(history)):
+            if i > 0:
+                self.simulation.step(count=10)
+            np.testing.assert_array_equal(half(self.simulation.compose()["color"]), history.frame(i))
+            self.assertAlmostEqual(self.simulation.time, history.times[i])
+        hits, unit = self.simulation.parameter_map("hits")
+        low, high, expected_unit = history.controls["hits"]
+        covered = self.simulation.coverage() != 0
+        np.testing.assert_allclose(history.control("hits")[covered] * (high - low) + low, np.clip(hits, low, high)[covered], atol=1e-4)
+        self.assertEqual(unit, expected_unit)
+
+    def test_mass_balances_exactly(self):
+        self.simulation.step(count=20)
+        for material, account in self.simulation.ledger().items():
+            self.assertEqual(account["imbalance"], 0.0, material)
+        self.assertGreater(self.simulation.ledger()["water"]["emitted"], 0)
+        self.assertEqual(self.simulation.audit(), "")
+
+    def test_a_snapshot_leads_to_the_same_state(self):
+        self.simulation.step(count=5)
+        kept = self.simulation.snapshot()
+        self.simulation.step(count=5)
+        end = self.simulation.snapshot()
+        self.simulation.restore(kept)
+        self.assertEqual(self.simulation.iteration, 5)
+        self.simulation.compose()  # Looking changes nothing.
+        self.simulation.step(count=5, num_threads=1)
+        self.assertEqual(self.simulation.snapshot(), end)
+        self.line_of(patinate.InvalidInput, lambda: self.simulation.restore(kept[:40]))
+
+    def test_an_event_now_is_an_event_of_the_scene(self):
+        scene = copy.deepcopy(SCENE)
+        event = {"op": "switch", "target": "rain", "on": False}
+        scene["events"] = [{"iteration": 3, **event}]
+        planned = patinate.Simulation(scene, folder=self.work)
+        planned.step(count=6)
+        self.simulation.step(count=3)
+        self.simulation.apply(event)
+        self.simulation.step(count=3)
+        np.testing.assert_array_equal(self.simulation.amounts("patina"), planned.amounts("patina"))
+        self.assertEqual(self.simulation.ledger(), planned.ledger())
+        self.line_of(patinate.InvalidInput, lambda: self.simulation.apply({"op": "switch", "target": "snow", "on": False}))
+
+    def test_amounts_read_back(self):
+        amounts = np.zeros((32, 32), np.float32)
+        amounts[10, 12] = 0.5
+        self.simulation.set_amounts("patina", amounts)
+        self.assertEqual(self.simulation.amounts("patina")[10, 12], 0.5)
+        self.assertIn("water, metal, patina", self.line_of(patinate.InvalidInput, lambda: self.simulation.amounts("gold")))
+
+    def test_another_thread_runs_while_it_works_and_may_not_touch_it(self):
+        big = patinate.Simulation(self.work / "scene.json", resolution=512)
+        refused = []
+        worker = threading.Thread(target=lambda: big.step(count=400))
+        worker.start()
+        while worker.is_alive():
+            try:
+                big.iteration
+            except patinate.InvalidInput as e:
+                refused.append(str(e))
+        self.assertTrue(refused and all("another thread" in text for text in refused))
+        self.assertEqual(big.iteration, 400)
+
+    def test_a_scene_that_is_wrong_names_the_pointer(self):
+        scene = copy.deepcopy(SCENE)
+        scene["behavior"]["slider"] = 7
+        self.assertIn("/behavior/slider", self.line_of(patinate.InputError, lambda: patinate.Simulation(scene, folder=self.work)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,77 @@
+#!/usr/bin/python3
+"""What the module says of itself: signatures, docstrings, type stubs."""
+import importlib.util
+import inspect
+import subprocess
+import sys
+import unittest
+
+import patinate
+
+from python_case import PythonCase, main
+
+USE = """
+import numpy as np
+import patinate
+
+history: patinate.History = patinate.history_from_arrays(np.zeros((2, 8, 8, 3), np.float32), [0, 1], name="x")
+aged = patinate.transfer(history, patinate.read_mesh("mesh.obj"), {"x": "facing"}, resolution=64, on_progress=print)
+texture = aged.texture(0.5, between="hold")
+simulation = patinate.Simulation("scene.json", resolution=64)
+simulation.step(count=3)
+best: float = patinate.minimize(lambda v: v["a"], {"a": (0, 1)})["objective"]
+"""
+
+
+class Says(PythonCase):
+    def functions(self):
+        for name in patinate.__all__:
+            value = getattr(patinate, name)
+            if inspect.isbuiltin(value):
+                yield name, value
+            elif inspect.isclass(value) and not issubclass(value, Exception):
+                yield from ((f"{name}.{key}", member) for key, member in vars(value).items() if inspect.isroutine(member) and not key.startswith("_"))
+
+    def test_every_function_has_a_signature_and_a_docstring_with_each_parameter(self):
+        found = list(self.functions())
+        self.assertGreater(len(found), 40)
+        for name, function in found:
+            parameters = inspect.signature(function).parameters
+            self.assertTrue(function.__doc__ and function.__doc__[0].isupper(), name)
+            for parameter in parameters:
+                if parameter != "self":
+                    self.assertIn(f"{parameter}: ", function.__doc__, name)
+
+    def test_every_attribute_says_what_it_is(self):
+        for name in patinate.__all__:
+            value = getattr(patinate, name)
+            if inspect.isclass(value):
+                for key, member in vars(value).items():
+                    if isinstance(member, property):
+                        self.assertTrue(member.__doc__, f"{name}.{key}")
+
+    def test_defaults_are_those_of_the_command_line(self):
+        said = " ".join(self.run_patinate("transfer", "--help").split())
+        parameters = inspect.signature(patinate.transfer).parameters
+        for name in ("method", "quality", "levels", "coarse_passes", "appearance_samples", "atlas"):
+            if name in parameters:
+                self.assertRegex(said, rf"(?s)--{name.replace('_', '-')}.*?default {parameters[name].default}")
+
+    @unittest.skipUnless(importlib.util.find_spec("mypy"), "mypy is not installed")
+    def test_stubs_hold_in_mypy(self):
+        (self.work / "use.py").write_text(USE)
+        (self.work / "misuse.py").write_text("import patinate\npatinate.read_history(7)\npatinate.transfer()\n")
+        # The package as it is installed: a folder of stubs and no source would do.
+        environment = {"MYPYPATH": str(self.package.parent), "PATH": "/usr/bin:/bin"}
+
+        def mypy(*files):
+            return subprocess.run([sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(self.work / "mypy"), *files], cwd=self.work, env=environment,
+                                  capture_output=True, text=True)
+        result = mypy("use.py", str(self.package / "__init__.pyi"))
+        self.assertEqual(result.returncode, 0, result.stdout)
+        self.assertIn("Found 2 errors", mypy("misuse.py").stdout)
+        self.assertTrue((self.package / "py.typed").exists())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,101 @@
+#!/usr/bin/python3
+"""Transfers, lookups and evaluations in Python."""
+import numpy as np
+import patinate
+
+from python_case import PythonCase, half, main
+
+
+class Transfer(PythonCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.history = patinate.read_history(cls.work / "history")
+        cls.mesh = patinate.read_mesh(cls.work / "urn/mesh.obj")
+        cls.aged = patinate.transfer(cls.history, cls.mesh, "facing", resolution=64)
+
+    def test_coordinates_and_figures_are_the_commands(self):
+        folder = patinate.read_transfer(self.work / "aged")
+        np.testing.assert_array_equal(self.aged.coordinates, folder.coordinates)
+        self.assertEqual(self.aged.energy, folder.energy)
+        np.testing.assert_array_equal(self.aged.coverage, folder.coverage())
+
+    def test_a_texture_is_what_lookup_writes(self):
+        time = float(self.history.times.mean())
+        self.run_patinate("lookup", "aged", "--time", time, "-o", "mean.exr")
+        written = patinate.read_color(self.work / "mean.exr")
+        folder = patinate.read_transfer(self.work / "aged")
+        np.testing.assert_array_equal(half(folder.texture(time)), written)
+        covered = self.aged.coverage != 0
+        np.testing.assert_array_equal(half(self.aged.texture(time))[covered], written[covered])
+
+    def test_a_texel_that_covers_many_pixels_shows_their_mean_as_the_folder_does(self):
+        self.run_patinate("transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "24", "--unit", "m", "--texel-size", "1", "-o", "coarse")
+        aged = patinate.transfer(self.history, self.mesh, "facing", resolution=24, mm_per_unit=1000, texel_size=1)
+        folder = patinate.read_transfer(self.work / "coarse")
+        np.testing.assert_array_equal(aged.coordinates, folder.coordinates)
+        covered = aged.coverage != 0
+        at = aged.coordinates[covered].astype(int)
+        texture = aged.texture(self.history.times[-1])[covered]
+        np.testing.assert_array_equal(texture, folder.texture(self.history.times[-1])[covered])
+        self.assertFalse(np.array_equal(texture, self.history.frame(-1)[at[:, 1], at[:, 0]]))
+
+    def test_a_time_map_gives_each_texel_its_own_time(self):
+        times = np.linspace(self.history.times[0], self.history.times[-1], 64 * 64, dtype=np.float32).reshape(64, 64)
+        texture = self.aged.texture(times)
+        at = self.aged.coordinates.astype(int)
+        for y, x in ((20, 30), (40, 12), (33, 33)):
+            if self.aged.coverage[y, x]:
+                expected = self.history.sample(float(times[y, x]))[at[y, x, 1], at[y, x, 0]]
+                np.testing.assert_allclose(texture[y, x], expected, atol=1e-6)
+        np.testing.assert_array_equal(patinate.gather_at_times(self.history, self.aged.coordinates, times)[self.aged.coverage != 0],
+                                      texture[self.aged.coverage != 0])
+
+    def test_a_map_of_ones_own_guides_as_its_expression_does(self):
+        surface = patinate.Surface(self.mesh, resolution=64)
+        control = surface.control("facing")
+        name = list(self.history.controls)[0]
+        by_map = patinate.transfer(self.history, surface, {name: control})
+        by_text = patinate.transfer(self.history, surface, {name: "facing"})
+        np.testing.assert_array_equal(by_map.coordinates, by_text.coordinates)
+        by_array = patinate.transfer(self.history, surface, {name: np.array(control.values)})
+        self.assertEqual(by_array.coordinates.shape, (64, 64, 2))
+
+    def test_the_number_of_threads_changes_nothing(self):
+        one = patinate.transfer(self.history, self.mesh, "facing", resolution=64, num_threads=1)
+        np.testing.assert_array_equal(one.coordinates, self.aged.coordinates)
+
+    def test_progress_rises_and_ends_at_one(self):
+        seen = []
+        patinate.transfer(self.history, self.mesh, "facing", resolution=64, on_progress=seen.append)
+        self.assertEqual(seen, sorted(seen))
+        self.assertEqual(seen[-1], 1.0)
+
+    def test_what_progress_raises_ends_the_work(self):
+        def refuse(_):
+            raise KeyError("enough")
+        with self.assertRaises(KeyError):
+            patinate.transfer(self.history, self.mesh, "facing", resolution=64, on_progress=refuse)
+
+    def test_an_evaluation_has_the_figures_of_the_command(self):
+        self.run_patinate("evaluate", "aged", "--samples", "500", "--audits", "50", "-o", "evaluation")
+        expected = {f["name"]: f.get("value") for f in self.json_of("evaluation", "evaluation.json")["maps"][0]["figures"]}
+        figures = patinate.evaluate(self.work / "aged", samples=500, audits=50)["figures"]
+        self.assertEqual({name: f["value"] for name, f in figures.items()}, expected)
+        # In memory a patch's direction is exact; a folder keeps angles as floats, so that neighbors half-way between two texels may be the other one.
+        for name, figure in patinate.evaluate(self.aged, samples=500, audits=50)["figures"].items():
+            if expected[name] is None:
+                self.assertIsNone(figure["value"], name)
+            else:
+                self.assertAlmostEqual(figure["value"], expected[name], delta=0.01 * abs(expected[name]), msg=name)
+
+    def test_errors_say_what_there_is(self):
+        self.assertIn("facing", self.line_of(patinate.ParseError, lambda: patinate.transfer(self.history, self.mesh, "facin", resolution=16)))
+        self.line_of(patinate.InvalidInput, lambda: patinate.transfer(self.history, self.mesh, "nothing=facing", resolution=16))
+        self.assertIn("[16, 16384]", self.line_of(patinate.InvalidInput, lambda: patinate.transfer(self.history, self.mesh, "facing", resolution=4)))
+        self.assertIn("the surface has", self.line_of(patinate.InvalidInput, lambda: patinate.transfer(
+            self.history, self.mesh, {list(self.history.controls)[0]: np.zeros((8, 8), np.float32)}, resolution=16)))
+        self.line_of(TypeError, lambda: patinate.transfer(self.history, 7, "facing"))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,107 @@
+#include "simulation/composition/compose_device.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "libcommon/core/random.h"
+#include "libcommon/device/device_choice.h"
+#include "libcommon/device/opencl.h"
+#include "tests/simulation/composition/compose_scene.h"
+#include "tests/support/meshes.h"
+
+namespace patinate::simulation {
+namespace {
+
+using device::Device;
+using device::DeviceInfo;
+using testing_support::any_appearance;
+using testing_support::ComposeScene;
+
+class ComposeOnDevices : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
+  }
+  std::vector<DeviceInfo> all = device::list_devices();
+};
+
+void expect_equal(const Composer& a, const Composer& b, const std::string& where) {
+  EXPECT_TRUE(std::equal(a.codes().begin(), a.codes().end(), b.codes().begin(), b.codes().end())) << where;
+  EXPECT_TRUE(std::equal(a.normals().begin(), a.normals().end(), b.normals().begin(), b.normals().end())) << where;
+  EXPECT_EQ(a.height_mm().values()[0], b.height_mm().values()[0]);
+  const ImageF here = a.height_mm(), there = b.height_mm();
+  EXPECT_TRUE(std::equal(here.values().begin(), here.values().end(), there.values().begin())) << where;
+}
+
+TEST_F(ComposeOnDevices, PassTheirOwnCheck) {
+  for (const DeviceInfo& info : all) {
+    const device::CheckResult check = check_composition(Device(info));
+    EXPECT_TRUE(check.is_passed()) << info.name << ": " << check.num_different << " of " << check.num_items;
+  }
+}
+
+// Eight materials of every kind on charts that are turned and mirrored, first whole, then where much has changed, then
+// with other looks; both forms.
+TEST_F(ComposeOnDevices, GiveTheCpusBytes) {
+  for (const DeviceInfo& info : all) {
+    for (const ColorForm form : {ColorForm::Normalized, ColorForm::Published}) {
+      std::vector<MaterialAppearance> looks = any_appearance(8, 5);
+      looks[2].grain_mm = 3.0;
+      looks[2].second_color = Vec3(0.9, 0.1, 0.2);
+      looks[3].color.image = ImageF(13, 9, 3);
+      for (std::size_t i = 0; i < looks[3].color.image.values().size(); ++i)
+        looks[3].color.image.data()[i] = static_cast<float>(i % 17) / 17.0F;
+      ComposeScene scene(testing_support::patchwork_plane(60.0, 4), 128, looks);
+      testing_support::set_any_amounts(scene, 9);
+      Composer here = scene.composer(form), there = scene.composer(form);
+      there.use(std::make_shared<const ComposeDevice>(Device(info),
+                                                      [&](const std::string& problem) { ADD_FAILURE() << problem; }));
+      EXPECT_EQ(here.compose(*scene.atlas, {}), there.compose(*scene.atlas, {}));
+      expect_equal(here, there, info.name + ": whole");
+      std::vector<TileIndex> dirty;
+      for (TileIndex tile = 0; tile < scene.surface->grid().num_tiles(); tile += 2) {
+        for (std::uint16_t& amount : scene.atlas->writable_tile(1, tile))
+          amount = static_cast<std::uint16_t>(amount / 2);
+        dirty.push_back(tile);
+      }
+      EXPECT_EQ(here.compose(*scene.atlas, dirty), there.compose(*scene.atlas, dirty));
+      expect_equal(here, there, info.name + ": every second tile");
+      here.set_appearance(any_appearance(8, 6));
+      there.set_appearance(any_appearance(8, 6));
+      EXPECT_EQ(here.compose(*scene.atlas, {}), there.compose(*scene.atlas, {}));
+      expect_equal(here, there, info.name + ": other looks");
+    }
+  }
+}
+
+int launches_left = 0;
+cl_int launch_or_fail(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions, const std::size_t* first,
+                      const std::size_t* size, const std::size_t* group, cl_uint num_events, const cl_event* events,
+                      cl_event* event) {
+  if (launches_left-- <= 0) return CL_OUT_OF_RESOURCES;
+  return device::opencl()->clEnqueueNDRangeKernel(queue, kernel, dimensions, first, size, group, num_events, events,
+                                                  event);
+}
+
+TEST_F(ComposeOnDevices, ThatAreLostLeaveTheRestToTheCpu) {
+  static device::OpenCl failing = *device::opencl();
+  failing.clEnqueueNDRangeKernel = &launch_or_fail;
+  ComposeScene scene(testing_support::patchwork_plane(60.0, 4), 128, any_appearance(4, 5));
+  testing_support::set_any_amounts(scene, 9);
+  Composer here = scene.composer();
+  (void)here.compose(*scene.atlas, {});
+  for (const int num_launches : {0, 1}) {  // Before colors, before normals.
+    launches_left = num_launches;
+    int num_failures = 0;
+    Composer there = scene.composer();
+    there.use(
+        std::make_shared<const ComposeDevice>(Device(all[0], failing), [&](const std::string&) { ++num_failures; }));
+    (void)there.compose(*scene.atlas, {});
+    expect_equal(here, there, std::to_string(num_launches));
+    EXPECT_EQ(num_failures, 1);
+  }
+}
+
+}  // namespace
+}  // namespace patinate::simulation

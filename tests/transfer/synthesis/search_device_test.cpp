@@ -1,0 +1,152 @@
+#include "transfer/synthesis/search_device.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "libcommon/atlas/direction_field.h"
+#include "libcommon/core/random.h"
+#include "libcommon/device/opencl.h"
+#include "tests/support/histories.h"
+#include "tests/support/meshes.h"
+#include "tests/support/temp_folder.h"
+
+namespace patinate::transfer {
+namespace {
+
+using device::Device;
+using device::DeviceInfo;
+using testing_support::TempFolder;
+
+// A device's neighbors are those of the CPU: on charts of several densities, turned and mirrored, so that some follow
+// the grid and some are stored.
+TEST(FlatNeighbors, AreThoseThatACursorFinds) {
+  const TexelMap map(testing_support::patchwork_plane(96.0, 4), 96, 96);
+  const auto frames = std::make_shared<const FlowFrames>(uv_frames(map));
+  const TexelNeighborhood neighborhood(map, testing_support::square_offsets(2, 1.3), frames, 1.3);
+  const FlatNeighbors flat = neighborhood.flat();
+  const neighbor_kernel::NeighborTables tables{.num = static_cast<std::int32_t>(neighborhood.size()),
+                                               .row = flat.row.data(),
+                                               .is_stored = flat.is_stored.data(),
+                                               .begin = flat.begin.data(),
+                                               .stored = flat.stored.data(),
+                                               .triangle = map.triangles().data(),
+                                               .steps_of = flat.steps_of.data(),
+                                               .steps = flat.steps.data()};
+  TexelNeighborhood::Cursor cursor(neighborhood);
+  std::vector<PixelNeighbor> found(neighborhood.size());
+  for (TexelId t = 0; t < map.num_texels(); ++t) {
+    if (!map.is_covered(t)) continue;
+    neighbor_kernel::find_texel_neighbors(&tables, t, found.data());
+    const auto expected = cursor.at(t);
+    ASSERT_TRUE(std::equal(found.begin(), found.end(), expected.begin(), expected.end())) << "texel " << t;
+  }
+  EXPECT_FALSE(flat.stored.empty());
+  EXPECT_FALSE(flat.steps.empty());
+}
+
+class SearchOnDevices : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
+  }
+  std::vector<DeviceInfo> all = device::list_devices();
+};
+
+TEST_F(SearchOnDevices, PassesItsOwnCheck) {
+  for (const DeviceInfo& info : all) {
+    const device::CheckResult check = check_search(Device(info));
+    EXPECT_TRUE(check.is_passed()) << info.name << ": " << check.num_different << " of " << check.num_items;
+  }
+}
+
+/// A history of blotches onto charts that are turned, mirrored and of two densities, with one control or two.
+struct QuiltTask {
+  TempFolder folder;
+  TransferInput input;
+
+  explicit QuiltTask(int num_controls, int num_frames = 4) {
+    constexpr int kSource = 72, kSize = 96;
+    testing_support::write_history(folder.path(), kSource, kSource, num_frames, testing_support::blotches);
+    input.history = std::make_shared<const HistoryReader>(folder.path());
+    input.map = std::make_shared<const TexelMap>(testing_support::patchwork_plane(kSize, 4), kSize, kSize);
+    input.texel_size_mm = 1.0;
+    for (int c = 0; c < num_controls; ++c) {
+      ImageF values(kSize, kSize);
+      for (int y = 0; y < kSize; ++y) {
+        for (int x = 0; x < kSize; ++x) values.at(x, y) = static_cast<float>(c == 0 ? x : y) / kSize;
+      }
+      const std::string name = c == 0 ? "x" : "y";
+      input.controls.push_back({name, name, std::move(values), {0.0, kSource - 1.0, "px"}, 1.0, ControlMapping::Rank});
+    }
+  }
+  [[nodiscard]] TransferResult run(std::shared_ptr<const SearchDevice> device,
+                                   const TransferOptions& options = {}) const {
+    TransferInput there = input;
+    there.device = std::move(device);
+    return transfer(there, options);
+  }
+};
+
+TEST_F(SearchOnDevices, GivesTheCpusCoordinates) {
+  for (const int num_controls : {1, 2}) {
+    const QuiltTask task(num_controls);
+    const CoordinateMap here = task.run(nullptr).coordinates;
+    for (const DeviceInfo& info : all) {
+      std::string failure;
+      const auto search =
+          std::make_shared<const SearchDevice>(Device(info), [&](const std::string& text) { failure = text; });
+      EXPECT_EQ(task.run(search).coordinates, here) << info.name;
+      EXPECT_EQ(failure, "");
+    }
+  }
+}
+
+// Drivers of CPUs have what the items of a group keep on a stack, which the largest neighborhood must not exhaust.
+TEST_F(SearchOnDevices, HaveRoomForTheLargestNeighborhood) {
+  const QuiltTask task(1);
+  const TransferOptions options{.neighborhood_radius_px = 5};
+  const CoordinateMap here = task.run(nullptr, options).coordinates;
+  for (const DeviceInfo& info : all)
+    EXPECT_EQ(task.run(std::make_shared<const SearchDevice>(Device(info)), options).coordinates, here) << info.name;
+}
+
+/// As a driver that loses its device after some launches.
+int launches_left = 0;
+cl_int launch_or_fail(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions, const std::size_t* first,
+                      const std::size_t* size, const std::size_t* group, cl_uint num_events, const cl_event* events,
+                      cl_event* event) {
+  if (launches_left-- <= 0) return CL_OUT_OF_RESOURCES;
+  return device::opencl()->clEnqueueNDRangeKernel(queue, kernel, dimensions, first, size, group, num_events, events,
+                                                  event);
+}
+
+TEST_F(SearchOnDevices, ATransferWhoseDeviceIsLostGoesOnWithTheSameCoordinates) {
+  const QuiltTask task(1);
+  const CoordinateMap here = task.run(nullptr).coordinates;
+  static device::OpenCl failing = *device::opencl();
+  failing.clEnqueueNDRangeKernel = &launch_or_fail;
+  for (const int num_launches : {0, 3, 60}) {
+    launches_left = num_launches;
+    std::vector<std::string> failures;
+    const auto search = std::make_shared<const SearchDevice>(
+        Device(all[0], failing), [&](const std::string& text) { failures.push_back(text); });
+    EXPECT_EQ(task.run(search).coordinates, here) << num_launches;
+    ASSERT_EQ(failures.size(), 1U) << "said once";
+    EXPECT_NE(failures[0].find("goes on without it"), std::string::npos);
+  }
+}
+
+TEST_F(SearchOnDevices, ATransferThatNeedsMoreMemoryThanTheDeviceHasGoesOnWithoutIt) {
+  const QuiltTask task(1);
+  DeviceInfo small = all[0];
+  small.largest_buffer_bytes = 4096;
+  std::string failure;
+  const auto search =
+      std::make_shared<const SearchDevice>(Device(small), [&](const std::string& text) { failure = text; });
+  EXPECT_EQ(task.run(search).coordinates, task.run(nullptr).coordinates);
+  EXPECT_NE(failure.find("too little memory"), std::string::npos) << failure;
+}
+
+}  // namespace
+}  // namespace patinate::transfer

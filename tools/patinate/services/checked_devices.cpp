@@ -1,0 +1,67 @@
+#include "tools/patinate/services/checked_devices.h"
+
+#include <functional>
+#include <optional>
+
+namespace patinate::cli {
+
+namespace {
+
+using KernelCheck = std::function<device::CheckResult(const device::Device&)>;
+
+/// Why a device is not taken; empty if it is.
+std::string problem_of(const device::Device& opened, const KernelCheck& check_kernels) {
+  const device::CheckResult arithmetic = device::check_arithmetic(opened);
+  const device::CheckResult check = arithmetic.is_passed() ? check_kernels(opened) : arithmetic;
+  if (check.is_passed()) return {};
+  return opened.info().name + ": differs from the CPU in " + std::to_string(check.num_different) + " of " +
+         std::to_string(check.num_items) + (arithmetic.is_passed() ? " values" : " calculations") +
+         ", so it is not used";
+}
+
+std::optional<device::Device> open_checked(const device::DeviceOptions& options, const KernelCheck& check_kernels,
+                                           CommandRun& run) {
+  if (options.device == "cpu") return std::nullopt;
+  std::string problem;
+  for (const device::DeviceInfo& info : device::choose_devices(options.device, device::list_devices())) {
+    try {
+      device::Device opened(info);
+      problem = problem_of(opened, check_kernels);
+      if (problem.empty()) {
+        run.detail("device: " + device::label(info));
+        run.line.decided("device", device::label(info));
+        return opened;
+      }
+    } catch (const device::DeviceError& error) {
+      problem = error.what();
+      if (!error.detail().empty()) run.detail(error.detail());
+    }
+    run.detail(problem);
+  }
+  if (options.device != "auto") throw CannotComplete(problem + "; --device cpu does without");
+  run.line.decided("device", "cpu");
+  return std::nullopt;
+}
+
+/// A Kind of device, which says by a note when it fails.
+template <class Kind>
+std::shared_ptr<const Kind> open_kind(const device::DeviceOptions& options, const KernelCheck& check_kernels,
+                                      CommandRun& run) {
+  const std::optional<device::Device> opened = open_checked(options, check_kernels, run);
+  if (!opened) return nullptr;
+  return std::make_shared<const Kind>(*opened, [&run](const std::string& text) { run.note(text); });
+}
+
+}  // namespace
+
+std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::DeviceOptions& options,
+                                                                 CommandRun& run) {
+  return open_kind<transfer::SearchDevice>(options, transfer::check_search, run);
+}
+
+std::shared_ptr<const simulation::ComposeDevice> open_compose_device(const device::DeviceOptions& options,
+                                                                     CommandRun& run) {
+  return open_kind<simulation::ComposeDevice>(options, simulation::check_composition, run);
+}
+
+}  // namespace patinate::cli

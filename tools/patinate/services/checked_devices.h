@@ -1,0 +1,22 @@
+/// \file
+/// The device that a command runs on.
+#pragma once
+
+#include <memory>
+
+#include "libcommon/device/device_choice.h"
+#include "simulation/composition/compose_device.h"
+#include "tools/patinate/command_line/command_run.h"
+#include "transfer/synthesis/search_device.h"
+
+namespace patinate::cli {
+
+/// The first device that is asked for and gives the CPU's bytes; null where the CPU does the work. With --verbose says
+/// which it is, and why others are not taken. What fails later is said by `run`, which must outlive it.
+/// @throws InvalidInput if what is asked for is not there; CannotComplete if what is asked for by name fails its check.
+[[nodiscard]] std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::DeviceOptions& options,
+                                                                               CommandRun& run);
+[[nodiscard]] std::shared_ptr<const simulation::ComposeDevice> open_compose_device(const device::DeviceOptions& options,
+                                                                                   CommandRun& run);
+
+}  // namespace patinate::cli

@@ -1,0 +1,194 @@
+#include "transfer/synthesis/search_device.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+#include <vector>
+
+namespace patinate::transfer {
+
+using device::Buffer;
+using device::Device;
+using device::DeviceError;
+using device::Items;
+
+SearchDevice::SearchDevice(const Device& device, std::function<void(const std::string&)> on_failure)
+    : device_(device), on_failure_(std::move(on_failure)) {}
+
+void SearchDevice::report_failure(const DeviceError& error) const {
+  if (on_failure_) on_failure_(std::string(error.what()) + "; goes on without it");
+}
+
+namespace {
+
+device::Program build_program(const Device& device, int num_neighbors) {
+  const std::string size = "#define PATINATE_MOST_NEIGHBORS " + std::to_string(num_neighbors) + "\n";
+  const std::array<std::string_view, 5> sources{size, kPhiloxKernel, kNeighborKernel, kSearchKernel, kSearchEntries};
+  return device.build("transfer", sources);
+}
+
+int num_neighbors_of(const Neighborhood& neighborhood) {
+  return static_cast<int>(neighborhood.weights.size() + TexelNeighborhood::kNumAdjacent);
+}
+
+}  // namespace
+
+struct SearchDevice::Level::State {
+  State(const SearchDevice& search_device, const SynthesisLevel& synthesis_level, const Neighborhood& neighborhood,
+        const SimilarPixels& similar, const EnergyScale& scale, const FlatNeighbors& flat)
+      : device(search_device.device()),
+        level(synthesis_level),
+        program(build_program(device, num_neighbors_of(neighborhood))),
+        search(program.kernel("search_set")),
+        take(program.kernel("take_set")),
+        appearance(device.upload(level.source.appearance.values())),
+        source_controls(device.upload(level.source.controls.values())),
+        is_usable(device.upload(level.source.is_usable)),
+        similar_pixels(device.upload(std::span(similar.data()->data(), similar.size() * kNumSimilar))),
+        usable(device.upload(level.source.usable)),
+        first_with(device.upload(level.source.first_with)),
+        grid_cell(device.upload(level.source.grid_cell)),
+        grid_begin(device.upload(level.source.grid_begin)),
+        grid_pixels(device.upload(level.source.grid_pixels)),
+        weights(device.upload(neighborhood.weights)),
+        coherence_scales(device.upload(scale.coherence_scales)),
+        control_scales(device.upload(scale.control_scale)),
+        targets(device.upload(level.destination.controls.values())),
+        row(device.upload(flat.row)),
+        is_stored(device.upload(flat.is_stored)),
+        begin(device.upload(flat.begin)),
+        stored(device.upload(flat.stored)),
+        triangle(device.upload(level.destination.map->triangles())),
+        steps_of(device.upload(flat.steps_of)),
+        steps(device.upload(flat.steps)) {
+    const TexelMap& map = *level.destination.map;
+    const auto num_texels = static_cast<std::size_t>(map.num_texels());
+    pixels = device.allocate<std::int32_t>(num_texels);
+    beside = device.allocate<std::int8_t>(2 * num_texels);
+    changed_near = device.allocate<std::uint8_t>(num_texels);
+    const std::size_t largest_set =
+        static_cast<std::size_t>((map.width() + 1) / 2) * static_cast<std::size_t>((map.height() + 1) / 2);
+    found_pixel = device.allocate<std::int32_t>(largest_set);
+    found_beside = device.allocate<std::int8_t>(2 * largest_set);
+    reuse = device.allocate<std::uint8_t>(level.source.is_usable.size());
+    look = device.allocate<std::uint8_t>(level.source.is_usable.size());
+    excess = device.allocate<std::int32_t>(std::size_t{search_kernel::kExcessCells} * search_kernel::kExcessCells);
+    const search_kernel::CostTables cost = cost_tables(neighborhood, scale);
+    const search_kernel::AlikeTables alike = alike_tables(level.source);
+    numbers.source_width = level.source.width();
+    numbers.source_height = level.source.height();
+    numbers.num_usable = alike.num_usable;
+    numbers.num_controls = cost.num_controls;
+    numbers.num_neighbors = cost.num_neighbors;
+    numbers.radius_px = cost.radius_px;
+    numbers.tolerance = kSimilarTolerance;
+    numbers.width = map.width();
+  }
+
+  Device device;
+  const SynthesisLevel& level;
+  device::Program program;
+  device::Kernel search, take;
+  search_kernel::SearchNumbers numbers{};
+  Buffer<std::int16_t> appearance;
+  Buffer<std::uint16_t> source_controls;
+  Buffer<std::uint8_t> is_usable;
+  Buffer<std::int32_t> similar_pixels, usable, first_with, grid_cell, grid_begin, grid_pixels;
+  Buffer<std::int16_t> weights;
+  Buffer<std::int64_t> coherence_scales, control_scales;
+  Buffer<std::uint16_t> targets;
+  Buffer<std::int32_t> row;
+  Buffer<std::uint64_t> is_stored;
+  Buffer<std::uint32_t> begin;
+  Buffer<neighbor_kernel::PackedNeighbor> stored;
+  Buffer<std::int32_t> triangle, steps_of;
+  Buffer<neighbor_kernel::PackedNeighbor> steps;
+  // What passes change.
+  Buffer<std::uint8_t> reuse, look;
+  Buffer<std::int32_t> excess, pixels;
+  Buffer<std::int8_t> beside;
+  Buffer<std::uint8_t> changed_near;
+  Buffer<std::int32_t> found_pixel;
+  Buffer<std::int8_t> found_beside;
+
+  /// Drivers of CPUs keep what all items of a group have on one stack: some kilobytes each.
+  static constexpr std::uint64_t kGroup = 64;
+
+  /// Calls launch(items) for all of a set, waiting for each: one takes some milliseconds.
+  template <class Launch>
+  void for_each_launch(std::uint64_t num_items, const RunControl& control, const Launch& launch) const {
+    const std::uint64_t most = device.info().is_gpu ? std::uint64_t{1} << 18 : std::uint64_t{1} << 12;
+    for (std::uint64_t first = 0; first < num_items; first += most) {
+      control.throw_if_stopped();
+      const std::uint64_t num = std::min(most, num_items - first);
+      launch(Items{.first = first, .num = (num + kGroup - 1) / kGroup * kGroup, .group = kGroup});
+      device.finish();
+    }
+  }
+
+  void run_set(const RunControl& control) {
+    const TexelMap& map = *level.destination.map;
+    const int rows = (map.height() - numbers.set / 2 + 1) / 2;
+    numbers.columns = (map.width() - numbers.set % 2 + 1) / 2;
+    const auto num_items = static_cast<std::uint64_t>(rows) * static_cast<std::uint64_t>(numbers.columns);
+    numbers.num_items = static_cast<std::uint32_t>(num_items);
+    for_each_launch(num_items, control, [&](const Items& items) {
+      search.run(items, numbers, appearance, source_controls, is_usable, similar_pixels, usable, first_with, grid_cell,
+                 grid_begin, grid_pixels, weights, coherence_scales, control_scales, reuse, look, excess, targets, row,
+                 is_stored, begin, stored, triangle, steps_of, steps, pixels, beside, changed_near, found_pixel,
+                 found_beside);
+    });
+    for_each_launch(num_items, control, [&](const Items& items) {
+      take.run(items, numbers, row, is_stored, begin, stored, triangle, steps_of, steps, found_pixel, found_beside,
+               pixels, beside, changed_near);
+    });
+  }
+};
+
+SearchDevice::Level::Level(const SearchDevice& device, const SynthesisLevel& level, const Neighborhood& neighborhood,
+                           const SimilarPixels& similar, const EnergyScale& scale, const RunControl& control) {
+  if (level.destination.map->num_texels() >= std::int64_t{1} << 31)
+    throw DeviceError(device.device().info().name + ": an atlas of 2^31 texels is too large for it");
+  state_ =
+      std::make_unique<State>(device, level, neighborhood, similar, scale, level.destination.neighbors->flat(control));
+}
+SearchDevice::Level::~Level() = default;
+
+void SearchDevice::Level::run(const DevicePass& pass, PlaceMap& places, std::span<std::uint8_t> changed_near,
+                              const RunControl& control) {
+  State& s = *state_;
+  if (pass.factors.penalty != 0) s.device.write(pass.reuse, s.reuse);
+  if (pass.factors.amounts != 0) {
+    s.device.write(pass.looks, s.look);
+    s.device.write(pass.excess, s.excess);
+  }
+  s.device.write(std::span<const std::int32_t>(places.pixels), s.pixels);
+  s.device.write(std::as_const(places).beside(), s.beside);
+  s.device.write(std::span<const std::uint8_t>(changed_near), s.changed_near);
+  const search_kernel::PlaceTables tables = places.tables();
+  search_kernel::SearchNumbers& numbers = s.numbers;
+  numbers.reciprocal = tables.reciprocal;
+  numbers.shift = tables.shift;
+  numbers.seed = pass.seed;
+  numbers.stream = pass.stream;
+  numbers.factors = pass.factors;
+  numbers.num_random = pass.num_random;
+  numbers.is_whole = pass.is_whole ? 1 : 0;
+  for (int set = 0; set < search_kernel::kInterleavedSets; ++set) {
+    numbers.set = set;
+    numbers.turn = pass.first_turn + set;
+    s.run_set(control);
+  }
+  // All at once, so that a device that is lost leaves what was given.
+  std::vector<std::int32_t> pixels(places.pixels.size());
+  std::vector<std::int8_t> beside(places.beside().size());
+  std::vector<std::uint8_t> near(changed_near.size());
+  s.device.read(s.pixels, std::span(pixels));
+  s.device.read(s.beside, std::span(beside));
+  s.device.read(s.changed_near, std::span(near));
+  places.pixels = std::move(pixels);
+  std::copy(beside.begin(), beside.end(), places.beside().begin());
+  std::copy(near.begin(), near.end(), changed_near.begin());
+}
+
+}  // namespace patinate::transfer

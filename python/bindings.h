@@ -16,11 +16,13 @@ void bind_transfer_folder(pybind11::module_& module);
 void bind_simulation(pybind11::module_& module);
 void bind_compare(pybind11::module_& module);
 void bind_evaluate(pybind11::module_& module);
+void bind_explain(pybind11::module_& module);
 void bind_factorize(pybind11::module_& module);
 void bind_fit(pybind11::module_& module);
 void bind_ingest(pybind11::module_& module);
 void bind_register(pybind11::module_& module);
 void bind_unlight(pybind11::module_& module);
 void bind_thickness(pybind11::module_& module);
+void bind_synth(pybind11::module_& module);
 
 }  // namespace patinate::python

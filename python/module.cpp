@@ -45,12 +45,14 @@ PYBIND11_MODULE(_native, module) {
   bind_simulation(module);
   bind_compare(module);
   bind_evaluate(module);
+  bind_explain(module);
   bind_factorize(module);
   bind_fit(module);
   bind_ingest(module);
   bind_register(module);
   bind_unlight(module);
   bind_thickness(module);
+  bind_synth(module);
   module.def("stubs", [] { return stubs(); });
 }
 

@@ -6,7 +6,7 @@ typedef struct PixelNeighbor {
   i64 texel;
   i16 x, y;
 } PixelNeighbor;
-static inline i32 whole_pixels(i32 fixed) { return (fixed + 128) >> 8; }
+PATINATE_INLINE i32 whole_pixels(i32 fixed) { return (fixed + 128) >> 8; }
 #endif
 
 // A neighbor, or a step to one: `texel` is then how far on it is.
@@ -29,7 +29,7 @@ typedef struct NeighborTables {
   PATINATE_GLOBAL const PackedNeighbor* steps;
 } NeighborTables;
 
-static inline void find_texel_neighbors(const NeighborTables* tables, i64 texel, PixelNeighbor* out) {
+PATINATE_INLINE void find_texel_neighbors(const NeighborTables* tables, i64 texel, PixelNeighbor* out) {
   const i32 row = tables->row[texel], num = tables->num;
   PATINATE_GLOBAL const PackedNeighbor* steps = tables->steps + (i64)tables->steps_of[tables->triangle[texel]] * num;
   u32 next = row >= 0 ? tables->begin[row] : 0u;

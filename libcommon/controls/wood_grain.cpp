@@ -87,7 +87,8 @@ Grown grown(const TreePlace& at, double trunk_years, const Board& board, const W
     const double away = std::sqrt(side * side + up * up);
     const double years = away / (options.ring_mm * thickening) + out / (options.ring_mm * kTipSpeed) +
                          std::max(0.0, out - length) / (options.ring_mm * kDeadSpeed);
-    result.knot = std::max(result.knot, std::clamp((trunk_years - years) / (0.3 * trunk_years + 0.1), 0.0, 1.0));
+    result.knot =
+        std::max(result.knot, std::clamp((trunk_years - years) / (0.3 * std::max(0.0, trunk_years) + 0.1), 0.0, 1.0));
     result.years = smooth_min(result.years, years, 1.0 + kKnotFlow * std::max(0.0, trunk_years));
   }
   return result;

@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
+#include <cstring>
 #include <fstream>
 #include <mutex>
 #include <optional>
@@ -141,7 +142,7 @@ void remove_abandoned_files(const fs::path& folder, const std::function<bool(con
   std::error_code error;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
     std::error_code ignored;
-    if (is_one(it->path()) && is_abandoned(it->path())) fs::remove(it->path(), ignored);
+    if (is_one(it->path()) && is_abandoned(it->path())) fs::remove_all(it->path(), ignored);
   }
 }
 
@@ -155,7 +156,7 @@ void remove_leftovers(const fs::path& folder, const fs::path& path) {
   });
 }
 
-/// The temporary files of this process. Never destroyed: a thread may still write when the process ends.
+/// The temporary files and folders of this process. Never destroyed: a thread may still write when the process ends.
 struct Unfinished {
   std::mutex mutex;
   std::multiset<fs::path> paths;
@@ -248,7 +249,41 @@ void AtomicFile::move_to_place() {
 void abandon_atomic_files() {
   unfinished().mutex.lock();  // For good.
   std::error_code error;
-  for (const fs::path& temporary : unfinished().paths) fs::remove(temporary, error);
+  for (const fs::path& temporary : unfinished().paths) fs::remove_all(temporary, error);
+}
+
+TemporaryFolder::TemporaryFolder(const fs::path& parent, std::string_view stem) {
+  const std::string begin = "." + std::string(stem) + std::string(kTemporary);
+  remove_abandoned_files(parent, [&](const fs::path& p) { return p.filename().string().starts_with(begin); });
+  path_ = parent / (begin + new_writer_text());
+  const std::lock_guard lock(unfinished().mutex);
+  std::error_code error;
+  fs::create_directory(path_, error);
+  if (error) throw CannotComplete(path_.string() + ": cannot be made; " + error.message());
+  unfinished().paths.insert(path_);
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  if (is_moved_) return;
+  std::error_code error;
+  fs::remove_all(path_, error);
+  const std::lock_guard lock(unfinished().mutex);
+  forget(path_);
+}
+
+bool TemporaryFolder::move_to(const fs::path& place) {
+  const std::lock_guard lock(unfinished().mutex);
+  if (::rename(path_.c_str(), place.c_str()) != 0) {
+    const int problem = errno;
+    std::error_code error;
+    // A network file system may say that it is gone when the rename was done and its answer was lost.
+    const bool is_there = fs::is_directory(place, error);
+    if (is_there && fs::exists(path_, error)) return false;
+    if (!is_there) throw CannotComplete(place.string() + ": cannot be made; " + std::strerror(problem));
+  }
+  is_moved_ = true;
+  forget(path_);
+  return true;
 }
 
 bool is_temporary(const fs::path& path) { return writer_of(path).has_value(); }

@@ -9,7 +9,7 @@ typedef struct RandomState {
   i32 used;  // Of the block.
 } RandomState;
 
-static inline void philox4x32_10(u32* counter, u32 key0, u32 key1) {
+PATINATE_INLINE void philox4x32_10(u32* counter, u32 key0, u32 key1) {
   for (int round = 0; round < 10; ++round) {
     const u64 p0 = (u64)0xD2511F53u * counter[0];
     const u64 p1 = (u64)0xCD9E8D57u * counter[2];
@@ -23,7 +23,7 @@ static inline void philox4x32_10(u32* counter, u32 key0, u32 key1) {
   }
 }
 
-static inline RandomState random_state(u64 seed, u64 item, u32 purpose) {
+PATINATE_INLINE RandomState random_state(u64 seed, u64 item, u32 purpose) {
   RandomState state;
   state.key[0] = (u32)seed;
   state.key[1] = (u32)(seed >> 32);
@@ -36,7 +36,7 @@ static inline RandomState random_state(u64 seed, u64 item, u32 purpose) {
   return state;
 }
 
-static inline u32 random_next(RandomState* state) {
+PATINATE_INLINE u32 random_next(RandomState* state) {
   if (state->used == 4) {
     for (int i = 0; i < 4; ++i) state->block[i] = state->counter[i];
     philox4x32_10(state->block, state->key[0], state->key[1]);
@@ -47,7 +47,7 @@ static inline u32 random_next(RandomState* state) {
 }
 
 // Uniform in [0, n), n > 0, without bias: the first 2^32 mod n products are rejected [Lemire 2019].
-static inline u32 random_below(RandomState* state, u32 n) {
+PATINATE_INLINE u32 random_below(RandomState* state, u32 n) {
   const u32 threshold = (0u - n) % n;
   for (;;) {
     const u64 product = (u64)random_next(state) * n;

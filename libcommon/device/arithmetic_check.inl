@@ -36,7 +36,7 @@ static inline void check_item(u32 item, PATINATE_GLOBAL u64* results) {
   out[4] = double_result(PATINATE_SQRT(d < 0.0 ? -d : d));
   // Shifts of negative numbers, high halves of products.
   const i64 p = (i64)(((u64)h0 << 32 | l0) ^ ((u64)l1 << 20)), q = (i64)((u64)h1 << 32 | l1);
-  out[5] = (u64)((p >> (h1 & 31u)) * 31 + q / ((i64)(l0 >> 8) + 1)) + random_below(&random, 1u + (h0 >> 4));
+  out[5] = (u64)(p >> (h1 & 31u)) * 31u + (u64)(q / ((i64)(l0 >> 8) + 1)) + random_below(&random, 1u + (h0 >> 4));
 }
 
 #ifdef __OPENCL_VERSION__

@@ -39,6 +39,9 @@ std::vector<DeviceInfo> choose_devices(const std::string& device, const std::vec
         is_any ? info.is_gpu : lower(label(info) + " " + info.version).find(lower(device)) != std::string::npos;
     if (is_meant) chosen.push_back(info);
   }
+  std::stable_sort(chosen.begin(), chosen.end(), [](const DeviceInfo& a, const DeviceInfo& b) {
+    return a.memory_bytes > b.memory_bytes;  // Cards before what is part of a processor.
+  });
   if (chosen.empty() && device != "auto")
     throw InvalidInput("--device: found `" + device + "`; " + names_of(all) + "; or auto, cpu");
   return chosen;

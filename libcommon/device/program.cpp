@@ -13,10 +13,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string build_options(const DeviceInfo& info) {
-  // Subnormals stay: -cl-denorms-are-zero is not given.
-  return std::string("-cl-std=CL1.2") + (info.rounds_correctly ? " -cl-fp32-correctly-rounded-divide-sqrt" : "");
-}
+/// Subnormals stay: -cl-denorms-are-zero is not given.
+constexpr const char* kBuildOptions = "-cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt";
 
 std::string build_log(const DeviceState& device, cl_program program) {
   std::size_t size = 0;
@@ -95,9 +93,12 @@ void keep(const DeviceState& device, cl_program program, const fs::path& file) {
 
 Program Device::build(std::string_view name, std::span<const std::string_view> sources) const {
   const DeviceState& device = *state_;
+  if (!device.info.has_doubles || !device.info.rounds_correctly)
+    throw DeviceError(device.info.name + (device.info.has_doubles ? ": does not round divisions correctly"
+                                                                  : ": has no numbers of double precision"));
   std::vector<std::string_view> all{kKernelLanguage};
   all.insert(all.end(), sources.begin(), sources.end());
-  const std::string options = build_options(device.info);
+  const std::string options = kBuildOptions;
   const fs::path file = cached_program(device.info, options, all);
   auto state = std::make_shared<ProgramState>(state_);
   state->program = program_from(device, file, options);

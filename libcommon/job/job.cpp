@@ -6,9 +6,7 @@
 #include <array>
 #include <ctime>
 #include <map>
-#include <mutex>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <set>
 #include <system_error>
 
@@ -17,6 +15,7 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/job/output_state.h"
 #include "libcommon/job/partial_folder.h"
+#include "libcommon/job/stage_run.h"
 #include "libcommon/job/undeclared_output.h"
 #include "patinate/core/json.h"
 
@@ -45,71 +44,6 @@ void check_plan(const JobPlan& plan) {
 }
 
 namespace {
-
-/// Progress of items that run side by side as one rising fraction. The join counts as one more item.
-class ItemProgress {
- public:
-  ItemProgress(const RunControl& control, const JobPlan& plan)
-      : control_(control), fractions_(plan.items.size() + 1, 0.0) {
-    for (const JobItem& item : plan.items) weights_.push_back(item.weight);
-    weights_.push_back(plan.join_weight);
-    total_weight_ = std::accumulate(weights_.begin(), weights_.end(), 0.0);
-  }
-
-  void set(std::size_t item, double fraction) {
-    if (!control_.on_progress) return;
-    const std::lock_guard lock(mutex_);
-    fractions_[item] = std::max(fractions_[item], fraction);
-    const double total =
-        std::inner_product(fractions_.begin(), fractions_.end(), weights_.begin(), 0.0) / total_weight_;
-    if (total > reported_ && total < 1.0) control_.report(reported_ = total);
-  }
-  [[nodiscard]] RunControl item_control(std::size_t item, int num_threads) {
-    RunControl inner = control_;
-    inner.num_threads = num_threads;
-    inner.on_progress = [this, item](double f) { set(item, f); };
-    return inner;
-  }
-
- private:
-  const RunControl& control_;
-  std::mutex mutex_;
-  std::vector<double> fractions_, weights_;
-  double total_weight_ = 0.0;
-  double reported_ = 0.0;
-};
-
-void run_item(const JobPlan& plan, const JobItem& item, PartialFolder& folder, UndeclaredSearch& undeclared,
-              const RunControl& control) {
-  control.throw_if_stopped();
-  for (const fs::path& output : item.outputs) {
-    std::error_code error;
-    fs::create_directories((folder.path() / output).parent_path(), error);
-    if (error) throw CannotComplete((folder.path() / output).string() + ": cannot be made; " + error.message());
-  }
-  item.run(folder.path(), control);
-  undeclared.finished(item.name);
-  folder.mark_done(item, item_key(plan, item));
-}
-
-/// Runs unfinished items of one stage.
-void run_side_by_side(const JobPlan& plan, const std::vector<std::size_t>& items, PartialFolder& folder,
-                      ItemProgress& progress, const RunControl& control) {
-  UndeclaredSearch undeclared(plan, folder.path(), items.size());
-  const int num_threads = thread_count(control);
-  const int num_side_by_side =
-      plan.parallel_items ? static_cast<int>(std::min<std::size_t>(items.size(), static_cast<std::size_t>(num_threads)))
-                          : 1;
-  RunControl workers;
-  workers.stop = control.stop;
-  workers.num_threads = std::max(1, num_side_by_side);
-  const int threads_per_item = std::max(1, num_threads / workers.num_threads);
-  parallel_for(static_cast<std::int64_t>(items.size()), 1, workers, [&](std::int64_t begin, std::int64_t) {
-    const std::size_t i = items[static_cast<std::size_t>(begin)];
-    run_item(plan, plan.items[i], folder, undeclared, progress.item_control(i, threads_per_item));
-    progress.set(i, 1.0);
-  });
-}
 
 /// Indices of the items that are still to be run, when everything else has been brought into the folder.
 /// @param is_same_plan  The folder was made under the plan's key before.
@@ -158,7 +92,10 @@ void run_items(const JobPlan& plan, const OutputState& state, PartialFolder& fol
   }
   if (options.on_resume && !last.empty())
     options.on_resume(plan.items.size() - pending.size(), plan.items.size(), last);
-  for (const auto& [stage, items] : stages) run_side_by_side(plan, items, folder, progress, control);
+  for (const auto& [stage, items] : stages) {
+    run_side_by_side(plan, items, folder.path(), progress, control,
+                     [&](const JobItem& item) { folder.mark_done(item, item_key(plan, item)); });
+  }
 
   plan.join(folder.path(), progress.item_control(plan.items.size(), thread_count(control)));
   if (manifest_key(folder.path(), plan.manifest) != plan.key) {

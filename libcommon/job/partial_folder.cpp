@@ -36,15 +36,6 @@ constexpr unsigned kRenameExchange = 2;  // RENAME_EXCHANGE of <linux/fs.h>
   throw CannotComplete(path.string() + ": another process is making this output; wait for it or give another output");
 }
 
-void sync_path(const fs::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) fail(path, "cannot be written", errno);
-  const int error = ::fsync(fd) == 0 ? 0 : errno;
-  ::close(fd);
-  // Some file systems refuse fsync on folders; that costs safety against power cuts only.
-  if (error != 0 && error != EINVAL) fail(path, "cannot be written", error);
-}
-
 void make_file(const fs::path& path, const std::string& text) {
   std::error_code error;
   fs::create_directories(path.parent_path(), error);
@@ -64,11 +55,51 @@ std::string read_small(const fs::path& path) {
   return fs::is_regular_file(path, error) ? read_file(path, kMost) : std::string();
 }
 
-/// The item's key in the first line, then the key and path of each output.
+}  // namespace
+
+void sync_path(const fs::path& path) {
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (fd < 0) fail(path, "cannot be written", errno);
+  const int error = ::fsync(fd) == 0 ? 0 : errno;
+  ::close(fd);
+  // Some file systems refuse fsync on folders; that costs safety against power cuts only.
+  if (error != 0 && error != EINVAL) fail(path, "cannot be written", error);
+}
+
 std::string marker_text(const DoneItem& done) {
   std::string text = done.key + "\n";
   for (const auto& [file, key] : done.files) text += key + " " + file + "\n";
   return text;
+}
+
+DoneItem parse_marker(const std::string& text) {
+  std::istringstream lines(text);
+  DoneItem done;
+  std::getline(lines, done.key);
+  std::string line;
+  while (std::getline(lines, line)) {
+    const std::size_t space = line.find(' ');
+    if (space != std::string::npos) done.files[line.substr(space + 1)] = line.substr(0, space);
+  }
+  return done;
+}
+
+DoneItem finish_item(const fs::path& folder, const JobItem& item, const std::string& item_key) {
+  DoneItem done{item_key, {}};
+  const auto add = [&](const fs::path& output) {
+    sync_path(folder / output);
+    sync_path((folder / output).parent_path());
+    done.files[output.generic_string()] = hash_file(folder / output);
+  };
+  for (const fs::path& output : item.outputs) {
+    if (!fs::exists(folder / output))
+      throw CannotComplete((folder / output).string() + ": was not made by its step `" + item.name + "`");
+    add(output);
+  }
+  for (const fs::path& output : item.optional_outputs) {
+    if (fs::exists(folder / output)) add(output);
+  }
+  return done;
 }
 
 void link_or_copy(const fs::path& from, const fs::path& to) {
@@ -80,8 +111,6 @@ void link_or_copy(const fs::path& from, const fs::path& to) {
   if (!error) return;
   write_atomically(to, [&](const fs::path& temporary) { fs::copy_file(from, temporary); });
 }
-
-}  // namespace
 
 std::string manifest_key(const fs::path& folder, const std::string& manifest) {
   std::error_code error;
@@ -103,15 +132,7 @@ bool is_work(const fs::path& relative) {
 fs::path partial_path(const fs::path& output) { return output.string() + ".partial"; }
 
 DoneItem read_marker(const fs::path& partial, const std::string& item) {
-  std::istringstream lines(read_small(partial / kBook / "done" / item));
-  DoneItem done;
-  std::getline(lines, done.key);
-  std::string line;
-  while (std::getline(lines, line)) {
-    const std::size_t space = line.find(' ');
-    if (space != std::string::npos) done.files[line.substr(space + 1)] = line.substr(0, space);
-  }
-  return done;
+  return parse_marker(read_small(partial / kBook / "done" / item));
 }
 
 std::optional<std::vector<fs::path>> finished_files(const fs::path& partial, const JobItem& item,
@@ -204,21 +225,7 @@ bool PartialFolder::has_done_items() const {
 }
 
 void PartialFolder::mark_done(const JobItem& item, const std::string& item_key) {
-  DoneItem done{item_key, {}};
-  const auto add = [&](const fs::path& output) {
-    sync_path(path_ / output);
-    sync_path((path_ / output).parent_path());
-    done.files[output.generic_string()] = hash_file(path_ / output);
-  };
-  for (const fs::path& output : item.outputs) {
-    if (!fs::exists(path_ / output))
-      throw CannotComplete((path_ / output).string() + ": was not made by its step `" + item.name + "`");
-    add(output);
-  }
-  for (const fs::path& output : item.optional_outputs) {
-    if (fs::exists(path_ / output)) add(output);
-  }
-  make_file(path_ / kBook / "done" / item.name, marker_text(done));
+  make_file(path_ / kBook / "done" / item.name, marker_text(finish_item(path_, item, item_key)));
 }
 
 bool PartialFolder::adopt(const fs::path& finished, const JobItem& item, const DoneItem& done) {

@@ -19,6 +19,17 @@ namespace patinate {
 [[nodiscard]] bool is_work(const std::filesystem::path& relative);
 /// The folder in which `output` is made.
 [[nodiscard]] std::filesystem::path partial_path(const std::filesystem::path& output);
+/// What of a finished item is kept for other runs: its key in the first line, then the key and path of each file.
+[[nodiscard]] std::string marker_text(const DoneItem& done);
+[[nodiscard]] DoneItem parse_marker(const std::string& text);
+/// An item whose files are all written in `folder`: forces them to the disk, and takes their keys.
+/// @throws CannotComplete if an output that is not optional is missing.
+[[nodiscard]] DoneItem finish_item(const std::filesystem::path& folder, const JobItem& item,
+                                   const std::string& item_key);
+/// Forces a file, or what a folder lists, to the disk. @throws CannotComplete
+void sync_path(const std::filesystem::path& path);
+/// A hard link, or a copy where the file system has none. @throws CannotComplete, filesystem_error
+void link_or_copy(const std::filesystem::path& from, const std::filesystem::path& to);
 /// What the marker in a partial folder says about an item; an empty key when it is not finished.
 [[nodiscard]] DoneItem read_marker(const std::filesystem::path& partial, const std::string& item);
 /// What the item made when it was finished in a partial folder under this key of its own, and that is there; else

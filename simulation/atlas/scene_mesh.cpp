@@ -4,6 +4,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "libcommon/core/text.h"
 #include "patinate/simulation/surface_atlas.h"
 
 namespace patinate::simulation {
@@ -62,22 +63,42 @@ struct Layout {
   std::vector<std::array<int, 2>> corners;
 };
 
-/// The largest squares, in proportion to the square roots of `areas`, that fit.
-Layout lay_out(const std::vector<double>& areas, int gutter, int resolution) {
+/// Texels along the side of the square of an object that asks for a density; 0 for others.
+int asked_side(const SceneObject& object, double area, int resolution) {
+  if (!object.texels_per_mm) return 0;
+  double covered = 0.0;  // Of the unit square.
+  for (const Triangle& t : object.mesh.uv_triangles) {
+    const auto uv = [&](std::size_t k) { return object.mesh.uvs[static_cast<std::size_t>(t[k])]; };
+    const Vec2 a = uv(1) - uv(0), b = uv(2) - uv(0);
+    covered += 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
+  }
+  const double side = *object.texels_per_mm * std::sqrt(area / covered);
+  if (side <= resolution) return std::max(1, static_cast<int>(side + 0.5));
+  throw InvalidInput("object '" + object.name + "' needs an atlas of " + std::to_string(std::llround(std::ceil(side))) +
+                     " texels for its " + number_text(*object.texels_per_mm) + " a mm; there are " +
+                     std::to_string(resolution));
+}
+
+/// The largest squares, in proportion to the square roots of `areas`, that fit beside those of given sides (0 = free).
+Layout lay_out(const std::vector<double>& areas, const std::vector<int>& given, int gutter, int resolution) {
   const std::size_t n = areas.size();
-  Layout layout{.sides = std::vector<int>(n, resolution), .corners = std::vector<std::array<int, 2>>(n)};
-  if (n == 1) return layout;
+  Layout layout{.sides = given, .corners = std::vector<std::array<int, 2>>(n)};
+  double largest = 0.0;
+  for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, given[i] > 0 ? 0.0 : std::sqrt(areas[i]));
   std::vector<std::size_t> order(n);
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return areas[a] > areas[b]; });
-  const double largest = std::sqrt(areas[order.front()]);
   for (int side = resolution; side >= 1; --side) {
-    for (std::size_t i = 0; i < n; ++i)
-      layout.sides[i] = std::max(1, static_cast<int>(side * std::sqrt(areas[i]) / largest));
+    for (std::size_t i = 0; i < n; ++i) {
+      if (given[i] == 0) layout.sides[i] = std::max(1, static_cast<int>(side * std::sqrt(areas[i]) / largest));
+    }
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+      return layout.sides[a] != layout.sides[b] ? layout.sides[a] > layout.sides[b] : areas[a] > areas[b];
+    });
     if (place_in_rows(layout.sides, order, gutter, resolution, layout.corners)) return layout;
+    if (largest == 0.0) break;  // All are given.
   }
   throw InvalidInput(std::to_string(n) + " objects do not fit into an atlas of " + std::to_string(resolution) +
-                     " texels; raise its resolution");
+                     " texels; raise its resolution" + (largest == 0.0 ? " or lower their texels_per_mm" : ""));
 }
 
 void append(Mesh& to, const Mesh& from, const Layout& layout, std::size_t object, int resolution) {
@@ -107,7 +128,10 @@ SceneMesh make_scene_mesh(const Scene& scene, int gutter) {
   if (scene.objects.empty()) throw InvalidInput("the scene has no objects");
   std::vector<double> areas;
   for (const SceneObject& object : scene.objects) areas.push_back(checked_area(object));
-  const Layout layout = lay_out(areas, gutter, scene.resolution);
+  std::vector<int> sides;
+  for (std::size_t i = 0; i < areas.size(); ++i)
+    sides.push_back(asked_side(scene.objects[i], areas[i], scene.resolution));
+  const Layout layout = lay_out(areas, sides, gutter, scene.resolution);
   SceneMesh result;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const Mesh mesh = with_crease_normals(scene.objects[i].mesh, scene.objects[i].crease_deg);

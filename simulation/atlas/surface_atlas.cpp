@@ -13,6 +13,12 @@ namespace {
 
 SurfacePoint middle_of(int triangle) { return {.triangle = triangle, .b1 = 1.0 / 3.0, .b2 = 1.0 / 3.0}; }
 
+/// floor(v), cut to [0, size): |v| < 2^31.
+int nearest_below(double v, int size) {
+  const int cut = static_cast<int>(v);
+  return std::clamp(cut - (v < cut ? 1 : 0), 0, size - 1);
+}
+
 void check_overlap(const SceneMesh& scene_mesh, const TexelMap& map) {
   if (map.num_covered() == 0) throw InvalidInput("no texel of the atlas is covered; raise its resolution");
   const auto overlaps = [](const TexelMap& of) {
@@ -201,10 +207,9 @@ TexelIndex SurfaceAtlas::texel_of(int triangle, double b1, double b2) const {
 }
 
 TexelIndex SurfaceAtlas::nearest_texel(int triangle, double px, double py) const {
-  const int x = std::clamp(static_cast<int>(std::floor(px + 0.5)), 0, grid_.width - 1);
-  const int y = std::clamp(static_cast<int>(std::floor(py + 0.5)), 0, grid_.height - 1);
+  const int x = nearest_below(px + 0.5, grid_.width), y = nearest_below(py + 0.5, grid_.height);
   const TexelIndex here = grid_.index(x, y);
-  if (shows_chart_of(here, triangle)) return here;
+  if (triangle_[here] == triangle || shows_chart_of(here, triangle)) return here;
   TexelIndex best = kNoTexel;
   double best_distance = 1e30;
   for (int ny = std::max(0, y - kSearchRadius); ny <= std::min(grid_.height - 1, y + kSearchRadius); ++ny) {
@@ -227,7 +232,8 @@ std::array<TexelIndex, 4> SurfaceAtlas::neighbors(TexelIndex t) const {
 }
 
 std::span<const SurfaceAtlas::Link> SurfaceAtlas::links(TexelIndex t, std::array<Link, 4>& plain) const {
-  const auto found = std::lower_bound(linked_.begin(), linked_.end(), t);
+  const auto found =
+      is_plain(TileGrid::tile_of(t)) ? linked_.end() : std::lower_bound(linked_.begin(), linked_.end(), t);
   if (found != linked_.end() && *found == t) {
     const auto i = static_cast<std::size_t>(found - linked_.begin());
     return std::span(links_).subspan(first_link_[i], first_link_[i + 1] - first_link_[i]);

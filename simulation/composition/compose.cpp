@@ -1,8 +1,8 @@
 #include "patinate/simulation/compose.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
-#include <iterator>
 
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
@@ -15,7 +15,8 @@ using namespace composition;
 namespace {
 
 constexpr std::int64_t kChunk = 512;  // tiles
-constexpr std::size_t kDense = 32;    // from a 32nd of the tiles on, looking at all is cheaper than lists
+constexpr std::size_t kAhead = 3;     // tiles that memory is asked for before their turn
+constexpr std::size_t kDense = 32;    // from a 32nd of the tiles on, a device is worth asking
 
 bool differ(const std::uint16_t* a, const std::uint16_t* b) {
   unsigned difference = 0;
@@ -23,7 +24,7 @@ bool differ(const std::uint16_t* a, const std::uint16_t* b) {
   return difference != 0;
 }
 
-/// Which edges of a tile differ, as State::kEdge has them.
+/// Which edges of a tile differ: bits for right, left, lower and upper.
 unsigned changed_edges(const std::int32_t* a, const std::int32_t* b) {
   std::int32_t right = 0, left = 0, below = 0, above = 0;
   for (int l = 0; l < 8; ++l) {
@@ -33,6 +34,10 @@ unsigned changed_edges(const std::int32_t* a, const std::int32_t* b) {
     above |= a[l] ^ b[l];
   }
   return (right != 0 ? 1u : 0u) | (left != 0 ? 2u : 0u) | (below != 0 ? 4u : 0u) | (above != 0 ? 8u : 0u);
+}
+
+void prefetch_lines(const void* first, std::size_t num_bytes) {
+  for (std::size_t b = 0; b < num_bytes; b += 64) __builtin_prefetch(static_cast<const char*>(first) + b, 1);
 }
 
 bool has_relief(const std::vector<QuantizedAppearance>& appearance) {
@@ -54,8 +59,8 @@ Composer::State::State(const Scene& scene, const SceneMesh& scene_mesh, const Su
       kernels(&composition::kernels(instruction_set())),
       codes(surface_atlas.grid().num_texels()),
       normals(std::size_t{surface_atlas.grid().num_tiles()} * 3 * kTile),
-      flags(surface_atlas.grid().num_tiles()),
-      normal_flags(surface_atlas.grid().num_tiles()) {
+      changed(surface_atlas.grid().num_pages()),
+      stale_normals(surface_atlas.grid().num_pages()) {
   for (TileIndex tile = 0; tile < surface->grid().num_tiles(); ++tile) {
     if (base.object(tile) == BaseLayer::kNone) continue;
     covered_tiles.push_back(tile);
@@ -131,16 +136,45 @@ void Composer::State::prepare(const MaterialAtlas& atlas, TileIndex tile, TileIn
 
 void Composer::State::take(TileIndex tile, const std::uint32_t* new_codes, const std::int32_t* new_heights) {
   const std::size_t first = std::size_t{tile} * kTile;
-  unsigned changed = kernels->replace(&codes[first], new_codes, kTile) ? kCodesChanged : 0u;
+  if (kernels->replace(&codes[first], new_codes, kTile)) changed.add(tile);
   if (!heights.empty()) {
     std::int32_t* old = &heights[first];
     const unsigned edges = changed_edges(old, new_heights);
     // As words: signed and unsigned may stand for one another.
     const bool is_changed = kernels->replace(reinterpret_cast<std::uint32_t*>(old),
                                              reinterpret_cast<const std::uint32_t*>(new_heights), kTile);
-    if (is_changed) changed |= kHeightsChanged | edges * kEdge;
+    if (is_changed) {
+      changed.add(tile);
+      mark_slopes(tile, edges);
+    }
   }
-  flags[tile] = static_cast<std::uint8_t>(changed);
+}
+
+void Composer::State::mark_slopes(TileIndex tile, unsigned edges) {
+  const auto mark = [&](TileIndex other) {
+    if (base.object(other) != BaseLayer::kNone) stale_normals.add(other);
+  };
+  mark(tile);
+  const std::array<TileIndex, 4> beside = tiles_beside(surface->grid(), tile);
+  for (std::size_t k = 0; k < 4; ++k) {
+    if ((edges & 1u << k) != 0 || !frames.border(beside[k]).empty()) mark(beside[k]);
+  }
+  for (const TileIndex other : frames.dependents(tile)) mark(other);
+}
+
+void Composer::State::prefetch(const MaterialAtlas& atlas, TileIndex tile) const {
+  for (std::size_t m = 0; m < appearance.size(); ++m) {
+    const std::span<const std::uint16_t> amount = atlas.tile(static_cast<int>(m), tile);
+    if (!amount.empty()) prefetch_lines(amount.data(), kTile * sizeof(std::uint16_t));
+  }
+  prefetch_lines(&codes[std::size_t{tile} * kTile], kTile * sizeof(std::uint32_t));
+  if (!heights.empty()) prefetch_lines(&heights[std::size_t{tile} * kTile], kTile * sizeof(std::int32_t));
+}
+
+void Composer::State::prefetch_heights(TileIndex tile) const {
+  prefetch_lines(&heights[std::size_t{tile} * kTile], kTile * sizeof(std::int32_t));
+  prefetch_lines(&normals[std::size_t{tile} * 3 * kTile], 3 * kTile);
+  prefetch_lines(surface->triangles().data() + std::size_t{tile} * kTile, kTile * sizeof(std::int32_t));
 }
 
 void Composer::State::compose_tile(const MaterialAtlas& atlas, TileIndex tile) {
@@ -183,41 +217,18 @@ void Composer::State::take_normals(TileIndex tile, const std::uint8_t* normal) {
   std::uint8_t* old = &normals[std::size_t{tile} * kSize];
   if (std::memcmp(old, normal, kSize) == 0) return;
   std::memcpy(old, normal, kSize);
-  normal_flags[tile] = 1;
+  changed.add(tile);
 }
 
-bool Composer::State::needs_normals(TileIndex tile) const {
-  if ((flags[tile] & kHeightsChanged) != 0) return true;
-  const std::array<TileIndex, 4> beside = tiles_beside(surface->grid(), tile);
-  for (std::size_t k = 0; k < 4; ++k) {
-    if ((flags[beside[k]] & kEdge << (k ^ 1)) != 0) return true;  // the right neighbor's left edge, and so on
-  }
-  for (const BorderTexel& texel : frames.border(tile)) {
-    for (const TexelIndex n : texel.neighbor) {
-      if ((flags[TileGrid::tile_of(n)] & kHeightsChanged) != 0) return true;
+std::vector<TileIndex> TileSet::take() {
+  std::vector<TileIndex> tiles;
+  for (std::size_t page = 0; page < pages_.size(); ++page) {
+    for (std::uint64_t bits = pages_[page].exchange(0, std::memory_order_relaxed); bits != 0; bits &= bits - 1) {
+      tiles.push_back(static_cast<TileIndex>(page) * TileGrid::kPageTiles +
+                      static_cast<std::uint32_t>(std::countr_zero(bits)));
     }
   }
-  return false;
-}
-
-std::vector<TileIndex> Composer::State::tiles_around(const std::vector<TileIndex>& tiles) {
-  std::vector<TileIndex> around;
-  const auto mark = [&](TileIndex tile) {
-    if ((flags[tile] & kMarked) != 0 || base.object(tile) == BaseLayer::kNone) return;
-    flags[tile] |= kMarked;
-    around.push_back(tile);
-  };
-  for (const TileIndex tile : tiles) {
-    if ((flags[tile] & kHeightsChanged) == 0) continue;
-    mark(tile);
-    const std::array<TileIndex, 4> beside = tiles_beside(surface->grid(), tile);
-    for (std::size_t k = 0; k < 4; ++k) {
-      if ((flags[tile] & kEdge << k) != 0 || !frames.border(beside[k]).empty()) mark(beside[k]);
-    }
-    for (const TileIndex other : frames.dependents(tile)) mark(other);
-  }
-  std::sort(around.begin(), around.end());
-  return around;
+  return tiles;
 }
 
 Composer::Composer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, ColorForm form,
@@ -252,7 +263,15 @@ void Composer::use(std::shared_ptr<const ComposeDevice> device) {
 }
 
 std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty,
-                                         const RunControl& control) {
+                                         const RunControl& given) {
+  // What a device leaves to the CPU begins anew: fractions do not fall.
+  RunControl control = given;
+  if (given.on_progress) {
+    control.on_progress = [report = given.on_progress, best = 0.0](double fraction) mutable {
+      best = std::max(best, fraction);
+      report(best);
+    };
+  }
   State& s = *state_;
   if (&atlas.surface() != s.surface || atlas.num_materials() != static_cast<int>(s.appearance.size())) {
     throw InvalidInput("the atlas is not that of the composer");
@@ -260,52 +279,49 @@ std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<c
   const bool is_all = s.is_all_dirty;
   std::vector<TileIndex> tiles;
   for (const TileIndex tile : is_all ? std::span<const TileIndex>() : dirty) {
-    if (tile >= s.flags.size()) throw InvalidInput("there is no tile " + std::to_string(tile));
+    if (tile >= s.surface->grid().num_tiles()) throw InvalidInput("there is no tile " + std::to_string(tile));
     if (s.base.object(tile) != BaseLayer::kNone) tiles.push_back(tile);
   }
-  std::sort(tiles.begin(), tiles.end());
-  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+  const auto is_behind = [](TileIndex a, TileIndex b) { return a >= b; };
+  if (std::adjacent_find(tiles.begin(), tiles.end(), is_behind) != tiles.end()) {
+    std::sort(tiles.begin(), tiles.end());
+    tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+  }
   s.is_all_dirty = true;  // should this be canceled
   s.read_originals(atlas);
-  const auto for_each = [&](const std::vector<TileIndex>& list, const RunControl& part, const auto& work) {
+  const auto for_each = [&](const std::vector<TileIndex>& list, const RunControl& part, const auto& ask,
+                            const auto& work) {
     parallel_for(static_cast<std::int64_t>(list.size()), kChunk, part, [&](std::int64_t begin, std::int64_t end) {
-      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) work(list[i]);
+      for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+        if (i + kAhead < static_cast<std::size_t>(end)) ask(list[i + kAhead]);
+        work(list[i]);
+      }
     });
   };
-  const std::vector<TileIndex>& first = is_all ? s.covered_tiles : tiles;
-  std::vector<TileIndex> changed;
+  std::vector<TileIndex> stale;
   try {
-    const bool is_dense = first.size() * kDense > s.covered_tiles.size();
-    if (!is_dense || !s.composed_on_device(atlas, first, control.part(0.0, 0.6)))
-      for_each(first, control.part(0.0, 0.6), [&](TileIndex tile) { s.compose_tile(atlas, tile); });
-    const std::vector<TileIndex> around =
-        is_dense || s.heights.empty() ? std::vector<TileIndex>() : s.tiles_around(first);
-    const RunControl rest = control.part(0.6, 1.0);
-    std::vector<TileIndex> due;
-    if (s.device && is_dense && !s.heights.empty())
-      std::copy_if(s.covered_tiles.begin(), s.covered_tiles.end(), std::back_inserter(due),
-                   [&](TileIndex tile) { return s.needs_normals(tile); });
-    if (!due.empty() && s.normals_on_device(due, rest)) {
-    } else if (is_dense && !s.heights.empty()) {
-      for_each(s.covered_tiles, rest, [&](TileIndex tile) {
-        if (s.needs_normals(tile)) s.compose_normals(tile);
-      });
-    } else {
-      for_each(around, rest, [&](TileIndex tile) { s.compose_normals(tile); });
+    const auto is_dense = [&](const std::vector<TileIndex>& list) {
+      return list.size() * kDense > s.covered_tiles.size();
+    };
+    const std::vector<TileIndex>& first = is_all ? s.covered_tiles : tiles;
+    const RunControl colors = control.part(0.0, 0.6), rest = control.part(0.6, 1.0);
+    if (!is_dense(first) || !s.composed_on_device(atlas, first, colors)) {
+      for_each(
+          first, colors, [&](TileIndex tile) { s.prefetch(atlas, tile); },
+          [&](TileIndex tile) { s.compose_tile(atlas, tile); });
     }
-    std::vector<TileIndex> seen;
-    if (!is_dense) std::set_union(first.begin(), first.end(), around.begin(), around.end(), std::back_inserter(seen));
-    for (const TileIndex tile : is_dense ? s.covered_tiles : seen) {
-      if (((s.flags[tile] & ~State::kMarked) | s.normal_flags[tile]) != 0) changed.push_back(tile);
-      s.flags[tile] = s.normal_flags[tile] = 0;
+    stale = s.stale_normals.take();
+    if (!is_dense(stale) || !s.normals_on_device(stale, rest)) {
+      for_each(
+          stale, rest, [&](TileIndex tile) { s.prefetch_heights(tile); },
+          [&](TileIndex tile) { s.compose_normals(tile); });
     }
-  } catch (...) {  // canceled
-    std::fill(s.flags.begin(), s.flags.end(), std::uint8_t{0});
-    std::fill(s.normal_flags.begin(), s.normal_flags.end(), std::uint8_t{0});
+  } catch (...) {  // Canceled: what was done stays marked, since the next call finds it up to date.
+    for (const TileIndex tile : stale) s.stale_normals.add(tile);
     throw;
   }
   s.is_all_dirty = false;
-  return changed;
+  return s.changed.take();
 }
 
 }  // namespace patinate::simulation

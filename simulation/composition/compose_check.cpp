@@ -52,13 +52,14 @@ device::CheckResult check_composition(const device::Device& device) {
       atlas.writable_tile(m, TileGrid::tile_of(t))[t % TileGrid::kTileTexels] =
           static_cast<std::uint16_t>(random.below(m == 0 ? 40'000 : 12'000));
   }
-  std::string failure;
+  std::optional<device::DeviceError> failure;
   Composer here(scene, mesh, surface), there(scene, mesh, surface);
-  there.use(std::make_shared<const ComposeDevice>(device, [&](const std::string& problem) { failure = problem; }));
+  there.use(
+      std::make_shared<const ComposeDevice>(device, [&](const device::DeviceError& problem) { failure = problem; }));
   (void)here.compose(atlas, {});
   (void)there.compose(atlas, {});
-  if (!failure.empty()) throw device::DeviceError(failure);
-  device::CheckResult check{.num_items = static_cast<std::int64_t>(here.codes().size() + here.normals().size())};
+  if (failure) throw device::DeviceError(*failure);
+  device::CheckResult check{.num_items = static_cast<std::int64_t>(2 * here.codes().size() + here.normals().size())};
   for (std::size_t i = 0; i < here.codes().size(); ++i)
     check.num_different += here.codes()[i] == there.codes()[i] ? 0 : 1;
   for (std::size_t i = 0; i < here.normals().size(); ++i)

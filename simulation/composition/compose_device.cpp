@@ -10,11 +10,11 @@ namespace patinate::simulation {
 
 using device::Buffer;
 
-ComposeDevice::ComposeDevice(const device::Device& device, std::function<void(const std::string&)> on_failure)
+ComposeDevice::ComposeDevice(const device::Device& device, std::function<void(const device::DeviceError&)> on_failure)
     : device_(device), on_failure_(std::move(on_failure)) {}
 
 void ComposeDevice::report_failure(const device::DeviceError& error) const {
-  if (on_failure_) on_failure_(std::string(error.what()) + "; goes on without it");
+  if (on_failure_) on_failure_(error);
 }
 
 namespace composition {

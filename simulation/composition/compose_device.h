@@ -19,14 +19,14 @@ namespace patinate::simulation {
 /// A device that composes. What it cannot do (DeviceError) the CPU does.
 class ComposeDevice {
  public:
-  /// @param on_failure  Called with one line when the CPU goes on; may be empty.
-  explicit ComposeDevice(const device::Device& device, std::function<void(const std::string&)> on_failure = {});
+  /// @param on_failure  Called when the CPU goes on; may be empty.
+  explicit ComposeDevice(const device::Device& device, std::function<void(const device::DeviceError&)> on_failure = {});
   [[nodiscard]] const device::Device& device() const { return device_; }
   void report_failure(const device::DeviceError& error) const;
 
  private:
   device::Device device_;
-  std::function<void(const std::string&)> on_failure_;
+  std::function<void(const device::DeviceError&)> on_failure_;
 };
 
 namespace composition {

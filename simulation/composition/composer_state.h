@@ -2,6 +2,7 @@
 /// What a Composer holds.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -16,6 +17,23 @@
 #include "simulation/composition/quantized_appearance.h"
 
 namespace patinate::simulation {
+
+/// Tiles that several threads add to at once.
+class TileSet {
+ public:
+  explicit TileSet(std::uint32_t num_pages) : pages_(num_pages) {}
+  void add(TileIndex tile) {
+    std::atomic<std::uint64_t>& page = pages_[tile / TileGrid::kPageTiles];
+    const std::uint64_t bit = std::uint64_t{1} << tile % TileGrid::kPageTiles;
+    if ((page.load(std::memory_order_relaxed) & bit) == 0) page.fetch_or(bit, std::memory_order_relaxed);
+  }
+  /// All of them, rising; none is left.
+  [[nodiscard]] std::vector<TileIndex> take();
+  [[nodiscard]] std::size_t memory() const { return pages_.size() * sizeof(pages_[0]); }
+
+ private:
+  std::vector<std::atomic<std::uint64_t>> pages_;  ///< A bit for each tile.
+};
 
 struct Composer::State {
   State(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface_atlas, ColorForm color_form,
@@ -32,7 +50,8 @@ struct Composer::State {
     composition::ComposeTask task;
   };
   void prepare(const MaterialAtlas& atlas, TileIndex tile, TileInput& in);
-  /// Codes and heights of a tile; leaves what changed in `flags`.
+  /// Codes and heights of a tile; adds it to `changed`, and tiles whose slopes use heights that changed to
+  /// `stale_normals`.
   void take(TileIndex tile, const std::uint32_t* new_codes, const std::int32_t* new_heights);
   void take_normals(TileIndex tile, const std::uint8_t* normal);
   /// Color, specular value and height of a tile.
@@ -42,18 +61,14 @@ struct Composer::State {
   bool normals_on_device(std::span<const TileIndex> tiles, const RunControl& control);
   template <class Work>
   bool worked_on_device(const Work& work);
-  /// Normals of a tile; leaves whether they changed in `normal_flags`.
+  /// Normals of a tile; adds it to `changed`.
   void compose_normals(TileIndex tile);
-  /// Whether heights changed that the tile's slopes use.
-  [[nodiscard]] bool needs_normals(TileIndex tile) const;
-  /// Tiles around changed heights of `tiles`, in order.
-  [[nodiscard]] std::vector<TileIndex> tiles_around(const std::vector<TileIndex>& tiles);
+  /// @param edges  Those of the tile where heights changed: bits for right, left, lower and upper.
+  void mark_slopes(TileIndex tile, unsigned edges);
+  /// Asks memory for what compose_tile() and compose_normals() will read.
+  void prefetch(const MaterialAtlas& atlas, TileIndex tile) const;
+  void prefetch_heights(TileIndex tile) const;
   void slopes_of(TileIndex tile, composition::SlopeTile& slopes) const;
-
-  static constexpr std::uint8_t kCodesChanged = 1;
-  static constexpr std::uint8_t kHeightsChanged = 2;
-  static constexpr std::uint8_t kMarked = 4;
-  static constexpr std::uint8_t kEdge = 16;  ///< << 0, 1, 2, 3: heights changed at the right, left, lower, upper edge.
 
   const SurfaceAtlas* surface;
   double quanta_per_mm;
@@ -75,8 +90,8 @@ struct Composer::State {
   std::vector<std::uint32_t> codes;
   std::vector<std::int32_t> heights;  ///< Empty while everything is flat.
   std::vector<std::uint8_t> normals;
-  std::vector<std::uint8_t> flags;  ///< By tile; 0 between calls, as the next.
-  std::vector<std::uint8_t> normal_flags;
+  TileSet changed;  ///< Both empty between calls, but after one that was canceled.
+  TileSet stale_normals;
 };
 
 }  // namespace patinate::simulation

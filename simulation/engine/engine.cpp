@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -223,7 +224,7 @@ void Simulation::step(const RunControl& control) {
   s.begin_lives_and_end_them(s.iteration, control);
   {
     const Stopwatch watch(s.times.exchange);
-    follow(s.trace.contacts, s.trails);
+    follow(s.trace.contacts, s.trails, control);
     const ExchangeReport report =
         s.exchanger.exchange(s.trace.contacts, s.scene.exchange, s.iteration, s.cargo, s.atlas, s.maps.get(), control);
     s.ledger.add(report);
@@ -245,9 +246,18 @@ void Simulation::step(const RunControl& control) {
 }
 
 std::vector<TileIndex> Simulation::State::dirty_since(std::int64_t since) const {
+  // Most pages have none: sixteen tiles at a time, which compilers make a few comparisons of.
+  constexpr std::size_t kFew = 16;
+  static_assert(TileGrid::kPageTiles % kFew == 0);
+  const auto least = static_cast<std::int32_t>(std::max<std::int64_t>(since, std::numeric_limits<std::int32_t>::min()));
   std::vector<TileIndex> tiles;
-  for (TileIndex t = 0; t < surface.grid().num_tiles(); ++t) {
-    if (changed_in[t] >= since) tiles.push_back(t);
+  for (std::size_t first = 0; first < changed_in.size(); first += kFew) {
+    std::int32_t last = std::numeric_limits<std::int32_t>::min();
+    for (std::size_t k = 0; k < kFew; ++k) last = std::max(last, changed_in[first + k]);
+    if (last < least) continue;
+    for (std::size_t k = 0; k < kFew; ++k) {
+      if (changed_in[first + k] >= least) tiles.push_back(static_cast<TileIndex>(first + k));
+    }
   }
   return tiles;
 }
@@ -256,8 +266,12 @@ std::vector<TileIndex> Simulation::dirty_since(std::int64_t since) const { retur
 
 void Simulation::State::compose_now(const RunControl& control) {
   const Stopwatch watch(times.compose);
-  const std::vector<TileIndex> tiles = composer.compose(atlas, dirty_since(composed_at), control);
+  std::vector<TileIndex> tiles = composer.compose(atlas, dirty_since(composed_at), control);
   composed_at = iteration;
+  if (composed_since_asked.empty()) {
+    composed_since_asked = std::move(tiles);
+    return;
+  }
   std::vector<TileIndex> all;
   std::set_union(tiles.begin(), tiles.end(), composed_since_asked.begin(), composed_since_asked.end(),
                  std::back_inserter(all));

@@ -99,6 +99,7 @@ class ObjectReader {
     SceneObject object;
     object.name = json.member("name").string();
     if (json.has("crease")) object.crease_deg = json.member("crease").number(between(0, 180));
+    if (json.has("texels_per_mm")) object.texels_per_mm = json.member("texels_per_mm").number(between(1e-9, 1e9));
     LaidOutMesh laid_out = read_object_mesh(json, object.name, object.crease_deg, control);
     object.mesh = std::move(laid_out.mesh);
     object.has_file_uvs = laid_out.has_file_uvs;

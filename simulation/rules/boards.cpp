@@ -29,9 +29,13 @@ class JoinedSets {
  public:
   explicit JoinedSets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
   int of(int i) {
-    int& parent = parent_[static_cast<std::size_t>(i)];
-    while (parent != parent_[static_cast<std::size_t>(parent)]) parent = parent_[static_cast<std::size_t>(parent)];
-    return parent;
+    // Each link that is passed goes one farther on from then on [Tarjan and van Leeuwen 1984, path halving].
+    while (i != parent_[static_cast<std::size_t>(i)]) {
+      int& parent = parent_[static_cast<std::size_t>(i)];
+      parent = parent_[static_cast<std::size_t>(parent)];
+      i = parent;
+    }
+    return i;
   }
   void join(int a, int b) {
     const int x = of(a), y = of(b);

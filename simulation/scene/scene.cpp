@@ -92,6 +92,7 @@ void check_objects(const Scene& scene) {
   for (const SceneObject& object : scene.objects) {
     const std::string of = " of object '" + object.name + "'";
     check_range("the scale" + of, object.scale, 1e-9, 1e9);
+    if (object.texels_per_mm) check_range("the texels a mm" + of, *object.texels_per_mm, 1e-9, 1e9);
     check_range("the crease" + of, object.crease_deg, 0.0, 180.0);
     for (const double x : object.translate_mm) check_range("the place (mm)" + of, x, -kFarthest, kFarthest);
     for (const double x : object.rotate_deg) check_range("the rotation" + of, x, -1e6, 1e6);

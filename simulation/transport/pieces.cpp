@@ -17,13 +17,12 @@ constexpr std::size_t kAhead = 16;                    ///< Contacts that memory 
 constexpr double stain_width(std::size_t length) { return 1.0 + 2.0 / static_cast<double>(length); }
 
 /// Makes one of all parts that lie on one texel. @param parts  Of one splat each texel once or more often; its middle
-/// comes first, and still does.
+/// comes first, and still does; the others follow by texel.
 void merge(std::vector<SplatPart>& parts, std::size_t first) {
   const TexelIndex middle = parts[first].texel;
   const auto begin = parts.begin() + static_cast<std::ptrdiff_t>(first);
-  std::sort(begin, parts.end(), [&](const SplatPart& a, const SplatPart& b) {
-    return a.texel != b.texel && (a.texel == middle || (b.texel != middle && a.texel < b.texel));
-  });
+  const auto others = std::partition(begin, parts.end(), [&](const SplatPart& part) { return part.texel == middle; });
+  std::sort(others, parts.end(), [](const SplatPart& a, const SplatPart& b) { return a.texel < b.texel; });
   auto last = begin;
   for (auto part = begin + 1; part != parts.end(); ++part) {
     if (part->texel == last->texel) {

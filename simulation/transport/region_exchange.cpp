@@ -9,6 +9,7 @@ namespace patinate::simulation {
 namespace {
 
 constexpr std::uint32_t kMaxMass = 0xFFFFFFFFu;
+constexpr std::ptrdiff_t kPiecesAhead = 4;  ///< Pieces that memory is asked for before their turn.
 constexpr std::size_t kAhead =
     8;  ///< Contacts that memory is asked for before their turn; their numbers at twice that.
 
@@ -30,12 +31,32 @@ class RegionExchange {
     worker.is_known.assign(call.regions.pages_each(), 0);
   }
 
-  void prefetch(const Contact& contact) const {
+  /// Asks memory for what a contact with its splat will need.
+  void prefetch(const Contact& contact, int size) {
     __builtin_prefetch(call_.cargo.mass[contact.gammaton].data(), 1);
-    surface_.prefetch_weight(contact.texel);
+    const TileGrid& grid = surface_.grid();
+    const int x = grid.x(contact.texel), y = grid.y(contact.texel);
+    const int reach = size == 0 ? 0 : SplatShape::stencil_of(size).reach;
+    // A line of memory has four rows of a tile, of amounts and of weights alike.
+    for (int row = (y - reach) & ~3; row <= y + reach; row += 4) {
+      for (int column = (x - reach) & ~7; column <= x + reach; column += TileGrid::kTileSide) {
+        const TexelIndex texel = grid.index(column, row);
+        surface_.prefetch_weight(texel);
+        std::uint16_t* const* const pages = pages_of(TileGrid::page_of(texel));
+        for (std::size_t a = 0; a < num_active_; ++a) {
+          if (pages[a]) __builtin_prefetch(pages[a] + texel % TileGrid::kPageTexels, 1);
+        }
+      }
+    }
+  }
+
+  void prefetch_piece(std::uint32_t number) {
+    const TexelIndex texel = call_.pieces[number].texel;
+    surface_.prefetch_weight(texel);
+    __builtin_prefetch(call_.piece_mass.data() + std::size_t{number} * num_active_, 1);
+    std::uint16_t* const* const pages = pages_of(TileGrid::page_of(texel));
     for (std::size_t a = 0; a < num_active_; ++a) {
-      const auto tile = call_.atlas.tile(call_.active[a], TileGrid::tile_of(contact.texel));
-      if (!tile.empty()) __builtin_prefetch(tile.data() + contact.texel % TileGrid::kTileTexels, 1);
+      if (pages[a]) __builtin_prefetch(pages[a] + texel % TileGrid::kPageTexels, 1);
     }
   }
 
@@ -202,18 +223,25 @@ void exchange_region(const RegionCall& call, std::uint32_t region, RegionWorker&
   RegionExchange here(call, worker);
   const auto gammaton_of = [&](std::uint32_t piece) { return call.cut_contacts[call.pieces[piece].contact].gammaton; };
   auto piece = pieces.begin();
+  const auto exchange_next_piece = [&] {
+    if (pieces.end() - piece > kPiecesAhead) here.prefetch_piece(piece[kPiecesAhead]);
+    here.exchange_piece(*piece++);
+  };
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (i + 2 * kAhead < contacts.size()) __builtin_prefetch(&call.contacts[contacts[i + 2 * kAhead]]);
-    if (i + kAhead < contacts.size()) here.prefetch(call.contacts[contacts[i + kAhead]]);
+    if (i + kAhead < contacts.size()) {
+      const std::uint32_t next = contacts[i + kAhead];
+      here.prefetch(call.contacts[next], call.is_wide ? call.sizes[next] : 0);
+    }
     const Contact& contact = call.contacts[contacts[i]];
-    for (; piece != pieces.end() && gammaton_of(*piece) < contact.gammaton; ++piece) here.exchange_piece(*piece);
+    while (piece != pieces.end() && gammaton_of(*piece) < contact.gammaton) exchange_next_piece();
     if (call.is_wide) {
       here.exchange(contact, call.sizes[contacts[i]]);
     } else {
       here.exchange(contact);
     }
   }
-  for (; piece != pieces.end(); ++piece) here.exchange_piece(*piece);
+  while (piece != pieces.end()) exchange_next_piece();
 }
 
 }  // namespace patinate::simulation

@@ -22,8 +22,16 @@ SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
 FILES = {"capture": "capture/capture.json", "relit": "mold/capture.json", "history": "history/history.json", "library": "library/history.json", "transfer": "aged/transfer.json",
          "sequence": "textures/sequence.json", "run": "aged/run.json",
          "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json",
-         "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "explanation": "explained/explanation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json", "fit": "fitted/report.json", "parameters": "ranges.json"}
+         "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "explanation": "explained/explanation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json", "fit": "fitted/report.json", "parameters": "ranges.json", "plan": "plan.json", "study": "study.json"}
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
+
+
+STUDY = {"format": "patinate.study", "version": 1, "name": "all of it",
+         "transfer": {"histories": ["history"], "meshes": ["urn/*.obj", {"path": "urn/mesh.obj", "name": "urn", "options": {"unit": "cm"}}], "controls": ["facing", ["facing"], {"control": "facing", "name": "up"}],
+                      "options": {"resolution": [32, 64], "subpixel": False}, "seeds": [1, 2],
+                      "outputs": [{"command": "render", "file": "strip.png", "options": {"num_times": 3}}, {"command": "compare", "with": "history", "name": "same"}]},
+         "simulate": {"scenes": ["ledge/scene.json"], "vary": [{"pointer": "/appearance/dirt/strength", "low": 0.1, "high": 5, "scale": "log"}, {"pointer": "/tracing/lobe_exponent_float", "values": [20, 200]}],
+                      "design": "latin_hypercube", "samples": 4, "design_seed": 3}}
 
 
 # A light seen in one mirror sphere, and what the schema and the reader both refuse in it.
@@ -42,6 +50,8 @@ def setUpModule():
                       ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], ["evaluate", "aged", "--samples", "500", "-o", "evaluated"], ["factorize", "history", "--times", "24", "-o", "factors"],
                       ["explain", "aged", "urn/mesh.obj", "--resolution", "64", "--channel", "luminance", "--num-samples", "1000", "--shuffles", "199", "-o", "explained"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
         subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
+    (WORK / "study.json").write_text(json.dumps(STUDY))
+    (WORK / "plan.json").write_bytes(subprocess.run([PATINATE, "plan", "ingest", "capture", "-o", "planned", "--json"], cwd=WORK, capture_output=True, check=True).stdout)
     (WORK / "ranges.json").write_text(json.dumps({"format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/appearance/dirt/strength", "low": 0.1, "high": 5, "scale": "log"}],
                                                   "objective": {"mean_color": 1}}))
     subprocess.run([PATINATE, "simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "fitted_to"], cwd=WORK, capture_output=True, check=True)
@@ -134,6 +144,22 @@ class Schemas(unittest.TestCase):
                     result = subprocess.run([PATINATE, "validate", file.parent], cwd=WORK, capture_output=True, text=True)
                     file.write_text(whole)
                     self.assertEqual(result.returncode, 3, f"patinate accepts it {result.stdout}")
+
+    def test_what_studies_and_plans_reject_is_rejected(self):
+        broken = {"study": COMMON + [drop("transfer", "histories"), put("transfer", "meshes", []), put("transfer", "controls", [5]), put("transfer", "options", "resolution", []), put("transfer", "options", 3),
+                                     put("transfer", "seeds", [-1]), put("transfer", "seeds", []), put("transfer", "outputs", 0, "command", "ingest"), put("transfer", "outputs", 0, "surplus", 1),
+                                     put("transfer", "outputs", 1, "name", "a b"), drop("simulate", "scenes"), put("simulate", "design", "random"), put("simulate", "samples", 0),
+                                     put("simulate", "vary", 0, "values", [1]), put("simulate", "vary", 1, "values", []), put("simulate", "vary", 0, "pointer", "appearance"), drop("simulate", "vary", 0, "low")],
+                  "plan": [put("format", "patinate.other"), put("version", 99), drop("format"), drop("program"), drop("key"), put("command", []), put("command", "ingest"), put("inputs", 3), drop("inputs")]}
+        for name, command in (("study", ["study", "run", "broken.json", "-o", "studied"]), ("plan", ["run", "broken.json"])):
+            check = validator(name)
+            for number, change in enumerate(broken[name]):
+                content = copy.deepcopy(written(name))
+                change(content)
+                with self.subTest(schema=name, change=number):
+                    self.assertFalse(check.is_valid(content), "the schema accepts it")
+                    (WORK / "broken.json").write_text(json.dumps(content))
+                    self.assertEqual(subprocess.run([PATINATE, *command], cwd=WORK, capture_output=True).returncode, 3)
 
     def test_what_calibrate_rejects_is_rejected(self):
         check = validator("calibrate")

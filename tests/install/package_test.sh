@@ -14,7 +14,7 @@ cp "$debs"/*.deb "$work/root/"
 inside() { chroot "$work/root" "$@"; }
 inside sh -c 'apt-get install -y -qq --no-install-recommends /*.deb' >"$work/apt.log" 2>&1 || { tail -20 "$work/apt.log"; exit 1; }
 mount -t proc proc "$work/root/proc"
-trap 'umount "$work/root/proc"; rm -rf "$work"' EXIT
+trap 'umount "$work/root/proc" && rm -rf --one-file-system "$work"' EXIT
 if inside sh -c 'command -v gcc g++ cc cmake'; then echo "package: there is a compiler: nothing is shown"; exit 1; fi
 inside patinate --version
 for file in /usr/share/man/man1/patinate.1.gz /usr/share/bash-completion/completions/patinate /usr/share/doc/patinate/copyright /usr/share/doc/python3-patinate/copyright; do

@@ -1,4 +1,4 @@
-#include "libcommon/atlas/direction_field.h"
+#include "patinate/atlas/direction_field.h"
 #include "transfer/synthesis/multi_level.h"
 #include "transfer/synthesis/search_device.h"
 
@@ -60,10 +60,10 @@ device::CheckResult check_search(const device::Device& device) {
     levels.push_back(check_level(neighborhood));
     return synthesize_multi_level(levels, neighborhood, 0.65, weights, 1, {.fine_passes = 4}, {}, {}, there);
   };
-  std::string failure;
-  const SearchDevice search(device, [&](const std::string& problem) { failure = problem; });
+  std::optional<device::DeviceError> failure;
+  const SearchDevice search(device, [&](const device::DeviceError& problem) { failure = problem; });
   const PlaceMap there = synthesize(&search), here = synthesize(nullptr);
-  if (!failure.empty()) throw device::DeviceError(failure);
+  if (failure) throw device::DeviceError(*failure);
   device::CheckResult check{.num_items = static_cast<std::int64_t>(here.pixels.size())};
   for (TexelId t = 0; t < check.num_items; ++t) check.num_different += there.at(t) == here.at(t) ? 0 : 1;
   return check;

@@ -33,8 +33,8 @@ struct DevicePass {
 /// A device for synthesis. Whatever it cannot do (DeviceError) the caller does itself.
 class SearchDevice {
  public:
-  /// @param on_failure  Called with one line when a transfer goes on without it; may be empty.
-  explicit SearchDevice(const device::Device& device, std::function<void(const std::string&)> on_failure = {});
+  /// @param on_failure  Called when a transfer goes on without it; may be empty.
+  explicit SearchDevice(const device::Device& device, std::function<void(const device::DeviceError&)> on_failure = {});
 
   /// One level's tables in the device's memory.
   class Level {
@@ -57,7 +57,7 @@ class SearchDevice {
 
  private:
   device::Device device_;
-  std::function<void(const std::string&)> on_failure_;
+  std::function<void(const device::DeviceError&)> on_failure_;
 };
 
 /// A small synthesis there and here, place by place. @throws DeviceError if the device cannot run it.

@@ -65,15 +65,15 @@ typedef struct KnownNeighbors {
   i16 weight_beside[PATINATE_MOST_NEIGHBORS];
 } KnownNeighbors;
 
-static inline bool lies_within(i32 x, i32 y, i32 radius) {
+PATINATE_INLINE bool lies_within(i32 x, i32 y, i32 radius) {
   return x >= -radius && x <= radius && y >= -radius && y <= radius;
 }
 
 // Where texels are larger than the offset, a texel would be its own neighbor: that says nothing.
 // known_at: by neighbor, which of the known ones it is; not touched where it is not known. May be 0.
-static inline void gather_known(const SourceTables* source, const CostTables* cost,
-                                PATINATE_GLOBAL const i32* coordinates, i64 texel, const PixelNeighbor* neighbors,
-                                KnownNeighbors* known, i32* known_at) {
+PATINATE_INLINE void gather_known(const SourceTables* source, const CostTables* cost,
+                                  PATINATE_GLOBAL const i32* coordinates, i64 texel, const PixelNeighbor* neighbors,
+                                  KnownNeighbors* known, i32* known_at) {
   i32 sum_of_weights = 0, num = 0;
   for (i32 k = 0; k < cost->num_neighbors; ++k) {
     const PixelNeighbor n = neighbors[k];
@@ -97,8 +97,8 @@ static inline void gather_known(const SourceTables* source, const CostTables* co
 
 // sum_k w_k |difference_k|^2 over some of the known neighbors. |difference| <= 1022, weights <= 16 and 1024 in all: a
 // lane of two components stays below 2^31.
-static inline i64 weighted_squares(const KnownNeighbors* known, const i32* delta, const i16* weight,
-                                   PATINATE_GLOBAL const i16* base, i32 begin, i32 end) {
+PATINATE_INLINE i64 weighted_squares(const KnownNeighbors* known, const i32* delta, const i16* weight,
+                                     PATINATE_GLOBAL const i16* base, i32 begin, i32 end) {
 #if defined(__SSE2__) && !defined(__OPENCL_VERSION__)
   __m128i sum = _mm_setzero_si128();
   for (i32 k = begin; k < end; ++k) {
@@ -125,8 +125,8 @@ static inline i64 weighted_squares(const KnownNeighbors* known, const i32* delta
 }
 
 // Stops early and returns something >= bound when it cannot be below it.
-static inline i64 coherence_cost(const SourceTables* source, const KnownNeighbors* known, const i32* delta,
-                                 const i16* weight, i32 pixel, i64 bound) {
+PATINATE_INLINE i64 coherence_cost(const SourceTables* source, const KnownNeighbors* known, const i32* delta,
+                                   const i16* weight, i32 pixel, i64 bound) {
   enum { kBlock = 8 };  // Neighbors between two looks at the bound.
   PATINATE_GLOBAL const i16* base = source->appearance + (i64)pixel * kComponents;
   i64 total = 0;
@@ -138,8 +138,8 @@ static inline i64 coherence_cost(const SourceTables* source, const KnownNeighbor
   return total * known->coherence_scale;
 }
 
-static inline i64 control_cost(const SourceTables* source, const CostTables* cost, PATINATE_GLOBAL const u16* target,
-                               i32 pixel) {
+PATINATE_INLINE i64 control_cost(const SourceTables* source, const CostTables* cost, PATINATE_GLOBAL const u16* target,
+                                 i32 pixel) {
   PATINATE_GLOBAL const u16* value = source->controls + (i64)pixel * cost->num_controls;
   i64 sum = 0;
   for (i32 c = 0; c < cost->num_controls; ++c) {
@@ -151,8 +151,8 @@ static inline i64 control_cost(const SourceTables* source, const CostTables* cos
 
 // Of a place beside the middle of its pixel, in 1/256 pixel: neighbors are compared with the pixels nearest to where
 // they lie seen from there.
-static inline i64 cost_beside(const SourceTables* source, const CostTables* cost, PATINATE_GLOBAL const u16* target,
-                              KnownNeighbors* known, i32 pixel, i32 beside_x, i32 beside_y, i64 bound) {
+PATINATE_INLINE i64 cost_beside(const SourceTables* source, const CostTables* cost, PATINATE_GLOBAL const u16* target,
+                                KnownNeighbors* known, i32 pixel, i32 beside_x, i32 beside_y, i64 bound) {
   const i64 control = control_cost(source, cost, target, pixel);
   if (control >= bound) return control;
   if (beside_x == 0 && beside_y == 0)
@@ -166,18 +166,18 @@ static inline i64 cost_beside(const SourceTables* source, const CostTables* cost
   return control + coherence_cost(source, known, known->delta_beside, known->weight_beside, pixel, bound - control);
 }
 
-static inline i32 control_cell(PATINATE_GLOBAL const u16* controls) {
+PATINATE_INLINE i32 control_cell(PATINATE_GLOBAL const u16* controls) {
   const i32 steps_a_cell = kLargestControl / kControlGridSide + 1;
   return controls[1] / steps_a_cell * kControlGridSide + controls[0] / steps_a_cell;
 }
 
-static inline i32 first_usable_with(const AlikeTables* tables, i32 value) {
+PATINATE_INLINE i32 first_usable_with(const AlikeTables* tables, i32 value) {
   const i32 low = value < 0 ? 0 : value;
   return tables->first_with[low > kLargestControl + 1 ? kLargestControl + 1 : low];
 }
 
 // SourceLevel::similar() is this.
-static inline AlikePixels alike_pixels(const AlikeTables* tables, PATINATE_GLOBAL const u16* target, i32 tolerance) {
+PATINATE_INLINE AlikePixels alike_pixels(const AlikeTables* tables, PATINATE_GLOBAL const u16* target, i32 tolerance) {
   AlikePixels alike;
   if (tables->num_controls > 1) {
     const i32 cell = tables->grid_cell[control_cell(target)];
@@ -211,7 +211,7 @@ typedef struct FixedPlace {
   i32 pixel, x, y;
 } FixedPlace;
 
-static inline FixedPlace place_of_texel(const PlaceTables* places, i64 texel) {
+PATINATE_INLINE FixedPlace place_of_texel(const PlaceTables* places, i64 texel) {
   FixedPlace place;
   place.pixel = places->pixels[texel];
   // pixel / width, exactly for all pixels below 2^31 [Granlund and Montgomery 1994, "Division by invariant integers
@@ -223,7 +223,7 @@ static inline FixedPlace place_of_texel(const PlaceTables* places, i64 texel) {
 }
 
 // Beside the middle of its pixel: [-128, 127].
-static inline i32 beside_middle(i32 fixed) { return fixed - whole_pixels(fixed) * kFixedOne; }
+PATINATE_INLINE i32 beside_middle(i32 fixed) { return fixed - whole_pixels(fixed) * kFixedOne; }
 
 typedef struct Preferences {
   i32 bonus;  // In 1 / kOfOne, as the other two: at most 16 (1 + 8 + 8 * 8) = 1168 in all, so that products stay below
@@ -259,8 +259,8 @@ typedef struct TexelSearch {
   i64 best_cost;
 } TexelSearch;
 
-static inline void try_place(const SearchPass* pass, KnownNeighbors* known, FixedPlace place, i32 bonus,
-                             TexelSearch* search) {
+PATINATE_INLINE void try_place(const SearchPass* pass, KnownNeighbors* known, FixedPlace place, i32 bonus,
+                               TexelSearch* search) {
   const PreferenceTables* p = &pass->preferences;
   const i32 reuse = p->factors.penalty == 0 ? 0 : p->reuse[place.pixel];
   i32 excess = 0;
@@ -279,7 +279,7 @@ static inline void try_place(const SearchPass* pass, KnownNeighbors* known, Fixe
   search->best = place;
 }
 
-static inline void try_pixel(const SearchPass* pass, KnownNeighbors* known, i32 pixel, TexelSearch* search) {
+PATINATE_INLINE void try_pixel(const SearchPass* pass, KnownNeighbors* known, i32 pixel, TexelSearch* search) {
   FixedPlace place;
   place.pixel = pixel;
   place.x = pixel % pass->source.width * kFixedOne;
@@ -287,7 +287,7 @@ static inline void try_pixel(const SearchPass* pass, KnownNeighbors* known, i32 
   try_place(pass, known, place, pass->preferences.factors.bonus, search);
 }
 
-static inline void try_similar(const SearchPass* pass, KnownNeighbors* known, i32 pixel, TexelSearch* search) {
+PATINATE_INLINE void try_similar(const SearchPass* pass, KnownNeighbors* known, i32 pixel, TexelSearch* search) {
   for (i32 i = 0; i < kAlikeCandidates; ++i) {
     const i32 other = pass->source.similar[(i64)pixel * kAlikeCandidates + i];
     if (other >= 0) try_pixel(pass, known, other, search);
@@ -301,7 +301,7 @@ typedef struct ContinuedPlaces {
   bool leads_outside;  // A neighbor's source to where nothing can be copied.
 } ContinuedPlaces;
 
-static inline void add_continued(const SearchPass* pass, i64 texel, PixelNeighbor n, ContinuedPlaces* continued) {
+PATINATE_INLINE void add_continued(const SearchPass* pass, i64 texel, PixelNeighbor n, ContinuedPlaces* continued) {
   if (n.texel < 0 || n.texel == texel) return;
   FixedPlace place = place_of_texel(&pass->places, n.texel);
   place.x -= n.x;
@@ -320,8 +320,8 @@ static inline void add_continued(const SearchPass* pass, i64 texel, PixelNeighbo
 }
 
 // beside: of the texel. @returns whether it is left as it is; `continued` else has what it may continue.
-static inline bool is_quiet(const SearchPass* pass, i64 texel, const PixelNeighbor* beside, i32 current_pixel,
-                            ContinuedPlaces* continued) {
+PATINATE_INLINE bool is_quiet(const SearchPass* pass, i64 texel, const PixelNeighbor* beside, i32 current_pixel,
+                              ContinuedPlaces* continued) {
   continued->num = 0;
   continued->leads_outside = false;
   for (i32 k = 0; k < kTexelsBeside; ++k) add_continued(pass, texel, beside[k], continued);
@@ -330,8 +330,8 @@ static inline bool is_quiet(const SearchPass* pass, i64 texel, const PixelNeighb
 }
 
 // neighbors: those that are compared, and behind them those beside. known: room.
-static inline FixedPlace best_place(const SearchPass* pass, i64 texel, const PixelNeighbor* neighbors,
-                                    RandomState random, KnownNeighbors* known) {
+PATINATE_INLINE FixedPlace best_place(const SearchPass* pass, i64 texel, const PixelNeighbor* neighbors,
+                                      RandomState random, KnownNeighbors* known) {
   ContinuedPlaces continued;
   const FixedPlace current = place_of_texel(&pass->places, texel);
   if (is_quiet(pass, texel, neighbors + pass->cost.num_neighbors, current.pixel, &continued)) return current;
@@ -359,7 +359,7 @@ static inline FixedPlace best_place(const SearchPass* pass, i64 texel, const Pix
 enum { kInterleavedSets = 4 };  // A turn is a set's; 16 passes of them stay below 256.
 
 // changed_near: the last turn in which the texel or one beside it changed.
-static inline bool is_due(u8 changed_near, i32 turn, bool is_whole) {
+PATINATE_INLINE bool is_due(u8 changed_near, i32 turn, bool is_whole) {
   return is_whole || turn < kInterleavedSets || changed_near + kInterleavedSets >= turn;
 }
 
@@ -381,7 +381,7 @@ typedef struct SearchNumbers {
 } SearchNumbers;
 
 // The texel of a set's item.
-static inline i64 texel_of_item(const SearchNumbers* numbers, u64 item) {
+PATINATE_INLINE i64 texel_of_item(const SearchNumbers* numbers, u64 item) {
   const i64 columns = numbers->columns, x = (i64)item % columns * 2 + numbers->set % 2,
             y = (i64)item / columns * 2 + numbers->set / 2;
   return y * numbers->width + x;

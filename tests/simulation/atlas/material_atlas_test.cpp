@@ -49,6 +49,43 @@ TEST(TileGrid, IndexIsABijectionOntoWholePages) {
   EXPECT_EQ(TileGrid::tile_of(grid.index(8, 0)), TileGrid::tile_of(grid.index(15, 7)));
 }
 
+/// Covered texels by object.
+std::vector<std::int64_t> texels_of(const Scene& scene) {
+  const SurfaceAtlas atlas(make_scene_mesh(scene), scene.resolution);
+  std::vector<std::int64_t> covered(scene.objects.size());
+  for (TexelIndex t = 0; t < atlas.grid().num_texels(); ++t) {
+    if (atlas.is_covered(t)) ++covered[static_cast<std::size_t>(atlas.object(atlas.triangle(t)))];
+  }
+  return covered;
+}
+
+// A fitting of 50 mm on a chest of 400 mm: as dense as it asks for, whatever the chest's surface; the chest has what is
+// left of the atlas.
+TEST(SceneMesh, AnObjectGetsTheTexelsAMmThatItAsksFor) {
+  Scene scene = scene_of({testing_support::unit_plane(400), testing_support::unit_plane(50)}, 512);
+  scene.objects[1].texels_per_mm = 3.0;
+  const std::vector<std::int64_t> covered = texels_of(scene);
+  EXPECT_EQ(covered[1], 150 * 150);
+  // Beside one another: 512 - 150 - the gutter.
+  EXPECT_EQ(covered[0], 358 * 358);
+  scene.objects[1].scale = 2.0;  // As it stands.
+  EXPECT_EQ(texels_of(scene)[1], 300 * 300);
+  Scene alone = scene_of({testing_support::unit_plane(100)}, 256);
+  alone.objects[0].texels_per_mm = 1.0;
+  EXPECT_EQ(texels_of(alone)[0], 100 * 100);
+}
+
+TEST(SceneMesh, RefusesDensitiesThatDoNotFit) {
+  Scene scene = scene_of({testing_support::unit_plane(100), testing_support::unit_plane(100)}, 256);
+  scene.objects[0].texels_per_mm = 3.0;
+  EXPECT_TRUE(has(error_of([&] { (void)make_scene_mesh(scene); }),
+                  "object 'part0' needs an atlas of 300 texels for its 3 a mm; there are 256"));
+  scene.objects[0].texels_per_mm = 2.0;
+  scene.objects[1].texels_per_mm = 2.0;
+  EXPECT_TRUE(
+      has(error_of([&] { (void)make_scene_mesh(scene); }), "raise its resolution or lower their texels_per_mm"));
+}
+
 TEST(SceneMesh, ObjectsShareTheAtlasInProportionToTheirSurfaces) {
   const Scene scene = scene_of({testing_support::unit_plane(200), testing_support::unit_plane(100)}, 256);
   const SurfaceAtlas atlas(make_scene_mesh(scene), 256);

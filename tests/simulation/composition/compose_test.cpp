@@ -424,5 +424,27 @@ TEST(Composer, RefusesWhatDoesNotFit) {
   EXPECT_TRUE(has(error_of([&] { (void)composer.compose(*scene.atlas, outside); }), "no tile"));
 }
 
+// Heights that were replaced before a stop are not seen to change again; their normals must still be made.
+TEST(Composer, AfterAStopTheNextCallGivesWhatAnUninterruptedOneGives) {
+  ComposeScene scene(unit_plane(60.0), 256, any_appearance(3, 5));
+  set_any_amounts(scene, 9);
+  Composer whole = scene.composer();
+  const std::vector<TileIndex> changed = whole.compose(*scene.atlas, {});
+  for (const double stop_at : {0.2, 0.59, 0.61, 0.8}) {
+    Composer stopped = scene.composer();
+    std::stop_source source;
+    RunControl control{.on_progress =
+                           [&](double f) {
+                             if (f >= stop_at) source.request_stop();
+                           },
+                       .stop = source.get_token(),
+                       .num_threads = 1};
+    EXPECT_THROW((void)stopped.compose(*scene.atlas, {}, control), Canceled) << stop_at;
+    EXPECT_EQ(stopped.compose(*scene.atlas, {}), changed) << stop_at;
+    EXPECT_TRUE(std::equal(whole.codes().begin(), whole.codes().end(), stopped.codes().begin())) << stop_at;
+    EXPECT_TRUE(std::equal(whole.normals().begin(), whole.normals().end(), stopped.normals().begin())) << stop_at;
+  }
+}
+
 }  // namespace
 }  // namespace patinate::simulation

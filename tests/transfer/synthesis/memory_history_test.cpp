@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "patinate/history/write_history.h"
 #include "patinate/transfer/age.h"
 #include "patinate/transfer/time_map.h"
 #include "patinate/transfer/transfer_io.h"
@@ -29,7 +30,7 @@ struct Both {
   explicit Both(MemoryHistoryImages images = testing_support::half_images(kSource, kSource, 4,
                                                                           testing_support::blotches)) {
     memory = std::make_shared<const MemoryHistory>(std::move(images));
-    testing_support::write_history(folder.path(), *memory);
+    write_history(folder.path(), *memory);
     disk = std::make_shared<const HistoryReader>(folder.path());
   }
   [[nodiscard]] ImageF ramp() const {

@@ -4,10 +4,10 @@
 
 #include <string>
 
-#include "libcommon/atlas/direction_field.h"
 #include "libcommon/core/random.h"
-#include "libcommon/device/opencl.h"
+#include "patinate/atlas/direction_field.h"
 #include "tests/support/histories.h"
+#include "tests/support/lost_device.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 
@@ -94,8 +94,8 @@ TEST_F(SearchOnDevices, GivesTheCpusCoordinates) {
     const CoordinateMap here = task.run(nullptr).coordinates;
     for (const DeviceInfo& info : all) {
       std::string failure;
-      const auto search =
-          std::make_shared<const SearchDevice>(Device(info), [&](const std::string& text) { failure = text; });
+      const auto search = std::make_shared<const SearchDevice>(
+          Device(info), [&](const device::DeviceError& error) { failure = error.what(); });
       EXPECT_EQ(task.run(search).coordinates, here) << info.name;
       EXPECT_EQ(failure, "");
     }
@@ -111,29 +111,17 @@ TEST_F(SearchOnDevices, HaveRoomForTheLargestNeighborhood) {
     EXPECT_EQ(task.run(std::make_shared<const SearchDevice>(Device(info)), options).coordinates, here) << info.name;
 }
 
-/// As a driver that loses its device after some launches.
-int launches_left = 0;
-cl_int launch_or_fail(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions, const std::size_t* first,
-                      const std::size_t* size, const std::size_t* group, cl_uint num_events, const cl_event* events,
-                      cl_event* event) {
-  if (launches_left-- <= 0) return CL_OUT_OF_RESOURCES;
-  return device::opencl()->clEnqueueNDRangeKernel(queue, kernel, dimensions, first, size, group, num_events, events,
-                                                  event);
-}
-
 TEST_F(SearchOnDevices, ATransferWhoseDeviceIsLostGoesOnWithTheSameCoordinates) {
   const QuiltTask task(1);
   const CoordinateMap here = task.run(nullptr).coordinates;
-  static device::OpenCl failing = *device::opencl();
-  failing.clEnqueueNDRangeKernel = &launch_or_fail;
   for (const int num_launches : {0, 3, 60}) {
-    launches_left = num_launches;
     std::vector<std::string> failures;
     const auto search = std::make_shared<const SearchDevice>(
-        Device(all[0], failing), [&](const std::string& text) { failures.push_back(text); });
+        Device(all[0], testing_support::driver_with_launches(num_launches)),
+        [&](const device::DeviceError& error) { failures.emplace_back(error.what()); });
     EXPECT_EQ(task.run(search).coordinates, here) << num_launches;
     ASSERT_EQ(failures.size(), 1U) << "said once";
-    EXPECT_NE(failures[0].find("goes on without it"), std::string::npos);
+    EXPECT_NE(failures[0].find("CL_OUT_OF_RESOURCES"), std::string::npos) << failures[0];
   }
 }
 
@@ -142,8 +130,8 @@ TEST_F(SearchOnDevices, ATransferThatNeedsMoreMemoryThanTheDeviceHasGoesOnWithou
   DeviceInfo small = all[0];
   small.largest_buffer_bytes = 4096;
   std::string failure;
-  const auto search =
-      std::make_shared<const SearchDevice>(Device(small), [&](const std::string& text) { failure = text; });
+  const auto search = std::make_shared<const SearchDevice>(
+      Device(small), [&](const device::DeviceError& error) { failure = error.what(); });
   EXPECT_EQ(task.run(search).coordinates, task.run(nullptr).coordinates);
   EXPECT_NE(failure.find("too little memory"), std::string::npos) << failure;
 }

@@ -2,12 +2,13 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "libcommon/core/printable.h"
-#include "libcommon/job/partial_folder.h"
+#include "libcommon/job/spread_job.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/message_stream.h"
 #include "tools/patinate/command_line/option_sources.h"
@@ -45,6 +46,9 @@ bool CommandRun::parse() {
   if (is_only_declared_) return false;
   if (line.parse(arguments_, [this] { supply_options(); })) {
     for (const std::string& variable : unknown_variables_) detail(variable);
+    // What would be done is told as ever.
+    const bool is_whole = request_ != nullptr && request_->wanted == PlanRequest::Wanted::Whole;
+    if (is_whole && line.common().dry_run) request_ = nullptr;
     return true;
   }
   print(line.help());
@@ -90,7 +94,7 @@ std::vector<std::string> CommandRun::command_line() const {
 
 std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std::string& label) {
   require_no_file_name(plan.output);
-  if (line.common().dry_run) {
+  if (line.common().dry_run && request_ == nullptr) {
     report_dry_run(explain_job(plan, job_options()));
     return std::nullopt;
   }
@@ -98,6 +102,7 @@ std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std:
   options.add_record = [this](const std::filesystem::path& folder) {
     write_run_record(folder, command_line(), seconds(), line.effective_options());
   };
+  if (request_ != nullptr) return answer_folder(plan, options, label);
   const RunControl stage = control(label);
   std::string continued;
   options.on_resume = [&](std::size_t num_done, std::size_t num_items, const std::string& last) {
@@ -111,9 +116,62 @@ std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std:
 
 std::optional<JobStatus> CommandRun::check_file(const std::filesystem::path& output, const std::string& existing_key,
                                                 const std::string& key) {
+  if (request_ != nullptr) return answer_file(output, existing_key, key);
   if (!line.common().dry_run) return check_output_file(output, existing_key, key, job_options());
   report_dry_run(explain_output_file(output, existing_key, key, job_options()));
   return std::nullopt;
+}
+
+std::optional<JobStatus> CommandRun::answer_folder(const JobPlan& unordered, const JobOptions& options,
+                                                   const std::string& label) {
+  JobPlan plan = unordered;  // Numbered in the order in which they can be run.
+  std::stable_sort(plan.items.begin(), plan.items.end(),
+                   [](const JobItem& a, const JobItem& b) { return a.stage < b.stage; });
+  using Wanted = PlanRequest::Wanted;
+  if (request_->identity) require_same_work(*request_->identity, plan.key, plan.depends_on);
+  if (request_->wanted == Wanted::Description) {
+    request_->work = planned_work(plan);
+    return std::nullopt;
+  }
+  const RunControl stage = control(label);
+  if (request_->wanted == Wanted::Join) return join_spread_items(plan, options, stage);
+  const std::vector<std::size_t> items = asked_items(*request_, plan.items.size());
+  const bool is_whole = request_->wanted == Wanted::Whole;
+  const double share = is_whole ? plan.items.empty() ? 0.0 : 0.9 : 1.0;
+  const std::size_t num_run = run_spread_items(plan, items, options, stage.part(0.0, share));
+  if (is_whole) return join_spread_items(plan, options, stage.part(share, 1.0));
+  report_items(plan.output, num_run, items.size());
+  return std::nullopt;
+}
+
+std::optional<JobStatus> CommandRun::answer_file(const std::filesystem::path& output, const std::string& existing_key,
+                                                 const std::string& key) {
+  using Wanted = PlanRequest::Wanted;
+  if (request_->identity) require_same_work(*request_->identity, key, {});
+  const bool is_made = existing_key == key;
+  const PlannedWork work{
+      .output = output,
+      .key = key,
+      .depends_on = {},
+      .items = {{.name = "file", .key = key, .outputs = {output}, .waits_for = {}, .is_finished = is_made}},
+      .is_up_to_date = is_made};
+  if (request_->wanted == Wanted::Description) {
+    (void)check_output_file(output, existing_key, key, job_options());  // Says what is in the way.
+    request_->work = work;
+    return std::nullopt;
+  }
+  if (request_->wanted == Wanted::Items) (void)asked_items(*request_, 1);
+  if (request_->wanted == Wanted::Join) require_finished(work);
+  return check_output_file(output, existing_key, key, job_options());
+}
+
+void CommandRun::report_items(const std::filesystem::path& output, std::size_t num_run, std::size_t num_asked) {
+  end_stage();
+  const std::size_t num_before = num_asked - num_run;
+  note(output.string() + ": " + std::to_string(num_run) + (num_run == 1 ? " item" : " items") + " done in " +
+       seconds_text(seconds()) + (num_before == 0 ? "" : "; " + std::to_string(num_before) + " finished before"));
+  if (line.common().json)
+    print(Json{{"output", output.string()}, {"run", num_run}, {"finished_before", num_before}}.dump(2) + "\n");
 }
 
 void CommandRun::end_stage() {

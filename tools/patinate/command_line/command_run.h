@@ -15,6 +15,7 @@
 #include "patinate/core/json.h"
 #include "patinate/core/run_control.h"
 #include "tools/patinate/command_line/command_line.h"
+#include "tools/patinate/command_line/plan_request.h"
 
 namespace patinate::cli {
 
@@ -31,8 +32,15 @@ class CommandRun {
 
   /// The first word that is no option, "" if the arguments begin with one: for commands whose options depend on it.
   [[nodiscard]] std::string first_positional() const;
+  /// As given, without the verb.
+  [[nodiscard]] const std::vector<std::string>& arguments() const { return arguments_; }
+  [[nodiscard]] std::stop_token stop() const { return stop_; }
+  /// The command is asked for its work as a plan, or for a part of it. @param request  Must outlive the run.
+  void answer(PlanRequest& request) { request_ = &request; }
+  [[nodiscard]] PlanRequest* request() const { return request_; }
   /// Makes parse() return false: the command then has only declared its arguments on `line`.
   void only_declare() { is_only_declared_ = true; }
+  [[nodiscard]] bool is_only_declared() const { return is_only_declared_; }
   /// Options come from the command line, else the environment, else the file of --config.
   /// @returns false when --help was printed: the command then returns at once.
   [[nodiscard]] bool parse();
@@ -44,12 +52,13 @@ class CommandRun {
   /// "patinate", the verb and its arguments, for run.json.
   [[nodiscard]] std::vector<std::string> command_line() const;
 
-  /// Makes the folder of a plan, with its run.json. With --dry-run says what would be done instead.
-  /// @returns nothing after a dry run: the command then returns 0.
+  /// Makes the folder of a plan, with its run.json. With --dry-run says what would be done instead; where items of the
+  /// plan are asked for (answer()), runs those.
+  /// @returns nothing unless the folder is there in the end: the command then returns 0.
   [[nodiscard]] std::optional<JobStatus> make_folder(const JobPlan& plan, const std::string& label);
   /// Whether a single-file output is to be made; as check_output_file(). With --dry-run says what would be done
-  /// instead.
-  /// @returns nothing after a dry run: the command then returns 0.
+  /// instead. A file is a plan of one item.
+  /// @returns nothing after a dry run or when only the plan is asked for: the command then returns 0.
   [[nodiscard]] std::optional<JobStatus> check_file(const std::filesystem::path& output,
                                                     const std::string& existing_key, const std::string& key);
 
@@ -70,8 +79,14 @@ class CommandRun {
   /// Text on stdout as it is. @throws CannotComplete if it cannot be written.
   void print(const std::string& text);
 
+  /// The end of a run of some items: how many were run, of those that were asked for.
+  void report_items(const std::filesystem::path& output, std::size_t num_run, std::size_t num_asked);
+
  private:
   void supply_options();
+  std::optional<JobStatus> answer_folder(const JobPlan& plan, const JobOptions& options, const std::string& label);
+  std::optional<JobStatus> answer_file(const std::filesystem::path& output, const std::string& existing_key,
+                                       const std::string& key);
   /// With --verbose says how long the part of the work took that the last control() began.
   void end_stage();
 
@@ -80,6 +95,7 @@ class CommandRun {
   std::stop_token stop_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   bool is_only_declared_ = false;
+  PlanRequest* request_ = nullptr;
   std::shared_ptr<ProgressLine> progress_;
   std::vector<std::string> unknown_variables_;
   std::string stage_;  ///< Label of the part of the work that continues; "" = none.

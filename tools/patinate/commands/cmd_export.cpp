@@ -13,6 +13,7 @@
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
 #include "patinate/output/glb.h"
+#include "patinate/output/usd.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/times_argument.h"
@@ -38,6 +39,38 @@ void describe(OptionVisitor& v, SequenceFormat& o) {
 std::string glb_key_of(const std::filesystem::path& path) {
   std::error_code error;
   return std::filesystem::is_regular_file(path, error) ? read_glb_key(path) : "";
+}
+
+/// Of a stage whose textures are there.
+std::string usd_key_of(const std::filesystem::path& path) {
+  std::error_code error;
+  const bool has_textures =
+      path.extension() == ".usdz" ||
+      std::filesystem::is_directory(path.parent_path() / (path.stem().string() + ".textures"), error);
+  return has_textures && std::filesystem::is_regular_file(path, error) ? read_usd_key(path) : "";
+}
+
+int export_usd(CommandRun& run, const AgingGlb& model, const std::filesystem::path& output,
+               const std::vector<double>& times) {
+  ContentHash hash;
+  hash.add("export usd 1").add(model.key);
+  for (double t : times) hash.add(t);
+  const std::string key = hash.hex();
+  const std::optional<JobStatus> status = run.check_file(output, usd_key_of(output), key);
+  if (!status) return 0;
+  if (status == JobStatus::Done) {
+    const RunControl control = run.control("export");
+    const std::vector<GlbAppearance> appearance =
+        model.appearance(times, time_labels(times, model.history.time_unit), control.part(0.0, 0.1));
+    const UsdOptions options{.name = output.stem().string(),
+                             .meters_per_unit = model.meters_per_unit,
+                             .time_unit = time_unit_text(model.history.time_unit),
+                             .key = key,
+                             .objects = model.objects};
+    write_usd(output, model.mesh, model.tiles, appearance, times, options, control.part(0.1, 1.0));
+  }
+  run.report_output(*status, output, Json{{"times", times}});
+  return 0;
 }
 
 int export_glb(CommandRun& run, const AgingGlb& glb, const std::filesystem::path& output,
@@ -179,35 +212,39 @@ int cmd_export(CommandRun& run) {
   SequenceFormat format;
   MovieOptions movie;
   run.line.positional("SUBJECT", "A transfer or simulation, or for pictures a history", subject);
-  run.line.output(
-      "OUTPUT",
-      "MODEL.glb with one variant a time; MOVIE.mp4, .webm or .gif; images aged_%04d.png; or a folder of images",
-      output);
+  run.line.output("OUTPUT",
+                  "MODEL.glb with one variant a time; MODEL.usdz or .usda with textures over time; MOVIE.mp4, .webm or "
+                  ".gif; images aged_%04d.png; or a folder of images",
+                  output);
   times.declare(run.line);
   run.line.options(format);
   run.line.options(movie);
   run.line.example("export aged_bust -o bust.glb --times 0,6,12");
+  run.line.example("export aged_bust -o bust.usdz --num-times 20");
   run.line.example("export aged_bust -o textures --format png");
   run.line.example("export copper -o copper.mp4 --frames 200 --fps 25");
   if (!run.parse()) return 0;
   const std::string extension = lower_extension(output);
-  const bool is_glb = extension == ".glb";
+  const bool is_usd = extension == ".usdz" || extension == ".usda";
+  const bool is_model = is_usd || extension == ".glb";
   const bool is_pictures = is_series(output);
-  if (!is_glb && !is_pictures)
-    require_folder_name(output,
-                        "MODEL.glb, MOVIE.mp4, .webm or .gif, images as aged_%04d.png, or the name of a folder (with / "
-                        "at its end where it has a dot)");
+  if (!is_model && !is_pictures)
+    require_folder_name(
+        output,
+        "MODEL.glb, .usdz or .usda, MOVIE.mp4, .webm or .gif, images as aged_%04d.png, or the name of a folder (with / "
+        "at its end where it has a dot)");
   const PathKind kind = kind_of(subject);
   if (kind == PathKind::Transfer && is_pictures) {
     if (const std::optional<PictureSeries> series = texture_series(run, subject, times))
       return make_series(run, output, *series, movie);
   }
-  if (kind == PathKind::Transfer && !is_glb && !is_pictures)
+  if (kind == PathKind::Transfer && !is_model && !is_pictures)
     return export_textures(run, subject, output, times, format);
   if (kind == PathKind::Transfer || kind == PathKind::Simulation) {
-    if (is_glb) {
-      const AgingGlb glb = open_aging_glb(subject);
-      return export_glb(run, glb, output, times.resolve(run, glb.history, 5));
+    if (is_model) {
+      const AgingGlb model = open_aging_glb(subject);
+      const std::vector<double> resolved = times.resolve(run, model.history, 5);
+      return is_usd ? export_usd(run, model, output, resolved) : export_glb(run, model, output, resolved);
     }
     const AgingMesh mesh = open_aging_mesh(subject);
     if (is_pictures) {
@@ -222,7 +259,7 @@ int cmd_export(CommandRun& run) {
   }
   if (kind != PathKind::History) throw InvalidInput(subject.string() + ": is no transfer, simulation or history");
   const HistoryReader history(subject);
-  if (is_glb) throw UsageError("-o: a history has no mesh; give a transfer, or a folder for images");
+  if (is_model) throw UsageError("-o: a history has no mesh; give a transfer, or a folder for images");
   if (is_pictures) {
     const PictureSeries series{"export", transfer::history_content_key(history),
                                times.resolve(run, history.manifest(), kMoviePictures),

@@ -62,23 +62,20 @@ ContentHash begin_key(const LookupCommand& command, const transfer::TransferMani
   return hash;
 }
 
-/// Checks all before anything is written. @returns those that are to be made; nothing after a dry run.
-std::optional<std::vector<Texture>> unfinished(CommandRun& run, std::vector<Texture> textures) {
-  std::vector<Texture> todo;
-  if (run.line.common().dry_run) {
-    const auto is_open = [](const Texture& t) {
-      return std::any_of(t.files.begin(), t.files.end(),
-                         [&](const auto& file) { return image_file_key(file) != t.key; });
-    };
-    const auto first = std::find_if(textures.begin(), textures.end(), is_open);
-    const Texture& told = first == textures.end() ? textures.front() : *first;
-    (void)check_tile_files(run, told.files, told.key);
-    return std::nullopt;
+/// Checks all before anything is written. @returns those that are to be made; nothing when nothing more is to be done.
+std::optional<std::vector<Texture>> unfinished(CommandRun& run, const LookupCommand& command,
+                                               const std::vector<Texture>& textures) {
+  ContentHash all;
+  std::vector<OutputPiece> pieces;
+  for (const Texture& texture : textures) {
+    pieces.push_back({texture.files, texture.key});
+    all.add(texture.key);
   }
-  for (Texture& texture : textures) {
-    if (*check_tile_files(run, texture.files, texture.key) == JobStatus::Done) todo.push_back(std::move(texture));
-  }
-  return todo;
+  const auto todo = unfinished_pieces(run, command.output, all.hex(), pieces);
+  if (!todo) return std::nullopt;
+  std::vector<Texture> chosen;
+  for (const std::size_t i : *todo) chosen.push_back(textures[i]);
+  return chosen;
 }
 
 void report(CommandRun& run, const LookupCommand& command, const std::vector<Texture>& textures, bool is_done) {
@@ -138,7 +135,7 @@ int lookup_times(CommandRun& run, const LookupCommand& command, const transfer::
     textures.push_back(
         {t, tile_files(file, transfer.sheet().names), begin_key(command, transfer.manifest()).add(t).hex()});
   }
-  const auto todo = unfinished(run, textures);
+  const auto todo = unfinished(run, command, textures);
   if (!todo) return 0;
   if (!todo->empty()) write_textures(transfer, command, *todo, run.control("lookup"));
   report(run, command, textures, !todo->empty());
@@ -184,7 +181,7 @@ int lookup_time_map(CommandRun& run, const LookupCommand& command, const transfe
     for (const auto& file : tile_map_files(name.text, transfer.sheet().names)) hash.add_file(file);
   }
   const std::vector<Texture> textures{{0.0, tile_files(command.output, transfer.sheet().names), hash.hex()}};
-  const auto todo = unfinished(run, textures);
+  const auto todo = unfinished(run, command, textures);
   if (!todo) return 0;
   if (!todo->empty()) {
     ImageF at = times_of(run, command, transfer, is_file);

@@ -23,6 +23,10 @@ std::optional<device::Device> open_checked(const device::DeviceOptions& options,
                                            CommandRun& run) {
   if (options.device == "cpu") return std::nullopt;
   std::string problem;
+  if (run.line.common().dry_run) {
+    (void)device::choose_devices(options.device, device::list_devices());
+    return std::nullopt;
+  }
   for (const device::DeviceInfo& info : device::choose_devices(options.device, device::list_devices())) {
     try {
       device::Device opened(info);
@@ -49,7 +53,10 @@ std::shared_ptr<const Kind> open_kind(const device::DeviceOptions& options, cons
                                       CommandRun& run) {
   const std::optional<device::Device> opened = open_checked(options, check_kernels, run);
   if (!opened) return nullptr;
-  return std::make_shared<const Kind>(*opened, [&run](const std::string& text) { run.note(text); });
+  return std::make_shared<const Kind>(*opened, [&run](const device::DeviceError& error) {
+    run.note(std::string(error.what()) + "; goes on without it");
+    if (!error.detail().empty()) run.detail(error.detail());
+  });
 }
 
 }  // namespace

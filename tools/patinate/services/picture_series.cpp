@@ -48,35 +48,31 @@ int make_movie(CommandRun& run, const std::filesystem::path& output, const Pictu
 
 int make_images(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series) {
   require_extension(output, image_extensions());
-  struct Item {
-    std::size_t index;
-    std::filesystem::path file;
-    std::string key;
-  };
-  std::vector<Item> todo;
+  std::vector<OutputPiece> pieces;
+  ContentHash all;
   Json files = Json::array();
   for (std::size_t i = 0; i < series.times.size(); ++i) {
     const std::filesystem::path file = numbered_path(output, static_cast<int>(i));
     const std::string key =
         ContentHash().add("picture 1").add(series.key).add(series.times[i]).add(lower_extension(output)).hex();
     files.push_back(Json{{series.measure, series.times[i]}, {"file", file.string()}});
-    const bool is_last = i + 1 == series.times.size();
-    if (run.line.common().dry_run && image_file_key(file) == key && !is_last) continue;
-    const std::optional<JobStatus> status = run.check_file(file, image_file_key(file), key);
-    if (!status) return 0;  // The dry run tells of the first that would be made.
-    if (status == JobStatus::Done) todo.push_back({i, file, key});
+    pieces.push_back({{file}, key});
+    all.add(key);
   }
+  const auto todo = unfinished_pieces(run, output, all.hex(), pieces);
+  if (!todo) return 0;
   const RunControl control = run.control(series.label);
-  for (std::size_t k = 0; k < todo.size(); ++k) {
-    const double t = series.times[todo[k].index];
+  for (std::size_t k = 0; k < todo->size(); ++k) {
+    const OutputPiece& piece = pieces[(*todo)[k]];
+    const double t = series.times[(*todo)[k]];
     if (series.write) {
-      series.write(t, todo[k].file, todo[k].key, without_progress(control));
+      series.write(t, piece.files.front(), piece.key, without_progress(control));
     } else {
-      write_color(todo[k].file, series.picture(t, without_progress(control)), todo[k].key);
+      write_color(piece.files.front(), series.picture(t, without_progress(control)), piece.key);
     }
-    control.report((static_cast<double>(k) + 1.0) / static_cast<double>(todo.size()));
+    control.report((static_cast<double>(k) + 1.0) / static_cast<double>(todo->size()));
   }
-  run.report_output(todo.empty() ? JobStatus::UpToDate : JobStatus::Done, output, Json{{"images", files}});
+  run.report_output(todo->empty() ? JobStatus::UpToDate : JobStatus::Done, output, Json{{"images", files}});
   return 0;
 }
 

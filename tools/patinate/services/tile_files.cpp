@@ -1,6 +1,9 @@
 #include "tools/patinate/services/tile_files.h"
 
+#include <algorithm>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "patinate/atlas/sheet.h"
 #include "tools/patinate/command_line/output_file.h"
@@ -14,9 +17,11 @@ std::vector<std::filesystem::path> tile_files(const std::filesystem::path& outpu
   return files;
 }
 
-std::optional<JobStatus> check_tile_files(CommandRun& run, const std::vector<std::filesystem::path>& files,
-                                          const std::string& key) {
-  // The one that decides: in the way, else missing, else any.
+namespace {
+
+/// The file that decides, and its key: in the way, else missing, else any.
+std::pair<std::filesystem::path, std::string> decisive_file(const std::vector<std::filesystem::path>& files,
+                                                            const std::string& key) {
   const std::filesystem::path* decisive = &files.front();
   std::string decisive_key = image_file_key(files.front());
   const auto rank = [&](const std::filesystem::path& file, const std::string& existing) {
@@ -29,7 +34,73 @@ std::optional<JobStatus> check_tile_files(CommandRun& run, const std::vector<std
     decisive = &file;
     decisive_key = existing;
   }
-  return run.check_file(*decisive, decisive_key, key);
+  return {*decisive, decisive_key};
+}
+
+PlannedWork planned_pieces(const std::filesystem::path& output, const std::string& key,
+                           const std::vector<OutputPiece>& pieces, const JobOptions& options) {
+  PlannedWork work{.output = output, .key = key, .depends_on = {}, .items = {}};
+  for (const OutputPiece& piece : pieces) {
+    const auto [file, existing_key] = decisive_file(piece.files, piece.key);
+    const bool is_made = check_output_file(file, existing_key, piece.key, options) == JobStatus::UpToDate;
+    work.items.push_back({.name = piece.files.front().filename().string(),
+                          .key = piece.key,
+                          .outputs = piece.files,
+                          .waits_for = {},
+                          .is_finished = is_made});
+  }
+  work.is_up_to_date = work.unfinished().empty();
+  return work;
+}
+
+/// Of a plan's items those that are asked for. @returns nothing when nothing is to be made of them.
+std::optional<std::vector<std::size_t>> answered_pieces(CommandRun& run, const std::filesystem::path& output,
+                                                        const std::string& key,
+                                                        const std::vector<OutputPiece>& pieces) {
+  using Wanted = PlanRequest::Wanted;
+  PlanRequest& request = *run.request();
+  if (request.identity) require_same_work(*request.identity, key, {});
+  PlannedWork work = planned_pieces(output, key, pieces, run.job_options());
+  if (request.wanted == Wanted::Description) {
+    request.work = std::move(work);
+    return std::nullopt;
+  }
+  if (request.wanted == Wanted::Join) require_finished(work);
+  const std::vector<std::size_t> asked = asked_items(request, pieces.size());
+  std::vector<std::size_t> todo;
+  std::copy_if(asked.begin(), asked.end(), std::back_inserter(todo),
+               [&](std::size_t i) { return !work.items[i].is_finished; });
+  return todo;
+}
+
+}  // namespace
+
+std::optional<JobStatus> check_tile_files(CommandRun& run, const std::vector<std::filesystem::path>& files,
+                                          const std::string& key) {
+  const auto [file, existing_key] = decisive_file(files, key);
+  return run.check_file(file, existing_key, key);
+}
+
+std::optional<std::vector<std::size_t>> unfinished_pieces(CommandRun& run, const std::filesystem::path& output,
+                                                          const std::string& key,
+                                                          const std::vector<OutputPiece>& pieces) {
+  if (run.request() != nullptr) return answered_pieces(run, output, key, pieces);
+  std::vector<std::size_t> todo;
+  if (run.line.common().dry_run) {
+    // Tells of the first that would be made.
+    const auto is_open = [](const OutputPiece& piece) {
+      return std::any_of(piece.files.begin(), piece.files.end(),
+                         [&](const auto& file) { return image_file_key(file) != piece.key; });
+    };
+    const auto first = std::find_if(pieces.begin(), pieces.end(), is_open);
+    const OutputPiece& told = first == pieces.end() ? pieces.front() : *first;
+    (void)check_tile_files(run, told.files, told.key);
+    return std::nullopt;
+  }
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (*check_tile_files(run, pieces[i].files, pieces[i].key) == JobStatus::Done) todo.push_back(i);
+  }
+  return todo;
 }
 
 void report_tile_files(CommandRun& run, JobStatus status, const std::filesystem::path& output,

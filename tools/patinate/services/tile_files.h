@@ -2,6 +2,7 @@
 /// Commands that make one image per tile of an atlas.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -23,6 +24,21 @@ namespace patinate::cli {
 [[nodiscard]] std::optional<JobStatus> check_tile_files(CommandRun& run,
                                                         const std::vector<std::filesystem::path>& files,
                                                         const std::string& key);
+
+/// One of several outputs of a command, each made, and up to date, by itself: the picture of a time.
+struct OutputPiece {
+  std::vector<std::filesystem::path> files;  ///< Of its tiles.
+  std::string key;
+};
+
+/// Which of several outputs are to be made, all checked before anything is written. To a plan each is an item.
+/// @param pieces  Not empty. @param key  Of the whole command. @param output  As it was given, for what is said of all.
+/// @returns indices; nothing when the command has no more to do than to return 0.
+/// @throws CannotComplete if one is there with another key, without --force.
+[[nodiscard]] std::optional<std::vector<std::size_t>> unfinished_pieces(CommandRun& run,
+                                                                        const std::filesystem::path& output,
+                                                                        const std::string& key,
+                                                                        const std::vector<OutputPiece>& pieces);
 
 /// CommandRun::report_output() of all files: one line, and with --json a member `files`.
 void report_tile_files(CommandRun& run, JobStatus status, const std::filesystem::path& output,

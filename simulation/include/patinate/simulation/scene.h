@@ -77,6 +77,9 @@ struct SceneObject {
   /// By material: an expression of maps (SceneMap, built_in_maps(), "slope") for the amount at the start, cut to [0,
   /// kMostAmount]; "" = the preset's. It shows, where the preset's is what the surface is made of.
   std::array<std::string, kMaxMaterials> initial{};
+  /// > 0: texels along a mm of its surface, in the mean, where it stands at the start. None: what those that ask leave
+  /// is shared by the others in proportion to their surfaces.
+  std::optional<double> texels_per_mm{};
   double crease_deg = kCreaseDeg;  ///< Of a mesh without normals: edges that bend by more are hard; [0, 180].
 };
 

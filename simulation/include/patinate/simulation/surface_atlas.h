@@ -66,8 +66,9 @@ struct SceneMesh {
       uv_squares;  ///< Per object: its unit square lies at (u, v) with this side (u, v, side).
 };
 
-/// Puts the objects' unit squares into one, larger ones for larger surfaces, `gutter` texels apart, and the objects
-/// into the world.
+/// Puts the objects' unit squares into one, `gutter` texels apart, and the objects into the world. Squares have the
+/// sides that their objects' texels_per_mm ask for; the others are as large as fits, in proportion to the square roots
+/// of surfaces.
 /// @throws InvalidInput naming the object without UVs, with UVs outside [0, 1], or with no area; or that they do not
 /// fit.
 [[nodiscard]] SceneMesh make_scene_mesh(const Scene& scene, int gutter = 4);

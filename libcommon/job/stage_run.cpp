@@ -1,0 +1,65 @@
+#include "libcommon/job/stage_run.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+#include <system_error>
+
+#include "libcommon/core/parallel.h"
+#include "libcommon/job/undeclared_output.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+ItemProgress::ItemProgress(const RunControl& control, const JobPlan& plan)
+    : control_(control), fractions_(plan.items.size() + 1, 0.0) {
+  for (const JobItem& item : plan.items) weights_.push_back(item.weight);
+  weights_.push_back(plan.join_weight);
+  total_weight_ = std::accumulate(weights_.begin(), weights_.end(), 0.0);
+}
+
+void ItemProgress::set(std::size_t item, double fraction) {
+  if (!control_.on_progress) return;
+  const std::lock_guard lock(mutex_);
+  fractions_[item] = std::max(fractions_[item], fraction);
+  const double total = std::inner_product(fractions_.begin(), fractions_.end(), weights_.begin(), 0.0) / total_weight_;
+  if (total > reported_ && total < 1.0) control_.report(reported_ = total);
+}
+
+RunControl ItemProgress::item_control(std::size_t item, int num_threads) {
+  RunControl inner = control_;
+  inner.num_threads = num_threads;
+  inner.on_progress = [this, item](double f) { set(item, f); };
+  return inner;
+}
+
+void run_side_by_side(const JobPlan& plan, std::span<const std::size_t> items, const fs::path& folder,
+                      ItemProgress& progress, const RunControl& control,
+                      const std::function<void(const JobItem&)>& finished) {
+  UndeclaredSearch undeclared(plan, folder, items.size());
+  const int num_threads = thread_count(control);
+  const int num_side_by_side =
+      plan.parallel_items ? static_cast<int>(std::min<std::size_t>(items.size(), static_cast<std::size_t>(num_threads)))
+                          : 1;
+  RunControl workers;
+  workers.stop = control.stop;
+  workers.num_threads = std::max(1, num_side_by_side);
+  const int threads_per_item = std::max(1, num_threads / workers.num_threads);
+  parallel_for(static_cast<std::int64_t>(items.size()), 1, workers, [&](std::int64_t begin, std::int64_t) {
+    const std::size_t i = items[static_cast<std::size_t>(begin)];
+    const JobItem& item = plan.items[i];
+    control.throw_if_stopped();
+    for (const fs::path& output : item.outputs) {
+      std::error_code error;
+      fs::create_directories((folder / output).parent_path(), error);
+      if (error) throw CannotComplete((folder / output).string() + ": cannot be made; " + error.message());
+    }
+    item.run(folder, progress.item_control(i, threads_per_item));
+    undeclared.finished(item.name);
+    finished(item);
+    progress.set(i, 1.0);
+  });
+}
+
+}  // namespace patinate

@@ -1,0 +1,241 @@
+#include "libcommon/output/usd_text.h"
+
+#include <algorithm>
+#include <cctype>
+#include <set>
+
+#include "libcommon/core/text.h"
+
+namespace patinate {
+
+namespace {
+
+/// Files of one channel over time.
+using Series = std::vector<std::vector<std::string>>;
+
+/// A name that a prim may have, unlike those before.
+std::string prim_name(const std::string& name, std::set<std::string>& taken) {
+  std::string out;
+  for (const char c : name) out += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+  if (out.empty() || std::isdigit(static_cast<unsigned char>(out.front())) != 0) out.insert(0, "_");
+  std::string unlike = out;
+  for (int i = 2; !taken.insert(unlike).second; ++i) unlike = out + "_" + std::to_string(i);
+  return unlike;
+}
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
+  }
+  return out + "\"";
+}
+
+std::string asset(const std::string& file) {
+  return file.find('@') == std::string::npos ? "@" + file + "@" : "@@@" + file + "@@@";
+}
+
+/// Single precision, as points are kept.
+std::string real(double value) { return number_text(rounded(static_cast<double>(static_cast<float>(value)), 9)); }
+
+/// "(x, y, z)"
+template <class V>
+std::string tuple(const V& v) {
+  std::string out = "(";
+  for (Eigen::Index i = 0; i < v.size(); ++i) out += (i == 0 ? "" : ", ") + real(v[i]);
+  return out + ")";
+}
+
+/// [a, b, ...] of `count` entries.
+template <class Entry>
+std::string list(std::size_t count, const Entry& entry) {
+  std::string out = "[";
+  for (std::size_t i = 0; i < count; ++i) out += (i == 0 ? "" : ", ") + entry(i);
+  return out + "]";
+}
+
+/// Triangles of one object.
+struct Part {
+  std::string name;
+  std::vector<std::size_t> triangles;
+};
+
+std::vector<Part> parts_of(const Mesh& mesh, const UsdOptions& options) {
+  std::vector<Part> parts;
+  for (const std::string& name : options.objects.names) parts.push_back({name, {}});
+  if (parts.empty()) parts.push_back({"mesh", {}});
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const auto object = options.objects.triangle_object.empty()
+                            ? std::size_t{0}
+                            : static_cast<std::size_t>(options.objects.triangle_object[t]);
+    parts[object].triangles.push_back(t);
+  }
+  return parts;
+}
+
+/// Indices of a part's corners into a list of its own.
+struct Compact {
+  std::vector<int> entries;  ///< Of the mesh's list.
+  std::vector<int> corners;  ///< Into entries.
+};
+
+Compact compact(const std::vector<Triangle>& triangles, const Part& part, std::size_t size) {
+  Compact out;
+  std::vector<int> place(size, -1);
+  for (const std::size_t t : part.triangles) {
+    for (const int entry : triangles[t]) {
+      int& at = place[static_cast<std::size_t>(entry)];
+      if (at < 0) {
+        at = static_cast<int>(out.entries.size());
+        out.entries.push_back(entry);
+      }
+      out.corners.push_back(at);
+    }
+  }
+  return out;
+}
+
+std::string indices(const std::vector<int>& values) {
+  return list(values.size(), [&](std::size_t i) { return std::to_string(values[i]); });
+}
+
+std::string mesh_text(const Mesh& mesh, const GlbTiles& tiles, const Part& part, const std::string& name,
+                      const std::vector<std::string>& materials) {
+  const Compact points = compact(mesh.triangles, part, mesh.positions.size());
+  const Compact uvs = compact(mesh.uv_triangles, part, mesh.uvs.size());
+  const auto position = [&](std::size_t i) -> const Vec3& {
+    return mesh.positions[static_cast<std::size_t>(points.entries[i])];
+  };
+  Box box;
+  for (std::size_t i = 0; i < points.entries.size(); ++i) {
+    box.low = box.low.cwiseMin(position(i));
+    box.high = box.high.cwiseMax(position(i));
+  }
+  std::string out =
+      "    def Mesh \"" + name + "\" (\n        prepend apiSchemas = [\"MaterialBindingAPI\"]\n    )\n    {\n";
+  const auto line = [&](const std::string& text) { out += "        " + text + "\n"; };
+  line("uniform bool doubleSided = 1");
+  if (!points.entries.empty()) line("float3[] extent = [" + tuple(box.low) + ", " + tuple(box.high) + "]");
+  line("int[] faceVertexCounts = " + list(part.triangles.size(), [](std::size_t) { return std::string("3"); }));
+  line("int[] faceVertexIndices = " + indices(points.corners));
+  line("point3f[] points = " + list(points.entries.size(), [&](std::size_t i) { return tuple(position(i)); }));
+  if (!mesh.normal_triangles.empty()) {
+    line("normal3f[] normals = " +
+         list(3 * part.triangles.size(),
+              [&](std::size_t i) {
+                const Triangle& triangle = mesh.normal_triangles[part.triangles[i / 3]];
+                return tuple(mesh.normals[static_cast<std::size_t>(triangle[i % 3])]);
+              }) +
+         " (\n            interpolation = \"faceVarying\"\n        )");
+  }
+  line("texCoord2f[] primvars:st = " +
+       list(uvs.entries.size(),
+            [&](std::size_t i) { return tuple(mesh.uvs[static_cast<std::size_t>(uvs.entries[i])]); }) +
+       " (\n            interpolation = \"faceVarying\"\n        )");
+  line("int[] primvars:st:indices = " + indices(uvs.corners));
+  line("uniform token subdivisionScheme = \"none\"");
+  if (materials.size() == 1) line("rel material:binding = " + materials.front());
+  std::set<std::string> taken;
+  for (std::size_t tile = 0; materials.size() > 1 && tile < materials.size(); ++tile) {
+    std::vector<int> faces;
+    for (std::size_t i = 0; i < part.triangles.size(); ++i) {
+      if (tiles.triangle_tile[part.triangles[i]] == static_cast<int>(tile)) faces.push_back(static_cast<int>(i));
+    }
+    if (faces.empty()) continue;
+    out += "\n        def GeomSubset \"" + prim_name("tile_" + tiles.names[tile], taken) +
+           "\" (\n            prepend apiSchemas = [\"MaterialBindingAPI\"]\n        )\n        {\n"
+           "            uniform token elementType = \"face\"\n            uniform token familyName = \"materialBind\"\n"
+           "            int[] indices = " +
+           indices(faces) + "\n            rel material:binding = " + materials[tile] + "\n        }\n";
+  }
+  return out + "    }\n";
+}
+
+/// A texture that changes with time. @param more  Further inputs, each a line.
+std::string texture_text(const std::string& name, const Series& files, std::size_t tile,
+                         const std::vector<double>& times, const std::string& material, const std::string& color_space,
+                         const std::string& more, const std::string& output) {
+  std::string out = "            def Shader \"" + name + "\"\n            {\n";
+  const auto line = [&](const std::string& text) { out += "                " + text + "\n"; };
+  line("uniform token info:id = \"UsdUVTexture\"");
+  line("asset inputs:file = " + asset(files.front()[tile]));
+  if (times.size() > 1) {
+    line("asset inputs:file.timeSamples = {");
+    for (std::size_t i = 0; i < times.size(); ++i)
+      line("    " + number_text(times[i]) + ": " + asset(files[i][tile]) + ",");
+    line("}");
+  }
+  line("token inputs:sourceColorSpace = \"" + color_space + "\"");
+  line("float2 inputs:st.connect = <" + material + "/st.outputs:result>");
+  line("token inputs:wrapS = \"clamp\"");
+  line("token inputs:wrapT = \"clamp\"");
+  out += more;
+  line(output);
+  return out + "            }\n";
+}
+
+std::string material_text(const std::string& name, const std::string& path, const UsdTextureFiles& files,
+                          std::size_t tile, const std::vector<double>& times, const UsdOptions& options) {
+  const std::string indent(16, ' ');
+  std::string out = "        def Material \"" + name + "\"\n        {\n            token outputs:surface.connect = <" +
+                    path + "/surface.outputs:surface>\n\n            def Shader \"surface\"\n            {\n" + indent +
+                    "uniform token info:id = \"UsdPreviewSurface\"\n" + indent +
+                    "color3f inputs:diffuseColor.connect = <" + path + "/color.outputs:rgb>\n" + indent +
+                    "float inputs:metallic = 0\n";
+  if (!files.normals.empty()) out += indent + "normal3f inputs:normal.connect = <" + path + "/normal.outputs:rgb>\n";
+  out += indent +
+         (files.speculars.empty() ? "float inputs:roughness = " + number_text(options.roughness)
+                                  : "float inputs:roughness.connect = <" + path + "/gloss.outputs:r>") +
+         "\n";
+  out += indent + "token outputs:surface\n            }\n            def Shader \"st\"\n            {\n" + indent +
+         "uniform token info:id = \"UsdPrimvarReader_float2\"\n" + indent + "string inputs:varname = \"st\"\n" +
+         indent + "float2 outputs:result\n            }\n";
+  out += texture_text("color", files.base_colors, tile, times, path, "sRGB", "", "float3 outputs:rgb");
+  if (!files.normals.empty()) {
+    out += texture_text(
+        "normal", files.normals, tile, times, path, "raw",
+        indent + "float4 inputs:scale = (2, 2, 2, 1)\n" + indent + "float4 inputs:bias = (-1, -1, -1, 0)\n",
+        "float3 outputs:rgb");
+  }
+  if (!files.speculars.empty()) {  // They say how glossy it is.
+    out += texture_text(
+        "gloss", files.speculars, tile, times, path, "raw",
+        indent + "float4 inputs:scale = (-1, -1, -1, 1)\n" + indent + "float4 inputs:bias = (1, 1, 1, 0)\n",
+        "float outputs:r");
+  }
+  return out + "        }\n";
+}
+
+}  // namespace
+
+std::string usd_text(const Mesh& mesh, const GlbTiles& tiles, const UsdTextureFiles& files,
+                     const std::vector<double>& times, const UsdOptions& options) {
+  std::set<std::string> roots, taken;
+  const std::string root = prim_name(options.name, roots);
+  const double span = times.back() - times.front();
+  std::string out = "#usda 1.0\n(\n    customLayerData = {\n        string patinate_key = " + quoted(options.key) +
+                    "\n        string time_unit = " + quoted(options.time_unit) + "\n    }\n    defaultPrim = \"" +
+                    root + "\"\n    endTimeCode = " + number_text(times.back()) +
+                    "\n    metersPerUnit = " + number_text(options.meters_per_unit) +
+                    "\n    startTimeCode = " + number_text(times.front()) +
+                    "\n    timeCodesPerSecond = " + number_text(span > 0.0 ? span / options.duration_s : 24.0) +
+                    "\n    upAxis = \"Y\"\n)\n\ndef Xform \"" + root + "\" (\n    kind = \"component\"\n)\n{\n";
+  std::set<std::string> material_names;
+  std::vector<std::string> names, bindings;
+  for (const std::string& tile : tiles.names) {
+    names.push_back(prim_name("material" + (tile.empty() ? "" : "_" + tile), material_names));
+    bindings.push_back("</" + root + "/Materials/" + names.back() + ">");
+  }
+  taken.insert("Materials");
+  for (const Part& part : parts_of(mesh, options)) {
+    if (!part.triangles.empty()) out += mesh_text(mesh, tiles, part, prim_name(part.name, taken), bindings) + "\n";
+  }
+  out += "    def Scope \"Materials\"\n    {\n";
+  for (std::size_t tile = 0; tile < names.size(); ++tile) {
+    out += material_text(names[tile], "/" + root + "/Materials/" + names[tile], files, tile, times, options);
+  }
+  return out + "    }\n}\n";
+}
+
+}  // namespace patinate

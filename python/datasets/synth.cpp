@@ -1,0 +1,51 @@
+#include <utility>
+
+#include "datasets_synthetic/crackle_io.h"
+#include "datasets_synthetic/mold_io.h"
+#include "datasets_synthetic/object_io.h"
+#include "python/bindings.h"
+#include "python/support/keywords.h"
+#include "python/support/signature.h"
+
+namespace patinate::python {
+
+namespace py = pybind11;
+
+namespace {
+
+template <class Options>
+void define_synth(py::module_& module, const char* name, const char* brief,
+                  JobPlan (*plan)(const Options&, const std::filesystem::path&)) {
+  define(module,
+         FunctionText(name, brief)
+             .takes("output", "str | os.PathLike[str]", "Folder to make; a finished one of the same options stays")
+             .options<Options>()
+             .runs()
+             .raises("InvalidInput; CannotComplete if something else lies there"),
+         [name, plan](const py::object& output, const py::kwargs& kwargs) {
+           Keywords keywords(name, kwargs);
+           Options options;
+           keywords.read(options);
+           const RunArguments run = keywords.run();
+           keywords.finish();
+           const std::string folder = path_from(output);
+           run_interruptibly(run, [&](const RunControl& control) { run_job(plan(options, folder), {}, control); });
+         });
+}
+
+}  // namespace
+
+void bind_synth(py::module_& module) {
+  define_synth<datasets::CrackleOptions>(
+      module, "synth_crackle", "A capture of synthetic paint that cracks, with its truth.", datasets::plan_crackle);
+  define_synth<datasets::MoldOptions>(
+      module, "synth_mold", "A capture of a synthetic mold, scanned under lamps step by step, with its truth.",
+      datasets::plan_mold);
+  define_synth<datasets::LedgeOptions>(module, "synth_ledge", "A wall with sills in the rain: a scene to simulate.",
+                                       datasets::plan_ledge);
+  define_synth<datasets::FenceOptions>(module, "synth_fence", "A fence in the weather: a scene to simulate.",
+                                       datasets::plan_fence);
+  define_synth<datasets::SculptureOptions>(module, "synth_sculpture", "A mesh to age.", datasets::plan_sculpture);
+}
+
+}  // namespace patinate::python

@@ -1,0 +1,251 @@
+#!/usr/bin/env python3
+"""Studies: many cells from one file, here and through Snakemake, with the same bytes; what fails is shown and the rest goes on.
+Usage: study_test.py PATINATE [unittest arguments]. Tests of Snakemake are skipped, saying so, where it is not installed."""
+import csv
+import io
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import unittest
+
+from command_case import CANNOT, INPUT, USAGE, CommandCase, tree_of, use
+
+PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
+SNAKEMAKE = shutil.which("snakemake")
+
+TRANSFERS = {"histories": ["history"], "meshes": ["urn/mesh.obj", "flat.obj"], "controls": ["facing"], "options": {"resolution": 64},
+             "outputs": [{"command": "render", "file": "strip.png", "options": {"num_times": 2, "width": 60}}]}
+SIMULATIONS = {"scenes": ["ledge/scene.json"], "options": {"resolution": 64, "iterations": 4},
+               "vary": [{"pointer": "/appearance/dirt/strength", "low": 0.5, "high": 2, "scale": "log", "count": 2}]}
+SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"
+
+
+def setUpModule():
+    use(PROGRAM)
+    subprocess.run([CommandCase.patinate, "synth", "ledge", "--cells", "4", "-o", "ledge"], cwd=CommandCase.shared, check=True, capture_output=True)
+
+
+class StudyCase(CommandCase):
+    def setUp(self):
+        super().setUp()
+        for name in ("history", "urn", "ledge"):
+            (self.folder / name).symlink_to(self.shared / name)
+        (self.folder / "flat.obj").write_text(SQUARE)
+
+    def study(self, file="study.json", **parts):
+        (self.folder / file).write_text(json.dumps({"format": "patinate.study", "version": 1, **parts}))
+        return file
+
+    def cells(self, folder="out"):
+        parts = json.loads((self.folder / folder / "cells.json").read_text())["parts"]
+        return {cell["name"]: cell for part in parts for cell in part["cells"]}
+
+    def report(self, folder="out"):
+        return {cell["cell"]: cell for cell in json.loads((self.folder / folder / "report.json").read_text())["cells"]}
+
+    def results(self, folder):
+        """What a study has made and says about it, without how it was run."""
+        return {name: content for name, content in tree_of(self.folder / folder).items() if name.split("/")[0] in ("cells", "cells.json", "report.html", "report.json", "transfer.csv", "simulate.csv", "done")}
+
+
+class Cells(StudyCase):
+    def plan_of(self, **parts):
+        self.study(**parts)
+        self.succeeds("study", "export", "study.json", "--snakemake", "out")
+        return self.cells()
+
+    def test_every_combination_is_a_cell_once(self):
+        transfers = {**TRANSFERS, "controls": ["facing", {"control": ["accessibility"], "name": "deep"}], "options": {"resolution": [32, 64], "neighborhood": 2}, "seeds": [1, 2, 3]}
+        cells = self.plan_of(transfer=transfers)
+        self.assertEqual(len(cells), 2 * 2 * 2 * 3)
+        self.assertEqual(len({json.dumps(cell["factors"]) for cell in cells.values()}), len(cells))
+        one = cells["history-mesh-deep-resolution32-seed2"]
+        self.assertEqual(one["factors"], {"history": "history", "mesh": "mesh", "control": "accessibility", "resolution": "32", "seed": "2"})
+        self.assertEqual(one["commands"]["transfer"], "transfer ../history ../urn/mesh.obj --control accessibility --resolution 32 --neighborhood 2 --seed 2 -o cells/history-mesh-deep-resolution32-seed2/transfer")
+
+    def test_a_pattern_stands_for_all_files_that_match(self):
+        (self.folder / "meshes").mkdir()
+        for name in ("b10", "b2", "b1"):
+            (self.folder / f"meshes/{name}.obj").write_text(SQUARE)
+        cells = self.plan_of(transfer={**TRANSFERS, "meshes": ["meshes/*.obj"]})
+        self.assertEqual([cell["factors"]["mesh"] for cell in cells.values()], ["b1", "b2", "b10"])
+
+    def test_a_map_beside_the_study_is_a_control(self):
+        self.succeeds("control", "urn/mesh.obj", "--kind", "facing", "--resolution", "64", "-o", "up.exr")
+        cells = self.plan_of(transfer={**TRANSFERS, "meshes": ["urn/mesh.obj"], "controls": ["thickness=up.exr:2"]})
+        self.assertIn("--control thickness=../up.exr:2", cells["history-mesh-thickness_up.exr_2"]["commands"]["transfer"])
+        self.succeeds("study", "run", "study.json", "-o", "out")
+
+    def test_a_latin_hypercube_has_each_slice_of_each_number_once(self):
+        vary = [{"pointer": "/appearance/dirt/strength", "low": 0, "high": 10}, {"pointer": "/tracing/lobe_exponent_float", "low": 10, "high": 1000, "scale": "log"}]
+        cells = self.plan_of(simulate={**SIMULATIONS, "vary": vary, "design": "latin_hypercube", "samples": 10})
+        self.assertEqual(len(cells), 10)
+        strengths = sorted(float(cell["factors"]["/appearance/dirt/strength"]) for cell in cells.values())
+        self.assertEqual([int(s) for s in strengths], list(range(10)))
+        scene = json.loads((self.folder / "out/cells/scene-sample0003/scene.json").read_text())
+        self.assertEqual(str(scene["appearance"]["dirt"]["strength"]), cells["scene-sample0003"]["factors"]["/appearance/dirt/strength"])
+
+    def test_lists_go_side_by_side(self):
+        vary = [{"pointer": "/appearance/dirt/strength", "values": [1, 2, 3]}, {"pointer": "/tracing/lobe_exponent_float", "values": [10, 20, 30]}]
+        cells = self.plan_of(simulate={**SIMULATIONS, "vary": vary, "design": "list"})
+        self.assertEqual([list(cell["factors"].values())[1:] for cell in cells.values()], [["1", "10"], ["2", "20"], ["3", "30"]])
+
+    def test_a_grid_of_whole_numbers_has_no_number_twice(self):
+        vary = [{"pointer": "/emitters/0/gammatons", "low": 100, "high": 102, "count": 9}]
+        cells = self.plan_of(simulate={**SIMULATIONS, "vary": vary})
+        self.assertEqual([cell["factors"]["/emitters/0/gammatons"] for cell in cells.values()], ["100", "101", "102"])
+
+
+class Run(StudyCase):
+    def test_cells_give_the_bytes_of_their_commands_given_by_hand(self):
+        self.study(transfer=TRANSFERS, simulate=SIMULATIONS)
+        self.succeeds("study", "run", "study.json", "-o", "out")
+        self.assertEqual({cell["status"] for cell in self.report().values()}, {"done"})
+        shutil.copytree(self.folder / "out/cells", self.folder / "by_hand/cells", ignore=lambda folder, names: [n for n in names if n != "scene.json" and n not in self.cells()])
+        for cell in self.report().values():
+            for command in cell["commands"].values():
+                subprocess.run([self.patinate, *command.split()[1:]], cwd=self.folder / "by_hand", check=True, capture_output=True)
+        self.assertEqual(tree_of(self.folder / "by_hand/cells"), tree_of(self.folder / "out/cells"))
+
+    def test_a_second_run_makes_nothing_again_and_the_number_of_jobs_changes_no_byte(self):
+        self.study(transfer=TRANSFERS)
+        self.succeeds("study", "run", "study.json", "-o", "out")
+        places = {p: p.stat().st_ino for p in (self.folder / "out/cells").rglob("*")}
+        first = self.results("out")
+        self.succeeds("study", "run", "study.json", "-o", "out", "--jobs", "1")
+        self.assertEqual({p: p.stat().st_ino for p in (self.folder / "out/cells").rglob("*")}, places)
+        self.succeeds("study", "run", "study.json", "-o", "other", "--jobs", "3")
+        self.assertEqual(self.results("out"), first)
+        self.assertEqual(self.results("other"), first)
+
+    def test_a_cell_that_fails_is_shown_and_the_rest_goes_on(self):
+        (self.folder / "broken.obj").write_text("v 0 0 0\n")
+        self.study(transfer={**TRANSFERS, "meshes": ["broken.obj", "flat.obj"]})
+        result = self.run_patinate("study", "run", "study.json", "-o", "out", "--quiet")
+        self.assertEqual(result.returncode, CANNOT)
+        self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
+        self.assertIn("history-broken-facing: transfer: ../broken.obj", result.stderr)
+        report = self.report()
+        self.assertEqual({name: cell["status"] for name, cell in report.items()}, {"history-broken-facing": "failed", "history-flat-facing": "done"})
+        self.assertIn(report["history-broken-facing"]["message"], result.stderr)
+        self.assertIn("../broken.obj", (self.folder / "out/report.html").read_text())
+        # Mended, only what was missing is made.
+        place = (self.folder / "out/cells/history-flat-facing/transfer").stat().st_ino
+        shutil.copy(self.folder / "flat.obj", self.folder / "broken.obj")
+        self.succeeds("study", "run", "study.json", "-o", "out")
+        self.assertEqual({cell["status"] for cell in self.report().values()}, {"done"})
+        self.assertEqual((self.folder / "out/cells/history-flat-facing/transfer").stat().st_ino, place)
+
+    def test_the_tables_hold_what_the_manifests_say(self):
+        transfers = {**TRANSFERS, "outputs": [{"command": "evaluate", "options": {"samples": 500}}]}
+        self.study(transfer=transfers, simulate=SIMULATIONS)
+        self.succeeds("study", "run", "study.json", "-o", "out")
+        rows = list(csv.DictReader(io.StringIO((self.folder / "out/transfer.csv").read_text())))
+        self.assertEqual(len(rows), 2)
+        for row in rows:
+            manifest = json.loads((self.folder / f"out/cells/{row['cell']}/transfer/transfer.json").read_text())
+            self.assertEqual(float(row["transfer: energy"]), manifest["energy"]["energy"])
+            evaluation = json.loads((self.folder / f"out/cells/{row['cell']}/evaluate/evaluation.json").read_text())
+            for figure in evaluation["maps"][0]["figures"]:
+                if figure["value"] is not None:
+                    self.assertEqual(float(row[f"transfer_evaluate: {figure['name']}"]), figure["value"])
+        for row in csv.DictReader(io.StringIO((self.folder / "out/simulate.csv").read_text())):
+            ledger = json.loads((self.folder / f"out/cells/{row['cell']}/simulation/simulation.json").read_text())["ledger"]
+            self.assertEqual(float(row["simulate: water emitted"]), ledger["water"]["emitted"])
+
+    def test_a_dry_run_says_what_is_left(self):
+        self.study(transfer=TRANSFERS)
+        before = sorted(self.folder.rglob("*"))
+        self.assertIn("4 of 4 steps are left", self.succeeds("study", "run", "study.json", "-o", "out", "--dry-run"))
+        self.assertEqual(sorted(self.folder.rglob("*")), before)
+        self.succeeds("study", "run", "study.json", "-o", "out")
+        self.assertEqual(json.loads(self.succeeds("study", "run", "study.json", "-o", "out", "--dry-run", "--json"))["left"], [])
+
+
+class BadStudies(StudyCase):
+    def problems(self, expected, **parts):
+        """Every line of what is said names one of `expected`, and nothing is made."""
+        self.study(**parts)
+        before = sorted(self.folder.rglob("*"))
+        result = self.run_patinate("study", "run", "study.json", "-o", "out")
+        self.assertEqual(result.returncode, INPUT, result.stderr)
+        lines = result.stderr.splitlines()
+        for line, words in zip(lines, expected):
+            self.assertTrue(line.startswith("patinate: error: study.json"), line)
+            self.assertIn(words, line)
+        self.assertEqual(len(lines), len(expected), result.stderr)
+        self.assertEqual(sorted(self.folder.rglob("*")), before)
+
+    def test_all_that_is_missing_is_said_at_once(self):
+        self.problems(["/transfer/histories/0: ", "/transfer/meshes/1: ", "/transfer/controls/0: control `faicng`: position 1", "/transfer/options/resolutoin: `transfer` has no option `resolutoin`; did you mean `resolution`?", "/transfer/outputs/0: `file` is missing"],
+                      transfer={**TRANSFERS, "histories": ["hstory"], "meshes": ["flat.obj", "nowhere.obj"], "controls": ["faicng"], "options": {"resolutoin": 3}, "outputs": [{"command": "render"}]})
+
+    def test_two_cells_in_one_place_are_refused(self):
+        self.problems(["two cells would be made in `cells/history-flat-facing`"], transfer={**TRANSFERS, "meshes": ["flat.obj", "./flat.obj"]})
+
+    def test_two_steps_of_one_name_or_file_are_refused(self):
+        render = TRANSFERS["outputs"][0]
+        self.problems(["two steps are called `render`", "two steps make `strip.png`"], transfer={**TRANSFERS, "outputs": [render, render]})
+
+    def test_a_study_that_needs_what_it_makes_is_refused(self):
+        self.study(transfer=TRANSFERS)
+        self.succeeds("study", "run", "study.json", "-o", "out")
+        self.study(transfer={**TRANSFERS, "histories": ["out/cells/history-flat-facing/transfer"]})
+        result = self.run_patinate("study", "run", "study.json", "-o", "out")
+        self.assertEqual(result.returncode, INPUT)
+        self.assertIn("would wait for itself", result.stderr)
+
+    def test_numbers_that_no_scene_has_are_refused(self):
+        self.problems(["/appearance/dirt/strenth is not in ledge/scene.json"], simulate={**SIMULATIONS, "vary": [{"pointer": "/appearance/dirt/strenth", "low": 1, "high": 2, "count": 2}]})
+        self.problems(["a grid needs a `count`, or `values`"], simulate={**SIMULATIONS, "vary": [{"pointer": "/appearance/dirt/strength", "low": 1, "high": 2}]})
+        self.problems(["a Latin hypercube needs `samples`"], simulate={**SIMULATIONS, "design": "latin_hypercube"})
+        self.problems(["a list needs `values` everywhere"], simulate={**SIMULATIONS, "design": "list"})
+
+    def test_empty_and_foreign_files_are_one_line(self):
+        self.problems(["holds neither `transfer` nor `simulate`"])
+        for content in ("", "[]", "{}", '{"format": "patinate.scene"}'):
+            (self.folder / "study.json").write_text(content)
+            self.fails(INPUT, "study.json", "study", "run", "study.json", "-o", "out")
+
+    def test_a_folder_of_other_things_is_left_alone(self):
+        self.study(transfer=TRANSFERS)
+        (self.folder / "photos").mkdir()
+        (self.folder / "photos/a.jpg").write_text("precious")
+        self.fails(CANNOT, "is no study's folder", "study", "run", "study.json", "-o", "photos")
+        self.fails(INPUT, "is no study's folder", "study", "report", "photos")
+        self.fails(USAGE, "--snakemake", "study", "export", "study.json")
+
+
+@unittest.skipUnless(SNAKEMAKE, "snakemake is not installed (Debian's snakemake)")
+class Snakemake(StudyCase):
+    def snakemake(self, *arguments):
+        environment = {**os.environ, "PATH": f"{pathlib.Path(self.patinate).parent}:{os.environ['PATH']}", "XDG_CACHE_HOME": str(self.folder / "cache"), "HOME": str(self.folder)}
+        return subprocess.run([SNAKEMAKE, "--profile", "profiles/local", *arguments], cwd=self.folder / "out", env=environment, capture_output=True, text=True, timeout=600)
+
+    def test_it_makes_the_bytes_of_the_local_run_and_does_nothing_twice(self):
+        self.study(transfer=TRANSFERS, simulate=SIMULATIONS)
+        self.succeeds("study", "export", "study.json", "--snakemake", "out")
+        result = self.snakemake()
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.succeeds("study", "run", "study.json", "-o", "here")
+        self.assertEqual(self.results("out"), self.results("here"))
+        self.assertIn("Nothing to be done", self.snakemake().stderr)
+        # Nor when both take turns.
+        self.succeeds("study", "run", "study.json", "-o", "out")
+        self.assertEqual(self.results("out"), self.results("here"))
+
+    def test_what_fails_is_on_the_page_and_the_rest_goes_on(self):
+        (self.folder / "broken.obj").write_text("v 0 0 0\n")
+        self.study(transfer={**TRANSFERS, "meshes": ["broken.obj", "flat.obj"]})
+        self.succeeds("study", "export", "study.json", "--snakemake", "out")
+        self.assertNotEqual(self.snakemake().returncode, 0)
+        self.run_patinate("study", "run", "study.json", "-o", "here")
+        self.assertEqual(self.report("out"), self.report("here"))
+        self.assertEqual({cell["status"] for cell in self.report("out").values()}, {"failed", "done"})
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -67,7 +67,7 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
   json["time"] = {{"unit", "d"}, {"per_iteration", 0.05}, {"contact", 1.0}};
   if (options.weather == LedgeWeather::Dust) {
     json["materials"] = {"water", "dirt", "organic", "moss"};
-    json["appearance"] = {{"dirt", {{"color", {0.05, 0.04, 0.03}}, {"strength", 1.6}}}};
+    json["appearance"] = {{"dirt", {{"color", {0.05, 0.04, 0.03}}, {"strength", 2.3}}}};
     // Dust settles on what looks up; slanting rain takes it over the edge, along the underside and down the wall.
     json["emitters"] = Json::array({{{"name", "rain"},
                                      {"shape", "sky"},

@@ -57,7 +57,9 @@ void unpack(std::uint32_t code, std::size_t l, BaseTile& tile) {
   tile.specular[l] = static_cast<std::int32_t>(((code >> 24) * kOne + 127) / 255);
 }
 
-bool has_pattern(const SceneObject& object) { return object.preset.second_color.has_value(); }
+bool has_pattern(const SceneObject& object) {
+  return object.preset.second_color.has_value() && object.preset.color.image.empty();
+}
 
 bool has_color_map(const SceneObject& object) {
   return !object.color_map.empty() || !object.specular_map.empty() || !object.preset.color.image.empty() ||

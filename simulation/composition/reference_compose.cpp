@@ -108,7 +108,7 @@ std::vector<ReferenceTexel> compose_reference(const Scene& scene, const SceneMes
     const auto object = static_cast<std::size_t>(surface.object(surface.triangle(t)));
     const SceneObject& of = scene.objects[object];
     texels[t] = new_texel(of, scene_mesh.uv_squares[object], grid, grid.x(t), grid.y(t));
-    if (of.color_map.empty() && of.preset.second_color) {
+    if (of.color_map.empty() && of.preset.color.image.empty() && of.preset.second_color) {
       if (!patterns.contains(of.preset.pattern)) {
         const std::vector<std::string> name{of.preset.pattern};
         patterns[name[0]] = make_parameters(name, scene, scene_mesh, surface, {}).front();

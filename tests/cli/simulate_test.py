@@ -178,6 +178,14 @@ class Simulate(unittest.TestCase):
         for planks in ("planks", "other_planks"):
             self.assertGreater(told["objects"][planks]["materials"]["patina"]["shows_share"], 0)
 
+    def test_the_gate_of_the_examples_flakes_and_its_iron_bleeds_onto_the_wood(self):
+        scene = pathlib.Path(__file__).resolve().parents[2] / "docs/examples/scenes/gate/gate.json"
+        told = json.loads(self.run_in(["simulate", str(scene), "--estimate", "--json"], check=True).stdout)
+        planks = told["objects"]["planks"]["materials"]
+        self.assertGreater(planks["stain"]["shows_share"], 0)
+        self.assertGreater(planks["bare"]["shows_share"], 0.1)
+        self.assertLess(planks["bare"]["shows_share"], 0.9)
+
     def scene_of_many_files(self, folder):
         """A scene whose mesh, picture and rule lie in folders beside it. Its JSON is the same wherever `folder` is."""
         (self.folder / folder / "in").mkdir(parents=True)

@@ -59,7 +59,7 @@ class PySimulation {
   auto alone(const RunArguments& run, F&& work) {
     const std::unique_lock lock(mutex_, std::try_to_lock);
     if (!lock.owns_lock()) throw InvalidInput("the simulation is at work in another thread; one call at a time");
-    if (is_lost_) throw InvalidInput("a step was interrupted, so that the state is lost; restore() a snapshot");
+    throw_if_lost();
     if constexpr (std::is_void_v<decltype(work(*running_, RunControl{}))>) {
       run_interruptibly(run, [&](const RunControl& control) { work(*running_, control); });
     } else {
@@ -71,25 +71,37 @@ class PySimulation {
   auto look(F&& read) {
     const std::unique_lock lock(mutex_, std::try_to_lock);
     if (!lock.owns_lock()) throw InvalidInput("the simulation is at work in another thread; one call at a time");
-    if (is_lost_) throw InvalidInput("a step was interrupted, so that the state is lost; restore() a snapshot");
+    throw_if_lost();
     return read(*running_);
+  }
+
+  /// alone() for what changes the state. What ends it half-way loses the state; what is wrong with the input is found
+  /// before any change, but for a stroke that has painted already.
+  template <class F>
+  void change(const RunArguments& run, F&& work) {
+    alone(run, [&](simulation::Simulation& s, const RunControl& control) {
+      control.throw_if_stopped();
+      const std::int64_t painted = s.num_paint_steps();
+      is_lost_ = true;  // Until it is whole again.
+      try {
+        work(s, control);
+      } catch (const InputError&) {
+        is_lost_ = s.num_paint_steps() != painted;
+        throw;
+      }
+      is_lost_ = false;
+    });
   }
 
   void step(std::int64_t count, const RunArguments& run) {
     if (count < 0) throw InvalidInput("count: " + std::to_string(count) + " is out of range; use >= 0");
     alone(run, [&](simulation::Simulation& s, const RunControl& control) {
-      try {
-        for (std::int64_t i = 0; i < count; ++i) {
-          control.throw_if_stopped();
-          is_stepping_ = true;
-          s.step(RunControl{.on_progress = {}, .stop = control.stop, .num_threads = control.num_threads});
-          is_stepping_ = false;
-          control.report(static_cast<double>(i + 1) / static_cast<double>(count));
-        }
-      } catch (const Canceled&) {
-        is_lost_ = is_stepping_;  // Between two steps nothing is.
-        is_stepping_ = false;
-        throw;
+      for (std::int64_t i = 0; i < count; ++i) {
+        control.throw_if_stopped();  // Between two steps nothing is lost.
+        is_lost_ = true;
+        s.step(RunControl{.on_progress = {}, .stop = control.stop, .num_threads = control.num_threads});
+        is_lost_ = false;
+        control.report(static_cast<double>(i + 1) / static_cast<double>(count));
       }
     });
   }
@@ -113,6 +125,9 @@ class PySimulation {
   }
 
  private:
+  void throw_if_lost() const {
+    if (is_lost_) throw InvalidInput("a change was interrupted, so that the state is lost; restore() a snapshot");
+  }
   static int checked_resolution(std::int64_t resolution) {
     constexpr Range kAllowed{.low = 16, .high = 16384};
     if (!kAllowed.contains(static_cast<double>(resolution)))
@@ -123,7 +138,7 @@ class PySimulation {
   SceneFile file_;
   std::optional<simulation::Simulation> running_;
   std::mutex mutex_;
-  bool is_stepping_ = false, is_lost_ = false;
+  bool is_lost_ = false;  ///< By what ended in the middle of a change.
 };
 
 using SimulationClass = py::class_<PySimulation, std::shared_ptr<PySimulation>>;
@@ -161,13 +176,15 @@ void define_run(SimulationClass& type) {
           .takes("event", "Mapping[str, Any]",
                  "{'op': 'move', 'target': 'rain', 'position': [0, 1, 0]}; lengths in the scene's unit")
           .runs()
-          .raises("InvalidInput for an unknown target or a value out of range; nothing is changed then"),
+          .raises(
+              "InvalidInput for an unknown target or a value out of range, nothing is changed then; KeyboardInterrupt "
+              "on Ctrl-C: the state may then be lost, as in step()"),
       [](PySimulation& s, const py::object& event, const py::kwargs& kwargs) {
         const RunArguments run = run_of("apply", kwargs);
         Json json = json_from(event, "event");
         if (!json.is_object() || json.contains("iteration"))
           throw InvalidInput("event: expected a dict without `iteration`: it happens now");
-        s.alone(run, [&](Simulation& running, const RunControl& control) {
+        s.change(run, [&](Simulation& running, const RunControl& control) {
           json["iteration"] = running.iteration();
           running.apply(simulation::parse_event(json, running.scene(), s.file().mm_per_unit), control);
         });
@@ -180,10 +197,12 @@ void define_run(SimulationClass& type) {
           .takes("emitter", "str", "Its name; of any shape but sky")
           .takes("position", "Sequence[float]", "x, y, z in mm")
           .runs()
-          .raises("InvalidInput; nothing is changed then"),
+          .raises(
+              "InvalidInput, nothing is changed then; KeyboardInterrupt on Ctrl-C: the state may then be lost, as in "
+              "step()"),
       [](PySimulation& s, const std::string& emitter, const std::array<double, 3>& position, const py::kwargs& kwargs) {
         const RunArguments run = run_of("paint", kwargs);
-        s.alone(run, [&](Simulation& running, const RunControl& control) {
+        s.change(run, [&](Simulation& running, const RunControl& control) {
           running.paint(emitter, Vec3(position[0], position[1], position[2]), control);
         });
       });
@@ -248,7 +267,7 @@ void define_pictures(SimulationClass& type) {
       [](PySimulation& s, const std::string& name, const py::object& given) {
         const int material = s.material(name);
         const ImageF amounts = image_from(given, "amounts", 1);
-        s.alone({}, [&](Simulation& running, const RunControl&) { running.set_amounts(material, amounts); });
+        s.change({}, [&](Simulation& running, const RunControl&) { running.set_amounts(material, amounts); });
       });
   define_method(type,
                 FunctionText("parameter_map", "A map that counted along the way, or the state at the end.")

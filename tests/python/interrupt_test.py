@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """Ctrl-C, and other threads, while a long call works."""
+import copy
 import os
 import signal
 import threading
@@ -8,7 +9,7 @@ import time
 import numpy as np
 import patinate
 
-from python_case import PythonCase, main
+from python_case import SCENE, PythonCase, main
 
 PATIENCE = 0.05  # s from Ctrl-C to the exception.
 
@@ -43,6 +44,22 @@ class Interrupt(PythonCase):
         mesh = patinate.read_mesh(self.work / "urn/mesh.obj")
         self.check(lambda: patinate.transfer(noise_history(256), mesh, "facing", resolution=1024))
 
+    def check_lost_or_whole(self, simulation, start):
+        """A state that was lost is refused by all but restore(); one that was not goes on."""
+        try:
+            done = simulation.iteration
+        except patinate.InvalidInput as e:
+            self.assertIn("restore() a snapshot", str(e))
+            for work in (simulation.step, simulation.snapshot, simulation.compose):
+                self.assertIn("restore() a snapshot", self.line_of(patinate.InvalidInput, work))
+        else:
+            simulation.step()
+            self.assertEqual(simulation.iteration, done + 1)
+        simulation.restore(start)
+        self.assertEqual(simulation.snapshot(), start)
+        simulation.step()
+        self.assertEqual(simulation.iteration, 1)
+
     def test_a_simulation_ends_at_once_and_says_that_its_state_is_lost_or_goes_on(self):
         simulation = patinate.Simulation(self.work / "scene.json", resolution=1024)
         start = simulation.snapshot()
@@ -51,12 +68,21 @@ class Interrupt(PythonCase):
             simulation.restore(start)
             simulation.step(count=1000000)
         self.check(work)
-        try:
-            simulation.step()
-        except patinate.InvalidInput as e:
-            self.assertIn("restore() a snapshot", str(e))
-        simulation.restore(start)
-        self.assertEqual(simulation.iteration, 0)
+        self.check_lost_or_whole(simulation, start)
+
+    def test_a_stroke_that_was_interrupted_is_lost(self):
+        scene = copy.deepcopy(SCENE)
+        scene["emitters"].append({"name": "brush", "shape": "disk", "position": [0, 60, 20], "direction": [0, -0.3, -1], "size": 10, "speed": 300, "gammatons": 1000, "on": False})
+        simulation = patinate.Simulation(scene, folder=self.work)
+        start = simulation.snapshot()
+        stroke = {"op": "paint", "target": "brush", "points": [[0, 60, 20, 1000000]]}
+
+        def work():
+            simulation.restore(start)
+            simulation.apply(stroke)
+        self.check(work)
+        self.assertIn("restore() a snapshot", self.line_of(patinate.InvalidInput, lambda: simulation.iteration))
+        self.check_lost_or_whole(simulation, start)
 
     def test_a_fit_whose_function_is_python_ends_at_once(self):
         self.check(lambda: patinate.minimize(lambda values: time.sleep(0.005) or values["a"], {"a": (0, 1)}, evaluations=1000000, tolerance=1e-300, restarts=1000))

@@ -59,6 +59,10 @@ class Simulation(PythonCase):
         np.testing.assert_array_equal(self.simulation.amounts("patina"), planned.amounts("patina"))
         self.assertEqual(self.simulation.ledger(), planned.ledger())
         self.line_of(patinate.InvalidInput, lambda: self.simulation.apply({"op": "switch", "target": "snow", "on": False}))
+        # What is refused before it changes anything loses nothing.
+        self.assertEqual(self.simulation.iteration, 6)
+        self.line_of(patinate.InvalidInput, lambda: self.simulation.paint("rain", [0, 0, 0]))
+        self.assertEqual(self.simulation.ledger(), planned.ledger())
 
     def test_amounts_read_back(self):
         amounts = np.zeros((32, 32), np.float32)

@@ -2,7 +2,10 @@
 /// Transfers as the module's functions take them.
 #pragma once
 
+#include <pybind11/pybind11.h>
+
 #include <memory>
+#include <optional>
 
 #include "patinate/transfer/age.h"
 #include "patinate/transfer/transfer_reader.h"
@@ -16,6 +19,14 @@ struct PyAged {
 struct PyTransfer {
   std::shared_ptr<const transfer::TransferReader> value;
 };
+
+/// What a texture is asked for at: one time, or one of each texel.
+struct AskedTime {
+  double one = 0.0;
+  std::optional<ImageF> map = std::nullopt;
+};
+/// @param time  A number, or H x W numbers. @throws TypeError; InvalidInput for another shape.
+[[nodiscard]] AskedTime time_from(const pybind11::object& time);
 
 /// AgeOptions with the seed of the command line.
 struct TransferKeywords {

@@ -144,19 +144,27 @@ void define_aged(AgedClass& type) {
                   keywords.read(options);
                   const RunArguments run = keywords.run();
                   keywords.finish();
-                  const bool is_map = py::isinstance<py::array>(time) && py::cast<py::array>(time).ndim() > 0;
-                  const ImageF times = is_map ? image_from(time, "time", 1)
-                                              : ImageF(aged.value->coordinates.width(),
-                                                       aged.value->coordinates.height(), 1, py::cast<float>(time));
-                  const double one = is_map ? 0.0 : py::cast<double>(time);
+                  const AskedTime at = time_from(time);
                   return array_of(result_of(run, [&](const RunControl& control) {
-                    if (!is_map && options.between == Between::Blend) return aged.value->texture(one, control);
-                    return aged.value->texture(times, options.between, control);
+                    return at.map ? aged.value->texture(*at.map, options.between, control)
+                                  : aged.value->texture(at.one, options.between, control);
                   }));
                 });
 }
 
 }  // namespace
+
+AskedTime time_from(const py::object& time) {
+  py::array array = py::array::ensure(time);
+  if (!array) wrong_type("texture", "time", time, "a number, or H x W numbers");
+  if (array.ndim() == 0) {  // As precise as it is given: what is held changes at a frame's very time.
+    const double one = PyFloat_AsDouble(time.ptr());
+    if (one == -1.0 && PyErr_Occurred() != nullptr) throw py::error_already_set();
+    return {.one = one};
+  }
+  if (array.dtype().kind() == 'i' || array.dtype().kind() == 'u') array = array.attr("astype")("float32");
+  return {.map = image_from(array, "time", 1)};
+}
 
 void bind_transfer(py::module_& module) {
   const char* const doc = "A mesh and where each of its texels takes its color from, at all times.";

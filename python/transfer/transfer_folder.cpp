@@ -82,14 +82,10 @@ void bind_transfer_folder(py::module_& module) {
         keywords.read(options);
         const RunArguments run = keywords.run();
         keywords.finish();
-        const bool is_map = py::isinstance<py::array>(time) && py::cast<py::array>(time).ndim() > 0;
-        const ImageF times =
-            is_map ? image_from(time, "time", 1)
-                   : ImageF(t.value->sheet().width(), t.value->sheet().height(), 1, py::cast<float>(time));
-        const double one = is_map ? 0.0 : py::cast<double>(time);
+        const AskedTime at = time_from(time);
         return tiles_of(result_of(run, [&](const RunControl& control) {
-          if (!is_map && options.between == Between::Blend) return t.value->sample_tiles(one, control);
-          return t.value->sample_tiles(times, options.between, control);
+          return at.map ? t.value->sample_tiles(*at.map, options.between, control)
+                        : t.value->sample_tiles(at.one, options.between, control);
         }));
       });
   define_method(type,

@@ -50,6 +50,23 @@ class Transfer(PythonCase):
         np.testing.assert_array_equal(patinate.gather_at_times(self.history, self.aged.coordinates, times)[self.aged.coverage != 0],
                                       texture[self.aged.coverage != 0])
 
+    def test_a_held_time_changes_at_a_frames_very_time(self):
+        last = self.history.times[-1]
+        before = np.nextafter(last, 0)  # The last frame's time when it is rounded to a float.
+        covered = self.aged.coverage != 0
+        self.assertFalse(np.array_equal(self.aged.texture(self.history.times[-2])[covered], self.aged.texture(last)[covered]))
+        for transfer in (self.aged, patinate.read_transfer(self.work / "aged")):
+            np.testing.assert_array_equal(transfer.texture(last, between="hold")[covered], transfer.texture(last)[covered])
+            np.testing.assert_array_equal(transfer.texture(before, between="hold")[covered], transfer.texture(self.history.times[-2])[covered])
+
+    def test_times_may_be_nested_lists_of_any_numbers(self):
+        last = self.history.times[-1]
+        for times in ([[float(last)] * 64] * 64, [[int(np.ceil(last))] * 64] * 64):
+            np.testing.assert_array_equal(self.aged.texture(times)[self.aged.coverage != 0], self.aged.texture(last)[self.aged.coverage != 0])
+        self.line_of(patinate.InvalidInput, lambda: self.aged.texture([[1.0, 2.0]]))
+        for wrong in ("soon", None):
+            self.line_of(TypeError, lambda: self.aged.texture(wrong))
+
     def test_a_map_of_ones_own_guides_as_its_expression_does(self):
         surface = patinate.Surface(self.mesh, resolution=64)
         control = surface.control("facing")

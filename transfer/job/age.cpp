@@ -47,8 +47,8 @@ void describe(OptionVisitor& v, AgeOptions& o) {
   describe(v, o.controls);
 }
 
-ImageF AgedMesh::texture(double time, const RunControl& control) const {
-  ImageF out = gather(shown->sample(time), coordinates, 0.0f, control);
+ImageF AgedMesh::texture(double time, Between between, const RunControl& control) const {
+  ImageF out = gather(sample(*shown, time, between), coordinates, 0.0f, control);
   dilate(out, coverage, kGutter);
   return out;
 }

@@ -189,9 +189,9 @@ std::vector<ImageF> TransferReader::filled_tiles(const ImageF& values) const {
   return tiles;
 }
 
-std::vector<ImageF> TransferReader::sample_tiles(double time, const RunControl& control) const {
+std::vector<ImageF> TransferReader::sample_tiles(double time, Between between, const RunControl& control) const {
   // Blending the two frames first equals blending two lookups, and touches fewer texels.
-  return gather_tiles(history().sample(time), control);
+  return gather_tiles(patinate::sample(history(), time, between), control);
 }
 
 std::vector<ImageF> TransferReader::sample_tiles(const ImageF& times, Between between,

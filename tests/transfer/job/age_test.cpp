@@ -38,6 +38,18 @@ TEST(AgeMesh, GivesATextureOfTheHistorysColorsAtAnyTime) {
   EXPECT_GT(num_covered, 1000);
 }
 
+TEST(AgeMesh, HoldsAFrameUntilTheVeryTimeOfTheNext) {
+  const testing_support::TempFolder folder;
+  testing_support::write_history(folder.path(), 48, 48, 3, testing_support::blotches);
+  const auto history = std::make_shared<const HistoryReader>(folder.path());
+  const AgedMesh aged = age_mesh(history, testing_support::cut_plane(64), "x=height", {.resolution = 64});
+  const std::vector<double> times = history->times();
+  const double before = std::nextafter(times[2], times[1]);  // A float would round it to times[2].
+  EXPECT_EQ(aged.texture(before, Between::Hold), aged.texture(times[1]));
+  EXPECT_EQ(aged.texture(times[2], Between::Hold), aged.texture(times[2]));
+  EXPECT_NE(aged.texture(times[1]), aged.texture(times[2]));
+}
+
 TEST(AgeMesh, UnwrapsAMeshWithoutUvs) {
   const testing_support::TempFolder folder;
   testing_support::write_history(folder.path(), 48, 48, 2, testing_support::blotches);

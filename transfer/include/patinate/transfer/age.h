@@ -59,7 +59,7 @@ struct AgedMesh {
   std::shared_ptr<const FlowFrames> frames = nullptr;  ///< How the history lies on the surface; none: as UVs run.
 
   /// The texture at a time of the history's unit (clamped to its ends): H x W x 3, linear, gutters filled.
-  [[nodiscard]] ImageF texture(double time, const RunControl& control = {}) const;
+  [[nodiscard]] ImageF texture(double time, Between between = Between::Blend, const RunControl& control = {}) const;
   /// The same with a time for every texel (gather_at_times()). @param times  H x W.
   [[nodiscard]] ImageF texture(const ImageF& times, Between between, const RunControl& control = {}) const;
 };

@@ -82,7 +82,8 @@ class TransferReader {
   /// that frame's values.
   [[nodiscard]] ImageF sample(double time, const RunControl& control = {}) const;
   /// The same, an image per tile.
-  [[nodiscard]] std::vector<ImageF> sample_tiles(double time, const RunControl& control = {}) const;
+  [[nodiscard]] std::vector<ImageF> sample_tiles(double time, Between between = Between::Blend,
+                                                 const RunControl& control = {}) const;
   /// The same with a time for every texel (gather_at_times()). @param times  Over the sheet.
   [[nodiscard]] std::vector<ImageF> sample_tiles(const ImageF& times, Between between,
                                                  const RunControl& control = {}) const;

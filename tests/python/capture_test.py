@@ -1,5 +1,7 @@
 #!/usr/bin/python3
 """Captures in Python: ingest, survey, thickness, registration, unlighting."""
+import json
+
 import numpy as np
 import patinate
 
@@ -17,6 +19,15 @@ class Capture(PythonCase):
                 self.assertEqual(path.read_bytes(), (self.work / "ingested" / relative).read_bytes(), relative)
         self.assertEqual(patinate.survey(self.work / "ingested")["is_deflickered"], True)
         self.line_of(patinate.CannotComplete, lambda: patinate.ingest(self.work / "capture", self.work / "ingested"))
+
+    def test_options_of_a_fixed_camera_are_refused_for_scans_under_lamps(self):
+        (self.work / "relit.json").write_text(json.dumps({"format": "patinate.capture", "version": 1, "name": "bump", "kind": "relit"}))
+        for name, value in {"align": "auto", "align_to": "x.png", "deviations": True, "stabilize": True, "deflicker": True, "flat_field": "estimate",
+                            "highlights": "keep"}.items():
+            said = self.line_of(patinate.InvalidInput, lambda: patinate.ingest(self.work / "relit.json", self.work / "refused", **{name: value}))
+            self.assertIn(f"{name}: is for captures of a fixed camera", said)
+        # What stands there anyway changes nothing: then the capture itself is read.
+        self.line_of(patinate.IoError, lambda: patinate.ingest(self.work / "relit.json", self.work / "refused", highlights="mask"))
 
     def test_thickness_is_the_commands(self):
         light = np.random.default_rng(3).uniform(0.3, 0.5, (40, 48)).astype(np.float32)

@@ -2,8 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "capture/relit/relit_ingest.h"
-#include "capture/timelapse/ingest.h"
+#include "capture/plan_history.h"
 #include "capture/timelapse/mask_warnings.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/warning_json.h"
@@ -77,19 +76,15 @@ void note_alignment(const std::filesystem::path& output, CommandRun& run) {
            short_number_text(json.at("residual_px").get<double>()) + " px");
 }
 
-int ingest_relit(CommandRun& run, const std::filesystem::path& file, capture::RelitOptions options,
+int ingest_relit(CommandRun& run, const std::filesystem::path& file, const capture::RelitOptions& options,
                  const capture::IngestOptions& shared, const std::filesystem::path& output) {
-  for (const char* key : {"align", "align_model", "align_to", "mask_background", "static_light", "deviations",
-                          "stabilize", "deflicker", "flat_field", "highlights"}) {
-    if (run.line.is_given(key))
+  for (const std::string_view key : capture::kFixedCameraOptions) {
+    if (run.line.is_given(std::string(key)))
       throw UsageError("--" + dashed(key) + ": is for captures of a fixed camera; " + file.string() +
                        " is of kind relit");
   }
-  options.scan = shared.scan;
-  options.fill = shared.repair.fill;
-  options.progress = shared.progress;
   const std::optional<JobStatus> status =
-      run.make_folder(capture::plan_relit_ingest(capture::read_relit_project(file), options, output), "ingest");
+      run.make_folder(capture::plan_history(file, output, shared, options), "ingest");
   if (!status) return 0;
   const Json report = load_json(output / capture::kRelitReportFile);
   Json excluded = Json::array();

@@ -23,8 +23,9 @@ struct MakeHistoryOptions {
 /// a run that was ended: what is finished is not done again. A finished history of the same capture and options stays
 /// as it is.
 /// @param capture  A capture.json, or the folder that holds it (docs/capture.md).
-/// @throws IoError if a file cannot be read; InvalidInput if the capture or an option is out of range; CannotComplete
-/// if `output` holds something else; Canceled.
+/// @throws IoError if a file cannot be read; InvalidInput if the capture or an option is out of range, or scans under
+/// lamps come with stabilize, deflicker, flat_field or keep_highlights; CannotComplete if `output` holds something
+/// else; Canceled.
 void make_history(const std::filesystem::path& capture, const std::filesystem::path& output,
                   const MakeHistoryOptions& options = {}, const RunControl& control = {});
 

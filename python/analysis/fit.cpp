@@ -91,7 +91,9 @@ py::dict minimized(const std::vector<analysis::FitParameter>& parameters, const 
       control.report(std::min(1.0, static_cast<double>(tried.size()) / keywords.evaluations));
       return value;
     };
-    return analysis::minimize(objective, start, keywords.evaluations, options);
+    analysis::Minimum found = analysis::minimize(objective, start, keywords.evaluations, options);
+    control.report(1.0);  // Whole generations, or a convergence, leave some of the budget.
+    return found;
   });
   std::vector<double> values;
   for (std::size_t i = 0; i < best.at.size(); ++i) values.push_back(value_at(parameters[i], best.at[i]));
@@ -146,9 +148,9 @@ py::dict fit_scene(const py::object& scene_path, const py::object& objective, co
     for (const ControlFacts& c : py::cast<const PyHistory&>(objective).value->facts().controls)
       controls.push_back(c.name);
   }
+  const RunArguments silent{.num_threads = run.num_threads};
   const cli::FitScene scene =
-      result_of(run.num_threads == 0 ? RunArguments{} : RunArguments{.num_threads = run.num_threads},
-                [&](const RunControl& control) { return cli::FitScene(path, ranges, controls, control); });
+      result_of(silent, [&](const RunControl& control) { return cli::FitScene(path, ranges, controls, control); });
   std::vector<analysis::FitTerm> terms;
   if (!figures.is_none()) {
     for (const auto& [name, weight] : py::cast<py::dict>(figures)) {
@@ -162,7 +164,7 @@ py::dict fit_scene(const py::object& scene_path, const py::object& objective, co
   std::optional<analysis::FitObjective> distance;
   if (is_history) {
     const auto history = py::cast<const PyHistory&>(objective).value;
-    distance.emplace(result_of({}, [&](const RunControl& control) {
+    distance.emplace(result_of(silent, [&](const RunControl& control) {
       return analysis::FitObjective(analysis::TextureSeries(history), scene.outline(), terms, compared, control);
     }));
   }

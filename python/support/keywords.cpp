@@ -174,6 +174,7 @@ RunArguments Keywords::run() {
   if (run.progress.is_none() || PyCallable_Check(run.progress.ptr()) != 0) return run;
   const bool wants_bar = flag_of(function_, "on_progress", run.progress);
   run.progress = wants_bar ? py::module_::import("patinate._progress").attr("bar")(function_) : py::none();
+  if (!run.progress.is_none()) run.close = run.progress.attr("close");
   return run;
 }
 

@@ -17,6 +17,7 @@ namespace patinate::python {
 /// How a long call is watched.
 struct RunArguments {
   pybind11::object progress = pybind11::none();  ///< None, or called with a fraction.
+  pybind11::object close = pybind11::none();     ///< None, or called when the work is over, however it ended.
   int num_threads = 0;
 };
 

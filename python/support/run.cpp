@@ -71,6 +71,7 @@ void run_interruptibly(const RunArguments& arguments, const std::function<void(c
     const py::gil_scoped_release others_run;
     worker.join();
   }
+  if (!arguments.close.is_none()) arguments.close();
   if (raised) std::rethrow_exception(raised);
   if (watched.problem) std::rethrow_exception(watched.problem);
 }

@@ -1,6 +1,10 @@
 #!/usr/bin/python3
 """Comparisons, factorizations and fits in Python."""
 import json
+import sys
+import time
+import types
+import unittest.mock
 
 import numpy as np
 import patinate
@@ -55,6 +59,43 @@ class Fit(PythonCase):
         self.assertAlmostEqual(made["values"]["a"], 3, delta=0.02)
         self.assertAlmostEqual(made["values"]["b"], np.e, delta=0.03)
         self.assertEqual(min(value for _, value in made["evaluations"]), made["objective"])
+
+    def test_progress_ends_at_one_also_when_it_converges_early(self):
+        for evaluations in (23, 100000):  # A rest that makes no generation; far more than it takes.
+            seen = []
+            patinate.minimize(lambda v: (v["a"] - 3) ** 2, {"a": (0, 10)}, evaluations=evaluations, on_progress=seen.append)
+            self.assertEqual(seen, sorted(seen))
+            self.assertEqual(seen[-1], 1.0)
+
+    def test_a_bar_is_closed_however_the_work_ends(self):
+        bars = []
+
+        class Tqdm:
+            def __init__(self, **_):
+                self.n, self.is_closed = 0, False
+                bars.append(self)
+
+            def update(self, by):
+                self.n += by
+
+            def close(self):
+                self.is_closed = True
+
+        def refuse(_):
+            if bars:
+                raise ZeroDivisionError("not today")
+            time.sleep(0.02)  # Longer than between two looks at the progress.
+            return 1.0
+        auto = types.ModuleType("tqdm.auto")
+        auto.tqdm = Tqdm
+        with unittest.mock.patch.dict(sys.modules, {"tqdm": types.ModuleType("tqdm"), "tqdm.auto": auto}):
+            patinate.minimize(lambda v: v["a"], {"a": (0, 1)}, evaluations=20, on_progress=True)
+            self.assertEqual([bar.is_closed for bar in bars], [True])
+            self.assertAlmostEqual(bars[0].n, 100)
+            bars.clear()
+            with self.assertRaises(ZeroDivisionError):
+                patinate.minimize(refuse, {"a": (0, 1)}, evaluations=1000, on_progress=True)
+            self.assertEqual([bar.is_closed for bar in bars], [True])
 
     def test_what_the_function_raises_comes_through(self):
         def refuse(_):

@@ -1,6 +1,7 @@
 #include "python/support/errors.h"
 
 #include <array>
+#include <filesystem>
 #include <string>
 
 #include "patinate/core/error.h"
@@ -49,6 +50,10 @@ void translate(std::exception_ptr pointer) {
     raise(kCanceled, e);
   } catch (const Error& e) {
     raise(kError, e);
+  } catch (const std::filesystem::filesystem_error& e) {
+    raise(kCannotComplete, e);
+  } catch (const py::cast_error& e) {  // A value of the user's that is not what is expected there.
+    PyErr_SetString(PyExc_TypeError, e.what());
   }
 }
 
@@ -69,7 +74,7 @@ void bind_errors(py::module_& module) {
       bases_of({types[kError]}), "Error");
   add(module, kCanceled, "Canceled", "The caller asked to stop; nothing half-written is left.",
       bases_of({types[kError]}), "Error");
-  py::register_exception_translator(translate);
+  py::register_local_exception_translator(translate);  // Other modules' casts are their own.
 }
 
 }  // namespace patinate::python

@@ -7,7 +7,8 @@
 namespace patinate::python {
 
 /// Adds Error, InputError (also a ValueError), InvalidInput, ParseError, IoError, CannotComplete and Canceled, as
-/// error.h has them, and lets C++ exceptions become these.
+/// error.h has them, and lets C++ exceptions become these: a cast of a value of another type TypeError, what the file
+/// system refuses CannotComplete.
 void bind_errors(pybind11::module_& module);
 
 }  // namespace patinate::python

@@ -97,6 +97,17 @@ class Fit(PythonCase):
                 patinate.minimize(refuse, {"a": (0, 1)}, evaluations=1000, on_progress=True)
             self.assertEqual([bar.is_closed for bar in bars], [True])
 
+    def test_values_of_another_type_are_type_errors(self):
+        def parabola(values):
+            return values["a"] ** 2
+        for vary in ({"a": ("low", 1)}, {"a": (0, None)}, {"a": (0, 1, 2)}, {7: (0, 1)}):
+            self.line_of(TypeError, lambda: patinate.minimize(parabola, vary))
+        for start in (7, {"a": "middle"}):
+            self.line_of(TypeError, lambda: patinate.minimize(parabola, {"a": (0, 1)}, start=start))
+        self.assertIn("str", self.line_of(TypeError, lambda: patinate.minimize(lambda _: "much", {"a": (0, 1)})))
+        for figures in (7, {7: 1.0}, {"ciede2000": "all"}):
+            self.line_of(TypeError, lambda: patinate.fit(self.work / "scene.json", lambda _: 0.0, {"/rules/1/rate": (0.1, 1)}, figures=figures))
+
     def test_what_the_function_raises_comes_through(self):
         def refuse(_):
             raise ZeroDivisionError("not today")

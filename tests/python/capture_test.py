@@ -60,6 +60,7 @@ class Capture(PythonCase):
         made = patinate.unlight(photos, [{"direction": d, "intensity": 2.0} for d in directions], normal=normal, normals="keep", specular="none")
         np.testing.assert_allclose(made["albedo"], albedo, rtol=1e-4)  # Rounding of floats.
         self.assertTrue((made["mask"] == 255).all())
+        self.line_of(TypeError, lambda: patinate.unlight(photos, [{"direction": d} for d in directions], normal=normal, blockers=7))
         self.assertIn("lights[0]", self.line_of(patinate.InvalidInput, lambda: patinate.unlight(photos, [{"intensity": 1}] * 5)))
 
 

@@ -51,6 +51,15 @@ class History(PythonCase):
         self.assertEqual((read.name, read.time_unit, read.texel_size_mm, read.times.tolist()), ("x", "d", 0.5, [1, 3.5]))
         self.line_of(patinate.CannotComplete, lambda: made.save(self.work / "saved"))
 
+    def test_values_of_another_type_and_paths_that_cannot_be_are_said(self):
+        control = np.zeros((5, 7), np.float32)
+        for wrong in (("low", 1.0, ""), (0.0, 1.0, 7)):
+            self.line_of(TypeError, lambda: gray_history(controls={"wet": (control, *wrong)}))
+        self.line_of(TypeError, lambda: gray_history(controls={7: control}))
+        self.line_of(TypeError, lambda: patinate.read_channels("light.exr", [7]))
+        for read in (patinate.read_history, patinate.read_mesh, patinate.read_transfer, patinate.survey):
+            self.line_of(patinate.Error, lambda: read("x" * 5000))  # No file system has such a name.
+
     def test_any_layout_of_an_array_gives_the_same_values(self):
         colors = np.random.default_rng(2).random((2, 8, 6, 3))  # Doubles.
         expected = patinate.history_from_arrays(colors, [0, 1]).frame(1)

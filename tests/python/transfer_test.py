@@ -112,6 +112,8 @@ class Transfer(PythonCase):
         self.assertIn("the surface has", self.line_of(patinate.InvalidInput, lambda: patinate.transfer(
             self.history, self.mesh, {list(self.history.controls)[0]: np.zeros((8, 8), np.float32)}, resolution=16)))
         self.line_of(TypeError, lambda: patinate.transfer(self.history, 7, "facing"))
+        for controls in ([7], {7: "facing"}):
+            self.line_of(TypeError, lambda: patinate.transfer(self.history, self.mesh, controls))
 
 
 if __name__ == "__main__":

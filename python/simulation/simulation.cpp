@@ -36,6 +36,8 @@ class PySimulation {
     const std::int64_t resolution = keywords.integer("resolution", 0), seed = keywords.integer("seed", -1);
     const RunArguments run = keywords.run();
     keywords.finish();
+    if (seed < -1)
+      throw InvalidInput("seed: " + std::to_string(seed) + " is out of range; use >= 0, or -1: the scene's");
     const bool is_dict = py::isinstance<py::dict>(scene);
     const Json root = is_dict ? json_from(scene, "scene") : Json();
     const std::filesystem::path file =

@@ -41,7 +41,10 @@ Json json_from(const py::object& object, const std::string& what) {
   try {
     const py::object text = py::module_::import("json").attr("dumps")(object, py::arg("allow_nan") = false);
     return Json::parse(py::cast<std::string>(text));
+  } catch (const Json::exception& e) {  // A number that no double holds, half a surrogate pair.
+    throw InvalidInput(what + ": is no JSON: " + e.what());
   } catch (const py::error_already_set& e) {
+    if (!e.matches(PyExc_TypeError) && !e.matches(PyExc_ValueError) && !e.matches(PyExc_RecursionError)) throw;
     throw InvalidInput(what + ": is no JSON: " + std::string(py::str(e.value())));
   }
 }

@@ -70,6 +70,7 @@ class Simulation(PythonCase):
         self.simulation.set_amounts("patina", amounts)
         self.assertEqual(self.simulation.amounts("patina")[10, 12], 0.5)
         self.assertIn("water, metal, patina", self.line_of(patinate.InvalidInput, lambda: self.simulation.amounts("gold")))
+        self.line_of(TypeError, lambda: patinate.Simulation(self.work / "scene.json", parameter_maps=[7]))
 
     def test_another_thread_runs_while_it_works_and_may_not_touch_it(self):
         big = patinate.Simulation(self.work / "scene.json", resolution=512)
@@ -83,6 +84,22 @@ class Simulation(PythonCase):
                 refused.append(str(e))
         self.assertTrue(refused and all("another thread" in text for text in refused))
         self.assertEqual(big.iteration, 400)
+
+    def test_a_seed_below_the_scenes_is_refused(self):
+        self.assertIn("seed: -7", self.line_of(patinate.InvalidInput, lambda: patinate.Simulation(self.work / "scene.json", seed=-7)))
+        patinate.Simulation(self.work / "scene.json", seed=-1)
+
+    def test_what_is_no_json_is_said_and_ctrl_c_is_not_taken_for_it(self):
+        circle = {}
+        circle["self"] = circle
+        for wrong in (10**400, float("nan"), {1, 2}, circle, "\ud800"):
+            self.assertIn("is no JSON", self.line_of(patinate.InvalidInput, lambda: patinate.Simulation({**SCENE, "seed": wrong}, folder=self.work)))
+
+        class Interrupted(dict):
+            def items(self):
+                raise KeyboardInterrupt
+        with self.assertRaises(KeyboardInterrupt):
+            self.simulation.apply(Interrupted(op="switch"))
 
     def test_a_scene_that_is_wrong_names_the_pointer(self):
         scene = copy.deepcopy(SCENE)

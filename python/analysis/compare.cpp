@@ -48,8 +48,10 @@ analysis::TextureSeries series_from(const py::object& given, const char* name) {
     const transfer::AgedMesh& aged = *py::cast<const PyAged&>(given).value;
     return {aged.shown, {.name = "atlas", .coordinates = aged.coordinates, .texel_mm = aged.surface.texel_size_mm}};
   }
-  if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__"))
-    return analysis::open_series(cli::history_place(path_from(given))).series;
+  if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__")) {
+    const std::string path = path_from(given);
+    return result_of({}, [&](const RunControl&) { return analysis::open_series(cli::history_place(path)).series; });
+  }
   wrong_type("compare", name, given, "a History, an AgedMesh, or the path of a history or transfer");
 }
 

@@ -67,10 +67,10 @@ void bind_ingest(py::module_& module) {
            const RunArguments run = keywords.run();
            keywords.finish();
            const std::string from = path_from(capture), to = path_from(output);
-           run_interruptibly(run, [&](const RunControl& control) {
+           return PyHistory{result_of(run, [&](const RunControl& control) {
              run_job(capture::plan_history(from, to, options.options, options.relit), {.force = force}, control);
-           });
-           return PyHistory{std::make_shared<const HistoryReader>(to)};
+             return std::make_shared<const HistoryReader>(to);
+           })};
          });
   define(module,
          FunctionText("survey", "What ingest found wrong with a time-lapse: moved, flickering, jumping photographs.")
@@ -81,7 +81,10 @@ void bind_ingest(py::module_& module) {
                  "others; "
                  "is_stabilized, is_deflickered; masked_share of all pixels of all frames, outside_share of the pixels")
              .raises("IoError"),
-         [](const py::object& history) { return dict_of(capture::read_survey_report(path_from(history))); });
+         [](const py::object& history) {
+           const std::string path = path_from(history);
+           return dict_of(result_of({}, [&](const RunControl&) { return capture::read_survey_report(path); }));
+         });
 }
 
 }  // namespace patinate::python

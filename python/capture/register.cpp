@@ -16,7 +16,10 @@ namespace {
 
 /// The path of a scan, or N x 3 points.
 PointCloud cloud_from(const py::object& given, const std::string& what) {
-  if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__")) return read_point_cloud(path_from(given));
+  if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__")) {
+    const std::string path = path_from(given);
+    return result_of({}, [&](const RunControl&) { return read_point_cloud(path); });
+  }
   const auto rows = rows_from(given, what, 3);
   PointCloud cloud;
   for (py::ssize_t i = 0; i < rows.shape(0); ++i) {

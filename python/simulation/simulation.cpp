@@ -68,7 +68,7 @@ class PySimulation {
       return result_of(run, [&](const RunControl& control) { return work(*running_, control); });
     }
   }
-  /// The same for what takes no time.
+  /// The same for what takes no time, whatever the atlas.
   template <class F>
   auto look(F&& read) {
     const std::unique_lock lock(mutex_, std::try_to_lock);
@@ -212,7 +212,8 @@ void define_run(SimulationClass& type) {
                 FunctionText("snapshot", "Everything that changes while it runs; equal states give equal bytes.")
                     .returns("bytes"),
                 [](PySimulation& s) {
-                  const auto bytes = s.look([](Simulation& running) { return running.snapshot(); });
+                  const auto bytes =
+                      s.alone({}, [](Simulation& running, const RunControl&) { return running.snapshot(); });
                   return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
                 });
   define_method(type,
@@ -284,7 +285,9 @@ void define_pictures(SimulationClass& type) {
   define_method(
       type,
       FunctionText("coverage", "Where texels show the surface.").returns("npt.NDArray[np.uint8]", "H x W, 0 or 255"),
-      [](PySimulation& s) { return array_of(s.look([](Simulation& running) { return running.coverage(); })); });
+      [](PySimulation& s) {
+        return array_of(s.alone({}, [](Simulation& running, const RunControl&) { return running.coverage(); }));
+      });
   define_method(type,
                 FunctionText("dirty_since", "Tiles of 8 x 8 texels whose amounts changed in an iteration or later.")
                     .takes("iteration", "int", ">= 0")
@@ -320,7 +323,8 @@ void define_facts(SimulationClass& type) {
                   [](PySimulation& s) { return s.look([](Simulation& running) { return running.texel_size_mm(); }); });
   define_property(
       type, "mesh", "Mesh", "All objects where they are now, in mm, with UVs over the atlas.", [](PySimulation& s) {
-        return PyMesh{s.look([](Simulation& running) { return std::make_shared<const Mesh>(running.mesh()); })};
+        return PyMesh{s.alone(
+            {}, [](Simulation& running, const RunControl&) { return std::make_shared<const Mesh>(running.mesh()); })};
       });
   define_method(
       type,

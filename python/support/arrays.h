@@ -45,7 +45,7 @@ template <class T>
   return read_only(image.data(), shape_of(image), owner);
 }
 
-/// A copy of numbers, one row per `width` of them (1: a flat array).
+/// A copy of numbers, in one dimension.
 template <class T>
 [[nodiscard]] pybind11::array array_of(const std::vector<T>& values) {
   return pybind11::array_t<T>(static_cast<pybind11::ssize_t>(values.size()), values.data());

@@ -124,8 +124,8 @@ void wrong_type(const std::string& function, const std::string& name, const py::
 }
 
 std::string path_from(const py::object& path) {
-  const py::object text = py::module_::import("os").attr("fsdecode")(path);
-  return py::cast<std::string>(text);
+  const py::bytes name = py::module_::import("os").attr("fsencode")(path);  // Not all names are UTF-8.
+  return std::string(name);
 }
 
 Keywords::Keywords(std::string function, const py::kwargs& given) : function_(std::move(function)) {

@@ -33,7 +33,10 @@ py::tuple bases_of(std::initializer_list<PyObject*> list) {
 }
 
 void translate(std::exception_ptr pointer) {
-  const auto raise = [](Kind kind, const std::exception& e) { PyErr_SetString(types[kind], e.what()); };
+  const auto raise = [](Kind kind, const std::exception& e) {
+    const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(e.what()));  // It may name a file.
+    if (text) PyErr_SetObject(types[kind], text.ptr());
+  };
   try {
     if (pointer) std::rethrow_exception(pointer);
   } catch (const InvalidInput& e) {

@@ -1,5 +1,8 @@
 #!/usr/bin/python3
 """Histories, images, meshes and surfaces in Python."""
+import os
+import shutil
+
 import numpy as np
 import patinate
 
@@ -59,6 +62,14 @@ class History(PythonCase):
         self.line_of(TypeError, lambda: patinate.read_channels("light.exr", [7]))
         for read in (patinate.read_history, patinate.read_mesh, patinate.read_transfer, patinate.survey):
             self.line_of(patinate.Error, lambda: read("x" * 5000))  # No file system has such a name.
+
+    def test_a_file_may_have_a_name_that_is_no_utf8(self):
+        name = os.fsdecode(b"urn_\xff.obj")
+        shutil.copy(self.work / "urn/mesh.obj", self.work / name)
+        expected = patinate.read_mesh(self.work / "urn/mesh.obj")
+        for path in (self.work / name, str(self.work / name), os.fsencode(self.work / name)):
+            np.testing.assert_array_equal(patinate.read_mesh(path).positions, expected.positions)
+        self.assertIn("no_", self.line_of(patinate.IoError, lambda: patinate.read_mesh(self.work / os.fsdecode(b"no_\xff.obj"))))
 
     def test_any_layout_of_an_array_gives_the_same_values(self):
         colors = np.random.default_rng(2).random((2, 8, 6, 3))  # Doubles.

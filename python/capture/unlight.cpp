@@ -15,15 +15,6 @@ namespace py = pybind11;
 
 namespace {
 
-Vec3 vector_from(const py::handle& given, const std::string& what) {
-  if (!py::isinstance<py::sequence>(given) && !py::isinstance<py::array>(given))
-    wrong_type("unlight", what, given, "three numbers");
-  const std::vector<double> numbers = numbers_from(py::reinterpret_borrow<py::object>(given), what);
-  if (numbers.size() != 3)
-    throw InvalidInput(what + ": has " + std::to_string(numbers.size()) + " numbers; expected 3");
-  return {numbers[0], numbers[1], numbers[2]};
-}
-
 /// {"position": [x, y, z] or "direction": [...], "intensity": number or [r, g, b]}, as a project has them, in mm.
 Light light_from(const py::handle& given, const std::string& what) {
   if (!py::isinstance<py::dict>(given)) wrong_type("unlight", what, given, "a dict with position or direction");

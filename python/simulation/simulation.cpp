@@ -202,11 +202,11 @@ void define_run(SimulationClass& type) {
           .raises(
               "InvalidInput, nothing is changed then; KeyboardInterrupt on Ctrl-C: the state may then be lost, as in "
               "step()"),
-      [](PySimulation& s, const std::string& emitter, const std::array<double, 3>& position, const py::kwargs& kwargs) {
+      [](PySimulation& s, const std::string& emitter, const py::object& position, const py::kwargs& kwargs) {
         const RunArguments run = run_of("paint", kwargs);
-        s.change(run, [&](Simulation& running, const RunControl& control) {
-          running.paint(emitter, Vec3(position[0], position[1], position[2]), control);
-        });
+        const Vec3 position_mm = vector_from(position, "position");
+        s.change(run,
+                 [&](Simulation& running, const RunControl& control) { running.paint(emitter, position_mm, control); });
       });
   define_method(type,
                 FunctionText("snapshot", "Everything that changes while it runs; equal states give equal bytes.")

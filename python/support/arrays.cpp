@@ -124,4 +124,11 @@ std::vector<double> numbers_from(const py::object& given, const std::string& wha
   return out;
 }
 
+Vec3 vector_from(const py::handle& given, const std::string& what) {
+  const std::vector<double> numbers = numbers_from(py::reinterpret_borrow<py::object>(given), what);
+  if (numbers.size() != 3)
+    throw InvalidInput(what + ": has " + std::to_string(numbers.size()) + " numbers; expected 3");
+  return {numbers[0], numbers[1], numbers[2]};
+}
+
 }  // namespace patinate::python

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "patinate/geometry/mesh.h"
 #include "patinate/image/image.h"
 
 namespace patinate::python {
@@ -69,5 +70,7 @@ template <class T>
                                                               int columns);
 /// Numbers in one dimension, finite. @throws InvalidInput
 [[nodiscard]] std::vector<double> numbers_from(const pybind11::object& array, const std::string& what);
+/// Three of them. @throws InvalidInput
+[[nodiscard]] Vec3 vector_from(const pybind11::handle& array, const std::string& what);
 
 }  // namespace patinate::python

@@ -64,6 +64,21 @@ class Simulation(PythonCase):
         self.line_of(patinate.InvalidInput, lambda: self.simulation.paint("rain", [0, 0, 0]))
         self.assertEqual(self.simulation.ledger(), planned.ledger())
 
+    def test_a_stroke_paints_as_its_event_does_and_takes_no_time(self):
+        scene = copy.deepcopy(SCENE)
+        scene["emitters"].append({"name": "brush", "shape": "disk", "position": [0, 60, 20], "direction": [0, -0.3, -1], "size": 10, "speed": 300,
+                                  "gammatons": 100, "carries": {"water": 1}, "on": False})
+        by_event, by_call = (patinate.Simulation(scene, folder=self.work) for _ in range(2))
+        by_event.apply({"op": "paint", "target": "brush", "points": [[0, 60, 20, 3]]})
+        for position in ([0, 60, 20], (0.0, 60.0, 20.0), np.array([0, 60, 20])):
+            by_call.paint("brush", position)
+        self.assertEqual(by_call.snapshot(), by_event.snapshot())
+        self.assertEqual((by_call.iteration, by_call.audit()), (0, ""))
+        self.assertGreater(by_call.amounts("water").sum(), 0)
+        for wrong in ([0, 0], [0, 0, float("nan")], "here"):
+            self.line_of(patinate.InvalidInput, lambda: by_call.paint("brush", wrong))
+        self.assertEqual(by_call.snapshot(), by_event.snapshot())
+
     def test_amounts_read_back(self):
         amounts = np.zeros((32, 32), np.float32)
         amounts[10, 12] = 0.5

@@ -209,7 +209,7 @@ TexelIndex SurfaceAtlas::texel_of(int triangle, double b1, double b2) const {
 TexelIndex SurfaceAtlas::nearest_texel(int triangle, double px, double py) const {
   const int x = nearest_below(px + 0.5, grid_.width), y = nearest_below(py + 0.5, grid_.height);
   const TexelIndex here = grid_.index(x, y);
-  if (triangle_[here] == triangle || shows_chart_of(here, triangle)) return here;
+  if (shows_chart_of(here, triangle)) return here;
   TexelIndex best = kNoTexel;
   double best_distance = 1e30;
   for (int ny = std::max(0, y - kSearchRadius); ny <= std::min(grid_.height - 1, y + kSearchRadius); ++ny) {
@@ -232,8 +232,7 @@ std::array<TexelIndex, 4> SurfaceAtlas::neighbors(TexelIndex t) const {
 }
 
 std::span<const SurfaceAtlas::Link> SurfaceAtlas::links(TexelIndex t, std::array<Link, 4>& plain) const {
-  const auto found =
-      is_plain(TileGrid::tile_of(t)) ? linked_.end() : std::lower_bound(linked_.begin(), linked_.end(), t);
+  const auto found = std::lower_bound(linked_.begin(), linked_.end(), t);
   if (found != linked_.end() && *found == t) {
     const auto i = static_cast<std::size_t>(found - linked_.begin());
     return std::span(links_).subspan(first_link_[i], first_link_[i + 1] - first_link_[i]);

@@ -224,7 +224,7 @@ void Simulation::step(const RunControl& control) {
   s.begin_lives_and_end_them(s.iteration, control);
   {
     const Stopwatch watch(s.times.exchange);
-    follow(s.trace.contacts, s.trails, control);
+    follow(s.trace.contacts, s.trails);
     const ExchangeReport report =
         s.exchanger.exchange(s.trace.contacts, s.scene.exchange, s.iteration, s.cargo, s.atlas, s.maps.get(), control);
     s.ledger.add(report);

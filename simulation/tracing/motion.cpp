@@ -109,12 +109,10 @@ void join(const std::vector<TraceResult>& parts, TraceResult& result) {
 /// Calls move(i, told, counters) for every gammaton of a range, neighbors on the surface one after the other, and lists
 /// what is told by gammaton. Texels of contacts are looked up in a loop of their own, where the waiting for memory of
 /// many overlaps.
-/// @param ask  ask(i) asks memory for what else move() will need soon, for kBlock gammatons before their moves.
-template <class Ask, class Move>
+template <class Move>
 void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surface, const RunControl& control,
-             const GammatonRange& moving, TraceResult& result, Ask&& ask, Move&& move) {
+             const GammatonRange& moving, TraceResult& result, Move&& move) {
   constexpr std::size_t kAhead = 12;  // gammatons; memory's latency over the time that one needs
-  constexpr std::size_t kBlock = 16;
   const std::int64_t first = moving.begin, n = std::min(moving.end, static_cast<std::int64_t>(all.size())) - first;
   const std::int64_t chunk = chunk_of(n);
   std::vector<TraceResult> parts(static_cast<std::size_t>((n + chunk - 1) / chunk));
@@ -124,7 +122,6 @@ void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surf
     const std::vector<std::uint32_t> order = place_order(all, begin, end, motion.frames.num_triangles());
     std::vector<Told> told(order.size());
     for (std::size_t k = 0; k < order.size(); ++k) {
-      for (std::size_t j = k; k % kBlock == 0 && j < std::min(k + kBlock, order.size()); ++j) ask(order[j]);
       if (k + kAhead < order.size()) {
         prefetch(all, order[k + kAhead]);
         motion.frames.prefetch(all.triangle[order[k + kAhead]]);
@@ -240,8 +237,7 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
   const MotionScene motion = impl_->motion(scene);
   const std::vector<std::size_t> ends = ends_of_births(scene);
   for_all(
-      all, motion, *impl_->surface, control, moving, result, [](std::size_t) {},
-      [&](std::size_t i, Told& told, TraceCounters& counters) {
+      all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Told& told, TraceCounters& counters) {
         if (all.state[i] == GammatonState::Waiting &&
             (!scene.emitters[all.emitter[i]].is_on || i >= ends[all.emitter[i]] || !moving.may_be_born(i)))
           return;
@@ -295,11 +291,7 @@ void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t it
   const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed),
                                          static_cast<std::uint32_t>(scene.seed >> 32)};
   const auto when = static_cast<std::uint64_t>(iteration);
-  const auto ask = [&](std::size_t i) {
-    if (wet != nullptr && all.state[i] == GammatonState::InContact)
-      wet->prefetch({.triangle = all.triangle[i], .b1 = all.b1[i], .b2 = all.b2[i]});
-  };
-  for_all(all, motion, *impl_->surface, control, moving, result, ask, [&](std::size_t i, Told& told, TraceCounters&) {
+  for_all(all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Told& told, TraceCounters&) {
     if (all.state[i] != GammatonState::InContact) return;
     Gammaton g = take(all, i);
     const auto words = [&](std::uint32_t attempt) {

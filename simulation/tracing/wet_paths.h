@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cmath>
-#include <span>
 
 #include "patinate/simulation/material_atlas.h"
 #include "simulation/tracing/triangle_frames.h"
@@ -19,14 +18,6 @@ struct WetPaths {
   int material = 0;
   double weight = 0.0;    ///< TracingOptions::wet_attraction.
   double width_mm = 0.0;  ///< TracingOptions::rivulet_mm.
-
-  /// Asks memory for what turn() will read around a place.
-  void prefetch(const SurfacePlace& at) const {
-    const TexelIndex texel = atlas->surface().texel_of(at.triangle, at.b1, at.b2);
-    if (texel == kNoTexel) return;
-    const std::span<const std::uint16_t> tile = atlas->tile(material, TileGrid::tile_of(texel));
-    if (!tile.empty()) __builtin_prefetch(tile.data() + texel % TileGrid::kTileTexels);
-  }
 
   /// Tangent of the angle by which a drop turns toward `side`, [-weight, weight]: the difference of what is wet within
   /// half a width on both sides of it, over their sum.

@@ -9,7 +9,6 @@ namespace patinate::simulation {
 namespace {
 
 constexpr std::uint32_t kMaxMass = 0xFFFFFFFFu;
-constexpr std::ptrdiff_t kPiecesAhead = 4;  ///< Pieces that memory is asked for before their turn.
 constexpr std::size_t kAhead =
     8;  ///< Contacts that memory is asked for before their turn; their numbers at twice that.
 
@@ -47,16 +46,6 @@ class RegionExchange {
           if (pages[a]) __builtin_prefetch(pages[a] + texel % TileGrid::kPageTexels, 1);
         }
       }
-    }
-  }
-
-  void prefetch_piece(std::uint32_t number) {
-    const TexelIndex texel = call_.pieces[number].texel;
-    surface_.prefetch_weight(texel);
-    __builtin_prefetch(call_.piece_mass.data() + std::size_t{number} * num_active_, 1);
-    std::uint16_t* const* const pages = pages_of(TileGrid::page_of(texel));
-    for (std::size_t a = 0; a < num_active_; ++a) {
-      if (pages[a]) __builtin_prefetch(pages[a] + texel % TileGrid::kPageTexels, 1);
     }
   }
 
@@ -223,10 +212,6 @@ void exchange_region(const RegionCall& call, std::uint32_t region, RegionWorker&
   RegionExchange here(call, worker);
   const auto gammaton_of = [&](std::uint32_t piece) { return call.cut_contacts[call.pieces[piece].contact].gammaton; };
   auto piece = pieces.begin();
-  const auto exchange_next_piece = [&] {
-    if (pieces.end() - piece > kPiecesAhead) here.prefetch_piece(piece[kPiecesAhead]);
-    here.exchange_piece(*piece++);
-  };
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     if (i + 2 * kAhead < contacts.size()) __builtin_prefetch(&call.contacts[contacts[i + 2 * kAhead]]);
     if (i + kAhead < contacts.size()) {
@@ -234,14 +219,14 @@ void exchange_region(const RegionCall& call, std::uint32_t region, RegionWorker&
       here.prefetch(call.contacts[next], call.is_wide ? call.sizes[next] : 0);
     }
     const Contact& contact = call.contacts[contacts[i]];
-    while (piece != pieces.end() && gammaton_of(*piece) < contact.gammaton) exchange_next_piece();
+    for (; piece != pieces.end() && gammaton_of(*piece) < contact.gammaton; ++piece) here.exchange_piece(*piece);
     if (call.is_wide) {
       here.exchange(contact, call.sizes[contacts[i]]);
     } else {
       here.exchange(contact);
     }
   }
-  while (piece != pieces.end()) exchange_next_piece();
+  for (; piece != pieces.end(); ++piece) here.exchange_piece(*piece);
 }
 
 }  // namespace patinate::simulation

@@ -8,7 +8,6 @@
 #include <span>
 #include <vector>
 
-#include "patinate/core/run_control.h"
 #include "simulation/transport/cargo.h"
 
 namespace patinate::simulation {
@@ -34,9 +33,8 @@ class Trail {
   std::uint32_t num_added_ = 0;
 };
 
-/// Notes contacts; one that comes out of the air begins a new way.
-/// @param contacts  Each gammaton at most once. @param trails  By gammaton.
-void follow(std::span<const Contact> contacts, std::vector<Trail>& trails, const RunControl& control = {});
+/// Notes contacts; one that comes out of the air begins a new way. @param trails  By gammaton.
+void follow(std::span<const Contact> contacts, std::vector<Trail>& trails);
 
 /// A gammaton that ends on the surface.
 struct Ending {

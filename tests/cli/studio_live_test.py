@@ -31,7 +31,7 @@ class Live(LiveCase):
         self.assertEqual([e["name"] for e in scene["emitters"]], ["rain", "dust", "brush"])
         self.assertEqual((scene["emitters"][0]["shape"], scene["emitters"][2]["shape"], scene["emitters"][2]["on"]), ("sky", "surface", False))
         self.assertEqual(scene["objects"][0]["name"], "wall")
-        self.assertEqual(scene["appearance"]["dirt"]["strength"], 1.6)
+        self.assertEqual(scene["appearance"]["dirt"]["strength"], self.written["appearance"]["dirt"]["strength"])
         self.assertEqual(scene["exchange"]["ratio"], 0.4)
         self.assertIsNone(scene["slider"])
         self.assertEqual([o["name"] for o in scene["overlays"]], ["water", "dirt", "organic", "moss", "dirt.deposited", "hits"])
@@ -250,7 +250,7 @@ class Live(LiveCase):
         client.settle()
         self.assertNotEqual(client.surface(), before)
         self.assertEqual(client.status["iteration"], iteration)
-        client.do("appearance", appearance={"dirt": {"strength": 1.6}, "water": {"strength": client.start["water"]["strength"]}})
+        client.do("appearance", appearance={"dirt": {"strength": client.start["dirt"]["strength"]}, "water": {"strength": client.start["water"]["strength"]}})
         client.settle()
         self.assertEqual(client.surface(), before)
 

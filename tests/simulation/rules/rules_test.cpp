@@ -318,7 +318,7 @@ TEST(RuleEngine, NamesTheDriverThatCannotBeRead) {
             "`water`?; there are "
             "`water`, `metal`, `rust`, `accessibility`, `ray_share`, `tangent_sphere`, `exposure`, `sun`, `facing`, "
             "`height`, "
-            "`spray`, `noise`, `slope`, `age`, `rain`, `temperature`, `humidity`, `sunshine`, `wind`");
+            "`spray`, `noise`, `wood_grain`, `slope`, `age`, `rain`, `temperature`, `humidity`, `sunshine`, `wind`");
   EXPECT_TRUE(has(says("water +"), "position 8: found the end"));
 }
 

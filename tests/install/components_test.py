@@ -13,7 +13,7 @@ del sys.argv[1:]
 HEADERS = {
     "core": "core/error.h", "image": "image/image_io.h", "geometry": "geometry/mesh.h", "mesh_files": "mesh_files/mesh_io.h", "media": "output/movie.h",
     "atlas": "atlas/unwrap.h", "metrics": "metrics/difference.h", "history": "history/memory_history.h", "controls": "controls/control_map.h",
-    "job": "core/run_control.h", "output": "output/render.h", "calibration": "capture/camera_calibration.h", "registration": "capture/registration.h",
+    "device": "core/error.h", "job": "core/run_control.h", "output": "output/render.h", "calibration": "capture/camera_calibration.h", "registration": "capture/registration.h",
     "capture": "capture/make_history.h", "transfer": "transfer/transfer.h", "simulation": "simulation/engine.h", "analysis": "analysis/comparison.h",
     "datasets": "datasets/crackle.h",
 }

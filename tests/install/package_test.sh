@@ -21,7 +21,7 @@ inside patinate --version
 for file in /usr/share/man/man1/patinate.1 /usr/share/bash-completion/completions/patinate /usr/share/doc/patinate/copyright /usr/share/doc/python3-patinate/copyright; do
   inside test -s "$file" || { echo "package: $file is missing"; exit 1; }
 done
-inside sh -c 'cd /root && time -p bash /usr/share/patinate/demo demo >/dev/null && test -s demo/index.html'
+inside bash -c 'cd /root && time -p bash /usr/share/patinate/demo demo >/dev/null && test -s demo/index.html'
 inside python3 -c '
 import numpy as np, patinate
 history = patinate.history_from_arrays(np.random.default_rng(1).random((2, 64, 64, 3), np.float32), [0, 1], controls={"x": np.linspace(0, 1, 4096, dtype=np.float32).reshape(64, 64)})

@@ -3,7 +3,7 @@ import type { Outcome, Status } from "../types";
 import { button, number_text, section } from "../ui/controls";
 import { h, replace } from "../ui/dom";
 
-const percent = (share: number): string => `${number_text(100 * share)} %`;
+const percent = (share: number): string => (share > 0 && share < 5e-4 ? "< 0.1 %" : `${number_text(Math.round(1000 * share) / 10)} %`);
 
 export class OutcomePanel {
   readonly element: HTMLDetailsElement;
@@ -33,7 +33,7 @@ export class OutcomePanel {
         return h("div", {}, h("h3", {}, name),
           h("p", {}, `Changed by ${number_text(object.change_mean)} ΔE in the mean, 95 % of it by less than ${number_text(object.change_p95)}${met}.`),
           h("div", { class: "ledger-box", tabindex: 0, role: "region", "aria-label": `Materials on ${name}` },
-            h("table", { class: "ledger" }, h("thead", {}, h("tr", {}, ["", "mean", "most", "shows on", "hides all on", "full on"].map((text) => h("th", { scope: "col" }, text)))),
+            h("table", { class: "ledger" }, h("thead", {}, h("tr", {}, ["", "mean", "most", "shows", "hides all", "full"].map((text) => h("th", { scope: "col" }, text)))),
               h("tbody", {}, rows.map(([material, m]) => h("tr", {}, h("th", { scope: "row" }, material),
                 [number_text(m.mean), number_text(m.largest), percent(m.shows_share), percent(m.hides_share), percent(m.full_share)].map((text) => h("td", {}, text))))))));
       }));

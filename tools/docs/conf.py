@@ -7,6 +7,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT / "build/release/python"), str(ROOT / "tools/docs")]
 
 import docstrings  # noqa: E402
+import self_contained  # noqa: E402
 
 project = "patinate"
 author = "the authors of patinate"
@@ -35,3 +36,4 @@ autodoc_typehints = "none"
 def setup(app):
     app.connect("autodoc-process-docstring", docstrings.as_restructured_text)
     app.connect("autodoc-process-signature", docstrings.signature)
+    app.connect("build-finished", self_contained.join_files)

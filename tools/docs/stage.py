@@ -133,6 +133,8 @@ def main():
         for path, page_text in pages.items():
             manual.add(path, page_text)
         manual.files.update(files)
+    made = "- [Python reference](python_reference.md): what `help()` says\n- [C++ reference](cxx/index.md): the public headers\n"
+    manual.pages["index.md"] = manual.pages["index.md"].replace("## Reference\n\n", "## Reference\n\n" + made)
     manual.add_linked()
     manual.add_toctrees()
     manual.write(folder / "source")

@@ -42,7 +42,8 @@ def kind(node, definitions):
             words.append("[" + ", ".join(kind(n, definitions) for n in node["prefixItems"]) + "]")
         elif one == "array" and isinstance(node.get("items"), dict):
             few = f"{node['minItems']} " if node.get("minItems") == node.get("maxItems") and "minItems" in node else ""
-            words.append(f"list of {few}{kind(node['items'], definitions)}")
+            items = re.sub(r"^(number|integer|string|object|boolean|list)\b", r"\1s", kind(node["items"], definitions))
+            words.append(f"list of {few}{items}")
         elif one == "object" and isinstance(node.get("additionalProperties"), dict):
             words.append(f"by name: {kind(node['additionalProperties'], definitions)}")
         else:
@@ -69,10 +70,9 @@ def table(node, definitions, prefix=""):
             text += f" Default: `{json.dumps(member['default'])}`."
         path = f"{prefix}{name}"
         rows.append(f"| `{path}`{' *' if name in required else ''} | {cell(kind(member, definitions))} | {cell(text)} |")
-        inner = member.get("items") if isinstance(member.get("items"), dict) else member
-        if isinstance(inner, dict) and "$ref" not in inner and prefix.count(".") < 3:
-            mark = "[]." if inner is not member else "."
-            rows += table(inner, definitions, path + mark)
+        for inner, mark in ((member, "."), (member.get("items"), "[]."), (member.get("additionalProperties"), ".NAME.")):
+            if isinstance(inner, dict) and "$ref" not in inner and prefix.count(".") < 3:
+                rows += table(inner, definitions, path + mark)
     for word in ("oneOf", "anyOf", "allOf"):
         for part in node.get(word, []):
             if isinstance(part, dict) and "$ref" not in part and any("description" in m or "type" in m or "$ref" in m for m in part.get("properties", {}).values() if isinstance(m, dict)):

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""A study of 24 transfers and 8 simulations through Snakemake and a Slurm of one node: undisturbed, and with workers killed and the controller restarted.
+"""A study of 24 transfers and 8 simulations through Snakemake and a Slurm of one node: undisturbed, with workers killed and the controller restarted, and in a
+shared folder that fills up in between (as root).
 Usage: study_slurm_test.py PATINATE [unittest arguments]. Skipped, saying so, where Snakemake or Slurm is not installed."""
 import json
 import os
@@ -58,19 +59,21 @@ def results(folder):
 
 
 class Study(unittest.TestCase):
-    def through_slurm(self, name, disturb=None):
+    def through_slurm(self, name, disturb=None, expected=0):
         """The study in a folder; `disturb(slurm, folder)` is called while it runs. @returns what Snakemake said."""
-        run("study", "export", "study.json", "--snakemake", name)
-        with Slurm(FOLDER / f"slurm_{name}") as slurm:
+        if not (FOLDER / name / "Snakefile").exists():
+            run("study", "export", "study.json", "--snakemake", name)
+        with Slurm(FOLDER / f"slurm_{pathlib.Path(name).name}") as slurm:
             environment = {**slurm.environment, "PATH": f"{pathlib.Path(PATINATE).parent}:{os.environ['PATH']}", "XDG_CACHE_HOME": str(FOLDER / "cache"), "HOME": str(FOLDER)}
-            with open(FOLDER / f"{name}.log", "w+") as log:
+            with open(FOLDER / f"{pathlib.Path(name).name}.log", "w+") as log:
                 process = subprocess.Popen(["snakemake", "--profile", "profiles/slurm", "--latency-wait", "10"], cwd=FOLDER / name, env=environment, stdout=log, stderr=log)
                 if disturb:
                     disturb(slurm, FOLDER / name)
                 code = process.wait(timeout=900)
                 log.seek(0)
                 said = log.read()
-            self.assertEqual(code, 0, said[-3000:] + slurm.said())
+            self.assertEqual(code, expected, said[-3000:] + slurm.said())
+        shutil.rmtree(slurm.folder)
         return said
 
     def test_it_makes_the_bytes_of_the_local_run(self):
@@ -101,6 +104,36 @@ class Study(unittest.TestCase):
         self.assertTrue(kept)
         self.assertEqual({p: p.stat().st_ino for p in kept}, kept)
         self.assertEqual([p for p in (FOLDER / "disturbed/cells").rglob(".*") if ".tmp" in p.name and p.is_dir()], [])
+
+
+    def test_where_the_shared_folder_fills_up_in_between_a_later_run_makes_the_rest(self):
+        place = FOLDER / "small"
+        place.mkdir()
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64m", "tmpfs", place], capture_output=True, text=True)
+        if mounted.returncode != 0:
+            self.skipTest(f"a small file system needs root: {mounted.stderr.strip()}")
+        try:
+            filler, kept = place / "filler", {}
+
+            def fill_up(slurm, folder):
+                slurm.wait_until(lambda: len(list((folder / "done").rglob("*-*"))) >= 3, "three steps done", 300)
+                with open(filler, "wb", buffering=0) as f:
+                    try:
+                        while True:
+                            f.write(bytes(2**16))
+                    except OSError:
+                        pass
+                kept.update({p: p.stat().st_ino for p in (folder / "cells").glob("*/transfer/transfer.json")})
+
+            self.through_slurm("small/study", fill_up, expected=1)
+            self.assertLess(len(list((place / "study/done").rglob("*-*"))), NUM_STEPS)
+            filler.unlink()
+            self.through_slurm("small/study")
+            self.assertEqual(results("small/study"), results("here"))
+            self.assertTrue(kept)
+            self.assertEqual({p: p.stat().st_ino for p in kept}, kept)
+        finally:
+            subprocess.run(["umount", place], check=True)
 
 
 def is_below(pid, ancestor):

@@ -1,6 +1,7 @@
 /// What a transfer by tile takes: each item in a process of its own, its processor time and the most memory it held.
-/// tile_benchmark MESH.obj HISTORY RESOLUTION TEXEL_MM FOLDER [whole]: UVs of several tiles, millimeters; control
-/// facing for the history's first control, without structure. With `whole` the transfer in one piece.
+/// tile_benchmark MESH.obj HISTORY RESOLUTION TEXEL_MM FOLDER [whole | here]: UVs of several tiles, millimeters;
+/// control facing for the history's first control, without structure. With `whole` the transfer in one piece, with
+/// `here` all items in one process.
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -54,9 +55,12 @@ Cost cost_of(const Work& work) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 6) return 2;
+  if (argc < 6) {
+    std::puts("tile_benchmark MESH.obj HISTORY RESOLUTION TEXEL_MM FOLDER [whole | here]: needs a mesh and a history");
+    return 0;
+  }
   const std::filesystem::path folder = argv[5];
-  const bool is_whole = argc > 6 && std::string(argv[6]) == "whole";
+  const std::string mode = argc > 6 ? argv[6] : "";
   transfer::TransferTask task;
   task.history = std::make_shared<const HistoryReader>(argv[2]);
   const Mesh mesh = read_mesh(argv[1]);
@@ -73,7 +77,7 @@ int main(int argc, char** argv) {
   };
   RunControl one;
   one.num_threads = 1;
-  if (is_whole) {
+  if (mode == "whole") {
     const Cost cost = cost_of([&] {
       make_map(TexelFinding::AtOnce);
       ControlMap made = make_control_expression("facing", *task.input.map);
@@ -91,6 +95,11 @@ int main(int argc, char** argv) {
   make_map(TexelFinding::WhereLooked);
   task.input.controls.push_back({source, "facing", {}, {0.0, 1.0, "cosine"}, 1.0, transfer::ControlMapping::Rank});
   const auto make_plan = [&] { return transfer::plan_tiled_transfer({task, {}}, folder); };
+  if (mode == "here") {
+    const Cost cost = cost_of([&] { (void)run_job(make_plan(), {.force = true}, one); });
+    std::printf("here: %.2f s, %.0f MB\n", cost.seconds, cost.megabytes);
+    return 0;
+  }
   const JobPlan plan = make_plan();
   std::map<std::string, Cost> stages;
   Cost all;

@@ -201,7 +201,7 @@ void read_tiles(JsonReader& reader, TransferManifest& manifest) {
 Sheet TransferManifest::sheet() const {
   std::vector<std::string> names;
   for (const TransferTile& tile : tiles) names.push_back(tile.name);
-  if (names.size() > 1) return make_sheet(std::move(names), width);
+  if (names.size() > 1) return make_sheet(std::move(names), width, Sheet::kMaxPartTexels);
   return {.tile_width = width, .tile_height = height, .columns = 1, .names = std::move(names)};
 }
 

@@ -32,13 +32,16 @@ void write_page(const std::filesystem::path& folder) {
       "the paint is. patinate made a material history of it, and aged an urn with it: where the urn's paint is thick, "
       "its "
       "cracks are those of thick paint. Photographs and urn are synthetic, so that this demo needs no data.");
+  page.frame("urn.html",
+             "Turn the urn, move the time. Color by: where it comes from shows which part of the plate each place is.");
   page.heading("The material history");
   page.picture({"pictures/history.png", "The plate at four times."});
   add_control(page, "facing", "on what faces up");
   add_control(page, "spray", "where a nozzle has sprayed it");
   page.heading("The same with your own photographs");
-  page.paragraph("Put them into a folder with a capture.json (README.md shows one), then:");
+  page.paragraph("Put them into a folder of their own, then:");
   page.code(
+      "patinate init photos\n"
       "patinate ingest photos/capture.json -o history\n"
       "patinate transfer history object.obj --control accessibility -o aged\n"
       "patinate export aged --num-times 5 -o aged.glb");

@@ -28,6 +28,7 @@ class SeriesMatcher {
 
   SeriesAlignment run() {
     add_marks();
+    if (series_.outlines) add_outlines();
     if (series_.features) {
       find_all_features();
       control_.report(0.5);
@@ -60,10 +61,33 @@ class SeriesMatcher {
         const std::vector<PointMatch> shared =
             shared_marks(series_.marks[static_cast<std::size_t>(a)], series_.marks[static_cast<std::size_t>(b)]);
         if (shared.size() < 2) continue;
-        const PhotoSize& size = series_.sizes[static_cast<std::size_t>(b)];
-        pairs_.push_back(align_marks(a, b, shared, series_.model, mark_error_px(std::max(size.width, size.height))));
+        pairs_.push_back(align(a, b, shared));
       }
     }
+  }
+
+  [[nodiscard]] PhotoPair align(int a, int b, const std::vector<PointMatch>& shared) const {
+    const PhotoSize& from = series_.sizes[static_cast<std::size_t>(a)];
+    const PhotoSize& to = series_.sizes[static_cast<std::size_t>(b)];
+    if (!series_.are_marks_exact)
+      return align_marks(a, b, shared, series_.model, mark_error_px(std::max(to.width, to.height)));
+    constexpr double kExact_px = 0.25, kMostCarried = 0.01;  // Of the longer side.
+    PhotoPair pair = align_marks(a, b, shared, series_.model, kExact_px);
+    if (pair.is_accepted) {
+      pair.is_accepted = carried_error_px(pair, from.width, from.height) < kMostCarried * std::max(to.width, to.height);
+    }
+    return pair;
+  }
+
+  void add_outlines() {
+    std::vector<PhotoOutline> outlines(static_cast<std::size_t>(num_photos_));
+    parallel_for(num_photos_, 1, silent(control_), [&](std::int64_t begin, std::int64_t) {
+      outlines[static_cast<std::size_t>(begin)] = series_.outlines(static_cast<int>(begin));
+    });
+    control_.report(0.5);
+    match(first_pairs(), [&](int a, int b) {
+      return align_outlines(a, outlines[static_cast<std::size_t>(a)], b, outlines[static_cast<std::size_t>(b)]);
+    });
   }
 
   void find_all_features() {
@@ -91,6 +115,15 @@ class SeriesMatcher {
   }
 
   void match(const std::set<IndexPair>& wanted) {
+    match(wanted, [&](int a, int b) {
+      return align_features(a, features_[static_cast<std::size_t>(a)], b, features_[static_cast<std::size_t>(b)],
+                            series_.model);
+    });
+  }
+
+  /// @param align  align(a, b); thread-safe.
+  template <class Align>
+  void match(const std::set<IndexPair>& wanted, const Align& align) {
     std::vector<IndexPair> list;
     for (const IndexPair& p : wanted) {
       if (p.second < num_photos_ && !(is_given(p.first) && is_given(p.second)) && tried_.insert(p).second)
@@ -99,9 +132,7 @@ class SeriesMatcher {
     std::vector<PhotoPair> found(list.size());
     parallel_for(static_cast<std::int64_t>(list.size()), 1, silent(control_), [&](std::int64_t begin, std::int64_t) {
       const std::size_t i = static_cast<std::size_t>(begin);
-      const auto [a, b] = list[i];
-      found[i] = align_features(a, features_[static_cast<std::size_t>(a)], b, features_[static_cast<std::size_t>(b)],
-                                series_.model);
+      found[i] = align(list[i].first, list[i].second);
     });
     pairs_.insert(pairs_.end(), found.begin(), found.end());
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/handheld/landmarks.h"
+#include "capture/handheld/outline.h"
 #include "capture/handheld/photo_graph.h"
 #include "patinate/core/run_control.h"
 
@@ -19,8 +20,13 @@ struct PhotoSeries {
   AlignModel model = AlignModel::Auto;
   std::vector<std::optional<Eigen::Matrix3d>> given;  ///< Reference from photograph, where it is known.
   std::vector<PhotoMarks> marks;                      ///< May be empty: no landmarks at all.
+  bool are_marks_exact = false;                       ///< Corners that a program found: to a quarter of a pixel. Those
+                                                      ///< that carry the corners of a photograph over with an error of
+                                                      ///< more than a hundredth of its side are not enough.
   /// Details of a photograph; empty: no features are used.
   std::function<PhotoFeatures(int)> features;
+  /// Outline of the object in a photograph; empty: none is used.
+  std::function<PhotoOutline(int)> outlines;
 };
 
 struct SeriesAlignment {
@@ -28,10 +34,10 @@ struct SeriesAlignment {
   std::vector<PhotoPair> pairs;  ///< All that were tried.
 };
 
-/// Pairs from landmarks: all photographs that share enough. Pairs from features: of up to ten photographs all; of more
-/// every one with the two after it, with the reference and with the one in the middle; then, while a photograph is
-/// tied to nothing, it is tried against the nearest 24 in time of those that are. Then, twice, patches of the accepted
-/// pairs and of all photographs with the reference take the features' place, where they fit.
+/// Pairs from landmarks: all photographs that share enough. Pairs from features, or from outlines: of up to ten
+/// photographs all; of more every one with the two after it, with the reference and with the one in the middle; then,
+/// while a photograph is tied to nothing, it is tried against the nearest 24 in time of those that are. Then, twice,
+/// patches of the accepted pairs and of all photographs with the reference take the features' place, where they fit.
 /// Same result for any number of threads.
 [[nodiscard]] SeriesAlignment align_series(const PhotoSeries& series, const RunControl& control);
 

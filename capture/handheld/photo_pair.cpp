@@ -305,4 +305,37 @@ PhotoPair align_marks(int a, int b, const std::vector<PointMatch>& marks, AlignM
   return pair;
 }
 
+double carried_error_px(const PhotoPair& pair, double width, double height) {
+  const Eigen::Matrix3d from_conditioned = conditioner(pair.matches, &PointMatch::in_a).inverse();
+  Eigen::Matrix3d h = pair.b_from_a * from_conditioned;
+  h /= h(2, 2);
+  const Eigen::Index n = pair.refutes_similarity ? 8 : 4;
+  const auto rows_at = [&](const Eigen::Vector2d& in_a) {
+    const Eigen::Vector2d p = (from_conditioned.inverse() * in_a.homogeneous()).hnormalized();
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(2, n);
+    if (n == 4) {
+      rows << p.x(), -p.y(), 1, 0, p.y(), p.x(), 0, 1;
+      return rows;
+    }
+    const Eigen::Vector2d q = moved_by(h, p);
+    rows.block<1, 3>(0, 0) = rows.block<1, 3>(1, 3) = p.homogeneous().transpose();
+    rows.block<2, 2>(0, 6) = -q * p.transpose();
+    return Eigen::MatrixXd(rows / (h(2, 0) * p.x() + h(2, 1) * p.y() + 1.0));
+  };
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(n, n);
+  for (const PointMatch& m : pair.matches) {
+    const Eigen::MatrixXd rows = rows_at(m.in_a);
+    information += rows.transpose() * rows;
+  }
+  const Eigen::MatrixXd covariance = pair.error_px * pair.error_px * information.inverse();
+  double sum = 0.0;
+  for (const double x : {0.0, width - 1.0}) {
+    for (const double y : {0.0, height - 1.0}) {
+      const Eigen::MatrixXd rows = rows_at({x, y});
+      sum += (rows * covariance * rows.transpose()).trace() / 4.0;
+    }
+  }
+  return std::sqrt(sum);
+}
+
 }  // namespace patinate::capture

@@ -60,6 +60,10 @@ void judge_matches(const std::vector<PointMatch>& matches, const PhotoFeatures& 
 [[nodiscard]] PhotoPair align_marks(int a, int b, const std::vector<PointMatch>& marks, AlignModel model,
                                     double error_px);
 
+/// Root mean square error, in b's pixels, of where an accepted pair's view brings the corners of photograph a, as far
+/// as its matches' own errors make it: marks that are close together carry far points over badly.
+[[nodiscard]] double carried_error_px(const PhotoPair& pair, double width, double height);
+
 /// Least squares through two or more matches; not finite when they do not determine it.
 [[nodiscard]] Eigen::Matrix3d fit_similarity(const std::vector<PointMatch>& matches);
 /// Likewise through four or more.

@@ -7,9 +7,10 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::array<std::string_view, 4> kMethods{"off", "auto", "features", "landmarks"};
+constexpr std::array<std::string_view, 6> kMethods{"off", "auto", "features", "landmarks", "outline", "markers"};
 constexpr std::array<std::string_view, 3> kModels{"auto", "similarity", "homography"};
-constexpr std::array<std::string_view, 5> kMethodOptions{"project", "off", "auto", "features", "landmarks"};
+constexpr std::array<std::string_view, 7> kMethodOptions{"project",   "off",     "auto",   "features",
+                                                         "landmarks", "outline", "markers"};
 constexpr std::array<std::string_view, 4> kModelOptions{"project", "auto", "similarity", "homography"};
 
 }  // namespace

@@ -17,6 +17,8 @@ enum class AlignMethod {
   Auto,       ///< By landmarks where they are given, by features for all.
   Features,   ///< By details of the surface.
   Landmarks,  ///< By points that the user marked.
+  Outline,    ///< By the border of the object before a plain background.
+  Markers,    ///< By printed markers beside it.
 };
 
 struct AlignSettings {
@@ -29,7 +31,7 @@ struct AlignSettings {
 
 /// What the command line says instead of the project.
 struct AlignOptions {
-  enum class Method { Project, Off, Auto, Features, Landmarks } method = Method::Project;
+  enum class Method { Project, Off, Auto, Features, Landmarks, Outline, Markers } method = Method::Project;
   enum class Model { Project, Auto, Similarity, Homography } model = Model::Project;
   std::string to = "";  ///< "" = as the project says.
 };

@@ -4,10 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "capture/handheld/align_series.h"
 #include "capture/handheld/lay_photo.h"
-#include "capture/timelapse/frame_photo.h"
 #include "capture/timelapse/ingest_warnings.h"
+#include "capture/timelapse/photo_series.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
@@ -20,57 +19,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kAlignVersion = 1;  ///< Raised whenever the same photographs give other transforms.
-
-/// Marks of every frame, by the names that the table and the project have for it. @throws IoError
-std::vector<PhotoMarks> marks_of(const CaptureProject& project) {
-  std::vector<PhotoMarks> marks;
-  const AlignMethod method = project.align.method;
-  if (method != AlignMethod::Landmarks && method != AlignMethod::Auto) return marks;
-  if (!project.align.landmarks) {
-    if (method == AlignMethod::Auto) return marks;
-    throw IoError(project.file.string(),
-                  "is to be aligned by landmarks and names none; give \"landmarks\": \"points.csv\", a table of "
-                  "photo,point,x,y");
-  }
-  marks.resize(project.frames.size());
-  for (const auto& [name, of_photo] : read_landmarks(*project.align.landmarks)) {
-    const std::vector<int>& excluded = project.excluded;
-    const bool is_unknown = std::none_of(project.frames.begin(), project.frames.end(), [&](const CapturePhoto& p) {
-      return p.name() == name || p.file.filename().string() == name;
-    });
-    if (is_unknown && !excluded.empty()) continue;  // Of a photograph that is left out.
-    marks[static_cast<std::size_t>(find_photo(project, name, "a landmark of " + project.align.landmarks->string()))] =
-        of_photo;
-  }
-  return marks;
-}
-
-/// What of the reference's pixels shows the object: the project's mask, where it is as large.
-ImageU8 object_mask(const CaptureProject& project) {
-  if (!project.mask) return {};
-  ImageU8 mask = read_mask(*project.mask);
-  return mask.width() == project.photo_width && mask.height() == project.photo_height ? mask : ImageU8();
-}
-
-PhotoSeries make_series(const IngestWork& work) {
-  const CaptureProject& project = work.project;
-  PhotoSeries series;
-  series.reference = project.reference;
-  series.model = project.align.model;
-  series.marks = marks_of(project);
-  for (const CapturePhoto& photo : project.frames) {
-    series.sizes.push_back({photo.width, photo.height});
-    series.given.push_back(photo.transform);
-  }
-  if (project.align.method == AlignMethod::Landmarks) return series;
-  series.features = [&project](int index) {
-    const CapturePhoto& photo = project.frames[static_cast<std::size_t>(index)];
-    ImageU8 shown = opaque_part(photo);
-    if (shown.empty() && index == project.reference) shown = object_mask(project);
-    return find_features(read_whole_photo(project, photo), shown);
-  };
-  return series;
-}
 
 Json numbers_json(const Eigen::Matrix3d& h) {
   Json numbers = Json::array();
@@ -92,6 +40,7 @@ std::string alignment_key(const IngestWork& work) {
   }
   if (project.align.landmarks) hash.add_file(*project.align.landmarks);
   if (project.mask) hash.add_file(*project.mask);
+  if (project.align.method == AlignMethod::Outline) hash.add(work.options.background.mask_background);
   return hash.hex();
 }
 
@@ -152,11 +101,26 @@ Json alignment_json(const IngestWork& work, const SeriesAlignment& alignment) {
 }
 
 std::string cure_text(const CaptureProject& project, const std::vector<std::string>& names, bool is_one) {
-  std::string cure = project.align.method == AlignMethod::Landmarks
-                         ? "mark at least two points (four for a homography) in each that other photographs show too"
-                         : "mark points in it (`landmarks`), give its `transform`";
-  if (!is_one && project.align.method != AlignMethod::Landmarks)
-    cure = "mark points in them (`landmarks`), give their `transform`";
+  const std::string them = is_one ? "it" : "them", transform = "give " + std::string(is_one ? "its" : "their");
+  std::string cure = "mark points in " + them + " (`landmarks`), " + transform + " `transform`";
+  switch (project.align.method) {
+    case AlignMethod::Landmarks:
+      cure = "mark at least two points (four for a homography) in each that other photographs show too";
+      break;
+    case AlignMethod::Outline:
+      cure =
+          "an outline needs a plain background or alpha (or --mask-background '#rrggbb', the background's color), all "
+          "of the object in the picture, and a shape that is not round or regular; else " +
+          cure;
+      break;
+    case AlignMethod::Markers:
+      cure = "each needs whole, sharp markers far apart, or a large one, that others show too; else " + cure;
+      break;
+    case AlignMethod::Off:
+    case AlignMethod::Auto:
+    case AlignMethod::Features:
+      break;
+  }
   return cure + ", another reference (--align-to " + names[names.size() / 2] + ")";
 }
 
@@ -198,7 +162,7 @@ void leave_out_failed(IngestWork& work, const fs::path& output) {
   std::error_code error;
   if (fs::is_regular_file(output / kAlignmentFile, error)) json = load_json(output / kAlignmentFile);
   if (!json.is_object() || json.value("key", "") != key) {
-    const SeriesAlignment alignment = align_series(make_series(work), {});
+    const SeriesAlignment alignment = align_series(photo_series(work), {});
     const auto is_placed = [](const PhotoPlace& place) { return place.status != PlaceStatus::Failed; };
     if (std::count_if(alignment.places.begin(), alignment.places.end(), is_placed) < 2)
       check_all_placed(work, alignment.places);
@@ -242,7 +206,7 @@ void add_alignment_item(std::vector<JobItem>& items, const std::shared_ptr<const
                            control.report(1.0);
                            return;
                          }
-                         const SeriesAlignment alignment = align_series(make_series(*work), control);
+                         const SeriesAlignment alignment = align_series(photo_series(*work), control);
                          check_all_placed(*work, alignment.places);
                          save_json(folder / kAlignmentFile, alignment_json(*work, alignment));
                        },
@@ -264,6 +228,11 @@ void check_handheld_options(const IngestWork& work) {
   if (work.project.reference_patch && work.options.repair.deflicker)
     throw InvalidInput(work.project.file.string() +
                        ": --deflicker guesses what `reference_patch` measures; leave one of the two out");
+  if (work.project.align.method == AlignMethod::Outline && work.project.align.model == AlignModel::Homography) {
+    throw InvalidInput(work.project.file.string() +
+                       ": an outline shows shift, turn and scale, not a tilt; leave `align_model` out, or align by "
+                       "features, markers or landmarks");
+  }
   if (!work.project.is_handheld()) return;
   const RepairOptions& options = work.options.repair;
   const std::string file = work.project.file.string();

@@ -94,10 +94,15 @@ std::vector<HistoryWarning> report_alignment(const IngestWork& work, const fs::p
       "left out of the history", "mark points in them (`landmarks`), or give their `transform`", 1.0);
   const Chosen loose = choose(
       photos, "residual_px", [](double v) { return v > kMostResidual_px; }, true);
+  const bool is_by_outline = work.project.align.method == AlignMethod::Outline;
   add(WarningSubject::Motion, loose, {"lies over the others only roughly", "lie over the others only roughly"},
-      "its details disagree by " + hundredths(loose.worst) + " px of the reference photograph",
-      std::string(is_any_similarity(photos, loose.names) ? "`align_model` \"homography\" for a tilted view; " : "") +
-          "`landmarks`; or a coarser photograph as `align_to`",
+      std::string(is_by_outline ? "its outline disagrees by " : "its details disagree by ") + hundredths(loose.worst) +
+          " px of the reference photograph",
+      is_by_outline
+          ? "nothing if the object itself changes its shape; else `landmarks`, or `align` \"features\""
+          : std::string(is_any_similarity(photos, loose.names) ? "`align_model` \"homography\" for a tilted view; "
+                                                               : "") +
+                "`landmarks`; or a coarser photograph as `align_to`",
       0.5);
   const Chosen coarse = choose(
       photos, "pixels_per_reference_pixel", [](double v) { return v < kLeastFineness; }, false);

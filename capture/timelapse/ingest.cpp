@@ -77,7 +77,7 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   if (work.options.add_deviations) write_deviations(writer, work, folder, control.part(0.55, 0.65));
   write_ingest_controls(writer, work, transmission, folder, mask, control.part(0.65, 1.0));
   const int num_frames = static_cast<int>(work.project.frames.size());
-  for (HistoryWarning& warning : survey_warnings(read_survey_report(folder), num_frames))
+  for (HistoryWarning& warning : survey_warnings(read_survey_report(folder), num_frames, work.project.is_handheld()))
     writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : look_at_light(writer, work, folder, mask, light, control))
     writer.add_warning(std::move(warning));

@@ -151,7 +151,7 @@ std::string photo_list(const std::vector<std::string>& photos, std::size_t most)
   return shown == photos.size() ? list : list + " and " + std::to_string(photos.size() - shown) + " more";
 }
 
-std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_frames) {
+std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_frames, bool is_aligned) {
   std::vector<HistoryWarning> warnings;
   const Group moved = group_findings(survey, &SurveyFinding::moved);
   const Group exposed = group_findings(survey, &SurveyFinding::exposed);
@@ -163,7 +163,9 @@ std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_
   add_unlinked(warnings, survey, num_frames);
   if (!survey.is_stabilized) {
     add_group(warnings, moved, num_frames, WarningSubject::Motion, "are moved against the ones before",
-              "--stabilize lays them over one another" + or_leave_out(moved));
+              (is_aligned ? "`landmarks`, or another `align`, if the object itself has not moved"
+                          : "--stabilize lays them over one another") +
+                  or_leave_out(moved));
   }
   if (!survey.is_deflickered) {
     add_group(warnings, exposed, num_frames, WarningSubject::Light, "are exposed differently from the ones before",

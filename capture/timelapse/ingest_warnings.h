@@ -13,8 +13,8 @@ namespace patinate::capture {
 
 /// Of what the survey found, a warning a kind: photographs that cannot be laid over the others, and those that are
 /// moved, exposed differently or do not follow, unless they were repaired.
-/// @param num_frames  Of the history; >= 1.
-[[nodiscard]] std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_frames);
+/// @param num_frames  Of the history; >= 1. @param is_aligned  They were laid over one another by `align`.
+[[nodiscard]] std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_frames, bool is_aligned);
 
 /// "a.jpg, b.jpg, c.jpg and 5 more", or "copper.webp, images 3, 4, 9 and 5 more". @param most  As many are named; >= 1.
 [[nodiscard]] std::string photo_list(const std::vector<std::string>& photos, std::size_t most = 4);

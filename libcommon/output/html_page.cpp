@@ -31,6 +31,8 @@ figure img { display: block; max-width: 100%; height: auto; }
 figcaption { padding: 0.5rem 0.9rem; color: var(--soft); font-size: 0.92rem; }
 figure svg { display: block; max-width: 100%; height: auto; }
 figure.drawing { display: inline-block; vertical-align: top; width: 31.5rem; margin: 0.5rem 0.75rem 0.5rem 0; }
+figure.frame { width: 100%; }
+.frame iframe { display: block; width: 100%; height: 44rem; max-height: 85vh; border: 0; }
 .grid { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr)); gap: 1rem; }
 .grid figure { margin: 0; }
 .slider { max-width: 44rem; }
@@ -216,6 +218,13 @@ HtmlPage& HtmlPage::drawing(std::string_view svg, std::string_view caption) {
   body_ += "<figure class=\"drawing\">" + std::string(svg);
   if (!caption.empty()) body_ += "<figcaption>" + html_escape(caption) + "</figcaption>";
   body_ += "</figure>\n";
+  return *this;
+}
+
+HtmlPage& HtmlPage::frame(std::string_view source, std::string_view caption) {
+  body_ += "<figure class=\"frame\"><iframe src=\"" + url(source) + "\" title=\"" + html_escape(caption) +
+           "\"></iframe><figcaption><a href=\"" + url(source) + "\">" + html_escape(caption) +
+           "</a></figcaption></figure>\n";
   return *this;
 }
 

@@ -43,6 +43,8 @@ class HtmlPage {
   HtmlPage& time_slider(const std::vector<HtmlPicture>& frames, std::string_view caption);
   /// A drawing that svg_chart() has made, as it is. @throws InvalidInput unless it is an `<svg>` element.
   HtmlPage& drawing(std::string_view svg, std::string_view caption = "");
+  /// Another page within this one, as wide as the text, with a link to it alone.
+  HtmlPage& frame(std::string_view source, std::string_view caption);
   /// A link to a file beside the page.
   HtmlPage& link(std::string_view target, std::string_view text);
 

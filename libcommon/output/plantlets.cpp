@@ -89,6 +89,7 @@ std::vector<Plant> find_plants(const Mesh& given, const SurfaceMaps& maps, const
       plant.size = size * (0.5 + random.uniform()) * (1.0 + kDome * cushion.height);
       const double shade = 0.75 + 0.5 * random.uniform();
       if (texture_at(maps.plants, plant.uv.x(), plant.uv.y())[0] < threshold) continue;
+      plant.place = static_cast<std::uint64_t>(t) << 32 | static_cast<std::uint32_t>(i);
       const std::array<double, 3> below = texture_at(maps.color, plant.uv.x(), plant.uv.y());
       plant.color = shade * (kOwnColor * tone_color(cushion.tone) + (1.0 - kOwnColor) * 1.3 * Vec3(below.data()));
       const Vec3 normal = blend(n, b1, b2).normalized();
@@ -111,31 +112,49 @@ Vec3 PlantField::color(std::size_t triangle, double b1, double b2) const {
   return blend(shade, b1, b2) * colors_[within / kTrianglesPerPlant];
 }
 
+PlantShape plant_shape() {
+  PlantShape shape;
+  for (int leaf = 0; leaf < kLeaves; ++leaf) {
+    const int first = static_cast<int>(shape.positions.size());
+    for (const Vec3& point : leaf_points(leaf)) shape.positions.push_back(point);
+    shape.shades.insert(shape.shades.end(), kLeafShades.begin(), kLeafShades.end());
+    for (const std::array<int, 3>& corners : kLeafTriangles)
+      shape.triangles.push_back({first + corners[0], first + corners[1], first + corners[2]});
+  }
+  return shape;
+}
+
+Eigen::Matrix3d plant_frame(const Vec3& up, double turn) {
+  Vec3 a, b;
+  tangents(up, a, b);
+  const double c = std::cos(turn), s = std::sin(turn);
+  Eigen::Matrix3d frame;
+  frame.col(0) = c * a + s * b;
+  frame.col(1) = c * b - s * a;
+  frame.col(2) = up;
+  return frame;
+}
+
 PlantField add_plants(Mesh& mesh, const std::vector<Plant>& plants, std::vector<float>& open) {
+  const PlantShape shape = plant_shape();
   std::vector<Vec3> colors;
   const std::size_t first = mesh.triangles.size();
   for (const Plant& plant : plants) {
-    Vec3 a, b;
-    tangents(plant.up, a, b);
-    const double c = std::cos(plant.turn), s = std::sin(plant.turn);
+    const Eigen::Matrix3d frame = plant_frame(plant.up, plant.turn);
+    const int position = static_cast<int>(mesh.positions.size());
     const int uv = static_cast<int>(mesh.uvs.size());
     mesh.uvs.push_back(plant.uv);
-    for (int leaf = 0; leaf < kLeaves; ++leaf) {
-      const int position = static_cast<int>(mesh.positions.size());
-      for (const Vec3& local : leaf_points(leaf)) {
-        const Vec3 turned = (c * local.x() - s * local.y()) * a + (s * local.x() + c * local.y()) * b;
-        mesh.positions.push_back(plant.root + plant.size * (turned + local.z() * plant.up));
-        open.push_back(1.0f);
-      }
-      for (const std::array<int, 3>& corners : kLeafTriangles) {
-        const Triangle triangle{position + corners[0], position + corners[1], position + corners[2]};
-        mesh.triangles.push_back(triangle);
-        mesh.triangle_surface.push_back(0);
-        mesh.uv_triangles.push_back({uv, uv, uv});
-        const int normal = static_cast<int>(mesh.normals.size());
-        mesh.normals.push_back(area_vector(mesh, mesh.num_triangles() - 1).normalized());
-        mesh.normal_triangles.push_back({normal, normal, normal});
-      }
+    for (const Vec3& local : shape.positions) {
+      mesh.positions.push_back(plant.root + plant.size * (frame * local));
+      open.push_back(1.0f);
+    }
+    for (const Triangle& corners : shape.triangles) {
+      mesh.triangles.push_back({position + corners[0], position + corners[1], position + corners[2]});
+      mesh.triangle_surface.push_back(0);
+      mesh.uv_triangles.push_back({uv, uv, uv});
+      const int normal = static_cast<int>(mesh.normals.size());
+      mesh.normals.push_back(area_vector(mesh, mesh.num_triangles() - 1).normalized());
+      mesh.normal_triangles.push_back({normal, normal, normal});
     }
     colors.push_back(plant.color);
   }

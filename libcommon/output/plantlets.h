@@ -3,6 +3,8 @@
 /// which on it shows, by hashes: a place does not move when the amounts change.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -11,6 +13,7 @@
 namespace patinate {
 
 struct Plant {
+  std::uint64_t place = 0;  ///< Number of the place where it grows: equal for all amounts.
   Vec3 root = Vec3::Zero();
   Vec3 up = Vec3::UnitY();
   Vec2 uv = Vec2::Zero();
@@ -23,6 +26,16 @@ struct Plant {
 /// amount suffices; at most 100,000 places. None without a map.
 [[nodiscard]] std::vector<Plant> find_plants(const Mesh& mesh, const SurfaceMaps& maps, const RenderOptions& options,
                                              const SurfaceOptions& surface);
+
+/// One plant of height 1 around an upright stem along z.
+struct PlantShape {
+  std::vector<Vec3> positions;
+  std::vector<double> shades;  ///< By position: factor of the plant's color.
+  std::vector<Triangle> triangles;
+};
+[[nodiscard]] PlantShape plant_shape();
+/// Columns: where the shape's x, y and z point for a plant, unit.
+[[nodiscard]] Eigen::Matrix3d plant_frame(const Vec3& up, double turn);
 
 /// Which triangles of a mesh are leaves.
 class PlantField {

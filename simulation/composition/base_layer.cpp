@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "libcommon/core/parallel.h"
+#include "simulation/composition/laid_picture.h"
 #include "simulation/rules/scene_maps.h"
 
 namespace patinate::simulation::composition {
@@ -66,6 +68,11 @@ bool has_color_map(const SceneObject& object) {
          has_pattern(object);
 }
 
+/// A picture with a width in mm, and no map over it.
+bool has_laid_picture(const SceneObject& object) {
+  return object.color_map.empty() && !object.preset.color.image.empty() && object.preset.color.image_mm > 0.0;
+}
+
 /// Every map that is the pattern of an object, once.
 std::vector<std::string> pattern_names(const Scene& scene) {
   std::vector<std::string> names;
@@ -76,11 +83,15 @@ std::vector<std::string> pattern_names(const Scene& scene) {
   return names;
 }
 
-/// Code of a texel of an object with a map. @param pattern  Of it, [0, 1].
-std::uint32_t code_of(const SceneObject& object, const MapPlace& place, int x, int y, double pattern) {
+/// Code of a texel of an object with a map. @param laid  Its preset's picture there, if that has a width in mm.
+/// @param pattern  Of it, [0, 1].
+std::uint32_t code_of(const SceneObject& object, const MapPlace& place, int x, int y, const std::optional<Vec3>& laid,
+                      double pattern) {
   Vec3 color = object.preset.color.color;
   if (!object.color_map.empty()) {
     for (int c = 0; c < 3; ++c) color[c] = place.sample(object.color_map, c);
+  } else if (laid) {
+    color = *laid;
   } else if (const ImageF& picture = object.preset.color.image; !picture.empty()) {
     for (int c = 0; c < 3; ++c)
       color[c] = static_cast<double>(
@@ -92,6 +103,12 @@ std::uint32_t code_of(const SceneObject& object, const MapPlace& place, int x, i
 }
 
 }  // namespace
+
+struct BaseLayer::ObjectColors {
+  const SurfaceParameter* pattern = nullptr;  ///< Null: none.
+  std::optional<LaidPicture> picture = {};    ///< With a width in mm.
+  const TexelPlaces* places = nullptr;        ///< Where there is a picture.
+};
 
 BaseLayer::BaseLayer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, double quanta_per_mm,
                      const RunControl& control)
@@ -109,19 +126,26 @@ BaseLayer::BaseLayer(const Scene& scene, const SceneMesh& scene_mesh, const Surf
   const std::vector<std::string> names = pattern_names(scene);
   const std::vector<SurfaceParameter> patterns =
       make_parameters(names, scene, scene_mesh, surface, control.part(0.0, 0.5));
-  Patterns pattern_of(scene.objects.size(), nullptr);
+  std::vector<ObjectColors> colors(scene.objects.size());
+  const bool has_laid = std::any_of(scene.objects.begin(), scene.objects.end(), has_laid_picture);
+  const std::optional<TexelPlaces> places =
+      has_laid ? std::optional<TexelPlaces>(std::in_place, scene_mesh, surface) : std::nullopt;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    const auto found = std::find(names.begin(), names.end(), scene.objects[i].preset.pattern);
-    if (found != names.end()) pattern_of[i] = &patterns[static_cast<std::size_t>(found - names.begin())];
+    const SceneObject& object = scene.objects[i];
+    const auto found = std::find(names.begin(), names.end(), object.preset.pattern);
+    if (found != names.end()) colors[i].pattern = &patterns[static_cast<std::size_t>(found - names.begin())];
+    if (!has_laid_picture(object)) continue;
+    colors[i].picture.emplace(object.preset.color, surface.median_texel_size_mm());
+    colors[i].places = &*places;
   }
   parallel_for(surface.grid().num_pages(), 4, control.part(0.5, 1.0), [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t page = begin; page < end; ++page)
-      fill_page(static_cast<std::uint32_t>(page), scene, scene_mesh, pattern_of, quanta_per_mm);
+      fill_page(static_cast<std::uint32_t>(page), scene, scene_mesh, colors, quanta_per_mm);
   });
 }
 
-void BaseLayer::fill_page(std::uint32_t page, const Scene& scene, const SceneMesh& scene_mesh, const Patterns& patterns,
-                          double quanta_per_mm) {
+void BaseLayer::fill_page(std::uint32_t page, const Scene& scene, const SceneMesh& scene_mesh,
+                          const std::vector<ObjectColors>& colors, double quanta_per_mm) {
   const TileGrid& grid = surface_->grid();
   for (std::uint32_t i = 0; i < TileGrid::kPageTexels; ++i) {
     const TexelIndex t = page * TileGrid::kPageTexels + i;
@@ -135,8 +159,11 @@ void BaseLayer::fill_page(std::uint32_t page, const Scene& scene, const SceneMes
     const MapPlace place = place_of(grid, scene_mesh.uv_squares[object], x, y);
     if (has_color_map(from)) {
       if (!codes_[page]) codes_[page] = std::make_unique<std::uint32_t[]>(TileGrid::kPageTexels);
-      const SurfaceParameter* pattern = patterns[object];
-      codes_[page][i] = code_of(from, place, x, y, pattern == nullptr ? 0.0 : parameter_at(*pattern, t));
+      const ObjectColors& of = colors[object];
+      codes_[page][i] = code_of(
+          from, place, x, y,
+          of.picture ? std::optional(of.picture->color(of.places->point(t), of.places->normal(t))) : std::nullopt,
+          of.pattern == nullptr ? 0.0 : parameter_at(*of.pattern, t));
     }
     if (!from.height_map.empty()) {
       if (!heights_[page]) heights_[page] = std::make_unique<std::int32_t[]>(TileGrid::kPageTexels);

@@ -36,9 +36,9 @@ class BaseLayer {
   [[nodiscard]] const std::int32_t* heights(TileIndex tile) const;
 
  private:
-  using Patterns = std::vector<const SurfaceParameter*>;  ///< By object; null: none.
-  void fill_page(std::uint32_t page, const Scene& scene, const SceneMesh& scene_mesh, const Patterns& patterns,
-                 double quanta_per_mm);
+  struct ObjectColors;  ///< What an object's colors come from besides its maps.
+  void fill_page(std::uint32_t page, const Scene& scene, const SceneMesh& scene_mesh,
+                 const std::vector<ObjectColors>& colors, double quanta_per_mm);
 
   const SurfaceAtlas* surface_;
   bool has_heights_ = false;

@@ -54,7 +54,9 @@ Composer::State::State(const Scene& scene, const SceneMesh& scene_mesh, const Su
       base(scene, scene_mesh, surface_atlas, quanta_per_mm, control.part(0.0, 0.7)),
       frames(scene_mesh, surface_atlas, control.part(0.7, 1.0)),
       texel_of_object(scene.objects.size(), kNoTexel),
-      grain(scene_mesh, surface_atlas),
+      places(scene_mesh, surface_atlas),
+      pictures(places),
+      grain(places),
       form(color_form),
       kernels(&composition::kernels(instruction_set())),
       codes(surface_atlas.grid().num_texels()),
@@ -77,16 +79,14 @@ Composer::State::State(const Scene& scene, const SceneMesh& scene_mesh, const Su
 
 void Composer::State::set_appearance(const std::vector<MaterialAppearance>& new_appearance) {
   std::vector<QuantizedAppearance> quantized;
-  std::vector<Picture> new_pictures;
   for (std::size_t i = 0; i < new_appearance.size(); ++i) {
     quantized.push_back(quantize(new_appearance[i], quanta_per_mm, noise_key(static_cast<int>(i))));
-    new_pictures.push_back(make_picture(new_appearance[i].color.image));
   }
   std::vector<double> lengths;
   for (const MaterialAppearance& look : new_appearance) lengths.push_back(look.grain_mm);
   grain.set_lengths(lengths);
+  pictures.set(new_appearance);
   appearance = std::move(quantized);
-  pictures = std::move(new_pictures);
   if (heights.empty() && (base.has_heights() || has_relief(appearance)))
     heights.assign(surface->grid().num_texels(), 0);
   is_all_dirty = true;
@@ -124,8 +124,8 @@ void Composer::State::prepare(const MaterialAtlas& atlas, TileIndex tile, TileIn
     task.amount[k] = amount.data();
     task.original[k] = original;
     if (grain.has(m)) task.grain[k] = grain.tile(m, tile);
-    if (pictures[m].empty()) continue;
-    pictures[m].read_tile(surface->grid().x(task.first_texel), surface->grid().y(task.first_texel), in.pictures[m]);
+    if (!pictures.has(m)) continue;
+    pictures.read_tile(m, tile, in.pictures[m]);
     task.picture[k] = in.pictures[m];
   }
   task.base = &base.tile(tile, in.base);

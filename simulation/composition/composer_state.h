@@ -14,6 +14,7 @@
 #include "simulation/composition/compose_kernel.h"
 #include "simulation/composition/grain.h"
 #include "simulation/composition/height_frames.h"
+#include "simulation/composition/laid_picture.h"
 #include "simulation/composition/quantized_appearance.h"
 
 namespace patinate::simulation {
@@ -77,7 +78,8 @@ struct Composer::State {
   std::vector<TileIndex> covered_tiles;
   std::vector<TexelIndex> texel_of_object;  ///< kNoTexel when it shows in none.
   std::vector<composition::QuantizedAppearance> appearance;
-  std::vector<composition::Picture> pictures;
+  composition::TexelPlaces places;
+  composition::MaterialPictures pictures;
   composition::Grain grain;
   ColorForm form;
   const composition::Kernels* kernels;

@@ -3,12 +3,13 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <vector>
 
 #include "patinate/simulation/surface_atlas.h"
 #include "simulation/composition/compose_kernel.h"
+#include "simulation/composition/texel_places.h"
+#include "simulation/composition/tile_cache.h"
 
 namespace patinate::simulation::composition {
 
@@ -18,9 +19,8 @@ namespace patinate::simulation::composition {
 /// for. Equal bits on every machine. Memory: a byte a texel, in pages as they are touched.
 class Grain {
  public:
-  /// @param scene_mesh  As it stood when `surface` was made: grain stays with an object that moves. Not kept.
-  /// @param surface     Outlives it.
-  Grain(const SceneMesh& scene_mesh, const SurfaceAtlas& surface);
+  /// @param places  Outlives it.
+  explicit Grain(const TexelPlaces& places) : places_(&places) {}
 
   /// Keeps what is known where lengths stay. @param lengths_mm  One a material; 0 = it has none.
   void set_lengths(const std::vector<double>& lengths_mm);
@@ -34,24 +34,14 @@ class Grain {
   [[nodiscard]] std::size_t memory() const;
 
  private:
-  struct Free {
-    void operator()(std::uint8_t* values) const;
-  };
   struct Field {
     double length = 0.0;
-    std::unique_ptr<std::uint8_t[], Free> values = {};  ///< Zeros of the operating system until written.
-    std::vector<std::uint8_t> is_made = {};             ///< By tile.
-  };
-  /// Place of a triangle's texels: origin + step * (x, y).
-  struct Place {
-    Vec3 origin;
-    Eigen::Matrix<double, 3, 2> step;
+    TileCache values = {};
   };
   /// value() of at most kTile texels.
   void values(std::size_t material, std::span<const TexelIndex> texels, std::span<double> out) const;
 
-  const SurfaceAtlas* surface_;
-  std::vector<Place> places_;
+  const TexelPlaces* places_;
   std::vector<Field> fields_;
 };
 

@@ -8,6 +8,7 @@
 #include "patinate/image/color.h"
 #include "simulation/composition/grain.h"
 #include "simulation/composition/height_frames.h"
+#include "simulation/composition/laid_picture.h"
 #include "simulation/composition/quantized_appearance.h"
 #include "simulation/rules/scene_maps.h"
 
@@ -37,19 +38,27 @@ double bilinear(const ImageF& map, double u, double v, int channel) {
   return sum;
 }
 
-double picture_value(const ColorSource& source, int x, int y, int channel) {
+/// @param places  Of the scene.
+double picture_value(const ColorSource& source, const composition::TexelPlaces& places, TexelIndex t, int channel) {
   if (source.image.empty()) return coded(source.color[channel]);
+  if (source.image_mm > 0.0) {
+    const composition::LaidPicture laid(source, places.surface().median_texel_size_mm());
+    return coded(laid.color(places.point(t), places.normal(t))[channel]);
+  }
+  const int x = places.surface().grid().x(t), y = places.surface().grid().y(t);
   return coded(static_cast<double>(source.image.at(x % source.image.width(), y % source.image.height(),
                                                    std::min(channel, source.image.channels() - 1))));
 }
 
-ReferenceTexel new_texel(const SceneObject& object, const std::array<double, 3>& square, const TileGrid& grid, int x,
-                         int y) {
+ReferenceTexel new_texel(const SceneObject& object, const std::array<double, 3>& square,
+                         const composition::TexelPlaces& places, TexelIndex t) {
+  const TileGrid& grid = places.surface().grid();
+  const int x = grid.x(t), y = grid.y(t);
   const double u = ((x + 0.5) / grid.width - square[0]) / square[2];
   const double v = ((y + 0.5) / grid.height - (1.0 - square[1] - square[2])) / square[2];
   ReferenceTexel texel;
   for (int c = 0; c < 3; ++c) {
-    texel.color[c] = object.color_map.empty() ? picture_value(object.preset.color, x, y, c)
+    texel.color[c] = object.color_map.empty() ? picture_value(object.preset.color, places, t, c)
                                               : coded(bilinear(object.color_map, u, v, c));
   }
   const double specular = object.specular_map.empty() ? object.preset.specular : bilinear(object.specular_map, u, v, 0);
@@ -58,9 +67,8 @@ ReferenceTexel new_texel(const SceneObject& object, const std::array<double, 3>&
   return texel;
 }
 
-void age(ReferenceTexel& texel, const Scene& scene, const composition::Grain& grain, const MaterialAtlas& atlas,
-         TexelIndex t, ColorForm form) {
-  const TileGrid& grid = atlas.surface().grid();
+void age(ReferenceTexel& texel, const Scene& scene, const composition::TexelPlaces& places,
+         const composition::Grain& grain, const MaterialAtlas& atlas, TexelIndex t, ColorForm form) {
   double total = 0.0;
   Vec3 sum = Vec3::Zero();
   for (int m = 0; m < atlas.num_materials(); ++m) {
@@ -79,7 +87,7 @@ void age(ReferenceTexel& texel, const Scene& scene, const composition::Grain& gr
         kMostWeight, std::min(kMostWeight, std::max(0.0, delta) * look.strength) * (1.0 + look.variation * xi));
     total += w;
     for (int c = 0; c < 3; ++c) {
-      double color = picture_value(look.color, grid.x(t), grid.y(t), c);
+      double color = picture_value(look.color, places, t, c);
       if (is_blended) color += (coded((*look.second_color)[c]) - color) * (xi + 1.0) / 2.0;
       sum[c] += w * color;
     }
@@ -98,7 +106,8 @@ std::vector<ReferenceTexel> compose_reference(const Scene& scene, const SceneMes
   const SurfaceAtlas& surface = atlas.surface();
   const TileGrid& grid = surface.grid();
   std::vector<ReferenceTexel> texels(grid.num_texels());
-  composition::Grain grain(scene_mesh, surface);
+  const composition::TexelPlaces places(scene_mesh, surface);
+  composition::Grain grain(places);
   std::vector<double> lengths;
   for (const MaterialAppearance& look : scene.appearance) lengths.push_back(look.grain_mm);
   grain.set_lengths(lengths);
@@ -107,7 +116,7 @@ std::vector<ReferenceTexel> compose_reference(const Scene& scene, const SceneMes
     if (!surface.is_covered(t)) continue;
     const auto object = static_cast<std::size_t>(surface.object(surface.triangle(t)));
     const SceneObject& of = scene.objects[object];
-    texels[t] = new_texel(of, scene_mesh.uv_squares[object], grid, grid.x(t), grid.y(t));
+    texels[t] = new_texel(of, scene_mesh.uv_squares[object], places, t);
     if (of.color_map.empty() && of.preset.color.image.empty() && of.preset.second_color) {
       if (!patterns.contains(of.preset.pattern)) {
         const std::vector<std::string> name{of.preset.pattern};
@@ -117,7 +126,7 @@ std::vector<ReferenceTexel> compose_reference(const Scene& scene, const SceneMes
       const Vec3 color = of.preset.color.color + share * (*of.preset.second_color - of.preset.color.color);
       for (int c = 0; c < 3; ++c) texels[t].color[c] = coded(color[c]);
     }
-    age(texels[t], scene, grain, atlas, t, form);
+    age(texels[t], scene, places, grain, atlas, t, form);
   }
   for (TexelIndex t = 0; t < grid.num_texels(); ++t) {
     if (!surface.is_covered(t)) continue;

@@ -15,10 +15,14 @@ const Json& library() {
 
 }  // namespace
 
-ColorSource read_color_source(const JsonReader& json, const SceneContext& context) {
+ColorSource read_color_source(JsonReader json, const SceneContext& context) {
   ColorSource source;
   if (json.is_string()) {
     source.image = context.read_picture(json, 3);
+  } else if (json.is_object()) {
+    source.image = context.read_picture(json.member("image"), 3);
+    source.image_mm = json.member("width_mm").number(above(0));
+    json.finish();
   } else {
     const std::vector<double> rgb = json.numbers(3, between(0, 1));
     source.color = {rgb[0], rgb[1], rgb[2]};

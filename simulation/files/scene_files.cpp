@@ -129,7 +129,10 @@ class CopyPlanner {
 void for_each_scene_path(Json& root, const std::function<void(Json& path)>& visit) {
   for (const char* list : {"presets", "appearance"}) {
     if (!root.contains(list)) continue;
-    for (auto& [name, member] : root[list].items()) visit_member(member, "color", visit);
+    for (auto& [name, member] : root[list].items()) {
+      visit_member(member, "color", visit);
+      if (member.is_object() && member.contains("color")) visit_member(member["color"], "image", visit);
+    }
   }
   if (root.contains("maps")) {
     for (auto& [name, map] : root["maps"].items()) visit_map(map, visit);

@@ -35,8 +35,8 @@ struct SceneContext {
 [[nodiscard]] MaterialValues read_material_values(JsonReader json, const std::vector<std::string>& materials,
                                                   const Range& range);
 
-/// A path or [r, g, b].
-[[nodiscard]] ColorSource read_color_source(const JsonReader& json, const SceneContext& context);
+/// A path, {"image": path, "width_mm": width} or [r, g, b].
+[[nodiscard]] ColorSource read_color_source(JsonReader json, const SceneContext& context);
 /// One member of "appearance". @param defaults  What members that are not given keep.
 [[nodiscard]] MaterialAppearance read_material_appearance(JsonReader json, MaterialAppearance defaults,
                                                           const SceneContext& context);

@@ -11,22 +11,13 @@ import tempfile
 import time
 import unittest
 
+from small_scene import PLATE, PLATE_SCENE
+
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_fit_"))
 
-PLATE = "v -50 0 0\nv 50 0 0\nv 50 86 -50\nv -50 86 -50\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"  # leans back by 30 degrees
-# Drops of a texel that leave nothing where they end and draw no others: what is fitted is a rule and a look, on the smallest scene.
-SCENE = {
-    "format": "patinate.scene", "version": 2, "unit": "mm", "seed": 1, "atlas": {"resolution": 32},
-    "materials": ["water", "metal", "patina"],
-    "appearance": {"water": {"strength": 0.2}, "patina": {"strength": 0.5, "variation": 0.1}},
-    "objects": [{"name": "plate", "mesh": "plate.obj", "preset": "copper"}],
-    "emitters": [{"name": "rain", "shape": "sky", "speed": 300, "spread_deg": 5, "gammatons": 100, "carries": {"water": 0.8, "patina": 0.0}}],
-    "behavior": {"slider": 0.5}, "exchange": {"rates": {"water": 0.3, "patina": 0.0}, "splat": 1, "deposit": False}, "tracing": {"wet_attraction": 0},
-    "rules": ["patina", {"name": "evaporation", "rate": 0.5}],
-    "time": {"unit": "h", "per_iteration": 0.2},
-    "run": {"iterations": 30, "history_every": 5, "controls": ["hits"]}}
+SCENE = {**PLATE_SCENE, "run": {"iterations": 30, "history_every": 5, "controls": ["hits"]}}
 TRUTH = {"/rules/0/rate": 2.0, "/appearance/patina/strength": 1.2}
 VARY = ["--vary", "/rules/0/rate=0.1:20:log", "--vary", "/appearance/patina/strength=0.1:3"]
 SHORT = ["--evaluations", "13", "--appearance-evaluations", "7", "--scan", "2", "--seeds", "1"]

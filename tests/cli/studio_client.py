@@ -138,7 +138,7 @@ class Client:
     def __init__(self, server, place="ledge/scene.json", acknowledges=True):
         self.socket = WebSocket(server, f"/api/live?place={place}")
         self.acknowledges, self.updates, self.answers, self.status, self.notices, self.errors, self.hashes = acknowledges, [], {}, None, [], [], []
-        self.scene, self.planes, self.gammatons, self.next_id = {}, {}, None, 0
+        self.scene, self.planes, self.gammatons, self.outcome, self.next_id = {}, {}, None, None, 0
         self.until(lambda: self.scene)
         self.start = json.loads(json.dumps(self.scene["appearance"]))
 
@@ -162,6 +162,8 @@ class Client:
             self.status = message
         elif message["type"] == "hash":
             self.hashes.append(message)
+        elif message["type"] == "outcome":
+            self.outcome = message
         elif message["type"] in ("done", "error"):
             self.answers[message["id"]] = message
             if message["type"] == "error":

@@ -58,6 +58,24 @@ class Live(LiveCase):
         self.assertEqual(xxh64(bytes(picture)), said["surface"])
         self.assertEqual(xxh64(bytes(client.planes["relief"])), said["relief"])
 
+    def test_what_it_has_done_is_what_simulate_says(self):
+        self.run_in("simulate", "ledge/scene.json", "--controls", "hits", "-o", "counted_hits")
+        said = json.loads((self.folder / "counted_hits/simulation.json").read_text())["outcome"]
+        client = self.client()
+        client.do("outcome")
+        self.assertEqual([o["change_mean"] for o in client.outcome["objects"].values()], [0])
+        client.step(30)
+        client.do("outcome")
+        self.assertEqual((client.outcome["iteration"], client.outcome["objects"], client.outcome["advice"]), (30, said["objects"], said["advice"]))
+        # Asking composes, and nothing of that is lost to those who watch: between two iterations, too.
+        client.do("step", iterations=3)
+        client.do("outcome")
+        client.until(lambda: client.status["iteration"] == 33)
+        self.assertEqual(xxh64(bytes(client.planes["surface"])), client.settle()["surface"])
+        finished = self.client_without_reset("counted_hits")
+        finished.do("outcome")
+        self.assertEqual(finished.outcome["objects"], said["objects"])
+
     def test_at_most_two_updates_wait_for_an_answer(self):
         client = self.client()
         client.settle()

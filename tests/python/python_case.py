@@ -10,20 +10,9 @@ import unittest
 import numpy as np
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "cli"))
-from small_scene import make_small_scene  # noqa: E402
+from small_scene import PLATE, PLATE_SCENE, make_small_scene  # noqa: E402
 
-# A leaning plate under drops that rest nowhere: the smallest scene with a rule and a look.
-PLATE = "v -50 0 0\nv 50 0 0\nv 50 86 -50\nv -50 86 -50\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"
-SCENE = {
-    "format": "patinate.scene", "version": 2, "unit": "mm", "seed": 1, "atlas": {"resolution": 32},
-    "materials": ["water", "metal", "patina"],
-    "appearance": {"water": {"strength": 0.2}, "patina": {"strength": 0.5, "variation": 0.1}},
-    "objects": [{"name": "plate", "mesh": "plate.obj", "preset": "copper"}],
-    "emitters": [{"name": "rain", "shape": "sky", "speed": 300, "spread_deg": 5, "gammatons": 100, "carries": {"water": 0.8, "patina": 0.0}}],
-    "behavior": {"slider": 0.5}, "exchange": {"rates": {"water": 0.3, "patina": 0.0}, "splat": 1, "deposit": False}, "tracing": {"wet_attraction": 0},
-    "rules": ["patina", {"name": "evaporation", "rate": 0.5}],
-    "time": {"unit": "h", "per_iteration": 0.2},
-    "run": {"iterations": 30, "history_every": 10, "controls": ["hits"]}}
+SCENE = {**PLATE_SCENE, "run": {"iterations": 30, "history_every": 10, "controls": ["hits"]}}
 
 
 def half(values):

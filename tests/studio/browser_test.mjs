@@ -369,6 +369,17 @@ test("a paused scene is not called running, and its counters are there on the fi
   await page.locator("summary", { hasText: "Counters and mass" }).click();
 });
 
+test("what a run has done is told for each object when it rests", async () => {
+  await page.locator("summary", { hasText: "What it has done" }).click();
+  const panel = page.locator("details", { has: page.locator("summary", { hasText: "What it has done" }) });
+  await panel.locator("td").first().waitFor();
+  const text = await panel.textContent();
+  assert.match(text, /After \d+ iterations/);
+  assert.match(text, /Changed by [\d.]+ ΔE/);
+  assert.match(text, /water/);
+  await page.locator("summary", { hasText: "What it has done" }).click();
+});
+
 test("the colors of amounts and counters span what is there, with numbers and a unit beside them", async () => {
   for (const name of ["water", "hits"]) {
     await page.locator("select", { hasText: "nothing" }).selectOption(name);

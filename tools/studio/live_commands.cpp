@@ -163,13 +163,20 @@ struct LiveEngine::Commands {
   static void export_all(const Call& c) {
     c.engine.export_to(text_member(c.request, "path"), texts_member(c.request, "what"), c.client.peer);
   }
+  static void outcome(const Call& c) {
+    c.engine.catch_up();
+    c.client.peer->send_text(c.engine.outcome().dump(-1, ' ', false, Json::error_handler_t::replace));
+  }
   static void cancel(const Call& c) { c.engine.exporting_.request_stop(); }
 
-  static constexpr std::array kAll{
-      Command{"run", run},       Command{"pause", pause},           Command{"step", step},    Command{"reset", reset},
-      Command{"event", event},   Command{"stroke", stroke},         Command{"undo", undo},    Command{"redo", redo},
-      Command{"resume", resume}, Command{"appearance", appearance}, Command{"watch", watch},  Command{"hash", hash},
-      Command{"save", save},     Command{"export", export_all},     Command{"cancel", cancel}};
+  static constexpr std::array kAll{Command{"run", run},       Command{"pause", pause},
+                                   Command{"step", step},     Command{"reset", reset},
+                                   Command{"event", event},   Command{"stroke", stroke},
+                                   Command{"undo", undo},     Command{"redo", redo},
+                                   Command{"resume", resume}, Command{"appearance", appearance},
+                                   Command{"watch", watch},   Command{"hash", hash},
+                                   Command{"save", save},     Command{"export", export_all},
+                                   Command{"cancel", cancel}, Command{"outcome", outcome}};
 };
 
 void LiveEngine::receive(int id, const std::string& text) {

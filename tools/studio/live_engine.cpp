@@ -73,12 +73,16 @@ LiveEngine::LiveEngine(simulation::SceneFile file, const ServedFolder& folder, c
       start_slider_(slider_),
       fitting_rules_(simulation::built_in_rules_for(file_.scene.materials)),
       is_exporting_(std::make_shared<std::atomic<bool>>(false)) {
-  if (!options.finished.empty()) open_finished();
   relief_.high_mm = simulation_.texel_size_mm();
   for (const simulation::MaterialAppearance& look : file_.scene.appearance)
     relief_.high_mm = std::max(relief_.high_mm, std::abs(look.height_mm));
   relief_.low_mm = -relief_.high_mm;
   refresh();
+  start_color_ = simulation_.compose(control).color_srgb8();
+  if (!options.finished.empty()) {
+    open_finished();
+    refresh();
+  }
   open_recording();
   kept_version_ = record_.version();
   kept_iteration_ = iteration();

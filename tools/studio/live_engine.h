@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "patinate/core/json.h"
+#include "patinate/image/image.h"
 #include "patinate/simulation/engine.h"
 #include "patinate/simulation/scene_io.h"
 #include "simulation/rules/rule_io.h"
@@ -139,6 +140,7 @@ class LiveEngine {
   void save(const std::string& name);
   void export_to(const std::string& name, const std::vector<std::string>& what,
                  const std::shared_ptr<WebSocketPeer>& peer);
+  [[nodiscard]] Json outcome();
 
   const ServedFolder& folder_;
   LiveOptions options_;
@@ -151,6 +153,7 @@ class LiveEngine {
   std::map<std::string, OverlayPlane> overlays_;
   std::map<int, std::unique_ptr<Client>> clients_;
   std::vector<std::byte> start_;
+  ImageU8 start_color_;        ///< What it looked like then.
   std::deque<Moment> past_;    ///< Before strokes and returns to the start; the last one is undone first.
   std::deque<Moment> future_;  ///< Undone; the last one is redone first.
   std::optional<Stroke> stroke_;

@@ -1,11 +1,14 @@
-// What a running scene leaves on the disk: a scene file, textures, GLB, parameter maps, a history.
+// What a running scene has done, and what it leaves on the disk: a scene file, textures, GLB, parameter maps, a
+// history.
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <nlohmann/json.hpp>
 
 #include "patinate/core/error.h"
+#include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
+#include "simulation/job/outcome_json.h"
 #include "simulation/job/simulation_job.h"
 #include "simulation/job/simulation_output.h"
 #include "tools/studio/live_client.h"
@@ -96,6 +99,19 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
     }
     flag->store(false);
   });
+}
+
+/// Colors, amounts and places never met since the start of the scene.
+Json LiveEngine::outcome() {
+  refresh();  // What is composed below is what clients get to see.
+  ImageF before(start_color_.width(), start_color_.height(), 3);
+  for (std::size_t i = 0; i < before.values().size(); ++i)
+    before.values()[i] = linear_from_srgb(static_cast<float>(start_color_.values()[i]) / 255.0f);
+  const RunControl control{.on_progress = {}, .stop = {}, .num_threads = options_.num_threads};
+  Json json = simulation::outcome_json(simulation::outcome_of(simulation_, before, control));
+  json["type"] = "outcome";
+  json["iteration"] = iteration();
+  return json;
 }
 
 }  // namespace patinate::studio

@@ -3,7 +3,10 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <fstream>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <opencv2/aruco.hpp>
+#include <utility>
 
 #include "capture/project/given_transforms.h"
 #include "capture/timelapse/ingest.h"
@@ -216,6 +219,105 @@ TEST(HandheldIngest, PhotographsOfSeveralSizesAreRefusedWithoutAlignAndTheMessag
   const TempFolder folder;
   (void)write_handheld(known_history(2), {.seed = 10}, folder.path(), "");
   EXPECT_TRUE(has(ingest_error(folder.path()), "--align auto")) << ingest_error(folder.path());
+}
+
+/// What HandheldScene has beside a frame.
+constexpr float kTable = 0.2f;
+
+/// An object whose surface is another one in each frame, before a table. @param radius  Of its outline, by angle.
+std::vector<ImageF> changing_object(int num_frames, const std::function<double(double)>& radius) {
+  std::vector<ImageF> frames;
+  for (int i = 0; i < num_frames; ++i) {
+    ImageF frame(kSize, kSize, 3);
+    for (int y = 0; y < kSize; ++y) {
+      for (int x = 0; x < kSize; ++x) {
+        const double dx = x - 127.0, dy = y - 131.0;
+        const double inside = std::clamp(radius(std::atan2(dy, dx)) - std::hypot(dx, dy) + 0.5, 0.0, 1.0);
+        for (int c = 0; c < 3; ++c) {
+          const double own = 0.5 + 0.2 * std::sin(0.07 * (i + 1) * x + c) * std::cos(0.05 * (i + 2) * y + 2.0 * i) +
+                             0.05 * i * (c == 0 ? 1.0 : -1.0);
+          frame.at(x, y, c) = static_cast<float>(inside * own + (1.0 - inside) * static_cast<double>(kTable));
+        }
+      }
+    }
+    frames.push_back(std::move(frame));
+  }
+  return frames;
+}
+
+double leaf(double angle) {
+  return 60.0 + 14.0 * std::cos(angle) + 9.0 * std::cos(2.0 * angle + 1.0) + 7.0 * std::sin(3.0 * angle);
+}
+
+TEST(HandheldIngest, TheOutlineOfAnObjectLaysWhatHasNoDetailThatStays) {
+  const TempFolder folder;
+  const std::vector<HandheldPhoto> truth =
+      write_handheld(changing_object(6, leaf), {.least_crop = 0.999, .seed = 11}, folder.path(),
+                     R"("align": "outline", "align_to": "000.png", )");
+  (void)ingest(folder.path());
+  const Json alignment = alignment_of(folder / "out");
+  EXPECT_LT(worst_error_px(alignment, truth), kMostError_px);
+  for (const Json& photo : alignment.at("photos")) EXPECT_EQ(photo.at("model"), "similarity");
+}
+
+TEST(HandheldIngest, AnOutlineThatIsTheSameAtAnyTurnIsRefused) {
+  const TempFolder folder;
+  for (const auto& [name, radius] : {std::pair<const char*, double (*)(double)>{"disk", [](double) { return 60.0; }},
+                                     std::pair<const char*, double (*)(double)>{
+                                         "square", [](double angle) {
+                                           return 50.0 / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));
+                                         }}}) {
+    (void)write_handheld(changing_object(3, radius), {.least_crop = 0.999, .seed = 12}, folder / name,
+                         R"("align": "outline", )");
+    const std::string why = error_of<CannotComplete>([&] { (void)ingest(folder / name); });
+    EXPECT_NE(why.find("a shape that is not round or regular"), std::string::npos) << why;
+  }
+}
+
+/// Prints markers on what changes. @param places  Upper left corners.
+std::vector<ImageF> with_markers(std::vector<ImageF> frames, const std::vector<std::pair<int, int>>& places) {
+  for (ImageF& frame : frames) {
+    int id = 3;
+    for (const auto& [x0, y0] : places) {
+      cv::Mat marker;
+      cv::aruco::drawMarker(cv::aruco::getPredefinedDictionary(cv::aruco::DICT_4X4_50), id++, 30, marker);
+      for (int y = -4; y < 34; ++y) {
+        for (int x = -4; x < 34; ++x) {
+          const bool is_paper = x < 0 || y < 0 || x >= 30 || y >= 30 || marker.at<std::uint8_t>(y, x) != 0;
+          for (float& v : frame.pixel(x0 + x, y0 + y)) v = is_paper ? 0.8f : 0.03f;
+        }
+      }
+    }
+  }
+  return frames;
+}
+
+TEST(HandheldIngest, PrintedMarkersLayPhotographsAlsoTiltedOnes) {
+  const TempFolder folder;
+  const auto everywhere = [](double) { return 1000.0; };
+  const std::vector<HandheldPhoto> truth =
+      write_handheld(with_markers(changing_object(6, everywhere), {{54, 60}, {168, 66}, {110, 170}}),
+                     {.least_scale = 0.9, .least_crop = 0.999, .largest_tilt = 0.3, .largest_tint = 0.1, .seed = 13},
+                     folder.path(), R"("align": "markers", "align_to": "000.png", )");
+  (void)ingest(folder.path());
+  EXPECT_LT(worst_error_px(alignment_of(folder / "out"), truth), kMostError_px);
+}
+
+TEST(HandheldIngest, ASmallMarkerDoesNotCarryATiltedPhotographOver) {
+  const TempFolder folder;
+  const auto everywhere = [](double) { return 1000.0; };
+  (void)write_handheld(with_markers(changing_object(3, everywhere), {{110, 110}}),
+                       {.least_scale = 0.9, .least_crop = 0.999, .largest_tilt = 0.5, .seed = 15}, folder.path(),
+                       R"("align": "markers", "align_model": "homography", )");
+  const std::string why = error_of<CannotComplete>([&] { (void)ingest(folder.path()); });
+  EXPECT_NE(why.find("sharp markers far apart"), std::string::npos) << why;
+}
+
+TEST(HandheldIngest, PhotographsWithoutMarkersAreRefusedInOneLine) {
+  const TempFolder folder;
+  (void)write_handheld(known_history(3), {.seed = 14}, folder.path(), R"("align": "markers", )");
+  const std::string why = error_of<CannotComplete>([&] { (void)ingest(folder.path()); });
+  EXPECT_NE(why.find("no photograph shows an ArUco or AprilTag marker"), std::string::npos) << why;
 }
 
 }  // namespace

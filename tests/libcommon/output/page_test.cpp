@@ -16,7 +16,10 @@ constexpr const char* kNasty = "</script><img src=x onerror=alert(1)> \"'&\x01";
 TEST(HtmlPage, EscapesEverythingItIsGiven) {
   HtmlPage page(kNasty);
   page.heading(kNasty).paragraph(kNasty).code(kNasty).link(kNasty, kNasty).table({kNasty}, {{kNasty}});
-  page.picture({kNasty, kNasty}).pictures({{kNasty, kNasty}}).time_slider({{kNasty, kNasty}}, kNasty);
+  page.frame(kNasty, kNasty)
+      .picture({kNasty, kNasty})
+      .pictures({{kNasty, kNasty}})
+      .time_slider({{kNasty, kNasty}}, kNasty);
   const std::string text = page.text();
   EXPECT_EQ(text.find("<img src=x"), std::string::npos);
   EXPECT_EQ(text.find('\x01'), std::string::npos);
@@ -34,7 +37,7 @@ TEST(HtmlPage, PercentEncodesPaths) {
 
 TEST(HtmlPage, ClosesEveryElement) {
   HtmlPage page("title");
-  page.heading("h").paragraph("p").code("c").pictures({{"a.png", "a"}, {"b.png", ""}});
+  page.heading("h").paragraph("p").code("c").frame("a.html", "a").pictures({{"a.png", "a"}, {"b.png", ""}});
   page.table({"a", "b"}, {{"1", "2"}}).time_slider({{"a.png", "0 s"}, {"b.png", "1 s"}}, "over time");
   const std::string text = page.text();
   std::vector<std::string> open;

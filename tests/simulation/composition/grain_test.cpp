@@ -116,7 +116,8 @@ TEST(Grain, IsNotSeenOverASeam) {
 
 TEST(Grain, OfOneMaterialIsNotThatOfAnother) {
   ComposeScene scene(testing_support::unit_plane(100.0), 64, {grainy(20.0), grainy(20.0)});
-  composition::Grain grain(scene.scene_mesh, *scene.surface);
+  const composition::TexelPlaces places(scene.scene_mesh, *scene.surface);
+  composition::Grain grain(places);
   grain.set_lengths({20.0, 20.0});
   double a = 0.0, b = 0.0, aa = 0.0, bb = 0.0, ab = 0.0, n = 0.0;
   for (TexelIndex t = 0; t < scene.surface->grid().num_texels(); ++t) {

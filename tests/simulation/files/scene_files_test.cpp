@@ -27,7 +27,9 @@ class SceneFiles : public ::testing::Test {
                   {{{"mesh", "../a/wall.obj"}},
                    {{"mesh", (temp_ / "b/wall.obj").string()}},
                    {{"mesh", "../c/wall.obj"}, {"maps", {{"color", "../big.png"}}}}}},
-                 {"appearance", {{"dirt", {{"color", {0.1, 0.1, 0.1}}}}}},
+                 {"appearance",
+                  {{"dirt", {{"color", {0.1, 0.1, 0.1}}}},
+                   {"moss", {{"color", {{"image", (temp_ / "big.png").string()}, {"width_mm", 40}}}}}}},
                  {"rules", Json::array({"rust"})}};
     save_json(scene(), root_);
   }
@@ -46,7 +48,8 @@ TEST_F(SceneFiles, EqualFilesAreOneAndOthersOfTheSameNameGetANumber) {
   EXPECT_EQ(written["objects"][2]["mesh"], "wall.obj");
   EXPECT_EQ(written["objects"][2]["maps"]["color"], "big.png");
   EXPECT_EQ(written["rules"], root_["rules"]);
-  EXPECT_EQ(written["appearance"], root_["appearance"]);
+  EXPECT_EQ(written["appearance"]["dirt"], root_["appearance"]["dirt"]);
+  EXPECT_EQ(written["appearance"]["moss"]["color"], Json({{"image", "big.png"}, {"width_mm", 40}}));
   EXPECT_EQ(read_file(temp_ / "out/scene/wall-2.obj"), std::string(100, 'b'));
   EXPECT_EQ(copy.files.size(), 3u);
   EXPECT_TRUE(copy.excluded.empty());

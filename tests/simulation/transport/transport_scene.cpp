@@ -58,4 +58,10 @@ simulation::Cargo random_cargo(std::uint32_t n, double most, std::uint64_t seed)
   return cargo;
 }
 
+std::int64_t cargo_mass(const simulation::Cargo& cargo, std::size_t material) {
+  std::int64_t sum = 0;
+  for (const auto& mass : cargo.mass) sum += mass[material];
+  return sum;
+}
+
 }  // namespace patinate::testing_support

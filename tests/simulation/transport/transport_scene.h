@@ -2,6 +2,7 @@
 /// Small surfaces with texels of unequal area, and contacts on them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -29,5 +30,7 @@ struct TransportScene {
                                                                std::uint64_t seed, std::uint32_t crowding = 1);
 /// Gammatons with up to `most` of each of three materials, in any quanta.
 [[nodiscard]] simulation::Cargo random_cargo(std::uint32_t n, double most, std::uint64_t seed);
+/// What all of them carry of a material.
+[[nodiscard]] std::int64_t cargo_mass(const simulation::Cargo& cargo, std::size_t material);
 
 }  // namespace patinate::testing_support

@@ -74,9 +74,10 @@ int export_usd(CommandRun& run, const AgingGlb& model, const std::filesystem::pa
 }
 
 int export_glb(CommandRun& run, const AgingGlb& glb, const std::filesystem::path& output,
-               const std::vector<double>& times) {
+               const std::vector<double>& times, const GlbPlantOptions& plants) {
   ContentHash hash;
   hash.add("export glb 3").add(glb.key);
+  if (glb.plants) hash.add("plants 1").add(plants.plants);
   for (double t : times) hash.add(t);
   const std::string key = hash.hex();
   const std::optional<JobStatus> status = run.check_file(output, glb_key_of(output), key);
@@ -86,8 +87,12 @@ int export_glb(CommandRun& run, const AgingGlb& glb, const std::filesystem::path
     const std::vector<GlbAppearance> appearance =
         glb.appearance(times, time_labels(times, glb.history.time_unit), control.part(0.0, 0.1));
     const GlbOptions options{
-        .name = output.stem().string(), .meters_per_unit = glb.meters_per_unit, .key = key, .objects = glb.objects};
-    write_glb(output, glb.mesh, glb.tiles, appearance, options, control.part(0.1, 1.0));
+        .name = output.stem().string(),
+        .meters_per_unit = glb.meters_per_unit,
+        .key = key,
+        .objects = glb.objects,
+        .plants = glb.plants ? glb.plants(times, control.part(0.1, 0.4)) : std::vector<GlbPlant>{}};
+    write_glb(output, glb.mesh, glb.tiles, appearance, options, control.part(0.4, 1.0));
   }
   run.report_output(*status, output, Json{{"times", times}});
   return 0;
@@ -211,6 +216,7 @@ int cmd_export(CommandRun& run) {
   TimesArgument times;
   SequenceFormat format;
   MovieOptions movie;
+  GlbPlantOptions plants;
   run.line.positional("SUBJECT", "A transfer or simulation, or for pictures a history", subject);
   run.line.output("OUTPUT",
                   "MODEL.glb with one variant a time; MODEL.usdz or .usda with textures over time; MOVIE.mp4, .webm or "
@@ -219,6 +225,7 @@ int cmd_export(CommandRun& run) {
   times.declare(run.line);
   run.line.options(format);
   run.line.options(movie);
+  run.line.options(plants);
   run.line.example("export aged_bust -o bust.glb --times 0,6,12");
   run.line.example("export aged_bust -o bust.usdz --num-times 20");
   run.line.example("export aged_bust -o textures --format png");
@@ -242,9 +249,9 @@ int cmd_export(CommandRun& run) {
     return export_textures(run, subject, output, times, format);
   if (kind == PathKind::Transfer || kind == PathKind::Simulation) {
     if (is_model) {
-      const AgingGlb model = open_aging_glb(subject);
+      const AgingGlb model = open_aging_glb(subject, plants);
       const std::vector<double> resolved = times.resolve(run, model.history, 5);
-      return is_usd ? export_usd(run, model, output, resolved) : export_glb(run, model, output, resolved);
+      return is_usd ? export_usd(run, model, output, resolved) : export_glb(run, model, output, resolved, plants);
     }
     const AgingMesh mesh = open_aging_mesh(subject);
     if (is_pictures) {

@@ -36,7 +36,8 @@ void note_doubtful_controls(const HistoryReader& history, CommandRun& run) {
     if (10 * num_unchanged > num_inside) {
       run.note(
           short_number_text(std::round(100.0 * static_cast<double>(num_unchanged) / static_cast<double>(num_inside))) +
-          " % of the pixels never change: give a `mask`, or transfers will copy them too");
+          " % of the pixels never change: give a `mask`, or --mask-background unchanging, or transfers will copy them "
+          "too");
     }
   }
 }

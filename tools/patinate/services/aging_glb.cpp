@@ -1,14 +1,19 @@
 #include "tools/patinate/services/aging_glb.h"
 
 #include <algorithm>
+#include <cstdint>
+#include <map>
 #include <memory>
 #include <utility>
 
 #include "libcommon/core/files.h"
+#include "libcommon/output/plantlets.h"
 #include "patinate/history/history_sampling.h"
 #include "patinate/image/color.h"
+#include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/services/aging_mesh.h"
+#include "tools/patinate/services/simulated_maps.h"
 #include "transfer/lookup/texture_files.h"
 
 namespace patinate::cli {
@@ -103,8 +108,38 @@ ImageU8 normal_codes(const ImageF& normals) {
   return codes;
 }
 
+/// Plants by their places, from the first to the last variant of each stretch in which they show.
+std::vector<GlbPlant> plants_of(const AgingMesh& mesh, const std::vector<double>& times, double factor,
+                                const RunControl& control) {
+  std::map<std::uint64_t, std::size_t> latest;  ///< By place, of those that the variant before shows.
+  std::vector<GlbPlant> plants;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const double share = 1.0 / static_cast<double>(times.size()), begin = static_cast<double>(i) * share;
+    const SurfaceMaps maps = mesh.maps(std::max(times[i], mesh.maps_from), control.part(begin, begin + share));
+    const auto variant = static_cast<int>(i);
+    std::map<std::uint64_t, std::size_t> now;
+    for (const Plant& plant : find_plants(mesh.mesh, maps, {}, {.plants = factor})) {
+      const auto before = latest.find(plant.place);
+      if (before == latest.end()) {
+        plants.push_back({.first_variant = variant});
+      }
+      GlbPlant& shown = plants[before == latest.end() ? plants.size() - 1 : before->second];
+      // As it is when it is last seen.
+      shown.root = plant.root;
+      shown.up = plant.up;
+      shown.turn = plant.turn;
+      shown.size = plant.size;
+      shown.color = plant.color.cwiseMax(0.0).cwiseMin(1.0);
+      shown.last_variant = variant;
+      now[plant.place] = static_cast<std::size_t>(&shown - plants.data());
+    }
+    latest = std::move(now);
+  }
+  return plants;
+}
+
 /// A simulation's frames lie over the atlas already: one is in memory at a time.
-AgingGlb glb_of_simulation(const std::filesystem::path& path) {
+AgingGlb glb_of_simulation(const std::filesystem::path& path, const GlbPlantOptions& options) {
   const auto mesh = std::make_shared<const AgingMesh>(open_aging_mesh(path));
   const auto history = std::make_shared<const HistoryReader>(manifest_folder(path, "simulation.json") / "history");
   const std::vector<MaterialMap> maps = material_maps(history->facts());
@@ -140,13 +175,23 @@ AgingGlb glb_of_simulation(const std::filesystem::path& path) {
     }
     return appearance;
   };
+  if (options.plants > 0.0 && may_grow_plants(simulation::read_simulation_manifest(path).materials)) {
+    out.plants = [mesh, factor = options.plants](const std::vector<double>& times, const RunControl& control) {
+      return plants_of(*mesh, times, factor, control);
+    };
+  }
   return out;
 }
 
 }  // namespace
 
-AgingGlb open_aging_glb(const std::filesystem::path& path) {
-  return kind_of(path) == PathKind::Simulation ? glb_of_simulation(path) : glb_of_transfer(path);
+void describe(OptionVisitor& v, GlbPlantOptions& o) {
+  v.visit({"plants", "GLB: factor of the number of small plants of a simulation; 0 = none", "", between(0, 100)},
+          o.plants);
+}
+
+AgingGlb open_aging_glb(const std::filesystem::path& path, const GlbPlantOptions& options) {
+  return kind_of(path) == PathKind::Simulation ? glb_of_simulation(path, options) : glb_of_transfer(path);
 }
 
 }  // namespace patinate::cli

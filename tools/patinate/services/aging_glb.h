@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "patinate/core/options.h"
 #include "patinate/core/run_control.h"
 #include "patinate/geometry/mesh.h"
 #include "patinate/history/history.h"
@@ -25,9 +26,18 @@ struct AgingGlb {
   std::function<std::vector<GlbAppearance>(const std::vector<double>& times, const std::vector<std::string>& labels,
                                            const RunControl& control)>
       appearance;
+  /// Small plants of a simulation at these times, as variants; empty: it has none.
+  std::function<std::vector<GlbPlant>(const std::vector<double>& times, const RunControl& control)> plants = {};
 };
 
+/// What stands on the mesh of a GLB.
+struct GlbPlantOptions {
+  double plants = 1.0;  ///< Factor of the number of small plants of a simulation; 0 = none; [0, 100].
+};
+/// Visits every field.
+void describe(OptionVisitor& v, GlbPlantOptions& o);
+
 /// @param path  A transfer or a simulation. @throws IoError
-[[nodiscard]] AgingGlb open_aging_glb(const std::filesystem::path& path);
+[[nodiscard]] AgingGlb open_aging_glb(const std::filesystem::path& path, const GlbPlantOptions& options = {});
 
 }  // namespace patinate::cli

@@ -66,6 +66,12 @@ ImageF metalness_of(const simulation::Simulation& simulation, int water) {
 
 }  // namespace
 
+bool may_grow_plants(std::span<const std::string> materials) {
+  return std::any_of(kPlants.begin(), kPlants.end(), [&](const char* plant) {
+    return std::find(materials.begin(), materials.end(), plant) != materials.end();
+  });
+}
+
 SimulatedSurface::SimulatedSurface(const std::filesystem::path& folder, double film, const RunControl& control)
     : folder_(manifest_folder(folder, "simulation.json")), film_(film) {
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);

@@ -28,10 +28,13 @@ inline constexpr double kMostAmount = 3.0;  ///< That a surface may begin with.
 /// One value for each material of the scene; entries beyond Scene::materials are 0.
 using MaterialValues = std::array<double, kMaxMaterials>;
 
-/// A color, or a picture of the material that is laid over the texels (linear RGB, repeated).
+/// A color, or a picture of the material that is laid over the surface, repeated.
 struct ColorSource {
   Vec3 color{0.5, 0.5, 0.5};  ///< Linear RGB, [0, 1]; used where `image` is empty.
-  ImageF image;               ///< H x W x 3, linear; may be empty.
+  ImageF image = {};          ///< H x W x 3, linear; may be empty.
+  /// Width of the picture, mm: it is laid over objects from the sides that they face. 0: over the atlas, a pixel a
+  /// texel.
+  double image_mm = 0.0;
 };
 
 /// How an amount of a material looks on a surface [Guenther et al. 2012, sec. 4.5]. A "strength" b and a "variation" v

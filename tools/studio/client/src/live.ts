@@ -1,6 +1,6 @@
 // A running scene: commands as promises, updates with credits, and coming back after the connection was lost.
 import { get_places, StudioError, url_of } from "./api";
-import type { SceneState, Status, TilesHeader } from "./types";
+import type { Outcome, SceneState, Status, TilesHeader } from "./types";
 
 export type Connection = "connecting" | "open" | "lost";
 
@@ -12,6 +12,7 @@ export interface LiveEvents {
   tiles(header: TilesHeader, payload: ArrayBuffer, offset: number): void;
   gammatons(positions: Float32Array): void;
   hash(hash: { iteration: number; surface: string; relief: string }): void;
+  outcome(outcome: Outcome): void;
   progress(text: string, done: number, total: number): void;
   notice(text: string): void;
   /// Something went wrong that no command waits for.
@@ -141,6 +142,7 @@ export class Live {
       case "scene": this.events.scene(message as unknown as Partial<SceneState>); break;
       case "status": this.events.status(message as unknown as Status); break;
       case "hash": this.events.hash(message as unknown as Parameters<LiveEvents["hash"]>[0]); break;
+      case "outcome": this.events.outcome(message as unknown as Outcome); break;
       case "progress": this.events.progress(String(message["text"]), Number(message["done"]), Number(message["total"])); break;
       case "notice": this.events.notice(String(message["text"])); break;
     }

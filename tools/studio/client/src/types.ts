@@ -203,6 +203,28 @@ export interface Status {
   memory_mb: number;
 }
 
+/** Of one material on one object, as simulation.json has it; shares of its area. */
+export interface MaterialOutcome {
+  mean: number;
+  largest: number;
+  shows_share: number;
+  hides_share: number;
+  full_share: number;
+}
+
+export interface ObjectOutcome {
+  change_mean: number;
+  change_p95: number;
+  never_met_share?: number;
+  materials: Record<string, MaterialOutcome>;
+}
+
+export interface Outcome {
+  iteration: number;
+  objects: Record<string, ObjectOutcome>;
+  advice: string[];
+}
+
 export interface TilesHeader {
   type: "tiles";
   update: number;

@@ -13,6 +13,7 @@ import { FlowPanel } from "../simulation/flow_panel";
 import { GammatonPoints } from "../simulation/gammaton_points";
 import { Handles, own_coordinates, type HandleMode } from "../simulation/handles";
 import { AppearancePanel } from "../simulation/appearance_panel";
+import { OutcomePanel } from "../simulation/outcome_panel";
 import { Pace } from "../simulation/pace";
 import { Planes } from "../simulation/planes";
 import { Plantlets } from "../simulation/plantlets";
@@ -57,6 +58,7 @@ export class SimulationView implements View, SceneContext {
   private readonly appearance: AppearancePanel;
   private readonly shown: ShowPanel;
   private readonly status_panel = new StatusPanel();
+  private readonly outcome_panel = new OutcomePanel(() => void this.send("outcome"));
   private readonly run_bar: RunBar;
   private readonly paint_button: HTMLButtonElement;
   private readonly undo_button = icon_button("undo", "Undo", () => void this.send("undo"), "Ctrl Z");
@@ -114,6 +116,7 @@ export class SimulationView implements View, SceneContext {
       },
       gammatons: (positions) => { this.gammatons.show(this.shown.shown.gammatons > 0 ? positions : new Float32Array()); this.viewer.invalidate(); },
       hash: (hash) => { this.hash_expected = hash; },
+      outcome: (outcome) => this.outcome_panel.show(outcome),
       progress: (text, done, total) => this.show_progress(text, done, total),
       notice: (text) => notice(text),
       problem: (message) => notice(message, "error"),
@@ -189,7 +192,7 @@ export class SimulationView implements View, SceneContext {
     bar.append(this.run_bar.element);
     const sender = { ask: (op: string, fields: Record<string, unknown>) => this.live.send(op, fields) };
     panel.append(h("header", { class: "panel-head" }, h("h1", {}, this.place.name), h("p", { class: "kind" }, this.place.kind)),
-      ...this.emitters.elements, ...this.flow.elements, this.rules.element, this.appearance.element, this.shown.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element,
+      ...this.emitters.elements, ...this.flow.elements, this.rules.element, this.appearance.element, this.shown.element, this.outcome_panel.element, section("Light", false, light_controls(this.viewer)), this.status_panel.element,
       section("About", false, facts_table(this.place.facts ?? [])),
       h("div", { class: "panel-foot" }, button("Save the scene", () => open_save(sender, this), { icon: "save", hint: "As a scene file that patinate simulate reproduces" }),
         button("Export", () => open_export(sender, this), { icon: "download", hint: "Textures, GLB, parameter maps, history" })));
@@ -326,6 +329,7 @@ export class SimulationView implements View, SceneContext {
     this.viewer.set_moving(this.is_running);
     this.run_bar.show(status, this.is_running, this.scene?.time_unit ?? "", this.planes?.num_updates ?? 0);
     this.status_panel.show(status);
+    this.outcome_panel.show_status(status);
     this.undo_button.disabled = status.can_undo !== true;
     this.redo_button.disabled = status.can_redo !== true;
   }

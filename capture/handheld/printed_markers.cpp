@@ -1,0 +1,70 @@
+#include "capture/handheld/printed_markers.h"
+
+#include <algorithm>
+#include <array>
+#include <opencv2/aruco.hpp>
+#include <opencv2/imgproc.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "patinate/image/color.h"
+
+namespace patinate::capture {
+
+namespace {
+
+// The largest of each size holds the smaller ones' markers.
+constexpr std::array<std::pair<const char*, cv::aruco::PREDEFINED_DICTIONARY_NAME>, 6> kDictionaries{
+    {{"4x4", cv::aruco::DICT_4X4_1000},
+     {"5x5", cv::aruco::DICT_5X5_1000},
+     {"6x6", cv::aruco::DICT_6X6_1000},
+     {"7x7", cv::aruco::DICT_7X7_1000},
+     {"original", cv::aruco::DICT_ARUCO_ORIGINAL},
+     {"36h11", cv::aruco::DICT_APRILTAG_36h11}}};
+
+cv::Mat1b gray_of(const ImageF& color) {
+  const ImageU8 codes = srgb8_from_linear(color);
+  cv::Mat1b gray(codes.height(), codes.width());
+  for (int y = 0; y < codes.height(); ++y) {
+    for (int x = 0; x < codes.width(); ++x) {
+      const auto pixel = codes.pixel(x, y);
+      gray(y, x) = static_cast<std::uint8_t>((pixel[0] + 2 * pixel[1] + pixel[2] + 2) / 4);
+    }
+  }
+  return gray;
+}
+
+/// To a fraction of a pixel, looking no farther than half of the black border is wide: cells inside have corners, too.
+void refine(const cv::Mat1b& gray, std::vector<cv::Point2f>& corners) {
+  constexpr double kLargestCells = 9.0;  // Across a marker, with its border: 7 x 7.
+  const double side = cv::arcLength(corners, true) / 4.0;
+  const int half = std::clamp(static_cast<int>(side / kLargestCells / 2.0), 2, 8);
+  const cv::TermCriteria until(cv::TermCriteria::EPS | cv::TermCriteria::COUNT, 50, 0.01);
+  cv::cornerSubPix(gray, corners, cv::Size(half, half), cv::Size(-1, -1), until);
+}
+
+}  // namespace
+
+PhotoMarks find_markers(const ImageF& color) {
+  const cv::Mat1b gray = gray_of(color);
+  PhotoMarks best;
+  for (const auto& [name, dictionary] : kDictionaries) {
+    std::vector<int> ids;
+    std::vector<std::vector<cv::Point2f>> corners;
+    cv::aruco::detectMarkers(gray, cv::aruco::getPredefinedDictionary(dictionary), corners, ids);
+    PhotoMarks marks;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      if (std::count(ids.begin(), ids.end(), ids[i]) > 1) continue;
+      refine(gray, corners[i]);
+      for (std::size_t k = 0; k < corners[i].size(); ++k) {
+        marks[std::string(name) + " " + std::to_string(ids[i]) + " corner " + std::to_string(k)] = {
+            static_cast<double>(corners[i][k].x), static_cast<double>(corners[i][k].y)};
+      }
+    }
+    if (marks.size() > best.size()) best = std::move(marks);
+  }
+  return best;
+}
+
+}  // namespace patinate::capture

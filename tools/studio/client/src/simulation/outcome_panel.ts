@@ -1,0 +1,55 @@
+// What the run has done to each object since its start: whether its rates are right.
+import type { Outcome, Status } from "../types";
+import { button, number_text, section } from "../ui/controls";
+import { h, replace } from "../ui/dom";
+
+const percent = (share: number): string => (share > 0 && share < 5e-4 ? "< 0.1 %" : `${number_text(Math.round(1000 * share) / 10)} %`);
+
+export class OutcomePanel {
+  readonly element: HTMLDetailsElement;
+  private readonly body = h("div", { class: "stack" });
+  private status: Status | undefined;
+  private shown = -1;
+  private asked = -1;
+
+  /// @param ask  Sends `outcome`.
+  constructor(private readonly ask: () => void) {
+    this.element = section("What it has done", false, this.body, button("Look again", () => this.request(), { kind: "quiet", hint: "While it runs; when it pauses this is done by itself" }));
+    this.element.addEventListener("toggle", () => this.follow());
+  }
+
+  show_status(status: Status): void {
+    this.status = status;
+    this.follow();
+  }
+
+  show(outcome: Outcome): void {
+    this.shown = outcome.iteration;
+    replace(this.body, h("p", { class: "hint" }, `After ${number_text(outcome.iteration, 7)} iterations, since the start.`),
+      outcome.advice.map((text) => h("p", { class: "advice", role: "status" }, text)),
+      Object.entries(outcome.objects).map(([name, object]) => {
+        const rows = Object.entries(object.materials).filter(([, m]) => m.largest > 0);
+        const met = object.never_met_share === undefined ? "" : `; never met ${percent(object.never_met_share)}`;
+        return h("div", {}, h("h3", {}, name),
+          h("p", {}, `Changed by ${number_text(object.change_mean)} ΔE in the mean, 95 % of it by less than ${number_text(object.change_p95)}${met}.`),
+          h("div", { class: "ledger-box", tabindex: 0, role: "region", "aria-label": `Materials on ${name}` },
+            h("table", { class: "ledger" }, h("thead", {}, h("tr", {}, ["", "mean", "most", "shows", "hides all", "full"].map((text) => h("th", { scope: "col" }, text)))),
+              h("tbody", {}, rows.map(([material, m]) => h("tr", {}, h("th", { scope: "row" }, material),
+                [number_text(m.mean), number_text(m.largest), percent(m.shows_share), percent(m.hides_share), percent(m.full_share)].map((text) => h("td", {}, text))))))));
+      }));
+  }
+
+  // When it is opened, and when the run has come to rest.
+  private follow(): void {
+    const { status } = this;
+    if (!this.element.open || !status || status.painting) return;
+    if (status.iteration === this.shown || status.iteration === this.asked) return;
+    if (status.running && this.shown >= 0) return;
+    this.request();
+  }
+
+  private request(): void {
+    this.asked = this.status?.iteration ?? -1;
+    this.ask();
+  }
+}

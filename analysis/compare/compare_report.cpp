@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/compare/compare_job.h"
+#include "analysis/figures/compared_pair.h"
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/warning_json.h"
@@ -77,6 +78,9 @@ void write_compare_report(const fs::path& folder, const CompareProvenance& prove
       "the squares of a chess board over A, the black against the white ones.");
   add_provenance(page, provenance.a, provenance.b);
   add_warnings(page, provenance.a, provenance.b);
+  const std::vector<std::string> warnings =
+      pair_warnings(provenance.a.series.facts(), provenance.b.series.facts(), provenance.options);
+  for (const std::string& warning : warnings) page.paragraph("Warning: " + warning + ".");
   for (const Section& section : sections) add_section(page, section, folder, "A split in two");
   page.heading("Provenance");
   page.paragraph("This page is repeated, byte for byte, by");
@@ -92,6 +96,7 @@ void write_compare_report(const fs::path& folder, const CompareProvenance& prove
                                               {"b", side_json(provenance.b)},
                                               {"figures", listed_figures_json(sections)},
                                               {"undefined_sections", undefined_sections_json(sections)},
+                                              {"warnings", warnings},
                                               {"curves", listed_curves_json(sections)},
                                               {"options", options},
                                               {"command", provenance.command},

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 
+#include "analysis/figures/correspondence.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 
@@ -12,7 +14,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::array<std::string_view, 2> kClockNames{"absolute", "span"};
-constexpr std::array<std::string_view, 2> kPlacesNames{"auto", "never"};
+constexpr std::array<std::string_view, 3> kPlacesNames{"auto", "equal", "never"};
 
 std::string span_text(const HistoryFacts& m) {
   return short_number_text(m.frames.front().time) + " to " + short_number_text(m.frames.back().time) + " " +
@@ -42,7 +44,8 @@ void describe(OptionVisitor& v, CompareOptions& o) {
   v.visit({"size", "Longer side at which the surfaces are compared; 0 = as they are", "px", between(0, 65536)}, o.size);
   v.visit({"num_times", "Times at which they are compared, at most", "", between(1, 1024)}, o.num_times);
   v.visit_choice({"clock", "Compare at equal times, or at equal shares of each history's span"}, o.clock, kClockNames);
-  v.visit_choice({"places", "Whether equal pixels show equal places when the sizes agree"}, o.places, kPlacesNames);
+  v.visit_choice({"places", "Whether equal pixels show equal places; auto: where sizes agree and the pictures show it"},
+                 o.places, kPlacesNames);
   v.visit({"visible_delta_e", "A change of color from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
   v.visit({"num_classes", "Classes of a control", "", between(1, 50)}, o.num_classes);
   v.visit({"num_blocks", "Blocks per side, for intervals and for a surface split in two", "", between(2, 64)},
@@ -79,10 +82,59 @@ CommonTimes common_times(const HistoryFacts& a, const HistoryFacts& b, const Com
   return common;
 }
 
+namespace {
+
+/// Longer sides at which both sides are compared.
+struct CommonSizes {
+  int a = 0, b = 0;
+};
+
+/// At most options.size; of surfaces of different sizes equal ones, or equal lengths a pixel where both know theirs.
+CommonSizes common_sizes(const TextureSeries& a, const TextureSeries& b, const CompareOptions& options) {
+  const auto longer = [](const TextureSeries& s) { return std::max(s.width(), s.height()); };
+  const auto capped = [&](int side) { return options.size > 0 ? std::min(side, options.size) : side; };
+  CommonSizes sizes{capped(longer(a)), capped(longer(b))};
+  const bool are_equal = a.width() == b.width() && a.height() == b.height();
+  if (are_equal && options.places != Places::Never) return sizes;
+  if (a.pixel_mm() && b.pixel_mm()) {
+    const double mm_a = *a.pixel_mm() * longer(a), mm_b = *b.pixel_mm() * longer(b);
+    const double pixel = std::max(mm_a / sizes.a, mm_b / sizes.b);
+    const int side_a = static_cast<int>(std::lround(mm_a / pixel)),
+              side_b = static_cast<int>(std::lround(mm_b / pixel));
+    constexpr int kLeastSide = 32;  // Of a surface much smaller than the other's pixels nothing would be left.
+    if (std::min(side_a, side_b) >= std::min({kLeastSide, sizes.a, sizes.b})) return {side_a, side_b};
+    return sizes;
+  }
+  sizes.a = sizes.b = std::min(sizes.a, sizes.b);
+  return sizes;
+}
+
+/// Why equal pixels do not show equal places; "" when they do. @param num_shared  Pixels that both show.
+std::string places_problem(const ComparedPair& pair, std::size_t num_shared, const CompareOptions& options) {
+  if (options.places == Places::Never) return "--places never says that equal pixels do not show equal places";
+  if (pair.series_a.width() != pair.series_b.width() || pair.series_a.height() != pair.series_b.height()) {
+    return "A has " + size_text(pair.series_a.width(), pair.series_a.height()) + " pixels, B " +
+           size_text(pair.series_b.width(), pair.series_b.height()) +
+           ": no pixel of one belongs to one of the other; --through TRANSFER looks A up at B's texels";
+  }
+  if (num_shared == 0) return "the masks of A and B have no texel in common";
+  const bool is_stated = options.places == Places::Equal || !pair.series_a.coordinates().empty();
+  if (is_stated || have_same_charts(pair.a, pair.b)) return "";
+  const SharedDetail shared = shared_detail(pair.a, pair.b);
+  if (shared.is_clear()) return "";
+  return "the sizes agree, and nothing in the pictures shows that equal pixels are equal places (detail correlates "
+         "by " +
+         short_number_text(rounded(shared.correlation, 2)) + ", shifted by up to " +
+         short_number_text(rounded(shared.by_chance, 2)) + "); --places equal says that they are";
+}
+
+}  // namespace
+
 ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& options, const RunControl& control) {
   const CommonTimes times = common_times(a.facts(), b.facts(), options);
-  ColorStack stack_a = load_stack(a, times.times_a, options.size, control.part(0.0, 0.5));
-  ColorStack stack_b = load_stack(b, times.times_b, options.size, control.part(0.5, 1.0));
+  const CommonSizes sizes = common_sizes(a, b, options);
+  ColorStack stack_a = load_stack(a, times.times_a, sizes.a, control.part(0.0, 0.5));
+  ColorStack stack_b = load_stack(b, times.times_b, sizes.b, control.part(0.5, 1.0));
   stack_a.times = times.clock;
   stack_b.times = times.clock;
   const std::string unit = options.clock == Clock::Span ? "spans" : time_unit_text(a.facts().time_unit);
@@ -99,24 +151,35 @@ ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& o
                     .blocks_b = {}};
   pair.blocks_a = make_blocks(pair.a, options.num_blocks);
   pair.blocks_b = make_blocks(pair.b, options.num_blocks);
-  if (options.places == Places::Never) {
-    pair.places_problem = "--places never says that equal pixels do not show equal places";
-  } else if (pair.series_a.width() != pair.series_b.width() || pair.series_a.height() != pair.series_b.height()) {
-    pair.places_problem = "A has " + size_text(pair.series_a.width(), pair.series_a.height()) + " pixels, B " +
-                          size_text(pair.series_b.width(), pair.series_b.height()) +
-                          ": no pixel of one belongs to one of the other; --through TRANSFER looks A up at B's texels";
-  } else {
-    std::vector<std::uint32_t> shared;
+  std::vector<std::uint32_t> shared;
+  if (pair.a.width == pair.b.width && pair.a.height == pair.b.height) {
     std::set_intersection(pair.a.texels.begin(), pair.a.texels.end(), pair.b.texels.begin(), pair.b.texels.end(),
                           std::back_inserter(shared));
-    if (shared.empty()) {
-      pair.places_problem = "the masks of A and B have no texel in common";
-    } else {
-      pair.shared_a = restricted(pair.a, shared);
-      pair.shared_b = restricted(pair.b, shared);
-    }
   }
+  pair.places_problem = places_problem(pair, shared.size(), options);
+  if (!pair.places_problem.empty()) return pair;
+  pair.shared_a = restricted(pair.a, shared);
+  pair.shared_b = restricted(pair.b, shared);
   return pair;
+}
+
+std::vector<std::string> pair_warnings(const HistoryFacts& a, const HistoryFacts& b, const CompareOptions& options) {
+  if (options.clock == Clock::Span) return {};
+  const CommonTimes times = common_times(a, b, options);
+  constexpr double kLeastShare = 0.5;
+  std::vector<std::string> warnings;
+  const auto add = [&](const char* name, const HistoryFacts& of, const std::vector<double>& compared) {
+    const double span = of.frames.back().time - of.frames.front().time;
+    if (!(span > 0.0)) return;
+    const double share = (compared.back() - compared.front()) / span;
+    if (share >= kLeastShare) return;
+    warnings.push_back("only " + short_number_text(rounded(100.0 * share, 2)) + " % of " + name +
+                       "'s time is compared: A covers " + span_text(a) + ", B " + span_text(b) +
+                       "; --clock span compares equal shares of both");
+  };
+  add("A", a, times.times_a);
+  add("B", b, times.times_b);
+  return warnings;
 }
 
 }  // namespace patinate::analysis

@@ -32,6 +32,11 @@ struct CommonTimes {
 /// @throws InvalidInput if the histories have no time in common.
 [[nodiscard]] CommonTimes common_times(const HistoryFacts& a, const HistoryFacts& b, const CompareOptions& options);
 
+/// What of a comparison is likely not meant: less than half of a side's time is compared.
+[[nodiscard]] std::vector<std::string> pair_warnings(const HistoryFacts& a, const HistoryFacts& b,
+                                                     const CompareOptions& options);
+
+/// Surfaces of different sizes are compared at equal lengths a pixel where both know theirs, else at equal sizes.
 /// @throws InvalidInput, IoError. Cost: two frames read for each time and side.
 [[nodiscard]] ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& options,
                                      const RunControl& control = {});

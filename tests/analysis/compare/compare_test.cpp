@@ -168,7 +168,9 @@ TEST_F(Compare, ThroughATransferFindsTheSameTexelsAgain) {
 TEST_F(Compare, SaysWhatCannotBeSaid) {
   const auto constant = [](int, int, int, int) { return 0.25f; };
   write_history(folder_ / "constant", kSide, kSide, kFrames, constant);
-  const Json report = compared(folder_, task("constant"), "r");
+  CompareTask stated = task("constant");
+  stated.options.places = Places::Equal;
+  const Json report = compared(folder_, stated, "r");
   EXPECT_NE(figure(report, "onset_distance").at("undefined").get<std::string>().find("B does not age visibly"),
             std::string::npos);
   EXPECT_NE(figure(report, "time_shift_median")
@@ -182,6 +184,54 @@ TEST_F(Compare, SaysWhatCannotBeSaid) {
   EXPECT_NE(figure(single, "onset_distance").at("undefined").get<std::string>().find("only one common time"),
             std::string::npos);
   EXPECT_EQ(value(single, "ciede2000_mean"), 0.0);
+}
+
+/// Detail of some surface, from a seed.
+float grains(int x, int y, int seed) { return blotches((x + 37 * seed) % 512, (y + 53 * seed) % 512, 0, 1); }
+
+TEST_F(Compare, PlacesArePairedWhereThePicturesShowThatTheyAreTheSame) {
+  // The same surface that ages in another way, and another one.
+  write_history(folder_ / "treated", kSide, kSide, kFrames, [](int x, int y, int f, int c) {
+    return blotches(x, y, 0, c) * (1.0f - 0.06f * static_cast<float>(c == 0 ? f : 0));
+  });
+  write_history(folder_ / "other", kSide, kSide, kFrames, [](int x, int y, int f, int c) {
+    return grains(x, y, 7) * (1.0f - 0.03f * static_cast<float>(f + c));
+  });
+  EXPECT_TRUE(compared(folder_, task("treated"), "t").at("undefined_sections").empty());
+  const Json report = compared(folder_, task("other"), "o");
+  ASSERT_EQ(report.at("undefined_sections").size(), 1u);
+  EXPECT_NE(report.at("undefined_sections")[0].at("reason").get<std::string>().find("--places equal"),
+            std::string::npos);
+  CompareTask stated = task("other");
+  stated.options.places = Places::Equal;
+  EXPECT_TRUE(compared(folder_, stated, "stated").at("undefined_sections").empty());
+}
+
+TEST_F(Compare, TheSameSurfaceAtAnotherSizeIsAsCoarse) {
+  // Four pixels of the fine one are a pixel of the coarse one.
+  constexpr int kFine = 4 * kSide;
+  write_history(folder_ / "fine", kFine, kFine, 3, [](int x, int y, int f, int c) { return blotches(x, y, f, c); });
+  write_history(folder_ / "coarse", kSide, kSide, 3, [](int x, int y, int f, int c) {
+    float sum = 0.0f;
+    for (int k = 0; k < 16; ++k) sum += blotches(4 * x + k % 4, 4 * y + k / 4, f, c) / 16.0f;
+    return sum;
+  });
+  CompareTask t = task("coarse");
+  t.a = folder_ / "fine";
+  const Json report = compared(folder_, t, "r");
+  // Means of the same places: what is left is the rounding of files to half floats.
+  EXPECT_LT(value(report, "correlation_length_distance"), 0.05);
+  EXPECT_LT(value(report, "spectrum_distance"), 0.05);
+}
+
+TEST_F(Compare, ASpanThatIsHardlyComparedIsSaid) {
+  write_history(folder_ / "long", kSide, kSide, 60, blotches);
+  const Json report = compared(folder_, task("long"), "r");
+  ASSERT_EQ(report.at("warnings").size(), 1u);
+  const std::string warning = report.at("warnings")[0];
+  EXPECT_NE(warning.find("only 14 % of B's time is compared"), std::string::npos) << warning;  // 8 of 59
+  EXPECT_NE(read_file(folder_ / "r/report.html").find("only 14 % of B"), std::string::npos);
+  EXPECT_TRUE(compared(folder_, task("a"), "same").at("warnings").empty());
 }
 
 TEST_F(Compare, CracksAreMeasuredWhenAskedForAndMissedWhereThereAreNone) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "analysis/factorization/factorization_job.h"
 #include "analysis/factorization/temporal_curve.h"
@@ -93,6 +94,32 @@ TEST(Factorization, MaskedValuesDoNotMatterAndStillPlacesAreSaid) {
     for (std::size_t c = 0; c < 3; ++c) {
       EXPECT_EQ(f.gain[c], 0.0);
       EXPECT_NEAR(f.base[c], places.truth[i].base[c], 5 * 0.01 / std::sqrt(30.0));
+    }
+  }
+}
+
+TEST(Factorization, WhatChangesInAnotherWayIsNotCalledUnchanged) {
+  FactoredPlaces places = factored_places({.count = 300, .noise = 0.01, .unchanged = 0.2});
+  const std::size_t num_times = places.series.times.size();
+  // A third goes to and fro, several times as often as anything of the curve.
+  for (std::size_t i = 0; i < places.truth.size(); i += 3) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (std::size_t t = 0; t < num_times; ++t) {
+        RandomStream random(11, i * 1000 + c * 100 + t);
+        places.series.values[(i * 3 + c) * num_times + t] = static_cast<float>(
+            0.5 + 0.1 * std::sin(places.series.times[t] * 2.0 * std::numbers::pi / 33.0) + 0.01 * random.normal());
+      }
+    }
+  }
+  const Factorization made = factorize(places.series, kQuick);
+  for (std::size_t i = 0; i < places.truth.size(); ++i) {
+    const PlaceFactors& f = made.factors[0][i];
+    if (i % 3 == 0) {
+      EXPECT_NE(f.status, PlaceStatus::Unchanged) << i;
+      if (f.status != PlaceStatus::Otherwise) continue;
+      EXPECT_FALSE(is_covered(made.models[0].curve, f, places.series.times.front())) << "nobody knows how it goes on";
+    } else if (places.truth[i].status == PlaceStatus::Unchanged) {
+      EXPECT_EQ(f.status, PlaceStatus::Unchanged) << i;
     }
   }
 }

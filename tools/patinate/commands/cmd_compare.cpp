@@ -60,6 +60,7 @@ int cmd_compare(CommandRun& run) {
   for (const fs::path& side : sides)
     note_history_warnings(run, side.string(), analysis::open_series(side).series.facts().warnings);
   const Json report = load_json(output / analysis::kCompareReportFile);
+  for (const Json& warning : report.at("warnings")) run.note("warning: " + warning.get<std::string>());
   for (const Json& section : report.at("undefined_sections"))
     run.note(section.at("section").get<std::string>() + ": undefined, " + section.at("reason").get<std::string>());
   for (const Json& f : report.at("figures")) {
@@ -75,7 +76,9 @@ int cmd_compare(CommandRun& run) {
     run.note(line);
   }
   run.report_output(*status, output,
-                    Json{{"figures", report.at("figures")}, {"undefined_sections", report.at("undefined_sections")}});
+                    Json{{"figures", report.at("figures")},
+                         {"undefined_sections", report.at("undefined_sections")},
+                         {"warnings", report.at("warnings")}});
   return 0;
 }
 

@@ -9,13 +9,14 @@
 namespace patinate::analysis {
 
 enum class Clock { Absolute, Span };
-enum class Places { Auto, Never };
+enum class Places { Auto, Equal, Never };
 
 struct CompareOptions {
   int size = 256;                 ///< Longer side at which the surfaces are compared, px; 0 = as they are.
   int num_times = 33;             ///< Times at which they are compared, at most; [1, 1024].
   Clock clock = Clock::Absolute;  ///< Equal times, or equal shares of each history's own span.
-  Places places = Places::Auto;   ///< Whether equal pixels show equal places when the sizes agree.
+  Places places = Places::Auto;   ///< Whether equal pixels show equal places; Auto: where sizes agree and the
+                                  ///< pictures show it.
   double visible_delta_e = 5.0;   ///< A change from here on is seen; Delta E 1976, > 0.
   int num_classes = 5;            ///< Of a control; [1, 50].
   int num_blocks = 8;             ///< Blocks per side for intervals and for the split; [2, 64].

@@ -22,6 +22,7 @@ html_static_path = ["static"]
 html_css_files = ["manual.css"]
 html_copy_source = False
 html_show_sphinx = False
+html_show_copyright = False
 # A page opened as a file may not read others: results are titles then, with a server too.
 html_show_search_summary = False
 

@@ -120,6 +120,11 @@ Section figures_section(const Said& s) {
       s.rate_stddevs.empty() ? std::nullopt : std::optional(median(s.rate_stddevs)), nothing);
   add("covered_until", "Time until which the curve covers half of what changes", unit,
       s.ends.empty() ? std::nullopt : std::optional(median(s.ends)), "nothing changes");
+  if (const std::optional<Forecast> forecast = read_forecast(s.work, s.folder)) {
+    const std::string held = "Last " + std::to_string(forecast->num_held) + " frames, mean difference of color: ";
+    add("forecast_ciede2000", held + "foretold by a curve that had not seen them", "CIEDE2000", forecast->curve, "");
+    add("last_frame_ciede2000", held + "of the frame before them, held", "CIEDE2000", forecast->last, "");
+  }
   const double num_frames = s.work.history.num_frames();
   double numbers = (6.0 + 2.0 * static_cast<double>(s.work.num_models())) * all;
   for (const TemporalModel& m : s.f.models)

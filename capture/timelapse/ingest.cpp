@@ -88,13 +88,21 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   control.report(1.0);
 }
 
+/// Measured in November 2026 on PNGs of 256 x 200 and 1024 x 800 (docs/scaling.md): decoding, linearizing, writing.
+JobCost frame_cost(const CaptureProject& project) {
+  const double pixels = static_cast<double>(project.width()) * project.height();
+  return {.core_seconds = 0.02 + 1.3e-7 * pixels, .megabytes = 26.0 + 3.3e-5 * pixels};
+}
+
 JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
   const fs::path file = HistoryWriter::frame_file(index);
   JobItem item{.name = "frame-" + file.stem().string(),
                .outputs = {file},
                .run = {},
                .key = ingest_frame_key(*work, static_cast<std::size_t>(index)),
-               .stage = ingest_stages(*work).frames};
+               .stage = ingest_stages(*work).frames,
+               .cost = frame_cost(work->project),
+               .inputs = {photo_name(work->project, work->project.frames[static_cast<std::size_t>(index)])}};
   if (has_validity(*work)) item.outputs.push_back(validity_file(index));
   item.run = [work, index](const fs::path& folder, const RunControl& control) {
     const CapturePhoto& frame = work->project.frames[static_cast<std::size_t>(index)];

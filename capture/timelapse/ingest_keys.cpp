@@ -59,6 +59,10 @@ std::string ingest_frame_key(const IngestWork& work, std::size_t index) {
   return hash.hex();
 }
 
+std::string photo_name(const CaptureProject& project, const CapturePhoto& frame) {
+  return name_of(project, frame.file) + (frame.stream ? ", image " + std::to_string(frame.image) : std::string());
+}
+
 JobInputs ingest_inputs(const IngestWork& work) {
   const CaptureProject& project = work.project;
   // The part that a file plays is in its key: a mask in a control's place is another input.
@@ -74,9 +78,7 @@ JobInputs ingest_inputs(const IngestWork& work) {
       .add_value("roi", roi_text(project.roi))
       .add_value("scale", number_text(project.scale));
   for (std::size_t i = 0; i < project.frames.size(); ++i) {
-    const CapturePhoto& frame = project.frames[i];
-    const std::string name =
-        name_of(project, frame.file) + (frame.stream ? ", image " + std::to_string(frame.image) : std::string());
+    const std::string name = photo_name(project, project.frames[i]);
     inputs.add_value(name, work.photo_keys[i]);
     inputs.add_value("time of " + name, number_text(project.frames[i].time));
   }

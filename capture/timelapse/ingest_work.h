@@ -50,6 +50,8 @@ struct PixelSize {
 [[nodiscard]] std::vector<std::string> ingest_photo_keys(const CaptureProject& project);
 /// Key of what frame `index` depends on.
 [[nodiscard]] std::string ingest_frame_key(const IngestWork& work, std::size_t index);
+/// What a photograph is called among the inputs.
+[[nodiscard]] std::string photo_name(const CaptureProject& project, const CapturePhoto& frame);
 /// Everything that the history depends on, by name.
 [[nodiscard]] JobInputs ingest_inputs(const IngestWork& work);
 /// Transmission as the history shows it.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "patinate/atlas/texel_map.h"
 #include "patinate/geometry/mesh.h"
 
 namespace patinate {
@@ -26,24 +27,30 @@ inline constexpr double kOverlapTolerance = 1e-6;  ///< Deeper inside than this 
   return {cross2(q - p[0], p[2] - p[0]) / area, cross2(p[1] - p[0], q - p[0]) / area};
 }
 
-/// Calls visit(x, y, b1, b2, inside) for every texel of a width x height grid whose center lies in the triangle `p`
-/// (texel coordinates, either winding), row by row: barycentric weights of corners 1 and 2, and the least of all three
+/// The texels of `part` that may lie in a triangle (texel coordinates).
+[[nodiscard]] inline TexelRect texels_around(const std::array<Vec2, 3>& p, const TexelRect& part) {
+  const auto low = [](double a, double b, double c, int from, int to) {
+    return static_cast<int>(
+        std::clamp(std::ceil(std::min({a, b, c}) - 1e-6), static_cast<double>(from), static_cast<double>(to)));
+  };
+  const auto high = [](double a, double b, double c, int from, int to) {
+    return 1 + static_cast<int>(std::clamp(std::floor(std::max({a, b, c}) + 1e-6), from - 1.0, to - 1.0));
+  };
+  return {low(p[0].x(), p[1].x(), p[2].x(), part.x0, part.x1), low(p[0].y(), p[1].y(), p[2].y(), part.y0, part.y1),
+          high(p[0].x(), p[1].x(), p[2].x(), part.x0, part.x1), high(p[0].y(), p[1].y(), p[2].y(), part.y0, part.y1)};
+}
+
+/// Calls visit(x, y, b1, b2, inside) for every texel of `part` whose center lies in the triangle `p` (texel
+/// coordinates, either winding), row by row: barycentric weights of corners 1 and 2, and the least of all three
 /// weights. before_row() is called now and then.
 template <class Visit, class BeforeRow>
-void for_each_texel(const std::array<Vec2, 3>& p, int width, int height, Visit&& visit, BeforeRow&& before_row) {
+void for_each_texel(const std::array<Vec2, 3>& p, const TexelRect& part, Visit&& visit, BeforeRow&& before_row) {
   const double area = cross2(p[1] - p[0], p[2] - p[0]);
   if (!(std::abs(area) > 0.0)) return;
-  const auto low = [](double a, double b, double c, int most) {
-    return static_cast<int>(std::clamp(std::ceil(std::min({a, b, c}) - 1e-6), 0.0, static_cast<double>(most)));
-  };
-  const auto high = [](double a, double b, double c, int most) {
-    return static_cast<int>(std::clamp(std::floor(std::max({a, b, c}) + 1e-6), -1.0, most - 1.0));
-  };
-  const int x0 = low(p[0].x(), p[1].x(), p[2].x(), width), x1 = high(p[0].x(), p[1].x(), p[2].x(), width);
-  const int y0 = low(p[0].y(), p[1].y(), p[2].y(), height), y1 = high(p[0].y(), p[1].y(), p[2].y(), height);
-  for (int y = y0; y <= y1; ++y) {
+  const TexelRect box = texels_around(p, part);
+  for (int y = box.y0; y < box.y1; ++y) {
     if (y % 256 == 255) before_row();
-    for (int x = x0; x <= x1; ++x) {
+    for (int x = box.x0; x < box.x1; ++x) {
       const auto [b1, b2] = weights_at(p, area, Vec2(x, y));
       const double inside = std::min({1.0 - b1 - b2, b1, b2});
       if (!(inside < -kInsideTolerance)) visit(x, y, b1, b2, inside);

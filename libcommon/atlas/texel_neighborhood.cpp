@@ -17,18 +17,20 @@ namespace {
 constexpr TexelId kNoStep = std::numeric_limits<TexelId>::min();
 constexpr int kLook = 4096;  // Texels or triangles between two looks at the stop.
 
-/// Chebyshev distance from each texel to the nearest texel of another chart (or the outside), at most 255.
-std::vector<std::uint8_t> distance_to_border(const TexelMap& map, const RunControl& control) {
-  const int w = map.width(), h = map.height();
-  std::vector<std::uint8_t> distance(static_cast<std::size_t>(map.num_texels()));
+/// Chebyshev distance from each texel of a rectangle to the nearest texel of another chart (or the outside, or beyond
+/// the rectangle), at most 255.
+std::vector<std::uint8_t> distance_to_border(const TexelMap& map, const TexelRect& rect, const RunControl& control) {
+  const int w = rect.width(), h = rect.height();
+  std::vector<std::uint8_t> distance(static_cast<std::size_t>(rect.num_texels()));
   const auto at = [&](int x, int y) -> std::uint8_t& { return distance[static_cast<std::size_t>(TexelId{y} * w + x)]; };
+  const auto chart = [&](int x, int y) { return map.chart(TexelId{rect.y0 + y} * map.width() + rect.x0 + x); };
   for (int y = 0; y < h; ++y) {
     control.throw_if_stopped();
     for (int x = 0; x < w; ++x) {
-      const int own = map.chart(TexelId{y} * w + x);
+      const int own = chart(x, y);
       bool is_border = own < 0 || x == 0 || y == 0 || x == w - 1 || y == h - 1;
       for (int dy = -1; dy <= 1 && !is_border; ++dy) {
-        for (int dx = -1; dx <= 1 && !is_border; ++dx) is_border = map.chart(TexelId{y + dy} * w + x + dx) != own;
+        for (int dx = -1; dx <= 1 && !is_border; ++dx) is_border = chart(x + dx, y + dy) != own;
       }
       at(x, y) = is_border ? (own < 0 ? 0 : 1) : 255;
     }
@@ -70,6 +72,11 @@ constexpr std::array<TexelStep, TexelNeighborhood::kNumAdjacent> kAdjacent{
 TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm,
                                      std::shared_ptr<const FlowFrames> frames, double pixel_mm,
                                      const RunControl& control)
+    : TexelNeighborhood(map, std::move(offsets_mm), std::move(frames), pixel_mm, {map.rect()}, control) {}
+
+TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm,
+                                     std::shared_ptr<const FlowFrames> frames, double pixel_mm, const TexelPart& part,
+                                     const RunControl& control)
     : map_(map), offsets_mm_(std::move(offsets_mm)), frames_(std::move(frames)), pixel_mm_(pixel_mm) {
   std::vector<int> reach(map.mesh().triangles.size());  // Largest texel step of any offset, per triangle.
   for (std::size_t t = 0; t < reach.size(); ++t) {
@@ -80,17 +87,18 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
     reach[t] = static_cast<int>(std::min(std::ceil(largest), 1e6));
   }
   {
-    const std::vector<std::uint8_t> distance = distance_to_border(map, control);
-    band_ = TexelSet(map.num_texels(), [&](TexelId t) {
+    const std::vector<std::uint8_t> distance = distance_to_border(map, part.rect, control);
+    auto at = distance.begin();
+    band_ = TexelSet(map.num_texels(), map.width(), part.rect, part.others, [&](TexelId t) {
       if (t % kLook == 0) control.throw_if_stopped();
-      return map.is_covered(t) &&
-             distance[static_cast<std::size_t>(t)] <= reach[static_cast<std::size_t>(map.triangle(t))];
+      const std::uint8_t away = *at++;
+      return map.is_covered(t) && away <= reach[static_cast<std::size_t>(map.triangle(t))];
     });
   }
   if (size() > kMostNeighbors)
     throw InvalidInput("neighborhood: " + std::to_string(size()) + " neighbors; at most " +
                        std::to_string(kMostNeighbors));
-  const std::vector<bool> follows_grid = follow_their_grid(reach, control);
+  const std::vector<bool> follows_grid = follow_their_grid(reach, part.rect, control);
   chunks_.resize((band_.size() + kChunk - 1) / kChunk);
   parallel_for(static_cast<std::int64_t>(chunks_.size()), 1, control,
                [&](std::int64_t chunk, std::int64_t) { store(static_cast<std::size_t>(chunk), follows_grid); });
@@ -98,14 +106,11 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
 
 /// Of each triangle: it has so many texels that its steps are found for several of them at a time, and steps that are
 /// whole numbers.
-std::vector<bool> TexelNeighborhood::follow_their_grid(const std::vector<int>& reach, const RunControl& control) const {
+std::vector<bool> TexelNeighborhood::follow_their_grid(const std::vector<int>& reach, const TexelRect& rect,
+                                                       const RunControl& control) const {
   constexpr std::int32_t kFewTexels = 64;
   constexpr int kLargestStep = 255;
-  std::vector<std::int32_t> num_texels(reach.size());
-  for (TexelId t = 0; t < map_.num_texels(); ++t) {
-    if (t % kLook == 0) control.throw_if_stopped();
-    if (map_.is_covered(t)) ++num_texels[static_cast<std::size_t>(map_.triangle(t))];
-  }
+  const std::vector<std::int64_t> num_texels = map_.count_texels(rect, control);
   std::vector<bool> follows(reach.size());
   for (std::size_t t = 0; t < reach.size(); ++t) follows[t] = num_texels[t] >= kFewTexels && reach[t] <= kLargestStep;
   return follows;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <iterator>
+#include <span>
 #include <vector>
 
 #include "patinate/atlas/texel_map.h"
@@ -23,12 +24,23 @@ class TexelSet {
   TexelSet(std::int64_t num_texels, const IsMember& is_member)
       : words_(static_cast<std::size_t>((num_texels + 63) / 64)), before_(words_.size()) {
     for (TexelId t = 0; t < num_texels; ++t) {
-      const auto word = static_cast<std::size_t>(t) / 64;
-      if (t % 64 == 0) before_[word] = static_cast<std::uint32_t>(size_);
-      if (!is_member(t)) continue;
-      words_[word] |= std::uint64_t{1} << (t % 64);
-      ++size_;
+      if (is_member(t)) insert(t);
     }
+    count();
+  }
+  /// Of a part of an atlas that is `width` texels wide. @param is_member  Asked of those in `rect`, row by row.
+  /// @param others  Members wherever they lie.
+  template <class IsMember>
+  TexelSet(std::int64_t num_texels, int width, const TexelRect& rect, std::span<const TexelId> others,
+           const IsMember& is_member)
+      : words_(static_cast<std::size_t>((num_texels + 63) / 64)), before_(words_.size()) {
+    for (int y = rect.y0; y < rect.y1; ++y) {
+      for (TexelId t = TexelId{y} * width + rect.x0; t < TexelId{y} * width + rect.x1; ++t) {
+        if (is_member(t)) insert(t);
+      }
+    }
+    for (const TexelId t : others) insert(t);
+    count();
   }
 
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -89,6 +101,14 @@ class TexelSet {
   [[nodiscard]] TexelId operator[](std::size_t index) const { return *from(index); }
 
  private:
+  void insert(TexelId t) { words_[static_cast<std::size_t>(t) / 64] |= std::uint64_t{1} << (t % 64); }
+  void count() {
+    for (std::size_t word = 0; word < words_.size(); ++word) {
+      before_[word] = static_cast<std::uint32_t>(size_);
+      size_ += static_cast<std::size_t>(std::popcount(words_[word]));
+    }
+  }
+
   std::vector<std::uint64_t> words_;
   std::vector<std::uint32_t> before_;  ///< Members in all words before.
   std::size_t size_ = 0;

@@ -72,7 +72,7 @@ double overlap_share(const Mesh& mesh, const std::vector<int>& group, const std:
     for (std::size_t k = 0; k < 3; ++k)
       p[k] = texel_from_uv((uv_of(mesh, t, k) - tile.shift) * tile.scale, kGrid, kGrid);
     for_each_texel(
-        p, kGrid, kGrid,
+        p, {0, 0, kGrid, kGrid},
         [&](int x, int y, double, double, double inside) {
           if (!(inside > kOverlapTolerance)) return;
           std::uint8_t& n = claims[static_cast<std::size_t>(y) * kGrid + static_cast<std::size_t>(x)];

@@ -1,7 +1,4 @@
-#include <algorithm>
-
-#include "libcommon/core/parallel.h"
-#include "patinate/controls/exposure.h"
+#include "libcommon/controls/part_controls.h"
 
 namespace patinate {
 
@@ -11,17 +8,7 @@ void describe(OptionVisitor& v, FacingOptions& o) {
 }
 
 ControlMap facing_map(const TexelMap& map, const FacingOptions& options, const RunControl& control) {
-  check_ranges(options);
-  const Vec3 direction = unit_direction(options.direction, "direction");
-  ControlMap out{ImageF(map.width(), map.height()), 0.0, 1.0, "cosine", {}};
-  parallel_for(map.num_texels(), 16384, control, [&](TexelId begin, TexelId end) {
-    for (TexelId t = begin; t < end; ++t) {
-      if (!map.is_covered(t)) continue;
-      const double cosine = map.normal(t).dot(direction);
-      out.values.values()[static_cast<std::size_t>(t)] = static_cast<float>(std::clamp(cosine, 0.0, 1.0));
-    }
-  });
-  return out;
+  return facing_part(map, options, map.rect(), control);
 }
 
 }  // namespace patinate

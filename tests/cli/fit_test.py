@@ -105,6 +105,43 @@ class Fit(unittest.TestCase):
         self.assertEqual(tree_hash("out2"), tree_hash("out1"))
         self.assertEqual(tree_hash("out3"), tree_hash("out1"))
 
+    def test_generations_handed_to_workers_give_the_same_bytes_whoever_is_killed(self):
+        command = ["fit", "scenes/start.json", "captured", *VARY, *SHORT]
+        self.assertEqual(patinate(*command, "-o", "alone").returncode, 0)
+        for workers in (1, 3):
+            with self.subTest(workers=workers):
+                name = f"workers{workers}"
+                plan = patinate("plan", *command, "-o", name, "--json")
+                self.assertEqual(plan.returncode, 0, plan.stderr)
+                (WORK / f"{name}.json").write_text(plan.stdout)
+                self.head(name, workers, generations=2)  # A worker is killed, and after two generations the head.
+                self.assertNotEqual(patinate("join", f"{name}.json").returncode, 0)
+                finished = {p: p.stat().st_ino for p in (WORK / f"{name}.items").glob("*-*/.job/item")}
+                self.assertGreater(len(finished), 3)
+                self.head(name, workers)
+                self.assertEqual({p: p.stat().st_ino for p in finished}, finished)  # Nothing was done again.
+                joined = patinate("join", f"{name}.json")
+                self.assertEqual(joined.returncode, 0, joined.stderr)
+                self.assertEqual(tree_hash(name), tree_hash("alone"))
+
+    def head(self, name, workers, generations=None):
+        """Hands out what is left, generation by generation: items that wait for the same ones. With `generations` it dies after so many, having killed a worker."""
+        plan = json.loads(patinate("plan", *json.loads((WORK / f"{name}.json").read_text())["command"], "--json").stdout)
+        waves = {}
+        for item in plan["items"]:
+            if not item["is_finished"]:
+                waves.setdefault(item["waits_for"], []).append(item["number"])
+        for wave in list(waves.values())[:generations]:
+            portions = [wave[k::workers] for k in range(workers)]
+            running = [subprocess.Popen([PATINATE, "run", f"{name}.json", "--items", ",".join(map(str, portion))], cwd=WORK, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                       for portion in portions if portion]
+            if generations:
+                time.sleep(0.1)
+                running[0].send_signal(signal.SIGKILL)
+                running[0].wait()
+                running[0] = subprocess.Popen([PATINATE, "run", f"{name}.json", "--items", ",".join(map(str, portions[0]))], cwd=WORK, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            self.assertEqual([worker.wait(timeout=300) for worker in running], [0] * len(running))
+
     def test_ranges_and_figures_come_from_a_file_too(self):
         (WORK / "parameters.json").write_text(json.dumps({
             "format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/appearance/patina/strength", "low": 0.1, "high": 3}],

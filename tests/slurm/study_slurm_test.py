@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""A study of 24 transfers and 8 simulations through Snakemake and a Slurm of one node: undisturbed, and with workers killed and the controller restarted.
+"""A study of 24 transfers and 8 simulations through Snakemake and a Slurm of one node: undisturbed, with workers killed and the controller restarted, and in a
+shared folder that fills up in between (as root).
 Usage: study_slurm_test.py PATINATE [unittest arguments]. Skipped, saying so, where Snakemake or Slurm is not installed."""
 import json
 import os
@@ -58,9 +59,10 @@ def results(folder):
 
 
 class Study(unittest.TestCase):
-    def through_slurm(self, name, disturb=None):
+    def through_slurm(self, name, disturb=None, expected=0):
         """The study in a folder; `disturb(slurm, folder)` is called while it runs. @returns what Snakemake said."""
-        run("study", "export", "study.json", "--snakemake", name)
+        if not (FOLDER / name / "Snakefile").exists():
+            run("study", "export", "study.json", "--snakemake", name)
         with Slurm(FOLDER / f"slurm_{name}") as slurm:
             environment = {**slurm.environment, "PATH": f"{pathlib.Path(PATINATE).parent}:{os.environ['PATH']}", "XDG_CACHE_HOME": str(FOLDER / "cache"), "HOME": str(FOLDER)}
             with open(FOLDER / f"{name}.log", "w+") as log:
@@ -70,13 +72,19 @@ class Study(unittest.TestCase):
                 code = process.wait(timeout=900)
                 log.seek(0)
                 said = log.read()
-            self.assertEqual(code, 0, said[-3000:] + slurm.said())
+            self.assertEqual(code, expected, said[-3000:] + slurm.said())
+        shutil.rmtree(slurm.folder)
         return said
+
+    def assert_as_here(self, name):
+        made, here = results(name), results("here")
+        self.assertEqual(sorted(made), sorted(here))
+        self.assertEqual([file for file in here if made[file] != here[file]], [])
 
     def test_it_makes_the_bytes_of_the_local_run(self):
         self.through_slurm("undisturbed")
         self.assertEqual(len(list((FOLDER / "undisturbed/done").rglob("*-*"))), NUM_STEPS)
-        self.assertEqual(results("undisturbed"), results("here"))
+        self.assert_as_here("undisturbed")
 
     def test_workers_killed_and_a_controller_restarted_change_no_byte_and_what_is_done_stays(self):
         kept = {}
@@ -97,10 +105,40 @@ class Study(unittest.TestCase):
             slurm.restart_controller()
 
         self.through_slurm("disturbed", disturb)
-        self.assertEqual(results("disturbed"), results("here"))
+        self.assert_as_here("disturbed")
         self.assertTrue(kept)
         self.assertEqual({p: p.stat().st_ino for p in kept}, kept)
         self.assertEqual([p for p in (FOLDER / "disturbed/cells").rglob(".*") if ".tmp" in p.name and p.is_dir()], [])
+
+
+    def test_where_the_shared_folder_fills_up_in_between_a_later_run_makes_the_rest(self):
+        place = FOLDER / "small"  # The study's own folder: relative paths are as in the others.
+        place.mkdir()
+        mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=64m", "tmpfs", place], capture_output=True, text=True)
+        if mounted.returncode != 0:
+            self.skipTest(f"a small file system needs root: {mounted.stderr.strip()}")
+        try:
+            filler, kept = place / "filler", {}
+
+            def fill_up(slurm, folder):
+                slurm.wait_until(lambda: len(list((folder / "done").rglob("*-*"))) >= 3, "three steps done", 300)
+                with open(filler, "wb", buffering=0) as f:
+                    try:
+                        while True:
+                            f.write(bytes(2**16))
+                    except OSError:
+                        pass
+                kept.update({p: p.stat().st_ino for p in (folder / "cells").glob("*/transfer/transfer.json")})
+
+            self.through_slurm("small", fill_up, expected=1)
+            self.assertLess(len(list((place / "done").rglob("*-*"))), NUM_STEPS)
+            filler.unlink()
+            self.through_slurm("small")
+            self.assert_as_here("small")
+            self.assertTrue(kept)
+            self.assertEqual({p: p.stat().st_ino for p in kept}, kept)
+        finally:
+            subprocess.run(["umount", place], check=True)
 
 
 def is_below(pid, ancestor):

@@ -161,4 +161,12 @@ SourceStructure find_structure(const History& history, const ImageU8& mask, cons
   return lines.empty() ? structure_of(find_regions(frame, mask, control), mask) : lines;
 }
 
+std::optional<StructureFacts> facts_of(const SourceStructure& structure) {
+  if (structure.empty()) return std::nullopt;
+  return StructureFacts{.kind = structure.kind,
+                        .share = structure.share,
+                        .scale_px = structure.scale_px,
+                        .contrast_lab = structure.contrast};
+}
+
 }  // namespace patinate::transfer

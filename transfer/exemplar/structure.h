@@ -3,6 +3,8 @@
 /// or the borders of regions, such as rust on paint.
 #pragma once
 
+#include <optional>
+
 #include "patinate/core/run_control.h"
 #include "patinate/history/history_value.h"
 #include "patinate/image/image.h"
@@ -31,6 +33,8 @@ struct SourceStructure {
 
   [[nodiscard]] bool empty() const { return channels.empty(); }
 };
+/// What transfer.json says of it; none of an empty one.
+[[nodiscard]] std::optional<StructureFacts> facts_of(const SourceStructure& structure);
 
 /// Of a history's last frame: find_lines(), else find_regions(), or what `options.structure_map` says: a control of the
 /// history that is high on lines, or on one of two materials where that is more than a quarter. None with

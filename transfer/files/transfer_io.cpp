@@ -19,6 +19,7 @@
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "transfer/files/flow_io.h"
+#include "transfer/files/transfer_files.h"
 
 namespace patinate::transfer {
 
@@ -42,23 +43,16 @@ std::string control_file(const TransferTask& task, std::size_t index) {
                     rule_of(task));
 }
 
-/// Puts the part of the sheet that begins at (x, y) into a strip.
-using FillStrip = std::function<void(int x, int y, ImageF& strip)>;
-
-/// One file per tile, a few rows at a time: an atlas may be larger than what there is beside it.
-void write_tiles(const fs::path& file, const Sheet& sheet, const std::vector<std::string>& channels,
-                 const FillStrip& fill) {
+void write_tile(const fs::path& file, const Sheet& sheet, int tile, const std::vector<std::string>& channels,
+                const FillStrip& fill) {
   constexpr int kStripRows = 64;
-  for (int i = 0; i < sheet.num_tiles(); ++i) {
-    ImageRowWriter writer(tile_path(file, sheet.names[static_cast<std::size_t>(i)]), sheet.tile_width,
-                          sheet.tile_height, {.channels = channels, .depth = ExrDepth::Float});
-    for (int y = 0; y < sheet.tile_height; y += kStripRows) {
-      ImageF strip(sheet.tile_width, std::min(kStripRows, sheet.tile_height - y), static_cast<int>(channels.size()));
-      fill(sheet.first_x(i), sheet.first_y(i) + y, strip);
-      writer.write(strip.values());
-    }
-    writer.finish();
+  ImageRowWriter writer(file, sheet.tile_width, sheet.tile_height, {.channels = channels, .depth = ExrDepth::Float});
+  for (int y = 0; y < sheet.tile_height; y += kStripRows) {
+    ImageF strip(sheet.tile_width, std::min(kStripRows, sheet.tile_height - y), static_cast<int>(channels.size()));
+    fill(sheet.first_x(tile), sheet.first_y(tile) + y, strip);
+    writer.write(strip.values());
   }
+  writer.finish();
 }
 
 }  // namespace
@@ -207,7 +201,7 @@ void read_tiles(JsonReader& reader, TransferManifest& manifest) {
 Sheet TransferManifest::sheet() const {
   std::vector<std::string> names;
   for (const TransferTile& tile : tiles) names.push_back(tile.name);
-  if (names.size() > 1) return make_sheet(std::move(names), width);
+  if (names.size() > 1) return make_sheet(std::move(names), width, Sheet::kMaxPartTexels);
   return {.tile_width = width, .tile_height = height, .columns = 1, .names = std::move(names)};
 }
 
@@ -236,10 +230,11 @@ namespace {
 
 /// As coordinate_image(), of a part of the atlas. @param strip  Its first texel is (x, y); its first two channels are
 /// set.
-void put_coordinates(ImageF& strip, int x, int y, const CoordinateMap& coordinates, int width, int source_width) {
+void put_coordinates(ImageF& strip, int x, int y, const std::function<std::int32_t(TexelId t)>& pixel_of, int width,
+                     int source_width) {
   for (int row = 0; row < strip.height(); ++row) {
     for (int column = 0; column < strip.width(); ++column) {
-      const std::int32_t s = coordinates[static_cast<std::size_t>(TexelId{y + row} * width + x + column)];
+      const std::int32_t s = pixel_of(TexelId{y + row} * width + x + column);
       const std::int32_t source_x = s % source_width, source_y = s / source_width;
       strip.at(column, row, 0) = s < 0 ? -1.0f : static_cast<float>(source_x);
       strip.at(column, row, 1) = s < 0 ? -1.0f : static_cast<float>(source_y);
@@ -262,27 +257,51 @@ void put_index(ImageF& strip, const std::vector<LibraryPart>& library) {
 
 }  // namespace
 
-void write_transfer_files(const fs::path& folder, const TransferTask& task, const TransferResult& result) {
-  const TexelMap& map = *task.input.map;
-  for (std::size_t i = 0; i < task.input.controls.size(); ++i) {
-    write_tiles(folder / control_file(task, i), map.sheet(), {"Y"}, [&](int x, int y, ImageF& strip) {
-      for (int row = 0; row < strip.height(); ++row)
-        std::copy_n(&task.input.controls[i].values.at(x, y + row), strip.width(), strip.row(row).begin());
-    });
-  }
-  write_obj(folder / "mesh.obj", task.atlas ? task.atlas->mesh : map.mesh());
+fs::path control_tile_file(const TransferTask& task, std::size_t control, int tile) {
+  return tile_path(control_file(task, control), task.input.map->sheet().names[static_cast<std::size_t>(tile)]);
+}
+
+fs::path coordinate_tile_file(const TransferTask& task, int tile) {
+  return tile_path(tiled_name("coordinates", rule_of(task)),
+                   task.input.map->sheet().names[static_cast<std::size_t>(tile)]);
+}
+
+void write_control_tile(const fs::path& folder, const TransferTask& task, std::size_t control, int tile,
+                        const FillStrip& fill) {
+  write_tile(folder / control_tile_file(task, control, tile), task.input.map->sheet(), tile, {"Y"}, fill);
+}
+
+void write_surface_files(const fs::path& folder, const TransferTask& task) {
+  write_obj(folder / "mesh.obj", task.atlas ? task.atlas->mesh : task.input.map->mesh());
   if (!task.input.source_mask.empty()) write_codes(folder / kSourceMaskFile, task.input.source_mask);
+}
+
+void write_coordinate_tile(const fs::path& folder, const TransferTask& task, int tile, const TexelMap& map,
+                           const std::function<std::int32_t(TexelId t)>& pixel_of) {
   const HistoryFacts& history = task.history->facts();
   const std::vector<LibraryPart>& parts = history.parts;
   std::vector<std::string> channels{kCoordinateChannels[0], kCoordinateChannels[1]};
   if (task.input.frames) channels.insert(channels.end(), {kPatchChannels[0], kPatchChannels[1]});
   if (!parts.empty()) channels.emplace_back(kIndexChannel);
-  write_tiles(folder / tiled_name("coordinates", rule_of(task)), map.sheet(), channels,
-              [&](int x, int y, ImageF& strip) {
-                put_coordinates(strip, x, y, result.coordinates, map.width(), history.width);
-                if (task.input.frames) put_patch(strip, x, y, map, *task.input.frames);
-                if (!parts.empty()) put_index(strip, parts);
-              });
+  write_tile(folder / coordinate_tile_file(task, tile), map.sheet(), tile, channels, [&](int x, int y, ImageF& strip) {
+    put_coordinates(strip, x, y, pixel_of, map.width(), history.width);
+    if (task.input.frames) put_patch(strip, x, y, map, *task.input.frames);
+    if (!parts.empty()) put_index(strip, parts);
+  });
+}
+
+void write_transfer_files(const fs::path& folder, const TransferTask& task, const TransferResult& result) {
+  for (int tile = 0; tile < task.input.map->sheet().num_tiles(); ++tile) {
+    for (std::size_t i = 0; i < task.input.controls.size(); ++i) {
+      write_control_tile(folder, task, i, tile, [&](int x, int y, ImageF& strip) {
+        for (int row = 0; row < strip.height(); ++row)
+          std::copy_n(&task.input.controls[i].values.at(x, y + row), strip.width(), strip.row(row).begin());
+      });
+    }
+    write_coordinate_tile(folder, task, tile, *task.input.map,
+                          [&](TexelId t) { return result.coordinates[static_cast<std::size_t>(t)]; });
+  }
+  write_surface_files(folder, task);
 }
 
 void write_transfer_manifest(const fs::path& folder, const fs::path& final_folder, const TransferTask& task,

@@ -7,23 +7,11 @@
 
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
+#include "transfer/guidance/control_matcher.h"
 
 namespace patinate::transfer {
 
 namespace {
-
-/// By parts that are merged, so that a stop is noticed between them.
-void sort_values(std::vector<float>& values, const RunControl& control) {
-  constexpr std::int64_t kPart = 65536;
-  const auto n = static_cast<std::int64_t>(values.size());
-  const auto at = [&](std::int64_t i) { return values.begin() + static_cast<std::ptrdiff_t>(std::min(i, n)); };
-  parallel_for(n, kPart, control, [&](std::int64_t begin, std::int64_t end) { std::sort(at(begin), at(end)); });
-  for (std::int64_t size = kPart; size < n; size *= 2) {
-    parallel_for((n + 2 * size - 1) / (2 * size), 1, control, [&](std::int64_t pair, std::int64_t) {
-      std::inplace_merge(at(pair * 2 * size), at((pair * 2 + 1) * size), at((pair + 1) * 2 * size));
-    });
-  }
-}
 
 std::vector<float> values_inside(const ImageF& image, const ImageU8& mask, const RunControl& control) {
   std::vector<float> values;
@@ -61,6 +49,59 @@ double quantile(const std::vector<float>& sorted, double fraction) {
   return here + (position - static_cast<double>(index)) * (next - here);
 }
 
+}  // namespace
+
+/// By parts that are merged, so that a stop is noticed between them.
+void sort_values(std::vector<float>& values, const RunControl& control) {
+  constexpr std::int64_t kPart = 65536;
+  const auto n = static_cast<std::int64_t>(values.size());
+  const auto at = [&](std::int64_t i) { return values.begin() + static_cast<std::ptrdiff_t>(std::min(i, n)); };
+  parallel_for(n, kPart, control, [&](std::int64_t begin, std::int64_t end) { std::sort(at(begin), at(end)); });
+  for (std::int64_t size = kPart; size < n; size *= 2) {
+    parallel_for((n + 2 * size - 1) / (2 * size), 1, control, [&](std::int64_t pair, std::int64_t) {
+      std::inplace_merge(at(pair * 2 * size), at((pair * 2 + 1) * size), at((pair + 1) * 2 * size));
+    });
+  }
+}
+
+ControlMatcher::ControlMatcher(const ControlValues& destination, const ControlRange& destination_range,
+                               const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range,
+                               ControlMapping mapping, const RunControl& control)
+    : from_(destination),
+      from_range_(destination_range),
+      to_range_(source_range),
+      mapping_(mapping),
+      to_(values_inside(source, source_mask, control)) {
+  if (mapping == ControlMapping::Physical) check_units(destination_range.unit, source_range.unit);
+}
+
+float ControlMatcher::operator()(float value, std::int64_t num_below, std::int64_t num_up_to) const {
+  const double v = static_cast<double>(value);
+  double mapped = v;
+  switch (mapping_) {
+    case ControlMapping::Rank: {
+      const double rank = 0.5 * static_cast<double>(num_below + num_up_to);
+      mapped = quantile(to_, rank / static_cast<double>(from_.count));
+      break;
+    }
+    case ControlMapping::Linear: {
+      const double low = static_cast<double>(from_.least), span = static_cast<double>(from_.greatest) - low;
+      const double fraction = span > 0.0 ? (v - low) / span : 0.5;
+      mapped = static_cast<double>(to_.front()) + fraction * static_cast<double>(to_.back() - to_.front());
+      break;
+    }
+    case ControlMapping::Physical: {
+      const double physical = from_range_.low + v * (from_range_.high - from_range_.low);
+      const double span = to_range_.high - to_range_.low;
+      mapped = span != 0.0 ? (physical - to_range_.low) / span : 0.0;
+      break;
+    }
+  }
+  return static_cast<float>(std::clamp(mapped, 0.0, 1.0));
+}
+
+namespace {
+
 /// match_control() into the texels of the mask alone.
 void match_inside(const ImageF& destination, const ImageU8& destination_mask, const ControlRange& destination_range,
                   const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range,
@@ -68,35 +109,17 @@ void match_inside(const ImageF& destination, const ImageU8& destination_mask, co
   RunControl silent = control;
   silent.on_progress = nullptr;
   const std::vector<float> from = values_inside(destination, destination_mask, silent);
-  const std::vector<float> to = values_inside(source, source_mask, silent);
-  if (mapping == ControlMapping::Physical) check_units(destination_range.unit, source_range.unit);
-  const auto mapped = [&](float value) -> double {
-    const double v = static_cast<double>(value);
-    switch (mapping) {
-      case ControlMapping::Rank: {
-        const auto [low, high] = std::equal_range(from.begin(), from.end(), value);
-        const double rank = 0.5 * static_cast<double>((low - from.begin()) + (high - from.begin()));
-        return quantile(to, rank / static_cast<double>(from.size()));
-      }
-      case ControlMapping::Linear: {
-        const double low = static_cast<double>(from.front()), span = static_cast<double>(from.back()) - low;
-        const double fraction = span > 0.0 ? (v - low) / span : 0.5;
-        return static_cast<double>(to.front()) + fraction * static_cast<double>(to.back() - to.front());
-      }
-      case ControlMapping::Physical: {
-        const double physical = destination_range.low + v * (destination_range.high - destination_range.low);
-        const double span = source_range.high - source_range.low;
-        return span != 0.0 ? (physical - source_range.low) / span : 0.0;
-      }
-    }
-    return v;
-  };
+  const ControlMatcher matched({static_cast<std::int64_t>(from.size()), from.front(), from.back()}, destination_range,
+                               source, source_mask, source_range, mapping, silent);
   constexpr std::int64_t kRows = 8;
   parallel_for(result.height(), kRows, silent, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < result.width(); ++x) {
-        if (is_inside(destination_mask, x, y))
-          result.at(x, y) = static_cast<float>(std::clamp(mapped(destination.at(x, y)), 0.0, 1.0));
+        if (!is_inside(destination_mask, x, y)) continue;
+        const float value = destination.at(x, y);
+        const auto [low, high] = matched.needs_ranks() ? std::equal_range(from.begin(), from.end(), value)
+                                                       : std::pair(from.begin(), from.end());
+        result.at(x, y) = matched(value, low - from.begin(), high - from.begin());
       }
     }
   });

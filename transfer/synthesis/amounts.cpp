@@ -37,7 +37,13 @@ Amounts::Amounts(const SourceLevel& source)
 }
 
 void Amounts::measure(const DestinationLevel& destination, const PlaceMap& places, const RunControl& control) {
-  const Table has = parallel_reduce(
+  set(count(destination, places, control));
+}
+
+Amounts::Counts Amounts::count(const DestinationLevel& destination, const PlaceMap& places,
+                               const RunControl& control) const {
+  Counts counts;
+  counts.has = parallel_reduce(
       static_cast<std::int64_t>(destination.texels.size()), 16384, control, Table{},
       [&](std::int64_t begin, std::int64_t end) {
         Table part{};
@@ -52,7 +58,18 @@ void Amounts::measure(const DestinationLevel& destination, const PlaceMap& place
         for (std::size_t i = 0; i < a.size(); ++i) a[i] += b[i];
         return a;
       });
-  count_reuse(destination, places, control);
+  counts.uses.assign(usable_in_.size(), 0);
+  for (TexelId t : destination.texels) {
+    if (++counts.num_texels % 65536 == 0) control.throw_if_stopped();
+    const std::int32_t pixel = places.pixels[static_cast<std::size_t>(t)];
+    if (pixel >= 0) ++counts.uses[static_cast<std::size_t>(cell_of(pixel))];
+  }
+  return counts;
+}
+
+void Amounts::set(const Counts& counts) {
+  set_reuse(counts);
+  const Table& has = counts.has;
   for (int v = 0; v < kValues; ++v) {
     std::int64_t all_wanted = 0, all_has = 0;
     for (int l = 0; l < kLooks; ++l) {
@@ -72,19 +89,14 @@ void Amounts::measure(const DestinationLevel& destination, const PlaceMap& place
   }
 }
 
-void Amounts::count_reuse(const DestinationLevel& destination, const PlaceMap& places, const RunControl& control) {
-  std::vector<std::int64_t> uses(usable_in_.size(), 0);
-  std::int64_t num_texels = 0, num_usable = 0;
-  for (TexelId t : destination.texels) {
-    if (++num_texels % 65536 == 0) control.throw_if_stopped();
-    const std::int32_t pixel = places.pixels[static_cast<std::size_t>(t)];
-    if (pixel >= 0) ++uses[static_cast<std::size_t>(cell_of(pixel))];
-  }
+void Amounts::set_reuse(const Counts& counts) {
+  std::int64_t num_usable = 0;
   for (std::int32_t n : usable_in_) num_usable += n;
-  for (std::size_t c = 0; c < uses.size(); ++c) {
-    const std::int64_t share = num_texels * usable_in_[c] / num_usable,
+  for (std::size_t c = 0; c < counts.uses.size(); ++c) {
+    const std::int64_t share = counts.num_texels * usable_in_[c] / num_usable,
                        unit = std::max<std::int64_t>({1, share, usable_in_[c]});
-    reuse_[c] = static_cast<std::int32_t>(std::clamp<std::int64_t>((uses[c] - unit) * kOne / unit, 0, kMostReuse));
+    reuse_[c] =
+        static_cast<std::int32_t>(std::clamp<std::int64_t>((counts.uses[c] - unit) * kOne / unit, 0, kMostReuse));
   }
 }
 

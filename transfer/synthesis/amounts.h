@@ -21,10 +21,22 @@ class Amounts {
   static constexpr int kValues = 16;  ///< Of the first control, equally wide.
   static_assert(kLooks == search_kernel::kExcessCells && kValues == search_kernel::kExcessCells);
 
+  using Table = std::array<std::int64_t, kValues * kLooks>;
+  /// What a map has, or a part of one: those of all parts add up.
+  struct Counts {
+    Table has{};                     ///< Texels by value and look.
+    std::vector<std::int64_t> uses;  ///< By cell of the source.
+    std::int64_t num_texels = 0;
+  };
+
   explicit Amounts(const SourceLevel& source);
 
   /// Counts what the map has. Between two calls prices stay as they are, so that order and threads do not matter.
   void measure(const DestinationLevel& destination, const PlaceMap& places, const RunControl& control);
+  /// The same in two steps.
+  [[nodiscard]] Counts count(const DestinationLevel& destination, const PlaceMap& places,
+                             const RunControl& control) const;
+  void set(const Counts& counts);
   /// How much more than its share a pixel's look has among texels that ask for this: relative to the share, [-1, 2] in
   /// 1/256; 0 where the source has too little of such control values to tell.
   [[nodiscard]] std::int32_t excess(std::span<const std::uint16_t> target, std::int32_t pixel) const {
@@ -47,9 +59,8 @@ class Amounts {
   }
   [[nodiscard]] static std::size_t cell(int value, int look) { return static_cast<std::size_t>(value * kLooks + look); }
 
-  void count_reuse(const DestinationLevel& destination, const PlaceMap& places, const RunControl& control);
+  void set_reuse(const Counts& counts);
 
-  using Table = std::array<std::int64_t, kValues * kLooks>;
   Table wanted_{};  ///< Pixels of the source.
   std::array<std::int32_t, kValues * kLooks> excess_{};
   std::vector<std::uint8_t> look_;  ///< By pixel.

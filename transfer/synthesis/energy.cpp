@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <limits>
 #include <mutex>
-#include <numeric>
 #include <utility>
 
 #include "libcommon/core/parallel.h"
@@ -116,62 +116,65 @@ std::int64_t TexelCost::total_beside(std::int32_t source_pixel, int beside_x, in
                                     beside_y, bound);
 }
 
+void EnergyFigures::Sum::add(std::int64_t cost) {
+  high += cost >> 32;
+  low += cost & 0xFFFFFFFF;
+}
+
+double EnergyFigures::Sum::mean(std::int64_t count) const {
+  return (std::ldexp(static_cast<double>(high), 32) + static_cast<double>(low)) / EnergyScale::kOne /
+         static_cast<double>(count);
+}
+
 namespace {
 
-/// Sums over a chunk of texels, reduced in fixed order.
-struct EnergySums {
-  double coherence = 0.0, control = 0.0, error = 0.0;
-  std::int64_t pairs = 0, coherent_pairs = 0;
+void add_each(std::vector<std::int64_t>& sums, const std::vector<std::int64_t>& others) {
+  std::transform(sums.begin(), sums.end(), others.begin(), sums.begin(), std::plus<>());
+}
 
-  static EnergySums merge(EnergySums a, const EnergySums& b) {
-    a.coherence += b.coherence;
-    a.control += b.control;
-    a.error += b.error;
-    a.pairs += b.pairs;
-    a.coherent_pairs += b.coherent_pairs;
-    return a;
+}  // namespace
+
+void EnergyFigures::add(const EnergyFigures& other) {
+  for (auto [sum, more] : {std::pair{&coherence, &other.coherence}, {&control, &other.control}}) {
+    sum->high += more->high;
+    sum->low += more->low;
   }
-};
+  num_texels += other.num_texels;
+  difference += other.difference;
+  pairs += other.pairs;
+  coherent_pairs += other.coherent_pairs;
+  add_each(differences, other.differences);
+  add_each(wanted, other.wanted);
+  add_each(missed, other.missed);
+  is_used.resize(std::max(is_used.size(), other.is_used.size()));
+  for (std::size_t p = 0; p < other.is_used.size(); ++p) is_used[p] |= other.is_used[p];
+}
 
-/// Of the first control: how often a value is asked for, and by how much it is missed in all. Integers: the order of
-/// the chunks does not matter.
-struct ControlErrors {
-  std::vector<std::int64_t> counts = std::vector<std::int64_t>(kControlSteps + 1, 0);
-  std::vector<std::int64_t> sums = std::vector<std::int64_t>(kControlSteps + 1, 0);
+namespace {
 
-  void add(int wanted, int difference) {
-    ++counts[static_cast<std::size_t>(wanted)];
-    sums[static_cast<std::size_t>(wanted)] += difference;
-  }
-  void add(const ControlErrors& other) {
-    for (std::size_t v = 0; v < counts.size(); ++v) {
-      counts[v] += other.counts[v];
-      sums[v] += other.sums[v];
+/// Means of the error over quarters of the texels by what is asked for; texels of one value count as often as a quarter
+/// needs.
+std::array<double, 4> error_quarters(const EnergyFigures& figures) {
+  const double total = static_cast<double>(figures.num_texels);
+  std::array<double, 4> means{};
+  double before = 0.0;
+  for (std::size_t v = 0; v < figures.wanted.size(); ++v) {
+    if (figures.wanted[v] == 0) continue;
+    const double count = static_cast<double>(figures.wanted[v]);
+    const double error = static_cast<double>(figures.missed[v]) / count / kControlSteps;
+    for (std::size_t q = 0; q < means.size(); ++q) {
+      const double begin = static_cast<double>(q) * total / 4.0, end = static_cast<double>(q + 1) * total / 4.0;
+      const double shared = std::min(before + count, end) - std::max(before, begin);
+      if (shared > 0.0) means[q] += error * shared / (total / 4.0);
     }
+    before += count;
   }
-  /// Means over quarters of the texels by what is asked for; texels of one value count as often as a quarter needs.
-  [[nodiscard]] std::array<double, 4> quarters() const {
-    const double total = static_cast<double>(std::accumulate(counts.begin(), counts.end(), std::int64_t{0}));
-    std::array<double, 4> means{};
-    double before = 0.0;
-    for (std::size_t v = 0; v < counts.size(); ++v) {
-      if (counts[v] == 0) continue;
-      const double count = static_cast<double>(counts[v]);
-      const double error = static_cast<double>(sums[v]) / count / kControlSteps;
-      for (std::size_t q = 0; q < means.size(); ++q) {
-        const double begin = static_cast<double>(q) * total / 4.0, end = static_cast<double>(q + 1) * total / 4.0;
-        const double shared = std::min(before + count, end) - std::max(before, begin);
-        if (shared > 0.0) means[q] += error * shared / (total / 4.0);
-      }
-      before += count;
-    }
-    return means;
-  }
-};
+  return means;
+}
 
 /// Adds the pairs (t, right) and (t, below) of one texel.
 void count_coherent_pairs(const DestinationLevel& destination, const SourceLevel& source,
-                          const CoordinateMap& coordinates, TexelId t, EnergySums& sums) {
+                          const CoordinateMap& coordinates, TexelId t, EnergyFigures& figures) {
   // Of a pixel, or of a texel where that is more: both ends are rounded to half of one.
   const double tolerance =
       0.99 * std::max(1.0, destination.map->median_texel_size_mm() / destination.neighbors->pixel_mm());
@@ -185,8 +188,8 @@ void count_coherent_pairs(const DestinationLevel& destination, const SourceLevel
     const Vec2 expected = steps.col(column);
     const Vec2 error =
         Vec2(b % source.width() - a % source.width(), b / source.width() - a / source.width()) - expected;
-    ++sums.pairs;
-    sums.coherent_pairs += error.cwiseAbs().maxCoeff() <= tolerance;
+    ++figures.pairs;
+    figures.coherent_pairs += error.cwiseAbs().maxCoeff() <= tolerance;
   };
   if (t % w + 1 < w) count(t + 1, 0);
   if (t + w < destination.map->num_texels()) count(t + w, 1);
@@ -194,65 +197,68 @@ void count_coherent_pairs(const DestinationLevel& destination, const SourceLevel
 
 }  // namespace
 
-EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& destination,
-                            const Neighborhood& neighborhood, const CoordinateMap& coordinates, double coherence_share,
-                            std::span<const double> control_weights, const RunControl& control) {
+EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel& destination,
+                              const Neighborhood& neighborhood, const CoordinateMap& coordinates,
+                              std::span<const double> control_weights, const RunControl& control) {
   // Each part with the full weight, so that the report does not depend on rounding by a.
   EnergyScale parts = EnergyScale::make(source, 1.0, control_weights);
   parts.control_scale = EnergyScale::make(source, 0.0, control_weights).control_scale;
-  const auto n = static_cast<std::int64_t>(destination.texels.size());
-  std::vector<std::int64_t> error_histogram(kControlSteps + 1, 0);  // Counts: the order of the chunks does not matter.
-  ControlErrors control_errors;
-  std::mutex histogram_mutex;
-  const EnergySums sums = parallel_reduce(
-      n, 16384, control, EnergySums{},
-      [&](std::int64_t begin, std::int64_t end) {
-        EnergySums part;
-        std::vector<std::int32_t> errors(kControlSteps + 1, 0);
-        ControlErrors by_value;
-        TexelCost cost(source, destination, neighborhood);
-        auto at = destination.texels.from(static_cast<std::size_t>(begin));
-        for (std::int64_t i = begin; i < end; ++i, ++at) {
-          const TexelId t = *at;
-          const std::int32_t s = coordinates[static_cast<std::size_t>(t)];
-          cost.prepare(t, coordinates, parts);
-          part.coherence += static_cast<double>(cost.coherence(s)) / EnergyScale::kOne;
-          part.control += static_cast<double>(cost.control(s)) / EnergyScale::kOne;
-          const int wanted = destination.controls.data()[t * destination.controls.channels()];
-          const int difference =
-              std::abs(int{source.controls.data()[std::int64_t{s} * source.controls.channels()]} - wanted);
-          by_value.add(wanted, difference);
-          part.error += static_cast<double>(difference) / kControlSteps;
-          ++errors[static_cast<std::size_t>(difference)];
-          count_coherent_pairs(destination, source, coordinates, t, part);
-        }
-        const std::lock_guard lock(histogram_mutex);
-        for (std::size_t e = 0; e < errors.size(); ++e) error_histogram[e] += errors[e];
-        control_errors.add(by_value);
-        return part;
-      },
-      EnergySums::merge);
+  EnergyFigures all;
+  std::mutex all_mutex;
+  parallel_for(static_cast<std::int64_t>(destination.texels.size()), 16384, control,
+               [&](std::int64_t begin, std::int64_t end) {
+                 EnergyFigures some;
+                 TexelCost cost(source, destination, neighborhood);
+                 auto at = destination.texels.from(static_cast<std::size_t>(begin));
+                 for (std::int64_t i = begin; i < end; ++i, ++at) {
+                   const TexelId t = *at;
+                   const std::int32_t s = coordinates[static_cast<std::size_t>(t)];
+                   cost.prepare(t, coordinates, parts);
+                   some.coherence.add(cost.coherence(s));
+                   some.control.add(cost.control(s));
+                   const int wanted = destination.target(t)[0];
+                   const int missed =
+                       std::abs(int{source.controls.data()[std::int64_t{s} * source.controls.channels()]} - wanted);
+                   ++some.wanted[static_cast<std::size_t>(wanted)];
+                   some.missed[static_cast<std::size_t>(wanted)] += missed;
+                   some.difference += missed;
+                   ++some.differences[static_cast<std::size_t>(missed)];
+                   count_coherent_pairs(destination, source, coordinates, t, some);
+                 }
+                 some.num_texels = end - begin;
+                 const std::lock_guard lock(all_mutex);
+                 all.add(some);
+               });
+  all.is_used.assign(source.is_usable.size(), 0);
+  for (TexelId t : destination.texels)
+    all.is_used[static_cast<std::size_t>(coordinates[static_cast<std::size_t>(t)])] = 1;
+  return all;
+}
 
+EnergyReport EnergyFigures::report(const SourceLevel& source, double coherence_share) const {
   EnergyReport report;
-  if (n == 0) return report;
-  const double count = static_cast<double>(n);
-  report.coherence = sums.coherence / count;
-  report.control_mismatch = sums.control / count;
+  if (num_texels == 0) return report;
+  report.coherence = coherence.mean(num_texels);
+  report.control_mismatch = control.mean(num_texels);
   report.energy = coherence_share * report.coherence + (1.0 - coherence_share) * report.control_mismatch;
-  report.control_error_mean = sums.error / count;
+  report.control_error_mean = static_cast<double>(difference) / kControlSteps / static_cast<double>(num_texels);
   std::int64_t below = 0;
-  for (std::size_t i = 0; i < error_histogram.size() && below < (n * 95 + 99) / 100; ++i) {
-    below += error_histogram[i];
+  for (std::size_t i = 0; i < differences.size() && below < (num_texels * 95 + 99) / 100; ++i) {
+    below += differences[i];
     report.control_error_p95 = static_cast<double>(i) / kControlSteps;
   }
-  report.control_error_quarters = control_errors.quarters();
-  report.coherent_share =
-      sums.pairs > 0 ? static_cast<double>(sums.coherent_pairs) / static_cast<double>(sums.pairs) : 1.0;
-  std::vector<std::uint8_t> is_used(source.is_usable.size(), 0);
-  for (TexelId t : destination.texels) is_used[static_cast<std::size_t>(coordinates[static_cast<std::size_t>(t)])] = 1;
+  report.control_error_quarters = error_quarters(*this);
+  report.coherent_share = pairs > 0 ? static_cast<double>(coherent_pairs) / static_cast<double>(pairs) : 1.0;
   report.used_share =
       static_cast<double>(std::count(is_used.begin(), is_used.end(), 1)) / static_cast<double>(source.usable.size());
   return report;
+}
+
+EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& destination,
+                            const Neighborhood& neighborhood, const CoordinateMap& coordinates, double coherence_share,
+                            std::span<const double> control_weights, const RunControl& control) {
+  return measure_figures(source, destination, neighborhood, coordinates, control_weights, control)
+      .report(source, coherence_share);
 }
 
 }  // namespace patinate::transfer

@@ -114,6 +114,31 @@ class TexelCost {
   std::vector<std::int64_t> control_scale_;
 };
 
+/// What the report is made of, in whole numbers: figures of parts add up to those of the whole, in any order.
+struct EnergyFigures {
+  /// Of costs: 2^32 * high + low.
+  struct Sum {
+    std::int64_t high = 0, low = 0;
+    void add(std::int64_t cost);
+    [[nodiscard]] double mean(std::int64_t count) const;
+  };
+  Sum coherence, control;
+  std::int64_t num_texels = 0, difference = 0, pairs = 0, coherent_pairs = 0;
+  using ByValue = std::vector<std::int64_t>;
+  ByValue differences = ByValue(kControlSteps + 1);  ///< Texels by how much they miss the first control,
+  ByValue wanted = ByValue(kControlSteps + 1);       ///< by what they ask for,
+  ByValue missed = ByValue(kControlSteps + 1);       ///< and by how much those miss it in all.
+  std::vector<std::uint8_t> is_used = {};            ///< By source pixel.
+
+  /// @param other  Of the same source.
+  void add(const EnergyFigures& other);
+  [[nodiscard]] EnergyReport report(const SourceLevel& source, double coherence_share) const;
+};
+/// Of the texels of the level.
+[[nodiscard]] EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel& destination,
+                                            const Neighborhood& neighborhood, const CoordinateMap& coordinates,
+                                            std::span<const double> control_weights, const RunControl& control = {});
+
 /// Every neighbor known, whatever order made the map: figures of different methods can be compared.
 [[nodiscard]] EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& destination,
                                           const Neighborhood& neighborhood, const CoordinateMap& coordinates,

@@ -17,7 +17,7 @@ std::int32_t rounded(double v) { return static_cast<std::int32_t>(std::floor(v +
 
 PlaceMap initial_places(const SynthesisLevel& level, std::uint64_t seed) {
   const DestinationLevel& destination = level.destination;
-  PlaceMap places(destination.map->num_texels(), level.source.width());
+  PlaceMap places(destination.map->num_texels(), level.source.width(), destination.part != nullptr);
   for (TexelId t : destination.texels) {
     RandomStream random(seed, static_cast<std::uint64_t>(t), 100);
     const auto similar = level.source.similar(destination.target(t), kSimilarTolerance);

@@ -180,7 +180,7 @@ void SearchDevice::Level::run(const DevicePass& pass, PlaceMap& places, std::spa
     s.run_set(control);
   }
   // All at once, so that a device that is lost leaves what was given.
-  std::vector<std::int32_t> pixels(places.pixels.size());
+  CoordinateMap pixels(places.pixels.size());
   std::vector<std::int8_t> beside(places.beside().size());
   std::vector<std::uint8_t> near(changed_near.size());
   s.device.read(s.pixels, std::span(pixels));

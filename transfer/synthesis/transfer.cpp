@@ -10,6 +10,7 @@
 #include "transfer/synthesis/multi_level.h"
 #include "transfer/synthesis/open_options.h"
 #include "transfer/synthesis/places.h"
+#include "transfer/synthesis/pyramid.h"
 #include "transfer/synthesis/reference.h"
 #include "transfer/synthesis/refinement.h"
 #include "transfer/synthesis/source_levels.h"
@@ -40,79 +41,6 @@ void describe(OptionVisitor& v, TransferOptions& o) {
 
 namespace {
 
-/// Levels from the atlas's own to the coarsest.
-int usable_levels(const History& history, int halvings, const TexelMap& map, const TransferOptions& options) {
-  if (options.method == TransferMethod::Reference) return 1;
-  const int source_side = smallest_side(history) >> halvings;
-  const int smallest = std::min({source_side, map.width(), map.height()});
-  int levels = 1;
-  while (levels < options.multi_level.num_levels && (smallest >> levels) >= kSmallestSide) ++levels;
-  return levels;
-}
-
-/// Coordinates on a coarse level as those of the history's own pixels: the middle of what a coarse pixel covers.
-CoordinateMap to_full_size(CoordinateMap coordinates, int coarse_width, int halvings, int full_width) {
-  if (halvings == 0) return coordinates;
-  const int middle = 1 << (halvings - 1);
-  for (std::int32_t& s : coordinates) {
-    if (s >= 0) s = ((s / coarse_width << halvings) + middle) * full_width + ((s % coarse_width << halvings) + middle);
-  }
-  return coordinates;
-}
-
-/// Texels that are covered on a coarse level but by no fine texel keep a control of their own: filled from the finer
-/// level by position.
-void fill_uncovered(ControlImage& coarse, const TexelMap& coarse_map, const ControlImage& fine,
-                    const TexelMap& fine_map, const RunControl& control) {
-  for (TexelId t = 0; t < coarse_map.num_texels(); ++t) {
-    if (t % 4096 == 0) control.throw_if_stopped();
-    if (!coarse_map.is_covered(t)) continue;
-    const int x = static_cast<int>(t % coarse_map.width()), y = static_cast<int>(t / coarse_map.width());
-    bool has_child = false;
-    for (int dy = 0; dy < 2; ++dy) {
-      for (int dx = 0; dx < 2; ++dx) {
-        has_child |= fine.contains(2 * x + dx, 2 * y + dy) &&
-                     fine_map.is_covered(TexelId{2 * y + dy} * fine_map.width() + 2 * x + dx);
-      }
-    }
-    const TexelId near = has_child ? -1 : fine_map.texel_of(coarse_map.point(t));
-    if (near < 0) continue;
-    for (int c = 0; c < coarse.channels(); ++c) coarse.at(x, y, c) = fine.data()[near * fine.channels() + c];
-  }
-}
-
-/// @param first  Level of the appearance that the atlas itself is matched with.
-std::vector<SynthesisLevel> make_levels(const AppearanceSpace& appearance, std::size_t first,
-                                        const std::vector<ImageF>& source_controls, std::vector<ImageF> matched,
-                                        std::shared_ptr<const TexelMap> map, SourcePlacement placement,
-                                        const Neighborhood& neighborhood, const RunControl& control) {
-  std::vector<SynthesisLevel> levels;
-  const std::vector<ControlImage> sources = source_control_levels(appearance, source_controls, control);
-  for (std::size_t l = first; l < appearance.levels.size(); ++l, placement.step_mm *= 2.0, placement.pixel_mm *= 2.0) {
-    ControlImage destination;
-    if (l == first) {
-      destination = interleave(matched, control);
-      matched.clear();
-    } else {
-      auto coarse_map = std::make_shared<TexelMap>(map->halved(control));
-      if (coarse_map->num_covered() == 0) break;
-      const ControlImage& fine = levels.back().destination.controls;
-      destination = halve(
-          fine, coarse_map->width(), coarse_map->height(),
-          [&](int x, int y) { return map->is_covered(TexelId{y} * map->width() + x); }, control);
-      fill_uncovered(destination, *coarse_map, fine, *map, control);
-      map = std::move(coarse_map);
-    }
-    SourceLevel source = l == first ? make_source_level(appearance.levels[l], sources[l], appearance.masks[l],
-                                                        appearance.variances[l], neighborhood)
-                                    : make_coarse_source_level(appearance.levels[l], sources[l], appearance.masks[l],
-                                                               appearance.variances[l], neighborhood);
-    if (source.usable.empty()) break;  // A coarse level is not needed.
-    levels.push_back({std::move(source), cover_level(map, std::move(destination), placement)});
-  }
-  return levels;
-}
-
 void check_controls(const std::vector<TransferControl>& controls, const TexelMap& map) {
   if (controls.empty()) throw InvalidInput("transfer needs at least one control");
   for (const TransferControl& c : controls) {
@@ -141,19 +69,6 @@ void check_input(const TransferInput& input) {
     throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
 }
 
-/// @throws InvalidInput that says how many pixels there are, and how many are needed.
-void check_large_enough(const History& history, const ImageU8& mask, int radius_px) {
-  const std::int64_t num_whole = num_whole_windows(mask, radius_px), least = least_whole_windows(radius_px);
-  if (num_whole >= least) return;
-  const auto num_inside =
-      std::count_if(mask.values().begin(), mask.values().end(), [](std::uint8_t m) { return m != 0; });
-  const std::string side = std::to_string(2 * radius_px + 1);
-  throw InvalidInput(history.label() + ": is too small to transfer: " + std::to_string(num_inside) + " of " +
-                     std::to_string(mask.num_pixels()) + " pixels are inside the mask, " + std::to_string(num_whole) +
-                     " of them with their whole neighborhood of " + side + " x " + side + ", and at least " +
-                     std::to_string(least) + " are needed; give a larger mask, or a smaller --neighborhood");
-}
-
 /// Histories of a library that are asked for can be copied from. @param first  The level is halved as often.
 void check_usable(const History& history, const std::vector<std::size_t>& asked, const SourceLevel& level,
                   std::size_t first, int window_px) {
@@ -171,14 +86,6 @@ void check_usable(const History& history, const std::vector<std::size_t>& asked,
 }
 
 constexpr std::array kRounds{0, 10, 32};  // By quality.
-
-std::optional<StructureFacts> facts_of(const SourceStructure& structure) {
-  if (structure.empty()) return std::nullopt;
-  return StructureFacts{.kind = structure.kind,
-                        .share = structure.share,
-                        .scale_px = structure.scale_px,
-                        .contrast_lab = structure.contrast};
-}
 
 /// The next coarser level's.
 SourceStructure halved(const SourceStructure& fine, const RunControl& control) {
@@ -244,15 +151,18 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   std::vector<double> weights;
   for (const TransferControl& c : input.controls) weights.push_back(c.weight);
   const int halvings = source_halvings(map->median_texel_size_mm(), input.texel_size_mm, smallest_side(history));
-  const AppearanceSpace appearance =
-      appearance_of(history, input.appearance, halvings + usable_levels(history, halvings, *map, options),
-                    options.appearance, control.part(0.0, 0.3), mask);
+  const AppearanceSpace appearance = appearance_of(
+      history, input.appearance, halvings + usable_levels(history, halvings, map->width(), map->height(), options),
+      options.appearance, control.part(0.0, 0.3), mask);
   const auto first = std::min(static_cast<std::size_t>(halvings), appearance.levels.size() - 1);
   result.explained_variance = appearance.explained_variance;
   const Neighborhood neighborhood = Neighborhood::square(options.neighborhood_radius_px);
   const SourcePlacement placement = place_source(*map, input.frames, input.texel_size_mm, static_cast<int>(first));
-  std::vector<SynthesisLevel> levels = make_levels(appearance, first, matched.source, std::move(matched.destination),
-                                                   map, placement, neighborhood, silent);
+  std::vector<SynthesisLevel> levels;
+  ControlImage targets = interleave(matched.destination, silent);
+  matched.destination.clear();
+  append_levels(levels, appearance, first, source_control_levels(appearance, matched.source, silent),
+                std::move(targets), map, placement, neighborhood, silent);
   if (levels.empty()) {
     throw InvalidInput(history.label() + ": no pixel has its whole neighborhood of " +
                        std::to_string(2 * neighborhood.radius_px + 1) + " pixels inside the mask" +
@@ -272,8 +182,8 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,
                                  *options.coherence_share, weights, silent);
   result.matched_controls = std::move(levels[0].destination.controls);
-  result.coordinates = to_full_size(std::move(result.coordinates), levels[0].source.width(), static_cast<int>(first),
-                                    history.facts().width);
+  for (std::int32_t& s : result.coordinates)
+    s = to_full_size(s, levels[0].source.width(), static_cast<int>(first), history.facts().width);
   control.report(1.0);
   return result;
 }

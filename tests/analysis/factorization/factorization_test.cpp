@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "analysis/factorization/factorization_job.h"
+#include "analysis/factorization/forecast.h"
 #include "analysis/factorization/temporal_curve.h"
 #include "libcommon/core/files.h"
 #include "patinate/core/error.h"
@@ -122,6 +123,27 @@ TEST(Factorization, WhatChangesInAnotherWayIsNotCalledUnchanged) {
       EXPECT_EQ(f.status, PlaceStatus::Unchanged) << i;
     }
   }
+}
+
+TEST(Forecast, KnowsACourseThatQuickPlacesHaveShownAndNotWhatNobodyDid) {
+  // Slow places stand at the end where quick ones have been: the curve knows more than the last frame.
+  const FactoredPlaces known = factored_places({.count = 300, .noise = 0.005, .spread = 0.4});
+  const std::optional<Forecast> of_known = make_forecast(known.series, kQuick);
+  ASSERT_TRUE(of_known.has_value());
+  EXPECT_EQ(of_known->num_held, 9);
+  EXPECT_TRUE(of_known->has_skill());
+  // In the last fifth everything stands still: nothing told that.
+  FactoredPlaces still = factored_places({.count = 300, .noise = 0.005, .spread = 0.4});
+  const std::size_t num_times = still.series.times.size();
+  for (std::size_t i = 0; i < still.truth.size() * 3; ++i) {
+    float* values = still.series.values.data() + i * num_times;
+    for (std::size_t t = num_times - 9; t < num_times; ++t) values[t] = values[num_times - 10];
+  }
+  const std::optional<Forecast> of_still = make_forecast(still.series, kQuick);
+  ASSERT_TRUE(of_still.has_value());
+  EXPECT_LT(of_still->last, 0.01) << "it stands still";
+  EXPECT_FALSE(of_still->has_skill());
+  EXPECT_FALSE(make_forecast({.times = {0, 1, 2, 3}, .values = std::vector<float>(12, 0.5f)}, kQuick).has_value());
 }
 
 TEST(Factorization, EveryChannelMayHaveAClockOfItsOwn) {

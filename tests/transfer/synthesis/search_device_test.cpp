@@ -25,12 +25,13 @@ TEST(FlatNeighbors, AreThoseThatACursorFinds) {
   const auto frames = std::make_shared<const FlowFrames>(uv_frames(map));
   const TexelNeighborhood neighborhood(map, testing_support::square_offsets(2, 1.3), frames, 1.3);
   const FlatNeighbors flat = neighborhood.flat();
+  const std::vector<std::int32_t> triangles = map.triangles();
   const neighbor_kernel::NeighborTables tables{.num = static_cast<std::int32_t>(neighborhood.size()),
                                                .row = flat.row.data(),
                                                .is_stored = flat.is_stored.data(),
                                                .begin = flat.begin.data(),
                                                .stored = flat.stored.data(),
-                                               .triangle = map.triangles().data(),
+                                               .triangle = triangles.data(),
                                                .steps_of = flat.steps_of.data(),
                                                .steps = flat.steps.data()};
   TexelNeighborhood::Cursor cursor(neighborhood);

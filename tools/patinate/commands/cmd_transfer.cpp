@@ -22,10 +22,12 @@
 #include "tools/patinate/services/destination.h"
 #include "tools/patinate/services/mesh_source.h"
 #include "tools/patinate/services/scene_controls.h"
+#include "tools/patinate/services/tiled_destination.h"
 #include "transfer/exemplar/appearance_cache.h"
 #include "transfer/job/forecast.h"
 #include "transfer/job/transfer_job.h"
 #include "transfer/synthesis/transfer_controls.h"
+#include "transfer/tiles/tile_job.h"
 
 namespace patinate::cli {
 
@@ -172,6 +174,7 @@ int cmd_transfer(CommandRun& run) {
   std::filesystem::path source_mask;
   transfer::CacheOptions cache;
   device::DeviceOptions device;
+  bool by_tile = false;
   run.line.positional("HISTORY", "A material history, or a simulation", history_path);
   declare_mesh(run.line, mesh_source);
   run.line.output("TRANSFER", "Folder to make", output);
@@ -195,6 +198,11 @@ int cmd_transfer(CommandRun& run) {
                   "(along tubes and ridges), uv (as each chart lies), "
                   "or a CSV of curves (x,y,z in mm, an empty line ends one) that their down follows",
                   flow);
+  run.line.flag(
+      "by_tile",
+      "An atlas of several tiles that is larger than memory: no process holds more than a tile of it at a time, "
+      "with what lies around it. The same coordinates; controls may be facing, height and expressions of them",
+      by_tile);
   run.line.options(options);
   run.line.options(cache);
   run.line.options(device);
@@ -216,9 +224,11 @@ int cmd_transfer(CommandRun& run) {
   const bool is_fast = options.method == transfer::TransferMethod::Fast;
   if (!is_fast && device.device != "auto" && device.device != "cpu")
     throw UsageError("--device: --method reference runs on the CPU; leave --device out");
+  if (by_tile && device.device != "auto" && device.device != "cpu")
+    throw UsageError("--device: --by-tile runs on the CPU; leave --device out");
 
   transfer::TransferTask task;
-  if (is_fast) task.input.device = open_search_device(device, run);
+  if (is_fast && !by_tile) task.input.device = open_search_device(device, run);
   task.mesh_name = mesh_source.path.filename().string();
   task.options = options;
   task.options.seed = run.line.common().seed;
@@ -231,7 +241,8 @@ int cmd_transfer(CommandRun& run) {
     task.source_mask_name = source_mask.filename().string();
   }
   const std::optional<double> pixel_mm = texel_size_mm ? texel_size_mm : history.facts().texel_size_mm;
-  const Destination destination = make_destination(mesh_source, atlas, run.line.is_given("resolution"), pixel_mm, run);
+  const Destination destination = (by_tile ? make_tiled_destination : make_destination)(
+      mesh_source, atlas, run.line.is_given("resolution"), pixel_mm, run);
   task.atlas = destination.atlas;
   task.input.map = destination.map;
   task.unit = destination.unit;
@@ -239,16 +250,22 @@ int cmd_transfer(CommandRun& run) {
   task.input.texel_size_mm = destination.texel_size_mm;
   for (const std::string& text : control_texts)
     refuse_scene_maps(transfer::parse_control_spec(text).destination, mesh_source.path);
-  task.input.controls = make_controls(control_texts, history, *task.input.map, kinds,
-                                      control_source(user_control_cache(cache.cache)), run);
+  task.input.controls = by_tile ? make_tiled_controls(control_texts, history, *task.input.map, kinds)
+                                : make_controls(control_texts, history, *task.input.map, kinds,
+                                                control_source(user_control_cache(cache.cache)), run);
   task.input.frames = make_flow(flow, *task.input.map, kinds.up, run);
   task.flow = task.input.frames ? std::filesystem::path(flow).filename().string() : "uv";
   task.input.appearance = transfer::appearance_source(history, cache);
   task.input.history = task.history;
-  const transfer::TransferForecast forecast = transfer::forecast_transfer(task.input, options.neighborhood_radius_px);
   note_history_warnings(run, history.label(), history.facts().warnings);
-  for (const std::string& warning : transfer::warnings_of(forecast)) run.note(warning);
-  const std::optional<JobStatus> status = run.make_folder(transfer::plan_transfer(std::move(task), output), "transfer");
+  if (!by_tile) {
+    const auto forecast = transfer::forecast_transfer(task.input, options.neighborhood_radius_px);
+    for (const std::string& warning : transfer::warnings_of(forecast)) run.note(warning);
+  }
+  const std::optional<JobStatus> status =
+      run.make_folder(by_tile ? transfer::plan_tiled_transfer({std::move(task), kinds}, output)
+                              : transfer::plan_transfer(std::move(task), output),
+                      "transfer");
   if (!status) return 0;
   const transfer::TransferManifest made = transfer::read_transfer_manifest(output);
   if (made.structure) run.note(text_of(*made.structure, options.quality));

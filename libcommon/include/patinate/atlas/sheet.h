@@ -25,6 +25,9 @@ struct Sheet {
   static constexpr int kTileMargin = 2;
   static constexpr std::int64_t kMaxTexels = std::int64_t{1} << 28;  ///< Of all tiles: 16384 x 16384.
 
+  static constexpr std::int64_t kMaxPartTexels = std::int64_t{1}
+                                                 << 31;  ///< Where no process holds more than a part of them.
+
   [[nodiscard]] int num_tiles() const { return static_cast<int>(names.size()); }
   [[nodiscard]] int margin() const { return num_tiles() > 1 ? kTileMargin : 0; }
   [[nodiscard]] int rows() const { return (num_tiles() + columns - 1) / columns; }
@@ -38,8 +41,8 @@ struct Sheet {
 };
 
 /// The squarest sheet of `names.size()` tiles of `resolution` x `resolution` texels.
-/// @throws InvalidInput if there are no names or more than Sheet::kMaxTexels texels.
-[[nodiscard]] Sheet make_sheet(std::vector<std::string> names, int resolution);
+/// @throws InvalidInput if there are no names or more than `most` texels.
+[[nodiscard]] Sheet make_sheet(std::vector<std::string> names, int resolution, std::int64_t most = Sheet::kMaxTexels);
 
 /// The texels of one tile. @param image  Of the sheet's size.
 template <class T>

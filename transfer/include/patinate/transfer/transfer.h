@@ -14,6 +14,7 @@
 #include "patinate/atlas/texel_map.h"
 #include "patinate/core/options.h"
 #include "patinate/core/run_control.h"
+#include "patinate/core/zeroed_vector.h"
 #include "patinate/history/history_value.h"
 #include "patinate/image/image.h"
 #include "patinate/transfer/appearance_space.h"
@@ -84,7 +85,7 @@ struct TransferControl {
 };
 
 /// Source pixel (y * width + x) per texel of the atlas; -1 = none (yet).
-using CoordinateMap = std::vector<std::int32_t>;
+using CoordinateMap = ZeroedVector<std::int32_t>;
 
 inline constexpr int kControlSteps = 4095;  ///< Controls are integers in [0, 4095].
 

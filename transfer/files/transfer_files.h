@@ -1,0 +1,28 @@
+/// \file
+/// The files of a transfer folder one by one, for who makes them tile by tile.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+
+#include "patinate/transfer/transfer_io.h"
+
+namespace patinate::transfer {
+
+/// Relative to the folder. @param tile  Of the sheet.
+[[nodiscard]] std::filesystem::path control_tile_file(const TransferTask& task, std::size_t control, int tile);
+[[nodiscard]] std::filesystem::path coordinate_tile_file(const TransferTask& task, int tile);
+
+/// Puts the part of the sheet that begins at (x, y) into a strip.
+using FillStrip = std::function<void(int x, int y, ImageF& strip)>;
+/// A few rows at a time: an atlas may be larger than what there is beside it.
+void write_control_tile(const std::filesystem::path& folder, const TransferTask& task, std::size_t control, int tile,
+                        const FillStrip& fill);
+/// @param pixel_of  The history's pixel of a texel; -1 = none.
+void write_coordinate_tile(const std::filesystem::path& folder, const TransferTask& task, int tile, const TexelMap& map,
+                           const std::function<std::int32_t(TexelId t)>& pixel_of);
+/// Mesh and source mask.
+void write_surface_files(const std::filesystem::path& folder, const TransferTask& task);
+
+}  // namespace patinate::transfer

@@ -1,3 +1,5 @@
+#include <malloc.h>
+
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -160,6 +162,13 @@ std::shared_ptr<const FlowFrames> make_flow(const std::string& flow, const Texel
   return std::make_shared<const FlowFrames>(direction_frames(map, chosen, Vec3(up[0], up[1], up[2]), control));
 }
 
+/// Memory of any size that is given back goes to the operating system, and comes from there as zeros that take no room:
+/// what arrays over the whole atlas count on of which a tile is used. (By itself the limit grows with what is freed.)
+void keep_zeros_untouched() {
+  constexpr int kLeast = 1 << 20;
+  mallopt(M_MMAP_THRESHOLD, kLeast);
+}
+
 }  // namespace
 
 int cmd_transfer(CommandRun& run) {
@@ -241,6 +250,7 @@ int cmd_transfer(CommandRun& run) {
     task.source_mask_name = source_mask.filename().string();
   }
   const std::optional<double> pixel_mm = texel_size_mm ? texel_size_mm : history.facts().texel_size_mm;
+  if (by_tile) keep_zeros_untouched();
   const Destination destination = (by_tile ? make_tiled_destination : make_destination)(
       mesh_source, atlas, run.line.is_given("resolution"), pixel_mm, run);
   task.atlas = destination.atlas;

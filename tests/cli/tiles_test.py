@@ -86,7 +86,7 @@ class Tiles(CommandCase):
         painted, waves_obj = self.shared / "painted", self.shared / "waves.obj"
         known = ["--unit", "mm", "--texel-size", "0.1", "--resolution", "64", "--structure", "0", "--by-tile", "-o", "out"]
         self.fails(USAGE, "sizes have to be given: --unit, --resolution", "transfer", painted, waves_obj, "--control", "facing", "--by-tile", "-o", "out")
-        self.fails(INPUT, "`accessibility` looks at the whole atlas", "transfer", painted, waves_obj, "--control", "thickness=accessibility", *known)
+        self.fails(USAGE, "`accessibility` looks at the whole atlas", "transfer", painted, waves_obj, "--control", "thickness=accessibility", *known)
         self.fails(INPUT, "UVs of several tiles", "transfer", painted, self.shared / "square.obj", "--control", "thickness=facing", *known)
         self.fails(INPUT, "--method reference cannot be done by tile", "transfer", painted, waves_obj, "--control", "thickness=facing", "--method", "reference", *known)
         self.assertFalse((self.folder / "out").exists())

@@ -7,6 +7,7 @@
 
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/distance_io.h"
+#include "libcommon/controls/part_controls.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "patinate/atlas/direction_field.h"
@@ -228,6 +229,7 @@ int cmd_transfer(CommandRun& run) {
   check_flow(flow);
   for (const std::string& text : control_texts) {  // A typo is said before work starts.
     (void)ControlExpression(transfer::parse_control_spec(text).destination, control_kind_names());
+    if (by_tile) require_part_control(transfer::parse_control_spec(text).destination);
   }
 
   const bool is_fast = options.method == transfer::TransferMethod::Fast;
@@ -267,8 +269,8 @@ int cmd_transfer(CommandRun& run) {
   task.flow = task.input.frames ? std::filesystem::path(flow).filename().string() : "uv";
   task.input.appearance = transfer::appearance_source(history, cache);
   task.input.history = task.history;
-  note_history_warnings(run, history.label(), history.facts().warnings);
   if (!by_tile) {
+    note_history_warnings(run, history.label(), history.facts().warnings);
     const auto forecast = transfer::forecast_transfer(task.input, options.neighborhood_radius_px);
     for (const std::string& warning : transfer::warnings_of(forecast)) run.note(warning);
   }

@@ -57,11 +57,12 @@ ImageF factor_image(int width, int height, const std::vector<std::vector<PlaceFa
 PlaceFactors factors_at(const ImageF& image, std::int64_t pixel, std::size_t model, std::size_t num_models) {
   const float* in = image.data() + pixel * image.channels();
   const float* of = in + kOfModel * model;
-  PlaceFactors f{.status = static_cast<PlaceStatus>(static_cast<int>(std::clamp(of[0], 0.0f, 3.0f))),
-                 .rate = static_cast<double>(of[1]),
-                 .offset = static_cast<double>(of[2]),
-                 .rate_stddev = static_cast<double>(of[3]),
-                 .residual = static_cast<double>(of[4])};
+  PlaceFactors f{
+      .status = static_cast<PlaceStatus>(static_cast<int>(std::clamp(of[0], 0.0f, kNumPlaceStatuses - 1.0f))),
+      .rate = static_cast<double>(of[1]),
+      .offset = static_cast<double>(of[2]),
+      .rate_stddev = static_cast<double>(of[3]),
+      .residual = static_cast<double>(of[4])};
   for (std::size_t c = 0; c < 3; ++c) {
     const ModelChannel at = model_channel(c, num_models);
     if (at.model != model) continue;

@@ -16,7 +16,9 @@ namespace {
 constexpr double kControlTail = 0.005;  ///< Share of rates beyond each end of the control's range.
 const fs::path kHistory = "history";
 
-bool changes(const PlaceFactors& f) { return f.status == PlaceStatus::Fitted || f.status == PlaceStatus::Open; }
+bool changes(const PlaceFactors& f) {
+  return f.status == PlaceStatus::Fitted || f.status == PlaceStatus::Open || f.status == PlaceStatus::Otherwise;
+}
 
 /// Every file of the source that the denoised history takes over.
 std::vector<fs::path> taken_over(const HistoryManifest& m) {

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same input gives other figures.
+constexpr std::int64_t kStageVersion = 3;  ///< Raised when the same input gives other figures.
 constexpr int kMostFrames = 1'000'000;
 constexpr double kMaxSide = 65536;
 // For progress, in what the factors of one pixel take, as measured on 400 x 300 pixels at 40 times: the curve is sought
@@ -57,6 +57,14 @@ JobPlan plan_factorization(FactorizationTask task, const fs::path& output) {
        .run = [work](const fs::path& folder, const RunControl& control) { make_curve(*work, folder, control); },
        .key = model_key,
        .weight = kCurveWeight * models});
+  if (work->looks_ahead()) {
+    plan.items.push_back({.name = "forecast",
+                          .outputs = {work_file("forecast.json")},
+                          .run = [work](const fs::path& folder,
+                                        const RunControl& control) { make_forecast_file(*work, folder, control); },
+                          .key = model_key,
+                          .weight = kCurveWeight * models});
+  }
   for (int band = 0; band < work->num_bands(); ++band) {
     const std::string name = "rows." + std::to_string(band);
     plan.items.push_back({.name = name,
@@ -108,6 +116,7 @@ FactorizationManifest read_factorization(const fs::path& path) {
   for (JsonReader& frame : json.member("frames").elements(kMostFrames)) {
     (void)frame.member("time").number();
     const bool is_extrapolated = frame.has("extrapolated") && frame.member("extrapolated").boolean();
+    if (frame.has("held")) (void)frame.member("held").boolean();
     for (const char* name : {"pixels", "rmse", "ciede2000_mean", "ciede2000_p95", "covered_share"}) {
       if (frame.has(name)) (void)frame.member(name).number(at_least(0));
     }

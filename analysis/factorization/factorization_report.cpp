@@ -38,9 +38,9 @@ struct Said {
   const FactorizationWork::Factored& f;
   const fs::path& folder;
   std::vector<FrameRecord> frames;
-  std::array<double, 4> counts = {};        ///< By PlaceStatus, of the first model, inside the mask.
-  std::vector<double> rates, rate_stddevs;  ///< Of fitted places, all models.
-  std::vector<double> ends;                 ///< Until when the curve covers every place that changes.
+  std::array<double, kNumPlaceStatuses> counts = {};  ///< By PlaceStatus, of the first model, inside the mask.
+  std::vector<double> rates, rate_stddevs;            ///< Of fitted places, all models.
+  std::vector<double> ends;                           ///< Until when the curve covers every place that changes.
   ImageU8 clock, changes;
 };
 
@@ -99,11 +99,13 @@ Section figures_section(const Said& s) {
   for (const TemporalModel& m : s.f.models) noise = std::max(noise, *std::max_element(m.noise.begin(), m.noise.end()));
   add("noise", "Standard deviation of most residuals, the noisiest channel", "linear", noise, "");
   const double all = std::accumulate(s.counts.begin(), s.counts.end(), 0.0);
-  constexpr std::array<const char*, 4> kNames{"unseen_share", "unchanged_share", "open_share", "fitted_share"};
-  constexpr std::array<const char*, 4> kTitles{
-      "Surface that too few frames show", "Surface that does not change: rate and offset undefined",
-      "Surface that changes, its rate left open by the data", "Surface with known rate and offset"};
-  for (std::size_t k = 4; k-- > 0;) add(kNames[k], kTitles[k], "", s.counts[k] / all, "");
+  constexpr std::array<const char*, kNumPlaceStatuses> kNames{"unseen_share", "unchanged_share", "open_share",
+                                                              "fitted_share", "otherwise_share"};
+  constexpr std::array<const char*, kNumPlaceStatuses> kTitles{
+      "Surface that too few frames show", "Surface of which nothing says that it changes: rate and offset undefined",
+      "Surface that changes, its rate left open by the data", "Surface with known rate and offset",
+      "Surface that changes, and not as the curve does"};
+  for (const std::size_t k : {3u, 2u, 4u, 1u, 0u}) add(kNames[k], kTitles[k], "", s.counts[k] / all, "");
   const std::string nothing = "no place has a known rate";
   std::vector<double> rates = s.rates;
   std::sort(rates.begin(), rates.end());
@@ -118,6 +120,11 @@ Section figures_section(const Said& s) {
       s.rate_stddevs.empty() ? std::nullopt : std::optional(median(s.rate_stddevs)), nothing);
   add("covered_until", "Time until which the curve covers half of what changes", unit,
       s.ends.empty() ? std::nullopt : std::optional(median(s.ends)), "nothing changes");
+  if (const std::optional<Forecast> forecast = read_forecast(s.work, s.folder)) {
+    const std::string held = "Last " + std::to_string(forecast->num_held) + " frames, mean difference of color: ";
+    add("forecast_ciede2000", held + "foretold by a curve that had not seen them", "CIEDE2000", forecast->curve, "");
+    add("last_frame_ciede2000", held + "of the frame before them, held", "CIEDE2000", forecast->last, "");
+  }
   const double num_frames = s.work.history.num_frames();
   double numbers = (6.0 + 2.0 * static_cast<double>(s.work.num_models())) * all;
   for (const TemporalModel& m : s.f.models)

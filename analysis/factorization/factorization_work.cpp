@@ -31,12 +31,15 @@ double covered_share(const FactorizationWork::Factored& f, const ImageU8& covere
   double changing = 0.0, known = 0.0, last = -1e300;
   for (std::int64_t i = 0; i < covered.num_pixels(); ++i) {
     double end = 1e300;
+    bool is_otherwise = false;
     for (std::size_t m = 0; m < f.models.size(); ++m) {
       const PlaceFactors p = factors_at(f.image, i, m, f.models.size());
+      is_otherwise = is_otherwise || p.status == PlaceStatus::Otherwise;
       if (p.status == PlaceStatus::Fitted || p.status == PlaceStatus::Open)
         end = std::min(end, (f.models[m].curve.high + p.offset) / p.rate);
     }
-    if (end == 1e300) continue;
+    if (is_otherwise) changing += 1.0;
+    if (end == 1e300 || is_otherwise) continue;
     changing += 1.0, known += covered.data()[i] != 0 ? 1.0 : 0.0, last = std::max(last, end);
   }
   if (known == 0.0)
@@ -95,7 +98,10 @@ const FactorizationWork::Factored& FactorizationWork::factored(const fs::path& f
   return *factored_;
 }
 
-void make_curve(FactorizationWork& work, const fs::path& folder, const RunControl& control) {
+namespace {
+
+/// Of pixels on a lattice: those that the curve is sought in.
+PlaceSeries lattice_series(FactorizationWork& work, const RunControl& control) {
   std::vector<std::uint32_t> pixels;
   const int step_x = std::max(1, work.width() / kLattice), step_y = std::max(1, work.height() / kLattice);
   for (int y = step_y / 2; y < work.height(); y += step_y) {
@@ -106,7 +112,24 @@ void make_curve(FactorizationWork& work, const fs::path& folder, const RunContro
     }
   }
   if (pixels.empty()) throw InvalidInput(work.task.history.string() + ": its mask leaves nothing to fit a curve to");
-  const PlaceSeries series = place_series(work.history, pixels, control.part(0.0, 0.02));
+  return place_series(work.history, pixels, control);
+}
+
+}  // namespace
+
+void make_forecast_file(FactorizationWork& work, const fs::path& folder, const RunControl& control) {
+  const PlaceSeries series = lattice_series(work, control.part(0.0, 0.02));
+  fs::create_directories(folder / kJobWorkFolder);
+  save_json(folder / work_file("forecast.json"),
+            forecast_json(make_forecast(series, work.task.options, control.part(0.02, 1.0))));
+}
+
+std::optional<Forecast> read_forecast(const FactorizationWork& work, const fs::path& folder) {
+  return work.looks_ahead() ? forecast_from_json(load_json(folder / work_file("forecast.json"))) : std::nullopt;
+}
+
+void make_curve(FactorizationWork& work, const fs::path& folder, const RunControl& control) {
+  const PlaceSeries series = lattice_series(work, control.part(0.0, 0.02));
   std::vector<TemporalModel> models;
   for (std::size_t m = 0; m < work.num_models(); ++m) {
     const RunControl part =
@@ -146,6 +169,11 @@ void make_rows(FactorizationWork& work, int band, const fs::path& folder, const 
 void make_frame(FactorizationWork& work, int index, const fs::path& folder, const RunControl& control) {
   const FactorizationWork::Factored& f = work.factored(folder);
   const FactoredFrame& asked = work.frames[static_cast<std::size_t>(index)];
+  // What a curve without skill says of the future is worse than what was seen last.
+  const double last = work.history.manifest().frames.back().time;
+  const std::optional<Forecast> forecast = asked.time > last ? read_forecast(work, folder) : std::nullopt;
+  const bool is_held = forecast && !forecast->has_skill();
+  const double time = is_held ? last : asked.time;
   const int width = work.width(), height = work.height();
   ImageF made(width, height, 3), source;
   ImageU8 covered(width, height), seen;
@@ -156,7 +184,7 @@ void make_frame(FactorizationWork& work, int index, const fs::path& folder, cons
     for (std::int64_t i = begin; i < end; ++i) {
       const auto p = static_cast<std::size_t>(i);
       if (work.mask.data()[i] == 0) continue;
-      const std::array<float, 3> v = factored_color(f.models, f.image, i, asked.time);
+      const std::array<float, 3> v = factored_color(f.models, f.image, i, time);
       std::copy(v.begin(), v.end(), made.data() + 3 * i);
       covered.data()[i] = is_covered(f.models, f.image, i, asked.time) ? 255 : 0;
       const bool is_known = factors_at(f.image, i, 0, f.models.size()).status != PlaceStatus::Unseen;
@@ -170,11 +198,12 @@ void make_frame(FactorizationWork& work, int index, const fs::path& folder, cons
   });
   fs::create_directories(folder / "history/frames");
   write_exr(folder / "history" / HistoryWriter::frame_file(index), made, {"R", "G", "B"}, ExrDepth::Half);
-  FrameRecord record{.time = asked.time, .covered_share = {}, .error = {}};
+  FrameRecord record{.time = asked.time, .covered_share = {}, .is_held = false, .error = {}};
   if (asked.is_extrapolated) {
     fs::create_directories(folder / "history/masks");
     write_codes(folder / "history" / HistoryWriter::frame_mask_file(index), covered);
     record.covered_share = rounded(covered_share(f, covered, asked.time), 6);
+    record.is_held = is_held;
   }
   std::vector<float> list;
   double squares = 0.0, sum = 0.0;

@@ -11,6 +11,7 @@
 
 #include "analysis/factorization/factor_image.h"
 #include "analysis/factorization/factorization_job.h"
+#include "analysis/factorization/forecast.h"
 #include "patinate/image/image.h"
 
 namespace patinate::analysis {
@@ -44,6 +45,11 @@ struct FactorizationWork {
     ImageF image;
   };
   [[nodiscard]] const Factored& factored(const std::filesystem::path& folder);
+  /// Whether frames beyond the last one are asked for.
+  [[nodiscard]] bool looks_ahead() const {
+    return !frames.empty() && frames.back().is_extrapolated &&
+           frames.back().time > history.manifest().frames.back().time;
+  }
 
  private:
   std::mutex mutex_;
@@ -55,6 +61,10 @@ struct FactorizationWork {
 
 /// Writes the curve: .job/work/curve.json.
 void make_curve(FactorizationWork& work, const std::filesystem::path& folder, const RunControl& control);
+/// Writes how well a curve that had not seen the last frames foretells them: .job/work/forecast.json.
+void make_forecast_file(FactorizationWork& work, const std::filesystem::path& folder, const RunControl& control);
+/// What that wrote; nothing where it was not asked for, or could not be said.
+[[nodiscard]] std::optional<Forecast> read_forecast(const FactorizationWork& work, const std::filesystem::path& folder);
 /// Writes a band of factors: .job/work/rows.K.exr.
 void make_rows(FactorizationWork& work, int band, const std::filesystem::path& folder, const RunControl& control);
 /// Brings bands together and to their gauge; writes the maps, the controls, masks and maps of the history, and what

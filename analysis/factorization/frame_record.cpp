@@ -9,6 +9,7 @@ Json frame_json(const FrameRecord& frame) {
   if (frame.covered_share) {
     json["extrapolated"] = true;
     json["covered_share"] = *frame.covered_share;
+    if (frame.is_held) json["held"] = true;
   }
   if (frame.error) {
     json["pixels"] = frame.error->num_pixels;
@@ -20,7 +21,7 @@ Json frame_json(const FrameRecord& frame) {
 }
 
 FrameRecord frame_from_json(const Json& json) {
-  FrameRecord frame{.time = json.at("time"), .covered_share = {}, .error = {}};
+  FrameRecord frame{.time = json.at("time"), .covered_share = {}, .is_held = json.value("held", false), .error = {}};
   if (json.contains("covered_share")) frame.covered_share = json.at("covered_share").get<double>();
   if (json.contains("rmse"))
     frame.error = FrameError{.num_pixels = json.at("pixels"),

@@ -103,6 +103,39 @@ PlaceFit::PlaceFit(const TemporalModel& model, const std::vector<double>& times,
   }
 }
 
+/// Whether means over stretches of time differ by more than noise from one frame to the next leaves, and visibly. What
+/// the curve misses of other places is no noise here: it would hide any change.
+bool PlaceFit::has_changed(const float* values, const std::uint8_t* seen) const {
+  constexpr std::size_t kMostStretches = 6, kLeastInOne = 3;
+  constexpr double kErrors = 6.0;  // Of the largest of 45 differences, and of noise known from a few frames.
+  std::vector<std::size_t> known;
+  for (std::size_t t = 0; t < times_.size(); ++t) {
+    if (is_seen(seen, t)) known.push_back(t);
+  }
+  const std::size_t num_stretches = std::min(kMostStretches, known.size() / kLeastInOne);
+  if (num_stretches < 2) return false;
+  for (std::size_t c = 0; c < templates_.size(); ++c) {
+    const std::vector<float> clean = cleaned_series(values + c * times_.size(), seen, times_.size());
+    const float* const raw = values + c * times_.size();  // What is cleaned has less noise.
+    std::vector<double> steps;
+    for (std::size_t i = 1; i < known.size(); ++i)
+      steps.push_back(std::abs(static_cast<double>(raw[known[i]]) - static_cast<double>(raw[known[i - 1]])));
+    const double noise = 1.4826 * median(steps) / std::sqrt(2.0);
+    double low = 1e300, high = -1e300;
+    for (std::size_t k = 0; k < num_stretches; ++k) {
+      const std::size_t begin = k * known.size() / num_stretches, end = (k + 1) * known.size() / num_stretches;
+      double mean = 0.0;
+      for (std::size_t i = begin; i < end; ++i)
+        mean += static_cast<double>(clean[known[i]]) / static_cast<double>(end - begin);
+      low = std::min(low, mean), high = std::max(high, mean);
+    }
+    const double error =
+        noise * std::sqrt(2.0 * static_cast<double>(num_stretches) / static_cast<double>(known.size()));
+    if (high - low > std::max(options_.least_change, kErrors * error)) return true;
+  }
+  return false;
+}
+
 /// The best of the grid, and the best of those with quite another rate.
 std::vector<PlaceFit::Clock> PlaceFit::starts(const float* values, const std::uint8_t* seen) const {
   Eigen::VectorXd explained = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(grid_.size()));
@@ -280,6 +313,8 @@ PlaceFactors PlaceFit::solve(const float* values, const std::uint8_t* seen) cons
       place.offset = (place.rate - 1.0) * middle_ + best->clock.delay;
       place.rate_stddev = place.rate * std::sqrt(best->log_rate_variance);
       place.gain = best->gain, place.base = best->base;
+    } else if (has_changed(values, seen)) {
+      place.status = PlaceStatus::Otherwise;
     }
   }
   double squares = 0.0;

@@ -26,6 +26,7 @@ class PlaceFit {
     double log_rate = 0.0, delay = 0.0;
   };
   struct State;
+  [[nodiscard]] bool has_changed(const float* values, const std::uint8_t* seen) const;
   [[nodiscard]] std::vector<Clock> starts(const float* values, const std::uint8_t* seen) const;
   [[nodiscard]] State refined(const Clock& start, double to_beat, const float* values, const std::uint8_t* seen) const;
   [[nodiscard]] double cost(const State& state, const float* values, const std::uint8_t* seen,

@@ -16,12 +16,14 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "breathe"]
 
 myst_heading_anchors = 4
 highlight_language = "none"
+smartquotes = False  # --option stays what is typed.
 html_theme = "furo"
 html_title = f"patinate {version}"
 html_static_path = ["static"]
 html_css_files = ["manual.css"]
 html_copy_source = False
 html_show_sphinx = False
+html_show_copyright = False
 # A page opened as a file may not read others: results are titles then, with a server too.
 html_show_search_summary = False
 

@@ -17,7 +17,6 @@ LANGUAGES = {".cpp": "cpp", ".h": "cpp", ".inl": "c", ".py": "python", ".sh": "b
 PICTURES = {".jpg", ".png", ".svg"}
 FOLDERS = {"docs/algorithms": "how_it_works.md", "docs/schema": "schema/index.md", "docs/notebooks": "notebooks/index.md",
            "docs/decisions": "decisions/index.md", "docs/examples": "examples/index.md"}
-LARGEST_SHOWN = 200_000  # Bytes of a linked file.
 
 
 class Manual:
@@ -73,8 +72,8 @@ class Manual:
 
     def folder_page(self, path):
         names = sorted({f[len(path) + 1:].split("/")[0] for f in self.listed if f.startswith(f"{path}/")})
-        small = [n for n in names if (ROOT / path / n).is_dir() or (ROOT / path / n).stat().st_size <= LARGEST_SHOWN]
-        return f"# {path}\n\n" + "".join(f"- [{n}]({n})\n" if n in small else f"- {n}\n" for n in names)
+        shown = [n for n in names if (ROOT / path / n).is_dir() or pathlib.Path(n).suffix in LANGUAGES]
+        return f"# {path}\n\n" + "".join(f"- [{n}]({n})\n" if n in shown else f"- {n}\n" for n in names)
 
     def file_page(self, path):
         self.files[f"repository/{path}"] = ROOT / path

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "analysis/factorization/factorization_job.h"
+#include "analysis/factorization/forecast.h"
 #include "analysis/factorization/temporal_curve.h"
 #include "libcommon/core/files.h"
 #include "patinate/core/error.h"
@@ -95,6 +97,53 @@ TEST(Factorization, MaskedValuesDoNotMatterAndStillPlacesAreSaid) {
       EXPECT_NEAR(f.base[c], places.truth[i].base[c], 5 * 0.01 / std::sqrt(30.0));
     }
   }
+}
+
+TEST(Factorization, WhatChangesInAnotherWayIsNotCalledUnchanged) {
+  FactoredPlaces places = factored_places({.count = 300, .noise = 0.01, .unchanged = 0.2});
+  const std::size_t num_times = places.series.times.size();
+  // A third goes to and fro, several times as often as anything of the curve.
+  for (std::size_t i = 0; i < places.truth.size(); i += 3) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (std::size_t t = 0; t < num_times; ++t) {
+        RandomStream random(11, i * 1000 + c * 100 + t);
+        places.series.values[(i * 3 + c) * num_times + t] = static_cast<float>(
+            0.5 + 0.1 * std::sin(places.series.times[t] * 2.0 * std::numbers::pi / 33.0) + 0.01 * random.normal());
+      }
+    }
+  }
+  const Factorization made = factorize(places.series, kQuick);
+  for (std::size_t i = 0; i < places.truth.size(); ++i) {
+    const PlaceFactors& f = made.factors[0][i];
+    if (i % 3 == 0) {
+      EXPECT_NE(f.status, PlaceStatus::Unchanged) << i;
+      if (f.status != PlaceStatus::Otherwise) continue;
+      EXPECT_FALSE(is_covered(made.models[0].curve, f, places.series.times.front())) << "nobody knows how it goes on";
+    } else if (places.truth[i].status == PlaceStatus::Unchanged) {
+      EXPECT_EQ(f.status, PlaceStatus::Unchanged) << i;
+    }
+  }
+}
+
+TEST(Forecast, KnowsACourseThatQuickPlacesHaveShownAndNotWhatNobodyDid) {
+  // Slow places stand at the end where quick ones have been: the curve knows more than the last frame.
+  const FactoredPlaces known = factored_places({.count = 300, .noise = 0.005, .spread = 0.4});
+  const std::optional<Forecast> of_known = make_forecast(known.series, kQuick);
+  ASSERT_TRUE(of_known.has_value());
+  EXPECT_EQ(of_known->num_held, 9);
+  EXPECT_TRUE(of_known->has_skill());
+  // In the last fifth everything stands still: nothing told that.
+  FactoredPlaces still = factored_places({.count = 300, .noise = 0.005, .spread = 0.4});
+  const std::size_t num_times = still.series.times.size();
+  for (std::size_t i = 0; i < still.truth.size() * 3; ++i) {
+    float* values = still.series.values.data() + i * num_times;
+    for (std::size_t t = num_times - 9; t < num_times; ++t) values[t] = values[num_times - 10];
+  }
+  const std::optional<Forecast> of_still = make_forecast(still.series, kQuick);
+  ASSERT_TRUE(of_still.has_value());
+  EXPECT_LT(of_still->last, 0.01) << "it stands still";
+  EXPECT_FALSE(of_still->has_skill());
+  EXPECT_FALSE(make_forecast({.times = {0, 1, 2, 3}, .values = std::vector<float>(12, 0.5f)}, kQuick).has_value());
 }
 
 TEST(Factorization, EveryChannelMayHaveAClockOfItsOwn) {

@@ -57,7 +57,11 @@ int cmd_factorize(CommandRun& run) {
   const auto text = [](const Json& v) { return short_number_text(rounded(v.get<double>(), 3)); };
   for (const Json& f : made.at("frames")) {
     const std::string time = "time " + short_number_text(f.at("time").get<double>()) + " " + unit + ": ";
-    if (f.contains("extrapolated")) {
+    if (f.contains("held")) {
+      run.note(time +
+               "EXTRAPOLATED, and held as it was seen last: of frames that it had not seen the curve knew less "
+               "than that (forecast_ciede2000, last_frame_ciede2000)");
+    } else if (f.contains("extrapolated")) {
       run.note(time + "EXTRAPOLATED, seen by nobody; the curve covers " +
                text(Json(100.0 * f.at("covered_share").get<double>())) +
                " % of what changes, elsewhere its end holds (history/masks)");

@@ -23,6 +23,7 @@ constexpr std::array kVerbs{
     Verb{"accessibility", "Says how hard each place of a scan is to reach, in three definitions.", cmd_accessibility},
     Verb{"explain", "Says which control explains where a surface has aged, and their best mix.", cmd_explain},
     Verb{"combine", "Lays several histories side by side in one, a library.", cmd_combine},
+    Verb{"trim", "Makes a history of part of another one's frames.", cmd_trim},
     Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},
     Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},
     Verb{"render", "Makes a picture of a transfer or simulation at a time, a strip of times, or a movie.", cmd_render},

@@ -51,10 +51,12 @@ inline constexpr int kLeastFrames = 4;
 
 enum class PlaceStatus : std::uint8_t {
   Unseen,     ///< Fewer than kLeastFrames values: base is their mean (0 without any), nothing else is known.
-  Unchanged,  ///< Only base means something: rate and offset are not defined.
+  Unchanged,  ///< Nothing says that it changes. Only base means something: rate and offset are not defined.
   Open,       ///< It changes, but its values leave rate and offset open: they stand near 1 and 0.
   Fitted,
+  Otherwise,  ///< It changes, and not as the curve does. Only base means something.
 };
+inline constexpr std::size_t kNumPlaceStatuses = 5;
 
 /// p(t) = gain phi(rate t - offset) + base.
 struct PlaceFactors {

@@ -65,7 +65,8 @@ ControlMap height_part(const TexelMap& map, const std::array<double, 3>& up_numb
 }
 
 void require_part_control(const std::string& expression) {
-  for (const ControlName& name : ControlExpression(expression, control_kind_names()).names()) {
+  const ControlExpression parsed(expression, control_kind_names());
+  for (const ControlName& name : parsed.names()) {
     if (!name.is_file && (name.text == "facing" || name.text == "height")) continue;
     throw ParseError("`" + name.text + "` " + (name.is_file ? "is a file" : "looks at the whole atlas") +
                      ", which no process holds by tile; use facing, height and expressions of them");

@@ -61,8 +61,8 @@ class Tiles(CommandCase):
         self.assertEqual([name for name in made if made[name] != other[name]], [])
 
     def test_4_x_4_tiles_of_256_are_the_transfer_in_one_piece(self):
-        self.succeeds(*self.command(256), "-o", "whole")
-        self.succeeds(*self.command(256), "--by-tile", "--threads", "1", "-o", "tiled")
+        self.succeeds(*self.command(256), "--coarse-passes", "2", "-o", "whole")
+        self.succeeds(*self.command(256), "--coarse-passes", "2", "--by-tile", "--threads", "1", "-o", "tiled")
         self.assert_equal("whole", "tiled")
 
     def test_items_in_processes_of_their_own_give_the_same(self):

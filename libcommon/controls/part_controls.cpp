@@ -64,8 +64,18 @@ ControlMap height_part(const TexelMap& map, const std::array<double, 3>& up_numb
           {}};
 }
 
+void require_part_control(const std::string& expression) {
+  const ControlExpression parsed(expression, control_kind_names());
+  for (const ControlName& name : parsed.names()) {
+    if (!name.is_file && (name.text == "facing" || name.text == "height")) continue;
+    throw ParseError("`" + name.text + "` " + (name.is_file ? "is a file" : "looks at the whole atlas") +
+                     ", which no process holds by tile; use facing, height and expressions of them");
+  }
+}
+
 ControlMap make_part_control(const std::string& expression, const TexelMap& map, const TexelRect& part,
                              const ControlKindOptions& options, const RunControl& control) {
+  require_part_control(expression);
   const ControlExpression parsed(expression, control_kind_names());
   ImageU8 coverage(part.width(), part.height());
   for (int y = 0; y < part.height(); ++y) {
@@ -74,10 +84,8 @@ ControlMap make_part_control(const std::string& expression, const TexelMap& map,
     }
   }
   return parsed.evaluate(coverage, [&](const ControlName& name) -> ControlMap {
-    if (!name.is_file && name.text == "facing") return facing_part(map, options.facing, part, control);
-    if (!name.is_file && name.text == "height") return height_part(map, options.up, part, control);
-    throw ParseError("`" + name.text + "` " + (name.is_file ? "is a file" : "looks at the whole atlas") +
-                     ", which no process holds by tile; use facing, height and expressions of them");
+    return name.text == "facing" ? facing_part(map, options.facing, part, control)
+                                 : height_part(map, options.up, part, control);
   });
 }
 

@@ -15,8 +15,11 @@ namespace patinate {
 [[nodiscard]] ControlMap height_part(const TexelMap& map, const std::array<double, 3>& up, const TexelRect& part,
                                      const RunControl& control = {});
 
+/// @throws ParseError for an expression with a kind that looks at the whole atlas, or a file.
+void require_part_control(const std::string& expression);
+
 /// make_control_expression() of a part: the values that the whole map has there.
-/// @throws ParseError for a kind that looks at the whole atlas, or a file.
+/// @throws as require_part_control().
 [[nodiscard]] ControlMap make_part_control(const std::string& expression, const TexelMap& map, const TexelRect& part,
                                            const ControlKindOptions& options, const RunControl& control = {});
 

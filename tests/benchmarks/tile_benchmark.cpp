@@ -2,6 +2,7 @@
 /// tile_benchmark MESH.obj HISTORY RESOLUTION TEXEL_MM FOLDER [whole | here]: UVs of several tiles, millimeters;
 /// control facing for the history's first control, without structure. With `whole` the transfer in one piece, with
 /// `here` all items in one process.
+#include <malloc.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -59,6 +60,7 @@ int main(int argc, char** argv) {
     std::puts("tile_benchmark MESH.obj HISTORY RESOLUTION TEXEL_MM FOLDER [whole | here]: needs a mesh and a history");
     return 0;
   }
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);  // As the command does.
   const std::filesystem::path folder = argv[5];
   const std::string mode = argc > 6 ? argv[6] : "";
   transfer::TransferTask task;

@@ -2,6 +2,7 @@
 """A command's work as a plan: items run anywhere, in any portions, and joined, give the bytes of the command. Usage: plan_test.py PATINATE [unittest arguments]"""
 import json
 import pathlib
+import resource
 import shutil
 import signal
 import subprocess
@@ -221,6 +222,44 @@ class Plans(PlanCase):
         self.succeeds("join", "plan.json")
         self.succeeds("ingest", "capture", "--progress", "--spatial-sigma", "7", "-o", "fresh")
         self.assertEqual(tree_of(self.folder / "out"), tree_of(self.folder / "fresh"))
+
+
+class Cost(PlanCase):
+    """What a plan says that items take. Machines differ in speed: measured is how a case that the constants do not come from compares with one that they come from."""
+
+    def spent(self, *command):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        self.succeeds(*command)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+    def frames(self, width, height):
+        name = f"paint{width}"
+        self.succeeds("synth", "crackle", "--width", width, "--height", height, "--num-frames", "4", "-o", name)
+        plan = self.plan("ingest", name, "-o", f"history{width}", file=f"plan{width}.json")
+        items = [item for item in plan["items"] if item["name"].startswith("frame-")]
+        self.assertEqual([len(item["inputs"]) for item in items], [1] * 4)
+        self.assertLessEqual({item["inputs"][0] for item in items}, {entry["name"] for entry in plan["inputs"]})
+        spent = self.spent("run", f"plan{width}.json", "--items", ",".join(str(item["number"]) for item in items))
+        return sum(item["cost"]["core_seconds"] for item in items), items[0]["cost"]["megabytes"], spent
+
+    def transfer(self, resolution, *more):
+        command = ["transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--structure", "0", "--no-cache", "--resolution", resolution, *more, "-o", f"aged{resolution}"]
+        cost = self.plan(*command)["join"]["cost"]
+        return cost["core_seconds"], cost["megabytes"], self.spent("run", *command)
+
+    def test_it_grows_with_size_and_is_right_to_a_factor_of_three(self):
+        for name, of in (("frames", [self.frames(256, 200), self.frames(600, 480)]), ("transfer", [self.transfer(256), self.transfer(600)])):
+            with self.subTest(name):
+                (small, small_mb, small_spent), (large, large_mb, large_spent) = of
+                self.assertLess(small, large)
+                self.assertLess(small_mb, large_mb)
+                ratio = (large_spent / small_spent) / (large / small)
+                self.assertTrue(1 / 3 < ratio < 3, f"{ratio}: {of}")
+
+    def test_what_is_not_known_is_null(self):
+        plan = self.plan("transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "out")
+        self.assertIsNone(plan["join"]["cost"])
 
 
 if __name__ == "__main__":

@@ -86,6 +86,8 @@ void write_places(const std::filesystem::path& file, const TexelMap& map, const 
   std::vector<std::int8_t> beside;
   std::vector<std::uint8_t> changed;
   pixels.reserve(static_cast<std::size_t>(rect.num_texels()));
+  beside.reserve(2 * static_cast<std::size_t>(rect.num_texels()));
+  changed.reserve(static_cast<std::size_t>(rect.num_texels()));
   for (int y = rect.y0; y < rect.y1; ++y) {
     for (int x = rect.x0; x < rect.x1; ++x) {
       const auto t = static_cast<std::size_t>(TexelId{y} * map.width() + x);

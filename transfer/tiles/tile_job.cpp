@@ -16,33 +16,54 @@ namespace {
 
 using Work = std::function<void(const fs::path& folder, const RunControl& control)>;
 
+/// What an item takes by the texels of its tile: measured in November 2026 on 2 x 2 tiles of 256, 512 and 1024 texels
+/// with a history of 256 x 192 pixels and one control (docs/scaling.md).
+struct StepCost {
+  double seconds = 0.0;        ///< Before the first texel: reading mesh and history, preparing the source.
+  double texel_seconds = 0.0;  ///< And for each texel of the tile, on the level of the step.
+  double texel_bytes = 0.0;
+};
+constexpr StepCost kSurvey{0.01, 6e-8, 24.0}, kMatch{0.1, 1.4e-7, 45.0}, kHalve{0.08, 2e-7, 90.0},
+    kStart{0.09, 1e-7, 60.0}, kPass{0.12, 1.1e-6, 80.0}, kFinish{0.1, 6e-7, 60.0}, kCoarse{0.6, 3.5e-6, 40.0};
+constexpr double kBase_mb = 22.0;
+constexpr double kNumbering_bytes = 0.4;  ///< A texel of the whole level: sets of texels (texel_set.h).
+
 /// Adds the items of one stage after the other.
 class StageList {
  public:
   StageList(JobPlan& plan, const TileGrid& grid) : plan_(plan), grid_(grid) {}
 
-  /// An item a tile. @param name  Before the tile's number. @param texels  About its work, a texel of level 0.
-  void add(const std::string& name, std::size_t level, double work,
+  /// An item a tile. @param name  Before the tile's number.
+  void add(const std::string& name, std::size_t level, const StepCost& step,
            const std::function<std::vector<fs::path>(int tile)>& outputs,
            const std::function<Work(int tile)>& work_of) {
-    for (int tile = 0; tile < grid_.num_tiles(); ++tile) {
-      plan_.items.push_back({.name = name + "." + std::to_string(tile),
-                             .outputs = outputs(tile),
-                             .run = work_of(tile),
-                             .stage = stage_,
-                             .weight = work * weight_of(level, tile)});
-    }
+    for (int tile = 0; tile < grid_.num_tiles(); ++tile)
+      add_item(name + "." + std::to_string(tile), outputs(tile), work_of(tile),
+               cost_of(step, grid_.rect(level, tile).num_texels(), grid_.num_texels(level)));
     ++stage_;
   }
-  void add_one(const std::string& name, double weight, std::vector<fs::path> outputs, Work work) {
-    plan_.items.push_back(
-        {.name = name, .outputs = std::move(outputs), .run = std::move(work), .stage = stage_++, .weight = weight});
-  }
-  [[nodiscard]] double weight_of(std::size_t level, int tile) const {
-    return static_cast<double>(grid_.rect(level, tile).num_texels());
+  void add_one(const std::string& name, std::size_t level, const StepCost& step, std::vector<fs::path> outputs,
+               Work work) {
+    add_item(name, std::move(outputs), std::move(work),
+             cost_of(step, grid_.num_texels(level), grid_.num_texels(level)));
+    ++stage_;
   }
 
  private:
+  [[nodiscard]] static JobCost cost_of(const StepCost& step, std::int64_t texels, std::int64_t all) {
+    const auto here = static_cast<double>(texels);
+    return {.core_seconds = step.seconds + step.texel_seconds * here,
+            .megabytes = kBase_mb + 1e-6 * (step.texel_bytes * here + kNumbering_bytes * static_cast<double>(all))};
+  }
+  void add_item(const std::string& name, std::vector<fs::path> outputs, Work work, const JobCost& cost) {
+    plan_.items.push_back({.name = name,
+                           .outputs = std::move(outputs),
+                           .run = std::move(work),
+                           .stage = stage_,
+                           .weight = cost.core_seconds,
+                           .cost = cost});
+  }
+
   JobPlan& plan_;
   const TileGrid& grid_;
   int stage_ = 0;
@@ -62,7 +83,7 @@ JobPlan plan_tiled_transfer(TiledTask task, const fs::path& output) {
   StageList stages(plan, grid);
   const std::size_t num_controls = transfer.input.controls.size();
   stages.add(
-      "survey", 0, 0.3,
+      "survey", 0, kSurvey,
       [&](int tile) {
         std::vector<fs::path> files{tile_file::texel_counts(tile)};
         for (std::size_t c = 0; c < num_controls; ++c) {
@@ -73,7 +94,7 @@ JobPlan plan_tiled_transfer(TiledTask task, const fs::path& output) {
       },
       [&](int tile) -> Work { return [=](const fs::path& f, const RunControl& c) { tiled->survey(tile, f, c); }; });
   stages.add(
-      "match", 0, 0.5,
+      "match", 0, kMatch,
       [&](int tile) {
         std::vector<fs::path> files{tile_file::targets(0, tile)};
         for (std::size_t l = 0; l < num_tiled; ++l) files.push_back(tile_file::links(l, tile));
@@ -82,18 +103,18 @@ JobPlan plan_tiled_transfer(TiledTask task, const fs::path& output) {
       [&](int tile) -> Work { return [=](const fs::path& f, const RunControl& c) { tiled->match(tile, f, c); }; });
   for (std::size_t l = 1; l <= num_tiled; ++l) {
     stages.add(
-        "halve-level" + std::to_string(l), l, 0.2,
+        "halve-level" + std::to_string(l), l, kHalve,
         [&](int tile) { return std::vector<fs::path>{tile_file::targets(l, tile)}; },
         [&](int tile) -> Work { return [=](const fs::path& f, const RunControl& c) { tiled->halve(l, tile, f, c); }; });
   }
   std::vector<fs::path> coarse{tile_file::coarse(), tile_file::num_levels()};
   for (std::size_t l = 0; l < num_tiled; ++l) coarse.push_back(tile_file::similar(l));
-  stages.add_one("coarse-levels", 10.0 * static_cast<double>(grid.num_texels(num_tiled)), std::move(coarse),
+  stages.add_one("coarse-levels", num_tiled, kCoarse, std::move(coarse),
                  [=](const fs::path& f, const RunControl& c) { tiled->synthesize_coarse(f, c); });
   for (std::size_t l = num_tiled; l-- > 0;) {
     const std::string level = "level" + std::to_string(l);
     stages.add(
-        level + "-start", l, 0.3,
+        level + "-start", l, kStart,
         [&](int tile) {
           return std::vector<fs::path>{tile_file::places(l, 0, tile), tile_file::counts(l, 0, tile)};
         },
@@ -101,7 +122,7 @@ JobPlan plan_tiled_transfer(TiledTask task, const fs::path& output) {
     const int num_passes = tiled->num_passes(l);
     for (int pass = 0; pass < num_passes; ++pass) {
       stages.add(
-          level + "-pass" + std::to_string(pass), l, 1.0,
+          level + "-pass" + std::to_string(pass), l, kPass,
           [&](int tile) {
             std::vector<fs::path> files{tile_file::places(l, pass + 1, tile)};
             if (pass + 1 < num_passes) files.push_back(tile_file::counts(l, pass + 1, tile));
@@ -113,7 +134,7 @@ JobPlan plan_tiled_transfer(TiledTask task, const fs::path& output) {
     }
   }
   stages.add(
-      "finish", 0, 0.5,
+      "finish", 0, kFinish,
       [&](int tile) {
         return std::vector<fs::path>{tile_file::figures(tile), coordinate_tile_file(transfer, tile)};
       },

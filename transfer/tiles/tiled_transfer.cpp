@@ -110,10 +110,7 @@ TiledTransfer::TiledTransfer(TiledTask task) : task_(std::move(task)), grid_(tas
       throw InvalidInput("--control " + std::string(kLibraryControl) +
                          " is matched over the whole atlas, which no process holds by tile");
   }
-  const TexelMap map = t.input.map->unsearched();
-  for (const TransferControl& c : t.input.controls)
-    (void)make_part_control(c.destination, map, {0, 0, 1, 1},
-                            task_.kinds);  // What cannot be is said before work starts.
+  for (const TransferControl& c : t.input.controls) require_part_control(c.destination);
   const SourceStructure structure =
       find_structure(*t.history, usable_mask(*t.history, t.input.source_mask), o.appearance);
   if (!structure.empty() && o.quality != TransferQuality::Draft) {

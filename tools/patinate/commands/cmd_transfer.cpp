@@ -1,3 +1,5 @@
+#include <malloc.h>
+
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -5,6 +7,7 @@
 
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/distance_io.h"
+#include "libcommon/controls/part_controls.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "patinate/atlas/direction_field.h"
@@ -160,6 +163,13 @@ std::shared_ptr<const FlowFrames> make_flow(const std::string& flow, const Texel
   return std::make_shared<const FlowFrames>(direction_frames(map, chosen, Vec3(up[0], up[1], up[2]), control));
 }
 
+/// Memory of any size that is given back goes to the operating system, and comes from there as zeros that take no room:
+/// what arrays over the whole atlas count on of which a tile is used. (By itself the limit grows with what is freed.)
+void keep_zeros_untouched() {
+  constexpr int kLeast = 1 << 20;
+  mallopt(M_MMAP_THRESHOLD, kLeast);
+}
+
 }  // namespace
 
 int cmd_transfer(CommandRun& run) {
@@ -219,6 +229,7 @@ int cmd_transfer(CommandRun& run) {
   check_flow(flow);
   for (const std::string& text : control_texts) {  // A typo is said before work starts.
     (void)ControlExpression(transfer::parse_control_spec(text).destination, control_kind_names());
+    if (by_tile) require_part_control(transfer::parse_control_spec(text).destination);
   }
 
   const bool is_fast = options.method == transfer::TransferMethod::Fast;
@@ -241,6 +252,7 @@ int cmd_transfer(CommandRun& run) {
     task.source_mask_name = source_mask.filename().string();
   }
   const std::optional<double> pixel_mm = texel_size_mm ? texel_size_mm : history.facts().texel_size_mm;
+  if (by_tile) keep_zeros_untouched();
   const Destination destination = (by_tile ? make_tiled_destination : make_destination)(
       mesh_source, atlas, run.line.is_given("resolution"), pixel_mm, run);
   task.atlas = destination.atlas;
@@ -257,8 +269,8 @@ int cmd_transfer(CommandRun& run) {
   task.flow = task.input.frames ? std::filesystem::path(flow).filename().string() : "uv";
   task.input.appearance = transfer::appearance_source(history, cache);
   task.input.history = task.history;
-  note_history_warnings(run, history.label(), history.facts().warnings);
   if (!by_tile) {
+    note_history_warnings(run, history.label(), history.facts().warnings);
     const auto forecast = transfer::forecast_transfer(task.input, options.neighborhood_radius_px);
     for (const std::string& warning : transfer::warnings_of(forecast)) run.note(warning);
   }

@@ -28,7 +28,6 @@ Destination make_tiled_destination(const MeshSource& source, const AtlasOptions&
   AtlasMesh atlas = make_atlas(source, mesh, options, run.control("atlas"));
   if (atlas.is_unwrapped || atlas.tiles.size() < 2)
     throw IoError(source.path.string(), "--by-tile expects UVs of several tiles (UDIM, or a square a material)");
-  note_atlas(source, atlas, run);
   out.mm_per_mesh_unit = mm_per_unit(*out.unit);
   out.texel_size_mm = *pixel_mm;
   run.line.decided("resolution", std::to_string(options.resolution));

@@ -52,6 +52,7 @@ class SameBytes(PlanCase):
         "simulate": ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "6", "--history-every", "2", "-o", "out"],
         "recompose": ["recompose", "dirty", "--set", "dirt.strength=3", "-o", "out"],
         "combine": ["combine", "history", "history", "-o", "out"],
+        "trim": ["trim", "history", "--every", "2", "-o", "out"],
     }
 
     def setUp(self):

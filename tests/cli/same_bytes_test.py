@@ -52,6 +52,7 @@ COMMANDS = {
     "relit": ["ingest", "@mold"],
     "transfer": ["transfer", "@history", "@urn/mesh.obj", "--control", "thickness=facing", "--resolution", "64"],
     "combine": ["combine", "@history", "@history"],
+    "trim": ["trim", "@history", "--every", "2"],
     "evaluate": ["evaluate", "@aged", "--audits", "20"],
     "evaluate_foreign": ["evaluate", "@same.nnf", "--history", "@history", "--control", "@history/controls/thickness.exr", "--audits", "20"],
     "compare": ["compare", "@history", "@aged", "--through", "@aged", "--num-resamples", "5"],

@@ -58,6 +58,14 @@ class Docstrings(unittest.TestCase):
         self.assertEqual("\n".join(lines), "What a\\_ does: a\\*b.\n\nBy name:\n\n``size: int = 1``\n    Texels\n\n``seed: int``\n    Of ``all``\n\nReturns x\n")
 
 
+    def test_many_arguments_by_name_are_dots(self):
+        import inspect
+        few = inspect.signature(lambda self, a, *, b=1: None).parameters.values()
+        many = inspect.signature(lambda a, *, b=1, c=1, d=1, e=1, f=1, g=1, h=1: None).parameters.values()
+        self.assertEqual(docstrings.names_of(few), ["a", "*", "b"])
+        self.assertEqual(docstrings.names_of(many), ["a", "*", "..."])
+
+
 class Links(unittest.TestCase):
     def test_dead_ones_are_named(self):
         with tempfile.TemporaryDirectory() as name:

@@ -16,6 +16,7 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "breathe"]
 
 myst_heading_anchors = 4
 highlight_language = "none"
+smartquotes = False  # --option stays what is typed.
 html_theme = "furo"
 html_title = f"patinate {version}"
 html_static_path = ["static"]

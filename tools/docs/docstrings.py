@@ -32,12 +32,22 @@ def as_restructured_text(_app, _what, _name, _object, _options, lines):
     lines[:] = "\n\n".join(map(block, paragraphs("\n".join(lines)))).splitlines() + [""]
 
 
+MOST_BY_NAME = 6
+
+
+def names_of(parameters):
+    """What is given in order, then after * what is given by name, as dots where that is much."""
+    in_order = [p.name for p in parameters if p.kind is not p.KEYWORD_ONLY and p.name != "self"]
+    by_name = [p.name for p in parameters if p.kind is p.KEYWORD_ONLY]
+    return in_order + (["*"] + (by_name if len(by_name) <= MOST_BY_NAME else ["..."]) if by_name else [])
+
+
 def signature(_app, what, _name, thing, _options, text, _returned):
     """The names of the arguments; what they are stands below."""
     if what not in ("function", "method", "class"):
         return None
     try:
-        names = [str(p).split(":")[0].split("=")[0].strip() for p in inspect.signature(thing).parameters.values() if p.name != "self"]
+        names = names_of(inspect.signature(thing).parameters.values())
     except (TypeError, ValueError):
         return None if text else ("", "")
     return "(" + ", ".join(names) + ")", ""

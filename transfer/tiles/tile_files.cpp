@@ -30,6 +30,7 @@ Path counts(std::size_t level, int pass, int tile) {
   return named("level" + text(level) + ".counts" + text(pass) + "." + text(tile));
 }
 Path coarse() { return named("coarse.places"); }
+Path similar(std::size_t level) { return named("level" + text(level) + ".similar"); }
 Path num_levels() { return named("coarse.levels"); }
 Path figures(int tile) { return named("figures." + text(tile)); }
 

@@ -30,6 +30,7 @@ using Path = std::filesystem::path;
 [[nodiscard]] Path places(std::size_t level, int pass, int tile);  ///< Before that pass: see write_places().
 [[nodiscard]] Path counts(std::size_t level, int pass, int tile);  ///< PlaceCounts before that pass.
 [[nodiscard]] Path coarse();                                       ///< Places of the finest level that is not tiled.
+[[nodiscard]] Path similar(std::size_t level);                     ///< SimilarPixels.
 [[nodiscard]] Path num_levels();                                   ///< One std::int64_t.
 [[nodiscard]] Path figures(int tile);                              ///< EnergyFigures.
 }  // namespace tile_file

@@ -86,8 +86,9 @@ JobPlan plan_tiled_transfer(TiledTask task, const fs::path& output) {
         [&](int tile) { return std::vector<fs::path>{tile_file::targets(l, tile)}; },
         [&](int tile) -> Work { return [=](const fs::path& f, const RunControl& c) { tiled->halve(l, tile, f, c); }; });
   }
-  stages.add_one("coarse-levels", 10.0 * static_cast<double>(grid.num_texels(num_tiled)),
-                 {tile_file::coarse(), tile_file::num_levels()},
+  std::vector<fs::path> coarse{tile_file::coarse(), tile_file::num_levels()};
+  for (std::size_t l = 0; l < num_tiled; ++l) coarse.push_back(tile_file::similar(l));
+  stages.add_one("coarse-levels", 10.0 * static_cast<double>(grid.num_texels(num_tiled)), std::move(coarse),
                  [=](const fs::path& f, const RunControl& c) { tiled->synthesize_coarse(f, c); });
   for (std::size_t l = num_tiled; l-- > 0;) {
     const std::string level = "level" + std::to_string(l);

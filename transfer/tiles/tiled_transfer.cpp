@@ -80,12 +80,21 @@ std::size_t read_num_levels(const std::filesystem::path& folder) {
   return static_cast<std::size_t>(file.values<std::int64_t>(0, 1)[0]);
 }
 
-/// The similar pixels of a level: from the coarsest down, as synthesis finds them.
-SimilarPixels similar_on(std::size_t level, std::size_t num_levels, const std::vector<SourceLevel>& sources,
-                         const RunControl& control) {
+/// The similar pixels of the tiled levels, found from the coarsest down as synthesis does.
+void write_similar(const std::filesystem::path& folder, std::size_t num_tiled, std::size_t num_levels,
+                   const std::vector<SourceLevel>& sources, const RunControl& control) {
   SimilarPixels similar;
-  for (std::size_t l = num_levels; l-- > level;)
+  for (std::size_t l = num_levels; l-- > 0;) {
     similar = similar_of_level(sources[l], l + 1 == num_levels ? nullptr : &sources[l + 1], similar, control);
+    if (l < num_tiled) write_array(folder / tile_file::similar(l), std::span<const SimilarPixels::value_type>(similar));
+  }
+}
+
+SimilarPixels read_similar(const std::filesystem::path& folder, std::size_t level) {
+  const MappedFile file(folder / tile_file::similar(level));
+  const auto all = file.all<std::int32_t>();
+  SimilarPixels similar(all.size() / kNumSimilar);
+  std::copy_n(all.begin(), similar.size() * kNumSimilar, similar.data()->data());
   return similar;
 }
 
@@ -211,8 +220,8 @@ void TiledTransfer::match(int tile, const Folder& folder, const RunControl& cont
     matched.push_back(
         match_tile(folder, c, tile, grid_.num_tiles(), *map, rect, t.input.controls[c], *t.history, mask, silent));
   }
-  write_array(folder / tile_file::targets(0, tile),
-              std::as_const(*std::make_unique<ControlImage>(interleave(matched, silent))).values());
+  const ControlImage targets = interleave(matched, silent);
+  write_array(folder / tile_file::targets(0, tile), targets.values());
   for (std::size_t l = 0; l < num_tiled_levels(); ++l) {
     const auto on = p.map_on(l, silent);
     const std::vector<TexelLink> links = find_links(*on, grid_.rect(l, tile), p.finder_on(l, *on, silent));
@@ -251,6 +260,7 @@ void TiledTransfer::synthesize_coarse(const Folder& folder, const RunControl& co
   const TexelMap& covered = *levels[finest].destination.map;
   write_places(folder / tile_file::coarse(), covered, covered.rect(), places, {});
   write_array(folder / tile_file::num_levels(), std::span(&num_levels, 1));
+  write_similar(folder, finest, static_cast<std::size_t>(num_levels), p.sources, silent);
 }
 
 void TiledTransfer::start(std::size_t level, int tile, const Folder& folder, const RunControl& control) {
@@ -302,7 +312,7 @@ void TiledTransfer::pass(std::size_t level, int pass, int tile, const Folder& fo
   StoredTargets(folder, grid_, level, static_cast<int>(p.weights.size())).load(rect, part->others, *part);
   SynthesisLevel synthesis = p.level_of(level, map, part);
   synthesis.destination.neighbors = std::make_shared<TexelNeighborhood>(find({rect, part->others}));
-  const SimilarPixels similar = similar_on(level, num_levels, p.sources, silent);
+  const SimilarPixels similar = read_similar(folder, level);
   const MultiLevelOptions& o = p.options.multi_level;
   const EnergyScale scale = EnergyScale::make(
       synthesis.source, coherence_of_level(level, num_levels - 1, *p.options.coherence_share, o), p.weights);

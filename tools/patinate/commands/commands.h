@@ -37,6 +37,7 @@ int cmd_study(CommandRun& run);
 int cmd_synth(CommandRun& run);
 int cmd_thickness(CommandRun& run);
 int cmd_transfer(CommandRun& run);
+int cmd_trim(CommandRun& run);
 int cmd_unlight(CommandRun& run);
 int cmd_validate(CommandRun& run);
 

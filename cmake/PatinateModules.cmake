@@ -3,6 +3,8 @@ include(GNUInstallDirs)
 # Where modules are installed, and how programs of the same prefix get there.
 set(PATINATE_MODULES_DIR "${CMAKE_INSTALL_LIBDIR}/patinate")
 file(RELATIVE_PATH PATINATE_MODULES_FROM_PROGRAMS "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_LIBDIR}/patinate")
+# The same of the library of histories, which tools/library/build puts beside what is built.
+file(RELATIVE_PATH PATINATE_LIBRARY_FROM_PROGRAMS "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_DATADIR}/patinate/library")
 
 # patinate_module(NAME SOURCES a.cpp ... PRIVATE deps): NAME.so, built beside the programs. It uses our headers, but links none of our libraries:
 # what these keep would be there twice. It shows nothing but what it marks as visible.

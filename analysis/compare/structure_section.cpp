@@ -5,6 +5,7 @@
 
 #include "analysis/compare/sections.h"
 #include "analysis/figures/spatial.h"
+#include "analysis/figures/spectrum_distance.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 
@@ -14,34 +15,9 @@ namespace {
 
 constexpr std::size_t kMostTimes = 9;
 constexpr std::uint32_t kSpectrumPurpose = 201, kLengthPurpose = 202;
-constexpr double kFaint = 1e-6;  ///< L*^2: keeps the logarithm of nothing finite; far below what a photograph resolves.
 
-/// log2 of a spectrum at a frequency between its rings, which are half an octave apart.
-std::optional<double> log_power(const std::vector<double>& frequencies, const std::vector<double>& power,
-                                double frequency) {
-  double at = 2.0 * std::log2(frequency / frequencies.front());
-  if (std::abs(at - std::round(at)) < 1e-9) at = std::round(at);  // The same ring: nothing to blend.
-  if (at < 0.0 || at > static_cast<double>(power.size() - 1)) return std::nullopt;
-  const auto k = std::min(static_cast<std::size_t>(at), power.size() - 1), next = std::min(k + 1, power.size() - 1);
-  const double f = at - static_cast<double>(k);
-  return (1.0 - f) * std::log2(power[k] + kFaint) + f * std::log2(power[next] + kFaint);
-}
-
-/// Octaves by which two spectra differ, mean over the frequencies that both have.
-std::optional<double> octaves_between(const SpatialStructure& a, double pixel_a, std::span<const int> wa,
-                                      const SpatialStructure& b, double pixel_b, std::span<const int> wb) {
-  const std::vector<double> pa = a.spectrum(wa), pb = b.spectrum(wb);
-  if (pa.empty() || pb.empty()) return std::nullopt;
-  double sum = 0.0;
-  int count = 0;
-  for (std::size_t k = 0; k < pa.size(); ++k) {
-    const std::optional<double> other = log_power(b.frequencies(), pb, a.frequencies()[k] / pixel_a * pixel_b);
-    if (!other) continue;
-    // Power of a spectrum per area: a pixel of another size spreads the same variance over other frequencies.
-    sum += std::abs(std::log2(pa[k] + kFaint) + 2.0 * std::log2(pixel_a / pixel_b) - *other);
-    ++count;
-  }
-  return count == 0 ? std::nullopt : std::optional(sum / count);
+Spectrum spectrum_of(const SpatialStructure& structure, std::span<const int> weights) {
+  return {structure.frequencies(), structure.spectrum(weights)};
 }
 
 struct Structures {
@@ -67,7 +43,8 @@ void add_spectrum(const ComparedPair& pair, const Structures& a, const Structure
     return [&one, &other](const std::vector<int>& wa, const std::vector<int>& wb) {
       double sum = 0.0;
       for (std::size_t t = 0; t < one.at.size(); ++t) {
-        const std::optional<double> d = octaves_between(one.at[t], one.pixel, wa, other.at[t], other.pixel, wb);
+        const std::optional<double> d =
+            octaves_between(spectrum_of(one.at[t], wa), one.pixel, spectrum_of(other.at[t], wb), other.pixel);
         if (!d) return std::vector<double>();
         sum += *d;
       }
@@ -90,10 +67,9 @@ void add_spectrum(const ComparedPair& pair, const Structures& a, const Structure
   for (double v : a.at.back().frequencies()) curve.x.push_back(v / a.pixel);
   for (const Structures* s : {&a, &b}) {
     CurveColumn column{s == &a ? "A" : "B", {}};
-    const std::vector<double> power = s->at.back().spectrum((s == &a ? pair.blocks_a : pair.blocks_b).all());
+    const Spectrum spectrum = spectrum_of(s->at.back(), (s == &a ? pair.blocks_a : pair.blocks_b).all());
     for (double frequency : curve.x) {
-      const std::optional<double> log =
-          power.empty() ? std::nullopt : log_power(s->at.back().frequencies(), power, frequency * s->pixel);
+      const std::optional<double> log = log_power(spectrum, frequency * s->pixel);
       column.values.push_back(log ? std::optional(std::exp2(*log) * s->pixel * s->pixel) : std::nullopt);
     }
     curve.columns.push_back(std::move(column));

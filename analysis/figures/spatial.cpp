@@ -47,13 +47,15 @@ int ring_of(double u, double v, int tile) {
 
 }  // namespace
 
-SpatialStructure::SpatialStructure(const ColorStack& stack, std::size_t time, const BlockGrid& grid) {
+SpatialStructure::SpatialStructure(const ColorStack& stack, std::size_t time, const BlockGrid& grid,
+                                   SpatialFigures figures) {
   const int shorter = std::min(stack.width, stack.height);
   tile_px_ = kLargestTile;
   while (tile_px_ > kSmallestTile && tile_px_ > shorter / 4) tile_px_ /= 2;
   const ImageF values = stack.lab_image(time, 0);
   const ImageU8 mask = stack.mask();
   add_tiles(stack, values, mask, grid);
+  if (figures == SpatialFigures::Spectrum) return;
   num_lags_ = std::min<std::size_t>(kMostLags, static_cast<std::size_t>(shorter) / 3 + 1);
   add_pairs(stack, values, mask, grid);
 }

@@ -12,13 +12,17 @@
 
 namespace patinate::analysis {
 
+/// Covariances take most of the time; without them there is no correlation length.
+enum class SpatialFigures { All, Spectrum };
+
 /// Structure of L* at one time.
 class SpatialStructure {
  public:
   /// Spectra of square tiles that overlap by half, each with its mean removed and under a Hann window [Welch 1967];
   /// tiles that lie less than nine tenths on the surface are excluded. Covariances along rows, columns and both
   /// diagonals.
-  SpatialStructure(const ColorStack& stack, std::size_t time, const BlockGrid& grid);
+  SpatialStructure(const ColorStack& stack, std::size_t time, const BlockGrid& grid,
+                   SpatialFigures figures = SpatialFigures::All);
 
   /// Side of a tile in pixels: the largest power of two up to a quarter of the shorter side, [8, 64].
   [[nodiscard]] int tile_px() const { return tile_px_; }

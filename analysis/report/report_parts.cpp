@@ -153,8 +153,10 @@ Section section_from_json(const Json& json) {
 std::string curve_csv(const Curve& curve) {
   std::string text = cell(curve.x_name);
   for (const CurveColumn& c : curve.columns) {
-    text += "," + cell(c.name);
-    if (!c.band.empty()) text += "," + cell(c.name) + " low," + cell(c.name) + " high";
+    for (const char* end : {"", " low", " high"}) {
+      if (*end != '\0' && c.band.empty()) continue;
+      text += "," + cell(c.name + end + (curve.y_name.empty() ? "" : " [" + curve.y_name + "]"));
+    }
   }
   text += "\n";
   for (std::size_t i = 0; i < curve.x.size(); ++i) {

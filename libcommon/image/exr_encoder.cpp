@@ -92,6 +92,7 @@ class ExrEncoder final : public ImageEncoder {
       header.insert(kImageHighAttribute, Imf::DoubleAttribute(format_.scale->high));
       header.insert(kImageUnitAttribute, Imf::StringAttribute(format_.scale->unit));
     }
+    if (!format_.unit.empty()) header.insert(kImageUnitAttribute, Imf::StringAttribute(format_.unit));
     return header;
   }
 

@@ -202,9 +202,9 @@ struct ImageRowWriter::Impl {
         takes_codes(is_coded_image(target)),
         place(target),
         file(place.temporary()) {
-    const EncodedFormat encoded = takes_codes
-                                      ? code_format(path, width, height, static_cast<int>(num_channels), format.key)
-                                      : exr_format(path, width, height, format.channels, depth, format.key);
+    EncodedFormat encoded = takes_codes ? code_format(path, width, height, static_cast<int>(num_channels), format.key)
+                                        : exr_format(path, width, height, format.channels, depth, format.key);
+    encoded.unit = format.unit;
     watched([&] { encoder = create_encoder(encoded, file); });
   }
 

@@ -39,7 +39,8 @@ class ImageRowReader {
 struct RowFormat {
   std::vector<std::string> channels = {"R", "G", "B"};  ///< Names in an EXR; other files have 1 or 3.
   ExrDepth depth = ExrDepth::Half;
-  std::string key = "";  ///< Content key.
+  std::string key = "";   ///< Content key.
+  std::string unit = "";  ///< Of the values in an EXR, said by its header; "" = none.
 };
 
 /// Images by rows: equal rows give the bytes of write_color() (or write_codes(), write_exr()), but the picture is never

@@ -66,6 +66,7 @@ struct EncodedFormat {
   bool has_facts = true;  ///< Who wrote it, a date that is none, and the key.
   std::string key = "";
   std::optional<ValueScale> scale = {};  ///< Of an EXR with facts.
+  std::string unit = "";                 ///< Of an EXR with facts whose values are not scaled.
   bool is_srgb = false;                  ///< Says so in a file without facts.
   int png_level = 6;                     ///< Of zlib, [0, 9].
   int jpeg_quality = 92;

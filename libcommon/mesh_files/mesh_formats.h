@@ -1,8 +1,9 @@
 /// \file
-/// The readers behind read_mesh(), one per format. Each takes the path for its error messages.
+/// The readers behind read_mesh(), one per format, and OBJ with materials. Each takes the path for its error messages.
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "patinate/geometry/mesh.h"
 
@@ -19,5 +20,10 @@ namespace patinate {
 /// glTF and GLB through tinygltf: the default scene's nodes with their transforms, all primitives of triangles, strips
 /// and fans. Skins, morph targets and images are not looked at; Draco and meshopt compression are refused.
 [[nodiscard]] Mesh read_gltf(const std::filesystem::path& path);
+
+/// The OBJ that mesh_io.h writes, with materials. @param material_library  An MTL file that says what they are; "" =
+/// none.
+void write_obj(const std::filesystem::path& path, const Mesh& mesh, const std::string& key,
+               const std::string& material_library);
 
 }  // namespace patinate

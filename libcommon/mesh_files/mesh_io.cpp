@@ -72,9 +72,15 @@ Mesh read_mesh(const std::filesystem::path& path) {
 }
 
 void write_obj(const std::filesystem::path& path, const Mesh& mesh, const std::string& key) {
+  write_obj(path, mesh, key, "");
+}
+
+void write_obj(const std::filesystem::path& path, const Mesh& mesh, const std::string& key,
+               const std::string& material_library) {
   const bool has_uvs = mesh.has_uvs();
   const bool has_normals = !mesh.triangles.empty() && mesh.normal_triangles.size() == mesh.triangles.size();
   std::string text = kObjBegin + (key.empty() ? "" : " " + key) + "\n";
+  if (!material_library.empty()) text += "mtllib " + one_line(material_library) + "\n";
   append_vectors(text, "v", mesh.positions);
   if (has_uvs) append_vectors(text, "vt", mesh.uvs);
   if (has_normals) append_vectors(text, "vn", mesh.normals);

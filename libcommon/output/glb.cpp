@@ -299,6 +299,9 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
 
   Json gltf;
   gltf["asset"] = gltf_asset();
+  std::string credits;
+  for (const std::string& credit : options.credits) credits += (credits.empty() ? "" : "; ") + credit;
+  if (!credits.empty()) gltf["asset"]["copyright"] = credits;
   if (!options.key.empty()) gltf["asset"]["extras"] = {{"patinate_key", options.key}};
   gltf["extensionsUsed"] = {"KHR_materials_variants"};
   gltf["scene"] = 0;

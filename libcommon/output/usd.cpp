@@ -8,7 +8,8 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/image_rows.h"
+#include "libcommon/output/materialx.h"
+#include "libcommon/output/model_textures.h"
 #include "libcommon/output/usd_text.h"
 #include "libcommon/output/usdz_archive.h"
 #include "patinate/core/error.h"
@@ -33,57 +34,14 @@ void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbAppeara
     if (look.base_colors.size() != n || (!look.normals.empty() && look.normals.size() != n) ||
         (!look.speculars.empty() && look.speculars.size() != n) ||
         look.normals.size() != appearance.front().normals.size() ||
-        look.speculars.size() != appearance.front().speculars.size())
+        look.speculars.size() != appearance.front().speculars.size() ||
+        (!look.metalness.empty() && look.metalness.size() != n) ||
+        (!look.heights.empty() && look.heights.size() != n) ||
+        look.metalness.size() != appearance.front().metalness.size() ||
+        look.heights.size() != appearance.front().heights.size())
       throw InvalidInput("usd: expected a texture for every tile, of the same kinds at every time");
   }
 }
-
-/// Writes the textures of one kind at one time, and says their names.
-std::vector<std::string> write_textures(const fs::path& folder, const std::string& prefix, std::size_t time,
-                                        const std::string& kind, const std::vector<GlbTexture>& textures) {
-  std::vector<std::string> names;
-  for (std::size_t tile = 0; tile < textures.size(); ++tile) {
-    const GlbTexture& texture = textures[tile];
-    const std::string name =
-        kind + "." + zero_padded(time, 4) + (textures.size() > 1 ? "." + std::to_string(tile) : "") + ".png";
-    ImageRowWriter out(
-        folder / name, texture.width, texture.height,
-        {.channels = texture.channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"}});
-    texture.make([&](std::span<const std::uint8_t> rows) { out.write(rows); });
-    out.finish();
-    names.push_back(prefix + name);
-  }
-  return names;
-}
-
-/// A folder beside the output that goes when it is not kept.
-class WorkFolder {
- public:
-  explicit WorkFolder(fs::path path) : path_(std::move(path)) {
-    std::error_code error;
-    fs::remove_all(path_, error);
-    if (!fs::create_directories(path_, error) || error)
-      throw CannotComplete(path_.string() + ": cannot be made; " + error.message());
-  }
-  ~WorkFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  WorkFolder(const WorkFolder&) = delete;
-  WorkFolder& operator=(const WorkFolder&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-  /// Takes the place of `to`.
-  void keep_as(const fs::path& to) {
-    std::error_code error;
-    fs::remove_all(to, error);
-    fs::rename(path_, to, error);
-    if (error) throw CannotComplete(to.string() + ": cannot be written; " + error.message());
-    path_.clear();
-  }
-
- private:
-  fs::path path_;
-};
 
 }  // namespace
 
@@ -96,16 +54,12 @@ void write_usd(const fs::path& path, const Mesh& mesh, const GlbTiles& tiles,
   check(mesh, tiles, appearance, times);
   const std::string stem = path.stem().string(), textures = is_package ? "textures" : stem + ".textures";
   WorkFolder work(folder_of(path) / ("." + stem + ".usd.partial"));
-  UsdTextureFiles files;
+  TextureFiles files;
   for (std::size_t i = 0; i < times.size(); ++i) {
     control.throw_if_stopped();
-    const GlbAppearance& look = appearance[i];
-    const auto written = [&](const std::string& kind, const std::vector<GlbTexture>& of) {
-      return write_textures(work.path(), textures + "/", i, kind, of);
-    };
-    files.base_colors.push_back(written("color", look.base_colors));
-    if (!look.normals.empty()) files.normals.push_back(written("normal", look.normals));
-    if (!look.speculars.empty()) files.speculars.push_back(written("gloss", look.speculars));
+    GlbAppearance look = appearance[i];
+    if (is_package) look.heights.clear();  // A package holds PNG and JPEG.
+    write_textures(work.path(), textures + "/", i, look, files);
     control.report(0.9 * static_cast<double>(i + 1) / static_cast<double>(times.size()));
   }
   const std::string text = usd_text(mesh, tiles, files, times, options);
@@ -115,7 +69,7 @@ void write_usd(const fs::path& path, const Mesh& mesh, const GlbTiles& tiles,
     write_atomically(path, [&](const fs::path& temporary) {
       UsdzArchive archive(temporary);
       archive.add(stem + ".usda", stage);  // The first file is the one that is opened.
-      for (const auto* series : {&files.base_colors, &files.normals, &files.speculars}) {
+      for (const TextureFiles::Series* series : files.all()) {
         for (const std::vector<std::string>& names : *series) {
           for (const std::string& name : names) archive.add(name, work.path() / fs::path(name).filename());
         }
@@ -124,6 +78,15 @@ void write_usd(const fs::path& path, const Mesh& mesh, const GlbTiles& tiles,
     });
   } else {
     work.keep_as(folder_of(path) / textures);
+    std::vector<std::string> names;
+    for (const GlbAppearance& look : appearance) names.push_back(look.name);
+    write_atomically(fs::path(path).replace_extension(".mtlx"),
+                     materialx_text(tiles.names, files,
+                                    {.time_names = names,
+                                     .geometries = usd_geometries(mesh, tiles, options),
+                                     .roughness = options.roughness,
+                                     .key = options.key,
+                                     .credits = options.credits}));
     write_atomically(path, text);
   }
   control.report(1.0);

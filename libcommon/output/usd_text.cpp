@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <cctype>
 #include <set>
+#include <string_view>
+#include <utility>
 
 #include "libcommon/core/text.h"
 
 namespace patinate {
 
 namespace {
-
-/// Files of one channel over time.
-using Series = std::vector<std::vector<std::string>>;
 
 /// A name that a prim may have, unlike those before.
 std::string prim_name(const std::string& name, std::set<std::string>& taken) {
@@ -23,7 +22,7 @@ std::string prim_name(const std::string& name, std::set<std::string>& taken) {
   return unlike;
 }
 
-std::string quoted(const std::string& text) {
+std::string quoted_text(std::string_view text) {
   std::string out = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') out += '\\';
@@ -72,6 +71,31 @@ std::vector<Part> parts_of(const Mesh& mesh, const UsdOptions& options) {
     parts[object].triangles.push_back(t);
   }
   return parts;
+}
+
+/// Those that have triangles, with the names of their prims.
+std::vector<std::pair<Part, std::string>> named_parts(const Mesh& mesh, const UsdOptions& options) {
+  std::set<std::string> taken{"Materials"};
+  std::vector<std::pair<Part, std::string>> named;
+  for (Part& part : parts_of(mesh, options)) {
+    if (part.triangles.empty()) continue;
+    std::string name = prim_name(part.name, taken);
+    named.emplace_back(std::move(part), std::move(name));
+  }
+  return named;
+}
+
+std::string root_name(const UsdOptions& options) {
+  std::set<std::string> none;
+  return prim_name(options.name, none);
+}
+
+/// Of the subsets of faces that show a tile, one a tile.
+std::vector<std::string> subset_names(const GlbTiles& tiles) {
+  std::set<std::string> taken;
+  std::vector<std::string> names;
+  for (const std::string& tile : tiles.names) names.push_back(prim_name("tile_" + tile, taken));
+  return names;
 }
 
 /// Indices of a part's corners into a list of its own.
@@ -136,14 +160,14 @@ std::string mesh_text(const Mesh& mesh, const GlbTiles& tiles, const Part& part,
   line("int[] primvars:st:indices = " + indices(uvs.corners));
   line("uniform token subdivisionScheme = \"none\"");
   if (materials.size() == 1) line("rel material:binding = " + materials.front());
-  std::set<std::string> taken;
+  const std::vector<std::string> subsets = subset_names(tiles);
   for (std::size_t tile = 0; materials.size() > 1 && tile < materials.size(); ++tile) {
     std::vector<int> faces;
     for (std::size_t i = 0; i < part.triangles.size(); ++i) {
       if (tiles.triangle_tile[part.triangles[i]] == static_cast<int>(tile)) faces.push_back(static_cast<int>(i));
     }
     if (faces.empty()) continue;
-    out += "\n        def GeomSubset \"" + prim_name("tile_" + tiles.names[tile], taken) +
+    out += "\n        def GeomSubset \"" + subsets[tile] +
            "\" (\n            prepend apiSchemas = [\"MaterialBindingAPI\"]\n        )\n        {\n"
            "            uniform token elementType = \"face\"\n            uniform token familyName = \"materialBind\"\n"
            "            int[] indices = " +
@@ -153,7 +177,7 @@ std::string mesh_text(const Mesh& mesh, const GlbTiles& tiles, const Part& part,
 }
 
 /// A texture that changes with time. @param more  Further inputs, each a line.
-std::string texture_text(const std::string& name, const Series& files, std::size_t tile,
+std::string texture_text(const std::string& name, const TextureFiles::Series& files, std::size_t tile,
                          const std::vector<double>& times, const std::string& material, const std::string& color_space,
                          const std::string& more, const std::string& output) {
   std::string out = "            def Shader \"" + name + "\"\n            {\n";
@@ -175,18 +199,20 @@ std::string texture_text(const std::string& name, const Series& files, std::size
   return out + "            }\n";
 }
 
-std::string material_text(const std::string& name, const std::string& path, const UsdTextureFiles& files,
-                          std::size_t tile, const std::vector<double>& times, const UsdOptions& options) {
+std::string material_text(const std::string& name, const std::string& path, const TextureFiles& files, std::size_t tile,
+                          const std::vector<double>& times, const UsdOptions& options) {
   const std::string indent(16, ' ');
   std::string out = "        def Material \"" + name + "\"\n        {\n            token outputs:surface.connect = <" +
                     path + "/surface.outputs:surface>\n\n            def Shader \"surface\"\n            {\n" + indent +
                     "uniform token info:id = \"UsdPreviewSurface\"\n" + indent +
                     "color3f inputs:diffuseColor.connect = <" + path + "/color.outputs:rgb>\n" + indent +
-                    "float inputs:metallic = 0\n";
+                    (files.metalness.empty() ? "float inputs:metallic = 0"
+                                             : "float inputs:metallic.connect = <" + path + "/metalness.outputs:r>") +
+                    "\n";
   if (!files.normals.empty()) out += indent + "normal3f inputs:normal.connect = <" + path + "/normal.outputs:rgb>\n";
   out += indent +
-         (files.speculars.empty() ? "float inputs:roughness = " + number_text(options.roughness)
-                                  : "float inputs:roughness.connect = <" + path + "/gloss.outputs:r>") +
+         (files.roughness.empty() ? "float inputs:roughness = " + number_text(options.roughness)
+                                  : "float inputs:roughness.connect = <" + path + "/roughness.outputs:r>") +
          "\n";
   out += indent + "token outputs:surface\n            }\n            def Shader \"st\"\n            {\n" + indent +
          "uniform token info:id = \"UsdPrimvarReader_float2\"\n" + indent + "string inputs:varname = \"st\"\n" +
@@ -198,25 +224,25 @@ std::string material_text(const std::string& name, const std::string& path, cons
         indent + "float4 inputs:scale = (2, 2, 2, 1)\n" + indent + "float4 inputs:bias = (-1, -1, -1, 0)\n",
         "float3 outputs:rgb");
   }
-  if (!files.speculars.empty()) {  // They say how glossy it is.
-    out += texture_text(
-        "gloss", files.speculars, tile, times, path, "raw",
-        indent + "float4 inputs:scale = (-1, -1, -1, 1)\n" + indent + "float4 inputs:bias = (1, 1, 1, 0)\n",
-        "float outputs:r");
-  }
+  if (!files.roughness.empty())
+    out += texture_text("roughness", files.roughness, tile, times, path, "raw", "", "float outputs:r");
+  if (!files.metalness.empty())
+    out += texture_text("metalness", files.metalness, tile, times, path, "raw", "", "float outputs:r");
   return out + "        }\n";
 }
 
 }  // namespace
 
-std::string usd_text(const Mesh& mesh, const GlbTiles& tiles, const UsdTextureFiles& files,
+std::string usd_text(const Mesh& mesh, const GlbTiles& tiles, const TextureFiles& files,
                      const std::vector<double>& times, const UsdOptions& options) {
-  std::set<std::string> roots, taken;
-  const std::string root = prim_name(options.name, roots);
+  const std::string root = root_name(options);
   const double span = times.back() - times.front();
-  std::string out = "#usda 1.0\n(\n    customLayerData = {\n        string patinate_key = " + quoted(options.key) +
-                    "\n        string time_unit = " + quoted(options.time_unit) + "\n    }\n    defaultPrim = \"" +
-                    root + "\"\n    endTimeCode = " + number_text(times.back()) +
+  std::string credits;
+  for (const std::string& credit : options.credits) credits += (credits.empty() ? "" : "; ") + credit;
+  const std::string says_credits = credits.empty() ? credits : "\n        string credits = " + quoted_text(credits);
+  std::string out = "#usda 1.0\n(\n    customLayerData = {\n        string patinate_key = " + quoted_text(options.key) +
+                    "\n        string time_unit = " + quoted_text(options.time_unit) + says_credits +
+                    "\n    }\n    defaultPrim = \"" + root + "\"\n    endTimeCode = " + number_text(times.back()) +
                     "\n    metersPerUnit = " + number_text(options.meters_per_unit) +
                     "\n    startTimeCode = " + number_text(times.front()) +
                     "\n    timeCodesPerSecond = " + number_text(span > 0.0 ? span / options.duration_s : 24.0) +
@@ -224,18 +250,30 @@ std::string usd_text(const Mesh& mesh, const GlbTiles& tiles, const UsdTextureFi
   std::set<std::string> material_names;
   std::vector<std::string> names, bindings;
   for (const std::string& tile : tiles.names) {
-    names.push_back(prim_name("material" + (tile.empty() ? "" : "_" + tile), material_names));
+    names.push_back(prim_name(tile_material(tile), material_names));
     bindings.push_back("</" + root + "/Materials/" + names.back() + ">");
   }
-  taken.insert("Materials");
-  for (const Part& part : parts_of(mesh, options)) {
-    if (!part.triangles.empty()) out += mesh_text(mesh, tiles, part, prim_name(part.name, taken), bindings) + "\n";
-  }
+  for (const auto& [part, name] : named_parts(mesh, options))
+    out += mesh_text(mesh, tiles, part, name, bindings) + "\n";
   out += "    def Scope \"Materials\"\n    {\n";
   for (std::size_t tile = 0; tile < names.size(); ++tile) {
     out += material_text(names[tile], "/" + root + "/Materials/" + names[tile], files, tile, times, options);
   }
   return out + "    }\n}\n";
+}
+
+std::vector<std::string> usd_geometries(const Mesh& mesh, const GlbTiles& tiles, const UsdOptions& options) {
+  const std::vector<std::string> subsets = subset_names(tiles);
+  std::vector<std::string> geometries;
+  for (std::size_t tile = 0; tile < subsets.size(); ++tile) {
+    std::string list;
+    for (const auto& [part, name] : named_parts(mesh, options)) {
+      list += (list.empty() ? "/" : ", /") + root_name(options) + "/" + name +
+              (subsets.size() > 1 ? "/" + subsets[tile] : "");
+    }
+    geometries.push_back(std::move(list));
+  }
+  return geometries;
 }
 
 }  // namespace patinate

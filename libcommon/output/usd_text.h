@@ -5,18 +5,18 @@
 #include <string>
 #include <vector>
 
+#include "libcommon/output/model_textures.h"
 #include "patinate/geometry/mesh.h"
 #include "patinate/output/usd.h"
 
 namespace patinate {
 
-/// Files of the textures, relative to the stage: [time][tile]; normals and speculars may be empty.
-struct UsdTextureFiles {
-  std::vector<std::vector<std::string>> base_colors, normals, speculars;
-};
-
 /// @param mesh, tiles, times, options  As write_usd() takes them.
-[[nodiscard]] std::string usd_text(const Mesh& mesh, const GlbTiles& tiles, const UsdTextureFiles& files,
+[[nodiscard]] std::string usd_text(const Mesh& mesh, const GlbTiles& tiles, const TextureFiles& files,
                                    const std::vector<double>& times, const UsdOptions& options);
+
+/// Paths of what shows a tile, as looks name them: the meshes, or with several tiles every GeomSubset of the tile.
+[[nodiscard]] std::vector<std::string> usd_geometries(const Mesh& mesh, const GlbTiles& tiles,
+                                                      const UsdOptions& options);
 
 }  // namespace patinate

@@ -8,6 +8,7 @@
 #include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
+#include "libcommon/image/image_rows.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "patinate/output/glb.h"
@@ -47,7 +48,11 @@ void write_composed_files(const fs::path& folder, const std::string& name, Simul
   write_codes(folder / "color.png", look.color_srgb8());
   write_codes(folder / "specular.png", look.specular8());
   write_codes(folder / "normal.png", look.normal8());
-  write_exr(folder / "height.exr", look.height_mm(), {"Y"}, ExrDepth::Float);
+  const ImageF height = look.height_mm();
+  ImageRowWriter heights(folder / "height.exr", height.width(), height.height(),
+                         {.channels = {"Y"}, .depth = ExrDepth::Float, .unit = "mm"});
+  heights.write(height.values());
+  heights.finish();
   control.report(0.7);
   GlbVariant variant{.name = "aged", .base_colors = {look.color_linear()}};
   variant.normals = {look.normal8()};

@@ -139,13 +139,13 @@ class Curves(Case):
     def test_regions_over_time(self):
         self.make("info", SHARED / "history", "--curves", "c.csv", "--by", "thickness", "--bins", 3, "--at", "5,6")
         rows = list(csv.DictReader((self.folder / "c.csv").read_text().splitlines()))
-        self.assertEqual({row["time"] for row in rows}, {"0", "7.5", "15", "22.5"})
-        first = [row for row in rows if row["time"] == "0"]
+        self.assertEqual({row["time (s)"] for row in rows}, {"0", "7.5", "15", "22.5"})
+        first = [row for row in rows if row["time (s)"] == "0"]
         self.assertEqual(int(first[0]["pixels"]), 48 * 40)
         self.assertEqual(sum(int(row["pixels"]) for row in first if row["region"].startswith("thickness")), 48 * 40)
         self.assertEqual(first[-1]["region"], "at 5 6")
         for row in rows:
-            self.assertEqual(float(row["delta_e"]) == 0.0, row["time"] == "0")
+            self.assertEqual(float(row["delta_e"]) == 0.0, row["time (s)"] == "0")
             self.assertLessEqual(float(row["R_p05"]), float(row["R_p95"]))
 
     def test_mistakes_are_named(self):

@@ -20,7 +20,7 @@ except ImportError:
 PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
 SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
 FILES = {"capture": "capture/capture.json", "relit": "mold/capture.json", "history": "history/history.json", "library": "library/history.json", "transfer": "aged/transfer.json",
-         "sequence": "textures/sequence.json", "run": "aged/run.json",
+         "sequence": "textures/sequence.json", "card": "history/card.json", "run": "aged/run.json",
          "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json",
          "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "explanation": "explained/explanation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json", "fit": "fitted/report.json", "parameters": "ranges.json", "plan": "plan.json", "study": "study.json"}
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
@@ -50,6 +50,7 @@ def setUpModule():
                       ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], ["evaluate", "aged", "--samples", "500", "-o", "evaluated"], ["factorize", "history", "--times", "24", "-o", "factors"],
                       ["explain", "aged", "urn/mesh.obj", "--resolution", "64", "--channel", "luminance", "--num-samples", "1000", "--shuffles", "199", "-o", "explained"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
         subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
+    (WORK / "history/card.json").write_text(json.dumps({"format": "patinate.card", "version": 1, "title": "Paint", "about": "It cracks.", "license": "MIT", "attribution": "Nobody", "source": "here"}))
     (WORK / "study.json").write_text(json.dumps(STUDY))
     (WORK / "plan.json").write_bytes(subprocess.run([PATINATE, "plan", "ingest", "capture", "-o", "planned", "--json"], cwd=WORK, capture_output=True, check=True).stdout)
     (WORK / "ranges.json").write_text(json.dumps({"format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/appearance/dirt/strength", "low": 0.1, "high": 5, "scale": "log"}],
@@ -107,6 +108,7 @@ BROKEN = {
                          put("texel_size_mm", 0), put("texel_size_mm", -1), put("frames", []), put("frames", {}), put("frames", 0, "time", "now"),
                          put("frames", 0, "fiel", "x"), drop("frames", 0, "file"), put("controls", 0, "range", [1]), drop("controls", 0, "name"),
                          put("maps", {"color": "x"}), put("key", 5), drop("name"), put("mask", 3)],
+    "card": COMMON + [drop("title"), drop("license"), drop("attribution"), put("title", 3), put("about", ["a"]), put("source", 5)],
     "library": [put("library", 0, "width", 0), put("library", 0, "x", -1), drop("library", 0, "key"), put("library", 0, "surplus", 1), put("library", "two")],
     "capture": COMMON + [put("kind", "moving"), put("response", "rgb"), put("response", {"gamma": 0}), put("response", {"gama": 2}), put("frames", []),
                          put("frames", {"pattern": "frames/*.png", "interval": 0}), put("frames", {"pattern": "frames/*.png", "start": 1}),

@@ -22,7 +22,7 @@ RowFormat format_of(const TextureFile& texture) {
     case TextureKind::Normal:
       return {.channels = {"X", "Y", "Z"}, .depth = ExrDepth::Float, .key = texture.key};
     case TextureKind::Value:
-      return {.channels = {"Y"}, .depth = ExrDepth::Float, .key = texture.key};
+      return {.channels = {"Y"}, .depth = ExrDepth::Float, .key = texture.key, .unit = texture.unit};
   }
   return {.key = texture.key};
 }

@@ -30,6 +30,7 @@ struct TextureFile {
   ImageF source;                             ///< Of the history's size: sample(), sample_material_map().
   std::string key = "";                      ///< Content key for the files.
   TextureKind kind = TextureKind::Color;
+  std::string unit = "";  ///< Of a value, for the header of an EXR.
 };
 
 /// Writes what TransferReader::gather_tiles() (of normals normal_tiles()) and write_color() would, byte for byte, in

@@ -102,6 +102,8 @@ class CommandLine {
   [[nodiscard]] bool is_given(const std::string& name) const;
   /// The --config file; "" when there is none.
   [[nodiscard]] std::string config() const;
+  /// Paths that are read, those of options too; `library:NAME` as the folder. Call after parse().
+  [[nodiscard]] std::vector<std::filesystem::path> inputs() const;
   /// Every option in force: {"spatial_sigma": {"value": 20, "from": "default"}, ...}. Call after parse().
   [[nodiscard]] Json effective_options() const;
 

@@ -6,6 +6,7 @@
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/command_line.h"
+#include "tools/patinate/command_line/history_library.h"
 #include "tools/patinate/command_line/option_values.h"
 #include "tools/patinate/command_line/output_place.h"
 #include "tools/patinate/command_line/path_kind.h"
@@ -43,6 +44,8 @@ Json value_in_force(const ArgumentInfo& argument, const std::vector<std::string>
   if (argument.kind == ArgumentKind::Flag) return argument.has_no_form;
   return argument.default_text.empty() ? Json(nullptr) : typed(argument, argument.default_text);
 }
+
+bool is_input(const ArgumentInfo& argument) { return argument.type == ValueType::Path && argument.name != "-o"; }
 
 /// @throws UsageError if what is made would take the place of what is read.
 void require_output_apart(const std::vector<std::unique_ptr<Argument>>& arguments) {
@@ -154,6 +157,10 @@ void CommandLine::assign() {
       throw UsageError(argument->name + ": is missing (" + argument->help + "); see `patinate " + verb_ + " --help`");
     }
   }
+  for (const auto& argument : arguments_) {
+    if (!is_input(*argument)) continue;
+    for (std::string& path : argument->found) path = library_place(path).string();
+  }
   for (const auto& argument : arguments_) assign(*argument);
   for (const auto& argument : arguments_) {
     if (!argument->is_positional() || argument->type != ValueType::Path) continue;
@@ -168,6 +175,14 @@ void CommandLine::assign() {
       return std::string();
     });
   }
+}
+
+std::vector<std::filesystem::path> CommandLine::inputs() const {
+  std::vector<std::filesystem::path> paths;
+  for (const auto& argument : arguments_) {
+    if (is_input(*argument)) paths.insert(paths.end(), argument->found.begin(), argument->found.end());
+  }
+  return paths;
 }
 
 Json CommandLine::effective_options() const {

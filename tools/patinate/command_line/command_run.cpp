@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "libcommon/core/printable.h"
+#include "libcommon/history/history_card.h"
 #include "libcommon/job/spread_job.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/message_stream.h"
@@ -92,6 +93,16 @@ std::vector<std::string> CommandRun::command_line() const {
   return words;
 }
 
+std::vector<std::string> CommandRun::credits() const {
+  std::vector<std::string> all;
+  for (const std::filesystem::path& input : line.inputs()) {
+    for (const std::string& credit : credits_of(input)) {
+      if (std::find(all.begin(), all.end(), credit) == all.end()) all.push_back(credit);
+    }
+  }
+  return all;
+}
+
 std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std::string& label) {
   require_no_file_name(plan.output);
   if (line.common().dry_run && request_ == nullptr) {
@@ -101,6 +112,7 @@ std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std:
   JobOptions options = job_options();
   options.add_record = [this](const std::filesystem::path& folder) {
     write_run_record(folder, command_line(), seconds(), line.effective_options());
+    add_credits(folder, credits());
   };
   if (request_ != nullptr) return answer_folder(plan, options, label);
   const RunControl stage = control(label);
@@ -202,6 +214,9 @@ void CommandRun::report_output(JobStatus status, const std::filesystem::path& ou
   const bool is_done = status == JobStatus::Done;
   end_stage();
   detail("memory: " + peak_memory_text() + " at most");
+  if (is_done) {
+    for (const std::string& credit : credits()) note("credit: " + credit);
+  }
   note(output.string() + ": " + (is_done ? "done in " + seconds_text(seconds()) : "up to date"));
   if (!line.common().json) return;
   Json result{{"output", output.string()}, {"status", is_done ? "done" : "up to date"}};

@@ -44,6 +44,8 @@ class CommandRun {
   /// Options come from the command line, else the environment, else the file of --config.
   /// @returns false when --help was printed: the command then returns at once.
   [[nodiscard]] bool parse();
+  /// Whom the inputs' histories owe (credits_of()): for run.json, and for files that can say it.
+  [[nodiscard]] std::vector<std::string> credits() const;
   /// Progress under a label of one or two words, the stop token, --threads.
   [[nodiscard]] RunControl control(const std::string& label);
   [[nodiscard]] JobOptions job_options() const { return {.force = line.common().force}; }

@@ -19,8 +19,9 @@ namespace patinate::cli {
 namespace {
 
 constexpr std::string_view kPrefix = "PATINATE_";
-/// Variables that begin so and are no options: of tests, of decoder_process.h and of module.h.
-constexpr std::array<std::string_view, 5> kOtherVariables{"DATA", "DECODER", "DECODER_SECONDS", "MODULES", "OPENCL"};
+/// Variables that begin so and are no options: of tests, of decoder_process.h, history_library.h and module.h.
+constexpr std::array<std::string_view, 6> kOtherVariables{"DATA",    "DECODER", "DECODER_SECONDS",
+                                                          "LIBRARY", "MODULES", "OPENCL"};
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),

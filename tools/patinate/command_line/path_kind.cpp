@@ -11,6 +11,7 @@
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
+#include "tools/patinate/command_line/history_library.h"
 
 namespace patinate::cli {
 
@@ -110,6 +111,7 @@ void require_transfer(const fs::path& path) {
 }
 
 fs::path history_place(const fs::path& path) {
+  if (const fs::path place = library_place(path); place != path) return place;
   std::error_code error;
   for (const char* manifest : {"simulation.json", "factorization.json"}) {
     const fs::path folder = path.filename() == manifest ? path.parent_path() : path;

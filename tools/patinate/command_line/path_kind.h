@@ -35,7 +35,8 @@ void require_exists(const std::filesystem::path& path);
 /// @throws InvalidInput unless `path` is a transfer; of a history it says what makes one of it.
 void require_transfer(const std::filesystem::path& path);
 
-/// The history that a path stands for: its own `history` for a simulation or factorization, else the path itself.
+/// The history that a path stands for: its own `history` for a simulation or factorization, the folder of
+/// `library:NAME`, else the path itself.
 [[nodiscard]] std::filesystem::path history_place(const std::filesystem::path& path);
 
 }  // namespace patinate::cli

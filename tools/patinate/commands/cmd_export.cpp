@@ -12,7 +12,9 @@
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/output/glb.h"
+#include "patinate/output/obj.h"
 #include "patinate/output/usd.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
@@ -41,59 +43,89 @@ std::string glb_key_of(const std::filesystem::path& path) {
   return std::filesystem::is_regular_file(path, error) ? read_glb_key(path) : "";
 }
 
-/// Of a stage whose textures are there.
-std::string usd_key_of(const std::filesystem::path& path) {
+/// Files that lie beside a model under its name.
+bool has_beside(const std::filesystem::path& path, const std::vector<std::string>& extensions) {
   std::error_code error;
-  const bool has_textures =
-      path.extension() == ".usdz" ||
-      std::filesystem::is_directory(path.parent_path() / (path.stem().string() + ".textures"), error);
-  return has_textures && std::filesystem::is_regular_file(path, error) ? read_usd_key(path) : "";
+  return std::all_of(extensions.begin(), extensions.end(), [&](const std::string& extension) {
+    return std::filesystem::exists(std::filesystem::path(path).replace_extension(extension), error);
+  });
 }
 
-int export_usd(CommandRun& run, const AgingGlb& model, const std::filesystem::path& output,
-               const std::vector<double>& times) {
-  ContentHash hash;
-  hash.add("export usd 1").add(model.key);
-  for (double t : times) hash.add(t);
-  const std::string key = hash.hex();
-  const std::optional<JobStatus> status = run.check_file(output, usd_key_of(output), key);
-  if (!status) return 0;
-  if (status == JobStatus::Done) {
-    const RunControl control = run.control("export");
-    const std::vector<GlbAppearance> appearance =
-        model.appearance(times, time_labels(times, model.history.time_unit), control.part(0.0, 0.1));
-    const UsdOptions options{.name = output.stem().string(),
+/// Of a stage whose textures and materials are there.
+std::string usd_key_of(const std::filesystem::path& path) {
+  std::error_code error;
+  const bool is_whole = path.extension() == ".usdz" || has_beside(path, {".textures", ".mtlx"});
+  return is_whole && std::filesystem::is_regular_file(path, error) ? read_usd_key(path) : "";
+}
+
+std::string obj_key_of(const std::filesystem::path& path) {
+  std::error_code error;
+  const bool is_whole = has_beside(path, {".textures", ".mtl", ".mtlx"});
+  return is_whole && std::filesystem::is_regular_file(path, error) ? read_obj_key(path) : "";
+}
+
+enum class ModelFormat { Glb, Usd, Obj };
+
+/// What a model is, by its name.
+std::optional<ModelFormat> model_format(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".glb") return ModelFormat::Glb;
+  if (extension == ".usdz" || extension == ".usda") return ModelFormat::Usd;
+  if (extension == ".obj") return ModelFormat::Obj;
+  return std::nullopt;
+}
+
+std::string model_key_of(ModelFormat format, const std::filesystem::path& path) {
+  if (format == ModelFormat::Glb) return glb_key_of(path);
+  return format == ModelFormat::Usd ? usd_key_of(path) : obj_key_of(path);
+}
+
+void write_model(ModelFormat format, const AgingGlb& model, const std::filesystem::path& output,
+                 const std::vector<double>& times, const std::string& key, const std::vector<std::string>& credits,
+                 const RunControl& control) {
+  std::vector<GlbAppearance> appearance =
+      model.appearance(times, time_labels(times, model.history.time_unit), control.part(0.0, 0.1));
+  const RunControl writing = control.part(0.1, 1.0);
+  const std::string name = output.stem().string();
+  if (format == ModelFormat::Glb) {
+    const GlbOptions options{
+        .name = name,
+        .meters_per_unit = model.meters_per_unit,
+        .key = key,
+        .objects = model.objects,
+        .credits = credits,
+        .plants = model.plants ? model.plants(times, control.part(0.1, 0.4)) : std::vector<GlbPlant>{}};
+    return write_glb(output, model.mesh, model.tiles, appearance, options, control.part(0.4, 1.0));
+  }
+  if (model.add_relief) model.add_relief(appearance, times, control);
+  if (format == ModelFormat::Usd) {
+    const UsdOptions options{.name = name,
                              .meters_per_unit = model.meters_per_unit,
                              .time_unit = time_unit_text(model.history.time_unit),
                              .key = key,
-                             .objects = model.objects};
-    write_usd(output, model.mesh, model.tiles, appearance, times, options, control.part(0.1, 1.0));
+                             .objects = model.objects,
+                             .credits = credits};
+    return write_usd(output, model.mesh, model.tiles, appearance, times, options, writing);
   }
-  run.report_output(*status, output, Json{{"times", times}});
-  return 0;
+  const ObjOptions options{.name = name, .key = key, .objects = model.objects, .credits = credits};
+  write_obj_model(output, model.mesh, model.tiles, appearance.front(), options, writing);
 }
 
-int export_glb(CommandRun& run, const AgingGlb& glb, const std::filesystem::path& output,
-               const std::vector<double>& times, const GlbPlantOptions& plants) {
+int export_model(CommandRun& run, ModelFormat format, const AgingGlb& model, const std::filesystem::path& output,
+                 const std::vector<double>& times, const GlbPlantOptions& plants) {
+  if (format == ModelFormat::Obj && times.size() > 1)
+    throw UsageError("-o: an OBJ shows one time; give one --time, or .usda, .usdz or .glb");
+  constexpr std::array<std::string_view, 3> kStages{"export glb 3", "export usd 2", "export obj 1"};
   ContentHash hash;
-  hash.add("export glb 3").add(glb.key);
-  if (glb.plants) hash.add("plants 1").add(plants.plants);
+  hash.add(kStages[static_cast<std::size_t>(format)]).add(model.key);
+  if (format == ModelFormat::Glb && model.plants) hash.add("plants 1").add(plants.plants);
   for (double t : times) hash.add(t);
+  const std::vector<std::string> credits = run.credits();
+  for (const std::string& credit : credits) hash.add(credit);
   const std::string key = hash.hex();
-  const std::optional<JobStatus> status = run.check_file(output, glb_key_of(output), key);
+  const std::optional<JobStatus> status = run.check_file(output, model_key_of(format, output), key);
   if (!status) return 0;
-  if (status == JobStatus::Done) {
-    const RunControl control = run.control("export");
-    const std::vector<GlbAppearance> appearance =
-        glb.appearance(times, time_labels(times, glb.history.time_unit), control.part(0.0, 0.1));
-    const GlbOptions options{
-        .name = output.stem().string(),
-        .meters_per_unit = glb.meters_per_unit,
-        .key = key,
-        .objects = glb.objects,
-        .plants = glb.plants ? glb.plants(times, control.part(0.1, 0.4)) : std::vector<GlbPlant>{}};
-    write_glb(output, glb.mesh, glb.tiles, appearance, options, control.part(0.4, 1.0));
-  }
+  if (status == JobStatus::Done) write_model(format, model, output, times, key, credits, run.control("export"));
   run.report_output(*status, output, Json{{"times", times}});
   return 0;
 }
@@ -218,28 +250,29 @@ int cmd_export(CommandRun& run) {
   MovieOptions movie;
   GlbPlantOptions plants;
   run.line.positional("SUBJECT", "A transfer or simulation, or for pictures a history", subject);
-  run.line.output("OUTPUT",
-                  "MODEL.glb with one variant a time; MODEL.usdz or .usda with textures over time; MOVIE.mp4, .webm or "
-                  ".gif; images aged_%04d.png; or a folder of images",
-                  output);
+  run.line.output(
+      "OUTPUT",
+      "MODEL.glb with one variant a time; MODEL.usdz or .usda with textures over time; MODEL.obj with MTL at one "
+      "time; .usda and .obj with MaterialX; MOVIE.mp4, .webm or .gif; images aged_%04d.png; or a folder of images",
+      output);
   times.declare(run.line);
   run.line.options(format);
   run.line.options(movie);
   run.line.options(plants);
   run.line.example("export aged_bust -o bust.glb --times 0,6,12");
   run.line.example("export aged_bust -o bust.usdz --num-times 20");
+  run.line.example("export aged_bust -o bust.obj --time 12");
   run.line.example("export aged_bust -o textures --format png");
   run.line.example("export copper -o copper.mp4 --frames 200 --fps 25");
   if (!run.parse()) return 0;
-  const std::string extension = lower_extension(output);
-  const bool is_usd = extension == ".usdz" || extension == ".usda";
-  const bool is_model = is_usd || extension == ".glb";
+  const std::optional<ModelFormat> format_of_model = model_format(output);
+  const bool is_model = format_of_model.has_value();
   const bool is_pictures = is_series(output);
   if (!is_model && !is_pictures)
-    require_folder_name(
-        output,
-        "MODEL.glb, .usdz or .usda, MOVIE.mp4, .webm or .gif, images as aged_%04d.png, or the name of a folder (with / "
-        "at its end where it has a dot)");
+    require_folder_name(output,
+                        "MODEL.glb, .usdz, .usda or .obj, MOVIE.mp4, .webm or .gif, images as aged_%04d.png, or the "
+                        "name of a folder (with / "
+                        "at its end where it has a dot)");
   const PathKind kind = kind_of(subject);
   if (kind == PathKind::Transfer && is_pictures) {
     if (const std::optional<PictureSeries> series = texture_series(run, subject, times))
@@ -250,8 +283,9 @@ int cmd_export(CommandRun& run) {
   if (kind == PathKind::Transfer || kind == PathKind::Simulation) {
     if (is_model) {
       const AgingGlb model = open_aging_glb(subject, plants);
-      const std::vector<double> resolved = times.resolve(run, model.history, 5);
-      return is_usd ? export_usd(run, model, output, resolved) : export_glb(run, model, output, resolved, plants);
+      const int default_count = *format_of_model == ModelFormat::Obj ? 1 : 5;
+      return export_model(run, *format_of_model, model, output, times.resolve(run, model.history, default_count),
+                          plants);
     }
     const AgingMesh mesh = open_aging_mesh(subject);
     if (is_pictures) {

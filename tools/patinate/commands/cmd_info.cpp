@@ -7,6 +7,7 @@
 #include "capture/project/relit_project.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/topology.h"
+#include "libcommon/history/history_card.h"
 #include "libcommon/history/warning_json.h"
 #include "libcommon/image/filters.h"
 #include "patinate/atlas/atlas_mesh.h"
@@ -34,6 +35,12 @@ Facts history_facts(const std::filesystem::path& path) {
   Facts facts("history");
   facts.add("name", m.name);
   facts.add("origin", m.origin);
+  if (const std::optional<HistoryCard> card = read_history_card(history.folder())) {
+    facts.add("title", card->title);
+    facts.add("license", card->license);
+    facts.add("attribution", card->attribution);
+    if (!card->source.empty()) facts.add("source", card->source);
+  }
   facts.add("size", Json{m.width, m.height}, size_text(m.width, m.height));
   Json times = Json::array(), controls = Json::array(), extrapolated = Json::array();
   std::string unseen;

@@ -97,7 +97,8 @@ transfer::TextureFile texture_file(const HistoryReader& history, const LookupCom
   const auto kind = map == MaterialMap::Normal   ? transfer::TextureKind::Normal
                     : map == MaterialMap::Stddev ? transfer::TextureKind::Color
                                                  : transfer::TextureKind::Value;
-  return {texture.files, sample_material_map(history, map, texture.time, between), texture.key, kind};
+  return {texture.files, sample_material_map(history, map, texture.time, between), texture.key, kind,
+          map == MaterialMap::Height ? "mm" : ""};
 }
 
 /// In groups: each goes through the coordinates once.

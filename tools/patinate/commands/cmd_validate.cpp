@@ -7,6 +7,7 @@
 #include "capture/project/capture_project.h"
 #include "capture/project/relit_project.h"
 #include "libcommon/core/files.h"
+#include "libcommon/history/history_card.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
@@ -52,6 +53,7 @@ void check_history(const std::filesystem::path& path, Checks& checks, const RunC
     checks.run([&] { (void)history.read_control_deviation(c.name); });
   }
   checks.run([&] { (void)history.read_mask(); });
+  checks.run([&] { (void)read_history_card(history.folder()); });
 }
 
 /// Decodes every photograph.

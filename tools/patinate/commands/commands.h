@@ -24,6 +24,7 @@ int cmd_info(CommandRun& run);
 int cmd_ingest(CommandRun& run);
 int cmd_init(CommandRun& run);
 int cmd_join(CommandRun& run);
+int cmd_library(CommandRun& run);
 int cmd_lookup(CommandRun& run);
 int cmd_plan(CommandRun& run);
 int cmd_recompose(CommandRun& run);

@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "libcommon/core/files.h"
 #include "libcommon/output/plantlets.h"
+#include "patinate/atlas/sheet.h"
 #include "patinate/history/history_sampling.h"
 #include "patinate/image/color.h"
 #include "simulation/job/simulation_job.h"
@@ -19,6 +21,14 @@
 namespace patinate::cli {
 
 namespace {
+
+/// [0, 1] in codes.
+ImageU8 unit_codes(const ImageF& values) {
+  ImageU8 codes(values.width(), values.height());
+  for (std::size_t i = 0; i < codes.values().size(); ++i)
+    codes.data()[i] = static_cast<std::uint8_t>(std::clamp(255.0f * values.data()[i] + 0.5f, 0.0f, 255.0f));
+  return codes;
+}
 
 /// 1 - roughness, in codes.
 ImageU8 gloss_codes(const ImageF& roughness) {
@@ -84,6 +94,50 @@ std::vector<GlbAppearance> appearances_of_transfer(const std::shared_ptr<const t
   return appearance;
 }
 
+/// All maps of a mesh at a time, cut into tiles; the last one is kept, so that tiles and kinds share it. Not
+/// thread-safe.
+class TiledMaps {
+ public:
+  TiledMaps(std::function<AgingMesh()> open, Sheet sheet) : open_(std::move(open)), sheet_(std::move(sheet)) {}
+
+  [[nodiscard]] const SurfaceMaps& at(double time, const RunControl& control) {
+    if (!mesh_) mesh_.emplace(open_());
+    if (time_ != time) maps_ = mesh_->maps(time, control);
+    time_ = time;
+    return maps_;
+  }
+  [[nodiscard]] const Sheet& sheet() const { return sheet_; }
+
+ private:
+  std::function<AgingMesh()> open_;
+  Sheet sheet_;
+  std::optional<AgingMesh> mesh_;
+  std::optional<double> time_;
+  SurfaceMaps maps_;
+};
+
+void add_relief_of(const std::shared_ptr<TiledMaps>& maps, std::vector<GlbAppearance>& appearance,
+                   const std::vector<double>& times, const RunControl& control) {
+  RunControl silent = control;
+  silent.on_progress = {};
+  const Sheet& sheet = maps->sheet();
+  const SurfaceMaps& first = maps->at(times.front(), silent);
+  const bool has_height = !first.height.empty(), has_metalness = !first.metalness.empty();
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    for (int tile = 0; tile < sheet.num_tiles(); ++tile) {
+      if (has_height) {
+        appearance[i].heights.push_back(
+            [maps, silent, t = times[i], tile] { return cut_tile(maps->at(t, silent).height, maps->sheet(), tile); });
+      }
+      if (!has_metalness) continue;
+      appearance[i].metalness.push_back(
+          {sheet.tile_width, sheet.tile_height, 1, [maps, silent, t = times[i], tile](const Write& write) {
+             write(unit_codes(cut_tile(maps->at(t, silent).metalness, maps->sheet(), tile)).values());
+           }});
+    }
+  }
+}
+
 AgingGlb glb_of_transfer(const std::filesystem::path& path) {
   const auto transfer = std::make_shared<const transfer::TransferFolder>(path);
   const AtlasMesh atlas = transfer->read_atlas();
@@ -97,6 +151,13 @@ AgingGlb glb_of_transfer(const std::filesystem::path& path) {
   out.appearance = [transfer](const auto& times, const auto& labels, const RunControl& control) {
     return appearances_of_transfer(transfer, times, labels, control);
   };
+  const std::vector<MaterialMap> maps = material_maps(transfer->history().facts());
+  if (std::find(maps.begin(), maps.end(), MaterialMap::Height) != maps.end()) {
+    out.add_relief = [tiled = std::make_shared<TiledMaps>([path] { return open_aging_mesh(path); }, transfer->sheet())](
+                         auto& appearance, const auto& times, const RunControl& control) {
+      add_relief_of(tiled, appearance, times, control);
+    };
+  }
   return out;
 }
 
@@ -176,6 +237,15 @@ AgingGlb glb_of_simulation(const std::filesystem::path& path, const GlbPlantOpti
     }
     return appearance;
   };
+  if (mesh->maps) {
+    Sheet sheet;
+    sheet.tile_width = mesh->history.width;
+    sheet.tile_height = mesh->history.height;
+    out.add_relief = [tiled = std::make_shared<TiledMaps>([mesh] { return *mesh; }, sheet), from = mesh->maps_from](
+                         auto& appearance, const auto& times, const RunControl& control) {
+      if (times.front() >= from) add_relief_of(tiled, appearance, times, control);
+    };
+  }
   if (options.plants > 0.0 && may_grow_plants(simulation::read_simulation_manifest(path).materials)) {
     out.plants = [mesh, factor = options.plants](const std::vector<double>& times, const RunControl& control) {
       return plants_of(*mesh, times, factor, control);

@@ -26,6 +26,11 @@ struct AgingGlb {
   std::function<std::vector<GlbAppearance>(const std::vector<double>& times, const std::vector<std::string>& labels,
                                            const RunControl& control)>
       appearance;
+  /// Adds what formats with files of their own hold more: metalness and heights, where they are known. Empty: neither
+  /// is.
+  std::function<void(std::vector<GlbAppearance>& appearance, const std::vector<double>& times,
+                     const RunControl& control)>
+      add_relief = {};
   /// Small plants of a simulation at these times, as variants; empty: it has none.
   std::function<std::vector<GlbPlant>(const std::vector<double>& times, const RunControl& control)> plants = {};
 };

@@ -95,7 +95,7 @@ std::string row_text(double time, const Region& region, const ColorSummary& now,
 }
 
 std::string csv_of(CommandRun& run, const HistoryReader& history, const std::vector<Region>& regions) {
-  std::string text = "time,region,pixels,delta_e";
+  std::string text = "time (" + time_unit_text(history.manifest().time_unit) + "),region,pixels,delta_e";
   for (const char* channel : {"R", "G", "B", "L", "a", "b"}) {
     for (const char* figure : {"mean", "p05", "p50", "p95"}) text += std::string(",") + channel + "_" + figure;
   }

@@ -19,6 +19,7 @@
 #include "patinate/controls/control_kinds.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
+#include "tools/patinate/command_line/history_library.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/verbs.h"
 #include "tools/patinate/study/design.h"
@@ -120,7 +121,9 @@ class StudyReader {
   /// "a.obj", "scans/*.obj", or {"path": ..., "name": ..., "options": {...}}.
   void add_input(JsonReader json, std::string_view what, const CommandDeclaration& command, Factor& factor) {
     const JsonReader text = json.is_object() ? json.member("path") : json;
-    std::vector<fs::path> paths{text.path()};
+    const fs::path given = text.string();
+    std::vector<fs::path> paths{library_place(given)};
+    if (paths[0] == given) paths[0] = text.path();
     if (const std::string name = paths[0].filename().string(); name.find('*') != std::string::npos) {
       const fs::path parent = folder_of(paths[0]);
       paths = list_files(parent, name);

@@ -29,6 +29,9 @@ struct GlbAppearance {
   std::vector<GlbTexture> base_colors;     ///< One a tile; sRGB codes of 3 channels.
   std::vector<GlbTexture> normals = {};    ///< As GlbVariant::normals.
   std::vector<GlbTexture> speculars = {};  ///< As GlbVariant::speculars, one channel.
+  // Not in a GLB; formats with files of their own have them.
+  std::vector<GlbTexture> metalness = {};             ///< None, or one a tile: 255 = metal, one channel.
+  std::vector<std::function<ImageF()>> heights = {};  ///< None, or one a tile: along the normal, in the mesh's unit.
 };
 
 /// One look of the mesh. The first one is what viewers without the extension show.
@@ -71,6 +74,7 @@ struct GlbOptions {
   double roughness = 0.8;          ///< [0, 1]. metallicFactor is 0.
   std::string key = "";            ///< Content key, kept in asset.extras.patinate_key.
   GlbObjects objects = {};
+  std::vector<std::string> credits = {};  ///< Whom the textures owe: asset.copyright.
   /// Plants: instances of one shape (EXT_mesh_gpu_instancing), of a few colors. A viewer without that extension shows
   /// none.
   std::vector<GlbPlant> plants = {};

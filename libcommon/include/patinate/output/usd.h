@@ -20,6 +20,7 @@ struct UsdOptions {
   double roughness = 0.8;          ///< [0, 1], where no texture says it.
   std::string key = "";            ///< Content key, kept in customLayerData.
   GlbObjects objects = {};
+  std::vector<std::string> credits = {};  ///< Whom the textures owe; kept in customLayerData.
 };
 
 /// A stage with a mesh for each object and a UsdPreviewSurface for each tile, whose textures have a time sample at

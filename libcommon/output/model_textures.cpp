@@ -1,0 +1,91 @@
+#include "libcommon/output/model_textures.h"
+
+#include <system_error>
+#include <utility>
+
+#include "libcommon/core/text.h"
+#include "libcommon/image/image_rows.h"
+#include "patinate/core/error.h"
+#include "patinate/image/image_io.h"
+
+namespace patinate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The time's number is last, where programs look for that of an image in a sequence.
+std::string file_name(const std::string& kind, std::size_t time, std::size_t tile, std::size_t num_tiles,
+                      const std::string& extension) {
+  return kind + (num_tiles > 1 ? "." + std::to_string(tile) : "") + "." + zero_padded(time, 4) + extension;
+}
+
+/// Rows as they come, or their complements: of gloss, roughness.
+enum class Codes { AsTheyAre, Complement };
+
+std::vector<std::string> write_codes_of(const fs::path& folder, const std::string& prefix, std::size_t time,
+                                        const std::string& kind, const std::vector<GlbTexture>& textures,
+                                        Codes codes = Codes::AsTheyAre) {
+  std::vector<std::string> names;
+  for (std::size_t tile = 0; tile < textures.size(); ++tile) {
+    const GlbTexture& texture = textures[tile];
+    const std::string name = file_name(kind, time, tile, textures.size(), ".png");
+    ImageRowWriter out(
+        folder / name, texture.width, texture.height,
+        {.channels = texture.channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"}});
+    std::vector<std::uint8_t> complement;
+    texture.make([&](std::span<const std::uint8_t> rows) {
+      if (codes == Codes::AsTheyAre) return out.write(rows);
+      complement.assign(rows.begin(), rows.end());
+      for (std::uint8_t& code : complement) code = static_cast<std::uint8_t>(255 - code);
+      out.write(std::span<const std::uint8_t>(complement));
+    });
+    out.finish();
+    names.push_back(prefix + name);
+  }
+  return names;
+}
+
+}  // namespace
+
+void write_textures(const fs::path& folder, const std::string& prefix, std::size_t time, const GlbAppearance& look,
+                    TextureFiles& files) {
+  files.base_colors.push_back(write_codes_of(folder, prefix, time, "color", look.base_colors));
+  if (!look.normals.empty()) files.normals.push_back(write_codes_of(folder, prefix, time, "normal", look.normals));
+  if (!look.speculars.empty())
+    files.roughness.push_back(write_codes_of(folder, prefix, time, "roughness", look.speculars, Codes::Complement));
+  if (!look.metalness.empty())
+    files.metalness.push_back(write_codes_of(folder, prefix, time, "metalness", look.metalness));
+  if (look.heights.empty()) return;
+  std::vector<std::string> names;
+  for (std::size_t tile = 0; tile < look.heights.size(); ++tile) {
+    names.push_back(file_name("height", time, tile, look.heights.size(), ".exr"));
+    write_exr(folder / names.back(), look.heights[tile](), {"Y"}, ExrDepth::Float);
+    names.back().insert(0, prefix);
+  }
+  files.heights.push_back(std::move(names));
+}
+
+std::string tile_material(const std::string& tile) { return "material" + (tile.empty() ? "" : "_" + tile); }
+
+WorkFolder::WorkFolder(fs::path path) : path_(std::move(path)) {
+  std::error_code error;
+  fs::remove_all(path_, error);
+  if (!fs::create_directories(path_, error) || error)
+    throw CannotComplete(path_.string() + ": cannot be made; " + error.message());
+}
+
+WorkFolder::~WorkFolder() {
+  std::error_code ignored;
+  if (!path_.empty()) fs::remove_all(path_, ignored);
+}
+
+void WorkFolder::keep_as(const fs::path& to) {
+  std::error_code error;
+  fs::remove_all(to, error);
+  fs::rename(path_, to, error);
+  if (error) throw CannotComplete(to.string() + ": cannot be written; " + error.message());
+  path_.clear();
+}
+
+}  // namespace patinate

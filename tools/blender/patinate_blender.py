@@ -1,0 +1,330 @@
+"""Blender add-on: a transfer, simulation or history of patinate as an object whose material ages with the scene's frame.
+
+File > Import > patinate, or from a script:
+
+    import patinate_blender
+    thing = patinate_blender.load("aged_bust")      # the material's time runs over the scene's frames
+    thing["patinate_time"]                          # in the history's unit; a curve of it can be edited like any other
+"""
+import json
+import pathlib
+import re
+import shutil
+import subprocess
+
+import bpy
+import numpy
+from bpy.props import IntProperty, StringProperty
+from bpy_extras.io_utils import ImportHelper
+
+bl_info = {"name": "patinate", "author": "The patinate authors", "version": (0, 1, 0), "blender": (3, 4, 0), "location": "File > Import > patinate",
+           "description": "Meshes that age as a photographed or simulated material does", "category": "Import-Export"}
+
+MANIFESTS = ("transfer.json", "simulation.json", "history.json")
+# Kinds of maps, and what their pixels are.
+COLOR_SPACES = {"color": "sRGB", "normal": "Non-Color", "roughness": "Non-Color", "metalness": "Non-Color", "height": "Non-Color"}
+
+
+class Failure(Exception):
+    """What a user is told."""
+
+
+# --- Files ---------------------------------------------------------------------------------------------------------
+
+
+def subject_of(path):
+    """(folder, "transfer" | "simulation" | "history") of a folder or of its manifest."""
+    path = pathlib.Path(bpy.path.abspath(str(path)))
+    folder = path.parent if path.name in MANIFESTS else path
+    for manifest in MANIFESTS:
+        if (folder / manifest).is_file():
+            return folder, manifest.removesuffix(".json")
+    raise Failure(f"{folder} is no transfer, simulation or history: it holds no {', '.join(MANIFESTS)}")
+
+
+def run(program, *arguments):
+    """@throws Failure with the one line that patinate says."""
+    if not shutil.which(program):
+        raise Failure(f"the program {program} is not found; name it in the add-on's preferences")
+    result = subprocess.run([program, *map(str, arguments), "--quiet"], capture_output=True, text=True)
+    if result.returncode != 0:
+        raise Failure((result.stderr.strip().splitlines() or [f"{program} ended with {result.returncode}"])[-1])
+    return result.stdout
+
+
+def numbers_of(text, name, kind):
+    """The list that a line of a stage gives `name`."""
+    found = re.search(rf"^\s*\S+ {re.escape(name)} = \[(.*?)\]", text, re.MULTILINE)
+    return numpy.array(re.findall(r"[^\s,()]+", found[1]), dtype=kind) if found else None
+
+
+class Stage:
+    """What `patinate export -o x.usda` wrote. It is read here, and not by Blender's importer, which follows no textures over time."""
+
+    def __init__(self, path):
+        self.folder = path.parent
+        text = path.read_text()
+        self.meters_per_unit = float(re.search(r"metersPerUnit = (\S+)", text)[1])
+        self.time_unit = re.search(r'string time_unit = "([^"]*)"', text)[1]
+        self.credits = (re.findall(r'string credits = "([^"]*)"', text) or [""])[0]
+        head, *meshes = re.split(r"\n    def Mesh ", text.split("    def Scope \"Materials\"")[0])
+        self.meshes = [self.mesh_of(part) for part in meshes]
+        self.materials = dict(self.material_of(part) for part in re.split(r"\n        def Material ", text.split('    def Scope "Materials"')[1])[1:])
+        self.times = sorted(next(iter(self.materials.values()))["color"])
+
+    @staticmethod
+    def mesh_of(text):
+        own, *subsets = text.split("def GeomSubset ")
+        mesh = {"name": re.match(r'"(\w+)"', own)[1], "points": numbers_of(own, "points", float).reshape(-1, 3), "corners": numbers_of(own, "faceVertexIndices", int),
+                "uvs": numbers_of(own, "primvars:st", float).reshape(-1, 2), "uv_corners": numbers_of(own, "primvars:st:indices", int), "normals": numbers_of(own, "normals", float)}
+        parts = subsets or [own]
+        mesh["materials"] = [re.search(r"material:binding = <[^>]*/(\w+)>", part)[1] for part in parts]
+        mesh["faces"] = [numbers_of(part, "indices", int) for part in subsets]
+        return mesh
+
+    def material_of(self, text):
+        """Kind of map -> time -> file."""
+        maps = {}
+        for shader in text.split("def Shader ")[1:]:
+            name = re.match(r'"(\w+)"', shader)[1]
+            if name not in COLOR_SPACES:
+                continue
+            samples = re.findall(r"([-+.\de]+): @+([^@]+)@+,", shader)
+            first = re.search(r"inputs:file = @+([^@]+)@+", shader)[1]
+            maps[name] = {float(t): self.folder / file for t, file in samples} or {0.0: self.folder / first}
+        color = next(iter(maps["color"].values()))
+        heights = {t: file.with_name(file.name.replace("color.", "height.", 1)).with_suffix(".exr") for t, file in maps["color"].items()}
+        if all(file.is_file() for file in heights.values()):
+            maps["height"] = heights  # Not in UsdPreviewSurface; beside the other maps.
+        assert color.is_file(), color
+        return re.match(r'"(\w+)"', text)[1], maps
+
+
+class Sheet:
+    """The frames of a history, on a plane: as Stage."""
+
+    def __init__(self, folder, images):
+        manifest = json.loads((folder / "history.json").read_text())
+        sequence = json.loads((images / "sequence.json").read_text())
+        self.time_unit, self.meters_per_unit, self.credits = sequence["time_unit"], 1.0, ""
+        width = manifest["width"] * manifest["texel_size_mm"] / 1000 if manifest.get("texel_size_mm") else 1.0
+        height = width * manifest["height"] / manifest["width"]
+        self.times = [image["time"] for image in sequence["images"]]
+        self.materials = {"material": {"color": {image["time"]: images / image["file"] for image in sequence["images"]}}}
+        corners = numpy.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=float)
+        # In the stage's axes: y up, z to the viewer.
+        self.meshes = [{"name": "sheet", "points": numpy.column_stack([(corners - 0.5) * (width, height), numpy.zeros(4)]), "corners": numpy.array([0, 1, 2, 0, 2, 3]),
+                        "uvs": corners, "uv_corners": numpy.array([0, 1, 2, 0, 2, 3]), "normals": None, "materials": ["material"], "faces": []}]
+
+
+def export(program, folder, kind, cache, num_times):
+    """Textures and geometry in `cache`; what is there already is not made again."""
+    cache.mkdir(parents=True, exist_ok=True)
+    if kind == "history":
+        images = cache / f"{folder.name}_images"
+        run(program, "export", folder, "--num-times", num_times, "--format", "png", "-o", images, "--force")
+        return Sheet(folder, images)
+    stage = cache / f"{folder.name}.usda"
+    run(program, "export", folder, "--num-times", num_times, "-o", stage, "--force")
+    return Stage(stage)
+
+
+# --- Materials -----------------------------------------------------------------------------------------------------
+
+
+def drive(target, path, owner, expression):
+    """A driver of simple arithmetic, which Blender evaluates without being asked to trust the file."""
+    driver = target.driver_add(path).driver
+    driver.type = "SCRIPTED"
+    variable = driver.variables.new()
+    variable.name = "t"
+    variable.targets[0].id = owner
+    variable.targets[0].data_path = '["patinate_time"]'
+    driver.expression = expression
+
+
+def step_expression(times):
+    """Number of the image at or before the time, of images at even times; the last one but one at most, so that one follows."""
+    if len(times) < 2:
+        return "0"
+    span = times[-1] - times[0]
+    return f"min({len(times) - 2}, max(0, floor((t - {times[0]!r}) * {(len(times) - 1) / span!r} + 1e-6)))"
+
+
+def fraction_expression(times):
+    span = times[-1] - times[0]
+    place = f"min({len(times) - 1}, max(0, (t - {times[0]!r}) * {(len(times) - 1) / span!r}))"
+    return f"{place} - {step_expression(times)}"
+
+
+def sequence_node(nodes, material, files, color_space, owner, times, later):
+    """The image at the time, or (later) the one that follows."""
+    node = nodes.new("ShaderNodeTexImage")
+    node.image = bpy.data.images.load(str(files[0]), check_existing=True)
+    node.image.colorspace_settings.name = color_space
+    node.extension = "EXTEND"
+    if len(files) < 2:
+        return node
+    node.image.source = "SEQUENCE"
+    user = node.image_user
+    # One frame that lasts from long before the scene: the number of the file is 1 + offset.
+    user.frame_duration, user.frame_start, user.use_auto_refresh = 1, -100000, True
+    first = int(re.search(r"(\d+)\.\w+$", files[0].name)[1])
+    drive(material.node_tree, f'nodes["{node.name}"].image_user.frame_offset', owner, f"{step_expression(times)} + {first - 1 + int(later)}")
+    return node
+
+
+def map_output(material, files_at, color_space, owner, times):
+    """A map at the object's time: the blend of two images, linear in what they stand for, as `patinate lookup` gives it."""
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    files = [files_at[t] for t in sorted(files_at)]
+    now = sequence_node(nodes, material, files, color_space, owner, times, False)
+    if len(files) < 2:
+        return now.outputs["Color"]
+    following = sequence_node(nodes, material, files, color_space, owner, times, True)
+    mix = nodes.new("ShaderNodeMixRGB")
+    drive(material.node_tree, f'nodes["{mix.name}"].inputs[0].default_value', owner, fraction_expression(times))
+    links.new(now.outputs["Color"], mix.inputs["Color1"])
+    links.new(following.outputs["Color"], mix.inputs["Color2"])
+    return mix.outputs["Color"]
+
+
+def make_material(name, maps, owner, times):
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    shader = nodes["Principled BSDF"]
+    shader.inputs["Specular"].default_value = 0.5
+    outputs = {kind: map_output(material, files_at, COLOR_SPACES[kind], owner, times) for kind, files_at in maps.items()}
+    links.new(outputs["color"], shader.inputs["Base Color"])
+    shader.inputs["Roughness"].default_value = 0.8
+    for kind, slot in (("roughness", "Roughness"), ("metalness", "Metallic")):
+        if kind in outputs:
+            links.new(outputs[kind], shader.inputs[slot])
+    if "normal" in outputs:
+        normal = nodes.new("ShaderNodeNormalMap")
+        links.new(outputs["normal"], normal.inputs["Color"])
+        links.new(normal.outputs["Normal"], shader.inputs["Normal"])
+    if "height" in outputs:
+        displacement = nodes.new("ShaderNodeDisplacement")
+        displacement.inputs["Midlevel"].default_value, displacement.inputs["Scale"].default_value = 0.0, 1.0
+        links.new(outputs["height"], displacement.inputs["Height"])
+        if "normal" not in outputs:  # Else relief would be there twice; link it for true displacement, and unlink the normal.
+            links.new(displacement.outputs["Displacement"], nodes["Material Output"].inputs["Displacement"])
+    for at, node in enumerate(n for n in nodes if n not in (shader, nodes["Material Output"])):
+        node.location = (-900 + 300 * (at % 3), 300 - 300 * (at // 3))
+    return material
+
+
+# --- Objects -------------------------------------------------------------------------------------------------------
+
+
+def make_mesh(described):
+    mesh = bpy.data.meshes.new(described["name"])
+    corners = described["corners"]
+    mesh.from_pydata(described["points"].tolist(), [], corners.reshape(-1, 3).tolist())
+    layer = mesh.uv_layers.new(name="st")
+    layer.data.foreach_set("uv", described["uvs"][described["uv_corners"]].astype(numpy.float32).ravel())
+    for number, faces in enumerate(described["faces"]):
+        for face in faces:
+            mesh.polygons[face].material_index = number
+    if described["normals"] is not None:
+        mesh.polygons.foreach_set("use_smooth", [True] * len(mesh.polygons))
+        mesh.normals_split_custom_set(described["normals"].reshape(-1, 3).tolist())
+        mesh.use_auto_smooth = True
+    mesh.update()
+    return mesh
+
+
+def load(path, program=None, num_times=24, frame_start=None, frame_end=None, cache=None):
+    """Adds a transfer, simulation or history to the scene.
+
+    @param path  Its folder or manifest. @param num_times  Images over its span; between them they are blended. @param frame_start, frame_end  Scene frames of its first and last time; the scene's own when not given.
+    @param cache  Where textures go; beside the .blend file, or beside `path` where that is not saved yet.
+    @returns the object, or the empty that holds several; its property `patinate_time` is what the materials follow.
+    @throws Failure
+    """
+    folder, kind = subject_of(path)
+    beside = pathlib.Path(bpy.data.filepath).parent if bpy.data.filepath else folder.resolve().parent
+    described = export(program or default_program(), folder, kind, pathlib.Path(cache) if cache else beside / "patinate_textures", num_times)
+    scene = bpy.context.scene
+    owner = bpy.data.objects.new(folder.resolve().name, make_mesh(described.meshes[0]) if len(described.meshes) == 1 else None)
+    owner.rotation_euler = (numpy.pi / 2, 0, 0)  # Up is y there, z here.
+    owner.scale = [described.meters_per_unit] * 3
+    parts = [owner] if owner.data else []
+    if not parts:
+        for mesh in described.meshes:
+            part = bpy.data.objects.new(mesh["name"], make_mesh(mesh))
+            part.parent = owner
+            parts.append(part)
+    times = described.times
+    owner["patinate_time"] = float(times[0])
+    owner.id_properties_ui("patinate_time").update(description=f"Time of the material, {described.time_unit}", min=float(times[0]), max=float(times[-1]))
+    owner["patinate_time_unit"] = described.time_unit
+    if described.credits:
+        owner["patinate_credits"] = described.credits
+    materials = {name: make_material(f"{folder.resolve().name}_{name}", maps, owner, times) for name, maps in described.materials.items()}
+    for part, mesh in zip(parts, described.meshes):
+        for name in mesh["materials"]:
+            part.data.materials.append(materials[name])
+    for thing in dict.fromkeys([owner, *parts]):
+        scene.collection.objects.link(thing)
+    for frame, time in ((scene.frame_start if frame_start is None else frame_start, times[0]), (scene.frame_end if frame_end is None else frame_end, times[-1])):
+        owner["patinate_time"] = float(time)
+        owner.keyframe_insert('["patinate_time"]', frame=frame)
+    for curve in owner.animation_data.action.fcurves:
+        for key in curve.keyframe_points:
+            key.interpolation = "LINEAR"
+    scene.frame_set(scene.frame_current)
+    return owner
+
+
+# --- Blender -------------------------------------------------------------------------------------------------------
+
+
+def default_program():
+    addon = bpy.context.preferences.addons.get(__name__)
+    return addon.preferences.program if addon else "patinate"
+
+
+class Preferences(bpy.types.AddonPreferences):
+    bl_idname = __name__
+    program: StringProperty(name="patinate", description="The program", default="patinate", subtype="FILE_PATH")
+
+    def draw(self, _context):
+        self.layout.prop(self, "program")
+
+
+class ImportAging(bpy.types.Operator, ImportHelper):
+    """Add a transfer, simulation or history of patinate: choose its transfer.json, simulation.json or history.json"""
+
+    bl_idname = "import_scene.patinate"
+    bl_label = "Import patinate"
+    bl_options = {"REGISTER", "UNDO"}
+    filename_ext = ".json"
+    filter_glob: StringProperty(default="*.json", options={"HIDDEN"})
+    num_times: IntProperty(name="Images", description="Over its span; between them they are blended", default=24, min=1, max=9999)
+
+    def execute(self, _context):
+        try:
+            load(self.filepath, num_times=self.num_times)
+        except Failure as failure:
+            self.report({"ERROR"}, str(failure))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+def menu_entry(self, _context):
+    self.layout.operator(ImportAging.bl_idname, text="patinate (transfer.json, simulation.json, history.json)")
+
+
+def register():
+    bpy.utils.register_class(Preferences)
+    bpy.utils.register_class(ImportAging)
+    bpy.types.TOPBAR_MT_file_import.append(menu_entry)
+
+
+def unregister():
+    bpy.types.TOPBAR_MT_file_import.remove(menu_entry)
+    bpy.utils.unregister_class(ImportAging)
+    bpy.utils.unregister_class(Preferences)

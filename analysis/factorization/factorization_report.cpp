@@ -122,8 +122,11 @@ Section figures_section(const Said& s) {
       s.ends.empty() ? std::nullopt : std::optional(median(s.ends)), "nothing changes");
   if (const std::optional<Forecast> forecast = read_forecast(s.work, s.folder)) {
     const std::string held = "Last " + std::to_string(forecast->num_held) + " frames, mean difference of color: ";
-    add("forecast_ciede2000", held + "foretold by a curve that had not seen them", "CIEDE2000", forecast->curve, "");
-    add("last_frame_ciede2000", held + "of the frame before them, held", "CIEDE2000", forecast->last, "");
+    const auto known = [&](double value) { return forecast->undefined.empty() ? std::optional(value) : std::nullopt; };
+    add("forecast_ciede2000", held + "foretold by a curve that had not seen them", "CIEDE2000", known(forecast->curve),
+        forecast->undefined);
+    add("last_frame_ciede2000", held + "of that curve at the last frame before them, held", "CIEDE2000",
+        known(forecast->last), forecast->undefined);
   }
   const double num_frames = s.work.history.num_frames();
   double numbers = (6.0 + 2.0 * static_cast<double>(s.work.num_models())) * all;
@@ -210,10 +213,13 @@ Section look_section(const Said& s) {
   strip("history", "The history", seen, true);
   strip("factored", "Curve and maps", seen, false);
   if (!extrapolated.empty())
-    strip("extrapolated",
-          "EXTRAPOLATED: seen by nobody; the curve of places that age faster continues for slower ones, and holds its "
-          "end where no place has come so far",
-          extrapolated, false);
+    strip(
+        "extrapolated",
+        std::any_of(s.frames.begin(), s.frames.end(), [](const FrameRecord& f) { return f.is_held; })
+            ? "EXTRAPOLATED: seen by nobody; beyond the last frame as it is there, since the curve foretells no better"
+            : "EXTRAPOLATED: seen by nobody; the curve of places that age faster continues for slower ones, and holds "
+              "its end where no place has come so far",
+        extrapolated, false);
   return section;
 }
 

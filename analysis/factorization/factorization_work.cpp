@@ -125,7 +125,8 @@ void make_forecast_file(FactorizationWork& work, const fs::path& folder, const R
 }
 
 std::optional<Forecast> read_forecast(const FactorizationWork& work, const fs::path& folder) {
-  return work.looks_ahead() ? forecast_from_json(load_json(folder / work_file("forecast.json"))) : std::nullopt;
+  if (!work.looks_ahead()) return std::nullopt;
+  return forecast_from_json(load_json(folder / work_file("forecast.json")));
 }
 
 void make_curve(FactorizationWork& work, const fs::path& folder, const RunControl& control) {

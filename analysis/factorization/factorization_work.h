@@ -63,7 +63,7 @@ struct FactorizationWork {
 void make_curve(FactorizationWork& work, const std::filesystem::path& folder, const RunControl& control);
 /// Writes how well a curve that had not seen the last frames foretells them: .job/work/forecast.json.
 void make_forecast_file(FactorizationWork& work, const std::filesystem::path& folder, const RunControl& control);
-/// What that wrote; nothing where it was not asked for, or could not be said.
+/// What that wrote; nothing where it was not asked for.
 [[nodiscard]] std::optional<Forecast> read_forecast(const FactorizationWork& work, const std::filesystem::path& folder);
 /// Writes a band of factors: .job/work/rows.K.exr.
 void make_rows(FactorizationWork& work, int band, const std::filesystem::path& folder, const RunControl& control);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "libcommon/metrics/color_curves.h"
 #include "patinate/core/error.h"
@@ -50,49 +51,55 @@ std::optional<std::array<double, 3>> foretold(const Factorization& made, std::in
 
 }  // namespace
 
-std::optional<Forecast> make_forecast(const PlaceSeries& places, const FactorizationOptions& options,
-                                      const RunControl& control) {
+Forecast make_forecast(const PlaceSeries& places, const FactorizationOptions& options, const RunControl& control) {
   const std::size_t num_times = places.times.size(), num_held = std::max<std::size_t>(1, num_times / 5),
                     num_seen = num_times - num_held;
-  if (num_times <= num_held || num_seen < static_cast<std::size_t>(kLeastFrames)) return std::nullopt;
+  Forecast forecast{.num_held = static_cast<int>(num_held)};
+  if (num_seen < static_cast<std::size_t>(kLeastFrames)) {
+    forecast.undefined = "without the last fifth there are too few frames";
+    return forecast;
+  }
   Factorization made;
   try {
     made = factorize(beginning(places, num_seen), options, control);
-  } catch (const InvalidInput&) {  // Nothing had changed until then.
-    return std::nullopt;
+  } catch (const InvalidInput&) {
+    forecast.undefined = "nothing had changed before the last fifth of the frames";
+    return forecast;
   }
-  Forecast forecast{.num_held = static_cast<int>(num_held)};
   double count = 0.0;
   for (std::int64_t i = 0; i < places.num_places(); ++i) {
     const std::uint8_t* seen = places.seen(i);
-    const auto is_seen = [&](std::size_t t) { return seen == nullptr || seen[t] != 0; };
-    std::size_t last = num_seen;
-    while (last > 0 && !is_seen(last - 1)) --last;
-    if (last == 0) continue;
-    const auto held = lab_of(seen_color(places, i, last - 1));
+    const auto held = foretold(made, i, places.times[num_seen - 1]);
+    if (!held) continue;
     for (std::size_t t = num_seen; t < num_times; ++t) {
-      const auto told = foretold(made, i, places.times[t]);
-      if (!is_seen(t) || !told) continue;
+      if (seen != nullptr && seen[t] == 0) continue;
       const auto truth = lab_of(seen_color(places, i, t));
-      forecast.curve += ciede2000(lab_of(*told), truth);
-      forecast.last += ciede2000(held, truth);
+      forecast.curve += ciede2000(lab_of(*foretold(made, i, places.times[t])), truth);
+      forecast.last += ciede2000(lab_of(*held), truth);
       count += 1.0;
     }
   }
-  if (count == 0.0) return std::nullopt;
+  if (count == 0.0) {
+    forecast.undefined = "the last fifth of the frames shows no place that the others do";
+    return forecast;
+  }
   forecast.curve /= count;
   forecast.last /= count;
   return forecast;
 }
 
-Json forecast_json(const std::optional<Forecast>& forecast) {
-  if (!forecast) return nullptr;
-  return {{"held_out", forecast->num_held}, {"curve", forecast->curve}, {"last", forecast->last}};
+Json forecast_json(const Forecast& forecast) {
+  return {{"held_out", forecast.num_held},
+          {"curve", forecast.curve},
+          {"last", forecast.last},
+          {"undefined", forecast.undefined}};
 }
 
-std::optional<Forecast> forecast_from_json(const Json& json) {
-  if (json.is_null()) return std::nullopt;
-  return Forecast{.num_held = json.at("held_out"), .curve = json.at("curve"), .last = json.at("last")};
+Forecast forecast_from_json(const Json& json) {
+  return {.num_held = json.at("held_out"),
+          .curve = json.at("curve"),
+          .last = json.at("last"),
+          .undefined = json.at("undefined")};
 }
 
 }  // namespace patinate::analysis

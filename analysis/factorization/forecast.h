@@ -2,28 +2,29 @@
 /// Whether a curve foretells what nobody saw.
 #pragma once
 
-#include <optional>
+#include <string>
 
 #include "patinate/analysis/factorization.h"
 #include "patinate/core/json.h"
 
 namespace patinate::analysis {
 
-/// A factorization of all but the last fifth of the times, against that fifth and against what was seen last.
+/// A factorization of all but the last fifth of the times, asked for that fifth: as its curve goes on, and as it was at
+/// the last time that it saw.
 struct Forecast {
-  int num_held = 0;    ///< Times that it did not see.
-  double curve = 0.0;  ///< CIEDE2000 of its colors there, in the mean.
-  double last = 0.0;   ///< The same of the last color that it saw, held.
-  [[nodiscard]] bool has_skill() const { return curve < last; }
+  int num_held = 0;            ///< Times that it did not see.
+  double curve = 0.0;          ///< CIEDE2000 of its colors there, in the mean.
+  double last = 0.0;           ///< The same of its colors at the last time that it saw, held.
+  std::string undefined = "";  ///< Why nothing can be said; then there is no skill.
+  [[nodiscard]] bool has_skill() const { return undefined.empty() && curve < last; }
 };
-/// Of places that the curve covers there or that change in no other way; nothing where fewer than kLeastFrames times or
-/// none of the places would be left.
+/// Of places that are seen and do not change otherwise.
 /// @param places  Of 3 channels. Cost: as factorize().
-[[nodiscard]] std::optional<Forecast> make_forecast(const PlaceSeries& places, const FactorizationOptions& options,
-                                                    const RunControl& control = {});
+[[nodiscard]] Forecast make_forecast(const PlaceSeries& places, const FactorizationOptions& options,
+                                     const RunControl& control = {});
 
-[[nodiscard]] Json forecast_json(const std::optional<Forecast>& forecast);
+[[nodiscard]] Json forecast_json(const Forecast& forecast);
 /// The inverse; for files of our own only.
-[[nodiscard]] std::optional<Forecast> forecast_from_json(const Json& json);
+[[nodiscard]] Forecast forecast_from_json(const Json& json);
 
 }  // namespace patinate::analysis

@@ -95,7 +95,11 @@ CommonSizes common_sizes(const TextureSeries& a, const TextureSeries& b, const C
   const auto capped = [&](int side) { return options.size > 0 ? std::min(side, options.size) : side; };
   CommonSizes sizes{capped(longer(a)), capped(longer(b))};
   const bool are_equal = a.width() == b.width() && a.height() == b.height();
-  if (are_equal && options.places != Places::Never) return sizes;
+  const auto has_other_pixels = [&] {
+    constexpr double kTolerance = 0.05;  // Lengths of texels are medians.
+    return a.pixel_mm() && b.pixel_mm() && std::abs(*a.pixel_mm() / *b.pixel_mm() - 1.0) > kTolerance;
+  };
+  if (are_equal && (options.places == Places::Equal || !has_other_pixels())) return sizes;
   if (a.pixel_mm() && b.pixel_mm()) {
     const double mm_a = *a.pixel_mm() * longer(a), mm_b = *b.pixel_mm() * longer(b);
     const double pixel = std::max(mm_a / sizes.a, mm_b / sizes.b);
@@ -103,7 +107,6 @@ CommonSizes common_sizes(const TextureSeries& a, const TextureSeries& b, const C
               side_b = static_cast<int>(std::lround(mm_b / pixel));
     constexpr int kLeastSide = 32;  // Of a surface much smaller than the other's pixels nothing would be left.
     if (std::min(side_a, side_b) >= std::min({kLeastSide, sizes.a, sizes.b})) return {side_a, side_b};
-    return sizes;
   }
   sizes.a = sizes.b = std::min(sizes.a, sizes.b);
   return sizes;
@@ -117,9 +120,18 @@ std::string places_problem(const ComparedPair& pair, std::size_t num_shared, con
            size_text(pair.series_b.width(), pair.series_b.height()) +
            ": no pixel of one belongs to one of the other; --through TRANSFER looks A up at B's texels";
   }
-  if (num_shared == 0) return "the masks of A and B have no texel in common";
-  const bool is_stated = options.places == Places::Equal || !pair.series_a.coordinates().empty();
-  if (is_stated || have_same_charts(pair.a, pair.b)) return "";
+  const bool is_one_size = pair.a.width == pair.b.width && pair.a.height == pair.b.height;
+  if (is_one_size && num_shared == 0) return "the masks of A and B have no texel in common";
+  if (options.places == Places::Equal) return "";
+  if (!is_one_size)
+    return "A's pixels and B's have other lengths; --places equal says that they show equal places all the same";
+  const auto is_atlas = [](const TextureSeries& series) {
+    return !series.coordinates().empty() || series.facts().origin == "simulated";
+  };
+  const bool is_looked_up = !pair.series_a.coordinates().empty() && is_atlas(pair.series_b);
+  // Photographs of round things have equal masks, too.
+  const bool has_charts = (is_atlas(pair.series_a) || is_atlas(pair.series_b)) && have_same_charts(pair.a, pair.b);
+  if (is_looked_up || has_charts) return "";
   const SharedDetail shared = shared_detail(pair.a, pair.b);
   if (shared.is_clear()) return "";
   return "the sizes agree, and nothing in the pictures shows that equal pixels are equal places (detail correlates "
@@ -165,7 +177,9 @@ ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& o
 
 std::vector<std::string> pair_warnings(const HistoryFacts& a, const HistoryFacts& b, const CompareOptions& options) {
   if (options.clock == Clock::Span) return {};
-  const CommonTimes times = common_times(a, b, options);
+  CompareOptions ends = options;
+  ends.num_times = 2;  // From where both have frames to where one ends.
+  const CommonTimes times = common_times(a, b, ends);
   constexpr double kLeastShare = 0.5;
   std::vector<std::string> warnings;
   const auto add = [&](const char* name, const HistoryFacts& of, const std::vector<double>& compared) {

@@ -12,6 +12,7 @@ namespace {
 constexpr int kShifts = 8;         // Along a side.
 constexpr double kLocal_px = 4.0;  // Sigma of the local mean.
 constexpr double kLeastTexels = 64;
+constexpr int kMostSide = 256;  // Of larger ones every so many pixels count.
 
 /// Lightness over its local mean; 0 outside the mask.
 ImageF detail_of(const ColorStack& stack, std::size_t time, const ImageU8& mask) {
@@ -27,9 +28,10 @@ ImageF detail_of(const ColorStack& stack, std::size_t time, const ImageU8& mask)
 /// Correlation of A's pixels with B's that lie (dx, dy) further, around the ends; 0 where too few are of both.
 double correlation_at(const ImageF& a, const ImageU8& mask_a, const ImageF& b, const ImageU8& mask_b, int dx, int dy) {
   const int width = a.width(), height = a.height();
+  const int stride = std::max(1, std::max(width, height) / kMostSide);
   double n = 0.0, sa = 0.0, sb = 0.0, saa = 0.0, sbb = 0.0, sab = 0.0;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
+  for (int y = 0; y < height; y += stride) {
+    for (int x = 0; x < width; x += stride) {
       const int bx = (x + dx) % width, by = (y + dy) % height;
       if (mask_a.at(x, y) == 0 || mask_b.at(bx, by) == 0) continue;
       const auto va = static_cast<double>(a.at(x, y)), vb = static_cast<double>(b.at(bx, by));

@@ -10,7 +10,7 @@ namespace patinate::analysis {
 struct SharedDetail {
   double correlation = 0.0;  ///< Of lightness over its local mean, [-1, 1]; the larger of the first and the last time.
   double by_chance = 1.0;    ///< Its largest magnitude when B is shifted by eighths of its sides.
-  /// Twice as much as by chance, and a tenth or more: of unrelated detail one of 10,000 pairs does that.
+  /// Twice as much as by chance, and a tenth or more.
   [[nodiscard]] bool is_clear() const { return correlation >= 0.1 && correlation >= 2.0 * by_chance; }
 };
 /// @param a,b  Of one size; with any masks. 0 where one of them has no detail.

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other values.
+constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same input gives other values.
 constexpr int kEvaluationsPerParameter = 60;
 constexpr double kSmallestLookStep = 0.05;       ///< Of the search for an appearance, however narrow the outer one has
                                                  ///< become; but no wider than its first step.

@@ -18,7 +18,7 @@ using Eigen::Vector2d;
 constexpr std::size_t kNumPoints = 400;
 constexpr int kNumTurns = 72;
 constexpr int kCoarseRounds = 6, kFineRounds = 40;
-constexpr std::size_t kNumRefined = 8;   ///< Of the turns, those that fit best first.
+constexpr std::size_t kNumRefined = 8;   ///< Of the distinct turns, those that fit best first.
 constexpr double kKept = 0.8;            ///< Share of the points that count.
 constexpr double kNear = 0.015;          ///< Of the object's size.
 constexpr double kLeastNear = 0.7;       ///< Share of the points.
@@ -156,12 +156,16 @@ std::vector<Fit> fits_of(const PhotoOutline& a, const PhotoOutline& b) {
   }
   const auto is_better = [](const Fit& x, const Fit& y) { return x.mean_px < y.mean_px; };
   std::stable_sort(fits.begin(), fits.end(), is_better);
-  fits.resize(std::min(fits.size(), kNumRefined));
-  for (Fit& fit : fits) {
-    if (std::isfinite(fit.mean_px)) fit = refined(a, b, fit.b_from_a, kFineRounds);
+  // One of each turn: the neighbors of the best would leave no room for those that may fit as well.
+  std::vector<Fit> turns;
+  for (const Fit& fit : fits) {
+    const auto is_known = [&](const Fit& other) { return !is_other_turn(fit.b_from_a, other.b_from_a); };
+    if (turns.size() == kNumRefined || !std::isfinite(fit.mean_px)) break;
+    if (std::none_of(turns.begin(), turns.end(), is_known)) turns.push_back(fit);
   }
-  std::stable_sort(fits.begin(), fits.end(), is_better);
-  return fits;
+  for (Fit& fit : turns) fit = refined(a, b, fit.b_from_a, kFineRounds);
+  std::stable_sort(turns.begin(), turns.end(), is_better);
+  return turns;
 }
 
 }  // namespace
@@ -211,8 +215,8 @@ PhotoPair align_outlines(int a, const PhotoOutline& of_a, int b, const PhotoOutl
   constexpr std::size_t kLeastPoints = 40;
   if (of_a.points.size() < kLeastPoints || of_b.points.size() < kLeastPoints) return pair;
   const std::vector<Fit> fits = fits_of(of_a, of_b);
+  if (fits.empty() || !std::isfinite(fits.front().mean_px)) return pair;
   const Fit& best = fits.front();
-  if (!std::isfinite(best.mean_px)) return pair;
   const bool is_clear = std::none_of(fits.begin(), fits.end(), [&](const Fit& other) {
     return is_other_turn(best.b_from_a, other.b_from_a) &&
            other.mean_px < kClearly * std::max(best.mean_px, of_b.error_px);

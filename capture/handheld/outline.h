@@ -27,7 +27,7 @@ struct PhotoOutline {
 /// points of `b` [Chen and Medioni 1992], the farthest fifth left out: what has grown or broken off.
 ///
 /// Accepted when at least 70 % of both outlines then lie within 1.5 % of the object's size of one another, and no other
-/// turn (by more than 15 degrees) fits half as well: of a disk or a square the turn cannot be known.
+/// turn (by more than 15 degrees) fits half as well: of a disk, an ellipse or a square the turn cannot be known.
 [[nodiscard]] PhotoPair align_outlines(int a, const PhotoOutline& of_a, int b, const PhotoOutline& of_b);
 
 }  // namespace patinate::capture

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <opencv2/aruco.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
@@ -16,10 +17,10 @@ namespace {
 
 // The largest of each size holds the smaller ones' markers.
 constexpr std::array<std::pair<const char*, cv::aruco::PREDEFINED_DICTIONARY_NAME>, 6> kDictionaries{
-    {{"4x4", cv::aruco::DICT_4X4_1000},
-     {"5x5", cv::aruco::DICT_5X5_1000},
-     {"6x6", cv::aruco::DICT_6X6_1000},
-     {"7x7", cv::aruco::DICT_7X7_1000},
+    {{"4x4", cv::aruco::DICT_4X4_250},
+     {"5x5", cv::aruco::DICT_5X5_250},
+     {"6x6", cv::aruco::DICT_6X6_250},
+     {"7x7", cv::aruco::DICT_7X7_250},
      {"original", cv::aruco::DICT_ARUCO_ORIGINAL},
      {"36h11", cv::aruco::DICT_APRILTAG_36h11}}};
 
@@ -46,14 +47,14 @@ void refine(const cv::Mat1b& gray, std::vector<cv::Point2f>& corners) {
 
 }  // namespace
 
-PhotoMarks find_markers(const ImageF& color) {
+std::vector<PhotoMarks> find_markers(const ImageF& color) {
   const cv::Mat1b gray = gray_of(color);
-  PhotoMarks best;
+  std::vector<PhotoMarks> found;
   for (const auto& [name, dictionary] : kDictionaries) {
     std::vector<int> ids;
     std::vector<std::vector<cv::Point2f>> corners;
     cv::aruco::detectMarkers(gray, cv::aruco::getPredefinedDictionary(dictionary), corners, ids);
-    PhotoMarks marks;
+    PhotoMarks& marks = found.emplace_back();
     for (std::size_t i = 0; i < ids.size(); ++i) {
       if (std::count(ids.begin(), ids.end(), ids[i]) > 1) continue;
       refine(gray, corners[i]);
@@ -62,9 +63,24 @@ PhotoMarks find_markers(const ImageF& color) {
             static_cast<double>(corners[i][k].x), static_cast<double>(corners[i][k].y)};
       }
     }
-    if (marks.size() > best.size()) best = std::move(marks);
   }
-  return best;
+  return found;
+}
+
+std::vector<PhotoMarks> of_one_dictionary(const std::vector<std::vector<PhotoMarks>>& found) {
+  std::size_t best = 0, most = 0;
+  for (std::size_t d = 0; d < kDictionaries.size(); ++d) {
+    std::map<std::string, std::size_t> num_photos;
+    for (const std::vector<PhotoMarks>& of_photo : found) {
+      for (const auto& [name, at] : of_photo[d]) ++num_photos[name];
+    }
+    std::size_t num_pairs = 0;
+    for (const auto& [name, n] : num_photos) num_pairs += n * (n - 1) / 2;
+    if (num_pairs > most) best = d, most = num_pairs;
+  }
+  std::vector<PhotoMarks> marks;
+  for (const std::vector<PhotoMarks>& of_photo : found) marks.push_back(of_photo[best]);
+  return marks;
 }
 
 }  // namespace patinate::capture

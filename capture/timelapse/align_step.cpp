@@ -162,7 +162,7 @@ void leave_out_failed(IngestWork& work, const fs::path& output) {
   std::error_code error;
   if (fs::is_regular_file(output / kAlignmentFile, error)) json = load_json(output / kAlignmentFile);
   if (!json.is_object() || json.value("key", "") != key) {
-    const SeriesAlignment alignment = align_series(photo_series(work), {});
+    const SeriesAlignment alignment = align_series(photo_series(work, {}), {});
     const auto is_placed = [](const PhotoPlace& place) { return place.status != PlaceStatus::Failed; };
     if (std::count_if(alignment.places.begin(), alignment.places.end(), is_placed) < 2)
       check_all_placed(work, alignment.places);
@@ -206,7 +206,8 @@ void add_alignment_item(std::vector<JobItem>& items, const std::shared_ptr<const
                            control.report(1.0);
                            return;
                          }
-                         const SeriesAlignment alignment = align_series(photo_series(*work), control);
+                         const SeriesAlignment alignment =
+                             align_series(photo_series(*work, control.part(0.0, 0.1)), control.part(0.1, 1.0));
                          check_all_placed(*work, alignment.places);
                          save_json(folder / kAlignmentFile, alignment_json(*work, alignment));
                        },

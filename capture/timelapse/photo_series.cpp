@@ -50,12 +50,13 @@ ImageU8 object_mask(const CaptureProject& project) {
 }
 
 /// Marks that nobody needed to make. @throws CannotComplete where no photograph has any.
-std::vector<PhotoMarks> markers_of(const CaptureProject& project) {
-  std::vector<PhotoMarks> marks(project.frames.size());
-  parallel_for(static_cast<std::int64_t>(marks.size()), 1, {}, [&](std::int64_t begin, std::int64_t) {
+std::vector<PhotoMarks> markers_of(const CaptureProject& project, const RunControl& control) {
+  std::vector<std::vector<PhotoMarks>> found(project.frames.size());
+  parallel_for(static_cast<std::int64_t>(found.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
     const auto i = static_cast<std::size_t>(begin);
-    marks[i] = find_markers(read_whole_photo(project, project.frames[i]));
+    found[i] = find_markers(read_whole_photo(project, project.frames[i]));
   });
+  std::vector<PhotoMarks> marks = of_one_dictionary(found);
   if (std::all_of(marks.begin(), marks.end(), [](const PhotoMarks& of_photo) { return of_photo.empty(); })) {
     throw CannotComplete(project.file.string() +
                          ": --align markers: no photograph shows an ArUco or AprilTag marker; print one beside the "
@@ -67,9 +68,18 @@ std::vector<PhotoMarks> markers_of(const CaptureProject& project) {
 /// 0 = background: by alpha, by the color that --mask-background gives, or because it is plain.
 ImageU8 object_of(const IngestWork& work, const CapturePhoto& photo) {
   ImageU8 opaque = opaque_part(photo);
-  if (std::any_of(opaque.values().begin(), opaque.values().end(), [](std::uint8_t v) { return v == 0; })) return opaque;
   const double factor = std::min(1.0, static_cast<double>(kBackgroundSide) / std::max(photo.width, photo.height));
   const auto reduced = [&](int side) { return std::max(1, static_cast<int>(std::lround(factor * side))); };
+  if (std::any_of(opaque.values().begin(), opaque.values().end(), [](std::uint8_t v) { return v == 0; })) {
+    ImageF shares(opaque.width(), opaque.height());
+    std::transform(opaque.values().begin(), opaque.values().end(), shares.values().begin(),
+                   [](std::uint8_t v) { return v != 0 ? 1.0F : 0.0F; });
+    shares = downscale_area(shares, reduced(photo.width), reduced(photo.height));
+    ImageU8 object(shares.width(), shares.height());
+    std::transform(shares.values().begin(), shares.values().end(), object.values().begin(),
+                   [](float share) { return static_cast<std::uint8_t>(share >= 0.5F ? 255 : 0); });
+    return object;
+  }
   ImageF codes = downscale_area(read_whole_photo(work.project, photo), reduced(photo.width), reduced(photo.height));
   std::transform(codes.values().begin(), codes.values().end(), codes.values().begin(), srgb_from_linear);
   const BackgroundRule rule = background_rule(work.options.background.mask_background);
@@ -87,13 +97,13 @@ ImageU8 object_of(const IngestWork& work, const CapturePhoto& photo) {
 
 }  // namespace
 
-PhotoSeries photo_series(const IngestWork& work) {
+PhotoSeries photo_series(const IngestWork& work, const RunControl& control) {
   const CaptureProject& project = work.project;
   PhotoSeries series;
   series.reference = project.reference;
   series.model = project.align.model;
   const AlignMethod method = project.align.method;
-  series.marks = method == AlignMethod::Markers ? markers_of(project) : marks_of(project);
+  series.marks = method == AlignMethod::Markers ? markers_of(project, control) : marks_of(project);
   series.are_marks_exact = method == AlignMethod::Markers;
   for (const CapturePhoto& photo : project.frames) {
     series.sizes.push_back({photo.width, photo.height});

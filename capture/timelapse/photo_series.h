@@ -7,7 +7,8 @@
 
 namespace patinate::capture {
 
-/// Photographs are read when they are asked for. @param work  Outlives it. @throws IoError, CannotComplete
-[[nodiscard]] PhotoSeries photo_series(const IngestWork& work);
+/// Photographs are read when they are asked for; for markers at once. @param work  Outlives it. @throws IoError,
+/// CannotComplete
+[[nodiscard]] PhotoSeries photo_series(const IngestWork& work, const RunControl& control);
 
 }  // namespace patinate::capture

@@ -152,7 +152,8 @@ void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbAppeara
     throw InvalidInput("glb: two objects have one name");
   const auto is_shown = [&](const GlbPlant& plant) {
     return plant.first_variant >= 0 && plant.first_variant <= plant.last_variant &&
-           plant.last_variant < static_cast<int>(variants.size()) && plant.size > 0.0 && plant.root.allFinite();
+           plant.last_variant < static_cast<int>(variants.size()) && plant.size > 0.0 && std::isfinite(plant.size) &&
+           plant.root.allFinite() && plant.up.allFinite() && plant.color.allFinite() && std::isfinite(plant.turn);
   };
   if (!std::all_of(options.plants.begin(), options.plants.end(), is_shown))
     throw InvalidInput("glb: a plant has no place, no size, or shows in a variant that is not there");

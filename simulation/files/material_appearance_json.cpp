@@ -21,7 +21,7 @@ ColorSource read_color_source(JsonReader json, const SceneContext& context) {
     source.image = context.read_picture(json, 3);
   } else if (json.is_object()) {
     source.image = context.read_picture(json.member("image"), 3);
-    source.image_mm = json.member("width_mm").number(above(0));
+    source.image_mm = json.member("width_mm").number(between(1e-6, 1e9));
     json.finish();
   } else {
     const std::vector<double> rgb = json.numbers(3, between(0, 1));

@@ -180,6 +180,18 @@ class Documents(unittest.TestCase):
                         self.assertTrue((document.parent / target).exists())
 
 
+    def test_links_to_headings_lead_to_one(self):
+        def slug(heading):
+            plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading)
+            return re.sub(r"[^\w\- ]", "", plain.strip().lower()).replace(" ", "-")
+
+        for document in [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]:
+            for path, anchor in re.findall(r"\]\(([^)#:]*\.md)?#([^)]+)\)", document.read_text()):
+                page = document.parent / path if path else document
+                headings = {slug(h) for h in re.findall(r"^#+ (.+)$", page.read_text(), re.MULTILINE)}
+                with self.subTest(document=document.name, target=f"{path}#{anchor}"):
+                    self.assertIn(anchor, headings)
+
     def test_every_page_is_reached_from_the_index(self):
         """By links, from page to page; decisions and notebooks by their folders."""
         docs = (ROOT / "docs").resolve()

@@ -56,7 +56,7 @@ class Completion(unittest.TestCase):
         return [line for line in result.stdout.split("\n") if line]
 
     def test_bash_offers_commands_options_choices_and_files(self):
-        self.assertEqual(self.bash("patinate", "tr"), ["transfer"])
+        self.assertEqual(self.bash("patinate", "tra"), ["transfer"])
         self.assertIn("--version", self.bash("patinate", "-"))
         self.assertEqual(self.bash("patinate", "transfer", "--metho"), ["--method"])
         self.assertEqual(self.bash("patinate", "transfer", "--method", ""), ["fast", "reference"])

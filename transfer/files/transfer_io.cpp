@@ -209,8 +209,20 @@ std::string history_content_key(const HistoryReader& history) {
   if (!history.manifest().key.empty()) return history.manifest().key;
   ContentHash hash;
   hash.add_file(history.folder() / "history.json");
-  for (const HistoryFrame& frame : history.manifest().frames) hash.add_file(history.folder() / frame.file);
-  for (const ControlParameter& control : history.manifest().controls) hash.add_file(history.folder() / control.file);
+  const auto add = [&](const std::optional<fs::path>& file) {
+    if (file) hash.add_file(history.folder() / *file);
+  };
+  for (const HistoryFrame& frame : history.manifest().frames) {
+    add(frame.file);
+    add(frame.mask);
+    for (const HistoryImage& extra : frame.extras) add(extra.file);
+    add(frame.amounts);
+  }
+  for (const ControlParameter& control : history.manifest().controls) {
+    add(control.file);
+    add(control.deviation);
+  }
+  for (const HistoryMap& map : history.manifest().maps) add(map.file);
   if (history.manifest().mask) hash.add_file(history.folder() / *history.manifest().mask);
   return hash.hex();
 }

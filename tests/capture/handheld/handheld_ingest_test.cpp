@@ -260,17 +260,30 @@ TEST(HandheldIngest, TheOutlineOfAnObjectLaysWhatHasNoDetailThatStays) {
   for (const Json& photo : alignment.at("photos")) EXPECT_EQ(photo.at("model"), "similarity");
 }
 
-TEST(HandheldIngest, AnOutlineThatIsTheSameAtAnyTurnIsRefused) {
+TEST(HandheldIngest, AnOutlineThatIsTheSameAtAnotherTurnIsRefused) {
   const TempFolder folder;
-  for (const auto& [name, radius] : {std::pair<const char*, double (*)(double)>{"disk", [](double) { return 60.0; }},
-                                     std::pair<const char*, double (*)(double)>{
-                                         "square", [](double angle) {
-                                           return 50.0 / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));
-                                         }}}) {
+  const auto square = [](double angle) {
+    return 50.0 / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));
+  };
+  const auto rectangle = [](double angle) {
+    return std::min(70.0 / std::max(1e-9, std::abs(std::cos(angle))), 45.0 / std::max(1e-9, std::abs(std::sin(angle))));
+  };
+  const auto ellipse = [](double angle) {
+    return 70.0 * 45.0 / std::hypot(45.0 * std::cos(angle), 70.0 * std::sin(angle));
+  };
+  const std::vector<std::pair<std::string, std::function<double(double)>>> shapes{
+      {"disk", [](double) { return 60.0; }},
+      {"square", square},
+      {"rectangle", rectangle},
+      {"ellipse", ellipse},
+      {"star_3", [](double angle) { return 60.0 + 14.0 * std::cos(3.0 * angle); }},
+      {"star_5", [](double angle) { return 60.0 + 12.0 * std::cos(5.0 * angle); }}};
+  for (const auto& [name, radius] : shapes) {
     (void)write_handheld(changing_object(3, radius), {.least_crop = 0.999, .seed = 12}, folder / name,
                          R"("align": "outline", )");
     const std::string why = error_of<CannotComplete>([&] { (void)ingest(folder / name); });
-    EXPECT_NE(why.find("a shape that is not round or regular"), std::string::npos) << why;
+    EXPECT_NE(why.find("none of the 3 photographs"), std::string::npos) << name << ": " << why;
+    EXPECT_NE(why.find("a shape that is not round or regular"), std::string::npos) << name << ": " << why;
   }
 }
 

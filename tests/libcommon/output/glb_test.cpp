@@ -257,7 +257,6 @@ TEST(GlbTangents, AreUnitAndAcrossTheNormalWhateverTheUvs) {
   }
 }
 
-// tests/gltf/run.sh validates what this leaves.
 GlbPlant plant(const Vec3& root, double size, int first, int last) {
   return {.root = root,
           .up = Vec3(0.6, 0.8, 0.0),
@@ -335,6 +334,7 @@ TEST(Glb, PlantsShowInTheirVariantsAlone) {
   EXPECT_FALSE(std::filesystem::exists(folder / "b.glb"));
 }
 
+// tests/gltf/run.sh validates what this leaves.
 TEST(Glb, SampleForTheKhronosValidator) {
   const char* folder = std::getenv("PATINATE_GLTF_SAMPLES");
   if (folder == nullptr) GTEST_SKIP() << "PATINATE_GLTF_SAMPLES is not set";

@@ -59,8 +59,8 @@ int cmd_factorize(CommandRun& run) {
     const std::string time = "time " + short_number_text(f.at("time").get<double>()) + " " + unit + ": ";
     if (f.contains("held")) {
       run.note(time +
-               "EXTRAPOLATED, and held as it was seen last: of frames that it had not seen the curve knew less "
-               "than that (forecast_ciede2000, last_frame_ciede2000)");
+               "EXTRAPOLATED, and held as it is at the last frame: the curve is not known to foretell better "
+               "(forecast_ciede2000, last_frame_ciede2000)");
     } else if (f.contains("extrapolated")) {
       run.note(time + "EXTRAPOLATED, seen by nobody; the curve covers " +
                text(Json(100.0 * f.at("covered_share").get<double>())) +

@@ -115,7 +115,8 @@ std::vector<GlbPlant> plants_of(const AgingMesh& mesh, const std::vector<double>
   std::vector<GlbPlant> plants;
   for (std::size_t i = 0; i < times.size(); ++i) {
     const double share = 1.0 / static_cast<double>(times.size()), begin = static_cast<double>(i) * share;
-    const SurfaceMaps maps = mesh.maps(std::max(times[i], mesh.maps_from), control.part(begin, begin + share));
+    if (times[i] < mesh.maps_from) continue;  // Of earlier versions: what grew before the end is not known.
+    const SurfaceMaps maps = mesh.maps(times[i], control.part(begin, begin + share));
     const auto variant = static_cast<int>(i);
     std::map<std::uint64_t, std::size_t> now;
     for (const Plant& plant : find_plants(mesh.mesh, maps, {}, {.plants = factor})) {

@@ -5,12 +5,15 @@ import { h, replace } from "../ui/dom";
 
 const percent = (share: number): string => (share > 0 && share < 5e-4 ? "< 0.1 %" : `${number_text(Math.round(1000 * share) / 10)} %`);
 
+const state_of = (status: Status): string => JSON.stringify([status.iteration, status.ledger]);
+
 export class OutcomePanel {
   readonly element: HTMLDetailsElement;
   private readonly body = h("div", { class: "stack" });
   private status: Status | undefined;
-  private shown = -1;
-  private asked = -1;
+  /// What was asked for, and shown, last: strokes and undo change masses and not the iteration.
+  private shown = "";
+  private asked = "";
 
   /// @param ask  Sends `outcome`.
   constructor(private readonly ask: () => void) {
@@ -24,7 +27,8 @@ export class OutcomePanel {
   }
 
   show(outcome: Outcome): void {
-    this.shown = outcome.iteration;
+    this.shown = this.asked;
+    this.asked = "";
     replace(this.body, h("p", { class: "hint" }, `After ${number_text(outcome.iteration, 7)} iterations, since the start.`),
       outcome.advice.map((text) => h("p", { class: "advice", role: "status" }, text)),
       Object.entries(outcome.objects).map(([name, object]) => {
@@ -39,17 +43,25 @@ export class OutcomePanel {
       }));
   }
 
+  /// Figures are of other looks, or of another connection.
+  forget(): void {
+    this.asked = "";
+    this.shown = "";
+    this.follow();
+  }
+
   // When it is opened, and when the run has come to rest.
   private follow(): void {
     const { status } = this;
     if (!this.element.open || !status || status.painting) return;
-    if (status.iteration === this.shown || status.iteration === this.asked) return;
-    if (status.running && this.shown >= 0) return;
+    const state = state_of(status);
+    if (state === this.shown || state === this.asked) return;
+    if (status.running && this.shown !== "") return;
     this.request();
   }
 
   private request(): void {
-    this.asked = this.status?.iteration ?? -1;
+    this.asked = this.status ? state_of(this.status) : "";
     this.ask();
   }
 }

@@ -201,6 +201,7 @@ export class SimulationView implements View, SceneContext {
   private hello(scene: SceneState): void {
     const is_first = this.scene === undefined;
     this.scene = scene;
+    this.outcome_panel.forget();
     if (!this.planes || this.planes.width !== scene.width || this.planes.height !== scene.height) {
       this.planes?.dispose();
       this.planes = new Planes(this.viewer, this.look, scene.width, scene.height);
@@ -227,7 +228,10 @@ export class SimulationView implements View, SceneContext {
     if (change.behavior || change.exchange || change.slider !== undefined) this.flow.show(this.scene);
     if (change.rules || change.more_rules) this.rules.show(this.scene);
     if (change.overlays) this.shown.show(this.scene);
-    if (change.appearance) this.appearance.show(this.scene);
+    if (change.appearance) {
+      this.appearance.show(this.scene);
+      this.outcome_panel.forget();
+    }
     if (change.emitters || change.objects) {
       this.handles.show(this.scene);
       this.emitters.show(this.scene);

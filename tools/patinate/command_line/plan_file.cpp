@@ -47,7 +47,8 @@ Json plan_json(const std::vector<std::string>& command, const PlannedWork& work)
             {"key", work.key},
             {"inputs", inputs},
             {"items", items}};
-  json["join"] = work.has_join ? Json{{"weight", work.join_weight}, {"cost", cost_json(work.join_cost)}} : Json(nullptr);
+  json["join"] =
+      work.has_join ? Json{{"weight", work.join_weight}, {"cost", cost_json(work.join_cost)}} : Json(nullptr);
   json["is_up_to_date"] = work.is_up_to_date;
   return json;
 }

@@ -75,7 +75,7 @@ class Outputs(CommandCase):
 
     def test_unknown_extensions(self):
         self.fails(USAGE, "x.docx", "render", self.shared / "aged", "-o", "x.docx")
-        for name in ("x.obj", "x.gltf", "x.FBX", "x.png", "x.exr"):
+        for name in ("x.gltf", "x.FBX", "x.ply", "x.png", "x.exr"):
             self.fails(USAGE, name, "export", self.shared / "aged", "-o", name)
 
     def test_folders_may_have_dots_in_their_names(self):

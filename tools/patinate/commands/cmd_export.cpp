@@ -118,7 +118,7 @@ int export_model(CommandRun& run, ModelFormat format, const AgingGlb& model, con
   constexpr std::array<std::string_view, 3> kStages{"export glb 3", "export usd 2", "export obj 1"};
   ContentHash hash;
   hash.add(kStages[static_cast<std::size_t>(format)]).add(model.key);
-  if (format == ModelFormat::Glb && model.plants) hash.add("plants 1").add(plants.plants);
+  if (format == ModelFormat::Glb && model.plants) hash.add("plants 2").add(plants.plants);
   for (double t : times) hash.add(t);
   const std::vector<std::string> credits = run.credits();
   for (const std::string& credit : credits) hash.add(credit);

@@ -180,7 +180,8 @@ std::vector<GlbPlant> plants_of(const AgingMesh& mesh, const std::vector<double>
     const SurfaceMaps maps = mesh.maps(times[i], control.part(begin, begin + share));
     const auto variant = static_cast<int>(i);
     std::map<std::uint64_t, std::size_t> now;
-    for (const Plant& plant : find_plants(mesh.mesh, maps, {}, {.plants = factor})) {
+    // The mesh of a GLB is not displaced: on its relief plants would hover.
+    for (const Plant& plant : find_plants(mesh.mesh, maps, {}, {.relief = 0.0, .plants = factor})) {
       const auto before = latest.find(plant.place);
       if (before == latest.end()) {
         plants.push_back({.first_variant = variant});

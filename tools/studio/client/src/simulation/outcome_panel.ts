@@ -7,6 +7,9 @@ const percent = (share: number): string => (share > 0 && share < 5e-4 ? "< 0.1 %
 
 const state_of = (status: Status): string => JSON.stringify([status.iteration, status.ledger]);
 
+const kColumns: [string, string][] = [["", ""], ["mean", "Amount; 1 = a full layer"], ["most", "Largest amount"], ["shows", "Share of the surface where it covers a tenth of the color or more"],
+  ["hides", "Share where it covers all of the color: more makes no difference"], ["full", "Share where a texel holds no more"]];
+
 export class OutcomePanel {
   readonly element: HTMLDetailsElement;
   private readonly body = h("div", { class: "stack" });
@@ -17,7 +20,7 @@ export class OutcomePanel {
 
   /// @param ask  Sends `outcome`.
   constructor(private readonly ask: () => void) {
-    this.element = section("What it has done", false, this.body, button("Look again", () => this.request(), { kind: "quiet", hint: "While it runs; when it pauses this is done by itself" }));
+    this.element = section("What it has done", false, this.body, button("Look again", () => this.request(), { hint: "While it runs; when it pauses this is done by itself" }));
     this.element.addEventListener("toggle", () => this.follow());
   }
 
@@ -33,11 +36,11 @@ export class OutcomePanel {
       outcome.advice.map((text) => h("p", { class: "advice", role: "status" }, text)),
       Object.entries(outcome.objects).map(([name, object]) => {
         const rows = Object.entries(object.materials).filter(([, m]) => m.largest > 0);
-        const met = object.never_met_share === undefined ? "" : `; never met ${percent(object.never_met_share)}`;
-        return h("div", {}, h("h3", {}, name),
+        const met = object.never_met_share === undefined ? "" : `; no gammaton met ${percent(object.never_met_share)} of it`;
+        return h("div", { class: "outcome" }, h("h3", {}, name),
           h("p", {}, `Changed by ${number_text(object.change_mean)} ΔE in the mean, 95 % of it by less than ${number_text(object.change_p95)}${met}.`),
           h("div", { class: "ledger-box", tabindex: 0, role: "region", "aria-label": `Materials on ${name}` },
-            h("table", { class: "ledger" }, h("thead", {}, h("tr", {}, ["", "mean", "most", "shows", "hides all", "full"].map((text) => h("th", { scope: "col" }, text)))),
+            h("table", { class: "ledger" }, h("thead", {}, h("tr", {}, kColumns.map(([text, hint]) => h("th", { scope: "col", title: hint }, text)))),
               h("tbody", {}, rows.map(([material, m]) => h("tr", {}, h("th", { scope: "row" }, material),
                 [number_text(m.mean), number_text(m.largest), percent(m.shows_share), percent(m.hides_share), percent(m.full_share)].map((text) => h("td", {}, text))))))));
       }));

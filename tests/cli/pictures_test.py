@@ -126,7 +126,7 @@ class Movies(Case):
         self.fails(USAGE, "x.avi", "export", SHARED / "aged", "-o", "x.avi")
         self.fails(USAGE, "export", "render", SHARED / "history", "-o", "x.mp4")
         for name in ("x.usd", "x.foo", "x.MKV", "x.v2b"):  # no folders of these names
-            self.fails(USAGE, "MODEL.glb, .usdz or .usda, MOVIE.mp4, .webm or .gif", "export", SHARED / "aged", "-o", name)
+            self.fails(USAGE, "MODEL.glb, .usdz, .usda or .obj, MOVIE.mp4, .webm or .gif", "export", SHARED / "aged", "-o", name)
             self.fails(USAGE, ".png", "lookup", SHARED / "aged", "--time", 5, "-o", name)
             self.fails(USAGE, ".exr, .mp4, .webm, .gif", "render", SHARED / "aged", "-o", name)
         self.fails(USAGE, ".png", "export", SHARED / "aged", "-o", "x_%02d.usda")

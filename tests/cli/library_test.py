@@ -4,7 +4,6 @@ Photographs of others take part where PATINATE_DATA names the folder that holds 
 import json
 import os
 import pathlib
-import re
 import shutil
 import struct
 import subprocess
@@ -50,10 +49,12 @@ class Library(CommandCase):
             self.assertRegex(text, rf"(?m)^{name} +\d")
 
     def test_it_takes_few_megabytes_and_names_no_place_of_who_built_it(self):
-        files = [f for f in (LIBRARY / "library").rglob("*") if f.is_file()]
+        files = [f for f in (LIBRARY / "library").rglob("*") if f.is_file() and ".cache" not in f.parts]  # Transfers keep what they found of a history.
+        places = [str(place).encode() + b"/" for place in (tempfile.gettempdir(), pathlib.Path.home(), pathlib.Path(__file__).resolve().parents[2])]
         self.assertLess(sum(f.stat().st_size for f in files), 12e6)
         for file in files:
-            self.assertNotIn(b"/", b"".join(re.findall(rb'(?:/tmp|/home|/work)/\S*', file.read_bytes())), file)
+            for place in places:
+                self.assertNotIn(place, file.read_bytes(), file)
 
     def test_built_twice_it_has_the_same_bytes(self):
         subprocess.run([BUILD, self.folder / "again", "--patinate", PATINATE], check=True, capture_output=True, env={k: v for k, v in os.environ.items() if k != "PATINATE_DATA"})

@@ -45,6 +45,27 @@ void ComposeScene::set(int material, const std::function<double(int, int, const 
   }
 }
 
+ImageF ComposeScene::composed() const {
+  simulation::Composer each = composer();
+  (void)each.compose(*atlas, {});
+  return each.color_linear();
+}
+
+CoarseAgainstFine compare_coarse_with_fine(const ImageF& coarse, const ImageF& fine) {
+  constexpr int kBorder = 4;
+  const int times = fine.width() / coarse.width(), num_fine = times * times;
+  double squares = 0.0, values = 0.0, value_squares = 0.0, n = 0.0;
+  for (int y = kBorder; y < coarse.height() - kBorder; ++y) {
+    for (int x = kBorder; x < coarse.width() - kBorder; ++x) {
+      double sum = 0.0;
+      for (int k = 0; k < num_fine; ++k) sum += double{fine.at(times * x + k % times, times * y + k / times, 0)};
+      const double value = double{coarse.at(x, y, 0)}, difference = sum / num_fine - value;
+      squares += difference * difference, value_squares += value * value, values += value, n += 1.0;
+    }
+  }
+  return {.mean_square = squares / n, .variance = value_squares / n - values / n * values / n};
+}
+
 std::vector<simulation::MaterialAppearance> any_appearance(int num_materials, std::uint64_t seed) {
   std::vector<simulation::MaterialAppearance> appearance;
   for (int i = 0; i < num_materials; ++i) {

@@ -24,6 +24,8 @@ struct ComposeScene {
   [[nodiscard]] simulation::Composer composer(simulation::ColorForm form = simulation::ColorForm::Normalized) const {
     return {scene, scene_mesh, *surface, form};
   }
+  /// Linear color of the whole atlas.
+  [[nodiscard]] ImageF composed() const;
 
   simulation::Scene scene;
   simulation::SceneMesh scene_mesh;
@@ -34,6 +36,13 @@ struct ComposeScene {
 
 /// Looks of eight materials with every kind of number in them, different for each seed.
 [[nodiscard]] std::vector<simulation::MaterialAppearance> any_appearance(int num_materials, std::uint64_t seed);
+/// How far a picture is from the means of squares of one that is so many times finer, away from its border of 4 pixels.
+struct CoarseAgainstFine {
+  double mean_square = 0.0;  ///< of the differences of red
+  double variance = 0.0;     ///< of the coarse one's red
+};
+[[nodiscard]] CoarseAgainstFine compare_coarse_with_fine(const ImageF& coarse, const ImageF& fine);
+
 /// Amounts of all materials that vary by texel, some left as they are; pages of the last material stay untouched.
 void set_any_amounts(ComposeScene& scene, std::uint64_t seed);
 

@@ -14,6 +14,7 @@
 namespace patinate::simulation {
 namespace {
 
+using testing_support::compare_coarse_with_fine;
 using testing_support::ComposeScene;
 
 MaterialAppearance grainy(double grain_mm, double variation = 0.8) {
@@ -32,12 +33,6 @@ ComposeScene plate(double side, int resolution, double grain_mm, double variatio
   ComposeScene scene(testing_support::unit_plane(side), resolution, {grainy(grain_mm, variation)});
   scene.set(0, [](int, int, const Vec3&) { return 0.5; });
   return scene;
-}
-
-ImageF composed(const ComposeScene& scene) {
-  Composer composer = scene.composer();
-  (void)composer.compose(*scene.atlas, {});
-  return composer.color_linear();
 }
 
 TEST(Grain, FastAndSlowVersionsAgreeToACode) {
@@ -68,7 +63,7 @@ double unlikeness(const ImageF& color, int steps) {
 }
 
 TEST(Grain, VariesOverItsLengthAndNotFromTexelToTexel) {
-  const ImageF color = composed(plate(128.0, 128, 32.0)), white = composed(plate(128.0, 128, 0.0));
+  const ImageF color = plate(128.0, 128, 32.0).composed(), white = plate(128.0, 128, 0.0).composed();
   // Without it each texel is by itself; with it half of the variance lies at 8 mm and more.
   EXPECT_GT(unlikeness(white, 1), 0.9);
   EXPECT_LT(unlikeness(color, 1), 0.4);
@@ -77,19 +72,11 @@ TEST(Grain, VariesOverItsLengthAndNotFromTexelToTexel) {
 
 TEST(Grain, AFinerAtlasShowsTheSameOneSharper) {
   // Weights that vary with the colors would make a mean of products.
-  const ImageF coarse = composed(plate(128.0, 64, 64.0, 0.0)), fine = composed(plate(128.0, 256, 64.0, 0.0));
-  double difference = 0.0, spread = 0.0, mean = 0.0, n = 0.0;
-  for (int y = 4; y < 60; ++y) {
-    for (int x = 4; x < 60; ++x) {
-      double sum = 0.0;
-      for (int k = 0; k < 16; ++k) sum += static_cast<double>(fine.at(4 * x + k % 4, 4 * y + k / 4, 0)) / 16.0;
-      const auto value = static_cast<double>(coarse.at(x, y, 0));
-      difference += (sum - value) * (sum - value), spread += value * value, mean += value, n += 1.0;
-    }
-  }
+  const auto [mean_square, variance] =
+      compare_coarse_with_fine(plate(128.0, 64, 64.0, 0.0).composed(), plate(128.0, 256, 64.0, 0.0).composed());
   // What the coarse one leaves out, the octave of two of its texels, has 0.3 of the spread, and half of it survives the
   // mean over a texel; of the octave of four texels, 0.6 of the spread, the mean takes a fifth: 0.15 + 0.12.
-  EXPECT_LT(std::sqrt(difference / n), 0.3 * std::sqrt(spread / n - mean / n * mean / n));
+  EXPECT_LT(std::sqrt(mean_square), 0.3 * std::sqrt(variance));
 }
 
 TEST(Grain, IsNotSeenOverASeam) {

@@ -13,6 +13,7 @@
 namespace patinate::simulation {
 namespace {
 
+using testing_support::compare_coarse_with_fine;
 using testing_support::ComposeScene;
 
 /// Black to the left, white to the right.
@@ -48,15 +49,9 @@ ComposeScene covered(Mesh mesh, int resolution, const ImageF& image, double widt
   return scene;
 }
 
-ImageF composed(const ComposeScene& scene) {
-  Composer composer = scene.composer();
-  (void)composer.compose(*scene.atlas, {});
-  return composer.color_linear();
-}
-
 TEST(LaidPicture, HasItsWidthInMm) {
   for (const int resolution : {64, 160}) {
-    const ImageF color = composed(covered(testing_support::unit_plane(120.0), resolution, halves(32), 40.0));
+    const ImageF color = covered(testing_support::unit_plane(120.0), resolution, halves(32), 40.0).composed();
     const int y = resolution / 2;
     int num_changes = 0;
     for (int x = 1; x < resolution; ++x)
@@ -69,21 +64,12 @@ TEST(LaidPicture, HasItsWidthInMm) {
 
 TEST(LaidPicture, AFinerAtlasShowsTheSameOneSharper) {
   const ImageF picture = white_noise(64, 3);  // of pixels of 1 mm
-  const ImageF coarse = composed(covered(testing_support::unit_plane(128.0), 64, picture, 64.0));
-  const ImageF fine = composed(covered(testing_support::unit_plane(128.0), 256, picture, 64.0));
-  double difference = 0.0, spread = 0.0, mean = 0.0, n = 0.0;
-  for (int y = 4; y < 60; ++y) {
-    for (int x = 4; x < 60; ++x) {
-      double sum = 0.0;
-      for (int k = 0; k < 16; ++k) sum += static_cast<double>(fine.at(4 * x + k % 4, 4 * y + k / 4, 0)) / 16.0;
-      const auto value = static_cast<double>(coarse.at(x, y, 0));
-      difference += (sum - value) * (sum - value), spread += value * value, mean += value, n += 1.0;
-    }
-  }
-  const double variance = spread / n - mean / n * mean / n;
+  const auto [mean_square, variance] =
+      compare_coarse_with_fine(covered(testing_support::unit_plane(128.0), 64, picture, 64.0).composed(),
+                               covered(testing_support::unit_plane(128.0), 256, picture, 64.0).composed());
   // A texel of 2 mm averages four pixels, and both atlases interpolate between pixels half a texel off at most: of
   // white noise the two share at least half of their variance.
-  EXPECT_LT(difference / n, variance);
+  EXPECT_LT(mean_square, variance);
   // Four independent values of variance 1/48.
   EXPECT_LT(variance, 1.3 / 48.0 / 4.0);
 }

@@ -1,5 +1,8 @@
 #include "libcommon/output/model_textures.h"
 
+#include <algorithm>
+#include <array>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -46,6 +49,12 @@ std::vector<std::string> write_codes_of(const fs::path& folder, const std::strin
   return names;
 }
 
+/// Whether file_name() may have given the name.
+bool is_ours(const std::string& name) {
+  constexpr std::array<std::string_view, 5> kKinds{"color.", "normal.", "roughness.", "metalness.", "height."};
+  return std::any_of(kKinds.begin(), kKinds.end(), [&](std::string_view kind) { return name.starts_with(kind); });
+}
+
 }  // namespace
 
 void write_textures(const fs::path& folder, const std::string& prefix, std::size_t time, const GlbAppearance& look,
@@ -82,6 +91,11 @@ WorkFolder::~WorkFolder() {
 
 void WorkFolder::keep_as(const fs::path& to) {
   std::error_code error;
+  for (fs::directory_iterator it(to, error), end; !error && it != end; it.increment(error)) {
+    if (!is_ours(it->path().filename().string()))
+      throw CannotComplete(to.string() + ": holds " + it->path().filename().string() +
+                           ", which is none of our textures; move it, or name another output");
+  }
   fs::remove_all(to, error);
   fs::rename(path_, to, error);
   if (error) throw CannotComplete(to.string() + ": cannot be written; " + error.message());

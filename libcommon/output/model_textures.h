@@ -41,7 +41,7 @@ class WorkFolder {
   WorkFolder(const WorkFolder&) = delete;
   WorkFolder& operator=(const WorkFolder&) = delete;
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  /// Takes the place of `to`. @throws CannotComplete
+  /// Takes the place of `to`. @throws CannotComplete also where `to` holds anything but textures of ours.
   void keep_as(const std::filesystem::path& to);
 
  private:

@@ -86,7 +86,7 @@ std::string mtl_text(const GlbTiles& tiles, const TextureFiles& files, const Obj
 void write_obj_model(const fs::path& path, const Mesh& mesh, const GlbTiles& tiles, const GlbAppearance& appearance,
                      const ObjOptions& options, const RunControl& control) {
   check(mesh, tiles, appearance);
-  const std::string stem = path.stem().string(), textures = stem + ".textures";
+  const std::string stem = path.stem().string(), textures = stem + ".obj.textures";
   WorkFolder work(folder_of(path) / ("." + stem + ".obj.partial"));
   TextureFiles files;
   write_textures(work.path(), textures + "/", 0, appearance, files);
@@ -94,11 +94,11 @@ void write_obj_model(const fs::path& path, const Mesh& mesh, const GlbTiles& til
   control.throw_if_stopped();
   work.keep_as(folder_of(path) / textures);
   write_atomically(fs::path(path).replace_extension(".mtl"), mtl_text(tiles, files, options));
-  write_atomically(fs::path(path).replace_extension(".mtlx"), materialx_text(tiles.names, files,
-                                                                             {.time_names = {appearance.name},
-                                                                              .roughness = options.roughness,
-                                                                              .key = options.key,
-                                                                              .credits = options.credits}));
+  write_atomically(fs::path(path).replace_extension(".obj.mtlx"), materialx_text(tiles.names, files,
+                                                                                 {.time_names = {appearance.name},
+                                                                                  .roughness = options.roughness,
+                                                                                  .key = options.key,
+                                                                                  .credits = options.credits}));
   write_obj(path, grouped(mesh, tiles, options), options.key, stem + ".mtl");
   control.report(1.0);
 }

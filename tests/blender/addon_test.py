@@ -167,7 +167,7 @@ image = [n.image.filepath for n in thing.data.materials[0].node_tree.nodes if n.
 print("SAID", json.dumps([thing.name, len(thing.data.uv_layers), thing.data.materials[0].name, image]))
 """)
         self.assertEqual(said[:3], ["urn", 1, "material"])
-        self.assertTrue(said[3][0].endswith("urn.textures/color.0000.png"))
+        self.assertTrue(said[3][0].endswith("urn.obj.textures/color.0000.png"))
 
 
 if __name__ == "__main__":

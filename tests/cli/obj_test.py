@@ -7,7 +7,7 @@ import sys
 import unittest
 import xml.etree.ElementTree as ElementTree
 
-from command_case import USAGE, CommandCase, use
+from command_case import CANNOT, USAGE, CommandCase, use
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 
@@ -106,17 +106,17 @@ class Obj(CommandCase):
         objects, used, materials = self.check_obj(self.folder / "urn.obj")
         self.assertEqual((objects, used), (["urn"], ["material"]))
         self.assertIn("Pr", materials["material"])  # The history knows color alone.
-        self.assertEqual(check_materialx(self, self.folder / "urn.mtlx"), ["7.5 s"])
+        self.assertEqual(check_materialx(self, self.folder / "urn.obj.mtlx"), ["7.5 s"])
         self.succeeds("lookup", self.shared / "aged", "--time", "7.5", "-o", "then.png")
         # Pixels of a PNG whose writer filters equal rows equally.
-        packed = [b"".join(re.findall(rb"IDAT(.*?)....IEND", (self.folder / name).read_bytes(), re.DOTALL)) for name in ("then.png", "urn.textures/color.0000.png")]
+        packed = [b"".join(re.findall(rb"IDAT(.*?)....IEND", (self.folder / name).read_bytes(), re.DOTALL)) for name in ("then.png", "urn.obj.textures/color.0000.png")]
         self.assertEqual(*packed)
         # What is read is the mesh that was aged.
         self.assertEqual(json.loads(self.succeeds("info", "urn.obj", "--json"))["triangles"], json.loads(self.succeeds("info", self.shared / "aged/mesh.obj", "--json"))["triangles"])
 
     def test_the_last_time_is_shown_when_none_is_given_and_several_are_refused(self):
         self.succeeds("export", self.shared / "aged", "-o", "urn.obj")
-        self.assertEqual(check_materialx(self, self.folder / "urn.mtlx"), ["22.5 s"])
+        self.assertEqual(check_materialx(self, self.folder / "urn.obj.mtlx"), ["22.5 s"])
         self.fails(USAGE, "one time", "export", self.shared / "aged", "--num-times", "2", "-o", "other.obj")
 
     def test_a_simulation_has_its_objects_and_all_maps(self):
@@ -129,7 +129,7 @@ class Obj(CommandCase):
             self.assertEqual(sorted(objects), sorted(o["name"] for o in scene["objects"]))
         for key in ("map_Kd", "map_Pr", "norm", "disp"):
             self.assertIn(key, materials[used[0]])
-        check_materialx(self, self.folder / "wall.mtlx")
+        check_materialx(self, self.folder / "wall.obj.mtlx")
 
     def test_udim_tiles_are_materials_of_their_own(self):
         text = (self.shared / "urn/mesh.obj").read_text().splitlines()
@@ -141,7 +141,7 @@ class Obj(CommandCase):
         objects, used, materials = self.check_obj(self.folder / "two.obj")
         self.assertEqual(sorted(materials), ["material_1001", "material_1002"])
         self.assertEqual(used, ["material_1001", "material_1002"])
-        check_materialx(self, self.folder / "two.mtlx")
+        check_materialx(self, self.folder / "two.obj.mtlx")
         self.succeeds("export", "aged", "--num-times", "2", "-o", "two.usda")
         check_materialx(self, self.folder / "two.mtlx")
         stage = (self.folder / "two.usda").read_text()
@@ -152,11 +152,25 @@ class Obj(CommandCase):
         self.succeeds("export", self.shared / "aged", "--times", "0,7.5,15", "-o", "urn.usda")
         self.assertEqual(check_materialx(self, self.folder / "urn.mtlx"), ["0 s", "7.5 s", "15 s"])
 
+    def test_an_obj_and_a_stage_of_one_name_have_textures_of_their_own(self):
+        self.succeeds("export", self.shared / "aged", "--time", "15", "-o", "urn.obj")
+        shown = (self.folder / "urn.obj.textures/color.0000.png").read_bytes()
+        self.succeeds("export", self.shared / "aged", "--times", "0,7.5", "-o", "urn.usda")
+        self.assertEqual((self.folder / "urn.obj.textures/color.0000.png").read_bytes(), shown)
+        self.check_obj(self.folder / "urn.obj")
+        self.assertEqual(check_materialx(self, self.folder / "urn.obj.mtlx"), ["15 s"])
+
+    def test_files_of_others_in_the_folder_of_textures_are_kept(self):
+        (self.folder / "urn.obj.textures").mkdir()
+        (self.folder / "urn.obj.textures/mine.png").write_bytes(b"mine")
+        self.fails(CANNOT, "holds mine.png", "export", self.shared / "aged", "-o", "urn.obj")
+        self.assertEqual((self.folder / "urn.obj.textures/mine.png").read_bytes(), b"mine")
+
     def test_equal_input_gives_equal_bytes_and_what_is_missing_is_made_again(self):
         for name in ("a.obj", "again/a.obj"):
             (self.folder / name).parent.mkdir(exist_ok=True)
             self.succeeds("export", self.shared / "aged", "-o", name)
-        for suffix in (".obj", ".mtl", ".mtlx"):
+        for suffix in (".obj", ".mtl", ".obj.mtlx"):
             self.assertEqual((self.folder / f"a{suffix}").read_bytes(), (self.folder / f"again/a{suffix}").read_bytes())
         status = lambda: json.loads(self.succeeds("export", self.shared / "aged", "-o", "a.obj", "--json", "--force"))["status"]
         self.assertEqual(status(), "up to date")

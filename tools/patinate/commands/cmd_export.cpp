@@ -60,7 +60,7 @@ std::string usd_key_of(const std::filesystem::path& path) {
 
 std::string obj_key_of(const std::filesystem::path& path) {
   std::error_code error;
-  const bool is_whole = has_beside(path, {".textures", ".mtl", ".mtlx"});
+  const bool is_whole = has_beside(path, {".obj.textures", ".mtl", ".obj.mtlx"});
   return is_whole && std::filesystem::is_regular_file(path, error) ? read_obj_key(path) : "";
 }
 

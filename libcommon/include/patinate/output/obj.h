@@ -21,8 +21,9 @@ struct ObjOptions {
 };
 
 /// Writes `STEM.obj` (an `o` for each object, a `usemtl` for each tile), and beside it `STEM.mtl` (`map_Kd`, and where
-/// they are known `map_Pr`, `map_Pm`, `norm` and `disp`), `STEM.mtlx` with the same, and `STEM.textures`, which is
-/// replaced first. Numbers are the mesh's own, in its unit. Equal input gives equal bytes; no dates.
+/// they are known `map_Pr`, `map_Pm`, `norm` and `disp`), `STEM.obj.mtlx` with the same, and `STEM.obj.textures`,
+/// which is replaced first; a stage of the same name has others. Numbers are the mesh's own, in its unit. Equal input
+/// gives equal bytes; no dates.
 /// @param appearance  At the time that is shown; its name is that of the MaterialX look.
 /// @throws InvalidInput if the mesh has no UVs or lists differ in length; CannotComplete if it cannot be written.
 void write_obj_model(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,

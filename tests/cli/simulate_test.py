@@ -212,7 +212,7 @@ class Simulate(unittest.TestCase):
         told = json.loads(self.run_in(["simulate", str(scene), "--estimate", "--json"], check=True).stdout)
         self.assertEqual(told["advice"], [])
         for planks in ("planks", "other_planks"):
-            self.assertGreater(told["objects"][planks]["materials"]["patina"]["shows_share"], 0)
+            self.assertGreater(told["objects"][planks]["materials"]["verdigris"]["shows_share"], 0)
 
     def test_the_gate_of_the_examples_flakes_and_its_iron_bleeds_onto_the_wood(self):
         scene = pathlib.Path(__file__).resolve().parents[2] / "docs/examples/scenes/gate/gate.json"

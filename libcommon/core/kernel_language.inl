@@ -18,6 +18,7 @@ typedef uint u32;
 typedef long i64;
 typedef ulong u64;
 #define PATINATE_GLOBAL __global
+#define PATINATE_RESTRICT restrict
 #define PATINATE_INLINE static inline
 #define PATINATE_CONSTANT(type, name, value) __constant const type name = value
 #define PATINATE_MEMBER(type, name, value) type name
@@ -30,6 +31,7 @@ typedef ulong u64;
 #define PATINATE_DOUBLE_BITS(x) as_ulong(x)
 #else
 #define PATINATE_GLOBAL
+#define PATINATE_RESTRICT __restrict
 // Of kernels that stand in headers; those that are compiled for several instruction sets are static.
 #define PATINATE_INLINE inline
 #define PATINATE_CONSTANT(type, name, value) inline constexpr type name = value

@@ -53,7 +53,7 @@ Expression driver_of(const Rule& rule, std::span<const std::string> materials, s
 
 /// A rule as the kernel takes it, and its driver's program.
 struct CompiledRule {
-  KernelRule form;
+  KernelRule form{};
   double rate = 0.0;
   ExpressionProgram driver;
 };
@@ -317,11 +317,10 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
   float* slots = worker.slots[0].values.data();
   for (const CompiledRule& rule : rules) {
     run_expression(rule.driver, slots, set);
-    KernelRule form = rule.form;
-    form.driver = worker.slots[static_cast<std::size_t>(rule.driver.result)].values.data();
-    form.covered = covered.data();
-    form.first_texel = tile * TileGrid::kTileTexels;
-    const int outcome = kernel->apply(form, worker.quanta[0].data(), slots, worker.changes[0].data());
+    const KernelRule& form = rule.form;
+    const float* driver = worker.slots[static_cast<std::size_t>(rule.driver.result)].values.data();
+    const int outcome = kernel->apply(form, driver, covered.data(), tile * TileGrid::kTileTexels,
+                                      worker.quanta[0].data(), slots, worker.changes[0].data());
     has_extent |= (outcome & 1) != 0;
     if ((outcome & 2) == 0) continue;
     if (!std::exchange(has_weights, true)) facts.weights(tile, weights);

@@ -15,8 +15,8 @@ using namespace kernel_types;
 }  // namespace rule_types
 using rule_types::KernelRule;
 
-/// The texts of rule_types.inl and rule_kernel.inl.
-extern const std::string_view kRuleTypes, kRuleKernel;
+/// The texts of rule_types.inl, rule_kernel.inl and rule_device.cl.
+extern const std::string_view kRuleTypes, kRuleKernel, kRuleEntries;
 
 inline constexpr int kMaxRuleTerms = 16;  ///< Makes and uses of one rule.
 static_assert(sizeof(KernelRule::terms) / sizeof(KernelRule::terms[0]) == kMaxRuleTerms);

@@ -43,3 +43,5 @@ typedef struct PackedRule {
 } PackedRule;
 
 PATINATE_CONSTANT(u32, kFirstShared, 64u);  // A texel has at most so many values of its own.
+
+PATINATE_INLINE float decoded(i32 code, float low, float step) { return low + (float)code * step; }

@@ -88,7 +88,7 @@ struct Recomposed {
   fs::path source;
   simulation::SceneFile file;
   simulation::ColorForm form;
-  std::shared_ptr<const simulation::ComposeDevice> device;
+  std::shared_ptr<const simulation::SimulationDevice> device;
   HistoryManifest frames;  ///< Of the source.
   std::unique_ptr<simulation::Simulation> made;
 
@@ -165,7 +165,7 @@ int cmd_recompose(CommandRun& run) {
   run.line.options(device);
   run.line.example("recompose rust -o rust_pale --set rust.strength=0.5 --set rust.variation=0.8");
   if (!run.parse()) return 0;
-  const auto compose_device = open_compose_device(device, run);
+  const auto simulation_device = open_simulation_device(device, run);
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);
   const fs::path source = manifest_folder(folder, "simulation.json");
   simulation::SceneFile file =
@@ -192,8 +192,8 @@ int cmd_recompose(CommandRun& run) {
     inputs.add_value("--set " + text.substr(0, text.find('=')), text);
   }
   inputs.add_options(option_values(options));
-  const auto work =
-      std::make_shared<Recomposed>(Recomposed{source, std::move(file), options.color_form, compose_device, frames, {}});
+  const auto work = std::make_shared<Recomposed>(
+      Recomposed{source, std::move(file), options.color_form, simulation_device, frames, {}});
   JobPlan plan = inputs.plan(output, "recomposed.json");
   plan.parallel_items = false;
   for (std::size_t i = 0; i < frames.frames.size(); ++i) {

@@ -28,7 +28,7 @@ struct LookChange {
 
 struct RecomposeOptions {
   ColorForm color_form = ColorForm::Normalized;
-  std::shared_ptr<const ComposeDevice> device = {};
+  std::shared_ptr<const SimulationDevice> device = {};
 };
 
 /// A simulation folder as plan_simulation() describes it, which whatever shows simulations takes, but without

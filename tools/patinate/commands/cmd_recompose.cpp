@@ -54,13 +54,13 @@ int cmd_recompose(CommandRun& run) {
   run.line.options(device);
   run.line.example("recompose rust -o rust_pale --set rust.strength=0.5 --set rust.variation=0.8");
   if (!run.parse()) return 0;
-  const auto compose_device = open_compose_device(device, run);
+  const auto simulation_device = open_simulation_device(device, run);
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);
   simulation::SceneFile file =
       simulation::read_scene(scene_path.empty() ? manifest.scene : scene_path, run.control("scene"));
   const std::vector<simulation::LookChange> changes = parse_changes(texts, manifest.materials);
   const JobPlan plan =
-      simulation::plan_recompose(folder, std::move(file), changes, {options.color_form, compose_device}, output);
+      simulation::plan_recompose(folder, std::move(file), changes, {options.color_form, simulation_device}, output);
   if (plan.items.empty())
     run.note(folder.string() +
              " holds no amounts of its frames (made by an earlier version): its end alone is composed");

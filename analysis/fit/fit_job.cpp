@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same input gives other values.
-constexpr int kEvaluationsPerParameter = 60;
+constexpr std::int64_t kStageVersion = 3;  ///< Raised when the same input gives other values.
+constexpr int kEvaluationsPerParameter = 100;
 constexpr double kSmallestLookStep = 0.05;       ///< Of the search for an appearance, however narrow the outer one has
                                                  ///< become; but no wider than its first step.
 constexpr double kScanAppearanceStep = 0.1;      ///< Of the search for an appearance beside the best.
@@ -45,14 +45,14 @@ JobItem record_item(const std::string& name, int stage, const std::string& key, 
 FitEvaluation evaluate_candidate(const std::shared_ptr<FitWork>& work, const std::string& name, int generation, int k,
                                  const fs::path& folder, const RunControl& control) {
   const FitWork::Standing standing = work->standing(folder, generation);
-  if (standing.evolution.is_done()) return {.name = name, .points = {}, .is_skipped = true};
-  std::vector<double> values = standing.best;
-  const std::vector<double> unit = standing.evolution.candidate(k);
+  if (standing.search.is_done()) return {.name = name, .points = {}, .is_skipped = true};
+  std::vector<double> values = standing.values_for(k);
+  const std::vector<double> unit = standing.search.candidate(k);
   for (std::size_t i = 0; i < work->aged.size(); ++i)
     values[work->aged[i]] = value_at(work->task.parameters[work->aged[i]], unit[i]);
   const AppearanceSearch search{
       .num_appearance = work->appearance.empty() ? 1 : work->task.options.appearance_evaluations,
-      .step = std::min(std::max(standing.evolution.spread(), kSmallestLookStep), work->task.options.step),
+      .step = std::min(std::max(standing.search.spread(), kSmallestLookStep), work->task.options.step),
       .item = static_cast<std::uint64_t>(1 + generation * work->budget.population + k)};
   return evaluate(work->ready(control), name, values, search, 0, control);
 }
@@ -153,11 +153,8 @@ FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
   outcome.best = work.best(folder);
   outcome.initial = outcome.searched.front().points.front();
   outcome.num_planned = work.budget.evaluations;
-  // The search of appearance ends on its own when another generation of them would have been within the budget.
-  outcome.is_converged =
-      work.aged.empty() ? outcome.searched.front().points.size() + static_cast<std::size_t>(work.budget.population) <=
-                              static_cast<std::size_t>(work.budget.evaluations)
-                        : work.standing(folder, work.num_generations()).evolution.is_done();
+  outcome.is_converged = work.aged.empty() ? outcome.searched.front().is_converged
+                                           : work.standing(folder, work.num_generations()).search.is_converged();
   double squares = 0.0;
   int num_seeds = 0;
   for (int s = 1; s <= work.task.options.seeds; ++s) {
@@ -219,7 +216,7 @@ void add_search_inputs(const FitTask& task, const SeriesFile& series, JobInputs&
 }  // namespace
 
 void describe(OptionVisitor& v, FitOptions& o) {
-  v.visit({"evaluations", "Budget of the search; 0 = 60 for each parameter that is searched", "", between(0, 1e6)},
+  v.visit({"evaluations", "Budget of the search; 0 = 100 for each parameter that is searched", "", between(0, 1e6)},
           o.evaluations);
   v.visit({"appearance_evaluations", "Appearances tried for each aging at most, where some parameters need no aging",
            "", between(1, 1e5)},
@@ -233,11 +230,13 @@ void describe(OptionVisitor& v, FitOptions& o) {
            {.low = 0, .high = 1, .is_low_open = true}},
           o.step);
   v.visit({"tolerance",
-           "Converged when the candidates' spread is below this share of every range",
+           "At an end when the candidates' spread is below this share of every range",
            "",
            {.low = 0, .high = 1, .is_low_open = true}},
           o.tolerance);
-  v.visit({"restarts", "When converged, begin so often again from a random place", "", between(0, 100)}, o.restarts);
+  v.visit(
+      {"starts", "Valleys that the search follows at most; 1 = from the scene's own values alone", "", between(1, 100)},
+      o.starts);
   v.visit({"scan", "Evaluations a parameter for what the data determine", "", between(0, 64)}, o.scan);
   v.visit({"seeds", "Other seeds that the best is tried with: by how much chance alone differs", "", between(0, 100)},
           o.seeds);
@@ -285,7 +284,11 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
                                : work->aged.empty()     ? work->budget.evaluations
                                                         : work->task.options.appearance_evaluations;
     return evaluate(work->ready(control), "initial", work->start,
-                    {.num_appearance = num_appearance, .step = work->task.options.step, .item = 0}, 0, control);
+                    {.num_appearance = num_appearance,
+                     .step = work->task.options.step,
+                     .starts = work->aged.empty() ? work->task.options.starts : 1,
+                     .item = 0},
+                    0, control);
   }));
   for (int g = 0; g < work->num_generations(); ++g) {
     for (int k = 0; k < work->budget.population; ++k) {

@@ -210,8 +210,11 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   const std::string tried =
       std::to_string(count_agings(o)) + " simulations and " + std::to_string(count_points(o)) + " appearances of them";
   page.paragraph("The objective fell from " + number(o.initial.result.objective) + " to " +
-                 number(o.best.result.objective) + " in " + tried +
-                 (o.is_converged ? "; the search converged." : "; the budget ended the search."));
+                 number(o.best.result.objective) + " in " + tried + (o.is_converged ? "; the search converged." : "."));
+  if (!o.is_converged)
+    page.paragraph(
+        "Not converged: the budget ended the search, so better values may lie elsewhere, and intervals are those of "
+        "what was tried. A larger --evaluations resumes from here.");
   if (is_beaten(o))
     page.paragraph(
         "Not at its end: along one of the parameters there is a better value. A larger --evaluations resumes from "
@@ -237,7 +240,9 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
 
 }  // namespace
 
-std::string verdict_text(const FitTask& task, const FitOutcome& o, std::size_t i) {
+namespace {
+
+std::string interval_text(const FitTask& task, const FitOutcome& o, std::size_t i) {
   const FitParameter& p = task.parameters[i];
   const ParameterVerdict& v = o.verdicts[i];
   const std::string low = number(value_at(p, v.low)), high = number(value_at(p, v.high));
@@ -256,6 +261,12 @@ std::string verdict_text(const FitTask& task, const FitOutcome& o, std::size_t i
       return "not determined: no figure changes anywhere in its range";
   }
   return "";
+}
+
+}  // namespace
+
+std::string verdict_text(const FitTask& task, const FitOutcome& o, std::size_t i) {
+  return interval_text(task, o, i) + (o.is_converged ? "" : " (not converged)");
 }
 
 void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutcome& o, std::span<const Section> before,

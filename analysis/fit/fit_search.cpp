@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "analysis/fit/multi_start.h"
 #include "patinate/core/error.h"
 
 namespace patinate::analysis {
@@ -101,9 +102,11 @@ FitEvaluation evaluate(const FitModel& model, const std::string& name, const std
   const EvolutionOptions options{.step = search.step,
                                  .tolerance = model.tolerance,
                                  .flatness = model.flatness,
+                                 .relative_flatness = model.relative_flatness,
                                  .seed = model.seed,
                                  .purpose = kLookPurpose + static_cast<std::uint32_t>(search.item)};
-  (void)minimize(f, start, search.num_appearance, options);
+  evaluation.is_converged =
+      minimize(f, start, search.num_appearance, {.search = options, .starts = search.starts}).is_converged;
   return evaluation;
 } catch (const InputError& e) {
   return {.name = name, .points = {undefined_point(model, values, e.what())}};

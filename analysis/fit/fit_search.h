@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "analysis/fit/evolution.h"
 #include "analysis/fit/fit_record.h"
 
 namespace patinate::analysis {
@@ -17,8 +16,8 @@ struct FitModel {
   std::vector<FitParameter> parameters;
   AgeWith age;
   const FitObjective* objective = nullptr;
-  int repeats = 1;        ///< Seeds over which an objective is averaged; >= 1.
-  double flatness = 0.0;  ///< Of the search for the best appearance, see EvolutionOptions.
+  int repeats = 1;                                 ///< Seeds over which an objective is averaged; >= 1.
+  double flatness = 0.0, relative_flatness = 0.0;  ///< When a search is at its end: EvolutionOptions.
   double tolerance = 1e-3;
   std::uint64_t seed = 0;
 
@@ -30,6 +29,7 @@ struct FitModel {
 struct AppearanceSearch {
   int num_appearance = 1;  ///< At most; 1: only the given values.
   double step = 0.3;       ///< As EvolutionOptions.
+  int starts = 1;          ///< As MultiStartOptions.
   std::uint64_t item = 0;  ///< Its random numbers.
 };
 

@@ -12,7 +12,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kFlatness = 1e-3;  ///< Delta E or per cent: smaller differences are not searched for.
+constexpr double kFlatness = 1e-2;          ///< Delta E or per cent: smaller differences are not searched for.
+constexpr double kRelativeFlatness = 0.01;  ///< Nor are such shares of the objective.
 
 }  // namespace
 
@@ -23,6 +24,7 @@ FitWork::FitWork(FitTask given) : task(std::move(given)) {
   model.age = task.age;
   model.repeats = task.options.repeats;
   model.flatness = kFlatness;
+  model.relative_flatness = kRelativeFlatness;
   model.tolerance = task.options.tolerance;
   model.seed = task.seed;
   aged = model.indices(false);
@@ -54,26 +56,37 @@ FitEvaluation FitWork::record(const fs::path& folder, const std::string& name) {
   return records_.try_emplace(name, std::move(e)).first->second;
 }
 
+const std::vector<double>& FitWork::Standing::values_for(int k) const {
+  const auto found = best.find(search.origin(k));
+  return found != best.end() ? found->second.values : best.at(0).values;
+}
+
 FitWork::Standing FitWork::standing(const fs::path& folder, int generation) {
   const std::scoped_lock lock(search_mutex_);
   if (!search_) {
     std::vector<double> unit;
     for (const std::size_t i : aged) unit.push_back(unit_at(task.parameters[i], start[i]));
-    search_ = Standing{Evolution(unit, {.population = budget.population,
-                                        .step = task.options.step,
-                                        .tolerance = task.options.tolerance,
-                                        .flatness = kFlatness,
-                                        .restarts = task.options.restarts,
-                                        .seed = task.seed,
-                                        .purpose = 0}),
-                       start};
-    keep(record(folder, "initial"));
+    const FitEvaluation initial = record(folder, "initial");
+    const std::optional<std::size_t> i = initial.best();
+    const double value = i ? *initial.points[*i].result.objective : std::numeric_limits<double>::infinity();
+    search_ = Standing{.search = MultiStart(unit, value,
+                                            {.search = {.population = budget.population,
+                                                        .step = task.options.step,
+                                                        .tolerance = task.options.tolerance,
+                                                        .flatness = model.flatness,
+                                                        .relative_flatness = model.relative_flatness,
+                                                        .seed = task.seed},
+                                             .starts = task.options.starts}),
+                       .best = {{0, {.values = start}}}};
+    (void)keep(initial, 0);
   }
-  while (search_->evolution.generation() < generation && !search_->evolution.is_done()) {
+  MultiStart& search = search_->search;
+  while (search.generation() < generation && !search.is_done()) {
     std::vector<double> values;
-    const int g = search_->evolution.generation();
-    for (int k = 0; k < budget.population; ++k) values.push_back(keep(record(folder, candidate_name(g, k))));
-    search_->evolution.tell(values);
+    const int g = search.generation();
+    for (int k = 0; k < budget.population; ++k)
+      values.push_back(keep(record(folder, candidate_name(g, k)), search.origin(k)));
+    search.tell(values);
   }
   return *search_;
 }
@@ -117,13 +130,12 @@ const FitWork::Ground& FitWork::ground(const fs::path& folder) {
   return *ground_;
 }
 
-double FitWork::keep(const FitEvaluation& e) {
+double FitWork::keep(const FitEvaluation& e, std::size_t origin) {
   const std::optional<std::size_t> i = e.best();
-  const double value = i ? *e.points[*i].result.objective : std::numeric_limits<double>::infinity();
-  if (value < best_value_) {
-    best_value_ = value;
-    search_->best = e.points[*i].values;
-  }
+  if (!i) return std::numeric_limits<double>::infinity();
+  const double value = *e.points[*i].result.objective;
+  Standing::Best& best = search_->best[origin];
+  if (value < best.value) best = {value, e.points[*i].values};
   return value;
 }
 

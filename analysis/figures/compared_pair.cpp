@@ -82,26 +82,18 @@ CommonTimes common_times(const HistoryFacts& a, const HistoryFacts& b, const Com
   return common;
 }
 
-namespace {
-
-/// Longer sides at which both sides are compared.
-struct CommonSizes {
-  int a = 0, b = 0;
-};
-
-/// At most options.size; of surfaces of different sizes equal ones, or equal lengths a pixel where both know theirs.
-CommonSizes common_sizes(const TextureSeries& a, const TextureSeries& b, const CompareOptions& options) {
-  const auto longer = [](const TextureSeries& s) { return std::max(s.width(), s.height()); };
-  const auto capped = [&](int side) { return options.size > 0 ? std::min(side, options.size) : side; };
+CommonSizes common_sizes(const SurfaceExtent& a, const SurfaceExtent& b, int size, bool has_equal_places) {
+  const auto longer = [](const SurfaceExtent& s) { return std::max(s.width, s.height); };
+  const auto capped = [&](int side) { return size > 0 ? std::min(side, size) : side; };
   CommonSizes sizes{capped(longer(a)), capped(longer(b))};
-  const bool are_equal = a.width() == b.width() && a.height() == b.height();
+  const bool are_equal = a.width == b.width && a.height == b.height;
   const auto has_other_pixels = [&] {
     constexpr double kTolerance = 0.05;  // Lengths of texels are medians.
-    return a.pixel_mm() && b.pixel_mm() && std::abs(*a.pixel_mm() / *b.pixel_mm() - 1.0) > kTolerance;
+    return a.pixel_mm && b.pixel_mm && std::abs(*a.pixel_mm / *b.pixel_mm - 1.0) > kTolerance;
   };
-  if (are_equal && (options.places == Places::Equal || !has_other_pixels())) return sizes;
-  if (a.pixel_mm() && b.pixel_mm()) {
-    const double mm_a = *a.pixel_mm() * longer(a), mm_b = *b.pixel_mm() * longer(b);
+  if (are_equal && (has_equal_places || !has_other_pixels())) return sizes;
+  if (a.pixel_mm && b.pixel_mm) {
+    const double mm_a = *a.pixel_mm * longer(a), mm_b = *b.pixel_mm * longer(b);
     const double pixel = std::max(mm_a / sizes.a, mm_b / sizes.b);
     const int side_a = static_cast<int>(std::lround(mm_a / pixel)),
               side_b = static_cast<int>(std::lround(mm_b / pixel));
@@ -111,6 +103,8 @@ CommonSizes common_sizes(const TextureSeries& a, const TextureSeries& b, const C
   sizes.a = sizes.b = std::min(sizes.a, sizes.b);
   return sizes;
 }
+
+namespace {
 
 /// Why equal pixels do not show equal places; "" when they do. @param num_shared  Pixels that both show.
 std::string places_problem(const ComparedPair& pair, std::size_t num_shared, const CompareOptions& options) {
@@ -144,7 +138,8 @@ std::string places_problem(const ComparedPair& pair, std::size_t num_shared, con
 
 ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& options, const RunControl& control) {
   const CommonTimes times = common_times(a.facts(), b.facts(), options);
-  const CommonSizes sizes = common_sizes(a, b, options);
+  const auto extent = [](const TextureSeries& s) { return SurfaceExtent{s.width(), s.height(), s.pixel_mm()}; };
+  const CommonSizes sizes = common_sizes(extent(a), extent(b), options.size, options.places == Places::Equal);
   ColorStack stack_a = load_stack(a, times.times_a, sizes.a, control.part(0.0, 0.5));
   ColorStack stack_b = load_stack(b, times.times_b, sizes.b, control.part(0.5, 1.0));
   stack_a.times = times.clock;

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "analysis/compare/sections.h"
+#include "analysis/fit/chance.h"
 #include "analysis/fit/determined.h"
 #include "analysis/fit/fit_report.h"
 #include "analysis/fit/fit_search.h"
@@ -23,11 +24,12 @@ namespace {
 
 constexpr std::int64_t kStageVersion = 3;  ///< Raised when the same input gives other values.
 constexpr int kEvaluationsPerParameter = 100;
-constexpr double kSmallestLookStep = 0.05;       ///< Of the search for an appearance, however narrow the outer one has
-                                                 ///< become; but no wider than its first step.
-constexpr double kScanAppearanceStep = 0.1;      ///< Of the search for an appearance beside the best.
-constexpr std::uint64_t kScanItems = 1u << 18;   ///< Random numbers of scans, apart from those of the search.
-constexpr double kThresholdWithoutSeeds = 0.01;  ///< Share of the objective.
+constexpr double kSmallestLookStep = 0.05;      ///< Of the search for an appearance, however narrow the outer one has
+                                                ///< become; but no wider than its first step.
+constexpr double kScanAppearanceStep = 0.1;     ///< Of the search for an appearance beside the best.
+constexpr std::uint64_t kScanItems = 1u << 18;  ///< Random numbers of scans, apart from those of the search.
+constexpr std::uint64_t kMostScanPlaces = 64;
+constexpr double kNearTheLimit = 1.25;  ///< Of the objective that cannot be told from the best.
 
 using MakeRecord = std::function<FitEvaluation(const fs::path& folder, const RunControl& control)>;
 
@@ -79,8 +81,17 @@ FitEvaluation scan_place(FitWork& work, const std::string& name, std::size_t i, 
   const FitModel& model = work.ready(control);
   AppearanceSearch search{.num_appearance = work.appearance.empty() ? 1 : work.task.options.appearance_evaluations,
                           .step = kScanAppearanceStep,
-                          .item = kScanItems + i * 64 + k};
-  FitEvaluation evaluation = evaluate(model, name, held, search, 0, control.part(0.0, 0.5));
+                          .item = kScanItems + i * kMostScanPlaces + k};
+  FitEvaluation evaluation = evaluate(model, name, held, search, 0, control.part(0.0, 0.4));
+  const std::optional<std::size_t> found = evaluation.best();
+  const std::vector<double> draws = work.chances(folder);
+  // Chance over the range, not only at the best: of places that can be told from it only just or not at all.
+  if (found && !draws.empty() &&
+      *evaluation.points[*found].result.objective <=
+          kNearTheLimit * untellable_objective(*work.best(folder).result.objective, draws)) {
+    const std::uint64_t draw = draws.size() + 1 + i * kMostScanPlaces + k;
+    evaluation.chance = draw_chance(model, name, evaluation.points[*found].values, draw, control.part(0.4, 0.6)).chance;
+  }
   const FitWork::Ground& ground = work.ground(folder);
   if (!ground.valley) return evaluation;
   std::vector<double> moved = held;
@@ -94,20 +105,20 @@ FitEvaluation scan_place(FitWork& work, const std::string& name, std::size_t i, 
   }
   if (!is_moved) return evaluation;
   search.item += kScanItems;
-  const FitEvaluation along = evaluate(model, name, moved, search, 0, control.part(0.5, 1.0));
+  const FitEvaluation along = evaluate(model, name, moved, search, 0, control.part(0.6, 1.0));
   evaluation.points.insert(evaluation.points.end(), along.points.begin(), along.points.end());
   return evaluation;
 }
 
-/// Items after the search: the best with other seeds, and along every parameter.
-void add_scans(const std::shared_ptr<FitWork>& work, int stage, JobPlan& plan) {
+/// Items after the search: the best with other seeds, and then along every parameter.
+void add_scans(const std::shared_ptr<FitWork>& work, int seeds_stage, JobPlan& plan) {
+  const int stage = seeds_stage + 1;
   const FitOptions& options = work->task.options;
   for (int s = 1; s <= options.seeds; ++s) {
     plan.items.push_back(record_item(
-        "seed-" + std::to_string(s), stage, "", [work, s](const fs::path& folder, const RunControl& control) {
-          const auto shift = static_cast<std::uint64_t>(s) * static_cast<std::uint64_t>(work->task.options.repeats);
-          return evaluate(work->ready(control), "seed-" + std::to_string(s), work->best(folder).values, {}, shift,
-                          control);
+        "seed-" + std::to_string(s), seeds_stage, "", [work, s](const fs::path& folder, const RunControl& control) {
+          return draw_chance(work->ready(control), "seed-" + std::to_string(s), work->best(folder).values,
+                             static_cast<std::uint64_t>(s), control);
         }));
   }
   for (const std::size_t i : work->aged) {
@@ -155,17 +166,9 @@ FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
   outcome.num_planned = work.budget.evaluations;
   outcome.is_converged = work.aged.empty() ? outcome.searched.front().is_converged
                                            : work.standing(folder, work.num_generations()).search.is_converged();
-  double squares = 0.0;
-  int num_seeds = 0;
-  for (int s = 1; s <= work.task.options.seeds; ++s) {
+  for (int s = 1; s <= work.task.options.seeds; ++s)
     outcome.seeds.push_back(work.record(folder, "seed-" + std::to_string(s)));
-    const std::optional<double>& value = outcome.seeds.back().points.front().result.objective;
-    if (!value) continue;
-    squares += (*value - *outcome.best.result.objective) * (*value - *outcome.best.result.objective);
-    ++num_seeds;
-  }
-  outcome.threshold =
-      num_seeds > 0 ? std::sqrt(squares / num_seeds) : kThresholdWithoutSeeds * *outcome.best.result.objective;
+  outcome.chances = work.chances(folder);
 
   const FitWork::Ground& ground = work.ground(folder);
   std::vector<BoxPoint> tried = ground.tried;
@@ -183,6 +186,7 @@ FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
         const FitEvaluation e = work.record(folder, "scan-" + std::to_string(i) + "-" + std::to_string(k));
         for (std::size_t q = 0; q < e.points.size(); ++q)
           add(i, e.points[q], q == 0 ? outcome.scans : outcome.profiles);
+        if (e.chance) outcome.chances.push_back(*e.chance);
       }
     }
     if (!work.appearance.empty()) {
@@ -194,6 +198,8 @@ FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
       }
     }
   }
+  outcome.threshold =
+      untellable_objective(*outcome.best.result.objective, outcome.chances) - *outcome.best.result.objective;
   outcome.verdicts = determine(work.box_point(outcome.best), tried, outcome.scans, outcome.profiles, outcome.threshold);
   return outcome;
 }
@@ -237,9 +243,12 @@ void describe(OptionVisitor& v, FitOptions& o) {
   v.visit(
       {"starts", "Valleys that the search follows at most; 1 = from the scene's own values alone", "", between(1, 100)},
       o.starts);
-  v.visit({"scan", "Evaluations a parameter for what the data determine", "", between(0, 64)}, o.scan);
-  v.visit({"seeds", "Other seeds that the best is tried with: by how much chance alone differs", "", between(0, 100)},
-          o.seeds);
+  v.visit({"scan", "Evaluations a parameter for what the data determine", "",
+           between(0, static_cast<double>(kMostScanPlaces))},
+          o.scan);
+  v.visit(
+      {"seeds", "Other seeds of the best that take the capture's place: what chance alone makes", "", between(0, 100)},
+      o.seeds);
 }
 
 FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_t num_appearance) {

@@ -28,7 +28,7 @@ struct FitOptions {
   double tolerance = 1e-3;          ///< At an end when the candidates' spread is below this share of every range.
   int starts = 4;                   ///< Valleys that the search follows at most; 1: from the given values alone.
   int scan = 8;                     ///< Evaluations a parameter for what the data determine; 0 = none.
-  int seeds = 4;  ///< Other seeds that the best is tried with: what differences mean nothing; 0 = none.
+  int seeds = 8;  ///< Other seeds of the best that take the capture's place: what chance makes; 0 = none.
 };
 void describe(OptionVisitor& v, FitOptions& o);
 /// Evaluations that the search may use, and the least that make sense (the start and two generations).

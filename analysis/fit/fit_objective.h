@@ -47,9 +47,8 @@ struct ObjectiveOptions {
   Clock clock = Clock::Absolute;  ///< Equal times, or equal shares of each history's own span.
   double visible_delta_e = 5.0;   ///< A change from here on is seen; Delta E 1976, > 0.
   int num_classes = 5;            ///< Of a control; [1, 50].
-  int samples =
-      1024;  ///< Places of a time whose colors color_distribution compares, at most, always the same; [64, 65536].
-  std::uint64_t seed = 0;  ///< Of the sample of texels; not described.
+  /// Places of a time whose colors color_distribution compares, at most, always the same; [0, 65536], 0 = all.
+  int samples = 0;
 };
 void describe(OptionVisitor& v, ObjectiveOptions& o);
 /// The same for a comparison.
@@ -62,7 +61,8 @@ struct ObjectiveValue {
   std::string problem;                         ///< Why there is no value; "" when there is.
 };
 
-/// Compares simulated surfaces with one captured history, which is prepared once. Thread-safe.
+/// Compares simulated surfaces with one captured history, which is prepared once. Both are brought to one size as a
+/// comparison does. Thread-safe.
 class FitObjective {
  public:
   /// @param outline  Of what will be compared: times, size and names of controls decide what can be. The compared times
@@ -78,8 +78,14 @@ class FitObjective {
   [[nodiscard]] const std::vector<FitTerm>& terms() const;
   [[nodiscard]] ObjectiveValue operator()(const AgedSurface& frames, const RunControl& control = {}) const;
 
+  /// The same with a simulated surface in the place of the captured one, off by one draw of the deviations that the
+  /// capture states: all places together, since neighbors may be off together. @param draw  Number of the draw.
+  [[nodiscard]] FitObjective with_captured(const AgedSurface& frames, std::uint64_t draw,
+                                           const RunControl& control = {}) const;
+
  private:
   struct State;
+  explicit FitObjective(std::unique_ptr<const State> state);
   std::unique_ptr<const State> state_;
 };
 

@@ -45,6 +45,7 @@ Json evaluation_json(const FitEvaluation& evaluation) {
     points.push_back(std::move(point));
   }
   return Json{{"name", evaluation.name},
+              {"chance", optional_json(evaluation.chance)},
               {"converged", evaluation.is_converged},
               {"skipped", evaluation.is_skipped},
               {"points", points}};
@@ -55,6 +56,7 @@ FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num
   JsonReader json(file.string(), root);
   FitEvaluation evaluation{.name = json.member("name").string(),
                            .points = {},
+                           .chance = read_optional(json.member("chance")),
                            .is_converged = json.member("converged").boolean(),
                            .is_skipped = json.member("skipped").boolean()};
   for (JsonReader& point : json.member("points").elements(kMostPoints)) {

@@ -203,6 +203,7 @@ Json objective_json(const FitTask& task, const FitOutcome& o) {
               {"after", *o.best.result.objective},
               {"terms", terms},
               {"other_seeds", seeds},
+              {"chance", o.chances},
               {"threshold", o.threshold}};
 }
 
@@ -231,7 +232,9 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   page.paragraph(
       "An interval holds the values that the figures cannot tell from the best: the objective rises by no more than " +
       number(o.threshold) + ", " +
-      (o.seeds.empty() ? "a hundredth of the best." : "what other seeds of the same simulation differ by.") +
+      (o.chances.empty()
+           ? "a hundredth of the best."
+           : "up to what the simulation against itself with another seed stays below in 19 of 20 cases.") +
       " It holds within this model: a wrong model can be determined as well as a right one.");
   for (const std::string& text : correlated_pairs(task, o)) page.paragraph(text);
   if (!o.no_valley.empty() && task.parameters.size() > 1)

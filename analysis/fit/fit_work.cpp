@@ -111,6 +111,15 @@ FitPoint FitWork::best(const fs::path& folder) {
   return *best;
 }
 
+std::vector<double> FitWork::chances(const fs::path& folder) {
+  std::vector<double> draws;
+  for (int s = 1; s <= task.options.seeds; ++s) {
+    if (const std::optional<double> chance = record(folder, "seed-" + std::to_string(s)).chance)
+      draws.push_back(*chance);
+  }
+  return draws;
+}
+
 BoxPoint FitWork::box_point(const FitPoint& p) const {
   BoxPoint out{.at = {}, .objective = p.result.objective.value_or(std::numeric_limits<double>::infinity())};
   for (std::size_t i = 0; i < p.values.size(); ++i) out.at.push_back(unit_at(task.parameters[i], p.values[i]));

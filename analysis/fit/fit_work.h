@@ -66,6 +66,9 @@ class FitWork {
   /// @throws InvalidInput if nothing that was tried could be compared.
   [[nodiscard]] FitPoint best(const std::filesystem::path& folder);
 
+  /// What chance makes of the objective at the best: of the items seed-1, seed-2, ...
+  [[nodiscard]] std::vector<double> chances(const std::filesystem::path& folder);
+
   [[nodiscard]] BoxPoint box_point(const FitPoint& p) const;
   /// Where the search has been, and how it slopes there.
   struct Ground {

@@ -163,7 +163,6 @@ py::dict fit_scene(const py::object& scene_path, const py::object& objective, co
     }
   }
   if (terms.empty()) terms.emplace_back();
-  compared.seed = static_cast<std::uint64_t>(keywords.seed);
   std::optional<analysis::FitObjective> distance;
   if (is_history) {
     const auto history = py::cast<const PyHistory&>(objective).value;

@@ -126,7 +126,7 @@ int cmd_fit(CommandRun& run) {
   task.outline = scene.outline();
   task.age = scene.age();
   task.terms = wanted.terms;
-  task.seed = task.objective.seed = static_cast<std::uint64_t>(run.line.common().seed);
+  task.seed = static_cast<std::uint64_t>(run.line.common().seed);
   task.add_inputs = [scene](JobInputs& inputs) { scene.add_inputs(inputs); };
   task.write_model = [scene, output](const fs::path& folder, const std::vector<double>& values) {
     scene.write(folder, output, values);

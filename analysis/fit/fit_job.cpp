@@ -142,20 +142,48 @@ void add_scans(const std::shared_ptr<FitWork>& work, int seeds_stage, JobPlan& p
       }));
 }
 
-/// Writes the history with some values; gives what a comparison says of it.
-std::vector<Section> compared(const FitWork& work, const std::string& name, const std::vector<double>& values,
-                              const fs::path& folder, const std::string& key, const RunControl& control) {
+/// What a comparison says of the history with some values.
+struct Compared {
+  std::vector<Section> sections;
+  std::optional<double> held_out;  ///< On frames that no search saw.
+};
+
+/// Writes the history with some values.
+Compared compared(FitWork& work, const std::string& name, const std::vector<double>& values, const fs::path& folder,
+                  const std::string& key, const RunControl& control) {
   const ComposeWith compose = work.task.age(values, 0, control.part(0.0, 0.6));
   RunControl quiet = control;
   quiet.on_progress = {};
-  write_surface(folder / name, compose(values, quiet), key + "-" + name);
+  const AgedSurface surface = compose(values, quiet);
+  write_surface(folder / name, surface, key + "-" + name);
   const CompareOptions options = compare_options(work.task.objective);
   const ComparedPair pair = load_pair(open_series(work.task.history).series, open_series(folder / name).series, options,
                                       control.part(0.6, 0.7));
   std::vector<Section> sections{look_section(pair), colors_section(pair, options, control.part(0.7, 0.9)),
                                 controls_section(pair, options, control.part(0.9, 1.0))};
   for (Section& section : sections) embed_pictures(section.pictures, folder / kJobWorkFolder / (name + ".png"));
-  return sections;
+  const FitObjective* held_out = work.ready(quiet).held_out;
+  return {std::move(sections), held_out ? (*held_out)(surface, quiet).objective : std::nullopt};
+}
+
+/// The last frame that the search saw, held: what any model has to be better than.
+std::optional<double> last_frame_held(const FitObjective& held_out, const FitTask& task, const RunControl& control) {
+  const SeriesFile file = open_series(task.history);
+  const double first = file.series.facts().frames.front().time;
+  double last = first;
+  for (const FrameFacts& f : file.series.facts().frames) {
+    if (f.time <= *task.objective.until) last = f.time;
+  }
+  AgedSurface surface{.name = file.series.name(),
+                      .time_unit = file.series.facts().time_unit,
+                      .texel_size_mm = file.series.pixel_mm(),
+                      .times = {first},
+                      .colors = {file.series.sample(last)},
+                      .mask = file.series.mask(last),
+                      .controls = {}};
+  for (const ControlFacts& c : file.series.facts().controls)
+    surface.controls.push_back({.parameter = c, .values = file.series.control(c.name)});
+  return held_out(surface, control).objective;
 }
 
 FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
@@ -271,8 +299,10 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
     }
   }
   const SeriesFile series = open_series(task.history);
-  (void)FitObjective(series.series, task.outline, task.terms,
-                     task.objective);  // Says what is wrong before work starts.
+  // Says what is wrong before work starts.
+  (void)FitObjective(series.series, task.outline, task.terms, task.objective);
+  if (task.objective.until)
+    (void)FitObjective(series.series, task.outline, task.terms, task.objective, FitFrames::HeldOut);
   JobInputs search_inputs("fit search", kStageVersion), inputs("fit", kStageVersion);
   add_search_inputs(task, series, search_inputs);
   add_search_inputs(task, series, inputs);
@@ -310,12 +340,19 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
   }
   add_scans(work, 1 + work->num_generations(), plan);
   plan.join = [work, key = plan.key](const fs::path& folder, const RunControl& control) {
-    const FitOutcome outcome = outcome_of(*work, folder);
-    const std::vector<Section> before = compared(*work, "before", work->start, folder, key, control.part(0.0, 0.5));
-    const std::vector<Section> after =
-        compared(*work, "after", outcome.best.values, folder, key, control.part(0.5, 1.0));
+    FitOutcome outcome = outcome_of(*work, folder);
+    const Compared before = compared(*work, "before", work->start, folder, key, control.part(0.0, 0.5));
+    const Compared after = compared(*work, "after", outcome.best.values, folder, key, control.part(0.5, 1.0));
+    if (const FitObjective* held_out = work->ready(control).held_out) {
+      outcome.held_out = HeldOut{.num_times = held_out->num_times(),
+                                 .before = before.held_out,
+                                 .after = after.held_out,
+                                 .other_seeds = {},
+                                 .last_frame = last_frame_held(*held_out, work->task, {})};
+      for (const FitEvaluation& e : outcome.seeds) outcome.held_out->other_seeds.push_back(e.held_out);
+    }
     work->task.write_model(folder, outcome.best.values);
-    write_fit_report(folder, work->task, outcome, before, after, key);
+    write_fit_report(folder, work->task, outcome, before.sections, after.sections, key);
   };
   return plan;
 }

@@ -79,6 +79,22 @@ HistoryFacts facts_of(const SurfaceOutline& outline) {
   return m;
 }
 
+/// The times up to `until`, or those after it.
+CommonTimes times_of(const CommonTimes& all, double until, FitFrames frames, const std::string& name) {
+  CommonTimes kept;
+  for (std::size_t i = 0; i < all.clock.size(); ++i) {
+    if ((all.times_a[i] <= until) != (frames == FitFrames::Seen)) continue;
+    kept.clock.push_back(all.clock[i]);
+    kept.times_a.push_back(all.times_a[i]);
+    kept.times_b.push_back(all.times_b[i]);
+  }
+  if (frames == FitFrames::Seen && kept.clock.size() < 2)
+    throw InvalidInput(name + ": fewer than two compared times lie up to --until " + short_number_text(until));
+  if (kept.clock.empty())
+    throw InvalidInput(name + ": no compared time lies after --until " + short_number_text(until));
+  return kept;
+}
+
 /// Moves all places by the same share of what `captured` states of its deviations.
 void move_by_deviation(ColorStack& stack, const ColorStack& captured, std::uint64_t draw) {
   if (captured.deviation.empty()) return;
@@ -126,6 +142,7 @@ void describe(OptionVisitor& v, ObjectiveOptions& o) {
   v.visit({"size", "Longer side at which the surfaces are compared; 0 = as they are", "px", between(0, 65536)}, o.size);
   v.visit({"num_times", "Times at which they are compared, at most", "", between(2, 1024)}, o.num_times);
   v.visit_choice({"clock", "Compare at equal times, or at equal shares of each history's span"}, o.clock, kClockNames);
+  v.visit({"until", "Frames after this time, in the history's unit, are held out and judged", "", Range{}}, o.until);
   v.visit({"visible_delta_e", "A change of color from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
   v.visit({"num_classes", "Classes of a control", "", between(1, 50)}, o.num_classes);
   v.visit(
@@ -170,14 +187,21 @@ struct FitObjective::State {
 };
 
 FitObjective::FitObjective(TextureSeries captured, const SurfaceOutline& outline, std::vector<FitTerm> terms,
-                           const ObjectiveOptions& options, const RunControl& control) {
+                           const ObjectiveOptions& options, FitFrames frames, const RunControl& control) {
   check_ranges(options);
   const std::string name = captured.history().label();
   const HistoryFacts& m = captured.facts();
   if (terms.empty()) throw InvalidInput("fit: there is no figure to fit");
   if (m.frames.size() < 2) throw InvalidInput(name + ": has one frame; nothing ages in it");
   CommonTimes times = common_times(m, facts_of(outline), compare_options(options));
-  if (times.clock.size() < 2)
+  if (options.until) {
+    if (uses(terms, {FitFigure::Covered, FitFigure::Onset, FitFigure::Saturation, FitFigure::RateByControl}))
+      throw InvalidInput(
+          "--until: covered, onset, saturation and rate_by_control are about the whole course; use color_distribution, "
+          "mean_color, color_by_control or ciede2000");
+    times = times_of(times, *options.until, frames, name);
+  }
+  if (times.clock.size() < 2 && frames == FitFrames::Seen)
     throw InvalidInput(name +
                        ": has only one time in common with the scene; --clock span compares by shares of each span");
   if (uses(terms, {FitFigure::ColorByControl, FitFigure::RateByControl})) {
@@ -232,6 +256,7 @@ FitObjective::~FitObjective() = default;
 FitObjective::FitObjective(FitObjective&&) noexcept = default;
 
 const std::vector<FitTerm>& FitObjective::terms() const { return state_->terms; }
+std::size_t FitObjective::num_times() const { return state_->times.clock.size(); }
 
 void FitObjective::State::prepare(const RunControl& control) {
   block_of.assign(stack.num_texels(), 0);

@@ -46,6 +46,7 @@ Json evaluation_json(const FitEvaluation& evaluation) {
   }
   return Json{{"name", evaluation.name},
               {"chance", optional_json(evaluation.chance)},
+              {"held_out", optional_json(evaluation.held_out)},
               {"converged", evaluation.is_converged},
               {"skipped", evaluation.is_skipped},
               {"points", points}};
@@ -57,6 +58,7 @@ FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num
   FitEvaluation evaluation{.name = json.member("name").string(),
                            .points = {},
                            .chance = read_optional(json.member("chance")),
+                           .held_out = read_optional(json.member("held_out")),
                            .is_converged = json.member("converged").boolean(),
                            .is_skipped = json.member("skipped").boolean()};
   for (JsonReader& point : json.member("points").elements(kMostPoints)) {

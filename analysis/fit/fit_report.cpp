@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -207,6 +208,38 @@ Json objective_json(const FitTask& task, const FitOutcome& o) {
               {"threshold", o.threshold}};
 }
 
+Json held_out_json(const FitTask& task, const FitOutcome& o) {
+  if (!o.held_out) return nullptr;
+  Json seeds = Json::array();
+  for (const std::optional<double>& v : o.held_out->other_seeds) seeds.push_back(optional_json(v));
+  return Json{{"until", *task.objective.until},
+              {"times", o.held_out->num_times},
+              {"before", optional_json(o.held_out->before)},
+              {"after", optional_json(o.held_out->after)},
+              {"other_seeds", seeds},
+              {"last_frame", optional_json(o.held_out->last_frame)}};
+}
+
+void add_held_out(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
+  if (!o.held_out) return;
+  const HeldOut& h = *o.held_out;
+  page.heading("Frames that the search did not see");
+  page.paragraph(
+      "Only frames up to " + number(*task.objective.until) + " were fitted. The objective of the " +
+      std::to_string(h.num_times) +
+      " compared times after it says how well the model foretells; one that is no better than the last frame "
+      "seen, held, foretells nothing.");
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (const std::optional<double>& v : h.other_seeds) {
+    if (v) least = std::min(least, *v), most = std::max(most, *v);
+  }
+  page.table({"", "objective after " + number(*task.objective.until)},
+             {{"starting values", number(h.before)},
+              {"best values", number(h.after)},
+              {"best values, other seeds", least <= most ? number(least) + " to " + number(most) : "-"},
+              {"the last frame seen, held", number(h.last_frame)}});
+}
+
 void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   const std::string tried =
       std::to_string(count_agings(o)) + " simulations and " + std::to_string(count_points(o)) + " appearances of them";
@@ -288,6 +321,7 @@ void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutc
                     std::string(kFitFigureUnits[which])});
   }
   page.table({"fitted figure", "weight", "before", "after", "unit"}, rows);
+  add_held_out(page, task, o);
   page.heading("Along each parameter");
   for (std::size_t i = 0; i < task.parameters.size(); ++i) page.drawing(scan_chart(task, o, i));
   add_comparison(page, before.front(), after.front(), changes);
@@ -312,6 +346,7 @@ void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutc
                                           {"model", task.model_name},
                                           {"history", {{"name", series.name()}, {"key", captured.key()}}},
                                           {"objective", objective_json(task, o)},
+                                          {"held_out", held_out_json(task, o)},
                                           {"parameters", parameters},
                                           {"correlation", correlation},
                                           {"no_correlation", o.no_valley},

@@ -137,9 +137,11 @@ FitEvaluation draw_chance(const FitModel& model, const std::string& name, const 
   const AgedSurface other = model.age(values, shift, control.part(0.0, 0.4))(values, silent(control));
   const AgedModel aged(model, values, 0, control.part(0.4, 0.95));
   const FitObjective captured = model.objective->with_captured(other, draw, silent(control));
-  return {.name = name,
-          .points = {{.values = values, .result = (*model.objective)(other, silent(control))}},
-          .chance = aged.compose(values, captured, silent(control)).result.objective};
+  FitEvaluation evaluation{.name = name,
+                           .points = {{.values = values, .result = (*model.objective)(other, silent(control))}},
+                           .chance = aged.compose(values, captured, silent(control)).result.objective};
+  if (model.held_out) evaluation.held_out = (*model.held_out)(other, silent(control)).objective;
+  return evaluation;
 } catch (const InputError& e) {
   return {.name = name, .points = {undefined_point(model, values, e.what())}};
 }

@@ -16,6 +16,7 @@ struct FitModel {
   std::vector<FitParameter> parameters;
   AgeWith age;
   const FitObjective* objective = nullptr;
+  const FitObjective* held_out = nullptr;          ///< Of frames that no search sees; may be null.
   int repeats = 1;                                 ///< Seeds over which an objective is averaged; >= 1.
   double flatness = 0.0, relative_flatness = 0.0;  ///< When a search is at its end: EvolutionOptions.
   double tolerance = 1e-3;

@@ -36,7 +36,12 @@ FitWork::FitWork(FitTask given) : task(std::move(given)) {
 const FitModel& FitWork::ready(const RunControl& control) {
   const std::scoped_lock lock(mutex_);
   if (!objective_) {
-    objective_.emplace(open_series(task.history).series, task.outline, task.terms, task.objective, control);
+    const SeriesFile series = open_series(task.history);
+    objective_.emplace(series.series, task.outline, task.terms, task.objective, FitFrames::Seen, control);
+    if (task.objective.until) {
+      held_out_.emplace(series.series, task.outline, task.terms, task.objective, FitFrames::HeldOut, control);
+      model.held_out = &*held_out_;
+    }
     model.objective = &*objective_;
   }
   return model;

@@ -83,7 +83,7 @@ class FitWork {
   double keep(const FitEvaluation& e, std::size_t origin);
 
   std::mutex mutex_, search_mutex_;
-  std::optional<FitObjective> objective_;
+  std::optional<FitObjective> objective_, held_out_;
   std::map<std::string, FitEvaluation> records_;
   std::optional<Standing> search_;
   std::optional<Ground> ground_;

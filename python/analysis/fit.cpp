@@ -167,7 +167,8 @@ py::dict fit_scene(const py::object& scene_path, const py::object& objective, co
   if (is_history) {
     const auto history = py::cast<const PyHistory&>(objective).value;
     distance.emplace(result_of(silent, [&](const RunControl& control) {
-      return analysis::FitObjective(analysis::TextureSeries(history), scene.outline(), terms, compared, control);
+      return analysis::FitObjective(analysis::TextureSeries(history), scene.outline(), terms, compared,
+                                    analysis::FitFrames::Seen, control);
     }));
   }
   const analysis::AgeWith age = scene.age();

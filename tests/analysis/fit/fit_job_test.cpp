@@ -99,6 +99,36 @@ TEST(FitJob, IntervalsHoldAllOfTheTruthAsOftenAsTheySayWhenOtherSeedsDiffer) {
   EXPECT_GE(num_held, 18);
 }
 
+TEST(FitJob, AModelThatIsRightForetellsFramesThatItsSearchDidNotSeeAndOneThatStopsDoesNot) {
+  const TempFolder folder;
+  const fs::path history = captured(folder);
+  const auto held_out = [&](bool stops, const std::string& name) {
+    FitTask task = green_task(history);
+    task.parameters.resize(2);
+    task.age = [inner = task.age, stops](const std::vector<double>& v, std::uint64_t shift,
+                                         const RunControl& c) -> ComposeWith {
+      return [look = inner({v[0], v[1], 0.0}, shift, c), stops](const std::vector<double>& l, const RunControl& lc) {
+        AgedSurface surface = look({l[0], l[1], 0.0}, lc);
+        // Nothing more after the fourth day.
+        for (std::size_t t = 5; stops && t < surface.colors.size(); ++t) surface.colors[t] = surface.colors[4];
+        return surface;
+      };
+    };
+    task.objective.until = 4.0;
+    task.options.seeds = 2;
+    task.options.scan = 0;
+    return run(std::move(task), folder.path() / name).at("held_out");
+  };
+  const Json right = held_out(false, "right"), wrong = held_out(true, "wrong");
+  EXPECT_EQ(right.at("times"), 4);
+  EXPECT_LT(right.at("after").get<double>(), 0.1 * right.at("last_frame").get<double>());
+  EXPECT_EQ(right.at("last_frame"), wrong.at("last_frame"));
+  // Both fit what they see; what has stopped is the last frame, held.
+  EXPECT_NEAR(wrong.at("after").get<double>(), wrong.at("last_frame").get<double>(),
+              0.2 * wrong.at("last_frame").get<double>());
+  EXPECT_EQ(right.at("other_seeds").size(), 2u);
+}
+
 // One place has no half on each side: the scan of appearance was empty, and its first one read all the same.
 TEST(FitJob, AScanOfOnePlaceIsAScan) {
   const TempFolder folder;

@@ -158,6 +158,37 @@ TEST(FitObjective, IsThatOfEqualSizesOrOfEqualLengthsAPixelWhereBothAreKnown) {
   }
 }
 
+TEST(FitObjective, FramesUpToATimeAndThoseHeldOutMakeUpAllOfThem) {
+  const TempFolder folder;
+  const AgedSurface a = green_plate(kGreenTruth), b = green_plate({0.15, 0.5, 0.0});
+  write_surface(folder.path() / "a", a, "0123456789abcdef");
+  const auto series = [&] { return open_series(folder.path() / "a").series; };
+  const std::vector<FitTerm> terms{{FitFigure::ColorDistribution}};  // A mean over times: at most 13, here 9.
+  ObjectiveOptions options;
+  const FitObjective all(series(), outline_of(b), terms, options);
+  options.until = 5.0;
+  const FitObjective seen(series(), outline_of(b), terms, options),
+      held_out(series(), outline_of(b), terms, options, FitFrames::HeldOut);
+  EXPECT_EQ(seen.num_times(), 6u);
+  EXPECT_EQ(held_out.num_times(), 3u);
+  EXPECT_NEAR(all(b).objective.value(), (6 * seen(b).objective.value() + 3 * held_out(b).objective.value()) / 9, 1e-9);
+  // What happens after it is not seen.
+  AgedSurface other = b;
+  for (std::size_t t = 6; t < other.colors.size(); ++t) other.colors[t] = ImageF(24, 16, 3, 0.5f);
+  EXPECT_EQ(seen(other).objective.value(), seen(b).objective.value());
+  EXPECT_NE(held_out(other).objective.value(), held_out(b).objective.value());
+  for (const auto& [until, part] : {std::pair{0.0, "fewer than two"}, {8.0, "no compared time lies after"}}) {
+    options.until = until;
+    EXPECT_TRUE(has(error_of([&] {
+                      (void)FitObjective(series(), outline_of(b), terms, options,
+                                         until > 1.0 ? FitFrames::HeldOut : FitFrames::Seen);
+                    }),
+                    part));
+  }
+  EXPECT_TRUE(has(error_of([&] { (void)FitObjective(series(), outline_of(b), {{FitFigure::Onset}}, options); }),
+                  "the whole course"));
+}
+
 TEST(FitParameter, RangesAreReadAndRefused) {
   const FitRange r = parse_fit_range("/rules/2/rate=0.001:0.1:log");
   EXPECT_EQ(r.name, "/rules/2/rate");

@@ -149,6 +149,10 @@ int cmd_fit(CommandRun& run) {
   };
   run.note("objective: " + text(report.at("objective").at("before")) + " before, " +
            text(report.at("objective").at("after")) + " after");
+  if (const Json& held_out = report.at("held_out"); !held_out.is_null())
+    run.note("frames after " + text(held_out.at("until")) + ", which were not seen: " + text(held_out.at("before")) +
+             " before, " + text(held_out.at("after")) +
+             " after; the last frame seen, held: " + text(held_out.at("last_frame")));
   for (const Json& p : report.at("parameters"))
     run.note(p.at("pointer").get<std::string>() + ": " + text(p.at("initial")) + " -> " + text(p.at("best")) + "; " +
              p.at("verdict").get<std::string>());
@@ -158,6 +162,7 @@ int cmd_fit(CommandRun& run) {
   if (!is_converged && !require_converged) run.note(not_converged);
   run.report_output(*status, output,
                     Json{{"objective", report.at("objective")},
+                         {"held_out", report.at("held_out")},
                          {"parameters", report.at("parameters")},
                          {"evaluations", report.at("evaluations")}});
   if (!is_converged && require_converged) throw CannotComplete(output.string() + ": " + not_converged);

@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "analysis/figures/correspondence.h"
+#include "analysis/figures/pattern_blocks.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 
@@ -48,7 +49,9 @@ void describe(OptionVisitor& v, CompareOptions& o) {
                  o.places, kPlacesNames);
   v.visit({"visible_delta_e", "A change of color from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
   v.visit({"num_classes", "Classes of a control", "", between(1, 50)}, o.num_classes);
-  v.visit({"num_blocks", "Blocks per side, for intervals and for a surface split in two", "", between(2, 64)},
+  v.visit({"num_blocks",
+           "Blocks per side, for intervals and for a surface split in two; 0 = by the size of the pattern's features",
+           "", between(0, 64)},
           o.num_blocks);
   v.visit({"num_resamples", "Resamples of the bootstrap; 0 = no intervals", "", between(0, 100000)}, o.num_resamples);
   v.visit({"cracks", "Measure dark lines at the last common time: share, width, cells, angles"}, o.cracks);
@@ -156,8 +159,10 @@ ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& o
                     .shared_b = {},
                     .blocks_a = {},
                     .blocks_b = {}};
-  pair.blocks_a = make_blocks(pair.a, options.num_blocks);
-  pair.blocks_b = make_blocks(pair.b, options.num_blocks);
+  const int blocks =
+      options.num_blocks > 0 ? options.num_blocks : std::min(pattern_blocks(pair.a), pattern_blocks(pair.b));
+  pair.blocks_a = make_blocks(pair.a, blocks);
+  pair.blocks_b = make_blocks(pair.b, blocks);
   std::vector<std::uint32_t> shared;
   if (pair.a.width == pair.b.width && pair.a.height == pair.b.height) {
     std::set_intersection(pair.a.texels.begin(), pair.a.texels.end(), pair.b.texels.begin(), pair.b.texels.end(),

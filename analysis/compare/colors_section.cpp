@@ -15,7 +15,6 @@ namespace {
 constexpr std::size_t kMostTimes = 13, kMostSamples = 4096;
 constexpr std::uint32_t kDistributionPurpose = 101, kOnsetPurpose = 102, kSaturationPurpose = 103,
                         kCoveredPurpose = 104;
-constexpr double kNormal95 = 1.959963984540054;
 
 std::vector<double> mean_and(std::vector<double> curve) {
   curve.insert(curve.begin(), std::accumulate(curve.begin(), curve.end(), 0.0) / static_cast<double>(curve.size()));
@@ -29,9 +28,7 @@ Curve distance_curve(const SplitFigure& f, const std::vector<double>& x, const s
   CurveColumn between{"A against B", {}}, split{"A against itself split in two", {}, {}, true};
   for (std::size_t i = 0; i < x.size(); ++i) {
     between.values.emplace_back(f.value[i + 1]);
-    if (f.errors)
-      between.band.emplace_back(std::max(0.0, f.value[i + 1] - kNormal95 * (*f.errors)[i + 1]),
-                                f.value[i + 1] + kNormal95 * (*f.errors)[i + 1]);
+    if (f.intervals) between.band.emplace_back((*f.intervals)[i + 1].low, (*f.intervals)[i + 1].high);
     if (!f.split.empty()) split.values.emplace_back(f.split[i + 1]);
   }
   curve.columns.push_back(std::move(between));

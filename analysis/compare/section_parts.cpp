@@ -11,7 +11,6 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr double kNormal95 = 1.959963984540054;
 constexpr int kPictureSide = 256;
 
 ImageF shown(ImageF image) {
@@ -40,7 +39,7 @@ SplitFigure split_figure(const ComparedPair& pair, const BlockFigure& a_b, const
                                    .seed = options.seed,
                                    .purpose = purpose,
                                    .is_paired = pair.places_problem.empty() && pair.a.texels == pair.b.texels};
-  f.errors = block_standard_errors(pair.blocks_a, pair.blocks_b, a_b, bootstrap, control);
+  f.intervals = block_intervals(pair.blocks_a, pair.blocks_b, f.value, a_b, bootstrap, control);
   return f;
 }
 
@@ -52,9 +51,9 @@ Figure figure_of(const SplitFigure& f, std::size_t k, const std::string& name, c
     return figure;
   }
   figure.value = f.value[k];
-  if (f.errors) {
-    figure.low = std::max(0.0, f.value[k] - kNormal95 * (*f.errors)[k]);
-    figure.high = f.value[k] + kNormal95 * (*f.errors)[k];
+  if (f.intervals) {
+    figure.low = (*f.intervals)[k].low;
+    figure.high = (*f.intervals)[k].high;
   }
   if (!f.split.empty()) figure.split = f.split[k];
   return figure;

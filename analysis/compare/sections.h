@@ -45,7 +45,7 @@ struct NamedSection {
 /// A figure of two surfaces by their blocks, and what surrounds it: interval, and A against itself split in two.
 struct SplitFigure {
   std::vector<double> value;  ///< Empty when undefined.
-  std::optional<std::vector<double>> errors;
+  std::optional<std::vector<FigureInterval>> intervals;
   std::vector<double> split;  ///< Empty when undefined.
 };
 /// @param a_b  The figure of A and B. @param a_a  The same of A and A.

@@ -51,13 +51,14 @@ BlockGrid make_blocks(const ColorStack& stack, int blocks) {
   return grid;
 }
 
-std::optional<std::vector<double>> block_standard_errors(const BlockGrid& a, const BlockGrid& b,
-                                                         const BlockFigure& figure, const BootstrapOptions& options,
-                                                         const RunControl& control) {
+namespace {
+
+/// The figure of surfaces made of drawn blocks; empty when there are too few of them.
+std::vector<std::vector<double>> resampled(const BlockGrid& a, const BlockGrid& b, const BlockFigure& figure,
+                                           const BootstrapOptions& options, const RunControl& control) {
   constexpr std::size_t kFewestBlocks = 4;
   constexpr int kFewestResamples = 10;
-  if (options.resamples < kFewestResamples || a.used.size() < kFewestBlocks || b.used.size() < kFewestBlocks)
-    return std::nullopt;
+  if (options.resamples < kFewestResamples || a.used.size() < kFewestBlocks || b.used.size() < kFewestBlocks) return {};
   std::vector<std::vector<double>> results(static_cast<std::size_t>(options.resamples));
   parallel_for(options.resamples, 4, control, [&](std::int64_t begin, std::int64_t end) {
     for (auto r = static_cast<std::size_t>(begin); r < static_cast<std::size_t>(end); ++r) {
@@ -66,7 +67,43 @@ std::optional<std::vector<double>> block_standard_errors(const BlockGrid& a, con
     }
   });
   std::erase_if(results, [](const auto& values) { return values.empty(); });
-  if (10 * results.size() < 9 * static_cast<std::size_t>(options.resamples)) return std::nullopt;
+  if (10 * results.size() < 9 * static_cast<std::size_t>(options.resamples)) return {};
+  return results;
+}
+
+/// Nearest rank. @param sorted  Not empty.
+double quantile_of(const std::vector<double>& sorted, double share) {
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
+  return sorted[std::clamp<std::size_t>(rank, 1, sorted.size()) - 1];
+}
+
+}  // namespace
+
+std::optional<std::vector<FigureInterval>> block_intervals(const BlockGrid& a, const BlockGrid& b,
+                                                           const std::vector<double>& value, const BlockFigure& figure,
+                                                           const BootstrapOptions& options, const RunControl& control) {
+  const std::vector<std::vector<double>> results = resampled(a, b, figure, options, control);
+  if (results.empty()) return std::nullopt;
+  const auto n = static_cast<double>(std::min(a.used.size(), b.used.size()));
+  std::vector<FigureInterval> intervals;
+  for (std::size_t k = 0; k < value.size(); ++k) {
+    std::vector<double> squares;
+    for (const auto& values : results) squares.push_back(values[k] * values[k]);
+    std::sort(squares.begin(), squares.end());
+    const double v2 = value[k] * value[k];
+    const auto end = [&](double share) {
+      return std::sqrt(std::max(0.0, v2 - n / (n - 1.0) * (quantile_of(squares, share) - v2)));
+    };
+    intervals.push_back({std::min(end(0.975), value[k]), std::max(end(0.025), value[k])});
+  }
+  return intervals;
+}
+
+std::optional<std::vector<double>> block_standard_errors(const BlockGrid& a, const BlockGrid& b,
+                                                         const BlockFigure& figure, const BootstrapOptions& options,
+                                                         const RunControl& control) {
+  const std::vector<std::vector<double>> results = resampled(a, b, figure, options, control);
+  if (results.empty()) return std::nullopt;
   std::vector<double> errors(results.front().size());
   for (std::size_t k = 0; k < errors.size(); ++k) {
     double mean = 0.0, sum = 0.0;

@@ -40,9 +40,25 @@ struct BootstrapOptions {
   bool is_paired = false;     ///< The same blocks are drawn in both surfaces: they show the same places.
 };
 
+/// Where a distance lies.
+struct FigureInterval {
+  double low = 0.0;
+  double high = 0.0;
+};
+/// 95 % intervals of a figure's values that are distances: >= 0, and 0 for equal surfaces. Two samples of one surface
+/// are some way apart, and so are two draws of their blocks: what a draw has more than the value, in squares, is what
+/// the value has more than the truth. With v the value and q the quantiles of draws' squares, widened by n / (n - 1)
+/// for n blocks, low^2 = 2 v^2 - q(0.975), high^2 = 2 v^2 - q(0.025) [basic interval, Davison and Hinkley 1997], not
+/// below 0, and v within.
+/// @param value  The figure with all blocks. @returns as block_standard_errors().
+[[nodiscard]] std::optional<std::vector<FigureInterval>> block_intervals(const BlockGrid& a, const BlockGrid& b,
+                                                                         const std::vector<double>& value,
+                                                                         const BlockFigure& figure,
+                                                                         const BootstrapOptions& options,
+                                                                         const RunControl& control = {});
+
 /// Standard errors of a figure's values [Efron 1979; blocks: Kunsch 1989, Hall 1985]: standard deviations over surfaces
-/// made of as many blocks drawn with replacement. The 95 % interval is value +- 1.96 of it, not below what the figure
-/// can be.
+/// made of as many blocks drawn with replacement.
 /// @returns nothing with fewer than 4 blocks or 10 resamples, or when the figure is undefined in more than a tenth of
 /// them. Same bits for any number of threads.
 [[nodiscard]] std::optional<std::vector<double>> block_standard_errors(const BlockGrid& a, const BlockGrid& b,

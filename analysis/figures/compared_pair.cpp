@@ -6,6 +6,7 @@
 #include <iterator>
 
 #include "analysis/figures/correspondence.h"
+#include "analysis/figures/pattern_blocks.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 
@@ -48,7 +49,9 @@ void describe(OptionVisitor& v, CompareOptions& o) {
                  o.places, kPlacesNames);
   v.visit({"visible_delta_e", "A change of color from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
   v.visit({"num_classes", "Classes of a control", "", between(1, 50)}, o.num_classes);
-  v.visit({"num_blocks", "Blocks per side, for intervals and for a surface split in two", "", between(2, 64)},
+  v.visit({"num_blocks",
+           "Blocks per side, for intervals and for a surface split in two; 0 = by the size of the pattern's features",
+           "", between(0, 64)},
           o.num_blocks);
   v.visit({"num_resamples", "Resamples of the bootstrap; 0 = no intervals", "", between(0, 100000)}, o.num_resamples);
   v.visit({"cracks", "Measure dark lines at the last common time: share, width, cells, angles"}, o.cracks);
@@ -82,26 +85,18 @@ CommonTimes common_times(const HistoryFacts& a, const HistoryFacts& b, const Com
   return common;
 }
 
-namespace {
-
-/// Longer sides at which both sides are compared.
-struct CommonSizes {
-  int a = 0, b = 0;
-};
-
-/// At most options.size; of surfaces of different sizes equal ones, or equal lengths a pixel where both know theirs.
-CommonSizes common_sizes(const TextureSeries& a, const TextureSeries& b, const CompareOptions& options) {
-  const auto longer = [](const TextureSeries& s) { return std::max(s.width(), s.height()); };
-  const auto capped = [&](int side) { return options.size > 0 ? std::min(side, options.size) : side; };
+CommonSizes common_sizes(const SurfaceExtent& a, const SurfaceExtent& b, int size, bool has_equal_places) {
+  const auto longer = [](const SurfaceExtent& s) { return std::max(s.width, s.height); };
+  const auto capped = [&](int side) { return size > 0 ? std::min(side, size) : side; };
   CommonSizes sizes{capped(longer(a)), capped(longer(b))};
-  const bool are_equal = a.width() == b.width() && a.height() == b.height();
+  const bool are_equal = a.width == b.width && a.height == b.height;
   const auto has_other_pixels = [&] {
     constexpr double kTolerance = 0.05;  // Lengths of texels are medians.
-    return a.pixel_mm() && b.pixel_mm() && std::abs(*a.pixel_mm() / *b.pixel_mm() - 1.0) > kTolerance;
+    return a.pixel_mm && b.pixel_mm && std::abs(*a.pixel_mm / *b.pixel_mm - 1.0) > kTolerance;
   };
-  if (are_equal && (options.places == Places::Equal || !has_other_pixels())) return sizes;
-  if (a.pixel_mm() && b.pixel_mm()) {
-    const double mm_a = *a.pixel_mm() * longer(a), mm_b = *b.pixel_mm() * longer(b);
+  if (are_equal && (has_equal_places || !has_other_pixels())) return sizes;
+  if (a.pixel_mm && b.pixel_mm) {
+    const double mm_a = *a.pixel_mm * longer(a), mm_b = *b.pixel_mm * longer(b);
     const double pixel = std::max(mm_a / sizes.a, mm_b / sizes.b);
     const int side_a = static_cast<int>(std::lround(mm_a / pixel)),
               side_b = static_cast<int>(std::lround(mm_b / pixel));
@@ -111,6 +106,8 @@ CommonSizes common_sizes(const TextureSeries& a, const TextureSeries& b, const C
   sizes.a = sizes.b = std::min(sizes.a, sizes.b);
   return sizes;
 }
+
+namespace {
 
 /// Why equal pixels do not show equal places; "" when they do. @param num_shared  Pixels that both show.
 std::string places_problem(const ComparedPair& pair, std::size_t num_shared, const CompareOptions& options) {
@@ -144,7 +141,8 @@ std::string places_problem(const ComparedPair& pair, std::size_t num_shared, con
 
 ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& options, const RunControl& control) {
   const CommonTimes times = common_times(a.facts(), b.facts(), options);
-  const CommonSizes sizes = common_sizes(a, b, options);
+  const auto extent = [](const TextureSeries& s) { return SurfaceExtent{s.width(), s.height(), s.pixel_mm()}; };
+  const CommonSizes sizes = common_sizes(extent(a), extent(b), options.size, options.places == Places::Equal);
   ColorStack stack_a = load_stack(a, times.times_a, sizes.a, control.part(0.0, 0.5));
   ColorStack stack_b = load_stack(b, times.times_b, sizes.b, control.part(0.5, 1.0));
   stack_a.times = times.clock;
@@ -161,8 +159,10 @@ ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& o
                     .shared_b = {},
                     .blocks_a = {},
                     .blocks_b = {}};
-  pair.blocks_a = make_blocks(pair.a, options.num_blocks);
-  pair.blocks_b = make_blocks(pair.b, options.num_blocks);
+  const int blocks =
+      options.num_blocks > 0 ? options.num_blocks : std::min(pattern_blocks(pair.a), pattern_blocks(pair.b));
+  pair.blocks_a = make_blocks(pair.a, blocks);
+  pair.blocks_b = make_blocks(pair.b, blocks);
   std::vector<std::uint32_t> shared;
   if (pair.a.width == pair.b.width && pair.a.height == pair.b.height) {
     std::set_intersection(pair.a.texels.begin(), pair.a.texels.end(), pair.b.texels.begin(), pair.b.texels.end(),

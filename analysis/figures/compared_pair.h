@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,21 @@ struct CommonTimes {
 /// What of a comparison is likely not meant: less than half of a side's time is compared.
 [[nodiscard]] std::vector<std::string> pair_warnings(const HistoryFacts& a, const HistoryFacts& b,
                                                      const CompareOptions& options);
+
+/// What decides at which size a surface is compared.
+struct SurfaceExtent {
+  int width = 0;
+  int height = 0;
+  std::optional<double> pixel_mm = {};
+};
+/// Longer sides at which both sides are compared.
+struct CommonSizes {
+  int a = 0;
+  int b = 0;
+};
+/// At most `size` (0: as they are); of surfaces of different sizes equal ones, or equal lengths a pixel where both know
+/// theirs. @param has_equal_places  Equal pixels are known to show equal places: surfaces of one size stay as they are.
+[[nodiscard]] CommonSizes common_sizes(const SurfaceExtent& a, const SurfaceExtent& b, int size, bool has_equal_places);
 
 /// Surfaces of different sizes are compared at equal lengths a pixel where both know theirs, else at equal sizes.
 /// @throws InvalidInput, IoError. Cost: two frames read for each time and side.

@@ -30,6 +30,7 @@ struct SurfaceOutline {
   TimeUnit time_unit = TimeUnit::Seconds;
   std::vector<double> times;  ///< With the starting values; at least one.
   std::vector<std::string> control_names;
+  std::optional<double> texel_size_mm = {};  ///< Decides at which size it is compared, where the history knows its own.
 };
 
 /// A surface as it has aged: how it looks over time.

@@ -86,13 +86,19 @@ std::optional<Quadratic> fitted_quadratic(const BoxPoint& best, std::span<const 
 }
 
 /// Where the line from the best first rises above the threshold on one side; nothing when it does not before the
-/// range's end.
-std::optional<double> crossing(double best, const std::vector<std::pair<double, double>>& side, double threshold) {
-  double from = best, rise_from = 0.0;
+/// range's end. Between places the square of the objective is taken for a parabola, as that of a distance is:
+/// sqrt(f^2 - best^2) is then straight.
+std::optional<double> crossing(const BoxPoint& best, std::size_t i, const std::vector<std::pair<double, double>>& side,
+                               double threshold) {
+  const auto straight = [&](double rise) {
+    return rise > 0.0 ? std::sqrt(rise * (rise + 2.0 * std::abs(best.objective))) : 0.0;
+  };
+  double from = best.at[i], rise_from = 0.0;
   for (const auto& [at, rise] : side) {
-    if (rise > threshold)
-      return from + (at - from) *
-                        (rise > rise_from ? std::clamp((threshold - rise_from) / (rise - rise_from), 0.0, 1.0) : 0.0);
+    if (rise > threshold) {
+      const double a = straight(rise_from), b = straight(rise);
+      return from + (at - from) * (b > a ? std::clamp((straight(threshold) - a) / (b - a), 0.0, 1.0) : 0.0);
+    }
     from = at;
     rise_from = rise;
   }
@@ -134,8 +140,8 @@ ParameterVerdict verdict_of(const BoxPoint& best, std::span<const BoxPoint> trie
     return v;
   }
   const std::array<const std::vector<BoxPoint>*, 2> lists{&scan, &profile};
-  std::optional<double> low = crossing(best.at[i], least_rises(best, lists, i, false), threshold),
-                        high = crossing(best.at[i], least_rises(best, lists, i, true), threshold);
+  std::optional<double> low = crossing(best, i, least_rises(best, lists, i, false), threshold),
+                        high = crossing(best, i, least_rises(best, lists, i, true), threshold);
   for (const BoxPoint& p : tried) {
     if (!(p.objective <= best.objective + threshold)) continue;
     if (low) low = std::min(*low, p.at[i]);

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "libcommon/core/random.h"
@@ -13,6 +14,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr double kLargestStep = 0.5;     ///< Half of the box: beyond, reflection makes it uniform anyway.
+constexpr int kStaleGenerations = 8;     ///< And two for each dimension.
 constexpr double kSmallestScale = 1e-9;  ///< Of an axis, against a degenerate shape.
 
 /// The mirror image in [0, 1].
@@ -46,21 +48,17 @@ Evolution::Evolution(const std::vector<double>& start, const EvolutionOptions& o
   if (options.population != 0 && !(options.population >= 4 && options.population <= 1000))
     throw InvalidInput("evolution: the population must be 0 or in [4, 1000]");
   if (!(options.step > 0.0 && options.step <= 1.0)) throw InvalidInput("evolution: the step must be in (0, 1]");
-  if (!(options.tolerance > 0.0) || !(options.flatness >= 0.0))
+  if (!(options.tolerance > 0.0) || !(options.flatness >= 0.0) || !(options.relative_flatness >= 0.0))
     throw InvalidInput("evolution: tolerance must be > 0, flatness >= 0");
   population_ = population_of(start.size(), options);
   weights_ = rank_weights(population_);
-  begin(Eigen::Map<const Eigen::VectorXd>(start.data(), static_cast<Eigen::Index>(start.size())));
-}
-
-void Evolution::begin(const Eigen::VectorXd& center) {
-  const Eigen::Index n = center.size();
-  center_ = center;
+  center_ = Eigen::Map<const Eigen::VectorXd>(start.data(), static_cast<Eigen::Index>(start.size()));
+  const Eigen::Index n = center_.size();
   path_step_ = path_shape_ = Eigen::VectorXd::Zero(n);
   shape_ = axes_ = Eigen::MatrixXd::Identity(n, n);
   scales_ = Eigen::VectorXd::Ones(n);
   step_ = std::min(options_.step, kLargestStep);
-  age_ = num_flat_ = 0;
+  least_ = std::numeric_limits<double>::infinity();
 }
 
 Eigen::VectorXd Evolution::unfolded(int k) const {
@@ -97,16 +95,7 @@ void Evolution::tell(std::span<const double> values) {
   for (std::size_t i = 0; i < weights_.size(); ++i) best.push_back(unfolded(order[i]));
   adapt(best);
   ++generation_;
-  ++age_;
-  if (!is_at_end(values)) return;
-  if (num_restarts_++ >= options_.restarts) {
-    is_done_ = true;
-    return;
-  }
-  RandomStream random(options_.seed, static_cast<std::uint64_t>(generation_) * 4096 + 4095, options_.purpose);
-  Eigen::VectorXd center(center_.size());
-  for (double& x : center) x = random.uniform();
-  begin(center);
+  is_done_ = is_at_end(values);
 }
 
 void Evolution::adapt(const std::vector<Eigen::VectorXd>& best) {
@@ -132,8 +121,8 @@ void Evolution::adapt(const std::vector<Eigen::VectorXd>& best) {
   const Eigen::VectorXd whitened = axes_ * scales_.cwiseInverse().cwiseProduct(axes_.transpose() * moved);
   path_step_ = (1.0 - c_step) * path_step_ + std::sqrt(c_step * (2.0 - c_step) * mu) * whitened;
   const double length = path_step_.norm();
-  const bool is_steady =
-      length / std::sqrt(1.0 - std::pow(1.0 - c_step, 2.0 * (age_ + 1))) < (1.4 + 2.0 / (n + 1.0)) * expected_length;
+  const bool is_steady = length / std::sqrt(1.0 - std::pow(1.0 - c_step, 2.0 * (generation_ + 1))) <
+                         (1.4 + 2.0 / (n + 1.0)) * expected_length;
   path_shape_ = (1.0 - c_path) * path_shape_;
   if (is_steady) path_shape_ += std::sqrt(c_path * (2.0 - c_path) * mu) * moved;
   const double kept = 1.0 - c_one - c_mu + (is_steady ? 0.0 : c_one * c_path * (2.0 - c_path));
@@ -148,30 +137,15 @@ void Evolution::adapt(const std::vector<Eigen::VectorXd>& best) {
 
 bool Evolution::is_at_end(std::span<const double> values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
-  num_flat_ = std::isfinite(*high) && *high - *low <= options_.flatness ? num_flat_ + 1 : 0;
-  return spread() <= options_.tolerance || num_flat_ >= 2;
-}
-
-Minimum minimize(const std::function<double(const std::vector<double>&)>& f, const std::vector<double>& start,
-                 int budget, const EvolutionOptions& options) {
-  Evolution evolution(start, options);
-  Minimum minimum{.at = start, .value = f(start), .num_evaluations = 1};
-  std::vector<double> values(static_cast<std::size_t>(evolution.population()));
-  while (!evolution.is_done() && minimum.num_evaluations + evolution.population() <= budget) {
-    for (int k = 0; k < evolution.population(); ++k) {
-      const std::vector<double> x = evolution.candidate(k);
-      const double value = f(x);
-      values[static_cast<std::size_t>(k)] = value;
-      if (value < minimum.value) {
-        minimum.at = x;
-        minimum.value = value;
-      }
-    }
-    minimum.num_evaluations += evolution.population();
-    evolution.tell(values);
+  const double counts = std::max(options_.flatness, options_.relative_flatness * std::abs(*low));
+  num_flat_ = std::isfinite(*high) && *high - *low <= counts ? num_flat_ + 1 : 0;
+  if (*low < least_ - counts) {
+    least_ = *low;
+    last_gain_ = generation_;
   }
-  minimum.is_converged = evolution.is_done();
-  return minimum;
+  const bool is_stale = options_.relative_flatness > 0.0 && std::isfinite(least_) &&
+                        generation_ - last_gain_ >= kStaleGenerations + 2 * static_cast<int>(center_.size());
+  return spread() <= options_.tolerance || num_flat_ >= 2 || is_stale;
 }
 
 }  // namespace patinate::analysis

@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -15,7 +14,9 @@ struct EvolutionOptions {
   double step = 0.3;        ///< Standard deviation at the start, as a share of the box; (0, 1].
   double tolerance = 1e-3;  ///< At an end when no coordinate's standard deviation is larger; > 0.
   double flatness = 0.0;    ///< Or when the values of two generations in a row differ by no more than this; >= 0.
-  int restarts = 0;         ///< From an end it continues so many times, from a random place.
+  /// The same as a share of the least value; and at an end, too, when 8 + 2 n generations have improved it by less; >=
+  /// 0.
+  double relative_flatness = 0.0;
   std::uint64_t seed = 0;
   std::uint32_t purpose = 0;  ///< Keeps several searches with one seed apart.
 };
@@ -41,38 +42,27 @@ class Evolution {
   /// @param values  One a candidate; infinity: undefined, worse than all others. @throws InvalidInput on NaN or another
   /// number of values.
   void tell(std::span<const double> values);
-  /// At an end, and no restart is left.
+  /// At an end.
   [[nodiscard]] bool is_done() const { return is_done_; }
   /// Largest standard deviation of a coordinate.
   [[nodiscard]] double spread() const;
 
  private:
   [[nodiscard]] Eigen::VectorXd unfolded(int k) const;
-  void begin(const Eigen::VectorXd& center);
   void adapt(const std::vector<Eigen::VectorXd>& best);
   [[nodiscard]] bool is_at_end(std::span<const double> values);
 
   EvolutionOptions options_;
   int population_ = 0;
   int generation_ = 0;
-  int age_ = 0;  ///< Generations since the last (re)start.
   int num_flat_ = 0;
-  int num_restarts_ = 0;
+  int last_gain_ = 0;  ///< `generation_` when the least value last fell by more than a difference that counts.
+  double least_ = 0.0;
   bool is_done_ = false;
   Eigen::VectorXd center_, path_step_, path_shape_, scales_;
   Eigen::MatrixXd shape_, axes_;  ///< shape_ = axes_ scales_^2 axes_^T.
   double step_ = 0.0;
   std::vector<double> weights_;
 };
-
-struct Minimum {
-  std::vector<double> at;
-  double value = 0.0;
-  int num_evaluations = 0;
-  bool is_converged = false;  ///< An end was reached within the budget.
-};
-/// Calls `f` at most `budget` times, whole generations, `start` first.
-[[nodiscard]] Minimum minimize(const std::function<double(const std::vector<double>&)>& f,
-                               const std::vector<double>& start, int budget, const EvolutionOptions& options = {});
 
 }  // namespace patinate::analysis

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "analysis/compare/sections.h"
+#include "analysis/fit/chance.h"
 #include "analysis/fit/determined.h"
 #include "analysis/fit/fit_report.h"
 #include "analysis/fit/fit_search.h"
@@ -21,13 +22,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same input gives other values.
-constexpr int kEvaluationsPerParameter = 60;
-constexpr double kSmallestLookStep = 0.05;       ///< Of the search for an appearance, however narrow the outer one has
-                                                 ///< become; but no wider than its first step.
-constexpr double kScanAppearanceStep = 0.1;      ///< Of the search for an appearance beside the best.
-constexpr std::uint64_t kScanItems = 1u << 18;   ///< Random numbers of scans, apart from those of the search.
-constexpr double kThresholdWithoutSeeds = 0.01;  ///< Share of the objective.
+constexpr std::int64_t kStageVersion = 3;  ///< Raised when the same input gives other values.
+constexpr int kEvaluationsPerParameter = 100;
+constexpr double kSmallestLookStep = 0.05;      ///< Of the search for an appearance, however narrow the outer one has
+                                                ///< become; but no wider than its first step.
+constexpr double kScanAppearanceStep = 0.1;     ///< Of the search for an appearance beside the best.
+constexpr std::uint64_t kScanItems = 1u << 18;  ///< Random numbers of scans, apart from those of the search.
+constexpr std::uint64_t kMostScanPlaces = 64;
+constexpr double kNearTheLimit = 1.25;  ///< Of the objective that cannot be told from the best.
 
 using MakeRecord = std::function<FitEvaluation(const fs::path& folder, const RunControl& control)>;
 
@@ -45,14 +47,14 @@ JobItem record_item(const std::string& name, int stage, const std::string& key, 
 FitEvaluation evaluate_candidate(const std::shared_ptr<FitWork>& work, const std::string& name, int generation, int k,
                                  const fs::path& folder, const RunControl& control) {
   const FitWork::Standing standing = work->standing(folder, generation);
-  if (standing.evolution.is_done()) return {.name = name, .points = {}, .is_skipped = true};
-  std::vector<double> values = standing.best;
-  const std::vector<double> unit = standing.evolution.candidate(k);
+  if (standing.search.is_done()) return {.name = name, .points = {}, .is_skipped = true};
+  std::vector<double> values = standing.values_for(k);
+  const std::vector<double> unit = standing.search.candidate(k);
   for (std::size_t i = 0; i < work->aged.size(); ++i)
     values[work->aged[i]] = value_at(work->task.parameters[work->aged[i]], unit[i]);
   const AppearanceSearch search{
       .num_appearance = work->appearance.empty() ? 1 : work->task.options.appearance_evaluations,
-      .step = std::min(std::max(standing.evolution.spread(), kSmallestLookStep), work->task.options.step),
+      .step = std::min(std::max(standing.search.spread(), kSmallestLookStep), work->task.options.step),
       .item = static_cast<std::uint64_t>(1 + generation * work->budget.population + k)};
   return evaluate(work->ready(control), name, values, search, 0, control);
 }
@@ -79,8 +81,17 @@ FitEvaluation scan_place(FitWork& work, const std::string& name, std::size_t i, 
   const FitModel& model = work.ready(control);
   AppearanceSearch search{.num_appearance = work.appearance.empty() ? 1 : work.task.options.appearance_evaluations,
                           .step = kScanAppearanceStep,
-                          .item = kScanItems + i * 64 + k};
-  FitEvaluation evaluation = evaluate(model, name, held, search, 0, control.part(0.0, 0.5));
+                          .item = kScanItems + i * kMostScanPlaces + k};
+  FitEvaluation evaluation = evaluate(model, name, held, search, 0, control.part(0.0, 0.4));
+  const std::optional<std::size_t> found = evaluation.best();
+  const std::vector<double> draws = work.chances(folder);
+  // Chance over the range, not only at the best: of places that can be told from it only just or not at all.
+  if (found && !draws.empty() &&
+      *evaluation.points[*found].result.objective <=
+          kNearTheLimit * untellable_objective(*work.best(folder).result.objective, draws)) {
+    const std::uint64_t draw = draws.size() + 1 + i * kMostScanPlaces + k;
+    evaluation.chance = draw_chance(model, name, evaluation.points[*found].values, draw, control.part(0.4, 0.6)).chance;
+  }
   const FitWork::Ground& ground = work.ground(folder);
   if (!ground.valley) return evaluation;
   std::vector<double> moved = held;
@@ -94,20 +105,20 @@ FitEvaluation scan_place(FitWork& work, const std::string& name, std::size_t i, 
   }
   if (!is_moved) return evaluation;
   search.item += kScanItems;
-  const FitEvaluation along = evaluate(model, name, moved, search, 0, control.part(0.5, 1.0));
+  const FitEvaluation along = evaluate(model, name, moved, search, 0, control.part(0.6, 1.0));
   evaluation.points.insert(evaluation.points.end(), along.points.begin(), along.points.end());
   return evaluation;
 }
 
-/// Items after the search: the best with other seeds, and along every parameter.
-void add_scans(const std::shared_ptr<FitWork>& work, int stage, JobPlan& plan) {
+/// Items after the search: the best with other seeds, and then along every parameter.
+void add_scans(const std::shared_ptr<FitWork>& work, int seeds_stage, JobPlan& plan) {
+  const int stage = seeds_stage + 1;
   const FitOptions& options = work->task.options;
   for (int s = 1; s <= options.seeds; ++s) {
     plan.items.push_back(record_item(
-        "seed-" + std::to_string(s), stage, "", [work, s](const fs::path& folder, const RunControl& control) {
-          const auto shift = static_cast<std::uint64_t>(s) * static_cast<std::uint64_t>(work->task.options.repeats);
-          return evaluate(work->ready(control), "seed-" + std::to_string(s), work->best(folder).values, {}, shift,
-                          control);
+        "seed-" + std::to_string(s), seeds_stage, "", [work, s](const fs::path& folder, const RunControl& control) {
+          return draw_chance(work->ready(control), "seed-" + std::to_string(s), work->best(folder).values,
+                             static_cast<std::uint64_t>(s), control);
         }));
   }
   for (const std::size_t i : work->aged) {
@@ -131,20 +142,48 @@ void add_scans(const std::shared_ptr<FitWork>& work, int stage, JobPlan& plan) {
       }));
 }
 
-/// Writes the history with some values; gives what a comparison says of it.
-std::vector<Section> compared(const FitWork& work, const std::string& name, const std::vector<double>& values,
-                              const fs::path& folder, const std::string& key, const RunControl& control) {
+/// What a comparison says of the history with some values.
+struct Compared {
+  std::vector<Section> sections;
+  std::optional<double> held_out;  ///< On frames that no search saw.
+};
+
+/// Writes the history with some values.
+Compared compared(FitWork& work, const std::string& name, const std::vector<double>& values, const fs::path& folder,
+                  const std::string& key, const RunControl& control) {
   const ComposeWith compose = work.task.age(values, 0, control.part(0.0, 0.6));
   RunControl quiet = control;
   quiet.on_progress = {};
-  write_surface(folder / name, compose(values, quiet), key + "-" + name);
+  const AgedSurface surface = compose(values, quiet);
+  write_surface(folder / name, surface, key + "-" + name);
   const CompareOptions options = compare_options(work.task.objective);
   const ComparedPair pair = load_pair(open_series(work.task.history).series, open_series(folder / name).series, options,
                                       control.part(0.6, 0.7));
   std::vector<Section> sections{look_section(pair), colors_section(pair, options, control.part(0.7, 0.9)),
                                 controls_section(pair, options, control.part(0.9, 1.0))};
   for (Section& section : sections) embed_pictures(section.pictures, folder / kJobWorkFolder / (name + ".png"));
-  return sections;
+  const FitObjective* held_out = work.ready(quiet).held_out;
+  return {std::move(sections), held_out ? (*held_out)(surface, quiet).objective : std::nullopt};
+}
+
+/// The last frame that the search saw, held: what any model has to be better than.
+std::optional<double> last_frame_held(const FitObjective& held_out, const FitTask& task, const RunControl& control) {
+  const SeriesFile file = open_series(task.history);
+  const double first = file.series.facts().frames.front().time;
+  double last = first;
+  for (const FrameFacts& f : file.series.facts().frames) {
+    if (f.time <= *task.objective.until) last = f.time;
+  }
+  AgedSurface surface{.name = file.series.name(),
+                      .time_unit = file.series.facts().time_unit,
+                      .texel_size_mm = file.series.pixel_mm(),
+                      .times = {first},
+                      .colors = {file.series.sample(last)},
+                      .mask = file.series.mask(last),
+                      .controls = {}};
+  for (const ControlFacts& c : file.series.facts().controls)
+    surface.controls.push_back({.parameter = c, .values = file.series.control(c.name)});
+  return held_out(surface, control).objective;
 }
 
 FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
@@ -153,22 +192,11 @@ FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
   outcome.best = work.best(folder);
   outcome.initial = outcome.searched.front().points.front();
   outcome.num_planned = work.budget.evaluations;
-  // The search of appearance ends on its own when another generation of them would have been within the budget.
-  outcome.is_converged =
-      work.aged.empty() ? outcome.searched.front().points.size() + static_cast<std::size_t>(work.budget.population) <=
-                              static_cast<std::size_t>(work.budget.evaluations)
-                        : work.standing(folder, work.num_generations()).evolution.is_done();
-  double squares = 0.0;
-  int num_seeds = 0;
-  for (int s = 1; s <= work.task.options.seeds; ++s) {
+  outcome.is_converged = work.aged.empty() ? outcome.searched.front().is_converged
+                                           : work.standing(folder, work.num_generations()).search.is_converged();
+  for (int s = 1; s <= work.task.options.seeds; ++s)
     outcome.seeds.push_back(work.record(folder, "seed-" + std::to_string(s)));
-    const std::optional<double>& value = outcome.seeds.back().points.front().result.objective;
-    if (!value) continue;
-    squares += (*value - *outcome.best.result.objective) * (*value - *outcome.best.result.objective);
-    ++num_seeds;
-  }
-  outcome.threshold =
-      num_seeds > 0 ? std::sqrt(squares / num_seeds) : kThresholdWithoutSeeds * *outcome.best.result.objective;
+  outcome.chances = work.chances(folder);
 
   const FitWork::Ground& ground = work.ground(folder);
   std::vector<BoxPoint> tried = ground.tried;
@@ -186,6 +214,7 @@ FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
         const FitEvaluation e = work.record(folder, "scan-" + std::to_string(i) + "-" + std::to_string(k));
         for (std::size_t q = 0; q < e.points.size(); ++q)
           add(i, e.points[q], q == 0 ? outcome.scans : outcome.profiles);
+        if (e.chance) outcome.chances.push_back(*e.chance);
       }
     }
     if (!work.appearance.empty()) {
@@ -197,6 +226,8 @@ FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
       }
     }
   }
+  outcome.threshold =
+      untellable_objective(*outcome.best.result.objective, outcome.chances) - *outcome.best.result.objective;
   outcome.verdicts = determine(work.box_point(outcome.best), tried, outcome.scans, outcome.profiles, outcome.threshold);
   return outcome;
 }
@@ -219,7 +250,7 @@ void add_search_inputs(const FitTask& task, const SeriesFile& series, JobInputs&
 }  // namespace
 
 void describe(OptionVisitor& v, FitOptions& o) {
-  v.visit({"evaluations", "Budget of the search; 0 = 60 for each parameter that is searched", "", between(0, 1e6)},
+  v.visit({"evaluations", "Budget of the search; 0 = 100 for each parameter that is searched", "", between(0, 1e6)},
           o.evaluations);
   v.visit({"appearance_evaluations", "Appearances tried for each aging at most, where some parameters need no aging",
            "", between(1, 1e5)},
@@ -233,14 +264,19 @@ void describe(OptionVisitor& v, FitOptions& o) {
            {.low = 0, .high = 1, .is_low_open = true}},
           o.step);
   v.visit({"tolerance",
-           "Converged when the candidates' spread is below this share of every range",
+           "At an end when the candidates' spread is below this share of every range",
            "",
            {.low = 0, .high = 1, .is_low_open = true}},
           o.tolerance);
-  v.visit({"restarts", "When converged, begin so often again from a random place", "", between(0, 100)}, o.restarts);
-  v.visit({"scan", "Evaluations a parameter for what the data determine", "", between(0, 64)}, o.scan);
-  v.visit({"seeds", "Other seeds that the best is tried with: by how much chance alone differs", "", between(0, 100)},
-          o.seeds);
+  v.visit(
+      {"starts", "Valleys that the search follows at most; 1 = from the scene's own values alone", "", between(1, 100)},
+      o.starts);
+  v.visit({"scan", "Evaluations a parameter for what the data determine", "",
+           between(0, static_cast<double>(kMostScanPlaces))},
+          o.scan);
+  v.visit(
+      {"seeds", "Other seeds of the best that take the capture's place: what chance alone makes", "", between(0, 100)},
+      o.seeds);
 }
 
 FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_t num_appearance) {
@@ -263,8 +299,10 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
     }
   }
   const SeriesFile series = open_series(task.history);
-  (void)FitObjective(series.series, task.outline, task.terms,
-                     task.objective);  // Says what is wrong before work starts.
+  // Says what is wrong before work starts.
+  (void)FitObjective(series.series, task.outline, task.terms, task.objective);
+  if (task.objective.until)
+    (void)FitObjective(series.series, task.outline, task.terms, task.objective, FitFrames::HeldOut);
   JobInputs search_inputs("fit search", kStageVersion), inputs("fit", kStageVersion);
   add_search_inputs(task, series, search_inputs);
   add_search_inputs(task, series, inputs);
@@ -285,7 +323,11 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
                                : work->aged.empty()     ? work->budget.evaluations
                                                         : work->task.options.appearance_evaluations;
     return evaluate(work->ready(control), "initial", work->start,
-                    {.num_appearance = num_appearance, .step = work->task.options.step, .item = 0}, 0, control);
+                    {.num_appearance = num_appearance,
+                     .step = work->task.options.step,
+                     .starts = work->aged.empty() ? work->task.options.starts : 1,
+                     .item = 0},
+                    0, control);
   }));
   for (int g = 0; g < work->num_generations(); ++g) {
     for (int k = 0; k < work->budget.population; ++k) {
@@ -298,12 +340,19 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
   }
   add_scans(work, 1 + work->num_generations(), plan);
   plan.join = [work, key = plan.key](const fs::path& folder, const RunControl& control) {
-    const FitOutcome outcome = outcome_of(*work, folder);
-    const std::vector<Section> before = compared(*work, "before", work->start, folder, key, control.part(0.0, 0.5));
-    const std::vector<Section> after =
-        compared(*work, "after", outcome.best.values, folder, key, control.part(0.5, 1.0));
+    FitOutcome outcome = outcome_of(*work, folder);
+    const Compared before = compared(*work, "before", work->start, folder, key, control.part(0.0, 0.5));
+    const Compared after = compared(*work, "after", outcome.best.values, folder, key, control.part(0.5, 1.0));
+    if (const FitObjective* held_out = work->ready(control).held_out) {
+      outcome.held_out = HeldOut{.num_times = held_out->num_times(),
+                                 .before = before.held_out,
+                                 .after = after.held_out,
+                                 .other_seeds = {},
+                                 .last_frame = last_frame_held(*held_out, work->task, {})};
+      for (const FitEvaluation& e : outcome.seeds) outcome.held_out->other_seeds.push_back(e.held_out);
+    }
     work->task.write_model(folder, outcome.best.values);
-    write_fit_report(folder, work->task, outcome, before, after, key);
+    write_fit_report(folder, work->task, outcome, before.sections, after.sections, key);
   };
   return plan;
 }

@@ -19,16 +19,16 @@ inline constexpr const char* kFitPageFile = "report.html";
 inline constexpr const char* kFitTableFile = "evaluations.csv";
 
 struct FitOptions {
-  int evaluations = 0;  ///< Budget of the search; 0 = 60 for each parameter that is searched. When all parameters are
+  int evaluations = 0;  ///< Budget of the search; 0 = 100 for each parameter that is searched. When all parameters are
                         ///< of appearance, it counts appearances.
   int appearance_evaluations = 30;  ///< For each aging at most, where some parameters need none; [1, 100000].
   int repeats = 1;                  ///< Seeds over which an objective is averaged; [1, 100].
   int population = 0;               ///< Candidates a generation; 0 = by the number of parameters.
   double step = 0.3;                ///< First standard deviation, share of a range; (0, 1].
-  double tolerance = 1e-3;          ///< Converged when the candidates' spread is below this share of every range.
-  int restarts = 0;                 ///< When converged, as often again from a random place.
+  double tolerance = 1e-3;          ///< At an end when the candidates' spread is below this share of every range.
+  int starts = 4;                   ///< Valleys that the search follows at most; 1: from the given values alone.
   int scan = 8;                     ///< Evaluations a parameter for what the data determine; 0 = none.
-  int seeds = 4;  ///< Other seeds that the best is tried with: what differences mean nothing; 0 = none.
+  int seeds = 8;  ///< Other seeds of the best that take the capture's place: what chance makes; 0 = none.
 };
 void describe(OptionVisitor& v, FitOptions& o);
 /// Evaluations that the search may use, and the least that make sense (the start and two generations).

@@ -10,7 +10,9 @@
 #include "analysis/figures/aging.h"
 #include "analysis/figures/pixel_difference.h"
 #include "analysis/figures/sliced_distance.h"
+#include "libcommon/core/random.h"
 #include "libcommon/core/text.h"
+#include "libcommon/metrics/color_curves.h"
 #include "patinate/core/error.h"
 
 namespace patinate::analysis {
@@ -19,6 +21,8 @@ namespace {
 
 constexpr std::size_t kMostTimes = 13;  // As in the comparison's section of colors.
 constexpr std::array<std::string_view, 2> kClockNames{"absolute", "span"};
+constexpr std::uint64_t kSampleSeed = 0;  ///< Of the places that are compared: the same in every fit.
+constexpr std::uint32_t kDeviationPurpose = 0xdef1;
 const std::vector<int> kOneBlock{1};
 
 std::vector<SortedColors> sorted_colors(const ColorStack& stack, std::span<const std::uint16_t> block_of,
@@ -26,8 +30,9 @@ std::vector<SortedColors> sorted_colors(const ColorStack& stack, std::span<const
   std::vector<std::uint32_t> all(stack.num_texels());
   std::iota(all.begin(), all.end(), 0u);
   std::vector<SortedColors> out;
+  const std::size_t most = options.samples > 0 ? static_cast<std::size_t>(options.samples) : all.size();
   for (const std::size_t t : spread_indices(stack.num_times(), kMostTimes))
-    out.emplace_back(stack, t, all, block_of, static_cast<std::size_t>(options.samples), options.seed);
+    out.emplace_back(stack, t, all, block_of, most, kSampleSeed);
   return out;
 }
 
@@ -74,6 +79,40 @@ HistoryFacts facts_of(const SurfaceOutline& outline) {
   return m;
 }
 
+/// The times up to `until`, or those after it.
+CommonTimes times_of(const CommonTimes& all, double until, FitFrames frames, const std::string& name) {
+  CommonTimes kept;
+  for (std::size_t i = 0; i < all.clock.size(); ++i) {
+    if ((all.times_a[i] <= until) != (frames == FitFrames::Seen)) continue;
+    kept.clock.push_back(all.clock[i]);
+    kept.times_a.push_back(all.times_a[i]);
+    kept.times_b.push_back(all.times_b[i]);
+  }
+  if (frames == FitFrames::Seen && kept.clock.size() < 2)
+    throw InvalidInput(name + ": fewer than two compared times lie up to --until " + short_number_text(until));
+  if (kept.clock.empty())
+    throw InvalidInput(name + ": no compared time lies after --until " + short_number_text(until));
+  return kept;
+}
+
+/// Moves all places by the same share of what `captured` states of its deviations.
+void move_by_deviation(ColorStack& stack, const ColorStack& captured, std::uint64_t draw) {
+  if (captured.deviation.empty()) return;
+  RandomStream random(draw, 0, kDeviationPurpose);
+  const std::array<double, 3> z{random.normal(), random.normal(), random.normal()};
+  const std::size_t n = stack.num_texels(), m = captured.num_texels();
+  for (std::size_t t = 0; t < stack.num_times(); ++t) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const float* deviation = captured.deviation.data() + 3 * (t * m + i * m / n);
+      float* rgb = stack.rgb.data() + 3 * (t * n + i);
+      for (std::size_t c = 0; c < 3; ++c) rgb[c] += static_cast<float>(z[c] * static_cast<double>(deviation[c]));
+      const auto lab =
+          lab_from_linear(static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2]));
+      for (std::size_t c = 0; c < 3; ++c) stack.lab[3 * (t * n + i) + c] = static_cast<float>(lab[c]);
+    }
+  }
+}
+
 std::string joined(const std::vector<std::string>& names) {
   std::string text;
   for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
@@ -103,10 +142,12 @@ void describe(OptionVisitor& v, ObjectiveOptions& o) {
   v.visit({"size", "Longer side at which the surfaces are compared; 0 = as they are", "px", between(0, 65536)}, o.size);
   v.visit({"num_times", "Times at which they are compared, at most", "", between(2, 1024)}, o.num_times);
   v.visit_choice({"clock", "Compare at equal times, or at equal shares of each history's span"}, o.clock, kClockNames);
+  v.visit({"until", "Frames after this time, in the history's unit, are held out and judged", "", Range{}}, o.until);
   v.visit({"visible_delta_e", "A change of color from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
   v.visit({"num_classes", "Classes of a control", "", between(1, 50)}, o.num_classes);
-  v.visit({"samples", "Places of a time whose colors color_distribution compares, at most", "", between(64, 65536)},
-          o.samples);
+  v.visit(
+      {"samples", "Places of a time whose colors color_distribution compares, at most; 0 = all", "", between(0, 65536)},
+      o.samples);
 }
 
 CompareOptions compare_options(const ObjectiveOptions& o) {
@@ -116,12 +157,11 @@ CompareOptions compare_options(const ObjectiveOptions& o) {
   c.clock = o.clock;
   c.visible_delta_e = o.visible_delta_e;
   c.num_classes = o.num_classes;
-  c.seed = o.seed;
   return c;
 }
 
 struct FitObjective::State {
-  TextureSeries series;
+  std::vector<ControlFacts> control_facts;  ///< Of the captured side.
   std::vector<FitTerm> terms;
   ObjectiveOptions options;
   CommonTimes times;
@@ -130,8 +170,12 @@ struct FitObjective::State {
   std::vector<SortedColors> colors;
   std::vector<double> means;
   std::optional<TexelAging> aging;
-  std::vector<std::vector<float>> controls;  ///< At the stack's texels, in the manifest's order.
+  std::vector<std::vector<float>> controls;  ///< At the stack's texels, in the order of their facts.
+  int other_size = 0;                        ///< Longer side at which the simulated surfaces are compared.
 
+  /// What figures need of the captured side beside its colors.
+  void prepare(const RunControl& control);
+  [[nodiscard]] ColorStack simulated_stack(const AgedSurface& frames, const RunControl& control) const;
   [[nodiscard]] double span() const { return times.clock.back() - times.clock.front(); }
   [[nodiscard]] std::optional<double> figure(FitFigure which, const AgedSurface& frames, const ColorStack& other,
                                              const std::optional<TexelAging>& other_aging, const RunControl& control,
@@ -143,14 +187,21 @@ struct FitObjective::State {
 };
 
 FitObjective::FitObjective(TextureSeries captured, const SurfaceOutline& outline, std::vector<FitTerm> terms,
-                           const ObjectiveOptions& options, const RunControl& control) {
+                           const ObjectiveOptions& options, FitFrames frames, const RunControl& control) {
   check_ranges(options);
   const std::string name = captured.history().label();
   const HistoryFacts& m = captured.facts();
   if (terms.empty()) throw InvalidInput("fit: there is no figure to fit");
   if (m.frames.size() < 2) throw InvalidInput(name + ": has one frame; nothing ages in it");
   CommonTimes times = common_times(m, facts_of(outline), compare_options(options));
-  if (times.clock.size() < 2)
+  if (options.until) {
+    if (uses(terms, {FitFigure::Covered, FitFigure::Onset, FitFigure::Saturation, FitFigure::RateByControl}))
+      throw InvalidInput(
+          "--until: covered, onset, saturation and rate_by_control are about the whole course; use color_distribution, "
+          "mean_color, color_by_control or ciede2000");
+    times = times_of(times, *options.until, frames, name);
+  }
+  if (times.clock.size() < 2 && frames == FitFrames::Seen)
     throw InvalidInput(name +
                        ": has only one time in common with the scene; --clock span compares by shares of each span");
   if (uses(terms, {FitFigure::ColorByControl, FitFigure::RateByControl})) {
@@ -171,9 +222,12 @@ FitObjective::FitObjective(TextureSeries captured, const SurfaceOutline& outline
                        " pixels, the scene's atlas " + size_text(outline.width, outline.height) +
                        ": ciede2000 goes place by place");
   }
-  ColorStack stack = load_stack(captured, times.times_a, options.size, control);
+  const CommonSizes sizes = common_sizes({captured.width(), captured.height(), captured.pixel_mm()},
+                                         {outline.width, outline.height, outline.texel_size_mm}, options.size,
+                                         uses(terms, {FitFigure::Ciede2000}));
+  ColorStack stack = load_stack(captured, times.times_a, sizes.a, control);
   stack.times = times.clock;
-  auto state = std::make_unique<State>(State{.series = std::move(captured),
+  auto state = std::make_unique<State>(State{.control_facts = m.controls,
                                              .terms = std::move(terms),
                                              .options = options,
                                              .times = std::move(times),
@@ -182,29 +236,71 @@ FitObjective::FitObjective(TextureSeries captured, const SurfaceOutline& outline
                                              .colors = {},
                                              .means = {},
                                              .aging = {},
-                                             .controls = {}});
+                                             .controls = {},
+                                             .other_size = sizes.b});
   State& s = *state;
-  s.block_of.assign(s.stack.num_texels(), 0);
-  if (uses(s.terms, {FitFigure::ColorDistribution})) s.colors = sorted_colors(s.stack, s.block_of, options);
-  s.means = mean_lab(s.stack);
-  if (uses(s.terms, {FitFigure::Covered, FitFigure::Onset, FitFigure::Saturation})) {
-    s.aging = texel_aging(s.stack, options.visible_delta_e, control);
-    if (std::none_of(s.aging->ages.begin(), s.aging->ages.end(), [](std::uint8_t a) { return a != 0; })) {
-      throw InvalidInput(name + ": does not age visibly anywhere (--visible-delta-e " +
-                         short_number_text(options.visible_delta_e) +
-                         "); covered, onset and saturation say nothing about it");
-    }
+  s.prepare(control);
+  if (s.aging && std::none_of(s.aging->ages.begin(), s.aging->ages.end(), [](std::uint8_t a) { return a != 0; })) {
+    throw InvalidInput(name + ": does not age visibly anywhere (--visible-delta-e " +
+                       short_number_text(options.visible_delta_e) +
+                       "); covered, onset and saturation say nothing about it");
   }
   if (uses(s.terms, {FitFigure::ColorByControl, FitFigure::RateByControl})) {
-    for (const ControlFacts& c : s.series.facts().controls) s.controls.push_back(control_at(s.series, c.name, s.stack));
+    for (const ControlFacts& c : s.control_facts) s.controls.push_back(control_at(captured, c.name, s.stack));
   }
   state_ = std::move(state);
 }
 
+FitObjective::FitObjective(std::unique_ptr<const State> state) : state_(std::move(state)) {}
 FitObjective::~FitObjective() = default;
 FitObjective::FitObjective(FitObjective&&) noexcept = default;
 
 const std::vector<FitTerm>& FitObjective::terms() const { return state_->terms; }
+std::size_t FitObjective::num_times() const { return state_->times.clock.size(); }
+
+void FitObjective::State::prepare(const RunControl& control) {
+  block_of.assign(stack.num_texels(), 0);
+  if (uses(terms, {FitFigure::ColorDistribution})) colors = sorted_colors(stack, block_of, options);
+  means = mean_lab(stack);
+  if (uses(terms, {FitFigure::Covered, FitFigure::Onset, FitFigure::Saturation}))
+    aging = texel_aging(stack, options.visible_delta_e, control);
+}
+
+ColorStack FitObjective::State::simulated_stack(const AgedSurface& frames, const RunControl& control) const {
+  std::vector<double> at = times.times_b;
+  if (options.clock == Clock::Span) {  // Shares of its own span, whatever an iteration stands for.
+    for (std::size_t i = 0; i < at.size(); ++i)
+      at[i] = times.clock[i] == 1.0
+                  ? frames.times.back()
+                  : frames.times.front() + times.clock[i] * (frames.times.back() - frames.times.front());
+  }
+  ColorStack out = stack_of(frames, at, other_size, control);
+  out.times = times.clock;
+  return out;
+}
+
+FitObjective FitObjective::with_captured(const AgedSurface& frames, std::uint64_t draw,
+                                         const RunControl& control) const {
+  auto state = std::make_unique<State>(State{.control_facts = {},
+                                             .terms = state_->terms,
+                                             .options = state_->options,
+                                             .times = state_->times,
+                                             .stack = state_->simulated_stack(frames, control),
+                                             .block_of = {},
+                                             .colors = {},
+                                             .means = {},
+                                             .aging = {},
+                                             .controls = {},
+                                             .other_size = state_->other_size});
+  State& s = *state;
+  move_by_deviation(s.stack, state_->stack, draw);
+  s.prepare(control);
+  for (const SurfaceControl& c : frames.controls) {
+    s.control_facts.push_back(c.parameter);
+    s.controls.push_back(values_at(c.values, frames.mask, s.stack));
+  }
+  return FitObjective(std::move(state));
+}
 
 std::optional<double> FitObjective::State::by_control(bool is_rate, const AgedSurface& frames, const ColorStack& other,
                                                       const RunControl& control, std::string& problem) const {
@@ -213,7 +309,9 @@ std::optional<double> FitObjective::State::by_control(bool is_rate, const AgedSu
   const std::vector<std::uint16_t> blocks(other.num_texels(), 0);
   double sum = 0.0;
   int count = 0;
-  for (const SharedControl& shared : shared_controls(series.facts(), simulated)) {
+  HistoryFacts captured;
+  captured.controls = control_facts;
+  for (const SharedControl& shared : shared_controls(captured, simulated)) {
     if (!shared.undefined.empty()) {
       problem = shared.name_a + ": " + shared.undefined;
       continue;
@@ -221,14 +319,14 @@ std::optional<double> FitObjective::State::by_control(bool is_rate, const AgedSu
     const auto by_name = [](const std::string& name) {
       return [&name](const ControlFacts& c) { return c.name == name; };
     };
-    const auto& list_a = series.facts().controls;
+    const auto& list_a = control_facts;
     const auto ia = std::find_if(list_a.begin(), list_a.end(), by_name(shared.name_a));
     const auto ib = std::find_if(simulated.controls.begin(), simulated.controls.end(), by_name(shared.name_b));
     const ImageF& values = frames.controls[static_cast<std::size_t>(ib - simulated.controls.begin())].values;
     const ClassedSurface a(stack, block_of, controls[static_cast<std::size_t>(ia - list_a.begin())], *ia, shared,
-                           options.num_classes, options.seed, control);
+                           options.num_classes, kSampleSeed, control);
     const ClassedSurface b(other, blocks, values_at(values, frames.mask, other), *ib, shared, options.num_classes,
-                           options.seed, control);
+                           kSampleSeed, control);
     const std::optional<double> d =
         is_rate ? rate_distance(a, kOneBlock, b, kOneBlock) : conditional_distance(a, kOneBlock, b, kOneBlock);
     if (!d) continue;
@@ -301,15 +399,7 @@ std::optional<double> FitObjective::State::figure(FitFigure which, const AgedSur
 
 ObjectiveValue FitObjective::operator()(const AgedSurface& frames, const RunControl& control) const {
   const State& s = *state_;
-  std::vector<double> times = s.times.times_b;
-  if (s.options.clock == Clock::Span) {  // Shares of its own span, whatever an iteration stands for.
-    for (std::size_t i = 0; i < times.size(); ++i)
-      times[i] = s.times.clock[i] == 1.0
-                     ? frames.times.back()
-                     : frames.times.front() + s.times.clock[i] * (frames.times.back() - frames.times.front());
-  }
-  ColorStack other = stack_of(frames, times, s.options.size, control);
-  other.times = s.times.clock;
+  const ColorStack other = s.simulated_stack(frames, control);
   std::optional<TexelAging> aging;
   if (s.aging) aging = texel_aging(other, s.options.visible_delta_e, control);
   ObjectiveValue out;

@@ -45,15 +45,19 @@ struct ObjectiveOptions {
   int size = 128;                 ///< Longer side at which the surfaces are compared, px; 0 = as they are.
   int num_times = 17;             ///< Times at which they are compared, at most; [2, 1024].
   Clock clock = Clock::Absolute;  ///< Equal times, or equal shares of each history's own span.
-  double visible_delta_e = 5.0;   ///< A change from here on is seen; Delta E 1976, > 0.
-  int num_classes = 5;            ///< Of a control; [1, 50].
-  int samples =
-      1024;  ///< Places of a time whose colors color_distribution compares, at most, always the same; [64, 65536].
-  std::uint64_t seed = 0;  ///< Of the sample of texels; not described.
+  /// Frames of the history after this time are held out, in its unit: what a fit is then asked for. Empty: none.
+  std::optional<double> until = {};
+  double visible_delta_e = 5.0;  ///< A change from here on is seen; Delta E 1976, > 0.
+  int num_classes = 5;           ///< Of a control; [1, 50].
+  /// Places of a time whose colors color_distribution compares, at most, always the same; [0, 65536], 0 = all.
+  int samples = 0;
 };
 void describe(OptionVisitor& v, ObjectiveOptions& o);
 /// The same for a comparison.
 [[nodiscard]] CompareOptions compare_options(const ObjectiveOptions& options);
+
+/// Which of the history's frames are compared, where ObjectiveOptions::until parts them.
+enum class FitFrames { Seen, HeldOut };
 
 struct ObjectiveValue {
   std::optional<double>
@@ -62,24 +66,33 @@ struct ObjectiveValue {
   std::string problem;                         ///< Why there is no value; "" when there is.
 };
 
-/// Compares simulated surfaces with one captured history, which is prepared once. Thread-safe.
+/// Compares simulated surfaces with one captured history, which is prepared once. Both are brought to one size as a
+/// comparison does. Thread-safe.
 class FitObjective {
  public:
   /// @param outline  Of what will be compared: times, size and names of controls decide what can be. The compared times
   /// are fixed by it; later surfaces that end earlier are held at their ends.
   /// @throws InvalidInput if the history has a single frame, no time in common with the outline, no change where a
   /// figure is about change, no control in common where one is about controls, or other pixels where one goes place by
-  /// place; IoError.
+  /// place; with `until`, if fewer than two times lie up to it or none after it, or a figure is about the whole course;
+  /// IoError.
   FitObjective(TextureSeries captured, const SurfaceOutline& outline, std::vector<FitTerm> terms,
-               const ObjectiveOptions& options, const RunControl& control = {});
+               const ObjectiveOptions& options, FitFrames frames = FitFrames::Seen, const RunControl& control = {});
   ~FitObjective();
   FitObjective(FitObjective&&) noexcept;
 
   [[nodiscard]] const std::vector<FitTerm>& terms() const;
+  [[nodiscard]] std::size_t num_times() const;
   [[nodiscard]] ObjectiveValue operator()(const AgedSurface& frames, const RunControl& control = {}) const;
+
+  /// The same with a simulated surface in the place of the captured one, off by one draw of the deviations that the
+  /// capture states: all places together, since neighbors may be off together. @param draw  Number of the draw.
+  [[nodiscard]] FitObjective with_captured(const AgedSurface& frames, std::uint64_t draw,
+                                           const RunControl& control = {}) const;
 
  private:
   struct State;
+  explicit FitObjective(std::unique_ptr<const State> state);
   std::unique_ptr<const State> state_;
 };
 

@@ -44,14 +44,23 @@ Json evaluation_json(const FitEvaluation& evaluation) {
     if (!p.result.problem.empty()) point["problem"] = p.result.problem;
     points.push_back(std::move(point));
   }
-  return Json{{"name", evaluation.name}, {"skipped", evaluation.is_skipped}, {"points", points}};
+  return Json{{"name", evaluation.name},
+              {"chance", optional_json(evaluation.chance)},
+              {"held_out", optional_json(evaluation.held_out)},
+              {"converged", evaluation.is_converged},
+              {"skipped", evaluation.is_skipped},
+              {"points", points}};
 }
 
 FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num_parameters, std::size_t num_terms) {
   const Json root = load_json(file);
   JsonReader json(file.string(), root);
-  FitEvaluation evaluation{
-      .name = json.member("name").string(), .points = {}, .is_skipped = json.member("skipped").boolean()};
+  FitEvaluation evaluation{.name = json.member("name").string(),
+                           .points = {},
+                           .chance = read_optional(json.member("chance")),
+                           .held_out = read_optional(json.member("held_out")),
+                           .is_converged = json.member("converged").boolean(),
+                           .is_skipped = json.member("skipped").boolean()};
   for (JsonReader& point : json.member("points").elements(kMostPoints)) {
     FitPoint p{.values = point.member("values").numbers(num_parameters), .result = {}};
     p.result.objective = read_optional(point.member("objective"));

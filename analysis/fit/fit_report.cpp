@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -203,15 +204,51 @@ Json objective_json(const FitTask& task, const FitOutcome& o) {
               {"after", *o.best.result.objective},
               {"terms", terms},
               {"other_seeds", seeds},
+              {"chance", o.chances},
               {"threshold", o.threshold}};
+}
+
+Json held_out_json(const FitTask& task, const FitOutcome& o) {
+  if (!o.held_out) return nullptr;
+  Json seeds = Json::array();
+  for (const std::optional<double>& v : o.held_out->other_seeds) seeds.push_back(optional_json(v));
+  return Json{{"until", *task.objective.until},
+              {"times", o.held_out->num_times},
+              {"before", optional_json(o.held_out->before)},
+              {"after", optional_json(o.held_out->after)},
+              {"other_seeds", seeds},
+              {"last_frame", optional_json(o.held_out->last_frame)}};
+}
+
+void add_held_out(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
+  if (!o.held_out) return;
+  const HeldOut& h = *o.held_out;
+  page.heading("Frames that the search did not see");
+  page.paragraph(
+      "Only frames up to " + number(*task.objective.until) + " were fitted. The objective of the " +
+      std::to_string(h.num_times) +
+      " compared times after it says how well the model foretells; one that is no better than the last frame "
+      "seen, held, foretells nothing.");
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (const std::optional<double>& v : h.other_seeds) {
+    if (v) least = std::min(least, *v), most = std::max(most, *v);
+  }
+  page.table({"", "objective after " + number(*task.objective.until)},
+             {{"starting values", number(h.before)},
+              {"best values", number(h.after)},
+              {"best values, other seeds", least <= most ? number(least) + " to " + number(most) : "-"},
+              {"the last frame seen, held", number(h.last_frame)}});
 }
 
 void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   const std::string tried =
       std::to_string(count_agings(o)) + " simulations and " + std::to_string(count_points(o)) + " appearances of them";
   page.paragraph("The objective fell from " + number(o.initial.result.objective) + " to " +
-                 number(o.best.result.objective) + " in " + tried +
-                 (o.is_converged ? "; the search converged." : "; the budget ended the search."));
+                 number(o.best.result.objective) + " in " + tried + (o.is_converged ? "; the search converged." : "."));
+  if (!o.is_converged)
+    page.paragraph(
+        "Not converged: the budget ended the search, so better values may lie elsewhere, and intervals are those of "
+        "what was tried. A larger --evaluations resumes from here.");
   if (is_beaten(o))
     page.paragraph(
         "Not at its end: along one of the parameters there is a better value. A larger --evaluations resumes from "
@@ -228,7 +265,9 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   page.paragraph(
       "An interval holds the values that the figures cannot tell from the best: the objective rises by no more than " +
       number(o.threshold) + ", " +
-      (o.seeds.empty() ? "a hundredth of the best." : "what other seeds of the same simulation differ by.") +
+      (o.chances.empty()
+           ? "a hundredth of the best."
+           : "up to what the simulation against itself with another seed stays below in 19 of 20 cases.") +
       " It holds within this model: a wrong model can be determined as well as a right one.");
   for (const std::string& text : correlated_pairs(task, o)) page.paragraph(text);
   if (!o.no_valley.empty() && task.parameters.size() > 1)
@@ -237,7 +276,9 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
 
 }  // namespace
 
-std::string verdict_text(const FitTask& task, const FitOutcome& o, std::size_t i) {
+namespace {
+
+std::string interval_text(const FitTask& task, const FitOutcome& o, std::size_t i) {
   const FitParameter& p = task.parameters[i];
   const ParameterVerdict& v = o.verdicts[i];
   const std::string low = number(value_at(p, v.low)), high = number(value_at(p, v.high));
@@ -258,6 +299,12 @@ std::string verdict_text(const FitTask& task, const FitOutcome& o, std::size_t i
   return "";
 }
 
+}  // namespace
+
+std::string verdict_text(const FitTask& task, const FitOutcome& o, std::size_t i) {
+  return interval_text(task, o, i) + (o.is_converged ? "" : " (not converged)");
+}
+
 void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutcome& o, std::span<const Section> before,
                       std::span<const Section> after, const std::string& key) {
   const std::vector<FigureChange> changes = figure_changes(before, after);
@@ -274,6 +321,7 @@ void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutc
                     std::string(kFitFigureUnits[which])});
   }
   page.table({"fitted figure", "weight", "before", "after", "unit"}, rows);
+  add_held_out(page, task, o);
   page.heading("Along each parameter");
   for (std::size_t i = 0; i < task.parameters.size(); ++i) page.drawing(scan_chart(task, o, i));
   add_comparison(page, before.front(), after.front(), changes);
@@ -298,6 +346,7 @@ void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutc
                                           {"model", task.model_name},
                                           {"history", {{"name", series.name()}, {"key", captured.key()}}},
                                           {"objective", objective_json(task, o)},
+                                          {"held_out", held_out_json(task, o)},
                                           {"parameters", parameters},
                                           {"correlation", correlation},
                                           {"no_correlation", o.no_valley},

@@ -14,18 +14,28 @@
 
 namespace patinate::analysis {
 
+/// How well the frames are foretold that no search saw: objectives of those frames alone.
+struct HeldOut {
+  std::size_t num_times = 0;
+  std::optional<double> before, after;             ///< With the starting and with the best values.
+  std::vector<std::optional<double>> other_seeds;  ///< The best values, another seed each.
+  std::optional<double> last_frame;                ///< The history's last frame that was seen, held: no model at all.
+};
+
 struct FitOutcome {
   std::vector<FitEvaluation> searched;  ///< In order; those that were skipped have no points.
   FitPoint initial, best;
   int num_planned = 0;
   bool is_converged = false;
   std::vector<FitEvaluation> seeds;  ///< The best with other seeds.
+  std::vector<double> chances;       ///< What chance makes of the objective, at the best and near it.
   double threshold = 0.0;            ///< Differences of the objective up to here mean nothing.
   BoxScans scans;                    ///< Along every parameter, the others as at the best.
   BoxScans profiles;                 ///< The same, others moved to make up for it.
   std::vector<ParameterVerdict> verdicts;
   std::optional<Valley> valley;
-  std::string no_valley;  ///< Why there is none.
+  std::string no_valley;            ///< Why there is none.
+  std::optional<HeldOut> held_out;  ///< With ObjectiveOptions::until.
 };
 
 /// A verdict in plain words: "not determined: no figure changes anywhere in its range". @param index  Of the parameter.

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "analysis/fit/multi_start.h"
 #include "patinate/core/error.h"
 
 namespace patinate::analysis {
@@ -25,9 +26,14 @@ class AgedModel {
   }
 
   [[nodiscard]] FitPoint compose(const std::vector<double>& values, const RunControl& control) const {
+    return compose(values, *model_.objective, control);
+  }
+
+  [[nodiscard]] FitPoint compose(const std::vector<double>& values, const FitObjective& objective,
+                                 const RunControl& control) const {
     FitPoint point{.values = values, .result = {}};
     for (const ComposeWith& compose : composers_) {
-      ObjectiveValue v = (*model_.objective)(compose(values, control), control);
+      ObjectiveValue v = objective(compose(values, control), control);
       if (point.result.figures.empty()) {
         point.result = std::move(v);
         continue;
@@ -101,9 +107,11 @@ FitEvaluation evaluate(const FitModel& model, const std::string& name, const std
   const EvolutionOptions options{.step = search.step,
                                  .tolerance = model.tolerance,
                                  .flatness = model.flatness,
+                                 .relative_flatness = model.relative_flatness,
                                  .seed = model.seed,
                                  .purpose = kLookPurpose + static_cast<std::uint32_t>(search.item)};
-  (void)minimize(f, start, search.num_appearance, options);
+  evaluation.is_converged =
+      minimize(f, start, search.num_appearance, {.search = options, .starts = search.starts}).is_converged;
   return evaluation;
 } catch (const InputError& e) {
   return {.name = name, .points = {undefined_point(model, values, e.what())}};
@@ -121,6 +129,21 @@ FitEvaluation evaluate_appearances(const FitModel& model, const std::string& nam
   FitEvaluation evaluation{.name = name, .points = {}};
   for (const std::vector<double>& v : values) evaluation.points.push_back(undefined_point(model, v, e.what()));
   return evaluation;
+}
+
+FitEvaluation draw_chance(const FitModel& model, const std::string& name, const std::vector<double>& values,
+                          std::uint64_t draw, const RunControl& control) try {
+  const std::uint64_t shift = static_cast<std::uint64_t>(model.repeats) - 1 + draw;
+  const AgedSurface other = model.age(values, shift, control.part(0.0, 0.4))(values, silent(control));
+  const AgedModel aged(model, values, 0, control.part(0.4, 0.95));
+  const FitObjective captured = model.objective->with_captured(other, draw, silent(control));
+  FitEvaluation evaluation{.name = name,
+                           .points = {{.values = values, .result = (*model.objective)(other, silent(control))}},
+                           .chance = aged.compose(values, captured, silent(control)).result.objective};
+  if (model.held_out) evaluation.held_out = (*model.held_out)(other, silent(control)).objective;
+  return evaluation;
+} catch (const InputError& e) {
+  return {.name = name, .points = {undefined_point(model, values, e.what())}};
 }
 
 }  // namespace patinate::analysis

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "analysis/fit/evolution.h"
 #include "analysis/fit/fit_record.h"
 
 namespace patinate::analysis {
@@ -17,8 +16,9 @@ struct FitModel {
   std::vector<FitParameter> parameters;
   AgeWith age;
   const FitObjective* objective = nullptr;
-  int repeats = 1;        ///< Seeds over which an objective is averaged; >= 1.
-  double flatness = 0.0;  ///< Of the search for the best appearance, see EvolutionOptions.
+  const FitObjective* held_out = nullptr;          ///< Of frames that no search sees; may be null.
+  int repeats = 1;                                 ///< Seeds over which an objective is averaged; >= 1.
+  double flatness = 0.0, relative_flatness = 0.0;  ///< When a search is at its end: EvolutionOptions.
   double tolerance = 1e-3;
   std::uint64_t seed = 0;
 
@@ -30,6 +30,7 @@ struct FitModel {
 struct AppearanceSearch {
   int num_appearance = 1;  ///< At most; 1: only the given values.
   double step = 0.3;       ///< As EvolutionOptions.
+  int starts = 1;          ///< As MultiStartOptions.
   std::uint64_t item = 0;  ///< Its random numbers.
 };
 
@@ -46,5 +47,13 @@ struct AppearanceSearch {
 [[nodiscard]] FitEvaluation evaluate_appearances(const FitModel& model, const std::string& name,
                                                  std::span<const std::vector<double>> values, std::uint64_t seed_shift,
                                                  const RunControl& control = {});
+
+/// What chance makes of the objective at `values`: a surface with another seed takes the captured one's place.
+/// @returns that surface against the real capture as the one point, and `chance`: of the seeds that a search uses,
+/// against that surface.
+/// @param draw  Number of the other seed, >= 1.
+[[nodiscard]] FitEvaluation draw_chance(const FitModel& model, const std::string& name,
+                                        const std::vector<double>& values, std::uint64_t draw,
+                                        const RunControl& control = {});
 
 }  // namespace patinate::analysis

@@ -12,7 +12,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kFlatness = 1e-3;  ///< Delta E or per cent: smaller differences are not searched for.
+constexpr double kFlatness = 1e-2;          ///< Delta E or per cent: smaller differences are not searched for.
+constexpr double kRelativeFlatness = 0.01;  ///< Nor are such shares of the objective.
 
 }  // namespace
 
@@ -23,6 +24,7 @@ FitWork::FitWork(FitTask given) : task(std::move(given)) {
   model.age = task.age;
   model.repeats = task.options.repeats;
   model.flatness = kFlatness;
+  model.relative_flatness = kRelativeFlatness;
   model.tolerance = task.options.tolerance;
   model.seed = task.seed;
   aged = model.indices(false);
@@ -34,7 +36,12 @@ FitWork::FitWork(FitTask given) : task(std::move(given)) {
 const FitModel& FitWork::ready(const RunControl& control) {
   const std::scoped_lock lock(mutex_);
   if (!objective_) {
-    objective_.emplace(open_series(task.history).series, task.outline, task.terms, task.objective, control);
+    const SeriesFile series = open_series(task.history);
+    objective_.emplace(series.series, task.outline, task.terms, task.objective, FitFrames::Seen, control);
+    if (task.objective.until) {
+      held_out_.emplace(series.series, task.outline, task.terms, task.objective, FitFrames::HeldOut, control);
+      model.held_out = &*held_out_;
+    }
     model.objective = &*objective_;
   }
   return model;
@@ -54,26 +61,37 @@ FitEvaluation FitWork::record(const fs::path& folder, const std::string& name) {
   return records_.try_emplace(name, std::move(e)).first->second;
 }
 
+const std::vector<double>& FitWork::Standing::values_for(int k) const {
+  const auto found = best.find(search.origin(k));
+  return found != best.end() ? found->second.values : best.at(0).values;
+}
+
 FitWork::Standing FitWork::standing(const fs::path& folder, int generation) {
   const std::scoped_lock lock(search_mutex_);
   if (!search_) {
     std::vector<double> unit;
     for (const std::size_t i : aged) unit.push_back(unit_at(task.parameters[i], start[i]));
-    search_ = Standing{Evolution(unit, {.population = budget.population,
-                                        .step = task.options.step,
-                                        .tolerance = task.options.tolerance,
-                                        .flatness = kFlatness,
-                                        .restarts = task.options.restarts,
-                                        .seed = task.seed,
-                                        .purpose = 0}),
-                       start};
-    keep(record(folder, "initial"));
+    const FitEvaluation initial = record(folder, "initial");
+    const std::optional<std::size_t> i = initial.best();
+    const double value = i ? *initial.points[*i].result.objective : std::numeric_limits<double>::infinity();
+    search_ = Standing{.search = MultiStart(unit, value,
+                                            {.search = {.population = budget.population,
+                                                        .step = task.options.step,
+                                                        .tolerance = task.options.tolerance,
+                                                        .flatness = model.flatness,
+                                                        .relative_flatness = model.relative_flatness,
+                                                        .seed = task.seed},
+                                             .starts = task.options.starts}),
+                       .best = {{0, {.values = start}}}};
+    (void)keep(initial, 0);
   }
-  while (search_->evolution.generation() < generation && !search_->evolution.is_done()) {
+  MultiStart& search = search_->search;
+  while (search.generation() < generation && !search.is_done()) {
     std::vector<double> values;
-    const int g = search_->evolution.generation();
-    for (int k = 0; k < budget.population; ++k) values.push_back(keep(record(folder, candidate_name(g, k))));
-    search_->evolution.tell(values);
+    const int g = search.generation();
+    for (int k = 0; k < budget.population; ++k)
+      values.push_back(keep(record(folder, candidate_name(g, k)), search.origin(k)));
+    search.tell(values);
   }
   return *search_;
 }
@@ -98,6 +116,15 @@ FitPoint FitWork::best(const fs::path& folder) {
   return *best;
 }
 
+std::vector<double> FitWork::chances(const fs::path& folder) {
+  std::vector<double> draws;
+  for (int s = 1; s <= task.options.seeds; ++s) {
+    if (const std::optional<double> chance = record(folder, "seed-" + std::to_string(s)).chance)
+      draws.push_back(*chance);
+  }
+  return draws;
+}
+
 BoxPoint FitWork::box_point(const FitPoint& p) const {
   BoxPoint out{.at = {}, .objective = p.result.objective.value_or(std::numeric_limits<double>::infinity())};
   for (std::size_t i = 0; i < p.values.size(); ++i) out.at.push_back(unit_at(task.parameters[i], p.values[i]));
@@ -117,13 +144,12 @@ const FitWork::Ground& FitWork::ground(const fs::path& folder) {
   return *ground_;
 }
 
-double FitWork::keep(const FitEvaluation& e) {
+double FitWork::keep(const FitEvaluation& e, std::size_t origin) {
   const std::optional<std::size_t> i = e.best();
-  const double value = i ? *e.points[*i].result.objective : std::numeric_limits<double>::infinity();
-  if (value < best_value_) {
-    best_value_ = value;
-    search_->best = e.points[*i].values;
-  }
+  if (!i) return std::numeric_limits<double>::infinity();
+  const double value = *e.points[*i].result.objective;
+  Standing::Best& best = search_->best[origin];
+  if (value < best.value) best = {value, e.points[*i].values};
   return value;
 }
 

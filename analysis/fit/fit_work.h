@@ -13,11 +13,11 @@
 #include <vector>
 
 #include "analysis/fit/determined.h"
-#include "analysis/fit/evolution.h"
 #include "analysis/fit/fit_job.h"
 #include "analysis/fit/fit_objective.h"
 #include "analysis/fit/fit_record.h"
 #include "analysis/fit/fit_search.h"
+#include "analysis/fit/multi_start.h"
 #include "patinate/core/run_control.h"
 
 namespace patinate::analysis {
@@ -45,11 +45,19 @@ class FitWork {
   /// Of a finished item. @throws IoError
   [[nodiscard]] FitEvaluation record(const std::filesystem::path& folder, const std::string& name);
 
-  /// The search as it stands before a generation, from the records of those before; and the best appearance up to
-  /// there.
+  /// The search as it stands before a generation, from the records of those before.
   struct Standing {
-    Evolution evolution;
-    std::vector<double> best;  ///< Values of all parameters.
+    MultiStart search;
+    /// By origin (MultiStart): the least objective, and values of all parameters with it.
+    struct Best {
+      double value = std::numeric_limits<double>::infinity();
+      std::vector<double> values;
+    };
+    std::map<std::size_t, Best> best;
+
+    /// What a candidate has of the parameters that need no aging at first: as the best of its start; in the design: as
+    /// the start.
+    [[nodiscard]] const std::vector<double>& values_for(int k) const;
   };
   [[nodiscard]] Standing standing(const std::filesystem::path& folder, int generation);
 
@@ -57,6 +65,9 @@ class FitWork {
   [[nodiscard]] std::vector<FitEvaluation> searched(const std::filesystem::path& folder);
   /// @throws InvalidInput if nothing that was tried could be compared.
   [[nodiscard]] FitPoint best(const std::filesystem::path& folder);
+
+  /// What chance makes of the objective at the best: of the items seed-1, seed-2, ...
+  [[nodiscard]] std::vector<double> chances(const std::filesystem::path& folder);
 
   [[nodiscard]] BoxPoint box_point(const FitPoint& p) const;
   /// Where the search has been, and how it slopes there.
@@ -68,15 +79,14 @@ class FitWork {
   [[nodiscard]] const Ground& ground(const std::filesystem::path& folder);
 
  private:
-  /// Its least objective; remembers the best.
-  double keep(const FitEvaluation& e);
+  /// Its least objective; remembers it as one of an origin.
+  double keep(const FitEvaluation& e, std::size_t origin);
 
   std::mutex mutex_, search_mutex_;
-  std::optional<FitObjective> objective_;
+  std::optional<FitObjective> objective_, held_out_;
   std::map<std::string, FitEvaluation> records_;
   std::optional<Standing> search_;
   std::optional<Ground> ground_;
-  double best_value_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace patinate::analysis

@@ -3,9 +3,9 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "analysis/fit/evolution.h"
 #include "analysis/fit/fit_job.h"
 #include "analysis/fit/fit_search.h"
+#include "analysis/fit/multi_start.h"
 #include "patinate/core/error.h"
 #include "patinate/history/memory_history.h"
 #include "python/analysis/py_analysis.h"
@@ -25,6 +25,7 @@ namespace {
 struct FitKeywords {
   int evaluations = 60;
   analysis::EvolutionOptions search = {};
+  int starts = analysis::MultiStartOptions{}.starts;
   std::int64_t seed = default_seed();
 };
 void describe(OptionVisitor& v, FitKeywords& o) {
@@ -37,7 +38,8 @@ void describe(OptionVisitor& v, FitKeywords& o) {
           o.search.step);
   v.visit({"tolerance", "Converged when the candidates' spread is below this share of every range", "", above(0)},
           o.search.tolerance);
-  v.visit({"restarts", "When converged, as often again from a random place", "", between(0, 1000)}, o.search.restarts);
+  v.visit({"starts", "Valleys that the search follows at most; 1 = from the start alone", "", between(1, 100)},
+          o.starts);
   v.visit({"seed", "Of all random numbers", "", at_least(0)}, o.seed);
 }
 
@@ -91,7 +93,8 @@ py::dict minimized(const std::vector<analysis::FitParameter>& parameters, const 
       control.report(std::min(1.0, static_cast<double>(tried.size()) / keywords.evaluations));
       return value;
     };
-    analysis::Minimum found = analysis::minimize(objective, start, keywords.evaluations, options);
+    analysis::Minimum found =
+        analysis::minimize(objective, start, keywords.evaluations, {.search = options, .starts = keywords.starts});
     control.report(1.0);  // Whole generations, or a convergence, leave some of the budget.
     return found;
   });
@@ -160,12 +163,12 @@ py::dict fit_scene(const py::object& scene_path, const py::object& objective, co
     }
   }
   if (terms.empty()) terms.emplace_back();
-  compared.seed = static_cast<std::uint64_t>(keywords.seed);
   std::optional<analysis::FitObjective> distance;
   if (is_history) {
     const auto history = py::cast<const PyHistory&>(objective).value;
     distance.emplace(result_of(silent, [&](const RunControl& control) {
-      return analysis::FitObjective(analysis::TextureSeries(history), scene.outline(), terms, compared, control);
+      return analysis::FitObjective(analysis::TextureSeries(history), scene.outline(), terms, compared,
+                                    analysis::FitFrames::Seen, control);
     }));
   }
   const analysis::AgeWith age = scene.age();

@@ -62,7 +62,7 @@ class Fit(unittest.TestCase):
         scene = changed()
         scene["appearance"]["metal"] = {"strength": 1.0}
         (WORK / "scenes/three.json").write_text(json.dumps(scene))
-        result = patinate("fit", "scenes/three.json", "captured", *VARY, "--vary", "/appearance/metal/strength=0.1:4", "--evaluations", 43, "--appearance-evaluations", 25, "-o", "three", "--json")
+        result = patinate("fit", "scenes/three.json", "captured", *VARY, "--vary", "/appearance/metal/strength=0.1:4", "--evaluations", 61, "--appearance-evaluations", 25, "-o", "three", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         found = {p["pointer"]: p for p in json.loads(result.stdout)["parameters"]}
         for pointer, value in TRUTH.items():
@@ -141,6 +141,22 @@ class Fit(unittest.TestCase):
                 running[0].wait()
                 running[0] = subprocess.Popen([PATINATE, "run", f"{name}.json", "--items", ",".join(map(str, portions[0]))], cwd=WORK, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             self.assertEqual([worker.wait(timeout=300) for worker in running], [0] * len(running))
+
+    def test_a_search_that_its_budget_ended_says_so_in_verdict_console_and_exit_status(self):
+        result = patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "--require-converged", "-o", "ended", "--json")
+        self.assertEqual(result.returncode, 1, result.stderr)
+        self.assertIn("not converged", [line for line in result.stderr.splitlines() if "error" in line][0])
+        report = json.loads((WORK / "ended/report.json").read_text())
+        self.assertFalse(report["evaluations"]["converged"])
+        for p in report["parameters"]:
+            self.assertIn("(not converged)", p["verdict"])
+        self.assertIn("Not converged", (WORK / "ended/report.html").read_text())
+        result = patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", "ended")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("not converged: 13 evaluations", result.stderr)
+        result = patinate("fit", "scenes/start.json", "captured", *VARY, "--require-converged", "--evaluations", 181, "-o", "whole")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertNotIn("not converged", result.stderr)
 
     def test_ranges_and_figures_come_from_a_file_too(self):
         (WORK / "parameters.json").write_text(json.dumps({

@@ -85,7 +85,7 @@ class Interrupt(PythonCase):
         self.check_lost_or_whole(simulation, start)
 
     def test_a_fit_whose_function_is_python_ends_at_once(self):
-        self.check(lambda: patinate.minimize(lambda values: time.sleep(0.005) or values["a"], {"a": (0, 1)}, evaluations=1000000, tolerance=1e-300, restarts=1000))
+        self.check(lambda: patinate.minimize(lambda values: time.sleep(0.005) or values["a"], {"a": (0, 1)}, evaluations=1000000, tolerance=1e-300, starts=100))
 
     def test_others_run_meanwhile(self):
         mesh = patinate.read_mesh(self.work / "urn/mesh.obj")

@@ -115,6 +115,80 @@ TEST(FitObjective, ASurfaceThatEndsEarlierIsHeldAtItsEnd) {
   EXPECT_GT(objective(still).objective.value(), 2.0);
 }
 
+TEST(FitObjective, ASimulatedSurfaceInThePlaceOfTheCaptureIsComparedAsTheCaptureWouldBe) {
+  const TempFolder folder;
+  const AgedSurface a = green_plate(kGreenTruth), b = green_plate({0.15, 0.5, 0.0}),
+                    other = green_plate({1.0, 1.0, 0.0});
+  write_surface(folder.path() / "a", a, "0123456789abcdef");
+  write_surface(folder.path() / "other", other, "0123456789abcdee");
+  const FitObjective of_a(open_series(folder.path() / "a").series, outline_of(a), all_terms(), {});
+  const FitObjective of_other(open_series(folder.path() / "other").series, outline_of(a), all_terms(), {});
+  const ObjectiveValue direct = of_a(b), placed = of_other.with_captured(a, 1)(b);
+  ASSERT_EQ(direct.figures.size(), placed.figures.size());
+  for (std::size_t i = 0; i < direct.figures.size(); ++i)
+    EXPECT_NEAR(direct.figures[i].value(), placed.figures[i].value(), kHalfDeltaE) << kFitFigureNames[i];
+}
+
+TEST(FitObjective, IsThatOfEqualSizesOrOfEqualLengthsAPixelWhereBothAreKnown) {
+  // The same surface in texels of half the side: equal once both are means over the same lengths.
+  const TempFolder folder;
+  const AgedSurface coarse = green_plate(kGreenTruth);
+  AgedSurface fine = coarse;
+  fine.texel_size_mm = 0.5;
+  fine.controls.clear();
+  fine.mask = ImageU8(2 * coarse.mask.width(), 2 * coarse.mask.height());
+  for (std::uint8_t& v : fine.mask.values()) v = 255;
+  for (ImageF& color : fine.colors) {
+    ImageF doubled(fine.mask.width(), fine.mask.height(), 3);
+    for (int y = 0; y < doubled.height(); ++y) {
+      for (int x = 0; x < doubled.width(); ++x) {
+        // A grain of single texels, which no mean over two shows.
+        const float sign = (x + y) % 2 == 0 ? 0.05f : -0.05f;
+        for (int c = 0; c < 3; ++c) doubled.at(x, y, c) = color.at(x / 2, y / 2, c) + sign;
+      }
+    }
+    color = std::move(doubled);
+  }
+  write_surface(folder.path() / "fine", fine, "0123456789abcdef");
+  SurfaceOutline outline = outline_of(coarse);
+  for (const std::optional<double> texel : {std::optional<double>(), std::optional(1.0)}) {
+    outline.texel_size_mm = texel;
+    const FitObjective objective(open_series(folder.path() / "fine").series, outline, {{}}, {});
+    EXPECT_NEAR(objective(coarse).objective.value(), 0.0, kHalfDeltaE);
+  }
+}
+
+TEST(FitObjective, FramesUpToATimeAndThoseHeldOutMakeUpAllOfThem) {
+  const TempFolder folder;
+  const AgedSurface a = green_plate(kGreenTruth), b = green_plate({0.15, 0.5, 0.0});
+  write_surface(folder.path() / "a", a, "0123456789abcdef");
+  const auto series = [&] { return open_series(folder.path() / "a").series; };
+  const std::vector<FitTerm> terms{{FitFigure::ColorDistribution}};  // A mean over times: at most 13, here 9.
+  ObjectiveOptions options;
+  const FitObjective all(series(), outline_of(b), terms, options);
+  options.until = 5.0;
+  const FitObjective seen(series(), outline_of(b), terms, options),
+      held_out(series(), outline_of(b), terms, options, FitFrames::HeldOut);
+  EXPECT_EQ(seen.num_times(), 6u);
+  EXPECT_EQ(held_out.num_times(), 3u);
+  EXPECT_NEAR(all(b).objective.value(), (6 * seen(b).objective.value() + 3 * held_out(b).objective.value()) / 9, 1e-9);
+  // What happens after it is not seen.
+  AgedSurface other = b;
+  for (std::size_t t = 6; t < other.colors.size(); ++t) other.colors[t] = ImageF(24, 16, 3, 0.5f);
+  EXPECT_EQ(seen(other).objective.value(), seen(b).objective.value());
+  EXPECT_NE(held_out(other).objective.value(), held_out(b).objective.value());
+  for (const auto& [until, part] : {std::pair{0.0, "fewer than two"}, {8.0, "no compared time lies after"}}) {
+    options.until = until;
+    EXPECT_TRUE(has(error_of([&] {
+                      (void)FitObjective(series(), outline_of(b), terms, options,
+                                         until > 1.0 ? FitFrames::HeldOut : FitFrames::Seen);
+                    }),
+                    part));
+  }
+  EXPECT_TRUE(has(error_of([&] { (void)FitObjective(series(), outline_of(b), {{FitFigure::Onset}}, options); }),
+                  "the whole course"));
+}
+
 TEST(FitParameter, RangesAreReadAndRefused) {
   const FitRange r = parse_fit_range("/rules/2/rate=0.001:0.1:log");
   EXPECT_EQ(r.name, "/rules/2/rate");

@@ -2,6 +2,7 @@
 
 #include "analysis/fit/fit_job.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/command_line/usage_error.h"
@@ -62,6 +63,7 @@ int cmd_fit(CommandRun& run) {
   analysis::FitTask task;
   fs::path scene_path, history, parameters, output;
   std::vector<std::string> vary, objective;
+  bool require_converged = false;
   run.line.positional("SCENE", "A scene file with the starting values", scene_path);
   run.line.positional("HISTORY", "What it should come close to: a history, or a transfer", history);
   run.line.output("FOLDER", "Folder to make: scene.json, report.html, report.json, evaluations.csv, before, after",
@@ -73,6 +75,8 @@ int cmd_fit(CommandRun& run) {
   run.line.suggestions({analysis::kFitFigureNames.begin(), analysis::kFitFigureNames.end()});
   run.line.options(task.objective);
   run.line.options(task.options);
+  run.line.flag("require-converged", "Exit with 1 where the budget ended the search; the folder is made all the same",
+                require_converged);
   run.line.list("Figures",
                 {{"color_distribution", "distance between the distributions of color, mean over times"},
                  {"mean_color", "distance between the mean colors, root mean square over times"},
@@ -122,7 +126,7 @@ int cmd_fit(CommandRun& run) {
   task.outline = scene.outline();
   task.age = scene.age();
   task.terms = wanted.terms;
-  task.seed = task.objective.seed = static_cast<std::uint64_t>(run.line.common().seed);
+  task.seed = static_cast<std::uint64_t>(run.line.common().seed);
   task.add_inputs = [scene](JobInputs& inputs) { scene.add_inputs(inputs); };
   task.write_model = [scene, output](const fs::path& folder, const std::vector<double>& values) {
     scene.write(folder, output, values);
@@ -145,13 +149,23 @@ int cmd_fit(CommandRun& run) {
   };
   run.note("objective: " + text(report.at("objective").at("before")) + " before, " +
            text(report.at("objective").at("after")) + " after");
+  if (const Json& held_out = report.at("held_out"); !held_out.is_null())
+    run.note("frames after " + text(held_out.at("until")) + ", which were not seen: " + text(held_out.at("before")) +
+             " before, " + text(held_out.at("after")) +
+             " after; the last frame seen, held: " + text(held_out.at("last_frame")));
   for (const Json& p : report.at("parameters"))
     run.note(p.at("pointer").get<std::string>() + ": " + text(p.at("initial")) + " -> " + text(p.at("best")) + "; " +
              p.at("verdict").get<std::string>());
+  const bool is_converged = report.at("evaluations").at("converged").get<bool>();
+  const std::string not_converged = "not converged: " + std::to_string(budget.evaluations) +
+                                    " evaluations ended the search; a larger --evaluations resumes from here";
+  if (!is_converged && !require_converged) run.note(not_converged);
   run.report_output(*status, output,
                     Json{{"objective", report.at("objective")},
+                         {"held_out", report.at("held_out")},
                          {"parameters", report.at("parameters")},
                          {"evaluations", report.at("evaluations")}});
+  if (!is_converged && require_converged) throw CannotComplete(output.string() + ": " + not_converged);
   return 0;
 }
 

@@ -199,7 +199,8 @@ analysis::SurfaceOutline FitScene::outline() const {
                                    .height = base_->scene.resolution,
                                    .time_unit = base_->time_unit,
                                    .times = {},
-                                   .control_names = controls_};
+                                   .control_names = controls_,
+                                   .texel_size_mm = simulation::Simulation(base_->scene).texel_size_mm()};
   for (std::int64_t i = 0; i < base_->iterations; i += base_->history_every)
     outline.times.push_back(base_->frame_time(i));
   outline.times.push_back(base_->frame_time(base_->iterations));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "libcommon/core/latin_hypercube.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/services/fit_scene.h"

@@ -19,7 +19,8 @@ struct CompareOptions {
                                   ///< pictures show it.
   double visible_delta_e = 5.0;   ///< A change from here on is seen; Delta E 1976, > 0.
   int num_classes = 5;            ///< Of a control; [1, 50].
-  int num_blocks = 8;             ///< Blocks per side for intervals and for the split; [2, 64].
+  int num_blocks = 0;             ///< Blocks per side for intervals and for the split; [2, 64], 0 = of at least four
+                                  ///< features of the pattern, 3 to 8 of them.
   int num_resamples = 200;        ///< Of the bootstrap; 0 = no intervals.
   bool cracks = false;            ///< Dark lines are measured too.
   std::uint64_t seed = 0;         ///< Not described: it comes from the command.

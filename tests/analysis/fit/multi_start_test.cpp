@@ -1,0 +1,114 @@
+#include "analysis/fit/multi_start.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/errors.h"
+
+namespace patinate::analysis {
+namespace {
+
+using testing_support::error_of;
+using testing_support::has;
+using Point = std::vector<double>;
+
+double square(const Point& x, const Point& optimum) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < x.size(); ++i) sum += (x[i] - optimum[i]) * (x[i] - optimum[i]);
+  return sum;
+}
+
+/// A wide valley that ends above 0, and a deeper one of a twelfth of its area.
+double two_valleys(const Point& x) { return std::min(1.0 + 4 * square(x, {0.2, 0.25}), 50 * square(x, {0.8, 0.75})); }
+
+TEST(MultiStart, FindsTheDeeperOfTwoValleysFromTheFloorOfTheOtherWhateverTheSeed) {
+  int num_alone = 0;  // Below the other's floor is in the deeper one.
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const EvolutionOptions search{.step = 0.1, .seed = seed};
+    num_alone += minimize(two_valleys, {0.2, 0.25}, 200, {.search = search, .starts = 1}).value < 1.0;
+    EXPECT_LT(minimize(two_valleys, {0.2, 0.25}, 200, {.search = search}).value, 1.0) << "seed " << seed;
+  }
+  EXPECT_LE(num_alone, 5);  // What several starts are for.
+}
+
+TEST(MultiStart, FollowsBothValleysToTheirFloorsWhenTheBudgetAllows) {
+  MultiStart search({0.5, 0.5}, two_valleys({0.5, 0.5}), {.search = {.seed = 3}});
+  while (!search.is_done() && search.generation() < 1000) {
+    std::vector<double> values;
+    for (int k = 0; k < search.population(); ++k) values.push_back(two_valleys(search.candidate(k)));
+    search.tell(values);
+  }
+  ASSERT_TRUE(search.is_done());
+  const std::vector<MultiStart::Descent> found = search.descents();
+  const auto holds = [&](const Point& floor) {
+    return std::any_of(found.begin(), found.end(),
+                       [&](const MultiStart::Descent& d) { return d.is_converged && square(d.at, floor) < 1e-4; });
+  };
+  EXPECT_TRUE(holds({0.2, 0.25}));
+  EXPECT_TRUE(holds({0.8, 0.75}));
+  EXPECT_TRUE(search.is_converged());
+}
+
+TEST(MultiStart, ALargerBudgetBeginsWithTheSmallerOne) {
+  std::vector<Point> few, many;
+  const auto tried_in = [](std::vector<Point>& list) {
+    return [&list](const Point& x) {
+      list.push_back(x);
+      return two_valleys(x);
+    };
+  };
+  (void)minimize(tried_in(few), {0.4, 0.6}, 50, {.search = {.seed = 5}});
+  (void)minimize(tried_in(many), {0.4, 0.6}, 150, {.search = {.seed = 5}});
+  ASSERT_LT(few.size(), many.size());
+  EXPECT_TRUE(std::equal(few.begin(), few.end(), many.begin()));
+}
+
+TEST(MultiStart, GivesTheBestOfItsStartsHalfOfTheGenerationsAndForgetsNone) {
+  // Cones never end early: each of the four descents is at work until the end of this budget.
+  const auto f = [](const Point& x) {
+    return std::min({std::sqrt(square(x, {0.1, 0.1})), 0.2 + std::sqrt(square(x, {0.9, 0.1})),
+                     0.3 + std::sqrt(square(x, {0.1, 0.9})), 0.4 + std::sqrt(square(x, {0.9, 0.9}))});
+  };
+  MultiStart search({0.5, 0.5}, f({0.5, 0.5}), {.search = {.tolerance = 1e-12, .seed = 6}});
+  int design = 0;
+  for (int g = 0; g < 47; ++g) {
+    if (search.descents().empty()) ++design;
+    std::vector<double> values;
+    for (int k = 0; k < search.population(); ++k) values.push_back(f(search.candidate(k)));
+    search.tell(values);
+  }
+  EXPECT_EQ(design, 2);  // As many as dimensions.
+  std::vector<int> generations;
+  for (const MultiStart::Descent& d : search.descents()) generations.push_back(d.generations);
+  ASSERT_EQ(generations.size(), 4u);  // 2 n.
+  // 45 generations in shares of 8 : 4 : 2 : 1, but for those of before the ranks were known.
+  EXPECT_GE(generations[0], 16);
+  EXPECT_GE(*std::min_element(generations.begin(), generations.end()), 2);
+}
+
+TEST(MultiStart, CandidatesOfTheDesignFillEverySliceOfEveryAxis) {
+  MultiStart search({0.5, 0.5, 0.5}, 1.0, {.search = {.seed = 7}});
+  std::vector<std::vector<int>> counts(3, std::vector<int>(3 * static_cast<std::size_t>(search.population())));
+  const auto slices = static_cast<double>(counts[0].size());
+  for (int g = 0; g < 3; ++g) {
+    for (int k = 0; k < search.population(); ++k) {
+      for (std::size_t i = 0; i < 3; ++i) ++counts[i][static_cast<std::size_t>(search.candidate(k)[i] * slices)];
+    }
+    search.tell(std::vector<double>(static_cast<std::size_t>(search.population()), 2.0));
+  }
+  for (const std::vector<int>& axis : counts)
+    EXPECT_TRUE(std::all_of(axis.begin(), axis.end(), [](int count) { return count == 1; }));
+}
+
+TEST(MultiStart, IsNotConvergedWithinTheDesignAndSaysWhatIsWrong) {
+  EXPECT_FALSE(minimize(two_valleys, {0.2, 0.2}, 13, {}).is_converged);
+  EXPECT_TRUE(has(error_of([] { (void)MultiStart({0.5}, 1.0, {.starts = 0}); }), "[1, 100]"));
+  EXPECT_TRUE(has(error_of([] { (void)MultiStart({1.5}, 1.0); }), "[0, 1]"));
+  MultiStart search({0.5}, 1.0);
+  EXPECT_TRUE(has(error_of([&] { search.tell(std::vector<double>{1.0}); }), "candidates"));
+}
+
+}  // namespace
+}  // namespace patinate::analysis

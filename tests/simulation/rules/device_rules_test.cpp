@@ -95,6 +95,60 @@ TEST_F(RulesOnDevices, GiveTheCpusBytes) {
   }
 }
 
+/// An expression of any form, at most `depth` deep; huge and tiny numbers, quotients by 0 and powers of what is
+/// negative among them.
+std::string any_driver(RandomStream& random, int depth) {
+  static const std::vector<std::string> leaves{"water", "metal", "rust",  "age",  "rain",
+                                               "0",     "-3",    "1e-30", "1e20", "0.5"};
+  if (depth == 0) return leaves[random.below(static_cast<std::uint32_t>(leaves.size()))];
+  const auto part = [&] { return any_driver(random, depth - 1); };
+  switch (random.below(11)) {
+    case 0:
+      return "(" + part() + " + " + part() + ")";
+    case 1:
+      return "(" + part() + " - " + part() + ")";
+    case 2:
+      return "(" + part() + " * " + part() + ")";
+    case 3:
+      return "(" + part() + " / " + part() + ")";
+    case 4:
+      return "-(" + part() + ")";
+    case 5:
+      return "!(" + part() + ")";
+    case 6:
+      return "min(" + part() + ", " + part() + ", " + part() + ")";
+    case 7:
+      return "max(" + part() + ", " + part() + ")";
+    case 8:
+      return "pow(" + part() + ", " + part() + ")";
+    case 9:
+      return "clamp(" + part() + ", " + part() + ", " + part() + ")";
+    default:
+      return "smoothstep(" + part() + ", " + part() + ", abs(" + part() + "))";
+  }
+}
+
+TEST_F(RulesOnDevices, GiveTheCpusBytesForAnyDriver) {
+  constexpr std::uint64_t kSets = 12;
+  for (std::uint64_t set = 0; set < kSets; ++set) {
+    RandomStream random(8, set);
+    std::vector<Rule> rules = any_rules();
+    for (Rule& rule : rules) {
+      rule.driver = any_driver(random, 1 + static_cast<int>(random.below(4)));
+      rule.rate = random.uniform();
+    }
+    TransportScene here = testing_support::squeezed_plane(128), there = testing_support::squeezed_plane(128);
+    set_any_amounts(here, set);
+    set_any_amounts(there, set);
+    RuleEngine cpu(rules, kNames, *here.surface, 0.1, 5), gpu(rules, kNames, *there.surface, 0.1, 5);
+    gpu.use(std::make_shared<const SimulationDevice>(
+        Device(all[0]), [&](const device::DeviceError& problem) { ADD_FAILURE() << problem.what(); }));
+    const std::string drivers = rules[0].driver + "; " + rules[1].driver + "; " + rules[2].driver;
+    for (int i = 0; i < 16; ++i) expect_equal(cpu.step(i, *here.atlas), gpu.step(i, *there.atlas), drivers);
+    EXPECT_EQ(here.atlas->hash(), there.atlas->hash()) << drivers;
+  }
+}
+
 // A device has 64 values for a texel: a driver that needs more is the CPU's, without a word.
 TEST_F(RulesOnDevices, LeaveDriversThatAreTooLongToTheCpu) {
   std::string deep = "water";

@@ -14,6 +14,7 @@ void bind_surface(pybind11::module_& module);
 void bind_transfer(pybind11::module_& module);
 void bind_transfer_folder(pybind11::module_& module);
 void bind_simulation(pybind11::module_& module);
+void bind_recompose(pybind11::module_& module);
 void bind_compare(pybind11::module_& module);
 void bind_evaluate(pybind11::module_& module);
 void bind_explain(pybind11::module_& module);

@@ -43,6 +43,7 @@ PYBIND11_MODULE(_native, module) {
   bind_transfer(module);
   bind_transfer_folder(module);
   bind_simulation(module);
+  bind_recompose(module);
   bind_compare(module);
   bind_evaluate(module);
   bind_explain(module);

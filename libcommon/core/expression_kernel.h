@@ -1,8 +1,13 @@
 /// \file
-/// The steps of ExpressionProgram for one instruction set; expression_kernel.inc, compiled three times.
+/// The steps of ExpressionProgram for one instruction set; expression_kernel.inl, compiled three times and by devices.
 #pragma once
 
+#include <string_view>
+
 namespace patinate {
+
+/// The texts of expression_kernel.inl and expression_power.inl, which stands behind portable_math.inl.
+extern const std::string_view kExpressionKernel, kExpressionPower;
 
 /// out = f(a, b, c) over kExpressionBlock floats; operands that a kind lacks are not read. `out` may not overlap the
 /// others except be a.

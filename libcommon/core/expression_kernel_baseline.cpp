@@ -1,2 +1,6 @@
-#define PATINATE_KERNEL_NAMESPACE expression_baseline
-#include "libcommon/core/expression_kernel.inc"
+#include "libcommon/core/expression_kernel.h"
+
+namespace patinate::expression_baseline {
+#include "libcommon/core/expression_kernel.inl"
+#include "libcommon/core/expression_kernel_cpu.inl"
+}  // namespace patinate::expression_baseline

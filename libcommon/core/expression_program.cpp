@@ -84,13 +84,12 @@ const ExpressionKernel& kernel_of(InstructionSet set) {
   return expression_baseline::kKernel;
 }
 
-/// Of max(0, x); 0 where a power below 0 would be infinite.
+namespace power_kernel {
+#include "libcommon/core/expression_power.inl"
+}
+
 void power(const float* x, const float* exponent, float* out) {
-  constexpr double kLeast = 1e-30;  // portable_pow() wants no subnormals; below it counts as 0
-  for (int i = 0; i < kExpressionBlock; ++i) {
-    const double base = static_cast<double>(x[i]) > kLeast ? static_cast<double>(x[i]) : 0.0;
-    out[i] = static_cast<float>(std::min(portable_pow(base, static_cast<double>(exponent[i])), kExpressionHuge));
-  }
+  for (int i = 0; i < kExpressionBlock; ++i) out[i] = power_kernel::step_pow(x[i], exponent[i]);
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ typedef uint u32;
 typedef long i64;
 typedef ulong u64;
 #define PATINATE_GLOBAL __global
+#define PATINATE_RESTRICT restrict
 #define PATINATE_INLINE static inline
 #define PATINATE_CONSTANT(type, name, value) __constant const type name = value
 #define PATINATE_MEMBER(type, name, value) type name
@@ -28,8 +29,13 @@ typedef ulong u64;
 #define PATINATE_AS_DOUBLE(bits) as_double(bits)
 #define PATINATE_FLOAT_BITS(x) as_uint(x)
 #define PATINATE_DOUBLE_BITS(x) as_ulong(x)
+#define PATINATE_MAGNITUDE(x) as_double(as_ulong(x) & 0x7FFFFFFFFFFFFFFFul)
+#define PATINATE_ALIGNED_TO(bytes) __attribute__((aligned(bytes)))
+#define PATINATE_LOWEST_BIT(x) (31u - clz((x) & (0u - (x))))
+#define PATINATE_PREFETCH(p)
 #else
 #define PATINATE_GLOBAL
+#define PATINATE_RESTRICT __restrict
 // Of kernels that stand in headers; those that are compiled for several instruction sets are static.
 #define PATINATE_INLINE inline
 #define PATINATE_CONSTANT(type, name, value) inline constexpr type name = value
@@ -43,6 +49,12 @@ typedef ulong u64;
 #define PATINATE_AS_DOUBLE(bits) __builtin_bit_cast(double, bits)
 #define PATINATE_FLOAT_BITS(x) __builtin_bit_cast(u32, x)
 #define PATINATE_DOUBLE_BITS(x) __builtin_bit_cast(u64, x)
+#define PATINATE_MAGNITUDE(x) __builtin_fabs(x)
+#define PATINATE_ALIGNED_TO(bytes) alignas(bytes)
+// Its place in a u32 that is not 0.
+#define PATINATE_LOWEST_BIT(x) static_cast<u32>(__builtin_ctz(x))
+// Asks for a line of memory that will be needed soon.
+#define PATINATE_PREFETCH(p) __builtin_prefetch(p)
 #endif
 
 // Tiles of 64 lanes. The CPU takes a tile at a time, in plain loops that compilers turn into vector code: what a lane

@@ -11,6 +11,7 @@
 #include "python/support/arrays.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
+#include "tools/patinate/command_line/history_library.h"
 #include "tools/patinate/command_line/path_kind.h"
 
 namespace patinate::python {
@@ -204,13 +205,23 @@ void bind_history(py::module_& module) {
   define(
       module,
       FunctionText("read_history", "Opens a history folder; pixels are read when they are asked for.")
-          .takes("path", "str | os.PathLike[str]", "The folder, its history.json, or a simulation's folder")
+          .takes("path", "str | os.PathLike[str]",
+                 "The folder, its history.json, a simulation's folder, or `library:NAME`")
           .returns("History")
           .raises("IoError naming the file"),
       [](const py::object& path) {
         const std::string folder = path_from(path);
         return PyHistory{unlocked([&] { return std::make_shared<const HistoryReader>(cli::history_place(folder)); })};
       });
+  define(module,
+         FunctionText("library", "Names of the histories to start from, for read_history(\"library:NAME\").")
+             .returns("list[str]", "In alphabetical order; empty where no library is installed"),
+         [] {
+           py::list names;
+           for (const cli::LibraryEntry& entry : unlocked([] { return cli::library_entries(); }))
+             names.append(entry.name);
+           return names;
+         });
 }
 
 }  // namespace patinate::python

@@ -257,7 +257,7 @@ void Composer::use(InstructionSet set) {
   state_->kernels = &composition::kernels(set);
 }
 
-void Composer::use(std::shared_ptr<const ComposeDevice> device) {
+void Composer::use(std::shared_ptr<const SimulationDevice> device) {
   state_->device = std::move(device);
   state_->on_device.reset();
 }

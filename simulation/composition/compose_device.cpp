@@ -2,20 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 #include "simulation/composition/quantized_appearance.h"
 
 namespace patinate::simulation {
 
 using device::Buffer;
-
-ComposeDevice::ComposeDevice(const device::Device& device, std::function<void(const device::DeviceError&)> on_failure)
-    : device_(device), on_failure_(std::move(on_failure)) {}
-
-void ComposeDevice::report_failure(const device::DeviceError& error) const {
-  if (on_failure_) on_failure_(error);
-}
 
 namespace composition {
 

@@ -2,10 +2,8 @@
 /// Composition on a device: the kernels of compose_kernel.inl, with the CPU's bytes.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "libcommon/device/arithmetic_check.h"
@@ -15,19 +13,6 @@
 #include "simulation/composition/height_frames.h"
 
 namespace patinate::simulation {
-
-/// A device that composes. What it cannot do (DeviceError) the CPU does.
-class ComposeDevice {
- public:
-  /// @param on_failure  Called when the CPU goes on; may be empty.
-  explicit ComposeDevice(const device::Device& device, std::function<void(const device::DeviceError&)> on_failure = {});
-  [[nodiscard]] const device::Device& device() const { return device_; }
-  void report_failure(const device::DeviceError& error) const;
-
- private:
-  device::Device device_;
-  std::function<void(const device::DeviceError&)> on_failure_;
-};
 
 namespace composition {
 

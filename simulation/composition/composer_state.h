@@ -83,7 +83,7 @@ struct Composer::State {
   composition::Grain grain;
   ColorForm form;
   const composition::Kernels* kernels;
-  std::shared_ptr<const ComposeDevice> device;
+  std::shared_ptr<const SimulationDevice> device;
   std::unique_ptr<composition::DeviceSurface> on_device;
   bool is_all_dirty = true;
 

@@ -5,6 +5,7 @@
 #include "patinate/simulation/compose.h"
 #include "simulation/composition/compose_device.h"
 #include "simulation/composition/composer_state.h"
+#include "simulation/device/simulation_device.h"
 
 namespace patinate::simulation {
 
@@ -20,7 +21,7 @@ constexpr std::size_t kBatch =
 
 template <class Work>
 bool Composer::State::worked_on_device(const Work& work) {
-  if (device == nullptr) return false;
+  if (device == nullptr || device->has_failed()) return false;
   try {
     if (on_device == nullptr) on_device = std::make_unique<DeviceSurface>(device->device(), *surface, frames);
     work();

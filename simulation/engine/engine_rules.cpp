@@ -28,6 +28,7 @@ std::unique_ptr<RuleEngine> Simulation::State::make_rules(const RunControl& cont
   auto engine = std::make_unique<RuleEngine>(
       scene.rules, scene.materials, surface, scene.time_per_iteration, scene.seed,
       make_parameters(parameter_names(scene.rules, scene), scene, scene_mesh, surface, quiet));
+  engine->use(options.device);
   engine->set_weather(scene.weather);
   return engine;
 }

@@ -29,8 +29,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 6;  ///< Raised when the same scene gives other amounts or maps.
-const fs::path kSceneFolder = "scene";
+constexpr std::int64_t kStageVersion = 6;            ///< Raised when the same scene gives other amounts or maps.
 constexpr std::int64_t kMostIterationsAnItem = 200;  ///< At most this many are lost by a kill.
 
 /// Everything that the items of one job share: the running simulation goes from item to item in memory, and a file
@@ -99,8 +98,8 @@ HistoryManifest history_manifest(const SimulationWork& work, const Simulation& s
 JobItem scene_item(const std::shared_ptr<SimulationWork>& work) {
   JobItem item;
   item.name = "scene";
-  item.outputs = {kSceneFolder / work->copy.name};
-  for (const SceneCopy::File& file : work->copy.files) item.outputs.push_back(kSceneFolder / file.to);
+  item.outputs = {fs::path(kSceneFolder) / work->copy.name};
+  for (const SceneCopy::File& file : work->copy.files) item.outputs.push_back(fs::path(kSceneFolder) / file.to);
   item.run = [work](const fs::path& folder, const RunControl& control) {
     write_scene_copy(work->copy, folder / kSceneFolder);
     control.report(1.0);
@@ -163,21 +162,6 @@ void write_history(const SimulationWork& work, const Simulation& simulation, con
   }
   writer.write_mask(simulation.coverage());
   writer.finish();
-}
-
-/// As composed: half floats tell 8-bit codes apart.
-ImageF first_color(const fs::path& folder) {
-  ImageF color = read_color(folder / "history" / HistoryWriter::frame_file(0));
-  for (float& v : color.values()) v = linear_from_srgb(static_cast<float>(srgb8_from_linear(v)) / 255.0f);
-  return color;
-}
-
-/// What of the copy is told apart when the folder is opened again.
-Json scene_files_json(const fs::path& folder, const SceneCopy& copy) {
-  Json files = Json::object();
-  files[copy.name.generic_string()] = hash_file(folder / kSceneFolder / copy.name);
-  for (const SceneCopy::File& file : copy.files) files[file.to.generic_string()] = file.key;
-  return files;
 }
 
 std::vector<std::string> object_names(const Scene& scene) {
@@ -293,7 +277,7 @@ std::string changed_files(const SimulationManifest& manifest) {
     const fs::path file = manifest.scene.parent_path() / name;
     std::error_code error;
     if (!fs::is_regular_file(file, error) || hash_file(file) != key)
-      names += (names.empty() ? "" : ", ") + (kSceneFolder / name).generic_string();
+      names += (names.empty() ? "" : ", ") + (fs::path(kSceneFolder) / name).generic_string();
   }
   return names;
 }

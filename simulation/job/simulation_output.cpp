@@ -2,14 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
+#include "libcommon/core/hash.h"
 #include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/image/image_rows.h"
 #include "patinate/core/error.h"
+#include "patinate/history/history.h"
+#include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
 #include "patinate/output/glb.h"
 
@@ -41,6 +45,13 @@ double high_value(const ImageF& values, const ImageU8& coverage) {
 }
 
 }  // namespace
+
+Json scene_files_json(const fs::path& folder, const SceneCopy& copy) {
+  Json files = Json::object();
+  files[copy.name.generic_string()] = hash_file(folder / kSceneFolder / copy.name);
+  for (const SceneCopy::File& file : copy.files) files[file.to.generic_string()] = file.key;
+  return files;
+}
 
 void write_composed_files(const fs::path& folder, const std::string& name, Simulation& simulation,
                           const std::string& key, const RunControl& control) {
@@ -90,6 +101,12 @@ void write_atlas_file(const fs::path& folder, const Simulation& simulation) {
   std::vector<std::string> channels = atlas_channels(simulation);
   channels.emplace_back("weight");
   write_exr(folder / "atlas.exr", image, channels, ExrDepth::Float);
+}
+
+ImageF first_color(const fs::path& folder) {
+  ImageF color = read_color(folder / "history" / HistoryWriter::frame_file(0));
+  for (float& v : color.values()) v = linear_from_srgb(static_cast<float>(srgb8_from_linear(v)) / 255.0f);
+  return color;
 }
 
 void read_atlas_file(const fs::path& folder, Simulation& simulation) {

@@ -7,11 +7,18 @@
 #include <utility>
 #include <vector>
 
+#include "patinate/core/json.h"
 #include "patinate/core/run_control.h"
 #include "patinate/simulation/engine.h"
 #include "patinate/simulation/scene_io.h"
+#include "simulation/files/scene_files.h"
 
 namespace patinate::simulation {
+
+/// Of a simulation folder: the scene as it was simulated.
+inline constexpr const char* kSceneFolder = "scene";
+/// Keys of the files of the scene that the folder holds, by their paths in it, which tell whether one has changed.
+[[nodiscard]] Json scene_files_json(const std::filesystem::path& folder, const SceneCopy& copy);
 
 /// color.png, specular.png, normal.png, height.exr (mm) and model.glb, as `simulation` is composed now.
 /// @throws CannotComplete
@@ -39,6 +46,9 @@ struct ParameterControl {
 std::vector<std::pair<std::string, std::filesystem::path>> write_object_controls(const std::filesystem::path& folder,
                                                                                  const Simulation& simulation,
                                                                                  const ParameterControl& control);
+
+/// Color of the first frame, as composed: half floats tell 8-bit codes apart.
+[[nodiscard]] ImageF first_color(const std::filesystem::path& folder);
 
 /// Takes the amounts of a finished folder's atlas.exr over into a simulation of the same scene.
 /// @throws IoError if the file is missing or does not fit the scene.

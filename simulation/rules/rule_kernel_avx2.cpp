@@ -1,2 +1,7 @@
-#define PATINATE_KERNEL_NAMESPACE rules_avx2
-#include "simulation/rules/rule_kernel.inc"
+#include "simulation/rules/rule_kernel.h"
+
+namespace patinate::simulation::rules_avx2 {
+using namespace rule_types;
+#include "simulation/rules/rule_kernel.inl"
+#include "simulation/rules/rule_kernel_cpu.inl"
+}  // namespace patinate::simulation::rules_avx2

@@ -1,2 +1,7 @@
-#define PATINATE_KERNEL_NAMESPACE rules_avx512
-#include "simulation/rules/rule_kernel.inc"
+#include "simulation/rules/rule_kernel.h"
+
+namespace patinate::simulation::rules_avx512 {
+using namespace rule_types;
+#include "simulation/rules/rule_kernel.inl"
+#include "simulation/rules/rule_kernel_cpu.inl"
+}  // namespace patinate::simulation::rules_avx512

@@ -6,13 +6,14 @@
 #include <optional>
 #include <utility>
 
-#include "libcommon/core/expression_program.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/simulation/weather.h"
-#include "simulation/rules/rule_kernel.h"
+#include "simulation/device/simulation_device.h"
+#include "simulation/rules/compiled_rules.h"
+#include "simulation/rules/device_rules.h"
 #include "simulation/rules/tile_facts.h"
 
 namespace patinate::simulation {
@@ -23,6 +24,9 @@ constexpr std::uint32_t kRulePurpose = 0x72756C65u;
 constexpr std::uint64_t kEveryEighth = 0x0101010101010101u;
 constexpr std::size_t kPrefetchTiles = 2;
 constexpr std::int64_t kChunkPages = 16;  ///< 128 tiles an iteration: about 50 us.
+constexpr std::size_t kChunkTiles = kChunkPages * TileGrid::kPageTiles / RuleEngine::kEpoch;
+constexpr std::int64_t kBatchChunks = 32;  ///< Of a device: 4096 tiles, a launch of some milliseconds.
+constexpr std::int64_t kDense = 32;        ///< From a 32nd of the tiles on, a device is worth asking.
 
 const RuleKernel& kernel_of(InstructionSet set) {
 #if defined(__x86_64__)
@@ -31,32 +35,6 @@ const RuleKernel& kernel_of(InstructionSet set) {
 #endif
   return rules_baseline::kKernel;
 }
-
-/// The driver, where the rule acts at all. @param maps  Names of maps beyond the built-in ones.
-Expression driver_of(const Rule& rule, std::span<const std::string> materials, std::span<const std::string> maps) {
-  const std::vector<std::string> names = driver_names(materials, maps);
-  const auto parse = [&](const std::string& text, const std::string& part) {
-    try {
-      return parse_expression(text, {.subject = "rule '" + rule.name + "': " + part,
-                                     .name = "material or parameter",
-                                     .names = names,
-                                     .has_files = false});
-    } catch (const ParseError& e) {
-      throw InvalidInput(e.what());
-    }
-  };
-  Expression driver = parse(rule.driver, "driver");
-  if (rule.where.empty()) return driver;
-  (void)parse(rule.where, "where");
-  return parse("(" + rule.driver + ") * clamp(" + rule.where + ", 0, 1)", "driver and where");
-}
-
-/// A rule as the kernel takes it, and its driver's program.
-struct CompiledRule {
-  KernelRule form;
-  double rate = 0.0;
-  ExpressionProgram driver;
-};
 
 struct alignas(64) BlockOf64 {
   std::array<float, TileGrid::kTileTexels> values;
@@ -73,113 +51,6 @@ struct Worker {
 
 }  // namespace
 
-namespace {
-
-/// Names of a driver that are no materials, those of time or the others.
-std::vector<std::string> names_beside(const Rule& rule, std::span<const std::string> materials,
-                                      std::span<const std::string> maps, bool is_of_time) {
-  std::vector<std::string> out;
-  for (const ExpressionName& name : driver_of(rule, materials, maps).names) {
-    const bool is_material = std::find(materials.begin(), materials.end(), name.text) != materials.end();
-    if (!is_material && is_time_signal(name.text) == is_of_time) out.push_back(name.text);
-  }
-  return out;
-}
-
-}  // namespace
-
-std::vector<std::string> parameters_of(const Rule& rule, std::span<const std::string> materials,
-                                       std::span<const std::string> maps) {
-  return names_beside(rule, materials, maps, false);
-}
-
-std::vector<std::string> signals_of(const Rule& rule, std::span<const std::string> materials,
-                                    std::span<const std::string> maps) {
-  return names_beside(rule, materials, maps, true);
-}
-
-namespace {
-
-/// The scene's age, then the weather.
-constexpr std::size_t kNumSignals = 1 + kNumWeatherSignals;
-using SignalValues = std::array<float, kNumSignals>;
-
-std::size_t signal_index(std::string_view name) {
-  const std::optional<WeatherSignal> signal = weather_signal_of(name);
-  return signal ? 1 + static_cast<std::size_t>(*signal) : 0;
-}
-
-/// All rules, and which slot is whose.
-struct CompiledRules {
-  std::vector<CompiledRule> rules;
-  std::vector<int>
-      materials;  ///< Those that occur in a rule: slots 0, 1, ... Slots of the parameters follow, then the signals.
-  int num_slots = 0;
-  std::array<bool, kNumSignals> uses{};  ///< Signals that a driver asks for.
-
-  [[nodiscard]] int slot_of_material(int material) const {
-    return static_cast<int>(std::find(materials.begin(), materials.end(), material) - materials.begin());
-  }
-};
-
-CompiledRules compile_rules(std::span<const Rule> all, std::span<const std::string> names,
-                            std::span<const SurfaceParameter> parameters) {
-  CompiledRules out;
-  std::vector<Expression> drivers;
-  std::array<bool, kMaxMaterials> occurs{};
-  std::vector<std::string> maps;
-  for (const SurfaceParameter& parameter : parameters) maps.push_back(parameter.name);
-  for (const Rule& rule : all) {
-    drivers.push_back(driver_of(rule, names, maps));
-    for (const ExpressionName& name : drivers.back().names) {
-      const auto m = static_cast<std::size_t>(std::find(names.begin(), names.end(), name.text) - names.begin());
-      if (m < names.size()) {
-        occurs[m] = true;
-      } else if (is_time_signal(name.text)) {
-        out.uses[signal_index(name.text)] = true;
-      } else if (std::none_of(parameters.begin(), parameters.end(),
-                              [&](const SurfaceParameter& p) { return p.name == name.text; })) {
-        throw InvalidInput("rule '" + rule.name + "' asks for `" + name.text + "`, of which there is no map here");
-      }
-    }
-    for (std::size_t m = 0; m < names.size(); ++m)
-      occurs[m] = occurs[m] || rule.products[m] > 0.0 || rule.reactants[m] > 0.0;
-  }
-  for (std::size_t m = 0; m < names.size(); ++m) {
-    if (occurs[m]) out.materials.push_back(static_cast<int>(m));
-  }
-  const auto first_signal = static_cast<int>(out.materials.size() + parameters.size());
-  const auto slot_of = [&](const ExpressionName& name) {
-    const auto m = std::find(names.begin(), names.end(), name.text) - names.begin();
-    if (m < static_cast<std::ptrdiff_t>(names.size())) return out.slot_of_material(static_cast<int>(m));
-    if (is_time_signal(name.text)) return first_signal + static_cast<int>(signal_index(name.text));
-    const auto p = std::find_if(parameters.begin(), parameters.end(),
-                                [&](const SurfaceParameter& q) { return q.name == name.text; });
-    return static_cast<int>(out.materials.size()) + static_cast<int>(p - parameters.begin());
-  };
-  out.num_slots = first_signal + static_cast<int>(kNumSignals);
-  for (std::size_t r = 0; r < all.size(); ++r) {
-    CompiledRule rule;
-    rule.rate = all[r].rate;
-    rule.driver = compile_expression(drivers[r], slot_of, out.num_slots);
-    out.num_slots = std::max(out.num_slots, rule.driver.num_slots);
-    const auto add_terms = [&](const MaterialValues& shares) {
-      for (std::size_t m = 0; m < names.size(); ++m) {
-        if (shares[m] > 0.0)
-          rule.form.terms[rule.form.num_terms++] = {out.slot_of_material(static_cast<int>(m)),
-                                                    static_cast<float>(shares[m])};
-      }
-    };
-    add_terms(all[r].products);
-    rule.form.num_makes = rule.form.num_terms;
-    add_terms(all[r].reactants);
-    out.rules.push_back(std::move(rule));
-  }
-  return out;
-}
-
-}  // namespace
-
 struct RuleEngine::State : CompiledRules {
   InstructionSet set;
   const RuleKernel* kernel;
@@ -193,12 +64,35 @@ struct RuleEngine::State : CompiledRules {
   std::vector<Worker> workers;
   std::vector<TileIndex> dirty;
   std::vector<std::size_t> num_dirty;  ///< By chunk.
+  std::shared_ptr<const SimulationDevice> device;
+  std::unique_ptr<DeviceRules> on_device;  ///< Of these rules; null before it is asked.
+  DueTiles batch;
 
   [[nodiscard]] std::size_t first_signal() const { return materials.size() + parameters.size(); }
   [[nodiscard]] SignalValues signals_over(std::int64_t iteration, std::int64_t span) const;
   void wake_on_change(const SignalValues& signals);
   [[nodiscard]] bool age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& worker, bool& is_dirty) const;
   void load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const;
+  /// The amounts of a slot: where they are stored, else in `originals`.
+  [[nodiscard]] const std::uint16_t* amounts_of(std::size_t slot, TileIndex tile, const MaterialAtlas& atlas,
+                                                std::array<std::uint16_t, TileGrid::kTileTexels>& originals) const;
+  /// Forms of all rules for a step.
+  void set_forms(std::int64_t iteration, double time);
+  [[nodiscard]] std::int64_t num_chunks() const {
+    return (static_cast<std::int64_t>(awake.size()) + kChunkPages - 1) / kChunkPages;
+  }
+  /// Those of a chunk that are awake and due: tile % kEpoch == phase. @returns how many.
+  std::size_t due_tiles(std::int64_t chunk, int phase, TileIndex* tiles) const;
+  [[nodiscard]] std::int64_t num_due(int phase) const;
+  void begin(Worker& worker, const SignalValues& signals) const;
+  void age_chunk(std::int64_t chunk, int phase, MaterialAtlas& atlas, Worker& worker);
+  /// Of a tile that was aged.
+  void settle(std::int64_t chunk, TileIndex tile, bool has_extent, bool is_dirty);
+  /// Chunks from the first on that a device has aged: all, or those before it failed.
+  [[nodiscard]] std::int64_t age_on_device(int phase, const SignalValues& signals, MaterialAtlas& atlas,
+                                           const RunControl& threads, RuleReport& report);
+  void age_batch(std::int64_t first_chunk, std::int64_t end_chunk, int phase, const SignalValues& signals,
+                 MaterialAtlas& atlas, const RunControl& threads);
   /// Asks memory for what load() will read: tiles that are due at once lie a kilobyte apart, which no processor
   /// guesses.
   void prefetch(TileIndex tile, const MaterialAtlas& atlas) const {
@@ -241,11 +135,17 @@ void RuleEngine::set_rules(std::span<const Rule> rules, std::span<const std::str
   s.parameters = std::move(parameters);
   s.awake = s.rules.empty() ? std::vector<std::uint64_t>() : s.facts.covered_tiles();
   s.workers.clear();  // their slots are others'
+  s.on_device.reset();
 }
 
 bool RuleEngine::has_parameter(std::string_view name) const {
   return std::any_of(state_->parameters.begin(), state_->parameters.end(),
                      [&](const SurfaceParameter& p) { return p.name == name; });
+}
+
+void RuleEngine::use(std::shared_ptr<const SimulationDevice> device) {
+  state_->device = std::move(device);
+  state_->on_device.reset();
 }
 
 void RuleEngine::set_weather(Weather weather) { state_->weather = std::move(weather); }
@@ -288,20 +188,22 @@ std::int64_t RuleEngine::aged_iterations(TileIndex tile, std::int64_t iteration)
   return std::max<std::int64_t>(0, iteration + 1 - since);
 }
 
+const std::uint16_t* RuleEngine::State::amounts_of(std::size_t slot, TileIndex tile, const MaterialAtlas& atlas,
+                                                   std::array<std::uint16_t, TileGrid::kTileTexels>& originals) const {
+  const std::uint16_t* stored = atlas.tile(materials[slot], tile).data();
+  if (stored) return stored;
+  if (facts.is_uniform(tile)) {
+    originals.fill(atlas.original(materials[slot], tile * TileGrid::kTileTexels));
+  } else {
+    atlas.read_tile(materials[slot], tile, originals);
+  }
+  return originals.data();
+}
+
 void RuleEngine::State::load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const {
   alignas(64) std::array<std::uint16_t, TileGrid::kTileTexels> originals;
-  for (std::size_t k = 0; k < materials.size(); ++k) {
-    const std::uint16_t* stored = atlas.tile(materials[k], tile).data();
-    if (!stored) {
-      if (facts.is_uniform(tile)) {
-        originals.fill(atlas.original(materials[k], tile * TileGrid::kTileTexels));
-      } else {
-        atlas.read_tile(materials[k], tile, originals);
-      }
-      stored = originals.data();
-    }
-    kernel->load(stored, worker.quanta[k].data(), worker.slots[k].values.data());
-  }
+  for (std::size_t k = 0; k < materials.size(); ++k)
+    kernel->load(amounts_of(k, tile, atlas, originals), worker.quanta[k].data(), worker.slots[k].values.data());
   for (std::size_t p = 0; p < parameters.size(); ++p)
     load_parameter(parameters[p], tile, worker.slots[materials.size() + p].values.data());
 }
@@ -317,11 +219,10 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
   float* slots = worker.slots[0].values.data();
   for (const CompiledRule& rule : rules) {
     run_expression(rule.driver, slots, set);
-    KernelRule form = rule.form;
-    form.driver = worker.slots[static_cast<std::size_t>(rule.driver.result)].values.data();
-    form.covered = covered.data();
-    form.first_texel = tile * TileGrid::kTileTexels;
-    const int outcome = kernel->apply(form, worker.quanta[0].data(), slots, worker.changes[0].data());
+    const KernelRule& form = rule.form;
+    const float* driver = worker.slots[static_cast<std::size_t>(rule.driver.result)].values.data();
+    const int outcome = kernel->apply(form, driver, covered.data(), tile * TileGrid::kTileTexels,
+                                      worker.quanta[0].data(), slots, worker.changes[0].data());
     has_extent |= (outcome & 1) != 0;
     if ((outcome & 2) == 0) continue;
     if (!std::exchange(has_weights, true)) facts.weights(tile, weights);
@@ -340,67 +241,150 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
   return has_extent;
 }
 
+void RuleEngine::State::set_forms(std::int64_t iteration, double time) {
+  for (std::size_t r = 0; r < rules.size(); ++r) {
+    KernelRule& form = rules[r].form;
+    form.scale = static_cast<float>(rules[r].rate * time);
+    const auto now = static_cast<std::uint64_t>(iteration);
+    const auto random = philox4x32({static_cast<std::uint32_t>(now), static_cast<std::uint32_t>(now >> 32),
+                                    static_cast<std::uint32_t>(r), kRulePurpose},
+                                   {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)});
+    form.keys[0] = random[0];
+    form.keys[1] = random[1];
+  }
+}
+
+std::size_t RuleEngine::State::due_tiles(std::int64_t chunk, int phase, TileIndex* tiles) const {
+  const auto first = static_cast<std::size_t>(chunk * kChunkPages);
+  std::size_t num = 0;
+  for (std::size_t page = first; page < std::min(awake.size(), first + kChunkPages); ++page) {
+    for (std::uint64_t due = awake[page] & kEveryEighth << phase; due != 0; due &= due - 1) {
+      tiles[num++] =
+          static_cast<TileIndex>(page) * TileGrid::kPageTiles + static_cast<std::uint32_t>(std::countr_zero(due));
+    }
+  }
+  return num;
+}
+
+std::int64_t RuleEngine::State::num_due(int phase) const {
+  std::int64_t sum = 0;
+  for (const std::uint64_t page : awake) sum += std::popcount(page & kEveryEighth << phase);
+  return sum;
+}
+
+void RuleEngine::State::settle(std::int64_t chunk, TileIndex tile, bool has_extent, bool is_dirty) {
+  if (!has_extent && !uses[0]) awake[tile / TileGrid::kPageTiles] &= ~(std::uint64_t{1} << tile % TileGrid::kPageTiles);
+  const auto c = static_cast<std::size_t>(chunk);
+  if (is_dirty) dirty[c * kChunkTiles + num_dirty[c]++] = tile;
+}
+
+void RuleEngine::State::begin(Worker& worker, const SignalValues& signals) const {
+  if (worker.slots.empty()) {
+    worker.slots.resize(static_cast<std::size_t>(num_slots));
+    worker.quanta.resize(std::max<std::size_t>(1, materials.size()));
+    for (const CompiledRule& rule : rules) {
+      for (const auto& constant : rule.driver.constants)
+        worker.slots[static_cast<std::size_t>(constant.slot)].values.fill(constant.value);
+    }
+  }
+  for (std::size_t k = 0; k < kNumSignals; ++k) worker.slots[first_signal() + k].values.fill(signals[k]);
+}
+
+void RuleEngine::State::age_chunk(std::int64_t chunk, int phase, MaterialAtlas& atlas, Worker& worker) {
+  std::array<TileIndex, kChunkTiles> tiles;
+  const std::size_t num_tiles = due_tiles(chunk, phase, tiles.data());
+  for (std::size_t i = 0; i < num_tiles; ++i) {
+    if (i + kPrefetchTiles < num_tiles) prefetch(tiles[i + kPrefetchTiles], atlas);
+    bool is_dirty = false;
+    const bool has_extent = age_tile(tiles[i], atlas, worker, is_dirty);
+    settle(chunk, tiles[i], has_extent, is_dirty);
+  }
+}
+
+void RuleEngine::State::age_batch(std::int64_t first_chunk, std::int64_t end_chunk, int phase,
+                                  const SignalValues& signals, MaterialAtlas& atlas, const RunControl& threads) {
+  std::vector<std::int64_t> chunk_of;
+  batch.tiles.clear();
+  for (std::int64_t chunk = first_chunk; chunk < end_chunk; ++chunk) {
+    std::array<TileIndex, kChunkTiles> tiles;
+    const std::size_t num = due_tiles(chunk, phase, tiles.data());
+    batch.tiles.insert(batch.tiles.end(), tiles.begin(), tiles.begin() + static_cast<std::ptrdiff_t>(num));
+    chunk_of.insert(chunk_of.end(), num, chunk);
+  }
+  if (batch.tiles.empty()) return;
+  constexpr std::size_t kTexels = TileGrid::kTileTexels;
+  batch.amounts.resize(batch.tiles.size() * materials.size() * kTexels);
+  const auto amounts = [&](std::size_t i, std::size_t slot) {
+    return batch.amounts.begin() + static_cast<std::ptrdiff_t>((i * materials.size() + slot) * kTexels);
+  };
+  const auto for_each_tile = [&](const auto& work) {
+    parallel_for(static_cast<std::int64_t>(batch.tiles.size()), kChunkTiles, threads,
+                 [&](std::int64_t first, std::int64_t end) {
+                   for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(end); ++i) work(i);
+                 });
+  };
+  for_each_tile([&](std::size_t i) {
+    std::array<std::uint16_t, kTexels> originals;
+    for (std::size_t k = 0; k < materials.size(); ++k)
+      std::copy_n(amounts_of(k, batch.tiles[i], atlas, originals), kTexels, amounts(i, k));
+  });
+  on_device->age(rules, signals, batch);
+  for_each_tile([&](std::size_t i) {
+    for (std::size_t k = 0; k < materials.size(); ++k) {
+      if ((batch.outcomes[i] >> (1 + k) & 1) != 0)
+        std::copy_n(amounts(i, k), kTexels, atlas.writable_tile(materials[k], batch.tiles[i]).begin());
+    }
+  });
+  for (std::size_t i = 0; i < batch.tiles.size(); ++i)
+    settle(chunk_of[i], batch.tiles[i], (batch.outcomes[i] & 1) != 0, batch.outcomes[i] > 1);
+}
+
+std::int64_t RuleEngine::State::age_on_device(int phase, const SignalValues& signals, MaterialAtlas& atlas,
+                                              const RunControl& threads, RuleReport& report) {
+  if (device == nullptr || device->has_failed() || !DeviceRules::can_run(*this, parameters.size()) ||
+      num_due(phase) * kDense < static_cast<std::int64_t>(awake.size()) * TileGrid::kPageTiles)
+    return 0;
+  std::int64_t done = 0;
+  try {
+    if (on_device == nullptr)
+      on_device = std::make_unique<DeviceRules>(device->device(), *this, parameters, facts, atlas.surface());
+    while (done < num_chunks()) {
+      const std::int64_t end = std::min(num_chunks(), done + kBatchChunks);
+      age_batch(done, end, phase, signals, atlas, threads);
+      done = end;
+      for (std::size_t k = 0; k < materials.size() && !batch.tiles.empty(); ++k) {
+        report.made[static_cast<std::size_t>(materials[k])] += batch.made[k];
+        report.used[static_cast<std::size_t>(materials[k])] += batch.used[k];
+      }
+    }
+  } catch (const device::DeviceError& error) {
+    device->report_failure(error);
+    on_device.reset();
+  }
+  return done;
+}
+
 RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const RunControl& control) {
   State& s = *state_;
   RuleReport report;
   if (s.rules.empty() || s.awake.empty() || !(s.time_per_iteration > 0.0)) return report;
   const auto phase = static_cast<int>((kEpoch - iteration % kEpoch) % kEpoch);  // tiles that are due: tile % kEpoch
   const std::int64_t span = std::min<std::int64_t>(kEpoch, iteration + 1);
-  const double time = static_cast<double>(span) * s.time_per_iteration;
   const SignalValues signals = s.signals_over(iteration, span);
   s.wake_on_change(signals);
-  for (std::size_t r = 0; r < s.rules.size(); ++r) {
-    KernelRule& form = s.rules[r].form;
-    form.scale = static_cast<float>(s.rules[r].rate * time);
-    const auto now = static_cast<std::uint64_t>(iteration);
-    const auto random = philox4x32({static_cast<std::uint32_t>(now), static_cast<std::uint32_t>(now >> 32),
-                                    static_cast<std::uint32_t>(r), kRulePurpose},
-                                   {static_cast<std::uint32_t>(s.seed), static_cast<std::uint32_t>(s.seed >> 32)});
-    form.keys[0] = random[0];
-    form.keys[1] = random[1];
-  }
-  const auto num_pages = static_cast<std::int64_t>(s.awake.size());
-  const std::int64_t num_chunks = (num_pages + kChunkPages - 1) / kChunkPages;
-  constexpr std::size_t kChunkTiles = kChunkPages * TileGrid::kPageTiles / kEpoch;
+  s.set_forms(iteration, static_cast<double>(span) * s.time_per_iteration);
+  const std::int64_t num_chunks = s.num_chunks();
   s.dirty.resize(static_cast<std::size_t>(num_chunks) * kChunkTiles);
   s.num_dirty.assign(static_cast<std::size_t>(num_chunks), 0);
   RunControl threads;  // a part of a step is no state to stop in
   threads.num_threads = control.num_threads;
-  const std::int64_t num_workers = std::min<std::int64_t>(thread_count(threads), num_chunks);
+  std::atomic<std::int64_t> next{s.age_on_device(phase, signals, atlas, threads, report)};
+  const std::int64_t num_workers = std::min<std::int64_t>(thread_count(threads), num_chunks - next);
   if (s.workers.size() < static_cast<std::size_t>(num_workers)) s.workers.resize(static_cast<std::size_t>(num_workers));
-  std::atomic<std::int64_t> next{0};
   parallel_for(num_workers, 1, threads, [&](std::int64_t w, std::int64_t) {
     Worker& worker = s.workers[static_cast<std::size_t>(w)];
-    if (worker.slots.empty()) {
-      worker.slots.resize(static_cast<std::size_t>(s.num_slots));
-      worker.quanta.resize(std::max<std::size_t>(1, s.materials.size()));
-      for (const CompiledRule& rule : s.rules) {
-        for (const auto& constant : rule.driver.constants)
-          worker.slots[static_cast<std::size_t>(constant.slot)].values.fill(constant.value);
-      }
-    }
-    for (std::size_t k = 0; k < kNumSignals; ++k) worker.slots[s.first_signal() + k].values.fill(signals[k]);
-    for (std::int64_t chunk = next++; chunk < num_chunks; chunk = next++) {
-      const auto c = static_cast<std::size_t>(chunk);
-      std::array<TileIndex, kChunkTiles> tiles;
-      std::size_t num_tiles = 0;
-      for (auto page = static_cast<std::size_t>(chunk * kChunkPages);
-           page < static_cast<std::size_t>(std::min(num_pages, (chunk + 1) * kChunkPages)); ++page) {
-        for (std::uint64_t due = s.awake[page] & kEveryEighth << phase; due != 0; due &= due - 1) {
-          tiles[num_tiles++] =
-              static_cast<TileIndex>(page) * TileGrid::kPageTiles + static_cast<std::uint32_t>(std::countr_zero(due));
-        }
-      }
-      for (std::size_t i = 0; i < num_tiles; ++i) {
-        if (i + kPrefetchTiles < num_tiles) s.prefetch(tiles[i + kPrefetchTiles], atlas);
-        const TileIndex tile = tiles[i];
-        bool is_dirty = false;
-        if (!s.age_tile(tile, atlas, worker, is_dirty) && !s.uses[0]) {
-          s.awake[tile / TileGrid::kPageTiles] &= ~(std::uint64_t{1} << tile % TileGrid::kPageTiles);
-        }
-        if (is_dirty) s.dirty[c * kChunkTiles + s.num_dirty[c]++] = tile;
-      }
-    }
+    s.begin(worker, signals);
+    for (std::int64_t chunk = next++; chunk < num_chunks; chunk = next++) s.age_chunk(chunk, phase, atlas, worker);
   });
   std::size_t num_dirty = 0;
   for (std::size_t c = 0; c < static_cast<std::size_t>(num_chunks); ++c) {

@@ -30,6 +30,8 @@
 
 namespace patinate::simulation {
 
+class SimulationDevice;
+
 /// What rules have changed.
 struct RuleReport {
   std::span<const TileIndex> dirty_tiles;  ///< With texels whose amounts changed; rising. Good until the next step.
@@ -73,6 +75,8 @@ class RuleEngine {
   void set_rules(std::span<const Rule> rules, std::span<const std::string> materials,
                  std::vector<SurfaceParameter> more_parameters = {});
   [[nodiscard]] bool has_parameter(std::string_view name) const;
+  /// Steps with much to do run on a device, with the same bytes; when it fails, the CPU goes on. Null: the CPU.
+  void use(std::shared_ptr<const SimulationDevice> device);
   /// What drivers see of the weather: at a tile's turn its mean over the time since the turn before. @param weather
   /// Checked.
   void set_weather(Weather weather);

@@ -8,6 +8,7 @@
 #include "patinate/core/error.h"
 #include "patinate/simulation/scene_map.h"
 #include "patinate/simulation/weather.h"
+#include "simulation/rules/rule_kernel.h"
 
 namespace patinate::simulation {
 
@@ -26,17 +27,21 @@ std::vector<std::string> driver_names(std::span<const std::string> materials, st
   return names;
 }
 
+float code_step(const SurfaceParameter& parameter) {
+  const bool is_byte = std::holds_alternative<std::vector<std::uint8_t>>(parameter.values);
+  return (parameter.high - parameter.low) / (is_byte ? 255.0F : 65535.0F);
+}
+
 void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* out) {
   const std::size_t first = std::size_t{tile} * TileGrid::kTileTexels;
   const auto decode = [&](const auto& codes, float step) {
     for (std::size_t i = 0; i < TileGrid::kTileTexels; ++i)
-      out[i] = parameter.low + static_cast<float>(codes[first + i]) * step;
+      out[i] = rule_types::decoded(codes[first + i], parameter.low, step);
   };
-  const float range = parameter.high - parameter.low;
   if (const auto* bytes = std::get_if<std::vector<std::uint8_t>>(&parameter.values)) {
-    decode(*bytes, range / 255.0F);
+    decode(*bytes, code_step(parameter));
   } else if (const auto* words = std::get_if<std::vector<std::uint16_t>>(&parameter.values)) {
-    decode(*words, range / 65535.0F);
+    decode(*words, code_step(parameter));
   } else {
     const auto& floats = std::get<std::vector<float>>(parameter.values);
     std::copy_n(floats.begin() + static_cast<std::ptrdiff_t>(first), TileGrid::kTileTexels, out);

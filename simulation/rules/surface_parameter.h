@@ -31,6 +31,8 @@ struct SurfaceParameter {
   float high = 1.0F;
 };
 
+/// What one code more adds.
+[[nodiscard]] float code_step(const SurfaceParameter& parameter);
 /// The values of a tile. @param out  TileGrid::kTileTexels.
 void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* out);
 

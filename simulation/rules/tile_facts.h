@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "patinate/simulation/surface_atlas.h"
@@ -21,6 +22,8 @@ class TileFacts {
   [[nodiscard]] std::vector<std::uint64_t> covered_tiles() const;
   /// Whether all texels are covered and belong to one object.
   [[nodiscard]] bool is_uniform(TileIndex tile) const { return is_uniform_[tile]; }
+  /// By tile: a bit for each covered texel.
+  [[nodiscard]] std::span<const std::uint64_t> covered_texels() const { return covered_; }
   /// 1 where a texel is covered, else 0.
   void covered(TileIndex tile, std::array<float, TileGrid::kTileTexels>& out) const;
   /// Area weights; 0 where a texel is not covered.

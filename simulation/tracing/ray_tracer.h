@@ -4,38 +4,25 @@
 /// docs/decisions/0007-own-ray-tracer.md.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <span>
 #include <vector>
 
+#include "libcommon/core/kernel_language.h"
 #include "patinate/geometry/mesh.h"
 
 namespace patinate::simulation {
 
-/// Four boxes, by lane, relative to RayTracer::center(). 128 bytes.
-struct alignas(64) BvhNode {
-  std::array<std::array<std::array<float, 4>, 3>, 2>
-      bounds;                         ///< [low, high][axis][lane]; low > high in a lane without child.
-  std::array<std::int32_t, 4> child;  ///< >= 0: a node. < 0: block -1 - child. Unused lanes: 0.
-  std::array<std::int32_t, 4> padding;
-};
-
-/// Up to four triangles, by lane, relative to RayTracer::center(). 160 bytes.
-struct alignas(32) TriangleBlock {
-  std::array<std::array<std::array<float, 4>, 3>, 3>
-      corner;                            ///< [corner][axis][lane]; unused lanes repeat the first triangle.
-  std::array<std::int32_t, 4> triangle;  ///< Index in the mesh; unused lanes -1.
-};
-
-struct TriangleHit {
-  int triangle = -1;  ///< -1: nothing was hit.
-  double b1 = 0.0;    ///< Barycentric weights of corners 1 and 2; with that of corner 0 all in [0, 1].
-  double b2 = 0.0;
-  double distance = 0.0;  ///< In lengths of the direction.
-  bool is_front = true;   ///< The triangle's normal faces the ray.
-};
+/// ray_types.inl for C++; devices read the same text.
+namespace ray_types {
+using namespace kernel_types;
+#include "simulation/tracing/ray_types.inl"
+}  // namespace ray_types
+using ray_types::BvhNode;
+using ray_types::RayFrame;
+using ray_types::TriangleBlock;
+using ray_types::TriangleHit;
 
 /// A bounding volume hierarchy, four children a node, by the surface area heuristic in 16 bins [Wald 2007], over
 /// triangles whose corners are rounded to float once (relative 6e-8 of the scene's size; equal positions stay equal).
@@ -63,6 +50,7 @@ class RayTracer {
   /// Box of all triangles, as rounded.
   [[nodiscard]] const Box& box() const { return box_; }
   [[nodiscard]] const Vec3& center() const { return center_; }
+  [[nodiscard]] const RayFrame& frame() const { return frame_; }
   /// A coordinate as its triangles have it: rounded to float relative to center().
   [[nodiscard]] Vec3 rounded(const Vec3& p) const { return (p - center_).cast<float>().cast<double>() + center_; }
   /// The first one is the root; empty without triangles.
@@ -72,8 +60,7 @@ class RayTracer {
  private:
   Vec3 center_ = Vec3::Zero();
   Box box_;
-  Vec3 low_ = Vec3::Zero(), high_ = Vec3::Zero();  ///< The box, a little larger, relative to center_.
-  float slack_ = 0.0F;                             ///< What rounding to float may move a coordinate by.
+  RayFrame frame_{};
   std::vector<BvhNode> nodes_;
   std::vector<TriangleBlock> blocks_;
 };

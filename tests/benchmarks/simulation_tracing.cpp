@@ -3,11 +3,14 @@
 #include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "libcommon/device/device.h"
 #include "libcommon/geometry/ray_scene.h"
 #include "patinate/mesh_files/mesh_io.h"
+#include "simulation/tracing/device_rays.h"
 #include "simulation/tracing/motion.h"
 #include "simulation/tracing/ray_tracer.h"
 #include "tests/benchmarks/simulation_parts.h"
@@ -88,6 +91,24 @@ void measure(const simulation::Scene& made, std::int64_t n) {
   }
 }
 
+/// The same rays on every OpenCL device, the way there and back included.
+void rays_on_devices(const simulation::RayTracer& rays, const std::vector<Vec3>& origins,
+                     const std::vector<Vec3>& directions, double reach) {
+  std::vector<simulation::RayQuery> queries(origins.size());
+  for (std::size_t i = 0; i < queries.size(); ++i) {
+    for (int a = 0; a < 3; ++a) {
+      queries[i].origin[a] = origins[i][a];
+      queries[i].direction[a] = directions[i][a];
+    }
+    queries[i].max_distance = reach;
+  }
+  for (const device::DeviceInfo& info : device::list_devices()) {
+    simulation::DeviceRays there(device::Device(info), rays);
+    const double time = median_of_five([&] { (void)there.first_hits(queries); });
+    std::printf("  %s: %.2f M/s\n", info.name.c_str(), static_cast<double>(queries.size()) / time * 1e-6);
+  }
+}
+
 }  // namespace
 
 void rays() {
@@ -127,6 +148,7 @@ void rays() {
           "ms\n",
           mesh.num_triangles(), reach > 1e9 ? "any length" : "5 mm", kRays / a * 1e-6, kRays / b * 1e-6, b / a,
           static_cast<long long>(hits), static_cast<long long>(their_hits), 1e3 * build);
+      rays_on_devices(ours, origins, directions, reach);
     }
   }
 }

@@ -119,6 +119,11 @@ class Obj(CommandCase):
         self.assertEqual(check_materialx(self, self.folder / "urn.obj.mtlx"), ["22.5 s"])
         self.fails(USAGE, "one time", "export", self.shared / "aged", "--num-times", "2", "-o", "other.obj")
 
+    def test_plants_are_asked_for_only_where_they_show(self):
+        for output in ("wall.obj", "wall.usda"):
+            self.fails(USAGE, "--plants", "export", self.shared / "aged", "-o", output, "--plants", "0")
+        self.fails(USAGE, "--plants", "export", self.shared / "aged", "-o", "wall.glb", "--plants", "2")
+
     def test_a_simulation_has_its_objects_and_all_maps(self):
         self.succeeds("synth", "ledge", "--cells", "4", "-o", "ledge")
         self.succeeds("simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "dirty")

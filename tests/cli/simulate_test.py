@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 import unittest
+import zlib
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
@@ -53,6 +54,17 @@ class Simulate(unittest.TestCase):
     def write(cls, name, scene):
         (cls.folder / name).write_text(json.dumps(scene))
         return name
+
+    def pixels(self, name):
+        """What a PNG's IDAT chunks hold."""
+        data = (self.folder / name).read_bytes()
+        packed, at = b"", 8
+        while at < len(data):
+            length = struct.unpack(">I", data[at:at + 4])[0]
+            if data[at + 4:at + 8] == b"IDAT":
+                packed += data[at + 8:at + 8 + length]
+            at += 12 + length
+        return zlib.decompress(packed)
 
     def test_maps_of_several_objects_are_there_for_each_and_refused_for_another_mesh(self):
         one = self.scene["objects"][0]
@@ -145,6 +157,30 @@ class Simulate(unittest.TestCase):
         self.assertEqual(wrong.returncode, 2)
         self.assertIn("did you mean `strength`", wrong.stderr)
 
+    def test_what_is_recomposed_is_a_simulation_of_another_look(self):
+        self.run_in(["recompose", "small", "-o", "same_look"], check=True)
+        kinds = {k: json.loads(self.run_in(["info", k, "--json"], check=True).stdout)["kind"] for k in ("small", "same_look")}
+        self.assertEqual(kinds["small"], kinds["same_look"])
+        for folder in ("small", "same_look"):
+            self.run_in(["render", folder, "-o", f"{folder}.png", "--width", "48", "--height", "48"], check=True)
+        self.assertEqual(*(hashlib.sha256(self.pixels(f"{folder}.png")).hexdigest() for folder in ("small", "same_look")))
+        before, after = (json.loads((self.folder / f / "simulation.json").read_text()) for f in ("small", "same_look"))
+        self.assertEqual({k: v for k, v in before.items() if k not in ("key", "scene_files")}, {k: v for k, v in after.items() if k not in ("key", "scene_files")})
+        self.run_in(["recompose", "small", "-o", "pale", "--set", "dirt.strength=0"], check=True)
+        self.run_in(["export", "pale", "-o", "pale.glb", "--num-times", "2"], check=True)
+        pale = json.loads((self.folder / "pale/simulation.json").read_text())
+        for name, object in pale["outcome"]["objects"].items():
+            self.assertEqual(object["materials"]["dirt"]["shows_share"], 0)
+            self.assertEqual(object["materials"]["dirt"]["mean"], before["outcome"]["objects"][name]["materials"]["dirt"]["mean"])
+            self.assertEqual(object["never_met_share"], before["outcome"]["objects"][name]["never_met_share"])
+        # Looks add up, and its scene is the one that shows this look.
+        self.run_in(["recompose", "pale", "-o", "both", "--set", "water.strength=0"], check=True)
+        self.run_in(["recompose", "small", "-o", "at_once", "--set", "dirt.strength=0", "--set", "water.strength=0"], check=True)
+        self.assertEqual((self.folder / "both/color.png").read_bytes(), (self.folder / "at_once/color.png").read_bytes())
+        self.run_in(["simulate", "pale/" + pale["scene"], "-o", "simulated_pale"], check=True)
+        for name in ("color.png", "normal.png", "atlas.exr"):
+            self.assertEqual((self.folder / "simulated_pale" / name).read_bytes(), (self.folder / "pale" / name).read_bytes(), name)
+
     def test_frames_carry_gloss_relief_and_amounts_to_everything_that_shows_them(self):
         frames = json.loads((self.folder / "small/history/history.json").read_text())["frames"]
         for frame in frames:
@@ -176,7 +212,7 @@ class Simulate(unittest.TestCase):
         told = json.loads(self.run_in(["simulate", str(scene), "--estimate", "--json"], check=True).stdout)
         self.assertEqual(told["advice"], [])
         for planks in ("planks", "other_planks"):
-            self.assertGreater(told["objects"][planks]["materials"]["patina"]["shows_share"], 0)
+            self.assertGreater(told["objects"][planks]["materials"]["verdigris"]["shows_share"], 0)
 
     def test_the_gate_of_the_examples_flakes_and_its_iron_bleeds_onto_the_wood(self):
         scene = pathlib.Path(__file__).resolve().parents[2] / "docs/examples/scenes/gate/gate.json"

@@ -24,6 +24,17 @@ class History(PythonCase):
         for i, frame in enumerate(manifest["frames"]):
             np.testing.assert_array_equal(history.frame(i), patinate.read_color(self.work / "history" / frame["file"]))
 
+    def test_histories_of_a_library_go_by_name(self):
+        (self.work / "shelf").mkdir()
+        (self.work / "shelf/mine").symlink_to(self.work / "history")
+        os.environ["PATINATE_LIBRARY"] = str(self.work / "shelf")
+        try:
+            self.assertIn("mine", patinate.library())
+            np.testing.assert_array_equal(patinate.read_history("library:mine").frame(0), patinate.read_history(self.work / "history").frame(0))
+            self.assertIn("mine", self.line_of(patinate.IoError, lambda: patinate.read_history("library:mime")))
+        finally:
+            del os.environ["PATINATE_LIBRARY"]
+
     def test_a_sample_half_way_is_the_mean_of_two_frames(self):
         history = gray_history()
         np.testing.assert_allclose(history.sample(0.5), np.full((5, 7, 3), 0.125), atol=1e-7)

@@ -28,6 +28,17 @@ class Simulation(PythonCase):
         np.testing.assert_allclose(history.control("hits")[covered] * (high - low) + low, np.clip(hits, low, high)[covered], atol=1e-4)
         self.assertEqual(unit, expected_unit)
 
+    def test_what_is_recomposed_is_the_commands(self):
+        if not (self.work / "simulated").exists():
+            self.run_patinate("simulate", "scene.json", "-o", "simulated")
+        self.run_patinate("recompose", "simulated", "-o", "by_command", "--set", "patina.strength=0.25")
+        history = patinate.recompose(self.work / "simulated", self.work / "by_python", changes={"patina.strength": 0.25})
+        self.assertEqual((self.work / "by_python/simulation.json").read_bytes(), (self.work / "by_command/simulation.json").read_bytes())
+        np.testing.assert_array_equal(history.frame(-1), patinate.read_history(self.work / "by_command").frame(-1))
+        self.assertIn("did you mean", self.line_of(patinate.InvalidInput, lambda: patinate.recompose(self.work / "simulated", self.work / "x", changes={"patina.strenth": 1})))
+        self.line_of(TypeError, lambda: patinate.recompose(self.work / "simulated", self.work / "x", changes={"patina.strength": "much"}))
+        self.assertFalse((self.work / "x").exists())
+
     def test_mass_balances_exactly(self):
         self.simulation.step(count=20)
         for material, account in self.simulation.ledger().items():

@@ -6,6 +6,7 @@
 
 #include "libcommon/core/random.h"
 #include "libcommon/device/device_choice.h"
+#include "simulation/device/simulation_device.h"
 #include "tests/simulation/composition/compose_scene.h"
 #include "tests/support/lost_device.h"
 #include "tests/support/meshes.h"
@@ -54,7 +55,7 @@ TEST_F(ComposeOnDevices, GiveTheCpusBytes) {
       ComposeScene scene(testing_support::patchwork_plane(60.0, 4), 128, looks);
       testing_support::set_any_amounts(scene, 9);
       Composer here = scene.composer(form), there = scene.composer(form);
-      there.use(std::make_shared<const ComposeDevice>(
+      there.use(std::make_shared<const SimulationDevice>(
           Device(info), [&](const device::DeviceError& problem) { ADD_FAILURE() << problem.what(); }));
       EXPECT_EQ(here.compose(*scene.atlas, {}), there.compose(*scene.atlas, {}));
       expect_equal(here, there, info.name + ": whole");
@@ -85,8 +86,9 @@ TEST_F(ComposeOnDevices, ThatAreLostLeaveTheRestToTheCpu) {
   for (const int num_launches : {0, 1, kNumBatches}) {
     int num_failures = 0;
     Composer there = scene.composer();
-    there.use(std::make_shared<const ComposeDevice>(Device(all[0], testing_support::driver_with_launches(num_launches)),
-                                                    [&](const device::DeviceError&) { ++num_failures; }));
+    there.use(
+        std::make_shared<const SimulationDevice>(Device(all[0], testing_support::driver_with_launches(num_launches)),
+                                                 [&](const device::DeviceError&) { ++num_failures; }));
     double fraction = 0.0;
     RunControl control;
     control.on_progress = [&](double f) {

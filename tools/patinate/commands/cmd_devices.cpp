@@ -6,6 +6,8 @@
 #include "libcommon/core/text.h"
 #include "libcommon/device/device_choice.h"
 #include "simulation/composition/compose_device.h"
+#include "simulation/rules/device_rules.h"
+#include "simulation/tracing/device_rays.h"
 #include "tools/patinate/commands/commands.h"
 #include "transfer/synthesis/search_device.h"
 
@@ -26,7 +28,7 @@ std::string outcome_of(const Check& check) {
 }
 
 struct Outcome {
-  std::string arithmetic, transfer, composition;
+  std::string arithmetic, transfer, composition, rules, rays;
 };
 
 Outcome check(const device::DeviceInfo& info) {
@@ -34,9 +36,11 @@ Outcome check(const device::DeviceInfo& info) {
     const device::Device opened(info);
     return {outcome_of([&] { return device::check_arithmetic(opened); }),
             outcome_of([&] { return transfer::check_search(opened); }),
-            outcome_of([&] { return simulation::check_composition(opened); })};
+            outcome_of([&] { return simulation::check_composition(opened); }),
+            outcome_of([&] { return simulation::check_rules(opened); }),
+            outcome_of([&] { return simulation::check_rays(opened); })};
   } catch (const device::DeviceError& error) {
-    return {error.what(), error.what(), error.what()};
+    return {error.what(), error.what(), error.what(), error.what(), error.what()};
   }
 }
 
@@ -44,7 +48,7 @@ std::string text_of(const device::DeviceInfo& info, const Outcome& outcome) {
   return device::label(info) + "\n  " + (info.is_gpu ? "GPU" : "processor") + ", " + std::to_string(info.num_units) +
          " units, " + number_text(static_cast<double>(info.memory_bytes >> 20)) + " MB, driver " + info.driver +
          "\n  arithmetic: " + outcome.arithmetic + "\n  transfer: " + outcome.transfer +
-         "\n  composition: " + outcome.composition + "\n";
+         "\n  composition: " + outcome.composition + "\n  rules: " + outcome.rules + "\n  rays: " + outcome.rays + "\n";
 }
 
 }  // namespace
@@ -62,15 +66,18 @@ int cmd_devices(CommandRun& run) {
   for (const device::DeviceInfo& info : all) {
     const Outcome outcome = check(info);
     text += text_of(info, outcome);
-    devices.push_back(
-        {{"name", info.name},
-         {"platform", info.platform},
-         {"driver", info.driver},
-         {"is_gpu", info.is_gpu},
-         {"units", info.num_units},
-         {"memory_bytes", info.memory_bytes},
-         {"checks",
-          {{"arithmetic", outcome.arithmetic}, {"transfer", outcome.transfer}, {"composition", outcome.composition}}}});
+    devices.push_back({{"name", info.name},
+                       {"platform", info.platform},
+                       {"driver", info.driver},
+                       {"is_gpu", info.is_gpu},
+                       {"units", info.num_units},
+                       {"memory_bytes", info.memory_bytes},
+                       {"checks",
+                        {{"arithmetic", outcome.arithmetic},
+                         {"transfer", outcome.transfer},
+                         {"composition", outcome.composition},
+                         {"rules", outcome.rules},
+                         {"rays", outcome.rays}}}});
   }
   if (all.empty()) text += "No OpenCL devices: no driver is installed (for NVIDIA, AMD, Intel or PoCL)\n";
   run.report({{"cpu", {{"threads", num_threads}, {"instructions", instructions}}}, {"devices", devices}}, text);

@@ -280,6 +280,9 @@ int cmd_export(CommandRun& run) {
   }
   if (kind == PathKind::Transfer && !is_model && !is_pictures)
     return export_textures(run, subject, output, times, format);
+  const bool may_show_plants = kind == PathKind::Simulation && format_of_model == ModelFormat::Glb;
+  if (plants.plants != GlbPlantOptions{}.plants && !may_show_plants)
+    throw UsageError("--plants: are shown in a GLB of a simulation alone");
   if (kind == PathKind::Transfer || kind == PathKind::Simulation) {
     if (is_model) {
       const AgingGlb model = open_aging_glb(subject, plants);

@@ -116,7 +116,7 @@ int cmd_simulate(CommandRun& run) {
   if (!run.parse()) return 0;
   if (output.empty() && !is_estimate) throw UsageError("-o SIMULATION is missing; --estimate needs none");
   if (!output.empty() && is_estimate) throw UsageError("--estimate makes nothing; leave out -o");
-  const auto compose_device = open_compose_device(device, run);
+  const auto simulation_device = open_simulation_device(device, run);
   simulation::SceneFile file = simulation::read_scene(scene_path, run.control("scene"));
   for (const std::string& note : file.notes) run.note(note);
   if (options.iterations > 0) file.iterations = options.iterations;
@@ -134,7 +134,7 @@ int cmd_simulate(CommandRun& run) {
   }
   simulation::SimulationOptions simulation;
   simulation.color_form = options.color_form;
-  simulation.device = compose_device;
+  simulation.device = simulation_device;
   if (is_estimate) return report_estimate(run, std::move(file), simulation);
   const std::optional<JobStatus> status =
       run.make_folder(simulation::plan_simulation(std::move(file), simulation, output), "simulate");

@@ -3,6 +3,9 @@
 #include <functional>
 #include <optional>
 
+#include "simulation/composition/compose_device.h"
+#include "simulation/rules/device_rules.h"
+
 namespace patinate::cli {
 
 namespace {
@@ -66,9 +69,13 @@ std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::D
   return open_kind<transfer::SearchDevice>(options, transfer::check_search, run);
 }
 
-std::shared_ptr<const simulation::ComposeDevice> open_compose_device(const device::DeviceOptions& options,
-                                                                     CommandRun& run) {
-  return open_kind<simulation::ComposeDevice>(options, simulation::check_composition, run);
+std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(const device::DeviceOptions& options,
+                                                                           CommandRun& run) {
+  const auto check_all = [](const device::Device& opened) {
+    const device::CheckResult composition = simulation::check_composition(opened);
+    return composition.is_passed() ? simulation::check_rules(opened) : composition;
+  };
+  return open_kind<simulation::SimulationDevice>(options, check_all, run);
 }
 
 }  // namespace patinate::cli

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "libcommon/device/device_choice.h"
-#include "simulation/composition/compose_device.h"
+#include "simulation/device/simulation_device.h"
 #include "tools/patinate/command_line/command_run.h"
 #include "transfer/synthesis/search_device.h"
 
@@ -16,7 +16,7 @@ namespace patinate::cli {
 /// @throws InvalidInput if what is asked for is not there; CannotComplete if what is asked for by name fails its check.
 [[nodiscard]] std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::DeviceOptions& options,
                                                                                CommandRun& run);
-[[nodiscard]] std::shared_ptr<const simulation::ComposeDevice> open_compose_device(const device::DeviceOptions& options,
-                                                                                   CommandRun& run);
+[[nodiscard]] std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(
+    const device::DeviceOptions& options, CommandRun& run);
 
 }  // namespace patinate::cli

@@ -20,7 +20,7 @@ enum class InstructionSet;
 
 namespace patinate::simulation {
 
-class ComposeDevice;
+class SimulationDevice;
 
 /// How weights w_i of materials, a = sum w_i, become a color. Both give sum w_i C_i / a where a >= 1.
 enum class ColorForm {
@@ -62,7 +62,7 @@ class Composer {
   /// For tests and benchmarks. @throws InvalidInput if this machine lacks it.
   void use(InstructionSet set);
   /// Much at once is composed on a device, with the same bytes; when it fails, the CPU goes on. Null: the CPU.
-  void use(std::shared_ptr<const ComposeDevice> device);
+  void use(std::shared_ptr<const SimulationDevice> device);
 
   /// Brings the dirty tiles, and the normals around them, up to date; everything at the first call and after
   /// set_appearance().

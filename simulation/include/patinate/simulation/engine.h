@@ -27,7 +27,8 @@ struct SimulationOptions {
   std::vector<std::string>
       parameter_maps;  ///< Of parameter_map_names(): what to count along the way. Costs memory and little time.
   ColorForm color_form = ColorForm::Normalized;
-  std::shared_ptr<const ComposeDevice> device = nullptr;  ///< Composes what is much at once; no result depends on it.
+  std::shared_ptr<const SimulationDevice> device =
+      nullptr;  ///< Composes and ages what is much at once; no result depends on it.
 };
 
 /// Seconds since the beginning, of one process.

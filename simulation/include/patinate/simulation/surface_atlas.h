@@ -115,6 +115,8 @@ class SurfaceAtlas {
   /// Area weight of the surface that texel_of() gives to a texel, [1, kMaxWeight]: at a chart's edge it is from half a
   /// texel to one and a half, and even rain makes even amounts only if that is known.
   [[nodiscard]] std::uint32_t weight(TexelIndex t) const { return texel_weight_[t]; }
+  /// By texel, in tile order; of those that are not covered it says nothing.
+  [[nodiscard]] std::span<const std::uint16_t> weights() const { return texel_weight_; }
   /// Ask memory for weight(), and for triangle() and is_plain() too.
   void prefetch_weight(TexelIndex t) const { __builtin_prefetch(&texel_weight_[t]); }
   void prefetch(TexelIndex t) const {

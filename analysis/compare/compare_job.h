@@ -11,6 +11,7 @@
 namespace patinate::analysis {
 
 inline constexpr const char* kCompareReportFile = "report.json";
+inline constexpr const char* kCompareTableFile = "figures.csv";
 inline constexpr const char* kComparePageFile = "report.html";
 
 struct CompareTask {

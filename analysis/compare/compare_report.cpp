@@ -5,6 +5,7 @@
 #include "analysis/compare/compare_job.h"
 #include "analysis/figures/compared_pair.h"
 #include "analysis/report/report_page.h"
+#include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/warning_json.h"
 
@@ -86,7 +87,9 @@ void write_compare_report(const fs::path& folder, const CompareProvenance& prove
   page.paragraph("This page is repeated, byte for byte, by");
   page.code(provenance.command);
   page.link(kCompareReportFile, "The figures as JSON");
+  page.link(kCompareTableFile, "The figures as a table");
   page.save(folder / kComparePageFile);
+  write_atomically(folder / kCompareTableFile, figures_csv(sections));
   Json options = Json::object();
   for (const auto& [name, value] : option_values(provenance.options)) options[name] = value;
   options["seed"] = std::to_string(provenance.options.seed);

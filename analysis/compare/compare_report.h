@@ -19,7 +19,7 @@ struct CompareProvenance {
   std::string key;
 };
 
-/// Writes report.html (everything inside), report.json and curves/<name>.csv.
+/// Writes report.html (everything inside), report.json, figures.csv and curves/<name>.csv.
 /// @param sections  With a `source` in every picture. @throws CannotComplete; InvalidInput if a number is not finite.
 void write_compare_report(const std::filesystem::path& folder, const CompareProvenance& provenance,
                           std::span<const Section> sections);

@@ -80,7 +80,10 @@ std::string evaluations_csv(std::span<const FitEvaluation> evaluations, std::spa
   std::string text = "evaluation,appearance";
   for (const FitParameter& p : parameters) text += "," + cell(p.range.name);
   text += ",objective";
-  for (const FitTerm& t : terms) text += "," + std::string(kFitFigureNames[static_cast<std::size_t>(t.figure)]);
+  for (const FitTerm& t : terms) {
+    const auto which = static_cast<std::size_t>(t.figure);
+    text += "," + cell(std::string(kFitFigureNames[which]) + " [" + std::string(kFitFigureUnits[which]) + "]");
+  }
   text += ",problem\n";
   const auto number = [](const std::optional<double>& v) { return v ? number_text(*v) : std::string(); };
   for (const FitEvaluation& e : evaluations) {

@@ -267,7 +267,7 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
       number(o.threshold) + ", " +
       (o.chances.empty()
            ? "a hundredth of the best."
-           : "up to what the simulation against itself with another seed stays below in 19 of 20 cases.") +
+           : "up to what the simulation against itself with another seed stays below in nine of ten cases.") +
       " It holds within this model: a wrong model can be determined as well as a right one.");
   for (const std::string& text : correlated_pairs(task, o)) page.paragraph(text);
   if (!o.no_valley.empty() && task.parameters.size() > 1)

@@ -150,6 +150,18 @@ Section section_from_json(const Json& json) {
   return s;
 }
 
+std::string figures_csv(std::span<const Section> sections) {
+  std::string text = "section,figure,unit,value,low (95 %),high (95 %),A split in two,undefined\n";
+  for (const Section& section : sections) {
+    for (const Figure& given : section.figures) {
+      const Figure f = as_stated(given);
+      text += cell(section.name) + "," + cell(f.name) + "," + cell(f.unit) + "," + cell(f.value) + "," + cell(f.low) +
+              "," + cell(f.high) + "," + cell(f.split) + "," + cell(f.undefined) + "\n";
+    }
+  }
+  return text;
+}
+
 std::string curve_csv(const Curve& curve) {
   std::string text = cell(curve.x_name);
   for (const CurveColumn& c : curve.columns) {

@@ -44,6 +44,7 @@ figure.frame { width: 100%; }
 .table { overflow-x: auto; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; white-space: nowrap; padding: 0.35rem 1rem 0.35rem 0; border-bottom: 1px solid var(--line); }
+td:last-child { white-space: normal; padding-right: 0; }
 th { color: var(--soft); font-weight: 600; }
 )css";
 

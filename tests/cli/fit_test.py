@@ -85,7 +85,7 @@ class Fit(unittest.TestCase):
         self.assertFalse("http:" in page)
         self.assertIn("<svg", page)
         rows = (WORK / "run/evaluations.csv").read_text().splitlines()
-        self.assertEqual(rows[0], "evaluation,appearance,/rules/0/rate,/appearance/patina/strength,objective,color_distribution,problem")
+        self.assertEqual(rows[0], "evaluation,appearance,/rules/0/rate,/appearance/patina/strength,objective,color_distribution [Delta E 1976],problem")
         self.assertGreater(len(rows), 80)
         self.assertIn("up to date", patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", "run").stderr)
 

@@ -39,7 +39,7 @@ int cmd_compare(CommandRun& run) {
   fs::path output;
   run.line.positional("A", "A history, a simulation, or a transfer (over time, in its atlas)", task.a);
   run.line.positional("B", "What it is compared with: the same", task.b);
-  run.line.output("REPORT", "Folder to make: report.html, report.json, curves/*.csv", output);
+  run.line.output("REPORT", "Folder to make: report.html, report.json, figures.csv, curves/*.csv", output);
   run.line.option("through", "TRANSFER", "Look A up through this transfer: B then is in the transfer's atlas",
                   task.through);
   run.line.options(task.options);

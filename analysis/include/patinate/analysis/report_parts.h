@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -79,6 +80,9 @@ struct Section {
 [[nodiscard]] Json picture_json(const Picture& picture);
 /// The inverse of picture_json(); for files of our own only.
 [[nodiscard]] Picture picture_from_json(const Json& json);
+/// A header and a row for each figure: section, figure, unit, value, low, high, split, undefined; what is not there is
+/// an empty cell.
+[[nodiscard]] std::string figures_csv(std::span<const Section> sections);
 /// A header and a row for each x; a value that is not there is an empty cell.
 [[nodiscard]] std::string curve_csv(const Curve& curve);
 

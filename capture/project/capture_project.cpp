@@ -11,6 +11,7 @@
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
+#include "libcommon/history/appearance_json.h"
 #include "libcommon/image/response_io.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
@@ -202,6 +203,13 @@ CaptureProject read_capture_project(const fs::path& file, const AlignOptions& al
   if (json.has("mask")) {
     project.mask = json.member("mask").path();
     check_map_size(*project.mask, project, true);
+  }
+  if (json.has("appearance")) {
+    project.appearance = read_appearance(json.member("appearance"));
+    for (const auto* value :
+         {&project.appearance.metalness, &project.appearance.roughness, &project.appearance.specular}) {
+      if (*value && (*value)->by == StatedValue::By::Mask) check_map_size((*value)->mask, project, true);
+    }
   }
   json.finish();
   return project;

@@ -10,6 +10,7 @@
 #include "capture/alignment/alignment.h"
 #include "capture/project/align_settings.h"
 #include "capture/project/frame_sources.h"
+#include "libcommon/history/appearance.h"
 #include "patinate/core/json.h"
 #include "patinate/core/run_control.h"
 #include "patinate/geometry/camera.h"
@@ -71,6 +72,7 @@ struct CaptureProject {
   std::optional<TransmissionPhotos> transmission;
   std::optional<ScanSource> scan;
   std::vector<GivenControl> controls;
+  Appearance appearance;  ///< What is stated of the material beside its color; may be empty.
   std::optional<std::filesystem::path> mask;
   std::optional<PixelRectangle> reference_patch;  ///< Of the reference photograph: its color does not change.
   std::optional<double> texel_size_mm;            ///< Surface length of a pixel of the photographs.

@@ -19,6 +19,7 @@
 #include "capture/timelapse/scan_step.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/parallel.h"
+#include "libcommon/history/stated_history.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
@@ -85,6 +86,10 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   for (HistoryWarning& warning : report_patch(work, folder)) writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : mask_warnings(given, mask, num_frames)) writer.add_warning(std::move(warning));
   writer.finish();
+  if (!work.project.appearance.is_empty()) {
+    const auto read_mask = [&](const fs::path& file) { return to_history_size(read_gray(file), work.project, file); };
+    state_appearance(folder, work.project.appearance, read_mask, control.part(1.0, 1.0));
+  }
   control.report(1.0);
 }
 

@@ -8,6 +8,7 @@
 #include "capture/timelapse/scan_step.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/appearance_json.h"
 
 namespace patinate::capture {
 
@@ -108,6 +109,7 @@ JobInputs ingest_inputs(const IngestWork& work) {
     inputs.add_options(option_values(work.options.progress));
   }
   if (work.options.background.mask_background != "off") inputs.add_options(option_values(work.options.background));
+  if (!project.appearance.is_empty()) inputs.add_value("appearance", appearance_key(project.appearance));
   if (work.options.add_deviations) inputs.add_value("deviations", "made from the frames");
   add_repair_inputs(inputs, work);
   add_alignment_inputs(inputs, work);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "libcommon/history/material_range.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
 
@@ -49,6 +50,7 @@ ImageF mean_over_footprint(ImageF values, const ImageU8& mask, double footprint_
 
 ImageF mean_extra_over_footprint(const std::string& name, ImageF values, double footprint_px) {
   if (footprint_px <= kLeastFootprint_px) return values;
+  if (name == "metalness") return mean_over_footprint(std::move(values), {}, footprint_px);  // 0 is no metal.
   const ImageU8 is_known = known_pixels(values);
   values = mean_over_footprint(std::move(values), is_known, footprint_px);
   restore_known(name, is_known, values);
@@ -62,6 +64,12 @@ FootprintHistory::FootprintHistory(std::shared_ptr<const History> history, doubl
 
 ImageF FootprintHistory::load_frame(std::size_t frame) const {
   return mean_over_footprint(history_->read_frame(static_cast<int>(frame)), mask_, footprint_px_);
+}
+
+ImageF FootprintHistory::load_map(std::size_t map) const {
+  const std::string& name = facts().maps[map];
+  if (!is_material_map(name)) return history_->read_map(name);
+  return mean_extra_over_footprint(name, history_->read_map(name), footprint_px_);
 }
 
 ImageF FootprintHistory::load_frame_extra(std::size_t frame, std::size_t extra) const {

@@ -24,7 +24,7 @@ inline constexpr double kLargestFootprint_px = 256.0;
 [[nodiscard]] ImageF mean_extra_over_footprint(const std::string& name, ImageF values, double footprint_px);
 
 /// A history seen through texels that cover several of its pixels: what HistoryReader gives with a footprint, of any
-/// history. Controls and maps stay as they are.
+/// history. Controls and geometry stay as they are.
 class FootprintHistory final : public History {
  public:
   FootprintHistory(std::shared_ptr<const History> history, double footprint_px);
@@ -42,7 +42,7 @@ class FootprintHistory final : public History {
     return *history_->read_control_deviation(facts().controls[control].name);
   }
   [[nodiscard]] ImageU8 load_mask() const override { return mask_; }
-  [[nodiscard]] ImageF load_map(std::size_t map) const override { return history_->read_map(facts().maps[map]); }
+  [[nodiscard]] ImageF load_map(std::size_t map) const override;
   [[nodiscard]] ImageU8 load_frame_mask(std::size_t frame) const override {
     return history_->read_frame_mask(static_cast<int>(frame));
   }

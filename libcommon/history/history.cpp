@@ -10,6 +10,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/history/footprint.h"
+#include "libcommon/history/material_range.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
@@ -133,14 +134,23 @@ ImageU8 HistoryReader::load_mask() const {
 ImageF HistoryReader::load_map(std::size_t map) const {
   const HistoryMap& known = manifest_.maps[map];
   check_file(folder_ / known.file, manifest_);
-  return read_channels(folder_ / known.file, history_map_channels(known.name));
+  ImageF values = checked_material(known, read_channels(folder_ / known.file, history_map_channels(known.name)));
+  // Geometry stays as it is; what light meets is the mean, as of frames.
+  if (!is_material_map(known.name)) return values;
+  return mean_extra_over_footprint(known.name, std::move(values), footprint_px_);
 }
 
 ImageF HistoryReader::load_frame_extra(std::size_t frame, std::size_t extra) const {
   const HistoryImage& known = manifest_.frames[frame].extras[extra];
   check_file(folder_ / known.file, manifest_);
-  ImageF values = read_channels(folder_ / known.file, frame_extra_channels(known.name));
+  ImageF values = checked_material(known, read_channels(folder_ / known.file, frame_extra_channels(known.name)));
   return mean_extra_over_footprint(known.name, std::move(values), footprint_px_);
+}
+
+ImageF HistoryReader::checked_material(const HistoryImage& image, ImageF values) const {
+  if (const auto problem = find_material_problem(image.name, values))
+    throw IoError((folder_ / image.file).string(), *problem);
+  return values;
 }
 
 ImageU8 HistoryReader::load_frame_mask(std::size_t frame) const {

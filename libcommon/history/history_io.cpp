@@ -107,6 +107,7 @@ void check_manifest(const HistoryManifest& m) {
   std::sort(names.begin(), names.end());
   const auto twice = std::adjacent_find(names.begin(), names.end());
   if (twice != names.end()) throw InvalidInput("control " + *twice + ": is given twice; names must differ");
+  check_material_maps(facts_of(m));
   check_library_parts(facts_of(m));
 }
 

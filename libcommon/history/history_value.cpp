@@ -20,11 +20,11 @@ std::string listed(const std::vector<std::string>& names) {
 }  // namespace
 
 const std::vector<std::string>& frame_extra_channels(const std::string& name) {
-  static const std::array<std::vector<std::string>, 4> kChannels{
-      {{"R", "G", "B"}, {"strength", "roughness"}, {"X", "Y", "Z"}, {"Y"}}};
+  static const std::array<std::vector<std::string>, 6> kChannels{
+      {{"R", "G", "B"}, {"strength", "roughness"}, {"X", "Y", "Z"}, {"Y"}, {"Y"}, {"R", "G", "B"}}};
   const auto* const found = std::find(kFrameExtraNames.begin(), kFrameExtraNames.end(), name);
   if (found == kFrameExtraNames.end())
-    throw InvalidInput("`" + name + "` of a frame: use stddev, specular, normal or height");
+    throw InvalidInput("`" + name + "` of a frame: use stddev, specular, normal, height, metalness or tint");
   return kChannels[static_cast<std::size_t>(found - kFrameExtraNames.begin())];
 }
 
@@ -32,7 +32,8 @@ const std::vector<std::string>& history_map_channels(const std::string& name) {
   static const std::vector<std::string> kVector{"X", "Y", "Z"}, kNumber{"Y"};
   const auto* const found = std::find(kHistoryMapNames.begin(), kHistoryMapNames.end(), name);
   if (found == kHistoryMapNames.end())
-    throw InvalidInput("map `" + name + "`: use position, normal, height or texel_size");
+    throw InvalidInput("map `" + name + "`: use position, normal, height, texel_size, specular, metalness or tint");
+  if (name == "specular" || name == "tint") return frame_extra_channels(name);
   return found - kHistoryMapNames.begin() < 2 ? kVector : kNumber;
 }
 
@@ -43,6 +44,22 @@ std::string warning_text(const HistoryWarning& warning) {
 void sort_warnings(std::vector<HistoryWarning>& warnings) {
   std::stable_sort(warnings.begin(), warnings.end(),
                    [](const HistoryWarning& a, const HistoryWarning& b) { return a.share > b.share; });
+}
+
+void check_material_maps(const HistoryFacts& facts) {
+  for (const std::string name : {"specular", "metalness", "tint"}) {
+    const auto is_there = [&](const FrameFacts& frame) {
+      return std::find(frame.extras.begin(), frame.extras.end(), name) != frame.extras.end();
+    };
+    const auto with = std::find_if(facts.frames.begin(), facts.frames.end(), is_there);
+    if (with == facts.frames.end()) continue;
+    if (std::find(facts.maps.begin(), facts.maps.end(), name) != facts.maps.end())
+      throw InvalidInput("`" + name + "`: is given for frames and as a map that is constant; leave one of them out");
+    const auto without = std::find_if_not(facts.frames.begin(), facts.frames.end(), is_there);
+    if (name == "specular" || without == facts.frames.end()) continue;
+    throw InvalidInput("`" + name + "`: frame " + std::to_string(without - facts.frames.begin()) + " has none, frame " +
+                       std::to_string(with - facts.frames.begin()) + " has; give it for all frames or for none");
+  }
 }
 
 void check_library_parts(const HistoryFacts& facts) {

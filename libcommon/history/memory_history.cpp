@@ -10,6 +10,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/history/history_times.h"
+#include "libcommon/history/material_range.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
@@ -45,6 +46,7 @@ class Checker {
       const std::string what = of + "`" + image.name + "`";
       size(what, image.image, num_channels(image.name, channels));
       finite(what, image.image);
+      if (const auto problem = find_material_problem(image.name, image.image)) fail(what, *problem);
       if (i > 0 && images[i - 1].name == image.name) fail(what, "is given twice; names must differ");
     }
   }
@@ -182,6 +184,7 @@ MemoryHistory::MemoryHistory(MemoryHistoryImages images)
   check_images(Checker(label_, images_.frames[0].color.width(), images_.frames[0].color.height()), images_);
   facts_ = facts_of(images_);
   try {
+    check_material_maps(facts_);
     check_library_parts(facts_);
   } catch (const InvalidInput& e) {
     throw InvalidInput(label_ + ": " + e.what());

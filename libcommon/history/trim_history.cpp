@@ -60,4 +60,14 @@ TrimmedHistory trim_history(const HistoryManifest& history, const TrimOptions& o
   return out;
 }
 
+void copy_history_files(const fs::path& from, const std::vector<TrimmedHistory::File>& files, const fs::path& to,
+                        const RunControl& control) {
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    control.throw_if_stopped();
+    fs::create_directories((to / files[i].to).parent_path());
+    fs::copy_file(from / files[i].from, to / files[i].to, fs::copy_options::overwrite_existing);
+    control.report(static_cast<double>(i + 1) / static_cast<double>(files.size()));
+  }
+}
+
 }  // namespace patinate

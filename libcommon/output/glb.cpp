@@ -72,17 +72,19 @@ VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, const GlbObj
   return buffers;
 }
 
-// glTF keeps roughness in green and metalness in blue.
-GlbTexture roughness_map(const GlbTexture& specular) {
-  GlbTexture map = specular;
+// glTF keeps roughness in green and metalness in blue. @param gloss  Perhaps with metalness as its second channel.
+GlbTexture roughness_map(const GlbTexture& gloss, bool has_metal) {
+  GlbTexture map = gloss;
   map.channels = 3;
-  map.make = [&specular](const auto& write) {
+  map.make = [&gloss, has_metal](const auto& write) {
     std::vector<std::uint8_t> rows;
-    specular.make([&](std::span<const std::uint8_t> values) {
-      rows.assign(3 * values.size() / static_cast<std::size_t>(specular.channels), 0);
+    gloss.make([&](std::span<const std::uint8_t> values) {
+      const auto channels = static_cast<std::size_t>(gloss.channels);
+      rows.assign(3 * values.size() / channels, 0);
       for (std::size_t i = 0; 3 * i < rows.size(); ++i) {
-        const int rough = 255 - values[i * static_cast<std::size_t>(specular.channels)];
+        const int rough = 255 - values[i * channels];
         rows[3 * i + 1] = static_cast<std::uint8_t>(std::max(rough, kLeastRoughness));
+        if (has_metal) rows[3 * i + 2] = values[i * channels + 1];
       }
       write(rows);
     });
@@ -127,12 +129,17 @@ void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbAppeara
   for (const GlbAppearance& variant : variants) {
     if (variant.base_colors.size() != tiles.names.size())
       throw InvalidInput("glb: `" + variant.name + "` needs one texture per tile");
-    for (const std::vector<GlbTexture>* maps : {&variant.normals, &variant.speculars}) {
+    if (!(variant.reflectance >= 0.0 && variant.reflectance <= 0.99))
+      throw InvalidInput("glb: the reflectance of `" + variant.name + "` must be in [0, 0.99]");
+    for (const std::vector<GlbTexture>* maps :
+         {&variant.normals, &variant.speculars, &variant.gloss_and_metal, &variant.reflectance_colors}) {
       if (!maps->empty() && maps->size() != tiles.names.size())
         throw InvalidInput("glb: `" + variant.name + "` needs a map per tile, or none");
       for (const GlbTexture& map : *maps) {
-        if (is_empty(map) || (maps == &variant.normals && map.channels != 3))
-          throw InvalidInput("glb: a map of `" + variant.name + "` is empty or has not 3 channels");
+        const int channels = maps == &variant.speculars ? map.channels : maps == &variant.gloss_and_metal ? 2 : 3;
+        if (is_empty(map) || map.channels != channels)
+          throw InvalidInput("glb: a map of `" + variant.name + "` is empty or has not " + std::to_string(channels) +
+                             " channels");
       }
     }
     for (const GlbTexture& texture : variant.base_colors) {
@@ -166,6 +173,11 @@ std::vector<std::string> object_names(const GlbOptions& options) {
   return options.objects.names.empty() ? std::vector<std::string>{options.name} : options.objects.names;
 }
 
+void use_extension(Json& gltf, const std::string& name) {
+  Json& used = gltf["extensionsUsed"];
+  if (std::find(used.begin(), used.end(), name) == used.end()) used.push_back(name);
+}
+
 // Images, textures, materials (of the first variant: objects, and of each its tiles; of the second, ...) and the list
 // of variants.
 void add_materials(Json& gltf, GlbBinary& binary, const GlbTiles& tiles, const std::vector<GlbAppearance>& variants,
@@ -193,14 +205,25 @@ void add_materials(Json& gltf, GlbBinary& binary, const GlbTiles& tiles, const s
           {"doubleSided", true},
           {"pbrMetallicRoughness",
            {{"baseColorTexture", {{"index", index}}}, {"metallicFactor", 0}, {"roughnessFactor", options.roughness}}}};
-      if (!variant.speculars.empty()) {
+      const bool has_metal = !variant.gloss_and_metal.empty();
+      if (const auto& gloss = has_metal ? variant.gloss_and_metal : variant.speculars; !gloss.empty()) {
         Json& surface = material["pbrMetallicRoughness"];
+        if (has_metal) surface["metallicFactor"] = 1;
         surface["roughnessFactor"] = 1;
         surface["metallicRoughnessTexture"] = {
-            {"index", add_texture(name + " roughness", roughness_map(variant.speculars[tile]), false)}};
+            {"index", add_texture(name + " roughness", roughness_map(gloss[tile], has_metal), false)}};
       }
       if (!variant.normals.empty())
         material["normalTexture"] = {{"index", add_texture(name + " normals", variant.normals[tile], false)}};
+      if (variant.has_reflectance()) {
+        use_extension(gltf, "KHR_materials_ior");
+        material["extensions"]["KHR_materials_ior"] = {{"ior", index_of_refraction(variant.reflectance)}};
+      }
+      if (!variant.reflectance_colors.empty()) {
+        use_extension(gltf, "KHR_materials_specular");
+        material["extensions"]["KHR_materials_specular"]["specularColorTexture"] = {
+            {"index", add_texture(name + " reflectance", variant.reflectance_colors[tile], true)}};
+      }
       of_tiles.push_back(std::move(material));
       control.report(0.9 * ++num_done / num_materials);
     }
@@ -277,6 +300,11 @@ std::uint32_t u32_at(std::string_view bytes, std::size_t offset) {
 }
 
 }  // namespace
+
+double index_of_refraction(double reflectance) {
+  const double root = std::sqrt(reflectance);
+  return (1.0 + root) / (1.0 - root);
+}
 
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const std::vector<GlbVariant>& variants,
                const GlbOptions& options, const RunControl& control) {

@@ -63,6 +63,11 @@ class MaterialText {
     else
       shade("specular_roughness", "float", "roughness", files.roughness[time][tile], "");
     if (!files.metalness.empty()) shade("metalness", "float", "metalness", files.metalness[time][tile], "");
+    const bool has_colors = !files.reflectance[time].empty();
+    if (const double f0 = files.reflectances[time]; f0 != 0.04 || has_colors)
+      shader_ +=
+          "    " + input("specular_IOR", "float", "value=\"" + number_text(rounded(index_of_refraction(f0), 9)) + "\"");
+    if (has_colors) shade("specular_color", "color3", "reflectance", files.reflectance[time][tile], "srgb_texture");
     if (!files.normals.empty()) {
       graph_ += image("normal_image", "vector3", files.normals[time][tile], "") +
                 "    <normalmap name=\"normal\" type=\"vector3\">\n      " +

@@ -51,7 +51,8 @@ std::vector<std::string> write_codes_of(const fs::path& folder, const std::strin
 
 /// Whether file_name() may have given the name.
 bool is_ours(const std::string& name) {
-  constexpr std::array<std::string_view, 5> kKinds{"color.", "normal.", "roughness.", "metalness.", "height."};
+  constexpr std::array<std::string_view, 6> kKinds{"color.",     "normal.", "roughness.",
+                                                   "metalness.", "height.", "reflectance."};
   return std::any_of(kKinds.begin(), kKinds.end(), [&](std::string_view kind) { return name.starts_with(kind); });
 }
 
@@ -65,6 +66,8 @@ void write_textures(const fs::path& folder, const std::string& prefix, std::size
     files.roughness.push_back(write_codes_of(folder, prefix, time, "roughness", look.speculars, Codes::Complement));
   if (!look.metalness.empty())
     files.metalness.push_back(write_codes_of(folder, prefix, time, "metalness", look.metalness));
+  files.reflectances.push_back(look.reflectance);
+  files.reflectance.push_back(write_codes_of(folder, prefix, time, "reflectance", look.reflectance_colors));
   if (look.heights.empty()) return;
   std::vector<std::string> names;
   for (std::size_t tile = 0; tile < look.heights.size(); ++tile) {

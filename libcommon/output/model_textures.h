@@ -18,9 +18,11 @@ struct TextureFiles {
   Series roughness;    ///< PNG, 255 = 1.
   Series metalness;    ///< PNG, 255 = metal.
   Series heights;      ///< Float EXR, channel Y, in the mesh's unit.
+  Series reflectance;  ///< sRGB PNG: share of `reflectances` at the time; at each as many as it has, perhaps none.
+  std::vector<double> reflectances;  ///< GlbAppearance::reflectance, one a time.
 
   [[nodiscard]] std::vector<const Series*> all() const {
-    return {&base_colors, &normals, &roughness, &metalness, &heights};
+    return {&base_colors, &normals, &roughness, &metalness, &heights, &reflectance};
   }
 };
 

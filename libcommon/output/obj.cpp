@@ -26,7 +26,7 @@ void check(const Mesh& mesh, const GlbTiles& tiles, const GlbAppearance& look) {
     throw InvalidInput("obj: there is not a tile for every triangle");
   const auto is_whole = [n](std::size_t size) { return size == 0 || size == n; };
   if (look.base_colors.size() != n || !is_whole(look.normals.size()) || !is_whole(look.speculars.size()) ||
-      !is_whole(look.metalness.size()) || !is_whole(look.heights.size()))
+      !is_whole(look.metalness.size()) || !is_whole(look.reflectance_colors.size()) || !is_whole(look.heights.size()))
     throw InvalidInput("obj: expected a texture for every tile");
 }
 
@@ -75,6 +75,8 @@ std::string mtl_text(const GlbTiles& tiles, const TextureFiles& files, const Obj
     map("map_Pr", files.roughness);
     if (files.metalness.empty()) out += "Pm 0\n";
     map("map_Pm", files.metalness);
+    if (const double f0 = files.reflectances.front(); f0 != 0.04)
+      out += "Ni " + number_text(rounded(index_of_refraction(f0), 9)) + "\n";
     map("norm", files.normals);
     map("disp", files.heights);
   }

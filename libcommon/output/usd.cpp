@@ -38,6 +38,7 @@ void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbAppeara
         (!look.metalness.empty() && look.metalness.size() != n) ||
         (!look.heights.empty() && look.heights.size() != n) ||
         look.metalness.size() != appearance.front().metalness.size() ||
+        (!look.reflectance_colors.empty() && look.reflectance_colors.size() != n) ||
         look.heights.size() != appearance.front().heights.size())
       throw InvalidInput("usd: expected a texture for every tile, of the same kinds at every time");
   }
@@ -58,7 +59,10 @@ void write_usd(const fs::path& path, const Mesh& mesh, const GlbTiles& tiles,
   for (std::size_t i = 0; i < times.size(); ++i) {
     control.throw_if_stopped();
     GlbAppearance look = appearance[i];
-    if (is_package) look.heights.clear();  // A package holds PNG and JPEG.
+    if (is_package) {
+      look.heights.clear();             // A package holds PNG and JPEG.
+      look.reflectance_colors.clear();  // Of MaterialX, which a package has not.
+    }
     write_textures(work.path(), textures + "/", i, look, files);
     control.report(0.9 * static_cast<double>(i + 1) / static_cast<double>(times.size()));
   }

@@ -209,6 +209,11 @@ std::string material_text(const std::string& name, const std::string& path, cons
                     (files.metalness.empty() ? "float inputs:metallic = 0"
                                              : "float inputs:metallic.connect = <" + path + "/metalness.outputs:r>") +
                     "\n";
+  // Does not change with time in a preview surface: the largest.
+  const double f0 = *std::max_element(files.reflectances.begin(), files.reflectances.end());
+  if (f0 != 0.04) {
+    out += indent + "float inputs:ior = " + number_text(rounded(index_of_refraction(f0), 9)) + "\n";
+  }
   if (!files.normals.empty()) out += indent + "normal3f inputs:normal.connect = <" + path + "/normal.outputs:rgb>\n";
   out += indent +
          (files.roughness.empty() ? "float inputs:roughness = " + number_text(options.roughness)

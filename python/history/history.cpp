@@ -147,29 +147,29 @@ void define_images(HistoryClass& type) {
       [](const PyHistory& h, const std::string& name) {
         return array_of(unlocked([&] { return h.value->read_map(name); }));
       });
-  define_method(type,
-                FunctionText("material_map", "What frames hold beside color, at any time: relief, gloss, deviation.")
-                    .takes("name", "str", "One of `material_maps`")
-                    .takes("time", "float", "In time_unit")
-                    .options<SamplingOptions>()
-                    .returns("npt.NDArray[np.float32]",
-                             "normal: unit, tangent space, H x W x 3; roughness, specular, height (mm): H x W; stddev: "
-                             "H x W x 3")
-                    .raises("InvalidInput, IoError"),
-                [](const PyHistory& h, const std::string& name, double time, const py::kwargs& kwargs) {
-                  Keywords keywords("material_map", kwargs);
-                  SamplingOptions options;
-                  keywords.read(options);
-                  keywords.finish();
-                  for (std::size_t i = 0; i < kMaterialMapNames.size(); ++i) {
-                    if (kMaterialMapNames[i] == name)
-                      return array_of(unlocked([&] {
-                        return sample_material_map(*h.value, static_cast<MaterialMap>(i), time, options.between);
-                      }));
-                  }
-                  throw InvalidInput("material_map: found `" + name +
-                                     "`; expected normal, roughness, specular, height or stddev");
-                });
+  define_method(
+      type,
+      FunctionText("material_map", "What frames hold beside color, at any time: relief, gloss, deviation.")
+          .takes("name", "str", "One of `material_maps`")
+          .takes("time", "float", "In time_unit")
+          .options<SamplingOptions>()
+          .returns("npt.NDArray[np.float32]",
+                   "normal: unit, tangent space, H x W x 3; roughness, specular, height (mm), metalness: H x W; "
+                   "stddev, tint: H x W x 3")
+          .raises("InvalidInput, IoError"),
+      [](const PyHistory& h, const std::string& name, double time, const py::kwargs& kwargs) {
+        Keywords keywords("material_map", kwargs);
+        SamplingOptions options;
+        keywords.read(options);
+        keywords.finish();
+        for (std::size_t i = 0; i < kMaterialMapNames.size(); ++i) {
+          if (kMaterialMapNames[i] == name)
+            return array_of(unlocked(
+                [&] { return sample_material_map(*h.value, static_cast<MaterialMap>(i), time, options.between); }));
+        }
+        throw InvalidInput("material_map: found `" + name +
+                           "`; expected normal, roughness, specular, height, stddev, metalness or tint");
+      });
 }
 
 }  // namespace

@@ -100,12 +100,14 @@ void bind_history_from_arrays(py::module_& module) {
                    "By name: H x W in [0, 1], or (values, what 0 stands for, what 1 stands for, unit)")
           .keyword("mask", "npt.ArrayLike | None", "None", "H x W of bool or integers, 0 outside; None: all is inside")
           .keyword("maps", "Mapping[str, npt.ArrayLike]", "None",
-                   "Constant in time: position (H x W x 3, mm), normal (H x W x 3), height, texel_size (H x W, mm)")
+                   "Constant in time: position (H x W x 3, mm), normal (H x W x 3), height, texel_size (H x W, mm), "
+                   "specular, "
+                   "metalness, tint as frame_extras")
           .keyword("frame_masks", "Sequence[npt.ArrayLike | None]", "None",
                    "A mask for each frame, or None: where its color is the surface's")
           .keyword("frame_extras", "Sequence[Mapping[str, npt.ArrayLike] | None]", "None",
                    "For each frame stddev (H x W x 3), specular (H x W x 2: strength, roughness), normal (H x W x 3), "
-                   "height (H x W, mm)")
+                   "height (H x W, mm), metalness (H x W), tint (H x W x 3)")
           .returns("History")
           .raises("InvalidInput naming what is wrong with which image"),
       [](const py::object& colors, const py::object& times, const py::kwargs& kwargs) {

@@ -110,7 +110,7 @@ void bind_transfer_folder(py::module_& module) {
                     }));
                   }
                   throw InvalidInput("material_map: found `" + name +
-                                     "`; expected normal, roughness, specular, height or stddev");
+                                     "`; expected normal, roughness, specular, height, stddev, metalness or tint");
                 });
   define(module,
          FunctionText("read_transfer", "Opens a transfer folder and the history that it names.")

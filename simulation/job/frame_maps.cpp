@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "libcommon/core/text.h"
+#include "patinate/atlas/dilate.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
 #include "patinate/history/history_sampling.h"
@@ -22,6 +23,17 @@ bool has_relief(const Scene& scene) {
                      [](const SceneObject& object) { return !object.height_map.empty(); }) ||
          std::any_of(scene.appearance.begin(), scene.appearance.end(),
                      [](const MaterialAppearance& a) { return a.height_mm != 0.0; });
+}
+
+bool has_metal(const Scene& scene) {
+  return std::any_of(scene.objects.begin(), scene.objects.end(),
+                     [](const SceneObject& object) { return object.preset.metalness > 0.0; });
+}
+
+ImageF dilated_metalness(Simulation& simulation) {
+  ImageF metal = metalness_of(simulation);
+  dilate(metal, simulation.coverage(), -1);
+  return metal;
 }
 
 /// Strength and roughness.
@@ -52,8 +64,35 @@ ImageF unit_normals(const ImageU8& codes) {
 }  // namespace
 
 std::vector<std::string> frame_map_names(const Scene& scene) {
-  if (!has_relief(scene)) return {"specular"};
-  return {"specular", "normal", "height"};
+  std::vector<std::string> names{"specular"};
+  if (has_relief(scene)) names.insert(names.end(), {"normal", "height"});
+  if (has_metal(scene)) names.emplace_back("metalness");
+  return names;
+}
+
+ImageF metalness_of(const Simulation& simulation) {
+  const Scene& scene = simulation.scene();
+  if (!has_metal(scene)) return {};
+  ImageF metal(scene.resolution, scene.resolution);
+  const std::vector<ObjectSquare> squares = simulation.object_squares();
+  for (std::size_t i = 0; i < squares.size(); ++i) {
+    const ObjectSquare& square = squares[i];
+    for (int y = square.y; y < square.y + square.side; ++y) {
+      for (int x = square.x; x < square.x + square.side; ++x)
+        metal.at(x, y) = static_cast<float>(scene.objects[i].preset.metalness);
+    }
+  }
+  ImageF cover(scene.resolution, scene.resolution);
+  for (int m = 0; m < static_cast<int>(scene.materials.size()); ++m) {
+    const std::string& material = scene.materials[static_cast<std::size_t>(m)];
+    if (material == "water" || material == "metal") continue;
+    const ImageF now = simulation.amounts(m), before = simulation.original_amounts(m);
+    const auto strength = static_cast<float>(scene.appearance[static_cast<std::size_t>(m)].strength);
+    for (std::int64_t i = 0; i < cover.num_pixels(); ++i)
+      cover.data()[i] += strength * std::max(0.0f, now.data()[i] - before.data()[i]);
+  }
+  for (std::int64_t i = 0; i < metal.num_pixels(); ++i) metal.data()[i] *= std::max(0.0f, 1.0f - cover.data()[i]);
+  return metal;
 }
 
 std::vector<fs::path> frame_map_files(const Scene& scene, int index) {
@@ -67,9 +106,10 @@ void write_frame_maps(const fs::path& history, int index, Simulation& simulation
   const Composer& look = simulation.compose(control);
   for (const std::string& name : frame_map_names(simulation.scene())) {
     HistoryWriter::write_frame_extra(history, index, name,
-                                     name == "specular" ? gloss_of(look.specular8())
-                                     : name == "normal" ? unit_normals(look.normal8())
-                                                        : look.height_mm());
+                                     name == "specular"    ? gloss_of(look.specular8())
+                                     : name == "normal"    ? unit_normals(look.normal8())
+                                     : name == "metalness" ? dilated_metalness(simulation)
+                                                           : look.height_mm());
   }
   const std::vector<std::string>& materials = simulation.scene().materials;
   const auto num_materials = static_cast<int>(materials.size());

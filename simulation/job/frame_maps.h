@@ -12,15 +12,19 @@
 namespace patinate::simulation {
 
 /// Names of kFrameExtraNames that frames of the scene have: `specular` always, `normal` and `height` where anything has
-/// a height.
+/// a height, `metalness` where a preset has it.
 [[nodiscard]] std::vector<std::string> frame_map_names(const Scene& scene);
 
 /// Files of frame `index`, relative to the history, in the order of frame_map_names(); the amounts last.
 [[nodiscard]] std::vector<std::filesystem::path> frame_map_files(const Scene& scene, int index);
 
+/// Bare metal, less what has come to lie on it: H x W x 1, not dilated. Empty where no preset has metalness. Water does
+/// not cover.
+[[nodiscard]] ImageF metalness_of(const Simulation& simulation);
+
 /// Writes them. `specular`: strength 0.04, which dielectrics have, and roughness max(0.05, 1 - specular value), as
-/// model.glb has it. `normal`: of the composed relief, in tangent space. `height`: mm. Amounts: a channel a material, 1
-/// = a full layer. @param history  Folder. @throws CannotComplete
+/// model.glb has it. `normal`: of the composed relief, in tangent space. `height`: mm. `metalness`: metalness_of(),
+/// dilated. Amounts: a channel a material, 1 = a full layer. @param history  Folder. @throws CannotComplete
 void write_frame_maps(const std::filesystem::path& history, int index, Simulation& simulation,
                       const RunControl& control = {});
 

@@ -54,6 +54,7 @@ class SameBytes(PlanCase):
         "recompose": ["recompose", "dirty", "--set", "dirt.strength=3", "-o", "out"],
         "combine": ["combine", "history", "history", "-o", "out"],
         "trim": ["trim", "history", "--every", "2", "-o", "out"],
+        "appearance": ["appearance", "history", "--metalness", "1", "-o", "out"],
     }
 
     def setUp(self):

@@ -53,6 +53,7 @@ COMMANDS = {
     "transfer": ["transfer", "@history", "@urn/mesh.obj", "--control", "thickness=facing", "--resolution", "64"],
     "combine": ["combine", "@history", "@history"],
     "trim": ["trim", "@history", "--every", "2"],
+    "appearance": ["appearance", "@history", "--metalness", "1"],
     "evaluate": ["evaluate", "@aged", "--audits", "20"],
     "evaluate_foreign": ["evaluate", "@same.nnf", "--history", "@history", "--control", "@history/controls/thickness.exr", "--audits", "20"],
     "compare": ["compare", "@history", "@aged", "--through", "@aged", "--num-resamples", "5"],

@@ -20,7 +20,7 @@ except ImportError:
 PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
 SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
 FILES = {"capture": "capture/capture.json", "relit": "mold/capture.json", "history": "history/history.json", "library": "library/history.json", "transfer": "aged/transfer.json",
-         "sequence": "textures/sequence.json", "card": "history/card.json", "run": "aged/run.json",
+         "appearance": "stated.json", "sequence": "textures/sequence.json", "card": "history/card.json", "run": "aged/run.json",
          "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json",
          "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "explanation": "explained/explanation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json", "fit": "fitted/report.json", "parameters": "ranges.json", "plan": "plan.json", "study": "study.json"}
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
@@ -40,7 +40,14 @@ RIG = {"format": "patinate.calibrate", "version": 1, "kind": "spheres", "unit": 
        "lights": [{"name": "a", "highlights": [[32, 19]]}]}
 
 
+# Everything that may be said of a material, and what schema and reader refuse of it.
+STATED = {"format": "patinate.appearance", "version": 1, "metalness": {"control": "thickness", "values": [[0, 1], [2, 0]]}, "roughness": [[0, 0.3], [30, 0.8]],
+          "specular": 0.05, "tint": "#f0ae8c"}
+BY_COLOR = {"format": "patinate.appearance", "version": 1, "materials": [{"color": [0.8, 0.5, 0.3], "metalness": 1, "roughness": 0.3, "tint": "#f0ae8c"}, {"color": "#2e5f60", "metalness": 0, "roughness": 0.9}]}
+
+
 def setUpModule():
+    (WORK / "stated.json").write_text(json.dumps(STATED))
     (WORK / "rig.json").write_text(json.dumps(RIG))
     for arguments in (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "4", "-o", "capture"],
                       ["synth", "mold", "--width", "64", "--height", "48", "--steps", "2", "--lights", "3", "--scan-spacing", "3", "--transforms", "-o", "mold"],
@@ -114,7 +121,7 @@ BROKEN = {
                          put("frames", {"pattern": "frames/*.png", "interval": 0}), put("frames", {"pattern": "frames/*.png", "start": 1}),
                          put("frames", "frames/*.png"), put("frames", [{"time": 1}]), put("frames", "interval", "7"), put("transmission", "align", "sometimes"),
                          drop("transmission", "photo"), put("roi", [0, 0, 10]), put("scale", 0), put("scale", 2), put("exclude", [-1]), put("exclude", [0.5]),
-                         put("texel_size_mm", 0), put("controls", [{"name": "../x", "file": "backlight.png"}]), put("time_unit", "y"), drop("name"), drop("kind"),
+                         put("texel_size_mm", 0), put("appearance", {}), put("appearance", {"metalness": 2}), put("controls", [{"name": "../x", "file": "backlight.png"}]), put("time_unit", "y"), drop("name"), drop("kind"),
                          put("unit", "inch"), put("scan", {"mesh": "a.ply", "camera": "b.yml"}), put("scan", {"mesh": "a.ply"})],
     "relit": COMMON + [put("unit", "inch"), drop("unit"), drop("lights"), drop("steps"), put("steps", []), put("lights", []), put("lights", 0, "intensity", [1, 0, 1]),
                        drop("lights", 0, "position"), put("camera", "matrix", [[1, 0, 0]]), drop("camera", "translation"), put("reference_patch", "polygon", [[1, 1], [2, 2]]),
@@ -162,6 +169,21 @@ class Schemas(unittest.TestCase):
                     self.assertFalse(check.is_valid(content), "the schema accepts it")
                     (WORK / "broken.json").write_text(json.dumps(content))
                     self.assertEqual(subprocess.run([PATINATE, *command], cwd=WORK, capture_output=True).returncode, 3)
+
+    def test_what_appearance_rejects_is_rejected(self):
+        check = validator("appearance")
+        check.validate(BY_COLOR)
+        changes = [(STATED, change) for change in COMMON + [put("metalness", 2), put("metalness", "values", []), put("metalness", "values", [[0, 2]]), put("metalness", {"mask": 3}), put("roughness", []),
+                                                            put("roughness", [[0]]), put("tint", "copper"), put("tint", [1, 2, 3]), put("materials", BY_COLOR["materials"])]]
+        changes += [(BY_COLOR, change) for change in [put("materials", []), put("materials", 0, "metalness", -1), drop("materials", 0, "roughness"), put("materials", 0, "gloss", 1), drop("materials"), put("metalness", 1)]]
+        for number, (whole, change) in enumerate(changes):
+            content = copy.deepcopy(whole)
+            change(content)
+            (WORK / "bad_appearance.json").write_text(json.dumps(content))
+            with self.subTest(change=number):
+                self.assertFalse(check.is_valid(content), "the schema accepts it")
+                self.assertEqual(subprocess.run([PATINATE, "appearance", "history", "bad_appearance.json", "-o", "bad"], cwd=WORK, capture_output=True).returncode, 3)
+        self.assertEqual(subprocess.run([PATINATE, "appearance", "history", "stated.json", "-o", "good"], cwd=WORK, capture_output=True).returncode, 0)
 
     def test_what_calibrate_rejects_is_rejected(self):
         check = validator("calibrate")

@@ -95,6 +95,10 @@ ImageF extra_of(const HistoryReader& reader, const TimePosition& at, const std::
   }
   if (name == "height")
     return has_map(reader, MaterialMap::Height) ? sample(MaterialMap::Height) : ImageF(m.width, m.height);
+  if (name == "metalness")
+    return has_map(reader, MaterialMap::Metalness) ? sample(MaterialMap::Metalness) : ImageF(m.width, m.height);
+  if (name == "tint")
+    return has_map(reader, MaterialMap::Tint) ? sample(MaterialMap::Tint) : ImageF(m.width, m.height, 3);
   ImageF specular(m.width, m.height, 2);
   if (!has_map(reader, MaterialMap::Specular)) return specular;
   const ImageF strength = sample(MaterialMap::Specular), roughness = sample(MaterialMap::Roughness);
@@ -204,6 +208,8 @@ std::vector<std::string> library_extras(std::span<const HistoryReader> readers) 
   if (any(MaterialMap::Specular)) names.emplace_back("specular");
   if (any(MaterialMap::Normal)) names.emplace_back("normal");
   if (any(MaterialMap::Height)) names.emplace_back("height");
+  if (any(MaterialMap::Metalness)) names.emplace_back("metalness");
+  if (any(MaterialMap::Tint)) names.emplace_back("tint");
   return names;
 }
 

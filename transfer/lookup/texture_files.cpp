@@ -21,6 +21,8 @@ RowFormat format_of(const TextureFile& texture) {
       break;
     case TextureKind::Normal:
       return {.channels = {"X", "Y", "Z"}, .depth = ExrDepth::Float, .key = texture.key};
+    case TextureKind::Packed:
+      return {.channels = {"R", "G", "B"}, .depth = ExrDepth::Float, .key = texture.key};
     case TextureKind::Value:
       return {.channels = {"Y"}, .depth = ExrDepth::Float, .key = texture.key, .unit = texture.unit};
   }
@@ -32,7 +34,7 @@ ImageU8 codes_of(const TextureFile& texture) {
   if (texture.kind == TextureKind::Color) return srgb8_from_linear(texture.source);
   ImageU8 codes;
   if (texture.kind == TextureKind::Normal) return codes;
-  codes = ImageU8(texture.source.width(), texture.source.height());
+  codes = ImageU8(texture.source.width(), texture.source.height(), texture.source.channels());
   for (std::size_t i = 0; i < codes.values().size(); ++i) {
     codes.data()[i] = static_cast<std::uint8_t>(255.0f * std::clamp(texture.source.data()[i], 0.0f, 1.0f) +
                                                 0.5f);  // NOLINT(bugprone-incorrect-roundings)

@@ -22,6 +22,7 @@ enum class TextureKind {
   Normal,  ///< 3 channels, of the source's tangent space, turned into the texels'; codes are 127.5 + 127.5 n, EXR has
            ///< X, Y, Z.
   Value,   ///< 1 channel; codes are 255 v, EXR has Y.
+  Packed,  ///< 3 channels, each a value; EXR has R, G, B.
 };
 
 /// A texture to be written.

@@ -181,7 +181,11 @@ std::vector<ImageF> TransferReader::tiles_of(ImageF values) const {
 }
 
 std::vector<ImageF> TransferReader::gather_tiles(const ImageF& source, const RunControl& control) const {
-  return tiles_of(gather_packed(source, filled_indices(), 0.0f, control));
+  return tiles_of(gather_sheet(source, control));
+}
+
+ImageF TransferReader::gather_sheet(const ImageF& source, const RunControl& control) const {
+  return gather_packed(source, filled_indices(), 0.0f, control);
 }
 
 std::vector<ImageF> TransferReader::filled_tiles(const ImageF& values) const {

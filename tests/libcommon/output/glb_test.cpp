@@ -16,6 +16,7 @@
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/image/color.h"
+#include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "tests/libcommon/output/ball.h"
 #include "tests/support/errors.h"
@@ -47,6 +48,55 @@ TEST(Glb, ReadsBackAsTheSameMeshInMetres) {
       EXPECT_NEAR((u - w).norm(), 0.0, 2e-7);
     }
   }
+}
+
+GlbTexture even(int channels, std::uint8_t code) {
+  return {4, 4, channels, [channels, code](const auto& write) {
+            write(std::vector<std::uint8_t>(static_cast<std::size_t>(16 * channels), code));
+          }};
+}
+
+Json document_of(const std::filesystem::path& file) {
+  const std::string bytes = read_file(file);
+  std::uint32_t length = 0;
+  std::memcpy(&length, bytes.data() + 12, 4);
+  return Json::parse(bytes.substr(20, length));
+}
+
+TEST(Glb, MetalAndReflectanceAreWhereTheExtensionsHaveThem) {
+  const TempFolder folder;
+  GlbAppearance look{.name = "0 d", .base_colors = {even(3, 128)}};
+  write_glb(folder / "plain.glb", ball(1.0, 8), {}, std::vector<GlbAppearance>{look});
+  const Json plain = document_of(folder / "plain.glb");
+  EXPECT_EQ(plain["materials"][0]["pbrMetallicRoughness"]["metallicFactor"], 0);
+  EXPECT_EQ(plain["extensionsUsed"].size(), 1U);
+  look.gloss_and_metal = {{4, 4, 2, [](const auto& write) {
+                             std::vector<std::uint8_t> codes;
+                             for (int i = 0; i < 16; ++i) codes.insert(codes.end(), {255 - 77, 200});
+                             write(codes);
+                           }}};
+  look.reflectance = 0.16;  // ((1.5 - 1) / (1.5 + 1))^2 is 0.04; of 0.16 the index is (1 + 0.4) / (1 - 0.4).
+  look.reflectance_colors = {even(3, 90)};
+  write_glb(folder / "metal.glb", ball(1.0, 8), {}, std::vector<GlbAppearance>{look});
+  const Json metal = document_of(folder / "metal.glb");
+  const Json& material = metal["materials"][0];
+  EXPECT_EQ(material["pbrMetallicRoughness"]["metallicFactor"], 1);
+  EXPECT_NEAR(material["extensions"]["KHR_materials_ior"]["ior"].get<double>(), 1.4 / 0.6, 1e-12);
+  EXPECT_TRUE(material["extensions"]["KHR_materials_specular"].contains("specularColorTexture"));
+  EXPECT_EQ(metal["extensionsUsed"], Json({"KHR_materials_variants", "KHR_materials_ior", "KHR_materials_specular"}));
+  // Roughness is green, metalness blue: the texture as it is stored.
+  const std::size_t texture = material["pbrMetallicRoughness"]["metallicRoughnessTexture"]["index"];
+  const Json& view = metal["bufferViews"][metal["images"][texture]["bufferView"].get<std::size_t>()];
+  const std::string bytes = read_file(folder / "metal.glb");
+  std::uint32_t length = 0;
+  std::memcpy(&length, bytes.data() + 12, 4);
+  write_atomically(folder / "orm.png", bytes.substr(28 + length + view["byteOffset"].get<std::size_t>(),
+                                                    view["byteLength"].get<std::size_t>()));
+  const ImageF orm = read_channels(folder / "orm.png", {"G", "B"});
+  EXPECT_NEAR(orm.at(1, 1, 0), 77.0f / 255.0f, 1e-6f);
+  EXPECT_NEAR(orm.at(1, 1, 1), 200.0f / 255.0f, 1e-6f);
+  look.reflectance = 1.0;
+  EXPECT_THROW(write_glb(folder / "x.glb", ball(1.0, 8), {}, std::vector<GlbAppearance>{look}), InvalidInput);
 }
 
 TEST(Glb, AFullDiskNamesTheFile) {

@@ -48,6 +48,24 @@ TEST(Lobe, ReflectsAsMuchAsItsTableSaysAndNeverMoreThanArrives) {
   }
 }
 
+// What a lobe sends from one direction into another it sends back as well [Helmholtz]. Its value is BRDF times cosine.
+// The energy that is made good depends on the viewer alone: with it colors are right and this is not.
+TEST(Lobe, IsReciprocal) {
+  for (const double roughness : {0.1, 0.45, 1.0}) {
+    for (int i = 0; i < 50; ++i) {
+      const Vec2 p = sequence_point(i, {0.3, 0.7}), q = sequence_point(i, {0.9, 0.2});
+      const auto direction = [](const Vec2& s) {
+        const double z = 0.05 + 0.95 * s.x(), r = std::sqrt(1.0 - z * z), a = 2.0 * std::numbers::pi * s.y();
+        return Vec3(r * std::cos(a), r * std::sin(a), z);
+      };
+      const Vec3 view = direction(p), light = direction(q);
+      const double there = Lobe(Vec3::UnitZ(), view, roughness).value(light).shape / light.z();
+      const double back = Lobe(Vec3::UnitZ(), light, roughness).value(view).shape / view.z();
+      EXPECT_NEAR(there, back, 1e-9 * (there + back)) << roughness << " " << i;
+    }
+  }
+}
+
 TEST(Lobe, SamplesByItsDensity) {
   const Lobe lobe(Vec3::UnitZ(), seen_at(0.7), 0.6);
   constexpr int kSamples = 40000;

@@ -82,6 +82,9 @@ Facts history_facts(const std::filesystem::path& path) {
     if (count < std::ssize(m.frames)) maps += " (" + std::to_string(count) + " frames)";
   }
   facts.add("frame_maps", maps, maps.empty() ? "none" : maps);
+  std::string constant;
+  for (const HistoryMap& map : m.maps) constant += (constant.empty() ? "" : ", ") + map.name;
+  if (!constant.empty()) facts.add("constant_maps", constant);
   facts.add("mask", m.mask.has_value(), m.mask ? "yes" : "no");
   Json library = Json::array();
   std::string parts;

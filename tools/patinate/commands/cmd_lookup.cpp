@@ -26,15 +26,18 @@ namespace {
 
 /// What is looked up.
 struct LookedUp {
-  enum class Map { Color, Normal, Roughness, Specular, Height, Stddev } map = Map::Color;
+  enum class Map { Color, Normal, Roughness, Specular, Height, Stddev, Metalness, Tint, Base, Orm } map = Map::Color;
 };
-constexpr std::array<std::string_view, 6> kLookedUpNames{"color",    "normal", "roughness",
-                                                         "specular", "height", "stddev"};
+constexpr std::array<std::string_view, 10> kLookedUpNames{"color",  "normal",    "roughness", "specular", "height",
+                                                          "stddev", "metalness", "tint",      "base",     "orm"};
 void describe(OptionVisitor& v, LookedUp& o) {
-  v.visit_choice({"map",
-                  "Color, or what the history's frames hold beside it: normal (tangent space, y up), roughness or "
-                  "strength of the highlight, height in mm (.exr), stddev (deviation of the color, linear, .exr)"},
-                 o.map, kLookedUpNames);
+  v.visit_choice(
+      {"map",
+       "Color, or what the history's frames hold beside it: normal (tangent space, y up), roughness or "
+       "strength of the highlight, height in mm (.exr), stddev (deviation of the color, linear, .exr), metalness, "
+       "tint (color of the mirror), base (base color of the metallic-roughness model), orm (1, roughness, "
+       "metalness packed)"},
+      o.map, kLookedUpNames);
 }
 
 struct LookupCommand {
@@ -93,10 +96,14 @@ transfer::TextureFile texture_file(const HistoryReader& history, const LookupCom
   const Between between = command.sampling.between;
   if (command.looked_up.map == LookedUp::Map::Color)
     return {texture.files, sample(history, texture.time, between), texture.key};
+  if (command.looked_up.map == LookedUp::Map::Base)
+    return {texture.files, sample_base_color(history, texture.time, between), texture.key};
+  if (command.looked_up.map == LookedUp::Map::Orm)
+    return {texture.files, sample_orm(history, texture.time, between), texture.key, transfer::TextureKind::Packed};
   const auto map = static_cast<MaterialMap>(static_cast<int>(command.looked_up.map) - 1);  // The same order.
-  const auto kind = map == MaterialMap::Normal   ? transfer::TextureKind::Normal
-                    : map == MaterialMap::Stddev ? transfer::TextureKind::Color
-                                                 : transfer::TextureKind::Value;
+  const auto kind = map == MaterialMap::Normal                               ? transfer::TextureKind::Normal
+                    : map == MaterialMap::Stddev || map == MaterialMap::Tint ? transfer::TextureKind::Color
+                                                                             : transfer::TextureKind::Value;
   return {texture.files, sample_material_map(history, map, texture.time, between), texture.key, kind,
           map == MaterialMap::Height ? "mm" : ""};
 }
@@ -126,10 +133,7 @@ int lookup_times(CommandRun& run, const LookupCommand& command, const transfer::
     throw UsageError("-o: found `" + command.output.string() + "` for " + std::to_string(times.size()) +
                      " times; expected a name with a number in it, as texture_%04d.png");
   }
-  if (command.looked_up.map != LookedUp::Map::Color) {  // Said before anything is written.
-    (void)sample_material_map(transfer.history(), static_cast<MaterialMap>(static_cast<int>(command.looked_up.map) - 1),
-                              times.front(), command.sampling.between);
-  }
+  (void)texture_file(transfer.history(), command, {times.front(), {}, {}});  // Said before anything is written.
   std::vector<Texture> textures;
   for (double t : times) {
     const std::filesystem::path file = numbered_path(command.output, static_cast<int>(textures.size()));

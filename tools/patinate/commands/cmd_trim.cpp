@@ -27,12 +27,7 @@ JobPlan plan_trim(const fs::path& history, const TrimOptions& options, const fs:
       {.name = "files",
        .outputs = outputs,
        .run = [from = reader.folder(), files = trimmed.files](const fs::path& folder, const RunControl& control) {
-         for (std::size_t i = 0; i < files.size(); ++i) {
-           control.throw_if_stopped();
-           fs::create_directories((folder / files[i].to).parent_path());
-           fs::copy_file(from / files[i].from, folder / files[i].to, fs::copy_options::overwrite_existing);
-           control.report(static_cast<double>(i + 1) / static_cast<double>(files.size()));
-         }
+         copy_history_files(from, files, folder, control);
        }});
   plan.join = [manifest = trimmed.manifest](const fs::path& folder, const RunControl&) {
     write_history_manifest(folder / kHistoryManifestFile, manifest);

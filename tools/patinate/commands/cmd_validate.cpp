@@ -46,12 +46,15 @@ void check_history(const std::filesystem::path& path, Checks& checks, const RunC
   for (int i = 0; i < history.num_frames(); ++i) {
     control.throw_if_stopped();
     checks.run([&] { (void)history.read_frame(i); });
+    for (const std::string& name : history.facts().frames[static_cast<std::size_t>(i)].extras)
+      checks.run([&] { (void)history.read_frame_extra(i, name); });
     control.report((i + 1.0) / (history.num_frames() + 1.0));
   }
   for (const ControlParameter& c : history.manifest().controls) {
     checks.run([&] { (void)history.read_control(c.name); });
     checks.run([&] { (void)history.read_control_deviation(c.name); });
   }
+  for (const std::string& name : history.facts().maps) checks.run([&] { (void)history.read_map(name); });
   checks.run([&] { (void)history.read_mask(); });
   checks.run([&] { (void)read_history_card(history.folder()); });
 }

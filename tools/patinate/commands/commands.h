@@ -8,6 +8,7 @@ namespace patinate::cli {
 
 /// Each returns the exit code (0, or 3 from `validate`), or throws an error of libcommon/include/patinate/core/error.h.
 int cmd_accessibility(CommandRun& run);
+int cmd_appearance(CommandRun& run);
 int cmd_calibrate(CommandRun& run);
 int cmd_combine(CommandRun& run);
 int cmd_compare(CommandRun& run);

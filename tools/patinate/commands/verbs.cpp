@@ -25,6 +25,8 @@ constexpr std::array kVerbs{
     Verb{"combine", "Lays several histories side by side in one, a library.", cmd_combine},
     Verb{"library", "Lists histories to start from, and finds those like a photograph or a history.", cmd_library},
     Verb{"trim", "Makes a history of part of another one's frames.", cmd_trim},
+    Verb{"appearance", "States what a history's material is beside its color: metal, roughness, reflectance.",
+         cmd_appearance},
     Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},
     Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},
     Verb{"render", "Makes a picture of a transfer or simulation at a time, a strip of times, or a movie.", cmd_render},

@@ -1,6 +1,7 @@
 #include "tools/patinate/services/aging_glb.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -36,6 +37,39 @@ ImageU8 gloss_codes(const ImageF& roughness) {
   for (std::size_t i = 0; i < gloss.values().size(); ++i)
     gloss.data()[i] = static_cast<std::uint8_t>(std::clamp(255.5f - 255.0f * roughness.data()[i], 0.0f, 255.0f));
   return gloss;
+}
+
+/// What of dielectrics differs from what viewers assume, at a time.
+struct Reflectance {
+  double most = 0.04;
+  ImageU8 colors;  ///< Shares of `most`; empty: all of it everywhere.
+};
+
+Reflectance reflectance_at(const History& history, double time) {
+  constexpr double kLargest = 0.99, kUsual = 0.04, kRounding = 1e-4;  // Files may hold half floats.
+  ImageF f0 = sample_reflectance(history, time, Between::Blend);
+  if (f0.empty()) return {};
+  const auto [least, most] = std::minmax_element(f0.values().begin(), f0.values().end());
+  const double low = static_cast<double>(*least), high = static_cast<double>(*most);
+  if (std::abs(low - kUsual) < kRounding && std::abs(high - kUsual) < kRounding) return {};
+  Reflectance out{.most = std::min(high, kLargest), .colors = {}};
+  if (high - low < kRounding || high == 0.0) return out;
+  for (float& v : f0.values()) v = static_cast<float>(static_cast<double>(v) / high);
+  out.colors = srgb8_from_linear(f0);
+  return out;
+}
+
+/// Both in codes, side by side. @param roughness  Empty: nobody knows it.
+ImageU8 gloss_and_metal_codes(const ImageF& roughness, const ImageF& metalness) {
+  const ImageU8 metal = unit_codes(metalness);
+  const ImageU8 gloss =
+      gloss_codes(roughness.empty() ? ImageF(metal.width(), metal.height(), 1, kUnknownRoughness) : roughness);
+  ImageU8 both(metal.width(), metal.height(), 2);
+  for (std::size_t i = 0; i < metal.values().size(); ++i) {
+    both.data()[2 * i] = gloss.data()[i];
+    both.data()[2 * i + 1] = metal.data()[i];
+  }
+  return both;
 }
 
 using Write = std::function<void(std::span<const std::uint8_t> rows)>;
@@ -77,8 +111,9 @@ std::vector<GlbAppearance> appearances_of_transfer(const std::shared_ptr<const t
     look.name = labels[i];
     // Codes of the history's pixels are those of the texels that show them.
     look.base_colors = textures->tiles(3, [textures, t](std::size_t tile, const Write& write) {
-      textures->writer.gather_rows(tile, srgb8_from_linear(textures->transfer->history().sample(t)), write,
-                                   textures->silent);
+      textures->writer.gather_rows(
+          tile, srgb8_from_linear(sample_base_color(textures->transfer->history(), t, Between::Blend)), write,
+          textures->silent);
     });
     if (has(MaterialMap::Normal)) {
       look.normals = textures->tiles(3, [textures, map_at, t](std::size_t tile, const Write& write) {
@@ -88,6 +123,28 @@ std::vector<GlbAppearance> appearances_of_transfer(const std::shared_ptr<const t
     if (has(MaterialMap::Roughness)) {
       look.speculars = textures->tiles(1, [textures, map_at, t](std::size_t tile, const Write& write) {
         textures->writer.gather_rows(tile, gloss_codes(map_at(MaterialMap::Roughness, t)), write, textures->silent);
+      });
+    }
+    if (has(MaterialMap::Metalness)) {
+      look.metalness = textures->tiles(1, [textures, map_at, t](std::size_t tile, const Write& write) {
+        textures->writer.gather_rows(tile, unit_codes(map_at(MaterialMap::Metalness, t)), write, textures->silent);
+      });
+    }
+    if (has(MaterialMap::Metalness)) {
+      const bool has_roughness = has(MaterialMap::Roughness);
+      look.gloss_and_metal =
+          textures->tiles(2, [textures, map_at, has_roughness, t](std::size_t tile, const Write& write) {
+            const ImageF roughness = has_roughness ? map_at(MaterialMap::Roughness, t) : ImageF();
+            textures->writer.gather_rows(tile, gloss_and_metal_codes(roughness, map_at(MaterialMap::Metalness, t)),
+                                         write, textures->silent);
+          });
+    }
+    const Reflectance reflectance = reflectance_at(transfer->history(), t);
+    look.reflectance = reflectance.most;
+    if (!reflectance.colors.empty()) {
+      look.reflectance_colors = textures->tiles(3, [textures, t](std::size_t tile, const Write& write) {
+        textures->writer.gather_rows(tile, reflectance_at(textures->transfer->history(), t).colors, write,
+                                     textures->silent);
       });
     }
   }
@@ -122,7 +179,8 @@ void add_relief_of(const std::shared_ptr<TiledMaps>& maps, std::vector<GlbAppear
   silent.on_progress = {};
   const Sheet& sheet = maps->sheet();
   const SurfaceMaps& first = maps->at(times.front(), silent);
-  const bool has_height = !first.height.empty(), has_metalness = !first.metalness.empty();
+  const bool has_height = !first.height.empty();
+  const bool has_metalness = !first.metalness.empty() && appearance.front().metalness.empty();
   for (std::size_t i = 0; i < times.size(); ++i) {
     for (int tile = 0; tile < sheet.num_tiles(); ++tile) {
       if (has_height) {
@@ -235,6 +293,13 @@ AgingGlb glb_of_simulation(const std::filesystem::path& path, const GlbPlantOpti
         look.normals = {texture(3, [map_at] { return normal_codes(map_at(MaterialMap::Normal)); })};
       if (has(MaterialMap::Roughness))
         look.speculars = {texture(1, [map_at] { return gloss_codes(map_at(MaterialMap::Roughness)); })};
+      if (has(MaterialMap::Metalness))
+        look.metalness = {texture(1, [map_at] { return unit_codes(map_at(MaterialMap::Metalness)); })};
+      if (has(MaterialMap::Metalness)) {  // A simulation's frames have gloss always.
+        look.gloss_and_metal = {texture(2, [map_at] {
+          return gloss_and_metal_codes(map_at(MaterialMap::Roughness), map_at(MaterialMap::Metalness));
+        })};
+      }
     }
     return appearance;
   };

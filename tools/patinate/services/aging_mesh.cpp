@@ -29,16 +29,22 @@ AgingMesh aging_mesh_of_transfer(const std::filesystem::path& path) {
   const std::vector<MaterialMap> maps = material_maps(facts_of(mesh.history));
   const auto has = [maps](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
   if (has(MaterialMap::Normal) || has(MaterialMap::Roughness) || has(MaterialMap::Specular) ||
-      has(MaterialMap::Height)) {
+      has(MaterialMap::Height) || has(MaterialMap::Metalness)) {
     const double mm_per_unit = 1000.0 * mesh.meters_per_unit;
     mesh.maps = [transfer, has, mm_per_unit](double time, const RunControl& control) {
-      SurfaceMaps surface{.color = transfer->sample(time, control)};
+      const HistoryReader& history = transfer->history();
+      SurfaceMaps surface{.color = transfer->gather_sheet(sample_base_color(history, time, Between::Blend), control)};
       const auto sample = [&](MaterialMap map, ImageF& into) {
         if (has(map)) into = transfer->sample_map(map, time, Between::Blend, control);
       };
       sample(MaterialMap::Normal, surface.normals);
       sample(MaterialMap::Roughness, surface.roughness);
-      sample(MaterialMap::Specular, surface.specular);
+      if (has(MaterialMap::Tint) && has(MaterialMap::Specular)) {
+        surface.specular = transfer->gather_sheet(sample_reflectance(history, time, Between::Blend), control);
+      } else {
+        sample(MaterialMap::Specular, surface.specular);
+      }
+      sample(MaterialMap::Metalness, surface.metalness);
       sample(MaterialMap::Height, surface.height);
       for (float& h : surface.height.values()) h = static_cast<float>(static_cast<double>(h) / mm_per_unit);
       return surface;

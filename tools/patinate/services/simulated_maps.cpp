@@ -39,31 +39,6 @@ ImageF roughness_of(const ImageU8& gloss) {
   return roughness;
 }
 
-/// Bare metal, less what has come to lie on it.
-ImageF metalness_of(const simulation::Simulation& simulation, int water) {
-  const simulation::Scene& scene = simulation.scene();
-  ImageF metal(scene.resolution, scene.resolution);
-  const std::vector<simulation::ObjectSquare> squares = simulation.object_squares();
-  for (std::size_t i = 0; i < squares.size(); ++i) {
-    const simulation::ObjectSquare& square = squares[i];
-    for (int y = square.y; y < square.y + square.side; ++y) {
-      for (int x = square.x; x < square.x + square.side; ++x)
-        metal.at(x, y) = static_cast<float>(scene.objects[i].preset.metalness);
-    }
-  }
-  if (std::all_of(metal.values().begin(), metal.values().end(), [](float m) { return m == 0.0f; })) return {};
-  ImageF cover(scene.resolution, scene.resolution);
-  for (int m = 0; m < static_cast<int>(scene.materials.size()); ++m) {
-    if (m == water || scene.materials[static_cast<std::size_t>(m)] == "metal") continue;
-    const ImageF now = simulation.amounts(m), before = simulation.original_amounts(m);
-    const auto strength = static_cast<float>(scene.appearance[static_cast<std::size_t>(m)].strength);
-    for (std::int64_t i = 0; i < cover.num_pixels(); ++i)
-      cover.data()[i] += strength * std::max(0.0f, now.data()[i] - before.data()[i]);
-  }
-  for (std::int64_t i = 0; i < metal.num_pixels(); ++i) metal.data()[i] *= std::max(0.0f, 1.0f - cover.data()[i]);
-  return metal;
-}
-
 }  // namespace
 
 bool may_grow_plants(std::span<const std::string> materials) {
@@ -104,7 +79,7 @@ SurfaceMaps SimulatedSurface::at(double time, const RunControl& control) {
   SurfaceMaps maps{.color = look.color_linear(),
                    .normals = decoded_normals(look.normal8()),
                    .roughness = roughness_of(look.specular8()),
-                   .metalness = metalness_of(simulation, water),
+                   .metalness = simulation::metalness_of(simulation),
                    .height = look.height_mm()};
   if (!maps.metalness.empty()) dilate(maps.metalness, simulation.coverage(), -1);
   if (water >= 0) {

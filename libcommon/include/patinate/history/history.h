@@ -85,6 +85,7 @@ class HistoryReader final : public History {
   [[nodiscard]] ImageF load_map(std::size_t map) const override;
   [[nodiscard]] ImageF load_frame_extra(std::size_t frame, std::size_t extra) const override;
   [[nodiscard]] ImageU8 load_frame_mask(std::size_t frame) const override;
+  [[nodiscard]] ImageF checked_material(const HistoryImage& image, ImageF values) const;
 
   std::filesystem::path folder_;
   std::string label_;

@@ -68,16 +68,20 @@ enum class MaterialMap {
   Specular,   ///< Its strength (F0), >= 0. 1 channel.
   Height,     ///< mm. 1 channel.
   Stddev,     ///< Standard deviation of the color, linear; 0 = not known. 3 channels.
+  Metalness,  ///< 0 = dielectric, 1 = metal. 1 channel.
+  Tint,  ///< Color of the mirror, [0, 1]: what metal reflects at normal incidence, else a factor of its strength. Where
+         ///< nobody knows it: white, and of metal the frame's color. 3 channels.
 };
-inline constexpr std::array<std::string_view, 5> kMaterialMapNames{"normal", "roughness", "specular", "height",
-                                                                   "stddev"};
+inline constexpr std::array<std::string_view, 7> kMaterialMapNames{"normal", "roughness", "specular", "height",
+                                                                   "stddev", "metalness", "tint"};
 
 /// What stands where nobody knows: a plain, rather dull dielectric.
 inline constexpr float kUnknownRoughness = 0.8f;
 inline constexpr float kUnknownSpecular = 0.04f;
 
-/// Those that at least one frame has, in the order of MaterialMap; height also as a map that is constant in time. The
-/// constant map `normal` is the object's shape, not the material's relief, and none of them.
+/// Those that at least one frame has, in the order of MaterialMap; height, roughness, specular, metalness and tint also
+/// as maps that are constant in time. The constant map `normal` is the object's shape, not the material's relief, and
+/// none of them.
 [[nodiscard]] std::vector<MaterialMap> material_maps(const HistoryFacts& history);
 
 /// Normals of the scanned world in the tangent space of the surface that the photographs show.
@@ -95,5 +99,15 @@ inline constexpr float kUnknownSpecular = 0.04f;
 /// only one of the two frames knows a value it counts alone.
 /// @throws InvalidInput if no frame has it, listing those there are, or `time` is NaN; IoError.
 [[nodiscard]] ImageF sample_material_map(const History& history, MaterialMap map, double time, Between between);
+
+/// Base color of the metallic-roughness model (glTF 2.0): H x W x 3. What is no metal has the history's color, metal
+/// its tint. Without tint it is sample(). @throws as sample_material_map().
+[[nodiscard]] ImageF sample_base_color(const History& history, double time, Between between);
+/// What is no metal reflects so much at normal incidence (F0): strength times tint, H x W x 3. Empty when the history
+/// knows no strength: it is kUnknownSpecular. @throws as sample_material_map().
+[[nodiscard]] ImageF sample_reflectance(const History& history, double time, Between between);
+/// Packed as glTF's metallic-roughness texture: 1 (nothing is known of occlusion), roughness, metalness; H x W x 3.
+/// @throws InvalidInput if the history knows neither; as sample_material_map().
+[[nodiscard]] ImageF sample_orm(const History& history, double time, Between between);
 
 }  // namespace patinate

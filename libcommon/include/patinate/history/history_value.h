@@ -26,11 +26,14 @@ inline constexpr double kLargestControl =
 inline constexpr std::array<std::string_view, 3> kHistoryOriginNames{"captured", "simulated", "synthetic"};
 
 /// What frames may have beside color: `stddev` (of the albedo; R, G, B), `specular` (strength, roughness), `normal` (X,
-/// Y, Z, unit), `height` (Y, mm); 0 where not known.
-inline constexpr std::array<std::string_view, 4> kFrameExtraNames{"stddev", "specular", "normal", "height"};
+/// Y, Z, unit), `height` (Y, mm), `metalness` (Y, [0, 1]), `tint` (R, G, B, [0, 1]: color of the mirror, of metal what
+/// it reflects at normal incidence); 0 where not known, but for metalness, where it is no metal.
+inline constexpr std::array<std::string_view, 6> kFrameExtraNames{"stddev", "specular",  "normal",
+                                                                  "height", "metalness", "tint"};
 /// Images that are constant in time. `position` and `normal`: X, Y, Z; `height` and `texel_size`: Y. mm, or unit
-/// vectors; 0 where there is no surface.
-inline constexpr std::array<std::string_view, 4> kHistoryMapNames{"position", "normal", "height", "texel_size"};
+/// vectors; 0 where there is no surface. `specular`, `metalness` and `tint` as frames have them.
+inline constexpr std::array<std::string_view, 7> kHistoryMapNames{"position", "normal",    "height", "texel_size",
+                                                                  "specular", "metalness", "tint"};
 /// Names of the channels, as files have them. @throws InvalidInput listing the names there are.
 [[nodiscard]] const std::vector<std::string>& frame_extra_channels(const std::string& name);
 [[nodiscard]] const std::vector<std::string>& history_map_channels(const std::string& name);
@@ -107,6 +110,9 @@ struct HistoryFacts {
 
   friend bool operator==(const HistoryFacts&, const HistoryFacts&) = default;
 };
+/// @throws InvalidInput if some frames have `metalness` or `tint` and others have not, or `specular`, `metalness` or
+/// `tint` is both a map that is constant and one of frames.
+void check_material_maps(const HistoryFacts& facts);
 /// @throws InvalidInput if parts leave the history, lie over one another, or kLibraryControl is missing beside them.
 void check_library_parts(const HistoryFacts& facts);
 
@@ -137,10 +143,10 @@ class History {
   [[nodiscard]] std::optional<ImageF> read_control_deviation(const std::string& name) const;
   /// 0 / 255; all 255 when the history has no mask. @throws IoError if it is 0 everywhere.
   [[nodiscard]] ImageU8 read_mask() const;
-  /// H x W x 3 (position, normal) or x 1. @throws InvalidInput listing the maps there are; IoError.
+  /// H x W x the channels of the map. @throws InvalidInput listing the maps there are; IoError.
   [[nodiscard]] ImageF read_map(const std::string& name) const;
-  /// What a frame has more than color: H x W x (3, 2, 3, 1) for the names of kFrameExtraNames; nothing when the frame
-  /// has none of it.
+  /// What a frame has more than color: H x W x (3, 2, 3, 1, 1, 3) for the names of kFrameExtraNames; nothing when the
+  /// frame has none of it.
   /// @throws InvalidInput if there is no such index or name; IoError.
   [[nodiscard]] std::optional<ImageF> read_frame_extra(int index, const std::string& name) const;
   /// Where frame `index` shows the surface itself: read_mask() and the frame's own mask. 0 / 255; may be 0 everywhere.

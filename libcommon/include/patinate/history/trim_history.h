@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "patinate/core/options.h"
+#include "patinate/core/run_control.h"
 #include "patinate/history/history.h"
 
 namespace patinate {
@@ -30,5 +31,9 @@ struct TrimmedHistory {
 /// Times, controls, maps, mask and warnings stay as they are: a control that was made from all frames still is.
 /// @throws InvalidInput if no frame would be left, or on options out of range.
 [[nodiscard]] TrimmedHistory trim_history(const HistoryManifest& history, const TrimOptions& options);
+
+/// Copies them. Folders are made. @throws std::filesystem::filesystem_error; Canceled.
+void copy_history_files(const std::filesystem::path& from, const std::vector<TrimmedHistory::File>& files,
+                        const std::filesystem::path& to, const RunControl& control = {});
 
 }  // namespace patinate

@@ -15,6 +15,9 @@
 
 namespace patinate {
 
+/// Of a dielectric that reflects so much at normal incidence in air. @param reflectance  [0, 1).
+[[nodiscard]] double index_of_refraction(double reflectance);
+
 /// A texture that is made while it is written, so that it need not be in memory.
 struct GlbTexture {
   int width = 0, height = 0;
@@ -29,9 +32,20 @@ struct GlbAppearance {
   std::vector<GlbTexture> base_colors;     ///< One a tile; sRGB codes of 3 channels.
   std::vector<GlbTexture> normals = {};    ///< As GlbVariant::normals.
   std::vector<GlbTexture> speculars = {};  ///< As GlbVariant::speculars, one channel.
-  // Not in a GLB; formats with files of their own have them.
-  std::vector<GlbTexture> metalness = {};             ///< None, or one a tile: 255 = metal, one channel.
-  std::vector<std::function<ImageF()>> heights = {};  ///< None, or one a tile: along the normal, in the mesh's unit.
+  /// None, or one a tile: the same and metalness (255 = metal), two channels. A GLB, which keeps both in one texture,
+  /// takes it in place of `speculars`; formats with files of their own take `metalness`.
+  std::vector<GlbTexture> gloss_and_metal = {};
+  std::vector<GlbTexture> metalness = {};  ///< None, or one a tile, one channel.
+  /// What is no metal reflects at most so much at normal incidence: KHR_materials_ior where it is not 0.04. [0, 0.99].
+  double reflectance = 0.04;
+  /// None, or one a tile: what of `reflectance` is reflected; sRGB codes of 3 channels (KHR_materials_specular).
+  std::vector<GlbTexture> reflectance_colors = {};
+  /// None, or one a tile: along the normal, in the mesh's unit. Not in a GLB; formats with files of their own have
+  /// them.
+  std::vector<std::function<ImageF()>> heights = {};
+
+  /// It is not what viewers assume.
+  [[nodiscard]] bool has_reflectance() const { return reflectance != 0.04 || !reflectance_colors.empty(); }
 };
 
 /// One look of the mesh. The first one is what viewers without the extension show.
@@ -85,9 +99,9 @@ struct GlbOptions {
 /// tangents.
 /// @param mesh  With UVs in [0, 1] of every tile.
 /// @throws InvalidInput if the mesh has no UVs, there is no variant, a name occurs twice, a variant has not one texture
-/// a tile, normals have not 3 channels, a plant names a variant that is not there, or a value is not finite;
-/// CannotComplete if it cannot be written. Memory: the mesh, and what one texture takes while it is made; the file's
-/// bytes wait on the disk, beside its place.
+/// a tile, a reflectance is out of range, normals have not 3 channels, a plant names a variant that is not there, or a
+/// value is not finite; CannotComplete if it cannot be written. Memory: the mesh, and what one texture takes while it
+/// is made; the file's bytes wait on the disk, beside its place.
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
                const std::vector<GlbAppearance>& appearance, const GlbOptions& options = {},
                const RunControl& control = {});

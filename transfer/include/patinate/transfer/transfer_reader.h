@@ -92,6 +92,8 @@ class TransferReader {
   /// sample_material_map(); IoError.
   [[nodiscard]] ImageF sample_map(MaterialMap map, double time, Between between = Between::Blend,
                                   const RunControl& control = {}) const;
+  /// Values of any image of the history's size at every texel, over the sheet, gutters filled.
+  [[nodiscard]] ImageF gather_sheet(const ImageF& source, const RunControl& control = {}) const;
   /// The tiles of an image over the sheet.
   [[nodiscard]] std::vector<ImageF> tiles_of(ImageF values) const;
   /// Values of any image of the history's size at every texel, an image per tile, gutters filled.

@@ -115,7 +115,7 @@ int export_model(CommandRun& run, ModelFormat format, const AgingGlb& model, con
                  const std::vector<double>& times, const GlbPlantOptions& plants) {
   if (format == ModelFormat::Obj && times.size() > 1)
     throw UsageError("-o: an OBJ shows one time; give one --time, or .usda, .usdz or .glb");
-  constexpr std::array<std::string_view, 3> kStages{"export glb 3", "export usd 2", "export obj 1"};
+  constexpr std::array<std::string_view, 3> kStages{"export glb 4", "export usd 3", "export obj 2"};
   ContentHash hash;
   hash.add(kStages[static_cast<std::size_t>(format)]).add(model.key);
   if (format == ModelFormat::Glb && model.plants) hash.add("plants 2").add(plants.plants);

@@ -140,6 +140,7 @@ std::string places_problem(const ComparedPair& pair, std::size_t num_shared, con
 }  // namespace
 
 ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& options, const RunControl& control) {
+  if (options.num_blocks == 1) throw InvalidInput("num_blocks: found 1; expected 0, or a number in [2, 64]");
   const CommonTimes times = common_times(a.facts(), b.facts(), options);
   const auto extent = [](const TextureSeries& s) { return SurfaceExtent{s.width(), s.height(), s.pixel_mm()}; };
   const CommonSizes sizes = common_sizes(extent(a), extent(b), options.size, options.places == Places::Equal);

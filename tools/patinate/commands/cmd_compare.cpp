@@ -7,6 +7,7 @@
 #include "tools/patinate/command_line/history_warnings.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
@@ -47,6 +48,7 @@ int cmd_compare(CommandRun& run) {
   run.line.example("compare copper copper_simulated --clock span -o report");
   run.line.example("compare copper hydrant_simulated --through copper_hydrant -o report");
   if (!run.parse()) return 0;
+  if (task.options.num_blocks == 1) throw UsageError("--num-blocks: found 1; expected 0, or a number in [2, 64]");
   task.options.seed = static_cast<std::uint64_t>(run.line.common().seed);
   task.command = command_of(task);
   for (fs::path* side : {&task.a, &task.b}) *side = history_place(*side);

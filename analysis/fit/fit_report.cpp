@@ -225,10 +225,10 @@ void add_held_out(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   const HeldOut& h = *o.held_out;
   page.heading("Frames that the search did not see");
   page.paragraph(
-      "Only frames up to " + number(*task.objective.until) + " were fitted. The objective of the " +
-      std::to_string(h.num_times) +
-      " compared times after it says how well the model foretells; one that is no better than the last frame "
-      "seen, held, foretells nothing.");
+      "Only frames up to " + number(*task.objective.until) +
+      " were fitted. The objective at the compared times after it (" + std::to_string(h.num_times) +
+      " in all) says how well the model foretells; one that is no better than the last frame seen, held, foretells "
+      "nothing.");
   double least = std::numeric_limits<double>::infinity(), most = 0.0;
   for (const std::optional<double>& v : h.other_seeds) {
     if (v) least = std::min(least, *v), most = std::max(most, *v);

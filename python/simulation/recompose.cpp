@@ -15,14 +15,6 @@ namespace py = pybind11;
 
 namespace {
 
-struct LookKeywords {
-  simulation::ColorForm color_form = simulation::ColorForm::Normalized;
-};
-void describe(OptionVisitor& v, LookKeywords& o) {
-  v.visit_choice({"color_form", "How colors mix: normalized weights, or the form of the published shader"},
-                 o.color_form, simulation::kColorFormNames);
-}
-
 /// {"rust.strength": 0.5}
 std::vector<simulation::LookChange> changes_from(const py::object& given, const std::vector<std::string>& materials) {
   std::vector<simulation::LookChange> changes;
@@ -56,13 +48,13 @@ void bind_recompose(py::module_& module) {
              .keyword("scene", "str | os.PathLike[str] | None", "None",
                       "A scene file with the same materials whose looks to take")
              .keyword("force", "bool", "False", "Replace something different that lies there")
-             .options<LookKeywords>()
+             .options<simulation::RecomposeOptions>()
              .runs()
              .returns("History")
              .raises("IoError if a file cannot be read or has other materials; InvalidInput; CannotComplete"),
          [](const py::object& simulation, const py::object& output, const py::kwargs& kwargs) {
            Keywords keywords("recompose", kwargs);
-           LookKeywords options;
+           simulation::RecomposeOptions options;
            keywords.read(options);
            const py::object given = keywords.object("changes"), scene = keywords.object("scene");
            const bool force = keywords.flag("force", false);
@@ -71,10 +63,11 @@ void bind_recompose(py::module_& module) {
            const std::string from = path_from(simulation), to = path_from(output);
            const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(from);
            const std::vector<simulation::LookChange> changes = changes_from(given, manifest.materials);
-           const std::filesystem::path file = scene.is_none() ? manifest.scene : std::filesystem::path(path_from(scene));
+           const std::filesystem::path file =
+               scene.is_none() ? manifest.scene : std::filesystem::path(path_from(scene));
            return PyHistory{result_of(run, [&](const RunControl& control) {
              run_job(simulation::plan_recompose(from, simulation::read_scene(file, control.part(0.0, 0.2)), changes,
-                                                {.color_form = options.color_form}, to),
+                                                options, to),
                      {.force = force}, control.part(0.2, 1.0));
              return std::make_shared<const HistoryReader>(std::filesystem::path(to) / "history");
            })};

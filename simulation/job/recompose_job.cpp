@@ -13,7 +13,6 @@
 #include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
-#include "patinate/core/options.h"
 #include "patinate/history/history.h"
 #include "simulation/files/scene_files.h"
 #include "simulation/job/frame_maps.h"
@@ -200,6 +199,11 @@ JobInputs recompose_inputs(const RecomposeWork& work, const std::vector<LookChan
 }
 
 }  // namespace
+
+void describe(OptionVisitor& v, RecomposeOptions& o) {
+  v.visit_choice({"color_form", "How colors mix: normalized weights, or the form of the published shader"},
+                 o.color_form, kColorFormNames);
+}
 
 const std::vector<std::string>& look_numbers() {
   static const std::vector<std::string> names = [] {

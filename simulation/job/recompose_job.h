@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "libcommon/job/job.h"
+#include "patinate/core/options.h"
 #include "patinate/simulation/engine.h"
 #include "patinate/simulation/scene_io.h"
 
@@ -28,8 +29,9 @@ struct LookChange {
 
 struct RecomposeOptions {
   ColorForm color_form = ColorForm::Normalized;
-  std::shared_ptr<const SimulationDevice> device = {};
+  std::shared_ptr<const SimulationDevice> device = {};  ///< Not described: it comes from the command.
 };
+void describe(OptionVisitor& v, RecomposeOptions& o);
 
 /// A simulation folder as plan_simulation() describes it, which whatever shows simulations takes, but without
 /// `state.bin`: it does not go on. Its scene is `scene` with the changes. Items are frames. Of a folder whose frames

@@ -14,14 +14,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct LookOptions {
-  simulation::ColorForm color_form = simulation::ColorForm::Normalized;
-};
-void describe(OptionVisitor& v, LookOptions& o) {
-  v.visit_choice({"color_form", "How colors mix: normalized weights, or the form of the published shader"},
-                 o.color_form, simulation::kColorFormNames);
-}
-
 std::vector<simulation::LookChange> parse_changes(const std::vector<std::string>& texts,
                                                   const std::vector<std::string>& materials) {
   std::vector<simulation::LookChange> changes;
@@ -40,7 +32,7 @@ std::vector<simulation::LookChange> parse_changes(const std::vector<std::string>
 int cmd_recompose(CommandRun& run) {
   fs::path folder, scene_path, output;
   std::vector<std::string> texts;
-  LookOptions options;
+  simulation::RecomposeOptions options;
   device::DeviceOptions device;
   run.line.positional("SIMULATION", "A folder that `simulate` made", folder);
   run.line.output("FOLDER", "Folder to make: a simulation of the same amounts with another look", output);
@@ -54,13 +46,12 @@ int cmd_recompose(CommandRun& run) {
   run.line.options(device);
   run.line.example("recompose rust -o rust_pale --set rust.strength=0.5 --set rust.variation=0.8");
   if (!run.parse()) return 0;
-  const auto simulation_device = open_simulation_device(device, run);
+  options.device = open_simulation_device(device, run);
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);
   simulation::SceneFile file =
       simulation::read_scene(scene_path.empty() ? manifest.scene : scene_path, run.control("scene"));
   const std::vector<simulation::LookChange> changes = parse_changes(texts, manifest.materials);
-  const JobPlan plan =
-      simulation::plan_recompose(folder, std::move(file), changes, {options.color_form, simulation_device}, output);
+  const JobPlan plan = simulation::plan_recompose(folder, std::move(file), changes, options, output);
   if (plan.items.empty())
     run.note(folder.string() +
              " holds no amounts of its frames (made by an earlier version): its end alone is composed");

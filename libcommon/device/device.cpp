@@ -129,12 +129,13 @@ Memory Device::allocate_bytes(std::size_t size) const {
   return result;
 }
 
-void Device::write_bytes(const Memory& memory, const void* values, std::size_t size) const {
-  if (size > memory.size_bytes_) throw InvalidInput("a device's buffer is shorter than what is written to it");
+void Device::write_bytes(const Memory& memory, std::size_t offset, const void* values, std::size_t size) const {
+  if (offset > memory.size_bytes_ || size > memory.size_bytes_ - offset)
+    throw InvalidInput("a device's buffer is shorter than what is written to it");
   if (size == 0) return;
   const DeviceState& s = *state_;
-  s.check(s.cl.clEnqueueWriteBuffer(s.queue, static_cast<cl_mem>(memory.handle_.get()), CL_TRUE, 0, size, values, 0,
-                                    nullptr, nullptr),
+  s.check(s.cl.clEnqueueWriteBuffer(s.queue, static_cast<cl_mem>(memory.handle_.get()), CL_TRUE, offset, size, values,
+                                    0, nullptr, nullptr),
           "writing to it");
 }
 

@@ -158,10 +158,10 @@ class Device {
   [[nodiscard]] Buffer<T> upload(const std::vector<T>& values) const {
     return upload(std::span<const T>(values));
   }
-  /// @param buffer  At least as long.
+  /// To [first, first + values.size()) of the buffer.
   template <class T>
-  void write(std::span<const T> values, Buffer<T>& buffer) const {
-    write_bytes(buffer.memory(), values.data(), values.size_bytes());
+  void write(std::span<const T> values, Buffer<T>& buffer, std::size_t first = 0) const {
+    write_bytes(buffer.memory(), first * sizeof(T), values.data(), values.size_bytes());
   }
   /// Waits for what was queued before. @param values  At most as long as the buffer.
   template <class T>
@@ -180,7 +180,7 @@ class Device {
 
  private:
   [[nodiscard]] Memory allocate_bytes(std::size_t size) const;
-  void write_bytes(const Memory& memory, const void* values, std::size_t size) const;
+  void write_bytes(const Memory& memory, std::size_t offset, const void* values, std::size_t size) const;
   void read_bytes(const Memory& memory, void* values, std::size_t size) const;
 
   std::shared_ptr<DeviceState> state_;

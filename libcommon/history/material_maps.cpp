@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "libcommon/history/frame_locator.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history_sampling.h"
 

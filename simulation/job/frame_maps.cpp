@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "libcommon/core/text.h"
+#include "libcommon/history/frame_locator.h"
 #include "patinate/atlas/dilate.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "libcommon/core/file_name.h"
+#include "libcommon/history/frame_locator.h"
 #include "libcommon/history/history_times.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"

@@ -12,13 +12,6 @@ using device::Device;
 using device::DeviceError;
 using device::Items;
 
-SearchDevice::SearchDevice(const Device& device, std::function<void(const DeviceError&)> on_failure)
-    : device_(device), on_failure_(std::move(on_failure)) {}
-
-void SearchDevice::report_failure(const DeviceError& error) const {
-  if (on_failure_) on_failure_(error);
-}
-
 namespace {
 
 device::Program build_program(const Device& device, int num_neighbors) {

@@ -3,13 +3,12 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 
 #include "libcommon/device/arithmetic_check.h"
-#include "libcommon/device/device.h"
+#include "libcommon/device/fallible_device.h"
 #include "patinate/core/run_control.h"
 #include "transfer/synthesis/energy.h"
 #include "transfer/synthesis/places.h"
@@ -30,11 +29,10 @@ struct DevicePass {
   int first_turn = 0;  ///< Of the first of its sets.
 };
 
-/// A device for synthesis. Whatever it cannot do (DeviceError) the caller does itself.
-class SearchDevice {
+/// A device for synthesis.
+class SearchDevice : public device::FallibleDevice {
  public:
-  /// @param on_failure  Called when a transfer goes on without it; may be empty.
-  explicit SearchDevice(const device::Device& device, std::function<void(const device::DeviceError&)> on_failure = {});
+  using FallibleDevice::FallibleDevice;
 
   /// One level's tables in the device's memory.
   class Level {
@@ -51,13 +49,6 @@ class SearchDevice {
     struct State;
     std::unique_ptr<State> state_;
   };
-
-  [[nodiscard]] const device::Device& device() const { return device_; }
-  void report_failure(const device::DeviceError& error) const;
-
- private:
-  device::Device device_;
-  std::function<void(const device::DeviceError&)> on_failure_;
 };
 
 /// A small synthesis there and here, place by place. @throws DeviceError if the device cannot run it.

@@ -1,3 +1,5 @@
+#include "libcommon/history/frame_locator.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>

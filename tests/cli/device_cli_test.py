@@ -2,7 +2,9 @@
 """`patinate devices` and `--device`: the same bytes everywhere, and what is said where there is nothing. Usage: device_cli_test.py PATINATE [unittest arguments]"""
 import json
 import os
+import subprocess
 import sys
+import time
 import unittest
 
 from command_case import INPUT, USAGE, CommandCase, tree_of, use
@@ -25,9 +27,17 @@ class Devices(CommandCase):
             self.skipTest("there is no OpenCL device (Debian: pocl-opencl-icd)")
         return devices[0]
 
+    def kill_at_its_first_checkpoint(self, out, *arguments):
+        process = subprocess.Popen([self.patinate, *map(str, arguments)], cwd=self.folder, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+        while process.poll() is None and not list((self.folder / f"{out}.partial").rglob("checkpoint.bin")):
+            time.sleep(0.002)
+        process.kill()
+        process.wait()
+        self.assertFalse((self.folder / out).exists(), "it was done before it could be killed")
+
     def test_each_says_whether_it_gives_the_cpus_bytes(self):
         device = self.an_opencl_device()
-        self.assertEqual(device["checks"], dict.fromkeys(("arithmetic", "transfer", "composition", "rules", "rays"), "passed"))
+        self.assertEqual(device["checks"], dict.fromkeys(("arithmetic", "transfer", "lookups", "composition", "rules", "rays"), "passed"))
         self.assertIn(device["name"], self.succeeds("devices"))
 
     def test_a_transfer_is_the_same_on_each(self):
@@ -38,6 +48,39 @@ class Devices(CommandCase):
         for file in ("coordinates.exr", "transfer.json"):
             self.assertEqual((self.folder / "there" / file).read_bytes(), (self.folder / "here" / file).read_bytes(), file)
         self.assertIn(device["name"], (self.folder / "there" / "run.json").read_text())
+
+    def test_lookups_are_the_same_on_each(self):
+        device = self.an_opencl_device()
+        self.assertEqual(self.transfer("aged").returncode, 0)
+        asked = {
+            "times_%04d.png": ("--num-times", "3"),
+            "linear.exr": ("--time", "1.25"),
+            "map.png": ("--time-map", "height"),
+            "map.exr": ("--time-map", "height", "--between", "nearest"),
+        }
+        for out, name in (("there", device["name"]), ("here", "cpu")):
+            (self.folder / out).mkdir()
+            for file, options in asked.items():
+                self.succeeds("lookup", "aged", *options, "--device", name, "-o", self.folder / out / file)
+        here, there = tree_of(self.folder / "here"), tree_of(self.folder / "there")
+        self.assertEqual(here.keys(), there.keys())
+        for file in here:
+            self.assertEqual(here[file], there[file], file)
+
+    def test_a_simulation_that_was_killed_goes_on_elsewhere(self):
+        device = self.an_opencl_device()
+        self.succeeds("synth", "ledge", "-o", "ledge")
+        scene = self.folder / "ledge" / "scene.json"
+        options = ("--iterations", "400", "--resolution", "128", "--history-every", "10")
+        self.succeeds("simulate", scene, *options, "--device", "cpu", "-o", "whole")
+        for begun, ended in ((device["name"], "cpu"), ("cpu", device["name"])):
+            out = f"from_{'cpu' if begun == 'cpu' else 'device'}"
+            self.kill_at_its_first_checkpoint(out, "simulate", scene, *options, "--device", begun, "-o", out)
+            self.succeeds("simulate", scene, *options, "--device", ended, "-o", out)
+            whole, resumed = tree_of(self.folder / "whole"), tree_of(self.folder / out)
+            self.assertEqual(whole.keys(), resumed.keys())
+            for file in whole:
+                self.assertEqual(whole[file], resumed[file], file)
 
     def test_a_simulation_is_the_same_on_each(self):
         device = self.an_opencl_device()

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/image_rows.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
+#include "transfer/lookup/lookup_device.h"
 #include "transfer/lookup/source_turn.h"
 
 namespace patinate::transfer {
@@ -49,6 +51,45 @@ std::size_t piece_size(const CoordinateStrips& strips) {
   return (kTexels / width / kRows + 1) * kRows * width;
 }
 
+/// The rows of a strip on a device, for all textures.
+class StripOnDevice {
+ public:
+  explicit StripOnDevice(const LookupDevice* device) : device_(device) {}
+
+  void begin(std::span<const std::uint32_t> indices) {
+    if (!is_used()) return;
+    try {
+      const device::Device& there = device_->device();
+      if (indices_.size() < indices.size()) indices_ = there.allocate<std::uint32_t>(indices.size());
+      there.write(indices, indices_);
+    } catch (const device::DeviceError& error) {
+      device_->report_failure(error);
+    }
+  }
+  /// A texture's values of the whole strip; nothing where the CPU is to look up. Several threads may ask for different
+  /// textures at once.
+  template <class T>
+  [[nodiscard]] std::span<const T> gather(const Image<T>& source, std::size_t num_texels,
+                                          std::optional<DeviceGather<T>>& gatherer, std::vector<T>& values) const {
+    if (!is_used()) return {};
+    try {
+      if (!gatherer) gatherer.emplace(device_->device(), source);
+      values.resize(num_texels * static_cast<std::size_t>(source.channels()));
+      gatherer->gather(indices_, values);
+      return values;
+    } catch (const device::DeviceError& error) {
+      device_->report_failure(error);
+      return {};
+    }
+  }
+
+ private:
+  [[nodiscard]] bool is_used() const { return device_ != nullptr && !device_->has_failed(); }
+
+  const LookupDevice* device_;
+  device::Buffer<std::uint32_t> indices_;
+};
+
 /// One texture's file of one tile.
 class TileOfTexture {
  public:
@@ -58,24 +99,37 @@ class TileOfTexture {
         writer_(texture.files[tile], strips.width(), strips.height(), format_of(texture)),
         piece_(piece_size(strips)) {}
 
-  void write(std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
+  void write(std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns, const StripOnDevice& there) {
+    if (is_of_codes()) {
+      code_rows_ = there.gather(codes_, indices.size(), code_gather_, all_codes_);
+    } else {
+      value_rows_ = there.gather(texture_.source, indices.size(), value_gather_, all_values_);
+    }
     for (std::size_t i = 0; i < indices.size(); i += piece_) {
       const std::size_t size = std::min(piece_, indices.size() - i);
-      write_piece(indices.subspan(i, size), turns.empty() ? turns : turns.subspan(i, size));
+      write_piece(i, indices.subspan(i, size), turns.empty() ? turns : turns.subspan(i, size));
     }
   }
   void finish() { writer_.finish(); }
 
  private:
-  void write_piece(std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
-    const std::size_t size = channels_of(texture_.kind) * indices.size();
-    if (writer_.takes_codes() && texture_.kind != TextureKind::Normal) {
+  [[nodiscard]] bool is_of_codes() const { return writer_.takes_codes() && texture_.kind != TextureKind::Normal; }
+
+  /// @param first  Texel of the strip that the piece begins at.
+  void write_piece(std::size_t first, std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
+    const std::size_t size = channels_of(texture_.kind) * indices.size(), begin = channels_of(texture_.kind) * first;
+    if (is_of_codes()) {
+      if (!code_rows_.empty()) return writer_.write(code_rows_.subspan(begin, size));
       bytes_.resize(size);
       gather_packed(codes_, indices, std::uint8_t{0}, bytes_);
       return writer_.write(bytes_);
     }
     values_.resize(size);
-    gather_packed(texture_.source, indices, 0.0f, values_);
+    if (value_rows_.empty()) {
+      gather_packed(texture_.source, indices, 0.0f, values_);
+    } else {
+      std::copy_n(value_rows_.begin() + static_cast<std::ptrdiff_t>(begin), size, values_.begin());
+    }
     if (texture_.kind == TextureKind::Normal) turn_normals(turns, values_);
     if (!writer_.takes_codes()) return writer_.write(values_);
     bytes_.resize(size);
@@ -88,6 +142,13 @@ class TileOfTexture {
   std::size_t piece_;
   std::vector<std::uint8_t> bytes_;
   std::vector<float> values_;
+  // What a device has looked up of the strip; empty where the CPU does.
+  std::optional<DeviceGather<std::uint8_t>> code_gather_;
+  std::optional<DeviceGather<float>> value_gather_;
+  std::vector<std::uint8_t> all_codes_;
+  std::vector<float> all_values_;
+  std::span<const std::uint8_t> code_rows_;
+  std::span<const float> value_rows_;
 };
 
 }  // namespace
@@ -128,10 +189,12 @@ void TextureWriter::write(std::span<const TextureFile> textures, const RunContro
     RunControl quiet = control;
     quiet.on_progress = {};
     const auto num_tiles = static_cast<double>(tiles_.size());
+    StripOnDevice there(device_.get());
     tiles_[t].visit(
         [&](int, std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
+          there.begin(indices);
           parallel_for(static_cast<std::int64_t>(open.size()), 1, quiet, [&](std::int64_t begin, std::int64_t) {
-            open[static_cast<std::size_t>(begin)]->write(indices, turns);
+            open[static_cast<std::size_t>(begin)]->write(indices, turns, there);
           });
         },
         control.part(static_cast<double>(t) / num_tiles, (static_cast<double>(t) + 1.0) / num_tiles));

@@ -5,8 +5,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "patinate/core/run_control.h"
@@ -16,6 +18,8 @@
 #include "transfer/lookup/coordinate_strips.h"
 
 namespace patinate::transfer {
+
+class LookupDevice;
 
 enum class TextureKind {
   Color,   ///< 3 channels, linear; codes are sRGB.
@@ -42,6 +46,9 @@ class TextureWriter {
   explicit TextureWriter(const TransferFolder& transfer, const CoordinateStripsOptions& options = {},
                          const RunControl& control = {});
 
+  /// write() looks up there from now on; where that fails the CPU does, the same bytes.
+  void use(std::shared_ptr<const LookupDevice> device) { device_ = std::move(device); }
+
   /// All at once: coordinates are gone through once for them. Each file is whole or absent.
   /// @throws CannotComplete, ParseError on an unknown extension, InvalidInput if a source is not of the history's size,
   /// or a normal is asked for without CoordinateStripsOptions::with_turns.
@@ -61,6 +68,7 @@ class TextureWriter {
   int source_width_, source_height_;
   bool with_turns_;
   std::vector<CoordinateStrips> tiles_;
+  std::shared_ptr<const LookupDevice> device_;
 };
 
 /// What TransferReader::sample_tiles(times, between) and write_color() would write, byte for byte, in strips: beside

@@ -9,6 +9,7 @@
 #include "simulation/rules/device_rules.h"
 #include "simulation/tracing/device_rays.h"
 #include "tools/patinate/commands/commands.h"
+#include "transfer/lookup/lookup_device.h"
 #include "transfer/synthesis/search_device.h"
 
 namespace patinate::cli {
@@ -28,7 +29,7 @@ std::string outcome_of(const Check& check) {
 }
 
 struct Outcome {
-  std::string arithmetic, transfer, composition, rules, rays;
+  std::string arithmetic, transfer, lookups, composition, rules, rays;
 };
 
 Outcome check(const device::DeviceInfo& info) {
@@ -36,11 +37,12 @@ Outcome check(const device::DeviceInfo& info) {
     const device::Device opened(info);
     return {outcome_of([&] { return device::check_arithmetic(opened); }),
             outcome_of([&] { return transfer::check_search(opened); }),
+            outcome_of([&] { return transfer::check_lookups(opened); }),
             outcome_of([&] { return simulation::check_composition(opened); }),
             outcome_of([&] { return simulation::check_rules(opened); }),
             outcome_of([&] { return simulation::check_rays(opened); })};
   } catch (const device::DeviceError& error) {
-    return {error.what(), error.what(), error.what(), error.what(), error.what()};
+    return {error.what(), error.what(), error.what(), error.what(), error.what(), error.what()};
   }
 }
 
@@ -48,7 +50,8 @@ std::string text_of(const device::DeviceInfo& info, const Outcome& outcome) {
   return device::label(info) + "\n  " + (info.is_gpu ? "GPU" : "processor") + ", " + std::to_string(info.num_units) +
          " units, " + number_text(static_cast<double>(info.memory_bytes >> 20)) + " MB, driver " + info.driver +
          "\n  arithmetic: " + outcome.arithmetic + "\n  transfer: " + outcome.transfer +
-         "\n  composition: " + outcome.composition + "\n  rules: " + outcome.rules + "\n  rays: " + outcome.rays + "\n";
+         "\n  lookups: " + outcome.lookups + "\n  composition: " + outcome.composition + "\n  rules: " + outcome.rules +
+         "\n  rays: " + outcome.rays + "\n";
 }
 
 }  // namespace
@@ -75,6 +78,7 @@ int cmd_devices(CommandRun& run) {
                        {"checks",
                         {{"arithmetic", outcome.arithmetic},
                          {"transfer", outcome.transfer},
+                         {"lookups", outcome.lookups},
                          {"composition", outcome.composition},
                          {"rules", outcome.rules},
                          {"rays", outcome.rays}}}});

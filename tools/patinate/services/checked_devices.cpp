@@ -69,6 +69,11 @@ std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::D
   return open_kind<transfer::SearchDevice>(options, transfer::check_search, run);
 }
 
+std::shared_ptr<const transfer::LookupDevice> open_lookup_device(const device::DeviceOptions& options,
+                                                                 CommandRun& run) {
+  return open_kind<transfer::LookupDevice>(options, transfer::check_lookups, run);
+}
+
 std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(const device::DeviceOptions& options,
                                                                            CommandRun& run) {
   const auto check_all = [](const device::Device& opened) {

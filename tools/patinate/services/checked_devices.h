@@ -7,6 +7,7 @@
 #include "libcommon/device/device_choice.h"
 #include "simulation/device/simulation_device.h"
 #include "tools/patinate/command_line/command_run.h"
+#include "transfer/lookup/lookup_device.h"
 #include "transfer/synthesis/search_device.h"
 
 namespace patinate::cli {
@@ -15,6 +16,8 @@ namespace patinate::cli {
 /// which it is, and why others are not taken. What fails later is said by `run`, which must outlive it.
 /// @throws InvalidInput if what is asked for is not there; CannotComplete if what is asked for by name fails its check.
 [[nodiscard]] std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::DeviceOptions& options,
+                                                                               CommandRun& run);
+[[nodiscard]] std::shared_ptr<const transfer::LookupDevice> open_lookup_device(const device::DeviceOptions& options,
                                                                                CommandRun& run);
 [[nodiscard]] std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(
     const device::DeviceOptions& options, CommandRun& run);

@@ -1,0 +1,125 @@
+#include "transfer/lookup/lookup_device.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "libcommon/core/random.h"
+#include "patinate/core/error.h"
+#include "patinate/history/history.h"
+#include "patinate/transfer/time_map.h"
+#include "tests/support/histories.h"
+#include "tests/support/lost_device.h"
+#include "tests/support/temp_folder.h"
+#include "transfer/lookup/packed_lookup.h"
+
+namespace patinate::transfer {
+namespace {
+
+using device::Device;
+using device::DeviceInfo;
+
+constexpr int kSource = 16, kFrames = 5, kWidth = 61, kHeight = 33;
+
+/// An atlas that shows any pixels, some texels none, at any times; some are those of frames, some before and after all.
+class LookupsOnDevices : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
+    testing_support::write_history(folder.path(), kSource, kSource, kFrames, testing_support::blotches);
+    RandomStream random(5, 0);
+    for (std::uint32_t& index : indices.values())
+      index = random.below(8) == 0 ? kNoValue : random.below(kSource * kSource);
+    for (float& time : times.values()) {
+      const std::uint32_t kind = random.below(4);
+      time = kind == 0 ? static_cast<float>(random.below(kFrames)) : static_cast<float>(6.0 * random.uniform() - 1.0);
+    }
+  }
+
+  [[nodiscard]] ImageF colors(Between between, std::shared_ptr<const LookupDevice> device,
+                              int frames_at_once = 2) const {
+    const std::int64_t frame_bytes = std::int64_t{kSource} * kSource * 4 * static_cast<std::int64_t>(sizeof(float));
+    return gather_at_times(HistoryReader(folder.path()), indices, times, between, {},
+                           {.frame_bytes = frames_at_once * frame_bytes, .device = std::move(device)});
+  }
+
+  std::vector<DeviceInfo> all = device::list_devices();
+  testing_support::TempFolder folder;
+  PackedCoordinates indices{kWidth, kHeight};
+  ImageF times{kWidth, kHeight};
+};
+
+TEST_F(LookupsOnDevices, PassTheirOwnCheck) {
+  for (const DeviceInfo& info : all) {
+    const device::CheckResult check = check_lookups(Device(info));
+    EXPECT_TRUE(check.is_passed()) << info.name << ": " << check.num_different << " of " << check.num_items;
+  }
+}
+
+TEST_F(LookupsOnDevices, OfSourcesWithAnyNumberOfChannelsAreTheCpus) {
+  for (const DeviceInfo& info : all) {
+    const Device device(info);
+    for (int channels = 1; channels <= 4; ++channels) {
+      ImageF values(kSource, kSource, channels);
+      ImageU8 codes(kSource, kSource, channels);
+      for (std::size_t i = 0; i < values.values().size(); ++i) {
+        values.data()[i] = static_cast<float>(i) - 100.5f;
+        codes.data()[i] = static_cast<std::uint8_t>(7 * i + 1);
+      }
+      ImageF found(kWidth, kHeight, channels);
+      DeviceGather<float>(device, values).gather(device.upload(std::as_const(indices).values()), found.values());
+      EXPECT_EQ(found, gather_packed(values, indices)) << info.name << ' ' << channels;
+      ImageU8 found_codes(kWidth, kHeight, channels);
+      DeviceGather<std::uint8_t>(device, codes)
+          .gather(device.upload(std::as_const(indices).values()), found_codes.values());
+      EXPECT_EQ(found_codes, gather_packed(codes, indices)) << info.name << ' ' << channels;
+    }
+  }
+}
+
+TEST_F(LookupsOnDevices, AtTimesOfTheirOwnAreTheCpusWhetherFramesFitAtOnceOrNot) {
+  for (const DeviceInfo& info : all) {
+    const auto device = std::make_shared<const LookupDevice>(
+        Device(info), [](const device::DeviceError& problem) { ADD_FAILURE() << problem.what(); });
+    for (const Between between : {Between::Blend, Between::Hold, Between::Nearest}) {
+      const ImageF here = colors(between, nullptr);
+      for (const int frames_at_once : {2, 3, kFrames + 1})
+        EXPECT_EQ(colors(between, device, frames_at_once), here) << info.name << ' ' << frames_at_once;
+    }
+  }
+}
+
+TEST_F(LookupsOnDevices, GoOnWithoutOneThatIsLost) {
+  const ImageF here = colors(Between::Blend, nullptr);
+  for (const int num_launches : {0, 1, 3}) {
+    std::vector<std::string> failures;
+    const auto device = std::make_shared<const LookupDevice>(
+        Device(all[0], testing_support::driver_with_launches(num_launches)),
+        [&](const device::DeviceError& error) { failures.emplace_back(error.what()); });
+    EXPECT_EQ(colors(Between::Blend, device), here) << num_launches;
+    ASSERT_EQ(failures.size(), 1U) << "said once";
+    EXPECT_NE(failures[0].find("CL_OUT_OF_RESOURCES"), std::string::npos) << failures[0];
+  }
+}
+
+TEST_F(LookupsOnDevices, NameTheTexelWhoseTimeIsNoNumber) {
+  indices.at(7, 3) = 0;
+  times.at(7, 3) = std::nanf("");
+  std::string here, there;
+  for (std::string* said : {&here, &there}) {
+    try {
+      (void)colors(Between::Blend, said == &there ? std::make_shared<const LookupDevice>(Device(all[0])) : nullptr);
+    } catch (const InvalidInput& error) {
+      *said = error.what();
+    }
+  }
+  EXPECT_NE(here.find("(7, 3)"), std::string::npos) << here;
+  EXPECT_EQ(there, here);
+}
+
+}  // namespace
+}  // namespace patinate::transfer

@@ -22,6 +22,7 @@
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/job/transfer_job.h"
+#include "transfer/lookup/lookup_device.h"
 #include "transfer/lookup/texture_files.h"
 
 namespace patinate {
@@ -93,6 +94,31 @@ void compare_gathers(const char* name, const Image<T>& source, const transfer::P
   }
 }
 
+/// Lookups on every OpenCL device, the way there and back included.
+void look_up_on_devices(const HistoryReader& history, const ImageF& frame, const transfer::PackedCoordinates& indices) {
+  ImageF times(kAtlas, kAtlas);
+  for (std::size_t i = 0; i < times.values().size(); ++i)
+    times.data()[i] = static_cast<float>(3.0 * static_cast<double>(i) / kTexels);
+  const ImageU8 codes = srgb8_from_linear(frame);
+  ImageU8 texture(kAtlas, kAtlas, 3);
+  for (const device::DeviceInfo& info : device::list_devices()) {
+    const device::Device device(info);
+    transfer::DeviceGather<std::uint8_t> gather(device, codes);
+    const double gathered =
+        benchmarks::median_of_five([&] { gather.gather(device.upload(indices.values()), texture.values()); });
+    const auto there = std::make_shared<const transfer::LookupDevice>(device);
+    ImageF out(kAtlas, kAtlas, 3);
+    transfer::TimeMapLookup lookup(history, Between::Blend, {.device = there});
+    const double mapped = benchmarks::median_of_five([&] { lookup.look_up(indices.values(), times.values(), 0, out); });
+    std::printf("4k, %s: 8-bit RGB %.0f ms, time map over 4 frames %.0f ms\n", info.name.c_str(), 1e3 * gathered,
+                1e3 * mapped);
+  }
+  transfer::TimeMapLookup lookup(history, Between::Blend);
+  ImageF out(kAtlas, kAtlas, 3);
+  const double mapped = benchmarks::median_of_five([&] { lookup.look_up(indices.values(), times.values(), 0, out); });
+  std::printf("4k, the CPU: time map over 4 frames %.0f ms\n", 1e3 * mapped);
+}
+
 void compare_speed() {
   const testing_support::TempFolder folder;
   testing_support::write_history(folder.path(), kSource, kSource, 32, testing_support::blotches);
@@ -101,6 +127,7 @@ void compare_speed() {
   const transfer::PackedCoordinates indices = transfer::pack_coordinates(coordinates, kSource);
   compare_gathers("8-bit RGB", srgb8_from_linear(frame), indices);
   compare_gathers("float RGB", frame, indices);
+  look_up_on_devices(history, frame, indices);
   ImageF out;
   for (int threads : {1, 2}) {
     const RunControl control = with_threads(threads);

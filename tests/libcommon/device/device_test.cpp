@@ -48,6 +48,18 @@ TEST_F(Devices, GiveBackWhatWasWritten) {
   EXPECT_EQ(std::count(read.begin(), read.end(), 0), 1000);
 }
 
+TEST_F(Devices, WriteFromAnyPlaceOfABufferOnAndNotBeyondIt) {
+  const Device device(all[0]);
+  Buffer<std::int32_t> buffer = device.upload(std::vector<std::int32_t>(6, -1));
+  const std::vector<std::int32_t> two{7, 8};
+  device.write(std::span<const std::int32_t>(two), buffer, 4);
+  std::vector<std::int32_t> read(6);
+  device.read(buffer, std::span(read));
+  EXPECT_EQ(read, (std::vector<std::int32_t>{-1, -1, -1, -1, 7, 8}));
+  for (const std::size_t first : {std::size_t{5}, std::size_t{6}, std::size_t{100}})
+    EXPECT_THROW(device.write(std::span<const std::int32_t>(two), buffer, first), InvalidInput) << first;
+}
+
 TEST_F(Devices, RunItemsFromAFirstOneOn) {
   const Device device(all[0]);
   const std::array<std::string_view, 1> source{

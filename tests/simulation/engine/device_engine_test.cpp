@@ -14,8 +14,8 @@ using device::DeviceInfo;
 
 /// Two plates in the rain that rust and dry; one is moved and grows, a rule changes on the way and looks at the
 /// surface.
-Scene plates_with_events() {
-  Scene scene = testing_support::plate_scene(256);
+Scene plates_with_events(int resolution) {
+  Scene scene = testing_support::plate_scene(resolution);
   scene.objects.push_back(scene.objects[0]);
   scene.objects[1].name = "other";
   scene.objects[1].translate_mm = Vec3(30, -15, 10);
@@ -30,12 +30,14 @@ Scene plates_with_events() {
   return scene;
 }
 
+class SimulationOnDevices : public testing::TestWithParam<int> {};
+
 // What is saved on a device goes on without one, and the other way round.
-TEST(SimulationOnDevices, GivesTheCpusBytesThroughEventsAndSnapshots) {
+TEST_P(SimulationOnDevices, GivesTheCpusBytesThroughEventsAndSnapshots) {
   const std::vector<DeviceInfo> all = device::list_devices();
   if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
   constexpr int kIterations = 200, kSaved = 100;
-  Simulation here(plates_with_events());
+  Simulation here(plates_with_events(GetParam()));
   for (int i = 0; i < kIterations; ++i) here.step();
   const std::vector<std::byte> expected = here.snapshot();
   const Composer& composed = here.compose();
@@ -43,7 +45,7 @@ TEST(SimulationOnDevices, GivesTheCpusBytesThroughEventsAndSnapshots) {
     SimulationOptions options;
     options.device = std::make_shared<const SimulationDevice>(
         device::Device(info), [](const device::DeviceError& problem) { ADD_FAILURE() << problem.what(); });
-    Simulation there(plates_with_events(), options);
+    Simulation there(plates_with_events(GetParam()), options);
     std::vector<std::byte> saved;
     for (int i = 0; i < kIterations; ++i) {
       if (i == kSaved) saved = there.snapshot();
@@ -54,12 +56,14 @@ TEST(SimulationOnDevices, GivesTheCpusBytesThroughEventsAndSnapshots) {
     const Composer& composed_there = there.compose();
     EXPECT_TRUE(std::equal(composed.codes().begin(), composed.codes().end(), composed_there.codes().begin()));
     EXPECT_TRUE(std::equal(composed.normals().begin(), composed.normals().end(), composed_there.normals().begin()));
-    Simulation without(plates_with_events());
+    Simulation without(plates_with_events(GetParam()));
     without.restore(saved);
     for (int i = kSaved; i < kIterations; ++i) without.step();
     EXPECT_TRUE(without.snapshot() == expected) << info.name;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(Resolutions, SimulationOnDevices, testing::Values(256, 512));
 
 }  // namespace
 }  // namespace patinate::simulation

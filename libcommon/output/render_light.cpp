@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "libcommon/core/random.h"
 #include "libcommon/output/hit_corners.h"
 #include "libcommon/output/sampling.h"
 
@@ -13,9 +12,8 @@ namespace patinate {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kLightRays = 3;         // Per ray of the camera.
-constexpr double kRayOffset = 1e-4;   // Of the diagonal, off the surface.
-constexpr std::uint32_t kPixel = 32;  // Purpose of random streams.
+constexpr int kLightRays = 3;        // Per ray of the camera.
+constexpr double kRayOffset = 1e-4;  // Of the diagonal, off the surface.
 
 // GGX lobe with Smith's shadowing and Schlick's Fresnel term, times n.l.
 double coat(const Vec3& n, const Vec3& view, const Vec3& light, double reflectance, double roughness) {
@@ -78,12 +76,8 @@ LitMesh::LitMesh(const Mesh& mesh, const RenderOptions& options, const SurfaceDe
 
 Vec3 LitMesh::light_direction(int x, int y, int sample, int num_samples) const {
   if (!(options_.light_size_deg > 0.0)) return light_;
-  RandomStream random(kRenderSeed,
-                      (static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32) + static_cast<std::uint32_t>(x),
-                      kPixel);
-  const Vec2 shift(random.uniform(), random.uniform());
   // Stratified by radius over the pixel's samples, so that few of them cover the light evenly.
-  Vec2 square = sequence_point(sample, shift);
+  Vec2 square = sequence_point(sample, pixel_shift(x, y));
   square.x() = (sample + square.x()) / num_samples;
   const double radius = std::tan(options_.light_size_deg * kPi / 180.0);
   const Vec2 d = radius * disc_point(square);

@@ -20,6 +20,15 @@ inline constexpr std::uint64_t kRenderSeed = 20;
   return {a - std::floor(a), b - std::floor(b)};
 }
 
+/// A shift of such a sequence for each pixel, in the unit square. Shifts of neighbors lie far apart, so that what few
+/// rays miss in one pixel its neighbors make up for: a fine dither in place of grain [R4 lattice; Roberts 2018]. Unlike
+/// noise it is even over every few pixels.
+[[nodiscard]] inline Vec2 pixel_shift(int x, int y) {
+  constexpr double kA = 0.8566748838545029, kB = 0.7338918566271260, kC = 0.6287067210378087, kD = 0.5385972572236101;
+  const double a = kA * x + kB * y, b = kC * x + kD * y;
+  return {a - std::floor(a), b - std::floor(b)};
+}
+
 /// The unit square onto the unit disc, areas in proportion.
 [[nodiscard]] inline Vec2 disc_point(const Vec2& square) {
   const double r = std::sqrt(square.x()), angle = 2.0 * std::numbers::pi * square.y();

@@ -56,7 +56,7 @@ class Painter {
     RandomStream random(
         kRenderSeed, (static_cast<std::uint64_t>(static_cast<std::uint32_t>(y)) << 32) + static_cast<std::uint32_t>(x),
         kPixel);
-    const Vec2 lamp_shift(random.uniform(), random.uniform()), mirror_shift(random.uniform(), random.uniform());
+    const Vec2 lamp_shift = pixel_shift(x, y), mirror_shift(random.uniform(), random.uniform());
     const double choice_shift = random.uniform();
     Draws draws{.num_samples = side * side};
     Vec3 sum = Vec3::Zero();

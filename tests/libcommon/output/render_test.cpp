@@ -163,6 +163,43 @@ TEST(Render, CastsTheShadowOfOnePlateOnAnother) {
   EXPECT_NEAR(seen(picture, camera, {1.5, 0.0, 0.4}), 1.0f, 1e-6f);  // Beside its shadow.
 }
 
+// Errors of neighbors that are independent keep a third of their size in the mean of 3 x 3 pixels; those of a dither
+// cancel.
+TEST(Render, NeighborsInAPenumbraMakeUpForEachOther) {
+  RenderOptions o = bare();
+  o.light = 1.0;
+  o.light_size_deg = 20.0;
+  o.light_elevation_deg = 90.0;
+  o.elevation_deg = 35.0;
+  o.azimuth_deg = 0.0;
+  const ImageF picture = render(table(), kWhite, o);
+  o.samples = 256;
+  const ImageF truth = render(table(), kWhite, o);
+  double alone = 0.0, together = 0.0;
+  int count = 0;
+  for (int y = 1; y + 1 < o.height; ++y) {
+    for (int x = 1; x + 1 < o.width; ++x) {
+      double sum = 0.0;
+      bool is_penumbra = true;
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const double lit = static_cast<double>(truth.at(x + dx, y + dy, 0));
+          is_penumbra = is_penumbra && lit > 0.2 && lit < 0.8;
+          sum += static_cast<double>(picture.at(x + dx, y + dy, 0)) - lit;
+        }
+      }
+      if (!is_penumbra) continue;
+      const double error = static_cast<double>(picture.at(x, y, 0)) - static_cast<double>(truth.at(x, y, 0));
+      alone += error * error;
+      together += sum * sum / 81.0;
+      ++count;
+    }
+  }
+  ASSERT_GT(count, 100);
+  EXPECT_GT(alone / count, 1e-4);  // One sample a pixel errs.
+  EXPECT_LT(std::sqrt(together / alone), 1.0 / 3.0);
+}
+
 TEST(Render, AmbientLightIsWeakerUnderARoof) {
   RenderOptions o = bare();
   o.ambient = 1.0;

@@ -155,8 +155,11 @@ class Interruptions(CommandCase):
             _, errors = process.communicate(timeout=60)
             if process.returncode == -signal.SIGTERM:
                 continue  # before it listened
-            self.assertEqual((process.returncode, errors.count("interrupted")), (INTERRUPTED, 1), errors)
             self.assertEqual([str(p) for p in self.folder.rglob(".*.tmp*")], [])
+            if process.returncode == 0:  # on a quick machine it was done before
+                self.assertTrue((self.folder / "out").is_dir())
+                break
+            self.assertEqual((process.returncode, errors.count("interrupted")), (INTERRUPTED, 1), errors)
 
     def test_killed_several_times_it_ends_with_the_same_bytes(self):
         num_finished = []

@@ -37,7 +37,8 @@ class AtomicFile {
 };
 
 /// For a process that ends at once, whatever its threads are doing: removes all temporary files. Whoever wants to begin
-/// or finish an AtomicFile from then on waits for the end. Call it right before _exit().
+/// or finish an AtomicFile from then on waits for the end, and no file at all can be opened. Call it right before
+/// _exit().
 void abandon_atomic_files();
 
 /// Removes what killed writers of an AtomicFile left in `folder` in place of files whose names begin with `prefix`;

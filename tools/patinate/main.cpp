@@ -50,6 +50,7 @@ int guarded_main(const std::vector<std::string>& arguments) {
   } catch (const Canceled&) {
     return report_interruption();
   } catch (...) {
+    if (source.stop_requested()) return report_interruption();  // What ends at once may fail in any way.
     const Failure failure = current_failure();
     print_error(failure.message);
     return failure.code;

@@ -102,6 +102,21 @@ TEST(Files, AbandonedFilesAreRemovedAndNoneIsFinishedAnyMore) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
+// A writer has its name before it opens the file: what it opens after the removal would be left.
+TEST(Files, NoneIsBegunAfterTheRemoval) {
+  TempFolder folder;
+  const auto end_before_writing = [&folder] {
+    const AtomicFile file(folder / "late.txt");
+    const TemporaryFolder work(folder.path(), "work");
+    abandon_atomic_files();
+    std::ofstream(file.temporary()) << "late";
+    std::ofstream(work.path() / "late.txt") << "late";
+    ::_exit(7);
+  };
+  EXPECT_EXIT(end_before_writing(), testing::ExitedWithCode(7), "");
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
 /// The name that this process would write `path` under, with another process id: MACHINE-PID-PROCESS-NUMBER.
 std::filesystem::path left_by(const std::filesystem::path& path, const std::string& machine, const std::string& pid) {
   std::string name = AtomicFile(path).temporary().filename().string();

@@ -15,13 +15,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What a registration says of one scan.
-struct GivenScan {
-  std::string name;
-  fs::path path;
-  std::optional<RigidTransform> reference_from_scan;  ///< mm; nothing where it has no place.
-};
-
 RigidTransform matrix_of(const JsonReader& rows, double mm_per_unit) {
   const std::vector<JsonReader> all = rows.elements(4);
   if (all.size() != 4) rows.fail("four rows of four numbers");
@@ -36,25 +29,6 @@ RigidTransform matrix_of(const JsonReader& rows, double mm_per_unit) {
   } catch (const InvalidInput& e) {
     rows.fail(std::string("a rotation and a translation (") + e.what() + ")");
   }
-}
-
-std::vector<GivenScan> read_scans(const fs::path& file, double mm_per_unit) {
-  constexpr std::size_t kMaxScans = 100'000;
-  const Json document = load_json(file);
-  JsonReader json(file.string(), document);
-  if (json.member("format").string() != "patinate.registration")
-    json.member("format").fail("\"patinate.registration\", a registration.json that `register` wrote");
-  if (document.at("unit").is_string())
-    mm_per_unit = find_mm_per_unit(document.at("unit").get<std::string>()).value_or(mm_per_unit);
-  std::vector<GivenScan> scans;
-  const JsonReader list = json.member("scans");
-  for (JsonReader& entry : list.elements(kMaxScans)) {
-    GivenScan scan{.name = entry.member("file").string(), .path = {}, .reference_from_scan = {}};
-    if (entry.has("path")) scan.path = entry.member("path").path();
-    if (entry.member("matrix").is_array()) scan.reference_from_scan = matrix_of(entry.member("matrix"), mm_per_unit);
-    scans.push_back(std::move(scan));
-  }
-  return scans;
 }
 
 const GivenScan* find_scan(const std::vector<GivenScan>& scans, const fs::path& file) {
@@ -74,8 +48,31 @@ const GivenScan* find_scan(const std::vector<GivenScan>& scans, const fs::path& 
 
 }  // namespace
 
+GivenScans read_given_scans(const fs::path& file, std::optional<double> mm_per_unit) {
+  constexpr std::size_t kMaxScans = 100'000;
+  const Json document = load_json(file);
+  JsonReader json(file.string(), document);
+  if (json.member("format").string() != "patinate.registration")
+    json.member("format").fail("\"patinate.registration\", a registration.json that `register` wrote");
+  GivenScans given;
+  if (json.has("unit") && json.member("unit").is_string())
+    mm_per_unit = find_mm_per_unit(json.member("unit").string()).value_or(mm_per_unit.value_or(1.0));
+  if (!mm_per_unit) throw IoError(file.string(), "does not say the scans' length unit; give --unit um|mm|cm|m");
+  given.mm_per_unit = *mm_per_unit;
+  if (json.has("reference")) given.reference = json.member("reference").string();
+  const JsonReader list = json.member("scans");
+  for (JsonReader& entry : list.elements(kMaxScans)) {
+    GivenScan scan{.name = entry.member("file").string(), .path = {}, .reference_from_scan = {}};
+    if (entry.has("path")) scan.path = entry.member("path").path();
+    if (entry.member("matrix").is_array())
+      scan.reference_from_scan = matrix_of(entry.member("matrix"), given.mm_per_unit);
+    given.scans.push_back(std::move(scan));
+  }
+  return given;
+}
+
 void apply_registration(const fs::path& file, RelitProject& project) {
-  const std::vector<GivenScan> scans = read_scans(file, project.mm_per_unit);
+  const std::vector<GivenScan> scans = read_given_scans(file, project.mm_per_unit).scans;
   const auto pose_of = [&](const RelitStep& step) {
     const GivenScan* scan = find_scan(scans, *step.scan);
     const std::string name = "steps/" + std::to_string(step.number);

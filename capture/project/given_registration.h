@@ -3,10 +3,27 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "capture/project/relit_project.h"
 
 namespace patinate::capture {
+
+/// What a registration says of one scan.
+struct GivenScan {
+  std::string name;
+  std::filesystem::path path;                         ///< "" where it does not say.
+  std::optional<RigidTransform> reference_from_scan;  ///< mm; nothing where it has no place.
+};
+struct GivenScans {
+  std::vector<GivenScan> scans;
+  std::string reference;     ///< Name of the scan whose frame is common.
+  double mm_per_unit = 1.0;  ///< Of the scans' files.
+};
+/// @param mm_per_unit  Of the scans, where the registration does not say it. @throws IoError; also where nobody does.
+[[nodiscard]] GivenScans read_given_scans(const std::filesystem::path& file, std::optional<double> mm_per_unit);
 
 /// Gives every step with a scan and without a `transform` of its own the pose that the registration has of its scan,
 /// in the frame of the project's reference step. Scans are found by their paths, else by their names.

@@ -30,6 +30,7 @@ int cmd_lookup(CommandRun& run);
 int cmd_plan(CommandRun& run);
 int cmd_recompose(CommandRun& run);
 int cmd_register(CommandRun& run);
+int cmd_relief(CommandRun& run);
 int cmd_render(CommandRun& run);
 int cmd_run(CommandRun& run);
 int cmd_simulate(CommandRun& run);

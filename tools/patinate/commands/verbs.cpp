@@ -19,6 +19,7 @@ constexpr std::array kVerbs{
          {"camera", "spheres", "lambertian", "response"}},
     Verb{"thickness", "Makes a map of a layer's thickness from a transmission photograph.", cmd_thickness},
     Verb{"register", "Brings scans of one object into one frame.", cmd_register},
+    Verb{"relief", "Measures how much higher or lower a surface stands from scan to scan.", cmd_relief},
     Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
     Verb{"accessibility", "Says how hard each place of a scan is to reach, in three definitions.", cmd_accessibility},
     Verb{"explain", "Says which control explains where a surface has aged, and their best mix.", cmd_explain},

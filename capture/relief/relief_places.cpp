@@ -1,0 +1,132 @@
+#include "capture/relief/relief_places.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "libcommon/core/parallel.h"
+#include "libcommon/core/text.h"
+#include "patinate/core/error.h"
+#include "patinate/history/history_value.h"
+
+namespace patinate::capture {
+
+namespace {
+
+constexpr std::size_t kFewestPoints = 10;
+constexpr double kLeastFacing = 0.25;  ///< Of a normal to the viewer: 75 degrees.
+
+Vec3 mean_of(std::span<const Vec3> points) {
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& p : points) sum += p;
+  return sum / static_cast<double>(points.size());
+}
+
+Vec3 across_best_plane(std::span<const Vec3> points) {
+  const Vec3 mean = mean_of(points);
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const Vec3& p : points) spread += (p - mean) * (p - mean).transpose();
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0);
+}
+
+/// Towards the outside, on the whole; nothing when the file does not say.
+std::optional<Vec3> outside_of(const PointCloud& scan) {
+  if (const std::optional<Vec3> d = direction_to_scanner(scan, mean_of(scan.points))) return d;
+  Vec3 sum = Vec3::Zero();
+  for (const Vec3& n : scan.normals) sum += n;
+  for (const Triangle& t : scan.triangles) {
+    const Vec3& a = scan.points[static_cast<std::size_t>(t[0])];
+    sum += (scan.points[static_cast<std::size_t>(t[1])] - a).cross(scan.points[static_cast<std::size_t>(t[2])] - a);
+  }
+  return sum.norm() > 0.0 ? std::optional(Vec3(sum.normalized())) : std::nullopt;
+}
+
+/// Of the points over a pixel, how high the topmost layer lies on the mean; nothing where there are too few.
+std::optional<double> top_of(std::vector<double> depths, double gap) {
+  std::sort(depths.begin(), depths.end(), std::greater<>());
+  for (std::size_t begin = 0, k = 1; k <= depths.size(); ++k) {
+    if (k < depths.size() && depths[k - 1] - depths[k] <= gap) continue;
+    if (k - begin >= kFewestPoints) {
+      double sum = 0.0;
+      for (std::size_t i = begin; i < k; ++i) sum += depths[i];
+      return sum / static_cast<double>(k - begin);
+    }
+    begin = k;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+ReliefView relief_view(const PointCloud& scan, const Vec3& toward, double texel, double margin) {
+  ReliefView view;
+  view.texel = texel;
+  if (toward.norm() > 0.0) {
+    view.toward = toward.normalized();
+  } else {
+    view.toward = across_best_plane(scan.points);
+    const std::optional<Vec3> outside = outside_of(scan);
+    view.is_side_known = outside.has_value();
+    if (view.toward.dot(outside.value_or(Vec3::UnitZ())) < 0.0) view.toward = -view.toward;
+  }
+  // Right is x and up is y as nearly as the view allows.
+  const Vec3 up = std::abs(view.toward.y()) < 0.9 ? Vec3::UnitY() : Vec3(-Vec3::UnitZ() * view.toward.y());
+  view.right = up.cross(view.toward).normalized();
+  view.up = view.toward.cross(view.right);
+  double left = std::numeric_limits<double>::infinity(), bottom = left, rightmost = -left, top = -left;
+  for (const Vec3& p : scan.points) {
+    left = std::min(left, p.dot(view.right)), rightmost = std::max(rightmost, p.dot(view.right));
+    bottom = std::min(bottom, p.dot(view.up)), top = std::max(top, p.dot(view.up));
+  }
+  const double columns = std::floor((rightmost - left + 2.0 * margin) / texel) + 1.0;
+  const double rows = std::floor((top - bottom + 2.0 * margin) / texel) + 1.0;
+  if (!(columns >= 1.0 && rows >= 1.0)) throw InvalidInput("relief: the scan is smaller than the window");
+  if (columns > kMaxHistorySide_px || rows > kMaxHistorySide_px)
+    throw InvalidInput("relief: texel_mm " + short_number_text(texel) + " makes more than " +
+                       std::to_string(kMaxHistorySide_px) + " pixels along a side");
+  view.width = static_cast<int>(columns), view.height = static_cast<int>(rows);
+  const double x = 0.5 * (left + rightmost - (columns - 1.0) * texel);
+  const double y = 0.5 * (top + bottom + (rows - 1.0) * texel);
+  view.corner = x * view.right + y * view.up;
+  return view;
+}
+
+std::vector<ReliefPlace> relief_places(std::span<const Vec3> points, const HeightProbe& probe, const ReliefView& view,
+                                       double radius, const RunControl& control) {
+  std::vector<Vec3> flat(points.size());
+  std::vector<double> depth(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    flat[i] = {points[i].dot(view.right), points[i].dot(view.up), 0.0};
+    depth[i] = points[i].dot(view.toward);
+  }
+  const PointCells cells(flat, radius);
+  const double pixel_area = view.texel * view.texel;
+  std::vector<std::vector<ReliefPlace>> rows(static_cast<std::size_t>(view.height));
+  parallel_for(view.height, 1, control, [&](std::int64_t begin, std::int64_t) {
+    const int y = static_cast<int>(begin);
+    for (int x = 0; x < view.width; ++x) {
+      const Vec3 p = view.at(x, y);
+      std::vector<double> depths;
+      cells.near({p.dot(view.right), p.dot(view.up), 0.0}, radius,
+                 [&](int index, double) { depths.push_back(depth[static_cast<std::size_t>(index)]); });
+      const std::optional<double> top = top_of(std::move(depths), radius);
+      if (!top) continue;
+      const Vec3 over = p + *top * view.toward;
+      const std::optional<LocalHeight> found = probe.over(over, view.toward);
+      if (!found) continue;
+      const double facing = found->normal.dot(view.toward);
+      if (facing < kLeastFacing) continue;
+      rows[static_cast<std::size_t>(y)].push_back(
+          {x, y, over + found->height * view.toward, found->normal, pixel_area / facing});
+    }
+  });
+  std::vector<ReliefPlace> places;
+  for (const std::vector<ReliefPlace>& row : rows) places.insert(places.end(), row.begin(), row.end());
+  return places;
+}
+
+}  // namespace patinate::capture

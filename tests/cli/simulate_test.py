@@ -198,6 +198,23 @@ class Simulate(unittest.TestCase):
         facts = json.loads(self.run_in(["info", "small/history", "--json"], check=True).stdout)
         self.assertEqual(facts["frame_maps"], "specular, normal, height")
 
+    def test_replicates_are_the_simulations_of_their_seeds(self):
+        arguments = ["simulate", "ledge/small.json", "--resolution", "64", "--iterations", "6"]
+        report = json.loads(self.run_in([*arguments, "--seed", "5", "--replicates", "2", "-o", "several", "--json"], check=True).stdout)
+        self.assertEqual([r["folder"] for r in report["replicates"]], ["seed_5", "seed_6"])
+        self.assertEqual(len({r["atlas_hash"] for r in report["replicates"]}), 2)
+        alone = json.loads(self.run_in([*arguments, "--seed", "6", "-o", "alone", "--json"], check=True).stdout)
+        self.assertEqual(alone["atlas_hash"], report["replicates"][1]["atlas_hash"])
+        self.assertEqual((self.folder / "alone/atlas.exr").read_bytes(), (self.folder / "several/seed_6/atlas.exr").read_bytes())
+        # Those that there are stay when more are asked for.
+        before = (self.folder / "several/seed_5/run.json").read_bytes()
+        more = json.loads(self.run_in([*arguments, "--seed", "5", "--replicates", "3", "-o", "several", "--json"], check=True).stdout)
+        self.assertEqual(len(more["replicates"]), 3)
+        self.assertEqual((self.folder / "several/seed_5/run.json").read_bytes(), before)
+        refused = self.run_in([*arguments, "--replicates", "2", "-o", "alone"])
+        self.assertEqual(refused.returncode, 1)
+        self.assertIn("a folder of their own", refused.stderr)
+
     def test_estimate_of_a_small_scene_is_the_run_itself_and_makes_nothing(self):
         before = sorted(p.name for p in self.folder.iterdir())
         told = json.loads(self.run_in(["simulate", "ledge/small.json", "--estimate", "--json"], check=True).stdout)

@@ -2,6 +2,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "patinate/core/error.h"
 #include "simulation/job/estimate.h"
 #include "simulation/job/outcome_json.h"
 #include "simulation/job/simulation_job.h"
@@ -13,12 +14,15 @@ namespace patinate::cli {
 
 namespace {
 
+constexpr const char* kManifest = "simulation.json";
+
 /// What the command line sets over the scene file; 0 = as the file says.
 struct SimulateOptions {
   std::int64_t iterations = 0;
   std::int64_t history_every = 0;
   int resolution = 0;
   simulation::ColorForm color_form = simulation::ColorForm::Normalized;
+  int replicates = 0;
 };
 
 void describe(OptionVisitor& v, SimulateOptions& o) {
@@ -30,6 +34,11 @@ void describe(OptionVisitor& v, SimulateOptions& o) {
           o.resolution);
   v.visit_choice({"color_form", "How colors mix: normalized weights, or the form of the published shader"},
                  o.color_form, simulation::kColorFormNames);
+  v.visit({"replicates",
+           "Make so many, with seeds that follow one another, each in a folder seed_N of the output; 0 = one, the "
+           "output itself",
+           "", between(0, 1000)},
+          o.replicates);
 }
 
 std::string list_text(const Json& names) {
@@ -91,6 +100,59 @@ int report_estimate(CommandRun& run, simulation::SceneFile file, const simulatio
   return 0;
 }
 
+void note_outcome(CommandRun& run, const Json& manifest) {
+  if (manifest.contains("outside"))
+    run.note("its folder holds its scene but for " + list_text(manifest["outside"]) +
+             ", which stays where it is; keep both to open it again");
+  if (!run.line.common().json) {
+    run.note(ledger_text(manifest.at("ledger")));
+    run.note(outcome_text(manifest.at("outcome")));
+  }
+  for (const Json& advice : manifest.at("outcome").at("advice")) run.note("warning: " + advice.get<std::string>());
+}
+
+Json facts_of(const Json& manifest) {
+  return {{"counters", manifest.at("counters")},
+          {"ledger", manifest.at("ledger")},
+          {"outcome", manifest.at("outcome")},
+          {"atlas_hash", manifest.at("atlas_hash")}};
+}
+
+/// One simulation a seed, from the scene's on: what a comparison of several needs. Each is a job of its own, so that
+/// those that are finished stay, and more can be added.
+int simulate_replicates(CommandRun& run, const simulation::SceneFile& file,
+                        const simulation::SimulationOptions& options, int num_replicates,
+                        const std::filesystem::path& output) {
+  if (run.request() != nullptr)
+    throw UsageError("--replicates: plans have one simulation; plan each --seed, or use `study` with seeds");
+  if (std::filesystem::exists(output / kManifest))
+    throw CannotComplete(output.string() + ": is a simulation; replicates need a folder of their own");
+  std::error_code error;
+  if (!run.line.common().dry_run) std::filesystem::create_directory(output, error);
+  if (error) throw CannotComplete(output.string() + ": cannot be made; " + error.message());
+  Json replicates = Json::array();
+  bool is_up_to_date = true;
+  for (int k = 0; k < num_replicates; ++k) {
+    simulation::SceneFile one = file;
+    one.scene.seed = file.scene.seed + static_cast<std::uint64_t>(k);
+    const std::string name = "seed_" + std::to_string(one.scene.seed);
+    const std::filesystem::path folder = output / name;
+    const std::optional<JobStatus> status =
+        run.make_folder(simulation::plan_simulation(std::move(one), options, folder), name);
+    if (!status) continue;
+    is_up_to_date = is_up_to_date && *status == JobStatus::UpToDate;
+    const Json manifest = load_json(folder / kManifest);
+    Json facts{{"folder", name}};
+    facts.update(facts_of(manifest));
+    replicates.push_back(std::move(facts));
+    if (k == 0) note_outcome(run, manifest);
+  }
+  if (replicates.empty()) return 0;
+  run.report_output(is_up_to_date ? JobStatus::UpToDate : JobStatus::Done, output,
+                    Json{{"replicates", std::move(replicates)}});
+  return 0;
+}
+
 }  // namespace
 
 int cmd_simulate(CommandRun& run) {
@@ -112,10 +174,13 @@ int cmd_simulate(CommandRun& run) {
                 is_estimate);
   run.line.example("simulate rust.json -o rust");
   run.line.example("simulate rust.json --estimate");
+  run.line.example("simulate rust.json --replicates 8 -o rusted");
   run.line.example("simulate rust.json -o rust --controls hits --controls water.deposited --iterations 500");
   if (!run.parse()) return 0;
   if (output.empty() && !is_estimate) throw UsageError("-o SIMULATION is missing; --estimate needs none");
   if (!output.empty() && is_estimate) throw UsageError("--estimate makes nothing; leave out -o");
+  if (options.replicates > 0 && is_estimate)
+    throw UsageError("--estimate is of one simulation; leave out --replicates");
   const auto simulation_device = open_simulation_device(device, run);
   simulation::SceneFile file = simulation::read_scene(scene_path, run.control("scene"));
   for (const std::string& note : file.notes) run.note(note);
@@ -136,23 +201,13 @@ int cmd_simulate(CommandRun& run) {
   simulation.color_form = options.color_form;
   simulation.device = simulation_device;
   if (is_estimate) return report_estimate(run, std::move(file), simulation);
+  if (options.replicates > 0) return simulate_replicates(run, file, simulation, options.replicates, output);
   const std::optional<JobStatus> status =
       run.make_folder(simulation::plan_simulation(std::move(file), simulation, output), "simulate");
   if (!status) return 0;
-  const Json manifest = load_json(output / "simulation.json");
-  if (manifest.contains("outside"))
-    run.note("its folder holds its scene but for " + list_text(manifest["outside"]) +
-             ", which stays where it is; keep both to open it again");
-  if (!run.line.common().json) {
-    run.note(ledger_text(manifest.at("ledger")));
-    run.note(outcome_text(manifest.at("outcome")));
-  }
-  for (const Json& advice : manifest.at("outcome").at("advice")) run.note("warning: " + advice.get<std::string>());
-  run.report_output(*status, output,
-                    Json{{"counters", manifest.at("counters")},
-                         {"ledger", manifest.at("ledger")},
-                         {"outcome", manifest.at("outcome")},
-                         {"atlas_hash", manifest.at("atlas_hash")}});
+  const Json manifest = load_json(output / kManifest);
+  note_outcome(run, manifest);
+  run.report_output(*status, output, facts_of(manifest));
   return 0;
 }
 

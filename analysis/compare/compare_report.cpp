@@ -13,8 +13,6 @@ namespace patinate::analysis {
 
 namespace fs = std::filesystem;
 
-namespace {
-
 std::string times_text(const HistoryFacts& m) {
   return std::to_string(m.frames.size()) + " frames, " + short_number_text(m.frames.front().time) + " to " +
          short_number_text(m.frames.back().time) + " " + time_unit_text(m.time_unit);
@@ -39,6 +37,8 @@ Json side_json(const SeriesFile& side) {
               {"warnings", warnings_json(m.warnings)},
               {"key", side.key()}};
 }
+
+namespace {
 
 void add_provenance(HtmlPage& page, const SeriesFile& a, const SeriesFile& b) {
   std::vector<std::vector<std::string>> rows{{"name"}, {"origin"}, {"pixels"}, {"times"}, {"texel size (mm)"}, {"key"}};

@@ -19,6 +19,11 @@ struct CompareProvenance {
   std::string key;
 };
 
+/// "5 frames, 0 to 480 min".
+[[nodiscard]] std::string times_text(const HistoryFacts& facts);
+/// What a report says of a side.
+[[nodiscard]] Json side_json(const SeriesFile& side);
+
 /// Writes report.html (everything inside), report.json, figures.csv and curves/<name>.csv.
 /// @param sections  With a `source` in every picture. @throws CannotComplete; InvalidInput if a number is not finite.
 void write_compare_report(const std::filesystem::path& folder, const CompareProvenance& provenance,

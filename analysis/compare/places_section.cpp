@@ -42,23 +42,28 @@ double rms(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
+/// Of every place and time in one number each.
+std::vector<Figure> figures_of(const std::vector<PixelDifference>& differences) {
+  return {{.name = "ciede2000_mean",
+           .title = "CIEDE2000, mean over places and times",
+           .unit = "Delta E 2000",
+           .value = mean(differences, &PixelDifference::ciede2000_mean)},
+          {.name = "ciede2000_p95",
+           .title = "CIEDE2000, 95th percentile of places, mean over times",
+           .unit = "Delta E 2000",
+           .value = mean(differences, &PixelDifference::ciede2000_p95)},
+          {.name = "ssim_mean",
+           .title = "SSIM of lightness, mean over places and times",
+           .unit = "",
+           .value = mean(differences, &PixelDifference::ssim)},
+          {.name = "absolute_mean",
+           .title = "Absolute difference of linear color",
+           .unit = "",
+           .value = mean(differences, &PixelDifference::absolute)}};
+}
+
 void add_differences(const ComparedPair& pair, const std::vector<PixelDifference>& differences, Section& section) {
-  section.figures.push_back({.name = "ciede2000_mean",
-                             .title = "CIEDE2000, mean over places and times",
-                             .unit = "Delta E 2000",
-                             .value = mean(differences, &PixelDifference::ciede2000_mean)});
-  section.figures.push_back({.name = "ciede2000_p95",
-                             .title = "CIEDE2000, 95th percentile of places, mean over times",
-                             .unit = "Delta E 2000",
-                             .value = mean(differences, &PixelDifference::ciede2000_p95)});
-  section.figures.push_back({.name = "ssim_mean",
-                             .title = "SSIM of lightness, mean over places and times",
-                             .unit = "",
-                             .value = mean(differences, &PixelDifference::ssim)});
-  section.figures.push_back({.name = "absolute_mean",
-                             .title = "Absolute difference of linear color",
-                             .unit = "",
-                             .value = mean(differences, &PixelDifference::absolute)});
+  for (Figure& figure : figures_of(differences)) section.figures.push_back(std::move(figure));
   Curve ciede{.name = "ciede2000",
               .title = "Color difference, place by place",
               .x_name = pair.time_name,
@@ -187,6 +192,11 @@ void add_shift(const ComparedPair& pair, const CompareOptions& options, const Ru
 }
 
 }  // namespace
+
+std::vector<Figure> difference_figures(const ComparedPair& pair, const RunControl& control) {
+  if (!pair.places_problem.empty()) return {};
+  return figures_of(pixel_differences(pair.shared_a, pair.shared_b, control));
+}
 
 Section places_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control) {
   Section section{.name = "places",

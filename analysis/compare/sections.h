@@ -18,6 +18,9 @@ namespace patinate::analysis {
 /// not correspond.
 [[nodiscard]] Section places_section(const ComparedPair& pair, const CompareOptions& options,
                                      const RunControl& control = {});
+/// The first figures of it alone: CIEDE2000, SSIM and absolute error over places and times; none when places do not
+/// correspond.
+[[nodiscard]] std::vector<Figure> difference_figures(const ComparedPair& pair, const RunControl& control = {});
 /// Whatever needs no correspondence: distribution of colors, onset, saturation, covered share.
 [[nodiscard]] Section colors_section(const ComparedPair& pair, const CompareOptions& options,
                                      const RunControl& control = {});

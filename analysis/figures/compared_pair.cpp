@@ -57,32 +57,53 @@ void describe(OptionVisitor& v, CompareOptions& o) {
   v.visit({"cracks", "Measure dark lines at the last common time: share, width, cells, angles"}, o.cracks);
 }
 
-CommonTimes common_times(const HistoryFacts& a, const HistoryFacts& b, const CompareOptions& options) {
+GroupTimes common_times(const std::vector<NamedFacts>& histories, const CompareOptions& options) {
+  if (histories.empty()) throw InvalidInput("compare: there is no history");
+  const auto start = [](const NamedFacts& h) { return h.facts->frames.front().time; };
+  const auto span = [&](const NamedFacts& h) { return h.facts->frames.back().time - start(h); };
+  const NamedFacts& first = histories.front();
+  GroupTimes common;
   std::vector<double> frames;
-  const double start_a = a.frames.front().time, span_a = a.frames.back().time - start_a;
-  const double start_b = b.frames.front().time, span_b = b.frames.back().time - start_b;
-  CommonTimes common;
   if (options.clock == Clock::Span) {
-    for (const FrameFacts& f : a.frames) frames.push_back(span_a > 0.0 ? (f.time - start_a) / span_a : 0.0);
-    common.clock = clock_times(frames, 0.0, span_a > 0.0 && span_b > 0.0 ? 1.0 : 0.0, options.num_times);
-    for (double t : common.clock) {
-      common.times_a.push_back(t == 1.0 ? a.frames.back().time : start_a + t * span_a);
-      common.times_b.push_back(t == 1.0 ? b.frames.back().time : start_b + t * span_b);
+    const double span_a = span(first);
+    for (const FrameFacts& f : first.facts->frames)
+      frames.push_back(span_a > 0.0 ? (f.time - start(first)) / span_a : 0.0);
+    const bool have_spans =
+        std::all_of(histories.begin(), histories.end(), [&](const auto& h) { return span(h) > 0.0; });
+    common.clock = clock_times(frames, 0.0, have_spans ? 1.0 : 0.0, options.num_times);
+    for (const NamedFacts& h : histories) {
+      std::vector<double>& times = common.of.emplace_back();
+      for (double t : common.clock) times.push_back(t == 1.0 ? h.facts->frames.back().time : start(h) + t * span(h));
     }
     return common;
   }
-  const double factor = seconds_per(b.time_unit) / seconds_per(a.time_unit);
-  const double low = std::max(start_a, start_b * factor),
-               high = std::min(start_a + span_a, (start_b + span_b) * factor);
+  const auto factor = [&](const NamedFacts& h) {
+    return seconds_per(h.facts->time_unit) / seconds_per(first.facts->time_unit);
+  };
+  const auto low_of = [&](const NamedFacts& h) { return start(h) * factor(h); };
+  const auto high_of = [&](const NamedFacts& h) { return (start(h) + span(h)) * factor(h); };
+  const auto last_to_start = std::max_element(histories.begin(), histories.end(),
+                                              [&](const auto& x, const auto& y) { return low_of(x) < low_of(y); });
+  const auto first_to_end = std::min_element(histories.begin(), histories.end(),
+                                             [&](const auto& x, const auto& y) { return high_of(x) < high_of(y); });
+  const double low = low_of(*last_to_start), high = high_of(*first_to_end);
   if (low > high) {
-    throw InvalidInput("compare: A covers " + span_text(a) + ", B " + span_text(b) +
-                       ": no time in common; --clock span compares by shares of each span");
+    const auto [one, other] = std::minmax(last_to_start, first_to_end);
+    throw InvalidInput("compare: " + one->name + " covers " + span_text(*one->facts) + ", " + other->name + " " +
+                       span_text(*other->facts) + ": no time in common; --clock span compares by shares of each span");
   }
-  for (const FrameFacts& f : a.frames) frames.push_back(f.time);
+  for (const FrameFacts& f : first.facts->frames) frames.push_back(f.time);
   common.clock = clock_times(frames, low, high, options.num_times);
-  common.times_a = common.clock;
-  for (double t : common.clock) common.times_b.push_back(t / factor);
+  for (const NamedFacts& h : histories) {
+    std::vector<double>& times = common.of.emplace_back();
+    for (double t : common.clock) times.push_back(t / factor(h));
+  }
   return common;
+}
+
+CommonTimes common_times(const HistoryFacts& a, const HistoryFacts& b, const CompareOptions& options) {
+  GroupTimes common = common_times({{"A", &a}, {"B", &b}}, options);
+  return {std::move(common.clock), std::move(common.of[0]), std::move(common.of[1])};
 }
 
 CommonSizes common_sizes(const SurfaceExtent& a, const SurfaceExtent& b, int size, bool has_equal_places) {
@@ -140,7 +161,6 @@ std::string places_problem(const ComparedPair& pair, std::size_t num_shared, con
 }  // namespace
 
 ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& options, const RunControl& control) {
-  if (options.num_blocks == 1) throw InvalidInput("num_blocks: found 1; expected 0, or a number in [2, 64]");
   const CommonTimes times = common_times(a.facts(), b.facts(), options);
   const auto extent = [](const TextureSeries& s) { return SurfaceExtent{s.width(), s.height(), s.pixel_mm()}; };
   const CommonSizes sizes = common_sizes(extent(a), extent(b), options.size, options.places == Places::Equal);
@@ -148,7 +168,14 @@ ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& o
   ColorStack stack_b = load_stack(b, times.times_b, sizes.b, control.part(0.5, 1.0));
   stack_a.times = times.clock;
   stack_b.times = times.clock;
-  const std::string unit = options.clock == Clock::Span ? "spans" : time_unit_text(a.facts().time_unit);
+  const TimeUnit unit = a.facts().time_unit;
+  return joined_pair(std::move(a), std::move(b), std::move(stack_a), std::move(stack_b), unit, options);
+}
+
+ComparedPair joined_pair(TextureSeries a, TextureSeries b, ColorStack stack_a, ColorStack stack_b, TimeUnit time_unit,
+                         const CompareOptions& options) {
+  if (options.num_blocks == 1) throw InvalidInput("num_blocks: found 1; expected 0, or a number in [2, 64]");
+  const std::string unit = options.clock == Clock::Span ? "spans" : time_unit_text(time_unit);
   ComparedPair pair{.series_a = std::move(a),
                     .series_b = std::move(b),
                     .a = std::move(stack_a),
@@ -176,25 +203,31 @@ ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& o
   return pair;
 }
 
-std::vector<std::string> pair_warnings(const HistoryFacts& a, const HistoryFacts& b, const CompareOptions& options) {
+std::vector<std::string> time_warnings(const std::vector<NamedFacts>& histories, const CompareOptions& options) {
   if (options.clock == Clock::Span) return {};
   CompareOptions ends = options;
-  ends.num_times = 2;  // From where both have frames to where one ends.
-  const CommonTimes times = common_times(a, b, ends);
+  ends.num_times = 2;  // From where all have frames to where one ends.
+  const GroupTimes times = common_times(histories, ends);
   constexpr double kLeastShare = 0.5;
+  std::string covered;
+  for (const NamedFacts& h : histories)
+    covered += (covered.empty() ? h.name + " covers " : ", " + h.name + " ") + span_text(*h.facts);
   std::vector<std::string> warnings;
-  const auto add = [&](const char* name, const HistoryFacts& of, const std::vector<double>& compared) {
-    const double span = of.frames.back().time - of.frames.front().time;
-    if (!(span > 0.0)) return;
-    const double share = (compared.back() - compared.front()) / span;
-    if (share >= kLeastShare) return;
-    warnings.push_back("only " + short_number_text(rounded(100.0 * share, 2)) + " % of " + name +
-                       "'s time is compared: A covers " + span_text(a) + ", B " + span_text(b) +
-                       "; --clock span compares equal shares of both");
-  };
-  add("A", a, times.times_a);
-  add("B", b, times.times_b);
+  for (std::size_t k = 0; k < histories.size(); ++k) {
+    const std::vector<FrameFacts>& frames = histories[k].facts->frames;
+    const double span = frames.back().time - frames.front().time;
+    if (!(span > 0.0)) continue;
+    const double share = (times.of[k].back() - times.of[k].front()) / span;
+    if (share >= kLeastShare) continue;
+    warnings.push_back("only " + short_number_text(rounded(100.0 * share, 2)) + " % of " + histories[k].name +
+                       "'s time is compared: " + covered + "; --clock span compares equal shares of " +
+                       (histories.size() == 2 ? "both" : "all"));
+  }
   return warnings;
+}
+
+std::vector<std::string> pair_warnings(const HistoryFacts& a, const HistoryFacts& b, const CompareOptions& options) {
+  return time_warnings({{"A", &a}, {"B", &b}}, options);
 }
 
 }  // namespace patinate::analysis

@@ -33,8 +33,24 @@ struct CommonTimes {
 /// @throws InvalidInput if the histories have no time in common.
 [[nodiscard]] CommonTimes common_times(const HistoryFacts& a, const HistoryFacts& b, const CompareOptions& options);
 
+/// One of several histories that are compared at the same times.
+struct NamedFacts {
+  std::string name;  ///< "A", for what is said about it.
+  const HistoryFacts* facts = nullptr;
+};
+/// The same of any number of histories, the first of which is A.
+struct GroupTimes {
+  std::vector<double> clock;
+  std::vector<std::vector<double>> of;  ///< [history]: in its own unit.
+};
+/// @throws InvalidInput if they have no time in common, or there is none.
+[[nodiscard]] GroupTimes common_times(const std::vector<NamedFacts>& histories, const CompareOptions& options);
+
 /// What of a comparison is likely not meant: less than half of a side's time is compared.
 [[nodiscard]] std::vector<std::string> pair_warnings(const HistoryFacts& a, const HistoryFacts& b,
+                                                     const CompareOptions& options);
+/// The same of any number of histories.
+[[nodiscard]] std::vector<std::string> time_warnings(const std::vector<NamedFacts>& histories,
                                                      const CompareOptions& options);
 
 /// What decides at which size a surface is compared.
@@ -56,5 +72,9 @@ struct CommonSizes {
 /// @throws InvalidInput, IoError. Cost: two frames read for each time and side.
 [[nodiscard]] ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& options,
                                      const RunControl& control = {});
+/// The pair of two surfaces that are loaded already. @param stack_a,stack_b  Their times are those of the common clock.
+/// @param unit  Of the clock with --clock absolute. @throws InvalidInput if num_blocks is 1.
+[[nodiscard]] ComparedPair joined_pair(TextureSeries a, TextureSeries b, ColorStack stack_a, ColorStack stack_b,
+                                       TimeUnit unit, const CompareOptions& options);
 
 }  // namespace patinate::analysis

@@ -31,6 +31,34 @@ def tearDownModule():
     shutil.rmtree(WORK)
 
 
+class Replicates(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        for seed in (3, 4):
+            patinate("synth", "crackle", "--width", 96, "--height", 80, "--num-frames", 6, "--seed", seed, "-o", f"crackle{seed}_photos")
+            patinate("ingest", f"crackle{seed}_photos", "-o", f"crackle{seed}")
+
+    def test_two_sides_of_any_number_are_compared(self):
+        result = patinate("compare", "one", "two", "--against", "crackle3", "crackle4", "--num-times", 4, "-o", "replicates")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("the smallest that 2 against 2 can give is 0.333", result.stderr)  # 2 of 6 ways: A and B exchanged are as far apart.
+        report = json.loads((WORK / "replicates/report.json").read_text())
+        self.assertEqual([[side["name"] for side in report[s]] for s in "ab"], [["one", "two"], ["crackle3", "crackle4"]])
+        self.assertEqual(report["command"], "patinate compare one two --against crackle3 crackle4 --num-times 4 -o OUT")
+        self.assertEqual(report["labelings"], 6)
+        again = patinate("compare", "one", "two", "--num-times", 4, "-o", "replicates", "--against", "crackle3", "crackle4")
+        self.assertIn("up to date", again.stderr)
+
+    def test_what_cannot_be_compared_is_one_line(self):
+        for code, what, arguments in ((2, "behind --against", ("one", "two", "crackle3")), (2, "B: is missing", ("one",)), (3, "one replicate", ("one", "--against", "two", "crackle3")),
+                                      (3, "same history", ("one", "one", "--against", "two", "crackle3")), (3, "does not exist", ("one", "two", "--against", "crackle3", "nothing")),
+                                      (2, "--through", ("one", "two", "--against", "crackle3", "crackle4", "--through", "aged"))):
+            result = patinate("compare", *arguments, "-o", "refused")
+            self.assertEqual((result.returncode, result.stderr.count("\n")), (code, 1), result.stderr)
+            self.assertIn(what, result.stderr)
+        self.assertFalse((WORK / "refused").exists())
+
+
 class Compare(unittest.TestCase):
     def test_says_its_figures_and_writes_a_page_that_needs_nothing_else(self):
         result = patinate("compare", "one", "two", "--num-resamples", 20, "-o", "report")

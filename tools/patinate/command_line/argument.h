@@ -29,6 +29,7 @@ struct ArgumentInfo {
   std::vector<std::string> choices;  ///< What may be given; suggestions only where other values are accepted too.
   bool is_required = false;
   bool is_common = false;    ///< An option of every command.
+  bool takes_words = false;  ///< An option that may be repeated takes all words up to the next option.
   bool has_no_form = false;  ///< A flag that is on unless `--no-...` is given.
 
   [[nodiscard]] bool is_positional() const {

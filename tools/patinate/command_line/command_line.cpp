@@ -94,6 +94,12 @@ void CommandLine::repeated(const std::string& name, const std::string& value_nam
   add(ArgumentKind::Repeated, ValueType::Text, dashed(name), value_name, help,
       [&values](const std::string& s) { values.push_back(s); });
 }
+void CommandLine::paths(const std::string& name, const std::string& value_name, const std::string& help,
+                        std::vector<std::filesystem::path>& values) {
+  add(ArgumentKind::Repeated, ValueType::Path, dashed(name), value_name, help, [&values](const std::string& s) {
+    values.emplace_back(s);
+  }).takes_words = true;
+}
 void CommandLine::flag(const std::string& name, const std::string& help, bool& value) {
   add(ArgumentKind::Flag, ValueType::Text, dashed(name), "", help,
       [&value](const std::string& s) { value = s == "true"; });

@@ -57,6 +57,9 @@ class CommandLine {
   /// May be given several times.
   void repeated(const std::string& name, const std::string& value_name, const std::string& help,
                 std::vector<std::string>& values);
+  /// Paths that are read, as many as stand behind it, each time it is given.
+  void paths(const std::string& name, const std::string& value_name, const std::string& help,
+             std::vector<std::filesystem::path>& values);
   void flag(const std::string& name, const std::string& help, bool& value);
   /// Every field of a described options struct. The struct must outlive this.
   template <class Options>

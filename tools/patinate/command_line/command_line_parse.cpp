@@ -88,7 +88,7 @@ void CommandLine::read_words(const std::vector<std::string>& arguments, bool& wa
       option_names.push_back("--no-" + argument->name.substr(2));
       app.add_flag_function(option_names.back(), [&a = *argument](std::int64_t) { a.found = {"false"}; });
     } else {
-      app.add_option(spellings(*argument), argument->found)->take_all()->allow_extra_args(false);
+      app.add_option(spellings(*argument), argument->found)->take_all()->allow_extra_args(argument->takes_words);
     }
   }
   try {

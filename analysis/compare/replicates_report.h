@@ -1,0 +1,32 @@
+/// \file
+/// A comparison of replicates for people and for programs.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "analysis/compare/replicates.h"
+#include "patinate/analysis/report_parts.h"
+
+namespace patinate::analysis {
+
+struct ReplicatesProvenance {
+  const std::vector<SeriesFile>& files;  ///< Those of A first.
+  const std::vector<std::string>& names;
+  const std::vector<double>& clock;
+  std::vector<std::string> warnings;
+  const CompareOptions& options;
+  std::string command;
+  std::string key;
+};
+
+/// What the p values come to, a sentence each.
+[[nodiscard]] std::vector<std::string> replicate_verdict(const ReplicateComparison& comparison);
+
+/// Writes report.html (everything inside), report.json, figures.csv and distances.csv.
+/// @param look  With a `source` in every picture. @throws CannotComplete; InvalidInput if a number is not finite.
+void write_replicates_report(const std::filesystem::path& folder, const ReplicatesProvenance& provenance,
+                             const ReplicateComparison& comparison, const Section& look);
+
+}  // namespace patinate::analysis

@@ -1,5 +1,6 @@
 #include "analysis/fit/aged_surface.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 
 #include "patinate/core/error.h"
@@ -8,15 +9,22 @@ namespace patinate::analysis {
 
 namespace {
 
+/// Colors as the files of a history hold them, so that equal surfaces are equal, captured or not.
+ImageF as_halves(ImageF colors) {
+  for (float& v : colors.values()) v = static_cast<float>(Eigen::half(v));
+  return colors;
+}
+
 /// Two frames blended; the ends held.
 ImageF sample(const AgedSurface& frames, double time) {
   const auto after = std::lower_bound(frames.times.begin(), frames.times.end(), time);
-  if (after == frames.times.end()) return frames.colors.back();
+  if (after == frames.times.end()) return as_halves(frames.colors.back());
   const auto k = static_cast<std::size_t>(after - frames.times.begin());
-  if (k == 0 || *after == time) return frames.colors[k];
+  if (k == 0 || *after == time) return as_halves(frames.colors[k]);
   const auto f = static_cast<float>((time - frames.times[k - 1]) / (frames.times[k] - frames.times[k - 1]));
-  ImageF out = frames.colors[k - 1];
-  const float* next = frames.colors[k].data();
+  ImageF out = as_halves(frames.colors[k - 1]);
+  const ImageF next_colors = as_halves(frames.colors[k]);
+  const float* next = next_colors.data();
   for (float& v : out.values()) v += f * (*next++ - v);
   return out;
 }

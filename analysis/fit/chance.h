@@ -6,17 +6,16 @@
 
 namespace patinate::analysis {
 
-/// The value that a normal variable exceeds in one of ten cases, when mean and standard deviation are those of
-/// `draws` and one more is drawn: mean + t(0.9, n - 1) sd sqrt(1 + 1 / n). Of fewer than three draws: twice the
-/// largest. @throws InvalidInput without draws.
-[[nodiscard]] double prediction_bound(std::span<const double> draws);
-
-/// The objective up to which values cannot be told from the truth. `draws` are objectives between the model and itself,
-/// another seed in the place of the capture: what the truth itself would have. The capture is one more of them, so the
-/// truth lies below their prediction_bound() in nine of ten cases; intervals around all such values hold it oftener.
-/// Where the model is wrong the best lies above what chance makes; squares of distances add, so that this much is added
-/// to the bound: sqrt(bound^2 + max(0, best^2 - mean^2)).
-/// @returns at least `best`; without draws 1.01 `best`.
-[[nodiscard]] double untellable_objective(double best, std::span<const double> draws);
+/// The objective up to which values cannot be told from the truth, such that the intervals of `num_numbers` numbers
+/// that it bounds hold all true values in nine of ten cases.
+///
+/// `draws` are objectives between the model and itself, another seed in the place of the capture. An objective whose
+/// square is a mean of N independent squares has the variance f^2 / (2 N), so that draws tell N, and that of fitting N
+/// such places rises by f^2 / N where a number is off by its standard deviation. So f^2 may rise above the best's by
+/// 2 t^2 var(draws), t Student's for n - 1 degrees of freedom and each number's 0.9^(1 / num_numbers), both sides. Best
+/// and truth are compared with one capture: its chance, and what the model lacks, are in both.
+/// @returns at least `best`; of fewer than three draws their largest more than it, without draws 1.01 `best`.
+/// @throws InvalidInput if `num_numbers` < 1.
+[[nodiscard]] double untellable_objective(double best, std::span<const double> draws, int num_numbers);
 
 }  // namespace patinate::analysis

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 3;  ///< Raised when the same input gives other values.
+constexpr std::int64_t kStageVersion = 4;  ///< Raised when the same input gives other values.
 constexpr int kEvaluationsPerParameter = 100;
 constexpr double kSmallestLookStep = 0.05;      ///< Of the search for an appearance, however narrow the outer one has
                                                 ///< become; but no wider than its first step.
@@ -88,7 +88,8 @@ FitEvaluation scan_place(FitWork& work, const std::string& name, std::size_t i, 
   // Chance over the range, not only at the best: of places that can be told from it only just or not at all.
   if (found && !draws.empty() &&
       *evaluation.points[*found].result.objective <=
-          kNearTheLimit * untellable_objective(*work.best(folder).result.objective, draws)) {
+          kNearTheLimit * untellable_objective(*work.best(folder).result.objective, draws,
+                                               static_cast<int>(work.task.parameters.size()))) {
     const std::uint64_t draw = draws.size() + 1 + i * kMostScanPlaces + k;
     evaluation.chance = draw_chance(model, name, evaluation.points[*found].values, draw, control.part(0.4, 0.6)).chance;
   }
@@ -226,8 +227,9 @@ FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
       }
     }
   }
-  outcome.threshold =
-      untellable_objective(*outcome.best.result.objective, outcome.chances) - *outcome.best.result.objective;
+  outcome.threshold = untellable_objective(*outcome.best.result.objective, outcome.chances,
+                                           static_cast<int>(work.task.parameters.size())) -
+                      *outcome.best.result.objective;
   outcome.verdicts = determine(work.box_point(outcome.best), tried, outcome.scans, outcome.profiles, outcome.threshold);
   return outcome;
 }

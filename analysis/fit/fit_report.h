@@ -38,8 +38,9 @@ struct FitOutcome {
   std::optional<HeldOut> held_out;  ///< With ObjectiveOptions::until.
 };
 
-/// A verdict in plain words: "not determined: no figure changes anywhere in its range". @param index  Of the parameter.
-[[nodiscard]] std::string verdict_text(const FitTask& task, const FitOutcome& outcome, std::size_t index);
+/// Simulations that the search made, and appearances of them.
+[[nodiscard]] int count_agings(const FitOutcome& outcome);
+[[nodiscard]] int count_points(const FitOutcome& outcome);
 
 /// Writes report.html (everything inside), report.json and evaluations.csv.
 /// @param before, after  What a comparison says of the history with the starting and with the best values: sections

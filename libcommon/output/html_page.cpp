@@ -25,7 +25,7 @@ h2 { font-size: 1.3rem; margin: 2.5rem 0 0.75rem; }
 p { max-width: 46rem; }
 a { color: var(--accent); }
 pre { background: var(--card); border: 1px solid var(--line); border-radius: 6px; padding: 0.75rem 1rem; }
-pre { overflow-x: auto; font-size: 0.88rem; }
+pre { overflow-x: auto; white-space: pre-wrap; overflow-wrap: anywhere; font-size: 0.88rem; }
 figure { width: fit-content; max-width: 100%; margin: 1.25rem 0; background: var(--card); border: 1px solid var(--line); border-radius: 6px; overflow: hidden; }
 figure img { display: block; max-width: 100%; height: auto; }
 figcaption { padding: 0.5rem 0.9rem; color: var(--soft); font-size: 0.92rem; }
@@ -44,7 +44,8 @@ figure.frame { width: 100%; }
 .table { overflow-x: auto; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; white-space: nowrap; padding: 0.35rem 1rem 0.35rem 0; border-bottom: 1px solid var(--line); }
-td:last-child { white-space: normal; padding-right: 0; }
+td:first-child, td:last-child { white-space: normal; }
+td:last-child { padding-right: 0; min-width: 6rem; }
 th { color: var(--soft); font-weight: 600; }
 )css";
 

@@ -25,12 +25,14 @@ double two_valleys(const Point& x) { return std::min(1.0 + 4 * square(x, {0.2, 0
 
 TEST(MultiStart, FindsTheDeeperOfTwoValleysFromTheFloorOfTheOtherWhateverTheSeed) {
   int num_alone = 0;  // Below the other's floor is in the deeper one.
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+  constexpr int kNumSeeds = 20;
+  for (std::uint64_t seed = 1; seed <= kNumSeeds; ++seed) {
     const EvolutionOptions search{.step = 0.1, .seed = seed};
     num_alone += minimize(two_valleys, {0.2, 0.25}, 200, {.search = search, .starts = 1}).value < 1.0;
     EXPECT_LT(minimize(two_valleys, {0.2, 0.25}, 200, {.search = search}).value, 1.0) << "seed " << seed;
   }
-  EXPECT_LE(num_alone, 5);  // What several starts are for.
+  // What several starts are for: one is beaten at so many seeds, and beats them at none (sign test, one-sided).
+  EXPECT_LT(std::pow(0.5, kNumSeeds - num_alone), 0.001);
 }
 
 TEST(MultiStart, FollowsBothValleysToTheirFloorsWhenTheBudgetAllows) {

@@ -1,0 +1,289 @@
+#include "analysis/fit/fit_page.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "libcommon/core/text.h"
+#include "libcommon/output/html_page.h"
+#include "libcommon/output/svg_chart.h"
+
+namespace patinate::analysis {
+
+namespace {
+
+constexpr double kStrongCorrelation = 0.8;
+
+std::string number(double v) { return short_number_text(rounded(v, 4) + 0.0); }
+std::string number(const std::optional<double>& v) { return v ? number(*v) : "-"; }
+
+const std::string& name_of(const FitTask& task, std::size_t i) { return task.parameters[i].range.name; }
+
+/// A scan found something better than the search.
+bool is_beaten(const FitOutcome& o) {
+  for (const BoxScans* lists : {&o.scans, &o.profiles}) {
+    for (const std::vector<BoxPoint>& list : *lists) {
+      for (const BoxPoint& p : list) {
+        if (p.objective < *o.best.result.objective - o.threshold) return true;
+      }
+    }
+  }
+  return false;
+}
+
+std::string convergence_chart(const FitOutcome& o) {
+  Chart chart{.title = "The search", .x_label = "evaluation", .y_label = "objective"};
+  ChartSeries each{.name = "tried"}, best{.name = "best so far"};
+  std::optional<double> least;
+  double x = 0.0;
+  // One evaluation: its appearances are what was tried.
+  const bool are_appearances = o.searched.size() == 1;
+  const auto add = [&](const std::optional<double>& value) {
+    if (value) least = least ? std::min(*least, *value) : *value;
+    each.x.push_back(x);
+    each.y.push_back(value);
+    best.x.push_back(x);
+    best.y.push_back(least);
+    x += 1.0;
+  };
+  for (const FitEvaluation& e : o.searched) {
+    if (e.points.empty()) continue;
+    if (are_appearances) {
+      for (const FitPoint& p : e.points) add(p.result.objective);
+    } else {
+      const std::optional<std::size_t> i = e.best();
+      add(i ? e.points[*i].result.objective : std::nullopt);
+    }
+  }
+  each.is_dashed = true;
+  chart.series = {std::move(best), std::move(each)};
+  if (are_appearances) chart.x_label = "appearance";
+  return svg_chart(chart);
+}
+
+/// A curve of the comparison with the starting and with the best values; empty where that is not told over time.
+std::string misfit_chart(const std::string& name, std::span<const Section> before, std::span<const Section> after) {
+  const auto find = [&](std::span<const Section> sections) -> const Curve* {
+    for (const Section& s : sections) {
+      const auto found = std::find_if(s.curves.begin(), s.curves.end(), [&](const Curve& c) { return c.name == name; });
+      if (found != s.curves.end() && !found->columns.empty()) return &*found;
+    }
+    return nullptr;
+  };
+  const Curve *first = find(before), *last = find(after);
+  if (first == nullptr || last == nullptr) return "";
+  Chart chart{.title = last->title, .x_label = last->x_name, .y_label = last->y_name};
+  chart.series.push_back({.name = "after", .x = last->x, .y = last->columns.front().values});
+  chart.series.push_back({.name = "before", .x = first->x, .y = first->columns.front().values, .is_dashed = true});
+  for (const CurveColumn& c : last->columns) {
+    if (c.is_reference) chart.series.push_back({c.name, last->x, c.values, c.band, true});
+  }
+  return svg_chart(chart);
+}
+
+std::string scan_chart(const FitTask& task, const FitOutcome& o, std::size_t i) {
+  const FitParameter& p = task.parameters[i];
+  Chart chart{
+      .title = p.range.name, .x_label = p.range.name, .y_label = "objective", .log_x = p.range.scale == FitScale::Log};
+  const auto line_of = [&](const std::string& name, const std::vector<BoxPoint>& list) {
+    std::map<double, double> least{{o.best.values[i], *o.best.result.objective}};
+    for (const BoxPoint& at : list) {
+      const double value = value_at(p, at.at[i]);
+      if (std::isfinite(at.objective) && (!least.contains(value) || at.objective < least[value]))
+        least[value] = at.objective;
+    }
+    ChartSeries line{.name = name};
+    for (const auto& [value, objective] : least) {
+      line.x.push_back(value);
+      line.y.emplace_back(objective);
+    }
+    return line;
+  };
+  chart.series = {line_of("others as at the best", o.scans[i])};
+  if (!o.profiles[i].empty()) chart.series.push_back(line_of("others moved with it", o.profiles[i]));
+  ChartSeries limit{.name = "told from the best above", .is_dashed = true};
+  for (const double value : chart.series.front().x) {
+    limit.x.push_back(value);
+    limit.y.emplace_back(*o.best.result.objective + o.threshold);
+  }
+  chart.series.push_back(std::move(limit));
+  return svg_chart(chart);
+}
+
+/// Pairs of which only a combination is determined.
+std::vector<std::string> correlated_pairs(const FitTask& task, const FitOutcome& o) {
+  std::vector<std::string> out;
+  if (!o.valley) return out;
+  for (std::size_t i = 0; i < task.parameters.size(); ++i) {
+    for (std::size_t j = i + 1; j < task.parameters.size(); ++j) {
+      const double r = o.valley->correlation[i][j];
+      const auto has_effect = [&](std::size_t k) { return o.verdicts[k].effect > o.threshold; };
+      if (std::abs(r) < kStrongCorrelation || !has_effect(i) || !has_effect(j)) continue;
+      out.push_back(name_of(task, i) + " and " + name_of(task, j) + " make up for each other (" +
+                    number(rounded(r, 2)) + "): " +
+                    (r > 0 ? "more of one looks like less of the other, so both may be larger or smaller together"
+                           : "more of both looks like more of one, so one may be larger and the other smaller") +
+                    ".");
+    }
+  }
+  return out;
+}
+
+void add_comparison(HtmlPage& page, const Section& look_before, const Section& look_after,
+                    const std::vector<FigureChange>& changes) {
+  page.heading("Before and after");
+  page.paragraph("The captured surface; the simulated one with the starting values; the simulated one with the best.");
+  page.picture({look_before.pictures.at(0).source, "captured"});
+  page.picture({look_before.pictures.at(1).source, "simulated, before"});
+  page.picture({look_after.pictures.at(1).source, "simulated, after"});
+  std::vector<std::vector<std::string>> rows;
+  const auto cell = [](const std::optional<double>& v) { return v ? number(*v) : "undefined"; };
+  for (const auto& [f, after] : changes)
+    rows.push_back({f.title, cell(f.value), cell(after), f.split ? number(*f.split) : "", f.unit});
+  page.table({"figure (A captured, B simulated)", "before", "after", "A split in two", "unit"}, rows);
+  page.paragraph(
+      "\"A split in two\": what equal surfaces would show, the squares of a chess board over the captured one, the "
+      "black against the white.");
+}
+
+void add_held_out(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
+  if (!o.held_out) return;
+  const HeldOut& h = *o.held_out;
+  page.heading("Frames that the search did not see");
+  page.paragraph(
+      "Only frames up to " + number(*task.objective.until) +
+      " were fitted. The objective at the compared times after it (" + std::to_string(h.num_times) +
+      " in all) says how well the model foretells; one that is no better than the last frame seen, held, foretells "
+      "nothing.");
+  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  for (const std::optional<double>& v : h.other_seeds) {
+    if (v) least = std::min(least, *v), most = std::max(most, *v);
+  }
+  page.table({"", "objective after " + number(*task.objective.until)},
+             {{"starting values", number(h.before)},
+              {"best values", number(h.after)},
+              {"best values, other seeds", least <= most ? number(least) + " to " + number(most) : "-"},
+              {"the last frame seen, held", number(h.last_frame)}});
+}
+
+void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
+  const std::string tried =
+      std::to_string(count_agings(o)) + " simulations and " + std::to_string(count_points(o)) + " appearances of them";
+  page.paragraph("The objective fell from " + number(o.initial.result.objective) + " to " +
+                 number(o.best.result.objective) + " in " + tried + (o.is_converged ? "; the search converged." : "."));
+  if (!o.is_converged)
+    page.paragraph(
+        "Not converged: the budget ended the search, so better values may lie elsewhere, and intervals are those of "
+        "what was tried. A larger --evaluations resumes from here.");
+  if (is_beaten(o))
+    page.paragraph(
+        "Not at its end: along one of the parameters there is a better value. A larger --evaluations resumes from "
+        "here.");
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t i = 0; i < task.parameters.size(); ++i) {
+    const FitParameter& p = task.parameters[i];
+    rows.push_back(
+        {p.range.name,
+         number(p.range.low) + " to " + number(p.range.high) + (p.range.scale == FitScale::Log ? " (log)" : ""),
+         number(o.initial.values[i]), number(o.best.values[i]), verdict_text(task, o, i)});
+  }
+  page.table({"parameter", "range", "before", "best", "what the data say"}, rows);
+  page.paragraph(
+      "An interval holds the values that the figures cannot tell from the best: the objective rises by no more than " +
+      number(o.threshold) + ", " +
+      (o.chances.empty()
+           ? "a hundredth of the best."
+           : "as chance has it when the simulation with another seed takes the capture's place: all intervals together "
+             "are to hold the truth in nine of ten cases.") +
+      " It holds within this model: a wrong model can be determined as well as a right one.");
+  for (const std::string& text : correlated_pairs(task, o)) page.paragraph(text);
+  if (!o.no_valley.empty() && task.parameters.size() > 1)
+    page.paragraph("Whether parameters make up for each other is not known: " + o.no_valley + ".");
+}
+
+void add_methods(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
+  page.heading("Methods");
+  page.paragraph(
+      "The objective is the weighted mean of the fitted figures over the compared times, every place counted once. "
+      "What needs aging is searched by covariance matrix adaptation [Hansen and Ostermeier 2001; Hansen 2016], from "
+      "several of the best points of a space-filling Latin hypercube [McKay, Beckman and Conover 1979; Johnson, Moore "
+      "and Ylvisaker 1990]; what only changes the look is searched anew for each aging [as in Golub and Pereyra "
+      "1973].");
+  page.paragraph("Every simulation of the search has the scene's own seed; " + std::to_string(o.chances.size()) +
+                 " with other seeds in the capture's place say what chance alone makes of the objective. Frames are "
+                 "compared at " +
+                 (task.objective.until ? "times up to " + number(*task.objective.until) : "all compared times") +
+                 ". docs/algorithms/fit.md of this version says each step.");
+  page.paragraph(
+      "N. Hansen, A. Ostermeier, Completely derandomized self-adaptation in evolution strategies, Evolutionary "
+      "Computation 9(2), 2001. N. Hansen, The CMA evolution strategy: a tutorial, arXiv:1604.00772, 2016. M. McKay, R. "
+      "Beckman, W. Conover, A comparison of three methods for selecting values of input variables, Technometrics "
+      "21(2), 1979. M. Johnson, L. Moore, D. Ylvisaker, Minimax and maximin distance designs, Journal of Statistical "
+      "Planning and Inference 26(2), 1990. G. Golub, V. Pereyra, The differentiation of pseudo-inverses and nonlinear "
+      "least squares problems whose variables separate, SIAM Journal on Numerical Analysis 10(2), 1973.");
+}
+
+std::string interval_text(const FitTask& task, const FitOutcome& o, std::size_t i) {
+  const FitParameter& p = task.parameters[i];
+  const ParameterVerdict& v = o.verdicts[i];
+  const std::string low = number(value_at(p, v.low)), high = number(value_at(p, v.high));
+  switch (v.determination) {
+    case Determination::Determined:
+      return "determined: " + low + " to " + high;
+    case Determination::AtLeast:
+      return "at least " + low + "; nothing in the range bounds it from above";
+    case Determination::AtMost:
+      return "at most " + high + "; nothing in the range bounds it from below";
+    case Determination::Undetermined:
+      return "not determined: the figures cannot tell any two values of its range";
+    case Determination::NotExamined:
+      return "not known: no evaluations were spent on it (--scan 0)";
+    case Determination::WithoutEffect:
+      return "not determined: no figure changes anywhere in its range";
+  }
+  return "";
+}
+
+}  // namespace
+
+std::string verdict_text(const FitTask& task, const FitOutcome& o, std::size_t i) {
+  const bool is_examined = o.verdicts[i].determination != Determination::NotExamined;
+  return interval_text(task, o, i) + (o.is_converged || !is_examined ? "" : " (not converged)");
+}
+
+void write_fit_page(const std::filesystem::path& folder, const FitTask& task, const FitOutcome& o,
+                    std::span<const Section> before, std::span<const Section> after,
+                    const std::vector<FigureChange>& changes) {
+  HtmlPage page(task.model_name + " fitted to " + open_series(task.history).series.name());
+  add_summary(page, task, o);
+  page.drawing(convergence_chart(o));
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t i = 0; i < task.terms.size(); ++i) {
+    const auto which = static_cast<std::size_t>(task.terms[i].figure);
+    rows.push_back({std::string(kFitFigureNames[which]), number(task.terms[i].weight),
+                    number(o.initial.result.figures[i]), number(o.best.result.figures[i]),
+                    std::string(kFitFigureUnits[which])});
+  }
+  page.table({"fitted figure", "weight", "before", "after", "unit"}, rows);
+  add_held_out(page, task, o);
+  const auto is_scanned = [&](std::size_t i) { return o.verdicts[i].determination != Determination::NotExamined; };
+  std::vector<std::string> scans;
+  for (std::size_t i = 0; i < task.parameters.size(); ++i) {
+    if (is_scanned(i)) scans.push_back(scan_chart(task, o, i));
+  }
+  if (!scans.empty()) page.heading("Along each parameter");
+  for (const std::string& chart : scans) page.drawing(chart);
+  add_comparison(page, before.front(), after.front(), changes);
+  const std::string misfit = misfit_chart("color_distribution", before, after);
+  if (!misfit.empty()) page.drawing(misfit);
+  add_methods(page, task, o);
+  page.heading("Provenance");
+  page.paragraph("This page is repeated, byte for byte, by");
+  page.code(task.command);
+  page.link(kFitReportFile, "The figures as JSON");
+  page.link(kFitTableFile, "Everything that was tried, as a table");
+  page.save(folder / kFitPageFile);
+}
+
+}  // namespace patinate::analysis

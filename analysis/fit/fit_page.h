@@ -1,0 +1,29 @@
+/// \file
+/// report.html of a fit: what a person reads.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis/fit/fit_report.h"
+
+namespace patinate::analysis {
+
+/// A figure of a comparison, and what became of it.
+struct FigureChange {
+  Figure before;
+  std::optional<double> after;
+};
+
+/// A verdict in plain words: "not determined: no figure changes anywhere in its range". @param index  Of the parameter.
+[[nodiscard]] std::string verdict_text(const FitTask& task, const FitOutcome& outcome, std::size_t index);
+
+/// Writes it, everything inside. @param before, after  As for write_fit_report(). @throws CannotComplete
+void write_fit_page(const std::filesystem::path& folder, const FitTask& task, const FitOutcome& outcome,
+                    std::span<const Section> before, std::span<const Section> after,
+                    const std::vector<FigureChange>& changes);
+
+}  // namespace patinate::analysis

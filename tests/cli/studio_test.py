@@ -38,8 +38,12 @@ class Studio(unittest.TestCase):
         cls.folder = cls.outside / "served"
         cls.folder.mkdir()
         make_small_scene(cls.run_in)
+        (cls.folder / "stated.json").write_text(json.dumps({"format": "patinate.appearance", "version": 1, "materials": [
+            {"color": "#f0e8d8", "metalness": 0, "roughness": 0.9, "specular": 0.06}, {"color": "#302010", "metalness": 1, "roughness": 0.25, "tint": "#f0ae8c"}]}))
         for arguments in (["lookup", "aged", "--time", "11", "-o", "aged_11.png"], ["lookup", "aged", "--time", "7.5", "-o", "aged_frame.png"],
-                          ["export", "history", "-o", "frames", "--format", "png", "--times", "7.5"], ["synth", "ledge", "--cells", "4", "-o", "ledge"]):
+                          ["export", "history", "-o", "frames", "--format", "png", "--times", "7.5"],
+                          ["appearance", "history", "stated.json", "-o", "metal"], ["transfer", "metal", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "metal_urn"],
+                          *(["lookup", "metal_urn", "--time", "11", "--map", name, "-o", f"metal_{name}.png"] for name in ("base", "orm")), ["synth", "ledge", "--cells", "4", "-o", "ledge"]):
             result = cls.run_in(*arguments)
             if result.returncode != 0:
                 raise RuntimeError(f"{arguments}: {result.stderr}")
@@ -126,7 +130,8 @@ class Studio(unittest.TestCase):
 
     def test_wrong_requests_get_a_sentence(self):
         for target, status in (("/api/nothing", 404), ("/api/texture?place=history", 400), ("/api/texture?place=history&time=x", 400), ("/api/texture?place=history&time=nan", 400),
-                               ("/api/texture?place=history&time=1&size=0", 400), ("/api/texture?place=history&time=1&tile=3", 400), ("/api/texture?place=ledge/mesh.obj&time=1", 400),
+                               ("/api/texture?place=history&time=1&size=0", 400), ("/api/texture?place=history&time=1&tile=3", 400), ("/api/texture?place=history&time=1&map=gold", 400), ("/api/texture?place=history&time=1&map=orm", 400),
+                               ("/api/texture?place=history&time=1&map=reflectance", 400), ("/api/texture?place=ledge/mesh.obj&time=1", 400),
                                ("/api/map?place=history&name=control:nothing", 400), ("/api/curve?place=history&x=999&y=0", 400), ("/api/mesh?place=history", 400),
                                ("/api/place?place=broken", 400), ("/api/texture?place=broken&time=0", 400), ("/api/preview?place=history&path=history.json", 400)):
             code, _, data = self.server.request(target)
@@ -151,7 +156,7 @@ class Studio(unittest.TestCase):
         said = self.server.get_json("/api/places")
         self.assertEqual(said["folder"], str(self.folder))
         kinds = {p["place"]: p["kind"] for p in said["places"]}
-        self.assertEqual(kinds, {"aged": "transfer", "broken": "history", "capture": "ingest", "history": "history", "ledge/mesh.obj": "mesh", "ledge/scene.json": "scene",
+        self.assertEqual(kinds, {"aged": "transfer", "broken": "history", "capture": "ingest", "history": "history", "ledge/mesh.obj": "mesh", "ledge/scene.json": "scene", "metal": "history", "metal_urn": "transfer",
                                  "urn/mesh.obj": "mesh"})
         by_name = {p["place"]: p for p in said["places"]}
         self.assertEqual(by_name["history"]["detail"], "4 frames, 48 x 40, 0-22.5 s")
@@ -186,6 +191,17 @@ class Studio(unittest.TestCase):
             self.assertTrue(png_rgb(png)[2] == expected)
             self.assertEqual(png_headers["x-hash"], headers["x-hash"])
             self.assertEqual(headers["x-hash"], xxh64(raw))
+
+    def test_a_material_is_what_lookup_writes(self):
+        place = json.loads(self.server.request("/api/place?place=metal_urn")[2])
+        self.assertEqual(place["material"], ["base", "orm", "reflectance"])
+        self.assertEqual(json.loads(self.server.request("/api/place?place=aged")[2])["material"], [])
+        for name in ("base", "orm"):
+            expected = png_rgb((self.folder / f"metal_{name}.png").read_bytes())[2]
+            raw = self.server.request(f"/api/texture?place=metal_urn&time=11&map={name}")[2]
+            self.assertTrue(rgb_of(raw) == expected, name)
+        status, _, session = self.server.request("/api/session", method="POST", body=json.dumps({"place": "metal_urn", "times": [11], "size": 64}).encode())
+        self.assertEqual((status, session.count(b"map=orm")), (200, 1))
 
     def test_a_history_at_a_frames_time_is_that_frame(self):
         _, _, expected = png_rgb(next((self.folder / "frames").glob("*.png")).read_bytes())

@@ -28,6 +28,9 @@ before(async () => {
       await make("ingest", "crackle/capture.json", "-o", "history");
       await make("synth", "sculpture", "-o", "urn", "--resolution", "30");
       await make("transfer", "history", "urn/mesh.obj", "--control", "thickness=facing", "--resolution", "256", "-o", "aged");
+      await writeFile(join(folder, "black.json"), JSON.stringify({ format: "patinate.appearance", version: 1, metalness: 1, roughness: 1, tint: "#010101" }));  // Black is: nobody knows.
+      await make("appearance", "history", "black.json", "-o", "black");
+      await make("transfer", "black", "urn/mesh.obj", "--control", "thickness=facing", "--resolution", "256", "-o", "black_urn");
     })(),
     (async () => {
       await make_wall(program, folder);
@@ -96,7 +99,7 @@ test("the start page has a card for every place, with pictures where there are s
   await page.waitForSelector(".card");
   const kinds = await in_page(() => [...document.querySelectorAll(".card .kind")].map((e) => e.textContent));
   for (const kind of ["scene", "transfer", "simulation", "history", "ingest", "mesh"]) assert.ok(kinds.includes(kind), kind);
-  await until(page, () => document.querySelectorAll(".card.transfer img, .card.simulation img").length === 2);
+  await until(page, () => document.querySelectorAll(".card.transfer img, .card.simulation img").length === 3);
 });
 
 test("the time slider shows the texture whose hash the server gives", async () => {
@@ -133,6 +136,29 @@ test("a click on a transfer shows its curve and the photograph it comes from; ke
   assert.ok(!(await page.locator(".wipe").isVisible()));
   await page.locator("select", { hasText: "nothing" }).selectOption({ label: "where it comes from" });
   await until(page, () => document.querySelectorAll(".legend").length === 2);
+});
+
+test("a metal that mirrors nothing is black in any light, and has its colors without light", async () => {
+  const code_in_the_middle = async () => {
+    await until(page, () => window.patinate.viewer.is_at_rest);
+    return in_page(() => {
+      const { viewer } = window.patinate;
+      viewer.renderer.render(viewer.scene, viewer.camera);
+      const gl = viewer.renderer.getContext(), pixel = new Uint8Array(4);
+      gl.readPixels(gl.drawingBufferWidth / 2, gl.drawingBufferHeight / 2, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+      return Math.max(pixel[0], pixel[1], pixel[2]);
+    });
+  };
+  await open_place(page, server, "black_urn");
+  await history_is_ready(page);
+  await page.evaluate(() => window.patinate.settled());
+  const lit = await code_in_the_middle();
+  assert.ok(lit < 16, `lit: ${lit}`);  // Fresnel's white at grazing angles is not in the middle.
+  await page.locator("summary", { hasText: /^Light$/ }).click();
+  await page.getByText("Exact colors, without light").click();
+  assert.ok(await code_in_the_middle() > 64, "exact colors");
+  await open_place(page, server, "aged");
+  await history_is_ready(page);
 });
 
 test("a saved session opens without a server, at the time it was saved", async () => {

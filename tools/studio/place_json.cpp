@@ -63,6 +63,9 @@ void add_history(const SurfaceInTime& surface, Json& json, FactList& facts) {
   json["controls"] = std::move(controls);
   json["maps"] = std::move(maps);
   json["frame_masks"] = has_masks;
+  json["material"] = Json::array();
+  for (const SurfaceMap map : surface.material())
+    json["material"].push_back(kSurfaceMapNames[static_cast<std::size_t>(map)]);
 }
 
 void add_transfer(const ServedFolder& folder, const SurfaceInTime& surface, Json& json, FactList& facts) {

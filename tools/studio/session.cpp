@@ -125,10 +125,15 @@ std::string make_session(const Asked& asked, const SessionOptions& options) {
   SessionWriter writer(asked);
   writer.add("/api/place?place=" + place, json_response(trimmed(place_json(asked.folder, asked.opened, path, kind))));
   if (kind != PlaceKind::History) writer.add("/api/mesh?place=" + place, answer_mesh);
+  std::vector<std::string> shown{""};
+  for (const SurfaceMap map : surface->material())
+    shown.push_back("&map=" + std::string(kSurfaceMapNames[static_cast<std::size_t>(map)]));
   for (std::size_t i = 0; i < times.size(); ++i) {
-    writer.add("/api/texture?place=" + place + "&time=" + percent_encoded(number_text(times[i])) +
-                   "&size=" + std::to_string(options.size) + "&format=png",
-               answer_texture);
+    for (const std::string& map : shown) {
+      writer.add("/api/texture?place=" + place + "&time=" + percent_encoded(number_text(times[i])) +
+                     "&size=" + std::to_string(options.size) + map + "&format=png",
+                 answer_texture);
+    }
     asked.control.report(0.9 * static_cast<double>(i + 1) / static_cast<double>(times.size()));
   }
   const int map_size = std::max(1, options.size / 2);

@@ -113,12 +113,32 @@ ImageF SurfaceInTime::spread(const ImageF& source, const RunControl& control) co
   return transfer_ ? transfer::gather(source, filled_coordinates_, 0.0f, control) : source;
 }
 
-ImageF SurfaceInTime::texture(double time, Between between, std::optional<int> tile, const RunControl& control) const {
+std::vector<SurfaceMap> SurfaceInTime::material() const {
+  const std::vector<MaterialMap> known = material_maps(history_->facts());
+  const auto knows = [&](MaterialMap map) { return std::find(known.begin(), known.end(), map) != known.end(); };
+  std::vector<SurfaceMap> maps;
+  if (knows(MaterialMap::Tint) && knows(MaterialMap::Metalness)) maps.push_back(SurfaceMap::Base);
+  if (knows(MaterialMap::Roughness) || knows(MaterialMap::Metalness)) maps.push_back(SurfaceMap::Orm);
+  if (knows(MaterialMap::Specular)) maps.push_back(SurfaceMap::Reflectance);
+  return maps;
+}
+
+ImageF SurfaceInTime::material_sample(SurfaceMap map, double time, Between between) const {
+  if (map == SurfaceMap::Base) return sample_base_color(*history_, time, between);
+  if (map == SurfaceMap::Orm) return sample_orm(*history_, time, between);
+  ImageF reflectance = sample_reflectance(*history_, time, between);
+  if (reflectance.empty()) throw InvalidInput(path_.string() + ": knows nothing of its reflectance");
+  return reflectance;
+}
+
+ImageF SurfaceInTime::texture(SurfaceMap map, double time, Between between, std::optional<int> tile,
+                              const RunControl& control) const {
   const int num_tiles = transfer_ ? transfer_->sheet().num_tiles() : 1;
   if (tile && (*tile < 0 || *tile >= num_tiles))
     throw InvalidInput("there is no tile " + std::to_string(*tile) + "; there are " + std::to_string(num_tiles) +
                        ", counted from 0");
-  ImageF image = spread(history_sample(time, between), control);
+  ImageF image =
+      spread(map == SurfaceMap::Color ? history_sample(time, between) : material_sample(map, time, between), control);
   control.throw_if_stopped();
   return tile && transfer_ ? cut_tile(image, transfer_->sheet(), *tile) : image;
 }

@@ -11,6 +11,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -30,6 +31,11 @@ struct NamedMap {
   double high = 1.0;
   std::string unit;
 };
+
+/// What a surface shows at a time: its color; or of its material base color, glTF's occlusion, roughness and metalness,
+/// or the reflectance of what is no metal.
+enum class SurfaceMap { Color, Base, Orm, Reflectance };
+inline constexpr std::array<std::string_view, 4> kSurfaceMapNames{"color", "base", "orm", "reflectance"};
 
 /// Color of one texel over time.
 struct TexelCurve {
@@ -52,10 +58,13 @@ class SurfaceInTime {
   [[nodiscard]] int width() const;  ///< Of its texture: of a transfer, the sheet of all tiles.
   [[nodiscard]] int height() const;
 
-  /// Its color as `lookup` writes it (of a history, as its frames are): H x W x 3, linear.
+  /// Those that it knows beyond its color, in their order. Base color is one of them where it differs from color.
+  [[nodiscard]] std::vector<SurfaceMap> material() const;
+  /// One of its maps as `lookup` writes it (of a history, as its frames are): H x W x 3, linear.
   /// @param tile  Of a transfer with several; nothing: the whole sheet. @throws InvalidInput if there is no such tile;
-  /// Canceled.
-  [[nodiscard]] ImageF texture(double time, Between between, std::optional<int> tile, const RunControl& control) const;
+  /// or it knows nothing of the map; Canceled.
+  [[nodiscard]] ImageF texture(SurfaceMap map, double time, Between between, std::optional<int> tile,
+                               const RunControl& control) const;
   /// control:NAME, map:NAME, mask:FRAME, coordinates (transfers), coverage. @throws InvalidInput listing what there is.
   [[nodiscard]] NamedMap map(const std::string& name) const;
   /// @throws InvalidInput if the texel lies outside.
@@ -68,6 +77,7 @@ class SurfaceInTime {
  private:
   [[nodiscard]] std::shared_ptr<const ImageF> frame(int index) const;
   [[nodiscard]] ImageF history_sample(double time, Between between) const;
+  [[nodiscard]] ImageF material_sample(SurfaceMap map, double time, Between between) const;
   /// A history's image as it lies on the surface, gutters filled.
   [[nodiscard]] ImageF spread(const ImageF& source, const RunControl& control) const;
   [[nodiscard]] std::array<int, 2> source_of(int x, int y) const;

@@ -2,6 +2,9 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <string_view>
 
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
@@ -21,12 +24,25 @@ constexpr int kMostSide = 65536;
 constexpr double kMostTime = 1e18;
 constexpr std::array<std::string_view, 3> kBetweenNames{"blend", "hold", "nearest"};
 
-Between between_of(const Asked& asked) {
-  const std::string name = asked.target.has("between") ? asked.target.value("between") : "blend";
-  const auto found = std::find(kBetweenNames.begin(), kBetweenNames.end(), name);
-  if (found == kBetweenNames.end())
-    throw InvalidInput("between: found \"" + name + "\"; expected blend, hold or nearest");
-  return static_cast<Between>(found - kBetweenNames.begin());
+/// What is asked for of a list; its first where nothing is.
+std::size_t chosen(const Asked& asked, const std::string& what, std::span<const std::string_view> names) {
+  if (!asked.target.has(what)) return 0;
+  const std::string name = asked.target.value(what);
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) {
+    std::string known;
+    for (const std::string_view n : names) known += (known.empty() ? "" : ", ") + std::string(n);
+    throw InvalidInput(what + ": found \"" + name + "\"; expected one of " + known);
+  }
+  return static_cast<std::size_t>(found - names.begin());
+}
+
+/// [0, 1] as they are, for what is no color.
+ImageU8 linear_codes(const ImageF& image) {
+  ImageU8 codes(image.width(), image.height(), image.channels());
+  std::transform(image.values().begin(), image.values().end(), codes.data(),
+                 [](float v) { return static_cast<std::uint8_t>(255.0f * std::clamp(v, 0.0f, 1.0f) + 0.5f); });
+  return codes;
 }
 
 /// Longest side at most as the request says.
@@ -59,11 +75,13 @@ HttpResponse answer_texture(const Asked& asked) {
   const std::string format = asked.target.has("format") ? asked.target.value("format") : "raw";
   if (format != "raw" && format != "png") throw InvalidInput("format: found \"" + format + "\"; expected raw or png");
   const double time = asked.number("time", -kMostTime, kMostTime);
-  const Between between = between_of(asked);
+  const auto between = static_cast<Between>(chosen(asked, "between", kBetweenNames));
   const std::optional<int> tile =
       asked.target.has("tile") ? std::optional(asked.integer("tile", 0, 1'000'000)) : std::nullopt;
   const std::shared_ptr<const SurfaceInTime> surface = asked.surface();
-  const ImageU8 codes = srgb8_from_linear(sized(surface->texture(time, between, tile, asked.control), asked));
+  const auto map = static_cast<SurfaceMap>(chosen(asked, "map", kSurfaceMapNames));
+  const ImageF texture = sized(surface->texture(map, time, between, tile, asked.control), asked);
+  const ImageU8 codes = map == SurfaceMap::Orm ? linear_codes(texture) : srgb8_from_linear(texture);
   asked.control.throw_if_stopped();
   std::string rows = rgba_rows(codes);
   const std::string hash = xxh64(rows);

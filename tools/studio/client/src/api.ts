@@ -125,9 +125,10 @@ export interface TextureQuery {
   time: number;
   between?: string;
   size?: number;
+  map?: string;  ///< Default: color.
 }
 
-/// Color at a time.
+/// Color, or a map of the material, at a time.
 export async function get_texture(query: TextureQuery, signal?: AbortSignal): Promise<Texture> {
   const reply = await get(url_of("/api/texture", { ...query, format: "raw" }), signal);
   if (reply.type.startsWith("image/")) return decode_picture(reply.bytes, reply.type);

@@ -41,6 +41,8 @@ export interface HistoryPlace extends PlaceBase {
   controls?: ControlInfo[];
   maps?: string[];
   frame_masks?: boolean;
+  /// What it knows of its material beyond color.
+  material?: ("base" | "orm" | "reflectance")[];
   mesh?: boolean;
   tiles?: string[];
   source?: string | null;

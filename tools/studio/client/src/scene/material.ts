@@ -1,11 +1,14 @@
 // How surfaces are drawn: physically based, with what the studio adds to three.js's materials: two times with a wipe, their difference, a map
-// as colors, gloss and relief from the server's planes.
+// as colors, gloss and relief from the server's planes, a history's material.
 import * as THREE from "three";
 import { kLabShader } from "../color/lab";
 import { kRampShader } from "../color/ramp";
 
 export type Comparison = "one" | "wipe" | "difference";
 const kComparisons: Comparison[] = ["one", "wipe", "difference"];
+/// glTF's metallic-roughness model: base color, occlusion-roughness-metalness, reflectance of what is no metal.
+export type MaterialMap = "base" | "orm" | "reflectance";
+const kMaterialMaps: MaterialMap[] = ["base", "orm", "reflectance"];
 
 /// Values that the shader reads, shared by all materials of a view.
 export class SurfaceLook {
@@ -23,17 +26,29 @@ export class SurfaceLook {
     relief_mm: { value: new THREE.Vector2(0, 0) },
     displacement: { value: 0 },
     normal_amount: { value: 1 },
+    material_a: { value: [] as THREE.Texture[] },
+    material_b: { value: [] as THREE.Texture[] },
+    has_material: { value: [0, 0, 0] },
   };
 
   constructor() {
     const gray = new THREE.DataTexture(new Uint8Array([128, 128, 255, 0]), 1, 1);
     gray.needsUpdate = true;
     this.uniforms.map_b.value = this.uniforms.overlay.value = this.uniforms.relief.value = gray;
+    this.uniforms.material_a.value = kMaterialMaps.map(() => gray);
+    this.uniforms.material_b.value = kMaterialMaps.map(() => gray);
   }
 
   set_comparison(comparison: Comparison): void {
     this.uniforms.comparison.value = kComparisons.indexOf(comparison);
   }
+}
+
+/// @param side  Of the comparison: the time that is shown, or the second one.
+export function show_material(look: SurfaceLook, side: "a" | "b", map: MaterialMap, texture: THREE.Texture): void {
+  const i = kMaterialMaps.indexOf(map);
+  look.uniforms[side === "a" ? "material_a" : "material_b"].value[i] = texture;
+  if (side === "a") look.uniforms.has_material.value[i] = 1;
 }
 
 const kDeclarations = /* glsl */ `
@@ -45,12 +60,25 @@ ${kLabShader}${kRampShader}
 float surface_gloss;
 `;
 
+// A metal's base color is what it mirrors, not the color that was photographed. Of two times each has its own material.
+const kMaterial = /* glsl */ `
+uniform sampler2D material_a[3], material_b[3];
+uniform int has_material[3];
+bool is_second() { return comparison == 1 && gl_FragCoord.x > wipe_px; }
+vec3 base_color(vec3 color) { return has_material[0] == 0 ? color : is_second() ? texture2D(material_b[0], vMapUv).rgb : texture2D(material_a[0], vMapUv).rgb; }
+vec3 occlusion_roughness_metalness() { return is_second() ? texture2D(material_b[1], vMapUv).rgb : texture2D(material_a[1], vMapUv).rgb; }
+vec3 reflectance() { return has_material[2] == 0 ? vec3(0.04) : is_second() ? texture2D(material_b[2], vMapUv).rgb : texture2D(material_a[2], vMapUv).rgb; }
+`;
+
 // overlay_kind: 0 numbers (below 0, or no number: none there), 1 source coordinates in [0, 1] as two colors, 2 roots of numbers.
 const kColor = /* glsl */ `
 vec4 now = texture2D(map, vMapUv);
 surface_gloss = now.a;
 vec3 seen = now.rgb;
 if (comparison == 1 && gl_FragCoord.x > wipe_px) seen = texture2D(map_b, vMapUv).rgb;
+#ifdef STANDARD
+seen = base_color(seen);
+#endif
 if (comparison == 2) seen = ramp_color(ciede2000(lab_from_linear(now.rgb), lab_from_linear(texture2D(map_b, vMapUv).rgb)) / difference_top);
 if (overlay_amount > 0.0) {
   vec4 value = texture2D(overlay, vMapUv);
@@ -64,7 +92,7 @@ if (overlay_amount > 0.0) {
 diffuseColor.rgb *= seen;
 #ifdef STANDARD
 // Maps are read by their colors: light shapes them, and no more.
-float as_map = comparison == 2 ? 1.0 : overlay_amount;
+as_map = comparison == 2 ? 1.0 : overlay_amount;
 totalEmissiveRadiance += 0.6 * as_map * seen;
 diffuseColor.rgb *= 1.0 - 0.6 * as_map;
 #endif
@@ -73,7 +101,14 @@ diffuseColor.rgb *= 1.0 - 0.6 * as_map;
 /// Roughness as exported GLB files have it: what the specular value leaves, mirrors of 8 bit flicker.
 const kRoughness = /* glsl */ `
 float roughnessFactor = mix(roughness, max(1.0 - surface_gloss, 0.051), gloss);
+if (has_material[1] != 0) roughnessFactor = mix(max(occlusion_roughness_metalness().g, 0.051), roughness, as_map);
 `;
+
+const kMetalness = /* glsl */ `
+float metalnessFactor = has_material[1] == 0 ? 0.0 : (1.0 - as_map) * occlusion_roughness_metalness().b;
+`;
+
+const kLights = THREE.ShaderChunk.lights_physical_fragment.replace("mix( vec3( 0.04 ), diffuseColor.rgb", "mix( reflectance(), diffuseColor.rgb");
 
 const kReliefNormal = /* glsl */ `
 if (normal_amount > 0.0) {
@@ -94,8 +129,9 @@ function extend(material: THREE.Material, look: SurfaceLook, is_lit: boolean): v
     Object.assign(shader.uniforms, look.uniforms);
     shader.fragmentShader = shader.fragmentShader.replace("#include <common>", `#include <common>\n${kDeclarations}`).replace("#include <map_fragment>", kColor);
     if (!is_lit) return;
-    shader.fragmentShader = shader.fragmentShader.replace("#include <common>", "#include <common>\nuniform sampler2D relief;\nuniform float normal_amount;")
-      .replace("#include <roughnessmap_fragment>", kRoughness).replace("#include <normal_fragment_maps>", kReliefNormal);
+    shader.fragmentShader = shader.fragmentShader.replace("#include <common>", "#include <common>\nuniform sampler2D relief;\nuniform float normal_amount;\nfloat as_map;")
+      .replace("#include <roughnessmap_fragment>", kRoughness).replace("#include <metalnessmap_fragment>", kMetalness).replace("#include <lights_physical_fragment>", kLights)
+      .replace("void main() {", `${kMaterial}\nvoid main() {`).replace("#include <normal_fragment_maps>", kReliefNormal);
     shader.vertexShader = shader.vertexShader.replace("#include <common>", "#include <common>\nuniform sampler2D relief;\nuniform vec2 relief_mm;\nuniform float displacement;")
       .replace("#include <displacementmap_vertex>",
                "if (displacement > 0.0) transformed += normalize(objectNormal) * displacement * mix(relief_mm.x, relief_mm.y, texture2D(relief, uv).a);");

@@ -4,6 +4,7 @@ import { get_mesh, is_static, post, type Texture } from "../api";
 import { CurvePanel } from "../history/curve_panel";
 import { FrameLoader } from "../history/frame_loader";
 import { has_relief, ReliefPanel } from "../history/relief_panel";
+import { MaterialMaps } from "../history/material_maps";
 import { legend, OverlayPanel } from "../history/overlay_panel";
 import { Timebar } from "../history/timebar";
 import { Wipe } from "../history/wipe";
@@ -31,6 +32,7 @@ export class HistoryView implements View {
   private readonly shown: { a?: Texture; b?: Texture } = {};
   private readonly loader_a: FrameLoader;
   private readonly loader_b: FrameLoader;
+  private readonly materials: Record<"a" | "b", MaterialMaps>;
   private readonly timebar: Timebar;
   private readonly wipe: Wipe;
   private readonly curve: CurvePanel;
@@ -59,6 +61,8 @@ export class HistoryView implements View {
     const query = { place: place.place, ...(longest > kMostSide ? { size: kMostSide } : {}) };
     this.loader_a = new FrameLoader(query, (texture) => this.show_texture("a", texture), show_error);
     this.loader_b = new FrameLoader(query, (texture) => this.show_texture("b", texture), show_error);
+    const material = (side: "a" | "b"): MaterialMaps => new MaterialMaps(query, place.material ?? [], side, this.look, () => this.viewer.invalidate(), show_error);
+    this.materials = { a: material("a"), b: material("b") };
     this.timebar = new Timebar({ times: place.times, unit: place.unit, only: window.PATINATE_SESSION ? stored_times(window.PATINATE_SESSION) : undefined, on_time: (which, time) => this.go(which, time) });
     this.wipe = new Wipe(this.frame.stage, () => {
       this.place_wipe();
@@ -96,6 +100,8 @@ export class HistoryView implements View {
     this.timebar.pause();
     this.loader_a.dispose();
     this.loader_b.dispose();
+    this.materials.a.dispose();
+    this.materials.b.dispose();
     this.textures.a?.dispose();
     this.textures.b?.dispose();
     this.relief?.dispose();
@@ -107,7 +113,7 @@ export class HistoryView implements View {
   private build_panel(has_mesh: boolean): void {
     const { place } = this;
     const between = select("Between frames", [["blend", "blend"], ["hold", "hold the frame before"], ["nearest", "nearest frame"]], "blend", (value) => {
-      this.loader_a.between = this.loader_b.between = value;
+      for (const loaders of [this.loader_a, this.loader_b, this.materials.a, this.materials.b]) loaders.between = value;
       this.go("a", this.timebar.time);
       this.go("b", this.timebar.second_time);
     });
@@ -164,9 +170,11 @@ export class HistoryView implements View {
   private go(which: "a" | "b", time: number): void {
     if (which === "a") {
       this.loader_a.request(time);
+      this.materials.a.request(time);
       this.curve.set_time(time);
     } else if (this.comparison !== "one") {
       this.loader_b.request(time);
+      this.materials.b.request(time);
     }
     this.label_wipe();
   }
@@ -255,7 +263,7 @@ export class HistoryView implements View {
   private tell_tests(): void {
     window.patinate = {
       view: "history", viewer: this.viewer,
-      settled: () => Promise.all([this.loader_a.settled(), this.loader_b.settled()]),
+      settled: () => Promise.all([this.loader_a, this.loader_b, this.materials.a, this.materials.b].map((loaders) => loaders.settled())),
       texture_hash: () => (this.textures.a ? xxh64(this.textures.a.image.data as unknown as Uint8Array) : null),
       server_hash: () => this.shown.a?.hash ?? null,
       light_relief: (is_on: boolean) => this.relief?.light(is_on),

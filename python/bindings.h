@@ -9,6 +9,9 @@ namespace patinate::python {
 void bind_images(pybind11::module_& module);
 void bind_history(pybind11::module_& module);
 void bind_history_from_arrays(pybind11::module_& module);
+void bind_appearance(pybind11::module_& module);
+void bind_combine(pybind11::module_& module);
+void bind_trim(pybind11::module_& module);
 void bind_mesh(pybind11::module_& module);
 void bind_surface(pybind11::module_& module);
 void bind_transfer(pybind11::module_& module);
@@ -22,6 +25,7 @@ void bind_factorize(pybind11::module_& module);
 void bind_fit(pybind11::module_& module);
 void bind_ingest(pybind11::module_& module);
 void bind_register(pybind11::module_& module);
+void bind_relief(pybind11::module_& module);
 void bind_unlight(pybind11::module_& module);
 void bind_thickness(pybind11::module_& module);
 void bind_synth(pybind11::module_& module);

@@ -38,6 +38,9 @@ PYBIND11_MODULE(_native, module) {
   bind_images(module);
   bind_history(module);
   bind_history_from_arrays(module);
+  bind_appearance(module);
+  bind_combine(module);
+  bind_trim(module);
   bind_mesh(module);
   bind_surface(module);
   bind_transfer(module);
@@ -51,6 +54,7 @@ PYBIND11_MODULE(_native, module) {
   bind_fit(module);
   bind_ingest(module);
   bind_register(module);
+  bind_relief(module);
   bind_unlight(module);
   bind_thickness(module);
   bind_synth(module);

@@ -3,6 +3,7 @@
 Usage: schema_test.py PATINATE. Needs python3-jsonschema (tools/setup --tests)."""
 import copy
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -21,8 +22,8 @@ PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv
 SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
 FILES = {"capture": "capture/capture.json", "relit": "mold/capture.json", "history": "history/history.json", "library": "library/history.json", "transfer": "aged/transfer.json",
          "appearance": "stated.json", "sequence": "textures/sequence.json", "card": "history/card.json", "run": "aged/run.json",
-         "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json",
-         "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "explanation": "explained/explanation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json", "fit": "fitted/report.json", "parameters": "ranges.json", "plan": "plan.json", "study": "study.json"}
+         "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json", "relief": "receding/relief.json",
+         "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "replicates": "replicates/report.json", "explanation": "explained/explanation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json", "fit": "fitted/report.json", "parameters": "ranges.json", "plan": "plan.json", "study": "study.json"}
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
 
 
@@ -54,7 +55,9 @@ def setUpModule():
                       ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["synth", "ledge", "--cells", "4", "-o", "ledge"],
                       ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "dirty"], ["ingest", "capture", "-o", "history"], ["combine", "history", "history", "-o", "library"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"],
-                      ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], ["evaluate", "aged", "--samples", "500", "-o", "evaluated"], ["factorize", "history", "--times", "24", "-o", "factors"],
+                      ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], *(command for seed, name in enumerate(("again", "other", "other_again"), 5) for command in
+                        (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "4", "--seed", str(seed), "-o", f"{name}_capture"], ["ingest", f"{name}_capture", "-o", name])),
+                      ["compare", "history", "again", "--against", "other", "other_again", "-o", "replicates"], ["evaluate", "aged", "--samples", "500", "-o", "evaluated"], ["factorize", "history", "--times", "24", "-o", "factors"],
                       ["explain", "aged", "urn/mesh.obj", "--resolution", "64", "--channel", "luminance", "--num-samples", "1000", "--shuffles", "199", "-o", "explained"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
         subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
     (WORK / "history/card.json").write_text(json.dumps({"format": "patinate.card", "version": 1, "title": "Paint", "about": "It cracks.", "license": "MIT", "attribution": "Nobody", "source": "here"}))
@@ -75,6 +78,11 @@ def setUpModule():
     subprocess.run([PATINATE, "unlight", "stereo/step.json", "-o", "unlit"], cwd=WORK, capture_output=True, check=True)
     shutil.copy(WORK / "urn/mesh.obj", WORK / "urn/again.obj")
     subprocess.run([PATINATE, "register", "urn/mesh.obj", "urn/again.obj", "--accept-failed", "-o", "registered"], cwd=WORK, capture_output=True, check=True)
+    for name in ("before", "after"):
+        points = [f"{x / 5} {y / 5} {math.sin(x / 9) + math.cos(y / 7) + (x * 7 + y * 3 + len(name)) % 11 / 100}" for y in range(60) for x in range(60)]
+        (WORK / f"{name}.ply").write_text("\n".join(["ply", "format ascii 1.0", f"element vertex {len(points)}", *[f"property float {a}" for a in "xyz"], "end_header", *points]) + "\n")
+    for arguments in (["register", "before.ply", "after.ply", "--unit", "mm", "-o", "plates"], ["relief", "plates", "-o", "receding"]):
+        subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
 
 
 def tearDownModule():

@@ -51,6 +51,24 @@ class Capture(PythonCase):
         np.testing.assert_allclose(found["target_from_source"][:3, :3], turn, atol=2e-3)
         np.testing.assert_allclose(found["target_from_source"][:3, 3], [1.0, -0.5, 0.8], atol=0.1)
 
+    def test_height_change_is_the_commands(self):
+        rng = np.random.default_rng(1)
+        for name, lost in (("before", 0.0), ("after", 0.05)):
+            x, y = rng.uniform(-4, 4, (2, 3000))
+            z = 0.3 * np.sin(1.1 * x + 0.5 * y) + 0.2 * np.cos(0.8 * y) - lost * np.exp(-((x - 1) ** 2 + y ** 2)) + 0.005 * rng.standard_normal(x.size)
+            header = ["ply", "format ascii 1.0", f"element vertex {x.size}", "property double x", "property double y", "property double z", "end_header"]
+            (self.work / f"{name}.ply").write_text("\n".join(header + ["%.9g %.9g %.9g" % p for p in zip(x, y, z)]) + "\n")
+        self.run_patinate("register", "before.ply", "after.ply", "--unit", "mm", "-o", "plates")
+        (self.work / "by_command_too").mkdir()
+        self.run_patinate("relief", "plates", "--times", "0,30", "--toward", "0,0,1", "-o", "by_command_too/relief")
+        (self.work / "by_python_too").mkdir()
+        history = patinate.relief(self.work / "plates", self.work / "by_python_too/relief", times=[0, 30], toward=[0, 0, 1])
+        self.assertEqual(list(history.times), [0, 30])
+        self.same_files("by_command_too", "by_python_too")
+        self.assertIn("increase", self.line_of(patinate.InvalidInput, lambda: patinate.relief(self.work / "plates", self.work / "x", times=[3, 3])))
+        self.assertIn("expected um", self.line_of(patinate.InvalidInput, lambda: patinate.relief(self.work / "plates", self.work / "x", unit="inch")))
+        self.assertFalse((self.work / "x").exists())
+
     def test_albedo_of_a_lambertian_scene_comes_back(self):
         rng = np.random.default_rng(5)
         albedo = rng.uniform(0.2, 0.8, (16, 16, 3)).astype(np.float32)

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
 """Histories, images, meshes and surfaces in Python."""
+import json
 import os
 import shutil
 
@@ -34,6 +35,35 @@ class History(PythonCase):
             self.assertIn("mine", self.line_of(patinate.IoError, lambda: patinate.read_history("library:mime")))
         finally:
             del os.environ["PATINATE_LIBRARY"]
+
+    def test_what_is_stated_of_a_material_is_the_commands(self):
+        statement = self.work / "stated.json"
+        statement.write_text(json.dumps({"format": "patinate.appearance", "version": 1, "materials": [
+            {"color": "#f0e8d8", "metalness": 0, "roughness": 0.9}, {"color": "#302010", "metalness": 1, "roughness": 0.25, "tint": "#f0ae8c"}]}))
+        for name, arguments, keywords in (("by_color", [str(statement)], {"statement": statement}), ("plain", ["--metalness", "1", "--roughness", "0.35"], {"metalness": 1, "roughness": 0.35})):
+            self.run_patinate("appearance", "history", *arguments, "-o", f"{name}_by_command")
+            history = patinate.appearance(self.work / "history", self.work / f"{name}_by_python", **keywords)
+            self.assertEqual(len(history), len(patinate.read_history(self.work / "history")))
+            self.same_files(f"{name}_by_command", f"{name}_by_python")
+        self.line_of(patinate.InvalidInput, lambda: patinate.appearance(self.work / "history", self.work / "x"))
+        self.line_of(patinate.InvalidInput, lambda: patinate.appearance(self.work / "history", self.work / "x", statement=statement, metalness=1))
+        self.line_of(patinate.InvalidInput, lambda: patinate.appearance(self.work / "history", self.work / "x", metalness=2))
+        self.assertFalse((self.work / "x").exists())
+
+    def test_combined_histories_are_the_commands(self):
+        self.run_patinate("combine", "history", "history", "--clock", "span", "-o", "combined_by_command")
+        library = patinate.combine([self.work / "history", self.work / "history"], self.work / "combined_by_python", clock="span")
+        self.assertEqual(len(library), len(patinate.read_history(self.work / "history")))
+        self.same_files("combined_by_command", "combined_by_python")
+        self.line_of(patinate.InvalidInput, lambda: patinate.combine([self.work / "history"] * 2, self.work / "x", controls={"age": ["thickness"]}))
+        self.assertFalse((self.work / "x").exists())
+
+    def test_a_trimmed_history_is_the_commands(self):
+        self.run_patinate("trim", "history", "--every", "2", "-o", "trimmed_by_command")
+        shorter = patinate.trim(self.work / "history", self.work / "trimmed_by_python", every=2)
+        self.assertLess(len(shorter), len(patinate.read_history(self.work / "history")))
+        self.same_files("trimmed_by_command", "trimmed_by_python")
+        self.line_of(patinate.InvalidInput, lambda: patinate.trim(self.work / "history", self.work / "x", every=0))
 
     def test_a_sample_half_way_is_the_mean_of_two_frames(self):
         history = gray_history()

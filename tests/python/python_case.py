@@ -36,6 +36,13 @@ class PythonCase(unittest.TestCase):
         self.assertNotIn("\n", str(caught.exception))
         return str(caught.exception)
 
+    def same_files(self, one, other):
+        """Two folders of `work` hold the same, but for how and when they were made."""
+        trees = [{p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file() and p.name not in ("job.json", "run.json")}
+                 for folder in (self.work / one, self.work / other)]
+        self.assertEqual(sorted(trees[0]), sorted(trees[1]))
+        self.assertEqual([file for file in trees[0] if trees[0][file] != trees[1][file]], [])
+
     def json_of(self, *path):
         return json.loads(self.work.joinpath(*path).read_text())
 

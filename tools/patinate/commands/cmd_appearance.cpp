@@ -1,74 +1,15 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/history/appearance_json.h"
-#include "libcommon/history/stated_history.h"
-#include "libcommon/job/job_inputs.h"
-#include "patinate/history/trim_history.h"
-#include "patinate/transfer/transfer_io.h"
+#include "patinate/history/history.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/stated_appearance.h"
 
 namespace patinate::cli {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-/// Numbers for the whole history.
-struct PlainAppearance {
-  std::optional<double> metalness, roughness, specular;
-};
-void describe(OptionVisitor& v, PlainAppearance& o) {
-  v.visit({"metalness", "Everywhere and always: 0 = no metal, 1 = metal", "", between(0, 1)}, o.metalness);
-  v.visit({"roughness", "Of the mirror, everywhere and always: 0 = polished, 1 = dull", "", between(0, 1)},
-          o.roughness);
-  v.visit(
-      {"specular", "What is no metal reflects so much at normal incidence, everywhere and always", "", between(0, 1)},
-      o.specular);
-}
-
-std::optional<StatedValue> constant(const std::optional<double>& value) {
-  if (!value) return std::nullopt;
-  return StatedValue{.curve = {{{0.0, *value}}}};
-}
-
-Appearance appearance_of(const fs::path& file, const PlainAppearance& plain) {
-  Appearance numbers;
-  numbers.metalness = constant(plain.metalness);
-  numbers.roughness = constant(plain.roughness);
-  numbers.specular = constant(plain.specular);
-  if (file.empty() == numbers.is_empty())
-    throw UsageError("APPEARANCE: expected a file, or --metalness, --roughness or --specular");
-  return file.empty() ? numbers : read_appearance_file(file);
-}
-
-JobPlan plan_appearance(const fs::path& folder, const Appearance& appearance, const fs::path& output) {
-  const HistoryReader reader(folder);
-  check_appearance(reader.facts(), appearance);
-  TrimmedHistory all = trim_history(reader.manifest(), {});
-  JobInputs inputs("appearance", 1);
-  inputs.add_content("history", "the history", transfer::history_content_key(reader));
-  inputs.add_value("appearance", appearance_key(appearance));
-  JobPlan plan = inputs.plan(output, kHistoryManifestFile);
-  all.manifest.key = plan.key;
-  std::vector<fs::path> outputs;
-  for (const TrimmedHistory::File& file : all.files) outputs.push_back(file.to);
-  plan.items.push_back(
-      {.name = "files",
-       .outputs = outputs,
-       .run = [from = reader.folder(), files = all.files](const fs::path& to, const RunControl& control) {
-         copy_history_files(from, files, to, control);
-       }});
-  plan.join = [manifest = all.manifest, appearance](const fs::path& made, const RunControl& control) {
-    write_history_manifest(made / kHistoryManifestFile, manifest);
-    state_appearance(made, appearance, mask_reader(facts_of(manifest)), control);
-  };
-  return plan;
-}
-
-}  // namespace
 
 int cmd_appearance(CommandRun& run) {
   fs::path history, file, output;
@@ -85,6 +26,8 @@ int cmd_appearance(CommandRun& run) {
   history = history_place(history);
   if (kind_of(history) != PathKind::History)
     throw InvalidInput(history.string() + ": is no history; state the material of the one it was made from");
+  if (file.empty() == plain.is_empty())
+    throw UsageError("APPEARANCE: expected a file, or --metalness, --roughness or --specular");
   const JobPlan plan = plan_appearance(history, appearance_of(file, plain), output);
   const std::optional<JobStatus> status = run.make_folder(plan, "appearance");
   if (!status) return 0;

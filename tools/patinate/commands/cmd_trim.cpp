@@ -1,41 +1,15 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/job/job_inputs.h"
-#include "patinate/history/trim_history.h"
-#include "patinate/transfer/transfer_io.h"
+#include "patinate/core/error.h"
+#include "patinate/history/history.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/trimmed_history.h"
 
 namespace patinate::cli {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-JobPlan plan_trim(const fs::path& history, const TrimOptions& options, const fs::path& output) {
-  const HistoryReader reader(history);
-  TrimmedHistory trimmed = trim_history(reader.manifest(), options);
-  JobInputs inputs("trim", 1);
-  inputs.add_content("history", "the history", transfer::history_content_key(reader));
-  inputs.add_options(option_values(options));
-  JobPlan plan = inputs.plan(output, kHistoryManifestFile);
-  trimmed.manifest.key = plan.key;
-  std::vector<fs::path> outputs;
-  for (const TrimmedHistory::File& file : trimmed.files) outputs.push_back(file.to);
-  plan.items.push_back(
-      {.name = "files",
-       .outputs = outputs,
-       .run = [from = reader.folder(), files = trimmed.files](const fs::path& folder, const RunControl& control) {
-         copy_history_files(from, files, folder, control);
-       }});
-  plan.join = [manifest = trimmed.manifest](const fs::path& folder, const RunControl&) {
-    write_history_manifest(folder / kHistoryManifestFile, manifest);
-  };
-  return plan;
-}
-
-}  // namespace
 
 int cmd_trim(CommandRun& run) {
   fs::path history, output;

@@ -91,18 +91,23 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
     json["materials"] = {"water", "dirt"};
     json["appearance"] = {{"water", {{"strength", 0.12}}},
                           {"dirt", {{"color", {0.03, 0.027, 0.024}}, {"strength", 0.85}, {"variation", 0.12}}}};
+    // Rain that hardly soaks in runs down to the ground. No two drops come from one direction, or the edge of a
+    // sheltered place would be as straight as its sill.
+    json["behavior"].update({{"float", 0.9795}, {"absorb", 0.0005}});
+    json["tracing"].update({{"lobe_exponent_float", 300}, {"wet_attraction", 0.3}});
+    json["maps"]["damp"]["wavelength_mm"] = 0.26 * w;
     json["maps"]["even"] = {{"kind", "noise"}, {"wavelength_mm", 0.3 * w}, {"octaves", 4}, {"seed", 8}};
     // Soot comes from the air, everywhere, until it rains; a low ratio makes drops take it away. Where sills keep the
     // rain off, it stays.
     json["emitters"] = Json::array({{{"name", "rain"},
                                      {"shape", "sky"},
-                                     {"direction", {0.04, -1, -0.3}},
-                                     {"spread_deg", 6},
+                                     {"direction", {0.2, -1, -0.4}},
+                                     {"spread_deg", 12},
                                      {"speed", 3 * w},
                                      {"gammatons", 9000},
                                      {"carries", {{"water", 0.8}}},
                                      {"on", false}}});
-    json["exchange"] = {{"ratio", 0.04}, {"rates", {{"water", 0.3}, {"dirt", 0.3}}}};
+    json["exchange"] = {{"ratio", 0.02}, {"rates", {{"water", 0.3}, {"dirt", 0.3}}}};
     json["rules"] = Json::array({drying,
                                  {{"name", "soot"},
                                   {"driver", "max(0, 1 - dirt) * (0.5 + even)"},

@@ -4,7 +4,7 @@
 
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
-#include "tools/patinate/services/times_choice.h"
+#include "tools/patinate/command_line/times_choice.h"
 
 namespace patinate::python {
 

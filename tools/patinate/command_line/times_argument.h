@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "tools/patinate/command_line/command_run.h"
-#include "tools/patinate/services/times_choice.h"
+#include "tools/patinate/command_line/times_choice.h"
 
 namespace patinate::cli {
 

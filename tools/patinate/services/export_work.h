@@ -6,9 +6,9 @@
 
 #include "patinate/core/options.h"
 #include "patinate/output/movie.h"
+#include "tools/patinate/command_line/times_choice.h"
 #include "tools/patinate/services/aging_glb.h"
 #include "tools/patinate/services/output_work.h"
-#include "tools/patinate/services/times_choice.h"
 
 namespace patinate::cli {
 

@@ -11,11 +11,11 @@
 #include "patinate/output/movie.h"
 #include "patinate/output/render.h"
 #include "patinate/output/render_surface.h"
+#include "tools/patinate/command_line/times_choice.h"
 #include "tools/patinate/services/aging_mesh.h"
 #include "tools/patinate/services/output_work.h"
 #include "tools/patinate/services/picture_views.h"
 #include "tools/patinate/services/surface_files.h"
-#include "tools/patinate/services/times_choice.h"
 
 namespace patinate::cli {
 

@@ -1,4 +1,4 @@
-#include "tools/patinate/services/times_choice.h"
+#include "tools/patinate/command_line/times_choice.h"
 
 #include <algorithm>
 #include <cmath>

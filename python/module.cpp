@@ -45,6 +45,9 @@ PYBIND11_MODULE(_native, module) {
   bind_surface(module);
   bind_transfer(module);
   bind_transfer_folder(module);
+  bind_render(module);
+  bind_export(module);
+  bind_contact_strip(module);
   bind_simulation(module);
   bind_recompose(module);
   bind_compare(module);
@@ -57,7 +60,9 @@ PYBIND11_MODULE(_native, module) {
   bind_relief(module);
   bind_unlight(module);
   bind_thickness(module);
+  bind_calibrate(module);
   bind_synth(module);
+  bind_library(module);
   module.def("stubs", [] { return stubs(); });
 }
 

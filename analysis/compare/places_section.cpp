@@ -7,7 +7,7 @@
 #include "analysis/figures/pixel_difference.h"
 #include "analysis/figures/time_warp.h"
 #include "libcommon/core/text.h"
-#include "libcommon/output/color_ramp.h"
+#include "libcommon/output/map_legend.h"
 
 namespace patinate::analysis {
 
@@ -108,11 +108,13 @@ void add_maps(const ComparedPair& pair, double top, Section& section) {
   const double high = std::max(2.0, std::ceil(top));
   const std::string caption =
       "CIEDE2000: dark blue 0, yellow " + short_number_text(high) + "; gray, not seen on both sides";
-  section.pictures.push_back(picture_strip(
+  Picture maps = picture_strip(
       "ciede2000", caption, pair, spread_indices(pair.a.num_times(), kPicturesInARow), [&](std::size_t t) {
         return ramp_picture(texel_image(pair.shared_a, ciede2000_at(pair.shared_a, t, pair.shared_b, t)), mask, 0.0,
                             high, ColorRamp::Sequential);
-      }));
+      });
+  maps.image = with_legend(maps.image, {.ramp = ColorRamp::Sequential, .high = high, .unit = "Delta E 2000"});
+  section.pictures.push_back(std::move(maps));
 }
 
 void add_warp(const ComparedPair& pair, const RunControl& control, Section& section) {
@@ -186,7 +188,8 @@ void add_shift(const ComparedPair& pair, const CompareOptions& options, const Ru
     section.pictures.push_back(
         {"time_shift",
          "Time shift: blue, B ages " + text + " earlier; white, together; orange, " + text + " later; gray, not known",
-         ramp_picture(texel_image(pair.shared_a, shift.shift), mask, -reach, reach, ColorRamp::Diverging)});
+         with_legend(ramp_picture(texel_image(pair.shared_a, shift.shift), mask, -reach, reach, ColorRamp::Diverging),
+                     {.ramp = ColorRamp::Diverging, .low = -reach, .high = reach, .unit = pair.time_unit})});
   }
   for (Figure* f : {&median, &spread, &share}) section.figures.push_back(std::move(*f));
 }

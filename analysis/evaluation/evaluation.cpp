@@ -8,7 +8,7 @@
 #include "analysis/evaluation/copied_pieces.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/output/color_ramp.h"
+#include "libcommon/output/map_legend.h"
 #include "patinate/atlas/direction_field.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
@@ -30,6 +30,7 @@ void describe(OptionVisitor& v, EvaluationOptions& o) {
 namespace {
 
 constexpr double kSmallControl = 3.0;  // Sigma of M2's P@s3, pixels.
+constexpr double kShownError = 0.25;   // At the light end of the map of control errors.
 constexpr float kGray = 0.18f;         // Outside the charts.
 
 ImageF gathered(const ImageF& source, const SourceIndices& indices, const TexelMap& surface, float outside) {
@@ -111,7 +112,7 @@ void Work::add_control_error() {
                                    gaussian_blur(map.control, coverage, kSmallControl, control)),
                         coverage);
     picture("control_error", "Control error |P(s(t)) - Q(t)|: dark 0, light 0.25 and above",
-            ramp_picture(error, coverage, 0.0, 0.25, ColorRamp::Sequential));
+            with_legend(ramp_picture(error, coverage, 0.0, kShownError, ColorRamp::Sequential), {.high = kShownError}));
   }
   const auto value = [&](const std::optional<ErrorSummary>& s, bool mean) {
     return s ? std::optional(mean ? s->mean : s->p95) : std::nullopt;
@@ -301,7 +302,7 @@ Evaluation evaluate(const SynthesisSource& source, const SynthesizedMap& map, co
                coordinate_picture(*map.surface, work.indices, source.width(), source.height()));
   if (!map.control.empty())
     work.picture("control", "The wanted control, in the source's values",
-                 ramp_picture(map.control, work.coverage, 0.0, 1.0, ColorRamp::Sequential));
+                 with_legend(ramp_picture(map.control, work.coverage, 0.0, 1.0, ColorRamp::Sequential), {}));
   work.add_control_error();
   work.add_coherence();
   control.report(0.2);

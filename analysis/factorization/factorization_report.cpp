@@ -12,8 +12,8 @@
 #include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/output/color_ramp.h"
 #include "libcommon/output/contact_strip.h"
+#include "libcommon/output/map_legend.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::analysis {
@@ -240,7 +240,8 @@ Section maps_section(const Said& s) {
   color("base_and_gain", true);
   const std::vector<std::string> channels =
       s.work.num_models() == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
-  const auto ramp = [&](const char* name, const std::string& caption, const ImageU8& mask, bool has_sign) {
+  const auto ramp = [&](const char* name, const std::string& caption, const ImageU8& mask, bool has_sign,
+                        const std::string& unit) {
     const ImageF all = read_channels(s.folder / "maps" / (std::string(name) + ".exr"), channels);
     for (std::size_t c = 0; c < channels.size(); ++c) {
       ImageF one(all.width(), all.height());
@@ -252,18 +253,19 @@ Section maps_section(const Said& s) {
           std::max({std::abs(static_cast<double>(range.low)), std::abs(static_cast<double>(range.high)), 1e-6});
       const double low = has_sign ? -largest : static_cast<double>(range.low),
                    high = has_sign ? largest : std::max(static_cast<double>(range.high), low + 1e-6);
+      const ColorRamp kind = has_sign ? ColorRamp::Diverging : ColorRamp::Sequential;
       const std::string which = channels.size() == 1 ? "" : std::string(", ") + kColorNames[c];
-      section.pictures.push_back(
-          {name + (channels.size() == 1 ? "" : std::string("_") + kColorNames[c]),
-           caption + which + ", " + short_number_text(rounded(low, 3)) + " (blue) to " +
-               short_number_text(rounded(high, 3)) + (has_sign ? " (orange)" : " (yellow)"),
-           shown(ramp_picture(one, mask, low, high, has_sign ? ColorRamp::Diverging : ColorRamp::Sequential))});
+      section.pictures.push_back({name + (channels.size() == 1 ? "" : std::string("_") + kColorNames[c]),
+                                  caption + which + ", " + short_number_text(rounded(low, 3)) + " (blue) to " +
+                                      short_number_text(rounded(high, 3)) + (has_sign ? " (orange)" : " (yellow)"),
+                                  with_legend(shown(ramp_picture(one, mask, low, high, kind)),
+                                              {.ramp = kind, .low = low, .high = high, .unit = unit})});
     }
   };
-  ramp("rate", "Rate R: gray where it is not known", s.clock, false);
-  ramp("offset", "Offset O (" + time_unit_text(s.work.history.manifest().time_unit) + "): gray where it is not known",
-       s.clock, true);
-  ramp("residual", "Root mean square over time of what is left over", s.work.mask, false);
+  const std::string time_unit = time_unit_text(s.work.history.manifest().time_unit);
+  ramp("rate", "Rate R: gray where it is not known", s.clock, false, "");
+  ramp("offset", "Offset O (" + time_unit + "): gray where it is not known", s.clock, true, time_unit);
+  ramp("residual", "Root mean square over time of what is left over", s.work.mask, false, "");
   return section;
 }
 

@@ -10,8 +10,9 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/warning_json.h"
-#include "libcommon/output/color_ramp.h"
+#include "libcommon/output/contact_strip.h"
 #include "libcommon/output/html_page.h"
+#include "libcommon/output/map_legend.h"
 #include "libcommon/output/svg_chart.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
@@ -30,7 +31,7 @@ constexpr double kMostStays = 0.75;
 constexpr double kLeastAgrees = 0.5;  ///< Of what is said to stay.
 constexpr double kLeastMeasured = 0.5;
 constexpr int kPanel_px = 560;  ///< About the width of a picture on the page.
-constexpr int kGap_px = 8, kBar_px = 12;
+constexpr int kLabel_px = 13;
 constexpr double kPictured = 0.98;  ///< Quantile of sizes that the pictures' ends stand for.
 
 double stated(double v) { return rounded(v, kDigits) + 0.0; }
@@ -111,8 +112,19 @@ void write_maps(const fs::path& folder, std::size_t scan, const ReliefChange& c,
 
 fs::path page_picture_file(std::size_t scan) { return "pictures" / change_file(scan, ".png").filename(); }
 
-/// What people look at: all of the change and the significant part of it side by side, enlarged, above the ramp from
-/// -end to end.
+/// Every pixel as a square of so many.
+ImageF enlarged(const ImageF& image, int times) {
+  ImageF out(times * image.width(), times * image.height(), image.channels());
+  for (int y = 0; y < out.height(); ++y) {
+    for (int x = 0; x < out.width(); ++x) {
+      const auto from = image.pixel(x / times, y / times);
+      std::copy(from.begin(), from.end(), out.pixel(x, y).begin());
+    }
+  }
+  return out;
+}
+
+/// What people look at: all of the change and the significant part of it side by side, enlarged, with a legend.
 void write_page_picture(const fs::path& file, const ReliefChange& c, double end_um) {
   const ImageF& change = c.change_mm;
   ImageF all(change.width(), change.height()), significant(change.width(), change.height());
@@ -120,30 +132,19 @@ void write_page_picture(const fs::path& file, const ReliefChange& c, double end_
     all.data()[i] = static_cast<float>(kUm) * change.data()[i];
     significant.data()[i] = c.changed.data()[i] != 0 ? all.data()[i] : 0.0f;
   }
-  const std::array<ImageF, 2> panels{ramp_picture(all, c.measured, -end_um, end_um, ColorRamp::Diverging),
-                                     ramp_picture(significant, c.measured, -end_um, end_um, ColorRamp::Diverging)};
-  const int enlarged = std::max(1, kPanel_px / change.width());
-  const int panel_width = enlarged * change.width(), panel_height = enlarged * change.height();
-  const int width = 2 * panel_width + kGap_px;
-  ImageF picture(width, panel_height + kGap_px + kBar_px, 3, 1.0f);
-  for (int y = 0; y < panel_height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      if (x >= panel_width && x < panel_width + kGap_px) continue;
-      const int panel = x < panel_width ? 0 : 1, inside = x - panel * (panel_width + kGap_px);
-      for (int channel = 0; channel < 3; ++channel)
-        picture.at(x, y, channel) =
-            panels[static_cast<std::size_t>(panel)].at(inside / enlarged, y / enlarged, channel);
-    }
-  }
-  for (int y = panel_height + kGap_px; y < picture.height(); ++y) {
-    for (int x = 0; x < width; ++x) {
-      const std::array<float, 3> color = ramp_color(ColorRamp::Diverging, static_cast<double>(x) / (width - 1));
-      for (std::size_t channel = 0; channel < 3; ++channel)
-        picture.at(x, y, static_cast<int>(channel)) = color[channel];
-    }
-  }
+  const int times = std::max(1, kPanel_px / change.width());
+  const auto panel = [&](const ImageF& um) {
+    return enlarged(ramp_picture(um, c.measured, -end_um, end_um, ColorRamp::Diverging), times);
+  };
+  const std::array<ImageF, 2> panels{panel(all), panel(significant)};
+  const std::array<std::string, 2> labels{"all of the change", "what is significant of it"};
+  const ImageF strip = contact_strip(panels, labels, {.label_px = kLabel_px});
   fs::create_directories(file.parent_path());
-  write_srgb8(file, picture);
+  write_srgb8(
+      file,
+      with_legend(
+          strip,
+          {.ramp = ColorRamp::Diverging, .low = -end_um, .high = end_um, .unit = "um", .more = "gray: not measured"}));
 }
 
 /// As RFC 4180 has it.

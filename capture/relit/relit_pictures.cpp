@@ -7,13 +7,15 @@
 #include "capture/unlighting/unlight_report.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/output/contact_strip.h"
+#include "libcommon/output/map_legend.h"
 
 namespace patinate::capture {
 
 namespace {
 
 constexpr int kWidth = 480, kSampleWidth = 240;
-constexpr float kFullShare = 0.10f;
+constexpr double kFullShare = 0.10;
+constexpr float kPlain = 0.18f;  // Where there is no surface.
 
 ImageF at_most(const ImageF& image, int width) {
   if (image.width() <= width) return image;
@@ -49,7 +51,7 @@ ImageF report_samples(const ImageU8& samples, const ImageU8& mask) {
 }
 
 ImageF report_stddev(const ImageF& albedo, const ImageF& stddev, const ImageU8& surface) {
-  ImageF picture(albedo.width(), albedo.height(), 3);
+  ImageF picture(albedo.width(), albedo.height(), 3, kPlain);
   for (int y = 0; y < albedo.height(); ++y) {
     for (int x = 0; x < albedo.width(); ++x) {
       float value = 0.0f, deviation = 0.0f;
@@ -58,14 +60,16 @@ ImageF report_stddev(const ImageF& albedo, const ImageF& stddev, const ImageU8& 
         if (!stddev.empty()) deviation += stddev.at(x, y, c);
       }
       if (value > 0.0f) {
-        const float shade = std::min(1.0f, deviation / value / kFullShare);
-        put(picture, x, y, {shade, shade, shade});
+        put(picture, x, y, ramp_color(ColorRamp::Sequential, static_cast<double>(deviation / value) / kFullShare));
       } else if (surface.at(x, y) != 0) {
         put(picture, x, y, {0.55f, 0.04f, 0.03f});
       }
     }
   }
-  return at_most(picture, kWidth);
+  return with_legend(at_most(picture, kWidth), {.ramp = ColorRamp::Sequential,
+                                                .high = 100.0 * kFullShare,
+                                                .unit = "%",
+                                                .more = "gray: no surface; red: not determined"});
 }
 
 }  // namespace patinate::capture

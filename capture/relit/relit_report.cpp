@@ -114,7 +114,8 @@ void add_step(HtmlPage& page, const RelitWork& work, std::size_t index, const Re
   page.pictures({{relit_picture_file("light", index).generic_string(), "Under the first light, in the reference view"},
                  {relit_picture_file("albedo", index).generic_string(), "Albedo"},
                  {relit_picture_file("stddev", index).generic_string(),
-                  "Its standard deviation: black 0, white 10 %; red: not determined"}});
+                  "Its standard deviation, in percent of the color: dark blue 0, yellow 10 % and more; gray: no "
+                  "surface; red: not determined"}});
   page.picture({relit_picture_file("samples", index).generic_string(),
                 "Samples: light gray used, black facing away, blue cast shadow, magenta saturated or out of view, cyan "
                 "too dark, red too bright"});

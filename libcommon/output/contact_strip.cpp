@@ -1,45 +1,13 @@
 #include "libcommon/output/contact_strip.h"
 
 #include <algorithm>
-#include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
+#include <cmath>
 
+#include "libcommon/core/text.h"
+#include "libcommon/output/picture_text.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
-
-namespace {
-
-constexpr int kSupersampling = 4;
-
-std::string printable(const std::string& text) {
-  std::string out;
-  for (const char c : text) out += c >= ' ' && c <= '~' ? c : '?';
-  return out;
-}
-
-// Opacity of a line of text in a box, [0, 1], centered.
-cv::Mat text_opacity(const std::string& text, int width, int height, int letter_px) {
-  const int s = kSupersampling;
-  cv::Mat large(height * s, width * s, CV_8U, cv::Scalar(0));
-  constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
-  double scale = cv::getFontScaleFromHeight(kFont, letter_px * s, 1);
-  int baseline = 0;
-  cv::Size size = cv::getTextSize(text, kFont, scale, 1, &baseline);
-  if (size.width > 0.96 * large.cols) {
-    scale *= 0.96 * large.cols / size.width;
-    size = cv::getTextSize(text, kFont, scale, 1, &baseline);
-  }
-  const int thickness = std::max(1, static_cast<int>(0.11 * size.height));
-  cv::putText(large, text, {(large.cols - size.width) / 2, (large.rows + size.height) / 2}, kFont, scale,
-              cv::Scalar(255), thickness, cv::LINE_8);
-  cv::Mat small;
-  cv::resize(large, small, {width, height}, 0, 0, cv::INTER_AREA);
-  small.convertTo(small, CV_32F, 1.0 / 255.0);
-  return small;
-}
-
-}  // namespace
 
 ImageF contact_strip(std::span<const ImageF> pictures, std::span<const std::string> labels,
                      const ContactStripOptions& options) {
@@ -75,15 +43,27 @@ ImageF contact_strip(std::span<const ImageF> pictures, std::span<const std::stri
       }
     }
     if (label_height == 0) continue;
-    const cv::Mat opacity = text_opacity(printable(labels[static_cast<std::size_t>(i)]), w, label_height, letter);
-    for (int y = 0; y < label_height; ++y) {
-      for (int x = 0; x < w; ++x) {
-        const float a = opacity.at<float>(y, x);
-        for (int c = 0; c < 3; ++c) strip.at(x0 + x, y0 + h + y, c) = (1.0f - a) * options.background + a * ink;
-      }
-    }
+    draw_text(strip, labels[static_cast<std::size_t>(i)], x0, y0 + h, w, label_height, letter, ink);
   }
   return strip;
+}
+
+std::vector<std::string> scale_labels(std::span<const double> values) {
+  std::vector<double> sorted(values.begin(), values.end());
+  std::sort(sorted.begin(), sorted.end());
+  double step = 0.0;
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    const double gap = sorted[i] - sorted[i - 1];
+    if (gap > 0.0 && (step == 0.0 || gap < step)) step = gap;
+  }
+  if (step == 0.0) return short_number_texts(values);
+  constexpr int kMostDecimals = 15;
+  double tens = 1.0;
+  const auto is_coarse = [&](double v) { return std::abs(std::round(v * tens) / tens - v) > step / 30.0; };
+  for (int i = 0; i < kMostDecimals && std::any_of(values.begin(), values.end(), is_coarse); ++i) tens *= 10.0;
+  std::vector<std::string> labels;
+  for (const double v : values) labels.push_back(number_text(std::round(v * tens) / tens + 0.0));  // Never "-0".
+  return labels;
 }
 
 }  // namespace patinate

@@ -55,6 +55,7 @@ std::vector<float> occlusion_at_vertices(const Mesh& mesh, const RayScene& scene
   const double epsilon = 2e-4 * diagonal;
   parallel_for(static_cast<std::int64_t>(open.size()), 256, control, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) {
+      control.throw_if_stopped();  // Options may ask for thousands of rays.
       const std::size_t k = static_cast<std::size_t>(i);
       open[k] =
           static_cast<float>(ambient_visibility(scene, diagonal, options, mesh.positions[k] + epsilon * normals[k],
@@ -81,6 +82,7 @@ void Ground::find_visibility(const RayScene& scene, const RenderOptions& options
   parallel_for(kGroundGrid, 4, control, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t j = begin; j < end; ++j) {
       for (std::int64_t i = 0; i < kGroundGrid; ++i) {
+        control.throw_if_stopped();
         const double u = (2.0 * static_cast<double>(i) / (kGroundGrid - 1) - 1.0) * kGroundExtent * diagonal_;
         const double v = (2.0 * static_cast<double>(j) / (kGroundGrid - 1) - 1.0) * kGroundExtent * diagonal_;
         const Vec3 center = box_.center() - (box_.center().dot(up_) - height_ + 1e-4 * diagonal_) * up_;

@@ -96,6 +96,7 @@ RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const Sur
     for (int y = static_cast<int>(begin); y < end; ++y) {
       Row& row = rows[static_cast<std::size_t>(y)];
       for (int x = 0; x < width_; ++x) {
+        control.throw_if_stopped();  // Rows may be long, and pixels of many samples.
         const std::size_t before = row.samples.size();
         double background = 0.0;
         for (int k = 0; k < num_samples_; ++k) {

@@ -250,6 +250,7 @@ ImageF SurfaceView::picture(double azimuth_deg, double elevation_deg, const RunC
   parallel_for(options.height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < end; ++y) {
       for (int x = 0; x < options.width; ++x) {
+        control.throw_if_stopped();
         const Vec3 color = painter.pixel(x, y);
         for (int c = 0; c < 3; ++c) picture.at(x, y, c) = static_cast<float>(color[c]);
       }

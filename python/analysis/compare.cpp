@@ -4,6 +4,7 @@
 #include "patinate/analysis/comparison.h"
 #include "patinate/core/error.h"
 #include "python/analysis/py_analysis.h"
+#include "python/analysis/py_series.h"
 #include "python/bindings.h"
 #include "python/history/py_history.h"
 #include "python/support/arrays.h"
@@ -38,16 +39,20 @@ py::list pictures_of(std::vector<analysis::Picture> pictures) {
   return out;
 }
 
+std::optional<analysis::TextureSeries> series_in_memory(const py::object& given) {
+  if (py::isinstance<PyHistory>(given)) return analysis::TextureSeries(py::cast<const PyHistory&>(given).value);
+  if (!py::isinstance<PyAged>(given)) return std::nullopt;
+  const transfer::AgedMesh& aged = *py::cast<const PyAged&>(given).value;
+  return analysis::TextureSeries(
+      aged.shown, {.name = "atlas", .coordinates = aged.coordinates, .texel_mm = aged.surface.texel_size_mm});
+}
+
 namespace {
 
 using CompareKeywords = Seeded<analysis::CompareOptions>;
 
 analysis::TextureSeries series_from(const py::object& given, const char* name) {
-  if (py::isinstance<PyHistory>(given)) return analysis::TextureSeries(py::cast<const PyHistory&>(given).value);
-  if (py::isinstance<PyAged>(given)) {
-    const transfer::AgedMesh& aged = *py::cast<const PyAged&>(given).value;
-    return {aged.shown, {.name = "atlas", .coordinates = aged.coordinates, .texel_mm = aged.surface.texel_size_mm}};
-  }
+  if (std::optional<analysis::TextureSeries> series = series_in_memory(given)) return *std::move(series);
   if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__")) {
     const std::string path = path_from(given);
     return result_of({}, [&](const RunControl&) { return analysis::open_series(cli::history_place(path)).series; });

@@ -11,7 +11,6 @@
 #include "python/support/arrays.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
-#include "tools/patinate/command_line/history_library.h"
 #include "tools/patinate/command_line/path_kind.h"
 
 namespace patinate::python {
@@ -213,15 +212,6 @@ void bind_history(py::module_& module) {
         const std::string folder = path_from(path);
         return PyHistory{unlocked([&] { return std::make_shared<const HistoryReader>(cli::history_place(folder)); })};
       });
-  define(module,
-         FunctionText("library", "Names of the histories to start from, for read_history(\"library:NAME\").")
-             .returns("list[str]", "In alphabetical order; empty where no library is installed"),
-         [] {
-           py::list names;
-           for (const cli::LibraryEntry& entry : unlocked([] { return cli::library_entries(); }))
-             names.append(entry.name);
-           return names;
-         });
 }
 
 }  // namespace patinate::python

@@ -6,6 +6,7 @@
 
 #include "patinate/core/error.h"
 #include "python/support/signature.h"
+#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::python {
 
@@ -40,6 +41,8 @@ void translate(std::exception_ptr pointer) {
   try {
     if (pointer) std::rethrow_exception(pointer);
   } catch (const InvalidInput& e) {
+    raise(kInvalidInput, e);
+  } catch (const cli::UsageError& e) {  // Arguments that do not go together, as the command line says it.
     raise(kInvalidInput, e);
   } catch (const ParseError& e) {
     raise(kParseError, e);

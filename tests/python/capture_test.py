@@ -7,6 +7,8 @@ import patinate
 
 from python_case import PythonCase, main
 
+import calibration_scene as scene  # Beside small_scene, which python_case brings.
+
 
 class Capture(PythonCase):
     def test_ingest_makes_the_commands_bytes(self):
@@ -68,6 +70,36 @@ class Capture(PythonCase):
         self.assertIn("increase", self.line_of(patinate.InvalidInput, lambda: patinate.relief(self.work / "plates", self.work / "x", times=[3, 3])))
         self.assertIn("expected um", self.line_of(patinate.InvalidInput, lambda: patinate.relief(self.work / "plates", self.work / "x", unit="inch")))
         self.assertFalse((self.work / "x").exists())
+
+    def test_calibrations_are_the_commands(self):
+        camera = scene.Pinhole(240, 180, 300.0, scene.rotation([1, 0, 0], np.pi), [0.0, 0.0, 400.0])
+        balls = [([-90.0, 50.0, 30.0], 30.0), ([90.0, -40.0, 30.0], 30.0)]
+        scene.write_png(self.work / "lamp.png", 240, 180, scene.mirror_spheres(camera, balls, [120.0, 80.0, 330.0], 15.0))
+        for i, ball in enumerate(balls):
+            scene.write_png(self.work / f"ball{i}.png", 240, 180, scene.sphere_mask(camera, *ball))
+        spheres = {"format": "patinate.calibrate", "version": 1, "kind": "spheres", "unit": "mm", "camera": camera.json(), "response": "linear",
+                   "spheres": [{"radius": 30, "mask": f"ball{i}.png"} for i in range(2)], "lights": ["lamp.png"]}
+        points = [[x, y, (x * y) % 31] for x in (-60, -20, 30, 70) for y in (-50, 10, 45)]
+        board = {"format": "patinate.calibrate", "version": 1, "kind": "camera", "unit": "mm", "width": 240, "height": 180,
+                 "scanner": {"points": points, "pixels": [camera.pixel(p) for p in points]}}
+        made = {}
+        for kind, description, options, keywords in (("spheres", spheres, ["--outline-sigma", "0.5"], {"outline_sigma": 0.5}), ("camera", board, ["--lens", "none"], {"lens": "none"})):
+            (self.work / f"{kind}.json").write_text(json.dumps(description))
+            self.run_patinate("calibrate", kind, f"{kind}.json", *options, "-o", f"{kind}_by_command.json", "--picture", f"{kind}_by_command.png")
+            calibrate = getattr(patinate, f"calibrate_{kind}")
+            made[kind] = calibrate(self.work / f"{kind}.json", output=self.work / f"{kind}_by_python.json", picture=self.work / f"{kind}_by_python.png", **keywords)
+            for extension in ("json", "png"):
+                self.assertEqual((self.work / f"{kind}_by_command.{extension}").read_bytes(), (self.work / f"{kind}_by_python.{extension}").read_bytes())
+            self.assertEqual(made[kind], self.json_of(f"{kind}_by_command.json"))
+            self.assertEqual(calibrate(description, folder=self.work, **keywords), made[kind])
+        self.assertLess(np.linalg.norm(np.subtract(made["spheres"]["lights"][0]["position"], [120.0, 80.0, 330.0])), 15.0)  # Pixels of 1.3 mm.
+        self.assertIn("as the command says", self.line_of(patinate.IoError, lambda: patinate.calibrate_lambertian(spheres, folder=self.work)))
+        self.line_of(patinate.IoError, lambda: patinate.calibrate_response(self.work / "spheres.json"))
+        self.line_of(patinate.InvalidInput, lambda: patinate.calibrate_spheres(spheres, folder=self.work, output=self.work / "x.lp"))
+        self.line_of(patinate.InvalidInput, lambda: patinate.calibrate_camera(board, output=self.work / "x.docx"))
+        self.assertIn("outline_sigma", self.line_of(TypeError, lambda: patinate.calibrate_spheres(spheres, folder=self.work, outline_sigmas=1)))
+        self.line_of(patinate.CannotComplete, lambda: patinate.calibrate_camera(board, lens="k1", output=self.work / "camera_by_python.json"))
+        self.assertFalse(list(self.work.glob("x.*")))
 
     def test_albedo_of_a_lambertian_scene_comes_back(self):
         rng = np.random.default_rng(5)

@@ -36,6 +36,31 @@ class History(PythonCase):
         finally:
             del os.environ["PATINATE_LIBRARY"]
 
+    def test_what_is_most_like_is_the_commands(self):
+        (self.work / "likes").mkdir()
+        (self.work / "likes/mine").symlink_to(self.work / "history")
+        gray_history(num_frames=2).save(self.work / "likes/gray")
+        photo = self.work / "photo.png"
+        patinate.write_color(photo, patinate.read_history(self.work / "history").frame(0))
+        os.environ["PATINATE_LIBRARY"] = str(self.work / "likes")
+        try:
+            for like in (photo, self.work / "history", self.work / "aged"):
+                said = json.loads(self.run_patinate("library", "--like", like, "--json"))
+                found = patinate.library(like=like)
+                self.assertEqual([(name, entry["likeness"]) for name, entry in found.items()],
+                                 [(entry["name"], {key: value for key, value in entry.items() if key != "name"}) for entry in said["like"]])
+                facts = {entry["name"]: entry for entry in said["histories"]}
+                for name, entry in found.items():
+                    self.assertEqual({key: value for key, value in entry.items() if key != "likeness"}, facts[name])
+            history = patinate.read_history(self.work / "history")
+            self.assertEqual(list(patinate.library(like=history).items()), list(patinate.library(like=self.work / "history").items()))
+            self.assertEqual(patinate.library(like=history)["mine"]["likeness"]["total"], 0)
+            self.assertEqual(list(patinate.library(like=patinate.read_color(photo)).items()), list(patinate.library(like=photo).items()))
+            self.line_of(TypeError, lambda: patinate.library(like=7))
+            self.line_of(patinate.IoError, lambda: patinate.library(like=self.work / "nothing"))
+        finally:
+            del os.environ["PATINATE_LIBRARY"]
+
     def test_what_is_stated_of_a_material_is_the_commands(self):
         statement = self.work / "stated.json"
         statement.write_text(json.dumps({"format": "patinate.appearance", "version": 1, "materials": [

@@ -44,6 +44,11 @@ class Interrupt(PythonCase):
         mesh = patinate.read_mesh(self.work / "urn/mesh.obj")
         self.check(lambda: patinate.transfer(noise_history(256), mesh, "facing", resolution=1024))
 
+    def test_a_picture_and_a_movie_end_at_once_and_leave_nothing(self):
+        self.check(lambda: patinate.render(self.work / "aged", self.work / "large.png", width=2048, height=2048, samples=16, occlusion_samples=4096))
+        self.check(lambda: patinate.render(self.work / "aged", self.work / "long.gif", num_times=10000, width=64, height=64, samples=1))
+        self.assertFalse([p for name in ("large.png", "long.gif") for p in self.work.glob(f"{name}*")])
+
     def check_lost_or_whole(self, simulation, start):
         """A state that was lost is refused by all but restore(); one that was not goes on."""
         try:

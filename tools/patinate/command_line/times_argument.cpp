@@ -1,25 +1,6 @@
 #include "tools/patinate/command_line/times_argument.h"
 
-#include <algorithm>
-#include <cmath>
-
-#include "libcommon/core/text.h"
-#include "tools/patinate/command_line/usage_error.h"
-
 namespace patinate::cli {
-
-namespace {
-
-std::vector<double> evenly(const HistoryManifest& history, int count) {
-  const double first = history.frames.front().time, last = history.frames.back().time;
-  std::vector<double> times;
-  for (int i = 0; i < count; ++i) {
-    times.push_back(count == 1 || i == count - 1 ? last : first + (last - first) * i / (count - 1));
-  }
-  return times;
-}
-
-}  // namespace
 
 void TimesArgument::declare(CommandLine& line) {
   line.option("time", "T", "One time, in the history's unit", time);
@@ -30,39 +11,10 @@ void TimesArgument::declare(CommandLine& line) {
 }
 
 std::vector<double> TimesArgument::resolve(CommandRun& run, const HistoryManifest& history, int default_count) const {
-  if ((time ? 1 : 0) + (times.empty() ? 0 : 1) + (count ? 1 : 0) > 1) {
-    throw UsageError("--time, --times, --num-times: give one of them");
-  }
-  if (count) {
-    if (!(*count >= 1 && *count <= 10000) || *count != std::floor(*count)) {
-      throw UsageError("--num-times: found `" + number_text(*count) + "`; expected an integer [1, 10000]");
-    }
-    return evenly(history, static_cast<int>(*count));
-  }
-  std::vector<double> chosen = times;
-  for (std::size_t i = 1; i < times.size(); ++i) {
-    if (std::find(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(i), times[i]) ==
-        times.begin() + static_cast<std::ptrdiff_t>(i))
-      continue;
-    throw UsageError("--times: " + number_text(times[i]) + " is given twice");
-  }
-  if (time) chosen = {*time};
-  for (double t : chosen) {
-    if (t >= history.frames.front().time && t <= history.frames.back().time) continue;
-    run.note("time " + number_text(t) + " is outside the history (" + number_text(history.frames.front().time) +
-             " to " + number_text(history.frames.back().time) + " " + time_unit_text(history.time_unit) +
-             "): its end is used");
-  }
-  if (!chosen.empty()) return chosen;
-  if (default_count > 0) return evenly(history, default_count);
-  for (const HistoryFrame& frame : history.frames) chosen.push_back(frame.time);
+  std::vector<std::string> notes;
+  std::vector<double> chosen = TimesChoice::resolve(history, default_count, notes);
+  for (const std::string& note : notes) run.note(note);
   return chosen;
-}
-
-std::vector<std::string> time_labels(const std::vector<double>& times, TimeUnit unit) {
-  std::vector<std::string> labels = short_number_texts(times);
-  for (std::string& label : labels) label += " " + time_unit_text(unit);
-  return labels;
 }
 
 }  // namespace patinate::cli

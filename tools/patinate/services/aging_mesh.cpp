@@ -12,10 +12,21 @@
 
 namespace patinate::cli {
 
-namespace {
+AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged) {
+  const HistoryFacts& facts = aged->history->facts();
+  AgingMesh mesh;
+  mesh.history.name = facts.name;
+  mesh.history.origin = facts.origin;
+  mesh.history.time_unit = facts.time_unit;
+  for (const FrameFacts& frame : facts.frames) mesh.history.frames.emplace_back().time = frame.time;
+  mesh.tile_names = {""};
+  mesh.mesh = aged->mesh;
+  mesh.unit_mesh = aged->mesh;
+  mesh.sample = [aged](double time, const RunControl& control) { return aged->texture(time, Between::Blend, control); };
+  return mesh;
+}
 
-AgingMesh aging_mesh_of_transfer(const std::filesystem::path& path) {
-  const auto transfer = std::make_shared<const transfer::TransferReader>(path);
+AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& transfer) {
   const transfer::TransferManifest& m = transfer->manifest();
   AgingMesh mesh;
   mesh.key = m.key;
@@ -53,6 +64,8 @@ AgingMesh aging_mesh_of_transfer(const std::filesystem::path& path) {
   return mesh;
 }
 
+namespace {
+
 AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path, double film) {
   const std::filesystem::path folder = manifest_folder(path, "simulation.json");
   const auto history = std::make_shared<const HistoryReader>(folder / "history");
@@ -78,7 +91,8 @@ AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path, double fil
 }  // namespace
 
 AgingMesh open_aging_mesh(const std::filesystem::path& path, double film) {
-  return kind_of(path) == PathKind::Simulation ? aging_mesh_of_simulation(path, film) : aging_mesh_of_transfer(path);
+  return kind_of(path) == PathKind::Simulation ? aging_mesh_of_simulation(path, film)
+                                               : aging_mesh_of(std::make_shared<const transfer::TransferReader>(path));
 }
 
 }  // namespace patinate::cli

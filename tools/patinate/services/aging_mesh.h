@@ -16,6 +16,8 @@
 #include "patinate/history/history.h"
 #include "patinate/image/image.h"
 #include "patinate/output/render_surface.h"
+#include "patinate/transfer/age.h"
+#include "patinate/transfer/transfer_reader.h"
 
 namespace patinate::cli {
 
@@ -41,5 +43,9 @@ struct AgingMesh {
 /// @param path  A transfer or a simulation. @param film  Amount of water of a simulation that wets a place through.
 /// @throws IoError
 [[nodiscard]] AgingMesh open_aging_mesh(const std::filesystem::path& path, double film = kWetFilm);
+/// The same of a transfer that is open already.
+[[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& transfer);
+/// Of a transfer in memory, which has no key; its color alone.
+[[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged);
 
 }  // namespace patinate::cli

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "libcommon/core/text.h"
-#include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_repair.h"
 #include "patinate/core/error.h"
 #include "patinate/mesh_files/mesh_io.h"
@@ -55,12 +54,6 @@ Mesh load_mesh(const MeshSource& source, CommandRun& run) {
     if (const std::string text = repaired.repairs.text(); !text.empty()) run.note(source.path.string() + ": " + text);
     return with_normals(std::move(repaired.mesh));
   });
-}
-
-double mm_per_unit(const std::string& unit) {
-  const std::optional<double> mm = find_mm_per_unit(unit);
-  if (!mm) throw UsageError("--unit: found `" + unit + "`; expected one of um, mm, cm, m");
-  return *mm;
 }
 
 Range resolution_range() { return between(16, 16384); }

@@ -12,6 +12,7 @@
 #include "patinate/atlas/texel_map.h"
 #include "patinate/geometry/mesh.h"
 #include "tools/patinate/command_line/command_run.h"
+#include "tools/patinate/command_line/unit_argument.h"
 
 namespace patinate::cli {
 
@@ -28,8 +29,6 @@ struct MeshSource {
 void declare_mesh(CommandLine& line, MeshSource& source);
 /// The chosen surfaces, repaired (a note says what), with normals, in the file's unit. @throws IoError
 [[nodiscard]] Mesh load_mesh(const MeshSource& source, CommandRun& run);
-/// "um", "mm", "cm", "m". @throws UsageError
-[[nodiscard]] double mm_per_unit(const std::string& unit);
 
 /// AtlasMethod, or UVs made by Blender.
 enum class AtlasChoice { Auto, Uv, Unwrap, Blender };

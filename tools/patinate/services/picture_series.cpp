@@ -9,7 +9,6 @@
 #include "tools/patinate/command_line/numbered_path.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/services/tile_files.h"
 
 namespace patinate::cli {
 
@@ -20,69 +19,55 @@ bool is_movie(const std::filesystem::path& output) {
   return std::find(all.begin(), all.end(), lower_extension(output)) != all.end();
 }
 
-RunControl without_progress(RunControl control) {
-  control.on_progress = {};
-  return control;
-}
-
-int make_movie(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series,
-               const MovieOptions& movie) {
+OutputWork movie_work(const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie) {
   ContentHash hash;
   hash.add("movie 1").add(series.key).add(lower_extension(output)).add(movie.fps);
   for (double t : series.times) hash.add(t);
-  const std::string key = hash.hex();
-  const std::optional<JobStatus> status = run.check_file(output, read_movie_key(output), key);
-  if (!status) return 0;
-  if (status == JobStatus::Done) {
-    const RunControl control = run.control(series.label);
-    const RunControl silent = without_progress(control);
+  OutputWork work{.output = output,
+                  .label = series.label,
+                  .key = hash.hex(),
+                  .existing_key = read_movie_key(output),
+                  .report = std::make_shared<const Json>(Json{{"pictures", series.times.size()}, {"fps", movie.fps}})};
+  work.make = [output, series, movie, key = work.key](const RunControl& control) {
+    RunControl silent = control;
+    silent.on_progress = {};
     const auto codes = [&](int i) {
       const double t = series.times[static_cast<std::size_t>(i)];
       return series.codes ? series.codes(t, silent) : srgb8_from_linear(series.picture(t, silent));
     };
     write_coded_movie(output, static_cast<int>(series.times.size()), codes, movie, key, control);
-  }
-  run.report_output(*status, output, Json{{"pictures", series.times.size()}, {"fps", movie.fps}});
-  return 0;
+  };
+  return work;
 }
 
-int make_images(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series) {
+OutputWork images_work(const std::filesystem::path& output, const PictureSeries& series) {
   require_extension(output, image_extensions());
-  std::vector<OutputPiece> pieces;
+  OutputWork work{.output = output, .label = series.label, .key = "", .existing_key = "", .report = nullptr};
   ContentHash all;
   Json files = Json::array();
+  const auto shared = std::make_shared<const PictureSeries>(series);
   for (std::size_t i = 0; i < series.times.size(); ++i) {
+    const double t = series.times[i];
     const std::filesystem::path file = numbered_path(output, static_cast<int>(i));
-    const std::string key =
-        ContentHash().add("picture 1").add(series.key).add(series.times[i]).add(lower_extension(output)).hex();
-    files.push_back(Json{{series.measure, series.times[i]}, {"file", file.string()}});
-    pieces.push_back({{file}, key});
+    const std::string key = ContentHash().add("picture 1").add(series.key).add(t).add(lower_extension(output)).hex();
+    files.push_back(Json{{series.measure, t}, {"file", file.string()}});
+    work.pieces.push_back({{file}, key, [shared, t, file, key](const RunControl& control) {
+                             if (shared->write) return shared->write(t, file, key, control);
+                             write_color(file, shared->picture(t, control), key);
+                           }});
     all.add(key);
   }
-  const auto todo = unfinished_pieces(run, output, all.hex(), pieces);
-  if (!todo) return 0;
-  const RunControl control = run.control(series.label);
-  for (std::size_t k = 0; k < todo->size(); ++k) {
-    const OutputPiece& piece = pieces[(*todo)[k]];
-    const double t = series.times[(*todo)[k]];
-    if (series.write) {
-      series.write(t, piece.files.front(), piece.key, without_progress(control));
-    } else {
-      write_color(piece.files.front(), series.picture(t, without_progress(control)), piece.key);
-    }
-    control.report((static_cast<double>(k) + 1.0) / static_cast<double>(todo->size()));
-  }
-  run.report_output(todo->empty() ? JobStatus::UpToDate : JobStatus::Done, output, Json{{"images", files}});
-  return 0;
+  work.key = all.hex();
+  work.report = std::make_shared<const Json>(Json{{"images", files}});
+  return work;
 }
 
 }  // namespace
 
 bool is_series(const std::filesystem::path& output) { return is_movie(output) || has_number(output); }
 
-int make_series(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series,
-                const MovieOptions& movie) {
-  return is_movie(output) ? make_movie(run, output, series, movie) : make_images(run, output, series);
+OutputWork series_work(const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie) {
+  return is_movie(output) ? movie_work(output, series, movie) : images_work(output, series);
 }
 
 }  // namespace patinate::cli

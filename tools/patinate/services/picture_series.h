@@ -10,7 +10,7 @@
 #include "patinate/core/run_control.h"
 #include "patinate/image/image.h"
 #include "patinate/output/movie.h"
-#include "tools/patinate/command_line/command_run.h"
+#include "tools/patinate/services/output_work.h"
 
 namespace patinate::cli {
 
@@ -32,9 +32,9 @@ inline constexpr int kMoviePictures = 100;
 
 /// The name is that of a movie, or of numbered images ("aged_%04d.png").
 [[nodiscard]] bool is_series(const std::filesystem::path& output);
-/// Makes the movie or the images, one picture at a time; each image is up to date or not by itself.
-/// @returns the command's exit code.
-int make_series(CommandRun& run, const std::filesystem::path& output, const PictureSeries& series,
-                const MovieOptions& movie);
+/// The movie or the images, one picture at a time; each image is up to date or not by itself.
+/// @throws UsageError if numbered files are no images.
+[[nodiscard]] OutputWork series_work(const std::filesystem::path& output, const PictureSeries& series,
+                                     const MovieOptions& movie);
 
 }  // namespace patinate::cli

@@ -38,7 +38,7 @@ PictureView parse_view(const std::string& word, const RenderOptions& options) {
 
 }  // namespace
 
-void ViewArguments::declare(CommandLine& line) {
+void ViewChoice::declare(CommandLine& line) {
   line.option("views", "LIST",
               "Several pictures: front, left, back, right, top, bottom or AZIMUTH:ELEVATION, separated by commas",
               views);
@@ -48,7 +48,7 @@ void ViewArguments::declare(CommandLine& line) {
   line.option("distance", "LENGTH", "From the camera to the target; default: so that the mesh fits", distance);
 }
 
-void ViewArguments::apply_to(RenderOptions& options) const {
+void ViewChoice::apply_to(RenderOptions& options) const {
   if (!target.empty() && target.size() != 3)
     throw UsageError("--target: found " + std::to_string(target.size()) + " numbers; expected X,Y,Z");
   if (!target.empty()) options.target = Vec3(target[0], target[1], target[2]);
@@ -56,7 +56,7 @@ void ViewArguments::apply_to(RenderOptions& options) const {
   options.distance = distance;
 }
 
-std::vector<PictureView> ViewArguments::resolve(const RenderOptions& options) const {
+std::vector<PictureView> ViewChoice::resolve(const RenderOptions& options) const {
   if (turntable) {
     if (!(*turntable >= 1.0 && *turntable <= kMaxTurntable) || *turntable != std::floor(*turntable))
       throw UsageError("--turntable: expected a whole number of pictures in [1, 10000]");

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "patinate/output/render.h"
-#include "tools/patinate/command_line/command_run.h"
+#include "tools/patinate/command_line/command_line.h"
 
 namespace patinate::cli {
 
@@ -18,7 +18,7 @@ struct PictureView {
 };
 
 /// Where the camera stands, and how often.
-struct ViewArguments {
+struct ViewChoice {
   std::string views;
   std::optional<double> turntable;
   std::vector<double> target;

@@ -18,18 +18,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct NamedFile {
-  const char* name;
-  const char* help;
-  fs::path SurfaceFiles::*file;
-};
+/// Color is the first.
 constexpr std::array kFiles{
-    NamedFile{"normal-map", "Normals of a mesh in tangent space, as in glTF", &SurfaceFiles::normal},
-    NamedFile{"roughness-map", "Roughness, [0, 1]", &SurfaceFiles::roughness},
-    NamedFile{"metalness-map", "Metalness, [0, 1]", &SurfaceFiles::metalness},
-    NamedFile{"specular-map", "Reflectance at normal incidence of what is no metal, linear", &SurfaceFiles::specular},
-    NamedFile{"height-map", "Relief in mm", &SurfaceFiles::height},
-    NamedFile{"wetness-map", "Wetness, [0, 1]", &SurfaceFiles::wetness}};
+    SurfaceFiles::Named{"texture",
+                        "Color of a mesh; with UDIM tiles or several materials one file each: tex.<UDIM>.png",
+                        &SurfaceFiles::color},
+    SurfaceFiles::Named{"normal-map", "Normals of a mesh in tangent space, as in glTF", &SurfaceFiles::normal},
+    SurfaceFiles::Named{"roughness-map", "Roughness, [0, 1]", &SurfaceFiles::roughness},
+    SurfaceFiles::Named{"metalness-map", "Metalness, [0, 1]", &SurfaceFiles::metalness},
+    SurfaceFiles::Named{"specular-map", "Reflectance at normal incidence of what is no metal, linear",
+                        &SurfaceFiles::specular},
+    SurfaceFiles::Named{"height-map", "Relief in mm", &SurfaceFiles::height},
+    SurfaceFiles::Named{"wetness-map", "Wetness, [0, 1]", &SurfaceFiles::wetness}};
 
 ImageF read_normals(const fs::path& file) {
   ImageF normals = read_color(file, {.kind = Response::Kind::Linear});
@@ -52,19 +52,19 @@ ImageF read_map(const AtlasMesh& atlas, const fs::path& file, ImageF (*read)(con
 
 }  // namespace
 
+std::span<const SurfaceFiles::Named> SurfaceFiles::named() { return kFiles; }
+
 void SurfaceFiles::declare(CommandLine& line) {
-  line.option("texture", "IMAGE", "Color of a mesh; with UDIM tiles or several materials one file each: tex.<UDIM>.png",
-              color);
-  for (const NamedFile& f : kFiles) line.option(f.name, "IMAGE", f.help, this->*f.file);
+  for (const Named& f : kFiles) line.option(f.name, "IMAGE", f.help, this->*f.file);
 }
 
 bool SurfaceFiles::has_more() const {
-  return std::any_of(kFiles.begin(), kFiles.end(), [this](const NamedFile& f) { return !(this->*f.file).empty(); });
+  return std::any_of(kFiles.begin() + 1, kFiles.end(), [this](const Named& f) { return !(this->*f.file).empty(); });
 }
 
 void SurfaceFiles::add_to(ContentHash& hash, const AtlasMesh& atlas) const {
   for (const fs::path& file : tile_map_files(color, atlas.tile_names())) hash.add_file(file);
-  for (const NamedFile& f : kFiles) {
+  for (const Named& f : named().subspan(1)) {
     if ((this->*f.file).empty()) continue;
     hash.add(f.name);
     for (const fs::path& file : tile_map_files(this->*f.file, atlas.tile_names())) hash.add_file(file);

@@ -4,22 +4,30 @@
 
 #include <array>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "libcommon/core/hash.h"
 #include "patinate/atlas/atlas_mesh.h"
 #include "patinate/output/render_surface.h"
-#include "tools/patinate/command_line/command_run.h"
+#include "tools/patinate/command_line/command_line.h"
 
 namespace patinate::cli {
 
 /// Files of a surface's maps; with UDIM tiles or several materials one each (tile_map_files()).
 struct SurfaceFiles {
+  /// One of the files.
+  struct Named {
+    const char* name;  ///< "normal-map".
+    const char* help;
+    std::filesystem::path SurfaceFiles::*file;
+  };
   std::filesystem::path color;
   std::filesystem::path normal, roughness, metalness, specular, height, wetness;
 
   /// --texture, --normal-map, --roughness-map, ...
+  [[nodiscard]] static std::span<const Named> named();
   void declare(CommandLine& line);
   /// Whether there is more than color.
   [[nodiscard]] bool has_more() const;

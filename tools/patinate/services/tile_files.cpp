@@ -19,24 +19,6 @@ std::vector<std::filesystem::path> tile_files(const std::filesystem::path& outpu
 
 namespace {
 
-/// The file that decides, and its key: in the way, else missing, else any.
-std::pair<std::filesystem::path, std::string> decisive_file(const std::vector<std::filesystem::path>& files,
-                                                            const std::string& key) {
-  const std::filesystem::path* decisive = &files.front();
-  std::string decisive_key = image_file_key(files.front());
-  const auto rank = [&](const std::filesystem::path& file, const std::string& existing) {
-    std::error_code error;
-    return !std::filesystem::exists(file, error) ? 1 : existing == key ? 0 : 2;
-  };
-  for (const std::filesystem::path& file : files) {
-    const std::string existing = image_file_key(file);
-    if (rank(file, existing) <= rank(*decisive, decisive_key)) continue;
-    decisive = &file;
-    decisive_key = existing;
-  }
-  return {*decisive, decisive_key};
-}
-
 PlannedWork planned_pieces(const std::filesystem::path& output, const std::string& key,
                            const std::vector<OutputPiece>& pieces, const JobOptions& options) {
   PlannedWork work{.output = output, .key = key, .depends_on = {}, .items = {}};

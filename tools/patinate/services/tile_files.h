@@ -11,6 +11,7 @@
 #include "patinate/core/json.h"
 #include "patinate/image/image.h"
 #include "tools/patinate/command_line/command_run.h"
+#include "tools/patinate/services/output_work.h"
 
 namespace patinate::cli {
 
@@ -24,12 +25,6 @@ namespace patinate::cli {
 [[nodiscard]] std::optional<JobStatus> check_tile_files(CommandRun& run,
                                                         const std::vector<std::filesystem::path>& files,
                                                         const std::string& key);
-
-/// One of several outputs of a command, each made, and up to date, by itself: the picture of a time.
-struct OutputPiece {
-  std::vector<std::filesystem::path> files;  ///< Of its tiles.
-  std::string key;
-};
 
 /// Which of several outputs are to be made, all checked before anything is written. To a plan each is an item.
 /// @param pieces  Not empty. @param key  Of the whole command. @param output  As it was given, for what is said of all.

@@ -1,0 +1,76 @@
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "python/analysis/py_series.h"
+#include "python/bindings.h"
+#include "python/support/arrays.h"
+#include "python/support/json.h"
+#include "python/support/keywords.h"
+#include "python/support/signature.h"
+#include "tools/patinate/command_line/history_library.h"
+#include "tools/patinate/services/history_shelf.h"
+
+namespace patinate::python {
+
+namespace py = pybind11;
+
+namespace {
+
+/// What is compared with the library, opened where it is a path.
+std::function<analysis::TextureSeries()> subject_from(const py::object& given) {
+  if (std::optional<analysis::TextureSeries> series = series_in_memory(given)) return [series] { return *series; };
+  if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__")) {
+    return [path = path_from(given)] { return cli::series_or_photograph(cli::library_place(path)); };
+  }
+  if (!py::isinstance<py::array>(given))
+    wrong_type("library", "like", given, "a path, a History, an AgedMesh, or H x W x 3 linear colors");
+  return [photograph = image_from(given, "like", 3)] { return cli::series_of_photograph(photograph, "photograph"); };
+}
+
+py::dict dict_of(const std::vector<cli::ShelfEntry>& entries, const std::vector<cli::Likeness>& ranking) {
+  py::dict out;
+  for (const cli::Likeness& likeness : ranking) {
+    const cli::ShelfEntry& entry = entries[likeness.entry];
+    py::object facts = object_of(entry.json());
+    facts["likeness"] = object_of(likeness.json());
+    out[entry.name.c_str()] = facts;
+  }
+  if (ranking.empty()) {
+    for (const cli::ShelfEntry& entry : entries) out[entry.name.c_str()] = object_of(entry.json());
+  }
+  return out;
+}
+
+}  // namespace
+
+void bind_library(py::module_& module) {
+  define(module,
+         FunctionText("library",
+                      "The histories to start from, for read_history(\"library:NAME\"); with `like`, the most similar "
+                      "first: by colors, coarseness, and when places change.")
+             .keyword("like", "str | os.PathLike[str] | History | AgedMesh | npt.ArrayLike | None", "None",
+                      "A history, simulation, transfer or photograph, or its path; of a photograph as an array H x W x "
+                      "3, linear")
+             .runs()
+             .returns("dict[str, dict[str, Any]]",
+                      "By name, in alphabetical order: title, frames, duration, time_unit, controls, license and what "
+                      "else `patinate library --json` says; with `like` also likeness: total (0: the same), "
+                      "colors_delta_e, structure_octaves, rates_spans. Empty where no library is installed")
+             .raises("IoError, InvalidInput"),
+         [](const py::kwargs& kwargs) {
+           Keywords keywords("library", kwargs);
+           const py::object like = keywords.object("like");
+           const RunArguments run = keywords.run();
+           keywords.finish();
+           const auto subject = like.is_none() ? nullptr : subject_from(like);
+           std::vector<cli::ShelfEntry> entries;
+           std::vector<cli::Likeness> ranking;
+           run_interruptibly(run, [&](const RunControl& control) {
+             entries = cli::history_shelf();
+             if (subject) ranking = cli::rank_by_likeness(subject(), entries, control);
+           });
+           return dict_of(entries, ranking);
+         });
+}
+
+}  // namespace patinate::python

@@ -1,0 +1,16 @@
+/// \file
+/// What is compared with something else, where it is in memory.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <optional>
+
+#include "patinate/analysis/texture_series.h"
+
+namespace patinate::python {
+
+/// A History or an AgedMesh; nothing for anything else.
+[[nodiscard]] std::optional<analysis::TextureSeries> series_in_memory(const pybind11::object& given);
+
+}  // namespace patinate::python

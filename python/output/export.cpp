@@ -1,0 +1,79 @@
+#include <filesystem>
+#include <utility>
+
+#include "python/bindings.h"
+#include "python/output/keywords.h"
+#include "python/support/arrays.h"
+#include "tools/patinate/command_line/history_library.h"
+#include "tools/patinate/services/export_work.h"
+
+namespace patinate::python {
+
+namespace py = pybind11;
+
+namespace {
+
+struct ExportKeywords {
+  cli::SequenceFormat format = {};
+  MovieOptions movie = {};
+  cli::GlbPlantOptions plants = {};
+};
+void describe(OptionVisitor& v, ExportKeywords& o) {
+  describe(v, o.format);
+  describe(v, o.movie);
+  describe(v, o.plants);
+}
+
+}  // namespace
+
+FunctionText& times_text(FunctionText& text) {
+  return text.keyword("time", "float | None", "None", "One time, in the history's unit")
+      .keyword("times", "Sequence[float] | None", "None", "Several times")
+      .keyword("num_times", "int | None", "None", "So many times, evenly from the first frame to the last");
+}
+
+cli::TimesChoice times_from(Keywords& keywords) {
+  cli::TimesChoice choice;
+  choice.time = keywords.number("time");
+  const py::object times = keywords.object("times");
+  if (!times.is_none()) choice.times = numbers_from(times, "times");
+  choice.count = keywords.number("num_times");
+  return choice;
+}
+
+void bind_export(py::module_& module) {
+  FunctionText text("export",
+                    "Writes a model, a movie or images of what ages: what `patinate export` writes. What is up to date "
+                    "stays as it is.");
+  text.takes("subject", "str | os.PathLike[str]", "Folder of a transfer or simulation, or for pictures of a history")
+      .takes("output", "str | os.PathLike[str]",
+             "MODEL.glb with one variant a time; MODEL.usdz or .usda with textures over time; MODEL.obj with MTL at "
+             "one time; MOVIE.mp4, .webm or .gif; images aged_%04d.png; or a folder of images");
+  times_text(text)
+      .keyword("force", "bool", "False", "Replace something different that lies there")
+      .options<ExportKeywords>()
+      .runs()
+      .raises(
+          "IoError if a file cannot be read; InvalidInput if what is asked for does not go together; "
+          "CannotComplete");
+  define(module, text, [](const py::object& subject, const py::object& output, const py::kwargs& kwargs) {
+    Keywords keywords("export", kwargs);
+    ExportKeywords options;
+    keywords.read(options);
+    cli::ExportTask task{.subject = path_from(subject),
+                         .output = path_from(output),
+                         .times = times_from(keywords),
+                         .format = options.format,
+                         .movie = options.movie,
+                         .plants = options.plants};
+    const bool force = keywords.flag("force", false);
+    const RunArguments run = keywords.run();
+    keywords.finish();
+    run_interruptibly(run, [&](const RunControl& control) {
+      task.subject = cli::library_place(task.subject);
+      cli::make_output(cli::export_work(task), force, control);
+    });
+  });
+}
+
+}  // namespace patinate::python

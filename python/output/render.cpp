@@ -1,0 +1,168 @@
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+#include "patinate/core/error.h"
+#include "python/bindings.h"
+#include "python/output/keywords.h"
+#include "python/support/arrays.h"
+#include "python/transfer/py_transfer.h"
+#include "tools/patinate/command_line/history_library.h"
+#include "tools/patinate/services/render_work.h"
+
+namespace patinate::python {
+
+namespace py = pybind11;
+
+namespace {
+
+struct RenderKeywords {
+  cli::ShownOptions shown = {};
+  SurfaceOptions surface = {};
+  RenderOptions options = {};
+};
+void describe(OptionVisitor& v, RenderKeywords& o) {
+  describe(v, o.shown);
+  describe(v, o.surface);
+  describe(v, o.options);
+}
+
+struct MovieKeywords {
+  MovieOptions movie = {};
+  cli::TurnOptions turn = {};
+};
+void describe(OptionVisitor& v, MovieKeywords& o) {
+  describe(v, o.movie);
+  describe(v, o.turn);
+}
+
+std::string keyword_of(const cli::SurfaceFiles::Named& file) {
+  std::string name = file.name;
+  for (char& c : name) c = c == '-' ? '_' : c;
+  return name;
+}
+
+void say_subject(FunctionText& text) {
+  times_text(text)
+      .keyword("views", "str | Sequence[str]", "''",
+               "Several pictures: front, left, back, right, top, bottom or AZIMUTH:ELEVATION")
+      .keyword("turntable", "int | None", "None", "So many pictures evenly around the up axis, from azimuth on")
+      .keyword("target", "Sequence[float] | None", "None",
+               "What the camera looks at, in the mesh's unit; None: its middle")
+      .keyword("distance", "float | None", "None", "From the camera to the target; None: so that the mesh fits")
+      .keyword("environment", "str | os.PathLike[str] | None", "None",
+               "Surroundings that light the object: a picture of 360 x 180 degrees, HDR or EXR")
+      .keyword("unit", "str | None", "None", "Of a mesh with a height_map: um, mm, cm or m; None: m for glTF, else mm");
+  for (const cli::SurfaceFiles::Named& file : cli::SurfaceFiles::named())
+    text.keyword(keyword_of(file), "str | os.PathLike[str] | None", "None", std::string(file.help));
+  text.options<RenderKeywords>();
+}
+
+std::filesystem::path optional_path(const py::object& path) { return path.is_none() ? std::string() : path_from(path); }
+
+std::string views_from(const py::object& given) {
+  if (given.is_none() || py::isinstance<py::str>(given)) return given.is_none() ? "" : py::cast<std::string>(given);
+  std::string list;
+  for (const py::handle view : given) list += (list.empty() ? "" : ",") + py::cast<std::string>(view);
+  return list;
+}
+
+cli::RenderTask task_from(Keywords& keywords) {
+  cli::RenderTask task;
+  RenderKeywords options;
+  keywords.read(options);
+  task.shown = options.shown;
+  task.surface = options.surface;
+  task.options = options.options;
+  task.times = times_from(keywords);
+  task.views.views = views_from(keywords.object("views"));
+  task.views.turntable = keywords.number("turntable");
+  const py::object target = keywords.object("target");
+  if (!target.is_none()) task.views.target = numbers_from(target, "target");
+  task.views.distance = keywords.number("distance");
+  task.environment = optional_path(keywords.object("environment"));
+  task.unit = keywords.text("unit", "");
+  for (const cli::SurfaceFiles::Named& file : cli::SurfaceFiles::named())
+    task.files.*file.file = optional_path(keywords.object(keyword_of(file)));
+  return task;
+}
+
+/// What is in memory, or the path of what is not.
+void set_subject(const py::object& subject, cli::RenderTask& task) {
+  if (py::isinstance<PyAged>(subject)) {
+    task.mesh = std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyAged&>(subject).value));
+  } else if (py::isinstance<PyTransfer>(subject)) {
+    task.mesh = std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyTransfer&>(subject).value));
+  } else {
+    task.subject = path_from(subject);
+  }
+}
+
+void define_render(py::module_& module) {
+  FunctionText text("render",
+                    "Writes a picture or movie of what ages: what `patinate render` writes. What is up to date stays "
+                    "as it is.");
+  text.takes("subject", "str | os.PathLike[str]", "A transfer, a simulation, a history, or a mesh with a texture")
+      .takes("output", "str | os.PathLike[str]",
+             "Image to make: .png, .jpg, .tif or .exr; of a transfer or simulation also a movie (.mp4, .webm, .gif) or "
+             "images aged_%04d.png");
+  say_subject(text);
+  text.keyword("force", "bool", "False", "Replace something different that lies there")
+      .options<MovieKeywords>()
+      .runs()
+      .raises(
+          "IoError if a file cannot be read; InvalidInput if what is asked for does not go together; "
+          "CannotComplete");
+  define(module, text, [](const py::object& subject, const py::object& output, const py::kwargs& kwargs) {
+    Keywords keywords("render", kwargs);
+    cli::RenderTask task = task_from(keywords);
+    MovieKeywords options;
+    keywords.read(options);
+    task.movie = options.movie;
+    task.turn = options.turn;
+    const bool force = keywords.flag("force", false);
+    const RunArguments run = keywords.run();
+    keywords.finish();
+    task.subject = path_from(subject);
+    task.output = path_from(output);
+    if (task.output.empty()) throw InvalidInput("output: is empty; expected the name of a picture or movie");
+    run_interruptibly(run, [&](const RunControl& control) {
+      task.subject = cli::library_place(task.subject);
+      cli::make_output(cli::render_work(std::move(task)), force, control);
+    });
+  });
+}
+
+void define_render_picture(py::module_& module) {
+  FunctionText text("render_picture",
+                    "The picture that render() would write, as an array: one view, or a strip with labels of several "
+                    "times or views.");
+  text.takes(
+      "subject", "AgedMesh | Transfer | str | os.PathLike[str]",
+      "What transfer() gave, of which color is shown, or read_transfer(); or the path of a transfer, a simulation, a "
+      "history, or a mesh with a texture");
+  say_subject(text);
+  text.runs()
+      .returns("npt.NDArray[np.float32]", "H x W x 3, linear; srgb_from_linear() makes codes of it")
+      .raises("IoError if a file cannot be read; InvalidInput if what is asked for does not go together");
+  define(module, text, [](const py::object& subject, const py::kwargs& kwargs) {
+    Keywords keywords("render_picture", kwargs);
+    cli::RenderTask task = task_from(keywords);
+    const RunArguments run = keywords.run();
+    keywords.finish();
+    set_subject(subject, task);
+    return array_of(result_of(run, [&](const RunControl& control) {
+      if (!task.mesh) task.subject = cli::library_place(task.subject);
+      return cli::render_work(std::move(task)).picture(control);
+    }));
+  });
+}
+
+}  // namespace
+
+void bind_render(py::module_& module) {
+  define_render(module);
+  define_render_picture(module);
+}
+
+}  // namespace patinate::python

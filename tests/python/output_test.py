@@ -1,0 +1,91 @@
+#!/usr/bin/python3
+"""Pictures, movies and models in Python."""
+import numpy as np
+import patinate
+
+from python_case import PythonCase, main
+
+SMALL = ["--width", "96", "--height", "80", "--samples", "1", "--occlusion-samples", "4"]
+KEYWORDS = {"width": 96, "height": 80, "samples": 1, "occlusion_samples": 4}
+
+
+class Output(PythonCase):
+    @classmethod
+    def setUpClass(cls):
+        cls().run_patinate("simulate", "scene.json", "-o", "simulated")
+
+    def both(self, function, command, subject, name, options, keywords):
+        """The bytes of the command and of Python are the same, and each is up to date to the other."""
+        for folder in ("by_command", "by_python"):
+            (self.work / folder).mkdir(exist_ok=True)
+        self.run_patinate(command, subject, *options, "-o", f"by_command/{name}")
+        function(self.work / subject, self.work / "by_python" / name, **keywords)
+        self.same_files("by_command", "by_python")
+        before = {p: p.stat().st_mtime_ns for p in (self.work / "by_python").rglob("*") if p.is_file()}
+        self.run_patinate(command, subject, *options, "-o", f"by_python/{name}")
+        function(self.work / subject, self.work / "by_python" / name, **keywords)
+        self.assertEqual(before, {p: p.stat().st_mtime_ns for p in before})
+
+    def test_pictures_and_movies_are_the_commands(self):
+        last = str(patinate.read_history(self.work / "history").times[-1])
+        patinate.write_color(self.work / "plate.png", np.full((8, 8, 3), 0.3, np.float32))
+        patinate.write_color(self.work / "sky.exr", np.linspace(0, 2, 16 * 32 * 3, dtype=np.float32).reshape(16, 32, 3))
+        for subject, name, options, keywords in (
+                ("aged", "strip.png", ["--num-times", "3"], {"num_times": 3}),
+                ("aged", "one.exr", ["--time", last, "--environment", "sky.exr"], {"time": float(last), "environment": self.work / "sky.exr"}),
+                ("aged", "views.jpg", ["--time", last, "--views", "front,30:20"], {"time": float(last), "views": ["front", "30:20"]}),
+                ("aged", "turn.gif", ["--num-times", "3", "--turn", "90", "--fps", "5"], {"num_times": 3, "turn": 90, "fps": 5}),
+                ("aged", "at_%02d.png", ["--times", "0," + last], {"times": [0, float(last)]}),
+                ("simulated", "end.png", ["--maps", "color"], {"maps": "color"}),
+                ("history", "history.png", ["--num-times", "2"], {"num_times": 2}),
+                ("plate.obj", "plate.png", ["--texture", "plate.png", "--target", "0,0,0"], {"texture": self.work / "plate.png", "target": (0, 0, 0)})):
+            with self.subTest(name=name):
+                self.both(patinate.render, "render", subject, name, [*SMALL, *options], {**KEYWORDS, **keywords})
+
+    def test_models_sequences_and_movies_are_the_commands(self):
+        for subject, name, options, keywords in (
+                ("aged", "aged.glb", ["--num-times", "2"], {"num_times": 2}),
+                ("aged", "aged.usda", ["--num-times", "2"], {"num_times": 2}),
+                ("aged", "aged.usdz", [], {}),
+                ("aged", "aged.obj", [], {}),
+                ("aged", "images", ["--format", "exr", "--times", "0,1"], {"format": "exr", "times": [0, 1]}),
+                ("aged", "aged.gif", ["--num-times", "2"], {"num_times": 2}),
+                ("simulated", "end.glb", ["--plants", "0"], {"plants": 0}),
+                ("history", "frames", [], {}),
+                ("history", "frame_%d.png", ["--num-times", "2"], {"num_times": 2})):
+            with self.subTest(name=name):
+                self.both(patinate.export, "export", subject, name, options, keywords)
+
+    def test_an_array_is_the_picture_that_is_written(self):
+        last = float(patinate.read_history(self.work / "history").times[-1])
+        self.run_patinate("render", "aged", *SMALL, "--num-times", "3", "-o", "written.exr")
+        transfer = patinate.read_transfer(self.work / "aged")
+        written = patinate.read_color(self.work / "written.exr")
+        for subject in (self.work / "aged", transfer):
+            np.testing.assert_array_equal(patinate.render_picture(subject, num_times=3, **KEYWORDS).astype(np.float16), written.astype(np.float16))
+        # In memory as in its folder: texels show the same, but for what lies beside the charts.
+        mesh, history = patinate.read_mesh(self.work / "urn/mesh.obj"), patinate.read_history(self.work / "history")
+        aged = patinate.transfer(history, mesh, "facing", resolution=64)
+        ours, theirs = (patinate.render_picture(subject, time=last, maps="color", **KEYWORDS) for subject in (aged, transfer))
+        self.assertEqual(ours.shape, (80, 96, 3))
+        self.assertGreater((np.abs(ours - theirs).max(axis=2) < 1e-6).mean(), 0.99)
+
+    def test_what_does_not_go_together_is_one_line(self):
+        for wrong in (lambda: patinate.render(self.work / "aged", self.work / "x.docx"), lambda: patinate.render(self.work / "history", self.work / "x.mp4"),
+                      lambda: patinate.render(self.work / "aged", self.work / "x.png", time=1, num_times=2), lambda: patinate.render(self.work / "aged", ""),
+                      lambda: patinate.render(self.work / "aged", self.work / "x.png", views="sideways"), lambda: patinate.render(self.work / "aged", self.work / "x.png", width=4),
+                      lambda: patinate.render_picture(self.work / "plate.obj"), lambda: patinate.export(self.work / "history", self.work / "x.glb"),
+                      lambda: patinate.export(self.work / "aged", self.work / "x.fbx"), lambda: patinate.export(self.work / "aged", self.work / "x.obj", num_times=2),
+                      lambda: patinate.export(self.work / "aged", self.work / "x.glb", plants=2)):
+            self.line_of(patinate.InvalidInput, wrong)
+        self.line_of(patinate.IoError, lambda: patinate.render(self.work / "nothing", self.work / "x.png"))
+        self.line_of(patinate.InvalidInput, lambda: patinate.render(self.work / "aged", self.work / "x.png", times="soon"))
+        self.line_of(TypeError, lambda: patinate.render_picture(7))
+        self.assertFalse(list(self.work.glob("x.*")))
+        patinate.export(self.work / "aged", self.work / "kept.obj")
+        self.line_of(patinate.CannotComplete, lambda: patinate.export(self.work / "aged", self.work / "kept.obj", time=0))
+        patinate.export(self.work / "aged", self.work / "kept.obj", time=0, force=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,69 @@
+#include "tools/patinate/command_line/times_choice.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libcommon/core/text.h"
+#include "libcommon/output/contact_strip.h"
+#include "tools/patinate/command_line/usage_error.h"
+
+namespace patinate::cli {
+
+namespace {
+
+std::vector<double> evenly(const HistoryManifest& history, int count) {
+  const double first = history.frames.front().time, last = history.frames.back().time;
+  std::vector<double> times;
+  for (int i = 0; i < count; ++i) {
+    times.push_back(count == 1 || i == count - 1 ? last : first + (last - first) * i / (count - 1));
+  }
+  return times;
+}
+
+std::vector<std::string> with_unit(std::vector<std::string> texts, TimeUnit unit) {
+  for (std::string& text : texts) text += " " + time_unit_text(unit);
+  return texts;
+}
+
+}  // namespace
+
+std::vector<double> TimesChoice::resolve(const HistoryManifest& history, int default_count,
+                                         std::vector<std::string>& notes) const {
+  if ((time ? 1 : 0) + (times.empty() ? 0 : 1) + (count ? 1 : 0) > 1) {
+    throw UsageError("--time, --times, --num-times: give one of them");
+  }
+  if (count) {
+    if (!(*count >= 1 && *count <= 10000) || *count != std::floor(*count)) {
+      throw UsageError("--num-times: found `" + number_text(*count) + "`; expected an integer [1, 10000]");
+    }
+    return evenly(history, static_cast<int>(*count));
+  }
+  std::vector<double> chosen = times;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    if (std::find(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(i), times[i]) ==
+        times.begin() + static_cast<std::ptrdiff_t>(i))
+      continue;
+    throw UsageError("--times: " + number_text(times[i]) + " is given twice");
+  }
+  if (time) chosen = {*time};
+  for (double t : chosen) {
+    if (t >= history.frames.front().time && t <= history.frames.back().time) continue;
+    notes.push_back("time " + number_text(t) + " is outside the history (" + number_text(history.frames.front().time) +
+                    " to " + number_text(history.frames.back().time) + " " + time_unit_text(history.time_unit) +
+                    "): its end is used");
+  }
+  if (!chosen.empty()) return chosen;
+  if (default_count > 0) return evenly(history, default_count);
+  for (const HistoryFrame& frame : history.frames) chosen.push_back(frame.time);
+  return chosen;
+}
+
+std::vector<std::string> TimesChoice::labels(const std::vector<double>& resolved, TimeUnit unit) const {
+  return with_unit(time || !times.empty() ? short_number_texts(resolved) : scale_labels(resolved), unit);
+}
+
+std::vector<std::string> time_labels(const std::vector<double>& times, TimeUnit unit) {
+  return with_unit(short_number_texts(times), unit);
+}
+
+}  // namespace patinate::cli

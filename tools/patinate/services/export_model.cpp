@@ -1,0 +1,132 @@
+#include "tools/patinate/services/export_model.h"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/hash.h"
+#include "libcommon/history/history_card.h"
+#include "patinate/mesh_files/mesh_io.h"
+#include "patinate/output/glb.h"
+#include "patinate/output/obj.h"
+#include "patinate/output/usd.h"
+#include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/command_line/usage_error.h"
+
+namespace patinate::cli {
+
+namespace {
+
+constexpr int kModelTimes = 5;
+
+std::string glb_key_of(const std::filesystem::path& path) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(path, error) ? read_glb_key(path) : "";
+}
+
+/// Files that lie beside a model under its name.
+bool has_beside(const std::filesystem::path& path, const std::vector<std::string>& extensions) {
+  std::error_code error;
+  return std::all_of(extensions.begin(), extensions.end(), [&](const std::string& extension) {
+    return std::filesystem::exists(std::filesystem::path(path).replace_extension(extension), error);
+  });
+}
+
+/// Of a stage whose textures and materials are there.
+std::string usd_key_of(const std::filesystem::path& path) {
+  std::error_code error;
+  const bool is_whole = path.extension() == ".usdz" || has_beside(path, {".textures", ".mtlx"});
+  return is_whole && std::filesystem::is_regular_file(path, error) ? read_usd_key(path) : "";
+}
+
+std::string obj_key_of(const std::filesystem::path& path) {
+  std::error_code error;
+  const bool is_whole = has_beside(path, {".obj.textures", ".mtl", ".obj.mtlx"});
+  return is_whole && std::filesystem::is_regular_file(path, error) ? read_obj_key(path) : "";
+}
+
+std::string model_key_of(ModelFormat format, const std::filesystem::path& path) {
+  if (format == ModelFormat::Glb) return glb_key_of(path);
+  return format == ModelFormat::Usd ? usd_key_of(path) : obj_key_of(path);
+}
+
+/// What is written, and what it says of itself.
+struct ModelToWrite {
+  ModelFormat format;
+  AgingGlb model;
+  std::filesystem::path output;
+  std::vector<double> times;
+  std::string key;
+  std::vector<std::string> credits;
+};
+
+void write_model(const ModelToWrite& what, const RunControl& control) {
+  const AgingGlb& model = what.model;
+  std::vector<GlbAppearance> appearance =
+      model.appearance(what.times, time_labels(what.times, model.history.time_unit), control.part(0.0, 0.1));
+  const RunControl writing = control.part(0.1, 1.0);
+  const std::string name = what.output.stem().string();
+  if (what.format == ModelFormat::Glb) {
+    const GlbOptions options{
+        .name = name,
+        .meters_per_unit = model.meters_per_unit,
+        .key = what.key,
+        .objects = model.objects,
+        .credits = what.credits,
+        .plants = model.plants ? model.plants(what.times, control.part(0.1, 0.4)) : std::vector<GlbPlant>{}};
+    return write_glb(what.output, model.mesh, model.tiles, appearance, options, control.part(0.4, 1.0));
+  }
+  if (model.add_relief) model.add_relief(appearance, what.times, control);
+  if (what.format == ModelFormat::Usd) {
+    const UsdOptions options{.name = name,
+                             .meters_per_unit = model.meters_per_unit,
+                             .time_unit = time_unit_text(model.history.time_unit),
+                             .key = what.key,
+                             .objects = model.objects,
+                             .credits = what.credits};
+    return write_usd(what.output, model.mesh, model.tiles, appearance, what.times, options, writing);
+  }
+  const ObjOptions options{.name = name, .key = what.key, .objects = model.objects, .credits = what.credits};
+  write_obj_model(what.output, model.mesh, model.tiles, appearance.front(), options, writing);
+}
+
+}  // namespace
+
+std::optional<ModelFormat> model_format(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".glb") return ModelFormat::Glb;
+  if (extension == ".usdz" || extension == ".usda") return ModelFormat::Usd;
+  if (extension == ".obj") return ModelFormat::Obj;
+  return std::nullopt;
+}
+
+OutputWork model_work(const ExportTask& task, ModelFormat format) {
+  const auto what = std::make_shared<ModelToWrite>(ModelToWrite{.format = format,
+                                                                .model = open_aging_glb(task.subject, task.plants),
+                                                                .output = task.output,
+                                                                .times = {},
+                                                                .key = "",
+                                                                .credits = credits_of(task.subject)});
+  std::vector<std::string> notes;
+  what->times = task.times.resolve(what->model.history, format == ModelFormat::Obj ? 1 : kModelTimes, notes);
+  if (format == ModelFormat::Obj && what->times.size() > 1)
+    throw UsageError("-o: an OBJ shows one time; give one --time, or .usda, .usdz or .glb");
+  constexpr std::array<std::string_view, 3> kStages{"export glb 4", "export usd 3", "export obj 2"};
+  ContentHash hash;
+  hash.add(kStages[static_cast<std::size_t>(format)]).add(what->model.key);
+  if (format == ModelFormat::Glb && what->model.plants) hash.add("plants 2").add(task.plants.plants);
+  for (double t : what->times) hash.add(t);
+  for (const std::string& credit : what->credits) hash.add(credit);
+  what->key = hash.hex();
+  OutputWork work{.output = task.output,
+                  .label = "export",
+                  .key = what->key,
+                  .existing_key = model_key_of(format, task.output),
+                  .notes = std::move(notes),
+                  .report = std::make_shared<const Json>(Json{{"times", what->times}})};
+  work.make = [what](const RunControl& control) { write_model(*what, control); };
+  return work;
+}
+
+}  // namespace patinate::cli

@@ -1,0 +1,33 @@
+/// \file
+/// Models, movies and images of a transfer, a simulation or a history: what `patinate export` and the Python module do.
+#pragma once
+
+#include <filesystem>
+
+#include "patinate/core/options.h"
+#include "patinate/output/movie.h"
+#include "tools/patinate/command_line/times_choice.h"
+#include "tools/patinate/services/aging_glb.h"
+#include "tools/patinate/services/output_work.h"
+
+namespace patinate::cli {
+
+struct SequenceFormat {
+  enum class Kind { Png, Exr, Tif } kind = Kind::Png;
+};
+void describe(OptionVisitor& v, SequenceFormat& o);
+
+struct ExportTask {
+  std::filesystem::path subject;
+  std::filesystem::path output;  ///< Its name says what is made: a model, a movie, numbered images, or a folder.
+  TimesChoice times;
+  SequenceFormat format;
+  MovieOptions movie;
+  GlbPlantOptions plants;
+};
+
+/// Reads what the work depends on; what is slow happens when the work is run.
+/// @throws UsageError if what is asked for does not go together; IoError; InvalidInput
+[[nodiscard]] OutputWork export_work(const ExportTask& task);
+
+}  // namespace patinate::cli

@@ -1,0 +1,52 @@
+/// \file
+/// What makes an output - a file, several, or a folder - as a value: a command runs it with its notes, plans and dry
+/// runs, the Python module runs it plainly.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "libcommon/job/job.h"
+#include "patinate/core/json.h"
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
+
+namespace patinate::cli {
+
+/// One of several outputs, each made, and up to date, by itself: the picture of a time.
+struct OutputPiece {
+  std::vector<std::filesystem::path> files;  ///< Of its tiles.
+  std::string key;
+  std::function<void(const RunControl& control)> make = {};  ///< Empty where the caller makes it.
+};
+/// The file that decides whether a piece is to be made, and its key: one in the way, else one missing, else any.
+[[nodiscard]] std::pair<std::filesystem::path, std::string> decisive_file(
+    const std::vector<std::filesystem::path>& files, const std::string& key);
+
+/// Either one file (`make`), several (`pieces`) or a folder (`plan`).
+struct OutputWork {
+  std::filesystem::path output;  ///< As it was asked for.
+  std::string label;             ///< Of progress: "export".
+  std::string key;               ///< Of all that the output depends on.
+  std::string existing_key;      ///< Of what is there; of a single file alone.
+  std::function<void(const RunControl& control)> make = {};
+  /// The same where it is one image, which need not become a file.
+  std::function<ImageF(const RunControl& control)> picture = {};
+  std::vector<OutputPiece> pieces = {};
+  std::optional<JobPlan> plan = {};
+  std::vector<std::string> notes = {};  ///< Lines for a person, before the work.
+  std::shared_ptr<const Json> report;   ///< What a report says beside output and status: an object.
+};
+
+/// Makes what is not up to date. @throws CannotComplete if something else lies there, unless `force`; what the work
+/// throws.
+JobStatus make_output(const OutputWork& work, bool force, const RunControl& control);
+/// Makes these of its pieces, one after another.
+void make_pieces(const OutputWork& work, const std::vector<std::size_t>& todo, const RunControl& control);
+
+}  // namespace patinate::cli

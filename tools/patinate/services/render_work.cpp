@@ -1,0 +1,257 @@
+#include "tools/patinate/services/render_work.h"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "libcommon/core/hash.h"
+#include "libcommon/geometry/mesh_key.h"
+#include "libcommon/output/contact_strip.h"
+#include "patinate/atlas/atlas_mesh.h"
+#include "patinate/core/error.h"
+#include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
+#include "patinate/transfer/transfer_io.h"
+#include "tools/patinate/command_line/output_file.h"
+#include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/command_line/unit_argument.h"
+#include "tools/patinate/command_line/usage_error.h"
+#include "tools/patinate/services/picture_series.h"
+#include "tools/patinate/services/picture_studio.h"
+
+namespace patinate::cli {
+
+namespace {
+
+constexpr std::array<std::string_view, 2> kShownMapsNames{"all", "color"};
+constexpr int kStripPictures = 5;
+
+using SharedTask = std::shared_ptr<const RenderTask>;
+
+ContentHash begin_key(const RenderTask& task, const std::vector<double>& times) {
+  ContentHash hash;
+  hash.add("render 4").add(task.output.extension().string());
+  for (const auto& [name, value] : option_values(task.options)) hash.add(name).add(value);
+  for (double t : times) hash.add(t);
+  if (task.has_views()) {
+    for (const PictureView& view : task.views.resolve(task.options))
+      hash.add(view.name).add(view.azimuth_deg).add(view.elevation_deg);
+  }
+  for (const double x : task.views.target) hash.add("target").add(x);
+  if (task.views.distance) hash.add("distance").add(*task.views.distance);
+  return hash;
+}
+
+/// What is added where all maps of a surface are shown.
+void add_surface(ContentHash& hash, const RenderTask& task) {
+  hash.add("surface 1").add(task.shown.film);
+  for (const auto& [name, value] : option_values(task.surface)) hash.add(name).add(value);
+  if (!task.environment.empty()) hash.add("environment").add_file(task.environment);
+}
+
+/// Under the pictures of a strip; none where there is one picture, or a movie.
+std::vector<std::string> strip_labels(const RenderTask& task, const std::vector<double>& times, TimeUnit unit) {
+  if (times.size() < 2 || is_series(task.output)) return {};
+  return task.times.labels(times, unit);
+}
+
+/// One picture, as a file or not.
+OutputWork picture_work(const RenderTask& task, const std::string& key,
+                        std::function<ImageF(const RunControl& control)> picture) {
+  OutputWork work{.output = task.output, .label = "render", .key = key, .existing_key = "", .report = nullptr};
+  work.picture = std::move(picture);
+  if (task.output.empty()) return work;
+  work.existing_key = image_file_key(task.output);
+  work.make = [output = task.output, key, picture = work.picture](const RunControl& control) {
+    write_color(output, picture(control), key);
+  };
+  return work;
+}
+
+/// All shots in one picture, side by side with labels under them; a single picture as it is.
+OutputWork strip_work(const RenderTask& task, const std::string& key, const std::shared_ptr<PictureStudio>& studio,
+                      const std::vector<PictureShot>& shots, const std::vector<std::string>& labels) {
+  return picture_work(task, key, [studio, shots, labels](const RunControl& control) {
+    std::vector<ImageF> pictures;
+    for (std::size_t i = 0; i < shots.size(); ++i) {
+      const auto n = static_cast<double>(shots.size());
+      pictures.push_back(
+          studio->picture(shots[i], control.part(static_cast<double>(i) / n, (static_cast<double>(i) + 1.0) / n)));
+    }
+    return shots.size() == 1 ? pictures.front() : contact_strip(pictures, labels);
+  });
+}
+
+/// One picture a shot, as a movie or as numbered images; `numbers` tell them apart.
+OutputWork shots_work(const RenderTask& task, const std::string& key, const std::shared_ptr<PictureStudio>& studio,
+                      const std::vector<PictureShot>& shots, const std::vector<double>& numbers,
+                      const std::string& measure) {
+  const auto picture = [studio, shots, numbers](double number, const RunControl& control) {
+    const auto index = std::find(numbers.begin(), numbers.end(), number) - numbers.begin();
+    return studio->picture(shots[static_cast<std::size_t>(index)], control);
+  };
+  return series_work(task.output,
+                     {.label = "render", .key = key, .times = numbers, .picture = picture, .measure = measure},
+                     task.movie);
+}
+
+/// Every view at one time. Numbered by view, from 0.
+OutputWork views_work(const RenderTask& task, const std::string& key, const std::shared_ptr<PictureStudio>& studio,
+                      double time) {
+  std::vector<PictureShot> shots;
+  std::vector<std::string> labels;
+  std::vector<double> numbers;
+  for (const PictureView& view : task.views.resolve(task.options)) {
+    numbers.push_back(static_cast<double>(shots.size()));
+    shots.push_back({time, view});
+    labels.push_back(view.name);
+  }
+  if (is_series(task.output)) return shots_work(task, key, studio, shots, numbers, "view");
+  return strip_work(task, key, studio, shots, labels);
+}
+
+/// The object at several times, seen from one place, or turning in a movie.
+OutputWork times_work(const RenderTask& task, const std::string& key, const std::shared_ptr<PictureStudio>& studio,
+                      const std::vector<double>& times, const std::vector<std::string>& labels) {
+  std::vector<PictureShot> shots;
+  for (const double t : times) {
+    const double turned = is_series(task.output) ? task.turn.turn_deg * static_cast<double>(shots.size()) /
+                                                       static_cast<double>(times.size())
+                                                 : 0.0;
+    shots.push_back({t, {"", task.options.azimuth_deg + turned, task.options.elevation_deg}});
+  }
+  if (is_series(task.output)) return shots_work(task, key, studio, shots, times, "time");
+  return strip_work(task, key, studio, shots, labels);
+}
+
+/// What was asked for. Of a simulation its end when nothing was: what a run has come to.
+std::vector<double> times_of(const RenderTask& task, const AgingMesh& mesh, std::vector<std::string>& notes) {
+  const bool is_end = mesh.history.origin == "simulated" && task.shown.maps == ShownMaps::All &&
+                      !is_series(task.output) && !task.mesh && kind_of(task.subject) == PathKind::Simulation;
+  if (!task.times.is_given() && (is_end || task.has_views())) return {mesh.history.frames.back().time};
+  return task.times.resolve(mesh.history, is_series(task.output) ? kMoviePictures : kStripPictures, notes);
+}
+
+OutputWork aging_mesh_work(const SharedTask& task) {
+  const auto mesh =
+      task->mesh ? task->mesh : std::make_shared<const AgingMesh>(open_aging_mesh(task->subject, task->shown.film));
+  std::vector<std::string> notes;
+  const std::vector<double> times = times_of(*task, *mesh, notes);
+  if (task->has_views() && times.size() != 1)
+    throw UsageError("--views, --turntable: show one time; give it with --time");
+  auto maps = task->shown.maps == ShownMaps::All ? mesh->maps : nullptr;
+  if (maps && *std::min_element(times.begin(), times.end()) < mesh->maps_from) {
+    notes.push_back("relief, gloss and water are known of the end only; pictures of other times show color");
+    maps = nullptr;
+  }
+  ContentHash hash = begin_key(*task, is_series(task->output) ? std::vector<double>{} : times);
+  hash.add(mesh->key);
+  if (is_series(task->output)) hash.add(task->turn.turn_deg).add(static_cast<std::int64_t>(times.size()));
+  if (maps || !task->environment.empty()) add_surface(hash, *task);
+  const std::vector<std::string> labels = strip_labels(*task, times, mesh->history.time_unit);
+  for (const std::string& label : labels) hash.add(label);
+  const auto studio =
+      std::make_shared<PictureStudio>(task, std::shared_ptr<const Mesh>(mesh, &mesh->mesh), mesh->sample, maps);
+  OutputWork work = task->has_views() ? views_work(*task, hash.hex(), studio, times.front())
+                                      : times_work(*task, hash.hex(), studio, times, labels);
+  work.notes = std::move(notes);
+  return work;
+}
+
+OutputWork history_work(const SharedTask& task) {
+  if (is_series(task->output))
+    throw UsageError("-o: a history has no object; `patinate export` makes movies of histories");
+  const auto history = std::make_shared<const HistoryReader>(task->subject);
+  std::vector<std::string> notes;
+  const std::vector<double> times = task->times.resolve(history->manifest(), kStripPictures, notes);
+  const std::vector<std::string> labels = strip_labels(*task, times, history->manifest().time_unit);
+  ContentHash hash = begin_key(*task, times);
+  hash.add(transfer::history_content_key(*history));
+  for (const std::string& label : labels) hash.add(label);
+  OutputWork work = picture_work(*task, hash.hex(), [history, times, labels](const RunControl& control) {
+    std::vector<ImageF> pictures;
+    for (double t : times) {
+      control.throw_if_stopped();
+      pictures.push_back(history->sample(t));
+    }
+    return pictures.size() == 1 ? pictures.front() : contact_strip(pictures, labels);
+  });
+  work.notes = std::move(notes);
+  return work;
+}
+
+/// @throws UsageError
+double unit_of(const RenderTask& task) {
+  const std::string extension = lower_extension(task.subject);
+  const bool is_gltf = extension == ".gltf" || extension == ".glb";
+  return mm_per_unit(!task.unit.empty() ? task.unit : is_gltf ? "m" : "mm");
+}
+
+OutputWork mesh_work(const SharedTask& task) {
+  if (is_series(task->output) && !task->has_views())
+    throw UsageError("-o: a mesh with a texture does not age; give a transfer, or --turntable");
+  if (task->files.color.empty()) throw UsageError("--texture: is missing; a mesh is rendered with an image");
+  const Mesh mesh = read_mesh(task->subject);
+  UvLayout layout = find_uv_layout(mesh);
+  if (layout.tiles.empty())
+    throw IoError(task->subject.string(), layout.problem + "; a texture needs UVs in [0, 1] or in tiles");
+  const AtlasMesh atlas = atlas_mesh_of(mesh, std::move(layout));
+  const double unit_mm = unit_of(*task);
+  ContentHash hash = begin_key(*task, {});
+  hash.add(mesh_content_key(mesh));
+  task->files.add_to(hash, atlas);
+  const bool is_surface = task->files.has_more() || !task->environment.empty();
+  if (is_surface) {
+    add_surface(hash, *task);
+    hash.add(unit_mm);
+  }
+  const auto over_sheet = std::make_shared<Mesh>();
+  const auto maps = std::make_shared<const SurfaceMaps>(
+      is_surface ? read_surface_maps(atlas, task->files, unit_mm, *over_sheet)
+                 : SurfaceMaps{.color = read_color_map(atlas, task->files, *over_sheet)});
+  std::function<SurfaceMaps(double, const RunControl&)> all;
+  if (is_surface) all = [maps](double, const RunControl&) { return *maps; };
+  const auto studio = std::make_shared<PictureStudio>(
+      task, over_sheet, [maps](double, const RunControl&) { return maps->color; }, all);
+  return views_work(*task, hash.hex(), studio, 0.0);
+}
+
+}  // namespace
+
+void describe(OptionVisitor& v, TurnOptions& o) {
+  v.visit({"turn", "Movies: the camera turns so far around the object, to its left; 360 closes the round", "deg",
+           between(-36000, 36000)},
+          o.turn_deg);
+}
+
+void describe(OptionVisitor& v, ShownOptions& o) {
+  v.visit_choice({"maps", "What is shown of a surface: all that is known of it, or its color under one coat"}, o.maps,
+                 kShownMapsNames);
+  v.visit({"film", "Simulations: amount of water that wets a place through", "", above(0)}, o.film);
+}
+
+OutputWork render_work(RenderTask given) {
+  given.views.apply_to(given.options);
+  if (!given.output.empty() && !is_series(given.output)) {
+    std::vector<std::string> known = image_extensions();
+    known.insert(known.end(), movie_extensions().begin(), movie_extensions().end());
+    require_extension(given.output, known);
+  }
+  const auto task = std::make_shared<const RenderTask>(std::move(given));
+  if (task->mesh) return aging_mesh_work(task);
+  switch (kind_of(task->subject)) {
+    case PathKind::Transfer:
+    case PathKind::Simulation:
+      return aging_mesh_work(task);
+    case PathKind::History:
+      return history_work(task);
+    case PathKind::Mesh:
+      return mesh_work(task);
+    default:
+      throw InvalidInput(task->subject.string() + ": is no transfer, simulation, history or mesh");
+  }
+}
+
+}  // namespace patinate::cli

@@ -1,0 +1,59 @@
+/// \file
+/// Pictures and movies of a transfer, a simulation, a history or a mesh: what `patinate render` and the Python module
+/// do.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "patinate/core/options.h"
+#include "patinate/output/movie.h"
+#include "patinate/output/render.h"
+#include "patinate/output/render_surface.h"
+#include "tools/patinate/command_line/times_choice.h"
+#include "tools/patinate/services/aging_mesh.h"
+#include "tools/patinate/services/output_work.h"
+#include "tools/patinate/services/picture_views.h"
+#include "tools/patinate/services/surface_files.h"
+
+namespace patinate::cli {
+
+/// A turntable.
+struct TurnOptions {
+  double turn_deg = 0.0;  ///< What the camera turns around the object from the first picture to the end.
+};
+void describe(OptionVisitor& v, TurnOptions& o);
+
+enum class ShownMaps { All, Color };
+
+/// What of a surface is shown.
+struct ShownOptions {
+  ShownMaps maps = ShownMaps::All;
+  double film = kWetFilm;
+};
+void describe(OptionVisitor& v, ShownOptions& o);
+
+struct RenderTask {
+  std::filesystem::path subject;
+  std::shared_ptr<const AgingMesh> mesh = {};  ///< In place of a subject, where it is in memory.
+  std::filesystem::path output;                ///< Empty: a picture that becomes no file.
+  std::filesystem::path environment;
+  std::string unit;
+  SurfaceFiles files;
+  TimesChoice times;
+  RenderOptions options;
+  MovieOptions movie;
+  TurnOptions turn;
+  ShownOptions shown;
+  SurfaceOptions surface;
+  ViewChoice views;
+
+  [[nodiscard]] bool has_views() const { return !views.views.empty() || views.turntable; }
+};
+
+/// Reads what the work depends on; what is slow happens when the work is run.
+/// @throws UsageError if what is asked for does not go together; IoError; InvalidInput
+[[nodiscard]] OutputWork render_work(RenderTask task);
+
+}  // namespace patinate::cli

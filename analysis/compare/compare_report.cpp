@@ -68,6 +68,25 @@ void add_warnings(HtmlPage& page, const SeriesFile& a, const SeriesFile& b) {
   page.table({"", "warning"}, rows);
 }
 
+void add_methods(HtmlPage& page) {
+  page.heading("Methods");
+  page.paragraph(
+      "Color difference: G. Sharma, W. Wu, E. N. Dalal, The CIEDE2000 color-difference formula, Color Research and "
+      "Application 30 (2005) 21-30. Structural similarity: Z. Wang, A. C. Bovik, H. R. Sheikh, E. P. Simoncelli, Image "
+      "quality assessment: from error visibility to structural similarity, IEEE Transactions on Image Processing 13 "
+      "(2004) 600-612. Distance between distributions of colors: N. Bonneel, J. Rabin, G. Peyre, H. Pfister, Sliced "
+      "and Radon Wasserstein barycenters of measures, Journal of Mathematical Imaging and Vision 51 (2015) 22-45. "
+      "Best common clock: H. Sakoe, S. Chiba, Dynamic programming algorithm optimization for spoken word recognition, "
+      "IEEE Transactions on Acoustics, Speech, and Signal Processing 26 (1978) 43-49. Onset and saturation, on curves "
+      "made non-decreasing: M. Ayer, H. D. Brunk, G. M. Ewing, W. T. Reid, E. Silverman, An empirical distribution "
+      "function for sampling with incomplete information, Annals of Mathematical Statistics 26 (1955) 641-647. "
+      "Spectra: P. D. Welch, The use of fast Fourier transform for the estimation of power spectra, IEEE Transactions "
+      "on Audio and Electroacoustics 15 (1967) 70-73. Intervals, of blocks drawn anew: H. R. Kunsch, The jackknife and "
+      "the bootstrap for general stationary observations, Annals of Statistics 17 (1989) 1217-1241; A. C. Davison, "
+      "D. V. Hinkley, Bootstrap Methods and their Application, Cambridge University Press 1997.");
+  page.paragraph("docs/algorithms/compare.md of this version says each step.");
+}
+
 }  // namespace
 
 void write_compare_report(const fs::path& folder, const CompareProvenance& provenance,
@@ -83,6 +102,7 @@ void write_compare_report(const fs::path& folder, const CompareProvenance& prove
       pair_warnings(provenance.a.series.facts(), provenance.b.series.facts(), provenance.options);
   for (const std::string& warning : warnings) page.paragraph("Warning: " + warning + ".");
   for (const Section& section : sections) add_section(page, section, folder, "A split in two");
+  add_methods(page);
   page.heading("Provenance");
   page.paragraph("This page is repeated, byte for byte, by");
   page.code(provenance.command);

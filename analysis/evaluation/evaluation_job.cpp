@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 4;  ///< Raised when the same input gives other figures.
+constexpr std::int64_t kStageVersion = 5;  ///< Raised when the same input gives other figures.
 
 constexpr int kLongestSide = 1600;  ///< Of a picture on the page, pixels.
 

@@ -183,11 +183,20 @@ Structures measured(const std::vector<Ground>& charts, const SourceLines& lines,
   return out;
 }
 
+/// What is found in charts that show the source as it is.
+struct CutSource {
+  Structures structures;
+  /// By threshold: area of lines that is found there, over what of the source's lines lies there. Along the border of a
+  /// chart half of what surrounds a line is missing, so that narrow charts show fewer than they have.
+  std::array<double, kThresholds.size()> found = {};
+};
+
 /// The charts cut out of the source: each from one of its corners, few charts from all four. Of larger charts, what
 /// fits.
-Structures measured_crops(const std::vector<Ground>& charts, const Ground& source, const SourceLines& lines,
-                          const LineScale& scale, const RunControl& control) {
-  Structures out;
+CutSource measured_crops(const std::vector<Ground>& charts, const Ground& source, const SourceLines& lines,
+                         const LineScale& scale, const RunControl& control) {
+  CutSource out;
+  std::array<std::int64_t, kThresholds.size()> found = {}, there = {};
   for (std::size_t c = 0; c < charts.size(); ++c) {
     const ImageU8& chart = charts[c].mask;
     const int w = std::min(chart.width(), source.lightness.width()),
@@ -202,10 +211,21 @@ Structures measured_crops(const std::vector<Ground>& charts, const Ground& sourc
           if (!is_inside(source.mask, x0 + x, y0 + y)) mask.at(x, y) = 0;
         }
       }
-      for (std::size_t i = 0; i < out.size(); ++i)
-        out[i] += measure_structure(crop(lines.masks[i], x0, y0, w, h), mask, {}, scale.structure, control);
+      const ImageF contrast =
+          line_contrast(crop(source.lightness, x0, y0, w, h), mask, lines.kind, scale.reach, control);
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        const ImageU8 own = crop(lines.masks[i], x0, y0, w, h),
+                      seen = lines_at(contrast, lines.thresholds[i], scale.least_area);
+        out.structures[i] += measure_structure(seen, mask, {}, scale.structure, control);
+        for (std::int64_t p = 0; p < mask.num_pixels(); ++p) {
+          there[i] += mask.data()[p] != 0 && own.data()[p] != 0;
+          found[i] += mask.data()[p] != 0 && seen.data()[p] != 0;
+        }
+      }
     }
   }
+  for (std::size_t i = 0; i < found.size(); ++i)
+    out.found[i] = there[i] > 0 ? static_cast<double>(found[i]) / static_cast<double>(there[i]) : 1.0;
   return out;
 }
 
@@ -304,7 +324,7 @@ void add_figures(const SourceLines& source, const Structures& made, const Struct
     const auto title = [&](const std::string& of, const std::string& where) {
       return kind + ", " + f.title + of + " (M11, " + where + " L*)";
     };
-    const bool has_crops = f.name == "closed_share" || f.name == "median_cell";
+    const bool has_crops = f.name == "dead_ends" || f.name == "closed_share" || f.name == "median_cell";
     const std::string cut = " of the source cut to the same charts";
     const auto [value, split] = means_of(f, made, source.structures);
     out.figures.push_back(one_figure(named(f, ""), title("", "mean at " + at), f, value, split));
@@ -390,11 +410,13 @@ StructureFigures measure_lines(const SynthesisSource& source, const SynthesizedM
       }
       charts = charts_of(surface, made, has_quarters ? in_quarters(map.control, ends) : ImageU8());
     }
+    const CutSource cut = measured_crops(charts, ground, *lines, scale, control);
     WantedShares wanted;
-    for (std::size_t i = 0; i < wanted.size() && has_quarters; ++i)
+    for (std::size_t i = 0; i < wanted.size() && has_quarters; ++i) {
       wanted[i] = wanted_share(lines->masks[i], seen_control, ground.mask, surface, map.control);
-    add_figures(*lines, measured(charts, *lines, scale, control),
-                measured_crops(charts, ground, *lines, scale, control), wanted, texel_mm, has_quarters, out);
+      if (wanted[i]) *wanted[i] *= cut.found[i];
+    }
+    add_figures(*lines, measured(charts, *lines, scale, control), cut.structures, wanted, texel_mm, has_quarters, out);
     out.pictures.push_back(picture_of(charts, *lines, surface, scale, control));
   }
   const bool has_dark = !out.lines.empty() && out.lines.front().kind == LineKind::Dark;

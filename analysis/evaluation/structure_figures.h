@@ -25,11 +25,12 @@ struct StructureFigures {
 };
 
 /// At three thresholds, of the source laid on a plane of the same texels (nearest pixel) as `split`: line_share (of the
-/// area), line_share_wanted (wanted_share(); with controls on both sides), dead_ends (1/mm), closed_share (area of
-/// cells that touch no border of a chart), closed_share_crops (the same of charts cut out of the source's corners),
-/// line_length (mm/mm2), line_length_q1 .. q4 (where the control is in the source's first .. fourth quarter; with
-/// controls on both sides), junctions (1/mm2), median_cell (mm2), median_cell_crops. Dark lines; for bright ones, where
-/// the source has them, the same as bright_*.
+/// area), line_share_wanted (wanted_share(), as far as lines are found again when the charts are cut out of the
+/// source; with controls on both sides), dead_ends (1/mm), closed_share (area of cells that touch no border of a
+/// chart), dead_ends_crops and closed_share_crops (the same of charts cut out of the source's corners), line_length
+/// (mm/mm2), line_length_q1 .. q4 (where the control is in the source's first .. fourth quarter; with controls on both
+/// sides), junctions (1/mm2), median_cell (mm2), median_cell_crops. Dark lines; for bright ones, where the source has
+/// them, the same as bright_*.
 ///
 /// The source has lines of a kind if at each threshold they take up 0.3 to 25 % of it and have at most one dead end
 /// every 40 px: thresholds are 7, 10 and 16 L*, or, where those see noise or nothing, multiples by a power of the root

@@ -16,6 +16,7 @@ namespace patinate::analysis {
 
 inline constexpr const char* kFitReportFile = "report.json";
 inline constexpr const char* kFitPageFile = "report.html";
+inline constexpr const char* kFitDrawingsFolder = "curves";
 inline constexpr const char* kFitTableFile = "evaluations.csv";
 
 struct FitOptions {

@@ -5,6 +5,8 @@
 #include <limits>
 #include <map>
 
+#include "libcommon/core/file_name.h"
+#include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/output/html_page.h"
 #include "libcommon/output/svg_chart.h"
@@ -256,8 +258,13 @@ void write_fit_page(const std::filesystem::path& folder, const FitTask& task, co
                     std::span<const Section> before, std::span<const Section> after,
                     const std::vector<FigureChange>& changes) {
   HtmlPage page(task.model_name + " fitted to " + open_series(task.history).series.name());
+  const auto draw = [&](const std::string& name, const std::string& svg) {
+    std::filesystem::create_directories(folder / kFitDrawingsFolder);
+    write_atomically(folder / kFitDrawingsFolder / (name + ".svg"), svg_document(svg));
+    page.drawing(svg);
+  };
   add_summary(page, task, o);
-  page.drawing(convergence_chart(o));
+  draw("search", convergence_chart(o));
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < task.terms.size(); ++i) {
     const auto which = static_cast<std::size_t>(task.terms[i].figure);
@@ -268,15 +275,19 @@ void write_fit_page(const std::filesystem::path& folder, const FitTask& task, co
   page.table({"fitted figure", "weight", "before", "after", "unit"}, rows);
   add_held_out(page, task, o);
   const auto is_scanned = [&](std::size_t i) { return o.verdicts[i].determination != Determination::NotExamined; };
-  std::vector<std::string> scans;
+  std::vector<std::size_t> scans;
   for (std::size_t i = 0; i < task.parameters.size(); ++i) {
-    if (is_scanned(i)) scans.push_back(scan_chart(task, o, i));
+    if (is_scanned(i)) scans.push_back(i);
   }
   if (!scans.empty()) page.heading("Along each parameter");
-  for (const std::string& chart : scans) page.drawing(chart);
+  for (const std::size_t i : scans) {
+    std::string name = name_of(task, i).substr(1);  // A JSON pointer.
+    std::replace(name.begin(), name.end(), '/', '_');
+    draw("along_" + (is_file_name(name) ? name : std::to_string(i + 1)), scan_chart(task, o, i));
+  }
   add_comparison(page, before.front(), after.front(), changes);
   const std::string misfit = misfit_chart("color_distribution", before, after);
-  if (!misfit.empty()) page.drawing(misfit);
+  if (!misfit.empty()) draw("misfit", misfit);
   add_methods(page, task, o);
   page.heading("Provenance");
   page.paragraph("This page is repeated, byte for byte, by");

@@ -21,7 +21,9 @@ struct FigureChange {
 /// A verdict in plain words: "not determined: no figure changes anywhere in its range". @param index  Of the parameter.
 [[nodiscard]] std::string verdict_text(const FitTask& task, const FitOutcome& outcome, std::size_t index);
 
-/// Writes it, everything inside. @param before, after  As for write_fit_report(). @throws CannotComplete
+/// Writes it, everything inside, and its drawings as files of their own: curves/search.svg, misfit.svg and
+/// along_rules_0_rate.svg for each number that was examined. @param before, after  As for write_fit_report(). @throws
+/// CannotComplete
 void write_fit_page(const std::filesystem::path& folder, const FitTask& task, const FitOutcome& outcome,
                     std::span<const Section> before, std::span<const Section> after,
                     const std::vector<FigureChange>& changes);

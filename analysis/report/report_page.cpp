@@ -53,7 +53,7 @@ void add_figures(HtmlPage& page, const std::vector<Figure>& figures, std::string
 constexpr std::uint64_t kMostOfPictures = std::uint64_t{1} << 34;
 
 /// Relative to the page's folder.
-fs::path curve_file(const Curve& curve) { return fs::path("curves") / (curve.name + ".csv"); }
+fs::path curve_file(const Curve& curve, const char* extension) { return fs::path("curves") / (curve.name + extension); }
 
 fs::path pictures_of(const fs::path& file) { return file.string() + ".pictures"; }
 
@@ -100,10 +100,12 @@ void add_section(HtmlPage& page, const Section& section, const fs::path& folder,
   for (const Picture& picture : section.pictures) page.picture({picture.source, picture.caption});
   for (const Curve& unrounded : section.curves) {
     const Curve curve = as_stated(unrounded);
-    const fs::path file = folder / curve_file(curve);
-    fs::create_directories(file.parent_path());
-    write_atomically(file, curve_csv(curve));
-    page.drawing(svg_of(curve));
+    const fs::path table = folder / curve_file(curve, ".csv");
+    fs::create_directories(table.parent_path());
+    write_atomically(table, curve_csv(curve));
+    const std::string drawing = svg_of(curve);
+    write_atomically(folder / curve_file(curve, ".svg"), svg_document(drawing));
+    page.drawing(drawing);
   }
 }
 
@@ -123,7 +125,9 @@ Json listed_curves_json(std::span<const Section> sections) {
   Json list = Json::array();
   for (const Section& section : sections) {
     for (const Curve& curve : section.curves)
-      list.push_back({{"file", curve_file(curve).generic_string()}, {"title", curve.title}});
+      list.push_back({{"file", curve_file(curve, ".csv").generic_string()},
+                      {"drawing", curve_file(curve, ".svg").generic_string()},
+                      {"title", curve.title}});
   }
   return list;
 }

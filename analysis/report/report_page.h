@@ -26,7 +26,7 @@ void save_part(const std::filesystem::path& file, Json part);
 /// What save_part() was given. @throws IoError
 [[nodiscard]] Json load_part(const std::filesystem::path& file);
 
-/// Adds a section to the page, and writes its curves to folder/curves/NAME.csv.
+/// Adds a section to the page, and writes its curves to folder/curves/NAME.csv and, drawn, NAME.svg.
 /// @param section  With a `source` in every picture. Its numbers are shown as stated (as_stated()).
 /// @param baseline_title  Head of the column that shows Figure::split; "" leaves it out.
 /// @throws CannotComplete; InvalidInput if a number is not finite.
@@ -35,7 +35,7 @@ void add_section(HtmlPage& page, const Section& section, const std::filesystem::
 
 /// The same for programs: all figures, with the `section` they are of.
 [[nodiscard]] Json listed_figures_json(std::span<const Section> sections);
-/// The `file` that add_section() has written, relative to its folder, and the `title` of every curve.
+/// The `file` and `drawing` that add_section() has written, relative to its folder, and the `title` of every curve.
 [[nodiscard]] Json listed_curves_json(std::span<const Section> sections);
 /// Those that say nothing: `section` and `reason`.
 [[nodiscard]] Json undefined_sections_json(std::span<const Section> sections);

@@ -124,6 +124,21 @@ void add_unlinked(std::vector<HistoryWarning>& warnings, const SurveyReport& sur
   warnings.push_back(std::move(warning));
 }
 
+/// Photographs that would follow one another much better in another order.
+void add_order(std::vector<HistoryWarning>& warnings, const SurveyReport& survey) {
+  if (survey.better_order.empty()) return;
+  std::vector<std::string> names;
+  for (const SurveyPhoto& photo : survey.better_order) names.push_back(photo.name);
+  warnings.push_back(
+      {.about = WarningSubject::Series,
+       .text = "the photographs follow one another better in another order: " + photo_list(names) +
+               " (from one to the next they differ " + short_number_text(std::round(10.0 * survey.detour) / 10.0) +
+               " times as much as there)",
+       .cure = "check names and times; survey.json has the whole order (`better_order`), from the first or from the "
+               "last; if the times are right, the light or the camera went to and fro",
+       .share = 1.0});
+}
+
 /// "copper.webp, image 57" -> its file and the number; the number is empty of a photograph.
 std::pair<std::string, std::string> split_image(const std::string& name) {
   constexpr std::string_view kImage = ", image ";
@@ -161,6 +176,7 @@ std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_
     return group.photos.size() == 1 && num_frames > 2 ? "; or leave it out: " + exclude_text(survey, group.photos) : "";
   };
   add_unlinked(warnings, survey, num_frames);
+  add_order(warnings, survey);
   if (!survey.is_stabilized) {
     add_group(warnings, moved, num_frames, WarningSubject::Motion, "are moved against the ones before",
               (is_aligned ? "`landmarks`, or another `align`, if the object itself has not moved"

@@ -94,6 +94,11 @@ SurveyReport read_survey_report(const std::filesystem::path& history) {
       if (entry.has("similarity")) report.unlinked.back().similarity = entry.member("similarity").number();
     }
   }
+  if (reader.has("better_order")) {
+    JsonReader order = reader.member("better_order");
+    report.detour = order.member("detour").number();
+    for (JsonReader& entry : order.member("photos").elements()) report.better_order.push_back(read_photo_name(entry));
+  }
   if (reader.has("excluded")) {
     for (const JsonReader& number : reader.member("excluded").elements())
       report.excluded.push_back(static_cast<int>(number.integer(between(0, 1e9))));

@@ -68,7 +68,9 @@ struct SurveyOutsider {
 struct SurveyReport {
   std::vector<SurveyFinding> findings;
   std::vector<SurveyOutsider> unlinked;
-  std::vector<int> excluded;  ///< What `exclude` of the project said.
+  std::vector<SurveyPhoto> better_order;  ///< In which they follow one another much better; empty: in none.
+  double detour = 1.0;                    ///< How much more followers differ than in that order.
+  std::vector<int> excluded;              ///< What `exclude` of the project said.
   bool is_stabilized = false;
   bool is_deflickered = false;
   SeriesLight light;

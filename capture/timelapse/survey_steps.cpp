@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "capture/stability/frame_order.h"
 #include "capture/stability/odd_frames.h"
 #include "capture/stability/stabilize.h"
 #include "capture/timelapse/align_step.h"
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kSurveyVersion = 3;
+constexpr std::int64_t kSurveyVersion = 4;
 constexpr int kDeflickerVersion = 2;  ///< Raised whenever the same photographs give other factors.
 using LinkTest = std::function<bool(const FramePair&)>;
 constexpr int kChunk = 16;  ///< Frames that one item looks at; the first is their anchor.
@@ -31,7 +32,8 @@ fs::path chunk_file(int chunk) { return "survey/pairs-" + zero_padded(static_cas
 
 int num_frames_of(const IngestWork& work) { return static_cast<int>(work.project.frames.size()); }
 
-/// Compares the frames of a chunk with the ones before, and, when they are to be stabilized, with anchors.
+/// Compares the frames of a chunk with the ones before, and, when they are to be stabilized, with anchors; with how
+/// each looks.
 Json survey_chunk(const IngestWork& work, int chunk, const fs::path& folder, const RunControl& control) {
   const int begin = chunk * kChunk, end = std::min(num_frames_of(work), begin + kChunk);
   const bool is_stabilized = work.options.repair.stabilize;
@@ -41,22 +43,24 @@ Json survey_chunk(const IngestWork& work, int chunk, const fs::path& folder, con
     control.throw_if_stopped();
     return prepare_frame(read_frame_roi(work, i, folder), quiet);
   };
-  Json pairs = Json::array();
+  Json pairs = Json::array(), looks = Json::array();
   const auto compare = [&](int a, const PreparedFrame& first, int b, const PreparedFrame& second) {
     pairs.push_back(pair_to_json(compare_frames(a, first, b, second, is_stabilized)));
   };
   const PreparedFrame anchor = prepare(begin);
+  looks.push_back(look_to_json(frame_look(anchor)));
   if (begin > 0) compare(begin - 1, prepare(begin - 1), begin, anchor);
   if (begin > 1 && is_stabilized) compare(begin - kChunk, prepare(begin - kChunk), begin, anchor);
   PreparedFrame before = anchor;
   for (int i = begin + 1; i < end; ++i) {
     PreparedFrame now = prepare(i);
+    looks.push_back(look_to_json(frame_look(now)));
     compare(i - 1, before, i, now);
     if (is_stabilized && i > begin + 1) compare(begin, anchor, i, now);
     before = std::move(now);
     control.report(static_cast<double>(i - begin) / (end - begin));
   }
-  return pairs;
+  return {{"pairs", std::move(pairs)}, {"looks", std::move(looks)}};
 }
 
 JobItem chunk_item(const std::shared_ptr<const IngestWork>& work, int chunk) {
@@ -88,14 +92,21 @@ JobItem chunk_item(const std::shared_ptr<const IngestWork>& work, int chunk) {
           .stage = ingest_stages(*work).survey};
 }
 
-std::vector<FramePair> read_pairs(const IngestWork& work, const fs::path& folder) {
+/// What the chunks say.
+struct ComparedFrames {
   std::vector<FramePair> pairs;
+  std::vector<FrameLook> looks;  ///< By frame.
+};
+ComparedFrames read_chunks(const IngestWork& work, const fs::path& folder) {
+  ComparedFrames all;
   for (int chunk = 0; chunk * kChunk < num_frames_of(work); ++chunk) {
     const fs::path file = folder / chunk_file(chunk);
     const Json json = load_json(file);
-    for (const JsonReader& pair : JsonReader(file.string(), json).elements()) pairs.push_back(pair_from_json(pair));
+    JsonReader reader(file.string(), json);
+    for (const JsonReader& pair : reader.member("pairs").elements()) all.pairs.push_back(pair_from_json(pair));
+    for (const JsonReader& look : reader.member("looks").elements()) all.looks.push_back(look_from_json(look));
   }
-  return pairs;
+  return all;
 }
 
 /// Pairs across the frames that fit neither neighbor.
@@ -212,12 +223,24 @@ Json findings_json(const CaptureProject& project, const std::vector<std::string>
   return list;
 }
 
+/// The photographs in an order in which they follow one another much better, if there is one; null otherwise.
+Json better_order_json(const CaptureProject& project, const std::vector<std::string>& names, const FrameOrder& order) {
+  if (!order.is_disordered()) return nullptr;
+  Json json{{"detour", rounded(order.detour, 3)},
+            {"agreement", rounded(order.agreement, 3)},
+            {"best_agreement", rounded(order.best_agreement, 3)},
+            {"photos", Json::array()}};
+  for (const int frame : order.best) json["photos"].push_back(photo_json(project, names, frame));
+  return json;
+}
+
 void save_survey(const IngestWork& work, const fs::path& folder, const RunControl& control) {
   const RepairOptions& options = work.options.repair;
   const CaptureProject& project = work.project;
   const PixelRectangle& roi = project.roi;
   const std::vector<std::string> names = photo_names(project.frames);
-  std::vector<FramePair> pairs = read_pairs(work, folder);
+  ComparedFrames compared = read_chunks(work, folder);
+  std::vector<FramePair>& pairs = compared.pairs;
   std::vector<FramePair> neighbors;
   std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(neighbors),
                [](const FramePair& p) { return p.frame == p.reference + 1; });
@@ -247,7 +270,10 @@ void save_survey(const IngestWork& work, const fs::path& folder, const RunContro
       json["motions"].push_back({m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2)});
     }
   }
-  json["unlinked_frames"] = frames_outside(groups);
+  const std::vector<int> outside = frames_outside(groups);
+  json["unlinked_frames"] = outside;
+  if (Json order = better_order_json(project, names, find_order(compared.looks, outside, control)); !order.is_null())
+    json["better_order"] = std::move(order);
   json["unlinked"] = outside_json(project, names, groups, pairs);
   if (options.deflicker) {
     std::vector<std::array<double, 3>> gains;

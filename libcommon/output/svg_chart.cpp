@@ -169,4 +169,9 @@ std::string svg_chart(const Chart& chart) {
   return out + "</svg>\n";
 }
 
+std::string svg_document(std::string chart) {
+  const std::string start = "<svg";
+  return chart.insert(start.size(), " xmlns=\"http://www.w3.org/2000/svg\"");
+}
+
 }  // namespace patinate

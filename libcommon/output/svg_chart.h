@@ -35,4 +35,7 @@ struct Chart {
 /// so.
 [[nodiscard]] std::string svg_chart(const Chart& chart);
 
+/// A file of its own. @param chart  As svg_chart() gives it.
+[[nodiscard]] std::string svg_document(std::string chart);
+
 }  // namespace patinate

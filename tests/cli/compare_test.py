@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import xml.etree.ElementTree
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
@@ -66,6 +67,11 @@ class Compare(unittest.TestCase):
         self.assertIn("color_distribution: ", result.stderr)
         self.assertIn("A split in two", result.stderr)
         page = (WORK / "report/report.html").read_text()
+        self.assertIn("Methods", page)
+        for curve in json.loads((WORK / "report/report.json").read_text())["curves"]:
+            drawing = (WORK / "report" / curve["drawing"]).read_text()
+            self.assertEqual(xml.etree.ElementTree.fromstring(drawing).tag, "{http://www.w3.org/2000/svg}svg")
+            self.assertIn(drawing.replace(' xmlns="http://www.w3.org/2000/svg"', ""), page)
         self.assertFalse("http:" in page)
         self.assertFalse("src=\"curves" in page)
         self.assertTrue("patinate compare one two --num-resamples 20 -o OUT" in page)

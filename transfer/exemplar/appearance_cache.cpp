@@ -11,6 +11,7 @@
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
 #include "transfer/exemplar/appearance_io.h"
+#include "transfer/exemplar/compared_layers.h"
 
 namespace patinate::transfer {
 
@@ -30,6 +31,24 @@ constexpr const char* kTagFile =
     "CACHEDIR.TAG";  // Tells backups that what is here can be made again (bford.info/cachedir).
 constexpr const char* kTag =
     "Signature: 8a477f597d28d172789f06886806bc55\n# Made by patinate transfer; may be removed.\n";
+
+/// Every file that decides what a pixel looks like.
+std::vector<fs::path> compared_files(const HistoryReader& history, const AppearanceOptions& options) {
+  const HistoryManifest& manifest = history.manifest();
+  std::vector<fs::path> files;
+  const auto add_materials = [&](const std::vector<HistoryImage>& images, bool are_of_frame) {
+    for (const HistoryImage& image : images) {
+      if (options.material_maps > 0.0 && is_compared(image.name, are_of_frame)) files.push_back(image.file);
+    }
+  };
+  for (const int i : compared_frames(history.num_frames(), options.max_frames)) {
+    const HistoryFrame& frame = manifest.frames[static_cast<std::size_t>(i)];
+    files.push_back(frame.file);
+    add_materials(frame.extras, true);
+  }
+  add_materials(manifest.maps, false);
+  return files;
+}
 
 std::optional<std::string> find_key(const HistoryReader& history, const AppearanceOptions& options, const ImageU8& mask,
                                     const RunControl& control) {
@@ -116,15 +135,14 @@ std::string appearance_key(const HistoryReader& history, const AppearanceOptions
   for (const ControlParameter& c : history.manifest().controls) {
     if (c.name == options.structure_map) hash.add_file(history.folder() / c.file);
   }
-  const std::vector<int> frames = compared_frames(history.num_frames(), options.max_frames);
-  std::vector<std::string> parts(frames.size());
+  const std::vector<fs::path> files = compared_files(history, options);
+  std::vector<std::string> parts(files.size());
   RunControl silent = control;
   silent.on_progress = nullptr;
-  parallel_for(static_cast<std::int64_t>(frames.size()), 1, silent, [&](std::int64_t begin, std::int64_t) {
+  parallel_for(static_cast<std::int64_t>(files.size()), 1, silent, [&](std::int64_t begin, std::int64_t) {
     const auto i = static_cast<std::size_t>(begin);
-    const fs::path& file = history.manifest().frames[static_cast<std::size_t>(frames[i])].file;
-    parts[i] =
-        file.extension().string() + hash_file(history.folder() / file);  // The extension tells how the bytes are read.
+    // The extension tells how the bytes are read.
+    parts[i] = files[i].extension().string() + hash_file(history.folder() / files[i]);
   });
   for (const std::string& part : parts) hash.add(part);
   return hash.hex();

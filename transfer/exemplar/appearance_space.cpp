@@ -5,6 +5,7 @@
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "transfer/exemplar/compared_layers.h"
 #include "transfer/exemplar/principal_components.h"
 #include "transfer/exemplar/structure.h"
 
@@ -17,6 +18,10 @@ void describe(OptionVisitor& v, AppearanceOptions& o) {
           o.max_frames);
   v.visit({"appearance_samples", "Pixels from which the appearance components are found", "", between(64, 65536)},
           o.num_samples);
+  v.visit(
+      {"material_maps", "What gloss, metalness and relief count beside colors, where the history has them; 0: nothing",
+       "", between(0, 10)},
+      o.material_maps);
   v.visit({"structure", "What lines, such as cracks, or borders of regions count beside colors; 0: none are looked for",
            "", between(0, 10)},
           o.structure);
@@ -44,8 +49,6 @@ RunControl quiet(const RunControl& control) {
   return result;
 }
 
-double encode(float linear) { return std::sqrt(std::max(0.0, static_cast<double>(linear))); }
-
 std::vector<std::int64_t> sample_pixels(const ImageU8& mask, int num_samples) {
   std::vector<std::int64_t> inside;
   for (std::int64_t p = 0; p < mask.num_pixels(); ++p) {
@@ -61,41 +64,47 @@ std::vector<std::int64_t> sample_pixels(const ImageU8& mask, int num_samples) {
   return chosen;
 }
 
-/// H x W x 8: every pixel's colors over time on the leading temporal components.
+/// H x W x 8: every pixel's colors, and what is known of its material, over time on the leading temporal components.
 ImageF temporal_projection(const History& history, const ImageU8& mask, const AppearanceOptions& options,
                            double& explained, const RunControl& control) {
-  const std::vector<int> frames = compared_frames(history.num_frames(), options.max_frames);
+  std::vector<ComparedLayer> layers = compared_layers(history, mask, options, control);
+  const auto num_layers = static_cast<double>(layers.size());
   const std::vector<std::int64_t> pixels = sample_pixels(mask, options.num_samples);
-  SampleMatrix samples(static_cast<Eigen::Index>(pixels.size()), static_cast<Eigen::Index>(3 * frames.size()));
-  for (std::size_t f = 0; f < frames.size(); ++f) {
+  Eigen::Index num_columns = 0;
+  for (const ComparedLayer& layer : layers) num_columns += layer.num_channels;
+  SampleMatrix samples(static_cast<Eigen::Index>(pixels.size()), num_columns);
+  Eigen::Index column = 0;
+  for (std::size_t l = 0; l < layers.size(); ++l) {
     control.throw_if_stopped();
-    const ImageF frame = history.read_frame(frames[f]);
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      for (int c = 0; c < 3; ++c) {
-        samples(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(3 * f) + c) =
-            encode(frame.data()[pixels[i] * 3 + c]);
-      }
+    const ImageF image = layers[l].read();
+    for (int c = 0; c < layers[l].num_channels; ++c, ++column) {
+      for (std::size_t i = 0; i < pixels.size(); ++i)
+        samples(static_cast<Eigen::Index>(i), column) = layers[l].value(image, pixels[i], c);
     }
-    control.report(0.4 * static_cast<double>(f + 1) / static_cast<double>(frames.size()));
+    control.report(0.4 * static_cast<double>(l + 1) / num_layers);
   }
+  if (std::any_of(layers.begin(), layers.end(), [](const ComparedLayer& l) { return l.material.has_value(); }))
+    weigh_materials(layers, samples, options.material_maps);
   const PrincipalComponents components = principal_components(samples, kAppearanceSize, quiet(control));
   explained = components.explained;
 
   ImageF projected(mask.width(), mask.height(), kAppearanceSize);
-  for (std::size_t f = 0; f < frames.size(); ++f) {
-    const ImageF frame = history.read_frame(frames[f]);
-    const auto row = static_cast<Eigen::Index>(3 * f);
+  column = 0;
+  for (std::size_t l = 0; l < layers.size(); ++l) {
+    const ComparedLayer& layer = layers[l];
+    const ImageF image = layer.read();
     parallel_for(mask.height(), 16, quiet(control), [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t p = begin * mask.width(); p < end * mask.width(); ++p) {
-        for (int c = 0; c < 3; ++c) {
-          const double value = encode(frame.data()[p * 3 + c]) - components.mean[row + c];
+        for (int c = 0; c < layer.num_channels; ++c) {
+          const double value = layer.value(image, p, c) - components.mean[column + c];
           for (int k = 0; k < kAppearanceSize; ++k) {
-            projected.data()[p * kAppearanceSize + k] += static_cast<float>(value * components.axes(row + c, k));
+            projected.data()[p * kAppearanceSize + k] += static_cast<float>(value * components.axes(column + c, k));
           }
         }
       }
     });
-    control.report(0.4 + 0.5 * static_cast<double>(f + 1) / static_cast<double>(frames.size()));
+    column += layer.num_channels;
+    control.report(0.4 + 0.5 * static_cast<double>(l + 1) / num_layers);
   }
   return projected;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numeric>
 
 #include "analysis/evaluation/evaluation.h"
@@ -83,6 +84,39 @@ TEST(StructureFigures, TheSourceItselfKeepsItsLines) {
   EXPECT_NE(figure_of(e.figures, "dead_ends").title.find("7, 10, 16 L*"), std::string::npos);
   EXPECT_TRUE(
       std::any_of(e.pictures.begin(), e.pictures.end(), [](const Picture& p) { return p.name == "plane_lines"; }));
+}
+
+/// The plane of the source in strips of 19 texels with one left out between, all charts of their own.
+SynthesizedMap strips(const SynthesisSource& source) {
+  SynthesizedMap map = identity(source);
+  Mesh mesh;
+  const auto corner = [&](int x, int y) {
+    mesh.positions.emplace_back(x, y, 0.0);
+    mesh.uvs.emplace_back(static_cast<double>(x) / kSide, static_cast<double>(y) / kSide);
+  };
+  for (int x = 0; x < kSide; x += 20) {
+    const int first = static_cast<int>(mesh.positions.size());
+    corner(x, 0), corner(x + 19, 0), corner(x + 19, kSide), corner(x, kSide);
+    mesh.triangles.push_back({first, first + 1, first + 2});
+    mesh.triangles.push_back({first, first + 2, first + 3});
+  }
+  mesh.uv_triangles = mesh.triangles;
+  mesh.triangle_surface.assign(mesh.triangles.size(), 0);
+  mesh.surfaces.resize(1);
+  map.surface = std::make_shared<TexelMap>(mesh, kSide, kSide);
+  return map;
+}
+
+// Upright lines lie along borders there, and are not found; so what is wanted is as much less.
+TEST(StructureFigures, WhatIsWantedOfNarrowChartsIsWhatTheSourceShowsInThem) {
+  const SynthesisSource source = grid_source();
+  const Evaluation e = evaluate(source, strips(source), few_samples(), 1);
+  const double share = value_in(e, "line_share");
+  EXPECT_LT(share, 0.9 * split_in(e, "line_share"));
+  // Cut out of corners 1 texel from where the strips lie, or more.
+  EXPECT_NEAR(value_in(e, "line_share_wanted"), share, 0.1 * share);
+  const Evaluation whole = evaluate(source, identity(source), few_samples(), 1);
+  EXPECT_NEAR(value_in(whole, "line_share_wanted"), value_in(whole, "line_share"), 1e-9);
 }
 
 TEST(StructureFigures, PiecesThatDoNotFitHaveDeadEndsAndOpenCells) {

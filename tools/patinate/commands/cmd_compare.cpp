@@ -90,7 +90,7 @@ int cmd_compare(CommandRun& run) {
   run.line.positional("A", "A history, a simulation, or a transfer (over time, in its atlas)", task.a);
   run.line.positional_list("B", "What it is compared with: the same; before --against, more replicates of A", others);
   run.line.required(false);
-  run.line.output("REPORT", "Folder to make: report.html, report.json, figures.csv, curves/*.csv", output);
+  run.line.output("REPORT", "Folder to make: report.html, report.json, figures.csv, curves/*.csv and *.svg", output);
   run.line.option("through", "TRANSFER", "Look A up through this transfer: B then is in the transfer's atlas",
                   task.through);
   run.line.paths("against", "B...", "Replicates of B, two or more, against two or more of A", against);

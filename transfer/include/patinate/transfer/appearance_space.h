@@ -38,10 +38,11 @@ inline constexpr int kAppearanceLimit = 511;  ///< Components lie in [-511, 511]
 using AppearanceImage = Image<std::int16_t>;  ///< H x W x 8.
 
 struct AppearanceOptions {
-  int spatial_radius_px = 1;  ///< [0, 3]. Neighbors that count into a pixel's appearance; 0 = color over time only.
-  int max_frames = 96;        ///< [2, 128]. Longer histories are compared at this many evenly spaced frames.
-  int num_samples = 8192;     ///< [64, 65536]. Pixels from which the components are found.
-  double structure = 1.0;     ///< [0, 10]. Variance of structure, if the source has any, beside that of colors.
+  int spatial_radius_px = 1;   ///< [0, 3]. Neighbors that count into a pixel's appearance; 0 = itself only.
+  int max_frames = 96;         ///< [2, 128]. Longer histories are compared at this many evenly spaced frames.
+  int num_samples = 8192;      ///< [64, 65536]. Pixels from which the components are found.
+  double material_maps = 0.5;  ///< [0, 10]. Variance of gloss, metalness and relief together, beside that of colors.
+  double structure = 1.0;      ///< [0, 10]. Variance of structure, if the source has any, beside that of colors.
   std::string structure_map = {};  ///< Control of the history that says where structure is; "": it is looked for.
 };
 void describe(OptionVisitor& v, AppearanceOptions& o);
@@ -58,8 +59,9 @@ struct AppearanceSpace {
   double explained_variance = 0.0;  ///< Share of the temporal variance that the components keep, in [0, 1].
 };
 
-/// Projects every pixel's colors over time (square-root encoded, so that dark differences count as the eye sees them)
-/// on their leading components, then each pixel's neighborhood of components on the leading spatial ones.
+/// Projects every pixel's colors over time (square-root encoded, so that dark differences count as the eye sees them),
+/// with its `specular`, `metalness` and `height`, of every frame or constant, on their leading components, then each
+/// pixel's neighborhood of components on the leading spatial ones.
 ///
 /// Streams over the frames twice; memory is O(W H 8), whatever the number of frames. Uses + - * / and sqrt only, in a
 /// fixed order: same bits for any number of threads.

@@ -19,6 +19,29 @@ static inline void fill_grain(PATINATE_GLOBAL const u8* grain, i32* xi) {
 // 1 + v xi, 1 = 32768; [0, 65535].
 static inline u32 varied(i32 variation, i32 xi) { return (u32)(32768 + ((variation * xi + 16384) >> 15)); }
 
+// How far along each ramp of colors a texel is, 1 = 16384.
+static inline void fill_ramps(PATINATE_GLOBAL const QuantizedAppearance* look, PATINATE_GLOBAL const u16* amount,
+                              PATINATE_GLOBAL const u16* original, const i32* xi, i32 ramp[3][PATINATE_LANES]) {
+  PATINATE_ALIGNED i32 whole[PATINATE_LANES];
+  const i32 variation = look->variation;
+  PATINATE_EACH_LANE(l) {
+    const i32 delta = (i32)amount[l] - (i32)original[l];
+    whole[PATINATE_OWN(l)] = delta > 0 ? delta : 0;
+  }
+  if (variation != 0) {
+    PATINATE_EACH_LANE(l) {
+      const u32 f = ((u32)whole[PATINATE_OWN(l)] * varied(variation, xi[PATINATE_OWN(l)]) + 16384u) >> 15;
+      whole[PATINATE_OWN(l)] = (i32)at_most(f, 65535u);
+    }
+  }
+  for (i32 r = 0; r < look->num_ramps; ++r) {
+    const i32 start = look->ramp_start[r], width = look->ramp_width[r], scale = look->ramp_scale[r];
+    PATINATE_EACH_LANE(l) {
+      ramp[r][PATINATE_OWN(l)] = (within(whole[PATINATE_OWN(l)] - start, 0, width) * scale + 32768) >> 16;
+    }
+  }
+}
+
 static inline void add_weights(const bool varies, PATINATE_GLOBAL const QuantizedAppearance* look,
                                PATINATE_GLOBAL const u16* amount, PATINATE_GLOBAL const u16* original, const i32* xi,
                                u16* weight, u32* total) {
@@ -78,13 +101,44 @@ static inline void scale_weights(const u32* scale, u16* weight) {
   }
 }
 
+// Of one channel: from `first` along the ramps of colors.
+static inline void fill_by_amount(i32 first, PATINATE_GLOBAL const u16* ends, i32 num_ramps,
+                                  const i32 ramp[3][PATINATE_LANES], i32* own) {
+  PATINATE_EACH_LANE(l) { own[PATINATE_OWN(l)] = first; }
+  i32 begin = first;
+  for (i32 r = 0; r < num_ramps; ++r) {
+    const i32 end = ends[3 * r], change = end - begin;
+    PATINATE_EACH_LANE(l) { own[PATINATE_OWN(l)] += (change * ramp[r][PATINATE_OWN(l)]) >> 14; }
+    begin = end;
+  }
+}
+
+// The same for a material whose color follows its amount.
+static inline void add_color_by_amount(PATINATE_GLOBAL const QuantizedAppearance* look, i32 channel, const u16* weight,
+                                       const i32* xi, const i32 ramp[3][PATINATE_LANES], const bool has_two, u32* sum) {
+  PATINATE_ALIGNED i32 own[PATINATE_LANES];
+  fill_by_amount(look->color[channel], &look->ramp_color[channel], look->num_ramps, ramp, own);
+  if (has_two) {
+    PATINATE_ALIGNED i32 second[PATINATE_LANES];
+    fill_by_amount(look->second_color[channel], &look->ramp_second[channel], look->num_ramps, ramp, second);
+    PATINATE_EACH_LANE(l) {
+      const i32 change = second[PATINATE_OWN(l)] - own[PATINATE_OWN(l)];
+      own[PATINATE_OWN(l)] += (change * ((xi[PATINATE_OWN(l)] + 32768) >> 2)) >> 14;
+    }
+  }
+  PATINATE_EACH_LANE(l) { sum[PATINATE_OWN(l)] += (u32)weight[PATINATE_OWN(l)] * (u32)own[PATINATE_OWN(l)]; }
+}
+
 // Adds a material's share of one channel.
-static inline void add_color(const ComposeTask* task, i32 k, i32 channel, const u16* weight, const i32* xi, u32* sum) {
+static inline void add_color(const ComposeTask* task, i32 k, i32 channel, const u16* weight, const i32* xi,
+                             const i32 ramp[3][PATINATE_LANES], u32* sum) {
   PATINATE_GLOBAL const QuantizedAppearance* look = task->look[k];
   const i32 color = look->color[channel];
   if (task->picture[k] != 0) {
     PATINATE_GLOBAL const u16* picture = task->picture[k] + channel * kTile;
     PATINATE_EACH_LANE(l) { sum[PATINATE_OWN(l)] += (u32)weight[PATINATE_OWN(l)] * picture[l]; }
+  } else if (look->num_ramps != 0) {
+    add_color_by_amount(look, channel, weight, xi, ramp, look->has_second_color != 0u && task->grain[k] != 0, sum);
   } else if (look->has_second_color != 0u && task->grain[k] != 0) {
     // Products below 2^31: 15 bits of xi.
     const i32 change = (i32)look->second_color[channel] - color;
@@ -98,13 +152,13 @@ static inline void add_color(const ComposeTask* task, i32 k, i32 channel, const 
 }
 
 static inline void blend(const ComposeTask* task, u16 weight[8][PATINATE_LANES], i32 xi[8][PATINATE_LANES],
-                         const u32* total, i32 channel, u16* index) {
+                         i32 ramp[8][3][PATINATE_LANES], const u32* total, i32 channel, u16* index) {
   PATINATE_ALIGNED u32 sum[PATINATE_LANES];
   PATINATE_EACH_LANE(l) {
     sum[PATINATE_OWN(l)] = (kOne - at_most(total[PATINATE_OWN(l)], kOne)) * task->base->linear[channel][l] + 8192u;
   }
   for (i32 k = 0; k < task->num_materials; ++k) {
-    if (task->look[k]->strength != 0u) add_color(task, k, channel, weight[k], xi[k], sum);
+    if (task->look[k]->strength != 0u) add_color(task, k, channel, weight[k], xi[k], ramp[k], sum);
   }
   PATINATE_EACH_LANE(l) { index[PATINATE_OWN(l)] = (u16)(at_most(sum[PATINATE_OWN(l)] >> 14, 65535u) >> kSrgbShift); }
 }
@@ -143,6 +197,7 @@ static inline void pack_colors(const ComposeTask* task, u16 index[3][PATINATE_LA
 static inline void compose_lanes(const ComposeTask* task, u32* rgba, i32* height) {
   PATINATE_ALIGNED u16 weight[8][PATINATE_LANES];
   PATINATE_ALIGNED i32 xi[8][PATINATE_LANES];
+  PATINATE_ALIGNED i32 ramp[8][3][PATINATE_LANES];
   PATINATE_ALIGNED u32 total[PATINATE_LANES];
   PATINATE_ALIGNED i32 specular[PATINATE_LANES];
   PATINATE_EACH_LANE(l) {
@@ -150,7 +205,10 @@ static inline void compose_lanes(const ComposeTask* task, u32* rgba, i32* height
     specular[PATINATE_OWN(l)] = task->base->specular[l];
     height[PATINATE_OWN(l)] = task->height[l];
   }
-  for (i32 k = 0; k < task->num_materials; ++k) add_material(task, k, xi[k], weight[k], total, specular, height);
+  for (i32 k = 0; k < task->num_materials; ++k) {
+    add_material(task, k, xi[k], weight[k], total, specular, height);
+    if (task->look[k]->num_ramps != 0) fill_ramps(task->look[k], task->amount[k], task->original[k], xi[k], ramp[k]);
+  }
   PATINATE_EACH_LANE(l) { height[PATINATE_OWN(l)] = within(height[PATINATE_OWN(l)], -kMaxHeight, kMaxHeight); }
   PATINATE_ALIGNED u32 scale[PATINATE_LANES];
   fill_scale(total, task->is_published_form != 0, scale);
@@ -158,7 +216,7 @@ static inline void compose_lanes(const ComposeTask* task, u32* rgba, i32* height
     if (task->look[k]->strength != 0u) scale_weights(scale, weight[k]);
   }
   PATINATE_ALIGNED u16 index[3][PATINATE_LANES];
-  for (i32 c = 0; c < 3; ++c) blend(task, weight, xi, total, c, index[c]);
+  for (i32 c = 0; c < 3; ++c) blend(task, weight, xi, ramp, total, c, index[c]);
   pack_colors(task, index, specular, rgba);
 }
 

@@ -23,6 +23,13 @@ typedef struct QuantizedAppearance {
   PATINATE_ARRAY(u16, color, 3);         // Linear, 1 = 65535.
   PATINATE_ARRAY(u16, second_color, 3);  // At xi = 1; `color` at -1.
   PATINATE_MEMBER(u32, has_second_color, 0);
+  // Colors by amount: from `color` on, each ramp goes to the next; from F = start to start + width.
+  PATINATE_MEMBER(i32, num_ramps, 0);
+  PATINATE_ARRAY(i32, ramp_start, 3);
+  PATINATE_ARRAY(i32, ramp_width, 3);   // [1, 65535].
+  PATINATE_ARRAY(i32, ramp_scale, 3);   // 2^30 / width, rounded.
+  PATINATE_ARRAY(u16, ramp_color, 9);   // By ramp, then channel: at its end,
+  PATINATE_ARRAY(u16, ramp_second, 9);  // and there at xi = 1.
   PATINATE_MEMBER(u32, noise_key, 0);
 } QuantizedAppearance;
 

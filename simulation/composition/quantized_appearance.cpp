@@ -21,6 +21,38 @@ void check_range(const char* name, double value, double low, double high) {
                      number_text(low) + ", " + number_text(high) + "]");
 }
 
+std::uint16_t linear16_of(double linear) { return linear16_of_srgb8()[srgb8_of(Vec3::Constant(linear))[0]]; }
+
+/// Colors by amount: the first as the color itself, then ramps.
+void set_ramps(const std::vector<ColorStop>& stops, QuantizedAppearance& out) {
+  if (stops.size() < 2 || stops.size() > kMostColorStops)
+    throw InvalidInput("an appearance has " + std::to_string(stops.size()) + " colors by amount; use 2 to " +
+                       std::to_string(kMostColorStops));
+  std::vector<std::int32_t> at;
+  for (std::size_t i = 0; i < stops.size(); ++i) {
+    check_range("amount of a color", stops[i].amount, 0.0, kMostAmount);
+    at.push_back(static_cast<std::int32_t>(std::lround(stops[i].amount * kOne)));
+    if (i > 0 && !(stops[i].amount - stops[i - 1].amount > 0.999 * kLeastColorStep))
+      throw InvalidInput("amounts of colors have to rise by " + number_text(kLeastColorStep) + " or more");
+    if (stops[i].second_color) out.has_second_color = 1;
+  }
+  out.num_ramps = static_cast<std::int32_t>(stops.size()) - 1;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto channel = static_cast<int>(c);
+    for (std::size_t i = 0; i < stops.size(); ++i) {
+      const std::uint16_t first = linear16_of(stops[i].color[channel]);
+      const std::uint16_t second = linear16_of(stops[i].second_color.value_or(stops[i].color)[channel]);
+      (i == 0 ? out.color[c] : out.ramp_color[3 * (i - 1) + c]) = first;
+      (i == 0 ? out.second_color[c] : out.ramp_second[3 * (i - 1) + c]) = second;
+    }
+  }
+  for (std::size_t r = 0; r + 1 < stops.size(); ++r) {
+    out.ramp_start[r] = at[r];
+    out.ramp_width[r] = at[r + 1] - at[r];
+    out.ramp_scale[r] = static_cast<std::int32_t>(std::lround(1073741824.0 / out.ramp_width[r]));
+  }
+}
+
 std::int32_t share(double value) { return static_cast<std::int32_t>(std::lround(value * 32768.0)); }
 
 }  // namespace
@@ -112,6 +144,7 @@ QuantizedAppearance quantize(const MaterialAppearance& look, double quanta_per_m
     out.has_second_color = 1;
     for (std::size_t c = 0; c < 3; ++c) out.second_color[c] = linear16_of_srgb8()[srgb8_of(*look.second_color)[c]];
   }
+  if (!look.colors.empty() && look.color.image.empty()) set_ramps(look.colors, out);
   out.noise_key = noise_key;
   return out;
 }

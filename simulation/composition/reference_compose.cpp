@@ -50,6 +50,21 @@ double picture_value(const ColorSource& source, const composition::TexelPlaces& 
                                                    std::min(channel, source.image.channels() - 1))));
 }
 
+/// @param amount  With its variation. @param mix  Of the second color, [0, 1].
+double color_by_amount(const std::vector<ColorStop>& stops, double amount, double mix, int channel) {
+  const auto color_at = [&](const ColorStop& stop) {
+    const double first = coded(stop.color[channel]);
+    return first + mix * (coded(stop.second_color.value_or(stop.color)[channel]) - first);
+  };
+  if (amount <= stops.front().amount) return color_at(stops.front());
+  for (std::size_t i = 1; i < stops.size(); ++i) {
+    if (amount > stops[i].amount) continue;
+    const double share = (amount - stops[i - 1].amount) / (stops[i].amount - stops[i - 1].amount);
+    return color_at(stops[i - 1]) + share * (color_at(stops[i]) - color_at(stops[i - 1]));
+  }
+  return color_at(stops.back());
+}
+
 ReferenceTexel new_texel(const SceneObject& object, const std::array<double, 3>& square,
                          const composition::TexelPlaces& places, TexelIndex t) {
   const TileGrid& grid = places.surface().grid();
@@ -88,7 +103,11 @@ void age(ReferenceTexel& texel, const Scene& scene, const composition::TexelPlac
     total += w;
     for (int c = 0; c < 3; ++c) {
       double color = picture_value(look.color, places, t, c);
-      if (is_blended) color += (coded((*look.second_color)[c]) - color) * (xi + 1.0) / 2.0;
+      if (!look.colors.empty() && look.color.image.empty()) {
+        color = color_by_amount(look.colors, std::max(0.0, delta) * (1.0 + look.variation * xi),
+                                has_grain ? (xi + 1.0) / 2.0 : 0.0, c);
+      } else if (is_blended)
+        color += (coded((*look.second_color)[c]) - color) * (xi + 1.0) / 2.0;
       sum[c] += w * color;
     }
     texel.specular += delta * look.specular * (1.0 + look.specular_variation * xi);

@@ -34,6 +34,7 @@ Scene check_scene() {
     look.height_variation = 0.5;
     look.grain_mm = i == 1 ? 4.0 : 0.0;
     if (i == 1) look.second_color = Vec3(0.1, 0.1, 0.8);
+    if (i == 2) look.colors = {{.amount = 0.1, .color = {0.1, 0.8, 0.5}}, {.amount = 0.6, .color = {0.8, 0.2, 0.1}}};
     scene.appearance.push_back(std::move(look));
   }
   return scene;

@@ -13,6 +13,45 @@ const Json& library() {
   return json;
 }
 
+Vec3 read_color(JsonReader json) {
+  const std::vector<double> rgb = json.numbers(3, between(0, 1));
+  return {rgb[0], rgb[1], rgb[2]};
+}
+
+std::vector<ColorStop> read_color_stops(JsonReader json) {
+  std::vector<ColorStop> stops;
+  std::vector<JsonReader> elements = json.elements();
+  if (elements.size() < 2 || elements.size() > kMostColorStops)
+    json.fail("2 to " + std::to_string(kMostColorStops) + " colors, each with its amount");
+  for (JsonReader& one : elements) {
+    const double least = stops.empty() ? 0.0 : stops.back().amount + kLeastColorStep;
+    ColorStop stop{.amount = one.member("amount").number(between(least, kMostAmount)),
+                   .color = read_color(one.member("color"))};
+    if (one.has("second_color")) stop.second_color = read_color(one.member("second_color"));
+    one.finish();
+    stops.push_back(stop);
+  }
+  return stops;
+}
+
+/// One color, with or without a second one, or colors by amount; what is given takes the place of all the default's.
+void read_colors(JsonReader& json, MaterialAppearance& look, const SceneContext& context) {
+  if (json.has("colors")) {
+    if (json.has("color") || json.has("second_color"))
+      json.fail("\"colors\" by amount, or \"color\" with or without \"second_color\"");
+    look.colors = read_color_stops(json.member("colors"));
+    look.color = {.color = look.colors.back().color};
+    look.second_color.reset();
+    return;
+  }
+  if (json.has("color") || json.has("second_color")) look.colors.clear();
+  if (json.has("color")) {
+    look.color = read_color_source(json.member("color"), context);
+    look.second_color.reset();
+  }
+  if (json.has("second_color")) look.second_color = read_color(json.member("second_color"));
+}
+
 }  // namespace
 
 ColorSource read_color_source(JsonReader json, const SceneContext& context) {
@@ -24,8 +63,7 @@ ColorSource read_color_source(JsonReader json, const SceneContext& context) {
     source.image_mm = json.member("width_mm").number(between(1e-6, 1e9));
     json.finish();
   } else {
-    const std::vector<double> rgb = json.numbers(3, between(0, 1));
-    source.color = {rgb[0], rgb[1], rgb[2]};
+    source.color = read_color(json);
   }
   return source;
 }
@@ -35,7 +73,7 @@ MaterialAppearance read_material_appearance(JsonReader json, MaterialAppearance 
   const auto number = [&](const char* name, double& value, const Range& range) {
     if (json.has(name)) value = json.member(name).number(range);
   };
-  if (json.has("color")) look.color = read_color_source(json.member("color"), context);
+  read_colors(json, look, context);
   number("strength", look.strength, between(0, 1000));
   number("variation", look.variation, between(0, 1));
   number("specular", look.specular, between(-1, 1));
@@ -43,12 +81,6 @@ MaterialAppearance read_material_appearance(JsonReader json, MaterialAppearance 
   number("height", look.height_mm, between(-1e6, 1e6));
   number("height_variation", look.height_variation, between(0, 1));
   number("grain", look.grain_mm, between(0, 1e9));
-  if (json.has("second_color")) {
-    const std::vector<double> rgb = json.member("second_color").numbers(3, between(0, 1));
-    look.second_color = Vec3(rgb[0], rgb[1], rgb[2]);
-  } else if (json.has("color")) {
-    look.second_color.reset();  // The default's belongs to the default's color.
-  }
   json.finish();
   return look;
 }
@@ -67,8 +99,7 @@ Preset read_preset(JsonReader json, const SceneContext& context, bool may_have_o
   if (json.has("second_color") != json.has("pattern"))
     json.fail("\"second_color\" and \"pattern\", the map that says where it is, or neither");
   if (json.has("pattern")) {
-    const std::vector<double> rgb = json.member("second_color").numbers(3, between(0, 1));
-    preset.second_color = Vec3(rgb[0], rgb[1], rgb[2]);
+    preset.second_color = read_color(json.member("second_color"));
     preset.pattern = json.member("pattern").string();
   }
   if (json.has("specular")) preset.specular = json.member("specular").number(between(0, 1));

@@ -46,6 +46,55 @@ std::size_t signal_index(std::string_view name) {
   return signal ? 1 + static_cast<std::size_t>(*signal) : 0;
 }
 
+/// What is known of a value: which materials (bits by slot) make it 0 where there is none of them, and whether it is
+/// ever negative.
+struct Sign {
+  std::uint32_t zero_without = 0;
+  bool is_never_negative = false;
+};
+
+Sign sign_of(ExpressionNode::Kind kind, const Sign& a, const Sign& b) {
+  using Kind = ExpressionNode::Kind;
+  const bool are_positive = a.is_never_negative && b.is_never_negative;
+  switch (kind) {
+    case Kind::Multiply:
+      return {a.zero_without | b.zero_without, are_positive};
+    case Kind::Divide:
+      return {a.zero_without | b.zero_without, are_positive};  // by 0 it is 0
+    case Kind::Add:
+      return {a.zero_without & b.zero_without, are_positive};
+    case Kind::Min:
+      return {(b.is_never_negative ? a.zero_without : 0) | (a.is_never_negative ? b.zero_without : 0), are_positive};
+    case Kind::Max:
+      return {a.zero_without & b.zero_without, a.is_never_negative || b.is_never_negative};
+    case Kind::Negate:
+      return {a.zero_without, false};
+    case Kind::Abs:
+      return {a.zero_without, true};
+    case Kind::Smoothstep:
+      return {0, true};
+    case Kind::Clamp:  // b: the lower end
+      return {0, b.is_never_negative};
+    default:
+      return {};
+  }
+}
+
+/// CompiledRule::needs.
+std::uint32_t needs_of(const CompiledRule& rule, std::size_t num_materials) {
+  std::vector<Sign> slots(static_cast<std::size_t>(rule.driver.num_slots));
+  for (std::size_t m = 0; m < num_materials; ++m) slots[m] = {std::uint32_t{1} << m, true};
+  for (const auto& constant : rule.driver.constants)
+    slots[static_cast<std::size_t>(constant.slot)] = {constant.value == 0.0F ? ~std::uint32_t{0} : 0,
+                                                      constant.value >= 0.0F};
+  for (const ExpressionStep& step : rule.driver.steps)
+    slots[step.out] = sign_of(step.kind, slots[step.a], slots[step.b]);
+  std::uint32_t needs = slots[static_cast<std::size_t>(rule.driver.result)].zero_without;
+  for (int k = rule.form.num_makes; k < rule.form.num_terms; ++k)
+    needs |= std::uint32_t{1} << rule.form.terms[k].material;
+  return needs & ((std::uint32_t{1} << num_materials) - 1);
+}
+
 }  // namespace
 
 std::vector<std::string> parameters_of(const Rule& rule, std::span<const std::string> materials,
@@ -113,6 +162,7 @@ CompiledRules compile_rules(std::span<const Rule> all, std::span<const std::stri
     add_terms(all[r].products);
     rule.form.num_makes = rule.form.num_terms;
     add_terms(all[r].reactants);
+    rule.needs = needs_of(rule, out.materials.size());
     out.rules.push_back(std::move(rule));
   }
   return out;

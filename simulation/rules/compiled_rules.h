@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
@@ -25,6 +26,8 @@ struct CompiledRule {
   KernelRule form{};
   double rate = 0.0;
   ExpressionProgram driver;
+  /// A bit for each material slot: without any of that material nothing happens, whatever else there is.
+  std::uint32_t needs = 0;
 };
 
 /// All rules, and which slot is whose.

@@ -72,7 +72,8 @@ struct RuleEngine::State : CompiledRules {
   [[nodiscard]] SignalValues signals_over(std::int64_t iteration, std::int64_t span) const;
   void wake_on_change(const SignalValues& signals);
   [[nodiscard]] bool age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& worker, bool& is_dirty) const;
-  void load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const;
+  /// @returns a bit for each material slot of which there is some.
+  std::uint32_t load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const;
   /// The amounts of a slot: where they are stored, else in `originals`.
   [[nodiscard]] const std::uint16_t* amounts_of(std::size_t slot, TileIndex tile, const MaterialAtlas& atlas,
                                                 std::array<std::uint16_t, TileGrid::kTileTexels>& originals) const;
@@ -200,17 +201,24 @@ const std::uint16_t* RuleEngine::State::amounts_of(std::size_t slot, TileIndex t
   return originals.data();
 }
 
-void RuleEngine::State::load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const {
+std::uint32_t RuleEngine::State::load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const {
   alignas(64) std::array<std::uint16_t, TileGrid::kTileTexels> originals;
-  for (std::size_t k = 0; k < materials.size(); ++k)
-    kernel->load(amounts_of(k, tile, atlas, originals), worker.quanta[k].data(), worker.slots[k].values.data());
+  std::uint32_t there = 0;
+  for (std::size_t k = 0; k < materials.size(); ++k) {
+    const std::uint16_t* amounts = amounts_of(k, tile, atlas, originals);
+    kernel->load(amounts, worker.quanta[k].data(), worker.slots[k].values.data());
+    unsigned any = 0;
+    for (std::size_t i = 0; i < TileGrid::kTileTexels; ++i) any |= amounts[i];
+    there |= (any != 0 ? std::uint32_t{1} : 0) << k;
+  }
   for (std::size_t p = 0; p < parameters.size(); ++p)
     load_parameter(parameters[p], tile, worker.slots[materials.size() + p].values.data());
+  return there;
 }
 
 /// @returns whether some rule has an extent there.
 bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& worker, bool& is_dirty) const {
-  load(tile, atlas, worker);
+  std::uint32_t there = load(tile, atlas, worker);
   alignas(64) std::array<float, TileGrid::kTileTexels> covered;
   facts.covered(tile, covered);
   std::array<bool, kMaxMaterials> has_changed{};
@@ -218,6 +226,7 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
   bool has_weights = false, has_extent = false;
   float* slots = worker.slots[0].values.data();
   for (const CompiledRule& rule : rules) {
+    if ((rule.needs & ~there) != 0) continue;
     run_expression(rule.driver, slots, set);
     const KernelRule& form = rule.form;
     const float* driver = worker.slots[static_cast<std::size_t>(rule.driver.result)].values.data();
@@ -229,6 +238,7 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
     for (int k = 0; k < form.num_terms; ++k) {
       const auto slot = static_cast<std::size_t>(form.terms[k].material);
       has_changed[slot] = true;
+      there |= std::uint32_t{1} << slot;  // made; what was used up may be gone, and is tried in vain
       const auto m = static_cast<std::size_t>(materials[slot]);
       (k < form.num_makes ? worker.made : worker.used)[m] +=
           kernel->weigh(worker.changes[static_cast<std::size_t>(k)].data(), weights.data());

@@ -5,10 +5,12 @@
 #include <bit>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "libcommon/core/parallel.h"
+#include "patinate/core/error.h"
 #include "simulation/transport/pieces.h"
 #include "simulation/transport/region_exchange.h"
 #include "simulation/transport/regions.h"
@@ -31,6 +33,7 @@ struct Exchanger::State {
   std::vector<Contact> ends;
   int num_materials;
   std::uint64_t seed;
+  transport::SplatKernel kernel;
   std::optional<Regions> regions;
   std::vector<Contact> by_gammaton;
   std::vector<std::uint16_t> region_of;  ///< By contact; kNone where its splat lies in several, or near a seam:
@@ -71,7 +74,10 @@ double contact_area(const ExchangeOptions& options, const SurfaceAtlas& surface)
   return side * side;
 }
 
-Exchanger::Exchanger(int num_materials, std::uint64_t seed) : state_(std::make_unique<State>()) {
+Exchanger::Exchanger(int num_materials, std::uint64_t seed, InstructionSet set) : state_(std::make_unique<State>()) {
+  if (!has_instruction_set(set))
+    throw InvalidInput("this machine lacks " + std::string(kInstructionSetNames[static_cast<std::size_t>(set)]));
+  state_->kernel = transport::splat_kernel(set);
   state_->num_materials = num_materials;
   state_->seed = seed;
 }
@@ -112,9 +118,10 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
       active_materials[num_active++] = m;
   }
   const SurfaceAtlas& surface = atlas.surface();
+  const std::uint32_t columns = Regions::columns_for(thread_count(threads));
   if (!s.regions || s.regions->grid().width != surface.grid().width ||
-      s.regions->grid().height != surface.grid().height) {
-    s.regions.emplace(surface.grid());
+      s.regions->grid().height != surface.grid().height || s.regions->most_columns() != columns) {
+    s.regions.emplace(surface.grid(), columns);
     s.dirty_pages.assign(surface.grid().num_pages(), 0);
   }
   const std::span<const int> active = std::span(active_materials).first(num_active);
@@ -154,9 +161,10 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
                         .cargo = cargo,
                         .atlas = atlas,
                         .regions = *s.regions,
-                        .maps = maps,
+                        .maps = maps != nullptr && maps->choice().has_any() ? maps : nullptr,
                         .is_deposit = is_deposit,
                         .is_wide = is_wide,
+                        .kernel = s.kernel,
                         .contacts = contacts,
                         .sizes = s.sizes,
                         .contact_lists = s.contact_lists,

@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 
+#include "libcommon/core/instruction_set.h"
 #include "patinate/core/run_control.h"
 #include "patinate/simulation/material_atlas.h"
 #include "patinate/simulation/scene.h"
@@ -40,7 +41,8 @@ struct ExchangeReport {
 class Exchanger {
  public:
   /// @param seed  Of the scene.
-  Exchanger(int num_materials, std::uint64_t seed);
+  /// @throws InvalidInput if this machine lacks the instruction set.
+  Exchanger(int num_materials, std::uint64_t seed, InstructionSet set = instruction_set());
   ~Exchanger();
   Exchanger(Exchanger&&) noexcept;
   Exchanger& operator=(Exchanger&&) noexcept;

@@ -2,6 +2,7 @@
 /// What a simulation remembers of each texel beyond its materials, for transfer and comparison; only what is asked for.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -17,6 +18,10 @@ struct ParameterMapChoice {
   bool last_hit = false;   ///< 1 + the last iteration with a contact; 0 = never.
   bool residence = false;  ///< Iterations in which something was there, however much: the "time of wetness".
   std::array<bool, kMaxMaterials> deposited{};  ///< Mass ever dropped there, whatever happened to it since.
+
+  [[nodiscard]] bool has_any() const {
+    return hits || last_hit || residence || std::find(deposited.begin(), deposited.end(), true) != deposited.end();
+  }
 };
 
 /// Maps in tile order; pages appear with the first contact. A map that was not asked for is null.

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "libcommon/core/parallel.h"
+#include "simulation/transport/part_sums.h"
 #include "simulation/transport/transfer.h"
 
 namespace patinate::simulation {
@@ -16,27 +17,9 @@ constexpr std::size_t kAhead = 16;                    ///< Contacts that memory 
 /// Of what is left along a trail of so many contacts, over that of a drop: as large a stain where it was short.
 constexpr double stain_width(std::size_t length) { return 1.0 + 2.0 / static_cast<double>(length); }
 
-/// Makes one of all parts that lie on one texel. @param parts  Of one splat each texel once or more often; its middle
-/// comes first, and still does; the others follow by texel.
-void merge(std::vector<SplatPart>& parts, std::size_t first) {
-  const TexelIndex middle = parts[first].texel;
-  const auto begin = parts.begin() + static_cast<std::ptrdiff_t>(first);
-  const auto others = std::partition(begin, parts.end(), [&](const SplatPart& part) { return part.texel == middle; });
-  std::sort(others, parts.end(), [](const SplatPart& a, const SplatPart& b) { return a.texel < b.texel; });
-  auto last = begin;
-  for (auto part = begin + 1; part != parts.end(); ++part) {
-    if (part->texel == last->texel) {
-      last->share += part->share;
-    } else {
-      *++last = *part;
-    }
-  }
-  parts.erase(last + 1, parts.end());
-}
-
 /// Splats along a trail, each with a larger share than the one before: the way ends dark, and begins without a step.
-/// @returns how many parts they have, of a texel each; the first is the texel at the end.
-std::size_t append_trail(const SplatShape& shape, const Trail& trail, std::vector<SplatPart>& parts) {
+/// @param sums  Working memory. @returns how many parts they have, of a texel each; the first is the texel at the end.
+std::size_t append_trail(const SplatShape& shape, const Trail& trail, PartSums& sums, std::vector<SplatPart>& parts) {
   const std::size_t first = parts.size(), n = trail.size();
   const auto whole = static_cast<std::uint32_t>(n * (n + 1) / 2);
   std::array<SplatPart, Trail::kLength> places;  // a slow one touches a texel again and again
@@ -49,15 +32,16 @@ std::size_t append_trail(const SplatShape& shape, const Trail& trail, std::vecto
   }
   std::uint32_t rest = SplatShape::kWhole;
   for (std::size_t p = 0; p < num_places; ++p) {
-    const std::size_t begin = parts.size();
     shape.append(places[p].texel, parts);
-    for (std::size_t k = begin; k < parts.size(); ++k) {
-      parts[k].share = parts[k].share * places[p].share / whole;
-      rest -= parts[k].share;
+    for (std::size_t k = first; k < parts.size(); ++k) {
+      const std::uint32_t share = parts[k].share * places[p].share / whole;
+      sums.add(parts[k].texel, share);
+      rest -= share;
     }
+    parts.resize(first);
   }
-  parts[first].share += rest;
-  merge(parts, first);
+  sums.add(places[0].texel, rest);
+  sums.take(places[0].texel, parts);
   return parts.size() - first;
 }
 
@@ -66,13 +50,14 @@ std::size_t append_trail(const SplatShape& shape, const Trail& trail, std::vecto
 /// Of some contacts: parts, and how many each has in first_piece_ of the next.
 void Pieces::append_parts(const WideContacts& of, std::size_t begin, std::size_t end, std::vector<SplatPart>& parts) {
   const bool is_deposit = !of.endings.empty();
+  PartSums sums;
   parts.clear();
   for (std::size_t i = begin; i < end; ++i) {
     if (is_deposit) {
       const Trail& trail = of.endings[i].trail;
       const SplatShape& shape = *shapes_[trail.size()];
       for (std::size_t k = 0; k < trail.size(); ++k) shape.prefetch(trail.texel(k));
-      first_piece_[i + 1] = static_cast<std::uint32_t>(append_trail(shape, trail, parts));
+      first_piece_[i + 1] = static_cast<std::uint32_t>(append_trail(shape, trail, sums, parts));
     } else {
       const std::size_t from = i == begin ? i : i + kAhead - 1;
       for (std::size_t k = from; k < std::min(i + kAhead, end); ++k) shapes_[0]->prefetch(of.contacts[k].texel);

@@ -8,7 +8,11 @@ namespace patinate::simulation {
 
 namespace {
 
+using transport::SplatLanes;
+using transport::SplatSums;
+
 constexpr std::uint32_t kMaxMass = 0xFFFFFFFFu;
+constexpr std::uint32_t kNoPart = 0xFFFFFFFFu;  ///< Of a lane that a splat leaves out.
 constexpr std::size_t kAhead =
     8;  ///< Contacts that memory is asked for before their turn; their numbers at twice that.
 
@@ -49,9 +53,47 @@ class RegionExchange {
     }
   }
 
-  /// A contact with its whole splat.
+  /// A contact with its whole splat: all texels at once.
   void exchange(const Contact& contact, int size) {
-    const std::size_t num_parts = lay(contact.texel, size);
+    const TileGrid& grid = surface_.grid();
+    const SplatStencil& stencil = SplatShape::stencil_of(size);
+    const SplatPlace place(grid, stencil, grid.x(contact.texel), grid.y(contact.texel));
+    const std::array<std::uint32_t, 4> pages = place.pages();
+    SplatLanes lanes = lay(contact.texel, size, stencil, place);
+    const double* shares = lanes.up;
+    const auto num_lanes = static_cast<std::size_t>(stencil.num_lanes);
+    std::fill_n(worker_.any.begin(), num_lanes + SplatPlace::kSlack, std::uint16_t{0});
+    Masses& cargo = call_.cargo.mass[contact.gammaton];
+    const Masses randoms =
+        transfer_randoms(call_.seed, contact.gammaton, call_.random_key, 0, static_cast<int>(num_active_));
+    bool is_dirty = false;
+    for (std::size_t a = 0; a < num_active_; ++a, shares += 2 * num_lanes) {
+      const auto m = static_cast<std::size_t>(call_.active[a]);
+      SplatPlace::Pages<std::uint16_t> amounts = amounts_of(pages, a);
+      place.gather(or_originals(amounts, a, contact.texel), worker_.amount.data());
+      lanes.whole = cargo[m];
+      lanes.room = (kMaxMass - lanes.whole) / static_cast<std::uint32_t>(SplatShape::kMaxParts);
+      lanes.random = randoms[a];
+      lanes.up = shares;
+      lanes.down = shares + num_lanes;
+      lanes.quanta = worker_.quanta[a].data();
+      SplatSums sums;
+      call_.kernel(lanes, sums);
+      if (sums.picked_up == 0 && sums.dropped == 0) continue;
+      is_dirty = true;
+      cargo[m] += static_cast<std::uint32_t>(sums.picked_up - sums.dropped);
+      worker_.picked_up[m] += sums.picked_up;
+      worker_.dropped[m] += sums.dropped;
+      make_pages(place, pages, a, amounts);
+      place.scatter(worker_.left.data(), amounts);
+    }
+    if (is_dirty) mark(place, pages);
+    if (call_.maps) record(place, pages, lanes);
+  }
+
+  /// The same for a splat of few texels, one after the other: lanes take longer to lay out than those to exchange.
+  void exchange_few(const Contact& contact, int size) {
+    const std::size_t num_parts = lay_few(contact.texel, size);
     Masses& cargo = call_.cargo.mass[contact.gammaton];
     const Masses randoms =
         transfer_randoms(call_.seed, contact.gammaton, call_.random_key, 0, static_cast<int>(num_active_));
@@ -126,7 +168,7 @@ class RegionExchange {
 
  private:
   /// The parts of a splat away from seams. @returns how many they are.
-  std::size_t lay(TexelIndex texel, int size) {
+  std::size_t lay_few(TexelIndex texel, int size) {
     const std::uint32_t weight = surface_.weight(texel);
     if (size == 0) {
       worker_.parts[0] = {texel, weight, SplatShape::kWhole};
@@ -148,6 +190,128 @@ class RegionExchange {
     }
     worker_.parts[0] = {texel, weight, rest};
     return num;
+  }
+
+  using Numbers = std::array<std::uint32_t, 4>;  ///< Of pages, as SplatPlace has them.
+
+  /// Weights and shares of a splat away from seams; `up` is what ShareTable::even() gives, of all materials.
+  [[nodiscard]] SplatLanes lay(TexelIndex texel, int size, const SplatStencil& stencil, const SplatPlace& place) {
+    SplatPlace::Pages<const std::uint16_t> weights;
+    const Numbers pages = place.pages();
+    for (std::size_t i = 0; i < pages.size(); ++i)
+      weights[i] = surface_.weights().data() + std::size_t{pages[i]} * TileGrid::kPageTexels;
+    place.gather(weights, worker_.weight.data());
+    const std::size_t num = stencil.parts.size(), num_lanes = static_cast<std::size_t>(stencil.num_lanes);
+    std::fill(worker_.weight.begin() + static_cast<std::ptrdiff_t>(num),
+              worker_.weight.begin() + static_cast<std::ptrdiff_t>(num_lanes), std::uint16_t{1});
+    const std::uint32_t weight = surface_.weight(texel);
+    unsigned differences = 0;
+    for (std::size_t l = 0; l < num; ++l) differences |= worker_.weight[l] ^ weight;
+    SplatLanes lanes{.num = stencil.num_lanes,
+                     .middle = stencil.middle,
+                     .number = stencil.number.data(),
+                     .before = stencil.before.data(),
+                     .after = stencil.after.data(),
+                     .weight = worker_.weight.data(),
+                     .middle_weight = weight,
+                     .is_even = differences == 0,
+                     .amount = worker_.amount.data(),
+                     .left = worker_.left.data(),
+                     .any = worker_.any.data()};
+    if (lanes.is_even) {
+      lanes.up = worker_.table.even(stencil, size, weight);
+      return lanes;
+    }
+    lay_uneven(stencil, weight);
+    lanes.number = worker_.number.data();
+    lanes.before = worker_.before.data();
+    lanes.after = worker_.after.data();
+    lanes.up = worker_.shares.data();
+    return lanes;
+  }
+
+  /// Where areas differ: what goes to smaller texels is less, some of them are left out, and the middle has the rest.
+  void lay_uneven(const SplatStencil& stencil, std::uint32_t weight) {
+    const auto num_lanes = static_cast<std::size_t>(stencil.num_lanes);
+    worker_.shares.assign(2 * num_lanes * num_active_, 0.0);
+    std::fill_n(worker_.number.begin(), num_lanes, kNoPart);
+    std::fill_n(worker_.before.begin(), num_lanes, 0u);
+    std::fill_n(worker_.after.begin(), num_lanes, 0u);
+    std::uint32_t sum = 0, num = 1;
+    for (std::size_t k = 1; k < stencil.parts.size(); ++k) {
+      const std::size_t lane = stencil.lane_of[k];
+      const std::uint32_t other = worker_.weight[lane];
+      const std::uint32_t share = SplatShape::balanced(stencil.parts[k].share, weight, other);
+      if (share == 0) continue;
+      worker_.number[lane] = num++;
+      worker_.before[lane] = sum;
+      worker_.after[lane] = sum += share;
+      worker_.table.put(worker_.table.find(other, share), num_lanes, lane, worker_.shares.data());
+    }
+    // The middle comes first.
+    const std::uint32_t rest = SplatShape::kWhole - sum;
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) worker_.before[lane] += rest;
+    for (std::size_t lane = 0; lane < num_lanes; ++lane) worker_.after[lane] += rest;
+    const auto middle = static_cast<std::size_t>(stencil.middle);
+    worker_.number[middle] = 0;
+    worker_.before[middle] = 0;
+    worker_.table.put(worker_.table.find(weight, rest), num_lanes, middle, worker_.shares.data());
+  }
+
+  [[nodiscard]] SplatPlace::Pages<std::uint16_t> amounts_of(const Numbers& pages, std::size_t a) {
+    SplatPlace::Pages<std::uint16_t> out;
+    for (std::size_t i = 0; i < pages.size(); ++i) out[i] = pages_of(pages[i])[a];
+    return out;
+  }
+
+  /// For pages that are not there: one that holds the originals. All texels of a stencil are of one object.
+  [[nodiscard]] SplatPlace::Pages<const std::uint16_t> or_originals(const SplatPlace::Pages<std::uint16_t>& amounts,
+                                                                    std::size_t a, TexelIndex texel) {
+    SplatPlace::Pages<const std::uint16_t> out;
+    std::vector<std::uint16_t>& page = worker_.originals[a];
+    for (std::size_t i = 0; i < amounts.size(); ++i) {
+      out[i] = amounts[i];
+      if (out[i] != nullptr) continue;
+      const std::uint16_t original = call_.atlas.original(call_.active[a], texel);
+      if (page.empty() || page[0] != original) page.assign(TileGrid::kPageTexels, original);
+      out[i] = page.data();
+    }
+    return out;
+  }
+
+  /// Those that are missing where an amount has changed.
+  void make_pages(const SplatPlace& place, const Numbers& pages, std::size_t a,
+                  SplatPlace::Pages<std::uint16_t>& amounts) {
+    if (std::find(amounts.begin(), amounts.end(), nullptr) == amounts.end()) return;
+    const std::int32_t* quanta = worker_.quanta[a].data();
+    place.each_piece([&](std::uint32_t page, std::uint32_t, std::uint32_t lane, std::uint32_t num) {
+      if (amounts[page] != nullptr || std::all_of(quanta + lane, quanta + lane + num, [](int q) { return q == 0; }))
+        return;
+      amounts[page] = call_.atlas.writable_tile(call_.active[a], pages[page] * TileGrid::kPageTiles).data();
+      pages_of(pages[page])[a] = amounts[page];
+    });
+  }
+
+  /// The tiles in which something has changed.
+  void mark(const SplatPlace& place, const Numbers& pages) {
+    place.each_piece([&](std::uint32_t page, std::uint32_t texel, std::uint32_t lane, std::uint32_t num) {
+      if (SplatPlace::some(worker_.any.data() + lane, num))
+        call_.dirty_pages[pages[page]] |= std::uint64_t{1} << texel / TileGrid::kTileTexels;
+    });
+  }
+
+  void record(const SplatPlace& place, const Numbers& pages, const SplatLanes& lanes) {
+    place.each_piece([&](std::uint32_t page, std::uint32_t texel, std::uint32_t lane, std::uint32_t num) {
+      for (std::uint32_t l = lane; l < lane + num; ++l, ++texel) {
+        if (lanes.number[l] == kNoPart) continue;
+        Masses dropped{};
+        for (std::size_t a = 0; a < num_active_; ++a) {
+          const std::int64_t mass = std::int64_t{worker_.quanta[a][l]} * worker_.weight[l];
+          dropped[static_cast<std::size_t>(call_.active[a])] = mass < 0 ? static_cast<std::uint32_t>(-mass) : 0;
+        }
+        call_.maps->record(pages[page] << 12 | texel, call_.iteration, static_cast<int>(l) == lanes.middle, dropped);
+      }
+    });
   }
 
   /// The amounts of a page, by active material.
@@ -220,10 +384,13 @@ void exchange_region(const RegionCall& call, std::uint32_t region, RegionWorker&
     }
     const Contact& contact = call.contacts[contacts[i]];
     for (; piece != pieces.end() && gammaton_of(*piece) < contact.gammaton; ++piece) here.exchange_piece(*piece);
-    if (call.is_wide) {
-      here.exchange(contact, call.sizes[contacts[i]]);
-    } else {
+    const int size = call.is_wide ? call.sizes[contacts[i]] : 0;
+    if (!call.is_wide) {
       here.exchange(contact);
+    } else if (size == 0 || SplatShape::stencil_of(size).parts.size() <= RegionWorker::kFewParts) {
+      here.exchange_few(contact, size);
+    } else {
+      here.exchange(contact, size);
     }
   }
   for (; piece != pieces.end(); ++piece) here.exchange_piece(*piece);

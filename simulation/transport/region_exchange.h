@@ -11,6 +11,8 @@
 #include "simulation/transport/pieces.h"
 #include "simulation/transport/regions.h"
 #include "simulation/transport/share_table.h"
+#include "simulation/transport/splat_kernel.h"
+#include "simulation/transport/splat_planes.h"
 
 namespace patinate::simulation {
 
@@ -25,6 +27,7 @@ struct RegionCall {
   ParameterMaps* maps;  ///< May be null.
   bool is_deposit;
   bool is_wide;  ///< Contacts have splats.
+  transport::SplatKernel kernel;
   std::span<const Contact> contacts;
   std::span<const std::uint16_t> sizes;   ///< By contact: SplatShape::size_at().
   const RegionLists& contact_lists;       ///< Of those that lie in one region, away from seams.
@@ -38,15 +41,25 @@ struct RegionCall {
 
 /// What one thread needs; which thread it is shows in no result.
 struct RegionWorker {
+  static constexpr std::size_t kMaxLanes = SplatShape::kMaxParts;
+  static_assert(kMaxLanes % transport::kLaneBlock == 0);
+  static constexpr std::size_t kFewParts = 13;
   struct Part {
     TexelIndex texel;
     std::uint32_t weight, share;
   };
+  using Plane = std::array<std::uint16_t, kMaxLanes + SplatPlace::kSlack>;
   ShareTable table;
   std::vector<std::uint16_t*> pages;   ///< Of the region, by page and active material; null: the originals.
   std::vector<std::uint8_t> is_known;  ///< By page of the region: whether `pages` has it.
-  std::array<Part, SplatShape::kMaxParts> parts;
-  std::array<std::array<std::uint32_t, SplatShape::kMaxParts>, kMaxMaterials> mass;  ///< By active material and part.
+  std::array<Part, kFewParts> parts;   ///< Of a splat of few texels,
+  std::array<std::array<std::uint32_t, kFewParts>, kMaxMaterials> mass;               ///< by active material and part.
+  alignas(64) Plane weight, amount, left, any;                                        ///< By lane of a splat.
+  alignas(64) std::array<std::array<std::int32_t, kMaxLanes>, kMaxMaterials> quanta;  ///< By active material and lane.
+  std::array<std::uint32_t, kMaxLanes> number, before, after;                         ///< By lane, where areas differ,
+  std::vector<double> shares;                                                         ///< and ShareTable::even().
+  /// By active material: a page of original amounts, all of one value.
+  std::array<std::vector<std::uint16_t>, kMaxMaterials> originals;
   std::array<std::int64_t, kMaxMaterials> dropped{};
   std::array<std::int64_t, kMaxMaterials> picked_up{};
 };

@@ -7,13 +7,12 @@
 namespace patinate::simulation {
 
 namespace {
-constexpr std::uint32_t kMostColumns = 16;
 constexpr std::int64_t kChunk = 32768;  ///< Things, for counting.
 }  // namespace
 
-Regions::Regions(const TileGrid& grid) : grid_(grid) {
+Regions::Regions(const TileGrid& grid, std::uint32_t most_columns) : grid_(grid), most_columns_(most_columns) {
   const auto pages_x = static_cast<std::uint32_t>(grid.pages_x()), pages_y = static_cast<std::uint32_t>(grid.pages_y());
-  while (std::max(pages_x, pages_y) > side_ * kMostColumns) {
+  while (std::max(pages_x, pages_y) > side_ * most_columns) {
     side_ *= 2;
     ++shift_;
   }

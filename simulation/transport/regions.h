@@ -11,13 +11,16 @@
 
 namespace patinate::simulation {
 
-/// Blocks of whole pages, at most 16 along each side, whatever the atlas's size: few texels of a splat lie across their
+/// Blocks of whole pages, so many along each side at most, whatever the atlas's size: few splats lie across their
 /// borders.
 class Regions {
  public:
-  explicit Regions(const TileGrid& grid);
+  Regions(const TileGrid& grid, std::uint32_t most_columns);
+  /// Along each side: enough for so many threads to be done at the same time, and no more.
+  [[nodiscard]] static std::uint32_t columns_for(int num_threads) { return num_threads <= 2 ? 8 : 16; }
 
   [[nodiscard]] const TileGrid& grid() const { return grid_; }
+  [[nodiscard]] std::uint32_t most_columns() const { return most_columns_; }
   [[nodiscard]] std::uint32_t size() const { return columns_ * rows_; }
   [[nodiscard]] std::uint32_t region_of(TexelIndex texel) const { return region_of_page_[TileGrid::page_of(texel)]; }
   /// Number of a texel's page among those of its region, less than pages_each().
@@ -33,6 +36,7 @@ class Regions {
 
  private:
   TileGrid grid_;
+  std::uint32_t most_columns_;
   std::uint32_t side_ = 1;  ///< Pages.
   int shift_ = 6;           ///< A region is 2^shift_ texels wide.
   std::uint32_t columns_ = 1, rows_ = 1;

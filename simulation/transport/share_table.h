@@ -25,6 +25,7 @@ class ShareTable {
     active_.assign(active.begin(), active.end());
     keys_.assign(kSize, 0);
     shares_.resize(kSize * active.size());
+    even_.assign(kEvenSize, {});
   }
   /// By active material.
   [[nodiscard]] const TransferShares* find(std::uint32_t weight, std::uint32_t share) {
@@ -41,15 +42,42 @@ class ShareTable {
     }
     return found;
   }
+  /// Of a stencil's lanes where all texels have one weight: by active material, `up` of all lanes, then `down`.
+  /// @param size  Of the stencil. Good until the next call.
+  [[nodiscard]] const double* even(const SplatStencil& stencil, int size, std::uint32_t weight) {
+    const std::uint32_t key = static_cast<std::uint32_t>(size) << 16 | weight;
+    EvenShares& found = even_[key * 0x9E3779B1u >> (32 - kEvenBits)];
+    if (found.key == key) return found.values.data();
+    found.key = key;
+    const auto num = static_cast<std::size_t>(stencil.num_lanes);
+    found.values.assign(2 * num * active_.size(), 0.0);
+    for (std::size_t k = 0; k < stencil.parts.size(); ++k)
+      put(find(weight, stencil.parts[k].share), num, stencil.lane_of[k], found.values.data());
+    return found.values.data();
+  }
+  /// Shares of one lane of `num`, laid out as even() has them.
+  void put(const TransferShares* shares, std::size_t num, std::size_t lane, double* out) const {
+    for (std::size_t a = 0; a < active_.size(); ++a) {
+      out[2 * a * num + lane] = shares[a].up;
+      out[(2 * a + 1) * num + lane] = shares[a].down;
+    }
+  }
 
  private:
+  struct EvenShares {
+    std::uint32_t key = 0;  ///< No stencil's: sizes and weights are 1 or more.
+    std::vector<double> values;
+  };
   static constexpr int kSizeBits = 12;
   static constexpr std::size_t kSize = std::size_t{1} << kSizeBits;
+  static constexpr int kEvenBits = 5;
+  static constexpr std::size_t kEvenSize = std::size_t{1} << kEvenBits;
   ExchangeOptions options_;
   double area_ = 1.0;
   std::vector<int> active_;
   std::vector<std::uint64_t> keys_;
   std::vector<TransferShares> shares_;
+  std::vector<EvenShares> even_;
 };
 
 }  // namespace patinate::simulation

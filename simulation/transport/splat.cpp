@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <mutex>
+#include <numeric>
+#include <utility>
 
+#include "simulation/transport/splat_kernel.h"
 #include "simulation/transport/surface_walk.h"
 
 namespace patinate::simulation {
@@ -32,7 +35,8 @@ SplatStencil make_stencil(int size) {
   const double least = least_of(walk) * share[at(0, 0)];
   double sum = 0.0;
   for (const double s : share) sum += s >= least ? s : 0.0;
-  SplatStencil stencil{.parts = {{}}};
+  SplatStencil stencil;
+  stencil.parts.push_back({});
   std::uint32_t rest = SplatShape::kWhole;
   for (int y = -kReach; y <= kReach; ++y) {
     for (int x = -kReach; x <= kReach; ++x) {
@@ -47,10 +51,40 @@ SplatStencil make_stencil(int size) {
   }
   stencil.parts[0].share = rest;
   stencil.reach = stencil.parts.size() > 1 ? -stencil.parts[1].y : 0;
+  stencil.lay_lanes();
   return stencil;
 }
 
 }  // namespace
+
+void SplatStencil::lay_lanes() {
+  std::vector<std::uint32_t> until(parts.size() + 1, 0);
+  for (std::size_t k = 0; k < parts.size(); ++k) until[k + 1] = until[k] + parts[k].share;
+  std::vector<std::uint32_t> order(parts.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return std::pair(parts[a].y, parts[a].x) < std::pair(parts[b].y, parts[b].x);
+  });
+  constexpr int kBlock = transport::kLaneBlock;
+  num_lanes = (static_cast<int>(parts.size()) + kBlock - 1) / kBlock * kBlock;
+  lane_of.resize(parts.size());
+  // Behind the last part there is nothing left to share.
+  number.assign(static_cast<std::size_t>(num_lanes), 0);
+  before.assign(static_cast<std::size_t>(num_lanes), SplatShape::kWhole);
+  after = before;
+  for (std::size_t l = 0; l < order.size(); ++l) {
+    const std::uint32_t k = order[l];
+    const Part& part = parts[k];
+    lane_of[k] = static_cast<std::uint16_t>(l);
+    number[l] = k;
+    before[l] = until[k];
+    after[l] = until[k + 1];
+    if (runs.empty() || runs.back().y != part.y || runs.back().x + runs.back().length != part.x)
+      runs.push_back({.x = part.x, .y = part.y, .length = 0});
+    ++runs.back().length;
+  }
+  middle = lane_of[0];
+}
 
 const SplatStencil& SplatShape::stencil_of(int size) {
   static std::array<SplatStencil, kMaxSize + 1> stencils;

@@ -24,6 +24,21 @@ struct SplatStencil {
   };
   int reach = 0;            ///< Texels that it goes to each side.
   std::vector<Part> parts;  ///< The middle first.
+
+  /// Lanes: the same parts row by row, whole blocks of them for kernels (splat_kernel.h).
+  struct Run {
+    std::int8_t x = 0, y = 0;  ///< Of its first texel.
+    std::uint8_t length = 0;   ///< Texels beside each other, each a lane.
+  };
+  std::vector<Run> runs;
+  int num_lanes = 0;                         ///< With those behind the last part.
+  int middle = 0;                            ///< Lane.
+  std::vector<std::uint16_t> lane_of;        ///< By part.
+  std::vector<std::uint32_t> number;         ///< By lane: of its part.
+  std::vector<std::uint32_t> before, after;  ///< By lane: shares of all parts before this one; with this one.
+
+  /// Makes the lanes of the parts.
+  void lay_lanes();
 };
 
 /// How gammatons of one width lie on the surface: near a Gaussian whose standard deviation is a sixth of the width,

@@ -229,7 +229,7 @@ void LiveEngine::set_appearance(const Json& changes) {
         static_cast<std::size_t>(simulation::material_index(JsonReader("appearance", said), name, scene.materials));
     cleaned[name] = changes.at(name);
     if (cleaned[name].is_object() && cleaned[name].contains("color") && cleaned[name]["color"].is_null())
-      cleaned[name].erase("color");  // a picture, as it was sent
+      cleaned[name].erase("color");  // a picture or colors by amount, as it was sent
     appearance[i] = simulation::read_material_appearance(JsonReader("appearance", cleaned[name], "/" + name),
                                                          appearance[i], context);
   }

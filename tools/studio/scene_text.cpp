@@ -72,13 +72,15 @@ Json appearance_json(const simulation::Scene& scene) {
   Json json = Json::object();
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     const simulation::MaterialAppearance& l = scene.appearance[i];
-    json[scene.materials[i]] = {{"strength", l.strength},
-                                {"variation", l.variation},
-                                {"specular", l.specular},
-                                {"specular_variation", l.specular_variation},
-                                {"height", l.height_mm},
-                                {"height_variation", l.height_variation},
-                                {"color", l.color.image.empty() ? array_of(l.color.color) : Json(nullptr)}};
+    json[scene.materials[i]] = {
+        {"strength", l.strength},
+        {"variation", l.variation},
+        {"specular", l.specular},
+        {"specular_variation", l.specular_variation},
+        {"height", l.height_mm},
+        {"height_variation", l.height_variation},
+        // A picture, or colors by amount.
+        {"color", l.color.image.empty() && l.colors.empty() ? array_of(l.color.color) : Json(nullptr)}};
   }
   return json;
 }

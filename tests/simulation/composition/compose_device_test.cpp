@@ -49,6 +49,7 @@ TEST_F(ComposeOnDevices, GiveTheCpusBytes) {
       std::vector<MaterialAppearance> looks = any_appearance(8, 5);
       looks[2].grain_mm = 3.0;
       looks[2].second_color = Vec3(0.9, 0.1, 0.2);
+      looks[5].grain_mm = 5.0;  // with colors by amount
       looks[3].color.image = ImageF(13, 9, 3);
       for (std::size_t i = 0; i < looks[3].color.image.values().size(); ++i)
         looks[3].color.image.data()[i] = static_cast<float>(i % 17) / 17.0F;

@@ -32,6 +32,19 @@ i64 scaled(i64 delta, i64 factor, i64 shift, i64 variation, i64 xi) {
   return std::clamp<i64>((delta * factor + (shift > 0 ? i64{1} << (shift - 1) : 0)) >> shift, -kMaxHeight, kMaxHeight);
 }
 
+/// A look's color of a channel where there is F = delta (1 + v xi).
+i64 color_of(const QuantizedAppearance& look, i64 delta, i64 xi, std::size_t c) {
+  const i64 f = std::min<i64>((std::max<i64>(delta, 0) * varied(look.variation, xi) + 16384) >> 15, 65535);
+  i64 color = look.color[c], begin = color;
+  for (std::size_t r = 0; r < static_cast<std::size_t>(look.num_ramps); ++r) {
+    const i64 share =
+        (std::clamp<i64>(f - look.ramp_start[r], 0, look.ramp_width[r]) * look.ramp_scale[r] + 32768) >> 16;
+    color += ((look.ramp_color[3 * r + c] - begin) * share) >> 14;
+    begin = look.ramp_color[3 * r + c];
+  }
+  return color;
+}
+
 struct Composed {
   std::uint32_t code = 0;
   i64 height = 0;
@@ -57,7 +70,10 @@ Composed compose_texel(const ComposeTask& task, std::uint32_t l) {
   for (std::size_t c = 0; c < 3; ++c) {
     i64 sum = std::max<i64>(0, kOne - total) * task.base->linear[c][l] + 8192;
     for (std::size_t k = 0; k < weights.size(); ++k) {
-      const i64 color = task.picture[k] == nullptr ? task.look[k]->color[c] : task.picture[k][c * kTile + l];
+      const i64 delta = i64{task.amount[k][l]} - task.original[k][l];
+      const i64 color = task.picture[k] != nullptr
+                            ? task.picture[k][c * kTile + l]
+                            : color_of(*task.look[k], delta, noise(task.first_texel + l, task.look[k]->noise_key), c);
       sum += ((weights[k] * scale + 32768) >> 16) * color;
     }
     out.code |= static_cast<std::uint32_t>(task.srgb[std::min<i64>(sum >> 14, 65535) >> kSrgbShift]) << (8 * c);

@@ -78,6 +78,11 @@ std::vector<simulation::MaterialAppearance> any_appearance(int num_materials, st
     look.specular_variation = i % 2 == 0 ? 0.0 : random.uniform();
     look.height_mm = 0.5 * (2.0 * random.uniform() - 1.0);
     look.height_variation = i % 2 == 1 ? 0.0 : random.uniform();
+    for (int k = 0; k < 2 + i % 3 && i % 4 == 1; ++k) {
+      const double amount = 0.5 * k + 0.3 * random.uniform();
+      const Vec3 color(random.uniform(), random.uniform(), random.uniform());
+      look.colors.push_back({.amount = amount, .color = color, .second_color = Vec3(random.uniform(), 0.5, 0.5)});
+    }
     appearance.push_back(std::move(look));
   }
   return appearance;

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 
+#include "libcommon/core/random.h"
+#include "simulation/rules/compiled_rules.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/simulation/tracing/tracing_scene.h"
 #include "tests/simulation/transport/transport_scene.h"
@@ -259,6 +262,54 @@ TEST(RuleEngine, SleepSavesWorkAndChangesNothing) {
   EXPECT_GT(engine.num_awake(), 0);
   for (int i = 200; i < 500; ++i) (void)engine.step(i, *scene.atlas);
   EXPECT_EQ(engine.num_awake(), 0) << "all dry";
+}
+
+TEST(CompiledRules, KnowWithoutWhichMaterialsNothingHappens) {
+  constexpr std::uint32_t kWater = 1, kMetal = 2, kOxide = 4;
+  std::vector<SurfaceParameter> slope(1);
+  slope[0].name = "slope";
+  const std::vector<std::pair<std::string, std::uint32_t>> cases{
+      {"min(1, 8*water) * metal * max(0, 1 - rust)", kWater | kMetal},
+      {"min(water, metal, rust)", kWater | kMetal | kOxide},
+      {"(water + metal) * rust", kOxide},
+      {"max(water, metal) * slope", 0},
+      {"max(0, water) / metal", kWater | kMetal},
+      {"min(water - 0.5, metal)", 0},  // below 0 where there is no metal, too; but not always
+      {"min(water, slope)", 0},
+      {"-water * (slope - metal)", kWater},
+      {"water * clamp(metal - 1, 0, 1)", kWater},
+      {"min(abs(slope), metal) * smoothstep(0, 1, water)", kMetal},
+      {"1 - water", 0}};
+  for (const auto& [driver, needs] : cases) {
+    const CompiledRules rules = compile_rules(std::vector<Rule>{rule_of(driver, 1.0, {1.0})}, kNames, slope);
+    std::uint32_t found = 0;
+    for (std::size_t k = 0; k < rules.materials.size(); ++k) {
+      if ((rules.rules[0].needs >> k & 1) != 0) found |= std::uint32_t{1} << rules.materials[k];
+    }
+    EXPECT_EQ(found, needs) << driver;
+    // Whatever the others are.
+    struct alignas(64) Block {
+      std::array<float, kExpressionBlock> values;
+    };
+    std::vector<Block> slots(static_cast<std::size_t>(rules.num_slots));
+    RandomStream random(3, 0);
+    for (std::size_t without = 0; without < rules.materials.size(); ++without) {
+      if ((rules.rules[0].needs >> without & 1) == 0) continue;
+      for (std::size_t k = 0; k < slots.size(); ++k) {
+        for (float& v : slots[k].values)
+          v = k == without ? 0.0F
+                           : static_cast<float>(k < rules.materials.size() ? 3.0 : 2.0) *
+                                 static_cast<float>(random.uniform() - (k < rules.materials.size() ? 0.0 : 0.5));
+      }
+      for (const auto& constant : rules.rules[0].driver.constants)
+        slots[static_cast<std::size_t>(constant.slot)].values.fill(constant.value);
+      run_expression(rules.rules[0].driver, slots[0].values.data(), InstructionSet::Baseline);
+      for (const float v : slots[static_cast<std::size_t>(rules.rules[0].driver.result)].values)
+        ASSERT_EQ(v, 0.0F) << driver << " without " << kNames[static_cast<std::size_t>(rules.materials[without])];
+    }
+  }
+  EXPECT_EQ(compile_rules(std::vector<Rule>{rule_of("1", 1.0, {}, {0.0, 1.0})}, kNames, {}).rules[0].needs, 1u)
+      << "what a rule uses has to be there";
 }
 
 TEST(RuleEngine, ReportsWhatItMadeAndUsed) {

@@ -3,10 +3,13 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <utility>
 #include <vector>
 
+#include "libcommon/core/random.h"
 #include "simulation/transport/exchange.h"
+#include "simulation/transport/part_sums.h"
 #include "simulation/transport/splat.h"
 #include "simulation/transport/trail.h"
 #include "tests/simulation/transport/transport_scene.h"
@@ -46,6 +49,33 @@ TEST(Trail, KeepsTheLastContactsInTheirOrder) {
   EXPECT_EQ(trails[0].size(), 2u);
   EXPECT_EQ(trails[1].size(), 1u) << "it has fallen from elsewhere";
   EXPECT_EQ(trails[1].texel(0), 8u);
+}
+
+TEST(PartSums, AreThoseOfASortedMapWithTheMiddleFirst) {
+  PartSums sums;
+  RandomStream random(3, 0);
+  for (const std::uint32_t num_texels : {40u, 3000u, 200'000u, 500u}) {  // the third has more tiles than slots at first
+    std::map<TexelIndex, std::uint32_t> slow;
+    TexelIndex middle = 0;
+    for (int i = 0; i < 5000; ++i) {
+      const TexelIndex texel = random.below(num_texels);
+      const std::uint32_t share = random.below(3);  // 0 counts as a part, too
+      sums.add(texel, share);
+      slow[texel] += share;
+      if (i == 700) middle = texel;
+    }
+    std::vector<SplatPart> parts{{.texel = 1, .share = 2}};
+    sums.take(middle, parts);
+    ASSERT_EQ(parts.size(), slow.size() + 1);
+    EXPECT_EQ(parts[1].texel, middle);
+    EXPECT_EQ(parts[1].share, slow[middle]);
+    slow.erase(middle);
+    std::size_t k = 2;
+    for (const auto& [texel, share] : slow) {
+      ASSERT_EQ(parts[k].texel, texel);
+      ASSERT_EQ(parts[k++].share, share);
+    }
+  }
 }
 
 TEST(Deposit, IsDarkestWhereTheWayEnds) {

@@ -83,10 +83,10 @@ TEST(Exchanger, EqualsOneContactAfterAnother) {
 
 /// One part of one splat after another, by gammaton: what Exchanger must equal, whichever regions they lie in.
 void exchange_splats_slowly(std::vector<Contact> contacts, const ExchangeOptions& options, double width,
-                            std::int64_t iteration, Cargo& cargo, const SurfaceAtlas& surface,
-                            std::map<std::pair<int, TexelIndex>, std::uint32_t>& amounts) {
+                            std::int64_t iteration, Cargo& cargo, MaterialAtlas& atlas) {
   std::sort(contacts.begin(), contacts.end(),
             [](const Contact& a, const Contact& b) { return a.gammaton < b.gammaton; });
+  const SurfaceAtlas& surface = atlas.surface();
   const SplatShape shape(surface, width);
   for (const Contact& contact : contacts) {
     std::vector<SplatPart> parts;
@@ -103,15 +103,17 @@ void exchange_splats_slowly(std::vector<Contact> contacts, const ExchangeOptions
           [&](std::size_t k) { return parts[k].share; }, [&](std::size_t k, std::uint32_t mass) { masses[k] = mass; });
       std::uint32_t sum = 0;
       for (std::size_t k = 0; k < parts.size(); ++k) {
-        const std::uint32_t weight = surface.weight(parts[k].texel);
-        const double area = static_cast<double>(parts[k].share) / SplatShape::kWhole;
-        std::uint32_t& amount = amounts.at({m, parts[k].texel});
+        const TexelIndex texel = parts[k].texel;
+        const std::uint32_t weight = surface.weight(texel), amount = atlas.amount(m, texel);
+        const double area = contact_area(options, surface) * parts[k].share / SplatShape::kWhole;
         const std::uint32_t limit =
             masses[k] + (0xFFFFFFFFu - whole) / static_cast<std::uint32_t>(SplatShape::kMaxParts);
         const int quanta =
             transfer_quanta(transfer_shares(options.ratio, rate, options.contact, weight, area), amount, weight,
                             masses[k], mixed(randoms[active], static_cast<std::uint32_t>(k)), limit);
-        amount -= static_cast<std::uint32_t>(quanta);
+        if (quanta != 0)
+          atlas.writable_tile(m, TileGrid::tile_of(texel))[texel % 64] =
+              static_cast<std::uint16_t>(static_cast<int>(amount) - quanta);
         sum += masses[k] + static_cast<std::uint32_t>(quanta) * weight;
       }
       whole = sum;
@@ -120,28 +122,52 @@ void exchange_splats_slowly(std::vector<Contact> contacts, const ExchangeOptions
   }
 }
 
+struct SplatCase {
+  bool is_squeezed;  ///< Texels of many sizes; else a seam.
+  int resolution;
+  double width;  ///< In texels of median size.
+  double most;   ///< That a gammaton carries of a material.
+  bool is_in_mm;
+};
+
+TransportScene scene_of(const SplatCase& of) {
+  return of.is_squeezed ? squeezed_plane(of.resolution) : seamed_plane(of.resolution);
+}
+
 TEST(Exchanger, EqualsOnePartOfASplatAfterAnother) {
-  for (const bool is_squeezed : {true, false}) {  // texels of many sizes; a seam
-    TransportScene scene = is_squeezed ? squeezed_plane(256) : seamed_plane(256);
-    ASSERT_GT(scene.surface->grid().num_pages(), 4u);
-    std::map<std::pair<int, TexelIndex>, std::uint32_t> amounts;
-    for (int m = 0; m < 3; ++m) {
-      for (const TexelIndex t : scene.covered) amounts[{m, t}] = scene.atlas->amount(m, t);
-    }
-    constexpr std::uint32_t kGammatons = 4000;
-    Cargo cargo = random_cargo(kGammatons, 1.0, 1), slow_cargo = cargo;
-    Exchanger exchanger(3, kSeed);
+  // Splats of 5 texels are 3 sqrt 2 wide. At 1024, regions have several pages. The last fills texels, and gammatons.
+  for (const SplatCase& one : {SplatCase{true, 256, 3.0 * std::numbers::sqrt2, 1.0, false},
+                               {false, 256, 3.0 * std::numbers::sqrt2, 1.0, false},
+                               {true, 1024, 12.0, 16.0, true},
+                               {false, 1024, 24.0, 64.0, true},
+                               {false, 256, SplatShape::kWidest, 1000.0, true},
+                               {true, 256, SplatShape::kWidest, 1000.0, true}}) {
+    TransportScene slow = scene_of(one);
+    ASSERT_GT(slow.surface->grid().num_pages(), 4u);
+    const auto gammatons = static_cast<std::uint32_t>(one.is_in_mm ? 1000 : 4000);
     ExchangeOptions options = kOptions;
     options.splat_texels = 5;
-    for (int iteration = 0; iteration < 3; ++iteration) {
-      const std::vector<Contact> contacts =
-          random_contacts(scene, kGammatons, static_cast<std::uint64_t>(iteration), 5);
-      exchange_splats_slowly(contacts, options, 3.0 * std::numbers::sqrt2, iteration, slow_cargo, *scene.surface,
-                             amounts);
-      (void)exchanger.exchange(contacts, options, iteration, cargo, *scene.atlas, nullptr, threads(2));
+    const double median_mm = slow.surface->median_texel_size_mm();
+    if (one.is_in_mm) options.splat_mm = one.width * median_mm;
+    const double width = one.is_in_mm ? options.splat_mm / median_mm : one.width;
+    std::vector<std::vector<Contact>> contacts;
+    for (std::uint64_t i = 0; i < 3; ++i) contacts.push_back(random_contacts(slow, gammatons, i, 5));
+    const Cargo start = random_cargo(gammatons, one.most, 1);
+    Cargo slow_cargo = start;
+    for (std::size_t i = 0; i < contacts.size(); ++i)
+      exchange_splats_slowly(contacts[i], options, width, static_cast<std::int64_t>(i), slow_cargo, *slow.atlas);
+    for (const InstructionSet set : {InstructionSet::Baseline, InstructionSet::Avx2, InstructionSet::Avx512}) {
+      if (!has_instruction_set(set)) continue;
+      TransportScene scene = scene_of(one);
+      Cargo cargo = start;
+      Exchanger exchanger(3, kSeed, set);
+      for (std::size_t i = 0; i < contacts.size(); ++i)
+        (void)exchanger.exchange(contacts[i], options, static_cast<std::int64_t>(i), cargo, *scene.atlas, nullptr,
+                                 threads(2));
+      EXPECT_EQ(cargo.mass, slow_cargo.mass) << one.width << " " << static_cast<int>(set);
+      EXPECT_EQ(scene.atlas->hash(), slow.atlas->hash()) << one.width << " " << static_cast<int>(set);
+      EXPECT_EQ(scene.atlas->memory(), slow.atlas->memory());
     }
-    EXPECT_EQ(cargo.mass, slow_cargo.mass);
-    for (const auto& [key, amount] : amounts) ASSERT_EQ(scene.atlas->amount(key.first, key.second), amount);
   }
 }
 

@@ -1,0 +1,5 @@
+#include "simulation/transport/splat_kernel.h"
+
+namespace patinate::simulation::transport::splat_baseline {
+#include "simulation/transport/splat_kernel.inl"
+}  // namespace patinate::simulation::transport::splat_baseline

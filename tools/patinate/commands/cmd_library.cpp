@@ -98,8 +98,8 @@ void save_page(const std::filesystem::path& path, const std::vector<ShelfEntry>&
 Json json_of(const std::vector<Likeness>& ranking, const std::vector<ShelfEntry>& entries) {
   Json list = Json::array();
   for (const Likeness& likeness : ranking) {
-    Json json = likeness.json();
-    json["name"] = entries[likeness.entry].name;
+    Json json{{"name", entries[likeness.entry].name}};
+    json.update(likeness.json());
     list.push_back(std::move(json));
   }
   return list;

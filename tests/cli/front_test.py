@@ -73,6 +73,25 @@ class Front(unittest.TestCase):
         half = ["--resolution", SIDE // 2, "--coherence", "0.5", "--source", "crackle"]
         self.assertEqual(row(front("-o", "alone", *half).stdout), row(front("-o", "fresh", *half).stdout))
 
+    def test_a_ramp_has_the_values_of_the_source_from_left_to_right(self):
+        result = front("-o", "ramp", "--guide", "ramp", "--resolution", SIDE, "--coherence", "0.65,0.85,default", "--source", "crackle", "crackle/controls/thickness.exr")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        rows = {line.split("|")[1].strip(): line.split("|")[2:-2] for line in result.stdout.splitlines() if line.startswith("| fast")}  # But for the speed.
+        self.assertEqual(set(rows), {"fast 0.65", "fast 0.85", "fast default"})
+        self.assertIn(rows["fast default"], (rows["fast 0.65"], rows["fast 0.85"]))  # The default of a source without, and with structure.
+
+        self.assertEqual(front("-o", "ramp", "--guide", "ramp", "--resolution", SIDE, "--coherence", "0.65", "--source", "crackle").returncode, 0)
+
+        def values(file):
+            printed = subprocess.run(["oiiotool", "--dumpdata", file], cwd=WORK, check=True, capture_output=True, text=True).stdout
+            return [float(v) for v in re.findall(r"Pixel \(.*\): (\S+)", printed)]
+
+        ramp, source = values("ramp/crackle/guide_ramp.png"), sorted(values("crackle/controls/thickness.exr"))
+        self.assertEqual(ramp[:SIDE], sorted(ramp[:SIDE]))
+        self.assertEqual(ramp, ramp[:SIDE] * SIDE)
+        for x in range(SIDE):  # Every column stands for as much of the source. Half a code by rounding, one by oiiotool, which cuts what it reads of a PGM.
+            self.assertAlmostEqual(ramp[x] / 65535, source[round(x / (SIDE - 1) * (len(source) - 1))], delta=1.5 / 65535)
+
     def test_what_is_wrong_is_said_in_a_line(self):
         for arguments, code, said in ((["--source", "photos"], 3, "no material history"), (["--source", "nothing", "crackle/controls/thickness.exr"], 3, "nothing"),
                                       (["--source", "crackle", "crackle/controls/thickness.exr", "--coherence", "much"], 2, "much"),

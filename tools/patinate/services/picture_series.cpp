@@ -9,6 +9,7 @@
 #include "tools/patinate/command_line/numbered_path.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/services/movie_frames.h"
 #include "tools/patinate/services/tile_files.h"
 
 namespace patinate::cli {
@@ -31,17 +32,33 @@ int make_movie(CommandRun& run, const std::filesystem::path& output, const Pictu
   hash.add("movie 1").add(series.key).add(lower_extension(output)).add(movie.fps);
   for (double t : series.times) hash.add(t);
   const std::string key = hash.hex();
-  const std::optional<JobStatus> status = run.check_file(output, read_movie_key(output), key);
-  if (!status) return 0;
-  if (status == JobStatus::Done) {
-    const RunControl control = run.control(series.label);
-    const RunControl silent = without_progress(control);
-    const auto codes = [&](int i) {
-      const double t = series.times[static_cast<std::size_t>(i)];
-      return series.codes ? series.codes(t, silent) : srgb8_from_linear(series.picture(t, silent));
-    };
-    write_coded_movie(output, static_cast<int>(series.times.size()), codes, movie, key, control);
+  const auto codes = [&](int i, const RunControl& control) {
+    const double t = series.times[static_cast<std::size_t>(i)];
+    return series.codes ? series.codes(t, control) : srgb8_from_linear(series.picture(t, control));
+  };
+  std::optional<JobStatus> status;
+  if (run.request() != nullptr) {
+    MovieFrames frames{
+        .output = output, .label = series.label, .key = key, .keys = {}, .codes = codes, .options = movie};
+    for (std::size_t i = 0; i < series.times.size(); ++i) {
+      frames.keys.push_back(ContentHash()
+                                .add("movie picture 1")
+                                .add(series.key)
+                                .add(series.times[i])
+                                .add(static_cast<std::int64_t>(i))
+                                .hex());
+    }
+    status = answer_movie(run, frames);
+  } else {
+    status = run.check_file(output, read_movie_key(output), key);
+    if (status == JobStatus::Done) {
+      const RunControl control = run.control(series.label);
+      const RunControl silent = without_progress(control);
+      write_coded_movie(
+          output, static_cast<int>(series.times.size()), [&](int i) { return codes(i, silent); }, movie, key, control);
+    }
   }
+  if (!status) return 0;
   run.report_output(*status, output, Json{{"pictures", series.times.size()}, {"fps", movie.fps}});
   return 0;
 }

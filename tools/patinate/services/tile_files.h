@@ -29,6 +29,7 @@ namespace patinate::cli {
 struct OutputPiece {
   std::vector<std::filesystem::path> files;  ///< Of its tiles.
   std::string key;
+  JobCost cost = {};
 };
 
 /// Which of several outputs are to be made, all checked before anything is written. To a plan each is an item.

@@ -291,6 +291,7 @@ int cmd_export(CommandRun& run) {
                           plants);
     }
     const AgingMesh mesh = open_aging_mesh(subject);
+    if (mesh.is_reduced) run.note(subject.string() + ": has more texels than are held at once; they are shown reduced");
     if (is_pictures) {
       return make_series(run, output,
                          {"export", mesh.key, times.resolve(run, mesh.history, kMoviePictures), mesh.sample}, movie);

@@ -209,6 +209,8 @@ std::vector<double> times_of(CommandRun& run, const RenderCommand& command, cons
 
 int render_aging_mesh(CommandRun& run, const RenderCommand& command) {
   const AgingMesh mesh = open_aging_mesh(command.subject, command.shown.film);
+  if (mesh.is_reduced)
+    run.note(command.subject.string() + ": has more texels than are held at once; pictures show its color, reduced");
   const std::vector<double> times = times_of(run, command, mesh);
   if (command.has_views() && times.size() != 1)
     throw UsageError("--views, --turntable: show one time; give it with --time");

@@ -15,7 +15,8 @@ namespace {
 constexpr std::int64_t kChunk = 16384;
 constexpr int kNear = 4, kFar = 64;                  // Of rep64.
 constexpr int kShortestSpan = 8, kLongestSpan = 32;  // Texels: whole pixels measure the longest to a few percent.
-constexpr double kLargestStep = 5.0;     // Source pixels of a step inside a piece: UVs squeezed by 4, and rounding.
+constexpr double kLargestStep = 5.0;  // Source pixels of a step inside a piece: UVs squeezed by 4, and rounding.
+constexpr double kLogarithmBin = 1.0 / 65536.0;
 constexpr double kStepTolerance = 0.99;  // Of a unit: both places are rounded to half of one.
 constexpr std::pair<int, int> kSteps[] = {{1, 0}, {0, 1}};
 constexpr std::pair<int, int> kFartherSteps[] = {{1, 0}, {0, 1},  {1, 1}, {1, -1}, {2, 0}, {0, 2},
@@ -59,72 +60,16 @@ double color_difference(const ImageF& frame, std::int32_t a, std::int32_t b) {
   return std::sqrt(sum);
 }
 
-struct PairSums {
-  std::int64_t count = 0, following = 0;
-  double difference = 0.0, distance = 0.0;
+/// Which of PairsByDistance; nothing for pairs farther apart than all of them.
+std::optional<std::size_t> distance_bin(const TexelPair& pair, double texel_mm) {
+  const double bin = std::floor(pair.offset_mm.norm() / (texel_mm / 2) + 0.5);
+  return bin < static_cast<double>(PairsByDistance{}.size()) ? std::optional(static_cast<std::size_t>(bin))
+                                                             : std::nullopt;
+}
 
-  void add(const TexelPair& pair, const SourceIndices& source, const SynthesisSource& frames,
-           const SourceScale& scale) {
-    ++count;
-    following += follows_surface(source, pair, scale) ? 1 : 0;
-    for (const ImageF& frame : frames.frames)
-      difference += color_difference(frame, source.of(pair.first), source.of(pair.second));
-    distance += pair.offset_mm.norm() * static_cast<double>(frames.frames.size());
-  }
-  static PairSums merge(PairSums a, const PairSums& b) {
-    return {a.count + b.count, a.following + b.following, a.difference + b.difference, a.distance + b.distance};
-  }
-  [[nodiscard]] double gradient() const { return distance > 0.0 ? difference / distance : 0.0; }
-  [[nodiscard]] double following_share() const { return static_cast<double>(following) / static_cast<double>(count); }
-};
-
-/// Pairs by how far they are apart: a texture's differences do not grow with the distance, so that only pairs of equal
-/// distance can be compared.
-class PairsByDistance {
- public:
-  explicit PairsByDistance(double texel_mm) : bin_mm_(texel_mm / 2) {}
-
-  void add(const TexelPair& pair, const SourceIndices& source, const SynthesisSource& frames,
-           const SourceScale& scale) {
-    const double bin = std::floor(pair.offset_mm.norm() / bin_mm_ + 0.5);
-    if (bin < static_cast<double>(sums_.size())) sums_[static_cast<std::size_t>(bin)].add(pair, source, frames, scale);
-  }
-  static PairsByDistance merge(PairsByDistance a, const PairsByDistance& b) {
-    for (std::size_t i = 0; i < a.sums_.size(); ++i) a.sums_[i] = PairSums::merge(a.sums_[i], b.sums_[i]);
-    return a;
-  }
-  /// Against pairs of the same distance, or where there are few of those, of the nearest distance that has more.
-  [[nodiscard]] SeamFigures against(const PairsByDistance& inside) const {
-    SeamFigures figures;
-    double difference = 0.0, expected_difference = 0.0, following = 0.0, expected_following = 0.0;
-    for (std::size_t i = 0; i < sums_.size(); ++i) {
-      figures.num_pairs += sums_[i].count;
-      const PairSums* same = inside.nearest(i);
-      if (sums_[i].count == 0 || same == nullptr) continue;
-      difference += sums_[i].difference;
-      expected_difference += same->gradient() * sums_[i].distance;
-      following += static_cast<double>(sums_[i].following);
-      expected_following += same->following_share() * static_cast<double>(sums_[i].count);
-    }
-    if (expected_difference > 0.0) figures.gradient_ratio = difference / expected_difference;
-    if (expected_following > 0.0) figures.coherence_ratio = following / expected_following;
-    return figures;
-  }
-
- private:
-  static constexpr std::int64_t kEnough = 100;
-  [[nodiscard]] const PairSums* nearest(std::size_t bin) const {
-    for (std::size_t d = 0; d < sums_.size(); ++d) {
-      for (const std::size_t i : {bin + d, bin - d}) {
-        if (i < sums_.size() && sums_[i].count >= kEnough) return &sums_[i];
-      }
-    }
-    return nullptr;
-  }
-
-  double bin_mm_;
-  std::array<PairSums, 12> sums_ = {};  ///< Around multiples of half a texel.
-};
+void add_each(PairsByDistance& sums, const PairsByDistance& others) {
+  for (std::size_t i = 0; i < sums.size(); ++i) sums[i].add(others[i]);
+}
 
 /// Length of a span in the source over that on the surface; nothing where it leaves a piece.
 std::optional<double> span_ratio(const TexelMap& surface, const SourceIndices& source, const SourceScale& scale,
@@ -153,119 +98,197 @@ bool follows_surface(const SourceIndices& source, const TexelPair& pair, const S
   return error.cwiseAbs().maxCoeff() <= kStepTolerance * scale.unit_px;
 }
 
-CoherenceFigures measure_coherence(const TexelMap& surface, const SourceIndices& source, const SourceScale& scale) {
-  Pieces pieces(static_cast<std::size_t>(surface.num_texels()));
-  std::int64_t pairs = 0, coherent = 0;
-  for (TexelId t = 0; t < surface.num_texels(); ++t) {
-    if (!surface.is_covered(t)) continue;
-    for (const auto& [dx, dy] : kSteps) {
-      const std::optional<TexelPair> pair = interior_pair(surface, scale.frames, t, dx, dy);
-      if (!pair) continue;
-      ++pairs;
-      if (!follows_surface(source, *pair, scale)) continue;
-      ++coherent;
-      pieces.join(static_cast<std::int32_t>(t), static_cast<std::int32_t>(pair->second));
-    }
-  }
-  CoherenceFigures figures;
-  figures.coherent_share = pairs > 0 ? static_cast<double>(coherent) / static_cast<double>(pairs) : 1.0;
-  figures.piece.assign(static_cast<std::size_t>(surface.num_texels()), -1);
-  std::int32_t num_pieces = 0;
-  for (TexelId t = 0; t < surface.num_texels(); ++t) {  // The smallest member comes first.
-    if (!surface.is_covered(t)) continue;
-    const std::int32_t root = pieces.find(static_cast<std::int32_t>(t));
-    figures.piece[static_cast<std::size_t>(t)] =
-        root == t ? num_pieces++ : figures.piece[static_cast<std::size_t>(root)];
-  }
-  figures.texels_per_piece = num_pieces > 0 ? static_cast<double>(surface.num_covered()) / num_pieces : 0.0;
-  return figures;
+void CoherenceSums::add(const CoherenceSums& o) {
+  pairs += o.pairs, coherent += o.coherent, texels += o.texels, pieces += o.pieces;
 }
 
-ReuseFigures measure_reuse(const TexelMap& surface, const SourceIndices& source, std::int64_t num_usable) {
-  const int w = surface.width();
-  std::vector<TexelId> order;
-  for (TexelId t = 0; t < surface.num_texels(); ++t) {
-    if (surface.is_covered(t)) order.push_back(t);
-  }
-  std::stable_sort(order.begin(), order.end(), [&](TexelId a, TexelId b) { return source.of(a) < source.of(b); });
-  ReuseFigures figures;
-  figures.is_repeated.assign(static_cast<std::size_t>(surface.num_texels()), 0);
-  std::int64_t repeated = 0, used = 0;
-  const auto is_near = [&](TexelId a, TexelId b) {
+double CoherenceSums::coherent_share() const {
+  return pairs > 0 ? static_cast<double>(coherent) / static_cast<double>(pairs) : 1.0;
+}
+
+double CoherenceSums::texels_per_piece() const {
+  return pieces > 0 ? static_cast<double>(texels) / static_cast<double>(pieces) : 0.0;
+}
+
+CoherenceSums measure_coherence(const MapPart& part, const SourceScale& scale) {
+  Pieces pieces(static_cast<std::size_t>(part.num_texels()));
+  CoherenceSums sums;
+  part.for_each_covered([&](TexelId t, std::int64_t i) {
+    for (const auto& [dx, dy] : kSteps) {
+      const std::optional<TexelPair> pair = interior_pair(part.surface, scale.frames, t, dx, dy);
+      if (!pair) continue;
+      ++sums.pairs;
+      if (!follows_surface(part.indices, *pair, scale)) continue;
+      ++sums.coherent;
+      pieces.join(static_cast<std::int32_t>(i), static_cast<std::int32_t>(part.place(pair->second)));
+    }
+  });
+  part.for_each_covered([&](TexelId, std::int64_t i) {
+    ++sums.texels;
+    sums.pieces += pieces.find(static_cast<std::int32_t>(i)) == i ? 1 : 0;
+  });
+  return sums;
+}
+
+void ReuseSums::add(const ReuseSums& other) {
+  texels += other.texels, repeated += other.repeated;
+  if (uses.size() < other.uses.size()) uses.resize(other.uses.size());
+  for (std::size_t i = 0; i < other.uses.size(); ++i) uses[i] += other.uses[i];
+}
+
+double ReuseSums::rep64() const {
+  return texels > 0 ? static_cast<double>(repeated) / static_cast<double>(texels) : 0.0;
+}
+
+double ReuseSums::used_share(std::int64_t num_usable) const {
+  const auto used = static_cast<std::int64_t>(uses.size()) - std::count(uses.begin(), uses.end(), 0);
+  return num_usable > 0 ? static_cast<double>(used) / static_cast<double>(num_usable) : 0.0;
+}
+
+ReuseSums measure_reuse(const MapPart& part, std::int64_t num_pixels, ImageF& is_repeated) {
+  const std::int64_t w = part.rect.width();
+  const SourceIndices& source = part.indices;
+  ReuseSums sums;
+  sums.uses.resize(static_cast<std::size_t>(num_pixels));
+  std::vector<std::int64_t> order;  // Places in the part.
+  part.for_each_covered([&](TexelId t, std::int64_t i) {
+    order.push_back(i);
+    ++sums.uses[static_cast<std::size_t>(source.of(t))];
+  });
+  const auto shown = [&](std::int64_t i) { return source.of(part.texel(i)); };
+  std::stable_sort(order.begin(), order.end(), [&](std::int64_t a, std::int64_t b) { return shown(a) < shown(b); });
+  is_repeated = ImageF(part.rect.width(), part.rect.height());
+  const auto is_near = [&](std::int64_t a, std::int64_t b) {
     const std::int64_t dx = a % w - b % w, dy = a / w - b / w, d2 = dx * dx + dy * dy;
     return d2 >= kNear * kNear && d2 <= kFar * kFar;
   };
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    for (end = begin; end < order.size() && source.of(order[end]) == source.of(order[begin]);) ++end;
-    ++used;
+    for (end = begin; end < order.size() && shown(order[end]) == shown(order[begin]);) ++end;
     for (std::size_t i = begin; i < end; ++i) {  // Texels of one source are in rows: only 64 of those are looked at.
       bool found = false;
       for (std::size_t j = i; j-- > begin && !found && order[i] / w - order[j] / w <= kFar;)
         found = is_near(order[i], order[j]);
       for (std::size_t j = i + 1; j < end && !found && order[j] / w - order[i] / w <= kFar; ++j)
         found = is_near(order[i], order[j]);
-      figures.is_repeated[static_cast<std::size_t>(order[i])] = found ? 1 : 0;
-      repeated += found ? 1 : 0;
+      is_repeated.data()[order[i]] = found ? 1.0f : 0.0f;
+      sums.repeated += found ? 1 : 0;
     }
   }
-  figures.rep64 = order.empty() ? 0.0 : static_cast<double>(repeated) / static_cast<double>(order.size());
-  figures.used_share = num_usable > 0 ? static_cast<double>(used) / static_cast<double>(num_usable) : 0.0;
+  sums.texels = static_cast<std::int64_t>(order.size());
+  return sums;
+}
+
+void PairSums::add(const TexelPair& pair, const SourceIndices& source, const SynthesisSource& frames,
+                   const SourceScale& scale) {
+  ++count;
+  following += follows_surface(source, pair, scale) ? 1 : 0;
+  for (const ImageF& frame : frames.frames)
+    difference += color_difference(frame, source.of(pair.first), source.of(pair.second));
+  distance += pair.offset_mm.norm() * static_cast<double>(frames.frames.size());
+}
+
+void PairSums::add(const PairSums& o) {
+  count += o.count, following += o.following, difference += o.difference, distance += o.distance;
+}
+
+void SeamSums::add(const SeamSums& other) {
+  add_each(over, other.over);
+  add_each(inside, other.inside);
+}
+
+SeamFigures SeamSums::figures() const {
+  constexpr std::int64_t kEnough = 100;
+  const auto nearest = [&](std::size_t bin) -> const PairSums* {
+    for (std::size_t d = 0; d < inside.size(); ++d) {
+      for (const std::size_t i : {bin + d, bin - d}) {
+        if (i < inside.size() && inside[i].count >= kEnough) return &inside[i];
+      }
+    }
+    return nullptr;
+  };
+  SeamFigures figures;
+  double difference = 0.0, expected_difference = 0.0, following = 0.0, expected_following = 0.0;
+  for (std::size_t i = 0; i < over.size(); ++i) {
+    figures.num_pairs += over[i].count;
+    const PairSums* same = nearest(i);
+    if (over[i].count == 0 || same == nullptr) continue;
+    difference += over[i].difference;
+    expected_difference += same->gradient() * over[i].distance;
+    following += static_cast<double>(over[i].following);
+    expected_following += same->following_share() * static_cast<double>(over[i].count);
+  }
+  if (expected_difference > 0.0) figures.gradient_ratio = difference / expected_difference;
+  if (expected_following > 0.0) figures.coherence_ratio = following / expected_following;
   return figures;
 }
 
-SeamFigures measure_seams(const TexelMap& surface, const SourceIndices& source, std::span<const TexelPair> seams,
-                          const SynthesisSource& frames, const SourceScale& scale, const RunControl& control) {
-  const PairsByDistance none(surface.median_texel_size_mm());
-  if (seams.empty()) return {};
-  PairsByDistance over = none;
-  for (const TexelPair& pair : seams) over.add(pair, source, frames, scale);
-  const PairsByDistance inside = parallel_reduce(
-      surface.num_texels(), kChunk, control, none,
+SeamSums measure_seams(const MapPart& part, std::span<const TexelPair> seams, const SynthesisSource& frames,
+                       const SourceScale& scale, const RunControl& control) {
+  const double texel_mm = part.surface.median_texel_size_mm();
+  SeamSums sums;
+  if (seams.empty() && part.surface.sheet().num_tiles() == 1) return sums;
+  for (const TexelPair& pair : seams) {
+    if (const auto bin = distance_bin(pair, texel_mm)) sums.over[*bin].add(pair, part.indices, frames, scale);
+  }
+  sums.inside = parallel_reduce(
+      part.num_texels(), kChunk, control, PairsByDistance{},
       [&](std::int64_t begin, std::int64_t end) {
-        PairsByDistance part = none;
-        for (TexelId t = begin; t < end; ++t) {
-          if (!surface.is_covered(t)) continue;
+        PairsByDistance inside{};
+        for (std::int64_t i = begin; i < end; ++i) {
+          const TexelId t = part.texel(i);
+          if (!part.surface.is_covered(t)) continue;
           for (const auto& [dx, dy] : kFartherSteps) {
-            if (const auto pair = interior_pair(surface, scale.frames, t, dx, dy))
-              part.add(*pair, source, frames, scale);
+            const auto pair = interior_pair(part.surface, scale.frames, t, dx, dy);
+            if (!pair) continue;
+            if (const auto bin = distance_bin(*pair, texel_mm)) inside[*bin].add(*pair, part.indices, frames, scale);
           }
         }
-        return part;
+        return inside;
       },
-      PairsByDistance::merge);
-  return over.against(inside);
-}
-
-ForeshorteningFigures measure_foreshortening(const TexelMap& surface, const SourceIndices& source,
-                                             const SourceScale& scale, const RunControl& control) {
-  using Ratios = std::vector<double>;
-  Ratios errors = parallel_reduce(
-      surface.num_texels(), kChunk, control, Ratios{},
-      [&](std::int64_t begin, std::int64_t end) {
-        Ratios part;
-        for (TexelId t = begin; t < end; ++t) {
-          if (!surface.is_covered(t)) continue;
-          for (const auto& [dx, dy] : kSteps) {
-            if (const auto ratio = span_ratio(surface, source, scale, t, dx, dy))
-              part.push_back(std::exp2(std::abs(std::log2(*ratio))) - 1.0);
-          }
-        }
-        return part;
-      },
-      [](Ratios a, const Ratios& b) {
-        a.insert(a.end(), b.begin(), b.end());
+      [](PairsByDistance a, const PairsByDistance& b) {
+        add_each(a, b);
         return a;
       });
-  ForeshorteningFigures figures;
-  figures.num_spans = static_cast<std::int64_t>(errors.size());
-  if (errors.empty()) return figures;
-  std::sort(errors.begin(), errors.end());
-  const auto at = [&](double rank) {
-    return errors[static_cast<std::size_t>(rank * static_cast<double>(errors.size() - 1))];
+  return sums;
+}
+
+ValueCounts measure_foreshortening(const MapPart& part, const SourceScale& scale, const RunControl& control) {
+  using Logarithms = std::vector<double>;
+  constexpr std::int64_t kRows = 256;  // At a time: what is found in them is kept in a list until it is counted.
+  ValueCounts counts(kLogarithmBin);
+  for (int row = 0; row < part.rect.height(); row += kRows) {
+    const std::int64_t first = std::int64_t{row} * part.rect.width(),
+                       last = std::min(first + kRows * part.rect.width(), part.num_texels());
+    const Logarithms found = parallel_reduce(
+        last - first, kChunk, control, Logarithms{},
+        [&](std::int64_t begin, std::int64_t end) {
+          Logarithms some;
+          for (std::int64_t i = first + begin; i < first + end; ++i) {
+            const TexelId t = part.texel(i);
+            if (!part.surface.is_covered(t)) continue;
+            for (const auto& [dx, dy] : kSteps) {
+              if (const auto ratio = span_ratio(part.surface, part.indices, scale, t, dx, dy))
+                some.push_back(std::abs(std::log2(*ratio)));
+            }
+          }
+          return some;
+        },
+        [](Logarithms a, const Logarithms& b) {
+          a.insert(a.end(), b.begin(), b.end());
+          return a;
+        });
+    for (const double v : found) counts.add(v);
+  }
+  return counts;
+}
+
+ForeshorteningFigures foreshortening_of(const ValueCounts& logarithms) {
+  if (logarithms.total() == 0) return {};
+  const auto error_at = [&](double share) {
+    const auto rank = static_cast<std::int64_t>(share * static_cast<double>(logarithms.total() - 1));
+    return std::exp2(logarithms.at_rank(rank)) - 1.0;
   };
-  figures.median = at(0.5);
-  figures.p99 = at(0.99);
-  return figures;
+  return {.median = error_at(0.5), .p99 = error_at(0.99)};
 }
 
 }  // namespace patinate::analysis

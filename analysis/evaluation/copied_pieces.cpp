@@ -81,65 +81,66 @@ class SourceFeatures {
   std::vector<ImageF> frames_;
 };
 
-struct BorderSums {
-  std::int64_t count = 0;
-  double shown = 0.0, own = 0.0;
-};
-
 }  // namespace
 
-BorderFigures measure_borders(const TexelMap& surface, const SourceIndices& source, const SynthesisSource& frames,
-                              const SourceScale& scale, const RunControl& control) {
+void BorderSums::add(const BorderSums& other) { count += other.count, shown += other.shown, own += other.own; }
+
+std::optional<double> BorderSums::contrast() const {
+  if (count == 0) return 1.0;
+  return own > 0.0 ? std::optional(shown / own) : std::nullopt;
+}
+
+BorderSums measure_borders(const MapPart& part, const SynthesisSource& frames, const SourceScale& scale,
+                           const RunControl& control) {
   const SourceFeatures features(frames);
-  const BorderSums sums = parallel_reduce(
-      surface.num_texels(), kChunk, control, BorderSums{},
+  const SourceIndices& source = part.indices;
+  return parallel_reduce(
+      part.num_texels(), kChunk, control, BorderSums{},
       [&](std::int64_t begin, std::int64_t end) {
-        BorderSums part;
-        for (TexelId t = begin; t < end; ++t) {
-          if (!surface.is_covered(t)) continue;
+        BorderSums sums;
+        for (std::int64_t i = begin; i < end; ++i) {
+          const TexelId t = part.texel(i);
+          if (!part.surface.is_covered(t)) continue;
           for (const auto& [dx, dy] : kBeside) {
-            const auto pair = interior_pair(surface, scale.frames, t, dx, dy);
+            const auto pair = interior_pair(part.surface, scale.frames, t, dx, dy);
             if (!pair || follows_surface(source, *pair, scale)) continue;
             const PixelStep a{source.x(pair->first), source.y(pair->first)},
                 b{source.x(pair->second), source.y(pair->second)};
             const auto own = features.own_difference(a, b, whole_step(pair->offset_mm / scale.pixel_mm));
             if (!own) continue;
-            ++part.count;
-            part.shown += features.difference(a, b);
-            part.own += *own;
+            ++sums.count;
+            sums.shown += features.difference(a, b);
+            sums.own += *own;
           }
         }
-        return part;
+        return sums;
       },
       [](BorderSums a, const BorderSums& b) {
-        return BorderSums{a.count + b.count, a.shown + b.shown, a.own + b.own};
+        a.add(b);
+        return a;
       });
-  BorderFigures figures{.num_pairs = sums.count, .contrast = {}};
-  if (sums.count == 0) figures.contrast = 1.0;
-  if (sums.own > 0.0) figures.contrast = sums.shown / sums.own;
-  return figures;
 }
 
-double measure_overuse(const TexelMap& surface, const SourceIndices& source, std::int64_t num_usable,
-                       double pixels_per_texel) {
+double overuse_of(const ReuseSums& reuse, int width, std::int64_t num_usable, double pixels_per_texel) {
+  if (reuse.texels == 0) return 0.0;
   const auto side = std::max(1, static_cast<int>(std::lround(pixels_per_texel)));
-  const double area = static_cast<double>(side) * side, places = std::max(1.0, static_cast<double>(num_usable) / area),
+  const double area = static_cast<double>(side) * side,
+               num_places = std::max(1.0, static_cast<double>(num_usable) / area),
                once = std::max(1.0, std::ceil(area / (pixels_per_texel * pixels_per_texel) - 1e-6));
-  std::vector<std::int64_t> order;
-  for (TexelId t = 0; t < surface.num_texels(); ++t) {
-    if (surface.is_covered(t)) order.push_back((std::int64_t{source.y(t) / side} << 32) + source.x(t) / side);
+  const std::int64_t columns = (width + side - 1) / side;
+  std::vector<std::int64_t> places;
+  for (std::size_t i = 0; i < reuse.uses.size(); ++i) {
+    const auto x = static_cast<std::int64_t>(i) % width, y = static_cast<std::int64_t>(i) / width;
+    const auto place = static_cast<std::size_t>(y / side * columns + x / side);
+    if (place >= places.size()) places.resize(place + 1);
+    places[place] += reuse.uses[i];
   }
-  std::sort(order.begin(), order.end());
-  const auto texels = static_cast<double>(surface.num_covered());
-  if (texels == 0.0) return 0.0;
-  const double even = texels / places, most = std::max(once, even), part = even - std::floor(even);
+  const double texels = static_cast<double>(reuse.texels), even = texels / num_places, most = std::max(once, even),
+               part = even - std::floor(even);
   double beyond = 0.0;
-  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    while (end < order.size() && order[end] == order[begin]) ++end;
-    beyond += std::max(0.0, static_cast<double>(end - begin) - most);
-  }
+  for (const std::int64_t uses : places) beyond += uses > 0 ? std::max(0.0, static_cast<double>(uses) - most) : 0.0;
   // Whole uses cannot be even to a fraction.
-  if (even > once) beyond -= places * part * (1.0 - part);
+  if (even > once) beyond -= num_places * part * (1.0 - part);
   return std::max(0.0, beyond) / texels;
 }
 

@@ -11,24 +11,29 @@
 namespace patinate::analysis {
 
 /// Pairs of texels right of and below each other in a chart whose step in the source is not that on the surface.
-struct BorderFigures {
-  std::int64_t num_pairs = 0;
-  std::optional<double> contrast;  ///< 1 = features go on as in the source; 1 without borders; nothing where the source
-                                   ///< is flat wherever pieces meet.
+struct BorderSums {
+  std::int64_t count = 0;
+  double shown = 0.0, own = 0.0;
+
+  void add(const BorderSums& other);
+  /// 1 = features go on as in the source; 1 without borders; nothing where the source is flat wherever pieces meet.
+  [[nodiscard]] std::optional<double> contrast() const;
+  template <class Visit>
+  void visit_members(const Visit& visit) {
+    visit(count), visit(shown), visit(own);
+  }
 };
 /// Sum over such pairs (t, n), and over all frames, of |A(s(t)) - A(s(n))|, A = (R, G, B, and the luma's two central
 /// differences) in codes, against what the source itself has there at the same step d: the mean of
 /// |A(s(t)) - A(s(t) + d)| and |A(s(n) - d) - A(s(n))|. Same bits for any number of threads.
 /// @param frames  With their mask: steps that leave it are left out.
-[[nodiscard]] BorderFigures measure_borders(const TexelMap& surface, const SourceIndices& source,
-                                            const SynthesisSource& frames, const SourceScale& scale,
-                                            const RunControl& control = {});
+[[nodiscard]] BorderSums measure_borders(const MapPart& part, const SynthesisSource& frames, const SourceScale& scale,
+                                         const RunControl& control = {});
 
 /// Share of texels whose source is used more often than if all of it were used evenly, wherever that is: 0 where a
 /// source is used once, or where each pixel is used as often as every other; 8/9 where a ninth of it is used for all.
-/// @param num_usable  Pixels of the source that could be used. @param pixels_per_texel  Along a side: pixels that one
-/// texel covers are one place; texels that one pixel covers do not repeat it.
-[[nodiscard]] double measure_overuse(const TexelMap& surface, const SourceIndices& source, std::int64_t num_usable,
-                                     double pixels_per_texel);
+/// @param width  Of the source. @param num_usable  Pixels of it that could be used. @param pixels_per_texel  Along a
+/// side: pixels that one texel covers are one place; texels that one pixel covers do not repeat it.
+[[nodiscard]] double overuse_of(const ReuseSums& reuse, int width, std::int64_t num_usable, double pixels_per_texel);
 
 }  // namespace patinate::analysis

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
-#include "analysis/evaluation/coherence.h"
-#include "analysis/evaluation/copied_pieces.h"
+#include "analysis/evaluation/map_figures.h"
 #include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/output/map_legend.h"
 #include "patinate/atlas/direction_field.h"
@@ -29,19 +31,7 @@ void describe(OptionVisitor& v, EvaluationOptions& o) {
 
 namespace {
 
-constexpr double kSmallControl = 3.0;  // Sigma of M2's P@s3, pixels.
-constexpr double kShownError = 0.25;   // At the light end of the map of control errors.
-constexpr float kGray = 0.18f;         // Outside the charts.
-
-ImageF gathered(const ImageF& source, const SourceIndices& indices, const TexelMap& surface, float outside) {
-  ImageF out(surface.width(), surface.height(), source.channels(), outside);
-  const auto channels = static_cast<std::int64_t>(source.channels());
-  for (TexelId t = 0; t < surface.num_texels(); ++t) {
-    const std::int32_t s = indices.of(t);
-    if (s >= 0) std::copy_n(source.data() + s * channels, channels, out.data() + t * channels);
-  }
-  return out;
-}
+constexpr float kGray = 0.18f;  // Outside the charts.
 
 Figure figure(const std::string& name, const std::string& title, const std::string& unit, std::optional<double> value,
               const std::string& undefined, std::optional<double> split = {}) {
@@ -49,273 +39,168 @@ Figure figure(const std::string& name, const std::string& title, const std::stri
       .name = name, .title = title, .unit = unit, .value = value, .split = split, .undefined = value ? "" : undefined};
 }
 
-struct ErrorSummary {
-  double mean = 0.0, p95 = 0.0;
-};
-ErrorSummary summary_of(const ImageF& error, const ImageU8& coverage) {
-  double sum = 0.0;
-  std::int64_t n = 0;
-  for (std::int64_t i = 0; i < error.num_pixels(); ++i) {
-    if (coverage.data()[i] == 0) continue;
-    sum += static_cast<double>(error.data()[i]);
-    ++n;
-  }
-  return {n > 0 ? sum / static_cast<double>(n) : 0.0,
-          static_cast<double>(percentiles(error, coverage, 0.95, 0.95).low)};
-}
-
-ImageF difference(const ImageF& a, const ImageF& b) {
-  ImageF out(a.width(), a.height());
-  for (std::int64_t i = 0; i < out.num_pixels(); ++i) out.data()[i] = std::abs(a.data()[i] - b.data()[i]);
-  return out;
-}
-
-/// One evaluation under way: what the parts share.
-struct Work {
-  const SynthesisSource& source;
-  const SynthesizedMap& map;
-  const EvaluationOptions& options;
-  const RunControl& control;
-  std::uint64_t seed;
-  const TexelMap& surface;
-  SourceIndices indices;
-  ImageU8 coverage;
-  std::shared_ptr<const FlowFrames> frames;
-  SourceScale scale;
-  Evaluation out;
-
-  void add(Figure f) { out.figures.push_back(std::move(f)); }
-  void picture(const std::string& name, const std::string& caption, ImageF image) {
-    out.pictures.push_back({out.name + "_" + name, caption, std::move(image)});
-  }
-
-  void add_control_error();
-  void add_coherence();
-  void add_texture();
-  void add_reuse();
-  void add_seams();
-  void add_scale();
-  void add_explained(const MadePicture* made);
-  void add_lines();
-  void add_borders();
-};
-
-void Work::add_control_error() {
-  const bool has = !source.control.empty() && !map.control.empty();
+void add_control_error(const MapSums& sums, std::vector<Figure>& out) {
   const std::string why = "no control was given on both sides";
-  std::optional<ErrorSummary> plain, smooth;
-  if (has) {
-    const ImageF made = gathered(source.control, indices, surface, 0.0f);
-    const ImageF error = difference(made, map.control);
-    plain = summary_of(error, coverage);
-    smooth = summary_of(difference(gaussian_blur(made, coverage, kSmallControl, control),
-                                   gaussian_blur(map.control, coverage, kSmallControl, control)),
-                        coverage);
-    picture("control_error", "Control error |P(s(t)) - Q(t)|: dark 0, light 0.25 and above",
-            with_legend(ramp_picture(error, coverage, 0.0, kShownError, ColorRamp::Sequential), {.high = kShownError}));
-  }
-  const auto value = [&](const std::optional<ErrorSummary>& s, bool mean) {
-    return s ? std::optional(mean ? s->mean : s->p95) : std::nullopt;
+  const auto mean = [](const ErrorSums& e) {
+    return e.counts.total() > 0 ? std::optional(e.sum / static_cast<double>(e.counts.total())) : std::nullopt;
   };
-  add(figure("control_error_mean", "Control error, mean (M2)", "", value(plain, true), why));
-  add(figure("control_error_p95", "Control error, 95th percentile (M2)", "", value(plain, false), why));
-  add(figure("control_error_s3_mean", "Control error after a Gaussian of 3 px, mean (M2)", "", value(smooth, true),
-             why));
-  add(figure("control_error_s3_p95", "Control error after a Gaussian of 3 px, 95th percentile (M2)", "",
-             value(smooth, false), why));
+  const auto p95 = [](const ErrorSums& e) -> std::optional<double> {
+    if (e.counts.total() == 0) return std::nullopt;
+    return e.counts.at_rank(std::lround(0.95 * static_cast<double>(e.counts.total() - 1)));
+  };
+  out.push_back(figure("control_error_mean", "Control error, mean (M2)", "", mean(sums.error), why));
+  out.push_back(figure("control_error_p95", "Control error, 95th percentile (M2)", "", p95(sums.error), why));
+  out.push_back(figure("control_error_s3_mean", "Control error after a Gaussian of 3 px, mean (M2)", "",
+                       mean(sums.smooth_error), why));
+  out.push_back(figure("control_error_s3_p95", "Control error after a Gaussian of 3 px, 95th percentile (M2)", "",
+                       p95(sums.smooth_error), why));
 }
 
-void Work::add_coherence() {
-  const CoherenceFigures f = measure_coherence(surface, indices, scale);
-  add(figure("coherent_share", "Neighbors that are neighbors in the source (M3)", "", f.coherent_share, ""));
-  add(figure("texels_per_piece", "Texels of a copied piece, mean (M3)", "texels", f.texels_per_piece, ""));
-}
-
-void Work::add_texture() {
-  const TextureDistanceOptions distance{
-      .num_samples = options.num_samples, .num_directions = options.num_directions, .seed = seed};
-  TextureDistanceOptions again = distance;
-  again.seed = seed + 1;
-  std::vector<int> chart(static_cast<std::size_t>(surface.num_texels()));
-  for (TexelId t = 0; t < surface.num_texels(); ++t)
-    chart[static_cast<std::size_t>(t)] = surface.is_covered(t) ? surface.chart(t) : -1;
-  const bool has_control = !source.control.empty();
-  const ImageF control_made =
-      has_control ? (map.control.empty() ? gathered(source.control, indices, surface, 0.0f) : map.control) : ImageF();
-  std::array<std::vector<double>, 4> sums, floors;
+void add_texture(const SynthesisSource& source, const MapSums& sums, const TextureDistanceOptions& options,
+                 const RunControl& control, std::vector<Figure>& out) {
+  TextureDistanceOptions again = options;
+  ++again.seed;
+  std::array<std::vector<double>, 4> values, floors;
   const auto put = [](std::vector<double>& list, const std::optional<double>& v) {
     if (v) list.push_back(*v);
   };
-  for (const ImageF& frame : source.frames) {
-    const ImageF made = gathered(frame, indices, surface, 0.0f);
-    const TextureView a{frame, source.mask, {}, has_control ? &source.control : nullptr},
-        b{made, coverage, chart, has_control ? &control_made : nullptr};
-    put(sums[0], patch_distance(a, b, distance, control));
-    put(floors[0], patch_distance(a, a, again, control));
-    put(sums[1], gradient_distance(a, b));
-    put(sums[2], spectrum_distance(a, b));
-    if (!has_control) continue;
-    put(sums[3], joint_distance(a, b, distance, control));
-    put(floors[3], joint_distance(a, a, again, control));
+  for (std::size_t i = 0; i < source.frames.size(); ++i) {
+    const ImageF& frame = source.frames[i];
+    put(values[0], patch_distance(source, frame, &sums.draws, options, control));
+    put(floors[0], patch_distance(source, frame, nullptr, again, control));
+    put(values[1], gradient_distance(count_gradients(source, frame), sums.frames[i].gradients));
+    put(values[2], spectrum_distance(measure_spectrum(source, frame), sums.frames[i].spectrum));
+    if (source.control.empty()) continue;
+    put(values[3], joint_distance(source, frame, &sums.draws, options, control));
+    put(floors[3], joint_distance(source, frame, nullptr, again, control));
   }
   const auto mean = [&](const std::vector<double>& list) {
     double sum = 0.0;
     for (double v : list) sum += v;
     return list.size() == source.frames.size() ? std::optional(sum / static_cast<double>(list.size())) : std::nullopt;
   };
-  add(figure("patch_swd", "Sliced distance of 7 x 7 patches (M4)", "codes", mean(sums[0]),
-             "no chart or mask holds a whole patch of 7 x 7", mean(floors[0])));
-  add(figure("gradient_emd", "Distance of gradient lengths (M4)", "codes", mean(sums[1]),
-             "no neighbors inside a chart"));
-  add(figure("spectrum", "Log spectrum, mean difference (M4)", "decades", mean(sums[2]),
-             "no tile of the picture is covered"));
-  add(figure("joint_swd", "Sliced distance of (R, G, B, control) (M5)", "codes", mean(sums[3]),
-             "the source has no control", mean(floors[3])));
+  out.push_back(figure("patch_swd", "Sliced distance of 7 x 7 patches (M4)", "codes", mean(values[0]),
+                       "no chart or mask holds a whole patch of 7 x 7", mean(floors[0])));
+  out.push_back(figure("gradient_emd", "Distance of gradient lengths (M4)", "codes", mean(values[1]),
+                       "no neighbors inside a chart"));
+  out.push_back(figure("spectrum", "Log spectrum, mean difference (M4)", "decades", mean(values[2]),
+                       "no tile of the picture is covered"));
+  out.push_back(figure("joint_swd", "Sliced distance of (R, G, B, control) (M5)", "codes", mean(values[3]),
+                       "the source has no control", mean(floors[3])));
 }
 
-void Work::add_reuse() {
+void add_reuse(const SynthesisSource& source, const MapSums& sums, double pixels_per_texel, std::vector<Figure>& out) {
   std::int64_t usable = std::int64_t{source.width()} * source.height();
   if (!source.mask.empty())
     usable = static_cast<std::int64_t>(source.mask.values().size()) -
              std::count(source.mask.values().begin(), source.mask.values().end(), 0);
-  const ReuseFigures f = measure_reuse(surface, indices, usable);
-  add(figure("rep64", "Texels whose source shows again 4 to 64 px away (M6)", "", f.rep64, ""));
-  add(figure("used_share", "Source pixels that show anywhere (M6)", "", f.used_share, ""));
-  add(figure("rep_all", "Texels whose source is used more than evenly, anywhere (M6)", "",
-             measure_overuse(surface, indices, usable, surface.median_texel_size_mm() / scale.pixel_mm), ""));
-  ImageF repeated(surface.width(), surface.height());
-  for (TexelId t = 0; t < surface.num_texels(); ++t)
-    repeated.data()[t] = static_cast<float>(f.is_repeated[static_cast<std::size_t>(t)]);
-  picture("repeated", "Light: the same source pixel shows again 4 to 64 texels away",
-          ramp_picture(repeated, coverage, 0.0, 1.0, ColorRamp::Sequential));
+  out.push_back(figure("rep64", "Texels whose source shows again 4 to 64 px away (M6)", "", sums.reuse.rep64(), ""));
+  out.push_back(figure("used_share", "Source pixels that show anywhere (M6)", "", sums.reuse.used_share(usable), ""));
+  out.push_back(figure("rep_all", "Texels whose source is used more than evenly, anywhere (M6)", "",
+                       overuse_of(sums.reuse, source.width(), usable, pixels_per_texel), ""));
 }
 
-void Work::add_seams() {
-  const std::vector<TexelPair> pairs = seam_pairs(surface, *frames, control);
-  const SeamFigures f = measure_seams(surface, indices, pairs, source, scale, control);
+void add_seams_and_scale(const MapSums& sums, std::vector<Figure>& out) {
+  const SeamFigures f = sums.seams.figures();
   const std::string why = f.num_pairs == 0 ? "the surface has no seams" : "the source does not vary inside charts";
-  add(figure("seam_gradient_ratio", "Gradient over seams against inside charts (M7)", "", f.gradient_ratio, why));
-  add(figure("seam_coherence_ratio", "Coherence over seams against inside charts (M7)", "", f.coherence_ratio,
-             f.num_pairs == 0 ? why : "no neighbors follow the surface"));
-}
-
-void Work::add_scale() {
-  const ForeshorteningFigures f = measure_foreshortening(surface, indices, scale, control);
-  const std::string why = "no copied piece is 8 texels long";
-  add(figure("scale_error_median", "Error of scale inside copied pieces, median (M8)", "", f.median, why));
-  add(figure("scale_error_p99", "Error of scale inside copied pieces, 99th percentile (M8)", "", f.p99, why));
-}
-
-void Work::add_explained(const MadePicture* made) {
-  std::optional<double> share;
-  if (made) {
-    if (made->frame >= source.frames.size() || !made->codes.same_size(coverage) || made->codes.channels() != 3)
-      throw InvalidInput(map.name + ": its picture has not the size of its coordinate map");
-    const ImageF expected = gathered(source.frames[made->frame], indices, surface, 0.0f);
-    std::int64_t equal = 0;
-    for (TexelId t = 0; t < surface.num_texels(); ++t) {
-      if (!surface.is_covered(t)) continue;
-      bool same = true;
-      for (int c = 0; c < 3; ++c) same &= std::abs(expected.data()[3 * t + c] - made->codes.data()[3 * t + c]) < 0.5f;
-      equal += same ? 1 : 0;
-    }
-    share = static_cast<double>(equal) / static_cast<double>(surface.num_covered());
-  }
-  add(figure("explained_pixels", "Pixels of the tool's picture that are the source at its coordinates (M9)", "", share,
-             "no picture was given"));
-}
-
-void Work::add_lines() {
-  StructureFigures f =
-      measure_lines(source, map, indices, surface.median_texel_size_mm() / scale.pixel_mm, control.part(0.85, 0.95));
-  for (Figure& made : f.figures) add(std::move(made));
-  for (Picture& p : f.pictures) picture(p.name, p.caption, std::move(p.image));
-  out.lines = std::move(f.lines);
-}
-
-void Work::add_borders() {
-  const BorderFigures f = measure_borders(surface, indices, source, scale, control.part(0.95, 1.0));
-  add(figure("border_contrast", "Differences over borders of copied pieces against the source's own (M12)", "",
-             f.contrast, "the source is flat where pieces meet"));
-}
-
-/// @param wanted  Source pixels of a texel; 0: what sizes say.
-SourceScale scale_of(const FlowFrames& frames, double pixel_mm, const TexelMap& surface, int wanted) {
-  const double ratio = surface.median_texel_size_mm() / pixel_mm;
-  if (wanted > 0) return {frames, surface.median_texel_size_mm() / wanted, static_cast<double>(wanted)};
-  const double halved = ratio <= 1.0 ? 1.0 : std::exp2(std::round(std::log2(ratio)));
-  return {frames, pixel_mm, std::max(halved, ratio)};
-}
-
-void check_source(const SynthesisSource& source, const SynthesizedMap& map) {
-  if (source.frames.empty()) throw InvalidInput("the source has no frame");
-  for (const ImageF& f : source.frames) {
-    if (f.channels() != 3 || !f.same_size(source.frames.front()))
-      throw InvalidInput("the source's frames differ in size, or have not 3 channels");
-  }
-  if (!source.control.empty() && !source.control.same_size(source.frames.front()))
-    throw InvalidInput("the source's control has another size than its frames");
-  if (!map.control.empty() &&
-      (map.control.width() != map.surface->width() || map.control.height() != map.surface->height()))
-    throw InvalidInput(map.name + ": its control has another size than its coordinate map");
+  out.push_back(
+      figure("seam_gradient_ratio", "Gradient over seams against inside charts (M7)", "", f.gradient_ratio, why));
+  out.push_back(figure("seam_coherence_ratio", "Coherence over seams against inside charts (M7)", "", f.coherence_ratio,
+                       f.num_pairs == 0 ? why : "no neighbors follow the surface"));
+  const ForeshorteningFigures scale = foreshortening_of(sums.scale);
+  const std::string no_spans = "no copied piece is 8 texels long";
+  out.push_back(
+      figure("scale_error_median", "Error of scale inside copied pieces, median (M8)", "", scale.median, no_spans));
+  out.push_back(
+      figure("scale_error_p99", "Error of scale inside copied pieces, 99th percentile (M8)", "", scale.p99, no_spans));
 }
 
 }  // namespace
 
-ImageF coordinate_picture(const TexelMap& surface, const SourceIndices& indices, int source_width, int source_height) {
-  ImageF out(surface.width(), surface.height(), 3, kGray);
-  for (TexelId t = 0; t < surface.num_texels(); ++t) {
-    if (indices.of(t) < 0) continue;
-    const int x = indices.x(t), y = indices.y(t);
-    const auto p = out.data() + 3 * t;
+Evaluation MapFigures::conclude(MapSums sums, bool has_made, const RunControl& control) const {
+  Evaluation out;
+  out.name = map_.name;
+  add_control_error(sums, out.figures);
+  out.figures.push_back(figure("coherent_share", "Neighbors that are neighbors in the source (M3)", "",
+                               sums.coherence.coherent_share(), ""));
+  out.figures.push_back(figure("texels_per_piece", "Texels of a copied piece, mean (M3)", "texels",
+                               sums.coherence.texels_per_piece(), ""));
+  add_texture(source_, sums, draw_options(), control, out.figures);
+  add_reuse(source_, sums, map_.surface->median_texel_size_mm() / scale_.pixel_mm, out.figures);
+  add_seams_and_scale(sums, out.figures);
+  const auto covered = static_cast<double>(map_.surface->num_covered());
+  out.figures.push_back(figure(
+      "explained_pixels", "Pixels of the tool's picture that are the source at its coordinates (M9)", "",
+      has_made ? std::optional(static_cast<double>(sums.explained) / covered) : std::nullopt, "no picture was given"));
+  StructureFigures lines = structure_.figures(sums.structure, map_.surface->median_texel_size_mm());
+  std::move(lines.figures.begin(), lines.figures.end(), std::back_inserter(out.figures));
+  out.lines = std::move(lines.lines);
+  out.figures.push_back(figure("border_contrast",
+                               "Differences over borders of copied pieces against the source's own (M12)", "",
+                               sums.borders.contrast(), "the source is flat where pieces meet"));
+  out.pictures = sheet_pictures(std::move(sums.pictures), map_.surface->sheet());
+  for (Picture& p : out.pictures) {
+    if (p.name == "control") p.image = with_legend(p.image, {});
+    if (p.name == "control_error") p.image = with_legend(p.image, {.high = kShownControlError});
+    p.name = out.name + "_" + p.name;
+  }
+  out.hash = sums.hashes.front();
+  if (sums.hashes.size() > 1) {
+    ContentHash all;
+    for (const std::string& hash : sums.hashes) all.add(hash);
+    out.hash = all.hex();
+  }
+  control.report(1.0);
+  return out;
+}
+
+ImageF coordinate_picture(const MapPart& part, int source_width, int source_height) {
+  ImageF out(part.rect.width(), part.rect.height(), 3, kGray);
+  part.for_each_covered([&](TexelId t, std::int64_t i) {
+    const int x = part.indices.x(t), y = part.indices.y(t);
+    const auto p = out.data() + 3 * i;
     p[0] = linear_from_srgb(static_cast<float>(x + 1) / static_cast<float>(source_width));
     p[1] = linear_from_srgb(static_cast<float>(y + 1) / static_cast<float>(source_height));
     p[2] = ((x / 16 + y / 16) & 1) != 0 ? 0.5f : 0.1f;
-  }
+  });
   return out;
 }
 
 Evaluation evaluate(const SynthesisSource& source, const SynthesizedMap& map, const EvaluationOptions& options,
                     std::uint64_t seed, const MadePicture* made, const RunControl& control) {
-  check_source(source, map);
-  const auto frames = map.frames ? map.frames : std::make_shared<const FlowFrames>(uv_frames(*map.surface));
-  if (frames->size() != map.surface->mesh().triangles.size())
+  const TexelMap& surface = *map.surface;
+  if (map.coordinates.channels() != 2 || map.coordinates.width() != surface.width() ||
+      map.coordinates.height() != surface.height()) {
+    throw InvalidInput(map.name + ": the coordinate map is " +
+                       size_text(map.coordinates.width(), map.coordinates.height()) + " with " +
+                       std::to_string(map.coordinates.channels()) + " channels; expected " +
+                       size_text(surface.width(), surface.height()) + " with 2");
+  }
+  if (!map.control.empty() && (map.control.width() != surface.width() || map.control.height() != surface.height()))
+    throw InvalidInput(map.name + ": its control has another size than its coordinate map");
+  if (made && (made->frame >= source.frames.size() || !made->codes.same_size(map.coordinates) ||
+               made->codes.channels() != 3 || surface.sheet().num_tiles() > 1))
+    throw InvalidInput(map.name + ": its picture has not the size of its coordinate map");
+  const auto frames = map.frames ? map.frames : std::make_shared<const FlowFrames>(uv_frames(surface));
+  if (frames->size() != surface.mesh().triangles.size())
     throw InvalidInput(map.name + ": expected one frame a triangle");
-  Work work{.source = source,
-            .map = map,
-            .options = options,
-            .control = control,
-            .seed = seed,
-            .surface = *map.surface,
-            .indices = SourceIndices(map, source),
-            .coverage = map.surface->coverage(),
-            .frames = frames,
-            .scale = scale_of(*frames, source.pixel_mm, *map.surface, options.source_step),
-            .out = {.name = map.name, .figures = {}, .pictures = {}, .lines = {}, .hash = {}}};
-  const std::vector<std::int32_t>& all = work.indices.all();
-  work.out.hash = ContentHash().add(std::as_bytes(std::span(all))).hex();
-  ImageF shown = gathered(source.frames.back(), work.indices, *map.surface, 0.0f);
-  for (float& v : shown.values()) v = linear_from_srgb(v / 255.0f);
-  work.picture("result", "The last of the compared times through the coordinates", std::move(shown));
-  work.picture("coordinates",
-               "Where each texel comes from: red along x, green along y, a checker of 16 source pixels in blue",
-               coordinate_picture(*map.surface, work.indices, source.width(), source.height()));
-  if (!map.control.empty())
-    work.picture("control", "The wanted control, in the source's values",
-                 with_legend(ramp_picture(map.control, work.coverage, 0.0, 1.0, ColorRamp::Sequential), {}));
-  work.add_control_error();
-  work.add_coherence();
-  control.report(0.2);
-  work.add_texture();
-  control.report(0.8);
-  work.add_reuse();
-  work.add_seams();
-  work.add_scale();
-  work.add_explained(made);
-  work.add_lines();
-  work.add_borders();
-  control.report(1.0);
-  return std::move(work.out);
+  const MapFigures figures(source, {map.name, map.surface, frames, !map.control.empty()}, options, seed, control);
+  const Sheet& sheet = surface.sheet();
+  std::vector<PartCounts> before{{}};
+  for (int tile = 0; tile < sheet.num_tiles(); ++tile) {
+    before.push_back(before.back());
+    before.back().add(count_part(surface, cell_of(sheet, tile)));
+  }
+  MapSums sums;
+  for (int tile = 0; tile < sheet.num_tiles(); ++tile) {
+    const TexelRect cell = cell_of(sheet, tile);
+    ImageF wanted;
+    if (!map.control.empty()) wanted = crop(map.control, cell.x0, cell.y0, cell.width(), cell.height());
+    sums.add(figures.measure(tile, reader_of(map.coordinates), std::move(wanted),
+                             before[static_cast<std::size_t>(tile)], before.back(), made,
+                             control.part(0.8 * tile / sheet.num_tiles(), 0.8 * (tile + 1) / sheet.num_tiles())));
+  }
+  return figures.conclude(std::move(sums), made != nullptr, control.part(0.8, 1.0));
 }
 
 }  // namespace patinate::analysis

@@ -45,13 +45,14 @@ struct Evaluation {
 /// joint_swd (M5), rep64, used_share, rep_all (M6), seam_gradient_ratio, seam_coherence_ratio (M7), scale_error_median,
 /// scale_error_p99 (M8), explained_pixels (M9), those of
 /// measure_lines() (M11), border_contrast (M12). M4 and M5 have as `split` what two draws from the source itself give.
+/// A map of several tiles is measured tile by tile: repetition and the Gaussian end at a tile, which lies beside the
+/// next one by chance. Its pictures are no larger than a page needs.
 /// @throws InvalidInput if sizes do not fit. Same bits for any number of threads.
 [[nodiscard]] Evaluation evaluate(const SynthesisSource& source, const SynthesizedMap& map,
                                   const EvaluationOptions& options, std::uint64_t seed,
                                   const MadePicture* made = nullptr, const RunControl& control = {});
 
 /// Coordinates as colors: red along x, green along y, blue in a fine checker, so that borders of pieces show. Linear.
-[[nodiscard]] ImageF coordinate_picture(const TexelMap& surface, const SourceIndices& indices, int source_width,
-                                        int source_height);
+[[nodiscard]] ImageF coordinate_picture(const MapPart& part, int source_width, int source_height);
 
 }  // namespace patinate::analysis

@@ -5,62 +5,16 @@
 #include <cmath>
 #include <functional>
 #include <string>
+#include <utility>
 
-#include "analysis/cracks/line_pixels.h"
-#include "analysis/cracks/line_structure.h"
-#include "analysis/evaluation/wanted_share.h"
+#include "analysis/evaluation/source_lines.h"
 #include "libcommon/core/text.h"
-#include "libcommon/image/filters.h"
-#include "libcommon/metrics/color_curves.h"
-#include "patinate/image/color.h"
 
 namespace patinate::analysis {
 
 namespace {
 
-constexpr std::array<double, 3> kThresholds = {7.0, 10.0, 16.0};
-constexpr int kMostHalvings = 4;  ///< Of the root of two, and as many doublings.
-constexpr double kLeastShare = 0.003, kLargestShare = 0.25;
-constexpr double kLeastRun = 40.0;  ///< Pixels of line for a dead end.
-constexpr int kReach = 4, kLeastArea = 30;
-constexpr std::size_t kFewCharts = 4;
 constexpr int kScaleDigits = 4;  ///< Of what sizes say, rounding is no scale.
-
-/// What is measured in texels, where a pixel of the source has one or more.
-struct LineScale {
-  int reach = kReach;
-  int least_area = kLeastArea;
-  double least_run = kLeastRun;
-  LineStructureOptions structure;
-
-  explicit LineScale(double pixels_per_texel) {
-    const double larger = std::max(1.0, 1.0 / pixels_per_texel);
-    reach = std::min(100, static_cast<int>(std::lround(kReach * larger)));
-    least_area = static_cast<int>(std::lround(kLeastArea * larger * larger));
-    least_run *= larger;
-    structure.spur_px *= larger;
-    structure.border_px = static_cast<int>(std::lround(structure.border_px * larger));
-  }
-};
-
-/// What lines are found in.
-struct Ground {
-  ImageF lightness;  ///< L*.
-  ImageU8 mask;      ///< 0 = outside.
-  ImageU8 quarter;   ///< May be empty.
-  int x = 0, y = 0;  ///< Its corner in the atlas.
-};
-
-ImageF lightness_of(const ImageF& codes) {
-  ImageF out(codes.width(), codes.height());
-  for (std::int64_t i = 0; i < out.num_pixels(); ++i) {
-    std::array<double, 3> linear{};
-    for (std::size_t c = 0; c < 3; ++c)
-      linear[c] = static_cast<double>(linear_from_srgb(codes.data()[3 * i + static_cast<std::int64_t>(c)] / 255.0f));
-    out.data()[i] = static_cast<float>(lab_from_linear(linear[0], linear[1], linear[2])[0]);
-  }
-  return out;
-}
 
 /// The source's nearest pixel for each texel of a plane.
 template <class T>
@@ -77,157 +31,7 @@ Image<T> at_texels(const Image<T>& in, double pixels_per_texel) {
   return out;
 }
 
-/// Upper ends of the source's first three quarters.
-std::array<float, 3> quarters_of(const ImageF& control, const ImageU8& mask) {
-  const Percentiles outer = percentiles(control, mask, 0.25, 0.75), middle = percentiles(control, mask, 0.5, 0.5);
-  return {outer.low, middle.low, outer.high};
-}
-
-ImageU8 in_quarters(const ImageF& control, const std::array<float, 3>& ends) {
-  ImageU8 out(control.width(), control.height());
-  for (std::int64_t i = 0; i < out.num_pixels(); ++i)
-    out.data()[i] = static_cast<std::uint8_t>(
-        std::count_if(ends.begin(), ends.end(), [&](float e) { return control.data()[i] > e; }));
-  return out;
-}
-
-/// The charts, each in its own picture.
-std::vector<Ground> charts_of(const TexelMap& surface, const ImageF& lightness, const ImageU8& quarter) {
-  struct Box {
-    int x0 = 0, y0 = 0, x1 = -1, y1 = -1;
-  };
-  std::vector<Box> boxes;
-  const auto x_of = [&](TexelId t) { return static_cast<int>(t % surface.width()); };
-  const auto y_of = [&](TexelId t) { return static_cast<int>(t / surface.width()); };
-  for (TexelId t = 0; t < surface.num_texels(); ++t) {
-    if (!surface.is_covered(t)) continue;
-    const auto c = static_cast<std::size_t>(surface.chart(t));
-    if (c >= boxes.size()) boxes.resize(c + 1);
-    Box& b = boxes[c];
-    if (b.x1 < 0) b = {x_of(t), y_of(t), x_of(t), y_of(t)};
-    b = {std::min(b.x0, x_of(t)), b.y0, std::max(b.x1, x_of(t)), y_of(t)};
-  }
-  std::vector<Ground> charts;
-  for (std::size_t c = 0; c < boxes.size(); ++c) {
-    const Box& b = boxes[c];
-    if (b.x1 < 0) continue;
-    const int w = b.x1 - b.x0 + 1, h = b.y1 - b.y0 + 1;
-    Ground chart{crop(lightness, b.x0, b.y0, w, h), ImageU8(w, h),
-                 quarter.empty() ? ImageU8() : crop(quarter, b.x0, b.y0, w, h), b.x0, b.y0};
-    for (int y = 0; y < h; ++y) {
-      for (int x = 0; x < w; ++x) {
-        const TexelId t = TexelId{b.y0 + y} * surface.width() + b.x0 + x;
-        chart.mask.at(x, y) = surface.is_covered(t) && surface.chart(t) == static_cast<int>(c) ? 255 : 0;
-      }
-    }
-    charts.push_back(std::move(chart));
-  }
-  return charts;
-}
-
-using Structures = std::array<LineStructure, kThresholds.size()>;  ///< One a threshold.
-
-/// Lines of one kind in a source.
-struct SourceLines {
-  LineKind kind = LineKind::Dark;
-  std::array<double, kThresholds.size()> thresholds = {};
-  std::array<ImageU8, kThresholds.size()> masks;
-  Structures structures;
-};
-
-bool are_lines(const LineStructure& s, double least_run) {
-  return s.share() >= kLeastShare && s.share() <= kLargestShare && s.inner_length_px >= least_run &&
-         static_cast<double>(s.num_ends) * least_run <= s.inner_length_px;
-}
-
-std::optional<SourceLines> lines_of(const Ground& source, LineKind kind, const LineScale& scale,
-                                    const RunControl& control) {
-  const ImageF contrast = line_contrast(source.lightness, source.mask, kind, scale.reach, control);
-  const std::int64_t area = source.mask.empty() ? contrast.num_pixels()
-                                                : source.mask.num_pixels() - std::count(source.mask.values().begin(),
-                                                                                        source.mask.values().end(), 0);
-  SourceLines found{.kind = kind, .thresholds = {}, .masks = {}, .structures = {}};
-  const auto fits = [&](std::size_t i, double factor) {
-    const double threshold = rounded(kThresholds[i] * factor, 3);
-    const auto above = static_cast<double>(std::count_if(contrast.values().begin(), contrast.values().end(),
-                                                         [&](float v) { return static_cast<double>(v) >= threshold; }));
-    if (above < kLeastShare * static_cast<double>(area)) return false;  // Thinning is what costs.
-    found.thresholds[i] = threshold;
-    found.masks[i] = lines_at(contrast, threshold, scale.least_area);
-    const ImageU8& mask = found.masks[i];
-    if (static_cast<double>(mask.num_pixels() - std::count(mask.values().begin(), mask.values().end(), 0)) >
-        kLargestShare * static_cast<double>(area))
-      return false;
-    found.structures[i] = measure_structure(mask, source.mask, source.quarter, scale.structure, control);
-    return are_lines(found.structures[i], scale.least_run);
-  };
-  for (int k = 0; k <= kMostHalvings; ++k) {
-    for (const int power : {k, -k}) {
-      const double factor = std::exp2(power / 2.0);
-      if (fits(1, factor) && fits(0, factor) && fits(2, factor)) return found;
-      if (k == 0) break;
-    }
-  }
-  return std::nullopt;
-}
-
-Structures measured(const std::vector<Ground>& charts, const SourceLines& lines, const LineScale& scale,
-                    const RunControl& control) {
-  Structures out;
-  for (const Ground& chart : charts) {
-    const ImageF contrast = line_contrast(chart.lightness, chart.mask, lines.kind, scale.reach, control);
-    for (std::size_t i = 0; i < out.size(); ++i)
-      out[i] += measure_structure(lines_at(contrast, lines.thresholds[i], scale.least_area), chart.mask, chart.quarter,
-                                  scale.structure, control);
-  }
-  return out;
-}
-
-/// What is found in charts that show the source as it is.
-struct CutSource {
-  Structures structures;
-  /// By threshold: area of lines that is found there, over what of the source's lines lies there. Along the border of a
-  /// chart half of what surrounds a line is missing, so that narrow charts show fewer than they have.
-  std::array<double, kThresholds.size()> found = {};
-};
-
-/// The charts cut out of the source: each from one of its corners, few charts from all four. Of larger charts, what
-/// fits.
-CutSource measured_crops(const std::vector<Ground>& charts, const Ground& source, const SourceLines& lines,
-                         const LineScale& scale, const RunControl& control) {
-  CutSource out;
-  std::array<std::int64_t, kThresholds.size()> found = {}, there = {};
-  for (std::size_t c = 0; c < charts.size(); ++c) {
-    const ImageU8& chart = charts[c].mask;
-    const int w = std::min(chart.width(), source.lightness.width()),
-              h = std::min(chart.height(), source.lightness.height());
-    const int spare_x = source.lightness.width() - w, spare_y = source.lightness.height() - h;
-    for (std::size_t k = 0; k < (charts.size() < kFewCharts ? 4u : 1u); ++k) {
-      const std::size_t corner = (c + k) % 4;
-      const int x0 = corner % 2 == 0 ? 0 : spare_x, y0 = corner / 2 == 0 ? 0 : spare_y;
-      ImageU8 mask = crop(chart, (chart.width() - w) / 2, (chart.height() - h) / 2, w, h);
-      for (int y = 0; y < h; ++y) {
-        for (int x = 0; x < w; ++x) {
-          if (!is_inside(source.mask, x0 + x, y0 + y)) mask.at(x, y) = 0;
-        }
-      }
-      const ImageF contrast =
-          line_contrast(crop(source.lightness, x0, y0, w, h), mask, lines.kind, scale.reach, control);
-      for (std::size_t i = 0; i < found.size(); ++i) {
-        const ImageU8 own = crop(lines.masks[i], x0, y0, w, h),
-                      seen = lines_at(contrast, lines.thresholds[i], scale.least_area);
-        out.structures[i] += measure_structure(seen, mask, {}, scale.structure, control);
-        for (std::int64_t p = 0; p < mask.num_pixels(); ++p) {
-          there[i] += mask.data()[p] != 0 && own.data()[p] != 0;
-          found[i] += mask.data()[p] != 0 && seen.data()[p] != 0;
-        }
-      }
-    }
-  }
-  for (std::size_t i = 0; i < found.size(); ++i)
-    out.found[i] = there[i] > 0 ? static_cast<double>(found[i]) / static_cast<double>(there[i]) : 1.0;
-  return out;
-}
+using Structures = LineStructures;
 
 /// One of the figures: how it is read from sums.
 struct LineFigure {
@@ -292,7 +96,7 @@ std::array<std::optional<double>, 2> means_of(const LineFigure& f, const Structu
 }
 
 /// By threshold: share of the area where lines are as frequent as in the source; nothing without controls.
-using WantedShares = std::array<std::optional<double>, kThresholds.size()>;
+using WantedShares = std::array<std::optional<double>, kNumLineThresholds>;
 
 Figure wanted_figure(const std::string& prefix, const std::string& title, std::optional<double> value) {
   return {.name = prefix + "line_share_wanted",
@@ -318,7 +122,7 @@ void add_figures(const SourceLines& source, const Structures& made, const Struct
   std::string at;
   for (const double t : source.thresholds) at += (at.empty() ? "" : ", ") + short_number_text(t);
   const auto named = [&](const LineFigure& f, const std::string& suffix) { return prefix + f.name + suffix; };
-  std::array<LineFigures, kThresholds.size()> apart;
+  std::array<LineFigures, kNumLineThresholds> apart;
   for (std::size_t i = 0; i < apart.size(); ++i) apart[i] = {source.kind, source.thresholds[i], {}};
   for (const LineFigure& f : figures_at(texel_mm, has_quarters)) {
     const auto title = [&](const std::string& of, const std::string& where) {
@@ -346,78 +150,89 @@ void add_figures(const SourceLines& source, const Structures& made, const Struct
   out.lines.insert(out.lines.end(), apart.begin(), apart.end());
 }
 
-/// Center lines at the middle threshold, and what ends without meeting another.
-Picture picture_of(const std::vector<Ground>& charts, const SourceLines& lines, const TexelMap& surface,
-                   const LineScale& scale, const RunControl& control) {
-  constexpr int kDot = 2;
-  const bool is_dark = lines.kind == LineKind::Dark;
-  ImageF image(surface.width(), surface.height(), 3, 0.18f);
-  const auto paint = [&](int x, int y, float red, float green, float blue) {
-    if (!image.contains(x, y)) return;
-    const auto p = image.pixel(x, y);
-    p[0] = red, p[1] = green, p[2] = blue;
-  };
-  std::vector<PixelPlace> ends;
-  for (const Ground& chart : charts) {
-    const ImageF contrast = line_contrast(chart.lightness, chart.mask, lines.kind, scale.reach, control);
-    const ImageU8 centers =
-        pruned(thinned(lines_at(contrast, lines.thresholds[1], scale.least_area)), scale.structure.spur_px);
-    const ImageU8 dead = dead_ends(centers, chart.mask, scale.structure.border_px);
-    for (int y = 0; y < centers.height(); ++y) {
-      for (int x = 0; x < centers.width(); ++x) {
-        if (chart.mask.at(x, y) == 0) continue;
-        const float v = centers.at(x, y) != 0 ? 0.0f : 0.8f;
-        paint(chart.x + x, chart.y + y, v, v, v);
-        if (dead.at(x, y) != 0) ends.push_back({chart.x + x, chart.y + y});
-      }
-    }
-  }
-  for (const PixelPlace& end : ends) {
-    for (int j = -kDot; j <= kDot; ++j) {
-      for (int i = -kDot; i <= kDot; ++i) paint(end.x + i, end.y + j, 0.8f, 0.0f, 0.0f);
-    }
-  }
-  return {is_dark ? "lines" : "bright_lines",
-          std::string(is_dark ? "Dark" : "Bright") + " lines at " + short_number_text(lines.thresholds[1]) +
-              " L*; red: where they end without meeting another",
-          std::move(image)};
-}
-
 }  // namespace
 
-StructureFigures measure_lines(const SynthesisSource& source, const SynthesizedMap& map, const SourceIndices& indices,
-                               double texel_size_px, const RunControl& control) {
+void LineSums::add(const LineSums& other) {
+  for (std::size_t i = 0; i < kNumLineThresholds; ++i) {
+    made[i] += other.made[i];
+    crops[i] += other.crops[i];
+    lines_there[i] += other.lines_there[i];
+    lines_found[i] += other.lines_found[i];
+  }
+}
+
+void StructureSums::add(const StructureSums& other) {
+  if (kinds.size() < other.kinds.size()) kinds.resize(other.kinds.size());
+  for (std::size_t i = 0; i < other.kinds.size(); ++i) kinds[i].add(other.kinds[i]);
+  for (std::size_t i = 0; i < wanted.size(); ++i) wanted[i] += other.wanted[i];
+}
+
+struct SourceStructure::Found {
+  LineScale scale;
+  bool has_quarters = false;
+  std::array<float, 3> ends = {};  ///< Of the control's quarters.
+  ImageF lightness;                ///< Of the source's own pixels.
+  Ground ground;                   ///< The source at the texels' size.
+  ImageF control;                  ///< The same.
+  std::vector<SourceLines> kinds;
+
+  explicit Found(double pixels_per_texel) : scale(pixels_per_texel) {}
+};
+
+SourceStructure::SourceStructure(const SynthesisSource& source, double texel_size_px, bool has_wanted,
+                                 const RunControl& control) {
   const double pixels_per_texel = rounded(texel_size_px, kScaleDigits);
-  const LineScale scale(pixels_per_texel);
-  const TexelMap& surface = *map.surface;
-  const double texel_mm = surface.median_texel_size_mm();
-  const bool has_quarters = !source.control.empty() && !map.control.empty();
-  const std::array<float, 3> ends = has_quarters ? quarters_of(source.control, source.mask) : std::array<float, 3>{};
-  const ImageF lightness = lightness_of(source.frames.back());
-  const ImageU8 quarter = has_quarters ? in_quarters(source.control, ends) : ImageU8();
-  const Ground ground{at_texels(lightness, pixels_per_texel), at_texels(source.mask, pixels_per_texel),
-                      at_texels(quarter, pixels_per_texel)};
-  const ImageF seen_control = has_quarters ? at_texels(source.control, pixels_per_texel) : ImageF();
-  StructureFigures out;
-  std::vector<Ground> charts;
+  auto found = std::make_unique<Found>(pixels_per_texel);
+  found->has_quarters = !source.control.empty() && has_wanted;
+  if (found->has_quarters) {
+    found->ends = quarters_of(source.control, source.mask);
+    found->control = at_texels(source.control, pixels_per_texel);
+  }
+  found->lightness = lightness_of(source.frames.back());
+  const ImageU8 quarter = found->has_quarters ? in_quarters(source.control, found->ends) : ImageU8();
+  found->ground = {.lightness = at_texels(found->lightness, pixels_per_texel),
+                   .mask = at_texels(source.mask, pixels_per_texel),
+                   .quarter = at_texels(quarter, pixels_per_texel)};
   for (const LineKind kind : {LineKind::Dark, LineKind::Bright}) {
-    const std::optional<SourceLines> lines = lines_of(ground, kind, scale, control);
-    if (!lines) continue;
-    if (charts.empty()) {
-      ImageF made(surface.width(), surface.height());
-      for (TexelId t = 0; t < surface.num_texels(); ++t) {
-        if (indices.of(t) >= 0) made.data()[t] = lightness.data()[indices.of(t)];
-      }
-      charts = charts_of(surface, made, has_quarters ? in_quarters(map.control, ends) : ImageU8());
-    }
-    const CutSource cut = measured_crops(charts, ground, *lines, scale, control);
+    if (auto lines = lines_of(found->ground, kind, found->scale, control)) found->kinds.push_back(std::move(*lines));
+  }
+  found_ = std::move(found);
+}
+
+SourceStructure::~SourceStructure() = default;
+
+StructureSums SourceStructure::measure(const MapPart& part, const PartCounts& before, const PartCounts& all,
+                                       std::vector<Picture>& pictures, const RunControl& control) const {
+  StructureSums sums;
+  if (found_->has_quarters) sums.wanted = count_wanted(part);
+  if (found_->kinds.empty()) return sums;
+  const std::vector<Ground> charts =
+      charts_of(part, part.gathered(found_->lightness),
+                found_->has_quarters ? in_quarters(part.control, found_->ends) : ImageU8());
+  for (const SourceLines& lines : found_->kinds) {
+    const CutSource cut =
+        measured_crops(charts, before.charts, all.charts, found_->ground, lines, found_->scale, control);
+    sums.kinds.push_back({.made = measured(charts, lines, found_->scale, control),
+                          .crops = cut.structures,
+                          .lines_there = cut.there,
+                          .lines_found = cut.found});
+    pictures.push_back(line_picture(charts, lines, part.rect, found_->scale, control));
+  }
+  return sums;
+}
+
+StructureFigures SourceStructure::figures(const StructureSums& sums, double texel_mm) const {
+  StructureFigures out;
+  for (std::size_t k = 0; k < found_->kinds.size(); ++k) {
+    const SourceLines& lines = found_->kinds[k];
+    const LineSums made = k < sums.kinds.size() ? sums.kinds[k] : LineSums{};
     WantedShares wanted;
-    for (std::size_t i = 0; i < wanted.size() && has_quarters; ++i) {
-      wanted[i] = wanted_share(lines->masks[i], seen_control, ground.mask, surface, map.control);
-      if (wanted[i]) *wanted[i] *= cut.found[i];
+    for (std::size_t i = 0; i < wanted.size() && found_->has_quarters; ++i) {
+      wanted[i] = wanted_share(lines.masks[i], found_->control, found_->ground.mask, sums.wanted);
+      if (wanted[i] && made.lines_there[i] > 0)
+        *wanted[i] *= static_cast<double>(made.lines_found[i]) / static_cast<double>(made.lines_there[i]);
     }
-    add_figures(*lines, measured(charts, *lines, scale, control), cut.structures, wanted, texel_mm, has_quarters, out);
-    out.pictures.push_back(picture_of(charts, *lines, surface, scale, control));
+    add_figures(lines, made.made, made.crops, wanted, texel_mm, found_->has_quarters, out);
   }
   const bool has_dark = !out.lines.empty() && out.lines.front().kind == LineKind::Dark;
   if (has_dark) return out;

@@ -3,10 +3,12 @@
 /// chart.
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <vector>
 
-#include "analysis/cracks/line_mask.h"
-#include "analysis/evaluation/coherence.h"
+#include "analysis/evaluation/source_lines.h"
+#include "analysis/evaluation/wanted_share.h"
 #include "patinate/analysis/report_parts.h"
 
 namespace patinate::analysis {
@@ -21,9 +23,41 @@ struct LineFigures {
 struct StructureFigures {
   std::vector<Figure> figures;  ///< Means over three thresholds.
   std::vector<LineFigures> lines;
-  std::vector<Picture> pictures;  ///< Center lines and dead ends; none without lines.
 };
 
+/// Of one kind of lines in a part.
+struct LineSums {
+  LineStructures made, crops;  ///< By threshold; of charts cut out of the source's corners.
+  std::array<std::int64_t, kNumLineThresholds> lines_there = {}, lines_found = {};  ///< CutSource of these charts.
+
+  void add(const LineSums& other);
+  template <class Visit>
+  void visit_members(const Visit& visit) {
+    for (LineStructure& s : made) s.visit_members(visit);
+    for (LineStructure& s : crops) s.visit_members(visit);
+    for (auto* counts : {&lines_there, &lines_found}) {
+      for (std::int64_t& n : *counts) visit(n);
+    }
+  }
+};
+/// Of all kinds that the source has.
+struct StructureSums {
+  std::vector<LineSums> kinds;
+  WantedCounts wanted = {};  ///< 0 without controls on both sides.
+
+  void add(const StructureSums& other);
+  template <class Visit>
+  void visit_members(const Visit& visit) {
+    std::int64_t num_kinds = static_cast<std::int64_t>(kinds.size());
+    visit(num_kinds);
+    kinds.resize(static_cast<std::size_t>(num_kinds));
+    for (LineSums& k : kinds) k.visit_members(visit);
+    for (std::int64_t& n : wanted) visit(n);
+  }
+};
+
+/// The lines of a source, and how they are measured in maps of it.
+///
 /// At three thresholds, of the source laid on a plane of the same texels (nearest pixel) as `split`: line_share (of the
 /// area), line_share_wanted (wanted_share(), as far as lines are found again when the charts are cut out of the
 /// source; with controls on both sides), dead_ends (1/mm), closed_share (area of cells that touch no border of a
@@ -35,9 +69,25 @@ struct StructureFigures {
 /// The source has lines of a kind if at each threshold they take up 0.3 to 25 % of it and have at most one dead end
 /// every 40 px: thresholds are 7, 10 and 16 L*, or, where those see noise or nothing, multiples by a power of the root
 /// of two, the nearest first. Without lines those without _crops and _q are undefined and say so.
-/// @param texel_size_px  Source pixels along a texel's side. Same bits for any number of threads.
-[[nodiscard]] StructureFigures measure_lines(const SynthesisSource& source, const SynthesizedMap& map,
-                                             const SourceIndices& indices, double texel_size_px,
-                                             const RunControl& control = {});
+/// Same bits for any number of threads.
+class SourceStructure {
+ public:
+  /// @param texel_size_px  Source pixels along a texel's side. @param has_wanted  Maps have controls.
+  SourceStructure(const SynthesisSource& source, double texel_size_px, bool has_wanted, const RunControl& control = {});
+  ~SourceStructure();
+  SourceStructure(const SourceStructure&) = delete;
+  SourceStructure& operator=(const SourceStructure&) = delete;
+
+  /// @param before,all  In earlier parts, and in all. @param pictures  A picture of center lines and dead ends is added
+  /// for each kind, of the part's rectangle.
+  [[nodiscard]] StructureSums measure(const MapPart& part, const PartCounts& before, const PartCounts& all,
+                                      std::vector<Picture>& pictures, const RunControl& control = {}) const;
+  /// @param sums  Of all parts.
+  [[nodiscard]] StructureFigures figures(const StructureSums& sums, double texel_mm) const;
+
+ private:
+  struct Found;
+  std::unique_ptr<const Found> found_;
+};
 
 }  // namespace patinate::analysis

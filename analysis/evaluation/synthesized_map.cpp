@@ -1,7 +1,9 @@
 #include "analysis/evaluation/synthesized_map.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "libcommon/core/parallel.h"
@@ -46,27 +48,66 @@ std::shared_ptr<const TexelMap> flat_surface(int width, int height, double texel
   return std::make_shared<TexelMap>(std::move(mesh), width, height);
 }
 
-SourceIndices::SourceIndices(const SynthesizedMap& map, const SynthesisSource& source) : width_(source.width()) {
-  const TexelMap& surface = *map.surface;
-  if (map.coordinates.channels() != 2 || map.coordinates.width() != surface.width() ||
-      map.coordinates.height() != surface.height()) {
-    throw InvalidInput(map.name + ": the coordinate map is " +
-                       size_text(map.coordinates.width(), map.coordinates.height()) + " with " +
-                       std::to_string(map.coordinates.channels()) + " channels; expected " +
-                       size_text(surface.width(), surface.height()) + " with 2");
+CoordinateReader reader_of(const ImageF& coordinates) {
+  return [&coordinates](const TexelRect& rect, const CoordinateVisitor& visit) {
+    for (int y = rect.y0; y < rect.y1; ++y)
+      visit(y, coordinates.row(y).subspan(2 * static_cast<std::size_t>(rect.x0),
+                                          2 * static_cast<std::size_t>(rect.width())));
+  };
+}
+
+void SourceIndices::set(const TexelMap& surface, TexelId t, const float* xy) {
+  const double x = std::floor(static_cast<double>(xy[0]) + 0.5), y = std::floor(static_cast<double>(xy[1]) + 0.5);
+  if (!(x >= 0.0 && y >= 0.0 && x < width_ && y < height_)) {
+    throw InvalidInput(name_ + ": texel " + std::to_string(t % surface.width()) + ", " +
+                       std::to_string(t / surface.width()) + " comes from " + number_text(x) + ", " + number_text(y) +
+                       ", which is not in the source of " + size_text(width_, height_));
   }
-  index_.assign(static_cast<std::size_t>(surface.num_texels()), -1);
-  for (TexelId t = 0; t < surface.num_texels(); ++t) {
-    if (!surface.is_covered(t)) continue;
-    const float* s = map.coordinates.data() + 2 * t;
-    const double x = std::floor(static_cast<double>(s[0]) + 0.5), y = std::floor(static_cast<double>(s[1]) + 0.5);
-    if (!(x >= 0.0 && y >= 0.0 && x < source.width() && y < source.height())) {
-      throw InvalidInput(map.name + ": texel " + std::to_string(t % surface.width()) + ", " +
-                         std::to_string(t / surface.width()) + " comes from " + number_text(x) + ", " + number_text(y) +
-                         ", which is not in the source of " + size_text(source.width(), source.height()));
+  index_[static_cast<std::size_t>(t)] = static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x) + 1;
+}
+
+void SourceIndices::read(const TexelMap& surface, const TexelRect& rect, const CoordinateReader& reader) {
+  reader(rect, [&](int y, std::span<const float> row) {
+    for (int x = rect.x0; x < rect.x1; ++x) {
+      const TexelId t = TexelId{y} * surface.width() + x;
+      if (surface.is_covered(t)) set(surface, t, &row[2 * static_cast<std::size_t>(x - rect.x0)]);
     }
-    index_[static_cast<std::size_t>(t)] = static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x);
+  });
+}
+
+void SourceIndices::read(const TexelMap& surface, std::vector<TexelId> texels, const CoordinateReader& reader) {
+  const Sheet& sheet = surface.sheet();
+  std::sort(texels.begin(), texels.end());
+  for (int tile = 0; tile < sheet.num_tiles(); ++tile) {
+    const TexelRect cell = cell_of(sheet, tile);
+    const auto is_here = [&](TexelId t) {
+      return cell.contains(static_cast<int>(t % surface.width()), static_cast<int>(t / surface.width()));
+    };
+    std::vector<TexelId> here;
+    std::copy_if(texels.begin(), texels.end(), std::back_inserter(here), is_here);
+    if (here.empty()) continue;
+    const auto row_of = [&](TexelId t) { return static_cast<int>(t / surface.width()); };
+    auto next = here.begin();
+    reader({cell.x0, row_of(here.front()), cell.x1, row_of(here.back()) + 1}, [&](int y, std::span<const float> row) {
+      for (; next != here.end() && row_of(*next) == y; ++next)
+        set(surface, *next, &row[2 * static_cast<std::size_t>(*next % surface.width() - cell.x0)]);
+    });
   }
+}
+
+ImageU8 MapPart::coverage() const {
+  ImageU8 out(rect.width(), rect.height());
+  for_each_covered([&](TexelId, std::int64_t i) { out.data()[i] = 255; });
+  return out;
+}
+
+ImageF MapPart::gathered(const ImageF& source) const {
+  ImageF out(rect.width(), rect.height(), source.channels());
+  const auto channels = static_cast<std::int64_t>(source.channels());
+  for_each_covered([&](TexelId t, std::int64_t i) {
+    std::copy_n(source.data() + indices.of(t) * channels, channels, out.data() + i * channels);
+  });
+  return out;
 }
 
 std::optional<TexelPair> interior_pair(const TexelMap& surface, const FlowFrames& frames, TexelId t, int dx, int dy) {
@@ -75,7 +116,7 @@ std::optional<TexelPair> interior_pair(const TexelMap& surface, const FlowFrames
   return TexelPair{t, n, step_mm(surface, frames, t, dx, dy)};
 }
 
-Pairs seam_pairs(const TexelMap& surface, const FlowFrames& frames, const RunControl& control) {
+Pairs seam_pairs(const TexelMap& surface, const FlowFrames& frames, const TexelRect& rect, const RunControl& control) {
   const auto add = [&](TexelId t, Pairs& out) {
     for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}}) {
       if (beside(surface, t, dx, dy) >= 0) continue;
@@ -87,10 +128,11 @@ Pairs seam_pairs(const TexelMap& surface, const FlowFrames& frames, const RunCon
     }
   };
   return parallel_reduce(
-      surface.num_texels(), kChunk, control, Pairs{},
+      rect.num_texels(), kChunk, control, Pairs{},
       [&](std::int64_t begin, std::int64_t end) {
         Pairs part;
-        for (TexelId t = begin; t < end; ++t) {
+        for (std::int64_t i = begin; i < end; ++i) {
+          const TexelId t = (rect.y0 + i / rect.width()) * surface.width() + rect.x0 + i % rect.width();
           if (surface.is_covered(t)) add(t, part);
         }
         return part;

@@ -3,13 +3,18 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "libcommon/atlas/sheet_cells.h"
 #include "patinate/atlas/texel_map.h"
 #include "patinate/core/run_control.h"
+#include "patinate/core/zeroed_vector.h"
 #include "patinate/image/image.h"
 
 namespace patinate::analysis {
@@ -38,6 +43,13 @@ struct SynthesizedMap {
 /// A plane of `width` x `height` texels of `texel_mm`, all covered.
 [[nodiscard]] std::shared_ptr<const TexelMap> flat_surface(int width, int height, double texel_mm);
 
+/// Visits rows of a coordinate map: `width` pairs x, y each, -1 where nothing is shown.
+using CoordinateVisitor = std::function<void(int y, std::span<const float> row)>;
+/// Reads a rectangle of a coordinate map that lies inside one tile or in its margins, row by row.
+using CoordinateReader = std::function<void(const TexelRect& rect, const CoordinateVisitor& visit)>;
+/// Of a map in memory, which must outlive it.
+[[nodiscard]] CoordinateReader reader_of(const ImageF& coordinates);
+
 /// Two texels side by side on the surface.
 struct TexelPair {
   TexelId first = -1;
@@ -45,29 +57,78 @@ struct TexelPair {
   Vec2 offset_mm{0, 0};  ///< From first to second, in the frame of the first.
 };
 
-/// Index into the source (y * width + x) of every texel, -1 outside or where the map names no pixel of the source.
+/// Index into the source (y * width + x) of texels, -1 where none was read. Takes memory only where it was.
 class SourceIndices {
  public:
-  /// @throws InvalidInput if the map has not two channels or not the surface's size, a covered texel has no
-  /// coordinates, or one lies outside the source.
-  SourceIndices(const SynthesizedMap& map, const SynthesisSource& source);
+  /// @param name  Of the map, for what is wrong with it.
+  SourceIndices(std::string name, std::int64_t num_texels, int source_width, int source_height)
+      : name_(std::move(name)),
+        index_(static_cast<std::size_t>(num_texels)),
+        width_(source_width),
+        height_(source_height) {}
+  /// The covered texels of a rectangle. @throws InvalidInput if one has no coordinates, or some outside the source.
+  void read(const TexelMap& surface, const TexelRect& rect, const CoordinateReader& reader);
+  /// Covered ones wherever they are.
+  void read(const TexelMap& surface, std::vector<TexelId> texels, const CoordinateReader& reader);
 
-  [[nodiscard]] std::int32_t of(TexelId t) const { return index_[static_cast<std::size_t>(t)]; }
+  [[nodiscard]] std::int32_t of(TexelId t) const { return index_[static_cast<std::size_t>(t)] - 1; }
   [[nodiscard]] int x(TexelId t) const { return of(t) % width_; }
   [[nodiscard]] int y(TexelId t) const { return of(t) / width_; }
-  [[nodiscard]] const std::vector<std::int32_t>& all() const { return index_; }
 
  private:
-  std::vector<std::int32_t> index_;
-  int width_;
+  void set(const TexelMap& surface, TexelId t, const float* xy);
+
+  std::string name_;
+  ZeroedVector<std::int32_t> index_;  ///< From 1 on; 0 = none.
+  int width_, height_;
+};
+
+/// What has to be known of all parts before one can be measured.
+struct PartCounts {
+  std::int64_t texels = 0;   ///< Covered ones.
+  std::int64_t patches = 0;  ///< Places of whole 7 x 7 patches inside one chart.
+  std::int64_t charts = 0;   ///< That have texels.
+
+  void add(const PartCounts& other) { texels += other.texels, patches += other.patches, charts += other.charts; }
+};
+[[nodiscard]] PartCounts count_part(const TexelMap& surface, const TexelRect& rect);
+
+/// A tile of a map under evaluation: a map of one tile is one part.
+struct MapPart {
+  const TexelMap& surface;  ///< Of the whole map, whose figures it knows.
+  const FlowFrames& frames;
+  TexelRect rect;
+  SourceIndices indices;  ///< Of its own texels, and of those that they have beside them over seams.
+  ImageF control;         ///< The rectangle's; may be empty.
+
+  [[nodiscard]] std::int64_t num_texels() const { return rect.num_texels(); }
+  /// The i-th of the rectangle, row by row.
+  [[nodiscard]] TexelId texel(std::int64_t i) const {
+    return (rect.y0 + i / rect.width()) * surface.width() + rect.x0 + i % rect.width();
+  }
+  /// The inverse of texel().
+  [[nodiscard]] std::int64_t place(TexelId t) const {
+    return (t / surface.width() - rect.y0) * rect.width() + t % surface.width() - rect.x0;
+  }
+  /// Calls visit(t, i) for the covered ones, row by row.
+  template <class Visit>
+  void for_each_covered(const Visit& visit) const {
+    for (std::int64_t i = 0; i < num_texels(); ++i) {
+      if (const TexelId t = texel(i); surface.is_covered(t)) visit(t, i);
+    }
+  }
+  /// 0 / 255, of the rectangle.
+  [[nodiscard]] ImageU8 coverage() const;
+  /// A value of the source's for each texel of the rectangle, 0 where none is covered.
+  [[nodiscard]] ImageF gathered(const ImageF& source) const;
 };
 
 /// The texel one step away in the atlas and in the same chart. @returns nothing if there is none.
 [[nodiscard]] std::optional<TexelPair> interior_pair(const TexelMap& surface, const FlowFrames& frames, TexelId t,
                                                      int dx, int dy);
 /// Texels on two sides of a seam: a step of one texel (of the first one's size) over a border of its chart. Each side
-/// is seen from both.
+/// is seen from both. @param rect  Of the first ones; the second may lie outside.
 [[nodiscard]] std::vector<TexelPair> seam_pairs(const TexelMap& surface, const FlowFrames& frames,
-                                                const RunControl& control = {});
+                                                const TexelRect& rect, const RunControl& control = {});
 
 }  // namespace patinate::analysis

@@ -26,6 +26,8 @@ class SpatialStructure {
 
   /// Side of a tile in pixels: the largest power of two up to a quarter of the shorter side, [8, 64].
   [[nodiscard]] int tile_px() const { return tile_px_; }
+  /// Tiles that lie on the surface.
+  [[nodiscard]] std::size_t num_tiles() const { return tiles_.size(); }
   /// Middle of every half-octave ring, cycles per pixel, ascending.
   [[nodiscard]] const std::vector<double>& frequencies() const { return frequencies_; }
   /// Mean power of every ring, L*^2: over all frequencies of a tile its mean is the variance of L*.

@@ -48,7 +48,9 @@ class SameBytes(PlanCase):
         "movie": ["export", "aged", "--num-times", "3", "-o", "out.gif"],
         "compare": ["compare", "history", "history", "--num-resamples", "10", "-o", "out"],
         "evaluate": ["evaluate", "aged", "--samples", "500", "-o", "out"],
+        "turntable": ["render", "aged", "--turntable", "3", "--time", "4", "--width", "60", "-o", "out.gif"],
         "control": ["control", "urn/mesh.obj", "--kind", "facing", "--resolution", "64", "-o", "out.exr"],
+        "kinds": ["control", "urn/mesh.obj", "--kind", "facing", "--kind", "height", "--resolution", "64", "-o", "out_<KIND>.exr"],
         "factorize": ["factorize", "history", "--num-intervals", "8", "--num-training", "24", "-o", "out"],
         "simulate": ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "6", "--history-every", "2", "-o", "out"],
         "recompose": ["recompose", "dirty", "--set", "dirt.strength=3", "-o", "out"],
@@ -148,6 +150,44 @@ class Plans(PlanCase):
         self.assertEqual(len({item["name"] for item in plan["items"]}), len(plan["items"]))
         self.assertEqual(plan["command"], self.INGEST)
         self.assertIn("frames/0001.png", [given["name"] for given in plan["inputs"]])
+
+    def test_a_movie_is_a_picture_an_item_and_a_join(self):
+        command = ["export", self.shared / "aged", "--num-times", "5", "-o", "out.gif"]
+        plan = self.plan(*command)
+        self.assertEqual(len(plan["items"]), 5)
+        self.assertIsNotNone(plan["join"])
+        self.succeeds("run", "plan.json", "--items", "3")
+        self.fails(CANNOT, "4 of 5 items are not finished: 0-2, 4", "join", "plan.json")
+        again = json.loads(self.succeeds("run", "plan.json", "--json"))
+        self.assertEqual((again["run"], again["finished_before"]), (4, 1))
+        self.succeeds("join", "plan.json")
+        self.assertEqual([path.name for path in self.folder.glob("out.gif*")], ["out.gif"])
+        before = (self.folder / "out.gif").read_bytes()
+        self.succeeds("export", self.shared / "aged", "--num-times", "5", "-o", "other.gif")
+        self.assertEqual((self.folder / "other.gif").read_bytes(), before)
+        self.assertEqual(self.plan(*command)["is_up_to_date"], True)
+        self.fails(CANNOT, "--force", "plan", "export", self.shared / "aged", "--num-times", "4", "-o", "out.gif")
+
+    def test_a_damaged_picture_of_a_movie_is_named_and_made_again(self):
+        self.plan("export", self.shared / "aged", "--num-times", "3", "-o", "out.gif")
+        self.succeeds("run", "plan.json")
+        picture = self.folder / "out.gif.items" / "00001.png"
+        picture.write_bytes(picture.read_bytes()[:100])
+        self.fails(CANNOT, "1 of 3 items are not finished: 1", "join", "plan.json")
+        self.succeeds("run", "plan.json", "--items", "1")
+        self.succeeds("join", "plan.json")
+
+    def test_several_kinds_of_control_are_an_item_each_and_need_a_name(self):
+        mesh = self.shared / "urn/mesh.obj"
+        both = ["control", mesh, "--kind", "facing", "--kind", "height", "--resolution", "64"]
+        self.assertEqual([item["outputs"] for item in self.plan(*both, "-o", "urn_<KIND>.exr")["items"]], [["urn_facing.exr"], ["urn_height.exr"]])
+        self.fails(USAGE, "for 2 kinds; expected a name with <KIND> in it", *both, "-o", "urn.exr")
+        self.fails(USAGE, "`facing` is given twice", *both, "--kind", "facing", "-o", "urn_<KIND>.exr")
+        self.fails(USAGE, "`!facing` has no name for <KIND>", "control", mesh, "--kind", "height", "--kind", "!facing", "-o", "urn_<KIND>.exr")
+        self.succeeds(*both, "-o", "urn_<KIND>.exr")
+        for kind in ("facing", "height"):
+            self.succeeds("control", mesh, "--kind", kind, "--resolution", "64", "-o", f"alone_{kind}.exr")
+            self.assertEqual((self.folder / f"alone_{kind}.exr").read_bytes(), (self.folder / f"urn_{kind}.exr").read_bytes())
 
     def test_a_dry_run_says_what_is_left_and_touches_nothing(self):
         self.plan(*self.INGEST)

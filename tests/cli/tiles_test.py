@@ -82,6 +82,24 @@ class Tiles(CommandCase):
         self.assert_equal("whole", "tiled")
         self.assertIn("up to date", self.run_patinate(*command).stderr)
 
+    def test_it_is_evaluated_by_tile_with_items_in_processes_of_their_own(self):
+        self.succeeds(*self.command(64), "--coarse-passes", "2", "-o", "aged")
+        command = ["evaluate", "aged", "--samples", "500", "--audits", "100"]
+        self.succeeds(*command, "-o", "here")
+        plan = json.loads(self.succeeds("plan", *command, "-o", "spread", "--json"))
+        self.assertEqual(len(plan["items"]), 2 * 16 + 1)
+        (self.folder / "plan.json").write_text(json.dumps(plan))
+        for items in ("0-6", "7-15", "20-31", "16-19", "32"):
+            self.succeeds("run", "plan.json", "--items", items)
+        self.succeeds("join", "plan.json")
+        for name in ("evaluation.html", "evaluation.json"):
+            self.assertEqual((self.folder / "spread" / name).read_bytes(), (self.folder / "here" / name).read_bytes())
+        # The transfer counted the same in another way.
+        figures = {f["name"]: f["value"] for f in json.loads((self.folder / "here/evaluation.json").read_text())["maps"][0]["figures"]}
+        energy = json.loads((self.folder / "aged/transfer.json").read_text())["energy"]
+        self.assertAlmostEqual(figures["coherent_share"], energy["coherent_share"], 9)
+        self.assertAlmostEqual(figures["control_error_mean"], energy["control_error_mean"], 3)
+
     def test_what_cannot_be_done_by_tile_is_said_in_a_line(self):
         painted, waves_obj = self.shared / "painted", self.shared / "waves.obj"
         known = ["--unit", "mm", "--texel-size", "0.1", "--resolution", "64", "--structure", "0", "--by-tile", "-o", "out"]

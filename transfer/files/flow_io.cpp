@@ -1,11 +1,12 @@
 #include "transfer/files/flow_io.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "libcommon/core/text.h"
+#include "libcommon/image/image_rows.h"
 #include "patinate/atlas/direction_field.h"
 #include "patinate/core/error.h"
-#include "patinate/image/image_io.h"
 
 namespace patinate::transfer {
 
@@ -26,30 +27,36 @@ void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrame
   }
 }
 
-std::shared_ptr<const FlowFrames> read_flow_frames(const TransferManifest& manifest, const TexelMap& map) {
-  if (manifest.flow == "uv") return nullptr;
-  auto frames = std::make_shared<FlowFrames>(uv_frames(map));  // Triangles without a texel keep theirs.
+void read_flow_tile(const TransferManifest& manifest, const TexelMap& map, int tile, FlowFrames& frames) {
+  constexpr int kRows = 64;
   const Sheet& sheet = map.sheet();
-  for (int i = 0; i < sheet.num_tiles(); ++i) {
-    const std::filesystem::path& file = manifest.tiles[static_cast<std::size_t>(i)].coordinates;
-    const ImageF patch = read_channels(file, {kPatchChannels[0], kPatchChannels[1]});
-    if (patch.width() != sheet.tile_width || patch.height() != sheet.tile_height) {
-      throw IoError(file.string(), "is " + size_text(patch.width(), patch.height()) + "; expected " +
-                                       size_text(sheet.tile_width, sheet.tile_height));
-    }
+  const std::filesystem::path& file = manifest.tiles[static_cast<std::size_t>(tile)].coordinates;
+  ImageRowReader reader(file, {kPatchChannels[0], kPatchChannels[1]});
+  if (reader.width() != sheet.tile_width || reader.height() != sheet.tile_height) {
+    throw IoError(file.string(), "is " + size_text(reader.width(), reader.height()) + "; expected " +
+                                     size_text(sheet.tile_width, sheet.tile_height));
+  }
+  for (int begin = 0; begin < reader.height(); begin += kRows) {
+    const ImageF patch = reader.read(begin, std::min(begin + kRows, reader.height()));
     for (int y = 0; y < patch.height(); ++y) {
       for (int x = 0; x < patch.width(); ++x) {
-        const TexelId t = TexelId{sheet.first_y(i) + y} * map.width() + sheet.first_x(i) + x;
+        const TexelId t = TexelId{sheet.first_y(tile) + begin + y} * map.width() + sheet.first_x(tile) + x;
         if (!map.is_covered(t)) continue;
         if (!std::isfinite(patch.at(x, y, 0)))
           throw IoError(file.string(),
                         "holds a " + std::string(kPatchChannels[0]) + " that is no number; make the transfer again");
         const int triangle = map.triangle(t);
-        (*frames)[static_cast<std::size_t>(triangle)] =
+        frames[static_cast<std::size_t>(triangle)] =
             frame_from_uv({static_cast<double>(patch.at(x, y, 0)), patch.at(x, y, 1) > 0.5f}, map.tangents(triangle));
       }
     }
   }
+}
+
+std::shared_ptr<const FlowFrames> read_flow_frames(const TransferManifest& manifest, const TexelMap& map) {
+  if (manifest.flow == "uv") return nullptr;
+  auto frames = std::make_shared<FlowFrames>(uv_frames(map));  // Triangles without a texel keep theirs.
+  for (int tile = 0; tile < map.sheet().num_tiles(); ++tile) read_flow_tile(manifest, map, tile, *frames);
   return frames;
 }
 

@@ -16,6 +16,9 @@ inline constexpr const char* kPatchChannels[2] = {"source.angle", "source.mirror
 /// @param strip  A part of the atlas whose first texel is (x, y); its channels 2 and 3 are set.
 void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrames& frames);
 
+/// Sets the frames of the triangles that have texels in a tile. @throws IoError
+void read_flow_tile(const TransferManifest& manifest, const TexelMap& map, int tile, FlowFrames& frames);
+
 /// The frames of a finished transfer. @param map  Over its sheet. @returns nothing where its history lies as the UVs
 /// do. @throws IoError
 [[nodiscard]] std::shared_ptr<const FlowFrames> read_flow_frames(const TransferManifest& manifest, const TexelMap& map);

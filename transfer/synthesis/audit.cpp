@@ -17,20 +17,6 @@ namespace {
 constexpr std::int64_t kChunk = 4;       // Texels: some ms each in a large source.
 constexpr std::uint32_t kPurpose = 500;  // Of RandomStream.
 
-/// One texel of each of `count` equal parts of the list.
-std::vector<TexelId> drawn_texels(const TexelSet& texels, std::int64_t count, std::uint64_t seed) {
-  const auto size = static_cast<std::int64_t>(texels.size());
-  if (size <= count) return {texels.begin(), texels.end()};
-  std::vector<TexelId> drawn;
-  for (std::int64_t i = 0; i < count; ++i) {
-    const std::int64_t begin = i * size / count, end = (i + 1) * size / count;
-    const std::uint32_t chosen =
-        RandomStream(seed, static_cast<std::uint64_t>(i), kPurpose).below(static_cast<std::uint32_t>(end - begin));
-    drawn.push_back(texels[static_cast<std::size_t>(begin + chosen)]);
-  }
-  return drawn;
-}
-
 /// The texel's own pixel and those to which its neighbors lead: they bound the search.
 std::vector<std::int32_t> likely_pixels(const SourceLevel& source, const TexelCost& cost,
                                         const CoordinateMap& coordinates, std::int32_t own) {
@@ -44,11 +30,6 @@ std::vector<std::int32_t> likely_pixels(const SourceLevel& source, const TexelCo
   return likely;
 }
 
-struct Costs {
-  std::int64_t own = -1;  ///< -1: the pixel has no cost.
-  std::int64_t least = 0;
-};
-
 double ratio_of(double cost, double least) {
   if (least > 0.0) return cost / least;
   return cost > 0.0 ? std::numeric_limits<double>::infinity() : 1.0;
@@ -56,11 +37,28 @@ double ratio_of(double cost, double least) {
 
 std::optional<double> finite(double value) { return std::isfinite(value) ? std::optional(value) : std::nullopt; }
 
-OptimumAudit summary_of(const std::vector<Costs>& all) {
+}  // namespace
+
+std::vector<TexelId> drawn_texels(const TexelSet& texels, std::int64_t before, std::int64_t all, std::int64_t count,
+                                  std::uint64_t seed) {
+  const auto size = static_cast<std::int64_t>(texels.size());
+  if (all <= count) return {texels.begin(), texels.end()};
+  std::vector<TexelId> drawn;
+  for (std::int64_t i = 0; i < count; ++i) {  // One of each of `count` equal parts.
+    const std::int64_t begin = i * all / count, end = (i + 1) * all / count;
+    const std::uint32_t chosen =
+        RandomStream(seed, static_cast<std::uint64_t>(i), kPurpose).below(static_cast<std::uint32_t>(end - begin));
+    const std::int64_t here = begin + chosen - before;
+    if (here >= 0 && here < size) drawn.push_back(texels[static_cast<std::size_t>(here)]);
+  }
+  return drawn;
+}
+
+OptimumAudit summary_of(std::span<const AuditedTexel> all) {
   OptimumAudit audit;
   std::int64_t optimal = 0;
   std::vector<double> ratios;
-  for (const Costs& c : all) {
+  for (const AuditedTexel& c : all) {
     if (c.own < 0) {
       ++audit.num_excluded;
       continue;
@@ -81,32 +79,39 @@ OptimumAudit summary_of(const std::vector<Costs>& all) {
   return audit;
 }
 
-}  // namespace
+std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighborhood& neighborhood,
+                                       const CoordinateMap& coordinates, std::span<const TexelId> texels,
+                                       double coherence_share, std::span<const double> control_weights,
+                                       const RunControl& control) {
+  const SourceLevel& source = level.source;
+  const EnergyScale scale = EnergyScale::make(source, coherence_share, control_weights);
+  RunControl silent = control;
+  silent.on_progress = nullptr;
+  const WindowSearch search(source, neighborhood, std::max(source.width(), source.height()), silent);
+  const SearchWindow whole{.x0 = 0, .y0 = 0, .x1 = source.width(), .y1 = source.height()};
+  std::vector<AuditedTexel> costs(texels.size());
+  parallel_for(static_cast<std::int64_t>(texels.size()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    TexelCost cost(source, level.destination, neighborhood);
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const std::int32_t own = coordinates[static_cast<std::size_t>(texels[i])];
+      if (own < 0 || source.is_usable[static_cast<std::size_t>(own)] == 0) continue;
+      cost.prepare(texels[i], coordinates, scale);
+      costs[i] = {.own = cost.total(own, std::numeric_limits<std::int64_t>::max()),
+                  .least = search.find(cost, whole, likely_pixels(source, cost, coordinates, own)).cost};
+    }
+  });
+  return costs;
+}
 
 OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neighborhood,
                            const CoordinateMap& coordinates, double coherence_share,
                            std::span<const double> control_weights, std::int64_t num_audits, std::uint64_t seed,
                            const RunControl& control) {
   if (!(num_audits > 0)) throw InvalidInput("audits: " + std::to_string(num_audits) + " is out of range; use > 0");
-  const SourceLevel& source = level.source;
-  const std::vector<TexelId> drawn = drawn_texels(level.destination.texels, num_audits, seed);
-  const EnergyScale scale = EnergyScale::make(source, coherence_share, control_weights);
-  RunControl silent = control;
-  silent.on_progress = nullptr;
-  const WindowSearch search(source, neighborhood, std::max(source.width(), source.height()), silent);
-  const SearchWindow whole{.x0 = 0, .y0 = 0, .x1 = source.width(), .y1 = source.height()};
-  std::vector<Costs> costs(drawn.size());
-  parallel_for(static_cast<std::int64_t>(drawn.size()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    TexelCost cost(source, level.destination, neighborhood);
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const std::int32_t own = coordinates[static_cast<std::size_t>(drawn[i])];
-      if (own < 0 || source.is_usable[static_cast<std::size_t>(own)] == 0) continue;
-      cost.prepare(drawn[i], coordinates, scale);
-      costs[i] = {.own = cost.total(own, std::numeric_limits<std::int64_t>::max()),
-                  .least = search.find(cost, whole, likely_pixels(source, cost, coordinates, own)).cost};
-    }
-  });
-  return summary_of(costs);
+  const TexelSet& texels = level.destination.texels;
+  const std::vector<TexelId> drawn =
+      drawn_texels(texels, 0, static_cast<std::int64_t>(texels.size()), num_audits, seed);
+  return summary_of(audit_texels(level, neighborhood, coordinates, drawn, coherence_share, control_weights, control));
 }
 
 }  // namespace patinate::transfer

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "patinate/core/run_control.h"
 #include "transfer/synthesis/energy.h"
@@ -26,10 +27,26 @@ struct OptimumAudit {
   std::optional<double> median_ratio;  ///< The same texel by texel; nothing when that is infinite.
 };
 
-/// Audits `num_audits` covered texels, spread evenly over the atlas and drawn by `seed`; all of them when there are not
-/// more. The least cost is that over all usable pixels of the source; WindowSearch finds it without looking at every
-/// one. All ratios are at least 1.
-/// @param coordinates  Pixels of level.source for all covered texels; -1 = none, as outside.
+/// The cost of a texel's own pixel, -1 where it has none, and the least that there is.
+struct AuditedTexel {
+  std::int64_t own = -1;
+  std::int64_t least = 0;
+};
+
+/// Those drawn by `seed` from a part of an atlas: `count` in the whole atlas, spread evenly, or all where there are not
+/// more. @param texels  The part's covered ones. @param before  In earlier parts. @param all  In all parts.
+[[nodiscard]] std::vector<TexelId> drawn_texels(const TexelSet& texels, std::int64_t before, std::int64_t all,
+                                                std::int64_t count, std::uint64_t seed);
+/// The least cost is that over all usable pixels of the source; WindowSearch finds it without looking at every one.
+/// @param coordinates  Pixels of level.source for those texels and what they look at; -1 = none, as outside.
+[[nodiscard]] std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighborhood& neighborhood,
+                                                     const CoordinateMap& coordinates, std::span<const TexelId> texels,
+                                                     double coherence_share, std::span<const double> control_weights,
+                                                     const RunControl& control = {});
+/// Of the texels of all parts, in their order. All ratios are at least 1.
+[[nodiscard]] OptimumAudit summary_of(std::span<const AuditedTexel> texels);
+
+/// All three for a whole atlas.
 /// @throws InvalidInput unless num_audits > 0. Same figures for any number of threads.
 [[nodiscard]] OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neighborhood,
                                          const CoordinateMap& coordinates, double coherence_share,

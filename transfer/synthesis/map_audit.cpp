@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "libcommon/atlas/sheet_cells.h"
 #include "libcommon/core/text.h"
 #include "transfer/exemplar/structure.h"
 #include "transfer/synthesis/open_options.h"
@@ -18,7 +19,6 @@ void check_sizes(const MapToAudit& made) {
   const auto fits = [&](const ImageF& image, int channels) {
     return image.width() == surface.width() && image.height() == surface.height() && image.channels() == channels;
   };
-  if (made.controls.empty()) throw InvalidInput("an audit needs a control that the map followed");
   if (!fits(made.coordinates, 2))
     throw InvalidInput("the coordinate map has not " + size_text(surface.width(), surface.height()) +
                        " texels with two channels");
@@ -29,58 +29,130 @@ void check_sizes(const MapToAudit& made) {
   }
 }
 
-/// Pixels of a source that is halved `halvings` times.
-CoordinateMap level_pixels(const MapToAudit& made, const HistoryFacts& history, const SourceLevel& source,
-                           int halvings) {
+/// What is measured against, without a destination.
+struct Auditor {
+  TransferOptions options;
+  Neighborhood neighborhood;
+  std::vector<double> weights;
+  std::vector<ImageF> wanted;
+  int halvings = 0;
+  SynthesisLevel level;
+  SourcePlacement placement;
+
+  Auditor(const History& history, const MapToAudit& made, const TransferOptions& asked,
+          const AppearanceSource& appearance_source, const RunControl& control) {
+    check_ranges(asked);
+    if (made.controls.empty()) throw InvalidInput("an audit needs a control that the map followed");
+    const ImageU8 mask = made.source_mask.empty() ? history.read_mask() : made.source_mask;
+    options = with_defaults(asked, !find_structure(history, mask, asked.appearance, control).empty());
+    const int wished = source_halvings(made.surface->median_texel_size_mm(), made.pixel_mm, smallest_side(history));
+    const AppearanceSpace appearance =
+        appearance_of(history, appearance_source, wished + 1, options.appearance, control, made.source_mask);
+    const auto first = std::min(static_cast<std::size_t>(wished), appearance.levels.size() - 1);
+    halvings = static_cast<int>(first);
+    std::vector<ImageF> known;
+    for (const FollowedControl& c : made.controls) {
+      known.push_back(history.read_control(c.source));
+      wanted.push_back(c.wanted);
+      weights.push_back(c.weight);
+    }
+    neighborhood = Neighborhood::square(options.neighborhood_radius_px);
+    level.source = make_source_level(appearance.levels[first], source_control_levels(appearance, known)[first],
+                                     appearance.masks[first], appearance.variances[first], neighborhood);
+    placement = place_source(*made.surface, made.frames, made.pixel_mm, halvings);
+  }
+
+  /// Of the level, of one of the history.
+  [[nodiscard]] std::int32_t pixel(int x, int y) const {
+    return std::min(y >> halvings, level.source.height() - 1) * level.source.width() +
+           std::min(x >> halvings, level.source.width() - 1);
+  }
+};
+
+TexelSet texels_of(const TexelMap& surface, int tile) {
+  return {surface.num_texels(), surface.width(), cell_of(surface.sheet(), tile), {}, [&](TexelId t) {
+            return surface.is_covered(t);
+          }};
+}
+
+CoordinateMap level_pixels(const MapToAudit& made, const HistoryFacts& history, const Auditor& auditor) {
   CoordinateMap pixels(static_cast<std::size_t>(made.surface->num_texels()), -1);
   for (TexelId t = 0; t < made.surface->num_texels(); ++t) {
     if (!made.surface->is_covered(t)) continue;
     const float* s = made.coordinates.data() + 2 * t;
     const double x = std::floor(static_cast<double>(s[0]) + 0.5), y = std::floor(static_cast<double>(s[1]) + 0.5);
     if (!(x >= 0.0 && y >= 0.0 && x < history.width && y < history.height)) continue;
-    const int column = std::min(static_cast<int>(x) >> halvings, source.width() - 1),
-              row = std::min(static_cast<int>(y) >> halvings, source.height() - 1);
-    pixels[static_cast<std::size_t>(t)] = row * source.width() + column;
+    pixels[static_cast<std::size_t>(t)] = auditor.pixel(static_cast<int>(x), static_cast<int>(y));
   }
   return pixels;
+}
+
+RunControl silenced(const RunControl& control) {
+  RunControl silent = control;
+  silent.on_progress = nullptr;
+  return silent;
 }
 
 }  // namespace
 
 OptimumAudit audit_map(const History& history, const MapToAudit& made, const TransferOptions& asked,
                        std::int64_t num_audits, std::uint64_t seed, const RunControl& control,
-                       const AppearanceSource& appearance_source) {
-  check_ranges(asked);
+                       const AppearanceSource& appearance) {
   check_sizes(made);
-  const bool has_structure = !find_structure(history, made.source_mask.empty() ? history.read_mask() : made.source_mask,
-                                             asked.appearance, control)
-                                  .empty();
-  const TransferOptions options = with_defaults(asked, has_structure);
-  const HistoryFacts& facts = history.facts();
-  const int halvings = source_halvings(made.surface->median_texel_size_mm(), made.pixel_mm, smallest_side(history));
-  const AppearanceSpace appearance = appearance_of(history, appearance_source, halvings + 1, options.appearance,
-                                                   control.part(0.0, 0.5), made.source_mask);
-  const auto first = std::min(static_cast<std::size_t>(halvings), appearance.levels.size() - 1);
-  std::vector<ImageF> known, wanted;
-  std::vector<double> weights;
-  for (const FollowedControl& c : made.controls) {
-    known.push_back(history.read_control(c.source));
-    wanted.push_back(c.wanted);
-    weights.push_back(c.weight);
+  if (!(num_audits > 0)) throw InvalidInput("audits: " + std::to_string(num_audits) + " is out of range; use > 0");
+  Auditor auditor(history, made, asked, appearance, control.part(0.0, 0.5));
+  if (auditor.level.source.usable.empty()) return {};
+  const TexelMap& surface = *made.surface;
+  auditor.level.destination = make_destination_level(made.surface, interleave(auditor.wanted), auditor.neighborhood,
+                                                     auditor.placement, silenced(control));
+  std::vector<TexelId> drawn;
+  std::int64_t before = 0;
+  for (int tile = 0; tile < surface.sheet().num_tiles(); ++tile) {
+    const TexelSet texels = texels_of(surface, tile);
+    const std::vector<TexelId> here = drawn_texels(texels, before, surface.num_covered(), num_audits, seed);
+    drawn.insert(drawn.end(), here.begin(), here.end());
+    before += static_cast<std::int64_t>(texels.size());
   }
-  const Neighborhood neighborhood = Neighborhood::square(options.neighborhood_radius_px);
-  SynthesisLevel level{
-      .source = make_source_level(appearance.levels[first], source_control_levels(appearance, known)[first],
-                                  appearance.masks[first], appearance.variances[first], neighborhood),
-      .destination = {}};
-  if (level.source.usable.empty()) return {};
-  RunControl silent = control;
-  silent.on_progress = nullptr;
-  level.destination =
-      make_destination_level(made.surface, interleave(wanted), neighborhood,
-                             place_source(*made.surface, made.frames, made.pixel_mm, static_cast<int>(first)), silent);
-  return audit_optimum(level, neighborhood, level_pixels(made, facts, level.source, static_cast<int>(first)),
-                       *options.coherence_share, weights, num_audits, seed, control.part(0.6, 1.0));
+  return summary_of(audit_texels(auditor.level, auditor.neighborhood, level_pixels(made, history.facts(), auditor),
+                                 drawn, *auditor.options.coherence_share, auditor.weights, control.part(0.6, 1.0)));
+}
+
+std::vector<AuditedTexel> audit_tile(const History& history, const MapToAudit& made, const TileToAudit& tile,
+                                     const TransferOptions& asked, std::int64_t num_audits, std::uint64_t seed,
+                                     const RunControl& control, const AppearanceSource& appearance) {
+  const RunControl silent = silenced(control);
+  Auditor auditor(history, made, asked, appearance, silent);
+  if (auditor.level.source.usable.empty()) return {};
+  const TexelMap& surface = *made.surface;
+  const TexelRect rect = cell_of(surface.sheet(), tile.tile);
+  auto part = std::make_shared<LevelPart>();
+  part->others = drawn_texels(texels_of(surface, tile.tile), tile.before, surface.num_covered(), num_audits, seed);
+  const ControlImage targets = interleave(auditor.wanted, silent);
+  part->num_controls = targets.channels();
+  part->targets = ZeroedVector<std::uint16_t>(static_cast<std::size_t>(surface.num_texels() * targets.channels()));
+  for (const TexelId t : part->others) {
+    const auto values =
+        targets.pixel(static_cast<int>(t % surface.width()) - rect.x0, static_cast<int>(t / surface.width()) - rect.y0);
+    std::copy(values.begin(), values.end(), part->targets.begin() + t * targets.channels());
+  }
+  DestinationLevel& destination = auditor.level.destination;
+  destination.map = made.surface;
+  destination.placement = auditor.placement;
+  destination.part = part;
+  find_neighbors(destination, auditor.neighborhood, silent);
+  std::vector<TexelId> seen = part->others;
+  TexelNeighborhood::Cursor cursor(*destination.neighbors);
+  for (const TexelId t : part->others) {
+    for (const PixelNeighbor& n : cursor.at(t)) {
+      if (n.texel >= 0) seen.push_back(n.texel);
+    }
+  }
+  std::sort(seen.begin(), seen.end());
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  CoordinateMap pixels(static_cast<std::size_t>(surface.num_texels()));
+  tile.coordinates(seen, [&](TexelId t, int x, int y) { pixels[static_cast<std::size_t>(t)] = auditor.pixel(x, y); });
+  return audit_texels(auditor.level, auditor.neighborhood, pixels, part->others, *auditor.options.coherence_share,
+                      auditor.weights, control);
 }
 
 }  // namespace patinate::transfer

@@ -2,6 +2,8 @@
 /// The audit of a finished coordinate map against the history that it shows, from any tool.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,7 +33,8 @@ struct MapToAudit {
   ImageU8 source_mask = {};  ///< What could be copied, instead of the history's mask; empty: that.
 };
 
-/// Measures as transfer() does: with its appearance, on the level whose pixels are as large as texels.
+/// Measures as transfer() does: with its appearance, on the level whose pixels are as large as texels. Of an atlas of
+/// several tiles, texels are counted tile by tile.
 /// @param options  Coherence share, neighborhood and appearance, open ones as transfer() chooses; nothing
 /// else of them counts. @param appearance  As
 /// TransferInput's.
@@ -39,5 +42,22 @@ struct MapToAudit {
 [[nodiscard]] OptimumAudit audit_map(const History& history, const MapToAudit& made, const TransferOptions& options,
                                      std::int64_t num_audits, std::uint64_t seed, const RunControl& control = {},
                                      const AppearanceSource& appearance = {});
+
+/// One tile of such a map.
+struct TileToAudit {
+  int tile = 0;
+  std::int64_t before = 0;  ///< Covered texels of earlier tiles.
+  /// Calls visit(texel, x, y) with the pixels of some texels, wherever they are.
+  using Visit = std::function<void(TexelId texel, int x, int y)>;
+  std::function<void(const std::vector<TexelId>& texels, const Visit& visit)> coordinates;
+};
+/// What audit_map() measures there; summary_of() those of all tiles is what it gives.
+/// @param made  Without coordinates; `wanted` are of the tile with its margins, and the surface finds texels where one
+/// looks.
+[[nodiscard]] std::vector<AuditedTexel> audit_tile(const History& history, const MapToAudit& made,
+                                                   const TileToAudit& tile, const TransferOptions& options,
+                                                   std::int64_t num_audits, std::uint64_t seed,
+                                                   const RunControl& control = {},
+                                                   const AppearanceSource& appearance = {});
 
 }  // namespace patinate::transfer

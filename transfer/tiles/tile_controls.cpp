@@ -51,15 +51,23 @@ struct Ranks {
 
 }  // namespace
 
-ImageF match_tile(const std::filesystem::path& folder, std::size_t index, int tile, int num_tiles, const TexelMap& map,
-                  const TexelRect& rect, const TransferControl& control, const History& history,
-                  const ImageU8& source_mask, const RunControl& run) {
-  const MappedFile own_file(folder / tile_file::sorted(index, tile));
+void write_control_files(const ControlFiles& files, int tile, const TexelMap& map, const TexelRect& rect,
+                         std::span<const float> values, const RunControl& control) {
+  write_array(files.values(tile), values);
+  std::vector<float> sorted = covered_values(map, rect, values);
+  sort_values(sorted, control);
+  write_array(files.sorted(tile), std::span<const float>(sorted));
+}
+
+ImageF match_tile(const ControlFiles& files, int tile, int num_tiles, const TexelMap& map, const TexelRect& rect,
+                  const TransferControl& control, const History& history, const ImageU8& source_mask,
+                  const RunControl& run) {
+  const MappedFile own_file(files.sorted(tile));
   Ranks ranks(control.mapping == ControlMapping::Rank ? own_file.all<float>() : std::span<const float>());
   ControlValues all;
   for (int other = 0; other < num_tiles; ++other) {
     run.throw_if_stopped();
-    const MappedFile file(folder / tile_file::sorted(index, other));
+    const MappedFile file(files.sorted(other));
     const auto sorted = file.all<float>();
     if (sorted.empty()) continue;
     all.least = all.count == 0 ? sorted.front() : std::min(all.least, sorted.front());
@@ -70,7 +78,7 @@ ImageF match_tile(const std::filesystem::path& folder, std::size_t index, int ti
   const ControlFacts& facts = history.control(control.source);
   const ControlMatcher matched(all, control.range, history.read_control(control.source), source_mask,
                                {facts.low, facts.high, facts.unit}, control.mapping, run);
-  const MappedFile value_file(folder / tile_file::values(index, tile));
+  const MappedFile value_file(files.values(tile));
   const auto values = value_file.values<float>(0, static_cast<std::size_t>(rect.num_texels()));
   ImageF out(rect.width(), rect.height());
   parallel_for(rect.height(), 8, run, [&](std::int64_t begin, std::int64_t end) {

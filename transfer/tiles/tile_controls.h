@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <span>
 #include <vector>
@@ -17,10 +18,17 @@ namespace patinate::transfer {
 [[nodiscard]] std::vector<float> covered_values(const TexelMap& map, const TexelRect& rect,
                                                 std::span<const float> values);
 
-/// match_control() of one tile of an atlas, whose values and sorted values lie in files.
-[[nodiscard]] ImageF match_tile(const std::filesystem::path& folder, std::size_t index, int tile, int num_tiles,
-                                const TexelMap& map, const TexelRect& rect, const TransferControl& control,
-                                const History& history, const ImageU8& source_mask, const RunControl& run);
+/// Files of a control's tiles: values of the tile's rectangle, and those of covered texels, sorted. Floats.
+struct ControlFiles {
+  std::function<std::filesystem::path(int tile)> values, sorted;
+};
+void write_control_files(const ControlFiles& files, int tile, const TexelMap& map, const TexelRect& rect,
+                         std::span<const float> values, const RunControl& control);
+
+/// match_control() of one tile of an atlas.
+[[nodiscard]] ImageF match_tile(const ControlFiles& files, int tile, int num_tiles, const TexelMap& map,
+                                const TexelRect& rect, const TransferControl& control, const History& history,
+                                const ImageU8& source_mask, const RunControl& run);
 
 /// The controls of a level in the files of its tiles.
 class StoredTargets {

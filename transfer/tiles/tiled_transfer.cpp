@@ -74,6 +74,11 @@ RunControl silenced(const RunControl& control) {
   return silent;
 }
 
+ControlFiles files_of(const std::filesystem::path& folder, std::size_t control) {
+  return {.values = [=](int tile) { return folder / tile_file::values(control, tile); },
+          .sorted = [=](int tile) { return folder / tile_file::sorted(control, tile); }};
+}
+
 /// How many levels there are in all.
 std::size_t read_num_levels(const std::filesystem::path& folder) {
   const MappedFile file(folder / tile_file::num_levels());
@@ -193,10 +198,7 @@ void TiledTransfer::survey(int tile, const Folder& folder, const RunControl& con
   write_array(folder / tile_file::texel_counts(tile), std::span<const TriangleCount>(counts));
   for (std::size_t c = 0; c < t.input.controls.size(); ++c) {
     const ImageF values = make_part_control(t.input.controls[c].destination, map, rect, task_.kinds, silent).values;
-    write_array(folder / tile_file::values(c, tile), values.values());
-    std::vector<float> sorted = covered_values(map, rect, values.values());
-    sort_values(sorted, silent);
-    write_array(folder / tile_file::sorted(c, tile), std::span<const float>(sorted));
+    write_control_files(files_of(folder, c), tile, map, rect, values.values(), silent);
     write_control_tile(folder, t, c, tile, [&](int x, int y, ImageF& strip) {
       for (int row = 0; row < strip.height(); ++row)
         std::copy_n(&values.at(x - rect.x0, y + row - rect.y0), strip.width(), strip.row(row).begin());
@@ -214,8 +216,8 @@ void TiledTransfer::match(int tile, const Folder& folder, const RunControl& cont
   const ImageU8 mask = usable_mask(*t.history, t.input.source_mask);
   std::vector<ImageF> matched;
   for (std::size_t c = 0; c < t.input.controls.size(); ++c) {
-    matched.push_back(
-        match_tile(folder, c, tile, grid_.num_tiles(), *map, rect, t.input.controls[c], *t.history, mask, silent));
+    matched.push_back(match_tile(files_of(folder, c), tile, grid_.num_tiles(), *map, rect, t.input.controls[c],
+                                 *t.history, mask, silent));
   }
   const ControlImage targets = interleave(matched, silent);
   write_array(folder / tile_file::targets(0, tile), targets.values());

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
 
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/image_control.h"
@@ -11,6 +13,7 @@
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "tools/patinate/command_line/output_file.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/control_store.h"
 #include "tools/patinate/services/mesh_source.h"
@@ -76,64 +79,144 @@ std::optional<JobStatus> check_outputs(CommandRun& run, const std::vector<std::f
   return *status == JobStatus::UpToDate ? mesh_status : *status;
 }
 
+/// One of the maps that are asked for.
+struct AskedMap {
+  std::string kind;
+  std::vector<std::filesystem::path> files;  ///< Of its tiles.
+  std::string key;
+};
+
+constexpr std::string_view kKindPlace = "<KIND>";
+
+/// The map's file: of several each has its kind in its name. @throws UsageError
+std::filesystem::path map_file(const std::filesystem::path& output, const std::string& kind, std::size_t num_kinds) {
+  if (num_kinds == 1) return output;
+  std::string name = output.filename().string();
+  const std::size_t at = name.find(kKindPlace);
+  if (at == std::string::npos)
+    throw UsageError("-o: found `" + output.string() + "` for " + std::to_string(num_kinds) +
+                     " kinds; expected a name with <KIND> in it, as bust_<KIND>.exr");
+  if (!is_kind(kind))
+    throw UsageError("--kind: `" + kind + "` has no name for <KIND>; an expression is made by a command of its own");
+  return output.parent_path() / name.replace(at, kKindPlace.size(), kind);
+}
+
+void require_each_once(std::vector<std::string> kinds) {
+  std::sort(kinds.begin(), kinds.end());
+  const auto twice = std::adjacent_find(kinds.begin(), kinds.end());
+  if (twice != kinds.end()) throw UsageError("--kind: `" + *twice + "` is given twice");
+}
+
+/// Which of the maps are to be made; nothing when the command has no more to do.
+std::optional<std::vector<std::size_t>> maps_to_make(CommandRun& run, const std::filesystem::path& output,
+                                                     const AtlasMesh& atlas, const std::vector<AskedMap>& maps) {
+  if (maps.size() == 1) {
+    const std::optional<JobStatus> status = check_outputs(run, maps[0].files, atlas, maps[0].key);
+    if (!status) return std::nullopt;
+    return *status == JobStatus::UpToDate ? std::vector<std::size_t>{} : std::vector<std::size_t>{0};
+  }
+  ContentHash all;
+  std::vector<OutputPiece> pieces;
+  for (const AskedMap& map : maps) {
+    all.add(map.key);
+    pieces.push_back({map.files, map.key});
+  }
+  return unfinished_pieces(run, output, all.hex(), pieces);
+}
+
+/// Writes a map, and where UVs were made the mesh that it belongs to. @returns what a report says of it.
+Json write_map(CommandRun& run, const AskedMap& asked, const ControlMap& made, const TexelMap& map,
+               const AtlasMesh& atlas, double mm_per_unit) {
+  for (std::size_t i = 0; i < asked.files.size(); ++i) {
+    write_scaled_exr(asked.files[i], cut_tile(made.values, map.sheet(), static_cast<int>(i)),
+                     {made.low, made.high, made.unit}, asked.key);
+  }
+  Json more{{"range", {made.low, made.high}}, {"unit", made.unit}, {"covered", map.num_covered()}};
+  if (atlas.is_unwrapped) {
+    Mesh mesh = atlas.mesh;
+    scale_mesh(mesh, 1.0 / mm_per_unit);
+    const std::filesystem::path file = unwrapped_file(asked.files.front());
+    write_obj(file, mesh, asked.key);
+    run.note(file.string() + ": the mesh with the UVs that the map belongs to");
+    more["mesh"] = file.string();
+  }
+  for (const std::string& note : made.notes) run.note(note);
+  run.detail("0 stands for " + number_text(made.low) + ", 1 for " + number_text(made.high) + " " + made.unit);
+  return more;
+}
+
 }  // namespace
 
 int cmd_control(CommandRun& run) {
   MeshSource mesh_source;
   std::filesystem::path output;
-  std::string kind;
+  std::vector<std::string> kinds;
   ControlCommandOptions options;
   ControlStoreOptions store;
   declare_mesh(run.line, mesh_source);
-  run.line.option("kind", "KIND", "A kind (see below), or an expression of kinds and of map files", kind);
+  run.line.repeated("kind", "KIND",
+                    "A kind (see below), or an expression of kinds and of map files; several kinds make a map each",
+                    kinds);
   run.line.required();
   run.line.suggestions(control_kind_names());
-  run.line.output("MAP.exr", "The control map to make, float, channel Y, [0, 1]", output);
+  run.line.output("MAP.exr",
+                  "The control map to make, float, channel Y, [0, 1]; of several kinds a name with <KIND> in it",
+                  output);
   run.line.options(options);
   run.line.options(store);
-  std::vector<std::pair<std::string, std::string>> kinds;
-  for (const ControlKind& k : control_kinds()) kinds.emplace_back(k.name, k.brief);
-  run.line.list("Kinds: the map is high at", kinds);
+  std::vector<std::pair<std::string, std::string>> listed;
+  for (const ControlKind& k : control_kinds()) listed.emplace_back(k.name, k.brief);
+  run.line.list("Kinds: the map is high at", listed);
   run.line.example("control bust.glb --kind accessibility -o crevices.exr");
   run.line.example("control bust.glb --kind facing --direction 0,1,0 -o dust.exr");
   run.line.example("control bust.glb --kind \"0.7*accessibility + 0.3*facing\" -o mix.exr");
+  run.line.example("control bust.glb --kind facing --kind height -o \"bust_<KIND>.exr\"");
   if (!run.parse()) return 0;
   require_extension(output, {".exr"});
-  (void)ControlExpression(kind, control_kind_names());  // A typo is said before work starts.
-  refuse_scene_maps(kind, mesh_source.path);
+  require_each_once(kinds);
+  for (const std::string& kind : kinds) {
+    (void)ControlExpression(kind, control_kind_names());  // A typo is said before work starts.
+    (void)map_file(output, kind, kinds.size());
+    refuse_scene_maps(kind, mesh_source.path);
+  }
 
   Mesh mesh = load_mesh(mesh_source, run);
   AtlasMesh atlas = make_atlas(mesh_source, std::move(mesh), options.atlas, run.control("atlas"));
   note_atlas(mesh_source, atlas, run);
   scale_mesh(atlas.mesh, mm_per_mesh_unit(mesh_source));
-  const std::string key = control_key(kind, atlas, options);
-  const std::vector<std::filesystem::path> files = tile_files(output, atlas.tile_names());
-  const std::optional<JobStatus> status = check_outputs(run, files, atlas, key);
-  if (!status) return 0;
-  if (status == JobStatus::UpToDate) {
-    report_tile_files(run, *status, output, files, Json::object());
+  std::vector<AskedMap> maps;
+  for (const std::string& kind : kinds)
+    maps.push_back({kind, tile_files(map_file(output, kind, kinds.size()), atlas.tile_names()),
+                    control_key(kind, atlas, options)});
+  const std::optional<std::vector<std::size_t>> todo = maps_to_make(run, output, atlas, maps);
+  if (!todo) return 0;
+  Json more = Json::object();
+  if (!todo->empty()) {
+    const RunControl control = run.control("control");
+    const TexelMap map = make_texel_map(mesh_source, atlas, options.atlas.resolution, control.part(0.0, 0.2));
+    const ControlCache cache = user_control_cache(store.cache);
+    for (std::size_t k = 0; k < todo->size(); ++k) {
+      const AskedMap& asked = maps[(*todo)[k]];
+      const auto share = [&](std::size_t i) {
+        return 0.2 + 0.8 * static_cast<double>(i) / static_cast<double>(todo->size());
+      };
+      const RunControl part = control.part(share(k), share(k + 1));
+      const ControlMap made =
+          is_kind(asked.kind) ? cached_control(asked.kind, map, options.kinds, cache, part)
+                              : make_control_expression(asked.kind, map, options.kinds, part, control_source(cache));
+      more = write_map(run, asked, made, map, atlas, mm_per_mesh_unit(mesh_source));
+    }
+  }
+  const JobStatus status = todo->empty() ? JobStatus::UpToDate : JobStatus::Done;
+  if (maps.size() == 1) {
+    report_tile_files(run, status, output, maps.front().files, std::move(more));
     return 0;
   }
-  const RunControl control = run.control("control");
-  const TexelMap map = make_texel_map(mesh_source, atlas, options.atlas.resolution, control.part(0.0, 0.2));
-  const ControlCache cache = user_control_cache(store.cache);
-  const ControlMap result =
-      is_kind(kind) ? cached_control(kind, map, options.kinds, cache, control.part(0.2, 1.0))
-                    : make_control_expression(kind, map, options.kinds, control.part(0.2, 1.0), control_source(cache));
-  for (std::size_t i = 0; i < files.size(); ++i) {
-    write_scaled_exr(files[i], cut_tile(result.values, map.sheet(), static_cast<int>(i)),
-                     {result.low, result.high, result.unit}, key);
+  Json files = Json::array();
+  for (const AskedMap& asked : maps) {
+    for (const auto& file : asked.files) files.push_back(Json{{"kind", asked.kind}, {"file", file.string()}});
   }
-  if (atlas.is_unwrapped) {
-    scale_mesh(atlas.mesh, 1.0 / mm_per_mesh_unit(mesh_source));
-    write_obj(unwrapped_file(files.front()), atlas.mesh, key);
-    run.note(unwrapped_file(files.front()).string() + ": the mesh with the UVs that the map belongs to");
-  }
-  for (const std::string& note : result.notes) run.note(note);
-  run.detail("0 stands for " + number_text(result.low) + ", 1 for " + number_text(result.high) + " " + result.unit);
-  Json more{{"range", {result.low, result.high}}, {"unit", result.unit}, {"covered", map.num_covered()}};
-  if (atlas.is_unwrapped) more["mesh"] = unwrapped_file(files.front()).string();
-  report_tile_files(run, *status, output, files, std::move(more));
+  run.report_output(status, output, Json{{"maps", files}});
   return 0;
 }
 

@@ -11,6 +11,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/output/plantlets.h"
 #include "patinate/atlas/sheet.h"
+#include "patinate/core/error.h"
 #include "patinate/history/history_sampling.h"
 #include "patinate/image/color.h"
 #include "simulation/job/simulation_job.h"
@@ -159,6 +160,8 @@ class TiledMaps {
 
   [[nodiscard]] const SurfaceMaps& at(double time, const RunControl& control) {
     if (!mesh_) mesh_.emplace(open_());
+    if (mesh_->is_reduced)
+      throw InvalidInput("the transfer has more texels than are held at once; its relief cannot be exported");
     if (time_ != time) maps_ = mesh_->maps(time, control);
     time_ = time;
     return maps_;

@@ -8,6 +8,7 @@
 #include "patinate/transfer/transfer_reader.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/services/reduced_transfer.h"
 #include "tools/patinate/services/simulated_maps.h"
 
 namespace patinate::cli {
@@ -66,6 +67,31 @@ AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& t
 
 namespace {
 
+/// What pictures of a transfer hold that is too large to be held itself: 800 MB.
+constexpr std::int64_t kReducedTexels = std::int64_t{1} << 26;
+
+AgingMesh reduced_mesh_of_transfer(const std::shared_ptr<const transfer::TransferFolder>& transfer,
+                                   std::int64_t most_texels) {
+  const transfer::TransferManifest& m = transfer->manifest();
+  const AtlasMesh atlas = transfer->read_atlas();
+  AgingMesh mesh;
+  mesh.key = m.key;
+  mesh.history = transfer->history().manifest();
+  mesh.tile_names = transfer->sheet().names;
+  mesh.triangle_tile = atlas.triangle_tile;
+  const std::int64_t most = std::min(most_texels, kReducedTexels);
+  mesh.mesh = sheet_mesh(atlas, reduced_sheet(transfer->sheet(), most));
+  mesh.unit_mesh = unit_square_mesh(atlas);
+  mesh.meters_per_unit = transfer::meters_per_unit(m);
+  mesh.is_reduced = true;
+  const auto made = std::make_shared<std::unique_ptr<const ReducedTransfer>>();  // For the first picture.
+  mesh.sample = [transfer, most, made](double time, const RunControl& control) {
+    if (!*made) *made = std::make_unique<const ReducedTransfer>(transfer, most, control.part(0.0, 0.4));
+    return (*made)->sample(time, control.part(0.4, 1.0));
+  };
+  return mesh;
+}
+
 AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path, double film) {
   const std::filesystem::path folder = manifest_folder(path, "simulation.json");
   const auto history = std::make_shared<const HistoryReader>(folder / "history");
@@ -90,9 +116,13 @@ AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path, double fil
 
 }  // namespace
 
-AgingMesh open_aging_mesh(const std::filesystem::path& path, double film) {
-  return kind_of(path) == PathKind::Simulation ? aging_mesh_of_simulation(path, film)
-                                               : aging_mesh_of(std::make_shared<const transfer::TransferReader>(path));
+AgingMesh open_aging_mesh(const std::filesystem::path& path, double film, std::int64_t most_texels) {
+  if (kind_of(path) == PathKind::Simulation) return aging_mesh_of_simulation(path, film);
+  if (const auto folder = std::make_shared<const transfer::TransferFolder>(path);
+      std::int64_t{folder->sheet().width()} * folder->sheet().height() > most_texels)
+    return reduced_mesh_of_transfer(folder, most_texels);
+  return aging_mesh_of(std::make_shared<const transfer::TransferReader>(path));
+}
 }
 
 }  // namespace patinate::cli

@@ -15,6 +15,7 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/command_line/usage_error.h"
+#include "tools/patinate/services/evaluated_tiles.h"
 #include "transfer/files/flow_io.h"
 #include "transfer/synthesis/map_audit.h"
 #include "transfer/synthesis/transfer_controls.h"
@@ -40,8 +41,10 @@ std::vector<int> frames_to_compare(int num_frames, int num_times) {
   return out;
 }
 
-analysis::SynthesisSource source_of(const History& history, const std::string& control, double pixel_mm,
-                                    int num_times) {
+}  // namespace
+
+analysis::SynthesisSource evaluated_source(const History& history, const std::string& control, double pixel_mm,
+                                           int num_times) {
   analysis::SynthesisSource source;
   for (int frame : frames_to_compare(history.num_frames(), num_times))
     source.frames.push_back(codes_of(history.read_frame(frame)));
@@ -50,6 +53,8 @@ analysis::SynthesisSource source_of(const History& history, const std::string& c
   source.pixel_mm = pixel_mm;
   return source;
 }
+
+namespace {
 
 analysis::Figure energy_figure(const char* name, const char* title, std::optional<double> value,
                                const std::string& undefined = {}) {
@@ -82,6 +87,17 @@ void add_audit(std::vector<analysis::Figure>& figures, const transfer::OptimumAu
                                   known(drawn > 0.0, static_cast<double>(audit.num_excluded) / std::max(1.0, drawn)),
                                   none));
 }
+
+}  // namespace
+
+std::vector<analysis::Figure> transfer_figures(const transfer::TransferManifest& manifest,
+                                               const std::optional<transfer::OptimumAudit>& audit) {
+  std::vector<analysis::Figure> figures = energy_figures(manifest.energy);
+  if (audit) add_audit(figures, *audit);
+  return figures;
+}
+
+namespace {
 
 ImageF read_nnf(const fs::path& file, int width, int height) {
   const std::string bytes = read_file(file);
@@ -131,34 +147,36 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
   return {.name = name,
           .about = about,
           .key = manifest.key,
-          .open = [transfer, name, options, seed, cache](const RunControl& control) {
-            const transfer::TransferReader reader(transfer);
-            const transfer::TransferManifest& m = reader.manifest();
-            analysis::MapToEvaluate out;
-            out.source = source_of(reader.history(), m.controls.empty() ? "" : m.controls.front().source,
-                                   m.texel_size_mm, options.num_times);
-            out.source.mask = reader.source_mask();
-            out.map = {.name = name,
-                       .surface = std::make_shared<TexelMap>(reader.mesh(), reader.sheet(), control.part(0.0, 0.3)),
-                       .coordinates = reader.coordinates(),
-                       .control = m.controls.empty() ? ImageF() : reader.matched_control(0)};
-            out.map.frames = transfer::read_flow_frames(m, *out.map.surface);
-            out.more = energy_figures(m.energy);
-            if (options.num_audits == 0) return out;
-            const HistoryReader history(reader.history().folder());  // Its pixels, as the transfer compared them.
-            transfer::MapToAudit made{.surface = out.map.surface,
-                                      .coordinates = out.map.coordinates,
-                                      .pixel_mm = m.texel_size_mm,
-                                      .controls = {},
-                                      .frames = out.map.frames};
-            made.source_mask = out.source.mask;
-            for (std::size_t i = 0; i < m.controls.size(); ++i)
-              made.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
-            add_audit(out.more,
-                      transfer::audit_map(history, made, m.measured_with, options.num_audits, seed,
-                                          control.part(0.3, 1.0), transfer::appearance_source(history, cache)));
-            return out;
-          }};
+          .open =
+              [transfer, name, options, seed, cache](const RunControl& control) {
+                const transfer::TransferReader reader(transfer);
+                const transfer::TransferManifest& m = reader.manifest();
+                analysis::MapToEvaluate out;
+                out.source = evaluated_source(reader.history(), m.controls.empty() ? "" : m.controls.front().source,
+                                              m.texel_size_mm, options.num_times);
+                out.source.mask = reader.source_mask();
+                out.map = {.name = name,
+                           .surface = std::make_shared<TexelMap>(reader.mesh(), reader.sheet(), control.part(0.0, 0.3)),
+                           .coordinates = reader.coordinates(),
+                           .control = m.controls.empty() ? ImageF() : reader.matched_control(0)};
+                out.map.frames = transfer::read_flow_frames(m, *out.map.surface);
+                out.more = energy_figures(m.energy);
+                if (options.num_audits == 0) return out;
+                const HistoryReader history(reader.history().folder());  // Its pixels, as the transfer compared them.
+                transfer::MapToAudit made{.surface = out.map.surface,
+                                          .coordinates = out.map.coordinates,
+                                          .pixel_mm = m.texel_size_mm,
+                                          .controls = {},
+                                          .frames = out.map.frames};
+                made.source_mask = out.source.mask;
+                for (std::size_t i = 0; i < m.controls.size(); ++i)
+                  made.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
+                add_audit(out.more,
+                          transfer::audit_map(history, made, m.measured_with, options.num_audits, seed,
+                                              control.part(0.3, 1.0), transfer::appearance_source(history, cache)));
+                return out;
+              },
+          .tiles = transfer_tiles(transfer, options, seed, cache)};
 }
 
 analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMesh& aged,
@@ -168,7 +186,8 @@ analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMe
   const transfer::MatchedControls matched =
       transfer::match_controls(*aged.history, mask, aged.controls, aged.coverage, control.part(0.0, 0.1));
   analysis::MapToEvaluate out;
-  out.source = source_of(*aged.shown, aged.controls.front().source, aged.surface.texel_size_mm, options.num_times);
+  out.source =
+      evaluated_source(*aged.shown, aged.controls.front().source, aged.surface.texel_size_mm, options.num_times);
   out.source.mask = mask;
   out.map = {.name = name,
              .surface = aged.surface.map,
@@ -220,7 +239,7 @@ analysis::EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptio
       .open = [map, foreign, spec, source_name, options, seed, cache](const RunControl& control) {
         const HistoryReader source(foreign.history);
         analysis::MapToEvaluate out;
-        out.source = source_of(source, source_name, 1.0, options.num_times);
+        out.source = evaluated_source(source, source_name, 1.0, options.num_times);
         const ImageF wanted = spec ? read_gray(spec->destination) : ImageF();
         if (!foreign.picture.empty())
           out.made = analysis::MadePicture{.frame = out.source.frames.size() - 1,

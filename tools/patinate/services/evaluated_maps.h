@@ -6,10 +6,13 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "analysis/evaluation/evaluation_job.h"
 #include "patinate/transfer/age.h"
+#include "patinate/transfer/transfer_io.h"
 #include "transfer/exemplar/appearance_cache.h"
+#include "transfer/synthesis/audit.h"
 
 namespace patinate::cli {
 
@@ -22,6 +25,14 @@ struct ForeignMapOptions {
 
 /// "[SOURCE=]MAP" with the map's name only.
 [[nodiscard]] std::string named_control(const std::string& spec);
+
+/// What maps are measured against: frames evenly spread over the history, the last among them, as codes.
+/// @param control  Of the history; "" = none.
+[[nodiscard]] analysis::SynthesisSource evaluated_source(const History& history, const std::string& control,
+                                                         double pixel_mm, int num_times);
+/// The energy that a transfer recorded, and its audit.
+[[nodiscard]] std::vector<analysis::Figure> transfer_figures(const transfer::TransferManifest& manifest,
+                                                             const std::optional<transfer::OptimumAudit>& audit);
 
 /// A transfer: its history, its first control, its energy, which is audited with its own coherence share and controls.
 /// @param options  Times and audits. @param seed  Of the audits. @param cache  Of the appearance that audits need.

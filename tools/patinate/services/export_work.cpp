@@ -161,14 +161,20 @@ OutputWork textures_work(const ExportTask& task) {
 /// Images or a movie of a surface over the sheet of all its tiles.
 OutputWork aging_mesh_work(const ExportTask& task) {
   const auto mesh = std::make_shared<const AgingMesh>(open_aging_mesh(task.subject));
+  const auto noted = [&](OutputWork work) {
+    if (mesh->is_reduced)
+      work.notes.insert(work.notes.begin(),
+                        task.subject.string() + ": has more texels than are held at once; they are shown reduced");
+    return work;
+  };
   if (is_series(task.output)) {
-    return pictures_work(task, mesh->history,
-                         {.label = "export", .key = mesh->key, .times = {}, .picture = mesh->sample});
+    return noted(pictures_work(task, mesh->history,
+                               {.label = "export", .key = mesh->key, .times = {}, .picture = mesh->sample}));
   }
   const auto write = [mesh](double t, const std::vector<std::filesystem::path>& files, const RunControl& control) {
     write_color(files.front(), mesh->sample(t, control));
   };
-  return sequence_work(task, {mesh->key, mesh->tile_names, mesh->history, write});
+  return noted(sequence_work(task, {mesh->key, mesh->tile_names, mesh->history, write}));
 }
 
 /// Frames of a history as they are, over its own pixels.

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tools/patinate/services/movie_frames.h"
 #include "tools/patinate/services/tile_files.h"
 
 namespace patinate::cli {
@@ -11,6 +12,7 @@ namespace {
 /// Nothing when the command has no more to do.
 std::optional<JobStatus> made(CommandRun& run, const OutputWork& work) {
   if (work.plan) return run.make_folder(*work.plan, work.label);
+  if (work.movie && run.request() != nullptr) return answer_movie(run, *work.movie);
   if (work.pieces.empty()) {
     const std::optional<JobStatus> status = run.check_file(work.output, work.existing_key, work.key);
     if (status == JobStatus::Done) work.make(run.control(work.label));

@@ -15,6 +15,7 @@
 #include "patinate/core/json.h"
 #include "patinate/core/run_control.h"
 #include "patinate/image/image.h"
+#include "patinate/output/movie.h"
 
 namespace patinate::cli {
 
@@ -23,10 +24,22 @@ struct OutputPiece {
   std::vector<std::filesystem::path> files;  ///< Of its tiles.
   std::string key;
   std::function<void(const RunControl& control)> make = {};  ///< Empty where the caller makes it.
+  JobCost cost = {};
 };
 /// The file that decides whether a piece is to be made, and its key: one in the way, else one missing, else any.
 [[nodiscard]] std::pair<std::filesystem::path, std::string> decisive_file(
     const std::vector<std::filesystem::path>& files, const std::string& key);
+
+/// What a movie is made of, picture by picture.
+struct MovieFrames {
+  std::filesystem::path output;
+  std::string label;                                                   ///< Of progress.
+  std::string key;                                                     ///< Of the movie.
+  std::vector<std::string> keys;                                       ///< Of each picture.
+  std::function<ImageU8(int index, const RunControl& control)> codes;  ///< sRGB codes.
+  MovieOptions options;
+  JobCost cost = {};  ///< Of a picture.
+};
 
 /// Either one file (`make`), several (`pieces`) or a folder (`plan`).
 struct OutputWork {
@@ -38,6 +51,7 @@ struct OutputWork {
   /// The same where it is one image, which need not become a file.
   std::function<ImageF(const RunControl& control)> picture = {};
   std::vector<OutputPiece> pieces = {};
+  std::shared_ptr<const MovieFrames> movie = {};  ///< Of a movie: what a plan cuts `make` into.
   std::optional<JobPlan> plan = {};
   std::vector<std::string> notes = {};  ///< Lines for a person, before the work.
   std::shared_ptr<const Json> report;   ///< What a report says beside output and status: an object.

@@ -23,19 +23,32 @@ OutputWork movie_work(const std::filesystem::path& output, const PictureSeries& 
   ContentHash hash;
   hash.add("movie 1").add(series.key).add(lower_extension(output)).add(movie.fps);
   for (double t : series.times) hash.add(t);
+  const auto frames = std::make_shared<MovieFrames>(MovieFrames{
+      .output = output, .label = series.label, .key = hash.hex(), .keys = {}, .codes = {}, .options = movie});
+  frames->codes = [series](int i, const RunControl& control) {
+    const double t = series.times[static_cast<std::size_t>(i)];
+    return series.codes ? series.codes(t, control) : srgb8_from_linear(series.picture(t, control));
+  };
+  for (std::size_t i = 0; i < series.times.size(); ++i) {
+    frames->keys.push_back(ContentHash()
+                               .add("movie picture 1")
+                               .add(series.key)
+                               .add(series.times[i])
+                               .add(static_cast<std::int64_t>(i))
+                               .hex());
+  }
   OutputWork work{.output = output,
                   .label = series.label,
-                  .key = hash.hex(),
+                  .key = frames->key,
                   .existing_key = read_movie_key(output),
                   .report = std::make_shared<const Json>(Json{{"pictures", series.times.size()}, {"fps", movie.fps}})};
-  work.make = [output, series, movie, key = work.key](const RunControl& control) {
+  work.movie = frames;
+  work.make = [frames](const RunControl& control) {
     RunControl silent = control;
     silent.on_progress = {};
-    const auto codes = [&](int i) {
-      const double t = series.times[static_cast<std::size_t>(i)];
-      return series.codes ? series.codes(t, silent) : srgb8_from_linear(series.picture(t, silent));
-    };
-    write_coded_movie(output, static_cast<int>(series.times.size()), codes, movie, key, control);
+    write_coded_movie(
+        frames->output, static_cast<int>(frames->keys.size()), [&](int i) { return frames->codes(i, silent); },
+        frames->options, frames->key, control);
   };
   return work;
 }

@@ -138,6 +138,9 @@ OutputWork aging_mesh_work(const SharedTask& task) {
   const auto mesh =
       task->mesh ? task->mesh : std::make_shared<const AgingMesh>(open_aging_mesh(task->subject, task->shown.film));
   std::vector<std::string> notes;
+  if (mesh->is_reduced)
+    notes.push_back(task->subject.string() +
+                    ": has more texels than are held at once; pictures show its color, reduced");
   const std::vector<double> times = times_of(*task, *mesh, notes);
   if (task->has_views() && times.size() != 1)
     throw UsageError("--views, --turntable: show one time; give it with --time");

@@ -29,7 +29,8 @@ PlannedWork planned_pieces(const std::filesystem::path& output, const std::strin
                           .key = piece.key,
                           .outputs = piece.files,
                           .waits_for = {},
-                          .is_finished = is_made});
+                          .is_finished = is_made,
+                          .cost = piece.cost});
   }
   work.is_up_to_date = work.unfinished().empty();
   return work;

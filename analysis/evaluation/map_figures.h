@@ -1,0 +1,124 @@
+/// \file
+/// An evaluation in parts: what is measured of a tile, and what follows from all of them. No part looks at another's
+/// texels but for those over its seams, so that no process need hold more than one.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "analysis/evaluation/coherence.h"
+#include "analysis/evaluation/copied_pieces.h"
+#include "analysis/evaluation/evaluation.h"
+#include "analysis/evaluation/structure_figures.h"
+#include "analysis/evaluation/texture_distance.h"
+#include "analysis/evaluation/value_counts.h"
+
+namespace patinate::analysis {
+
+inline constexpr double kShownControlError = 0.25;  ///< At the light end of the map of control errors.
+
+/// Of |P(s(t)) - Q(t)|, in bins of 2^-16.
+struct ErrorSums {
+  double sum = 0.0;
+  ValueCounts counts{1.0 / 65536.0};
+
+  void add(const ErrorSums& other);
+  template <class Visit>
+  void visit_members(const Visit& visit) {
+    visit(sum), counts.visit_members(visit);
+  }
+};
+
+/// Of one of the source's frames.
+struct FrameSums {
+  ValueCounts gradients;
+  SpectrumSums spectrum;
+
+  void add(const FrameSums& other);
+  template <class Visit>
+  void visit_members(const Visit& visit) {
+    gradients.visit_members(visit), spectrum.visit_members(visit);
+  }
+};
+
+/// What is measured of parts; that of all of them, added in their order, is the map's.
+struct MapSums {
+  std::vector<std::string> hashes;  ///< One a part: of its rounded coordinates.
+  ErrorSums error, smooth_error;    ///< The second after a Gaussian of 3 px.
+  CoherenceSums coherence;
+  std::vector<FrameSums> frames;
+  TextureDraws draws;
+  ReuseSums reuse;
+  SeamSums seams;
+  ValueCounts scale;
+  std::int64_t explained = 0;  ///< Texels whose color the tool's picture has.
+  StructureSums structure;
+  BorderSums borders;
+  std::vector<std::vector<Picture>> pictures;  ///< One list a part, small where there are several.
+
+  void add(MapSums other);
+  /// For files: visit(member) for each but pictures.
+  template <class Visit>
+  void visit_members(const Visit& visit) {
+    visit(hashes), error.visit_members(visit), smooth_error.visit_members(visit), coherence.visit_members(visit);
+    auto num_frames = static_cast<std::int64_t>(frames.size());
+    visit(num_frames);
+    frames.resize(static_cast<std::size_t>(num_frames));
+    for (FrameSums& f : frames) f.visit_members(visit);
+    draws.visit_members(visit), reuse.visit_members(visit), seams.visit_members(visit), scale.visit_members(visit);
+    visit(explained), structure.visit_members(visit), borders.visit_members(visit);
+  }
+};
+
+/// A map and all that its parts are measured against.
+struct MapFacts {
+  std::string name;
+  std::shared_ptr<const TexelMap> surface;   ///< With its figures.
+  std::shared_ptr<const FlowFrames> frames;  ///< One a triangle.
+  bool has_control = false;                  ///< What was wanted is known.
+};
+
+/// Measures a map tile by tile. Thread-safe.
+class MapFigures {
+ public:
+  /// @param source,options  Must outlive it. @throws InvalidInput if sizes of the source's images differ.
+  MapFigures(const SynthesisSource& source, MapFacts map, const EvaluationOptions& options, std::uint64_t seed,
+             const RunControl& control = {});
+
+  /// @param wanted  The control of the tile's rectangle (cell_of()); empty without.
+  /// @param before,all  Places in earlier parts and in all (count_part()). @param made  Of maps of one part only.
+  /// @throws InvalidInput if coordinates are missing, or outside the source.
+  [[nodiscard]] MapSums measure(int tile, const CoordinateReader& coordinates, ImageF wanted, const PartCounts& before,
+                                const PartCounts& all, const MadePicture* made = nullptr,
+                                const RunControl& control = {}) const;
+  /// @param sums  Of all parts. @param has_made  Whether the tool's picture was given.
+  [[nodiscard]] Evaluation conclude(MapSums sums, bool has_made, const RunControl& control = {}) const;
+
+ private:
+  void add_pictures(const MapPart& part, MapSums& sums) const;
+  void measure_control(const MapPart& part, MapSums& sums, const RunControl& control) const;
+  [[nodiscard]] TextureDistanceOptions draw_options() const;
+
+  const SynthesisSource& source_;
+  MapFacts map_;
+  const EvaluationOptions& options_;
+  std::uint64_t seed_;
+  SourceScale scale_;
+  SourceStructure structure_;
+};
+
+/// Pictures of tiles beside each other as they lie in the sheet, or of a map of one tile. @param parts  One list a
+/// tile.
+[[nodiscard]] std::vector<Picture> sheet_pictures(std::vector<std::vector<Picture>> parts, const Sheet& sheet);
+/// A picture of a tile's rectangle without its margins, small enough for sheet_pictures(); of a map of one tile as it
+/// is.
+[[nodiscard]] ImageF tile_picture(ImageF picture, const Sheet& sheet, const RunControl& control = {});
+
+/// Sums in a file of our own. @throws CannotComplete; IoError
+void write_map_sums(const std::filesystem::path& file, MapSums sums);
+[[nodiscard]] MapSums read_map_sums(const std::filesystem::path& file);
+
+}  // namespace patinate::analysis

@@ -9,7 +9,7 @@ namespace patinate::transfer {
 namespace {
 
 constexpr std::int64_t kFewestPixels = 256;  // Of a control value: fewer say nothing about shares.
-constexpr std::int32_t kOne = 256, kMost = 2 * kOne, kMostReuse = 3 * kOne;
+constexpr std::int32_t kOne = 256, kMost = 2 * kOne, kMostReuse = 3 * kOne, kMostPrice = 8 * kOne;
 
 }  // namespace
 
@@ -86,6 +86,10 @@ void Amounts::set(const Counts& counts) {
       const std::int64_t share = has[c] * all_wanted, due = (wanted_[c] + 1) * all_has;
       excess_[c] = static_cast<std::int32_t>(std::clamp<std::int64_t>((share - due) * kOne / due, -kOne, kMost));
     }
+  }
+  for (std::size_t c = 0; c < price_.size(); ++c) {
+    price_[c] = std::clamp(excess_[c] + before_[c], -kMostPrice, kMostPrice);
+    before_[c] = std::clamp(before_[c] + 2 * excess_[c], -kMostPrice, kMostPrice);
   }
 }
 

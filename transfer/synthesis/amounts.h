@@ -42,6 +42,11 @@ class Amounts {
   [[nodiscard]] std::int32_t excess(std::span<const std::uint16_t> target, std::int32_t pixel) const {
     return excess_[cell(value_of(target[0]), look_[static_cast<std::size_t>(pixel)])];
   }
+  /// What a pixel's look costs texels that ask for this, in 1/256: excess() and twice all that was measured before, so
+  /// that what stays wrong becomes dearer from round to round until it is right. [-8, 8]
+  [[nodiscard]] std::int32_t price(std::span<const std::uint16_t> target, std::int32_t pixel) const {
+    return price_[cell(value_of(target[0]), look_[static_cast<std::size_t>(pixel)])];
+  }
   /// For kernels: looks by pixel, and excess by value of the control and look.
   [[nodiscard]] const std::vector<std::uint8_t>& looks() const { return look_; }
   [[nodiscard]] std::span<const std::int32_t> excess() const { return excess_; }
@@ -62,7 +67,7 @@ class Amounts {
   void set_reuse(const Counts& counts);
 
   Table wanted_{};  ///< Pixels of the source.
-  std::array<std::int32_t, kValues * kLooks> excess_{};
+  std::array<std::int32_t, kValues * kLooks> excess_{}, before_{}, price_{};
   std::vector<std::uint8_t> look_;  ///< By pixel.
   std::int32_t width_ = 0, columns_ = 0;
   std::vector<std::int32_t> usable_in_, reuse_;  ///< By cell.

@@ -1,6 +1,8 @@
 #include "transfer/synthesis/surface_patch.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdlib>
 
 namespace patinate::transfer {
@@ -18,6 +20,22 @@ PatchFinder::Slot& PatchFinder::slot_of(TexelId texel) {
   return slots_[at];
 }
 
+FixedPoint PatchFinder::mean_offset(TexelId texel, const FixedPoint& otherwise, const SurfacePatch& patch) {
+  std::int32_t x = 0, y = 0, num = 0;
+  for (const PixelNeighbor& n : cursor_.at(texel).subspan(first_adjacent_)) {
+    if (n.texel < 0 || n.texel == texel) continue;
+    const std::int32_t index = slot_of(n.texel).index;
+    if (index < 0) continue;
+    const FixedPoint& o = patch.texels[static_cast<std::size_t>(index)].offset;
+    x += o.x - n.x;
+    y += o.y - n.y;
+    ++num;
+  }
+  if (num == 0) return otherwise;
+  const auto rounded = [&](std::int32_t sum) { return static_cast<std::int32_t>(std::floor((sum + 0.5 * num) / num)); };
+  return {rounded(x), rounded(y)};
+}
+
 void PatchFinder::find_texels(TexelId center, int half_px, SurfacePatch& patch) {
   for (std::size_t at : used_) slots_[at] = {};
   used_.clear();
@@ -28,13 +46,14 @@ void PatchFinder::find_texels(TexelId center, int half_px, SurfacePatch& patch) 
   const std::int32_t half = half_px * PixelNeighbor::kOne;
   for (std::size_t i = 0; i < patch.texels.size() && patch.texels.size() < kMostTexels; ++i) {
     const PatchTexel from = patch.texels[i];
-    for (const PixelNeighbor& n : cursor_.at(from.texel).subspan(first_adjacent_)) {
-      if (n.texel < 0) continue;
-      const FixedPoint offset{from.offset.x + n.x, from.offset.y + n.y};
+    std::array<PixelNeighbor, TexelNeighborhood::kNumAdjacent> beside;
+    std::copy_n(cursor_.at(from.texel).begin() + static_cast<std::ptrdiff_t>(first_adjacent_), beside.size(),
+                beside.begin());
+    for (const PixelNeighbor& n : beside) {
+      if (n.texel < 0 || slot_of(n.texel).index >= 0) continue;
+      const FixedPoint offset = mean_offset(n.texel, {from.offset.x + n.x, from.offset.y + n.y}, patch);
       if (std::abs(offset.x) > half || std::abs(offset.y) > half || patch.texels.size() >= kMostTexels) continue;
-      Slot& slot = slot_of(n.texel);
-      if (slot.index >= 0) continue;
-      slot.index = static_cast<std::int32_t>(patch.texels.size());
+      slot_of(n.texel).index = static_cast<std::int32_t>(patch.texels.size());
       patch.texels.push_back({n.texel, offset});
     }
   }

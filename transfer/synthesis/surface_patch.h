@@ -40,7 +40,9 @@ class PatchFinder {
   /// the quickest.
   PatchFinder(const TexelMap& map, const TexelNeighborhood& neighbors);
 
-  /// Texels that lie within half_px to every side of the center, going from neighbor to neighbor. [1, 100] pixels.
+  /// Texels that lie within half_px to every side of the center, going from neighbor to neighbor. [1, 100] pixels. A
+  /// texel lies where those beside it that are laid already would have it, on the mean: on a bent surface ways to a
+  /// place differ, and what they differ by is spread, not torn open along a line.
   void find_texels(TexelId center, int half_px, SurfacePatch& patch);
   /// The pairs, after find_texels() of the same patch.
   void find_edges(SurfacePatch& patch);
@@ -51,6 +53,7 @@ class PatchFinder {
     std::int32_t index = -1;
   };
   [[nodiscard]] Slot& slot_of(TexelId texel);
+  [[nodiscard]] FixedPoint mean_offset(TexelId texel, const FixedPoint& otherwise, const SurfacePatch& patch);
 
   int width_;
   std::size_t first_adjacent_;

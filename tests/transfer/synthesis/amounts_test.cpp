@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "tests/support/meshes.h"
@@ -64,6 +65,22 @@ TEST(Amounts, AMapOfOneHalfHasTwiceItsShareAndNothingOfTheOther) {
   amounts.measure(task.level.destination, task.places(kSource / 2 - 4), {});
   EXPECT_NEAR(task.excess(amounts, 20), 256, 64);  // Rows are counted whole: eight or seven to a look.
   EXPECT_EQ(task.excess(amounts, 100), -256);
+}
+
+// A price that does not grow is balanced by what makes the look rare in the first place, and stays wrong by as much.
+TEST(Amounts, WhatStaysWrongBecomesDearerUpToAnEnd) {
+  const HalfAndHalf task;
+  Amounts amounts(task.level.source);
+  const auto price = [&](int y) {
+    const auto target = static_cast<std::uint16_t>(kControlSteps / 2);
+    return amounts.price(std::span(&target, 1), y * kSource + kSource / 2);
+  };
+  EXPECT_EQ(price(20), 0) << "not measured";
+  for (int times = 0; times < 6; ++times) {
+    amounts.measure(task.level.destination, task.places(kSource / 2 - 4), {});
+    EXPECT_EQ(price(20), std::min(8 * 256, (1 + 2 * times) * task.excess(amounts, 20)));
+    EXPECT_EQ(price(100), std::max(-8 * 256, -(1 + 2 * times) * 256));
+  }
 }
 
 TEST(Amounts, PiecesThatAreThereTwiceAreReusedAndThoseThatAreThereOnceAreNot) {

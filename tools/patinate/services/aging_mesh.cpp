@@ -123,6 +123,5 @@ AgingMesh open_aging_mesh(const std::filesystem::path& path, double film, std::i
     return reduced_mesh_of_transfer(folder, most_texels);
   return aging_mesh_of(std::make_shared<const transfer::TransferReader>(path));
 }
-}
 
 }  // namespace patinate::cli

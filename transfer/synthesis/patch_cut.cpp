@@ -41,8 +41,7 @@ std::int32_t PatchCut::unary(TexelId texel, const Place& place) const {
   if (place.pixel < 0) return kNever;
   const auto target = task_.destination.target(texel);
   return task_.control_cost.at(target, place.pixel) +
-         (kAmountCost * task_.amounts.price(target, place.pixel) + kReuseCost * task_.amounts.reuse(place.pixel)) /
-             256;
+         (kAmountCost * task_.amounts.price(target, place.pixel) + kReuseCost * task_.amounts.reuse(place.pixel)) / 256;
 }
 
 void PatchCut::begin(const SurfacePatch& patch, const PlaceMap& places) {

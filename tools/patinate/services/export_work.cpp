@@ -203,6 +203,7 @@ void describe(OptionVisitor& v, SequenceFormat& o) {
 OutputWork export_work(const ExportTask& task) {
   const std::optional<ModelFormat> model = model_format(task.output);
   const bool is_pictures = is_series(task.output);
+  if (model && is_pictures) require_extension(task.output, image_extensions());  // Models have no numbers.
   if (!model && !is_pictures)
     require_folder_name(task.output,
                         "MODEL.glb, .usdz, .usda or .obj, MOVIE.mp4, .webm or .gif, images as aged_%04d.png, or the "

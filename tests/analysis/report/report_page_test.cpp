@@ -95,7 +95,7 @@ TEST(ReportPage, ListsFiguresCurvesAndWhatIsUndefinedBySection) {
   EXPECT_EQ(figures[1]["undefined"], "not defined for this input");
   EXPECT_EQ(figures[2].dump(), R"({"name":"h","title":"H","unit":"","value":0.0,"section":"colors"})");
   EXPECT_EQ(figures[3]["section"], "look");
-  EXPECT_EQ(listed_curves_json(sections).dump(), R"([{"file":"curves/c.csv","title":"C"}])");
+  EXPECT_EQ(listed_curves_json(sections).dump(), R"([{"file":"curves/c.csv","drawing":"curves/c.svg","title":"C"}])");
   EXPECT_EQ(undefined_sections_json(sections).dump(), R"([{"section":"colors","reason":"why not"}])");
 }
 

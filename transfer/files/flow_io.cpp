@@ -53,6 +53,20 @@ void read_flow_tile(const TransferManifest& manifest, const TexelMap& map, int t
   }
 }
 
+std::shared_ptr<const FlowFrames> as_stored(const std::shared_ptr<const FlowFrames>& frames, const TexelMap& map) {
+  if (!frames) return nullptr;
+  auto stored = std::make_shared<FlowFrames>(uv_frames(map));
+  int last = -1;
+  for (TexelId t = 0; t < map.num_texels(); ++t) {
+    if (!map.is_covered(t) || map.triangle(t) == last) continue;
+    last = map.triangle(t);
+    const FrameInUv in_uv = frame_in_uv((*frames)[static_cast<std::size_t>(last)], map.tangents(last));
+    (*stored)[static_cast<std::size_t>(last)] =
+        frame_from_uv({static_cast<double>(static_cast<float>(in_uv.angle)), in_uv.is_mirrored}, map.tangents(last));
+  }
+  return stored;
+}
+
 std::shared_ptr<const FlowFrames> read_flow_frames(const TransferManifest& manifest, const TexelMap& map) {
   if (manifest.flow == "uv") return nullptr;
   auto frames = std::make_shared<FlowFrames>(uv_frames(map));  // Triangles without a texel keep theirs.

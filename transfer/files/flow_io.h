@@ -19,6 +19,9 @@ void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrame
 /// Sets the frames of the triangles that have texels in a tile. @throws IoError
 void read_flow_tile(const TransferManifest& manifest, const TexelMap& map, int tile, FlowFrames& frames);
 
+/// What read_flow_frames() gives of frames that were written: angles as floats. Nothing of nothing.
+[[nodiscard]] std::shared_ptr<const FlowFrames> as_stored(const std::shared_ptr<const FlowFrames>& frames,
+                                                          const TexelMap& map);
 /// The frames of a finished transfer. @param map  Over its sheet. @returns nothing where its history lies as the UVs
 /// do. @throws IoError
 [[nodiscard]] std::shared_ptr<const FlowFrames> read_flow_frames(const TransferManifest& manifest, const TexelMap& map);

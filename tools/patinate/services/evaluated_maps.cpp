@@ -185,6 +185,8 @@ analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMe
   const ImageU8 mask = transfer::usable_mask(*aged.history, {});
   const transfer::MatchedControls matched =
       transfer::match_controls(*aged.history, mask, aged.controls, aged.coverage, control.part(0.0, 0.1));
+  // As a folder keeps them, so that figures do not depend on whether there was one.
+  const std::shared_ptr<const FlowFrames> frames = transfer::as_stored(aged.frames, *aged.surface.map);
   analysis::MapToEvaluate out;
   out.source =
       evaluated_source(*aged.shown, aged.controls.front().source, aged.surface.texel_size_mm, options.num_times);
@@ -193,14 +195,14 @@ analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMe
              .surface = aged.surface.map,
              .coordinates = aged.coordinates,
              .control = matched.destination.front(),
-             .frames = aged.frames};
+             .frames = frames};
   out.more = energy_figures(aged.energy);
   if (options.num_audits == 0) return out;
   transfer::MapToAudit made{.surface = aged.surface.map,
                             .coordinates = aged.coordinates,
                             .pixel_mm = aged.surface.texel_size_mm,
                             .controls = {},
-                            .frames = aged.frames,
+                            .frames = frames,
                             .source_mask = mask};
   for (std::size_t i = 0; i < aged.controls.size(); ++i)
     made.controls.push_back({aged.controls[i].source, matched.destination[i], aged.controls[i].weight});

@@ -13,6 +13,8 @@ namespace {
 /// What a photograph can be found to be; each is blamed by itself.
 enum class Kind { Moved, Exposed, New };
 constexpr std::array<Kind, 3> kKinds{Kind::Moved, Kind::Exposed, Kind::New};
+constexpr int kLongestRun = 3;  ///< More frames in a row are a part of the series rather than a mistake.
+constexpr int kMostRuns = 64;   ///< Of more than one frame, whose pairs across are measured: 0.2 s each.
 
 bool has(const FrameFinding& f, Kind kind) {
   if (kind == Kind::Moved) return f.is_shifted;
@@ -30,6 +32,9 @@ bool has_any(const FrameFinding& f) {
   return std::any_of(kKinds.begin(), kKinds.end(), [&](Kind kind) { return has(f, kind); });
 }
 
+/// A run is a mistake only where more frames than its own are left.
+bool is_minority(const FrameRun& run, std::size_t num_pairs) { return 2 * run.size() <= static_cast<int>(num_pairs); }
+
 /// What pairs and findings say of every place between two frames.
 class Series {
  public:
@@ -38,18 +43,22 @@ class Series {
       : width_(width), height_(height) {
     for (const FramePair& pair : neighbors) pairs_[pair.frame] = &pair;
     for (const FrameFinding& finding : findings) findings_[finding.frame] = &finding;
-    for (const FramePair& pair : across) across_[pair.frame - 1] = &pair;
+    for (const FramePair& pair : across) across_[{pair.reference, pair.frame}] = &pair;
   }
 
-  /// Its neighbors follow one another without it, as far as this kind goes.
-  [[nodiscard]] bool is_odd(int frame, Kind kind) const {
-    const FrameFinding *before = finding(frame), *after = finding(frame + 1);
-    if (before == nullptr || after == nullptr || !has(*before, kind) || !has(*after, kind)) return false;
-    const FramePair &in = *pairs_.at(frame), &out = *pairs_.at(frame + 1);
-    if (kind == Kind::Moved) return is_there_and_back(in, out);
-    if (kind == Kind::Exposed) return is_light_back(in, out);
-    const auto skipping = across_.find(frame);
-    return skipping != across_.end() && is_better(*skipping->second, in, out);
+  /// Runs whose neighbors follow one another without them, as far as this kind goes. Rising; no two share a pair.
+  [[nodiscard]] std::vector<FrameRun> odd_runs(Kind kind) const {
+    std::vector<FrameRun> runs;
+    for (const auto& [first, pair] : pairs_) {
+      if (!runs.empty() && first <= runs.back().last + 1) continue;
+      for (int size = 1; size <= kLongestRun; ++size) {
+        const FrameRun run{first, first + size - 1};
+        if (!is_odd(run, kind)) continue;
+        runs.push_back(run);
+        break;
+      }
+    }
+    return runs;
   }
 
   /// It is the first, and wanting in a way in which the pair after it is not.
@@ -60,32 +69,55 @@ class Series {
   }
 
   [[nodiscard]] const FramePair& pair(int frame) const { return *pairs_.at(frame); }
-
- private:
-  static constexpr double kLeft = 0.5;  ///< Share of a change that may be left without the odd frame.
-
   [[nodiscard]] const FrameFinding* finding(int frame) const {
     const auto found = findings_.find(frame);
     return found == findings_.end() ? nullptr : found->second;
   }
 
-  [[nodiscard]] bool is_there_and_back(const FramePair& in, const FramePair& out) const {
-    const Eigen::Affine2d &there = in.motion.frame_from_reference, &back = out.motion.frame_from_reference;
-    return motion_size(back * there, width_, height_) <
-           kLeft * std::min(motion_size(there, width_, height_), motion_size(back, width_, height_));
+  /// Of `frame` from `reference`, over the pairs between.
+  [[nodiscard]] Eigen::Affine2d motion(int reference, int frame) const {
+    Eigen::Affine2d motion = Eigen::Affine2d::Identity();
+    for (int f = reference + 1; f <= frame; ++f) motion = pairs_.at(f)->motion.frame_from_reference * motion;
+    return motion;
   }
-
-  [[nodiscard]] static bool is_light_back(const FramePair& in, const FramePair& out) {
-    double there = 0.0, back = 0.0, left = 0.0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      there = std::max(there, std::abs(in.change.log_gain[c]));
-      back = std::max(back, std::abs(out.change.log_gain[c]));
-      left = std::max(left, std::abs(in.change.log_gain[c] + out.change.log_gain[c]));
+  [[nodiscard]] std::array<double, 3> log_gain(int reference, int frame) const {
+    std::array<double, 3> sum{};
+    for (int f = reference + 1; f <= frame; ++f) {
+      for (std::size_t c = 0; c < 3; ++c) sum[c] += pairs_.at(f)->change.log_gain[c];
     }
-    return left < kLeft * std::min(there, back);
+    return sum;
   }
 
-  /// Leaving the odd one out halves what is new: in detail or on the surface, and neither gets worse.
+ private:
+  static constexpr double kLeft = 0.5;  ///< Share of a change that may be left without the odd frames.
+
+  [[nodiscard]] bool is_odd(const FrameRun& run, Kind kind) const {
+    const FrameFinding *before = finding(run.first), *after = finding(run.last + 1);
+    if (before == nullptr || after == nullptr || !has(*before, kind) || !has(*after, kind)) return false;
+    if (!is_minority(run, pairs_.size())) return false;
+    if (kind == Kind::Moved) return is_there_and_back(run);
+    if (kind == Kind::Exposed) return is_light_back(run);
+    const auto skipping = across_.find({run.first - 1, run.last + 1});
+    return skipping != across_.end() && is_better(*skipping->second, pair(run.first), pair(run.last + 1));
+  }
+
+  [[nodiscard]] bool is_there_and_back(const FrameRun& run) const {
+    const auto size = [&](int reference, int frame) { return motion_size(motion(reference, frame), width_, height_); };
+    return size(run.first - 1, run.last + 1) <
+           kLeft * std::min(size(run.first - 1, run.first), size(run.last, run.last + 1));
+  }
+
+  [[nodiscard]] bool is_light_back(const FrameRun& run) const {
+    const auto largest = [&](int reference, int frame) {
+      double most = 0.0;
+      for (const double gain : log_gain(reference, frame)) most = std::max(most, std::abs(gain));
+      return most;
+    };
+    return largest(run.first - 1, run.last + 1) <
+           kLeft * std::min(largest(run.first - 1, run.first), largest(run.last, run.last + 1));
+  }
+
+  /// Leaving the odd ones out halves what is new: in detail or on the surface, and neither gets worse.
   [[nodiscard]] static bool is_better(const FramePair& across, const FramePair& in, const FramePair& out) {
     const double detail = std::min(1.0 - best_similarity(in), 1.0 - best_similarity(out));
     const double surface = std::min(in.change.surface, out.change.surface);
@@ -97,46 +129,92 @@ class Series {
   int width_, height_;
   std::map<int, const FramePair*> pairs_;  ///< By their later frame.
   std::map<int, const FrameFinding*> findings_;
-  std::map<int, const FramePair*> across_;  ///< By the frame between.
+  std::map<std::pair<int, int>, const FramePair*> across_;  ///< By the frames compared.
 };
 
 /// Says of the earlier frame what was said of the later one.
 void turn_round(FrameFinding& finding, const FramePair& pair, int width, int height) {
   finding.odd_frame = pair.reference;
+  finding.against = pair.frame;
   if (finding.is_shifted) describe_motion(pair.motion.frame_from_reference.inverse(), width, height, finding);
   for (double& gain : finding.gain) gain = 1.0 / gain;
 }
 
+/// A frame inside a run, of which no pair says what it is: seen from the last one before the run.
+FrameFinding finding_inside(const Series& series, const FrameRun& run, int frame, Kind kind, int width, int height) {
+  FrameFinding finding = *series.finding(run.first);
+  for (Kind other : kKinds) {
+    if (other != kind) drop(finding, other);
+  }
+  finding.is_light_unclear = false;
+  finding.frame = finding.odd_frame = frame;
+  finding.against = run.first - 1;
+  if (finding.is_shifted) describe_motion(series.motion(finding.against, frame), width, height, finding);
+  const std::array<double, 3> gain = series.log_gain(finding.against, frame);
+  for (std::size_t c = 0; c < 3; ++c) finding.gain[c] = std::exp(gain[c]);
+  return finding;
+}
+
+/// Which frames stand out in one way.
+class OddOnes {
+ public:
+  OddOnes(const Series& series, Kind kind) : series_(&series), kind_(kind), runs_(series.odd_runs(kind)) {}
+
+  /// Of the pair with this later frame the earlier one stands out.
+  [[nodiscard]] bool is_earlier(int frame) const {
+    const auto is_end = [&](const FrameRun& run) { return run.last + 1 == frame; };
+    const auto is_start = [&](const FrameRun& run) { return run.first == frame; };
+    if (std::any_of(runs_.begin(), runs_.end(), is_end)) return true;
+    return std::none_of(runs_.begin(), runs_.end(), is_start) && series_->is_odd_start(frame - 1, kind_);
+  }
+  void add_inside(std::vector<FrameFinding>& findings, int width, int height) const {
+    for (const FrameRun& run : runs_) {
+      for (int frame = run.first + 1; frame < run.last; ++frame) {
+        const FrameFinding* own = series_->finding(frame);
+        if (own == nullptr || !has(*own, kind_))
+          findings.push_back(finding_inside(*series_, run, frame, kind_, width, height));
+      }
+    }
+  }
+
+ private:
+  const Series* series_;
+  Kind kind_;
+  std::vector<FrameRun> runs_;
+};
+
 }  // namespace
 
-std::vector<int> frames_to_skip(const std::vector<FramePair>& neighbors, const std::vector<FrameFinding>& findings) {
+std::vector<FrameRun> runs_to_skip(const std::vector<FramePair>& neighbors, const std::vector<FrameFinding>& findings) {
   std::map<int, bool> is_wanting;
   for (const FramePair& pair : neighbors)
     is_wanting[pair.frame] = pair.shift.status != ShiftStatus::NoTexture && !can_be_laid_over(pair);
   for (const FrameFinding& f : findings) is_wanting[f.frame] = is_wanting[f.frame] || f.is_jump || f.is_unmatched;
-  std::vector<int> frames;
-  for (const auto& [frame, wanting] : is_wanting) {
-    const auto next = is_wanting.find(frame + 1);
-    if (wanting && next != is_wanting.end() && next->second) frames.push_back(frame);
+  std::vector<FrameRun> runs;
+  int num_longer = 0;
+  for (int size = 1; size <= kLongestRun; ++size) {
+    for (const auto& [frame, wanting] : is_wanting) {
+      const FrameRun run{frame, frame + size - 1};
+      const auto after = is_wanting.find(run.last + 1);
+      if (!wanting || after == is_wanting.end() || !after->second || !is_minority(run, neighbors.size())) continue;
+      if (size > 1 && num_longer++ >= kMostRuns) continue;
+      runs.push_back(run);
+    }
   }
-  return frames;
+  return runs;
 }
 
 void find_odd_frames(std::vector<FrameFinding>& findings, const std::vector<FramePair>& neighbors,
                      const std::vector<FramePair>& across, int width, int height) {
   const std::vector<FrameFinding> before = findings;
   const Series series(before, neighbors, across, width, height);
-  std::map<Kind, int> last_odd{{Kind::Moved, -1}, {Kind::Exposed, -1}, {Kind::New, -1}};
+  std::map<Kind, OddOnes> odd;
+  for (Kind kind : kKinds) odd.emplace(kind, OddOnes(series, kind));
   findings.clear();
   for (const FrameFinding& finding : before) {
     FrameFinding of_earlier = finding, of_later = finding;
     for (Kind kind : kKinds) {
-      if (!has(finding, kind)) continue;
-      const int earlier = finding.frame - 1;
-      const bool is_later_odd = earlier != last_odd[kind] && series.is_odd(finding.frame, kind);
-      const bool is_earlier_odd = !is_later_odd && (earlier == last_odd[kind] || series.is_odd_start(earlier, kind));
-      if (is_later_odd) last_odd[kind] = finding.frame;
-      drop(is_earlier_odd ? of_later : of_earlier, kind);
+      if (has(finding, kind)) drop(odd.at(kind).is_earlier(finding.frame) ? of_later : of_earlier, kind);
     }
     if (has_any(of_earlier)) {
       turn_round(of_earlier, series.pair(finding.frame), width, height);
@@ -144,6 +222,9 @@ void find_odd_frames(std::vector<FrameFinding>& findings, const std::vector<Fram
     }
     if (has_any(of_later)) findings.push_back(of_later);
   }
+  for (Kind kind : kKinds) odd.at(kind).add_inside(findings, width, height);
+  std::stable_sort(findings.begin(), findings.end(),
+                   [](const FrameFinding& a, const FrameFinding& b) { return a.frame < b.frame; });
 }
 
 std::vector<int> group_frames(int num_frames, const std::vector<FramePair>& pairs,

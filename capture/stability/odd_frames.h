@@ -1,5 +1,5 @@
 /// \file
-/// Which photograph is to blame when two that follow one another do not fit: the one whose removal mends the series.
+/// Which photographs are to blame when two that follow one another do not fit: those whose removal mends the series.
 #pragma once
 
 #include <functional>
@@ -9,21 +9,31 @@
 
 namespace patinate::capture {
 
-/// Frames that neither fit the one before nor the one after, so that the pair across them, (i - 1, i + 1), is worth
-/// measuring: find_odd_frames() and group_frames() use it.
-/// @param neighbors  As of judge_frames(), with its findings. Rising; never the first or last frame.
-[[nodiscard]] std::vector<int> frames_to_skip(const std::vector<FramePair>& neighbors,
-                                              const std::vector<FrameFinding>& findings);
+/// Photographs that follow one another.
+struct FrameRun {
+  int first = 0, last = 0;
+  [[nodiscard]] int size() const { return last - first + 1; }
+  bool operator==(const FrameRun&) const = default;
+};
+
+/// Runs of one to three frames, fewer than there are others, that neither fit what comes before nor what comes
+/// after, so that the pair across them, (first - 1, last + 1), is worth measuring: find_odd_frames() and group_frames()
+/// use it. Of runs longer than one the first 64: a series without any order is not worth more.
+/// @param neighbors  As of judge_frames(), with its findings. By length, then rising; never with the first or last
+/// frame.
+[[nodiscard]] std::vector<FrameRun> runs_to_skip(const std::vector<FramePair>& neighbors,
+                                                 const std::vector<FrameFinding>& findings);
 
 /// Decides for every finding which of its two photographs stands out, and turns it round where that is the earlier one.
 /// What a finding says of motion, of light and of the surface is judged by itself: it may fall into two.
 ///
-/// - A frame inside the series is odd when both of its pairs are found wanting and its neighbors follow one another
-///   without it: motions or gains of the two pairs cancel to less than half, or the pair across it fits better than
-///   either.
+/// - A run inside the series, of one to three frames and fewer than there are others, is odd when the pairs at both of
+///   its ends are found wanting and its neighbors follow one another without it: motions or gains from end to end
+///   cancel to less than half, or the pair across it fits better than either. The shortest run is blamed; each of its
+///   frames is named.
 /// - The first frame is odd when only its pair with the second is found wanting, not the next one.
 /// - Otherwise it is the later one: the series goes on from there in another way.
-/// @param across  Pairs (i - 1, i + 1) of frames_to_skip(); may be empty.
+/// @param across  Pairs (first - 1, last + 1) of runs_to_skip(); may be empty.
 void find_odd_frames(std::vector<FrameFinding>& findings, const std::vector<FramePair>& neighbors,
                      const std::vector<FramePair>& across, int width, int height);
 

@@ -18,6 +18,7 @@ constexpr double kMovedImprovement = 0.3;   ///< The same, for a photograph to b
 constexpr int kNeighbors = 8;               ///< On either side.
 constexpr double kDeviations = 6.0 * 1.4826;
 constexpr std::size_t kFewPairs = 6;     ///< So many say nothing about what is usual.
+constexpr double kUnclear = 2.0;         ///< Of the threshold: from there on a few photographs may differ in light.
 constexpr std::size_t kNearest = 3;      ///< On either side, for what a jump must stand out from.
 constexpr double kNearestFactor = 0.75;  ///< Of jump_factor.
 constexpr double kJumpDetail = 0.1, kJumpSurface = 0.04;
@@ -80,6 +81,9 @@ void judge_exposure(const std::vector<FramePair>& pairs, std::size_t at, const S
     finding.is_light_unclear = is_away && !light.is_sure();
   } else {
     finding.is_exposure_changed = light.is_sure() && light.share >= kSharedByMost && light.size() > threshold;
+    double size = 0.0;
+    for (const double gain : brightening(pairs[at])) size = std::max(size, std::abs(gain));
+    finding.is_light_unclear = !finding.is_exposure_changed && size > kUnclear * threshold;
   }
 }
 
@@ -198,6 +202,7 @@ std::vector<FrameFinding> judge_frames(const std::vector<FramePair>& neighbors, 
     const FramePair& pair = neighbors[i];
     FrameFinding finding;
     finding.frame = finding.odd_frame = pair.frame;
+    finding.against = pair.reference;
     finding.similarity = best_similarity(pair);
     finding.is_unmatched = is_unmatched(pair);
     judge_exposure(neighbors, i, options, finding);
@@ -218,8 +223,11 @@ std::vector<FrameFinding> judge_frames(const std::vector<FramePair>& neighbors, 
 FindingTexts finding_texts(const FrameFinding& f) {
   const auto rounded = [](double v, double steps) { return short_number_text(std::round(steps * v) / steps); };
   const auto tenths = [&](double v) { return rounded(v, 10.0); };
-  const std::string other = f.odd_frame == f.frame ? "the one before" : "the one after it";
-  const std::string against = f.odd_frame == f.frame ? "" : " against the one after it";
+  const int distance = f.odd_frame - f.against;
+  const std::string other = distance == 1   ? "the one before"
+                            : distance == 2 ? "the one before the one before"
+                                            : "the one after it";
+  const std::string against = distance == 1 ? "" : " against " + other;
   FindingTexts texts;
   if (f.is_shifted) {
     texts.moved = "moved by " + tenths(std::abs(f.shift_x)) + " px " + (f.shift_x < 0 ? "left" : "right") + " and " +

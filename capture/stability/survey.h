@@ -47,7 +47,8 @@ struct FramePair {
 /// What is wrong with a photograph against the one before.
 struct FrameFinding {
   int frame = 0;      ///< Of the pair: the later one.
-  int odd_frame = 0;  ///< Which of the two stands out; `frame`, until find_odd_frames() says otherwise.
+  int odd_frame = 0;  ///< Which one stands out; `frame`, until find_odd_frames() says otherwise.
+  int against = 0;    ///< From which one that is seen: the other of the pair, or the last before a run of odd ones.
   bool is_shifted = false;
   bool is_exposure_changed = false;
   bool is_light_unclear = false;  ///< As bright or colored differently, but the surface may be what changed.
@@ -86,7 +87,7 @@ struct FindingTexts {
 ///   on either side by more than exposure_threshold and six times their own median deviation: aging that brightens
 ///   steadily is no change of exposure. Where it is not sure the finding is unclear: the surface may have changed.
 ///   With fewer than 6 other pairs there is no usual course: then what 0.7 of the picture shares to within half of it
-///   and is more than exposure_threshold is the light's;
+///   and is more than exposure_threshold is the light's; more than twice the threshold, not shared so, is unclear;
 /// - jump: what is left when it is laid over the one before (1 - similarity, or the surface's change) exceeds
 /// jump_factor times the same median, 0.75 of it times the
 ///   medians of the three nearest pairs on either side (the start of fast aging is no row of jumps), and 0.1 (0.04). A

@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kSurveyVersion = 4;
+constexpr std::int64_t kSurveyVersion = 5;
 constexpr int kDeflickerVersion = 2;  ///< Raised whenever the same photographs give other factors.
 using LinkTest = std::function<bool(const FramePair&)>;
 constexpr int kChunk = 16;  ///< Frames that one item looks at; the first is their anchor.
@@ -109,18 +109,19 @@ ComparedFrames read_chunks(const IngestWork& work, const fs::path& folder) {
   return all;
 }
 
-/// Pairs across the frames that fit neither neighbor.
-std::vector<FramePair> pairs_across(const IngestWork& work, const fs::path& folder, const std::vector<int>& frames,
+/// Pairs across the runs of frames that fit neither neighbor.
+std::vector<FramePair> pairs_across(const IngestWork& work, const fs::path& folder, const std::vector<FrameRun>& runs,
                                     const RunControl& control) {
   RunControl quiet = control;
   quiet.on_progress = {};
   std::vector<FramePair> pairs;
-  for (int i : frames) {
+  for (const FrameRun& run : runs) {
     control.throw_if_stopped();
-    const PreparedFrame before = prepare_frame(read_frame_roi(work, i - 1, folder), quiet);
-    const PreparedFrame after = prepare_frame(read_frame_roi(work, i + 1, folder), quiet);
-    pairs.push_back(compare_frames(i - 1, before, i + 1, after, work.options.repair.stabilize));
-    control.report(static_cast<double>(pairs.size()) / static_cast<double>(frames.size()));
+    const int from = run.first - 1, to = run.last + 1;
+    const PreparedFrame before = prepare_frame(read_frame_roi(work, from, folder), quiet);
+    const PreparedFrame after = prepare_frame(read_frame_roi(work, to, folder), quiet);
+    pairs.push_back(compare_frames(from, before, to, after, work.options.repair.stabilize));
+    control.report(static_cast<double>(pairs.size()) / static_cast<double>(runs.size()));
   }
   return pairs;
 }
@@ -215,8 +216,7 @@ Json findings_json(const CaptureProject& project, const std::vector<std::string>
   for (const FrameFinding& finding : findings) {
     Json entry = finding_to_json(finding);
     entry.update(photo_json(project, names, finding.odd_frame));
-    const int other = finding.odd_frame == finding.frame ? finding.frame - 1 : finding.frame;
-    entry["against"] = names[static_cast<std::size_t>(other)];
+    entry["against"] = names[static_cast<std::size_t>(finding.against)];
     entry["is_shifted"] = finding.is_shifted;
     list.push_back(std::move(entry));
   }
@@ -245,7 +245,7 @@ void save_survey(const IngestWork& work, const fs::path& folder, const RunContro
   std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(neighbors),
                [](const FramePair& p) { return p.frame == p.reference + 1; });
   std::vector<FrameFinding> findings = judge_frames(neighbors, roi.width, roi.height, options.survey);
-  const std::vector<FramePair> across = pairs_across(work, folder, frames_to_skip(neighbors, findings), control);
+  const std::vector<FramePair> across = pairs_across(work, folder, runs_to_skip(neighbors, findings), control);
   pairs.insert(pairs.end(), across.begin(), across.end());
   find_odd_frames(findings, neighbors, across, roi.width, roi.height);
   const LinkTest is_linked =

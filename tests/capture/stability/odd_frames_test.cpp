@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -40,7 +41,8 @@ Judged judge(const std::vector<ImageF>& images) {
   std::vector<FramePair> across;
   for (int i = 1; i < static_cast<int>(frames.size()); ++i) judged.pairs.push_back(compare(i - 1, i));
   judged.findings = judge_frames(judged.pairs, kSide, kSide);
-  for (int i : frames_to_skip(judged.pairs, judged.findings)) across.push_back(compare(i - 1, i + 1));
+  for (const FrameRun& run : runs_to_skip(judged.pairs, judged.findings))
+    across.push_back(compare(run.first - 1, run.last + 1));
   find_odd_frames(judged.findings, judged.pairs, across, kSide, kSide);
   judged.pairs.insert(judged.pairs.end(), across.begin(), across.end());
   return judged;
@@ -132,6 +134,46 @@ TEST(OddFrames, AnotherObjectIsNamedWhereverItStands) {
     EXPECT_EQ(outside(judged, 8), std::vector<int>{at});
     for (const FrameFinding& f : judged.findings) EXPECT_TRUE(f.is_unmatched);
   }
+}
+
+/// Two or three in a row, wherever they stand, and nobody else.
+TEST(OddFrames, ARunOfAnotherObjectOfMovedOrBrighterOnesIsNamedWhole) {
+  for (const std::vector<int>& run : {std::vector{2, 3}, std::vector{5, 6}, std::vector{3, 4, 5}}) {
+    std::vector<ImageF> other = growing(9), moved = other, bright = other;
+    for (const int i : run) {
+      const std::size_t k = static_cast<std::size_t>(i);
+      other[k] = other_object();
+      moved[k] =
+          render_scene({.growth = 0.04 * i, .frame_from_scene = Eigen::Affine2d(Eigen::Translation2d(6.0, -4.0))});
+      for (float& v : bright[k].values()) v *= 1.5f;
+    }
+    const Judged of_other = judge(other);
+    EXPECT_EQ(of_other.odd(), run);
+    EXPECT_EQ(outside(of_other, 9), run);
+    const Judged of_moved = judge(moved);
+    EXPECT_EQ(of_moved.odd(), run);
+    for (const FrameFinding& f : of_moved.findings) EXPECT_NEAR(f.shift_x, 6.0, 0.1) << f.odd_frame;
+    const Judged of_bright = judge(bright);
+    EXPECT_EQ(of_bright.odd(), run);
+    for (const FrameFinding& f : of_bright.findings) EXPECT_NEAR(f.gain[1], 1.5, 0.03) << f.odd_frame;
+  }
+}
+
+TEST(OddFrames, TwoDifferentObjectsInARowAreBothNamed) {
+  std::vector<ImageF> images = growing(8);
+  images[3] = other_object();
+  images[4] = other_object();
+  std::reverse(images[4].values().begin(), images[4].values().end());
+  EXPECT_EQ(judge(images).odd(), (std::vector<int>{3, 4}));
+}
+
+TEST(OddFrames, AHalfThatStandsElsewhereIsNoMistake) {
+  std::vector<ImageF> images;
+  for (int i = 0; i < 6; ++i) {
+    const Eigen::Affine2d motion(Eigen::Translation2d(i >= 1 && i <= 3 ? 6.0 : 0.0, 0.0));
+    images.push_back(render_scene({.growth = 0.04 * i, .frame_from_scene = motion}));
+  }
+  for (const FrameFinding& f : judge(images).findings) EXPECT_NE(f.odd_frame, 2) << "three of six";
 }
 
 TEST(OddFrames, EverySecondOneOfAnotherObjectLeavesTheOthersTogether) {

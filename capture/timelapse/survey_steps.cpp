@@ -2,6 +2,7 @@
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <utility>
 
 #include "capture/stability/frame_order.h"
@@ -234,6 +235,19 @@ Json better_order_json(const CaptureProject& project, const std::vector<std::str
   return json;
 }
 
+/// Frames that say nothing of the order: those that cannot be laid over most others, and those that are moved where few
+/// are.
+std::vector<int> without_order(const std::vector<int>& outside, const std::vector<FrameFinding>& findings,
+                               int num_frames) {
+  std::set<int> moved;
+  for (const FrameFinding& finding : findings) {
+    if (finding.is_shifted) moved.insert(finding.odd_frame);
+  }
+  std::set<int> frames(outside.begin(), outside.end());
+  if (3 * static_cast<int>(moved.size()) <= num_frames) frames.merge(moved);
+  return {frames.begin(), frames.end()};
+}
+
 void save_survey(const IngestWork& work, const fs::path& folder, const RunControl& control) {
   const RepairOptions& options = work.options.repair;
   const CaptureProject& project = work.project;
@@ -272,7 +286,8 @@ void save_survey(const IngestWork& work, const fs::path& folder, const RunContro
   }
   const std::vector<int> outside = frames_outside(groups);
   json["unlinked_frames"] = outside;
-  if (Json order = better_order_json(project, names, find_order(compared.looks, outside, control)); !order.is_null())
+  const std::vector<int> left_out = without_order(outside, findings, num_frames_of(work));
+  if (Json order = better_order_json(project, names, find_order(compared.looks, left_out, control)); !order.is_null())
     json["better_order"] = std::move(order);
   json["unlinked"] = outside_json(project, names, groups, pairs);
   if (options.deflicker) {

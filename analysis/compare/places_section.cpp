@@ -1,6 +1,8 @@
 // Two surfaces place by place.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 
 #include "analysis/compare/sections.h"
 #include "analysis/figures/aging.h"
@@ -117,30 +119,74 @@ void add_maps(const ComparedPair& pair, double top, Section& section) {
   section.pictures.push_back(std::move(maps));
 }
 
-void add_warp(const ComparedPair& pair, const RunControl& control, Section& section) {
-  const TimeWarp warp = find_time_warp(pair.shared_a, pair.shared_b, 8, control);
+double mean_deviation(const TimeWarp& warp) {
   double deviation = 0.0;
   for (std::size_t i = 0; i < warp.times.size(); ++i)
     deviation += std::abs(warp.warped[i] - warp.times[i]) / static_cast<double>(warp.times.size());
-  section.figures.push_back({.name = "warp_deviation",
-                             .title = "Mean distance of the best common clock from equal times",
-                             .unit = pair.time_unit,
-                             .value = deviation});
-  section.figures.push_back({.name = "residual_before_warp",
-                             .title = "Difference at equal times, root mean square",
-                             .unit = "Delta E 1976",
-                             .value = rms(warp.before)});
-  section.figures.push_back({.name = "residual_after_warp",
-                             .title = "What is left after the best common clock",
-                             .unit = "Delta E 1976",
-                             .value = rms(warp.after)});
-  section.curves.push_back(
-      {.name = "time_warp",
-       .title = "The common clock: when B shows what A shows",
-       .x_name = "A: " + pair.time_name,
-       .y_name = "B: " + pair.time_name,
-       .x = warp.times,
-       .columns = {{"best clock", optionals(warp.warped)}, {"equal times", optionals(warp.times), {}, true}}});
+  return deviation;
+}
+
+/// The clock of the whole surface; with intervals where blocks of it could be drawn.
+struct CommonClock {
+  TimeWarp warp;
+  std::optional<std::vector<FigureInterval>> warped;     ///< By time.
+  std::optional<std::vector<FigureInterval>> distances;  ///< Of the deviation, and of the residuals before and after.
+};
+
+CommonClock find_clock(const ComparedPair& pair, const CompareOptions& options, const RunControl& control) {
+  constexpr std::int64_t kMostBytes = std::int64_t{256} << 20;  // Longer series: no interval.
+  constexpr std::uint32_t kPurpose = 0x70;
+  BlockGrid grid = make_blocks(pair.shared_a, pair.blocks_a.columns);
+  if (BlockWarps::memory_bytes(pair.shared_a.num_times(), grid) > kMostBytes) grid = make_blocks(pair.shared_a, 1);
+  const BlockWarps warps(pair.shared_a, pair.shared_b, grid, 8, control);
+  CommonClock clock{.warp = warps.warp(grid.all()), .warped = {}, .distances = {}};
+  const auto distances_of = [](const TimeWarp& warp) {
+    return std::vector{mean_deviation(warp), rms(warp.before), rms(warp.after)};
+  };
+  const BootstrapOptions bootstrap{
+      .resamples = options.num_resamples, .seed = options.seed, .purpose = kPurpose, .is_paired = true};
+  clock.warped = block_ranges(
+      grid, grid, clock.warp.warped,
+      [&](const std::vector<int>& weights, const std::vector<int>&) { return warps.warp(weights).warped; }, bootstrap);
+  clock.distances = block_intervals(
+      grid, grid, distances_of(clock.warp),
+      [&](const std::vector<int>& weights, const std::vector<int>&) { return distances_of(warps.warp(weights)); },
+      bootstrap);
+  return clock;
+}
+
+void add_warp(const ComparedPair& pair, const CompareOptions& options, const RunControl& control, Section& section) {
+  const CommonClock clock = find_clock(pair, options, control);
+  const TimeWarp& warp = clock.warp;
+  std::vector<Figure> figures{{.name = "warp_deviation",
+                               .title = "Mean distance of the best common clock from equal times",
+                               .unit = pair.time_unit,
+                               .value = mean_deviation(warp)},
+                              {.name = "residual_before_warp",
+                               .title = "Difference at equal times, root mean square",
+                               .unit = "Delta E 1976",
+                               .value = rms(warp.before)},
+                              {.name = "residual_after_warp",
+                               .title = "What is left after the best common clock",
+                               .unit = "Delta E 1976",
+                               .value = rms(warp.after)}};
+  for (std::size_t k = 0; k < figures.size(); ++k) {
+    if (clock.distances) {
+      figures[k].low = (*clock.distances)[k].low;
+      figures[k].high = (*clock.distances)[k].high;
+    }
+    section.figures.push_back(std::move(figures[k]));
+  }
+  CurveColumn best{.name = "best clock", .values = optionals(warp.warped)};
+  if (clock.warped) {
+    for (const FigureInterval& interval : *clock.warped) best.band.emplace_back(interval.low, interval.high);
+  }
+  section.curves.push_back({.name = "time_warp",
+                            .title = "The common clock: when B shows what A shows",
+                            .x_name = "A: " + pair.time_name,
+                            .y_name = "B: " + pair.time_name,
+                            .x = warp.times,
+                            .columns = {std::move(best), {"equal times", optionals(warp.times), {}, true}}});
   section.curves.push_back(
       {.name = "warp_residual",
        .title = "Difference before and after the best common clock",
@@ -230,7 +276,7 @@ Section places_section(const ComparedPair& pair, const CompareOptions& options, 
     }
     return section;
   }
-  add_warp(pair, control.part(0.5, 0.7), section);
+  add_warp(pair, options, control.part(0.5, 0.7), section);
   add_shift(pair, options, control.part(0.7, 1.0), section);
   return section;
 }

@@ -99,6 +99,24 @@ std::optional<std::vector<FigureInterval>> block_intervals(const BlockGrid& a, c
   return intervals;
 }
 
+std::optional<std::vector<FigureInterval>> block_ranges(const BlockGrid& a, const BlockGrid& b,
+                                                        const std::vector<double>& value, const BlockFigure& figure,
+                                                        const BootstrapOptions& options, const RunControl& control) {
+  const std::vector<std::vector<double>> results = resampled(a, b, figure, options, control);
+  if (results.empty()) return std::nullopt;
+  const auto n = static_cast<double>(std::min(a.used.size(), b.used.size()));
+  const double widened = std::sqrt(n / (n - 1.0));
+  std::vector<FigureInterval> intervals;
+  for (std::size_t k = 0; k < value.size(); ++k) {
+    std::vector<double> drawn;
+    for (const auto& values : results) drawn.push_back(values[k]);
+    std::sort(drawn.begin(), drawn.end());
+    const auto end = [&](double share) { return value[k] + widened * (quantile_of(drawn, share) - value[k]); };
+    intervals.push_back({std::min(end(0.025), value[k]), std::max(end(0.975), value[k])});
+  }
+  return intervals;
+}
+
 std::optional<std::vector<double>> block_standard_errors(const BlockGrid& a, const BlockGrid& b,
                                                          const BlockFigure& figure, const BootstrapOptions& options,
                                                          const RunControl& control) {

@@ -57,6 +57,15 @@ struct FigureInterval {
                                                                          const BootstrapOptions& options,
                                                                          const RunControl& control = {});
 
+/// 95 % intervals of a figure's values that may lie on either side of what they are: the draws' quantiles, from the
+/// value sqrt(n / (n - 1)) times as far for n blocks [percentile interval, Efron 1979]; the value is within.
+/// @param value  The figure with all blocks. @returns as block_standard_errors().
+[[nodiscard]] std::optional<std::vector<FigureInterval>> block_ranges(const BlockGrid& a, const BlockGrid& b,
+                                                                      const std::vector<double>& value,
+                                                                      const BlockFigure& figure,
+                                                                      const BootstrapOptions& options,
+                                                                      const RunControl& control = {});
+
 /// Standard errors of a figure's values [Efron 1979; blocks: Kunsch 1989, Hall 1985]: standard deviations over surfaces
 /// made of as many blocks drawn with replacement.
 /// @returns nothing with fewer than 4 blocks or 10 resamples, or when the figure is undefined in more than a tenth of

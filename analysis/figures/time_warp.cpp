@@ -36,33 +36,45 @@ struct Gram {
   }
 };
 
-Gram gram_of(const ColorStack& a, const ColorStack& b, const RunControl& control) {
-  Gram g;
-  g.n = a.num_times();
-  g.ab.resize(g.n * g.n);
-  g.turn.resize(g.n * g.n);
-  g.step.resize(g.n);
-  const auto texels = static_cast<double>(a.num_texels());
-  parallel_for(static_cast<std::int64_t>(g.n), 1, control, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const std::span<const float> va = a.lab_at(i);
-      for (std::size_t j = 0; j < g.n; ++j) {
-        const std::span<const float> vb = b.lab_at(j), next = b.lab_at(std::min(j + 1, g.n - 1));
-        double ab = 0.0, turn = 0.0, step = 0.0;
-        for (std::size_t k = 0; k < va.size(); ++k) {
-          const double d = static_cast<double>(va[k]) - static_cast<double>(vb[k]),
-                       s = static_cast<double>(next[k]) - static_cast<double>(vb[k]);
-          ab += d * d;
-          turn += d * s;
-          step += s * s;
-        }
-        g.ab[i * g.n + j] = ab / texels;
-        g.turn[i * g.n + j] = turn / texels;
-        if (i == 0) g.step[j] = step / texels;
-      }
+/// The cheapest path.
+TimeWarp warp_of(const Gram& gram, const std::vector<double>& times_a, const std::vector<double>& times_b,
+                 int fineness) {
+  const std::size_t n = gram.n;
+  std::vector<double> candidates;
+  for (std::size_t j = 0; j + 1 < n; ++j) {
+    for (int f = 0; f < fineness; ++f) candidates.push_back(times_b[j] + (times_b[j + 1] - times_b[j]) * f / fineness);
+  }
+  candidates.push_back(times_b.back());
+  double scale = 0.0;
+  for (double v : gram.ab) scale = std::max(scale, v);
+  const double span = times_b.back() - times_b.front(), price = 1e-6 * std::max(scale, 1e-12) / span;
+  const std::size_t m = candidates.size();
+  std::vector<double> best(m, 0.0);
+  std::vector<std::uint32_t> from(n * m);
+  for (std::size_t i = 0; i < n; ++i) {
+    std::size_t argument = 0;
+    std::vector<double> next(m);
+    for (std::size_t j = 0; j < m; ++j) {
+      if (best[j] < best[argument]) argument = j;
+      from[i * m + j] = static_cast<std::uint32_t>(argument);
+      next[j] =
+          best[argument] + gram.at(i, locate(times_b, candidates[j])) + price * std::abs(candidates[j] - times_b[i]);
     }
-  });
-  return g;
+    best = std::move(next);
+  }
+  TimeWarp warp;
+  warp.times = times_a;
+  warp.warped.resize(n);
+  auto j = static_cast<std::size_t>(std::min_element(best.begin(), best.end()) - best.begin());
+  for (std::size_t i = n; i-- > 0;) {
+    warp.warped[i] = candidates[j];
+    j = from[i * m + j];
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    warp.before.push_back(std::sqrt(gram.at(i, {i, 0.0})));
+    warp.after.push_back(std::sqrt(gram.at(i, locate(times_b, warp.warped[i]))));
+  }
+  return warp;
 }
 
 }  // namespace
@@ -75,46 +87,61 @@ StackTime locate(const std::vector<double>& times, double time) {
   return {i, (time - times[i]) / (times[i + 1] - times[i])};
 }
 
-TimeWarp find_time_warp(const ColorStack& a, const ColorStack& b, int fineness, const RunControl& control) {
+std::int64_t BlockWarps::memory_bytes(std::size_t num_times, const BlockGrid& blocks) {
+  return static_cast<std::int64_t>(blocks.used.size() * (2 * num_times + 1) * num_times * sizeof(double));
+}
+
+BlockWarps::BlockWarps(const ColorStack& a, const ColorStack& b, const BlockGrid& blocks, int fineness,
+                       const RunControl& control)
+    : times_a_(a.times), times_b_(b.times), fineness_(fineness), used_(blocks.used) {
   require_pair(a, b);
   if (fineness < 1 || fineness > 1000) throw InvalidInput("time warp: the fineness must be in [1, 1000]");
-  const Gram gram = gram_of(a, b, control);
-  const std::size_t n = a.num_times();
-  std::vector<double> candidates;
-  for (std::size_t j = 0; j + 1 < n; ++j) {
-    for (int f = 0; f < fineness; ++f) candidates.push_back(b.times[j] + (b.times[j + 1] - b.times[j]) * f / fineness);
-  }
-  candidates.push_back(b.times.back());
-  double scale = 0.0;
-  for (double v : gram.ab) scale = std::max(scale, v);
-  const double span = b.times.back() - b.times.front(), price = 1e-6 * std::max(scale, 1e-12) / span;
-  const std::size_t m = candidates.size();
-  std::vector<double> best(m, 0.0);
-  std::vector<std::uint32_t> from(n * m);
-  for (std::size_t i = 0; i < n; ++i) {
-    std::size_t argument = 0;
-    std::vector<double> next(m);
-    for (std::size_t j = 0; j < m; ++j) {
-      if (best[j] < best[argument]) argument = j;
-      from[i * m + j] = static_cast<std::uint32_t>(argument);
-      next[j] =
-          best[argument] + gram.at(i, locate(b.times, candidates[j])) + price * std::abs(candidates[j] - b.times[i]);
+  const std::size_t n = a.num_times(), num_blocks = used_.size();
+  std::vector<std::size_t> index(blocks.num_blocks());
+  for (std::size_t k = 0; k < num_blocks; ++k) index[used_[k]] = k;
+  num_texels_.resize(num_blocks);
+  for (const std::uint16_t block : blocks.block_of) ++num_texels_[index[block]];
+  ab_.resize(num_blocks * n * n);
+  turn_.resize(num_blocks * n * n);
+  step_.resize(num_blocks * n);
+  parallel_for(static_cast<std::int64_t>(n), 1, control, [&](std::int64_t begin, std::int64_t end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const std::span<const float> va = a.lab_at(i);
+      for (std::size_t j = 0; j < n; ++j) {
+        const std::span<const float> vb = b.lab_at(j), next = b.lab_at(std::min(j + 1, n - 1));
+        for (std::size_t k = 0; k < va.size(); ++k) {
+          const double d = static_cast<double>(va[k]) - static_cast<double>(vb[k]),
+                       s = static_cast<double>(next[k]) - static_cast<double>(vb[k]);
+          const std::size_t block = index[blocks.block_of[k / 3]];
+          ab_[(block * n + i) * n + j] += d * d;
+          turn_[(block * n + i) * n + j] += d * s;
+          if (i == 0) step_[block * n + j] += s * s;
+        }
+      }
     }
-    best = std::move(next);
+  });
+}
+
+TimeWarp BlockWarps::warp(const std::vector<int>& weights) const {
+  const std::size_t n = times_a_.size();
+  Gram gram{
+      .n = n, .ab = std::vector<double>(n * n), .step = std::vector<double>(n), .turn = std::vector<double>(n * n)};
+  double texels = 0.0;
+  for (std::size_t k = 0; k < used_.size(); ++k) texels += weights[used_[k]] * num_texels_[k];
+  for (std::size_t k = 0; k < used_.size(); ++k) {
+    const double share = weights[used_[k]] / texels;
+    if (share == 0.0) continue;
+    for (std::size_t e = 0; e < n * n; ++e) gram.ab[e] += share * ab_[k * n * n + e];
+    for (std::size_t e = 0; e < n * n; ++e) gram.turn[e] += share * turn_[k * n * n + e];
+    for (std::size_t j = 0; j < n; ++j) gram.step[j] += share * step_[k * n + j];
   }
-  TimeWarp warp;
-  warp.times = a.times;
-  warp.warped.resize(n);
-  auto j = static_cast<std::size_t>(std::min_element(best.begin(), best.end()) - best.begin());
-  for (std::size_t i = n; i-- > 0;) {
-    warp.warped[i] = candidates[j];
-    j = from[i * m + j];
-  }
-  for (std::size_t i = 0; i < n; ++i) {
-    warp.before.push_back(std::sqrt(gram.at(i, {i, 0.0})));
-    warp.after.push_back(std::sqrt(gram.at(i, locate(b.times, warp.warped[i]))));
-  }
-  return warp;
+  return warp_of(gram, times_a_, times_b_, fineness_);
+}
+
+TimeWarp find_time_warp(const ColorStack& a, const ColorStack& b, int fineness, const RunControl& control) {
+  require_pair(a, b);
+  const BlockGrid all = make_blocks(a, 1);
+  return BlockWarps(a, b, all, fineness, control).warp(all.all());
 }
 
 TimeShift find_time_shift(const ColorStack& a, const ColorStack& b, const std::vector<std::uint8_t>& known,

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "analysis/figures/block_bootstrap.h"
 #include "analysis/figures/color_stack.h"
 #include "patinate/core/run_control.h"
 
@@ -31,6 +32,28 @@ struct TimeWarp {
 /// @throws InvalidInput unless so, or with fewer than two times. Cost: O(T^2 N). Same bits for any number of threads.
 [[nodiscard]] TimeWarp find_time_warp(const ColorStack& a, const ColorStack& b, int fineness = 8,
                                       const RunControl& control = {});
+
+/// The warps of surfaces made of blocks of two: how certain the best one is.
+class BlockWarps {
+ public:
+  /// @param blocks  Of the texels of both. @throws InvalidInput as find_time_warp(). Cost: O(T^2 N); memory:
+  /// memory_bytes().
+  BlockWarps(const ColorStack& a, const ColorStack& b, const BlockGrid& blocks, int fineness = 8,
+             const RunControl& control = {});
+  /// Where blocks count so many times, at least one of them.
+  [[nodiscard]] TimeWarp warp(const std::vector<int>& weights) const;
+  [[nodiscard]] static std::int64_t memory_bytes(std::size_t num_times, const BlockGrid& blocks);
+
+ private:
+  std::vector<double> times_a_, times_b_;
+  int fineness_;
+  std::vector<std::uint16_t> used_;
+  std::vector<double> num_texels_;  ///< By used block.
+  /// Sums over each used block's texels: what any blend of B's times is made of.
+  std::vector<double> ab_;    ///< [block][i][j]: |A_i - B_j|^2
+  std::vector<double> turn_;  ///< [block][i][j]: (A_i - B_j) . (B_j+1 - B_j)
+  std::vector<double> step_;  ///< [block][j]: |B_j+1 - B_j|^2
+};
 
 /// How much later B shows what A shows. A list of one entry a texel.
 struct TimeShift {

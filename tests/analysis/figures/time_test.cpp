@@ -106,6 +106,48 @@ TEST(TimeWarp, IsFoundAgainWhereTheSurfaceChanges) {
   EXPECT_LT(after, 0.02 * before);
 }
 
+TEST(TimeWarp, IntervalsHoldTheMeanDelayOfSurfacesWhosePatchesDiffer) {
+  // Six times six patches age steadily, each later in B by its own delay: the best clock is late by their mean.
+  constexpr int kPatches = 6, kTrials = 60;
+  constexpr double kDelay = 0.4, kSpread = 0.6, kTime = 4.0;
+  int num_held = 0;
+  double width = 0.0;
+  for (std::uint64_t trial = 0; trial < kTrials; ++trial) {
+    const auto delay = [&](int x, int y) {
+      RandomStream random(trial, static_cast<std::uint64_t>(y / 2 * kPatches + x / 2));
+      return kDelay + kSpread * random.normal();
+    };
+    const auto color = [](double t) { return std::array<double, 3>{80.0 - 4.0 * t, 0.0, 2.0 * t}; };
+    const ColorStack a = make_stack(2 * kPatches, 2 * kPatches, 33, 8.0, [&](int, int, double t) { return color(t); });
+    const ColorStack b =
+        make_stack(2 * kPatches, 2 * kPatches, 33, 8.0, [&](int x, int y, double t) { return color(t - delay(x, y)); });
+    const BlockGrid grid = make_blocks(a, kPatches);
+    const BlockWarps warps(a, b, grid);
+    const auto at_time = [&](const std::vector<int>& weights, const std::vector<int>&) {
+      return std::vector{warps.warp(weights).warped[16]};
+    };
+    const auto interval = block_ranges(grid, grid, at_time(grid.all(), {}), at_time,
+                                       {.resamples = 200, .seed = trial, .is_paired = true});
+    ASSERT_TRUE(interval.has_value());
+    num_held += interval->front().low <= kTime + kDelay && interval->front().high >= kTime + kDelay ? 1 : 0;
+    width += (interval->front().high - interval->front().low) / kTrials;
+  }
+  // Of 60 that hold it with 0.95, fewer than 51 happen once in a thousand times.
+  EXPECT_GE(num_held, 51);
+  // Nor wider than the mean's own spread asks for, and a step of candidates on either side.
+  EXPECT_LT(width, 1.25 * 2.0 * 1.96 * kSpread / kPatches + 2.0 * 8.0 / 32.0 / 8.0);
+}
+
+TEST(TimeWarp, OfBlocksTogetherIsThatOfTheWhole) {
+  const auto color = [](int x, int y, double t) { return aged(x, y, step(t, 3.0 + 0.1 * x + 0.05 * y, 0.8)); };
+  const ColorStack a = make_stack(12, 9, 15, 8.0, color);
+  const ColorStack b = make_stack(12, 9, 15, 8.0, [&](int x, int y, double t) { return color(x, y, t * t / 8.0); });
+  const BlockGrid grid = make_blocks(a, 3);
+  const TimeWarp whole = find_time_warp(a, b), blocks = BlockWarps(a, b, grid).warp(grid.all());
+  EXPECT_EQ(whole.warped, blocks.warped);
+  for (std::size_t i = 0; i < whole.times.size(); ++i) EXPECT_NEAR(whole.after[i], blocks.after[i], 1e-6);
+}
+
 TEST(TimeWarp, ShiftOfEveryTexelIsFoundAgainWithNoiseToo) {
   // B is later by -0.6 ... +0.6 over the width; noise of 1 in every channel.
   const auto later = [](int x) { return -0.6 + 1.2 * x / 23.0; };

@@ -24,7 +24,7 @@ OutputWork movie_work(const std::filesystem::path& output, const PictureSeries& 
   hash.add("movie 1").add(series.key).add(lower_extension(output)).add(movie.fps);
   for (double t : series.times) hash.add(t);
   const auto frames = std::make_shared<MovieFrames>(MovieFrames{
-      .output = output, .label = series.label, .key = hash.hex(), .keys = {}, .codes = {}, .options = movie});
+      .output = output, .label = series.label, .key = hash.hex(), .keys = {}, .codes = {}, .options = movie, .cost = series.cost});
   frames->codes = [series](int i, const RunControl& control) {
     const double t = series.times[static_cast<std::size_t>(i)];
     return series.codes ? series.codes(t, control) : srgb8_from_linear(series.picture(t, control));
@@ -67,7 +67,8 @@ OutputWork images_work(const std::filesystem::path& output, const PictureSeries&
     work.pieces.push_back({{file}, key, [shared, t, file, key](const RunControl& control) {
                              if (shared->write) return shared->write(t, file, key, control);
                              write_color(file, shared->picture(t, control), key);
-                           }});
+                           },
+                           series.cost});
     all.add(key);
   }
   work.key = all.hex();

@@ -38,7 +38,7 @@ class CommandRun {
   /// The command is asked for its work as a plan, or for a part of it. @param request  Must outlive the run.
   void answer(PlanRequest& request) { request_ = &request; }
   [[nodiscard]] PlanRequest* request() const { return request_; }
-  /// parse() returns false: the command only declares its arguments on `line`, and reads those given where an -o is.
+  /// Makes parse() return false: the command then has only declared its arguments on `line`.
   void only_declare() { is_only_declared_ = true; }
   [[nodiscard]] bool is_only_declared() const { return is_only_declared_; }
   /// Options come from the command line, else the environment, else the file of --config.

@@ -75,7 +75,7 @@ std::optional<std::vector<Texture>> unfinished(CommandRun& run, const LookupComm
   ContentHash all;
   std::vector<OutputPiece> pieces;
   for (const Texture& texture : textures) {
-    pieces.push_back({texture.files, texture.key, texture.cost});
+    pieces.push_back({.files = texture.files, .key = texture.key, .cost = texture.cost});
     all.add(texture.key);
   }
   const auto todo = unfinished_pieces(run, command.output, all.hex(), pieces);

@@ -82,8 +82,14 @@ OutputWork strip_work(const RenderTask& task, const std::string& key, const std:
     }
     return shots.size() == 1 ? pictures.front() : contact_strip(pictures, labels);
   });
+  // Rays are traced once for all times that are seen from one place.
+  int num_views = 0;
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    const PictureView &view = shots[i].view, &before = shots[i == 0 ? 0 : i - 1].view;
+    if (i == 0 || view.azimuth_deg != before.azimuth_deg || view.elevation_deg != before.elevation_deg) ++num_views;
+  }
   work.cost = studio->cost();
-  work.cost.core_seconds *= static_cast<double>(shots.size());
+  work.cost.core_seconds *= num_views;
   return work;
 }
 
@@ -95,14 +101,10 @@ OutputWork shots_work(const RenderTask& task, const std::string& key, const std:
     const auto index = std::find(numbers.begin(), numbers.end(), number) - numbers.begin();
     return studio->picture(shots[static_cast<std::size_t>(index)], control);
   };
-  return series_work(task.output,
-                     {.label = "render",
-                      .key = key,
-                      .times = numbers,
-                      .picture = picture,
-                      .cost = studio->cost(),
-                      .measure = measure},
-                     task.movie);
+  return series_work(
+      task.output,
+      {.label = "render", .key = key, .times = numbers, .picture = picture, .cost = studio->cost(), .measure = measure},
+      task.movie);
 }
 
 /// Every view at one time. Numbered by view, from 0.

@@ -14,19 +14,19 @@ constexpr std::size_t kLongestName = 120;
 
 /// Levels that would give the same cells, a line each.
 std::vector<std::string> twins_in(const std::vector<StudyLevel>& factor) {
-  std::map<std::string, std::vector<std::string>> named;
+  std::map<std::string, std::vector<const StudyLevel*>> named;
   for (const StudyLevel& level : factor) {
-    if (!level.name.empty()) named[level.name].push_back(level.file.empty() ? "" : level.words.front());
+    if (!level.name.empty()) named[level.name].push_back(&level);
   }
   std::vector<std::string> problems;
-  for (const auto& [name, inputs] : named) {
-    if (inputs.size() < 2) continue;
-    if (inputs[0].empty()) {
-      problems.push_back("`" + name + "` is there twice: say it once, or give them a `name`");
-    } else if (inputs[0] == inputs[1]) {
-      problems.push_back(inputs[0] + " is there twice: say it once, or give them a `name`");
+  for (const auto& [name, levels] : named) {
+    if (levels.size() < 2) continue;
+    const StudyLevel &first = *levels[0], &second = *levels[1];
+    if (first.file.empty() || first.words.front() == second.words.front()) {
+      problems.push_back((first.file.empty() ? "`" + name + "`" : first.file.string()) +
+                         " is there twice: say it once, or give one another `name`");
     } else {
-      problems.push_back(inputs[0] + " and " + inputs[1] + " would both be `" + name +
+      problems.push_back(first.file.string() + " and " + second.file.string() + " would both be `" + name +
                          "` in the names of cells: give one a `name`");
     }
   }

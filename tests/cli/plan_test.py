@@ -303,7 +303,9 @@ class Cost(PlanCase):
         plan = self.plan(*command, "-o", name)
         costs = [item["cost"] for item in plan["items"] if item["cost"]]
         join = (plan["join"] or {}).get("cost")
-        known = [str(item["number"]) for item in plan["items"] if item["cost"]]
+        known, others = ([str(item["number"]) for item in plan["items"] if bool(item["cost"]) == is_known] for is_known in (True, False))
+        if others:
+            self.succeeds("run", "plan.json", "--items", ",".join(others))
         spent = self.spent("run", "plan.json", "--items", ",".join(known))
         if join:
             self.succeeds("run", "plan.json")
@@ -331,6 +333,16 @@ class Cost(PlanCase):
                 self.assertLess(small_mb, large_mb)
                 ratio = (large_spent / small_spent) / (large / small)
                 self.assertTrue(1 / 3 < ratio < 3, f"{ratio}: {of}")
+
+    def test_one_picture_a_strip_and_an_evaluation_say_what_they_cost(self):
+        def cost(*command):
+            return self.plan(*command)["items"][0]["cost"]
+        aged = self.shared / "aged"
+        one, strip = cost("render", aged, "--time", "3", "-o", "one.png"), cost("render", aged, "--num-times", "3", "-o", "strip.png")
+        views = cost("render", aged, "--views", "front,left,right", "--time", "3", "-o", "views.png")
+        self.assertEqual(one, strip)  # Rays are traced once for all times.
+        self.assertAlmostEqual(views["core_seconds"], 3 * one["core_seconds"], delta=0.05 * views["core_seconds"])  # Rounded.
+        self.assertGreater(cost("evaluate", aged, "-o", "judged")["megabytes"], 0)
 
     def test_what_is_not_known_is_null(self):
         plan = self.plan("transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "out")

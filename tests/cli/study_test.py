@@ -192,8 +192,8 @@ class BadStudies(StudyCase):
 
     def test_wrong_values_of_options_are_said_before_anything_runs(self):
         self.problems(["/transfer/options/neighborhood/1: --neighborhood: found `99`; expected an integer [0, 5]", "/transfer/options/quality: --quality: found `goood`; expected one of draft, good, best; did you mean `good`?",
-                       "/transfer/outputs/0/options/num_times: --num-times: found `0`"],
-                      transfer={**TRANSFERS, "options": {"neighborhood": [2, 99], "quality": "goood"}, "outputs": [{"command": "render", "file": "a.png", "options": {"num_times": 0}}]})
+                       "/transfer/outputs/0/options/width: --width: found `-1`"],
+                      transfer={**TRANSFERS, "options": {"neighborhood": [2, 99], "quality": "goood"}, "outputs": [{"command": "render", "file": "a.png", "options": {"width": -1}}]})
 
     def test_a_pattern_in_a_folder_that_is_not_there_says_where_it_stands(self):
         self.problems(["/transfer/meshes/0: `meshes/*.obj`: there is no folder "], transfer={**TRANSFERS, "meshes": ["meshes/*.obj", "flat.obj"]})

@@ -139,6 +139,9 @@ def write_studies(page, folder):
         for part in study.values():
             if isinstance(part, dict):
                 part["options"].update(resolution=64, **({"iterations": 4} if "scenes" in part else {}))
+                for output in part["outputs"]:
+                    if output["command"] == "evaluate":
+                        output["options"] = {"samples": 500}
         (folder / name).write_text(json.dumps(study))
 
 

@@ -226,7 +226,8 @@ JobPlan plan_evaluation(EvaluationTask task, const fs::path& output) {
                                           map_json(evaluated_whole(shared->maps[i], *shared,
                                                                    folder / kJobWorkFolder / scratch, control)));
                               },
-                          .weight = has_tiles ? 10.0 : 1.0});
+                          .weight = has_tiles ? 10.0 : 1.0,
+                          .cost = shared->maps[i].cost});
   }
   std::stable_sort(plan.items.begin(), plan.items.end(),
                    [](const JobItem& a, const JobItem& b) { return a.stage < b.stage; });

@@ -62,6 +62,7 @@ struct EvaluationItem {
   std::string key;    ///< Of all that it depends on.
   std::function<MapToEvaluate(const RunControl& control)> open;
   std::optional<TilesToEvaluate> tiles = {};  ///< Instead of `open`, where there are several.
+  JobCost cost = {};                          ///< Without `tiles`.
 };
 
 struct EvaluationTask {

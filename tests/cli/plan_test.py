@@ -298,6 +298,52 @@ class Cost(PlanCase):
                 ratio = (large_spent / small_spent) / (large / small)
                 self.assertTrue(1 / 3 < ratio < 3, f"{ratio}: {of}")
 
+    def items(self, name, *command):
+        """Cost and time of a command's items and join, all that is known of."""
+        plan = self.plan(*command, "-o", name)
+        costs = [item["cost"] for item in plan["items"] if item["cost"]]
+        join = (plan["join"] or {}).get("cost")
+        known, others = ([str(item["number"]) for item in plan["items"] if bool(item["cost"]) == is_known] for is_known in (True, False))
+        if others:
+            self.succeeds("run", "plan.json", "--items", ",".join(others))
+        spent = self.spent("run", "plan.json", "--items", ",".join(known))
+        if join:
+            self.succeeds("run", "plan.json")
+            spent += self.spent("join", "plan.json")
+        return sum(cost["core_seconds"] for cost in [*costs, *([join] if join else [])]), max(cost["megabytes"] for cost in costs), spent
+
+    def test_other_commands_items_are_right_to_a_factor_of_three(self):
+        for width, height in ((200, 160), (520, 400)):
+            self.succeeds("synth", "crackle", "--width", width, "--height", height, "--num-frames", "4", "-o", f"paint{width}")
+            self.succeeds("ingest", f"paint{width}", "-o", f"plate{width}")
+        for resolution in (300, 700):
+            self.succeeds("transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--structure", "0", "--quality", "draft", "--resolution", resolution, "-o", f"aged{resolution}")
+        scene = self.shared / "ledge/scene.json"
+        cases = {
+            "simulate": [self.items("sim_small", "simulate", scene, "--resolution", "192", "--iterations", "40", "--history-every", "20"),
+                         self.items("sim_large", "simulate", scene, "--resolution", "640", "--iterations", "120", "--history-every", "60")],
+            "compare": [self.items(f"compared{w}", "compare", f"plate{w}", f"plate{w}", "--size", "0") for w in (200, 520)],
+            "lookup": [self.items(f"tex{r}_%d.png", "lookup", f"aged{r}", "--num-times", "3") for r in (300, 700)],
+            "render": [self.items(f"seen{r}_%d.png", "render", f"aged{r}", "--num-times", "2", "--width", w, "--height", w) for r, w in ((300, 160), (700, 480))],
+        }
+        for name, of in cases.items():
+            with self.subTest(name):
+                (small, small_mb, small_spent), (large, large_mb, large_spent) = of
+                self.assertLess(small, large)
+                self.assertLess(small_mb, large_mb)
+                ratio = (large_spent / small_spent) / (large / small)
+                self.assertTrue(1 / 3 < ratio < 3, f"{ratio}: {of}")
+
+    def test_one_picture_a_strip_and_an_evaluation_say_what_they_cost(self):
+        def cost(*command):
+            return self.plan(*command)["items"][0]["cost"]
+        aged = self.shared / "aged"
+        one, strip = cost("render", aged, "--time", "3", "-o", "one.png"), cost("render", aged, "--num-times", "3", "-o", "strip.png")
+        views = cost("render", aged, "--views", "front,left,right", "--time", "3", "-o", "views.png")
+        self.assertEqual(one, strip)  # Rays are traced once for all times.
+        self.assertAlmostEqual(views["core_seconds"], 3 * one["core_seconds"], delta=0.05 * views["core_seconds"])  # Rounded.
+        self.assertGreater(cost("evaluate", aged, "-o", "judged")["megabytes"], 0)
+
     def test_what_is_not_known_is_null(self):
         plan = self.plan("transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "out")
         self.assertIsNone(plan["join"]["cost"])

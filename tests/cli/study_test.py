@@ -184,7 +184,19 @@ class BadStudies(StudyCase):
                       transfer={**TRANSFERS, "histories": ["hstory"], "meshes": ["flat.obj", "nowhere.obj"], "controls": ["faicng"], "options": {"resolutoin": 3}, "outputs": [{"command": "render"}]})
 
     def test_two_cells_in_one_place_are_refused(self):
-        self.problems(["two cells would be made in `cells/history-flat-facing`"], transfer={**TRANSFERS, "meshes": ["flat.obj", "./flat.obj"]})
+        self.problems(["flat.obj is there twice: say it once, or give one another `name`"], transfer={**TRANSFERS, "meshes": ["flat.obj", "./flat.obj"]})
+        self.problems(["flat.obj and urn/mesh.obj would both be `flat`"], transfer={**TRANSFERS, "meshes": ["flat.obj", {"path": "urn/mesh.obj", "name": "flat"}]})
+
+    def test_a_value_that_is_there_twice_is_one_line_however_many_cells_have_it(self):
+        self.problems(["/transfer: `seed1` is there twice"], transfer={**TRANSFERS, "controls": ["facing", "height"], "seeds": [1, 2, 1]})
+
+    def test_wrong_values_of_options_are_said_before_anything_runs(self):
+        self.problems(["/transfer/options/neighborhood/1: --neighborhood: found `99`; expected an integer [0, 5]", "/transfer/options/quality: --quality: found `goood`; expected one of draft, good, best; did you mean `good`?",
+                       "/transfer/outputs/0/options/width: --width: found `-1`"],
+                      transfer={**TRANSFERS, "options": {"neighborhood": [2, 99], "quality": "goood"}, "outputs": [{"command": "render", "file": "a.png", "options": {"width": -1}}]})
+
+    def test_a_pattern_in_a_folder_that_is_not_there_says_where_it_stands(self):
+        self.problems(["/transfer/meshes/0: `meshes/*.obj`: there is no folder "], transfer={**TRANSFERS, "meshes": ["meshes/*.obj", "flat.obj"]})
 
     def test_two_steps_of_one_name_or_file_are_refused(self):
         render = TRANSFERS["outputs"][0]

@@ -106,6 +106,8 @@ class Tiles(CommandCase):
         self.fails(USAGE, "sizes have to be given: --unit, --resolution", "transfer", painted, waves_obj, "--control", "facing", "--by-tile", "-o", "out")
         self.fails(USAGE, "`accessibility` looks at the whole atlas", "transfer", painted, waves_obj, "--control", "thickness=accessibility", *known)
         self.fails(INPUT, "UVs of several tiles", "transfer", painted, self.shared / "square.obj", "--control", "thickness=facing", *known)
+        self.fails(INPUT, "has structure (lines or regions), whose borders are cut over the whole atlas and not by tile; give --quality draft or --structure 0, which leave the borders of copied pieces as they come, "
+                          "or leave out --by-tile, which takes up to ", "transfer", painted, waves_obj, "--control", "thickness=facing", *(word for word in known if word not in ("--structure", "0")))
         self.fails(INPUT, "--method reference cannot be done by tile", "transfer", painted, waves_obj, "--control", "thickness=facing", "--method", "reference", *known)
         self.assertFalse((self.folder / "out").exists())
 

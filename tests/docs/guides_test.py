@@ -78,7 +78,7 @@ PAGES = {
     "docs/capture.md": "cp -r $made/copper $made/photos . && cp photos/* . && rm photos/capture.json && cp -r copper bronze && cp $made/copper_and_patina.json .",
     "docs/factorize.md": COPPER,
     "docs/cluster.md": COPPER + " && cp $made/study.json . && mkdir meshes && cp bust.obj meshes",
-    "docs/study.md": COPPER + " && cp $made/study.json . && mkdir meshes && cp bust.obj meshes",
+    "docs/study.md": "mkdir meshes",
     "docs/explain.md": COPPER + " && cp $made/aged.png aged.jpg && cp $made/clean.png clean.jpg && cp $made/aged.png bust_diff.jpg && cp $made/mask.png paint.png && cp $made/view.png photo.jpg && cp $made/camera.yml . && cp $made/urn.ply statue.ply",
     "docs/library.md": COPPER + " && cp $made/urn/mesh.obj object.obj && cp $made/crackle/frames/0003.png photo.jpg && cp -r copper my_history",
     "docs/transfer.md": COPPER + " && cp -r copper clay && cp $made/urn/mesh.obj asset.obj && cp $made/mask.png which.png && mkdir maps && cp $made/age.exr maps",
@@ -128,6 +128,21 @@ def commands_of(page):
         if any(re.match(r"(PATINATE_\w+=\S+ )*patinate ", row) for row in rows):
             lines += [row for row in rows if re.match(r"(PATINATE_\w+=\S+ )*patinate |cp ", row)]
     return lines
+
+
+def write_studies(page, folder):
+    """The studies that a page shows whole, under the names by which it runs them."""
+    text = page.read_text()
+    blocks = [block for block in re.findall(r"(?:^ {4}.*\n)+", text, re.MULTILINE) if '"patinate.study"' in block]
+    for block, name in zip(blocks, dict.fromkeys(re.findall(r"patinate study run (\S+)", text))):
+        study = json.loads(block)
+        for part in study.values():
+            if isinstance(part, dict):
+                part["options"].update(resolution=64, **({"iterations": 4} if "scenes" in part else {}))
+                for output in part["outputs"]:
+                    if output["command"] == "evaluate":
+                        output["options"] = {"samples": 500}
+        (folder / name).write_text(json.dumps(study))
 
 
 def make(folder, run):
@@ -251,6 +266,7 @@ class Guides(unittest.TestCase):
                 folder = self.folder / page.replace("/", "_")
                 folder.mkdir()
                 self.run_code(PAGES[page], folder, {})
+                write_studies(ROOT / page, folder)
                 small = {f"PATINATE_{name}": str(value) for name, value in SMALL.items()}
                 # What one line makes may be in the way of the next, which shows another way to make it.
                 code = "cd . \n" + "".join(f"{clear(line)}{smaller(line, page)}\n" for line in lines)

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "libcommon/controls/part_controls.h"
+#include "libcommon/core/text.h"
 #include "transfer/exemplar/structure.h"
 #include "transfer/files/transfer_files.h"
 #include "transfer/guidance/control_matcher.h"
@@ -19,6 +20,9 @@
 #include "transfer/tiles/tile_halo.h"
 
 namespace patinate::transfer {
+
+/// What a transfer in one piece holds at most, as its plan says (transfer_job.cpp).
+constexpr double kWholeGb = 0.11, kWholeTexel_gb = 7e-8;
 
 /// What follows from the history, the mesh and the texels counted.
 struct TiledTransfer::Prepared {
@@ -119,9 +123,15 @@ TiledTransfer::TiledTransfer(TiledTask task) : task_(std::move(task)), grid_(tas
   const SourceStructure structure =
       find_structure(*t.history, usable_mask(*t.history, t.input.source_mask), o.appearance);
   if (!structure.empty() && o.quality != TransferQuality::Draft) {
+    const auto texels = static_cast<double>(grid_.num_texels(0));
     throw InvalidInput(t.history->label() +
                        ": has structure (lines or regions), whose borders are cut over the whole atlas and not by "
-                       "tile; give --quality draft, or --structure 0");
+                       "tile; give --quality draft or --structure 0, which leave the borders of copied pieces as they "
+                       "come" +
+                       (texels > static_cast<double>(Sheet::kMaxTexels)
+                            ? std::string()
+                            : ", or leave out --by-tile, which takes up to " +
+                                  number_text(std::ceil(10.0 * (kWholeGb + kWholeTexel_gb * texels)) / 10.0) + " GB"));
   }
   if (const int side = smallest_side(*t.history); side >> num_tiled_levels() < kSmallestSide) {
     throw InvalidInput(t.history->label() + ": is " + std::to_string(side) + " pixels wide; by tile it has to be " +

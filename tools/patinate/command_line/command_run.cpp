@@ -44,7 +44,11 @@ std::string CommandRun::first_positional() const {
 }
 
 bool CommandRun::parse() {
-  if (is_only_declared_) return false;
+  if (is_only_declared_) {
+    // With all of its arguments it says what is wrong with them: check_options().
+    if (std::find(arguments_.begin(), arguments_.end(), "-o") != arguments_.end()) (void)line.parse(arguments_);
+    return false;
+  }
   if (line.parse(arguments_, [this] { supply_options(); })) {
     for (const std::string& variable : unknown_variables_) detail(variable);
     // What would be done is told as ever.

@@ -1,5 +1,6 @@
 #include "tools/patinate/command_line/plan_request.h"
 
+#include <algorithm>
 #include <numeric>
 
 #include "libcommon/job/job_record.h"
@@ -24,9 +25,13 @@ void require_same_work(const PlanIdentity& identity, const std::string& key,
   std::string what = "the inputs are not what they were";
   const std::vector<JobChange> changes = changes_between(identity.depends_on, depends_on);
   if (!changes.empty()) {
-    what = changes.front().name + (changes.front().kind == JobChange::Kind::Added     ? " is new"
-                                   : changes.front().kind == JobChange::Kind::Removed ? " is gone"
-                                                                                      : " has changed");
+    // What is gone changes what comes after it.
+    const auto gone = std::find_if(changes.begin(), changes.end(),
+                                   [](const JobChange& c) { return c.kind == JobChange::Kind::Removed; });
+    const JobChange& told = gone == changes.end() ? changes.front() : *gone;
+    what = told.name + (told.kind == JobChange::Kind::Added     ? " is new"
+                        : told.kind == JobChange::Kind::Removed ? " is gone"
+                                                                : " has changed");
     if (changes.size() > 1) what += " and " + std::to_string(changes.size() - 1) + " more";
   }
   throw InvalidInput(identity.file.string() + ": was made for other input (" + what + "); make the plan again");

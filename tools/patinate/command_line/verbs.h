@@ -23,6 +23,9 @@ struct Verb {
 /// What a command says about itself. Where options depend on the first argument, those of all kinds.
 [[nodiscard]] CommandDeclaration declaration_of(const Verb& verb);
 [[nodiscard]] std::vector<CommandDeclaration> all_declarations();
+/// Reads options as the command would, beside arguments that stand for those that it cannot do without.
+/// @param words  Options and their values: {"--quality", "draft"}. @throws UsageError
+void check_options(const Verb& verb, const std::vector<std::string>& words);
 /// What `patinate --help` prints.
 [[nodiscard]] std::string overview();
 

@@ -96,6 +96,19 @@ std::vector<CommandDeclaration> all_declarations() {
   return all;
 }
 
+void check_options(const Verb& verb, const std::vector<std::string>& words) {
+  std::vector<std::string> all;
+  for (const ArgumentInfo& a : declaration_of(verb).arguments) {
+    if (!a.is_required) continue;
+    if (!a.is_positional()) all.push_back(a.name);
+    all.emplace_back(a.name == "-o" ? "made" : ".");  // A folder that is there.
+  }
+  all.insert(all.end(), words.begin(), words.end());
+  CommandRun run(verb.name, verb.brief, all, {});
+  run.only_declare();
+  (void)verb.run(run);
+}
+
 std::string overview() {
   std::string text =
       "Captures how materials age and lets any mesh age like them.\n\nUsage: patinate COMMAND "

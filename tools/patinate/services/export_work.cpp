@@ -23,6 +23,7 @@
 #include "tools/patinate/services/aging_mesh.h"
 #include "tools/patinate/services/export_model.h"
 #include "tools/patinate/services/picture_series.h"
+#include "transfer/lookup/texture_cost.h"
 #include "transfer/lookup/texture_files.h"
 
 namespace patinate::cli {
@@ -38,6 +39,7 @@ struct SequenceSource {
   HistoryManifest history;
   /// Writes the files of one time, one a tile. Thread-safe.
   std::function<void(double time, const std::vector<std::filesystem::path>& files, const RunControl& control)> write;
+  JobCost cost = {};  ///< Of one time.
 };
 
 /// Names of a time's files in the folder, one a tile.
@@ -81,7 +83,8 @@ OutputWork sequence_work(const ExportTask& task, SequenceSource given) {
                for (const auto& file : outputs) written.push_back(folder / file);
                source->write(t, written, silent);
              },
-         .key = ContentHash().add("export image 2").add(source->key).add(extension).add(times[i]).hex()});
+         .key = ContentHash().add("export image 2").add(source->key).add(extension).add(times[i]).hex(),
+         .cost = source->cost});
   }
   plan.join = [source, files, key = plan.key](const std::filesystem::path& folder, const RunControl&) {
     save_json(folder / "sequence.json",
@@ -125,6 +128,7 @@ class LateWriter {
 PictureSeries texture_series(const std::shared_ptr<const transfer::TransferFolder>& transfer) {
   const auto writer = std::make_shared<LateWriter>(transfer);
   PictureSeries series{.label = "export", .key = transfer->manifest().key, .times = {}, .picture = {}};
+  series.cost = transfer::texture_cost(*transfer, "texture.png");
   series.write = [transfer, writer](double t, const std::filesystem::path& file, const std::string& key,
                                     const RunControl& control) {
     const std::vector<transfer::TextureFile> texture{{{file}, transfer->history().sample(t), key}};
@@ -154,8 +158,9 @@ OutputWork textures_work(const ExportTask& task) {
     const std::vector<transfer::TextureFile> texture{{files, transfer->history().sample(t)}};
     writer->open(control).write(texture, control);
   };
-  return sequence_work(task,
-                       {transfer->manifest().key, transfer->sheet().names, transfer->history().manifest(), write});
+  const std::string_view extension = kFormatNames[static_cast<std::size_t>(task.format.kind)];
+  return sequence_work(task, {transfer->manifest().key, transfer->sheet().names, transfer->history().manifest(), write,
+                              transfer::texture_cost(*transfer, "texture." + std::string(extension))});
 }
 
 /// Images or a movie of a surface over the sheet of all its tiles.

@@ -15,6 +15,7 @@ std::optional<JobStatus> made(CommandRun& run, const OutputWork& work) {
   if (work.movie && run.request() != nullptr) return answer_movie(run, *work.movie);
   if (work.pieces.empty()) {
     const std::optional<JobStatus> status = run.check_file(work.output, work.existing_key, work.key);
+    if (run.request() != nullptr && run.request()->work) run.request()->work->items.front().cost = work.cost;
     if (status == JobStatus::Done) work.make(run.control(work.label));
     return status;
   }

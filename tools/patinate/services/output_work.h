@@ -46,6 +46,7 @@ struct OutputWork {
   std::filesystem::path output;  ///< As it was asked for.
   std::string label;             ///< Of progress: "export".
   std::string key;               ///< Of all that the output depends on.
+  JobCost cost = {};             ///< Of `make`.
   std::string existing_key;      ///< Of what is there; of a single file alone.
   std::function<void(const RunControl& control)> make = {};
   /// The same where it is one image, which need not become a file.

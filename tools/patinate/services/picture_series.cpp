@@ -23,8 +23,13 @@ OutputWork movie_work(const std::filesystem::path& output, const PictureSeries& 
   ContentHash hash;
   hash.add("movie 1").add(series.key).add(lower_extension(output)).add(movie.fps);
   for (double t : series.times) hash.add(t);
-  const auto frames = std::make_shared<MovieFrames>(MovieFrames{
-      .output = output, .label = series.label, .key = hash.hex(), .keys = {}, .codes = {}, .options = movie});
+  const auto frames = std::make_shared<MovieFrames>(MovieFrames{.output = output,
+                                                                .label = series.label,
+                                                                .key = hash.hex(),
+                                                                .keys = {},
+                                                                .codes = {},
+                                                                .options = movie,
+                                                                .cost = series.cost});
   frames->codes = [series](int i, const RunControl& control) {
     const double t = series.times[static_cast<std::size_t>(i)];
     return series.codes ? series.codes(t, control) : srgb8_from_linear(series.picture(t, control));
@@ -64,10 +69,13 @@ OutputWork images_work(const std::filesystem::path& output, const PictureSeries&
     const std::filesystem::path file = numbered_path(output, static_cast<int>(i));
     const std::string key = ContentHash().add("picture 1").add(series.key).add(t).add(lower_extension(output)).hex();
     files.push_back(Json{{series.measure, t}, {"file", file.string()}});
-    work.pieces.push_back({{file}, key, [shared, t, file, key](const RunControl& control) {
+    work.pieces.push_back({{file},
+                           key,
+                           [shared, t, file, key](const RunControl& control) {
                              if (shared->write) return shared->write(t, file, key, control);
                              write_color(file, shared->picture(t, control), key);
-                           }});
+                           },
+                           series.cost});
     all.add(key);
   }
   work.key = all.hex();

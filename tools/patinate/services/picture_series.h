@@ -24,6 +24,7 @@ struct PictureSeries {
   std::function<void(double time, const std::filesystem::path& file, const std::string& key, const RunControl& control)>
       write = {};
   std::function<ImageU8(double time, const RunControl& control)> codes = {};
+  JobCost cost = {};             ///< Of a picture.
   std::string measure = "time";  ///< What a report calls the numbers in `times`.
 };
 

@@ -73,7 +73,7 @@ OutputWork picture_work(const RenderTask& task, const std::string& key,
 /// All shots in one picture, side by side with labels under them; a single picture as it is.
 OutputWork strip_work(const RenderTask& task, const std::string& key, const std::shared_ptr<PictureStudio>& studio,
                       const std::vector<PictureShot>& shots, const std::vector<std::string>& labels) {
-  return picture_work(task, key, [studio, shots, labels](const RunControl& control) {
+  OutputWork work = picture_work(task, key, [studio, shots, labels](const RunControl& control) {
     std::vector<ImageF> pictures;
     for (std::size_t i = 0; i < shots.size(); ++i) {
       const auto n = static_cast<double>(shots.size());
@@ -82,6 +82,15 @@ OutputWork strip_work(const RenderTask& task, const std::string& key, const std:
     }
     return shots.size() == 1 ? pictures.front() : contact_strip(pictures, labels);
   });
+  // Rays are traced once for all times that are seen from one place.
+  int num_views = 0;
+  for (std::size_t i = 0; i < shots.size(); ++i) {
+    const PictureView &view = shots[i].view, &before = shots[i == 0 ? 0 : i - 1].view;
+    if (i == 0 || view.azimuth_deg != before.azimuth_deg || view.elevation_deg != before.elevation_deg) ++num_views;
+  }
+  work.cost = studio->cost();
+  work.cost.core_seconds *= num_views;
+  return work;
 }
 
 /// One picture a shot, as a movie or as numbered images; `numbers` tell them apart.
@@ -92,9 +101,10 @@ OutputWork shots_work(const RenderTask& task, const std::string& key, const std:
     const auto index = std::find(numbers.begin(), numbers.end(), number) - numbers.begin();
     return studio->picture(shots[static_cast<std::size_t>(index)], control);
   };
-  return series_work(task.output,
-                     {.label = "render", .key = key, .times = numbers, .picture = picture, .measure = measure},
-                     task.movie);
+  return series_work(
+      task.output,
+      {.label = "render", .key = key, .times = numbers, .picture = picture, .cost = studio->cost(), .measure = measure},
+      task.movie);
 }
 
 /// Every view at one time. Numbered by view, from 0.
@@ -155,8 +165,8 @@ OutputWork aging_mesh_work(const SharedTask& task) {
   if (maps || !task->environment.empty()) add_surface(hash, *task);
   const std::vector<std::string> labels = strip_labels(*task, times, mesh->history.time_unit);
   for (const std::string& label : labels) hash.add(label);
-  const auto studio =
-      std::make_shared<PictureStudio>(task, std::shared_ptr<const Mesh>(mesh, &mesh->mesh), mesh->sample, maps);
+  const auto studio = std::make_shared<PictureStudio>(task, std::shared_ptr<const Mesh>(mesh, &mesh->mesh),
+                                                      mesh->sample, maps, mesh->num_texels);
   OutputWork work = task->has_views() ? views_work(*task, hash.hex(), studio, times.front())
                                       : times_work(*task, hash.hex(), studio, times, labels);
   work.notes = std::move(notes);
@@ -217,7 +227,8 @@ OutputWork mesh_work(const SharedTask& task) {
   std::function<SurfaceMaps(double, const RunControl&)> all;
   if (is_surface) all = [maps](double, const RunControl&) { return *maps; };
   const auto studio = std::make_shared<PictureStudio>(
-      task, over_sheet, [maps](double, const RunControl&) { return maps->color; }, all);
+      task, over_sheet, [maps](double, const RunControl&) { return maps->color; }, all,
+      static_cast<double>(maps->color.width()) * maps->color.height());
   return views_work(*task, hash.hex(), studio, 0.0);
 }
 

@@ -90,6 +90,8 @@ constexpr const char* kSlurmProfile =
 cluster: "sbatch --parsable --job-name=patinate-{rule} --cpus-per-task={threads} --mem={resources.mem_mb} --time={resources.runtime} --output=/dev/null"
 cluster-status: "profiles/slurm/status.sh"
 cluster-cancel: scancel
+# Jobs that Slurm holds at a time, those that wait among them: one and a half times the cores or more, since an ended
+# job is noticed some seconds later.
 jobs: 100
 keep-going: true
 rerun-incomplete: true

@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cmath>
 #include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 #include <string_view>
 #include <system_error>
 
@@ -21,8 +18,9 @@
 #include "patinate/core/json.h"
 #include "tools/patinate/command_line/history_library.h"
 #include "tools/patinate/command_line/path_kind.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/command_line/verbs.h"
-#include "tools/patinate/study/design.h"
+#include "tools/patinate/study/study_cells.h"
 #include "tools/patinate/study/study_ranges.h"
 #include "transfer/synthesis/transfer_controls.h"
 
@@ -32,8 +30,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostCells = 1'000'000, kMostLevels = 100'000;
-constexpr std::size_t kLongestName = 120;
+constexpr std::size_t kMostLevels = 100'000;
 /// Commands that look at what a cell has made.
 constexpr std::array<std::string_view, 6> kLooking{"render", "lookup", "export", "evaluate", "compare", "factorize"};
 constexpr std::array<std::string_view, 3> kDesigns{"grid", "latin_hypercube", "list"};
@@ -126,6 +123,9 @@ class StudyReader {
     if (paths[0] == given) paths[0] = text.path();
     if (const std::string name = paths[0].filename().string(); name.find('*') != std::string::npos) {
       const fs::path parent = folder_of(paths[0]);
+      std::error_code error;
+      if (!fs::is_directory(parent, error))
+        return problem(text, "`" + text.string() + "`: there is no folder " + parent.string());
       paths = list_files(parent, name);
       for (fs::path& path : paths) path = parent / path.filename();
       if (paths.empty()) problem(text, "no file matches `" + text.string() + "`");
@@ -178,6 +178,11 @@ class StudyReader {
         return a.has_no_form ? std::vector<std::string>{"--no-" + a.name.substr(2)} : std::vector<std::string>{};
       }
       const std::string text = value.is_string() ? value.string() : number_text(value.number());
+      try {
+        check_options(verb_named(command.verb), {a.name, text});
+      } catch (const UsageError& e) {
+        problem(value, e.what());
+      }
       if (a.type != ValueType::Path && a.type != ValueType::Text) return {a.name, text};
       const fs::path path = file_.parent_path() / text;  // Files are relative to the study's file, as elsewhere in it.
       return {a.name, fs::exists(path) ? word_of(path) : text};
@@ -298,45 +303,6 @@ class StudyReader {
     step_words.push_back(std::move(words));
   }
 
-  /// Every combination of levels as a cell. @param head  What a level's words are preceded by.
-  void make_cells(const JsonReader& json, const std::vector<Factor>& factors,
-                  const std::vector<std::vector<std::string>>& step_words, StudyPart& part) {
-    double count = 1.0;
-    std::vector<std::size_t> num_levels;
-    for (const Factor& factor : factors) {
-      num_levels.push_back(factor.size());
-      count *= static_cast<double>(factor.size());
-    }
-    if (count > static_cast<double>(kMostCells))
-      return problem(json, "makes " + number_text(count) + " cells; at most " + std::to_string(kMostCells));
-    std::map<std::string, std::size_t> uses;
-    for (const auto& point : grid_design(num_levels)) {
-      StudyCell cell;
-      std::vector<std::string> made;
-      for (std::size_t f = 0; f < factors.size(); ++f) {
-        const Level& level = factors[f][point[f]];
-        if (!level.name.empty()) cell.name += (cell.name.empty() ? "" : "-") + level.name;
-        cell.factors.insert(cell.factors.end(), level.shown.begin(), level.shown.end());
-        made.insert(made.end(), level.words.begin(), level.words.end());
-        cell.scene.pointers.insert(cell.scene.pointers.end(), level.pointers.begin(), level.pointers.end());
-        cell.scene.values.insert(cell.scene.values.end(), level.values.begin(), level.values.end());
-      }
-      cell.name = cell.name.substr(0, kLongestName);
-      if (!cell.scene.pointers.empty()) {
-        cell.scene.file = factors.front()[point.front()].file;
-        made.front() = "cells/" + cell.name + "/scene.json";
-      }
-      cell.words.push_back(std::move(made));
-      for (const auto& words : step_words) {
-        cell.words.push_back({"cells/" + cell.name + "/" + part.steps.front().file});
-        cell.words.back().insert(cell.words.back().end(), words.begin(), words.end());
-      }
-      if (++uses[cell.name] == 2)
-        problem(json, "two cells would be made in `cells/" + cell.name + "`: say it once, or give them a `name`");
-      part.cells.push_back(std::move(cell));
-    }
-  }
-
   void finish_part(JsonReader& json, const std::vector<Factor>& factors, StudyPart& part) {
     std::vector<std::vector<std::string>> step_words;
     if (json.has("outputs")) {
@@ -344,7 +310,7 @@ class StudyReader {
         attempt([&] { read_step(step, part, step_words); });
     }
     attempt([&] { json.finish(); });
-    make_cells(json, factors, step_words, part);
+    for (const std::string& text : make_cells(factors, step_words, part)) problem(json, text);
   }
 
   StudyPart read_transfers(JsonReader json) {

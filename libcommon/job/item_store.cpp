@@ -80,8 +80,8 @@ void ItemStore::take(const JobItem& item, const fs::path& folder) const {
   }
 }
 
-void ItemStore::add(const JobItem& item, const fs::path& folder) const {
-  const DoneItem done = finish_item(folder, item, item_key(plan_, item));
+void ItemStore::add(const JobItem& item, const fs::path& folder, const RunControl& control) const {
+  const DoneItem done = finish_item(folder, item, item_key(plan_, item), control);
   TemporaryFolder kept(path_, item.name);
   for (const auto& [file, key] : done.files) link_or_copy(folder / file, kept.path() / file);
   for (const fs::path& file : plan_.shared_work) {

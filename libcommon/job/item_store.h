@@ -32,8 +32,8 @@ class ItemStore {
   /// @throws CannotComplete if another file is gone.
   void take(const JobItem& item, const std::filesystem::path& folder) const;
   /// Keeps an item whose files are written in `folder`, and links of the plan's shared work there. Thread-safe.
-  /// @throws CannotComplete if an output is missing, or the disk is full.
-  void add(const JobItem& item, const std::filesystem::path& folder) const;
+  /// @throws CannotComplete if an output is missing, or the disk is full; Canceled.
+  void add(const JobItem& item, const std::filesystem::path& folder, const RunControl& control) const;
   /// Removes what an item left of the plan's shared work: a later one has its own.
   void drop_shared_work(const JobItem& item) const;
   /// Removes the plan's items, and the folder if nothing else is in it.

@@ -53,6 +53,7 @@ std::vector<std::size_t> prepare_items(const JobPlan& plan, const OutputState& s
   std::set<std::string> finished_items;
   std::set<fs::path> kept_files;
   for (std::size_t i = 0; i < plan.items.size(); ++i) {
+    control.throw_if_stopped();
     const JobItem& item = plan.items[i];
     const auto files = finished_files(folder.path(), item, item_key(plan, item));
     if (!files) {
@@ -65,7 +66,7 @@ std::vector<std::size_t> prepare_items(const JobPlan& plan, const OutputState& s
   if (is_same_plan) {
     for (const fs::path& file : plan.shared_work) kept_files.insert(file.lexically_normal());
   }
-  folder.keep_only(finished_items, kept_files);
+  folder.keep_only(finished_items, kept_files, control);
   for (std::size_t i : unfinished) {
     control.throw_if_stopped();
     const DoneItem* done = reusable_item(state, plan.items[i]);
@@ -94,14 +95,14 @@ void run_items(const JobPlan& plan, const OutputState& state, PartialFolder& fol
     options.on_resume(plan.items.size() - pending.size(), plan.items.size(), last);
   for (const auto& [stage, items] : stages) {
     run_side_by_side(plan, items, folder.path(), progress, control,
-                     [&](const JobItem& item) { folder.mark_done(item, item_key(plan, item)); });
+                     [&](const JobItem& item) { folder.mark_done(item, item_key(plan, item), control); });
   }
 
   plan.join(folder.path(), progress.item_control(plan.items.size(), thread_count(control)));
   if (manifest_key(folder.path(), plan.manifest) != plan.key) {
     throw CannotComplete((folder.path() / plan.manifest).string() + ": was not written by the last step");
   }
-  folder.write_record({plan.key, plan.depends_on, {}}, names);
+  folder.write_record({plan.key, plan.depends_on, {}}, names, control);
 }
 
 /// What an earlier --force run was killed while removing.

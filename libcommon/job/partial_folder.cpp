@@ -84,11 +84,14 @@ DoneItem parse_marker(const std::string& text) {
   return done;
 }
 
-DoneItem finish_item(const fs::path& folder, const JobItem& item, const std::string& item_key) {
+DoneItem finish_item(const fs::path& folder, const JobItem& item, const std::string& item_key,
+                     const RunControl& control) {
   DoneItem done{item_key, {}};
   const auto add = [&](const fs::path& output) {
-    sync_path(folder / output);
-    sync_path((folder / output).parent_path());
+    for (const fs::path& written : {folder / output, (folder / output).parent_path()}) {
+      control.throw_if_stopped();
+      sync_path(written);
+    }
     done.files[output.generic_string()] = hash_file(folder / output);
   };
   for (const fs::path& output : item.outputs) {
@@ -224,8 +227,10 @@ bool PartialFolder::has_done_items() const {
   return fs::directory_iterator(path_ / kBook / "done", error) != fs::directory_iterator();
 }
 
-void PartialFolder::mark_done(const JobItem& item, const std::string& item_key) {
-  make_file(path_ / kBook / "done" / item.name, marker_text(finish_item(path_, item, item_key)));
+void PartialFolder::mark_done(const JobItem& item, const std::string& item_key, const RunControl& control) {
+  const std::string marker = marker_text(finish_item(path_, item, item_key, control));
+  control.throw_if_stopped();
+  make_file(path_ / kBook / "done" / item.name, marker);
 }
 
 bool PartialFolder::adopt(const fs::path& finished, const JobItem& item, const DoneItem& done) {
@@ -245,8 +250,9 @@ bool PartialFolder::adopt(const fs::path& finished, const JobItem& item, const D
   return true;
 }
 
-void PartialFolder::write_record(JobRecord record, const std::set<std::string>& items) {
+void PartialFolder::write_record(JobRecord record, const std::set<std::string>& items, const RunControl& control) {
   for (const std::string& item : items) {
+    control.throw_if_stopped();
     DoneItem done = read_marker(path_, item);
     std::erase_if(done.files, [](const auto& file) { return is_work(file.first); });
     if (!done.files.empty()) record.items[item] = std::move(done);
@@ -254,7 +260,8 @@ void PartialFolder::write_record(JobRecord record, const std::set<std::string>& 
   write_job_record(path_, record);
 }
 
-void PartialFolder::keep_only(const std::set<std::string>& items, const std::set<fs::path>& files) {
+void PartialFolder::keep_only(const std::set<std::string>& items, const std::set<fs::path>& files,
+                              const RunControl& control) {
   // Markers first: one that outlived its file would vouch for what another plan leaves half done in its place.
   const fs::path done = path_ / kBook / "done";
   std::vector<fs::path> markers;
@@ -263,7 +270,10 @@ void PartialFolder::keep_only(const std::set<std::string>& items, const std::set
       if (!items.contains(entry.path().filename().string())) markers.push_back(entry.path());
     }
   }
-  for (const fs::path& p : markers) remove_tree(p);
+  for (const fs::path& p : markers) {
+    control.throw_if_stopped();
+    remove_tree(p);
+  }
   if (!markers.empty()) sync_path(done);
 
   std::set<fs::path> kept_folders;
@@ -272,6 +282,7 @@ void PartialFolder::keep_only(const std::set<std::string>& items, const std::set
   }
   std::vector<fs::path> unwanted;
   for (auto it = fs::recursive_directory_iterator(path_); it != fs::recursive_directory_iterator(); ++it) {
+    control.throw_if_stopped();
     const fs::path relative = it->path().lexically_relative(path_);
     const bool is_folder = it->is_directory() && !it->is_symlink();
     if (relative == kBook || relative == kJobWorkFolder) continue;
@@ -282,7 +293,10 @@ void PartialFolder::keep_only(const std::set<std::string>& items, const std::set
       if (is_folder) it.disable_recursion_pending();
     }
   }
-  for (const fs::path& p : unwanted) remove_tree(p);
+  for (const fs::path& p : unwanted) {
+    control.throw_if_stopped();
+    remove_tree(p);
+  }
 }
 
 void PartialFolder::publish(bool replace) {

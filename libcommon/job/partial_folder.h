@@ -23,9 +23,9 @@ namespace patinate {
 [[nodiscard]] std::string marker_text(const DoneItem& done);
 [[nodiscard]] DoneItem parse_marker(const std::string& text);
 /// An item whose files are all written in `folder`: forces them to the disk, and takes their keys.
-/// @throws CannotComplete if an output that is not optional is missing.
+/// @throws CannotComplete if an output that is not optional is missing; Canceled between files.
 [[nodiscard]] DoneItem finish_item(const std::filesystem::path& folder, const JobItem& item,
-                                   const std::string& item_key);
+                                   const std::string& item_key, const RunControl& control);
 /// Forces a file, or what a folder lists, to the disk. @throws CannotComplete
 void sync_path(const std::filesystem::path& path);
 /// A hard link, or a copy where the file system has none. @throws CannotComplete, filesystem_error
@@ -63,20 +63,21 @@ class PartialFolder {
   /// @returns whether it was made under it already.
   bool begin(const std::string& key);
   /// Call when the item's outputs are written: forces them to the disk, then sets the marker.
-  /// @throws CannotComplete if an output that is not optional is missing.
-  void mark_done(const JobItem& item, const std::string& item_key);
+  /// @throws CannotComplete if an output that is not optional is missing; Canceled.
+  void mark_done(const JobItem& item, const std::string& item_key, const RunControl& control);
   /// Takes over what a finished folder holds of an item, as hard links or else copies.
   /// @returns false when its files are no longer what they were; nothing is then marked.
   bool adopt(const std::filesystem::path& finished, const JobItem& item, const DoneItem& done);
   [[nodiscard]] bool has_done_items() const;
   /// Removes what interrupted items and other plans left: the markers of all items but `items`, then every file that is
   /// not in `files` (relative paths), and empty folders.
-  void keep_only(const std::set<std::string>& items, const std::set<std::filesystem::path>& files);
+  void keep_only(const std::set<std::string>& items, const std::set<std::filesystem::path>& files,
+                 const RunControl& control = {});
   /// Removes the book-keeping and renames the folder to OUT; with `replace`, exchanges the two and removes the old one.
   void publish(bool replace);
   /// Writes job.json. @param record  Its items are read from the markers of `items`; those that kept work only are left
   /// out.
-  void write_record(JobRecord record, const std::set<std::string>& items);
+  void write_record(JobRecord record, const std::set<std::string>& items, const RunControl& control);
   /// Removes the folder.
   void discard();
 

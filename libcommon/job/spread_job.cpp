@@ -82,7 +82,7 @@ bool publish(TemporaryFolder& folder, OutputState& state, const JobPlan& plan, c
 }
 
 /// Takes over what a finished output holds of items that need not be made again.
-void take_over(const JobPlan& plan, const OutputState& state, ItemStore& store) {
+void take_over(const JobPlan& plan, const OutputState& state, ItemStore& store, const RunControl& control) {
   if (state.found != FoundOutput::Different) return;
   store.refresh();
   for (const JobItem& item : plan.items) {
@@ -91,7 +91,7 @@ void take_over(const JobPlan& plan, const OutputState& state, ItemStore& store) 
     if (!files || std::any_of(files->begin(), files->end(), is_work) || !is_unchanged(state.output, *files, *done))
       continue;
     store.open();
-    store.add(item, state.output);
+    store.add(item, state.output, control);
   }
 }
 
@@ -116,7 +116,7 @@ std::size_t run_items_now(const JobPlan& plan, std::span<const std::size_t> item
   require_replaceable(state, options);
   if (state.found == FoundOutput::Same) return 0;
   ItemStore store(plan);
-  take_over(plan, state, store);
+  take_over(plan, state, store, control);
   store.refresh();
   std::map<int, std::vector<std::size_t>> stages;
   std::size_t num_run = 0;
@@ -139,7 +139,7 @@ std::size_t run_items_now(const JobPlan& plan, std::span<const std::size_t> item
     take_stages(plan, store, first_stage, stage, work.path());
     first_stage = stage;
     run_side_by_side(plan, asked, work.path(), progress, control, [&](const JobItem& item) {
-      store.add(item, work.path());
+      store.add(item, work.path(), control);
       drop_earlier_work(plan, store, item.stage);
     });
   }

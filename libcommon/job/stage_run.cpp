@@ -56,7 +56,8 @@ void run_side_by_side(const JobPlan& plan, std::span<const std::size_t> items, c
       if (error) throw CannotComplete((folder / output).string() + ": cannot be made; " + error.message());
     }
     item.run(folder, progress.item_control(i, threads_per_item));
-    undeclared.finished(item.name);
+    control.throw_if_stopped();  // What was not finished before is made again: the disk can take long.
+    undeclared.finished(item.name, control);
     finished(item);
     progress.set(i, 1.0);
   });

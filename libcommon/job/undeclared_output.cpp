@@ -20,15 +20,16 @@ UndeclaredSearch::UndeclaredSearch(const JobPlan& plan, fs::path folder, std::si
   for (const fs::path& file : plan.shared_work) declared_.insert(file.lexically_normal());
 }
 
-void UndeclaredSearch::finished(const std::string& item) {
+void UndeclaredSearch::finished(const std::string& item, const RunControl& control) {
   const std::size_t count = ++num_finished_;
-  if (std::has_single_bit(count) || count == num_items_) search(item);
+  if (std::has_single_bit(count) || count == num_items_) search(item, control);
 }
 
-void UndeclaredSearch::search(const std::string& item) const {
+void UndeclaredSearch::search(const std::string& item, const RunControl& control) const {
   const fs::path book = fs::path(kJobWorkFolder).parent_path();
   std::error_code error;
   for (fs::recursive_directory_iterator it(folder_, error), end; !error && it != end; it.increment(error)) {
+    control.throw_if_stopped();
     std::error_code ignored;
     if (it->is_directory(ignored)) continue;
     const fs::path relative = it->path().lexically_relative(folder_);

@@ -26,11 +26,11 @@ class UndeclaredOutput : public CannotComplete {
 class UndeclaredSearch {
  public:
   UndeclaredSearch(const JobPlan& plan, std::filesystem::path folder, std::size_t num_items);
-  /// Call when an item has written its files, and before it is marked. @throws UndeclaredOutput
-  void finished(const std::string& item);
+  /// Call when an item has written its files, and before it is marked. @throws UndeclaredOutput, Canceled
+  void finished(const std::string& item, const RunControl& control);
 
  private:
-  void search(const std::string& item) const;
+  void search(const std::string& item, const RunControl& control) const;
 
   std::set<std::filesystem::path> declared_;
   std::filesystem::path folder_;

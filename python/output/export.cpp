@@ -71,7 +71,7 @@ void bind_export(py::module_& module) {
     keywords.finish();
     run_interruptibly(run, [&](const RunControl& control) {
       task.subject = cli::library_place(task.subject);
-      cli::make_output(cli::export_work(task), force, control);
+      cli::make_output(cli::export_work(task, control), force, control);
     });
   });
 }

@@ -7,9 +7,12 @@ source=$2
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
+# Compiled under a fresh path every time: ccache knows it again by what lies below it.
+export CCACHE_BASEDIR="$work" CCACHE_NOHASHDIR=1
 cmake --install "$build" --prefix "$work/prefix" >/dev/null
+cp -r "$source/docs/examples" "$work/source"
 configure=(-G Ninja -DCMAKE_PREFIX_PATH="$work/prefix" -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER_LAUNCHER="$(command -v ccache || true)")
-cmake -S "$source/docs/examples" -B "$work/examples" "${configure[@]}" >/dev/null
+cmake -S "$work/source" -B "$work/examples" "${configure[@]}" >/dev/null
 cmake --build "$work/examples" >"$work/log" || { cat "$work/log"; exit 1; }
 
 python3 "$source/tests/install/components_test.py" "$source" "$work/prefix" "$work"

@@ -71,28 +71,32 @@ class Capture(PythonCase):
         self.assertIn("expected um", self.line_of(patinate.InvalidInput, lambda: patinate.relief(self.work / "plates", self.work / "x", unit="inch")))
         self.assertFalse((self.work / "x").exists())
 
-    def test_calibrations_are_the_commands(self):
+    def calibrated(self, kind, rest, options, keywords, extensions=("json", "png")):
+        """What the function finds, when the files of command and function are equal, from a file and from a dict."""
+        description = {"format": "patinate.calibrate", "version": 1, "kind": kind, **rest}
+        (self.work / f"{kind}.json").write_text(json.dumps(description))
+        picture = "png" in extensions
+        self.run_patinate("calibrate", kind, f"{kind}.json", *options, "-o", f"{kind}_by_command.json", *(["--picture", f"{kind}_by_command.png"] if picture else []))
+        calibrate = getattr(patinate, f"calibrate_{kind}")
+        files = {"picture": self.work / f"{kind}_by_python.png"} if picture else {}
+        made = calibrate(self.work / f"{kind}.json", output=self.work / f"{kind}_by_python.json", **files, **keywords)
+        for extension in extensions:
+            self.assertEqual((self.work / f"{kind}_by_command.{extension}").read_bytes(), (self.work / f"{kind}_by_python.{extension}").read_bytes())
+        self.assertEqual(made, self.json_of(f"{kind}_by_command.json"))
+        self.assertEqual(calibrate(description, folder=self.work, **keywords), made)
+        return description, made
+
+    def test_calibrations_of_camera_and_spheres_are_the_commands(self):
         camera = scene.Pinhole(240, 180, 300.0, scene.rotation([1, 0, 0], np.pi), [0.0, 0.0, 400.0])
         balls = [([-90.0, 50.0, 30.0], 30.0), ([90.0, -40.0, 30.0], 30.0)]
         scene.write_png(self.work / "lamp.png", 240, 180, scene.mirror_spheres(camera, balls, [120.0, 80.0, 330.0], 15.0))
         for i, ball in enumerate(balls):
             scene.write_png(self.work / f"ball{i}.png", 240, 180, scene.sphere_mask(camera, *ball))
-        spheres = {"format": "patinate.calibrate", "version": 1, "kind": "spheres", "unit": "mm", "camera": camera.json(), "response": "linear",
-                   "spheres": [{"radius": 30, "mask": f"ball{i}.png"} for i in range(2)], "lights": ["lamp.png"]}
+        spheres, lights = self.calibrated("spheres", {"unit": "mm", "camera": camera.json(), "response": "linear", "spheres": [{"radius": 30, "mask": f"ball{i}.png"} for i in range(2)],
+                                                      "lights": ["lamp.png"]}, ["--outline-sigma", "0.5"], {"outline_sigma": 0.5})
+        self.assertLess(np.linalg.norm(np.subtract(lights["lights"][0]["position"], [120.0, 80.0, 330.0])), 15.0)  # Pixels of 1.3 mm.
         points = [[x, y, (x * y) % 31] for x in (-60, -20, 30, 70) for y in (-50, 10, 45)]
-        board = {"format": "patinate.calibrate", "version": 1, "kind": "camera", "unit": "mm", "width": 240, "height": 180,
-                 "scanner": {"points": points, "pixels": [camera.pixel(p) for p in points]}}
-        made = {}
-        for kind, description, options, keywords in (("spheres", spheres, ["--outline-sigma", "0.5"], {"outline_sigma": 0.5}), ("camera", board, ["--lens", "none"], {"lens": "none"})):
-            (self.work / f"{kind}.json").write_text(json.dumps(description))
-            self.run_patinate("calibrate", kind, f"{kind}.json", *options, "-o", f"{kind}_by_command.json", "--picture", f"{kind}_by_command.png")
-            calibrate = getattr(patinate, f"calibrate_{kind}")
-            made[kind] = calibrate(self.work / f"{kind}.json", output=self.work / f"{kind}_by_python.json", picture=self.work / f"{kind}_by_python.png", **keywords)
-            for extension in ("json", "png"):
-                self.assertEqual((self.work / f"{kind}_by_command.{extension}").read_bytes(), (self.work / f"{kind}_by_python.{extension}").read_bytes())
-            self.assertEqual(made[kind], self.json_of(f"{kind}_by_command.json"))
-            self.assertEqual(calibrate(description, folder=self.work, **keywords), made[kind])
-        self.assertLess(np.linalg.norm(np.subtract(made["spheres"]["lights"][0]["position"], [120.0, 80.0, 330.0])), 15.0)  # Pixels of 1.3 mm.
+        board, _ = self.calibrated("camera", {"unit": "mm", "width": 240, "height": 180, "scanner": {"points": points, "pixels": [camera.pixel(p) for p in points]}}, ["--lens", "none"], {"lens": "none"})
         self.assertIn("as the command says", self.line_of(patinate.IoError, lambda: patinate.calibrate_lambertian(spheres, folder=self.work)))
         self.line_of(patinate.IoError, lambda: patinate.calibrate_response(self.work / "spheres.json"))
         self.line_of(patinate.InvalidInput, lambda: patinate.calibrate_spheres(spheres, folder=self.work, output=self.work / "x.lp"))
@@ -100,6 +104,20 @@ class Capture(PythonCase):
         self.assertIn("outline_sigma", self.line_of(TypeError, lambda: patinate.calibrate_spheres(spheres, folder=self.work, outline_sigmas=1)))
         self.line_of(patinate.CannotComplete, lambda: patinate.calibrate_camera(board, lens="k1", output=self.work / "camera_by_python.json"))
         self.assertFalse(list(self.work.glob("x.*")))
+
+    def test_calibrations_of_a_plane_and_of_a_response_are_the_commands(self):
+        camera = scene.Pinhole(96, 72, 240.0, scene.rotation([1, 0, 0], np.pi), [0.0, 0.0, 500.0])
+        lamp, poses = [150.0, 60.0, 300.0], []
+        for i, normal in enumerate(([0, 0, 1], [0.4, 0, 1], [-0.3, 0.3, 1], [0, -0.4, 1])):
+            scene.write_png(self.work / f"pose{i}.png", 96, 72, scene.lit_plane(camera, [0, 0, 4.0 * i], normal, lamp, 2e5))
+            poses.append({"plane": {"point": [0, 0, 4.0 * i], "normal": normal, "side": 1000}, "photos": [f"pose{i}.png"]})
+        _, lights = self.calibrated("lambertian", {"unit": "mm", "camera": camera.json(), "response": "linear", "lights": ["left"], "poses": poses}, ["--sample-step", "3"], {"sample_step": 3}, ("json",))
+        self.assertLess(np.linalg.norm(np.subtract(lights["lights"][0]["position"], lamp)), 2.0)  # Codes of 8 bits.
+        series = []
+        for i, exposure in enumerate((0.25, 0.5, 1, 2, 4)):
+            scene.write_png(self.work / f"exposure{i}.png", 120, 60, lambda x, y: min(1.0, exposure * 0.002 * 500 ** ((x + y / 60) / 120)) ** (1 / 1.8))
+            series.append({"photo": f"exposure{i}.png", "exposure": exposure})
+        self.calibrated("response", {"photos": series}, [], {}, ("json",))
 
     def test_albedo_of_a_lambertian_scene_comes_back(self):
         rng = np.random.default_rng(5)

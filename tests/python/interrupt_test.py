@@ -49,6 +49,11 @@ class Interrupt(PythonCase):
         self.check(lambda: patinate.render(self.work / "aged", self.work / "long.gif", num_times=10000, width=64, height=64, samples=1))
         self.assertFalse([p for name in ("large.png", "long.gif") for p in self.work.glob(f"{name}*")])
 
+    def test_an_export_of_thousands_of_images_ends_at_once(self):
+        for output in ("many", "many_%05d.png"):
+            self.check(lambda: patinate.export(self.work / "aged", self.work / output, num_times=10000))
+        self.assertFalse((self.work / "many").exists())
+
     def check_lost_or_whole(self, simulation, start):
         """A state that was lost is refused by all but restore(); one that was not goes on."""
         try:

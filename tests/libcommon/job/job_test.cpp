@@ -162,8 +162,9 @@ TEST(Job, GoesOnWithFinishedItemsAfterCanceling) {
   };
   EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int i) { runs.push_back(i); }), options, threads(1)),
             JobStatus::Done);
-  EXPECT_EQ(runs, (std::vector<int>{6, 7}));
-  EXPECT_EQ(num_done, 6u);
+  // What was under way is made again: bringing it to the disk takes time.
+  EXPECT_EQ(runs, (std::vector<int>{5, 6, 7}));
+  EXPECT_EQ(num_done, 5u);
   EXPECT_EQ(num_items, 8u);
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "whole"));
 }

@@ -59,7 +59,7 @@ Json json_of(double time, const std::vector<std::filesystem::path>& files, const
 }
 
 /// A folder of one image per time (and tile), and `sequence.json`.
-OutputWork sequence_work(const ExportTask& task, SequenceSource given) {
+OutputWork sequence_work(const ExportTask& task, SequenceSource given, const RunControl& planning) {
   const auto source = std::make_shared<const SequenceSource>(std::move(given));
   std::vector<std::string> notes;
   const std::vector<double> times = task.times.resolve(source->history, 0, notes);
@@ -70,6 +70,7 @@ OutputWork sequence_work(const ExportTask& task, SequenceSource given) {
   JobPlan plan = inputs.plan(task.output, "sequence.json");
   Json files = Json::array();
   for (std::size_t i = 0; i < times.size(); ++i) {
+    planning.throw_if_stopped();
     const std::vector<std::filesystem::path> outputs = image_files(*source, i, extension);
     files.push_back(json_of(times[i], outputs, *source));
     plan.items.push_back(
@@ -100,11 +101,12 @@ OutputWork sequence_work(const ExportTask& task, SequenceSource given) {
   return work;
 }
 
-OutputWork pictures_work(const ExportTask& task, const HistoryManifest& history, PictureSeries series) {
+OutputWork pictures_work(const ExportTask& task, const HistoryManifest& history, PictureSeries series,
+                         const RunControl& planning) {
   std::vector<std::string> notes;
   series.label = "export";
   series.times = task.times.resolve(history, kMoviePictures, notes);
-  OutputWork work = series_work(task.output, series, task.movie);
+  OutputWork work = series_work(task.output, series, task.movie, planning);
   work.notes = std::move(notes);
   return work;
 }
@@ -150,7 +152,7 @@ PictureSeries texture_series(const std::shared_ptr<const transfer::TransferFolde
 }
 
 /// Textures of a transfer: strip by strip, however large the atlas.
-OutputWork textures_work(const ExportTask& task) {
+OutputWork textures_work(const ExportTask& task, const RunControl& planning) {
   const auto transfer = std::make_shared<const transfer::TransferFolder>(task.subject);
   const auto writer = std::make_shared<LateWriter>(transfer);
   const auto write = [transfer, writer](double t, const std::vector<std::filesystem::path>& files,
@@ -159,12 +161,14 @@ OutputWork textures_work(const ExportTask& task) {
     writer->open(control).write(texture, control);
   };
   const std::string_view extension = kFormatNames[static_cast<std::size_t>(task.format.kind)];
-  return sequence_work(task, {transfer->manifest().key, transfer->sheet().names, transfer->history().manifest(), write,
-                              transfer::texture_cost(*transfer, "texture." + std::string(extension))});
+  return sequence_work(task,
+                       {transfer->manifest().key, transfer->sheet().names, transfer->history().manifest(), write,
+                        transfer::texture_cost(*transfer, "texture." + std::string(extension))},
+                       planning);
 }
 
 /// Images or a movie of a surface over the sheet of all its tiles.
-OutputWork aging_mesh_work(const ExportTask& task) {
+OutputWork aging_mesh_work(const ExportTask& task, const RunControl& planning) {
   const auto mesh = std::make_shared<const AgingMesh>(open_aging_mesh(task.subject));
   const auto noted = [&](OutputWork work) {
     if (mesh->is_reduced)
@@ -174,29 +178,30 @@ OutputWork aging_mesh_work(const ExportTask& task) {
   };
   if (is_series(task.output)) {
     return noted(pictures_work(task, mesh->history,
-                               {.label = "export", .key = mesh->key, .times = {}, .picture = mesh->sample}));
+                               {.label = "export", .key = mesh->key, .times = {}, .picture = mesh->sample}, planning));
   }
   const auto write = [mesh](double t, const std::vector<std::filesystem::path>& files, const RunControl& control) {
     write_color(files.front(), mesh->sample(t, control));
   };
-  return noted(sequence_work(task, {mesh->key, mesh->tile_names, mesh->history, write}));
+  return noted(sequence_work(task, {mesh->key, mesh->tile_names, mesh->history, write}, planning));
 }
 
 /// Frames of a history as they are, over its own pixels.
-OutputWork history_work(const ExportTask& task) {
+OutputWork history_work(const ExportTask& task, const RunControl& planning) {
   const auto history = std::make_shared<const HistoryReader>(task.subject);
   const std::string key = transfer::history_content_key(*history);
   if (is_series(task.output)) {
-    return pictures_work(
-        task, history->manifest(),
-        {.label = "export", .key = key, .times = {}, .picture = [history](double t, const RunControl&) {
-           return history->sample(t);
-         }});
+    return pictures_work(task, history->manifest(),
+                         {.label = "export",
+                          .key = key,
+                          .times = {},
+                          .picture = [history](double t, const RunControl&) { return history->sample(t); }},
+                         planning);
   }
   const auto write = [history](double t, const std::vector<std::filesystem::path>& files, const RunControl&) {
     write_color(files.front(), history->sample(t));
   };
-  return sequence_work(task, {key, {""}, history->manifest(), write});
+  return sequence_work(task, {key, {""}, history->manifest(), write}, planning);
 }
 
 }  // namespace
@@ -205,7 +210,7 @@ void describe(OptionVisitor& v, SequenceFormat& o) {
   v.visit_choice({"format", "Files of an image sequence"}, o.kind, kFormatNames);
 }
 
-OutputWork export_work(const ExportTask& task) {
+OutputWork export_work(const ExportTask& task, const RunControl& planning) {
   const std::optional<ModelFormat> model = model_format(task.output);
   const bool is_pictures = is_series(task.output);
   if (model && is_pictures) require_extension(task.output, image_extensions());  // Models have no numbers.
@@ -219,16 +224,16 @@ OutputWork export_work(const ExportTask& task) {
     throw UsageError("--plants: are shown in a GLB of a simulation alone");
   if (kind == PathKind::History) {
     if (model) throw UsageError("-o: a history has no mesh; give a transfer, or a folder for images");
-    return history_work(task);
+    return history_work(task, planning);
   }
   if (kind != PathKind::Transfer && kind != PathKind::Simulation)
     throw InvalidInput(task.subject.string() + ": is no transfer, simulation or history");
   if (model) return model_work(task, *model);
-  if (kind == PathKind::Simulation) return aging_mesh_work(task);
-  if (!is_pictures) return textures_work(task);
+  if (kind == PathKind::Simulation) return aging_mesh_work(task, planning);
+  if (!is_pictures) return textures_work(task, planning);
   const auto transfer = std::make_shared<const transfer::TransferFolder>(task.subject);
-  if (transfer->sheet().num_tiles() > 1) return aging_mesh_work(task);  // Its tiles make one sheet.
-  return pictures_work(task, transfer->history().manifest(), texture_series(transfer));
+  if (transfer->sheet().num_tiles() > 1) return aging_mesh_work(task, planning);  // Its tiles make one sheet.
+  return pictures_work(task, transfer->history().manifest(), texture_series(transfer), planning);
 }
 
 }  // namespace patinate::cli

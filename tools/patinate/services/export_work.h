@@ -27,7 +27,8 @@ struct ExportTask {
 };
 
 /// Reads what the work depends on; what is slow happens when the work is run.
-/// @throws UsageError if what is asked for does not go together; IoError; InvalidInput
-[[nodiscard]] OutputWork export_work(const ExportTask& task);
+/// @param planning  Asked to stop while thousands of times are planned.
+/// @throws UsageError if what is asked for does not go together; IoError; InvalidInput; Canceled
+[[nodiscard]] OutputWork export_work(const ExportTask& task, const RunControl& planning = {});
 
 }  // namespace patinate::cli

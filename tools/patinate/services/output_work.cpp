@@ -48,6 +48,7 @@ JobStatus make_output(const OutputWork& work, bool force, const RunControl& cont
   }
   std::vector<std::size_t> todo;  // All are looked at before anything is written.
   for (std::size_t i = 0; i < work.pieces.size(); ++i) {
+    control.throw_if_stopped();
     const auto [file, existing_key] = decisive_file(work.pieces[i].files, work.pieces[i].key);
     if (check_output_file(file, existing_key, work.pieces[i].key, options) == JobStatus::Done) todo.push_back(i);
   }

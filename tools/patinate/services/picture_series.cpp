@@ -19,7 +19,8 @@ bool is_movie(const std::filesystem::path& output) {
   return std::find(all.begin(), all.end(), lower_extension(output)) != all.end();
 }
 
-OutputWork movie_work(const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie) {
+OutputWork movie_work(const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie,
+                      const RunControl& planning) {
   ContentHash hash;
   hash.add("movie 1").add(series.key).add(lower_extension(output)).add(movie.fps);
   for (double t : series.times) hash.add(t);
@@ -35,6 +36,7 @@ OutputWork movie_work(const std::filesystem::path& output, const PictureSeries& 
     return series.codes ? series.codes(t, control) : srgb8_from_linear(series.picture(t, control));
   };
   for (std::size_t i = 0; i < series.times.size(); ++i) {
+    planning.throw_if_stopped();
     frames->keys.push_back(ContentHash()
                                .add("movie picture 1")
                                .add(series.key)
@@ -58,13 +60,14 @@ OutputWork movie_work(const std::filesystem::path& output, const PictureSeries& 
   return work;
 }
 
-OutputWork images_work(const std::filesystem::path& output, const PictureSeries& series) {
+OutputWork images_work(const std::filesystem::path& output, const PictureSeries& series, const RunControl& planning) {
   require_extension(output, image_extensions());
   OutputWork work{.output = output, .label = series.label, .key = "", .existing_key = "", .report = nullptr};
   ContentHash all;
   Json files = Json::array();
   const auto shared = std::make_shared<const PictureSeries>(series);
   for (std::size_t i = 0; i < series.times.size(); ++i) {
+    planning.throw_if_stopped();
     const double t = series.times[i];
     const std::filesystem::path file = numbered_path(output, static_cast<int>(i));
     const std::string key = ContentHash().add("picture 1").add(series.key).add(t).add(lower_extension(output)).hex();
@@ -87,8 +90,9 @@ OutputWork images_work(const std::filesystem::path& output, const PictureSeries&
 
 bool is_series(const std::filesystem::path& output) { return is_movie(output) || has_number(output); }
 
-OutputWork series_work(const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie) {
-  return is_movie(output) ? movie_work(output, series, movie) : images_work(output, series);
+OutputWork series_work(const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie,
+                       const RunControl& planning) {
+  return is_movie(output) ? movie_work(output, series, movie, planning) : images_work(output, series, planning);
 }
 
 }  // namespace patinate::cli

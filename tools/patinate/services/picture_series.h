@@ -34,8 +34,8 @@ inline constexpr int kMoviePictures = 100;
 /// The name is that of a movie, or of numbered images ("aged_%04d.png").
 [[nodiscard]] bool is_series(const std::filesystem::path& output);
 /// The movie or the images, one picture at a time; each image is up to date or not by itself.
-/// @throws UsageError if numbered files are no images.
+/// @throws UsageError if numbered files are no images; Canceled.
 [[nodiscard]] OutputWork series_work(const std::filesystem::path& output, const PictureSeries& series,
-                                     const MovieOptions& movie);
+                                     const MovieOptions& movie, const RunControl& planning = {});
 
 }  // namespace patinate::cli

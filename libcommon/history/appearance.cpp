@@ -42,6 +42,17 @@ class Field {
   const ImageF* image_ = nullptr;
 };
 
+/// What a pixel's numbers are, all of them known.
+struct PixelMaterial {
+  double metalness = 0.0;
+  double roughness = static_cast<double>(kUnknownRoughness);
+  double specular = static_cast<double>(kUnknownSpecular);
+  Color tint{1.0, 1.0, 1.0};
+};
+
+double roughness_of(const StatedMaterial& m) { return m.roughness.value_or(static_cast<double>(kUnknownRoughness)); }
+double specular_of(const StatedMaterial& m) { return m.specular.value_or(static_cast<double>(kUnknownSpecular)); }
+
 /// Materials as pixels are compared with them.
 class Palette {
  public:
@@ -49,21 +60,21 @@ class Palette {
     for (const StatedMaterial& m : materials) codes_.push_back(code_of(m.color));
   }
 
-  [[nodiscard]] StatedMaterial at(const Color& pixel) {
+  [[nodiscard]] PixelMaterial at(const Color& pixel) {
     find_shares(code_of(pixel));
-    StatedMaterial out{.color = pixel, .metalness = 0.0, .roughness = 0.0, .specular = 0.0, .tint = Color{}};
+    PixelMaterial out{.metalness = 0.0, .roughness = 0.0, .specular = 0.0, .tint = {}};
     double reflected = 0.0;
     for (std::size_t i = 0; i < materials_.size(); ++i) {
       const StatedMaterial& m = materials_[i];
       out.metalness += shares_[i] * m.metalness;
-      out.roughness += shares_[i] * m.roughness;
-      out.specular += shares_[i] * m.specular;
-      const double reflects = shares_[i] * (m.metalness + (1.0 - m.metalness) * m.specular);
+      out.roughness += shares_[i] * roughness_of(m);
+      out.specular += shares_[i] * specular_of(m);
+      const double reflects = shares_[i] * (m.metalness + (1.0 - m.metalness) * specular_of(m));
       const Color tint = tint_of(m, pixel);
-      for (std::size_t c = 0; c < 3; ++c) (*out.tint)[c] += reflects * tint[c];
+      for (std::size_t c = 0; c < 3; ++c) out.tint[c] += reflects * tint[c];
       reflected += reflects;
     }
-    for (double& t : *out.tint) t = reflected > 0.0 ? t / reflected : 1.0;
+    for (double& t : out.tint) t = reflected > 0.0 ? t / reflected : 1.0;
     return out;
   }
 
@@ -103,6 +114,12 @@ bool has_tints(const Appearance& a) {
                                [](const StatedMaterial& m) { return m.tint.has_value(); });
 }
 
+bool has_mirrors(const Appearance& a) {
+  return a.roughness || a.specular || std::any_of(a.materials.begin(), a.materials.end(), [](const StatedMaterial& m) {
+           return m.roughness || m.specular;
+         });
+}
+
 float in_unit(double v) { return static_cast<float>(std::clamp(v, 0.0, 1.0)); }
 
 }  // namespace
@@ -125,7 +142,7 @@ bool Appearance::has_course() const {
 
 std::vector<std::string> Appearance::map_names() const {
   std::vector<std::string> names;
-  if (roughness || specular || !materials.empty()) names.emplace_back("specular");
+  if (has_mirrors(*this)) names.emplace_back("specular");
   if (metalness || !materials.empty()) names.emplace_back("metalness");
   if (has_tints(*this)) names.emplace_back("tint");
   return names;
@@ -153,9 +170,7 @@ AppearanceMaps appearance_maps(const Appearance& appearance, const AppearanceSou
              specular = field(appearance.specular);
   Palette palette(appearance.materials);
   for (std::int64_t i = 0; i < color.num_pixels(); ++i) {
-    StatedMaterial m{.roughness = static_cast<double>(kUnknownRoughness),
-                     .specular = static_cast<double>(kUnknownSpecular),
-                     .tint = Color{1.0, 1.0, 1.0}};
+    PixelMaterial m;
     if (!appearance.materials.empty()) {
       const float* p = color.data() + 3 * i;
       m = palette.at({static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])});
@@ -170,7 +185,7 @@ AppearanceMaps appearance_maps(const Appearance& appearance, const AppearanceSou
       maps.specular.data()[2 * i + 1] = in_unit(m.roughness);
     }
     for (std::size_t c = 0; !maps.tint.empty() && c < 3; ++c)
-      maps.tint.data()[3 * i + static_cast<std::int64_t>(c)] = in_unit((*m.tint)[c]);
+      maps.tint.data()[3 * i + static_cast<std::int64_t>(c)] = in_unit(m.tint[c]);
   }
   return maps;
 }

@@ -38,8 +38,10 @@ struct StatedValue {
 struct StatedMaterial {
   std::array<double, 3> color{};  ///< Linear, [0, 1].
   double metalness = 0.0;         ///< [0, 1].
-  double roughness = 0.8;         ///< [0, 1].
-  double specular = 0.04;         ///< Strength of the mirror of what is no metal (F0), [0, 1].
+  /// Of the mirror, [0, 1]; of all materials or of none.
+  std::optional<double> roughness = {};
+  /// Strength of the mirror of what is no metal (F0), [0, 1].
+  std::optional<double> specular = {};
   /// Color of the mirror at normal incidence, linear, [0, 1]; of metal it stands for `color`, and lighter and darker
   /// pixels keep their relation to that. Nothing: metal reflects in its own color, the rest in white.
   std::optional<std::array<double, 3>> tint = {};

@@ -1,8 +1,10 @@
 #include "libcommon/history/appearance_json.h"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/hash.h"
+#include "patinate/history/history_sampling.h"
 #include "patinate/image/color.h"
 
 namespace patinate {
@@ -71,7 +73,7 @@ StatedMaterial read_material(JsonReader json) {
   StatedMaterial m;
   m.color = read_color_of(json.member("color"));
   m.metalness = json.member("metalness").number(between(0, 1));
-  m.roughness = json.member("roughness").number(between(0, 1));
+  if (json.has("roughness")) m.roughness = json.member("roughness").number(between(0, 1));
   if (json.has("specular")) m.specular = json.member("specular").number(between(0, 1));
   if (json.has("tint")) m.tint = read_color_of(json.member("tint"));
   json.finish();
@@ -84,6 +86,10 @@ Appearance read_members(JsonReader& json) {
     for (const JsonReader& material : json.member("materials").elements(kMaxMaterials))
       a.materials.push_back(read_material(material));
     if (a.materials.empty()) json.member("materials").fail("one material or more");
+    if (std::any_of(a.materials.begin(), a.materials.end(), [&](const StatedMaterial& m) {
+          return m.roughness.has_value() != a.materials.front().roughness.has_value();
+        }))
+      json.member("materials").fail("`roughness` of all materials, or of none");
   }
   const auto read = [&](const char* name, std::optional<StatedValue>& into) {
     if (!json.has(name)) return;
@@ -133,7 +139,10 @@ std::string appearance_key(const Appearance& appearance) {
   if (appearance.tint) add_color(hash.add("tint"), *appearance.tint);
   for (const StatedMaterial& m : appearance.materials) {
     add_color(hash.add("material"), m.color);
-    hash.add(m.metalness).add(m.roughness).add(m.specular);
+    hash.add(m.metalness);
+    if (m.roughness) hash.add(*m.roughness);
+    if (m.roughness || m.specular) hash.add(m.specular.value_or(static_cast<double>(kUnknownSpecular)));
+    if (!m.roughness) hash.add(m.specular ? "no roughness" : "no mirror");
     if (m.tint) add_color(hash.add("tint"), *m.tint);
   }
   return hash.hex();

@@ -84,6 +84,23 @@ TEST(Appearance, TintOfMetalFollowsLightAndDarkAndNeverLeavesTheUnitRange) {
   EXPECT_NEAR(tint_at(1.0).at(0, 0, 2), 1.0f / 3.0f, 1e-5f);  // The hue stays.
 }
 
+// A capture under lamps has measured the mirror; what is metal is stated beside it.
+TEST(Appearance, MaterialsWithoutRoughnessLeaveTheMirrorThatWasMeasured) {
+  const TempFolder folder;
+  const auto maps = [&](const std::string& rest) {
+    return read_text(folder, R"("materials": [{"color": "#808080", "metalness": 1)" + rest + "}]").map_names();
+  };
+  EXPECT_EQ(maps(""), (std::vector<std::string>{"metalness"}));
+  EXPECT_EQ(maps(R"(, "tint": "#f0ae8c")"), (std::vector<std::string>{"metalness", "tint"}));
+  EXPECT_EQ(maps(R"(, "specular": 0.1)"), (std::vector<std::string>{"specular", "metalness"}));
+  EXPECT_EQ(maps(R"(, "roughness": 0.1)"), (std::vector<std::string>{"specular", "metalness"}));
+  Appearance a;
+  a.materials = {{.color = {0.5, 0.5, 0.5}, .metalness = 0.25}};
+  const AppearanceMaps made = appearance_maps(a, {}, 0.0, gray(0.5));
+  EXPECT_EQ(made.metalness.at(0, 0), 0.25f);
+  EXPECT_TRUE(made.specular.empty());
+}
+
 TEST(Appearance, SaysWhatIsWrongInAFile) {
   const TempFolder folder;
   const auto said = [&](const std::string& members) { return error_of([&] { (void)read_text(folder, members); }); };
@@ -94,7 +111,10 @@ TEST(Appearance, SaysWhatIsWrongInAFile) {
   EXPECT_TRUE(has(said(R"("roughness": {"controls": "x"})"), "control"));
   EXPECT_TRUE(has(said(R"("tint": "copper")"), "#rrggbb"));
   EXPECT_TRUE(has(said(R"("metalnes": 1)"), "metalness"));
-  EXPECT_TRUE(has(said(R"("materials": [{"color": "#000000", "metalness": 1}])"), "`roughness` is missing"));
+  EXPECT_TRUE(has(said(R"("materials": [{"color": "#000000"}])"), "`metalness` is missing"));
+  EXPECT_TRUE(has(said(R"("materials": [{"color": "#000000", "metalness": 1, "roughness": 0.2}, )"
+                       R"({"color": "#ffffff", "metalness": 0}])"),
+                  "`roughness` of all materials, or of none"));
   EXPECT_TRUE(has(said(R"("materials": [{"color": "#000000", "metalness": 1, "roughness": 0.2}], "metalness": 1)"),
                   "`materials` say it already"));
 }
@@ -106,6 +126,11 @@ TEST(AppearanceKey, FollowsWhatIsSaidAndTheContentOfMasks) {
   write_codes(folder / "b.png", ImageU8(4, 4, 1, 255));
   EXPECT_EQ(key(R"("metalness": {"mask": "a.png"})"), key(R"("metalness": {"mask": "b.png"})"));
   EXPECT_NE(key(R"("metalness": 1)"), key(R"("roughness": 1)"));
+  const auto material_key = [&](const std::string& rest) {
+    return key(R"("materials": [{"color": "#808080", "metalness": 1)" + rest + "}]");
+  };
+  EXPECT_NE(material_key(""), material_key(R"(, "specular": 0.04)"));
+  EXPECT_NE(material_key(R"(, "specular": 0.04)"), material_key(R"(, "roughness": 0.04)"));
   EXPECT_NE(key(R"("metalness": [[0, 1], [1, 0]])"), key(R"("metalness": [[0, 1], [2, 0]])"));
 }
 

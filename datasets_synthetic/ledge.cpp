@@ -94,8 +94,7 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
     // Rain that hardly soaks in runs down to the ground. No two drops come from one direction, or the edge of a
     // sheltered place would be as straight as its sill.
     json["behavior"].update({{"float", 0.9795}, {"absorb", 0.0005}});
-    // Wide drops, few at a time: narrow ones that each take what they can leave fibers, as of bark.
-    json["tracing"].update({{"lobe_exponent_float", 300}, {"wet_attraction", 0.2}, {"rivulet_mm", 0.04 * w}});
+    json["tracing"].update({{"lobe_exponent_float", 300}, {"wet_attraction", 0.3}});
     json["maps"]["damp"]["wavelength_mm"] = 0.26 * w;
     json["maps"]["even"] = {{"kind", "noise"}, {"wavelength_mm", 0.3 * w}, {"octaves", 4}, {"seed", 8}};
     // Soot comes from the air, everywhere, until it rains; a low ratio makes drops take it away. Where sills keep the
@@ -105,10 +104,10 @@ std::string ledge_scene(const LedgeOptions& options, const std::string& mesh_fil
                                      {"direction", {0.2, -1, -0.4}},
                                      {"spread_deg", 12},
                                      {"speed", 3 * w},
-                                     {"gammatons", 3000},
+                                     {"gammatons", 9000},
                                      {"carries", {{"water", 0.8}}},
                                      {"on", false}}});
-    json["exchange"] = {{"ratio", 0.02}, {"rates", {{"water", 0.3}, {"dirt", 0.12}}}, {"splat_mm", 0.022 * w}};
+    json["exchange"] = {{"ratio", 0.02}, {"rates", {{"water", 0.3}, {"dirt", 0.3}}}};
     json["rules"] = Json::array({drying,
                                  {{"name", "soot"},
                                   {"driver", "max(0, 1 - dirt) * (0.5 + even)"},

@@ -143,15 +143,18 @@ CommonClock find_clock(const ComparedPair& pair, const CompareOptions& options, 
   const auto distances_of = [](const TimeWarp& warp) {
     return std::vector{mean_deviation(warp), rms(warp.before), rms(warp.after)};
   };
+  RunControl quiet = control;
+  quiet.on_progress = {};
   const BootstrapOptions bootstrap{
       .resamples = options.num_resamples, .seed = options.seed, .purpose = kPurpose, .is_paired = true};
   clock.warped = block_ranges(
       grid, grid, clock.warp.warped,
-      [&](const std::vector<int>& weights, const std::vector<int>&) { return warps.warp(weights).warped; }, bootstrap);
+      [&](const std::vector<int>& weights, const std::vector<int>&) { return warps.warp(weights).warped; }, bootstrap,
+      quiet);
   clock.distances = block_intervals(
       grid, grid, distances_of(clock.warp),
       [&](const std::vector<int>& weights, const std::vector<int>&) { return distances_of(warps.warp(weights)); },
-      bootstrap);
+      bootstrap, quiet);
   return clock;
 }
 

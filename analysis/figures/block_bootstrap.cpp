@@ -71,6 +71,14 @@ std::vector<std::vector<double>> resampled(const BlockGrid& a, const BlockGrid& 
   return results;
 }
 
+template <class Value>
+std::vector<double> sorted_draws(const std::vector<std::vector<double>>& results, const Value& value) {
+  std::vector<double> draws;
+  for (const auto& values : results) draws.push_back(value(values));
+  std::sort(draws.begin(), draws.end());
+  return draws;
+}
+
 /// Nearest rank. @param sorted  Not empty.
 double quantile_of(const std::vector<double>& sorted, double share) {
   const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
@@ -87,9 +95,8 @@ std::optional<std::vector<FigureInterval>> block_intervals(const BlockGrid& a, c
   const auto n = static_cast<double>(std::min(a.used.size(), b.used.size()));
   std::vector<FigureInterval> intervals;
   for (std::size_t k = 0; k < value.size(); ++k) {
-    std::vector<double> squares;
-    for (const auto& values : results) squares.push_back(values[k] * values[k]);
-    std::sort(squares.begin(), squares.end());
+    const std::vector<double> squares =
+        sorted_draws(results, [&](const auto& values) { return values[k] * values[k]; });
     const double v2 = value[k] * value[k];
     const auto end = [&](double share) {
       return std::sqrt(std::max(0.0, v2 - n / (n - 1.0) * (quantile_of(squares, share) - v2)));
@@ -108,9 +115,7 @@ std::optional<std::vector<FigureInterval>> block_ranges(const BlockGrid& a, cons
   const double widened = std::sqrt(n / (n - 1.0));
   std::vector<FigureInterval> intervals;
   for (std::size_t k = 0; k < value.size(); ++k) {
-    std::vector<double> drawn;
-    for (const auto& values : results) drawn.push_back(values[k]);
-    std::sort(drawn.begin(), drawn.end());
+    const std::vector<double> drawn = sorted_draws(results, [&](const auto& values) { return values[k]; });
     const auto end = [&](double share) { return value[k] + widened * (quantile_of(drawn, share) - value[k]); };
     intervals.push_back({std::min(end(0.025), value[k]), std::max(end(0.975), value[k])});
   }

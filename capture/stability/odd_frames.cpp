@@ -68,6 +68,12 @@ class Series {
     return next == nullptr || (!has(*next, kind) && !has(*next, Kind::New));
   }
 
+  /// The pair with this later frame is found wanting in this way.
+  [[nodiscard]] bool is_found(int frame, Kind kind) const {
+    const FrameFinding* own = finding(frame);
+    return own != nullptr && has(*own, kind);
+  }
+
   [[nodiscard]] const FramePair& pair(int frame) const { return *pairs_.at(frame); }
   [[nodiscard]] const FrameFinding* finding(int frame) const {
     const auto found = findings_.find(frame);
@@ -91,12 +97,13 @@ class Series {
  private:
   static constexpr double kLeft = 0.5;  ///< Share of a change that may be left without the odd frames.
 
+  /// Light that comes back the way it went is a mistake even where aging hides one of its ends.
   [[nodiscard]] bool is_odd(const FrameRun& run, Kind kind) const {
-    const FrameFinding *before = finding(run.first), *after = finding(run.last + 1);
-    if (before == nullptr || after == nullptr || !has(*before, kind) || !has(*after, kind)) return false;
-    if (!is_minority(run, pairs_.size())) return false;
+    const bool is_start = is_found(run.first, kind), is_end = is_found(run.last + 1, kind);
+    if (!pairs_.contains(run.last + 1) || !is_minority(run, pairs_.size())) return false;
+    if (kind == Kind::Exposed) return (is_start || is_end) && is_light_back(run);
+    if (!is_start || !is_end) return false;
     if (kind == Kind::Moved) return is_there_and_back(run);
-    if (kind == Kind::Exposed) return is_light_back(run);
     const auto skipping = across_.find({run.first - 1, run.last + 1});
     return skipping != across_.end() && is_better(*skipping->second, pair(run.first), pair(run.last + 1));
   }
@@ -140,9 +147,9 @@ void turn_round(FrameFinding& finding, const FramePair& pair, int width, int hei
   for (double& gain : finding.gain) gain = 1.0 / gain;
 }
 
-/// A frame inside a run, of which no pair says what it is: seen from the last one before the run.
-FrameFinding finding_inside(const Series& series, const FrameRun& run, int frame, Kind kind, int width, int height) {
-  FrameFinding finding = *series.finding(run.first);
+/// A frame of a run, of which no pair says what it is: seen from the last one before the run.
+FrameFinding finding_in_run(const Series& series, const FrameRun& run, int frame, Kind kind, int width, int height) {
+  FrameFinding finding = *series.finding(series.is_found(run.first, kind) ? run.first : run.last + 1);
   for (Kind other : kKinds) {
     if (other != kind) drop(finding, other);
   }
@@ -167,12 +174,13 @@ class OddOnes {
     if (std::any_of(runs_.begin(), runs_.end(), is_end)) return true;
     return std::none_of(runs_.begin(), runs_.end(), is_start) && series_->is_odd_start(frame - 1, kind_);
   }
-  void add_inside(std::vector<FrameFinding>& findings, int width, int height) const {
+  /// Those of a run that no pair's finding names.
+  void add_untold(std::vector<FrameFinding>& findings, int width, int height) const {
     for (const FrameRun& run : runs_) {
-      for (int frame = run.first + 1; frame < run.last; ++frame) {
-        const FrameFinding* own = series_->finding(frame);
-        if (own == nullptr || !has(*own, kind_))
-          findings.push_back(finding_inside(*series_, run, frame, kind_, width, height));
+      for (int frame = run.first; frame <= run.last; ++frame) {
+        const bool is_told =
+            series_->is_found(frame, kind_) || (frame == run.last && series_->is_found(run.last + 1, kind_));
+        if (!is_told) findings.push_back(finding_in_run(*series_, run, frame, kind_, width, height));
       }
     }
   }
@@ -222,7 +230,7 @@ void find_odd_frames(std::vector<FrameFinding>& findings, const std::vector<Fram
     }
     if (has_any(of_later)) findings.push_back(of_later);
   }
-  for (Kind kind : kKinds) odd.at(kind).add_inside(findings, width, height);
+  for (Kind kind : kKinds) odd.at(kind).add_untold(findings, width, height);
   std::stable_sort(findings.begin(), findings.end(),
                    [](const FrameFinding& a, const FrameFinding& b) { return a.frame < b.frame; });
 }

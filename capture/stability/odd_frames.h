@@ -30,7 +30,7 @@ struct FrameRun {
 /// - A run inside the series, of one to three frames and fewer than there are others, is odd when the pairs at both of
 ///   its ends are found wanting and its neighbors follow one another without it: motions or gains from end to end
 ///   cancel to less than half, or the pair across it fits better than either. The shortest run is blamed; each of its
-///   frames is named.
+///   frames is named. Of light one end that is found wanting is enough, where the other cancels it: aging may hide it.
 /// - The first frame is odd when only its pair with the second is found wanting, not the next one.
 /// - Otherwise it is the later one: the series goes on from there in another way.
 /// @param across  Pairs (first - 1, last + 1) of runs_to_skip(); may be empty.

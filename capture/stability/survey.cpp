@@ -16,11 +16,9 @@ constexpr double kSmallShift = 0.3;         ///< Of `detail`, px.
 constexpr double kLeastImprovement = 0.05;  ///< Share of the missing similarity that a motion must bring.
 constexpr double kMovedImprovement = 0.3;   ///< The same, for a photograph to be called moved.
 constexpr int kNeighbors = 8;               ///< On either side.
-constexpr double kDeviations = 6.0 * 1.4826;
-constexpr std::size_t kFewPairs = 6;     ///< So many say nothing about what is usual.
-constexpr double kUnclear = 2.0;         ///< Of the threshold: from there on a few photographs may differ in light.
-constexpr std::size_t kNearest = 3;      ///< On either side, for what a jump must stand out from.
-constexpr double kNearestFactor = 0.75;  ///< Of jump_factor.
+constexpr double kUnclear = 2.0;            ///< Of the threshold: from there on a few photographs may differ in light.
+constexpr std::size_t kNearest = 3;         ///< On either side, for what a jump must stand out from.
+constexpr double kNearestFactor = 0.75;     ///< Of jump_factor.
 constexpr double kJumpDetail = 0.1, kJumpSurface = 0.04;
 constexpr double kAlike = 0.5;  ///< Similarity as they lie from where on two frames can be taken as not moved.
 
@@ -56,11 +54,6 @@ bool is_moved(const FramePair& pair, int width, int height, const SurveyOptions&
   return motion_size(pair.motion.frame_from_reference, width, height) >= threshold;
 }
 
-/// What a pair says of the light: what the picture shares where that is sure, else its median.
-const std::array<double, 3>& brightening(const FramePair& pair) {
-  return pair.change.light.is_sure() ? pair.change.light.log_gain : pair.change.log_gain;
-}
-
 void judge_exposure(const std::vector<FramePair>& pairs, std::size_t at, const SurveyOptions& options,
                     FrameFinding& finding) {
   const LightChange& light = pairs[at].change.light;
@@ -74,7 +67,7 @@ void judge_exposure(const std::vector<FramePair>& pairs, std::size_t at, const S
     for (double v : others) deviations.push_back(std::abs(v - usual));
     const double away = std::abs(now - usual);
     finding.gain[c] = std::exp(now);
-    is_away = is_away || (away > threshold && away > kDeviations * median(deviations));
+    is_away = is_away || (away > threshold && away > kOutstanding * median(deviations));
   }
   if (pairs.size() > kFewPairs) {
     finding.is_exposure_changed = is_away && light.is_sure();
@@ -137,6 +130,10 @@ void describe(OptionVisitor& v, SurveyOptions& o) {
           o.exposure_threshold);
   v.visit({"jump_factor", "From how many times the neighbors' change on a photograph counts as a jump", "", above(1)},
           o.jump_factor);
+}
+
+const std::array<double, 3>& brightening(const FramePair& pair) {
+  return pair.change.light.is_sure() ? pair.change.light.log_gain : pair.change.log_gain;
 }
 
 double best_similarity(const FramePair& pair) {

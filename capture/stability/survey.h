@@ -36,6 +36,13 @@ struct FramePair {
 [[nodiscard]] FramePair compare_frames(int reference_index, const PreparedFrame& reference, int frame_index,
                                        const PreparedFrame& frame, bool always_motion);
 
+/// Of so many pairs and fewer nothing is usual, so that none stands out.
+inline constexpr std::size_t kFewPairs = 6;
+/// Median deviations of gains from where on one stands out: six standard deviations.
+inline constexpr double kOutstanding = 6.0 * 1.4826;
+
+/// What a pair says of the light, log gains: what the picture shares where that is sure, else its median.
+[[nodiscard]] const std::array<double, 3>& brightening(const FramePair& pair);
 /// Correlation of the pair's detail as it fits best: moved, or as it lies. [-1, 1]
 [[nodiscard]] double best_similarity(const FramePair& pair);
 /// One can be laid over the other: a motion is reliable, or they fit as they lie.

@@ -139,6 +139,20 @@ void add_order(std::vector<HistoryWarning>& warnings, const SurveyReport& survey
        .share = 1.0});
 }
 
+/// Light in which a photograph that is exposed differently does not stand out.
+void add_restless_light(std::vector<HistoryWarning>& warnings, const RestlessLight& light) {
+  const std::string channel(kChannelNames[static_cast<std::size_t>(light.channel)]);
+  warnings.push_back(
+      {.about = WarningSubject::Light,
+       .text = "the light or its color goes up and down from photograph to photograph, by " +
+               short_number_text(std::round(100.0 * light.deviation)) + " % in " + channel +
+               ": one that is exposed differently by less than " +
+               short_number_text(std::round(10.0 * light.hidden) / 10.0) + " times is not named",
+       .cure = "--deflicker takes out what most of the picture shares; a gray card beside it, as `reference_patch`, is "
+               "surer; fix exposure and white balance",
+       .share = light.deviation / (1.0 + light.deviation)});
+}
+
 /// "copper.webp, image 57" -> its file and the number; the number is empty of a photograph.
 std::pair<std::string, std::string> split_image(const std::string& name) {
   constexpr std::string_view kImage = ", image ";
@@ -186,6 +200,7 @@ std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_
   if (!survey.is_deflickered) {
     add_group(warnings, exposed, num_frames, WarningSubject::Light, "are exposed differently from the ones before",
               "--deflicker takes it out" + or_leave_out(exposed));
+    if (survey.restless_light) add_restless_light(warnings, *survey.restless_light);
   }
   add_group(warnings, unclear, num_frames, WarningSubject::Light,
             "are brighter or darker than the ones before, by the light or by the surface itself",

@@ -94,6 +94,12 @@ SurveyReport read_survey_report(const std::filesystem::path& history) {
       if (entry.has("similarity")) report.unlinked.back().similarity = entry.member("similarity").number();
     }
   }
+  if (reader.has("restless_light")) {
+    JsonReader light = reader.member("restless_light");
+    report.restless_light =
+        RestlessLight{static_cast<int>(light.member("channel").choice(kChannelNames)),
+                      light.member("deviation").number(above(0)), light.member("hidden").number(at_least(1))};
+  }
   if (reader.has("better_order")) {
     JsonReader order = reader.member("better_order");
     report.detour = order.member("detour").number();

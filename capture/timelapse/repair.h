@@ -13,6 +13,7 @@
 #include "capture/stability/fill.h"
 #include "capture/stability/flat_field.h"
 #include "capture/stability/highlights.h"
+#include "capture/stability/restless_light.h"
 #include "capture/stability/survey.h"
 #include "capture/timelapse/light_report.h"
 #include "patinate/core/options.h"
@@ -73,6 +74,7 @@ struct SurveyReport {
   std::vector<int> excluded;              ///< What `exclude` of the project said.
   bool is_stabilized = false;
   bool is_deflickered = false;
+  std::optional<RestlessLight> restless_light;
   SeriesLight light;
   double masked_share = 0.0;   ///< Of all pixels of all frames: saturated, highlight, out of view.
   double outside_share = 0.0;  ///< Of the pixels: not known in every frame, so outside the history's mask.

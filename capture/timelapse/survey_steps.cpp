@@ -272,6 +272,10 @@ void save_survey(const IngestWork& work, const fs::path& folder, const RunContro
             {"deflickered", options.deflicker}};
   json["excluded"] = project.excluded;
   json["findings"] = findings_json(project, names, findings);
+  if (const std::optional<RestlessLight> light = find_restless_light(neighbors, options.survey))
+    json["restless_light"] = {{"channel", kChannelNames[static_cast<std::size_t>(light->channel)]},
+                              {"deviation", rounded(light->deviation, 3)},
+                              {"hidden", rounded(light->hidden, 3)}};
   const std::vector<int> groups = group_frames(num_frames_of(work), pairs, is_linked);
   if (options.stabilize) {
     const StabilizedMotions motions = solve_motions(num_frames_of(work), pairs, roi.width, roi.height);

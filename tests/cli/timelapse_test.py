@@ -266,6 +266,25 @@ class TimeLapse(unittest.TestCase):
         most = json.loads((self.folder / "out/survey.json").read_text())["deflicker"]["most_changed"]
         self.assertEqual([m["photo"] for m in most], ["1.png"])
 
+    def test_light_that_goes_up_and_down_is_warned_of_and_what_hides_in_it(self):
+        factors = [1.0, 0.8, 1.2, 0.9, 1.1, 0.75, 1.25, 0.95, 1.15, 0.85]
+
+        def restless(i, x, y):
+            # Half of the places brighten by themselves, so that no factor is shared by most.
+            aging = 1.0 + 0.05 * i * ((x // 8 + y // 8) % 2)
+            return (min(255, round(texture(x, y) * 0.6 * aging * factors[i] ** (1 / 2.2))),) * 3
+
+        self.rewrite(len(factors), restless)
+        run = self.run_ingest("--json")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertRegex(run.stderr, r"goes up and down from photograph to photograph, by \d+ % in (red|green|blue): .* less than [\d.]+ times is not named")
+        self.assertIn("reference_patch", run.stderr)
+        survey = json.loads((self.folder / "out/survey.json").read_text())
+        self.assertGreater(survey["restless_light"]["hidden"], 2 ** (1 / 3), "a third of a stop")
+        warnings = json.loads((self.folder / "out/history.json").read_text())["warnings"]
+        self.assertTrue(any("up and down" in w["text"] for w in warnings))
+        self.assertNotIn("up and down", self.run_ingest("--deflicker", "--force").stderr)
+
     def test_mistakes_are_named(self):
         self.assertEqual(self.run_ingest("--highlights", "hide").returncode, 2)
         missing = self.run_ingest("--flat-field", "card.png")

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <set>
 #include <vector>
 
 #include "libcommon/core/random.h"
@@ -156,6 +158,33 @@ TEST(OddFrames, ARunOfAnotherObjectOfMovedOrBrighterOnesIsNamedWhole) {
     const Judged of_bright = judge(bright);
     EXPECT_EQ(of_bright.odd(), run);
     for (const FrameFinding& f : of_bright.findings) EXPECT_NEAR(f.gain[1], 1.5, 0.03) << f.odd_frame;
+  }
+}
+
+/// Frames 4 and 5 are brighter, but only one end of them stands out from the aging around it.
+TEST(OddFrames, OneEndOfBrighterOnesIsEnoughWhereTheOtherCancelsIt) {
+  for (const int found : {4, 6}) {
+    std::vector<FramePair> pairs;
+    for (int i = 1; i < 10; ++i) {
+      FramePair pair;
+      pair.reference = i - 1;
+      pair.frame = i;
+      pair.change.log_gain.fill(i == 4 ? 0.35 : i == 6 ? -0.3 : 0.02);
+      pairs.push_back(pair);
+    }
+    FrameFinding finding;
+    finding.frame = finding.odd_frame = found;
+    finding.against = found - 1;
+    finding.is_exposure_changed = true;
+    finding.gain.fill(std::exp(found == 4 ? 0.35 : -0.3));
+    std::vector<FrameFinding> findings{finding};
+    find_odd_frames(findings, pairs, {}, kSide, kSide);
+    std::set<int> odd;
+    for (const FrameFinding& f : findings) {
+      odd.insert(f.odd_frame);
+      EXPECT_GT(f.gain[1], 1.3) << "brighter, from whichever side it is seen";
+    }
+    EXPECT_EQ(odd, (std::set<int>{4, 5})) << "and not frame 6";
   }
 }
 

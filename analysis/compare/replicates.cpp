@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "analysis/compare/sections.h"
+#include "libcommon/core/csv.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 
@@ -59,13 +60,6 @@ std::vector<PairDistance> distances_of(const std::vector<Figure>& given, const s
   }
   return out;
 }
-
-std::string cell(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c == ',' || c == '\n' || c == '"'; }, ' ');
-  return text;
-}
-std::string cell(const std::optional<double>& v) { return v ? number_text(rounded(*v, 9) + 0.0) : ""; }
 
 }  // namespace
 
@@ -160,17 +154,17 @@ std::string replicate_figures_csv(const ReplicateComparison& comparison) {
       "section,figure,unit,A to B (root mean square),within A (root mean square),within B (root mean square),gap,"
       "spread of A,spread of B,effect (spreads),effect (spreads of A),effect (spreads of B),p,p (Holm),undefined\n";
   for (const ReplicateFigure& f : comparison.figures) {
-    text += cell(f.what.section) + "," + cell(f.what.name) + "," + cell(f.what.unit);
+    text += csv_cell(f.what.section) + "," + csv_cell(f.what.name) + "," + csv_cell(f.what.unit);
     if (f.difference) {
       const GroupDifference& d = *f.difference;
       for (const std::optional<double>& v :
            {std::optional(d.between), std::optional(d.within_a), std::optional(d.within_b), std::optional(d.gap),
             std::optional(d.spread_a), std::optional(d.spread_b), d.effect, d.effect_a, d.effect_b, std::optional(d.p),
             std::optional(f.p_corrected)})
-        text += "," + cell(v);
+        text += "," + csv_cell(v);
       text += ",\n";
     } else {
-      text += std::string(12, ',') + cell(f.what.undefined) + "\n";
+      text += std::string(12, ',') + csv_cell(f.what.undefined) + "\n";
     }
   }
   return text;
@@ -184,8 +178,9 @@ std::string replicate_distances_csv(const ReplicateComparison& comparison, const
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t j = i + 1; j < count; ++j) {
         const std::string sides = std::string(i < comparison.size_a ? "A" : "B") + (j < comparison.size_a ? "A" : "B");
-        text += cell(f.what.section) + "," + cell(f.what.name) + "," + cell(f.what.unit) + "," + cell(names[i]) + "," +
-                cell(names[j]) + "," + sides + "," + cell(std::optional(f.distances[pair_index(i, j, count)])) + "\n";
+        text += csv_cell(f.what.section) + "," + csv_cell(f.what.name) + "," + csv_cell(f.what.unit) + "," +
+                csv_cell(names[i]) + "," + csv_cell(names[j]) + "," + sides + "," +
+                csv_cell(std::optional(f.distances[pair_index(i, j, count)])) + "\n";
       }
     }
   }

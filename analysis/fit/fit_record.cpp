@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "libcommon/core/csv.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::analysis {
@@ -14,14 +15,6 @@ Json optional_json(const std::optional<double>& v) { return v ? Json(*v) : Json(
 
 std::optional<double> read_optional(const JsonReader& json) {
   return json.is_null() ? std::nullopt : std::optional(json.number());
-}
-
-/// As a cell of a CSV.
-std::string cell(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string out = "\"";
-  for (char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c == '\n' ? ' ' : c);
-  return out + "\"";
 }
 
 }  // namespace
@@ -78,11 +71,11 @@ FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num
 std::string evaluations_csv(std::span<const FitEvaluation> evaluations, std::span<const FitParameter> parameters,
                             std::span<const FitTerm> terms) {
   std::string text = "evaluation,appearance";
-  for (const FitParameter& p : parameters) text += "," + cell(p.range.name);
+  for (const FitParameter& p : parameters) text += "," + csv_cell(p.range.name);
   text += ",objective";
   for (const FitTerm& t : terms) {
     const auto which = static_cast<std::size_t>(t.figure);
-    text += "," + cell(std::string(kFitFigureNames[which]) + " [" + std::string(kFitFigureUnits[which]) + "]");
+    text += "," + csv_cell(std::string(kFitFigureNames[which]) + " [" + std::string(kFitFigureUnits[which]) + "]");
   }
   text += ",problem\n";
   const auto number = [](const std::optional<double>& v) { return v ? number_text(*v) : std::string(); };
@@ -92,7 +85,7 @@ std::string evaluations_csv(std::span<const FitEvaluation> evaluations, std::spa
       for (double v : e.points[i].values) text += "," + number_text(v);
       text += "," + number(e.points[i].result.objective);
       for (const std::optional<double>& f : e.points[i].result.figures) text += "," + number(f);
-      text += "," + cell(e.points[i].result.problem) + "\n";
+      text += "," + csv_cell(e.points[i].result.problem) + "\n";
     }
   }
   return text;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "libcommon/core/csv.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 
@@ -26,14 +27,6 @@ Json number_json(const std::optional<double>& v) { return v ? Json(*v) : Json(nu
 std::optional<double> number_of(const Json& json) {
   return json.is_number() ? std::optional(json.get<double>()) : std::nullopt;
 }
-
-/// For CSV: commas in a name would make columns.
-std::string cell(std::string text) {
-  for (char& c : text) c = c == ',' || c == '\n' || c == '"' ? ' ' : c;
-  return text;
-}
-
-std::string cell(const std::optional<double>& v) { return v ? number_text(rounded(*v, kDigits) + 0.0) : ""; }
 
 }  // namespace
 
@@ -155,28 +148,28 @@ std::string figures_csv(std::span<const Section> sections) {
   for (const Section& section : sections) {
     for (const Figure& given : section.figures) {
       const Figure f = as_stated(given);
-      text += cell(section.name) + "," + cell(f.name) + "," + cell(f.unit) + "," + cell(f.value) + "," + cell(f.low) +
-              "," + cell(f.high) + "," + cell(f.split) + "," + cell(f.undefined) + "\n";
+      text += csv_cell(section.name) + "," + csv_cell(f.name) + "," + csv_cell(f.unit) + "," + csv_cell(f.value) + "," +
+              csv_cell(f.low) + "," + csv_cell(f.high) + "," + csv_cell(f.split) + "," + csv_cell(f.undefined) + "\n";
     }
   }
   return text;
 }
 
 std::string curve_csv(const Curve& curve) {
-  std::string text = cell(curve.x_name);
+  std::string text = csv_cell(curve.x_name);
   for (const CurveColumn& c : curve.columns) {
     for (const char* end : {"", " low", " high"}) {
       if (*end != '\0' && c.band.empty()) continue;
-      text += "," + cell(c.name + end + (curve.y_name.empty() ? "" : " [" + curve.y_name + "]"));
+      text += "," + csv_cell(c.name + end + (curve.y_name.empty() ? "" : " [" + curve.y_name + "]"));
     }
   }
   text += "\n";
   for (std::size_t i = 0; i < curve.x.size(); ++i) {
-    text += cell(std::optional(curve.x[i]));
+    text += csv_cell(std::optional(curve.x[i]));
     for (const CurveColumn& c : curve.columns) {
-      text += "," + cell(c.values[i]);
+      text += "," + csv_cell(c.values[i]);
       if (!c.band.empty())
-        text += "," + cell(std::optional(c.band[i].first)) + "," + cell(std::optional(c.band[i].second));
+        text += "," + csv_cell(std::optional(c.band[i].first)) + "," + csv_cell(std::optional(c.band[i].second));
     }
     text += "\n";
   }

@@ -5,7 +5,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analysis/fit/fit_objective.h"
@@ -63,9 +65,21 @@ struct FitTask {
 /// range or the budget is below the least; IoError.
 [[nodiscard]] JobPlan plan_fit(FitTask task, const std::filesystem::path& output);
 
+/// Objectives of the frames after `until`, which no search saw.
+struct HeldOutFrames {
+  double until = 0.0;  ///< In the history's unit.
+  int num_times = 0;
+  std::optional<double> after;       ///< With the best values.
+  std::vector<double> other_seeds;   ///< The best values with other seeds, where there is an objective.
+  std::optional<double> last_frame;  ///< The history's last frame that was seen, held.
+};
+
 /// What `report.json` says of a finished folder, as far as others need it.
 struct FitManifest {
-  std::string history, model;
+  std::string history, history_key, model;
+  std::vector<std::pair<std::string, double>> terms;           ///< Figures of the objective with their weights.
+  std::vector<std::pair<std::string, std::string>> comparing;  ///< ObjectiveOptions but `until`, as text.
+  std::optional<HeldOutFrames> held_out;
   std::vector<std::string> parameters, verdicts;
   std::vector<double> initial, best;
   double objective_before = 0.0, objective_after = 0.0;

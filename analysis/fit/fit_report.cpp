@@ -28,6 +28,8 @@ std::vector<FigureChange> figure_changes(std::span<const Section> before, std::s
   return changes;
 }
 
+constexpr std::string_view kUntilOption = "until";  ///< ObjectiveOptions::until.
+
 Json optional_json(const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); }
 
 Json change_json(const FigureChange& change) {
@@ -84,6 +86,22 @@ Json held_out_json(const FitTask& task, const FitOutcome& o) {
               {"after", optional_json(o.held_out->after)},
               {"other_seeds", seeds},
               {"last_frame", optional_json(o.held_out->last_frame)}};
+}
+
+std::optional<HeldOutFrames> read_held_out(JsonReader json) {
+  if (json.is_null()) return std::nullopt;
+  const auto optional = [](const JsonReader& v) {
+    return v.is_null() ? std::nullopt : std::optional<double>(v.number(at_least(0)));
+  };
+  HeldOutFrames frames{.until = json.member("until").number(),
+                       .num_times = static_cast<int>(json.member("times").integer(at_least(1))),
+                       .after = optional(json.member("after")),
+                       .other_seeds = {},
+                       .last_frame = optional(json.member("last_frame"))};
+  for (const JsonReader& seed : json.member("other_seeds").elements()) {
+    if (const std::optional<double> v = optional(seed)) frames.other_seeds.push_back(*v);
+  }
+  return frames;
 }
 
 }  // namespace
@@ -143,8 +161,17 @@ FitManifest read_fit_manifest(const fs::path& path) {
   json.expect_format("patinate.fit", 2);
   FitManifest m;
   m.model = json.member("model").string();
-  m.history = json.member("history").member("name").string();
+  JsonReader history = json.member("history");
+  m.history = history.member("name").string();
+  m.history_key = history.member("key").string();
   JsonReader objective = json.member("objective");
+  for (JsonReader& term : objective.member("terms").elements())
+    m.terms.emplace_back(term.member("figure").string(), term.member("weight").number(above(0)));
+  JsonReader options = json.member("options");
+  for (const auto& [name, value] : option_values(ObjectiveOptions{})) {
+    if (name != kUntilOption && options.has(name)) m.comparing.emplace_back(name, options.member(name).string());
+  }
+  if (json.has("held_out")) m.held_out = read_held_out(json.member("held_out"));
   const JsonReader before = objective.member("before");
   m.objective_before = before.is_null() ? 0.0 : before.number(at_least(0));
   m.objective_after = objective.member("after").number(at_least(0));

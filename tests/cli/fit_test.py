@@ -56,6 +56,59 @@ def tearDownModule():
     shutil.rmtree(WORK)
 
 
+class Rank(unittest.TestCase):
+    """Which of two rule sets foretells frames that neither search saw."""
+
+    @classmethod
+    def setUpClass(cls):
+        # The capture was made by `start` with other numbers; on `idle` nothing ages, whatever its rate.
+        idle = changed(rules=[{"name": "nothing", "driver": "0*water", "rate": 1, "products": {"patina": 1}, "reactants": {}}, SCENE["rules"][1]])
+        (WORK / "scenes/idle.json").write_text(json.dumps(idle))
+        for model in ("start", "idle"):
+            for until in cls.times():
+                result = patinate("fit", f"scenes/{model}.json", "captured", *VARY, *SHORT[:-1], 3, "--until", until, "-o", f"{model}_{until}")
+                assert result.returncode == 0, result.stderr
+
+    @classmethod
+    def times(cls):
+        times = [f["time"] for f in json.loads((WORK / "captured/history/history.json").read_text())["frames"]]
+        return times[len(times) // 2], times[-2]
+
+    def test_the_model_that_ages_is_nearer_than_the_one_that_does_not(self):
+        first, second = self.times()
+        result = patinate("rank", f"idle_{first}", f"start_{first}", "-o", "ranked", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        report = json.loads(result.stdout)
+        self.assertEqual([m["model"] for m in report["models"]], ["start", "idle"])
+        self.assertGreater(report["models"][1]["behind"]["low"], 0)
+        self.assertIn("start foretells best", result.stderr)
+        held_out = json.loads((WORK / f"start_{first}/report.json").read_text())["held_out"]
+        self.assertAlmostEqual(report["models"][0]["held_out"]["value"], sum(held_out["other_seeds"]) / 3, places=6)
+        self.assertAlmostEqual(report["last_frame"], held_out["last_frame"], places=6)
+        for file in ("report.html", "report.json", "ranking.csv"):
+            self.assertTrue((WORK / "ranked" / file).is_file(), file)
+        rows = (WORK / "ranked/ranking.csv").read_text().splitlines()
+        self.assertEqual([row.split(",")[0] for row in rows], ["model", "start", "idle"])
+        self.assertIn("up to date", patinate("rank", f"idle_{first}", f"start_{first}", "-o", "ranked").stderr)
+
+    def test_folds_over_time_are_ranked_by_their_means(self):
+        first, second = self.times()
+        result = patinate("rank", *(f"{m}_{t}" for m in ("start", "idle") for t in (first, second)), "-o", "folds", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        report = json.loads(result.stdout)
+        self.assertEqual([c["until"] for c in report["cases"]], [first, second])
+        self.assertEqual(len(report["models"][0]["fits"]), 2)
+
+    def test_what_cannot_be_ranked_is_named(self):
+        first, second = self.times()
+        for arguments, said in (((f"start_{first}",), "two fits"), ((f"start_{first}", f"idle_{second}"), "has no fit to"), ((f"start_{first}", "captured"), "is no fit"), ((f"start_{first}", f"start_{first}"), "are both of")):
+            result = patinate("rank", *arguments, "-o", "wrong")
+            self.assertNotEqual(result.returncode, 0)
+            self.assertEqual(len(result.stderr.strip().splitlines()), 1, result.stderr)
+            self.assertIn(said, result.stderr)
+            self.assertFalse((WORK / "wrong").exists())
+
+
 class Fit(unittest.TestCase):
     def test_finds_known_parameters_again_and_says_which_one_does_nothing(self):
         # No metal is ever added to the plate, so its strength does nothing.

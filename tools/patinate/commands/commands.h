@@ -28,6 +28,7 @@ int cmd_join(CommandRun& run);
 int cmd_library(CommandRun& run);
 int cmd_lookup(CommandRun& run);
 int cmd_plan(CommandRun& run);
+int cmd_rank(CommandRun& run);
 int cmd_recompose(CommandRun& run);
 int cmd_register(CommandRun& run);
 int cmd_relief(CommandRun& run);

@@ -1,0 +1,181 @@
+#include "analysis/fit/fit_ranking_job.h"
+
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "analysis/fit/fit_ranking.h"
+#include "libcommon/core/csv.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
+#include "libcommon/job/job_inputs.h"
+#include "libcommon/output/html_page.h"
+
+namespace patinate::analysis {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same fits give other figures.
+
+struct Ranked {
+  RankingTask task;
+  std::vector<RankedFit> fits;
+  Ranking ranking;
+};
+
+std::string number(double v) { return short_number_text(rounded(v, 3) + 0.0); }
+std::string number(const std::optional<double>& v) { return v ? number(*v) : "-"; }
+std::string cell(const Estimate& e) {
+  return number(e.value) + (e.has_interval() ? " (" + number(*e.low) + " to " + number(*e.high) + ")" : "");
+}
+std::string cell(const std::optional<Estimate>& e) { return e ? cell(*e) : "-"; }
+Json number_json(const std::optional<double>& v) { return v ? Json(rounded(*v, 9) + 0.0) : Json(nullptr); }
+Json estimate_json(const std::optional<Estimate>& e) {
+  if (!e) return nullptr;
+  return Json{{"value", number_json(e->value)}, {"low", number_json(e->low)}, {"high", number_json(e->high)}};
+}
+
+/// Mean over the cases of what searches saw.
+double seen(const Ranked& all, const RankedModel& model) {
+  double sum = 0.0;
+  for (const std::size_t i : model.fits) sum += all.fits[i].fit.objective_after;
+  return sum / static_cast<double>(model.fits.size());
+}
+bool is_converged(const Ranked& all, const RankedModel& model) {
+  return std::all_of(model.fits.begin(), model.fits.end(), [&](std::size_t i) { return all.fits[i].fit.is_converged; });
+}
+std::size_t num_numbers(const Ranked& all, const RankedModel& model) {
+  return all.fits[model.fits.front()].fit.parameters.size();
+}
+
+void write_page(const fs::path& folder, const Ranked& all) {
+  const Ranking& r = all.ranking;
+  HtmlPage page("Which model foretells best?");
+  page.paragraph(
+      "Each model was fitted to frames up to a time, and is judged by those after it, which no search saw. Smaller is "
+      "nearer" +
+      (r.unit.empty() ? std::string() : "; the unit is " + r.unit) + ".");
+  for (const std::string& sentence : ranking_verdict(r, all.fits)) page.paragraph(sentence + ".");
+  std::vector<std::vector<std::string>> rows;
+  for (const RankedModel& m : r.models)
+    rows.push_back({m.name, std::to_string(num_numbers(all, m)), number(seen(all, m)), cell(m.held_out), cell(m.behind),
+                    cell(m.beyond_last), is_converged(all, m) ? "yes" : "no"});
+  if (r.last_frame) rows.push_back({"the last frame seen, held", "0", "-", number(*r.last_frame), "-", "-", "-"});
+  page.heading("Models");
+  page.table({"model", "numbers varied", "seen frames", "held-out frames", "farther than the first",
+              "farther than the last frame, held", "converged"},
+             rows);
+  page.paragraph(
+      "Held-out frames: mean over other seeds of the simulation, with a 95 % interval of that mean; intervals of the "
+      "differences to the first hold together in 95 %. They hold what chance makes in the model; the capture is one, "
+      "and what chance made in it is in none of them.");
+  std::vector<std::string> header{"model"};
+  for (const RankingCase& c : r.cases) header.push_back(c.history + " until " + short_number_text(c.until));
+  rows.clear();
+  for (const RankedModel& m : r.models) {
+    std::vector<std::string>& row = rows.emplace_back(std::vector<std::string>{m.name});
+    for (const std::size_t i : m.fits) row.push_back(number(all.fits[i].fit.held_out->after));
+  }
+  std::vector<std::string>& held = rows.emplace_back(std::vector<std::string>{"the last frame seen, held"});
+  for (const RankingCase& c : r.cases) held.push_back(number(c.last_frame));
+  page.heading("Case by case, the best values with the fit's own seed");
+  page.table(header, rows);
+  rows.clear();
+  for (const RankedModel& m : r.models) {
+    for (const std::size_t i : m.fits)
+      rows.push_back({all.fits[i].name, m.name, all.fits[i].fit.history, all.fits[i].fit.key});
+  }
+  page.heading("Fits");
+  page.table({"fit", "model", "history", "key"}, rows);
+  page.heading("Methods");
+  page.paragraph(
+      "Student's intervals of means; of differences and of means over cases with the degrees of freedom of B. L. "
+      "Welch, The generalization of \"Student's\" problem when several different population variances are involved, "
+      "Biometrika 34 (1947) 28-35. Frames after a time as a test of models: R. J. Hyndman, G. Athanasopoulos, "
+      "Forecasting: principles and practice, 3rd ed., 2021, section 5.8.");
+  page.heading("Provenance");
+  page.paragraph("This page is repeated, byte for byte, by");
+  page.code(all.task.command);
+  page.link(kRankingReportFile, "The figures as JSON");
+  page.link(kRankingTableFile, "The figures as a table");
+  page.save(folder / kRankingPageFile);
+}
+
+std::string table_csv(const Ranked& all) {
+  const std::string unit = all.ranking.unit.empty() ? "" : " (" + all.ranking.unit + ")";
+  std::string text = "model,cases,numbers varied,seen frames" + unit + ",held-out frames" + unit +
+                     ",low,high,farther than the first" + unit + ",low,high,last frame held" + unit + ",converged\n";
+  for (const RankedModel& m : all.ranking.models) {
+    const Estimate behind = m.behind.value_or(Estimate{});
+    text += csv_cell(m.name) + "," + std::to_string(m.fits.size()) + "," + std::to_string(num_numbers(all, m));
+    for (const std::optional<double>& v :
+         {std::optional(seen(all, m)), std::optional(m.held_out.value), m.held_out.low, m.held_out.high,
+          m.behind ? std::optional(behind.value) : std::nullopt, behind.low, behind.high, all.ranking.last_frame})
+      text += "," + csv_cell(v);
+    text += is_converged(all, m) ? ",yes\n" : ",no\n";
+  }
+  return text;
+}
+
+Json report_json(const Ranked& all, const std::string& key) {
+  Json models = Json::array(), cases = Json::array();
+  for (const RankedModel& m : all.ranking.models) {
+    Json fits = Json::array();
+    for (const std::size_t i : m.fits) {
+      const RankedFit& f = all.fits[i];
+      fits.push_back({{"name", f.name},
+                      {"key", f.fit.key},
+                      {"history", f.fit.history},
+                      {"until", f.fit.held_out->until},
+                      {"seen", number_json(f.fit.objective_after)},
+                      {"held_out", number_json(f.fit.held_out->after)},
+                      {"other_seeds", f.fit.held_out->other_seeds},
+                      {"converged", f.fit.is_converged}});
+    }
+    models.push_back({{"model", m.name},
+                      {"numbers", num_numbers(all, m)},
+                      {"seen", number_json(seen(all, m))},
+                      {"held_out", estimate_json(m.held_out)},
+                      {"behind", estimate_json(m.behind)},
+                      {"beyond_last_frame", estimate_json(m.beyond_last)},
+                      {"fits", fits}});
+  }
+  for (const RankingCase& c : all.ranking.cases)
+    cases.push_back({{"history", c.history},
+                     {"key", c.history_key},
+                     {"until", c.until},
+                     {"last_frame", number_json(c.last_frame)}});
+  return Json{{"format", "patinate.ranking"},
+              {"version", 1},
+              {"unit", all.ranking.unit},
+              {"models", models},
+              {"cases", cases},
+              {"last_frame", number_json(all.ranking.last_frame)},
+              {"verdict", ranking_verdict(all.ranking, all.fits)},
+              {"command", all.task.command},
+              {"key", key}};
+}
+
+}  // namespace
+
+JobPlan plan_ranking(RankingTask task, const fs::path& output) {
+  const auto all = std::make_shared<Ranked>(Ranked{.task = std::move(task), .fits = {}, .ranking = {}});
+  JobInputs inputs("rank", kStageVersion);
+  for (std::size_t i = 0; i < all->task.fits.size(); ++i) {
+    all->fits.push_back({all->task.names[i], read_fit_manifest(all->task.fits[i])});
+    inputs.add_content("fit", all->task.names[i], all->fits.back().fit.key);
+    inputs.add_value("fit " + std::to_string(i + 1), all->task.names[i]);
+  }
+  all->ranking = rank_fits(all->fits);
+  JobPlan plan = inputs.plan(output, kRankingReportFile);
+  plan.join = [all, key = plan.key](const fs::path& folder, const RunControl&) {
+    write_page(folder, *all);
+    write_atomically(folder / kRankingTableFile, table_csv(*all));
+    save_json(folder / kRankingReportFile, report_json(*all, key));
+  };
+  return plan;
+}
+
+}  // namespace patinate::analysis

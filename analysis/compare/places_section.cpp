@@ -15,12 +15,6 @@ namespace patinate::analysis {
 
 namespace {
 
-ImageF texel_image(const ColorStack& stack, const std::vector<float>& values) {
-  ImageF out(stack.width, stack.height);
-  for (std::size_t i = 0; i < values.size(); ++i) out.data()[stack.texels[i]] = values[i];
-  return out;
-}
-
 std::vector<std::optional<double>> column(const std::vector<PixelDifference>& differences,
                                           double PixelDifference::*member) {
   std::vector<std::optional<double>> out;
@@ -112,7 +106,7 @@ void add_maps(const ComparedPair& pair, double top, Section& section) {
       "CIEDE2000: dark blue 0, yellow " + short_number_text(high) + "; gray, not seen on both sides";
   Picture maps = picture_strip(
       "ciede2000", caption, pair, spread_indices(pair.a.num_times(), kPicturesInARow), [&](std::size_t t) {
-        return ramp_picture(texel_image(pair.shared_a, ciede2000_at(pair.shared_a, t, pair.shared_b, t)), mask, 0.0,
+        return ramp_picture(pair.shared_a.value_image(ciede2000_at(pair.shared_a, t, pair.shared_b, t)), mask, 0.0,
                             high, ColorRamp::Sequential);
       });
   maps.image = with_legend(maps.image, {.ramp = ColorRamp::Sequential, .high = high, .unit = "Delta E 2000"});
@@ -237,7 +231,7 @@ void add_shift(const ComparedPair& pair, const CompareOptions& options, const Ru
     section.pictures.push_back(
         {"time_shift",
          "Time shift: blue, B ages " + text + " earlier; white, together; orange, " + text + " later; gray, not known",
-         with_legend(ramp_picture(texel_image(pair.shared_a, shift.shift), mask, -reach, reach, ColorRamp::Diverging),
+         with_legend(ramp_picture(pair.shared_a.value_image(shift.shift), mask, -reach, reach, ColorRamp::Diverging),
                      {.ramp = ColorRamp::Diverging, .low = -reach, .high = reach, .unit = pair.time_unit})});
   }
   for (Figure* f : {&median, &spread, &share}) section.figures.push_back(std::move(*f));

@@ -70,6 +70,12 @@ ImageF ColorStack::lab_image(std::size_t time, int channel) const {
   return out;
 }
 
+ImageF ColorStack::value_image(std::span<const float> values) const {
+  ImageF out(width, height);
+  for (std::size_t i = 0; i < values.size(); ++i) out.data()[texels[i]] = values[i];
+  return out;
+}
+
 ImageF ColorStack::rgb_image(std::size_t time, float outside) const {
   ImageF out(width, height, 3, outside);
   const std::span<const float> values = rgb_at(time);

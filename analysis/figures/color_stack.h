@@ -44,6 +44,8 @@ struct ColorStack {
   [[nodiscard]] ImageU8 mask() const;
   /// One channel of CIELAB as an image, 0 elsewhere.
   [[nodiscard]] ImageF lab_image(std::size_t time, int channel) const;
+  /// One value a texel as an image, 0 elsewhere.
+  [[nodiscard]] ImageF value_image(std::span<const float> values) const;
   /// Linear color as an image, `outside` elsewhere.
   [[nodiscard]] ImageF rgb_image(std::size_t time, float outside = 0.35f) const;
 };

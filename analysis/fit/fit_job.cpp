@@ -12,6 +12,7 @@
 #include "analysis/fit/fit_report.h"
 #include "analysis/fit/fit_search.h"
 #include "analysis/fit/fit_work.h"
+#include "analysis/fit/misfit.h"
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
@@ -146,6 +147,7 @@ void add_scans(const std::shared_ptr<FitWork>& work, int seeds_stage, JobPlan& p
 /// What a comparison says of the history with some values.
 struct Compared {
   std::vector<Section> sections;
+  MisfitMaps misfit;
   std::optional<double> held_out;  ///< On frames that no search saw.
 };
 
@@ -164,7 +166,8 @@ Compared compared(FitWork& work, const std::string& name, const std::vector<doub
                                 controls_section(pair, options, control.part(0.9, 1.0))};
   for (Section& section : sections) embed_pictures(section.pictures, folder / kJobWorkFolder / (name + ".png"));
   const FitObjective* held_out = work.ready(quiet).held_out;
-  return {std::move(sections), held_out ? (*held_out)(surface, quiet).objective : std::nullopt};
+  return {std::move(sections), misfit_maps(pair, quiet),
+          held_out ? (*held_out)(surface, quiet).objective : std::nullopt};
 }
 
 /// The last frame that the search saw, held: what any model has to be better than.
@@ -344,7 +347,11 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
   plan.join = [work, key = plan.key](const fs::path& folder, const RunControl& control) {
     FitOutcome outcome = outcome_of(*work, folder);
     const Compared before = compared(*work, "before", work->start, folder, key, control.part(0.0, 0.5));
-    const Compared after = compared(*work, "after", outcome.best.values, folder, key, control.part(0.5, 1.0));
+    Compared after = compared(*work, "after", outcome.best.values, folder, key, control.part(0.5, 1.0));
+    Section misfit{.name = kMisfitSection, .title = "Where the model lacks colors"};
+    misfit.pictures = misfit_pictures(before.misfit, after.misfit);
+    embed_pictures(misfit.pictures, folder / kJobWorkFolder / "misfit.png");
+    after.sections.push_back(std::move(misfit));
     if (const FitObjective* held_out = work->ready(control).held_out) {
       outcome.held_out = HeldOut{.num_times = held_out->num_times(),
                                  .before = before.held_out,

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 
+#include "analysis/fit/misfit.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
@@ -149,6 +151,26 @@ void add_comparison(HtmlPage& page, const Section& look_before, const Section& l
       "black against the white.");
 }
 
+void add_misfit(HtmlPage& page, const Section& section) {
+  page.heading(section.title);
+  page.paragraph(
+      "Each place of the captured surface by how far its color has to move when the distribution of colors becomes the "
+      "simulation's, wherever there it stands. The mean of the squares is the square of the distance between the "
+      "distributions: what is yellow is most of it.");
+  for (const Picture& p : section.pictures) page.picture({p.source, p.caption});
+}
+
+/// By control, A captured and B simulated with the best values.
+void draw_curves(const Section& section, const std::function<void(const std::string&, const std::string&)>& draw) {
+  for (const Curve& curve : section.curves) {
+    Chart chart{.title = curve.title, .x_label = curve.x_name, .y_label = curve.y_name};
+    for (const CurveColumn& c : curve.columns)
+      chart.series.push_back(
+          {.name = c.name, .x = curve.x, .y = c.values, .band = c.band, .is_dashed = c.is_reference});
+    draw(curve.name, svg_chart(chart));
+  }
+}
+
 void add_held_out(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   if (!o.held_out) return;
   const HeldOut& h = *o.held_out;
@@ -288,6 +310,10 @@ void write_fit_page(const std::filesystem::path& folder, const FitTask& task, co
   add_comparison(page, before.front(), after.front(), changes);
   const std::string misfit = misfit_chart("color_distribution", before, after);
   if (!misfit.empty()) draw("misfit", misfit);
+  for (const Section& section : after) {
+    if (section.name == kMisfitSection) add_misfit(page, section);
+    if (section.name == "controls") draw_curves(section, draw);
+  }
   add_methods(page, task, o);
   page.heading("Provenance");
   page.paragraph("This page is repeated, byte for byte, by");

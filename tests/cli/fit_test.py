@@ -126,6 +126,13 @@ class Fit(unittest.TestCase):
         self.assertIn("no figure changes", result.stderr)
         self.assertLess(json.loads(result.stdout)["objective"]["after"], 0.1 * json.loads(result.stdout)["objective"]["before"])
 
+    def test_the_page_says_where_the_model_lacks_colors_and_by_which_control(self):
+        self.assertEqual(patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", "paged").returncode, 0)
+        page = (WORK / "paged/report.html").read_text()
+        for said in ("Where the model lacks colors", "misfit, before", "misfit, after", "Rate of change by hits"):
+            self.assertIn(said, page)
+        self.assertTrue(list((WORK / "paged/curves").glob("*hits*.svg")))
+
     def test_the_best_scene_runs_from_its_folder_and_gives_the_history_after(self):
         self.assertEqual(patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", "run").returncode, 0)
         result = patinate("simulate", "run/scene.json", "-o", "again")

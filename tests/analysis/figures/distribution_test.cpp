@@ -61,6 +61,33 @@ TEST(SlicedDistance, OfAShiftedDistributionIsTheShiftWhereverTheTexelsLie) {
   EXPECT_EQ(distance(a, a), 0.0);
 }
 
+double mean_square(const std::vector<float>& values) {
+  double sum = 0.0;
+  for (const float v : values) sum += static_cast<double>(v) * static_cast<double>(v);
+  return sum / static_cast<double>(values.size());
+}
+
+TEST(SlicedMoves, MeanOfSquaresIsTheSquareOfTheDistanceForAnyNumberOfTexels) {
+  const ColorStack a = gaussian(16, 1, {50, 0, 0}, 8);
+  for (const int side : {16, 7, 23}) {
+    const ColorStack b = gaussian(side, 2, {56, 4, -3}, 3);
+    EXPECT_NEAR(std::sqrt(mean_square(sliced_moves(a, 0, b, 0))), distance(a, b), 1e-4) << side;
+  }
+}
+
+TEST(SlicedMoves, AColorThatTheOtherLacksMovesAndTheRestStays) {
+  ColorStack a = gaussian(32, 1, {50, 0, 0}, 0.0), b = a;
+  for (std::size_t i = 0; i < 64; ++i) a.lab[3 * i] = 80.0f;  // A sixteenth is 30 lighter.
+  const std::vector<float> moves = sliced_moves(a, 0, b, 0);
+  for (std::size_t i = 0; i < moves.size(); ++i) EXPECT_NEAR(moves[i], i < 64 ? 30.0 : 0.0, 1e-3) << i;
+}
+
+TEST(SlicedMoves, EqualColorsMoveAlikeWhereverTheyStand) {
+  ColorStack a = gaussian(32, 1, {50, 0, 0}, 0.0), b = gaussian(32, 2, {50, 0, 0}, 5.0);
+  const std::vector<float> moves = sliced_moves(a, 0, b, 0);
+  for (const float m : moves) EXPECT_NEAR(m, moves.front(), 1e-5);
+}
+
 TEST(SlicedDistance, OfTwoSpreadsIsTheirDifference) {
   // Isotropic Gaussians of one mean: along every axis W2 = |s1 - s2|, so the scaled figure is sqrt(3) |s1 - s2|.
   const double found = distance(gaussian(128, 1, {50, 0, 0}, 4), gaussian(128, 2, {50, 0, 0}, 9));

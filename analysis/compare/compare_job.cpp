@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 5;  ///< Raised when the same input gives other figures.
+constexpr std::int64_t kStageVersion = 6;  ///< Raised when the same input gives other figures.
 
 /// What items share: the pair, loaded when the first of them needs it.
 struct Work {
@@ -46,11 +46,12 @@ struct SectionCost {
   std::string_view name;
   double seconds, pixel_seconds;
 };
-constexpr std::array<SectionCost, 5> kSectionCosts{{{"look", 0.02, 2.2e-6},
+constexpr std::array<SectionCost, 6> kSectionCosts{{{"look", 0.02, 2.2e-6},
                                                     {"places", 0.03, 1.8e-6},
                                                     {"colors", 0.16, 2.1e-6},
                                                     {"controls", 0.27, 1.9e-6},
-                                                    {"structure", 0.01, 3.4e-6}}};
+                                                    {"structure", 0.01, 3.4e-6},
+                                                    {"materials", 1.5, 2.1e-6}}};
 constexpr double kReadPixel_seconds = 1.7e-7;  ///< For a pixel of either history at a time.
 
 /// Pixels of both sides at all times.
@@ -113,7 +114,7 @@ JobPlan plan_compare(CompareTask task, const fs::path& output) {
   JobPlan plan = inputs.plan(output, kCompareReportFile);
   plan.parallel_items = false;
   std::vector<std::string> names;
-  for (const NamedSection& section : compared_sections(work->task.options)) {
+  for (const NamedSection& section : compared_sections(work->task.options, a.series.facts(), b.series.facts())) {
     names.push_back(section.name);
     plan.items.push_back(section_item(work, section, pixels.cost_of(section.name)));
   }

@@ -81,7 +81,9 @@ void add_methods(HtmlPage& page) {
       "made non-decreasing: M. Ayer, H. D. Brunk, G. M. Ewing, W. T. Reid, E. Silverman, An empirical distribution "
       "function for sampling with incomplete information, Annals of Mathematical Statistics 26 (1955) 641-647. "
       "Spectra: P. D. Welch, The use of fast Fourier transform for the estimation of power spectra, IEEE Transactions "
-      "on Audio and Electroacoustics 15 (1967) 70-73. Intervals, of blocks drawn anew: H. R. Kunsch, The jackknife and "
+      "on Audio and Electroacoustics 15 (1967) 70-73. Distance between BRDFs: J. Low, J. Kronander, A. Ynnerman, "
+      "J. Unger, BRDF models for accurate and efficient rendering of glossy surfaces, ACM Transactions on Graphics 31 "
+      "(2012) 9. Intervals, of blocks drawn anew: H. R. Kunsch, The jackknife and "
       "the bootstrap for general stationary observations, Annals of Statistics 17 (1989) 1217-1241; A. C. Davison, "
       "D. V. Hinkley, Bootstrap Methods and their Application, Cambridge University Press 1997.");
   page.paragraph("docs/algorithms/compare.md of this version says each step.");

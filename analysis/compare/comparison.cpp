@@ -11,7 +11,7 @@ std::vector<Section> compare(TextureSeries a, TextureSeries b, const CompareOpti
                              const RunControl& control) {
   check_ranges(options);
   const ComparedPair pair = load_pair(std::move(a), std::move(b), options, control.part(0.0, 0.3));
-  const std::vector<NamedSection> makers = compared_sections(options);
+  const std::vector<NamedSection> makers = compared_sections(options, pair.series_a.facts(), pair.series_b.facts());
   const double share = 0.7 / static_cast<double>(makers.size());
   std::vector<Section> sections;
   for (const NamedSection& section : makers) {

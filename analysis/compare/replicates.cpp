@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "analysis/compare/sections.h"
+#include "analysis/figures/material_stack.h"
 #include "libcommon/core/csv.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
@@ -79,6 +80,10 @@ std::vector<PairDistance> pair_distances(const ComparedPair& pair, const Compare
   add(colors_section(pair, options, next()));
   add(controls_section(pair, options, next()));
   add(structure_section(pair, options, next()));
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  if (states_material(pair.series_a.facts()) || states_material(pair.series_b.facts()))
+    add(materials_section(pair, options, quiet));
   if (options.cracks) add(cracks_section(pair, options, next()));
   control.report(1.0);
   return all;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "analysis/compare/sections.h"
+#include "analysis/figures/material_stack.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/output/contact_strip.h"
@@ -78,13 +79,15 @@ Section look_section(const ComparedPair& pair) {
   return section;
 }
 
-std::vector<NamedSection> compared_sections(const CompareOptions& options) {
+std::vector<NamedSection> compared_sections(const CompareOptions& options, const HistoryFacts& a,
+                                            const HistoryFacts& b) {
   std::vector<NamedSection> sections{
       {"look", [](const ComparedPair& pair, const CompareOptions&, const RunControl&) { return look_section(pair); }},
       {"places", places_section},
       {"colors", colors_section},
       {"controls", controls_section},
       {"structure", structure_section}};
+  if (states_material(a) || states_material(b)) sections.push_back({"materials", materials_section});
   if (options.cracks) sections.push_back({"cracks", cracks_section});
   return sections;
 }

@@ -31,6 +31,11 @@ namespace patinate::analysis {
 [[nodiscard]] Section controls_section(const ComparedPair& pair, const CompareOptions& options,
                                        const RunControl& control = {});
 
+/// What the two are made of beside their color: roughness, metalness, reflectance and height over time, and how far
+/// their BRDFs are apart. Says something only where a side states a material (states_material()).
+[[nodiscard]] Section materials_section(const ComparedPair& pair, const CompareOptions& options,
+                                        const RunControl& control = {});
+
 /// Dark lines at the last common time: their share, width, cells and the angles at which they meet.
 [[nodiscard]] Section cracks_section(const ComparedPair& pair, const CompareOptions& options,
                                      const RunControl& control = {});
@@ -40,8 +45,9 @@ struct NamedSection {
   std::string name;
   std::function<Section(const ComparedPair&, const CompareOptions&, const RunControl&)> make;
 };
-/// Those of a comparison, in the order of its report.
-[[nodiscard]] std::vector<NamedSection> compared_sections(const CompareOptions& options);
+/// Those of a comparison, in the order of its report; materials where a side states them.
+[[nodiscard]] std::vector<NamedSection> compared_sections(const CompareOptions& options, const HistoryFacts& a,
+                                                          const HistoryFacts& b);
 
 /// Sections share these.
 

@@ -150,6 +150,7 @@ ColorStack load_stack(const TextureSeries& series, const std::vector<double>& ti
     return static_cast<double>(
         std::count_if(m.values().begin(), m.values().end(), [](std::uint8_t v) { return v != 0; }));
   };
+  stack.own_times = times;
   stack.seen_share = inside(source.mask) / std::max(1.0, inside(series.mask(times.front())));
   return stack;
 }
@@ -163,7 +164,8 @@ std::vector<float> values_at(const ImageF& values, const ImageU8& mask, const Co
 }
 
 std::vector<float> control_at(const TextureSeries& series, const std::string& name, const ColorStack& stack) {
-  return values_at(series.control(name), common_mask(series, stack.times), stack);
+  return values_at(series.control(name), common_mask(series, stack.own_times.empty() ? stack.times : stack.own_times),
+                   stack);
 }
 
 ColorStack restricted(const ColorStack& stack, const std::vector<std::uint32_t>& kept) {

@@ -19,10 +19,11 @@ namespace patinate::analysis {
 struct ColorStack {
   int width = 0;
   int height = 0;
-  std::vector<double> times;          ///< Of the series, in its unit.
-  std::vector<std::uint32_t> texels;  ///< y * width + x, ascending.
-  std::vector<float> rgb;             ///< Linear.
-  std::vector<float> lab;             ///< CIELAB, D65.
+  std::vector<double> times;           ///< Of the series, in its unit; of a compared pair those of the common clock.
+  std::vector<double> own_times = {};  ///< Of the series, in its unit, whatever the clock.
+  std::vector<std::uint32_t> texels;   ///< y * width + x, ascending.
+  std::vector<float> rgb;              ///< Linear.
+  std::vector<float> lab;              ///< CIELAB, D65.
   /// Standard deviation of `rgb`, where the series states it for every frame; empty otherwise. Pixels that are means
   /// have that of their parts: neighbors may be off together, so no less is promised.
   std::vector<float> deviation = {};

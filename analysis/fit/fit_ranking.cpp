@@ -192,13 +192,15 @@ std::vector<std::string> ranking_verdict(const Ranking& ranking, std::span<const
     const bool is_nearer = beyond.has_interval() && *beyond.high < 0.0;
     const bool is_farther = beyond.has_interval() && *beyond.low > 0.0;
     text.push_back(last + (is_nearer    ? ": " + best.name + " is nearer"
-                           : is_farther ? ": no model foretells as much as none does"
+                           : is_farther ? ": no model is as near"
                                         : ": " + best.name + " cannot be told from it"));
   }
+  std::string unfinished;
   for (const RankedFit& f : fits) {
-    if (!f.fit.is_converged)
-      text.push_back(f.name + ": its search had not converged; with more --evaluations it may be nearer");
+    if (!f.fit.is_converged) unfinished += (unfinished.empty() ? "" : ", ") + f.name;
   }
+  if (!unfinished.empty())
+    text.push_back("searches that had not converged, which more --evaluations may bring nearer: " + unfinished);
   return text;
 }
 

@@ -62,13 +62,14 @@ void write_page(const fs::path& folder, const Ranked& all) {
   for (const RankedModel& m : r.models)
     rows.push_back({m.name, std::to_string(num_numbers(all, m)), number(seen(all, m)), cell(m.held_out), cell(m.behind),
                     cell(m.beyond_last), is_converged(all, m) ? "yes" : "no"});
-  if (r.last_frame) rows.push_back({"the last frame seen, held", "0", "-", number(*r.last_frame), "-", "-", "-"});
+  if (r.last_frame) rows.push_back({"last frame, held", "0", "-", number(*r.last_frame), "-", "-", "-"});
   page.heading("Models");
-  page.table({"model", "numbers varied", "seen frames", "held-out frames", "farther than the first",
-              "farther than the last frame, held", "converged"},
+  page.table({"model", "numbers", "seen", "held out", "farther than the first", "than the last frame", "converged"},
              rows);
   page.paragraph(
-      "Held-out frames: mean over other seeds of the simulation, with a 95 % interval of that mean; intervals of the "
+      "Numbers: those that were varied. Seen: the objective of the frames that the search saw. Held out: of those "
+      "after, "
+      "mean over other seeds of the simulation, with a 95 % interval of that mean; intervals of the "
       "differences to the first hold together in 95 %. They hold what chance makes in the model; the capture is one, "
       "and what chance made in it is in none of them.");
   std::vector<std::string> header{"model"};

@@ -82,6 +82,20 @@ class Compare(unittest.TestCase):
             self.assertEqual({row.count(",") for row in rows}, {rows[0].count(",")})
         self.assertIn("up to date", patinate("compare", "one", "two", "--num-resamples", 20, "-o", "report").stderr)
 
+    def test_what_the_surfaces_are_made_of_is_compared_where_a_side_states_it(self):
+        for name, roughness in (("dull", 0.7), ("bright", 0.3)):
+            self.assertEqual(patinate("appearance", "one", "--roughness", roughness, "--metalness", 1, "-o", name).returncode, 0)
+        result = patinate("compare", "dull", "bright", "--num-times", 3, "--num-resamples", 0, "-o", "gloss", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        figures = {f["name"]: f["value"] for f in json.loads(result.stdout)["figures"]}
+        self.assertAlmostEqual(figures["roughness_distance"], 0.4, places=3)
+        self.assertEqual(figures["metalness_distance"], 0)
+        self.assertGreater(figures["brdf_by_place"], 0)
+        self.assertIn("Material beside color", (WORK / "gloss/report.html").read_text())
+        self.assertTrue((WORK / "gloss/curves/roughness.csv").is_file())
+        self.assertEqual(patinate("compare", "one", "two", "--num-times", 3, "--num-resamples", 0, "-o", "colors").returncode, 0)
+        self.assertNotIn("Material beside color", (WORK / "colors/report.html").read_text())
+
     def test_a_history_against_itself_differs_nowhere(self):
         result = patinate("compare", "one", "one", "--num-resamples", 0, "-o", "same", "--json")
         figures = {f["name"]: f["value"] for f in json.loads(result.stdout)["figures"]}

@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "patinate/history/history.h"
 
@@ -44,6 +45,8 @@ class TextureSeries {
   [[nodiscard]] bool has_deviation() const;
   /// Standard deviation of sample(): H x W x 3, linear; 0 where not known. @throws InvalidInput unless has_deviation().
   [[nodiscard]] ImageF deviation(double time) const;
+  /// A map of the history where its places are on this surface. @param image  Of the history's size; any channels.
+  [[nodiscard]] ImageF on_surface(ImageF image) const { return looked_up(std::move(image)); }
   /// H x W x 1 in [0, 1], normalized as the history's control. @throws InvalidInput if there is no such control.
   [[nodiscard]] ImageF control(const std::string& name) const;
 

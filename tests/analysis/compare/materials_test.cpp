@@ -1,0 +1,122 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "analysis/compare/sections.h"
+#include "analysis/figures/material_stack.h"
+#include "patinate/history/memory_history.h"
+
+namespace patinate::analysis {
+namespace {
+
+constexpr int kSide = 12;
+
+/// A gray surface at two times; `gloss`: strength and roughness of the highlight, `metalness`.
+struct Stated {
+  float color = 0.5f;
+  std::optional<float> strength = {}, roughness = {}, metalness = {};
+  float later = 0.0f;  ///< Added to the roughness at the second time.
+};
+
+TextureSeries series_of(const Stated& stated) {
+  MemoryHistoryImages images{.name = "test", .frames = {}};
+  for (int k = 0; k < 2; ++k) {
+    MemoryFrame frame{.time = 10.0 * k, .color = ImageF(kSide, kSide, 3)};
+    std::fill(frame.color.values().begin(), frame.color.values().end(), stated.color);
+    if (stated.roughness) {
+      ImageF gloss(kSide, kSide, 2);
+      for (std::int64_t i = 0; i < gloss.num_pixels(); ++i) {
+        gloss.data()[2 * i] = stated.strength.value_or(0.04f);
+        gloss.data()[2 * i + 1] = *stated.roughness + static_cast<float>(k) * stated.later;
+      }
+      frame.extras.push_back({"specular", gloss});
+    }
+    if (stated.metalness) {
+      ImageF metal(kSide, kSide);
+      std::fill(metal.values().begin(), metal.values().end(), *stated.metalness);
+      frame.extras.push_back({"metalness", metal});
+    }
+    images.frames.push_back(std::move(frame));
+  }
+  return TextureSeries(std::make_shared<const MemoryHistory>(std::move(images)));
+}
+
+Section compared(const Stated& a, const Stated& b) {
+  const CompareOptions options{.places = Places::Equal, .num_resamples = 0};
+  return materials_section(load_pair(series_of(a), series_of(b), options), options);
+}
+
+double figure(const Section& section, const std::string& name) {
+  for (const Figure& f : section.figures) {
+    if (f.name == name) return f.value.value();
+  }
+  ADD_FAILURE() << "no " << name;
+  return -1.0;
+}
+
+TEST(Materials, AreSaidOnlyWhereASideStatesThem) {
+  EXPECT_FALSE(states_material(series_of({}).facts()));
+  EXPECT_TRUE(states_material(series_of({.roughness = 0.4f}).facts()));
+  const auto names = [](const Stated& a, const Stated& b) {
+    std::vector<std::string> out;
+    for (const NamedSection& s : compared_sections({}, series_of(a).facts(), series_of(b).facts()))
+      out.push_back(s.name);
+    return out;
+  };
+  const auto has = [](const std::vector<std::string>& v) { return std::count(v.begin(), v.end(), "materials"); };
+  EXPECT_EQ(has(names({}, {})), 0);
+  EXPECT_EQ(has(names({}, {.roughness = 0.4f})), 1);
+}
+
+TEST(Materials, EqualOnesAreNowhereApart) {
+  const Stated stated{.strength = 0.05f, .roughness = 0.3f, .metalness = 0.5f};
+  for (const Figure& f : compared(stated, stated).figures) EXPECT_EQ(f.value, 0.0) << f.name;
+}
+
+TEST(Materials, DistancesAreThoseOfTheStatedNumbersAndCurvesTheirCourse) {
+  const Section s = compared({.strength = 0.05f, .roughness = 0.3f, .metalness = 0.0f},
+                             {.strength = 0.05f, .roughness = 0.6f, .metalness = 1.0f, .later = 0.2f});
+  EXPECT_NEAR(figure(s, "roughness_distance"), 0.4, 1e-6) << "0.3 and then 0.5";
+  EXPECT_NEAR(figure(s, "metalness_distance"), 1.0, 1e-6);
+  EXPECT_NEAR(figure(s, "reflectance_distance"), 0.45, 1e-6) << "metal reflects its color";
+  EXPECT_GT(figure(s, "brdf_distance"), 0.0);
+  EXPECT_NEAR(figure(s, "brdf_distance"), figure(s, "brdf_by_place"), 1e-6) << "every place is the same";
+  for (const Curve& c : s.curves) {
+    if (c.name != "roughness") continue;
+    EXPECT_NEAR(c.columns[0].values[1].value(), 0.3, 1e-6);
+    EXPECT_NEAR(c.columns[1].values[1].value(), 0.8, 1e-6);
+  }
+}
+
+TEST(Materials, DistanceOfMattSurfacesIsThatOfTheLogarithms) {
+  // Without a mirror f = albedo / pi, whatever the view: log(1 + albedo cos / pi) at 0 degrees once, at five others
+  // three times.
+  const auto level = [](double albedo, double degrees) {
+    return std::log1p(albedo * std::cos(degrees * std::numbers::pi / 180.0) / std::numbers::pi);
+  };
+  const auto square = [&](double degrees) { return std::pow(level(0.8, degrees) - level(0.2, degrees), 2); };
+  double sum = square(0.0);
+  for (const double degrees : {15.0, 30.0, 45.0, 60.0, 75.0}) sum += 3.0 * square(degrees);
+  const Section s = compared({.color = 0.8f, .strength = 0.0f, .roughness = 0.5f},
+                             {.color = 0.2f, .strength = 0.0f, .roughness = 0.5f});
+  EXPECT_NEAR(figure(s, "brdf_distance"), std::sqrt(sum / 16.0), 1e-5);
+  EXPECT_NEAR(figure(s, "roughness_distance"), 0.0, 1e-6);
+}
+
+TEST(Materials, ASideThatStatesNothingIsADullDielectric) {
+  const Section s = compared({}, {.strength = 0.04f, .roughness = 0.8f, .metalness = 0.0f});
+  for (const Figure& f : s.figures) EXPECT_NEAR(f.value.value(), 0.0, 1e-6) << f.name;
+  ASSERT_EQ(s.paragraphs.size(), 1u);
+  EXPECT_NE(s.paragraphs[0].find("A says nothing of its material"), std::string::npos);
+}
+
+TEST(Materials, GlossThatDivergesIsFartherThanOneThatDoesNot) {
+  const Stated matt{.roughness = 0.7f}, shiny{.roughness = 0.2f}, between{.roughness = 0.45f};
+  EXPECT_GT(figure(compared(matt, shiny), "brdf_distance"), figure(compared(matt, between), "brdf_distance"));
+}
+
+}  // namespace
+}  // namespace patinate::analysis

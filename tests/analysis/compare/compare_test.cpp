@@ -343,7 +343,7 @@ TEST(ReportParts, SurviveTheirJson) {
   EXPECT_EQ(section_json(back).dump(), section_json(s).dump());
   ASSERT_EQ(back.pictures.size(), 1u);
   EXPECT_EQ(back.pictures[0].source, "data:,p");
-  EXPECT_EQ(curve_csv(back.curves[0]), "x  s,one [y],one low [y],one high [y]\n0,1,0,2\n1,,0,2\n");
+  EXPECT_EQ(curve_csv(back.curves[0]), "\"x, s\",one [y],one low [y],one high [y]\n0,1,0,2\n1,,0,2\n");
   EXPECT_EQ(
       figures_csv(std::vector<Section>{back}),
       "section,figure,unit,value,low (95 %),high (95 %),A split in two,undefined\nn,f,u,1.5,1,2,0.5,\nn,g,u,,,,,why\n");

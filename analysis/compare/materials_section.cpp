@@ -201,6 +201,10 @@ Section materials_section(const ComparedPair& pair, const CompareOptions& option
   for (const std::size_t i : indices) times.push_back(pair.a.times[i]);
   const Side a{pair.a, pair.blocks_a, load_materials(pair.series_a, pair.a, indices, control.part(0.0, 0.15))};
   const Side b{pair.b, pair.blocks_b, load_materials(pair.series_b, pair.b, indices, control.part(0.15, 0.3))};
+  section.paragraphs.push_back(
+      "BRDFs are told by log(1 + f cos), f the BRDF and cos that of the light; their distance is the root mean square "
+      "difference over directions and channels. White against black, without a mirror, is at 0.21. Intervals cover "
+      "the places, not how well the material is known.");
   for (const auto& [name, series] : {std::pair("A", &pair.series_a), std::pair("B", &pair.series_b)}) {
     if (!states_material(series->facts()))
       section.paragraphs.push_back(std::string(name) +

@@ -155,8 +155,8 @@ void add_misfit(HtmlPage& page, const Section& section) {
   page.heading(section.title);
   page.paragraph(
       "Each place of the captured surface by how far its color has to move when the distribution of colors becomes the "
-      "simulation's, wherever there it stands. The mean of the squares is the square of the distance between the "
-      "distributions: what is yellow is most of it.");
+      "simulation's, regardless of position. The mean of the squares is the square of the distance between the "
+      "distributions: yellow places make most of it.");
   for (const Picture& p : section.pictures) page.picture({p.source, p.caption});
 }
 
@@ -189,6 +189,9 @@ void add_held_out(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
               {"best values", number(h.after)},
               {"best values, other seeds", least <= most ? number(least) + " to " + number(most) : "-"},
               {"the last frame seen, held", number(h.last_frame)}});
+  if (h.after && h.last_frame)
+    page.paragraph(*h.after < *h.last_frame ? "The best values come nearer than the last frame does."
+                                            : "The best values come no nearer than the last frame does.");
 }
 
 void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
@@ -213,14 +216,19 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
          number(o.initial.values[i]), number(o.best.values[i]), verdict_text(task, o, i)});
   }
   page.table({"parameter", "range", "before", "best", "what the data say"}, rows);
-  page.paragraph(
-      "An interval holds the values that the figures cannot tell from the best: the objective rises by no more than " +
-      number(o.threshold) + ", " +
-      (o.chances.empty()
-           ? "a hundredth of the best."
-           : "as chance has it when the simulation with another seed takes the capture's place: all intervals together "
-             "are to hold the truth in nine of ten cases.") +
-      " It holds within this model: a wrong model can be determined as well as a right one.");
+  const bool is_examined = std::any_of(o.verdicts.begin(), o.verdicts.end(), [](const ParameterVerdict& v) {
+    return v.determination != Determination::NotExamined;
+  });
+  if (is_examined)
+    page.paragraph(
+        "An interval holds the values that the figures cannot tell from the best: the objective rises by no more "
+        "than " +
+        number(o.threshold) + ", " +
+        (o.chances.empty() ? "a hundredth of the best."
+                           : "as chance has it when the simulation with another seed takes the capture's place: all "
+                             "intervals together "
+                             "are to hold the truth in nine of ten cases.") +
+        " It holds within this model: a wrong model can be determined as well as a right one.");
   for (const std::string& text : correlated_pairs(task, o)) page.paragraph(text);
   if (!o.no_valley.empty() && task.parameters.size() > 1)
     page.paragraph("Whether parameters make up for each other is not known: " + o.no_valley + ".");

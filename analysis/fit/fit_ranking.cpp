@@ -129,7 +129,7 @@ std::string unit_of(const FitManifest& fit) {
   return units.size() == 1 ? std::string(*units.begin()) : "";
 }
 
-std::string number(double v) { return short_number_text(rounded(v, 3) + 0.0); }
+std::string number(double v) { return short_number_text(rounded(v, 4) + 0.0); }
 std::string interval_text(const Estimate& e) {
   return e.has_interval() ? " (" + number(*e.low) + " to " + number(*e.high) + ")" : "";
 }
@@ -176,31 +176,33 @@ std::vector<std::string> ranking_verdict(const Ranking& ranking, std::span<const
   std::vector<std::string> text;
   const RankedModel& best = ranking.models.front();
   const std::string unit = ranking.unit.empty() ? "" : " " + ranking.unit;
-  text.push_back(best.name + " foretells best: " + number(best.held_out.value) + unit + interval_text(best.held_out));
+  if (ranking.last_frame) {
+    const Estimate& beyond = *best.beyond_last;
+    const std::string last = "holding the last frame seen (" + number(*ranking.last_frame) + unit + ")";
+    const bool is_nearer = beyond.has_interval() && *beyond.high < 0.0;
+    const bool is_farther = beyond.has_interval() && *beyond.low > 0.0;
+    text.push_back(is_nearer    ? best.name + " is nearer than " + last
+                   : is_farther ? "no model is as near as " + last
+                                : best.name + " cannot be told from " + last);
+  }
+  text.push_back("of the models " + best.name + " is the nearest: " + number(best.held_out.value) + unit +
+                 interval_text(best.held_out));
   for (const RankedModel& m : ranking.models) {
     if (!m.behind) continue;
     const Estimate& by = *m.behind;
     const bool is_told = by.has_interval() && *by.low > 0.0;
-    text.push_back(m.name + " is " + number(by.value) + " farther away" + interval_text(by) +
+    text.push_back(m.name + " is farther by " + number(by.value) + interval_text(by) +
                    (is_told             ? ""
                     : by.has_interval() ? ": the two cannot be told apart"
                                         : ": one seed says nothing of chance; `fit --seeds 8` tries eight"));
-  }
-  if (ranking.last_frame) {
-    const Estimate& beyond = *best.beyond_last;
-    const std::string last = "the last frame seen, held, is at " + number(*ranking.last_frame);
-    const bool is_nearer = beyond.has_interval() && *beyond.high < 0.0;
-    const bool is_farther = beyond.has_interval() && *beyond.low > 0.0;
-    text.push_back(last + (is_nearer    ? ": " + best.name + " is nearer"
-                           : is_farther ? ": no model is as near"
-                                        : ": " + best.name + " cannot be told from it"));
   }
   std::string unfinished;
   for (const RankedFit& f : fits) {
     if (!f.fit.is_converged) unfinished += (unfinished.empty() ? "" : ", ") + f.name;
   }
   if (!unfinished.empty())
-    text.push_back("searches that had not converged, which more --evaluations may bring nearer: " + unfinished);
+    text.push_back("the order is provisional: searches had not converged, which more --evaluations may bring nearer (" +
+                   unfinished + ")");
   return text;
 }
 

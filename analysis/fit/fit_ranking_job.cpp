@@ -25,7 +25,7 @@ struct Ranked {
   Ranking ranking;
 };
 
-std::string number(double v) { return short_number_text(rounded(v, 3) + 0.0); }
+std::string number(double v) { return short_number_text(rounded(v, 4) + 0.0); }
 std::string number(const std::optional<double>& v) { return v ? number(*v) : "-"; }
 std::string cell(const Estimate& e) {
   return number(e.value) + (e.has_interval() ? " (" + number(*e.low) + " to " + number(*e.high) + ")" : "");
@@ -64,14 +64,13 @@ void write_page(const fs::path& folder, const Ranked& all) {
                     cell(m.beyond_last), is_converged(all, m) ? "yes" : "no"});
   if (r.last_frame) rows.push_back({"last frame, held", "0", "-", number(*r.last_frame), "-", "-", "-"});
   page.heading("Models");
-  page.table({"model", "numbers", "seen", "held out", "farther than the first", "than the last frame", "converged"},
+  page.table({"model", "parameters", "seen", "held out", "farther than the first", "than the last frame", "converged"},
              rows);
   page.paragraph(
-      "Numbers: those that were varied. Seen: the objective of the frames that the search saw. Held out: of those "
-      "after, "
-      "mean over other seeds of the simulation, with a 95 % interval of that mean; intervals of the "
-      "differences to the first hold together in 95 %. They hold what chance makes in the model; the capture is one, "
-      "and what chance made in it is in none of them.");
+      "Parameters: those that were varied. Seen: the objective of the frames that the search saw. Held out: of those "
+      "after, mean over other seeds and over the cases, with a 95 % interval of that mean. Farther than the first, and "
+      "than the last frame seen, held: differences; those to the first hold together in 95 %. Intervals cover the "
+      "seeds of the simulation, not a second surface: the capture is one.");
   std::vector<std::string> header{"model"};
   for (const RankingCase& c : r.cases) header.push_back(c.history + " until " + short_number_text(c.until));
   rows.clear();

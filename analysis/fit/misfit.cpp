@@ -38,7 +38,7 @@ Picture picture(const std::string& name, const std::string& caption, const Misfi
   }
   return {name, caption,
           with_legend(contact_strip(images, labels, {.label_px = 13}),
-                      {.ramp = ColorRamp::Sequential, .high = high, .unit = "Delta E 1976"})};
+                      {.ramp = ColorRamp::Sequential, .high = high, .unit = "Delta E", .more = "gray: not seen"})};
 }
 
 }  // namespace

@@ -81,7 +81,7 @@ class Rank(unittest.TestCase):
         report = json.loads(result.stdout)
         self.assertEqual([m["model"] for m in report["models"]], ["start", "idle"])
         self.assertGreater(report["models"][1]["behind"]["low"], 0)
-        self.assertIn("start foretells best", result.stderr)
+        self.assertIn("of the models start is the nearest", result.stderr)
         held_out = json.loads((WORK / f"start_{first}/report.json").read_text())["held_out"]
         self.assertAlmostEqual(report["models"][0]["held_out"]["value"], sum(held_out["other_seeds"]) / 3, places=6)
         self.assertAlmostEqual(report["last_frame"], held_out["last_frame"], places=6)

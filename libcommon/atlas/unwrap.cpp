@@ -165,7 +165,7 @@ UnwrapResult unwrap(const Mesh& mesh, const UnwrapOptions& options, const RunCon
   const UnwrapSurface surface = make_unwrap_surface(mesh);
   control.report(0.05);
   std::vector<int> triangle_chart = grow_charts(surface, options.max_normal_angle_deg, control.part(0.05, 0.3));
-  smooth_borders(surface, options.max_normal_angle_deg, triangle_chart);
+  smooth_borders(surface, options.max_normal_angle_deg, triangle_chart, control);
   std::vector<FlatChart> charts =
       flatten_all(surface, connected_charts(surface, triangle_chart), options.max_stretch, control.part(0.3, 0.5));
   merge_charts(surface, std::min(kWidestCone_deg, kMergedCone * options.max_normal_angle_deg),

@@ -29,8 +29,9 @@ struct Seed {
 /// Gives free triangles to the chart with the cheapest path, from all triangles that have one.
 class Flood {
  public:
-  Flood(const UnwrapSurface& surface, const std::vector<Seed>& seeds, double least_cos, std::vector<int>& chart)
-      : surface_(surface), seeds_(seeds), least_cos_(least_cos), chart_(chart) {}
+  Flood(const UnwrapSurface& surface, const std::vector<Seed>& seeds, double least_cos, std::vector<int>& chart,
+        const RunControl& control = {})
+      : surface_(surface), seeds_(seeds), least_cos_(least_cos), chart_(chart), control_(control) {}
 
   void run_from_seeds() {
     for (std::size_t c = 0; c < seeds_.size(); ++c) {
@@ -68,7 +69,9 @@ class Flood {
     }
   }
   void spread() {
-    while (!queue_.empty()) {
+    constexpr std::size_t kLook = 4096;
+    for (std::size_t i = 0; !queue_.empty(); ++i) {
+      if (i % kLook == 0) control_.throw_if_stopped();
       const auto [cost, triangle, chart] = queue_.top();
       queue_.pop();
       if (chart_[static_cast<std::size_t>(triangle)] != kFree) continue;
@@ -81,6 +84,7 @@ class Flood {
   const std::vector<Seed>& seeds_;
   double least_cos_;
   std::vector<int>& chart_;
+  RunControl control_;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue_;
 };
 
@@ -234,19 +238,21 @@ std::vector<int> grow_charts(const UnwrapSurface& surface, double max_normal_ang
   for (int round = 0, settled = 0; round < kMaxRounds && settled < kSettledRounds; ++round) {
     control.throw_if_stopped();
     chart = untouched;
-    Flood(surface, seeds, least_cos, chart).run_from_seeds();
+    Flood(surface, seeds, least_cos, chart, control).run_from_seeds();
     const std::vector<std::vector<int>> parts = uncovered_parts(surface, chart);
     settled = parts.empty() ? settled + 1 : 0;
+    control.throw_if_stopped();
     seeds = centers_of(surface, chart);
     for (const std::vector<int>& part : parts) {
+      control.throw_if_stopped();
       const int t = deepest_of(surface, part);
       seeds.push_back({t, surface.normals[static_cast<std::size_t>(t)]});
     }
     control.report(std::min(0.9, 0.05 * (round + 1)));
   }
   chart = untouched;
-  Flood(surface, seeds, least_cos, chart).run_from_seeds();
-  Flood(surface, seeds, kAnyNormal, chart).run_from_charts();
+  Flood(surface, seeds, least_cos, chart, control).run_from_seeds();
+  Flood(surface, seeds, kAnyNormal, chart, control).run_from_charts();
   int num_charts = static_cast<int>(seeds.size());
   for (const std::vector<int>& part : uncovered_parts(surface, chart)) {
     for (int t : part) chart[static_cast<std::size_t>(t)] = num_charts;
@@ -256,7 +262,8 @@ std::vector<int> grow_charts(const UnwrapSurface& surface, double max_normal_ang
   return chart;
 }
 
-void smooth_borders(const UnwrapSurface& surface, double max_normal_angle_deg, std::vector<int>& triangle_chart) {
+void smooth_borders(const UnwrapSurface& surface, double max_normal_angle_deg, std::vector<int>& triangle_chart,
+                    const RunControl& control) {
   const double least_cos = least_cosine(max_normal_angle_deg);
   int num_charts = 0;
   for (int c : triangle_chart) num_charts = std::max(num_charts, c + 1);
@@ -267,6 +274,7 @@ void smooth_borders(const UnwrapSurface& surface, double max_normal_angle_deg, s
   }
   for (Vec3& axis : axes) axis.normalize();
   for (int sweep = 0; sweep < kMaxSmoothing; ++sweep) {
+    control.throw_if_stopped();
     bool has_changed = false;
     for (std::size_t t = 0; t < triangle_chart.size(); ++t) {
       if (triangle_chart[t] < 0) continue;

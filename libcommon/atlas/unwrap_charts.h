@@ -18,7 +18,8 @@ namespace patinate {
 
 /// Moves triangles that stick out into the chart around them, where the normal cone lets them, while that shortens
 /// borders; a border on a crease counts a fifth.
-void smooth_borders(const UnwrapSurface& surface, double max_normal_angle_deg, std::vector<int>& triangle_chart);
+void smooth_borders(const UnwrapSurface& surface, double max_normal_angle_deg, std::vector<int>& triangle_chart,
+                    const RunControl& control = {});
 
 /// Cuts a connected set of at least two triangles in two or more connected ones, each ascending.
 class ChartSplitter {

@@ -105,11 +105,12 @@ PackGrid make_grid(int resolution, int most_cells, int gutter_texels) {
 }
 
 /// Places one chart as low as it goes in any turn; false if there is no room.
-bool place_lowest(const ChartBitmap& bitmap, const PackGrid& grid, Occupancy& occupancy, Placement& placement,
-                  int& top) {
+bool place_lowest(const ChartBitmap& bitmap, const PackGrid& grid, Occupancy& occupancy, Placement& placement, int& top,
+                  const RunControl& control) {
   int limit = std::numeric_limits<int>::max();
   ChartBitmap placed;
   for (int turns = 0; turns < (bitmap.width * bitmap.height == 1 ? 1 : 4); ++turns) {
+    control.throw_if_stopped();
     ChartBitmap turned = bitmap.turned(turns);
     const auto spot = occupancy.find(turned, grid.gutter, limit);
     if (!spot) continue;
@@ -147,7 +148,7 @@ std::optional<Layout> lay_out(const std::vector<FlatChart>& charts, const std::v
     Placement& placement = layout.placements[order[n]];
     placement.width = bitmap.width;
     placement.height = bitmap.height;
-    const bool has_room = n < kManyCharts ? place_lowest(bitmap, grid, occupancy, placement, layout.top)
+    const bool has_room = n < kManyCharts ? place_lowest(bitmap, grid, occupancy, placement, layout.top, control)
                                           : place_next(bitmap, grid, occupancy, placement, last, layout.top);
     if (!has_room) return std::nullopt;
   }
@@ -226,7 +227,10 @@ void place(FlatChart& chart, const Placement& placement, double cells_per_unit, 
 }  // namespace
 
 PackedCharts pack_charts(std::vector<FlatChart> charts, int resolution, int gutter_texels, const RunControl& control) {
-  for (FlatChart& chart : charts) turn_to_smallest_box(chart);
+  for (FlatChart& chart : charts) {
+    control.throw_if_stopped();
+    turn_to_smallest_box(chart);
+  }
   const PackGrid coarse = make_grid(resolution, kCoarseGrid, gutter_texels),
                  fine = make_grid(resolution, kFineGrid, gutter_texels);
   const double area = total_area(charts);

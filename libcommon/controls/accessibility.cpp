@@ -54,9 +54,12 @@ ControlMap accessibility_map(const TexelMap& map, const AccessibilityOptions& op
   const double scale = options.scale_mm.value_or(default_accessibility_scale_mm(map.mesh()));
   const SmoothSurface surface(map, scale / 2.0, kMaxTriangles, control.part(0.0, 0.35));
   const std::vector<double> curvature = mean_curvature(surface.mesh(), scale, control.part(0.35, 0.95));
+  control.throw_if_stopped();
   const ImageF values = surface.to_texels(curvature);
+  control.throw_if_stopped();
   const ValueRange range =
       widened_accessibility_range(area_percentiles(values, map, options.low_percent, options.high_percent), scale);
+  control.throw_if_stopped();
   ControlMap out = normalized_control(values, map, range, "1/mm");
   control.report(1.0);
   return out;

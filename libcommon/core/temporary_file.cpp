@@ -75,8 +75,8 @@ std::string this_machine() {
   std::error_code error;
   std::array<char, 256> host{};
   if (::gethostname(host.data(), host.size() - 1) != 0) host[0] = '\0';
-  const std::string text = host.data() + ("/" + first_line("/proc/sys/kernel/random/boot_id")) + "/" +
-                           fs::read_symlink("/proc/self/ns/pid", error).string();
+  const std::string text =
+      host.data() + ("/" + machine_start()) + "/" + fs::read_symlink("/proc/self/ns/pid", error).string();
   std::uint64_t hash = 14695981039346656037u;  // FNV-1a
   for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211u;
   return hex_digits(hash);
@@ -196,16 +196,23 @@ constexpr std::chrono::milliseconds kLongestOpen{5};
 
 }  // namespace
 
-AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
-  const fs::path folder = folder_of(path_);
+std::string machine_start() { return first_line("/proc/sys/kernel/random/boot_id"); }
+
+void require_file_place(const fs::path& path) {
+  const fs::path folder = folder_of(path);
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
-    throw CannotComplete(path_.string() + ": cannot be written; the folder " + folder.string() + " does not exist");
+    throw CannotComplete(path.string() + ": cannot be written; the folder " + folder.string() + " does not exist");
   }
-  if (fs::is_directory(path_, error)) throw CannotComplete(path_.string() + ": cannot be written; it is a folder");
-  if (fs::exists(path_, error) && !fs::is_regular_file(path_, error)) {
-    throw CannotComplete(path_.string() + ": cannot be written; it is no regular file");
+  if (fs::is_directory(path, error)) throw CannotComplete(path.string() + ": cannot be written; it is a folder");
+  if (fs::exists(path, error) && !fs::is_regular_file(path, error)) {
+    throw CannotComplete(path.string() + ": cannot be written; it is no regular file");
   }
+}
+
+AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
+  require_file_place(path_);
+  const fs::path folder = folder_of(path_);
   remove_leftovers(folder, path_);
   temporary_ = folder / (temporary_stem(path_) + new_writer_text() + path_.extension().string());
   const std::lock_guard lock(unfinished().mutex);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 
 namespace patinate {
@@ -10,6 +11,13 @@ namespace patinate {
 /// The name is one that an AtomicFile writes under, on this machine or another, or a TemporaryFolder:
 /// `.STEM.tmpMACHINE-PID-PROCESS-NUMBER.EXTENSION`.
 [[nodiscard]] bool is_temporary(const std::filesystem::path& path);
+
+/// This start of the machine: another one after it was switched off. "" where the system does not say.
+[[nodiscard]] std::string machine_start();
+
+/// Says early what an AtomicFile would say. @throws CannotComplete if there is no such folder, or the path is a folder
+/// or no regular file.
+void require_file_place(const std::filesystem::path& path);
 
 /// A folder of one's own beside others, to be filled and then renamed, or removed in the end. Others never write in it,
 /// whatever machine they are on.

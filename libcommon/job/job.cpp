@@ -13,6 +13,7 @@
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/parallel.h"
+#include "libcommon/core/temporary_file.h"
 #include "libcommon/job/output_state.h"
 #include "libcommon/job/partial_folder.h"
 #include "libcommon/job/stage_run.h"
@@ -55,7 +56,9 @@ std::vector<std::size_t> prepare_items(const JobPlan& plan, const OutputState& s
   for (std::size_t i = 0; i < plan.items.size(); ++i) {
     control.throw_if_stopped();
     const JobItem& item = plan.items[i];
-    const auto files = finished_files(folder.path(), item, item_key(plan, item));
+    const std::string key = item_key(plan, item);
+    auto files = finished_files(folder.path(), item, key);
+    if (!files && folder.finish_written(item, key, control)) files = finished_files(folder.path(), item, key);
     if (!files) {
       unfinished.push_back(i);
       continue;
@@ -63,6 +66,7 @@ std::vector<std::size_t> prepare_items(const JobPlan& plan, const OutputState& s
     finished_items.insert(item.name);
     for (const fs::path& file : *files) kept_files.insert(file.lexically_normal());
   }
+  folder.forget_written();
   if (is_same_plan) {
     for (const fs::path& file : plan.shared_work) kept_files.insert(file.lexically_normal());
   }
@@ -94,8 +98,10 @@ void run_items(const JobPlan& plan, const OutputState& state, PartialFolder& fol
   if (options.on_resume && !last.empty())
     options.on_resume(plan.items.size() - pending.size(), plan.items.size(), last);
   for (const auto& [stage, items] : stages) {
-    run_side_by_side(plan, items, folder.path(), progress, control,
-                     [&](const JobItem& item) { folder.mark_done(item, item_key(plan, item), control); });
+    run_side_by_side(
+        plan, items, folder.path(), progress, control,
+        [&](const JobItem& item) { folder.mark_done(item, item_key(plan, item), control); },
+        [&](const JobItem& item) { folder.mark_written(item, item_key(plan, item)); });
   }
 
   plan.join(folder.path(), progress.item_control(plan.items.size(), thread_count(control)));
@@ -159,7 +165,10 @@ JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunContr
 JobStatus check_output_file(const fs::path& output, const std::string& existing_key, const std::string& key,
                             const JobOptions& options) {
   std::error_code error;
-  if (!fs::exists(output, error)) return JobStatus::Done;
+  if (!fs::exists(output, error)) {
+    require_file_place(output);  // Before minutes of work, and under the name that was given.
+    return JobStatus::Done;
+  }
   if (fs::is_directory(output, error)) {
     throw CannotComplete(output.string() + ": is a folder; the output is a file, give another name");
   }

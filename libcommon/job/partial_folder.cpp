@@ -8,6 +8,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <system_error>
@@ -15,6 +16,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
+#include "libcommon/core/temporary_file.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 
@@ -25,6 +27,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kBook = ".job";
+constexpr const char* kWritten = "written";
 constexpr const char* kDiscarded = "discarded";
 constexpr unsigned kRenameExchange = 2;  // RENAME_EXCHANGE of <linux/fs.h>
 
@@ -53,6 +56,13 @@ std::string read_small(const fs::path& path) {
   std::error_code error;
   constexpr std::uint64_t kMost = 1 << 20;
   return fs::is_regular_file(path, error) ? read_file(path, kMost) : std::string();
+}
+
+/// Of an item of this key. What was not forced to the disk is what it seems until the machine starts anew. Empty where
+/// nobody can tell.
+std::string written_text(const std::string& item_key) {
+  const std::string start = machine_start();
+  return start.empty() || item_key.empty() ? "" : item_key + "\n" + start + "\n";
 }
 
 }  // namespace
@@ -223,14 +233,45 @@ void PartialFolder::mark_unfinished() {
 }
 
 bool PartialFolder::has_done_items() const {
-  std::error_code error;
-  return fs::directory_iterator(path_ / kBook / "done", error) != fs::directory_iterator();
+  const auto has_files = [this](const char* folder) {
+    std::error_code error;
+    return fs::directory_iterator(path_ / kBook / folder, error) != fs::directory_iterator();
+  };
+  return has_files("done") || has_files(kWritten);
 }
 
+void PartialFolder::mark_written(const JobItem& item, const std::string& item_key) {
+  const std::string text = written_text(item_key);
+  if (text.empty()) return;
+  std::error_code error;
+  fs::create_directories(path_ / kBook / kWritten, error);
+  std::ofstream(path_ / kBook / kWritten / item.name) << text;  // Half of it does not count.
+}
+
+bool PartialFolder::finish_written(const JobItem& item, const std::string& item_key, const RunControl& control) {
+  const fs::path note = path_ / kBook / kWritten / item.name;
+  const std::string text = written_text(item_key);
+  if (text.empty() || read_small(note) != text || fs::exists(path_ / kBook / "done" / item.name)) return false;
+  try {
+    mark_done(item, item_key, control);
+  } catch (const CannotComplete&) {
+    return false;
+  }
+  return true;
+}
+
+void PartialFolder::forget_written() { remove_tree(path_ / kBook / kWritten); }
+
 void PartialFolder::mark_done(const JobItem& item, const std::string& item_key, const RunControl& control) {
-  const std::string marker = marker_text(finish_item(path_, item, item_key, control));
-  control.throw_if_stopped();
-  make_file(path_ / kBook / "done" / item.name, marker);
+  try {
+    const std::string marker = marker_text(finish_item(path_, item, item_key, control));
+    control.throw_if_stopped();
+    make_file(path_ / kBook / "done" / item.name, marker);
+  } catch (const CannotComplete&) {
+    std::error_code error;
+    fs::remove(path_ / kBook / kWritten / item.name, error);  // What the disk refused is not there, whatever it seems.
+    throw;
+  }
 }
 
 bool PartialFolder::adopt(const fs::path& finished, const JobItem& item, const DoneItem& done) {

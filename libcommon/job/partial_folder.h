@@ -44,8 +44,9 @@ void link_or_copy(const std::filesystem::path& from, const std::filesystem::path
 /// `OUT.partial`, locked from construction to destruction. The lock is a flock on the folder itself, so it ends with
 /// the process however that ends, and moves along when the folder is renamed; and one on a file in it, since network
 /// file systems tell other machines of files' locks only. Book-keeping lies in `OUT.partial/.job`: `lock`; `key`; in
-/// `done` one file per finished item, which holds the key of what the item was made from and those of its files; and in
-/// `work` what items keep for a resumed run only.
+/// `done` one file per finished item, which holds the key of what the item was made from and those of its files; in
+/// `written` one per item whose files need not be on the disk yet; and in `work` what items keep for a resumed run
+/// only.
 class PartialFolder {
  public:
   /// Makes or opens the folder and locks it.
@@ -62,12 +63,21 @@ class PartialFolder {
   /// says.
   /// @returns whether it was made under it already.
   bool begin(const std::string& key);
+  /// Notes that the item's outputs are written, without waiting for the disk. It counts until the machine starts anew,
+  /// and until the next run has looked at it.
+  void mark_written(const JobItem& item, const std::string& item_key);
+  /// Marks an item that was written under this key, and not marked, when the run before ended.
+  /// @returns false if none was, or it cannot be brought to the disk. @throws Canceled
+  [[nodiscard]] bool finish_written(const JobItem& item, const std::string& item_key, const RunControl& control);
+  /// Before anything is written: what earlier runs noted holds no longer.
+  void forget_written();
   /// Call when the item's outputs are written: forces them to the disk, then sets the marker.
   /// @throws CannotComplete if an output that is not optional is missing; Canceled.
   void mark_done(const JobItem& item, const std::string& item_key, const RunControl& control);
   /// Takes over what a finished folder holds of an item, as hard links or else copies.
   /// @returns false when its files are no longer what they were; nothing is then marked.
   bool adopt(const std::filesystem::path& finished, const JobItem& item, const DoneItem& done);
+  /// Finished, or written.
   [[nodiscard]] bool has_done_items() const;
   /// Removes what interrupted items and other plans left: the markers of all items but `items`, then every file that is
   /// not in `files` (relative paths), and empty folders.

@@ -36,7 +36,8 @@ RunControl ItemProgress::item_control(std::size_t item, int num_threads) {
 
 void run_side_by_side(const JobPlan& plan, std::span<const std::size_t> items, const fs::path& folder,
                       ItemProgress& progress, const RunControl& control,
-                      const std::function<void(const JobItem&)>& finished) {
+                      const std::function<void(const JobItem&)>& finished,
+                      const std::function<void(const JobItem&)>& written) {
   UndeclaredSearch undeclared(plan, folder, items.size());
   const int num_threads = thread_count(control);
   const int num_side_by_side =
@@ -56,7 +57,8 @@ void run_side_by_side(const JobPlan& plan, std::span<const std::size_t> items, c
       if (error) throw CannotComplete((folder / output).string() + ": cannot be made; " + error.message());
     }
     item.run(folder, progress.item_control(i, threads_per_item));
-    control.throw_if_stopped();  // What was not finished before is made again: the disk can take long.
+    if (written) written(item);
+    control.throw_if_stopped();  // Before what waits for the disk, which can take long.
     undeclared.finished(item.name, control);
     finished(item);
     progress.set(i, 1.0);

@@ -32,10 +32,11 @@ class ItemProgress {
 
 /// Runs items of one stage in `folder`, as many at a time as the plan and the control allow.
 /// @param items  Indices into plan.items. @param finished  Called when all of an item's files are written, from any
-/// thread.
+/// thread. @param written  Empty, or called before, and also when the run is stopped just then: nothing long.
 /// @throws UndeclaredOutput if an item wrote what it did not declare; what items and `finished` throw; Canceled.
 void run_side_by_side(const JobPlan& plan, std::span<const std::size_t> items, const std::filesystem::path& folder,
                       ItemProgress& progress, const RunControl& control,
-                      const std::function<void(const JobItem&)>& finished);
+                      const std::function<void(const JobItem&)>& finished,
+                      const std::function<void(const JobItem&)>& written = {});
 
 }  // namespace patinate

@@ -14,7 +14,6 @@ namespace patinate {
 
 namespace {
 
-constexpr std::array<std::string_view, 2> kUpNames = {"y", "z"};
 constexpr std::array<std::string_view, 3> kBackdropNames = {"studio", "white", "environment"};
 constexpr std::int64_t kMaxSamples = std::int64_t{1} << 28;
 constexpr std::int64_t kRowChunk = 4;
@@ -49,7 +48,7 @@ void describe(OptionVisitor& v, RenderOptions& o) {
   v.visit({"fov", "Larger of the two fields of view", "deg", between(1, 120)}, o.fov_deg);
   v.visit({"zoom", "1 fits the mesh into the picture", "", above(0)}, o.zoom);
   v.visit({"margin", "Share of the picture left free around the mesh", "", between(0, 0.9)}, o.margin);
-  v.visit_choice({"up", "Axis of the mesh that points up"}, o.up, kUpNames);
+  v.visit_choice({"up", "Axis of the mesh that points up"}, o.up, kUpAxisNames);
   v.visit({"light_azimuth", "Direction of the light, from the camera's", "deg", between(-3600, 3600)},
           o.light_azimuth_deg);
   v.visit({"light_elevation", "Height of the light", "deg", between(-90, 90)}, o.light_elevation_deg);

@@ -17,11 +17,13 @@ struct ExportKeywords {
   cli::SequenceFormat format = {};
   MovieOptions movie = {};
   cli::GlbPlantOptions plants = {};
+  cli::ModelAxis axis = {};
 };
 void describe(OptionVisitor& v, ExportKeywords& o) {
   describe(v, o.format);
   describe(v, o.movie);
   describe(v, o.plants);
+  describe(v, o.axis);
 }
 
 }  // namespace
@@ -65,7 +67,8 @@ void bind_export(py::module_& module) {
                          .times = times_from(keywords),
                          .format = options.format,
                          .movie = options.movie,
-                         .plants = options.plants};
+                         .plants = options.plants,
+                         .axis = options.axis};
     const bool force = keywords.flag("force", false);
     const RunArguments run = keywords.run();
     keywords.finish();

@@ -26,6 +26,10 @@ class Documents(unittest.TestCase):
         written = COMMANDS.read_text().split(MARK)[1]
         self.assertEqual(written, output_of("help", "--markdown"), "run tests/cli/documents_test.py PATINATE --update")
 
+    def test_the_page_begins_with_every_command(self):
+        table = COMMANDS.read_text().split("\n## ")[0]
+        self.assertEqual(re.findall(r"^\| \[([a-z]+)\]\(#\1\)", table, re.MULTILINE), re.findall(r"^  ([a-z]+) ", output_of("--help"), re.MULTILINE))
+
     def test_man_page_has_no_warnings_and_every_command(self):
         page = output_of("help", "--man")
         for verb in re.findall(r"^  ([a-z]+) ", output_of("--help"), re.MULTILINE):

@@ -77,6 +77,23 @@ class Library(CommandCase):
         self.succeeds("export", "aged", "-o", "aged.obj")
         self.assertIn(f"# {credit}\n", (self.folder / "aged.mtl").read_text())
 
+    def test_doubts_about_its_photographs_are_named_in_one_line(self):
+        # They were seen by who chose it, and ask for things that cannot be done to a library; info lists them.
+        shutil.copytree(self.shared / "history", self.folder / "mine/doubtful")
+        self.edit_json(self.folder / "mine/doubtful/history.json", lambda h: h.update(warnings=[{"about": "series", "text": "a jump", "share": 0.5}, {"about": "light", "text": "another", "share": 0.1}]))
+        os.environ["PATINATE_LIBRARY"] = str(self.folder / "mine")
+        made = self.run_patinate("transfer", "library:doubtful", self.shared / "urn/mesh.obj", "--control", "facing", "--resolution", "32", "-o", "aged")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        self.assertNotIn("a jump", made.stderr)
+        self.assertIn("library:doubtful: 2 warnings about its photographs: patinate info library:doubtful\n", made.stderr)
+        self.assertIn("a jump", self.succeeds("info", "library:doubtful"))
+
+    def test_a_transfer_that_is_moved_finds_it_again(self):
+        self.succeeds("transfer", "library:rust", self.shared / "urn/mesh.obj", "--control", "accessibility", "--resolution", "32", "-o", "aged")
+        (self.folder / "deep/er").mkdir(parents=True)
+        (self.folder / "aged").rename(self.folder / "deep/er/aged")
+        self.succeeds("lookup", "deep/er/aged", "--time", "1", "-o", "then.png")
+
     def test_it_stands_for_a_history_everywhere(self):
         self.assertEqual(json.loads(self.succeeds("info", "library:crackle", "--json"))["kind"], "history")
         self.succeeds("combine", "library:rust", "library:moss", "--clock", "span", "-o", "both")

@@ -119,6 +119,60 @@ class Obj(CommandCase):
         self.assertEqual(check_materialx(self, self.folder / "urn.obj.mtlx"), ["22.5 s"])
         self.fails(USAGE, "one time", "export", self.shared / "aged", "--num-times", "2", "-o", "other.obj")
 
+    def test_a_mesh_whose_z_points_up_stands_in_every_model(self):
+        # A block of 1 x 2 x 3 whose longest side points up, as scans are; glTF and USD want y there. Its volume, by the divergence theorem, says that no side was turned inside out.
+        corners = [(x, y, z) for x in (0, 1) for y in (0, 2) for z in (0, 3)]
+        sides = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
+        sides = [tuple(reversed(s)) if self.volume(corners, sides) < 0 else s for s in sides]
+        (self.folder / "block.obj").write_text("".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "".join(f"f {a} {b} {c} {d}\n" for a, b, c, d in sides))
+        self.succeeds("transfer", self.shared / "history", "block.obj", "--control", "facing", "--direction", "0,0,1", "--up", "0,0,1", "--resolution", "64", "-o", "aged")
+        for name in ("block_up.obj", "block_up.glb", "block_up.usda"):
+            self.succeeds("export", "aged", "--time", "7.5", "--up", "z", "-o", name)
+        for name in ("block_up.obj", "block_up.glb"):
+            facts = json.loads(self.succeeds("info", name, "--json"))
+            self.assertEqual([round(side, 5) for side in facts["extent"]], [1, 3, 2], name)
+        lines = statements(self.folder / "block_up.obj")
+        positions = [tuple(map(float, l[1:])) for l in lines if l[0] == "v"]
+        self.assertAlmostEqual(self.volume(positions, [[int(c.split("/")[0]) for c in l[1:]] for l in lines if l[0] == "f"]), 6, 4)
+        normals = [tuple(map(float, l[1:])) for l in lines if l[0] == "vn"]
+        for line in lines:
+            if line[0] == "f":  # Normals of a block are those of its sides.
+                for corner in line[1:]:
+                    v, _, n = map(int, corner.split("/"))
+                    axis = max(range(3), key=lambda a: abs(normals[n - 1][a]))
+                    self.assertEqual(normals[n - 1][axis] > 0, positions[v - 1][axis] > sum(p[axis] for p in positions) / len(positions))
+        stage = (self.folder / "block_up.usda").read_text()
+        self.assertIn('upAxis = "Y"', stage)
+        unit = float(re.search(r"metersPerUnit = (\S+)", stage)[1])
+        points = re.search(r"point3f\[\] points = \[(.*?)\]", stage, re.DOTALL)[1]
+        numbers = [tuple(map(float, triple.split(","))) for triple in re.findall(r"\(([^)]*)\)", points)]
+        self.assertEqual([round(unit * (max(c) - min(c)), 5) for c in zip(*numbers)], [1, 3, 2])
+        self.fails(CANNOT, "--force", "export", "aged", "--time", "7.5", "-o", "block_up.glb")  # Another model.
+        for name in ("pictures", "aged.mp4"):
+            self.fails(USAGE, "--up: is of models", "export", "aged", "--up", "z", "-o", name)
+
+    @staticmethod
+    def volume(positions, faces):
+        six = 0
+        for face in faces:
+            (ax, ay, az) = positions[face[0] - 1]
+            for k in range(1, len(face) - 1):
+                (bx, by, bz), (cx, cy, cz) = positions[face[k] - 1], positions[face[k + 1] - 1]
+                six += ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
+        return six / 6
+
+    def test_an_obj_is_as_large_as_the_mesh_that_was_aged(self):
+        sizes = json.loads(self.succeeds("info", self.shared / "urn/mesh.obj", "--json"))["extent"]
+        for unit in ([], ["--unit", "cm"]):
+            self.succeeds("transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--resolution", "64", *unit, "-o", "aged", "--force")
+            self.succeeds("export", "aged", "-o", "urn.obj", "--force")
+            for found, expected in zip(json.loads(self.succeeds("info", "urn.obj", "--json"))["extent"], sizes):
+                self.assertAlmostEqual(found / expected, 1, 6)
+
+    def test_a_folder_that_is_not_there_is_said_of_the_name_that_was_given(self):
+        for name in ("nowhere/urn.glb", "nowhere/urn.usda", "nowhere/urn.usdz", "nowhere/urn.obj"):
+            self.fails(CANNOT, f"{name}: cannot be written; the folder nowhere does not exist", "export", self.shared / "aged", "--time", "7.5", "-o", name)
+
     def test_plants_are_asked_for_only_where_they_show(self):
         for output in ("wall.obj", "wall.usda"):
             self.fails(USAGE, "--plants", "export", self.shared / "aged", "-o", output, "--plants", "0")

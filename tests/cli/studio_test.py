@@ -296,6 +296,9 @@ class Studio(unittest.TestCase):
         self.assertEqual([re.search("time=([^&]*)", u)[1] for u in addresses], ["-30000000", "3", "100000"])  # as a browser writes them
         for wrong in (["--place", "nothing"], ["--place", "ledge/mesh.obj"], ["--place", "../secret.json"]):
             self.assertEqual(self.run_in("studio", ".", "--save", str(self.outside / "x.html"), *wrong).returncode, 3, wrong)
+        said = self.run_in("studio", ".", "--save", str(self.outside / "x.html"), "--place", "histry").stderr
+        self.assertIn("did you mean `history`?", said)
+        self.assertIn("ledge/scene.json", said)  # What there is.
         self.assertEqual(self.run_in("studio", ".", "--save", "x.txt", "--place", "history").returncode, 2)
         self.assertFalse((self.outside / "x.html").exists())
 

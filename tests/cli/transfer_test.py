@@ -47,6 +47,20 @@ class Transfer(unittest.TestCase):
         self.assertIn(about, lines[0])
         self.assertFalse((self.folder / "aged").exists())
 
+    def test_a_control_that_the_history_lacks_is_said_before_the_mesh_is_read(self):
+        (self.folder / "mesh.obj").write_text("v 0 0 0\n")
+        self.refused(INPUT, "has no control `thicknes`", "--control", "thicknes=facing", mesh="mesh.obj")
+
+    def test_a_history_that_is_gone_is_named_with_what_to_do(self):
+        shutil.copytree(SHARED / "history", self.folder / "history")
+        made = self.transfer("--control", "facing", history="history")
+        self.assertEqual(made.returncode, 0, made.stderr)
+        (self.folder / "history").rename(self.folder / "elsewhere")
+        gone = run("lookup", "aged", "--time", "1", "-o", "x.png", cwd=self.folder)
+        self.assertEqual(gone.returncode, INPUT)
+        self.assertIn("its history `crackle` is not at history", gone.stderr)
+        self.assertIn("`path` of `history` in aged/transfer.json", gone.stderr)
+
     def narrow_history(self, columns):
         """The history's first columns, by its project."""
         capture = self.folder / "capture"

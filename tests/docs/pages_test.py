@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """The parts that tools/docs puts the manual together by, on small pages. Plain Python: Sphinx is not needed."""
 import pathlib
+import re
 import sys
 import tempfile
 import unittest
@@ -24,6 +25,29 @@ class Markdown(unittest.TestCase):
     def test_lists_of_links_lie_below_their_headings(self):
         text = "# T\n\n- [x](x.md): first\n\n## One\n\nno [y](y.md) list\n- [z](z.md)\n- [z](z.md#part)\n- [w](http://w)\n"
         self.assertEqual(markdown.lists_of_links(text), [("", ["x.md"]), ("One", ["z.md"])])
+
+
+class Tables(unittest.TestCase):
+    # A table beside the manual's list of pages is about 90 characters wide. Its widest column has about two thirds of that, so that a cell of this many is two lines.
+    MOST = 120
+    GENERATED = "<!-- From here on made by"  # Of docs/commands.md: an option's help is a sentence, in the terminal too.
+
+    def cells(self, page):
+        """(line number, cell as it is shown) of every table that is written by hand."""
+        is_code = False
+        for number, line in enumerate(page.read_text().split(self.GENERATED)[0].splitlines(), 1):
+            if line.lstrip().startswith("```"):
+                is_code = not is_code
+            if not is_code and line.startswith("|"):
+                self.assertRegex(line, r"\|$", f"{page}:{number}: a row ends with its line")
+                for cell in re.split(r"(?<!\\)\|", line.strip("|")):
+                    yield number, re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", cell.strip())
+
+    def test_a_cell_holds_a_value_not_a_paragraph(self):
+        pages = [p for p in sorted((ROOT / "docs").rglob("*.md")) if "decisions" not in p.parts]  # Records stay as they were written.
+        self.assertGreater(len(pages), 50)
+        long = [f"{page.relative_to(ROOT)}:{number}: {len(cell)}: {cell}" for page in [*pages, ROOT / "README.md", ROOT / "CONTRIBUTING.md"] for number, cell in self.cells(page) if len(cell) > self.MOST]
+        self.assertEqual(long, [], "shorten these, and say the rest below the table")
 
 
 class Schemas(unittest.TestCase):

@@ -48,6 +48,7 @@ class Output(PythonCase):
                 ("aged", "aged.usda", ["--num-times", "2"], {"num_times": 2}),
                 ("aged", "aged.usdz", [], {}),
                 ("aged", "aged.obj", [], {}),
+                ("aged", "standing.glb", ["--up", "z"], {"up": "z"}),
                 ("aged", "images", ["--format", "exr", "--times", "0,1"], {"format": "exr", "times": [0, 1]}),
                 ("aged", "aged.gif", ["--num-times", "2"], {"num_times": 2}),
                 ("simulated", "end.glb", ["--plants", "0"], {"plants": 0}),

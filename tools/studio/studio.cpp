@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "tools/studio/client/assets.h"
 #include "tools/studio/live_client.h"
+#include "tools/studio/place.h"
 #include "tools/studio/routes.h"
 #include "tools/studio/session.h"
 
@@ -36,6 +39,15 @@ HttpResponse secured(HttpResponse response) {
   return response;
 }
 
+/// What there is instead.
+std::string known_text(const std::vector<std::string>& places) {
+  constexpr std::size_t kMost = 8;
+  if (places.empty()) return "nothing in this folder can be shown";
+  std::string text = "there is " + places.front();
+  for (std::size_t i = 1; i < std::min(kMost, places.size()); ++i) text += ", " + places[i];
+  return places.size() > kMost ? text + " and " + std::to_string(places.size() - kMost) + " more" : text;
+}
+
 HttpResponse error_response(int status, const std::string& sentence) {
   return json_response(Json{{"error", sentence}}, status);
 }
@@ -52,7 +64,11 @@ std::pair<fs::path, PlaceKind> Asked::place() const {
   const std::string name = target.value("place");
   const std::optional<fs::path> path = target.has("place") ? folder.find(name) : std::nullopt;
   const std::optional<PlaceKind> kind = path ? place_kind(*path) : std::nullopt;
-  if (!kind) throw NotFound("there is no place \"" + name + "\"; the list of places says what there is");
+  if (!kind) {
+    std::vector<std::string> names;
+    for (const PlaceEntry& entry : list_places(folder)) names.push_back(entry.place);
+    throw NotFound("there is no place \"" + name + "\"; " + known_text(names) + did_you_mean(name, names));
+  }
   return {*path, *kind};
 }
 

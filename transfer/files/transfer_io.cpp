@@ -325,8 +325,9 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
     const bool is_integer = number && value.find_first_of(".e") == std::string::npos;
     options[name] = is_integer ? Json(static_cast<std::int64_t>(*number)) : number ? Json(*number) : Json(value);
   }
+  const fs::path place = fs::canonical(history.folder());
   const fs::path history_path =
-      fs::relative(fs::canonical(history.folder()), fs::weakly_canonical(fs::absolute(final_folder)));
+      task.is_history_installed ? place : fs::relative(place, fs::weakly_canonical(fs::absolute(final_folder)));
   Json json;
   json["format"] = "patinate.transfer";
   json["version"] = 1;
@@ -376,7 +377,8 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   JsonReader history = reader.member("history");
   manifest.history = history.member("path").path().lexically_normal();
   manifest.history_key = history.member("key").string();
-  for (const char* known : {"name", "width", "height"}) (void)history.member(known);
+  manifest.history_name = history.member("name").string();
+  for (const char* known : {"width", "height"}) (void)history.member(known);
   history.finish();
   JsonReader mesh = reader.member("mesh");
   manifest.mesh = mesh.member("file").path();

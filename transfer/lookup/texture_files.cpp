@@ -215,6 +215,7 @@ void TextureWriter::gather_rows(std::size_t tile, const ImageU8& codes, const Ta
   tiles_[tile].visit(
       [&](int, std::span<const std::uint32_t> indices, std::span<const std::uint32_t>) {
         for (std::size_t i = 0; i < indices.size(); i += piece) {
+          control.throw_if_stopped();  // Whoever takes the rows packs them, which is slower than finding them.
           const auto part = indices.subspan(i, std::min(piece, indices.size() - i));
           bytes.resize(part.size() * static_cast<std::size_t>(codes.channels()));
           gather_packed(codes, part, std::uint8_t{0}, bytes);
@@ -235,6 +236,7 @@ void TextureWriter::normal_rows(std::size_t tile, const ImageF& normals, const T
   tiles_[tile].visit(
       [&](int, std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
         for (std::size_t i = 0; i < indices.size(); i += piece) {
+          control.throw_if_stopped();
           const std::size_t size = std::min(piece, indices.size() - i);
           values.resize(3 * size);
           bytes.resize(3 * size);

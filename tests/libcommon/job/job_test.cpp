@@ -162,11 +162,70 @@ TEST(Job, GoesOnWithFinishedItemsAfterCanceling) {
   };
   EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int i) { runs.push_back(i); }), options, threads(1)),
             JobStatus::Done);
-  // What was under way is made again: bringing it to the disk takes time.
-  EXPECT_EQ(runs, (std::vector<int>{5, 6, 7}));
-  EXPECT_EQ(num_done, 5u);
+  // What was written when the stop came is brought to the disk now, not made again.
+  EXPECT_EQ(runs, (std::vector<int>{6, 7}));
+  EXPECT_EQ(num_done, 6u);
   EXPECT_EQ(num_items, 8u);
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "whole"));
+}
+
+/// A run that is stopped when item 0 of `plan` is written and not yet marked. @returns where that is noted.
+fs::path stopped_when_written(const fs::path& output) {
+  std::stop_source stop;
+  RunControl control = threads(1);
+  control.stop = stop.get_token();
+  const auto stop_at_0 = [&](int i) {
+    if (i == 0) stop.request_stop();
+  };
+  EXPECT_THROW((void)run_job(sample_plan(output, "k", stop_at_0), {}, control), Canceled);
+  const fs::path book = output.string() + ".partial/.job";
+  EXPECT_FALSE(fs::exists(book / "done"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(book / "written"), {}), 1);
+  return fs::directory_iterator(book / "written")->path();
+}
+
+std::vector<int> items_run(const fs::path& output) {
+  std::vector<int> runs;
+  EXPECT_EQ(run_job(sample_plan(output, "k", [&](int i) { runs.push_back(i); }), {}, threads(1)), JobStatus::Done);
+  return runs;
+}
+
+TEST(Job, TheOnlyItemThatWasWrittenWhenItWasStoppedIsKept) {
+  TempFolder temp;
+  (void)stopped_when_written(temp / "out");
+  EXPECT_EQ(items_run(temp / "out"), (std::vector<int>{1, 2, 3, 4, 5, 6, 7}));
+}
+
+TEST(Job, WhatWasWrittenBeforeTheMachineStartedAnewIsMadeAgain) {
+  // After a power cut a file that nothing forced to the disk may hold anything.
+  TempFolder temp;
+  const fs::path note = stopped_when_written(temp / "out");
+  std::string text = read_file(note);
+  ASSERT_GT(text.size(), 2u);
+  text[text.size() - 2] = text[text.size() - 2] == '0' ? '1' : '0';  // Its last line is this start of the machine.
+  std::ofstream(note) << text;
+  write_atomically(temp / "out.partial/parts/0.txt", "");
+  EXPECT_EQ(items_run(temp / "out").front(), 0);
+  (void)run_job(sample_plan(temp / "whole", "k"), {}, {});
+  EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "whole"));
+}
+
+TEST(Job, WhatWasWrittenIsMadeAgainWhereAFileIsGone) {
+  TempFolder temp;
+  (void)stopped_when_written(temp / "out");
+  fs::remove(temp / "out.partial/parts/0.txt");
+  EXPECT_EQ(items_run(temp / "out").front(), 0);
+}
+
+TEST(Job, WhatWasWrittenDoesNotVouchForWhatAnotherPlanMadeOfIt) {
+  TempFolder temp;
+  (void)stopped_when_written(temp / "out");
+  const auto fail_at_1 = [](int i) {
+    if (i == 1) throw CannotComplete("disk full");
+  };
+  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "other", fail_at_1), {}, threads(1)), CannotComplete);
+  EXPECT_EQ(items_run(temp / "out").front(), 0);
+  EXPECT_EQ(read_file(temp / "out/parts/0.txt"), "k0");
 }
 
 TEST(Job, DiscardsAPartialResultOfAnotherKey) {

@@ -53,6 +53,14 @@ std::string missing_library_text() {
          "$PATINATE_LIBRARY names folders that hold histories";
 }
 
+std::optional<std::string> library_name(const fs::path& folder) {
+  std::error_code error;
+  for (const LibraryEntry& entry : library_entries()) {
+    if (fs::equivalent(entry.folder, folder, error)) return std::string(kPrefix) + entry.name;
+  }
+  return std::nullopt;
+}
+
 fs::path library_place(const fs::path& path) {
   const std::string text = path.string();
   if (!text.starts_with(kPrefix)) return path;

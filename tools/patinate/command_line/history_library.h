@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@ struct LibraryEntry {
 /// Where no library is, what makes one.
 [[nodiscard]] std::string missing_library_text();
 
+/// `library:NAME` for a folder that it stands for; nothing for others.
+[[nodiscard]] std::optional<std::string> library_name(const std::filesystem::path& folder);
 /// The folder that `library:NAME` stands for; other paths as they are. @throws IoError listing what there is.
 [[nodiscard]] std::filesystem::path library_place(const std::filesystem::path& path);
 

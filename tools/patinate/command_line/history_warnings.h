@@ -10,7 +10,8 @@
 
 namespace patinate::cli {
 
-/// A line for each of the worst warnings, under the history's name, and one that counts the others.
+/// A line for each of the worst warnings, under the history's name, and one that counts the others. Of a history of the
+/// library one line in all: whoever uses it did not take its photographs.
 /// @param label  What messages call the history.
 void note_history_warnings(CommandRun& run, const std::string& label, const std::vector<HistoryWarning>& warnings);
 

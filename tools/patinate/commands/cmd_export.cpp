@@ -18,9 +18,11 @@ int cmd_export(CommandRun& run) {
   run.line.options(task.format);
   run.line.options(task.movie);
   run.line.options(task.plants);
+  run.line.options(task.axis);
   run.line.example("export aged_bust -o bust.glb --times 0,6,12");
   run.line.example("export aged_bust -o bust.usdz --num-times 20");
   run.line.example("export aged_bust -o bust.obj --time 12");
+  run.line.example("export aged_scan -o scan.glb --up z");
   run.line.example("export aged_bust -o textures --format png");
   run.line.example("export copper -o copper.mp4 --frames 200 --fps 25");
   if (!run.parse()) return 0;

@@ -15,6 +15,7 @@
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
+#include "tools/patinate/command_line/history_library.h"
 #include "tools/patinate/command_line/history_warnings.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
@@ -203,11 +204,12 @@ int cmd_transfer(CommandRun& run) {
                   texel_size_mm);
   run.line.option("source_mask", "FILE", "8-bit image of the history's size; what is 0 there is not copied",
                   source_mask);
-  run.line.option("flow", "FLOW",
-                  "Which way the history's photographs lie on the surface: gravity (their down runs down), curvature "
-                  "(along tubes and ridges), uv (as each chart lies), "
-                  "or a CSV of curves (x,y,z in mm, an empty line ends one) that their down follows",
-                  flow);
+  run.line.option(
+      "flow", "FLOW",
+      "Which way the history's photographs lie on the surface: gravity (their down runs down, by --up), curvature "
+      "(along tubes and ridges), uv (as each chart lies), "
+      "or a CSV of curves (x,y,z in mm, an empty line ends one) that their down follows",
+      flow);
   run.line.flag(
       "by_tile",
       "An atlas of several tiles that is larger than memory: no process holds more than a tile of it at a time, "
@@ -247,6 +249,9 @@ int cmd_transfer(CommandRun& run) {
   history_path = history_place(history_path);
   task.history = std::make_shared<const HistoryReader>(history_path);
   const HistoryReader& history = *task.history;
+  task.is_history_installed = library_name(history_path).has_value();
+  for (const std::string& text : control_texts)  // A typo is said before the mesh is unwrapped.
+    (void)transfer::source_control(history, transfer::parse_control_spec(text));
   if (!source_mask.empty()) {
     task.input.source_mask = read_source_mask(source_mask, history);
     task.source_mask_name = source_mask.filename().string();

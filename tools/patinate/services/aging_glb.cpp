@@ -209,6 +209,7 @@ AgingGlb glb_of_transfer(const std::filesystem::path& path) {
   out.tiles = {transfer->sheet().names, atlas.triangle_tile};
   out.mesh = unit_square_mesh(atlas);
   out.meters_per_unit = transfer::meters_per_unit(m);
+  out.own_per_unit = 1.0 / m.mm_per_mesh_unit;
   out.appearance = [transfer](const auto& times, const auto& labels, const RunControl& control) {
     return appearances_of_transfer(transfer, times, labels, control);
   };

@@ -33,6 +33,7 @@ struct AgingGlb {
       add_relief = {};
   /// Small plants of a simulation at these times, as variants; empty: it has none.
   std::function<std::vector<GlbPlant>(const std::vector<double>& times, const RunControl& control)> plants = {};
+  double own_per_unit = 1.0;  ///< Lengths in the file that the mesh was read from: a transfer's are scaled.
 };
 
 /// What stands on the mesh of a GLB.

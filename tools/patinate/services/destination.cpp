@@ -15,8 +15,8 @@ namespace {
 /// What the command says when sizes were chosen, not known.
 void note_scale(const transfer::TransferScale& scale, CommandRun& run) {
   if (scale.source == transfer::ScaleSource::PixelAssumed) {
-    run.note("the history has no texel size: one pixel of it covers one texel (" + number_text(scale.texel_size_mm) +
-             " mm); --texel-size sets it");
+    run.note("the history has no texel size: one pixel of it covers one texel (" +
+             short_number_text(scale.texel_size_mm) + " mm); --texel-size sets it");
   } else if (scale.source == transfer::ScaleSource::MeshScaled) {
     run.note("the mesh has no unit: it is scaled so that one texel equals one pixel of the history; --unit sets it");
   }

@@ -51,6 +51,40 @@ std::string model_key_of(ModelFormat format, const std::filesystem::path& path) 
   return format == ModelFormat::Usd ? usd_key_of(path) : obj_key_of(path);
 }
 
+/// z up to y up: a quarter turn about x, which moves no digit.
+Vec3 standing(const Vec3& v) { return {v.x(), v.z(), -v.y()}; }
+
+void stand_up(Mesh& mesh) {
+  for (Vec3& position : mesh.positions) position = standing(position);
+  for (Vec3& normal : mesh.normals) normal = standing(normal);
+}
+
+std::vector<GlbPlant> stand_up(std::vector<GlbPlant> plants) {
+  for (GlbPlant& plant : plants) {
+    plant.root = standing(plant.root);
+    plant.up = standing(plant.up);
+  }
+  return plants;
+}
+
+/// An OBJ has no unit: it fits over the file that was aged.
+Mesh in_own_unit(const AgingGlb& model) {
+  Mesh mesh = model.mesh;
+  scale_mesh(mesh, model.own_per_unit);
+  return mesh;
+}
+
+GlbAppearance in_own_unit(GlbAppearance look, const AgingGlb& model) {
+  for (auto& heights : look.heights) {
+    heights = [heights, factor = static_cast<float>(model.own_per_unit)] {
+      ImageF scaled = heights();
+      for (float& height : scaled.values()) height *= factor;
+      return scaled;
+    };
+  }
+  return look;
+}
+
 /// What is written, and what it says of itself.
 struct ModelToWrite {
   ModelFormat format;
@@ -59,6 +93,7 @@ struct ModelToWrite {
   std::vector<double> times;
   std::string key;
   std::vector<std::string> credits;
+  UpAxis up = UpAxis::Y;
 };
 
 void write_model(const ModelToWrite& what, const RunControl& control) {
@@ -68,13 +103,14 @@ void write_model(const ModelToWrite& what, const RunControl& control) {
   const RunControl writing = control.part(0.1, 1.0);
   const std::string name = what.output.stem().string();
   if (what.format == ModelFormat::Glb) {
-    const GlbOptions options{
-        .name = name,
-        .meters_per_unit = model.meters_per_unit,
-        .key = what.key,
-        .objects = model.objects,
-        .credits = what.credits,
-        .plants = model.plants ? model.plants(what.times, control.part(0.1, 0.4)) : std::vector<GlbPlant>{}};
+    std::vector<GlbPlant> plants;
+    if (model.plants) plants = model.plants(what.times, control.part(0.1, 0.4));
+    const GlbOptions options{.name = name,
+                             .meters_per_unit = model.meters_per_unit,
+                             .key = what.key,
+                             .objects = model.objects,
+                             .credits = what.credits,
+                             .plants = what.up == UpAxis::Z ? stand_up(std::move(plants)) : std::move(plants)};
     return write_glb(what.output, model.mesh, model.tiles, appearance, options, control.part(0.4, 1.0));
   }
   if (model.add_relief) model.add_relief(appearance, what.times, control);
@@ -88,7 +124,8 @@ void write_model(const ModelToWrite& what, const RunControl& control) {
     return write_usd(what.output, model.mesh, model.tiles, appearance, what.times, options, writing);
   }
   const ObjOptions options{.name = name, .key = what.key, .objects = model.objects, .credits = what.credits};
-  write_obj_model(what.output, model.mesh, model.tiles, appearance.front(), options, writing);
+  write_obj_model(what.output, in_own_unit(model), model.tiles, in_own_unit(std::move(appearance.front()), model),
+                  options, writing);
 }
 
 }  // namespace
@@ -107,15 +144,18 @@ OutputWork model_work(const ExportTask& task, ModelFormat format) {
                                                                 .output = task.output,
                                                                 .times = {},
                                                                 .key = "",
-                                                                .credits = credits_of(task.subject)});
+                                                                .credits = credits_of(task.subject),
+                                                                .up = task.axis.up});
+  if (what->up == UpAxis::Z) stand_up(what->model.mesh);
   std::vector<std::string> notes;
   what->times = task.times.resolve(what->model.history, format == ModelFormat::Obj ? 1 : kModelTimes, notes);
   if (format == ModelFormat::Obj && what->times.size() > 1)
     throw UsageError("-o: an OBJ shows one time; give one --time, or .usda, .usdz or .glb");
-  constexpr std::array<std::string_view, 3> kStages{"export glb 4", "export usd 3", "export obj 2"};
+  constexpr std::array<std::string_view, 3> kStages{"export glb 4", "export usd 3", "export obj 3"};
   ContentHash hash;
   hash.add(kStages[static_cast<std::size_t>(format)]).add(what->model.key);
   if (format == ModelFormat::Glb && what->model.plants) hash.add("plants 2").add(task.plants.plants);
+  if (what->up == UpAxis::Z) hash.add("up z");
   for (double t : what->times) hash.add(t);
   for (const std::string& credit : what->credits) hash.add(credit);
   what->key = hash.hex();

@@ -6,6 +6,7 @@
 
 #include "patinate/core/options.h"
 #include "patinate/output/movie.h"
+#include "patinate/output/render.h"
 #include "tools/patinate/command_line/times_choice.h"
 #include "tools/patinate/services/aging_glb.h"
 #include "tools/patinate/services/output_work.h"
@@ -17,6 +18,12 @@ struct SequenceFormat {
 };
 void describe(OptionVisitor& v, SequenceFormat& o);
 
+/// How a model stands.
+struct ModelAxis {
+  UpAxis up = UpAxis::Y;  ///< Of the mesh; models have theirs along +Y.
+};
+void describe(OptionVisitor& v, ModelAxis& o);
+
 struct ExportTask {
   std::filesystem::path subject;
   std::filesystem::path output;  ///< Its name says what is made: a model, a movie, numbered images, or a folder.
@@ -24,6 +31,7 @@ struct ExportTask {
   SequenceFormat format;
   MovieOptions movie;
   GlbPlantOptions plants;
+  ModelAxis axis;
 };
 
 /// Reads what the work depends on; what is slow happens when the work is run.

@@ -3,8 +3,10 @@
 /// plain backdrop that catches the shadow. For a quick look and for documents; no GPU or display.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include "patinate/core/options.h"
@@ -15,6 +17,7 @@
 namespace patinate {
 
 enum class UpAxis { Y, Z };
+inline constexpr std::array<std::string_view, 2> kUpAxisNames{"y", "z"};
 enum class Backdrop {
   Studio,  ///< A gray wall.
   White,

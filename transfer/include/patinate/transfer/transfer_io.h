@@ -43,8 +43,9 @@ struct TransferTask {
   std::string mesh_name;            ///< For provenance: the file's name.
   std::optional<std::string> unit;  ///< The mesh file's unit when it was said.
   double mm_per_mesh_unit = 1.0;
-  std::string flow = "uv";       ///< What the frames were made from, for people.
-  std::string source_mask_name;  ///< For people: the file's name.
+  bool is_history_installed = false;  ///< It stays where it is when the transfer is moved.
+  std::string flow = "uv";            ///< What the frames were made from, for people.
+  std::string source_mask_name;       ///< For people: the file's name.
 };
 
 /// One square of the atlas.
@@ -68,7 +69,7 @@ struct RecordedControl {
 /// What a reader needs of `transfer.json`.
 struct TransferManifest {
   std::filesystem::path history;  ///< Absolute or relative to the working folder.
-  std::string history_key;
+  std::string history_name, history_key;
   std::filesystem::path mesh;
   UvLayoutRule tile_rule = UvLayoutRule::Square;
   std::vector<TransferTile> tiles;  ///< At least one.

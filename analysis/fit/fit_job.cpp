@@ -292,13 +292,15 @@ FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_
   return budget;
 }
 
+std::string budget_problem(const FitBudget& budget) {
+  return "--evaluations: found " + std::to_string(budget.evaluations) + "; expected at least " +
+         std::to_string(budget.least) + ", the start and two generations of " + std::to_string(budget.population);
+}
+
 JobPlan plan_fit(FitTask task, const fs::path& output) {
   check_ranges(task.options);
   for (const FitParameter& p : task.parameters) {
-    if (!(p.start >= p.range.low && p.start <= p.range.high)) {
-      throw InvalidInput(p.range.name + ": starts at " + number_text(p.start) + ", outside " +
-                         number_text(p.range.low) + " to " + number_text(p.range.high));
-    }
+    if (const std::string problem = start_problem(p); !problem.empty()) throw InvalidInput(problem);
   }
   const SeriesFile series = open_series(task.history);
   // Says what is wrong before work starts.

@@ -39,6 +39,8 @@ struct FitBudget {
   int least = 0;
   int population = 0;
 };
+/// What is said of a budget below the least.
+[[nodiscard]] std::string budget_problem(const FitBudget& budget);
 [[nodiscard]] FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_t num_appearance);
 
 struct FitTask {

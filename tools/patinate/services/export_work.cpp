@@ -210,15 +210,21 @@ void describe(OptionVisitor& v, SequenceFormat& o) {
   v.visit_choice({"format", "Files of an image sequence"}, o.kind, kFormatNames);
 }
 
-OutputWork export_work(const ExportTask& task, const RunControl& planning) {
+void check_output(const ExportTask& task) {
   const std::optional<ModelFormat> model = model_format(task.output);
   const bool is_pictures = is_series(task.output);
-  if (model && is_pictures) require_extension(task.output, image_extensions());  // Models have no numbers.
+  if (is_pictures && !is_movie(task.output)) require_extension(task.output, image_extensions());
   if (!model && !is_pictures)
     require_folder_name(task.output,
                         "MODEL.glb, .usdz, .usda or .obj, MOVIE.mp4, .webm or .gif, images as aged_%04d.png, or the "
                         "name of a folder (with / "
                         "at its end where it has a dot)");
+}
+
+OutputWork export_work(const ExportTask& task, const RunControl& planning) {
+  check_output(task);
+  const std::optional<ModelFormat> model = model_format(task.output);
+  const bool is_pictures = is_series(task.output);
   const PathKind kind = kind_of(task.subject);
   if (task.plants.plants != GlbPlantOptions{}.plants && !(kind == PathKind::Simulation && model == ModelFormat::Glb))
     throw UsageError("--plants: are shown in a GLB of a simulation alone");

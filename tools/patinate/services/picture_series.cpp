@@ -14,11 +14,6 @@ namespace patinate::cli {
 
 namespace {
 
-bool is_movie(const std::filesystem::path& output) {
-  const std::vector<std::string>& all = movie_extensions();
-  return std::find(all.begin(), all.end(), lower_extension(output)) != all.end();
-}
-
 OutputWork movie_work(const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie,
                       const RunControl& planning) {
   ContentHash hash;
@@ -88,6 +83,10 @@ OutputWork images_work(const std::filesystem::path& output, const PictureSeries&
 
 }  // namespace
 
+bool is_movie(const std::filesystem::path& output) {
+  const std::vector<std::string>& all = movie_extensions();
+  return std::find(all.begin(), all.end(), lower_extension(output)) != all.end();
+}
 bool is_series(const std::filesystem::path& output) { return is_movie(output) || has_number(output); }
 
 OutputWork series_work(const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie,

@@ -31,6 +31,8 @@ struct PictureSeries {
 /// How many pictures a movie has when nobody says.
 inline constexpr int kMoviePictures = 100;
 
+/// The name is that of a movie.
+[[nodiscard]] bool is_movie(const std::filesystem::path& output);
 /// The name is that of a movie, or of numbered images ("aged_%04d.png").
 [[nodiscard]] bool is_series(const std::filesystem::path& output);
 /// The movie or the images, one picture at a time; each image is up to date or not by itself.

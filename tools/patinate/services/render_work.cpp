@@ -246,13 +246,19 @@ void describe(OptionVisitor& v, ShownOptions& o) {
   v.visit({"film", "Simulations: amount of water that wets a place through", "", above(0)}, o.film);
 }
 
+void check_task(const RenderTask& task) {
+  RenderOptions options = task.options;
+  task.views.apply_to(options);
+  if (task.has_views()) (void)task.views.resolve(options);
+  if (task.output.empty() || is_movie(task.output)) return;
+  std::vector<std::string> known = image_extensions();
+  if (!is_series(task.output)) known.insert(known.end(), movie_extensions().begin(), movie_extensions().end());
+  require_extension(task.output, known);
+}
+
 OutputWork render_work(RenderTask given) {
+  check_task(given);
   given.views.apply_to(given.options);
-  if (!given.output.empty() && !is_series(given.output)) {
-    std::vector<std::string> known = image_extensions();
-    known.insert(known.end(), movie_extensions().begin(), movie_extensions().end());
-    require_extension(given.output, known);
-  }
   const auto task = std::make_shared<const RenderTask>(std::move(given));
   if (task->mesh) return aging_mesh_work(task);
   switch (kind_of(task->subject)) {

@@ -49,6 +49,7 @@ struct FitTask {
   std::vector<FitParameter> parameters;  ///< At least one; names differ.
   SurfaceOutline outline;
   AgeWith age;
+  double aging_seconds = 0.0;  ///< About what one takes, for plans.
   std::vector<FitTerm> terms;
   ObjectiveOptions objective;
   FitOptions options;

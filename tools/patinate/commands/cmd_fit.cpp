@@ -125,6 +125,7 @@ int cmd_fit(CommandRun& run) {
   task.parameters = scene.parameters();
   task.outline = scene.outline();
   task.age = scene.age();
+  task.aging_seconds = scene.aging_seconds();
   task.terms = wanted.terms;
   task.seed = static_cast<std::uint64_t>(run.line.common().seed);
   task.add_inputs = [scene](JobInputs& inputs) { scene.add_inputs(inputs); };

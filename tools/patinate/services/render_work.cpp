@@ -101,10 +101,15 @@ OutputWork shots_work(const RenderTask& task, const std::string& key, const std:
     const auto index = std::find(numbers.begin(), numbers.end(), number) - numbers.begin();
     return studio->picture(shots[static_cast<std::size_t>(index)], control);
   };
-  return series_work(
-      task.output,
-      {.label = "render", .key = key, .times = numbers, .picture = picture, .cost = studio->cost(), .measure = measure},
-      task.movie);
+  return series_work(task.output,
+                     {.label = "render",
+                      .key = key,
+                      .times = numbers,
+                      .picture = picture,
+                      .cost = studio->cost(),
+                      .num_pixels = static_cast<double>(task.options.width) * task.options.height,
+                      .measure = measure},
+                     task.movie);
 }
 
 /// Every view at one time. Numbered by view, from 0.
@@ -191,6 +196,7 @@ OutputWork history_work(const SharedTask& task) {
     }
     return pictures.size() == 1 ? pictures.front() : contact_strip(pictures, labels);
   });
+  work.cost = history_picture_cost(history->manifest(), times.size());
   work.notes = std::move(notes);
   return work;
 }

@@ -12,6 +12,7 @@
 #include "analysis/compare/compare_report.h"
 #include "analysis/compare/sections.h"
 #include "analysis/report/report_page.h"
+#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/image/image_io.h"
 
@@ -118,6 +119,7 @@ JobPlan plan_compare(CompareTask task, const fs::path& output) {
     names.push_back(section.name);
     plan.items.push_back(section_item(work, section, pixels.cost_of(section.name)));
   }
+  plan.join_cost = CostModel{.seconds = 0.05}.of();
   plan.join = [work, names, key = plan.key](const fs::path& folder, const RunControl&) {
     std::vector<Section> made;
     for (const std::string& name : names) made.push_back(section_from_json(load_part(folder / section_file(name))));

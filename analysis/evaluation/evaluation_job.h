@@ -52,7 +52,8 @@ struct TilesToEvaluate {
   std::function<OpenedTiles(std::shared_ptr<const TexelMap> surface, const std::filesystem::path& folder,
                             const RunControl& control)>
       open;
-  std::int64_t source_bytes = 0;  ///< About what the opened source takes.
+  std::int64_t source_bytes = 0;                                    ///< About what the opened source takes.
+  JobCost survey_cost = {}, measure_cost = {}, conclude_cost = {};  ///< Of an item of a tile; of the last one.
 };
 
 /// One map that is opened when its turn comes.

@@ -137,7 +137,8 @@ void add_tile_items(
                                 work->survey(tile, folder, silenced(control));
                                 control.report(1.0);
                               },
-                          .stage = kSurvey});
+                          .stage = kSurvey,
+                          .cost = work->tiles().survey_cost});
     plan.items.push_back({.name = map + "-tile" + number,
                           .outputs = work->measure_files(tile),
                           .run =
@@ -146,7 +147,8 @@ void add_tile_items(
                                 control.report(1.0);
                               },
                           .stage = kMeasure,
-                          .weight = 10.0});
+                          .weight = 10.0,
+                          .cost = work->tiles().measure_cost});
   }
   plan.items.push_back({.name = map,
                         .outputs = std::move(outputs),
@@ -155,7 +157,8 @@ void add_tile_items(
                               conclude(folder, work->conclude(folder, silenced(control)), control);
                               control.report(1.0);
                             },
-                        .stage = kConclude});
+                        .stage = kConclude,
+                        .cost = work->tiles().conclude_cost});
 }
 
 }  // namespace patinate::analysis

@@ -15,6 +15,7 @@
 #include "analysis/fit/misfit.h"
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
+#include "libcommon/job/cost_model.h"
 #include "patinate/core/error.h"
 
 namespace patinate::analysis {
@@ -32,9 +33,21 @@ constexpr std::uint64_t kScanItems = 1u << 18;  ///< Random numbers of scans, ap
 constexpr std::uint64_t kMostScanPlaces = 64;
 constexpr double kNearTheLimit = 1.25;  ///< Of the objective that cannot be told from the best.
 
+/// What items take beside agings: measured on a ledge of 64 and 128 texels, three frames, by texel and frame.
+constexpr CostModel kEvaluationCost{0.03, 1.8e-6, 31.0, 180.0}, kJoinCost{0.45, 4e-6, 34.0, 220.0};
+constexpr double kAppearance_seconds = 2.5e-7;
+
+JobCost cost_of(const FitWork& work, const CostModel& model, int num_agings, int num_appearances) {
+  const SurfaceOutline& o = work.task.outline;
+  const double seen = static_cast<double>(o.width) * o.height * static_cast<double>(o.times.size());
+  JobCost cost = model.of(seen);
+  cost.core_seconds += num_agings * work.task.aging_seconds + kAppearance_seconds * seen * num_appearances;
+  return cost;
+}
+
 using MakeRecord = std::function<FitEvaluation(const fs::path& folder, const RunControl& control)>;
 
-JobItem record_item(const std::string& name, int stage, const std::string& key, MakeRecord make) {
+JobItem record_item(const std::string& name, int stage, const std::string& key, MakeRecord make, const JobCost& cost) {
   return {.name = name,
           .outputs = {fit_record_file(name)},
           .run =
@@ -42,7 +55,8 @@ JobItem record_item(const std::string& name, int stage, const std::string& key, 
                 save_json(folder / fit_record_file(name), evaluation_json(make(folder, control)));
               },
           .key = key,
-          .stage = stage};
+          .stage = stage,
+          .cost = cost};
 }
 
 FitEvaluation evaluate_candidate(const std::shared_ptr<FitWork>& work, const std::string& name, int generation, int k,
@@ -112,36 +126,46 @@ FitEvaluation scan_place(FitWork& work, const std::string& name, std::size_t i, 
   return evaluation;
 }
 
+int num_appearances(const FitWork& work) {
+  return work.appearance.empty() ? 1 : work.task.options.appearance_evaluations;
+}
+
 /// Items after the search: the best with other seeds, and then along every parameter.
 void add_scans(const std::shared_ptr<FitWork>& work, int seeds_stage, JobPlan& plan) {
   const int stage = seeds_stage + 1;
   const FitOptions& options = work->task.options;
   for (int s = 1; s <= options.seeds; ++s) {
     plan.items.push_back(record_item(
-        "seed-" + std::to_string(s), seeds_stage, "", [work, s](const fs::path& folder, const RunControl& control) {
+        "seed-" + std::to_string(s), seeds_stage, "",
+        [work, s](const fs::path& folder, const RunControl& control) {
           return draw_chance(work->ready(control), "seed-" + std::to_string(s), work->best(folder).values,
                              static_cast<std::uint64_t>(s), control);
-        }));
+        },
+        cost_of(*work, kEvaluationCost, 2, 0)));
   }
   for (const std::size_t i : work->aged) {
     for (int k = 0; k < options.scan; ++k) {
       const std::string name = "scan-" + std::to_string(i) + "-" + std::to_string(k);
-      plan.items.push_back(
-          record_item(name, stage, "", [work, i, k, name](const fs::path& folder, const RunControl& control) {
+      plan.items.push_back(record_item(
+          name, stage, "",
+          [work, i, k, name](const fs::path& folder, const RunControl& control) {
             return scan_place(*work, name, i, static_cast<std::size_t>(k), folder, control);
-          }));
+          },
+          cost_of(*work, kEvaluationCost, 3, num_appearances(*work))));
     }
   }
   if (work->appearance.empty() || options.scan == 0) return;
-  plan.items.push_back(
-      record_item("scan-appearance", stage, "", [work](const fs::path& folder, const RunControl& control) {
+  plan.items.push_back(record_item(
+      "scan-appearance", stage, "",
+      [work](const fs::path& folder, const RunControl& control) {
         std::vector<std::vector<double>> all;
         for (const std::size_t i : work->appearance) {
           for (std::vector<double>& values : scan_values(*work, work->best(folder).values, i))
             all.push_back(std::move(values));
         }
         return evaluate_appearances(work->ready(control), "scan-appearance", all, 0, control);
-      }));
+      },
+      cost_of(*work, kEvaluationCost, 1, options.scan * static_cast<int>(work->appearance.size()))));
 }
 
 /// What a comparison says of the history with some values.
@@ -295,13 +319,15 @@ FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_
   return budget;
 }
 
+std::string budget_problem(const FitBudget& budget) {
+  return "--evaluations: found " + std::to_string(budget.evaluations) + "; expected at least " +
+         std::to_string(budget.least) + ", the start and two generations of " + std::to_string(budget.population);
+}
+
 JobPlan plan_fit(FitTask task, const fs::path& output) {
   check_ranges(task.options);
   for (const FitParameter& p : task.parameters) {
-    if (!(p.start >= p.range.low && p.start <= p.range.high)) {
-      throw InvalidInput(p.range.name + ": starts at " + number_text(p.start) + ", outside " +
-                         number_text(p.range.low) + " to " + number_text(p.range.high));
-    }
+    if (const std::string problem = start_problem(p); !problem.empty()) throw InvalidInput(problem);
   }
   const SeriesFile series = open_series(task.history);
   // Says what is wrong before work starts.
@@ -323,27 +349,34 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
   }
   JobPlan plan = inputs.plan(output, kFitReportFile);
   const std::string search_key = search_inputs.key();
-  plan.items.push_back(record_item("initial", 0, search_key, [work](const fs::path&, const RunControl& control) {
-    const int num_appearance = work->appearance.empty() ? 1
-                               : work->aged.empty()     ? work->budget.evaluations
-                                                        : work->task.options.appearance_evaluations;
-    return evaluate(work->ready(control), "initial", work->start,
-                    {.num_appearance = num_appearance,
-                     .step = work->task.options.step,
-                     .starts = work->aged.empty() ? work->task.options.starts : 1,
-                     .item = 0},
-                    0, control);
-  }));
+  plan.items.push_back(record_item(
+      "initial", 0, search_key,
+      [work](const fs::path&, const RunControl& control) {
+        const int num_appearance = work->appearance.empty() ? 1
+                                   : work->aged.empty()     ? work->budget.evaluations
+                                                            : work->task.options.appearance_evaluations;
+        return evaluate(work->ready(control), "initial", work->start,
+                        {.num_appearance = num_appearance,
+                         .step = work->task.options.step,
+                         .starts = work->aged.empty() ? work->task.options.starts : 1,
+                         .item = 0},
+                        0, control);
+      },
+      cost_of(*work, kEvaluationCost, 1, work->aged.empty() ? work->budget.evaluations : num_appearances(*work))));
+  const JobCost cost = cost_of(*work, kEvaluationCost, 1, num_appearances(*work));
   for (int g = 0; g < work->num_generations(); ++g) {
     for (int k = 0; k < work->budget.population; ++k) {
       const std::string name = work->candidate_name(g, k);
-      plan.items.push_back(
-          record_item(name, 1 + g, search_key, [work, name, g, k](const fs::path& folder, const RunControl& control) {
+      plan.items.push_back(record_item(
+          name, 1 + g, search_key,
+          [work, name, g, k](const fs::path& folder, const RunControl& control) {
             return evaluate_candidate(work, name, g, k, folder, control);
-          }));
+          },
+          cost));
     }
   }
   add_scans(work, 1 + work->num_generations(), plan);
+  plan.join_cost = cost_of(*work, kJoinCost, 2, 2);
   plan.join = [work, key = plan.key](const fs::path& folder, const RunControl& control) {
     FitOutcome outcome = outcome_of(*work, folder);
     const Compared before = compared(*work, "before", work->start, folder, key, control.part(0.0, 0.5));

@@ -41,6 +41,8 @@ struct FitBudget {
   int least = 0;
   int population = 0;
 };
+/// What is said of a budget below the least.
+[[nodiscard]] std::string budget_problem(const FitBudget& budget);
 [[nodiscard]] FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_t num_appearance);
 
 struct FitTask {
@@ -49,6 +51,7 @@ struct FitTask {
   std::vector<FitParameter> parameters;  ///< At least one; names differ.
   SurfaceOutline outline;
   AgeWith age;
+  double aging_seconds = 0.0;  ///< About what one takes, for plans.
   std::vector<FitTerm> terms;
   ObjectiveOptions objective;
   FitOptions options;

@@ -64,6 +64,13 @@ FitRange read_fit_range(JsonReader json) {
   return range;
 }
 
+std::string start_problem(const FitParameter& parameter) {
+  const FitRange& r = parameter.range;
+  if (parameter.start >= r.low && parameter.start <= r.high) return "";
+  return r.name + ": starts at " + number_text(parameter.start) + ", outside " + number_text(r.low) + " to " +
+         number_text(r.high);
+}
+
 double value_at(const FitParameter& parameter, double unit) {
   const FitRange& r = parameter.range;
   if (unit <= 0.0) return r.low;

@@ -32,6 +32,8 @@ struct FitParameter {
   bool is_appearance = false;  ///< Another value needs no new aging, only another appearance of what has aged.
 };
 
+/// What is wrong with where it starts, "" if nothing.
+[[nodiscard]] std::string start_problem(const FitParameter& parameter);
 /// The value at a share of the range, with six significant digits (whole if it must be). @param unit  In [0, 1].
 [[nodiscard]] double value_at(const FitParameter& parameter, double unit);
 /// The inverse, but for rounding; in [0, 1].

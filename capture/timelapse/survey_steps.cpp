@@ -15,6 +15,7 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
+#include "libcommon/job/cost_model.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
@@ -64,6 +65,13 @@ Json survey_chunk(const IngestWork& work, int chunk, const fs::path& folder, con
   return {{"pairs", std::move(pairs)}, {"looks", std::move(looks)}};
 }
 
+/// Measured on six photographs of 192 x 192 and of 384 x 384 pixels: by pixel and photograph.
+constexpr CostModel kChunkCost{0.3, 2.2e-7, 25.0, 13.0}, kSurveyCost{0.45, 5e-7, 25.0, 16.0};
+
+double num_surveyed(const IngestWork& work, int num_frames) {
+  return static_cast<double>(work.project.width()) * work.project.height() * num_frames;
+}
+
 JobItem chunk_item(const std::shared_ptr<const IngestWork>& work, int chunk) {
   const int begin = chunk * kChunk, end = std::min(num_frames_of(*work), begin + kChunk);
   const PixelRectangle& roi = work->project.roi;
@@ -90,7 +98,8 @@ JobItem chunk_item(const std::shared_ptr<const IngestWork>& work, int chunk) {
                 control.report(1.0);
               },
           .key = key.hex(),
-          .stage = ingest_stages(*work).survey};
+          .stage = ingest_stages(*work).survey,
+          .cost = kChunkCost.of(num_surveyed(*work, end - begin))};
 }
 
 /// What the chunks say.
@@ -371,7 +380,8 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
                            save_survey(*work, folder, control);
                            control.report(1.0);
                          },
-                     .stage = ingest_stages(*work).decisions});
+                     .stage = ingest_stages(*work).decisions,
+                     .cost = kSurveyCost.of(num_surveyed(*work, num_frames_of(*work)))});
   }
   if (work->options.repair.flat_field.empty()) return;
   items.push_back({.name = "flat-field",

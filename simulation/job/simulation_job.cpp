@@ -8,6 +8,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/job/job_record.h"
 #include "libcommon/mesh_files/mesh_files.h"
@@ -104,8 +105,7 @@ std::int64_t num_gammatons(const Scene& scene) {
 /// (docs/scaling.md): the scene is made and read back by every item.
 JobCost stretch_cost(const Scene& scene, std::int64_t iterations, bool has_frame) {
   const double texels = static_cast<double>(scene.resolution) * scene.resolution;
-  const double step = 1.3e-8 * texels + 8.7e-7 * static_cast<double>(num_gammatons(scene));
-  return {.core_seconds = 0.09 + (has_frame ? 1.3e-6 : 7.5e-7) * texels + step * static_cast<double>(iterations),
+  return {.core_seconds = 0.09 + (has_frame ? 1.3e-6 : 7.5e-7) * texels + iterations_seconds(scene, iterations),
           .megabytes = 95.0 + 6e-5 * texels};
 }
 JobCost outcome_cost(const Scene& scene) {
@@ -117,6 +117,7 @@ JobCost outcome_cost(const Scene& scene) {
 JobItem scene_item(const std::shared_ptr<SimulationWork>& work) {
   JobItem item;
   item.name = "scene";
+  item.cost = kSmallCost.of();
   item.outputs = {fs::path(kSceneFolder) / work->copy.name};
   for (const SceneCopy::File& file : work->copy.files) item.outputs.push_back(fs::path(kSceneFolder) / file.to);
   item.run = [work](const fs::path& folder, const RunControl& control) {
@@ -265,6 +266,11 @@ JobInputs simulation_inputs(const SceneFile& file, const SimulationOptions& opti
 }
 
 }  // namespace
+
+double iterations_seconds(const Scene& scene, std::int64_t iterations) {
+  const double texels = static_cast<double>(scene.resolution) * scene.resolution;
+  return (1.3e-8 * texels + 8.7e-7 * static_cast<double>(num_gammatons(scene))) * static_cast<double>(iterations);
+}
 
 JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const fs::path& output) {
   const JobInputs inputs = simulation_inputs(scene, options);

@@ -322,6 +322,7 @@ class Cost(PlanCase):
         cases = {
             "simulate": [self.items("sim_small", "simulate", scene, "--resolution", "192", "--iterations", "40", "--history-every", "20"),
                          self.items("sim_large", "simulate", scene, "--resolution", "640", "--iterations", "120", "--history-every", "60")],
+            "control": [self.items(f"sky{r}.exr", "control", self.shared / "urn/mesh.obj", "--kind", "exposure", "--resolution", r, "--no-cache") for r in (200, 600)],
             "compare": [self.items(f"compared{w}", "compare", f"plate{w}", f"plate{w}", "--size", "0") for w in (200, 520)],
             "lookup": [self.items(f"tex{r}_%d.png", "lookup", f"aged{r}", "--num-times", "3") for r in (300, 700)],
             "render": [self.items(f"seen{r}_%d.png", "render", f"aged{r}", "--num-times", "2", "--width", w, "--height", w) for r, w in ((300, 160), (700, 480))],
@@ -344,8 +345,19 @@ class Cost(PlanCase):
         self.assertAlmostEqual(views["core_seconds"], 3 * one["core_seconds"], delta=0.05 * views["core_seconds"])  # Rounded.
         self.assertGreater(cost("evaluate", aged, "-o", "judged")["megabytes"], 0)
 
+    def test_models_and_transfers_that_are_cut_say_what_they_cost(self):
+        def cost(*command):
+            plan = self.plan(*command)
+            return (plan["items"][0] if plan["items"] else plan["join"])["cost"]["core_seconds"]
+        transfer = ["transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--resolution", "256", "-o", "out"]
+        self.assertLess(cost(*transfer, "--quality", "draft"), cost(*transfer))
+        self.assertLess(cost(*transfer), cost(*transfer, "--quality", "best"))
+        for name in ("aged.glb", "aged.usdz"):
+            self.assertLess(cost("export", self.shared / "aged", "--num-times", "2", "-o", name), cost("export", self.shared / "aged", "--num-times", "2000", "-o", name))
+        self.assertLess(cost("export", self.shared / "aged", "--time", "1", "-o", "aged.obj"), 1)
+
     def test_what_is_not_known_is_null(self):
-        plan = self.plan("transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "out")
+        plan = self.plan("transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--method", "reference", "--resolution", "64", "-o", "out")
         self.assertIsNone(plan["join"]["cost"])
 
 

@@ -32,7 +32,9 @@ STUDY = {"format": "patinate.study", "version": 1, "name": "all of it",
                       "options": {"resolution": [32, 64], "subpixel": False}, "seeds": [1, 2],
                       "outputs": [{"command": "render", "file": "strip.png", "options": {"num_times": 3}}, {"command": "compare", "with": "history", "name": "same"}]},
          "simulate": {"scenes": ["ledge/scene.json"], "vary": [{"pointer": "/appearance/dirt/strength", "low": 0.1, "high": 5, "scale": "log"}, {"pointer": "/tracing/lobe_exponent_float", "values": [20, 200]}],
-                      "design": "latin_hypercube", "samples": 4, "design_seed": 3}}
+                      "design": "latin_hypercube", "samples": 4, "design_seed": 3},
+         "fit": {"scenes": ["ledge/scene.json"], "histories": ["history", "aged"], "vary": [{"pointer": "/appearance/dirt/strength", "low": 0.1, "high": 5, "scale": "log"}], "objective": {"mean_color": 1, "covered": 0.5},
+                 "options": {"evaluations": 20, "population": [4, 6]}, "seeds": [1, 2]}}
 
 
 # A light seen in one mirror sphere, and what the schema and the reader both refuse in it.
@@ -171,7 +173,9 @@ class Schemas(unittest.TestCase):
         broken = {"study": COMMON + [drop("transfer", "histories"), put("transfer", "meshes", []), put("transfer", "controls", [5]), put("transfer", "options", "resolution", []), put("transfer", "options", 3),
                                      put("transfer", "seeds", [-1]), put("transfer", "seeds", []), put("transfer", "outputs", 0, "command", "ingest"), put("transfer", "outputs", 0, "surplus", 1),
                                      put("transfer", "outputs", 1, "name", "a b"), drop("simulate", "scenes"), put("simulate", "design", "random"), put("simulate", "samples", 0),
-                                     put("simulate", "vary", 0, "values", [1]), put("simulate", "vary", 1, "values", []), put("simulate", "vary", 0, "pointer", "appearance"), drop("simulate", "vary", 0, "low")],
+                                     put("simulate", "vary", 0, "values", [1]), put("simulate", "vary", 1, "values", []), put("simulate", "vary", 0, "pointer", "appearance"), drop("simulate", "vary", 0, "low"),
+                                     drop("fit", "vary"), put("fit", "vary", []), drop("fit", "histories"), put("fit", "objective", "charm", 1), put("fit", "objective", "covered", 0), put("fit", "vary", 0, "count", 3),
+                                     put("fit", "vary", 0, "scale", "cubic"), put("fit", "outputs", [])],
                   "plan": [put("format", "patinate.other"), put("version", 99), drop("format"), drop("program"), drop("key"), put("command", []), put("command", "ingest"), put("inputs", 3), drop("inputs")]}
         for name, command in (("study", ["study", "run", "broken.json", "-o", "studied"]), ("plan", ["run", "broken.json"])):
             check = validator(name)

@@ -7,11 +7,14 @@ import json
 import os
 import pathlib
 import shutil
+import signal
 import subprocess
 import sys
+import time
 import unittest
 
 from command_case import CANNOT, INPUT, USAGE, CommandCase, tree_of, use
+from small_scene import PLATE, PLATE_SCENE
 
 PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 SNAKEMAKE = shutil.which("snakemake")
@@ -20,18 +23,28 @@ TRANSFERS = {"histories": ["history"], "meshes": ["urn/mesh.obj", "flat.obj"], "
              "outputs": [{"command": "render", "file": "strip.png", "options": {"num_times": 2, "width": 60}}]}
 SIMULATIONS = {"scenes": ["ledge/scene.json"], "options": {"resolution": 64, "iterations": 4},
                "vary": [{"pointer": "/appearance/dirt/strength", "low": 0.5, "high": 2, "scale": "log", "count": 2}]}
+FITS = {"scenes": ["plate.json"], "histories": ["rusted"], "objective": {"color_distribution": 1, "covered": 0.5},
+        "vary": [{"pointer": "/rules/0/rate", "low": 0.1, "high": 20, "scale": "log"}, {"pointer": "/appearance/patina/strength", "low": 0.1, "high": 3}],
+        "options": {"evaluations": 13, "appearance_evaluations": 3, "scan": 1, "seeds": 1}, "seeds": [1, 2]}
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n"
+TWO_TILES = "v 0 0 0\nv 1 0 0\nv 2 0 0.5\nv 2 1 0.5\nv 1 1 0\nv 0 1 0\nvt 0.05 0.05\nvt 0.95 0.05\nvt 0.95 0.95\nvt 0.05 0.95\nvt 1.05 0.05\nvt 1.95 0.05\nvt 1.95 0.95\nvt 1.05 0.95\nf 1/1 2/2 5/3 6/4\nf 2/5 3/6 4/7 5/8\n"
 
 
 def setUpModule():
     use(PROGRAM)
-    subprocess.run([CommandCase.patinate, "synth", "ledge", "--cells", "4", "-o", "ledge"], cwd=CommandCase.shared, check=True, capture_output=True)
+    shared = CommandCase.shared
+    (shared / "plate.obj").write_text(PLATE)
+    scene = {**PLATE_SCENE, "run": {"iterations": 8, "history_every": 4}}
+    (shared / "plate.json").write_text(json.dumps(scene))
+    (shared / "truth.json").write_text(json.dumps({**scene, "rules": [{"name": "patina", "rate": 2.0}, scene["rules"][1]]}))
+    for arguments in (["synth", "ledge", "--cells", "4", "-o", "ledge"], ["simulate", "truth.json", "-o", "rusted"]):
+        subprocess.run([CommandCase.patinate, *arguments], cwd=shared, check=True, capture_output=True)
 
 
 class StudyCase(CommandCase):
     def setUp(self):
         super().setUp()
-        for name in ("history", "urn", "ledge"):
+        for name in ("history", "urn", "ledge", "rusted", "plate.obj", "plate.json"):
             (self.folder / name).symlink_to(self.shared / name)
         (self.folder / "flat.obj").write_text(SQUARE)
 
@@ -48,7 +61,7 @@ class StudyCase(CommandCase):
 
     def results(self, folder):
         """What a study has made and says about it, without how it was run."""
-        return {name: content for name, content in tree_of(self.folder / folder).items() if name.split("/")[0] in ("cells", "cells.json", "report.html", "report.json", "transfer.csv", "simulate.csv", "done")}
+        return {name: content for name, content in tree_of(self.folder / folder).items() if name.split("/")[0] in ("cells", "cells.json", "report.html", "report.json", "transfer.csv", "simulate.csv", "fit.csv", "done")}
 
 
 class Cells(StudyCase):
@@ -156,6 +169,22 @@ class Run(StudyCase):
             ledger = json.loads((self.folder / f"out/cells/{row['cell']}/simulation/simulation.json").read_text())["ledger"]
             self.assertEqual(float(row["simulate: water emitted"]), ledger["water"]["emitted"])
 
+    def test_a_fit_is_the_bytes_of_its_command_and_the_table_holds_what_it_found(self):
+        self.study(fit=FITS)
+        self.succeeds("study", "run", "study.json", "-o", "out")
+        rows = list(csv.DictReader(io.StringIO((self.folder / "out/fit.csv").read_text())))
+        self.assertEqual([row["cell"] for row in rows], ["plate-rusted-seed1", "plate-rusted-seed2"])
+        for row in rows:
+            made = self.folder / "out/cells" / row["cell"] / "fit"
+            report = json.loads((made / "report.json").read_text())
+            self.assertEqual(float(row["fit: objective after"]), report["objective"]["after"])
+            self.assertEqual(float(row["fit: /rules/0/rate"]), report["parameters"][0]["best"])
+            self.assertEqual([float(row[f"fit: /rules/0/rate {end}"]) for end in ("at least", "at most")], report["parameters"][0]["interval"])
+        command = self.cells()["plate-rusted-seed2"]["commands"]["fit"].split()
+        subprocess.run([self.patinate, *command[:-1], "by_hand"], cwd=self.folder / "out", check=True, capture_output=True)
+        alone, made = tree_of(self.folder / "out/by_hand"), tree_of(self.folder / "out/cells/plate-rusted-seed2/fit")
+        self.assertEqual([name for name in made if made[name] != alone.get(name) and name not in ("job.json", "scene.json")], [])  # Whose paths are relative to it.
+
     def test_a_dry_run_says_what_is_left(self):
         self.study(transfer=TRANSFERS)
         before = sorted(self.folder.rglob("*"))
@@ -195,6 +224,24 @@ class BadStudies(StudyCase):
                        "/transfer/outputs/0/options/width: --width: found `-1`"],
                       transfer={**TRANSFERS, "options": {"neighborhood": [2, 99], "quality": "goood"}, "outputs": [{"command": "render", "file": "a.png", "options": {"width": -1}}]})
 
+    def test_options_that_do_not_go_together_are_said_before_anything_runs(self):
+        self.problems(["/transfer/options: --device: --method reference runs on the CPU", "/transfer/outputs/0: -o: found `a.bmp`; expected a name that ends in .png", "/transfer/outputs/1: --num-times: found `0`; expected an integer [1, 10000]",
+                       "/transfer/outputs/2: -o: found `b.png` for 3 times; expected a name with a number in it", "/transfer/outputs/3: -o: found `c.bmp`; expected MODEL.glb", "/transfer/outputs/4: -o: found `judged.csv`, the name of a file",
+                       "/transfer/outputs/5: --num-blocks: found 1", "/transfer/outputs/6: --views: found `font`"],
+                      transfer={**TRANSFERS, "options": {"method": ["fast", "reference"], "device": "opencl"},
+                                "outputs": [{"command": "render", "file": "a.bmp"}, {"command": "render", "file": "a.png", "name": "b", "options": {"num_times": 0}}, {"command": "lookup", "file": "b.png", "options": {"num_times": 3}},
+                                            {"command": "export", "file": "c.bmp"}, {"command": "evaluate", "file": "judged.csv"}, {"command": "compare", "with": "history", "options": {"num_blocks": 1}},
+                                            {"command": "render", "name": "c", "file": "d.png", "options": {"views": "font", "time": 1}}]})
+        self.problems(["/simulate/options: --resolution: found `7`; expected 0 or [16, 16384]"], simulate={**SIMULATIONS, "options": {"resolution": [64, 7]}})
+        self.problems(["/simulate/options/replicates: `replicates` is not for studies; each of `seeds` is a cell"], simulate={**SIMULATIONS, "options": {"replicates": 3}})
+
+    def test_what_a_fit_cannot_vary_is_said_before_anything_runs(self):
+        self.problems(["/fit/histories/0: ", "/fit/objective/coverd: --objective: found `coverd`", "/fit/options/evaluatoins: `fit` has no option `evaluatoins`; did you mean `evaluations`?"],
+                      fit={**FITS, "histories": ["rust"], "objective": {"coverd": 1}, "options": {"evaluatoins": 3}})
+        self.problems(["/fit/vary/0: /rules/0/rat is not in plate.json"], fit={**FITS, "vary": [{"pointer": "/rules/0/rat", "low": 1, "high": 2}]})
+        self.problems(["/fit: --evaluations: found 5; expected at least 13"], fit={**FITS, "options": {"evaluations": [5, 13]}})
+        self.problems(["/fit/vary: plate.json: /appearance/patina/strength: starts at 0.5, outside 1 to 2"], fit={**FITS, "vary": [{"pointer": "/appearance/patina/strength", "low": 1, "high": 2}]})
+
     def test_a_pattern_in_a_folder_that_is_not_there_says_where_it_stands(self):
         self.problems(["/transfer/meshes/0: `meshes/*.obj`: there is no folder "], transfer={**TRANSFERS, "meshes": ["meshes/*.obj", "flat.obj"]})
 
@@ -217,7 +264,7 @@ class BadStudies(StudyCase):
         self.problems(["a list needs `values` everywhere"], simulate={**SIMULATIONS, "design": "list"})
 
     def test_empty_and_foreign_files_are_one_line(self):
-        self.problems(["holds neither `transfer` nor `simulate`"])
+        self.problems(["holds neither `transfer` nor `simulate` nor `fit`"])
         for content in ("", "[]", "{}", '{"format": "patinate.scene"}'):
             (self.folder / "study.json").write_text(content)
             self.fails(INPUT, "study.json", "study", "run", "study.json", "-o", "out")
@@ -233,9 +280,11 @@ class BadStudies(StudyCase):
 
 @unittest.skipUnless(SNAKEMAKE, "snakemake is not installed (Debian's snakemake)")
 class Snakemake(StudyCase):
+    def environment(self):
+        return {**os.environ, "PATH": f"{pathlib.Path(self.patinate).parent}:{os.environ['PATH']}", "XDG_CACHE_HOME": str(self.folder / "cache"), "HOME": str(self.folder)}
+
     def snakemake(self, *arguments):
-        environment = {**os.environ, "PATH": f"{pathlib.Path(self.patinate).parent}:{os.environ['PATH']}", "XDG_CACHE_HOME": str(self.folder / "cache"), "HOME": str(self.folder)}
-        return subprocess.run([SNAKEMAKE, "--profile", "profiles/local", *arguments], cwd=self.folder / "out", env=environment, capture_output=True, text=True, timeout=600)
+        return subprocess.run([SNAKEMAKE, "--profile", "profiles/local", *arguments], cwd=self.folder / "out", env=self.environment(), capture_output=True, text=True, timeout=600)
 
     def test_it_makes_the_bytes_of_the_local_run_and_does_nothing_twice(self):
         self.study(transfer=TRANSFERS, simulate=SIMULATIONS)
@@ -247,6 +296,57 @@ class Snakemake(StudyCase):
         self.assertIn("Nothing to be done", self.snakemake().stderr)
         # Nor when both take turns.
         self.succeeds("study", "run", "study.json", "-o", "out")
+        self.assertEqual(self.results("out"), self.results("here"))
+
+    def test_fits_go_generation_by_generation_and_resume_after_the_head_dies_with_the_same_bytes(self):
+        self.study(fit=FITS)
+        self.succeeds("study", "run", "study.json", "-o", "here")
+        for cores, portion in ((1, 3), (3, 1)):
+            with self.subTest(cores=cores):
+                shutil.rmtree(self.folder / "out", ignore_errors=True)
+                self.succeeds("study", "export", "study.json", "--snakemake", "out")
+                wanted = ("--cores", str(cores), "--config", f"items={portion}")
+                self.kill_after_first_generation(*wanted)
+                finished = [p for p in (self.folder / "out/cells").glob("*/fit.items/*/evaluations/*.json") if ".tmp" not in str(p)]
+                kept = {p.parts[-5] + p.name: p.stat().st_ino for p in finished}
+                self.assertGreater(len(kept), 3)
+                self.assertEqual(self.snakemake("--unlock").returncode, 0)
+                result = self.snakemake(*wanted)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(self.results("out"), self.results("here"))
+                made = {p.parts[-4] + p.name: p.stat().st_ino for p in (self.folder / "out/cells").glob("*/fit/evaluations/*.json")}
+                self.assertEqual({name: made[name] for name in kept}, kept)  # What was finished was not made again.
+                self.assertIn("Nothing to be done", self.snakemake(*wanted).stderr)
+
+    def kill_after_first_generation(self, *arguments):
+        """Snakemake is killed, and so are the steps that it has begun."""
+        process = subprocess.Popen([SNAKEMAKE, "--profile", "profiles/local", *arguments], cwd=self.folder / "out", env=self.environment(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
+        end = time.monotonic() + 300
+        while not list((self.folder / "out/items/fit").glob("*/wave1")) and time.monotonic() < end and process.poll() is None:
+            time.sleep(0.02)
+        self.assertIsNone(process.poll(), "ended before it was killed")
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+
+    def test_a_fit_that_cannot_be_planned_is_said_by_the_export(self):
+        (self.folder / "broken").mkdir()
+        (self.folder / "broken/history.json").write_text("{")
+        self.study(fit={**FITS, "histories": ["rusted", "broken"]})
+        result = self.run_patinate("study", "export", "study.json", "--snakemake", "out")
+        self.assertEqual(result.returncode, INPUT)
+        lines = result.stderr.splitlines()
+        self.assertEqual([line.split(": ")[2:4] for line in lines], [[f"plate-broken-seed{seed}", "fit"] for seed in (1, 2)], result.stderr)
+        self.assertIn("broken/history.json", lines[0])
+
+    def test_a_transfer_by_tile_goes_item_by_item_too(self):
+        (self.folder / "two.obj").write_text(TWO_TILES)
+        part = {"histories": ["history"], "meshes": ["two.obj"], "controls": ["facing"], "options": {"resolution": 32, "structure": 0, "by_tile": True, "unit": "mm", "texel_size": 0.03}}
+        self.study(transfer=part)
+        self.succeeds("study", "export", "study.json", "--snakemake", "out")
+        result = self.snakemake("--config", "items=4")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertTrue(list((self.folder / "out/items/transfer").glob("*/wave0")))
+        self.succeeds("study", "run", "study.json", "-o", "here")
         self.assertEqual(self.results("out"), self.results("here"))
 
     def test_what_fails_is_on_the_page_and_the_rest_goes_on(self):

@@ -65,6 +65,15 @@ class Tiles(CommandCase):
         self.succeeds(*self.command(256), "--coarse-passes", "2", "--by-tile", "--threads", "1", "-o", "tiled")
         self.assert_equal("whole", "tiled")
 
+    def test_two_tiles_whose_levels_are_all_coarse_are_the_transfer_in_one_piece(self):
+        square = "v {x} 0 0\nv {z} 0 4\nv {z} 9 5\nv {x} 9 0\n"
+        uvs = "vt {u}.05 0.05\nvt {u}.95 0.05\nvt {u}.95 0.95\nvt {u}.05 0.95\n"
+        (self.folder / "two.obj").write_text("".join(square.format(x=9 * k, z=9 * k + 9) for k in (0, 1)) + "".join(uvs.format(u=k) for k in (0, 1)) + "f 1/1 2/2 3/3 4/4\nf 5/5 6/6 7/7 8/8\n")
+        command = self.command(64, mesh=self.folder / "two.obj")
+        self.succeeds(*command, "-o", "whole")
+        self.succeeds(*command, "--by-tile", "-o", "tiled")
+        self.assert_equal("whole", "tiled")
+
     def test_items_in_processes_of_their_own_give_the_same(self):
         command = [*self.command(64), "--by-tile", "--coarse-passes", "2", "-o", "tiled"]
         self.succeeds(*self.command(64), "--coarse-passes", "2", "-o", "whole")

@@ -126,7 +126,7 @@ def commands_of(page):
     for block in re.findall(r"(?:^ {4}.*\n)+", page.read_text(), re.MULTILINE):
         rows = [row[4:] for row in block.splitlines()]
         if any(re.match(r"(PATINATE_\w+=\S+ )*patinate ", row) for row in rows):
-            lines += [row for row in rows if re.match(r"(PATINATE_\w+=\S+ )*patinate |cp ", row)]
+            lines += [row for row in rows if re.match(r"(PATINATE_\w+=\S+ )*patinate |cp |sed ", row)]
     return lines
 
 
@@ -138,6 +138,8 @@ def write_studies(page, folder):
         study = json.loads(block)
         for part in study.values():
             if isinstance(part, dict):
+                if "histories" in part and "scenes" in part:
+                    continue  # A fit takes its size from the scene.
                 part["options"].update(resolution=64, **({"iterations": 4} if "scenes" in part else {}))
                 for output in part["outputs"]:
                     if output["command"] == "evaluate":

@@ -3,6 +3,7 @@
 #include <span>
 
 #include "libcommon/core/text.h"
+#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "transfer/files/transfer_files.h"
 #include "transfer/job/transfer_job.h"
@@ -139,6 +140,7 @@ JobPlan plan_tiled_transfer(TiledTask task, const fs::path& output) {
         return std::vector<fs::path>{tile_file::figures(tile), coordinate_tile_file(transfer, tile)};
       },
       [&](int tile) -> Work { return [=](const fs::path& f, const RunControl& c) { tiled->finish(tile, f, c); }; });
+  plan.join_cost = kSmallCost.of();
   plan.join = [=, key = plan.key](const fs::path& folder, const RunControl& control) {
     tiled->join(folder, output, key, control);
   };

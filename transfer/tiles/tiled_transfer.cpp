@@ -358,9 +358,14 @@ void TiledTransfer::finish(int tile, const Folder& folder, const RunControl& con
   SynthesisLevel synthesis = p.level_of(0, map, part);
   synthesis.destination.neighbors = std::make_shared<TexelNeighborhood>(find({rect, {}}));
   PlaceMap places(map->num_texels(), synthesis.source.width(), true);
-  TiledPlaces stored = stored_places(folder, grid_, 0, num_passes(0));
-  stored.load(rect, tile, places, {});
-  stored.load(find_rim(*map, rect, find), places, {});
+  if (num_tiled_levels() == 0) {  // Of two tiles all levels are coarse ones.
+    StoredPlaces whole([&](int) { return folder / tile_file::coarse(); }, [&](int) { return grid_.whole(0); });
+    whole.load(0, grid_.whole(0), grid_.width(0), places, {});
+  } else {
+    TiledPlaces stored = stored_places(folder, grid_, 0, num_passes(0));
+    stored.load(rect, tile, places, {});
+    stored.load(find_rim(*map, rect, find), places, {});
+  }
   write_figures(folder / tile_file::figures(tile), measure_figures(synthesis.source, synthesis.destination,
                                                                    p.neighborhood, places.pixels, p.weights, silent));
   const int source_width = synthesis.source.width(), full_width = task_.transfer.history->facts().width;

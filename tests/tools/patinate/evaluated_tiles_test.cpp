@@ -23,13 +23,13 @@ namespace {
 namespace fs = std::filesystem;
 using testing_support::TempFolder;
 
-/// A transfer onto a waved square of turned and mirrored charts in 2 x 2 UDIM tiles.
-void make_transfer(const TempFolder& folder, int tile_px) {
+/// A transfer onto a waved square of turned and mirrored charts, 2 x 2 in each of `side` x `side` UDIM tiles.
+void make_transfer(const TempFolder& folder, int tile_px, int side = 2) {
   fs::create_directory(folder / "history");
   testing_support::write_history(folder / "history", 96, 64, 3, testing_support::blotches);
-  Mesh mesh = testing_support::patchwork_plane(60.0, 4);
+  Mesh mesh = testing_support::patchwork_plane(60.0, 2 * side);
   for (Vec3& p : mesh.positions) p.z() = 3.0 * std::sin(p.x() / 6.0) + 2.0 * std::cos(p.y() / 4.0);
-  for (Vec2& uv : mesh.uvs) uv *= 2.0;
+  for (Vec2& uv : mesh.uvs) uv *= side;
   transfer::TransferTask task;
   task.history = std::make_shared<const HistoryReader>(folder / "history");
   task.atlas = std::make_shared<AtlasMesh>(atlas_mesh_of(mesh, find_uv_layout(mesh)));
@@ -88,6 +88,27 @@ TEST(EvaluatedTiles, SayWhatTheWholeTransferSays) {
   ASSERT_EQ(join_spread_items(spread, {}, {}), JobStatus::Done);
   for (const char* name : {"evaluation.json", "evaluation.html"})
     EXPECT_EQ(read_file(folder / "spread" / name), read_file(folder / "report" / name)) << name;
+}
+
+TEST(EvaluatedTiles, Of64TilesSayWhatTheWholeTransferSays) {
+  const TempFolder folder;
+  make_transfer(folder, 20, 8);
+  const analysis::EvaluationOptions options{.num_samples = 500, .num_directions = 4, .num_audits = 200};
+  analysis::EvaluationTask task;
+  task.options = options;
+  task.maps = {transfer_item(folder / "aged", options, 1, {.cache = false})};
+  const analysis::MapToEvaluate opened = task.maps[0].open({});
+  const analysis::Evaluation made = analysis::evaluate(opened.source, opened.map, options, 1);
+  Json expected = Json::array();
+  for (const auto* list : {&opened.more, &made.figures}) {
+    for (const analysis::Figure& f : *list) expected.push_back(analysis::figure_json(f));
+  }
+  const JobPlan plan = analysis::plan_evaluation(task, folder / "report");
+  EXPECT_EQ(plan.items.size(), 2u * 64u + 1u);
+  ASSERT_EQ(run_job(plan, {}, {}), JobStatus::Done);
+  const Json report = load_json(folder / "report" / "evaluation.json");
+  EXPECT_EQ(report.at("maps").at(0).at("figures"), expected);
+  EXPECT_EQ(report.at("maps").at(0).at("hash"), made.hash);
 }
 
 TEST(EvaluatedTiles, AreNoneOfATransferOfOneTile) {

@@ -83,6 +83,8 @@ class CommandLine {
   void alternatives(const std::vector<std::string>& names);
   /// Options of every command that mean nothing to this one.
   void without(const std::vector<std::string>& names);
+  /// What else can be wrong with the arguments, before any input is opened. @param look  Throws UsageError.
+  void checked(std::function<void()> look) { checks_.push_back(std::move(look)); }
   /// A list of --help with a title, one name and what it means a line.
   void list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows);
   /// A line under "Examples" of --help, without "patinate".
@@ -100,6 +102,10 @@ class CommandLine {
   /// @param key  "spatial_sigma"; those that this command does not have are ignored.
   /// @param source  Comes before what is said about a wrong value: "PATINATE_SEED", "run.toml: line 3".
   void supply(const std::string& key, const std::vector<std::string>& values, const std::string& source);
+  /// Call after parse(). @throws what checked() was given to say.
+  void check() const {
+    for (const std::function<void()>& look : checks_) look();
+  }
   [[nodiscard]] std::string help() const { return help_text(declaration()); }
   /// The option was given, not left at its default.
   [[nodiscard]] bool is_given(const std::string& name) const;
@@ -128,6 +134,7 @@ class CommandLine {
   std::vector<std::unique_ptr<Argument>> arguments_;
   std::vector<std::unique_ptr<DescribedOptions>> described_;
   std::vector<std::vector<std::string>> alternatives_;
+  std::vector<std::function<void()>> checks_;
   CommonOptions common_;
 };
 

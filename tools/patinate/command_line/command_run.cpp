@@ -45,11 +45,13 @@ std::string CommandRun::first_positional() const {
 
 bool CommandRun::parse() {
   if (is_only_declared_) {
-    // With all of its arguments it says what is wrong with them: check_options().
-    if (std::find(arguments_.begin(), arguments_.end(), "-o") != arguments_.end()) (void)line.parse(arguments_);
+    // With all of its arguments it says what is wrong with them: check_options(), check_arguments().
+    const bool is_given = std::find(arguments_.begin(), arguments_.end(), "-o") != arguments_.end();
+    if (is_given && line.parse(arguments_) && is_checked_) line.check();
     return false;
   }
   if (line.parse(arguments_, [this] { supply_options(); })) {
+    line.check();
     for (const std::string& variable : unknown_variables_) detail(variable);
     // What would be done is told as ever.
     const bool is_whole = request_ != nullptr && request_->wanted == PlanRequest::Wanted::Whole;

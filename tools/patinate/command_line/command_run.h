@@ -40,6 +40,8 @@ class CommandRun {
   [[nodiscard]] PlanRequest* request() const { return request_; }
   /// Makes parse() return false: the command then has only declared its arguments on `line`.
   void only_declare() { is_only_declared_ = true; }
+  /// The same, and says what is wrong with arguments beside each other.
+  void only_check() { is_only_declared_ = is_checked_ = true; }
   [[nodiscard]] bool is_only_declared() const { return is_only_declared_; }
   /// Options come from the command line, else the environment, else the file of --config.
   /// @returns false when --help was printed: the command then returns at once.
@@ -96,7 +98,7 @@ class CommandRun {
   std::vector<std::string> arguments_;
   std::stop_token stop_;
   std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  bool is_only_declared_ = false;
+  bool is_only_declared_ = false, is_checked_ = false;
   PlanRequest* request_ = nullptr;
   std::shared_ptr<ProgressLine> progress_;
   std::vector<std::string> unknown_variables_;

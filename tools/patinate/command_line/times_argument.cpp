@@ -8,6 +8,7 @@ void TimesArgument::declare(CommandLine& line) {
   line.option("num_times", "N", "So many times, evenly from the first frame to the last", count);
   line.alias("frames");
   line.alternatives({"time", "times", "num_times"});
+  line.checked([this] { check(); });
 }
 
 std::vector<double> TimesArgument::resolve(CommandRun& run, const HistoryManifest& history, int default_count) const {

@@ -27,24 +27,25 @@ std::vector<std::string> with_unit(std::vector<std::string> texts, TimeUnit unit
 
 }  // namespace
 
-std::vector<double> TimesChoice::resolve(const HistoryManifest& history, int default_count,
-                                         std::vector<std::string>& notes) const {
+void TimesChoice::check() const {
   if ((time ? 1 : 0) + (times.empty() ? 0 : 1) + (count ? 1 : 0) > 1) {
     throw UsageError("--time, --times, --num-times: give one of them");
   }
-  if (count) {
-    if (!(*count >= 1 && *count <= 10000) || *count != std::floor(*count)) {
-      throw UsageError("--num-times: found `" + number_text(*count) + "`; expected an integer [1, 10000]");
-    }
-    return evenly(history, static_cast<int>(*count));
-  }
-  std::vector<double> chosen = times;
+  if (count && (!(*count >= 1 && *count <= 10000) || *count != std::floor(*count)))
+    throw UsageError("--num-times: found `" + number_text(*count) + "`; expected an integer [1, 10000]");
   for (std::size_t i = 1; i < times.size(); ++i) {
     if (std::find(times.begin(), times.begin() + static_cast<std::ptrdiff_t>(i), times[i]) ==
         times.begin() + static_cast<std::ptrdiff_t>(i))
       continue;
     throw UsageError("--times: " + number_text(times[i]) + " is given twice");
   }
+}
+
+std::vector<double> TimesChoice::resolve(const HistoryManifest& history, int default_count,
+                                         std::vector<std::string>& notes) const {
+  check();
+  if (count) return evenly(history, static_cast<int>(*count));
+  std::vector<double> chosen = times;
   if (time) chosen = {*time};
   for (double t : chosen) {
     if (t >= history.frames.front().time && t <= history.frames.back().time) continue;

@@ -16,10 +16,12 @@ struct TimesChoice {
   std::optional<double> count;  ///< [1, 10000], evenly from the first frame to the last.
 
   [[nodiscard]] bool is_given() const { return time || !times.empty() || count; }
+  /// @throws UsageError if several are given, a time twice, or a count that is out of range.
+  void check() const;
   /// What was asked for; `default_count` times, evenly from the first frame to the last, when nothing was (0 = every
   /// frame's).
   /// @param notes  Gets a line for each time that lies outside the history, whose end is then used.
-  /// @throws UsageError if several are given.
+  /// @throws as check().
   [[nodiscard]] std::vector<double> resolve(const HistoryManifest& history, int default_count,
                                             std::vector<std::string>& notes) const;
   /// Labels of resolved times: in full where they were given, and as precise as a strip can show (a thirtieth of the

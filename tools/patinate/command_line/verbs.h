@@ -26,6 +26,9 @@ struct Verb {
 /// Reads options as the command would, beside arguments that stand for those that it cannot do without.
 /// @param words  Options and their values: {"--quality", "draft"}. @throws UsageError
 void check_options(const Verb& verb, const std::vector<std::string>& words);
+/// All that a command can say about its arguments before it opens an input. @param words  As check_options().
+/// @param output  What -o is given. @throws UsageError
+void check_arguments(const Verb& verb, const std::vector<std::string>& words, const std::string& output);
 /// What `patinate --help` prints.
 [[nodiscard]] std::string overview();
 

@@ -99,8 +99,10 @@ int cmd_compare(CommandRun& run) {
   run.line.example("compare copper copper_simulated --clock span -o report");
   run.line.example("compare copper hydrant_simulated --through copper_hydrant -o report");
   run.line.example("compare copper_1 copper_2 copper_3 --against simulated_1 simulated_2 simulated_3 -o report");
+  run.line.checked([&] {
+    if (task.options.num_blocks == 1) throw UsageError("--num-blocks: found 1; expected 0, or a number in [2, 64]");
+  });
   if (!run.parse()) return 0;
-  if (task.options.num_blocks == 1) throw UsageError("--num-blocks: found 1; expected 0, or a number in [2, 64]");
   task.options.seed = static_cast<std::uint64_t>(run.line.common().seed);
   if (!against.empty()) {
     if (!task.through.empty()) throw UsageError("--through: goes with two histories, not with --against");

@@ -15,8 +15,10 @@
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/control_cost.h"
 #include "tools/patinate/services/control_store.h"
 #include "tools/patinate/services/mesh_source.h"
+#include "tools/patinate/services/output_command.h"
 #include "tools/patinate/services/scene_controls.h"
 #include "tools/patinate/services/tile_files.h"
 
@@ -84,6 +86,7 @@ struct AskedMap {
   std::string kind;
   std::vector<std::filesystem::path> files;  ///< Of its tiles.
   std::string key;
+  JobCost cost;
 };
 
 constexpr std::string_view kKindPlace = "<KIND>";
@@ -112,6 +115,7 @@ std::optional<std::vector<std::size_t>> maps_to_make(CommandRun& run, const std:
                                                      const AtlasMesh& atlas, const std::vector<AskedMap>& maps) {
   if (maps.size() == 1) {
     const std::optional<JobStatus> status = check_outputs(run, maps[0].files, atlas, maps[0].key);
+    tell_cost(run, maps[0].cost);
     if (!status) return std::nullopt;
     return *status == JobStatus::UpToDate ? std::vector<std::size_t>{} : std::vector<std::size_t>{0};
   }
@@ -119,7 +123,7 @@ std::optional<std::vector<std::size_t>> maps_to_make(CommandRun& run, const std:
   std::vector<OutputPiece> pieces;
   for (const AskedMap& map : maps) {
     all.add(map.key);
-    pieces.push_back({map.files, map.key});
+    pieces.push_back({.files = map.files, .key = map.key, .cost = map.cost});
   }
   return unfinished_pieces(run, output, all.hex(), pieces);
 }
@@ -185,9 +189,11 @@ int cmd_control(CommandRun& run) {
   note_atlas(mesh_source, atlas, run);
   scale_mesh(atlas.mesh, mm_per_mesh_unit(mesh_source));
   std::vector<AskedMap> maps;
+  const double texels = static_cast<double>(options.atlas.resolution) * options.atlas.resolution *
+                        static_cast<double>(atlas.tile_names().size());
   for (const std::string& kind : kinds)
     maps.push_back({kind, tile_files(map_file(output, kind, kinds.size()), atlas.tile_names()),
-                    control_key(kind, atlas, options)});
+                    control_key(kind, atlas, options), control_cost(kind, atlas.mesh, texels, options.kinds)});
   const std::optional<std::vector<std::size_t>> todo = maps_to_make(run, output, atlas, maps);
   if (!todo) return 0;
   Json more = Json::object();

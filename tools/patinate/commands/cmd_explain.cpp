@@ -12,6 +12,7 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/control_cost.h"
 #include "tools/patinate/services/control_store.h"
 #include "tools/patinate/services/scene_controls.h"
 #include "tools/patinate/services/surface_reference.h"
@@ -81,7 +82,8 @@ std::vector<analysis::ExplainingControl> make_controls(const ExplainCommand& com
                         .make = [kind, map, options,
                                  cache](const RunControl& c) { return cached_control(kind, *map, options, cache, c); },
                         .options = needed_options(kind, options),
-                        .may_fail = is_default});
+                        .may_fail = is_default,
+                        .cost = control_cost(kind, map->mesh(), static_cast<double>(map->num_texels()), options)});
   }
   for (const std::string& text : command.also) {
     controls.push_back({.name = text,
@@ -90,7 +92,8 @@ std::vector<analysis::ExplainingControl> make_controls(const ExplainCommand& com
                             [text, map, options, cache](const RunControl& c) {
                               return make_control_expression(text, *map, options, c, control_source(cache));
                             },
-                        .options = needed_options(text, options)});
+                        .options = needed_options(text, options),
+                        .cost = control_cost(text, map->mesh(), static_cast<double>(map->num_texels()), options)});
   }
   return controls;
 }

@@ -19,6 +19,7 @@ int cmd_export(CommandRun& run) {
   run.line.options(task.movie);
   run.line.options(task.plants);
   run.line.options(task.axis);
+  run.line.checked([&] { check_output(task); });
   run.line.example("export aged_bust -o bust.glb --times 0,6,12");
   run.line.example("export aged_bust -o bust.usdz --num-times 20");
   run.line.example("export aged_bust -o bust.obj --time 12");

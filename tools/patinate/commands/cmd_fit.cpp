@@ -125,6 +125,7 @@ int cmd_fit(CommandRun& run) {
   task.parameters = scene.parameters();
   task.outline = scene.outline();
   task.age = scene.age();
+  task.aging_seconds = scene.aging_seconds();
   task.terms = wanted.terms;
   task.seed = static_cast<std::uint64_t>(run.line.common().seed);
   task.add_inputs = [scene](JobInputs& inputs) { scene.add_inputs(inputs); };
@@ -136,11 +137,7 @@ int cmd_fit(CommandRun& run) {
       task.parameters.begin(), task.parameters.end(), [](const analysis::FitParameter& p) { return p.is_appearance; }));
   const analysis::FitBudget budget =
       analysis::fit_budget(task.options, task.parameters.size() - num_appearance, num_appearance);
-  if (budget.evaluations < budget.least) {
-    throw UsageError("--evaluations: found " + std::to_string(budget.evaluations) + "; expected at least " +
-                     std::to_string(budget.least) + ", the start and two generations of " +
-                     std::to_string(budget.population));
-  }
+  if (budget.evaluations < budget.least) throw UsageError(analysis::budget_problem(budget));
   const std::optional<JobStatus> status = run.make_folder(analysis::plan_fit(std::move(task), output), "fit");
   if (!status) return 0;
   const Json report = load_json(output / analysis::kFitReportFile);

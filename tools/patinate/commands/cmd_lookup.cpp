@@ -131,14 +131,26 @@ void write_textures(const transfer::TransferFolder& transfer, const LookupComman
   }
 }
 
-int lookup_times(CommandRun& run, const LookupCommand& command, const transfer::TransferFolder& transfer) {
-  if (!command.times.is_given())
+/// What can be said before anything is opened. @throws UsageError
+void check_command(const LookupCommand& command) {
+  require_extension(command.output, image_extensions());
+  if (command.looked_up.map == LookedUp::Map::Height && is_coded_image(command.output))
+    throw UsageError("--map height: is in mm; expected an .exr");
+  if (command.looked_up.map == LookedUp::Map::Stddev && is_coded_image(command.output))
+    throw UsageError("--map stddev: is linear and small; expected an .exr");
+  if (command.looked_up.map != LookedUp::Map::Color && !command.time_map.empty())
+    throw UsageError("--map: a time map looks up color; leave one of them out");
+  if (command.time_map.empty() && !command.times.is_given())
     throw UsageError("--time: is missing; give --time, --times, --num-times or --time-map");
-  const std::vector<double> times = command.times.resolve(run, transfer.history().manifest(), 0);
-  if (times.size() > 1 && !has_number(command.output)) {
-    throw UsageError("-o: found `" + command.output.string() + "` for " + std::to_string(times.size()) +
+  const double num_times = command.times.count.value_or(static_cast<double>(command.times.times.size()));
+  if (command.time_map.empty() && num_times > 1.0 && !has_number(command.output)) {
+    throw UsageError("-o: found `" + command.output.string() + "` for " + number_text(num_times) +
                      " times; expected a name with a number in it, as texture_%04d.png");
   }
+}
+
+int lookup_times(CommandRun& run, const LookupCommand& command, const transfer::TransferFolder& transfer) {
+  const std::vector<double> times = command.times.resolve(run, transfer.history().manifest(), 0);
   (void)texture_file(transfer.history(), command, {times.front(), {}, {}});  // Said before anything is written.
   std::vector<Texture> textures;
   for (double t : times) {
@@ -229,14 +241,8 @@ int cmd_lookup(CommandRun& run) {
   run.line.example("lookup mold_hydrant --time 120 --map normal -o normal_120.png");
   run.line.example("lookup copper_hydrant --num-times 24 -o hydrant_%04d.png");
   run.line.example("lookup copper_hydrant --time-map height --times 480,0 -o younger_above.png");
+  run.line.checked([&] { check_command(command); });
   if (!run.parse()) return 0;
-  require_extension(command.output, image_extensions());
-  if (command.looked_up.map == LookedUp::Map::Height && is_coded_image(command.output))
-    throw UsageError("--map height: is in mm; expected an .exr");
-  if (command.looked_up.map == LookedUp::Map::Stddev && is_coded_image(command.output))
-    throw UsageError("--map stddev: is linear and small; expected an .exr");
-  if (command.looked_up.map != LookedUp::Map::Color && !command.time_map.empty())
-    throw UsageError("--map: a time map looks up color; leave one of them out");
   require_transfer(command.transfer);
   if (command.time_map.empty()) return lookup_times(run, command, transfer::TransferFolder(command.transfer));
   return lookup_time_map(run, command, transfer::TransferFolder(command.transfer));

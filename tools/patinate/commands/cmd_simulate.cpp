@@ -176,6 +176,10 @@ int cmd_simulate(CommandRun& run) {
   run.line.example("simulate rust.json --estimate");
   run.line.example("simulate rust.json --replicates 8 -o rusted");
   run.line.example("simulate rust.json -o rust --controls hits --controls water.deposited --iterations 500");
+  run.line.checked([&] {
+    if (options.resolution > 0 && options.resolution < 16)
+      throw UsageError("--resolution: found `" + std::to_string(options.resolution) + "`; expected 0 or [16, 16384]");
+  });
   if (!run.parse()) return 0;
   if (output.empty() && !is_estimate) throw UsageError("-o SIMULATION is missing; --estimate needs none");
   if (!output.empty() && is_estimate) throw UsageError("--estimate makes nothing; leave out -o");
@@ -186,8 +190,6 @@ int cmd_simulate(CommandRun& run) {
   for (const std::string& note : file.notes) run.note(note);
   if (options.iterations > 0) file.iterations = options.iterations;
   if (options.history_every > 0) file.history_every = options.history_every;
-  if (options.resolution > 0 && options.resolution < 16)
-    throw UsageError("--resolution: found `" + std::to_string(options.resolution) + "`; expected 0 or [16, 16384]");
   if (options.resolution > 0) file.scene.resolution = options.resolution;
   if (run.line.is_given("seed")) file.scene.seed = static_cast<std::uint64_t>(run.line.common().seed);
   const std::vector<std::string> names = simulation::parameter_map_names(file.scene.materials);

@@ -10,6 +10,7 @@
 #include "tools/patinate/study/snakefile.h"
 #include "tools/patinate/study/study_folder.h"
 #include "tools/patinate/study/study_json.h"
+#include "tools/patinate/study/study_plans.h"
 #include "tools/patinate/study/study_report.h"
 #include "tools/patinate/study/study_run.h"
 
@@ -100,6 +101,10 @@ int run_here(CommandRun& run, const fs::path& file, const fs::path& folder, int 
 int export_snakemake(CommandRun& run, const fs::path& file, const fs::path& folder) {
   const std::optional<StudyFolder> study = placed(run, file, folder);
   if (!study) return kInput;
+  if (const std::vector<std::string> problems = write_plans(*study, run.stop()); !problems.empty()) {
+    run.note_problems(problems);
+    return kInput;
+  }
   write_snakefile(*study);
   std::size_t num_cells = 0;
   for (const PlacedPart& part : study->parts) num_cells += part.cells.size();

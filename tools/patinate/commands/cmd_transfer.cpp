@@ -164,6 +164,14 @@ std::shared_ptr<const FlowFrames> make_flow(const std::string& flow, const Texel
   return std::make_shared<const FlowFrames>(direction_frames(map, chosen, Vec3(up[0], up[1], up[2]), control));
 }
 
+/// @throws UsageError
+void check_device(const transfer::TransferOptions& options, const device::DeviceOptions& device, bool by_tile) {
+  if (device.device == "auto" || device.device == "cpu") return;
+  if (options.method != transfer::TransferMethod::Fast)
+    throw UsageError("--device: --method reference runs on the CPU; leave --device out");
+  if (by_tile) throw UsageError("--device: --by-tile runs on the CPU; leave --device out");
+}
+
 /// Memory of any size that is given back goes to the operating system, and comes from there as zeros that take no room:
 /// what arrays over the whole atlas count on of which a tile is used. (By itself the limit grows with what is freed.)
 void keep_zeros_untouched() {
@@ -224,9 +232,12 @@ int cmd_transfer(CommandRun& run) {
   run.line.example("transfer library bust.glb --control thickness=accessibility --control history=which.png -o aged");
   run.line.example(
       "transfer crackle vase.obj --unit mm --control 'thickness=0.7*facing + 0.3*!accessibility' -o crackle_vase");
+  run.line.checked([&] {
+    if (texel_size_mm && !(*texel_size_mm >= kLeastTexel_mm && *texel_size_mm <= kLargestTexel_mm))
+      throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number [1e-9, 1e9]");
+    check_device(options, device, by_tile);
+  });
   if (!run.parse()) return 0;
-  if (texel_size_mm && !(*texel_size_mm >= kLeastTexel_mm && *texel_size_mm <= kLargestTexel_mm))
-    throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number [1e-9, 1e9]");
   require_no_file_name(output);  // Said before the mesh and its controls are made ready.
   check_flow(flow);
   for (const std::string& text : control_texts) {  // A typo is said before work starts.
@@ -234,14 +245,8 @@ int cmd_transfer(CommandRun& run) {
     if (by_tile) require_part_control(transfer::parse_control_spec(text).destination);
   }
 
-  const bool is_fast = options.method == transfer::TransferMethod::Fast;
-  if (!is_fast && device.device != "auto" && device.device != "cpu")
-    throw UsageError("--device: --method reference runs on the CPU; leave --device out");
-  if (by_tile && device.device != "auto" && device.device != "cpu")
-    throw UsageError("--device: --by-tile runs on the CPU; leave --device out");
-
   transfer::TransferTask task;
-  if (is_fast && !by_tile) task.input.device = open_search_device(device, run);
+  if (options.method == transfer::TransferMethod::Fast && !by_tile) task.input.device = open_search_device(device, run);
   task.mesh_name = mesh_source.path.filename().string();
   task.options = options;
   task.options.seed = run.line.common().seed;

@@ -97,16 +97,34 @@ std::vector<CommandDeclaration> all_declarations() {
   return all;
 }
 
-void check_options(const Verb& verb, const std::vector<std::string>& words) {
+namespace {
+
+/// Words, and before them what stands for the arguments that the command cannot do without.
+std::vector<std::string> completed(const Verb& verb, const std::vector<std::string>& words, const std::string& output) {
   std::vector<std::string> all;
+  bool has_output = false;
   for (const ArgumentInfo& a : declaration_of(verb).arguments) {
-    if (!a.is_required) continue;
+    has_output = has_output || a.name == "-o";
+    if (!a.is_required || a.name == "-o") continue;
     if (!a.is_positional()) all.push_back(a.name);
-    all.emplace_back(a.name == "-o" ? "made" : ".");  // A folder that is there.
+    all.emplace_back(".");  // A folder that is there.
   }
+  if (has_output) all.insert(all.end(), {"-o", output});
   all.insert(all.end(), words.begin(), words.end());
-  CommandRun run(verb.name, verb.brief, all, {});
+  return all;
+}
+
+}  // namespace
+
+void check_options(const Verb& verb, const std::vector<std::string>& words) {
+  CommandRun run(verb.name, verb.brief, completed(verb, words, "made"), {});
   run.only_declare();
+  (void)verb.run(run);
+}
+
+void check_arguments(const Verb& verb, const std::vector<std::string>& words, const std::string& output) {
+  CommandRun run(verb.name, verb.brief, completed(verb, words, output), {});
+  run.only_check();
   (void)verb.run(run);
 }
 

@@ -11,6 +11,7 @@
 
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/atlas/sheet.h"
 #include "patinate/core/error.h"
@@ -87,6 +88,7 @@ OutputWork sequence_work(const ExportTask& task, SequenceSource given, const Run
          .key = ContentHash().add("export image 2").add(source->key).add(extension).add(times[i]).hex(),
          .cost = source->cost});
   }
+  plan.join_cost = kSmallCost.of();
   plan.join = [source, files, key = plan.key](const std::filesystem::path& folder, const RunControl&) {
     save_json(folder / "sequence.json",
               Json{{"time_unit", time_unit_text(source->history.time_unit)}, {"images", files}, {"key", key}});
@@ -131,6 +133,7 @@ PictureSeries texture_series(const std::shared_ptr<const transfer::TransferFolde
   const auto writer = std::make_shared<LateWriter>(transfer);
   PictureSeries series{.label = "export", .key = transfer->manifest().key, .times = {}, .picture = {}};
   series.cost = transfer::texture_cost(*transfer, "texture.png");
+  series.num_pixels = static_cast<double>(transfer->manifest().width) * transfer->manifest().height;
   series.write = [transfer, writer](double t, const std::filesystem::path& file, const std::string& key,
                                     const RunControl& control) {
     const std::vector<transfer::TextureFile> texture{{{file}, transfer->history().sample(t), key}};
@@ -167,6 +170,11 @@ OutputWork textures_work(const ExportTask& task, const RunControl& planning) {
                        planning);
 }
 
+/// Of its texture at a time: measured on simulations of 256 and 512 texels.
+JobCost sample_cost(const AgingMesh& mesh) {
+  return CostModel{.seconds = 0.03, .unit_seconds = 1e-7, .unit_bytes = 30.0}.of(mesh.num_texels);
+}
+
 /// Images or a movie of a surface over the sheet of all its tiles.
 OutputWork aging_mesh_work(const ExportTask& task, const RunControl& planning) {
   const auto mesh = std::make_shared<const AgingMesh>(open_aging_mesh(task.subject));
@@ -178,12 +186,18 @@ OutputWork aging_mesh_work(const ExportTask& task, const RunControl& planning) {
   };
   if (is_series(task.output)) {
     return noted(pictures_work(task, mesh->history,
-                               {.label = "export", .key = mesh->key, .times = {}, .picture = mesh->sample}, planning));
+                               {.label = "export",
+                                .key = mesh->key,
+                                .times = {},
+                                .picture = mesh->sample,
+                                .cost = sample_cost(*mesh),
+                                .num_pixels = mesh->num_texels},
+                               planning));
   }
   const auto write = [mesh](double t, const std::vector<std::filesystem::path>& files, const RunControl& control) {
     write_color(files.front(), mesh->sample(t, control));
   };
-  return noted(sequence_work(task, {mesh->key, mesh->tile_names, mesh->history, write}, planning));
+  return noted(sequence_work(task, {mesh->key, mesh->tile_names, mesh->history, write, sample_cost(*mesh)}, planning));
 }
 
 /// Frames of a history as they are, over its own pixels.
@@ -195,13 +209,16 @@ OutputWork history_work(const ExportTask& task, const RunControl& planning) {
                          {.label = "export",
                           .key = key,
                           .times = {},
-                          .picture = [history](double t, const RunControl&) { return history->sample(t); }},
+                          .picture = [history](double t, const RunControl&) { return history->sample(t); },
+                          .cost = history_picture_cost(history->manifest()),
+                          .num_pixels = static_cast<double>(history->manifest().width) * history->manifest().height},
                          planning);
   }
   const auto write = [history](double t, const std::vector<std::filesystem::path>& files, const RunControl&) {
     write_color(files.front(), history->sample(t));
   };
-  return sequence_work(task, {key, {""}, history->manifest(), write}, planning);
+  return sequence_work(task, {key, {""}, history->manifest(), write, history_picture_cost(history->manifest())},
+                       planning);
 }
 
 }  // namespace
@@ -214,15 +231,21 @@ void describe(OptionVisitor& v, ModelAxis& o) {
   v.visit_choice({"up", "Models: axis of the mesh that points up; in GLB and USD it is +Y"}, o.up, kUpAxisNames);
 }
 
-OutputWork export_work(const ExportTask& task, const RunControl& planning) {
+void check_output(const ExportTask& task) {
   const std::optional<ModelFormat> model = model_format(task.output);
   const bool is_pictures = is_series(task.output);
-  if (model && is_pictures) require_extension(task.output, image_extensions());  // Models have no numbers.
+  if (is_pictures && !is_movie(task.output)) require_extension(task.output, image_extensions());
   if (!model && !is_pictures)
     require_folder_name(task.output,
                         "MODEL.glb, .usdz, .usda or .obj, MOVIE.mp4, .webm or .gif, images as aged_%04d.png, or the "
                         "name of a folder (with / "
                         "at its end where it has a dot)");
+}
+
+OutputWork export_work(const ExportTask& task, const RunControl& planning) {
+  check_output(task);
+  const std::optional<ModelFormat> model = model_format(task.output);
+  const bool is_pictures = is_series(task.output);
   const PathKind kind = kind_of(task.subject);
   if (task.plants.plants != GlbPlantOptions{}.plants && !(kind == PathKind::Simulation && model == ModelFormat::Glb))
     throw UsageError("--plants: are shown in a GLB of a simulation alone");

@@ -34,6 +34,8 @@ struct ExportTask {
   ModelAxis axis;
 };
 
+/// What can be said of an output before anything is opened. @throws UsageError
+void check_output(const ExportTask& task);
 /// Reads what the work depends on; what is slow happens when the work is run.
 /// @param planning  Asked to stop while thousands of times are planned.
 /// @throws UsageError if what is asked for does not go together; IoError; InvalidInput; Canceled

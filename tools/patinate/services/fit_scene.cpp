@@ -10,6 +10,7 @@
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "simulation/job/aged_frames.h"
+#include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
@@ -206,6 +207,8 @@ analysis::SurfaceOutline FitScene::outline() const {
   outline.times.push_back(base_->frame_time(base_->iterations));
   return outline;
 }
+
+double FitScene::aging_seconds() const { return simulation::iterations_seconds(base_->scene, base_->iterations); }
 
 analysis::AgeWith FitScene::age() const {
   return [scene = *this](const std::vector<double>& values, std::uint64_t seed_shift,

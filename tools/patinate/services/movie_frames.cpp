@@ -24,6 +24,7 @@ fs::path frame_file(const MovieFrames& movie, std::size_t i) {
 PlannedWork planned_frames(const MovieFrames& movie) {
   PlannedWork work{.output = movie.output, .key = movie.key, .depends_on = {}, .items = {}};
   work.has_join = true;
+  work.join_cost = movie.join_cost;
   work.join_weight = 0.1 * static_cast<double>(movie.keys.size());
   work.is_up_to_date = read_movie_key(movie.output) == movie.key;
   for (std::size_t i = 0; i < movie.keys.size(); ++i) {

@@ -38,7 +38,8 @@ struct MovieFrames {
   std::vector<std::string> keys;                                       ///< Of each picture.
   std::function<ImageU8(int index, const RunControl& control)> codes;  ///< sRGB codes.
   MovieOptions options;
-  JobCost cost = {};  ///< Of a picture.
+  JobCost cost = {};       ///< Of a picture.
+  JobCost join_cost = {};  ///< Of encoding them.
 };
 
 /// Either one file (`make`), several (`pieces`) or a folder (`plan`).

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "patinate/core/run_control.h"
+#include "patinate/history/history.h"
 #include "patinate/image/image.h"
 #include "patinate/output/movie.h"
 #include "tools/patinate/services/output_work.h"
@@ -25,12 +26,18 @@ struct PictureSeries {
       write = {};
   std::function<ImageU8(double time, const RunControl& control)> codes = {};
   JobCost cost = {};             ///< Of a picture.
+  double num_pixels = 0.0;       ///< Of a picture; 0 = not known before.
   std::string measure = "time";  ///< What a report calls the numbers in `times`.
 };
+
+/// Of showing `num_times` frames of a history.
+[[nodiscard]] JobCost history_picture_cost(const HistoryManifest& history, std::size_t num_times = 1);
 
 /// How many pictures a movie has when nobody says.
 inline constexpr int kMoviePictures = 100;
 
+/// The name is that of a movie.
+[[nodiscard]] bool is_movie(const std::filesystem::path& output);
 /// The name is that of a movie, or of numbered images ("aged_%04d.png").
 [[nodiscard]] bool is_series(const std::filesystem::path& output);
 /// The movie or the images, one picture at a time; each image is up to date or not by itself.

@@ -101,10 +101,15 @@ OutputWork shots_work(const RenderTask& task, const std::string& key, const std:
     const auto index = std::find(numbers.begin(), numbers.end(), number) - numbers.begin();
     return studio->picture(shots[static_cast<std::size_t>(index)], control);
   };
-  return series_work(
-      task.output,
-      {.label = "render", .key = key, .times = numbers, .picture = picture, .cost = studio->cost(), .measure = measure},
-      task.movie);
+  return series_work(task.output,
+                     {.label = "render",
+                      .key = key,
+                      .times = numbers,
+                      .picture = picture,
+                      .cost = studio->cost(),
+                      .num_pixels = static_cast<double>(task.options.width) * task.options.height,
+                      .measure = measure},
+                     task.movie);
 }
 
 /// Every view at one time. Numbered by view, from 0.
@@ -191,6 +196,7 @@ OutputWork history_work(const SharedTask& task) {
     }
     return pictures.size() == 1 ? pictures.front() : contact_strip(pictures, labels);
   });
+  work.cost = history_picture_cost(history->manifest(), times.size());
   work.notes = std::move(notes);
   return work;
 }
@@ -246,13 +252,19 @@ void describe(OptionVisitor& v, ShownOptions& o) {
   v.visit({"film", "Simulations: amount of water that wets a place through", "", above(0)}, o.film);
 }
 
+void check_task(const RenderTask& task) {
+  RenderOptions options = task.options;
+  task.views.apply_to(options);
+  if (task.has_views()) (void)task.views.resolve(options);
+  if (task.output.empty() || is_movie(task.output)) return;
+  std::vector<std::string> known = image_extensions();
+  if (!is_series(task.output)) known.insert(known.end(), movie_extensions().begin(), movie_extensions().end());
+  require_extension(task.output, known);
+}
+
 OutputWork render_work(RenderTask given) {
+  check_task(given);
   given.views.apply_to(given.options);
-  if (!given.output.empty() && !is_series(given.output)) {
-    std::vector<std::string> known = image_extensions();
-    known.insert(known.end(), movie_extensions().begin(), movie_extensions().end());
-    require_extension(given.output, known);
-  }
   const auto task = std::make_shared<const RenderTask>(std::move(given));
   if (task->mesh) return aging_mesh_work(task);
   switch (kind_of(task->subject)) {

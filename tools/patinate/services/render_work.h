@@ -52,6 +52,8 @@ struct RenderTask {
   [[nodiscard]] bool has_views() const { return !views.views.empty() || views.turntable; }
 };
 
+/// What can be said before anything is opened. @throws UsageError if what is asked for does not go together
+void check_task(const RenderTask& task);
 /// Reads what the work depends on; what is slow happens when the work is run.
 /// @throws UsageError if what is asked for does not go together; IoError; InvalidInput
 [[nodiscard]] OutputWork render_work(RenderTask task);

@@ -23,6 +23,49 @@ StepNeeds needs_of(const StudyStep& step) {
   return {};
 }
 
+std::string wave_rule(const StudyStep& step) { return step.name + "_wave"; }
+
+std::string wave_rules(const StudyFolder& study) {
+  std::string text;
+  for (const PlacedPart& part : study.parts) {
+    for (const StudyStep& step : part.steps) {
+      if (step.in_items) text += "\n    " + wave_rule(step) + ",";
+    }
+  }
+  return text;
+}
+bool has_items(const StudyFolder& study) { return !wave_rules(study).empty(); }
+
+/// What rules of steps need that go in items.
+constexpr const char* kItemFunctions = R"(
+# Steps whose plan (`plans/STEP/CELL.json`) is run item by item, in waves: a fit's generations, a transfer's passes. A
+# wave begins when the one before is done. `--config items=8` runs eight items of a wave a job.
+ITEMS = int(config.get("items", 1))
+
+
+@functools.lru_cache(maxsize=None)
+def waves(step, cell):
+    plan = json.load(open(f"plans/{step}/{cell}.json"))
+    return [[item["number"] for item in wave] for _, wave in itertools.groupby(plan["items"], key=lambda item: item["waits_for"])]
+
+
+def items_of(step, cell, wave):
+    numbers = waves(step, cell)[int(wave)]
+    portions = [numbers[i:i + ITEMS] for i in range(0, len(numbers), ITEMS)]
+    return [f"items/{step}/{cell}/{portion[0]}-{portion[-1]}" for portion in portions]
+
+
+def wave_before(step, cell, items):
+    first = int(items.split("-")[0])
+    wave = next(i for i, numbers in enumerate(waves(step, cell)) if first in numbers)
+    return [f"items/{step}/{cell}/wave{wave - 1}"] if wave > 0 else []
+
+
+def last_wave(step, cell):
+    return [f"items/{step}/{cell}/wave{len(waves(step, cell)) - 1}"] if waves(step, cell) else []
+
+)";
+
 std::string head_text(const StudyFolder& study) {
   return "# The study `" + study.name + R"(`, made by `patinate study export`. Yours to read and to change.
 #
@@ -32,7 +75,8 @@ std::string head_text(const StudyFolder& study) {
 # What is done is not done again, here or elsewhere; a step that fails leaves out only what needs it.
 # `--config patinate=/path/to/patinate` names the program, and `threads`, `mem_mb` and `runtime` (minutes) below are
 # what a step asks for: change them, or set them in a profile (`set-resources`).
-import json
+)" + std::string(has_items(study) ? "import functools\nimport itertools\n" : "") +
+         R"(import json
 
 PATINATE = config.get("patinate", "patinate")
 PARTS = json.load(open("cells.json"))["parts"]
@@ -44,9 +88,11 @@ COMMANDS = {step["name"]: {cell["name"]: cell["commands"][step["name"]] for cell
 wildcard_constraints:
     cell="[A-Za-z0-9._-]+",
 
-
+)" + (has_items(study) ? kItemFunctions : "") +
+         R"(
 localrules:
-    all,
+    all,)" +
+         wave_rules(study) + R"(
 
 
 rule all:
@@ -64,17 +110,41 @@ onerror:
 )";
 }
 
+std::string needs_text(const StepNeeds& needs) {
+  return "    threads: " + std::to_string(needs.threads) +
+         "\n    resources:\n        mem_mb=" + std::to_string(needs.memory_mb) +
+         ",\n        runtime=" + std::to_string(needs.minutes) + ",\n";
+}
+
+/// An item or some of a wave, the end of a wave, and the join.
+std::string item_rules_text(const StudyStep& step) {
+  const std::string of = "\"" + step.name + "\", wildcards.cell";
+  const std::string made = "items/" + step.name + "/{cell}/", plan = "plans/" + step.name + "/{wildcards.cell}.json";
+  std::string text = "\n\nrule " + step.name + "_items:\n    input:\n        lambda wildcards: wave_before(" + of +
+                     ", wildcards.portion),\n    output:\n        touch(\"" + made +
+                     "{portion,[0-9]+-[0-9]+}\"),\n    log:\n        \"logs/" + step.name +
+                     "/items/{cell}/{portion}.txt\",\n";
+  text += needs_text({});
+  // What failed is what the cell says.
+  text += "    shell:\n        \"{PATINATE} run " + plan +
+          " --items {wildcards.portion} --quiet --threads {threads} 2> {log} || {{ cp {log} logs/" + step.name +
+          "/{wildcards.cell}.txt; exit 1; }}\"\n";
+  text += "\n\nrule " + wave_rule(step) + ":\n    input:\n        lambda wildcards: items_of(" + of +
+          ", wildcards.wave),\n    output:\n        touch(\"" + made + "wave{wave,[0-9]+}\"),\n";
+  text += "\n\nrule " + step.name + ":\n    input:\n        lambda wildcards: last_wave(" + of +
+          "),\n    output:\n        touch(\"done/" + step.name + "/{cell}\"),\n    log:\n        \"logs/" + step.name +
+          "/{cell}.txt\",\n";
+  return text + needs_text(needs_of(step)) + "    shell:\n        \"{PATINATE} join " + plan +
+         " --quiet --threads {threads} 2> {log}\"\n";
+}
+
 std::string rule_text(const StudyStep& step, const StudyStep& first) {
-  const StepNeeds needs = needs_of(step);
   std::string text = "\n\nrule " + step.name + ":\n";
   if (step.name != first.name) text += "    input:\n        \"done/" + first.name + "/{cell}\",\n";
   text += "    output:\n        touch(\"done/" + step.name + "/{cell}\"),\n";
   text += "    log:\n        \"logs/" + step.name + "/{cell}.txt\",\n";
   text += "    params:\n        command=lambda wildcards: COMMANDS[\"" + step.name + "\"][wildcards.cell],\n";
-  text += "    threads: " + std::to_string(needs.threads) + "\n";
-  text += "    resources:\n        mem_mb=" + std::to_string(needs.memory_mb) +
-          ",\n        runtime=" + std::to_string(needs.minutes) + ",\n";
-  return text +
+  return text + needs_text(needs_of(step)) +
          "    shell:\n        \"{PATINATE} run {params.command} --force --quiet --threads {threads} 2> {log}\"\n";
 }
 
@@ -132,7 +202,8 @@ void write_profile(const fs::path& folder, const char* config) {
 void write_snakefile(const StudyFolder& study) {
   std::string text = head_text(study);
   for (const PlacedPart& part : study.parts) {
-    for (const StudyStep& step : part.steps) text += rule_text(step, part.steps.front());
+    for (const StudyStep& step : part.steps)
+      text += step.in_items ? item_rules_text(step) : rule_text(step, part.steps.front());
   }
   write_atomically(study.path / "Snakefile", text);
   write_profile(study.path / "profiles" / "local", kLocalProfile);

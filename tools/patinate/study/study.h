@@ -13,7 +13,8 @@ namespace patinate::cli {
 struct StudyStep {
   std::string name;  ///< Unique in the study, of letters, digits, `_`: "transfer", "transfer_strip".
   std::string verb;
-  std::string file;  ///< What it makes, in the cell's folder.
+  std::string file;       ///< What it makes, in the cell's folder.
+  bool in_items = false;  ///< Snakemake runs its plan's items, each as a job: a fit, or a transfer by tile.
 };
 
 /// A scene of a cell, with other numbers than the file has.

@@ -31,6 +31,23 @@ void add_simulation(const Json& json, std::vector<StudyFigure>& out) {
   for (const auto& [object, facts] : json.at("outcome").at("objects").items()) add_numbers(facts, object + " ", out);
 }
 
+void add_fit(const Json& json, std::vector<StudyFigure>& out) {
+  add_numbers(
+      {{"objective before", json.at("objective").at("before")}, {"objective after", json.at("objective").at("after")}},
+      "", out);
+  if (json.at("held_out").is_object()) {
+    add_numbers(
+        {{"held out before", json.at("held_out").at("before")}, {"held out after", json.at("held_out").at("after")}},
+        "", out);
+  }
+  for (const Json& p : json.at("parameters")) {
+    const auto name = p.at("pointer").get<std::string>();
+    out.emplace_back(name, p.at("best").get<double>());
+    out.emplace_back(name + " at least", p.at("interval").at(0).get<double>());
+    out.emplace_back(name + " at most", p.at("interval").at(1).get<double>());
+  }
+}
+
 }  // namespace
 
 std::vector<StudyFigure> figures_of(const fs::path& made) {
@@ -45,7 +62,11 @@ std::vector<StudyFigure> figures_of(const fs::path& made) {
   }
   if (has("report.json")) {
     const Json json = load_json(made / "report.json");
-    if (json.contains("figures")) add_listed(json.at("figures"), figures);
+    if (json.value("format", "") == "patinate.fit") {
+      add_fit(json, figures);
+    } else if (json.contains("figures")) {
+      add_listed(json.at("figures"), figures);
+    }
   }
   return figures;
 }

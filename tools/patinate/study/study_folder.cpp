@@ -45,7 +45,10 @@ void write_scene(const StudyCell& cell, const fs::path& folder) {
 
 Json part_json(const PlacedPart& part) {
   Json steps = Json::array(), cells = Json::array();
-  for (const StudyStep& s : part.steps) steps.push_back({{"name", s.name}, {"command", s.verb}, {"makes", s.file}});
+  for (const StudyStep& s : part.steps) {
+    steps.push_back({{"name", s.name}, {"command", s.verb}, {"makes", s.file}});
+    if (s.in_items) steps.back()["in_items"] = true;
+  }
   for (const PlacedCell& cell : part.cells) {
     Json factors = Json::object(), commands = Json::object();
     for (const auto& [name, value] : cell.factors) factors[name] = value;
@@ -58,8 +61,8 @@ Json part_json(const PlacedPart& part) {
 PlacedPart read_part(JsonReader json) {
   PlacedPart part{.name = json.member("name").string(), .steps = {}, .cells = {}};
   for (JsonReader& step : json.member("steps").elements()) {
-    part.steps.push_back(
-        {step.member("name").string(), step.member("command").string(), step.member("makes").string()});
+    part.steps.push_back({step.member("name").string(), step.member("command").string(), step.member("makes").string(),
+                          step.has("in_items") && step.member("in_items").boolean()});
   }
   for (JsonReader& cell : json.member("cells").elements()) {
     PlacedCell& placed = part.cells.emplace_back();

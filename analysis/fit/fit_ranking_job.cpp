@@ -38,16 +38,16 @@ Json estimate_json(const std::optional<Estimate>& e) {
 }
 
 /// Mean over the cases of what searches saw.
-double seen(const Ranked& all, const RankedModel& model) {
+double seen(std::span<const RankedFit> fits, const RankedModel& model) {
   double sum = 0.0;
-  for (const std::size_t i : model.fits) sum += all.fits[i].fit.objective_after;
+  for (const std::size_t i : model.fits) sum += fits[i].fit.objective_after;
   return sum / static_cast<double>(model.fits.size());
 }
 bool is_converged(const Ranked& all, const RankedModel& model) {
   return std::all_of(model.fits.begin(), model.fits.end(), [&](std::size_t i) { return all.fits[i].fit.is_converged; });
 }
-std::size_t num_numbers(const Ranked& all, const RankedModel& model) {
-  return all.fits[model.fits.front()].fit.parameters.size();
+std::size_t num_numbers(std::span<const RankedFit> fits, const RankedModel& model) {
+  return fits[model.fits.front()].fit.parameters.size();
 }
 
 void write_page(const fs::path& folder, const Ranked& all) {
@@ -60,8 +60,8 @@ void write_page(const fs::path& folder, const Ranked& all) {
   for (const std::string& sentence : ranking_verdict(r, all.fits)) page.paragraph(sentence + ".");
   std::vector<std::vector<std::string>> rows;
   for (const RankedModel& m : r.models)
-    rows.push_back({m.name, std::to_string(num_numbers(all, m)), number(seen(all, m)), cell(m.held_out), cell(m.behind),
-                    cell(m.beyond_last), is_converged(all, m) ? "yes" : "no"});
+    rows.push_back({m.name, std::to_string(num_numbers(all.fits, m)), number(seen(all.fits, m)), cell(m.held_out),
+                    cell(m.behind), cell(m.beyond_last), is_converged(all, m) ? "yes" : "no"});
   if (r.last_frame) rows.push_back({"last frame, held", "0", "-", number(*r.last_frame), "-", "-", "-"});
   page.heading("Models");
   page.table({"model", "parameters", "seen", "held out", "farther than the first", "than the last frame", "converged"},
@@ -109,9 +109,9 @@ std::string table_csv(const Ranked& all) {
                      ",low,high,farther than the first" + unit + ",low,high,last frame held" + unit + ",converged\n";
   for (const RankedModel& m : all.ranking.models) {
     const Estimate behind = m.behind.value_or(Estimate{});
-    text += csv_cell(m.name) + "," + std::to_string(m.fits.size()) + "," + std::to_string(num_numbers(all, m));
+    text += csv_cell(m.name) + "," + std::to_string(m.fits.size()) + "," + std::to_string(num_numbers(all.fits, m));
     for (const std::optional<double>& v :
-         {std::optional(seen(all, m)), std::optional(m.held_out.value), m.held_out.low, m.held_out.high,
+         {std::optional(seen(all.fits, m)), std::optional(m.held_out.value), m.held_out.low, m.held_out.high,
           m.behind ? std::optional(behind.value) : std::nullopt, behind.low, behind.high, all.ranking.last_frame})
       text += "," + csv_cell(v);
     text += is_converged(all, m) ? ",yes\n" : ",no\n";
@@ -119,53 +119,55 @@ std::string table_csv(const Ranked& all) {
   return text;
 }
 
-Json report_json(const Ranked& all, const std::string& key) {
+}  // namespace
+
+std::vector<RankedFit> read_ranked_fits(const std::vector<fs::path>& fits, const std::vector<std::string>& names) {
+  std::vector<RankedFit> out;
+  for (std::size_t i = 0; i < fits.size(); ++i) out.push_back({names[i], read_fit_manifest(fits[i])});
+  return out;
+}
+
+Json ranking_json(const Ranking& ranking, std::span<const RankedFit> fits) {
   Json models = Json::array(), cases = Json::array();
-  for (const RankedModel& m : all.ranking.models) {
-    Json fits = Json::array();
+  for (const RankedModel& m : ranking.models) {
+    Json cases_of = Json::array();
     for (const std::size_t i : m.fits) {
-      const RankedFit& f = all.fits[i];
-      fits.push_back({{"name", f.name},
-                      {"key", f.fit.key},
-                      {"history", f.fit.history},
-                      {"until", f.fit.held_out->until},
-                      {"seen", number_json(f.fit.objective_after)},
-                      {"held_out", number_json(f.fit.held_out->after)},
-                      {"other_seeds", f.fit.held_out->other_seeds},
-                      {"converged", f.fit.is_converged}});
+      const RankedFit& f = fits[i];
+      cases_of.push_back({{"name", f.name},
+                          {"key", f.fit.key},
+                          {"history", f.fit.history},
+                          {"until", f.fit.held_out->until},
+                          {"seen", number_json(f.fit.objective_after)},
+                          {"held_out", number_json(f.fit.held_out->after)},
+                          {"other_seeds", f.fit.held_out->other_seeds},
+                          {"converged", f.fit.is_converged}});
     }
     models.push_back({{"model", m.name},
-                      {"numbers", num_numbers(all, m)},
-                      {"seen", number_json(seen(all, m))},
+                      {"numbers", num_numbers(fits, m)},
+                      {"seen", number_json(seen(fits, m))},
                       {"held_out", estimate_json(m.held_out)},
                       {"behind", estimate_json(m.behind)},
                       {"beyond_last_frame", estimate_json(m.beyond_last)},
-                      {"fits", fits}});
+                      {"fits", cases_of}});
   }
-  for (const RankingCase& c : all.ranking.cases)
+  for (const RankingCase& c : ranking.cases)
     cases.push_back({{"history", c.history},
                      {"key", c.history_key},
                      {"until", c.until},
                      {"last_frame", number_json(c.last_frame)}});
-  return Json{{"format", "patinate.ranking"},
-              {"version", 1},
-              {"unit", all.ranking.unit},
+  return Json{{"unit", ranking.unit},
               {"models", models},
               {"cases", cases},
-              {"last_frame", number_json(all.ranking.last_frame)},
-              {"verdict", ranking_verdict(all.ranking, all.fits)},
-              {"command", all.task.command},
-              {"key", key}};
+              {"last_frame", number_json(ranking.last_frame)},
+              {"verdict", ranking_verdict(ranking, fits)}};
 }
-
-}  // namespace
 
 JobPlan plan_ranking(RankingTask task, const fs::path& output) {
   const auto all = std::make_shared<Ranked>(Ranked{.task = std::move(task), .fits = {}, .ranking = {}});
   JobInputs inputs("rank", kStageVersion);
-  for (std::size_t i = 0; i < all->task.fits.size(); ++i) {
-    all->fits.push_back({all->task.names[i], read_fit_manifest(all->task.fits[i])});
-    inputs.add_content("fit", all->task.names[i], all->fits.back().fit.key);
+  all->fits = read_ranked_fits(all->task.fits, all->task.names);
+  for (std::size_t i = 0; i < all->fits.size(); ++i) {
+    inputs.add_content("fit", all->task.names[i], all->fits[i].fit.key);
     inputs.add_value("fit " + std::to_string(i + 1), all->task.names[i]);
   }
   all->ranking = rank_fits(all->fits);
@@ -173,7 +175,9 @@ JobPlan plan_ranking(RankingTask task, const fs::path& output) {
   plan.join = [all, key = plan.key](const fs::path& folder, const RunControl&) {
     write_page(folder, *all);
     write_atomically(folder / kRankingTableFile, table_csv(*all));
-    save_json(folder / kRankingReportFile, report_json(*all, key));
+    Json report = ranking_json(all->ranking, all->fits);
+    report.update({{"format", "patinate.ranking"}, {"version", 1}, {"command", all->task.command}, {"key", key}});
+    save_json(folder / kRankingReportFile, report);
   };
   return plan;
 }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "analysis/fit/fit_job.h"
+#include "analysis/fit/fit_ranking_job.h"
 #include "analysis/fit/fit_search.h"
 #include "analysis/fit/multi_start.h"
 #include "patinate/core/error.h"
@@ -12,6 +13,7 @@
 #include "python/bindings.h"
 #include "python/history/py_history.h"
 #include "python/support/arrays.h"
+#include "python/support/json.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
 #include "tools/patinate/services/fit_scene.h"
@@ -181,9 +183,41 @@ py::dict fit_scene(const py::object& scene_path, const py::object& objective, co
                    });
 }
 
+void bind_rank(py::module_& module) {
+  define(
+      module,
+      FunctionText("rank",
+                   "Which of several fitted scenes foretells a history best, by frames that none of their "
+                   "searches saw.")
+          .takes("fits", "Sequence[str | os.PathLike[str]]",
+                 "Folders of `patinate fit --until`, two or more: of every scene one a history and time")
+          .runs()
+          .returns("dict[str, Any]",
+                   "unit of the objective; models, the nearest first: model, numbers (varied), seen, held_out (value, "
+                   "low, high: 95 % over seeds), behind the first, beyond_last_frame, fits; cases; last_frame, held; "
+                   "verdict, sentences")
+          .raises("IoError if a file cannot be read; InvalidInput naming a fit that cannot be ranked"),
+      [](const py::sequence& given, const py::kwargs& kwargs) {
+        Keywords keywords("rank", kwargs);
+        const RunArguments run = keywords.run();
+        keywords.finish();
+        std::vector<std::filesystem::path> fits;
+        std::vector<std::string> names;
+        for (const py::handle fit : given) {
+          names.push_back(path_from(py::reinterpret_borrow<py::object>(fit)));
+          fits.emplace_back(names.back());
+        }
+        return object_of(result_of(run, [&](const RunControl&) {
+          const std::vector<analysis::RankedFit> read = analysis::read_ranked_fits(fits, names);
+          return analysis::ranking_json(analysis::rank_fits(read), read);
+        }));
+      });
+}
+
 }  // namespace
 
 void bind_fit(py::module_& module) {
+  bind_rank(module);
   const char* const result =
       "values (by name), objective (the least), is_converged, evaluations (what was tried: values and objective, in "
       "order)";

@@ -9,7 +9,7 @@ import unittest.mock
 import numpy as np
 import patinate
 
-from python_case import PythonCase, main
+from python_case import PLATE, PLATE_SCENE, PythonCase, main
 
 
 def ramp_history(rate, offset, size=12, num_frames=12):
@@ -59,6 +59,20 @@ class Fit(PythonCase):
         self.assertAlmostEqual(made["values"]["a"], 3, delta=0.02)
         self.assertAlmostEqual(made["values"]["b"], np.e, delta=0.03)
         self.assertEqual(min(value for _, value in made["evaluations"]), made["objective"])
+
+    def test_a_ranking_is_the_commands(self):
+        (self.work / "rank").mkdir()
+        (self.work / "rank/plate.obj").write_text(PLATE)
+        for name, rate in (("slow", 0.5), ("fast", 5.0)):
+            (self.work / f"rank/{name}.json").write_text(json.dumps({**PLATE_SCENE, "rules": [{"name": "patina", "rate": rate}, PLATE_SCENE["rules"][1]], "run": {"iterations": 30, "history_every": 5}}))
+        self.run_patinate("simulate", "rank/slow.json", "-o", "rank/captured")
+        for name in ("slow", "fast"):
+            self.run_patinate("fit", f"rank/{name}.json", "rank/captured", "--vary", "/appearance/patina/strength=0.1:3", "--until", "4", "--evaluations", "13", "--scan", "0", "--seeds", "2", "-o", f"rank/fit_{name}")
+        fits = [str(self.work / f"rank/fit_{name}") for name in ("slow", "fast")]
+        self.run_patinate("rank", *fits, "-o", "rank/ranked")
+        expected = self.json_of("rank/ranked", "report.json")
+        self.assertEqual(patinate.rank(fits), {name: expected[name] for name in ("unit", "models", "cases", "last_frame", "verdict")})
+        self.line_of(patinate.InvalidInput, lambda: patinate.rank(fits[:1]))
 
     def test_progress_ends_at_one_also_when_it_converges_early(self):
         for evaluations in (23, 100000):  # A rest that makes no generation; far more than it takes.

@@ -30,7 +30,7 @@ best: float = patinate.minimize(lambda v: v["a"], {"a": (0, 1)})["objective"]
 # What does a command's work in Python.
 FUNCTION_OF = {"ingest": "ingest", "unlight": "unlight", "thickness": "thickness", "register": "register", "relief": "relief", "control": "Surface", "accessibility": "Surface", "explain": "explain",
                "combine": "combine", "trim": "trim", "library": "library", "appearance": "appearance", "transfer": "transfer", "lookup": "Transfer.texture", "evaluate": "evaluate", "compare": "compare",
-               "calibrate": "calibrate_camera", "render": "render", "export": "export", "factorize": "factorize", "simulate": "Simulation", "fit": "fit", "recompose": "recompose", "synth": "synth_crackle"}
+               "calibrate": "calibrate_camera", "render": "render", "export": "export", "factorize": "factorize", "simulate": "Simulation", "fit": "fit", "rank": "rank", "recompose": "recompose", "synth": "synth_crackle"}
 # What only a program does: files to begin with, pages, other machines, the program itself.
 OF_THE_PROGRAM = {"init", "studio", "plan", "run", "join", "study", "info", "validate", "devices", "completion", "help"}
 

@@ -16,6 +16,7 @@
 #include "python/support/json.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
+#include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/services/fit_scene.h"
 
 namespace patinate::python {
@@ -204,8 +205,8 @@ void bind_rank(py::module_& module) {
         std::vector<std::filesystem::path> fits;
         std::vector<std::string> names;
         for (const py::handle fit : given) {
-          names.push_back(path_from(py::reinterpret_borrow<py::object>(fit)));
-          fits.emplace_back(names.back());
+          fits.emplace_back(path_from(py::reinterpret_borrow<py::object>(fit)));
+          names.push_back(cli::input_word(fits.back()));
         }
         return object_of(result_of(run, [&](const RunControl&) {
           const std::vector<analysis::RankedFit> read = analysis::read_ranked_fits(fits, names);

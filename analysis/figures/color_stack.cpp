@@ -105,7 +105,7 @@ ColorStack make_stack(const SurfaceSource& source, const std::vector<double>& ti
   ColorStack stack;
   stack.width = scaled.width;
   stack.height = scaled.height;
-  stack.times = times;
+  stack.times = stack.own_times = times;
   if (source.pixel_mm) stack.pixel_mm = *source.pixel_mm * mask.width() / scaled.width;
   for (std::int64_t i = 0; i < coverage.num_pixels(); ++i) {
     if (coverage.data()[i] >= 0.5f) stack.texels.push_back(static_cast<std::uint32_t>(i));
@@ -150,7 +150,6 @@ ColorStack load_stack(const TextureSeries& series, const std::vector<double>& ti
     return static_cast<double>(
         std::count_if(m.values().begin(), m.values().end(), [](std::uint8_t v) { return v != 0; }));
   };
-  stack.own_times = times;
   stack.seen_share = inside(source.mask) / std::max(1.0, inside(series.mask(times.front())));
   return stack;
 }

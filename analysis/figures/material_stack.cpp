@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "libcommon/core/parallel.h"
 #include "libcommon/output/surface_material.h"
 #include "patinate/history/history_sampling.h"
 

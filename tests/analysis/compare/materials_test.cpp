@@ -19,12 +19,13 @@ struct Stated {
   float color = 0.5f;
   std::optional<float> strength = {}, roughness = {}, metalness = {};
   float later = 0.0f;  ///< Added to the roughness at the second time.
+  double span = 10.0;  ///< The second time.
 };
 
 TextureSeries series_of(const Stated& stated) {
   MemoryHistoryImages images{.name = "test", .frames = {}};
   for (int k = 0; k < 2; ++k) {
-    MemoryFrame frame{.time = 10.0 * k, .color = ImageF(kSide, kSide, 3)};
+    MemoryFrame frame{.time = stated.span * k, .color = ImageF(kSide, kSide, 3)};
     std::fill(frame.color.values().begin(), frame.color.values().end(), stated.color);
     if (stated.roughness) {
       ImageF gloss(kSide, kSide, 2);
@@ -88,6 +89,17 @@ TEST(Materials, DistancesAreThoseOfTheStatedNumbersAndCurvesTheirCourse) {
     if (c.name != "roughness") continue;
     EXPECT_NEAR(c.columns[0].values[1].value(), 0.3, 1e-6);
     EXPECT_NEAR(c.columns[1].values[1].value(), 0.8, 1e-6);
+  }
+}
+
+TEST(Materials, AreReadAtEachHistorysOwnTimesOnTheClockOfSpans) {
+  const Stated quick{.roughness = 0.3f, .later = 0.4f}, slow{.roughness = 0.3f, .later = 0.4f, .span = 1000.0};
+  const CompareOptions options{.clock = Clock::Span, .places = Places::Equal, .num_resamples = 0};
+  const Section s = materials_section(load_pair(series_of(quick), series_of(slow), options), options);
+  EXPECT_NEAR(figure(s, "roughness_distance"), 0.0, 1e-6) << "the same course over its span";
+  for (const Curve& c : s.curves) {
+    if (c.name != "roughness") continue;
+    EXPECT_NEAR(c.columns[1].values.back().value(), 0.7, 1e-6) << "the slow one's end";
   }
 }
 

@@ -51,29 +51,36 @@ void make_transfer(const TempFolder& folder, int tile_px, int side = 2) {
   ASSERT_EQ(run_job(plan_transfer(task, folder / "aged"), {}, {}), JobStatus::Done);
 }
 
-TEST(EvaluatedTiles, SayWhatTheWholeTransferSays) {
-  const TempFolder folder;
-  make_transfer(folder, 64);
-  const analysis::EvaluationOptions options{.num_samples = 500, .num_directions = 4, .num_audits = 200};
-  const transfer::CacheOptions no_cache{.cache = false};
+/// Of the transfer that make_transfer() made, with few samples.
+analysis::EvaluationTask task_of(const TempFolder& folder) {
   analysis::EvaluationTask task;
-  task.options = options;
-  task.maps = {transfer_item(folder / "aged", options, 1, no_cache)};
-  ASSERT_TRUE(task.maps[0].tiles);
+  task.options = {.num_samples = 500, .num_directions = 4, .num_audits = 200};
+  task.maps = {transfer_item(folder / "aged", task.options, 1, {.cache = false})};
+  return task;
+}
 
+/// Runs the items of every tile, and evaluates the map in one piece.
+void expect_report_of_the_whole(const analysis::EvaluationTask& task, const TempFolder& folder, std::size_t num_tiles) {
+  ASSERT_TRUE(task.maps[0].tiles);
   const analysis::MapToEvaluate opened = task.maps[0].open({});
-  const analysis::Evaluation made = analysis::evaluate(opened.source, opened.map, options, 1);
+  const analysis::Evaluation made = analysis::evaluate(opened.source, opened.map, task.options, 1);
   Json expected = Json::array();
   for (const auto* list : {&opened.more, &made.figures}) {
     for (const analysis::Figure& f : *list) expected.push_back(analysis::figure_json(f));
   }
-
   const JobPlan plan = analysis::plan_evaluation(task, folder / "report");
-  EXPECT_EQ(plan.items.size(), 2u * 4u + 1u);
+  EXPECT_EQ(plan.items.size(), 2 * num_tiles + 1);
   ASSERT_EQ(run_job(plan, {}, {}), JobStatus::Done);
   const Json report = load_json(folder / "report" / "evaluation.json");
   EXPECT_EQ(report.at("maps").at(0).at("figures"), expected);
   EXPECT_EQ(report.at("maps").at(0).at("hash"), made.hash);
+}
+
+TEST(EvaluatedTiles, SayWhatTheWholeTransferSays) {
+  const TempFolder folder;
+  make_transfer(folder, 64);
+  const analysis::EvaluationTask task = task_of(folder);
+  expect_report_of_the_whole(task, folder, 4);
 
   // Item by item, as processes of their own would, and the last tile first.
   const JobPlan spread = analysis::plan_evaluation(task, folder / "spread");
@@ -93,22 +100,7 @@ TEST(EvaluatedTiles, SayWhatTheWholeTransferSays) {
 TEST(EvaluatedTiles, Of64TilesSayWhatTheWholeTransferSays) {
   const TempFolder folder;
   make_transfer(folder, 20, 8);
-  const analysis::EvaluationOptions options{.num_samples = 500, .num_directions = 4, .num_audits = 200};
-  analysis::EvaluationTask task;
-  task.options = options;
-  task.maps = {transfer_item(folder / "aged", options, 1, {.cache = false})};
-  const analysis::MapToEvaluate opened = task.maps[0].open({});
-  const analysis::Evaluation made = analysis::evaluate(opened.source, opened.map, options, 1);
-  Json expected = Json::array();
-  for (const auto* list : {&opened.more, &made.figures}) {
-    for (const analysis::Figure& f : *list) expected.push_back(analysis::figure_json(f));
-  }
-  const JobPlan plan = analysis::plan_evaluation(task, folder / "report");
-  EXPECT_EQ(plan.items.size(), 2u * 64u + 1u);
-  ASSERT_EQ(run_job(plan, {}, {}), JobStatus::Done);
-  const Json report = load_json(folder / "report" / "evaluation.json");
-  EXPECT_EQ(report.at("maps").at(0).at("figures"), expected);
-  EXPECT_EQ(report.at("maps").at(0).at("hash"), made.hash);
+  expect_report_of_the_whole(task_of(folder), folder, 64);
 }
 
 TEST(EvaluatedTiles, AreNoneOfATransferOfOneTile) {

@@ -5,6 +5,7 @@
 #include "libcommon/core/programs.h"
 #include "python/bindings.h"
 #include "python/support/errors.h"
+#include "python/support/keywords.h"
 #include "python/support/signature.h"
 
 namespace patinate::python {
@@ -64,6 +65,8 @@ PYBIND11_MODULE(_native, module) {
   bind_synth(module);
   bind_library(module);
   module.def("stubs", [] { return stubs(); });
+  // What is left of a call that Ctrl-C ended: its files are closed before the program ends.
+  pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(&finish_left_work));
 }
 
 }  // namespace patinate::python

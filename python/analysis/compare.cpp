@@ -55,7 +55,7 @@ analysis::TextureSeries series_from(const py::object& given, const char* name) {
   if (std::optional<analysis::TextureSeries> series = series_in_memory(given)) return *std::move(series);
   if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__")) {
     const std::string path = path_from(given);
-    return result_of({}, [&](const RunControl&) { return analysis::open_series(cli::history_place(path)).series; });
+    return result_of({}, [=](const RunControl&) { return analysis::open_series(cli::history_place(path)).series; });
   }
   wrong_type("compare", name, given, "a History, an AgedMesh, or the path of a history or transfer");
 }
@@ -116,7 +116,7 @@ void bind_compare(py::module_& module) {
         options.options.seed = static_cast<std::uint64_t>(options.seed);
         const analysis::TextureSeries left = series_from(a, "a"), right = series_from(b, "b");
         std::vector<analysis::Section> sections = result_of(
-            run, [&](const RunControl& control) { return analysis::compare(left, right, options.options, control); });
+            run, [=](const RunControl& control) { return analysis::compare(left, right, options.options, control); });
         py::dict out;
         for (analysis::Section& section : sections) {
           const std::string name = section.name;

@@ -52,15 +52,14 @@ void bind_evaluate(py::module_& module) {
            const bool is_aged = py::isinstance<PyAged>(given);
            const auto aged = is_aged ? py::cast<const PyAged&>(given).value : nullptr;
            const std::string path = is_aged ? "" : path_from(given);
-           std::vector<analysis::Figure> more;
-           analysis::Evaluation made = result_of(run, [&](const RunControl& control) {
+           auto [made, more] = result_of(run, [=](const RunControl& control) {
              if (!is_aged) cli::require_transfer(path);
              const analysis::MapToEvaluate opened =
                  is_aged ? cli::aged_map("transfer", *aged, options.options, seed, control.part(0.0, 0.5))
                          : cli::transfer_item(path, options.options, seed, {}).open(control.part(0.0, 0.5));
-             more = opened.more;
-             return analysis::evaluate(opened.source, opened.map, options.options, seed, nullptr,
-                                       control.part(0.5, 1.0));
+             return std::pair(
+                 analysis::evaluate(opened.source, opened.map, options.options, seed, nullptr, control.part(0.5, 1.0)),
+                 opened.more);
            });
            return dict_of(std::move(made), std::move(more));
          });

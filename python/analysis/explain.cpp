@@ -77,36 +77,39 @@ void bind_explain(py::module_& module) {
         Keywords keywords("explain", kwargs);
         ExplainKeywords options{.seed = default_seed()};
         keywords.read(options);
-        const ImageU8 mask = optional_mask(keywords.object("mask"), "mask");
+        ImageU8 mask = optional_mask(keywords.object("mask"), "mask");
         const RunArguments run = keywords.run();
         keywords.finish();
-        const TexelMap& map = *surface.value.map;
-        const ImageF aged = image_from(reference, "reference", 1);
+        const std::shared_ptr<const TexelMap> map = surface.value.map;
+        ImageF aged = image_from(reference, "reference", 1);
         std::vector<Candidate> asked = candidates_from(candidates);
         const auto check = [&](const auto& image, const std::string& what) {
-          if (image.width() == map.width() && image.height() == map.height()) return;
+          if (image.width() == map->width() && image.height() == map->height()) return;
           throw InvalidInput(what + ": is " + std::to_string(image.height()) + " x " + std::to_string(image.width()) +
-                             "; the surface has " + std::to_string(map.height()) + " x " + std::to_string(map.width()) +
-                             " texels");
+                             "; the surface has " + std::to_string(map->height()) + " x " +
+                             std::to_string(map->width()) + " texels");
         };
         check(aged, "reference");
         if (!mask.empty()) check(mask, "mask");
         for (const Candidate& c : asked) {
           if (!c.values.empty()) check(c.values, "candidates[" + c.name + "]");
         }
-        const analysis::Explanation found = result_of(run, [&](const RunControl& control) {
-          const analysis::SurfacePlaces places = analysis::surface_places(map, mask, options.options.num_samples);
-          analysis::ExplanationInput input{.positions_mm = places.positions_mm,
-                                           .area_mm2 = places.area_mm2,
-                                           .reference = places.values_of(aged),
-                                           .candidates = {}};
-          for (Candidate& c : asked) {
-            if (c.values.empty()) c.values = make_control_expression(c.name, map, {}, control.part(0.0, 0.0)).values;
-            input.candidates.push_back({c.name, places.values_of(c.values)});
-          }
-          return analysis::explain(input, options.options, static_cast<std::uint64_t>(options.seed),
-                                   control.part(0.1, 1.0));
-        });
+        const analysis::Explanation found =
+            result_of(run, [=, aged = std::move(aged), mask = std::move(mask),
+                            asked = std::move(asked)](const RunControl& control) mutable {
+              const analysis::SurfacePlaces places = analysis::surface_places(*map, mask, options.options.num_samples);
+              analysis::ExplanationInput input{.positions_mm = places.positions_mm,
+                                               .area_mm2 = places.area_mm2,
+                                               .reference = places.values_of(aged),
+                                               .candidates = {}};
+              for (Candidate& c : asked) {
+                if (c.values.empty())
+                  c.values = make_control_expression(c.name, *map, {}, control.part(0.0, 0.0)).values;
+                input.candidates.push_back({c.name, places.values_of(c.values)});
+              }
+              return analysis::explain(input, options.options, static_cast<std::uint64_t>(options.seed),
+                                       control.part(0.1, 1.0));
+            });
         py::dict figures, mix, out;
         for (const analysis::ExplainedCandidate& c : found.candidates) {
           if (!c.is_even) figures[c.name.c_str()] = dict_of(c.figures);

@@ -82,10 +82,8 @@ void bind_factorize(py::module_& module) {
            keywords.read(options);
            const RunArguments run = keywords.run();
            keywords.finish();
-           ImageU8 mask;
-           const analysis::Factorization made = result_of(run, [&](const RunControl& control) {
-             mask = history.value->read_mask();
-             return analysis::factorize(*history.value, options, control);
+           const auto [mask, made] = result_of(run, [=](const RunControl& control) {
+             return std::pair(history.value->read_mask(), analysis::factorize(*history.value, options, control));
            });
            py::list out;
            for (std::size_t i = 0; i < made.models.size(); ++i)

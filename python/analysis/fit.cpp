@@ -84,7 +84,8 @@ py::dict minimized(const std::vector<analysis::FitParameter>& parameters, const 
   analysis::EvolutionOptions options = keywords.search;
   options.seed = static_cast<std::uint64_t>(keywords.seed);
   std::vector<std::pair<std::vector<double>, double>> tried;
-  const analysis::Minimum best = result_of(run, [&](const RunControl& control) {
+  analysis::Minimum best;
+  run_borrowing(run, [&](const RunControl& control) {
     const RunControl inner{.on_progress = {}, .stop = control.stop, .num_threads = control.num_threads};
     const auto objective = [&](const std::vector<double>& unit) {
       control.throw_if_stopped();
@@ -96,10 +97,8 @@ py::dict minimized(const std::vector<analysis::FitParameter>& parameters, const 
       control.report(std::min(1.0, static_cast<double>(tried.size()) / keywords.evaluations));
       return value;
     };
-    analysis::Minimum found =
-        analysis::minimize(objective, start, keywords.evaluations, {.search = options, .starts = keywords.starts});
+    best = analysis::minimize(objective, start, keywords.evaluations, {.search = options, .starts = keywords.starts});
     control.report(1.0);  // Whole generations, or a convergence, leave some of the budget.
-    return found;
   });
   std::vector<double> values;
   for (std::size_t i = 0; i < best.at.size(); ++i) values.push_back(value_at(parameters[i], best.at[i]));
@@ -156,7 +155,7 @@ py::dict fit_scene(const py::object& scene_path, const py::object& objective, co
   }
   const RunArguments silent{.num_threads = run.num_threads};
   const cli::FitScene scene =
-      result_of(silent, [&](const RunControl& control) { return cli::FitScene(path, ranges, controls, control); });
+      result_of(silent, [=](const RunControl& control) { return cli::FitScene(path, ranges, controls, control); });
   std::vector<analysis::FitTerm> terms;
   if (!figures.is_none()) {
     for (const auto& [name, weight] : py::cast<py::dict>(figures)) {
@@ -169,7 +168,7 @@ py::dict fit_scene(const py::object& scene_path, const py::object& objective, co
   std::optional<analysis::FitObjective> distance;
   if (is_history) {
     const auto history = py::cast<const PyHistory&>(objective).value;
-    distance.emplace(result_of(silent, [&](const RunControl& control) {
+    distance.emplace(result_of(silent, [=](const RunControl& control) {
       return analysis::FitObjective(analysis::TextureSeries(history), scene.outline(), terms, compared,
                                     analysis::FitFrames::Seen, control);
     }));
@@ -208,7 +207,7 @@ void bind_rank(py::module_& module) {
           fits.emplace_back(path_from(py::reinterpret_borrow<py::object>(fit)));
           names.push_back(cli::input_word(fits.back()));
         }
-        return object_of(result_of(run, [&](const RunControl&) {
+        return object_of(result_of(run, [=](const RunControl&) {
           const std::vector<analysis::RankedFit> read = analysis::read_ranked_fits(fits, names);
           return analysis::ranking_json(analysis::rank_fits(read), read);
         }));

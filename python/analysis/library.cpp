@@ -63,11 +63,11 @@ void bind_library(py::module_& module) {
            const RunArguments run = keywords.run();
            keywords.finish();
            const auto subject = like.is_none() ? nullptr : subject_from(like);
-           std::vector<cli::ShelfEntry> entries;
-           std::vector<cli::Likeness> ranking;
-           run_interruptibly(run, [&](const RunControl& control) {
-             entries = cli::history_shelf();
-             if (subject) ranking = cli::rank_by_likeness(subject(), entries, control);
+           const auto [entries, ranking] = result_of(run, [=](const RunControl& control) {
+             std::vector<cli::ShelfEntry> shelf = cli::history_shelf();
+             std::vector<cli::Likeness> likenesses;
+             if (subject) likenesses = cli::rank_by_likeness(subject(), shelf, control);
+             return std::pair(std::move(shelf), std::move(likenesses));
            });
            return dict_of(entries, ranking);
          });

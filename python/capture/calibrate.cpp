@@ -58,7 +58,7 @@ void define_kind(py::module_& module, CalibrationKind kind, const std::string& b
     const std::filesystem::path file =
         is_dict ? std::filesystem::path(folder) / "description" : std::filesystem::path(path_from(given));
     const Json held = is_dict ? json_from(given, "description") : Json();
-    const capture::CalibrationOutput calibration = result_of(run, [&](const RunControl& control) {
+    const capture::CalibrationOutput calibration = result_of(run, [=](const RunControl& control) {
       const Json content = is_dict ? held : load_json(file);
       capture::CalibrationOutput result =
           capture::calibrate(kind, JsonReader(file.string(), content), options, control);

@@ -67,7 +67,7 @@ void bind_ingest(py::module_& module) {
            const RunArguments run = keywords.run();
            keywords.finish();
            const std::string from = path_from(capture), to = path_from(output);
-           return PyHistory{result_of(run, [&](const RunControl& control) {
+           return PyHistory{result_of(run, [=](const RunControl& control) {
              run_job(capture::plan_history(from, to, options.options, options.relit), {.force = force}, control);
              return std::make_shared<const HistoryReader>(to);
            })};
@@ -83,7 +83,7 @@ void bind_ingest(py::module_& module) {
              .raises("IoError"),
          [](const py::object& history) {
            const std::string path = path_from(history);
-           return dict_of(result_of({}, [&](const RunControl&) { return capture::read_survey_report(path); }));
+           return dict_of(result_of({}, [=](const RunControl&) { return capture::read_survey_report(path); }));
          });
 }
 

@@ -18,7 +18,7 @@ namespace {
 PointCloud cloud_from(const py::object& given, const std::string& what) {
   if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__")) {
     const std::string path = path_from(given);
-    return result_of({}, [&](const RunControl&) { return read_point_cloud(path); });
+    return result_of({}, [=](const RunControl&) { return read_point_cloud(path); });
   }
   const auto rows = rows_from(given, what, 3);
   PointCloud cloud;
@@ -77,9 +77,11 @@ void bind_register(py::module_& module) {
         keywords.finish();
         const std::optional<RigidTransform> start =
             given.is_none() ? std::nullopt : std::optional(transform_from(given));
-        const PointCloud to = cloud_from(target, "target"), from = cloud_from(source, "source");
-        const capture::PairRegistration found = result_of(
-            run, [&](const RunControl& control) { return capture::register_pair(to, from, start, options, control); });
+        PointCloud to = cloud_from(target, "target"), from = cloud_from(source, "source");
+        const capture::PairRegistration found =
+            result_of(run, [to = std::move(to), from = std::move(from), start, options](const RunControl& control) {
+              return capture::register_pair(to, from, start, options, control);
+            });
         py::dict out;
         out["status"] = std::string(name_of(found.status));
         out["target_from_source"] = array_of_matrix(found.target_from_source.matrix());

@@ -55,7 +55,7 @@ void bind_relief(py::module_& module) {
            const std::string from = path_from(registered), to = path_from(output);
            const std::string mask = stable.is_none() ? std::string() : path_from(stable);
            const std::vector<double> given = times.is_none() ? std::vector<double>() : numbers_from(times, "times");
-           return PyHistory{result_of(run, [&](const RunControl& control) {
+           return PyHistory{result_of(run, [=](const RunControl& control) {
              capture::ReliefTask task = capture::relief_task_of(from, mm_per_unit);
              task.name = std::filesystem::path(to).filename().string();
              task.stable = mask;

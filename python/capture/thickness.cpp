@@ -34,13 +34,14 @@ void bind_thickness(py::module_& module) {
         capture::ThicknessOptions options;
         keywords.read(options);
         const py::object given_blank = keywords.object("blank");
-        const ImageU8 mask = optional_mask(keywords.object("mask"), "mask");
+        ImageU8 mask = optional_mask(keywords.object("mask"), "mask");
         options.with_deviation = keywords.flag("deviation", false);
         const RunArguments run = keywords.run();
         keywords.finish();
-        const ImageF light = image_from(photo, "photo", 1);
-        const ImageF blank = given_blank.is_none() ? ImageF() : image_from(given_blank, "blank", 1);
-        capture::ThicknessMap map = result_of(run, [&](const RunControl& control) {
+        ImageF light = image_from(photo, "photo", 1);
+        ImageF blank = given_blank.is_none() ? ImageF() : image_from(given_blank, "blank", 1);
+        capture::ThicknessMap map = result_of(run, [light = std::move(light), blank = std::move(blank),
+                                                    mask = std::move(mask), options](const RunControl& control) {
           return capture::thickness_from_transmission(light, blank, mask, options, control);
         });
         py::dict out;

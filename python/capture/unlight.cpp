@@ -128,9 +128,10 @@ void bind_unlight(py::module_& module) {
            keywords.finish();
            std::shared_ptr<const Mesh> mesh;
            if (!blockers.is_none()) mesh = py::cast<const PyMesh&>(blockers).value;
-           input.blockers = mesh.get();
-           return dict_of(
-               result_of(run, [&](const RunControl& control) { return capture::unlight(input, options, control); }));
+           return dict_of(result_of(run, [=, input = std::move(input)](const RunControl& control) mutable {
+             input.blockers = mesh.get();
+             return capture::unlight(input, options, control);
+           }));
          });
 }
 

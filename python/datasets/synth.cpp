@@ -29,7 +29,7 @@ void define_synth(py::module_& module, const char* name, const char* brief,
            const RunArguments run = keywords.run();
            keywords.finish();
            const std::string folder = path_from(output);
-           run_interruptibly(run, [&](const RunControl& control) { run_job(plan(options, folder), {}, control); });
+           run_interruptibly(run, [=](const RunControl& control) { run_job(plan(options, folder), {}, control); });
          });
 }
 

@@ -39,7 +39,7 @@ void bind_appearance(py::module_& module) {
            keywords.finish();
            const std::string from = path_from(history), to = path_from(output);
            const std::filesystem::path file = statement.is_none() ? std::string() : path_from(statement);
-           return PyHistory{result_of(run, [&](const RunControl& control) {
+           return PyHistory{result_of(run, [=](const RunControl& control) {
              run_job(cli::plan_appearance(from, cli::appearance_of(file, plain), to), {.force = force}, control);
              return std::make_shared<const HistoryReader>(to);
            })};

@@ -62,7 +62,7 @@ void bind_combine(py::module_& module) {
            const RunArguments run = keywords.run();
            keywords.finish();
            const std::string to = path_from(output);
-           return PyHistory{result_of(run, [&](const RunControl& control) {
+           return PyHistory{result_of(run, [=](const RunControl& control) mutable {
              run_job(transfer::plan_library(transfer::open_library(std::move(task)), to), {.force = force}, control);
              return std::make_shared<const HistoryReader>(to);
            })};

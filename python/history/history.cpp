@@ -31,13 +31,6 @@ namespace {
 
 using HistoryClass = py::class_<PyHistory>;
 
-/// Reading a file may take long: others run meanwhile.
-template <class F>
-auto unlocked(F&& read) {
-  const py::gil_scoped_release others_run;
-  return read();
-}
-
 void define_facts(HistoryClass& type) {
   define_property(type, "name", "str", "What the material is called.",
                   [](const PyHistory& h) { return h.value->facts().name; });
@@ -93,28 +86,29 @@ void define_images(HistoryClass& type) {
                     .raises("InvalidInput, IoError"),
                 [](const PyHistory& h, int index) {
                   const int from_start = index < 0 ? index + h.value->num_frames() : index;
-                  return array_of(unlocked([&] { return h.value->read_frame(from_start); }));
+                  return array_of(result_of({}, [=](const RunControl&) { return h.value->read_frame(from_start); }));
                 });
-  define_method(type,
-                FunctionText("sample", "Color at any time, between frames too; clamped to the ends.")
-                    .takes("time", "float", "In time_unit")
-                    .options<SamplingOptions>()
-                    .returns("npt.NDArray[np.float32]", "H x W x 3, linear; at a frame's time exactly that frame")
-                    .raises("InvalidInput if the time is NaN; IoError"),
-                [](const PyHistory& h, double time, const py::kwargs& kwargs) {
-                  Keywords keywords("sample", kwargs);
-                  SamplingOptions options;
-                  keywords.read(options);
-                  keywords.finish();
-                  return array_of(unlocked([&] { return sample(*h.value, time, options.between); }));
-                });
+  define_method(
+      type,
+      FunctionText("sample", "Color at any time, between frames too; clamped to the ends.")
+          .takes("time", "float", "In time_unit")
+          .options<SamplingOptions>()
+          .returns("npt.NDArray[np.float32]", "H x W x 3, linear; at a frame's time exactly that frame")
+          .raises("InvalidInput if the time is NaN; IoError"),
+      [](const PyHistory& h, double time, const py::kwargs& kwargs) {
+        Keywords keywords("sample", kwargs);
+        SamplingOptions options;
+        keywords.read(options);
+        keywords.finish();
+        return array_of(result_of({}, [=](const RunControl&) { return sample(*h.value, time, options.between); }));
+      });
   define_method(type,
                 FunctionText("control", "A control parameter at every pixel.")
                     .takes("name", "str", "One of `controls`")
                     .returns("npt.NDArray[np.float32]", "H x W in [0, 1]; controls[name] says what 0 and 1 stand for")
                     .raises("InvalidInput, IoError"),
                 [](const PyHistory& h, const std::string& name) {
-                  return array_of(unlocked([&] { return h.value->read_control(name); }));
+                  return array_of(result_of({}, [=](const RunControl&) { return h.value->read_control(name); }));
                 });
   define_method(type,
                 FunctionText("control_deviation", "Standard deviation of a control.")
@@ -122,20 +116,23 @@ void define_images(HistoryClass& type) {
                     .returns("npt.NDArray[np.float32] | None", "H x W, >= 0, in the same units; None: not known")
                     .raises("InvalidInput, IoError"),
                 [](const PyHistory& h, const std::string& name) -> py::object {
-                  auto deviation = unlocked([&] { return h.value->read_control_deviation(name); });
+                  auto deviation =
+                      result_of({}, [=](const RunControl&) { return h.value->read_control_deviation(name); });
                   if (!deviation) return py::none();
                   return array_of(std::move(*deviation));
                 });
   define_method(
       type,
       FunctionText("mask", "Where the history shows the surface.").returns("npt.NDArray[np.uint8]", "H x W, 0 or 255"),
-      [](const PyHistory& h) { return array_of(unlocked([&] { return h.value->read_mask(); })); });
+      [](const PyHistory& h) {
+        return array_of(result_of({}, [=](const RunControl&) { return h.value->read_mask(); }));
+      });
   define_method(type,
                 FunctionText("frame_mask", "Where one frame shows the surface itself: the mask, and the frame's own.")
                     .takes("index", "int", "From 0")
                     .returns("npt.NDArray[np.uint8]", "H x W, 0 or 255"),
                 [](const PyHistory& h, int index) {
-                  return array_of(unlocked([&] { return h.value->read_frame_mask(index); }));
+                  return array_of(result_of({}, [=](const RunControl&) { return h.value->read_frame_mask(index); }));
                 });
   define_method(
       type,
@@ -144,7 +141,7 @@ void define_images(HistoryClass& type) {
           .returns("npt.NDArray[np.float32]", "H x W x 3 (position in mm, normal) or H x W (mm); 0: no surface")
           .raises("InvalidInput, IoError"),
       [](const PyHistory& h, const std::string& name) {
-        return array_of(unlocked([&] { return h.value->read_map(name); }));
+        return array_of(result_of({}, [=](const RunControl&) { return h.value->read_map(name); }));
       });
   define_method(
       type,
@@ -163,8 +160,9 @@ void define_images(HistoryClass& type) {
         keywords.finish();
         for (std::size_t i = 0; i < kMaterialMapNames.size(); ++i) {
           if (kMaterialMapNames[i] == name)
-            return array_of(unlocked(
-                [&] { return sample_material_map(*h.value, static_cast<MaterialMap>(i), time, options.between); }));
+            return array_of(result_of({}, [=](const RunControl&) {
+              return sample_material_map(*h.value, static_cast<MaterialMap>(i), time, options.between);
+            }));
         }
         throw InvalidInput("material_map: found `" + name +
                            "`; expected normal, roughness, specular, height, stddev, metalness or tint");
@@ -199,19 +197,20 @@ void bind_history(py::module_& module) {
         const RunArguments run = keywords.run();
         keywords.finish();
         const std::string path = path_from(folder);
-        run_interruptibly(run, [&](const RunControl& control) { write_history(path, *h.value, control); });
+        run_interruptibly(run, [=](const RunControl& control) { write_history(path, *h.value, control); });
       });
-  define(
-      module,
-      FunctionText("read_history", "Opens a history folder; pixels are read when they are asked for.")
-          .takes("path", "str | os.PathLike[str]",
-                 "The folder, its history.json, a simulation's folder, or `library:NAME`")
-          .returns("History")
-          .raises("IoError naming the file"),
-      [](const py::object& path) {
-        const std::string folder = path_from(path);
-        return PyHistory{unlocked([&] { return std::make_shared<const HistoryReader>(cli::history_place(folder)); })};
-      });
+  define(module,
+         FunctionText("read_history", "Opens a history folder; pixels are read when they are asked for.")
+             .takes("path", "str | os.PathLike[str]",
+                    "The folder, its history.json, a simulation's folder, or `library:NAME`")
+             .returns("History")
+             .raises("IoError naming the file"),
+         [](const py::object& path) {
+           const std::string folder = path_from(path);
+           return PyHistory{result_of({}, [=](const RunControl&) {
+             return std::make_shared<const HistoryReader>(cli::history_place(folder));
+           })};
+         });
 }
 
 }  // namespace patinate::python

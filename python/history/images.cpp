@@ -21,12 +21,7 @@ void bind_images(py::module_& module) {
           .raises("IoError"),
       [](const py::object& given) {
         const std::string path = path_from(given);
-        ImageF image;
-        {
-          const py::gil_scoped_release others_run;
-          image = read_color(path);
-        }
-        return array_of(std::move(image));
+        return array_of(result_of({}, [=](const RunControl&) { return read_color(path); }));
       });
   define(module,
          FunctionText("write_color",
@@ -36,9 +31,8 @@ void bind_images(py::module_& module) {
              .raises("ParseError on another extension; InvalidInput; CannotComplete"),
          [](const py::object& given, const py::object& linear) {
            const std::string path = path_from(given);
-           const ImageF image = image_from(linear, "linear", 3);
-           const py::gil_scoped_release others_run;
-           write_color(path, image);
+           ImageF image = image_from(linear, "linear", 3);
+           run_interruptibly({}, [path, image = std::move(image)](const RunControl&) { write_color(path, image); });
          });
   define(module,
          FunctionText("read_channels",
@@ -51,12 +45,7 @@ void bind_images(py::module_& module) {
            const std::string path = path_from(given);
            std::vector<std::string> names;
            for (const py::handle name : channels) names.push_back(py::cast<std::string>(name));
-           ImageF image;
-           {
-             const py::gil_scoped_release others_run;
-             image = read_channels(path, names);
-           }
-           return array_of(std::move(image));
+           return array_of(result_of({}, [=](const RunControl&) { return read_channels(path, names); }));
          });
   define(module,
          FunctionText("srgb_from_linear", "Linear color as 8-bit sRGB codes, clamped and rounded to nearest.")

@@ -39,7 +39,7 @@ void bind_trim(py::module_& module) {
            const RunArguments run = keywords.run();
            keywords.finish();
            const std::string from = path_from(history), to = path_from(output);
-           return PyHistory{result_of(run, [&](const RunControl& control) {
+           return PyHistory{result_of(run, [=](const RunControl& control) {
              run_job(cli::plan_trim(cli::history_place(from), options, to), {.force = force}, control);
              return std::make_shared<const HistoryReader>(to);
            })};

@@ -35,9 +35,10 @@ void bind_contact_strip(py::module_& module) {
            if (!given.is_none()) {
              for (const py::handle label : given) labels.push_back(py::cast<std::string>(label));
            }
-           return array_of(result_of({}, [&](const RunControl&) {
-             return patinate::contact_strip(images, labels, {.columns = static_cast<int>(columns)});
-           }));
+           return array_of(
+               result_of({}, [columns, images = std::move(images), labels = std::move(labels)](const RunControl&) {
+                 return patinate::contact_strip(images, labels, {.columns = static_cast<int>(columns)});
+               }));
          });
 }
 

@@ -72,7 +72,7 @@ void bind_export(py::module_& module) {
     const bool force = keywords.flag("force", false);
     const RunArguments run = keywords.run();
     keywords.finish();
-    run_interruptibly(run, [&](const RunControl& control) {
+    run_interruptibly(run, [=](const RunControl& control) mutable {
       task.subject = cli::library_place(task.subject);
       cli::make_output(cli::export_work(task, control), force, control);
     });

@@ -126,7 +126,7 @@ void define_render(py::module_& module) {
     task.subject = path_from(subject);
     task.output = path_from(output);
     if (task.output.empty()) throw InvalidInput("output: is empty; expected the name of a picture or movie");
-    run_interruptibly(run, [&](const RunControl& control) {
+    run_interruptibly(run, [=](const RunControl& control) mutable {
       task.subject = cli::library_place(task.subject);
       cli::make_output(cli::render_work(std::move(task)), force, control);
     });
@@ -151,7 +151,7 @@ void define_render_picture(py::module_& module) {
     const RunArguments run = keywords.run();
     keywords.finish();
     set_subject(subject, task);
-    return array_of(result_of(run, [&](const RunControl& control) {
+    return array_of(result_of(run, [=](const RunControl& control) mutable {
       if (!task.mesh) task.subject = cli::library_place(task.subject);
       return cli::render_work(std::move(task)).picture(control);
     }));

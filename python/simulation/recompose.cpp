@@ -65,7 +65,7 @@ void bind_recompose(py::module_& module) {
            const std::vector<simulation::LookChange> changes = changes_from(given, manifest.materials);
            const std::filesystem::path file =
                scene.is_none() ? manifest.scene : std::filesystem::path(path_from(scene));
-           return PyHistory{result_of(run, [&](const RunControl& control) {
+           return PyHistory{result_of(run, [=](const RunControl& control) {
              run_job(simulation::plan_recompose(from, simulation::read_scene(file, control.part(0.0, 0.2)), changes,
                                                 options, to),
                      {.force = force}, control.part(0.2, 1.0));

@@ -1,7 +1,8 @@
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 #include <filesystem>
-#include <mutex>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -22,6 +23,7 @@ namespace patinate::python {
 
 namespace py = pybind11;
 using simulation::SceneFile;
+using simulation::Simulation;
 
 namespace {
 
@@ -46,79 +48,85 @@ class PySimulation {
     if (!maps.is_none()) {
       for (const py::handle name : maps) names.push_back(py::cast<std::string>(name));
     }
-    run_interruptibly(run, [&](const RunControl& control) {
+    const bool is_asked = !maps.is_none();
+    state_ = result_of(run, [=](const RunControl& control) mutable {
+      auto made = std::make_shared<State>();
       simulation::SceneAssets assets;
-      file_ = is_dict ? simulation::read_scene(file, root, assets, control) : simulation::read_scene(file, control);
-      if (resolution != 0) file_.scene.resolution = checked_resolution(resolution);
-      if (seed >= 0) file_.scene.seed = static_cast<std::uint64_t>(seed);
-      options.parameter_maps = maps.is_none() ? file_.controls : names;
-      running_.emplace(file_.scene, options, control);
+      made->file =
+          is_dict ? simulation::read_scene(file, root, assets, control) : simulation::read_scene(file, control);
+      if (resolution != 0) made->file.scene.resolution = checked_resolution(resolution);
+      if (seed >= 0) made->file.scene.seed = static_cast<std::uint64_t>(seed);
+      options.parameter_maps = is_asked ? names : made->file.controls;
+      made->running.emplace(made->file.scene, options, control);
+      return made;
     });
   }
 
-  /// Held while `work` runs without the interpreter's lock. @throws InvalidInput when another thread is at it.
+  /// `work` runs without the interpreter's lock; it owns what it uses. @throws InvalidInput when another thread is at
+  /// it.
   template <class F>
-  auto alone(const RunArguments& run, F&& work) {
-    const std::unique_lock lock(mutex_, std::try_to_lock);
-    if (!lock.owns_lock()) throw InvalidInput("the simulation is at work in another thread; one call at a time");
+  auto alone(const RunArguments& run, F work) {
+    const Turn turn = take_turn();
     throw_if_lost();
-    if constexpr (std::is_void_v<decltype(work(*running_, RunControl{}))>) {
-      run_interruptibly(run, [&](const RunControl& control) { work(*running_, control); });
+    auto owned = [turn, work = std::move(work)](const RunControl& control) mutable {
+      return work(*turn->running, control);
+    };
+    if constexpr (std::is_void_v<decltype(owned(RunControl{}))>) {
+      run_interruptibly(run, std::move(owned));
     } else {
-      return result_of(run, [&](const RunControl& control) { return work(*running_, control); });
+      return result_of(run, std::move(owned));
     }
   }
   /// The same for what takes no time, whatever the atlas.
   template <class F>
   auto look(F&& read) {
-    const std::unique_lock lock(mutex_, std::try_to_lock);
-    if (!lock.owns_lock()) throw InvalidInput("the simulation is at work in another thread; one call at a time");
+    const Turn turn = take_turn();
     throw_if_lost();
-    return read(*running_);
+    return read(*turn->running);
   }
 
   /// alone() for what changes the state. What ends it half-way loses the state; what is wrong with the input is found
   /// before any change, but for a stroke that has painted already.
   template <class F>
-  void change(const RunArguments& run, F&& work) {
-    alone(run, [&](simulation::Simulation& s, const RunControl& control) {
+  void change(const RunArguments& run, F work) {
+    alone(run, [state = state_.get(), work = std::move(work)](Simulation& s, const RunControl& control) mutable {
       control.throw_if_stopped();
       const std::int64_t painted = s.num_paint_steps();
-      is_lost_ = true;  // Until it is whole again.
+      state->is_lost = true;  // Until it is whole again.
       try {
         work(s, control);
       } catch (const InputError&) {
-        is_lost_ = s.num_paint_steps() != painted;
+        state->is_lost = s.num_paint_steps() != painted;
         throw;
       }
-      is_lost_ = false;
+      state->is_lost = false;
     });
   }
 
   void step(std::int64_t count, const RunArguments& run) {
     if (count < 0) throw InvalidInput("count: " + std::to_string(count) + " is out of range; use >= 0");
-    alone(run, [&](simulation::Simulation& s, const RunControl& control) {
+    alone(run, [state = state_.get(), count](Simulation& s, const RunControl& control) {
       for (std::int64_t i = 0; i < count; ++i) {
         control.throw_if_stopped();  // Between two steps nothing is lost.
-        is_lost_ = true;
+        state->is_lost = true;
         s.step(RunControl{.on_progress = {}, .stop = control.stop, .num_threads = control.num_threads});
-        is_lost_ = false;
+        state->is_lost = false;
         control.report(static_cast<double>(i + 1) / static_cast<double>(count));
       }
     });
   }
 
-  void restore(const std::string& bytes) {
-    const std::unique_lock lock(mutex_, std::try_to_lock);
-    if (!lock.owns_lock()) throw InvalidInput("the simulation is at work in another thread; one call at a time");
-    const py::gil_scoped_release others_run;
-    running_->restore(std::as_bytes(std::span(bytes)));
-    is_lost_ = false;
+  void restore(std::string bytes) {
+    const Turn turn = take_turn();
+    run_interruptibly({}, [turn, bytes = std::move(bytes)](const RunControl&) {
+      turn->running->restore(std::as_bytes(std::span(bytes)));
+      turn->is_lost = false;
+    });
   }
 
-  [[nodiscard]] const SceneFile& file() const { return file_; }
+  [[nodiscard]] const SceneFile& file() const { return state_->file; }
   [[nodiscard]] int material(const std::string& name) const {
-    const std::vector<std::string>& all = file_.scene.materials;
+    const std::vector<std::string>& all = file().scene.materials;
     const auto found = std::find(all.begin(), all.end(), name);
     if (found != all.end()) return static_cast<int>(found - all.begin());
     std::string list;
@@ -127,8 +135,24 @@ class PySimulation {
   }
 
  private:
+  struct State {
+    SceneFile file;
+    std::optional<Simulation> running;
+    std::atomic<bool> is_busy = false;
+    std::atomic<bool> is_lost = false;  ///< By what ended in the middle of a change.
+  };
+  /// The state, for whoever is at it; the last copy that goes ends the turn, also on a thread that was left behind.
+  using Turn = std::shared_ptr<State>;
+
+  Turn take_turn() const {
+    finish_left_work();
+    if (state_->is_busy.exchange(true))
+      throw InvalidInput("the simulation is at work in another thread; one call at a time");
+    return {state_.get(), [held = state_](State* state) { state->is_busy = false; }};
+  }
   void throw_if_lost() const {
-    if (is_lost_) throw InvalidInput("a change was interrupted, so that the state is lost; restore() a snapshot");
+    if (state_->is_lost)
+      throw InvalidInput("a change was interrupted, so that the state is lost; restore() a snapshot");
   }
   static int checked_resolution(std::int64_t resolution) {
     constexpr Range kAllowed{.low = 16, .high = 16384};
@@ -137,14 +161,10 @@ class PySimulation {
     return static_cast<int>(resolution);
   }
 
-  SceneFile file_;
-  std::optional<simulation::Simulation> running_;
-  std::mutex mutex_;
-  bool is_lost_ = false;  ///< By what ended in the middle of a change.
+  std::shared_ptr<State> state_;
 };
 
 using SimulationClass = py::class_<PySimulation, std::shared_ptr<PySimulation>>;
-using simulation::Simulation;
 
 RunArguments run_of(const char* function, const py::kwargs& kwargs) {
   Keywords keywords(function, kwargs);
@@ -186,9 +206,10 @@ void define_run(SimulationClass& type) {
         Json json = json_from(event, "event");
         if (!json.is_object() || json.contains("iteration"))
           throw InvalidInput("event: expected a dict without `iteration`: it happens now");
-        s.change(run, [&](Simulation& running, const RunControl& control) {
+        const double mm_per_unit = s.file().mm_per_unit;
+        s.change(run, [=](Simulation& running, const RunControl& control) mutable {
           json["iteration"] = running.iteration();
-          running.apply(simulation::parse_event(json, running.scene(), s.file().mm_per_unit), control);
+          running.apply(simulation::parse_event(json, running.scene(), mm_per_unit), control);
         });
       });
   define_method(
@@ -206,7 +227,7 @@ void define_run(SimulationClass& type) {
         const RunArguments run = run_of("paint", kwargs);
         const Vec3 position_mm = vector_from(position, "position");
         s.change(run,
-                 [&](Simulation& running, const RunControl& control) { running.paint(emitter, position_mm, control); });
+                 [=](Simulation& running, const RunControl& control) { running.paint(emitter, position_mm, control); });
       });
   define_method(type,
                 FunctionText("snapshot", "Everything that changes while it runs; equal states give equal bytes.")
@@ -220,7 +241,7 @@ void define_run(SimulationClass& type) {
                 FunctionText("restore", "Back to a snapshot of a simulation of the same scene and options.")
                     .takes("snapshot", "bytes", "As snapshot() gave it")
                     .raises("InvalidInput if it is of another; nothing is changed then"),
-                [](PySimulation& s, const py::bytes& snapshot) { s.restore(std::string(snapshot)); });
+                [](PySimulation& s, const py::bytes& snapshot) { s.restore(snapshot); });
 }
 
 void define_pictures(SimulationClass& type) {
@@ -258,7 +279,7 @@ void define_pictures(SimulationClass& type) {
           .raises("InvalidInput listing the materials"),
       [](PySimulation& s, const std::string& name) {
         const int material = s.material(name);
-        return array_of(s.alone({}, [&](Simulation& running, const RunControl&) { return running.amounts(material); }));
+        return array_of(s.alone({}, [=](Simulation& running, const RunControl&) { return running.amounts(material); }));
       });
   define_method(
       type,
@@ -270,7 +291,7 @@ void define_pictures(SimulationClass& type) {
       [](PySimulation& s, const std::string& name, const py::object& given) {
         const int material = s.material(name);
         const ImageF amounts = image_from(given, "amounts", 1);
-        s.change({}, [&](Simulation& running, const RunControl&) { running.set_amounts(material, amounts); });
+        s.change({}, [=](Simulation& running, const RunControl&) { running.set_amounts(material, amounts); });
       });
   define_method(type,
                 FunctionText("parameter_map", "A map that counted along the way, or the state at the end.")
@@ -279,7 +300,7 @@ void define_pictures(SimulationClass& type) {
                     .raises("InvalidInput for one that was not asked for"),
                 [](PySimulation& s, const std::string& name) {
                   simulation::ParameterMap map =
-                      s.alone({}, [&](Simulation& running, const RunControl&) { return running.parameter_map(name); });
+                      s.alone({}, [=](Simulation& running, const RunControl&) { return running.parameter_map(name); });
                   return py::make_tuple(array_of(std::move(map.values)), map.unit);
                 });
   define_method(

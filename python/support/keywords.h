@@ -5,8 +5,10 @@
 #include <pybind11/pybind11.h>
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "patinate/core/options.h"
@@ -58,14 +60,23 @@ class Keywords {
 [[nodiscard]] std::string path_from(const pybind11::object& path);
 
 /// Runs `work` without the interpreter's lock, on a thread of its own. Meanwhile this one calls `on_progress`, and
-/// stops the work when that raises, or on Ctrl-C: within 10 ms it is told, and within 50 ms it looks.
-void run_interruptibly(const RunArguments& arguments, const std::function<void(const RunControl&)>& work);
+/// stops the work when that raises, or on Ctrl-C. It looks every 10 ms; what has not stopped 25 ms later is left
+/// behind: its result is dropped, and the next call waits for its end. So nothing may be captured by reference.
+void run_interruptibly(const RunArguments& arguments, std::function<void(const RunControl&)> work);
 /// The same for work that has a result.
 template <class F>
-[[nodiscard]] auto result_of(const RunArguments& arguments, F&& work) {
-  std::optional<decltype(work(RunControl{}))> result;
-  run_interruptibly(arguments, [&](const RunControl& control) { result.emplace(work(control)); });
-  return std::move(*result);
+[[nodiscard]] auto result_of(const RunArguments& arguments, F work) {
+  struct Held {
+    F work;
+    std::optional<decltype(work(RunControl{}))> result = std::nullopt;
+  };
+  const auto held = std::make_shared<Held>(Held{std::move(work)});
+  run_interruptibly(arguments, [held](const RunControl& control) { held->result.emplace(held->work(control)); });
+  return std::move(*held->result);
 }
+/// For work that uses what its caller holds, such as Python's own functions: Ctrl-C waits until it has stopped.
+void run_borrowing(const RunArguments& arguments, const std::function<void(const RunControl&)>& work);
+/// Waits for what was left behind, if anything. @throws KeyboardInterrupt
+void finish_left_work();
 
 }  // namespace patinate::python

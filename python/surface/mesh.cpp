@@ -148,7 +148,7 @@ void define_work(MeshClass& type) {
                   keywords.read(options);
                   const RunArguments run = keywords.run();
                   keywords.finish();
-                  return kept(result_of(run, [&](const RunControl& control) {
+                  return kept(result_of(run, [=](const RunControl& control) {
                                 return unwrap(*mesh.value, options, control);
                               }).mesh);
                 });
@@ -159,8 +159,7 @@ void define_work(MeshClass& type) {
                 [](const PyMesh& mesh, const py::object& given) {
                   const std::string path = path_from(given);
                   if (!path.ends_with(".obj")) throw ParseError(path + ": meshes are saved as .obj");
-                  const py::gil_scoped_release others_run;
-                  write_obj(path, *mesh.value);
+                  run_interruptibly({}, [=](const RunControl&) { write_obj(path, *mesh.value); });
                 });
   define_method(type, FunctionText("__repr__", "In a line.").returns("str"), [](const PyMesh& mesh) {
     return "<patinate.Mesh: " + std::to_string(mesh.value->num_triangles()) + " triangles" +
@@ -184,8 +183,7 @@ void bind_mesh(py::module_& module) {
              .raises("IoError"),
          [](const py::object& given) {
            const std::string path = path_from(given);
-           const py::gil_scoped_release others_run;
-           return kept(read_mesh(path));
+           return kept(result_of({}, [=](const RunControl&) { return read_mesh(path); }));
          });
   define(module,
          FunctionText("mesh_from_arrays", "A mesh of arrays, which are copied once.")

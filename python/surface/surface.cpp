@@ -55,8 +55,9 @@ void bind_control(py::module_& module) {
           .raises("CannotComplete"),
       [](const ControlMap& map, const py::object& given) {
         const std::string path = path_from(given);
-        const py::gil_scoped_release others_run;
-        write_scaled_exr(path, map.values, {.low = map.low, .high = map.high, .unit = map.unit});
+        run_interruptibly({}, [=](const RunControl&) {
+          write_scaled_exr(path, map.values, {.low = map.low, .high = map.high, .unit = map.unit});
+        });
       });
 }
 
@@ -66,7 +67,7 @@ PySurface make_surface(const PyMesh& mesh, const py::kwargs& kwargs) {
   keywords.read(options);
   const RunArguments run = keywords.run();
   keywords.finish();
-  return {result_of(run, [&](const RunControl& control) {
+  return {result_of(run, [=](const RunControl& control) {
     return transfer::make_aging_surface(*mesh.value, options.age, nullptr, control);
   })};
 }
@@ -129,7 +130,7 @@ void bind_surface(py::module_& module) {
         keywords.read(options);
         const RunArguments run = keywords.run();
         keywords.finish();
-        return result_of(run, [&](const RunControl& control) {
+        return result_of(run, [=](const RunControl& control) {
           return make_control_expression(expression, *s.value.map, options, control);
         });
       });

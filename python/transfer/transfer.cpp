@@ -94,7 +94,7 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
   const transfer::AgingSurface ready =
       is_surface ? py::cast<const PySurface&>(destination).value : transfer::AgingSurface{};
   const std::shared_ptr<const Mesh> mesh = is_surface ? nullptr : py::cast<const PyMesh&>(destination).value;
-  return {std::make_shared<const transfer::AgedMesh>(result_of(run, [&](const RunControl& control) {
+  return {std::make_shared<const transfer::AgedMesh>(result_of(run, [=](const RunControl& control) {
     const transfer::AgingSurface surface =
         mesh == nullptr
             ? ready
@@ -145,7 +145,7 @@ void define_aged(AgedClass& type) {
                   const RunArguments run = keywords.run();
                   keywords.finish();
                   const AskedTime at = time_from(time);
-                  return array_of(result_of(run, [&](const RunControl& control) {
+                  return array_of(result_of(run, [=](const RunControl& control) {
                     return at.map ? aged.value->texture(*at.map, options.between, control)
                                   : aged.value->texture(at.one, options.between, control);
                   }));

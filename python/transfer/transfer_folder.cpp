@@ -83,7 +83,7 @@ void bind_transfer_folder(py::module_& module) {
         const RunArguments run = keywords.run();
         keywords.finish();
         const AskedTime at = time_from(time);
-        return tiles_of(result_of(run, [&](const RunControl& control) {
+        return tiles_of(result_of(run, [=](const RunControl& control) {
           return at.map ? t.value->sample_tiles(*at.map, options.between, control)
                         : t.value->sample_tiles(at.one, options.between, control);
         }));
@@ -105,7 +105,7 @@ void bind_transfer_folder(py::module_& module) {
                   keywords.finish();
                   for (std::size_t i = 0; i < kMaterialMapNames.size(); ++i) {
                     if (kMaterialMapNames[i] != name) continue;
-                    return array_of(result_of(run, [&](const RunControl& control) {
+                    return array_of(result_of(run, [=](const RunControl& control) {
                       return t.value->sample_map(static_cast<MaterialMap>(i), time, options.between, control);
                     }));
                   }
@@ -119,8 +119,8 @@ void bind_transfer_folder(py::module_& module) {
              .raises("IoError, also when the history has changed since"),
          [](const py::object& given) {
            const std::string path = path_from(given);
-           const py::gil_scoped_release others_run;
-           return PyTransfer{std::make_shared<const transfer::TransferReader>(path)};
+           return PyTransfer{result_of(
+               {}, [=](const RunControl&) { return std::make_shared<const transfer::TransferReader>(path); })};
          });
   define(
       module,
@@ -138,8 +138,8 @@ void bind_transfer_folder(py::module_& module) {
         keywords.read(options);
         const RunArguments run = keywords.run();
         keywords.finish();
-        const ImageF at = image_from(coordinates, "coordinates", 2), when = image_from(times, "times", 1);
-        return array_of(result_of(run, [&](const RunControl& control) {
+        ImageF at = image_from(coordinates, "coordinates", 2), when = image_from(times, "times", 1);
+        return array_of(result_of(run, [=, at = std::move(at), when = std::move(when)](const RunControl& control) {
           return transfer::gather_at_times(*history.value, at, when, options.between, control);
         }));
       });

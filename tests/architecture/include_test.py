@@ -106,6 +106,15 @@ class Includes(unittest.TestCase):
                  if any(name.startswith("pybind11/") or name == "Python.h" for name in INCLUDE.findall(path.read_text()))}
         self.assertEqual(users, {"python"})
 
+    def test_what_ctrl_c_leaves_behind_owns_what_it_uses(self):
+        """Work on another thread may outlive the call that began it: its lambda captures nothing by reference."""
+        begun = re.compile(r"\b(?:result_of|run_interruptibly|s\.alone|s\.change)\([^;]*?\[([^\]]*)\]\s*\(")
+        captures = [(path, capture) for path in sources("python", ".cpp") for capture in begun.findall(path.read_text())]
+        self.assertGreater(len(captures), 30)
+        for path, capture in captures:
+            with self.subTest(file=str(path.relative_to(ROOT)), capture=capture):
+                self.assertNotRegex(capture, "&")
+
     def test_folders_do_not_include_each_other(self):
         room = rooms()
         edges = {}

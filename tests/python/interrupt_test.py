@@ -3,6 +3,8 @@
 import copy
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 
@@ -96,6 +98,34 @@ class Interrupt(PythonCase):
 
     def test_a_fit_whose_function_is_python_ends_at_once(self):
         self.check(lambda: patinate.minimize(lambda values: time.sleep(0.005) or values["a"], {"a": (0, 1)}, evaluations=1000000, tolerance=1e-300, starts=100))
+
+    def write_large_mesh(self):
+        """Takes a second to read, in which nothing looks whether it is to stop."""
+        n = 500
+        y, x = np.mgrid[:n, :n]
+        first = (y * n + x + 1)[:-1, :-1].ravel()
+        triangles = np.concatenate([np.stack([first, first + 1, first + n], 1), np.stack([first + 1, first + n + 1, first + n], 1)])
+        path = self.work / "large.obj"
+        with open(path, "w") as file:
+            np.savetxt(file, np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], 1), "v %d %d %d")
+            np.savetxt(file, triangles, "f %d %d %d")
+        return path, len(triangles)
+
+    def test_what_does_not_look_is_left_behind_and_the_next_call_waits_for_it(self):
+        path, num_triangles = self.write_large_mesh()
+        self.check(lambda: [patinate.read_mesh(path) for _ in range(100)])
+        self.assertEqual(len(patinate.read_mesh(path).triangles), num_triangles)
+        copy_of_it = self.work / "copy.obj"
+        mesh = patinate.read_mesh(path)
+        self.check(lambda: [mesh.save(copy_of_it) for _ in range(100)])
+        self.assertEqual(len(patinate.read_mesh(copy_of_it).triangles), num_triangles)  # Whole, whichever of them ended last.
+
+    def test_a_program_that_leaves_work_behind_ends_as_python_does(self):
+        path, _ = self.write_large_mesh()
+        work = f"import patinate, signal, threading; threading.Timer(0.3, signal.raise_signal, [signal.SIGINT]).start(); [patinate.read_mesh({str(path)!r}) for _ in range(100)]"
+        ended = subprocess.run([sys.executable, "-c", work], capture_output=True, text=True, timeout=100, env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)})
+        self.assertEqual(ended.returncode, -signal.SIGINT, ended.stderr)
+        self.assertTrue(ended.stderr.endswith("KeyboardInterrupt\n"), ended.stderr)
 
     def test_others_run_meanwhile(self):
         mesh = patinate.read_mesh(self.work / "urn/mesh.obj")

@@ -17,6 +17,10 @@ namespace patinate {
 /// tristrips.
 [[nodiscard]] Mesh read_ply(const std::filesystem::path& path);
 
+/// ASCII, of one or several solids, and binary. Facets' normals follow from their corners. (OpenMesh's reader goes on
+/// behind the end of a file that is cut off.)
+[[nodiscard]] Mesh read_stl(const std::filesystem::path& path);
+
 /// glTF and GLB through tinygltf: the default scene's nodes with their transforms, all primitives of triangles, strips
 /// and fans. Skins, morph targets and images are not looked at; Draco and meshopt compression are refused.
 [[nodiscard]] Mesh read_gltf(const std::filesystem::path& path);

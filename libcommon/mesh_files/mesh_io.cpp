@@ -59,8 +59,9 @@ Mesh read_mesh(const std::filesystem::path& path) {
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   const bool is_gltf = extension == ".gltf" || extension == ".glb";
-  if (extension != ".obj" && extension != ".ply" && !is_gltf) {
-    throw IoError(path.string(), "no mesh format has the extension `" + extension + "`; use .obj, .ply, .gltf or .glb");
+  if (extension != ".obj" && extension != ".ply" && extension != ".stl" && !is_gltf) {
+    throw IoError(path.string(),
+                  "no mesh format has the extension `" + extension + "`; use .obj, .ply, .stl, .gltf or .glb");
   }
   require_regular_file(path);
   std::error_code error;
@@ -68,6 +69,7 @@ Mesh read_mesh(const std::filesystem::path& path) {
     throw IoError(path.string(), "the file is empty (0 bytes)");
   }
   if (is_gltf) return read_gltf(path);
+  if (extension == ".stl") return read_stl(path);
   return extension == ".obj" ? read_obj(path) : read_ply(path);
 }
 

@@ -177,7 +177,7 @@ void bind_mesh(py::module_& module) {
   define_arrays(type);
   define_work(type);
   define(module,
-         FunctionText("read_mesh", "Reads OBJ, PLY, glTF or GLB.")
+         FunctionText("read_mesh", "Reads OBJ, PLY, STL, glTF or GLB.")
              .takes("path", "str | os.PathLike[str]", "Polygons are triangulated, node transforms applied")
              .returns("Mesh", "In the file's unit (glTF: m)")
              .raises("IoError"),

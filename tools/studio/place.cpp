@@ -32,7 +32,7 @@ constexpr std::array kManifests{Manifest{"history.json", PlaceKind::History},
                                 Manifest{"registration.json", PlaceKind::Registration},
                                 Manifest{"unlight.json", PlaceKind::Unlit},
                                 Manifest{"report.html", PlaceKind::Report}};
-constexpr std::array<std::string_view, 4> kMeshExtensions{".obj", ".ply", ".gltf", ".glb"};
+constexpr std::array<std::string_view, 5> kMeshExtensions{".obj", ".ply", ".stl", ".gltf", ".glb"};
 constexpr int kMostEntries = 20'000, kDepth = 5;
 
 std::string extension_of(const fs::path& path) {

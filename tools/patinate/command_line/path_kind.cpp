@@ -34,7 +34,7 @@ constexpr std::array kManifests{Manifest{"history.json", "patinate.history", Pat
                                 Manifest{"explanation.json", "patinate.explanation", PathKind::Explanation},
                                 Manifest{"report.json", "patinate.fit", PathKind::Fit},
                                 Manifest{"", "patinate.calibration", PathKind::Calibration}};
-constexpr std::array<std::string_view, 4> kMeshExtensions{".obj", ".ply", ".gltf", ".glb"};
+constexpr std::array<std::string_view, 5> kMeshExtensions{".obj", ".ply", ".stl", ".gltf", ".glb"};
 
 PathKind kind_of_json(const fs::path& path) {
   const Json json = load_json(path);

@@ -36,7 +36,7 @@ std::optional<std::string> MeshSource::unit_or_none() const {
 }
 
 void declare_mesh(CommandLine& line, MeshSource& source) {
-  line.positional("MESH", "OBJ, PLY, glTF or GLB", source.path);
+  line.positional("MESH", "OBJ, PLY, STL, glTF or GLB", source.path);
   line.option("unit", "um|mm|cm|m",
               "Length unit of the mesh file; glTF is in m, other files do not say: without, sizes are relative",
               source.unit);

@@ -1,5 +1,5 @@
 /// \file
-/// OBJ, PLY, glTF and GLB (tinygltf). Files are not trusted: every count is bounded before allocating.
+/// OBJ, PLY, STL, glTF and GLB (tinygltf). Files are not trusted: every count is bounded before allocating.
 #pragma once
 
 #include <filesystem>
@@ -8,11 +8,11 @@
 
 namespace patinate {
 
-/// Reads by extension (.obj, .ply, .gltf, .glb). Polygons are triangulated, degenerate triangles (repeated corner)
-/// dropped, positions that are equal within a node are merged, node transforms applied (glTF meters are kept as they
-/// are). Node and material names fill `surfaces`; OBJ groups (`o`) are nodes. glTF UVs are flipped to v up. Corners
-/// without UV have the index -1 (uv_triangles is empty when none has one); corners without a normal get the
-/// angle-weighted one when others have theirs.
+/// Reads by extension (.obj, .ply, .stl, .gltf, .glb). Polygons are triangulated, degenerate triangles (repeated
+/// corner) dropped, positions that are equal within a node are merged, node transforms applied (glTF meters are kept as
+/// they are). Node and material names fill `surfaces`; OBJ groups (`o`) and STL solids are nodes. glTF UVs are flipped
+/// to v up. Corners without UV have the index -1 (uv_triangles is empty when none has one); corners without a normal
+/// get the angle-weighted one when others have theirs.
 /// @throws IoError if it is missing, truncated, malformed, has no faces (a point cloud says so), or a NaN or index out
 /// of range.
 [[nodiscard]] Mesh read_mesh(const std::filesystem::path& path);

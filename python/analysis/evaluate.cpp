@@ -34,7 +34,8 @@ void bind_evaluate(py::module_& module) {
          FunctionText(
              "evaluate",
              "How good a transfer is: energy and audit, control error, statistics, repetition, seams, scale, lines.")
-             .takes("transfer", "AgedMesh | str | os.PathLike[str]", "In memory, or the path of a transfer folder")
+             .takes("transfer", "AgedMesh | Transfer | str | os.PathLike[str]",
+                    "In memory, or a transfer folder or its path")
              .options<EvaluateKeywords>({.seed = default_seed()})
              .runs()
              .returns("dict[str, Any]",
@@ -51,7 +52,9 @@ void bind_evaluate(py::module_& module) {
            const auto seed = static_cast<std::uint64_t>(options.seed);
            const bool is_aged = py::isinstance<PyAged>(given);
            const auto aged = is_aged ? py::cast<const PyAged&>(given).value : nullptr;
-           const std::string path = is_aged ? "" : path_from(given);
+           const std::string path = is_aged                             ? ""
+                                    : py::isinstance<PyTransfer>(given) ? py::cast<const PyTransfer&>(given).path
+                                                                        : path_from(given);
            auto [made, more] = result_of(run, [=](const RunControl& control) {
              if (!is_aged) cli::require_transfer(path);
              const analysis::MapToEvaluate opened =

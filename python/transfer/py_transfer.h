@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "patinate/transfer/age.h"
 #include "patinate/transfer/transfer_reader.h"
@@ -18,6 +19,7 @@ struct PyAged {
 
 struct PyTransfer {
   std::shared_ptr<const transfer::TransferReader> value;
+  std::string path;  ///< As it was opened.
 };
 
 /// What a texture is asked for at: one time, or one of each texel.

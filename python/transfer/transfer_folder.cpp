@@ -119,8 +119,10 @@ void bind_transfer_folder(py::module_& module) {
              .raises("IoError, also when the history has changed since"),
          [](const py::object& given) {
            const std::string path = path_from(given);
-           return PyTransfer{result_of(
-               {}, [=](const RunControl&) { return std::make_shared<const transfer::TransferReader>(path); })};
+           return PyTransfer{
+               .value = result_of(
+                   {}, [=](const RunControl&) { return std::make_shared<const transfer::TransferReader>(path); }),
+               .path = path};
          });
   define(
       module,

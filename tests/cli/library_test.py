@@ -124,7 +124,7 @@ class Library(CommandCase):
         self.assertNotIn("license", histories["own"])
 
     def test_the_page_shows_every_history(self):
-        self.succeeds("library", "--thumbnails", "library.html")
+        self.assertIn("library.html", self.succeeds("library", "--thumbnails", "library.html"))
         page = (self.folder / "library.html").read_text()
         names = [h["name"] for h in self.listed()["histories"]]
         for name in names:

@@ -97,6 +97,7 @@ class Transfer(PythonCase):
         self.run_patinate("evaluate", "aged", "--samples", "500", "--audits", "50", "-o", "evaluation")
         expected = {f["name"]: f.get("value") for f in self.json_of("evaluation", "evaluation.json")["maps"][0]["figures"]}
         figures = patinate.evaluate(self.work / "aged", samples=500, audits=50)["figures"]
+        self.assertEqual(patinate.evaluate(patinate.read_transfer(self.work / "aged"), samples=500, audits=50)["figures"], figures)
         self.assertEqual({name: f["value"] for name, f in figures.items()}, expected)
         # Directions in memory are rounded as a folder keeps them; what is left is rounding.
         for name, figure in patinate.evaluate(self.aged, samples=500, audits=50)["figures"].items():

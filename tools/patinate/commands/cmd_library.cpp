@@ -139,9 +139,12 @@ int cmd_library(CommandRun& run) {
   if (entries.empty()) throw CannotComplete(missing_library_text());
   Json json{{"histories", Json::array()}};
   for (const ShelfEntry& entry : entries) json["histories"].push_back(entry.json());
-  if (!thumbnails.empty()) save_page(thumbnails, entries, run.control("thumbnails"));
+  if (!thumbnails.empty()) {
+    save_page(thumbnails, entries, run.control("thumbnails"));
+    json["thumbnails"] = thumbnails.string();
+  }
   if (like.empty()) {
-    run.report(json, list_text(entries));
+    run.report(json, thumbnails.empty() ? list_text(entries) : thumbnails.string() + ": pictures of every history");
     return 0;
   }
   const std::vector<Likeness> ranking = rank_by_likeness(series_or_photograph(like), entries, run.control("library"));

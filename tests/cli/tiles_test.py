@@ -74,6 +74,15 @@ class Tiles(CommandCase):
         self.succeeds(*command, "--by-tile", "-o", "tiled")
         self.assert_equal("whole", "tiled")
 
+    def test_borders_are_refined_along_lines_by_tile_too(self):
+        command = [word for word in self.command(64, "--coarse-passes", "2") if word not in ("--structure", "0")]
+        self.succeeds(*command, "-o", "whole")
+        self.succeeds(*command, "--by-tile", "--threads", "1", "-o", "tiled")
+        self.assert_equal("whole", "tiled")
+        self.assertEqual(self.files("tiled")[1]["structure"]["kind"], "dark_lines")
+        items = json.loads(self.succeeds("plan", *command, "--by-tile", "-o", "spread", "--json"))["items"]
+        self.assertEqual(sum("level0-refine" in item["name"] for item in items), 10 * 16)
+
     def test_items_in_processes_of_their_own_give_the_same(self):
         command = [*self.command(64), "--by-tile", "--coarse-passes", "2", "-o", "tiled"]
         self.succeeds(*self.command(64), "--coarse-passes", "2", "-o", "whole")
@@ -115,8 +124,6 @@ class Tiles(CommandCase):
         self.fails(USAGE, "sizes have to be given: --unit, --resolution", "transfer", painted, waves_obj, "--control", "facing", "--by-tile", "-o", "out")
         self.fails(USAGE, "`accessibility` looks at the whole atlas", "transfer", painted, waves_obj, "--control", "thickness=accessibility", *known)
         self.fails(INPUT, "UVs of several tiles", "transfer", painted, self.shared / "square.obj", "--control", "thickness=facing", *known)
-        self.fails(INPUT, "has structure (lines or regions), whose borders are cut over the whole atlas and not by tile; give --quality draft or --structure 0, which leave the borders of copied pieces as they come, "
-                          "or leave out --by-tile, which takes up to ", "transfer", painted, waves_obj, "--control", "thickness=facing", *(word for word in known if word not in ("--structure", "0")))
         self.fails(INPUT, "--method reference cannot be done by tile", "transfer", painted, waves_obj, "--control", "thickness=facing", "--method", "reference", *known)
         self.assertFalse((self.folder / "out").exists())
 

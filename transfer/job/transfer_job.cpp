@@ -14,7 +14,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 11;  ///< Raised when the same input gives other coordinates.
+/// Raised when the same input gives other coordinates: of an atlas of one tile, and of several.
+constexpr std::int64_t kStageVersion = 11, kTilesVersion = 12;
 
 /// Without the cut of borders: measured on a history of 256 x 200 and 44 k and 176 k texels.
 constexpr CostModel kWithoutCut{1.0, 9.7e-6, 110.0, 70.0};
@@ -31,7 +32,7 @@ JobCost transfer_cost(const TransferOptions& o, std::int64_t num_covered) {
 
 JobInputs transfer_inputs(const TransferTask& task, std::string_view stage) {
   const Sheet& sheet = task.input.map->sheet();
-  JobInputs inputs(stage, kStageVersion);
+  JobInputs inputs(stage, sheet.num_tiles() > 1 ? kTilesVersion : kStageVersion);
   inputs.add_content("history", "the history", history_content_key(*task.history));
   inputs.add_content("mesh", task.mesh_name, mesh_content_key(task.input.map->mesh()));
   inputs.add_value("--resolution", size_text(sheet.tile_width, sheet.tile_height));

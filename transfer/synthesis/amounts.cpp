@@ -13,6 +13,13 @@ constexpr std::int32_t kOne = 256, kMost = 2 * kOne, kMostReuse = 3 * kOne, kMos
 
 }  // namespace
 
+void Amounts::Counts::add(const Counts& part) {
+  for (std::size_t i = 0; i < has.size(); ++i) has[i] += part.has[i];
+  uses.resize(part.uses.size(), 0);
+  for (std::size_t i = 0; i < uses.size(); ++i) uses[i] += part.uses[i];
+  num_texels += part.num_texels;
+}
+
 Amounts::Amounts(const SourceLevel& source)
     : look_(source.is_usable.size(), 0),
       width_(source.width()),

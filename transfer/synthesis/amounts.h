@@ -27,6 +27,7 @@ class Amounts {
     Table has{};                     ///< Texels by value and look.
     std::vector<std::int64_t> uses;  ///< By cell of the source.
     std::int64_t num_texels = 0;
+    void add(const Counts& part);
   };
 
   explicit Amounts(const SourceLevel& source);

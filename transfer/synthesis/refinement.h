@@ -4,18 +4,104 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "patinate/core/run_control.h"
 #include "transfer/exemplar/structure.h"
+#include "transfer/synthesis/amounts.h"
+#include "transfer/synthesis/block_costs.h"
 #include "transfer/synthesis/levels.h"
+#include "transfer/synthesis/patch_cut.h"
 #include "transfer/synthesis/places.h"
+#include "transfer/synthesis/refined_region.h"
 #include "transfer/synthesis/similar_pixels.h"
+#include "transfer/synthesis/surface_patch.h"
 
 namespace patinate::transfer {
 
 struct RefinementOptions {
   int num_rounds = 10;         ///< [0, 256].
   double control_share = 0.5;  ///< What control mismatch weighs against borders; >= 0.
+};
+
+/// What the regions of a level share while their borders are refined.
+class LevelRefiner {
+ public:
+  /// All but `beside` must outlive this.
+  /// @param structure  Of the level's source, without its margin. @param beside  As neighbors_beside() gives it.
+  LevelRefiner(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,
+               std::span<const double> control_weights, std::uint64_t seed, const RefinementOptions& options,
+               TexelNeighborhood beside);
+  LevelRefiner(const LevelRefiner&) = delete;
+  LevelRefiner& operator=(const LevelRefiner&) = delete;
+
+  /// The eight beside each texel of a part.
+  [[nodiscard]] static TexelNeighborhood neighbors_beside(const DestinationLevel& destination, const TexelPart& part,
+                                                          const RunControl& control);
+  [[nodiscard]] const TexelNeighborhood& beside() const { return beside_; }
+  /// Of the whole level, to be set before every round.
+  [[nodiscard]] Amounts& amounts() { return amounts_; }
+
+ private:
+  friend class RegionRefiner;
+  const SynthesisLevel& level_;
+  TexelNeighborhood beside_;
+  SeamFeatures features_;
+  ControlCost control_cost_;
+  Amounts amounts_;
+  CutTask task_;
+  std::uint64_t seed_;
+  std::vector<int> halves_;
+};
+
+/// One region, round by round.
+class RegionRefiner {
+ public:
+  RegionRefiner(const LevelRefiner& shared, RefinedRegion region);
+
+  /// Where borders cost most: before a round, in all regions before any of them goes on.
+  void measure(const PlaceMap& places, const RunControl& control);
+  void round(int index, PlaceMap& places, const RunControl& control);
+  /// By block of the region, what is carried from round to round: falls where nothing is gained.
+  [[nodiscard]] std::span<int> patience() { return patience_; }
+
+ private:
+  static constexpr int kPatient = 256;
+  static constexpr std::uint8_t kBeside = 1, kMember = 2;  ///< Of a window of this round.
+
+  /// A window of a round: its patch is found twice, since all patches of a large atlas at once would take more memory
+  /// than everything else.
+  struct Window {
+    std::size_t block = 0;
+    TexelId center = -1;
+    int half_px = 0;
+    bool has_gained = false;
+  };
+  /// Greedily, those of most cost first, none within a texel of another.
+  void choose_windows(int index, const PatchLimits& limits, const RunControl& control);
+  [[nodiscard]] bool is_inside(TexelId t) const;
+  [[nodiscard]] std::uint8_t& taken(TexelId t);
+  /// To the nearest texel that is taken, or to the rim.
+  [[nodiscard]] int room_px(const SurfacePatch& patch);
+  /// Over seams a texel may see one that does not see it.
+  [[nodiscard]] bool sees_a_member(const SurfacePatch& patch);
+  /// With the texels beside it: they are held fixed.
+  void take(const SurfacePatch& patch);
+
+  const LevelRefiner& shared_;
+  const TexelMap& map_;
+  RefinedRegion region_;
+  std::uint64_t seed_;
+  BlockCosts costs_;
+  std::vector<int> patience_;
+  std::vector<std::uint8_t> is_taken_;  ///< By texel of the region.
+  std::vector<Window> windows_;
+};
+
+/// The tiles of a level, which are refined each by itself.
+struct LevelTiles {
+  const TileGrid* grid = nullptr;  ///< Null: one.
+  std::size_t level = 0;
 };
 
 /// Lowers the sum of seam costs (seam_cost.h), of control mismatch, and of what is there too often (amounts.h, counted
@@ -27,6 +113,6 @@ struct RefinementOptions {
 /// @param places     What is refined.
 void refine_places(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,
                    std::span<const double> control_weights, std::uint64_t seed, const RefinementOptions& options,
-                   PlaceMap& places, const RunControl& control = {});
+                   PlaceMap& places, const RunControl& control = {}, const LevelTiles& tiles = {});
 
 }  // namespace patinate::transfer

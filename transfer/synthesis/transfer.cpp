@@ -3,17 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
-#include "libcommon/image/filters.h"
 #include "transfer/exemplar/structure.h"
 #include "transfer/synthesis/multi_level.h"
 #include "transfer/synthesis/open_options.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/pyramid.h"
 #include "transfer/synthesis/reference.h"
-#include "transfer/synthesis/refinement.h"
 #include "transfer/synthesis/source_levels.h"
+#include "transfer/synthesis/structure_levels.h"
+#include "transfer/synthesis/tile_grid.h"
 #include "transfer/synthesis/transfer_controls.h"
 #include "transfer/synthesis/whole_windows.h"
 
@@ -85,47 +86,16 @@ void check_usable(const History& history, const std::vector<std::size_t>& asked,
   }
 }
 
-constexpr std::array kRounds{0, 10, 32};  // By quality.
-
-/// The next coarser level's.
-SourceStructure halved(const SourceStructure& fine, const RunControl& control) {
-  SourceStructure structure = fine;
-  structure.channels = downscale_area(fine.channels, std::max(1, fine.channels.width() / 2),
-                                      std::max(1, fine.channels.height() / 2), control);
-  structure.scale_px /= 2.0;
-  return structure;
-}
-
-/// On `first`, which is the finest that is synthesized, and on the coarser ones that still show it.
-std::vector<SourceStructure> structure_levels(SourceStructure structure, std::size_t first, std::size_t num_levels,
-                                              const RunControl& control) {
-  constexpr double kLeastScale_px = 4.0;  // Cells of less than eight pixels are not told from texture.
-  if (structure.empty()) return {};
-  for (std::size_t l = 0; l < first; ++l) structure = halved(structure, control);
-  std::vector<SourceStructure> levels{std::move(structure)};
-  while (levels.size() < num_levels && levels.back().scale_px >= 2.0 * kLeastScale_px)
-    levels.push_back(halved(levels.back(), control));
-  return levels;
-}
-
 /// The fast synthesis; borders are refined on every level that shows the source's structure: large cells are made whole
 /// on coarse ones, lines on fine ones.
 CoordinateMap synthesize_fast(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                               const std::vector<double>& weights, const std::vector<SourceStructure>& structure,
-                              const TransferOptions& options, const SearchDevice* device, const RunControl& control) {
+                              const TransferOptions& options, const SearchDevice* device, const TileGrid* grid,
+                              const RunControl& control) {
   const auto seed = static_cast<std::uint64_t>(options.seed);
-  const int num_rounds = structure.empty() ? 0 : kRounds[static_cast<std::size_t>(options.quality)];
-  LevelRefinement refinement;
-  if (num_rounds > 0) {
-    refinement.num_passes = num_rounds;
-    refinement.refine = [&](std::size_t l, const SynthesisLevel& level, const SimilarPixels& similar, PlaceMap& places,
-                            const RunControl& part) {
-      if (l < structure.size())
-        refine_places(level, structure[l], similar, weights, seed + l, {.num_rounds = num_rounds}, places, part);
-    };
-  }
   return std::move(synthesize_multi_level(levels, neighborhood, *options.coherence_share, weights, seed,
-                                          options.multi_level, control, refinement, device)
+                                          options.multi_level, control,
+                                          refinement_of(structure, options, weights, grid), device)
                        .pixels);
 }
 
@@ -172,13 +142,15 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   check_usable(history, matched.asked_histories, levels[0].source, first, 2 * neighborhood.radius_px + 1);
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const RunControl synthesis_control = control.part(0.35, 0.97);
+  std::optional<TileGrid> grid;
+  if (map->sheet().num_tiles() > 1) grid.emplace(map->sheet());
   if (options.method == TransferMethod::Reference) find_neighbors(levels[0].destination, neighborhood, silent);
   result.coordinates =
       options.method == TransferMethod::Reference
           ? synthesize_reference(levels[0].source, levels[0].destination, neighborhood, *options.coherence_share,
                                  weights, seed, options.reference, synthesis_control)
           : synthesize_fast(levels, neighborhood, weights, structure_levels(structure, first, levels.size(), silent),
-                            options, input.device.get(), synthesis_control);
+                            options, input.device.get(), grid ? &*grid : nullptr, synthesis_control);
   result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,
                                  *options.coherence_share, weights, silent);
   result.matched_controls = std::move(levels[0].destination.controls);

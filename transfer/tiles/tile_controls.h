@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "patinate/transfer/transfer.h"
+#include "transfer/synthesis/tile_grid.h"
 #include "transfer/tiles/tile_files.h"
-#include "transfer/tiles/tile_grid.h"
 
 namespace patinate::transfer {
 

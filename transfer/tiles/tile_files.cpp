@@ -29,6 +29,12 @@ Path places(std::size_t level, int pass, int tile) {
 Path counts(std::size_t level, int pass, int tile) {
   return named("level" + text(level) + ".counts" + text(pass) + "." + text(tile));
 }
+Path amounts(std::size_t level, int round, int tile) {
+  return named("level" + text(level) + ".amounts" + text(round) + "." + text(tile));
+}
+Path patience(std::size_t level, int round, int tile) {
+  return named("level" + text(level) + ".patience" + text(round) + "." + text(tile));
+}
 Path coarse() { return named("coarse.places"); }
 Path similar(std::size_t level) { return named("level" + text(level) + ".similar"); }
 Path num_levels() { return named("coarse.levels"); }
@@ -144,6 +150,23 @@ PlaceCounts read_counts(const std::filesystem::path& file) {
   n.take_all(counts.uses);
   n.take_all(counts.amounts.uses);
   n.take_all(counts.amounts.has);
+  return counts;
+}
+
+void write_amounts(const std::filesystem::path& file, const Amounts::Counts& counts) {
+  Numbers out;
+  out.put_all(counts.has);
+  out.put_all(counts.uses);
+  out.put(counts.num_texels);
+  out.write(file);
+}
+
+Amounts::Counts read_amounts(const std::filesystem::path& file) {
+  Numbers in(file);
+  Amounts::Counts counts;
+  in.take_all(counts.has);
+  in.take_all(counts.uses);
+  counts.num_texels = in.take();
   return counts;
 }
 

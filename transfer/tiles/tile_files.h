@@ -13,9 +13,10 @@
 #include <vector>
 
 #include "libcommon/core/mapped_file.h"
+#include "transfer/synthesis/amounts.h"
 #include "transfer/synthesis/passes.h"
 #include "transfer/synthesis/places.h"
-#include "transfer/tiles/tile_grid.h"
+#include "transfer/synthesis/tile_grid.h"
 
 namespace patinate::transfer {
 
@@ -27,12 +28,14 @@ using Path = std::filesystem::path;
 [[nodiscard]] Path sorted(std::size_t control, int tile);          ///< Those of covered texels, sorted.
 [[nodiscard]] Path targets(std::size_t level, int tile);           ///< std::uint16_t, a channel a control.
 [[nodiscard]] Path links(std::size_t level, int tile);             ///< TexelLink, by target.
-[[nodiscard]] Path places(std::size_t level, int pass, int tile);  ///< Before that pass: see write_places().
+[[nodiscard]] Path places(std::size_t level, int pass, int tile);  ///< Before that pass, or round: see write_places().
 [[nodiscard]] Path counts(std::size_t level, int pass, int tile);  ///< PlaceCounts before that pass.
-[[nodiscard]] Path coarse();                                       ///< Places of the finest level that is not tiled.
-[[nodiscard]] Path similar(std::size_t level);                     ///< SimilarPixels.
-[[nodiscard]] Path num_levels();                                   ///< One std::int64_t.
-[[nodiscard]] Path figures(int tile);                              ///< EnergyFigures.
+[[nodiscard]] Path amounts(std::size_t level, int round, int tile);   ///< Amounts::Counts before that round.
+[[nodiscard]] Path patience(std::size_t level, int round, int tile);  ///< RegionRefiner::patience() after it.
+[[nodiscard]] Path coarse();                                          ///< Places of the finest level that is not tiled.
+[[nodiscard]] Path similar(std::size_t level);                        ///< SimilarPixels.
+[[nodiscard]] Path num_levels();                                      ///< One std::int64_t.
+[[nodiscard]] Path figures(int tile);                                 ///< EnergyFigures.
 }  // namespace tile_file
 
 struct TriangleCount {
@@ -84,6 +87,8 @@ class StoredPlaces {
 
 void write_counts(const std::filesystem::path& file, const PlaceCounts& counts);
 [[nodiscard]] PlaceCounts read_counts(const std::filesystem::path& file);
+void write_amounts(const std::filesystem::path& file, const Amounts::Counts& counts);
+[[nodiscard]] Amounts::Counts read_amounts(const std::filesystem::path& file);
 void write_figures(const std::filesystem::path& file, const EnergyFigures& figures);
 [[nodiscard]] EnergyFigures read_figures(const std::filesystem::path& file);
 

@@ -10,8 +10,8 @@
 
 #include "libcommon/atlas/texel_neighborhood.h"
 #include "transfer/synthesis/levels.h"
+#include "transfer/synthesis/tile_grid.h"
 #include "transfer/tiles/tile_files.h"
-#include "transfer/tiles/tile_grid.h"
 
 namespace patinate::transfer {
 
@@ -25,13 +25,18 @@ using NeighborFinder = std::function<TexelNeighborhood(const TexelPart& part)>;
 class StoredLinks {
  public:
   StoredLinks(const std::filesystem::path& folder, std::size_t level, int num_tiles);
-  /// Calls visit(source) for the texels with a link to one of [first, end).
+  /// Calls visit(link) for those to one of [first, end).
   template <class Visit>
-  void for_each_source(TexelId first, TexelId end, const Visit& visit) const {
+  void for_each(TexelId first, TexelId end, const Visit& visit) const {
     for (const auto& links : all_) {
       auto at = std::lower_bound(links.begin(), links.end(), TexelLink{first, -1});
-      for (; at != links.end() && at->target < end; ++at) visit(at->source);
+      for (; at != links.end() && at->target < end; ++at) visit(*at);
     }
+  }
+  /// Calls visit(source) for the texels with such a link.
+  template <class Visit>
+  void for_each_source(TexelId first, TexelId end, const Visit& visit) const {
+    for_each(first, end, [&](const TexelLink& link) { visit(link.source); });
   }
 
  private:

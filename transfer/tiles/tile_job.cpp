@@ -25,7 +25,8 @@ struct StepCost {
   double texel_bytes = 0.0;
 };
 constexpr StepCost kSurvey{0.01, 6e-8, 24.0}, kMatch{0.1, 1.4e-7, 45.0}, kHalve{0.08, 2e-7, 90.0},
-    kStart{0.09, 1e-7, 60.0}, kPass{0.12, 1.1e-6, 80.0}, kFinish{0.1, 6e-7, 60.0}, kCoarse{0.6, 3.5e-6, 40.0};
+    kStart{0.09, 1e-7, 60.0}, kPass{0.12, 1.1e-6, 80.0}, kRefine{0.2, 6e-6, 100.0}, kFinish{0.1, 6e-7, 60.0},
+    kCoarse{0.6, 3.5e-6, 40.0};
 constexpr double kBase_mb = 22.0;
 constexpr double kNumbering_bytes = 0.4;  ///< A texel of the whole level: sets of texels (texel_set.h).
 
@@ -120,17 +121,34 @@ JobPlan plan_tiled_transfer(TiledTask task, const fs::path& output) {
           return std::vector<fs::path>{tile_file::places(l, 0, tile), tile_file::counts(l, 0, tile)};
         },
         [&](int tile) -> Work { return [=](const fs::path& f, const RunControl& c) { tiled->start(l, tile, f, c); }; });
-    const int num_passes = tiled->num_passes(l);
+    const int num_passes = tiled->num_passes(l), num_rounds = tiled->num_rounds(l);
     for (int pass = 0; pass < num_passes; ++pass) {
       stages.add(
           level + "-pass" + std::to_string(pass), l, kPass,
           [&](int tile) {
             std::vector<fs::path> files{tile_file::places(l, pass + 1, tile)};
-            if (pass + 1 < num_passes) files.push_back(tile_file::counts(l, pass + 1, tile));
+            if (pass + 1 < num_passes) {
+              files.push_back(tile_file::counts(l, pass + 1, tile));
+            } else if (num_rounds > 0) {
+              files.push_back(tile_file::amounts(l, 0, tile));
+            }
             return files;
           },
           [&](int tile) -> Work {
             return [=](const fs::path& f, const RunControl& c) { tiled->pass(l, pass, tile, f, c); };
+          });
+    }
+    for (int round = 0; round < num_rounds; ++round) {
+      stages.add(
+          level + "-refine" + std::to_string(round), l, kRefine,
+          [&](int tile) {
+            std::vector<fs::path> files{tile_file::places(l, num_passes + round + 1, tile),
+                                        tile_file::patience(l, round, tile)};
+            if (round + 1 < num_rounds) files.push_back(tile_file::amounts(l, round + 1, tile));
+            return files;
+          },
+          [&](int tile) -> Work {
+            return [=](const fs::path& f, const RunControl& c) { tiled->refine(l, round, tile, f, c); };
           });
     }
   }

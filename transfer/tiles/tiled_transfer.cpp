@@ -15,68 +15,15 @@
 #include "transfer/synthesis/passes.h"
 #include "transfer/synthesis/pyramid.h"
 #include "transfer/synthesis/source_levels.h"
+#include "transfer/synthesis/structure_levels.h"
 #include "transfer/synthesis/transfer_controls.h"
+#include "transfer/tiles/prepared_tiles.h"
 #include "transfer/tiles/tile_controls.h"
 #include "transfer/tiles/tile_halo.h"
 
 namespace patinate::transfer {
 
-/// What a transfer in one piece holds at most, as its plan says (transfer_job.cpp).
-constexpr double kWholeGb = 0.11, kWholeTexel_gb = 7e-8;
-
-/// What follows from the history, the mesh and the texels counted.
-struct TiledTransfer::Prepared {
-  TransferOptions options;
-  std::optional<StructureFacts> structure;
-  std::vector<double> weights;
-  Neighborhood neighborhood;
-  std::shared_ptr<TexelMap> map;  ///< With its figures; nothing was looked at.
-  std::size_t first = 0;          ///< Level of the appearance that the atlas is matched with.
-  AppearanceSpace appearance;
-  std::vector<ControlImage> source_controls;
-  SourcePlacement placement;  ///< On level 0.
-  std::vector<SourceLevel> sources;
-
-  [[nodiscard]] SourcePlacement placement_on(std::size_t level) const {
-    SourcePlacement on = placement;
-    on.step_mm = std::ldexp(on.step_mm, static_cast<int>(level));
-    on.pixel_mm = std::ldexp(on.pixel_mm, static_cast<int>(level));
-    return on;
-  }
-  [[nodiscard]] std::shared_ptr<const TexelMap> map_on(std::size_t level, const RunControl& control) const {
-    auto on = std::make_shared<TexelMap>(map->unsearched(control));
-    for (std::size_t l = 0; l < level; ++l)
-      on = std::make_shared<TexelMap>(on->halved(control, TexelFinding::WhereLooked));
-    return on;
-  }
-  [[nodiscard]] NeighborFinder finder_on(std::size_t level, const TexelMap& on, const RunControl& control) const {
-    const SourcePlacement place = placement_on(level);
-    std::vector<Vec2> offsets_mm;
-    for (const Offset& o : neighborhood.offsets) offsets_mm.emplace_back(o.x * place.step_mm, o.y * place.step_mm);
-    return [=, &on](const TexelPart& part) {
-      return TexelNeighborhood(on, offsets_mm, place.frames, place.pixel_mm, part, control);
-    };
-  }
-  /// Without neighbors. @param part  Its targets are there.
-  [[nodiscard]] SynthesisLevel level_of(std::size_t level, std::shared_ptr<const TexelMap> on,
-                                        std::shared_ptr<const LevelPart> part) const {
-    SynthesisLevel result{.source = sources[level], .destination = {}};
-    DestinationLevel& d = result.destination;
-    d.texels = TexelSet(on->num_texels(), on->width(), part->rect, {}, [&](TexelId t) { return on->is_covered(t); });
-    d.map = std::move(on);
-    d.placement = placement_on(level);
-    d.part = std::move(part);
-    return result;
-  }
-};
-
 namespace {
-
-RunControl silenced(const RunControl& control) {
-  RunControl silent = control;
-  silent.on_progress = nullptr;
-  return silent;
-}
 
 ControlFiles files_of(const std::filesystem::path& folder, std::size_t control) {
   return {.values = [=](int tile) { return folder / tile_file::values(control, tile); },
@@ -99,14 +46,6 @@ void write_similar(const std::filesystem::path& folder, std::size_t num_tiled, s
   }
 }
 
-SimilarPixels read_similar(const std::filesystem::path& folder, std::size_t level) {
-  const MappedFile file(folder / tile_file::similar(level));
-  const auto all = file.all<std::int32_t>();
-  SimilarPixels similar(all.size() / kNumSimilar);
-  std::copy_n(all.begin(), similar.size() * kNumSimilar, similar.data()->data());
-  return similar;
-}
-
 }  // namespace
 
 TiledTransfer::TiledTransfer(TiledTask task) : task_(std::move(task)), grid_(task_.transfer.input.map->sheet()) {
@@ -122,17 +61,7 @@ TiledTransfer::TiledTransfer(TiledTask task) : task_(std::move(task)), grid_(tas
   for (const TransferControl& c : t.input.controls) require_part_control(c.destination);
   const SourceStructure structure =
       find_structure(*t.history, usable_mask(*t.history, t.input.source_mask), o.appearance);
-  if (!structure.empty() && o.quality != TransferQuality::Draft) {
-    const auto texels = static_cast<double>(grid_.num_texels(0));
-    throw InvalidInput(t.history->label() +
-                       ": has structure (lines or regions), whose borders are cut over the whole atlas and not by "
-                       "tile; give --quality draft or --structure 0, which leave the borders of copied pieces as they "
-                       "come" +
-                       (texels > static_cast<double>(Sheet::kMaxTexels)
-                            ? std::string()
-                            : ", or leave out --by-tile, which takes up to " +
-                                  number_text(std::ceil(10.0 * (kWholeGb + kWholeTexel_gb * texels)) / 10.0) + " GB"));
-  }
+  if (!structure.empty()) num_refined_levels_ = levels_with_structure(structure.scale_px);
   if (const int side = smallest_side(*t.history); side >> num_tiled_levels() < kSmallestSide) {
     throw InvalidInput(t.history->label() + ": is " + std::to_string(side) + " pixels wide; by tile it has to be " +
                        std::to_string(kSmallestSide << num_tiled_levels()) +
@@ -145,6 +74,10 @@ TiledTransfer::~TiledTransfer() = default;
 int TiledTransfer::num_passes(std::size_t level) const {
   const MultiLevelOptions& o = task_.transfer.options.multi_level;
   return level == 0 ? o.fine_passes : o.coarse_passes;
+}
+
+int TiledTransfer::num_rounds(std::size_t level) const {
+  return level < num_refined_levels_ ? refinement_rounds(task_.transfer.options.quality) : 0;
 }
 
 const TiledTransfer::Prepared& TiledTransfer::prepare(const Folder& folder, const RunControl& control) {
@@ -191,6 +124,7 @@ const TiledTransfer::Prepared& TiledTransfer::prepare(const Folder& folder, cons
                        " levels to copy from, and by tile " + std::to_string(num_tiled_levels() + 1) +
                        " are needed; do without --by-tile, or give more texels or a larger history");
   }
+  p->structures = structure_levels(structure, p->first, p->sources.size(), control);
   prepared_ = std::move(p);
   return *prepared_;
 }
@@ -263,9 +197,10 @@ void TiledTransfer::synthesize_coarse(const Folder& folder, const RunControl& co
   const auto num_levels = static_cast<std::int64_t>(levels.size());
   if (levels.size() <= finest)
     throw InvalidInput("the atlas is too small to be transferred by tile; do without --by-tile");
-  const PlaceMap places = synthesize_multi_level(levels, p.neighborhood, *p.options.coherence_share, p.weights,
-                                                 static_cast<std::uint64_t>(p.options.seed), p.options.multi_level,
-                                                 control, {}, nullptr, finest);
+  const auto seed = static_cast<std::uint64_t>(p.options.seed);
+  const PlaceMap places =
+      synthesize_multi_level(levels, p.neighborhood, *p.options.coherence_share, p.weights, seed, p.options.multi_level,
+                             control, refinement_of(p.structures, p.options, p.weights, &grid_), nullptr, finest);
   const TexelMap& covered = *levels[finest].destination.map;
   write_places(folder / tile_file::coarse(), covered, covered.rect(), places, {});
   write_array(folder / tile_file::num_levels(), std::span(&num_levels, 1));
@@ -294,7 +229,7 @@ void TiledTransfer::start(std::size_t level, int tile, const Folder& folder, con
     StoredPlaces places([&](int) { return folder / tile_file::coarse(); }, [&](int) { return grid_.whole(coarser); });
     places.load(0, around, grid_.width(coarser), parents, {});
   } else {
-    stored_places(folder, grid_, coarser, num_passes(coarser)).load_part(around, parents);
+    stored_places(folder, grid_, coarser, num_passes(coarser) + num_rounds(coarser)).load_part(around, parents);
   }
   const PlaceMap places = upsample(parents, coarse, fine, static_cast<std::uint64_t>(p.options.seed) + level);
   write_places(folder / tile_file::places(level, 0, tile), *fine.destination.map, rect, places, {});
@@ -341,8 +276,12 @@ void TiledTransfer::pass(std::size_t level, int pass, int tile, const Folder& fo
   }
   improver.pass(is_last ? kEnergyAlone : preferences_of(o), is_last, stream_of(level, pass), counts, places, silent);
   write_places(folder / tile_file::places(level, pass + 1, tile), *map, rect, places, improver.changed_near());
-  if (pass + 1 < num_passes(level))
+  if (pass + 1 < num_passes(level)) {
     write_counts(folder / tile_file::counts(level, pass + 1, tile), improver.count(places, silent));
+  } else if (num_rounds(level) > 0) {
+    write_amounts(folder / tile_file::amounts(level, 0, tile),
+                  Amounts(synthesis.source).count(synthesis.destination, places, silent));
+  }
   control.report(1.0);
 }
 
@@ -362,7 +301,7 @@ void TiledTransfer::finish(int tile, const Folder& folder, const RunControl& con
     StoredPlaces whole([&](int) { return folder / tile_file::coarse(); }, [&](int) { return grid_.whole(0); });
     whole.load(0, grid_.whole(0), grid_.width(0), places, {});
   } else {
-    TiledPlaces stored = stored_places(folder, grid_, 0, num_passes(0));
+    TiledPlaces stored = stored_places(folder, grid_, 0, num_passes(0) + num_rounds(0));
     stored.load(rect, tile, places, {});
     stored.load(find_rim(*map, rect, find), places, {});
   }

@@ -11,7 +11,8 @@
 #include "patinate/controls/control_kinds.h"
 #include "patinate/core/run_control.h"
 #include "patinate/transfer/transfer_io.h"
-#include "transfer/tiles/tile_grid.h"
+#include "transfer/synthesis/refined_region.h"
+#include "transfer/synthesis/tile_grid.h"
 
 namespace patinate::transfer {
 
@@ -45,9 +46,13 @@ class TiledTransfer {
   void halve(std::size_t level, int tile, const Folder& folder, const RunControl& control);
   /// 4. All coarser levels.
   void synthesize_coarse(const Folder& folder, const RunControl& control);
-  /// 5. From the coarsest tiled level to the finest: places from the coarser level, then passes.
+  /// 5. From the coarsest tiled level to the finest: places from the coarser level, then passes and rounds.
   void start(std::size_t level, int tile, const Folder& folder, const RunControl& control);
   void pass(std::size_t level, int pass, int tile, const Folder& folder, const RunControl& control);
+  /// The rounds of refinement after the passes of a level: 0 where the source has no structure that it may show. A
+  /// level turns out not to show it once texels are counted: then a round leaves everything as it is.
+  [[nodiscard]] int num_rounds(std::size_t level) const;
+  void refine(std::size_t level, int round, int tile, const Folder& folder, const RunControl& control);
   /// 6. Figures, and the tile's coordinates.
   void finish(int tile, const Folder& folder, const RunControl& control);
   /// 7. What remains: mesh and manifest. @param final_folder  As write_transfer_manifest()'s.
@@ -56,9 +61,13 @@ class TiledTransfer {
  private:
   struct Prepared;
   const Prepared& prepare(const Folder& folder, const RunControl& control);
+  /// A tile with those of other tiles that see its texels.
+  [[nodiscard]] RefinedRegion seen_region(const TexelMap& map, std::size_t level, int tile,
+                                          const TexelNeighborhood& beside, const Folder& folder) const;
 
   TiledTask task_;
   TileGrid grid_;
+  std::size_t num_refined_levels_ = 0;  ///< At most.
   std::mutex mutex_;
   std::unique_ptr<const Prepared> prepared_;  ///< What all pieces from the third on need.
 };

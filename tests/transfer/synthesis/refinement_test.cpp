@@ -73,11 +73,13 @@ struct BrokenLines {
     }
     return sum;
   }
-  [[nodiscard]] PlaceMap refined(int num_rounds, int threads, std::uint64_t seed = 1) const {
+  [[nodiscard]] PlaceMap refined(int num_rounds, int threads, std::uint64_t seed = 1,
+                                 const TileGrid* grid = nullptr) const {
     PlaceMap result = places;
     RunControl control;
     control.num_threads = threads;
-    refine_places(level, structure, similar, weights, seed, {.num_rounds = num_rounds}, result, control);
+    refine_places(level, structure, similar, weights, seed, {.num_rounds = num_rounds}, result, control,
+                  {.grid = grid});
     return result;
   }
 };
@@ -237,6 +239,47 @@ TEST(Refinement, LowersTheSumRoundByRound) {
     last = sum;
   }
   EXPECT_LT(last, first / 3) << "lines are periodic: pieces that fit are there";
+}
+
+/// The level as four tiles, whose borders are no seams.
+TileGrid four_tiles() {
+  TileGrid grid(make_sheet({"a", "b", "c", "d"}, kSide / 2 - 2 * make_sheet({"a", "b"}, 16).margin()));
+  EXPECT_EQ(grid.width(0), kSide);
+  return grid;
+}
+
+TEST(Refinement, TileByTileLowersTheSumRoundByRoundOverBordersOfTilesToo) {
+  const BrokenLines task;
+  const TileGrid grid = four_tiles();
+  const auto over_borders = [&](const PlaceMap& places) {
+    const SeamFeatures features = task.features();
+    std::int64_t sum = 0;
+    for (int i = 0; i < kSide; ++i) {
+      const auto pair = [&](int x, int y, int dx, int dy) {
+        sum += features.seam(places.point(TexelId{y} * kSide + x), places.point(TexelId{y + dy} * kSide + x + dx),
+                             {static_cast<std::int16_t>(dx * kOne), static_cast<std::int16_t>(dy * kOne)});
+      };
+      pair(kSide / 2 - 1, i, 1, 0);
+      pair(i, kSide / 2 - 1, 0, 1);
+    }
+    return sum;
+  };
+  std::int64_t last = task.seam_sum(task.places);
+  for (int rounds : {1, 2, 4, 8}) {
+    const std::int64_t sum = task.seam_sum(task.refined(rounds, 0, 1, &grid));
+    EXPECT_LT(sum, last) << rounds;
+    last = sum;
+  }
+  // Were texels at borders of tiles held in every round, these pairs would stay as they are.
+  EXPECT_LT(over_borders(task.refined(8, 0, 1, &grid)), over_borders(task.places) / 2);
+}
+
+TEST(Refinement, GivesTheSamePlacesTileByTileForAnyNumberOfThreads) {
+  const TileGrid grid = four_tiles();
+  for (const Mesh& mesh : {testing_support::unit_plane(kSide), testing_support::patchwork_plane(kSide, 3)}) {
+    const BrokenLines task(mesh);
+    EXPECT_EQ(task.refined(4, 1, 1, &grid).pixels, task.refined(4, 3, 1, &grid).pixels);
+  }
 }
 
 TEST(Refinement, GivesTheSamePlacesForAnyNumberOfThreads) {

@@ -39,9 +39,10 @@ struct TiledCase {
   ControlKindOptions kinds;
 
   explicit TiledCase(int tile_px, const Mesh& mesh = waved_patchwork(),
-                     std::vector<std::string> controls = {"x=0.6*facing + 0.4*height"}) {
+                     std::vector<std::string> controls = {"x=0.6*facing + 0.4*height"},
+                     float (*color)(int, int, int, int) = testing_support::blotches) {
     fs::create_directory(folder / "history");
-    testing_support::write_history(folder / "history", 128, 96, 3, testing_support::blotches);
+    testing_support::write_history(folder / "history", 128, 96, 3, color);
     task.history = std::make_shared<const HistoryReader>(folder / "history");
     task.atlas = std::make_shared<AtlasMesh>(atlas_mesh_of(mesh, find_uv_layout(mesh)));
     task.input.map = std::make_shared<TexelMap>(make_texel_map(*task.atlas, tile_px));
@@ -108,6 +109,31 @@ TEST(TiledTransfer, GivesThemWhereTheHistoryIsHalvedAndTilesAreInARow) {
   task.task.input.texel_size_mm *= 0.5;
   task.task.options.multi_level.coarse_passes = 2;
   task.expect_equal();
+}
+
+/// Cells between dark lines that open over time.
+float cracked(int x, int y, int frame, int channel) {
+  const bool is_on_line = (x + y / 4) % 19 < 2 || (y + x / 5) % 17 < 2;
+  return (is_on_line ? 0.6f - 0.27f * static_cast<float>(frame) : 0.6f) +
+         0.05f * testing_support::blotches(x, y, 0, channel);
+}
+
+TEST(TiledTransfer, GivesThemWhereBordersAreRefinedAlongLines) {
+  for (const auto& [tile_px, halvings] : {std::pair(64, 0), std::pair(48, 1)}) {
+    TiledCase task(tile_px, waved_patchwork(), {"x=0.6*facing + 0.4*height"}, cracked);
+    task.task.options.appearance = {};
+    task.task.options.multi_level.coarse_passes = 2;
+    for (int i = 0; i < halvings; ++i) task.task.input.texel_size_mm *= 0.5;
+    task.expect_equal();
+    const Json made = load_json(task.folder / "tiled" / "transfer.json");
+    EXPECT_TRUE(made.contains("structure")) << "there are lines to refine along";
+    TransferTask draft = task.task;
+    draft.options.quality = TransferQuality::Draft;
+    ASSERT_EQ(run_job(plan_transfer(draft, task.folder / "draft"), {}, {}), JobStatus::Done);
+    EXPECT_FALSE(read_file(task.folder / "tiled" / "coordinates.1001.exr") ==
+                 read_file(task.folder / "draft" / "coordinates.1001.exr"))
+        << "borders have moved";
+  }
 }
 
 TEST(TiledTransfer, IsCutIntoItemsThatWaitForEarlierStagesOnly) {

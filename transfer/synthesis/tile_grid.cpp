@@ -1,4 +1,4 @@
-#include "transfer/tiles/tile_grid.h"
+#include "transfer/synthesis/tile_grid.h"
 
 #include <algorithm>
 

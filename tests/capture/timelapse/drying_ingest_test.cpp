@@ -7,23 +7,19 @@
 
 #include "capture/timelapse/ingest.h"
 #include "datasets_synthetic/drying_io.h"
-#include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
+#include "tests/support/photo_rounding.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate::capture {
 namespace {
 
+using testing_support::photo_rounding;
+
 HistoryReader ingested(const datasets::DryingOptions& o, const testing_support::TempFolder& folder) {
   (void)run_job(datasets::plan_drying(o, folder / "drying"), {}, {});
   (void)run_job(plan_ingest(read_capture_project(folder / "drying/capture.json"), {}, folder / "history"), {}, {});
   return HistoryReader(folder / "history");
-}
-
-/// Half a code of 8 bits at a linear value, and what half floats round of it.
-double rounding_at(double value) {
-  const double code = static_cast<double>(srgb_from_linear(static_cast<float>(value)));
-  return static_cast<double>(linear_from_srgb(static_cast<float>(code + 0.5 / 255.0))) - value + value / 2048.0;
 }
 
 datasets::DryingOptions without_noise(datasets::DryingOrder order) {
@@ -44,7 +40,7 @@ TEST(IngestSynthetic, DryingStoneHasItsAlbedoToTheRoundingOfPhotographs) {
         for (int x = 0; x < o.width; ++x) {
           const Vec3 truth = patch.look(x, y, i * o.interval_min).albedo;
           for (int c = 0; c < 3; ++c)
-            ASSERT_NEAR(static_cast<double>(frame.at(x, y, c)), truth[c], rounding_at(truth[c]));
+            ASSERT_NEAR(static_cast<double>(frame.at(x, y, c)), truth[c], photo_rounding(truth[c]));
         }
       }
     }
@@ -77,7 +73,7 @@ TEST(IngestSynthetic, DryingStoneSaysWhenItsFilmWasGone) {
         // the crossing as wetness moves it. Wetness falls by at_half / pores a minute there, by half of that at the end
         // of the interval.
         const double step = o.interval_min / o.pores_min, chord = step * step / 8.0;
-        const double rounding = 2.0 * rounding_at(last) / (last - first);
+        const double rounding = 2.0 * photo_rounding(last) / (last - first);
         ASSERT_NEAR(found, truth, o.pores_min * (chord + rounding) / (at_half * std::exp(-step)));
         ++num_checked;
       }

@@ -4,6 +4,7 @@
 
 #include "datasets_synthetic/crackle_io.h"
 #include "datasets_synthetic/drying_io.h"
+#include "datasets_synthetic/dust_io.h"
 #include "datasets_synthetic/mold_io.h"
 #include "datasets_synthetic/object_io.h"
 #include "tools/patinate/commands/commands.h"
@@ -29,16 +30,17 @@ Kind kind_of(std::string name, JobPlan (*plan)(const Options&, const std::filesy
 }  // namespace
 
 int cmd_synth(CommandRun& run) {
-  const std::vector<Kind> kinds{
-      kind_of("crackle", datasets::plan_crackle), kind_of("drying", datasets::plan_drying),
-      kind_of("fence", datasets::plan_fence),     kind_of("ledge", datasets::plan_ledge),
-      kind_of("mold", datasets::plan_mold),       kind_of("sculpture", datasets::plan_sculpture)};
+  const std::vector<Kind> kinds{kind_of("crackle", datasets::plan_crackle),    kind_of("drying", datasets::plan_drying),
+                                kind_of("dust", datasets::plan_dust),          kind_of("fence", datasets::plan_fence),
+                                kind_of("ledge", datasets::plan_ledge),        kind_of("mold", datasets::plan_mold),
+                                kind_of("sculpture", datasets::plan_sculpture)};
   std::string name;
   std::filesystem::path output;
-  run.line.positional("KIND",
-                      "crackle or drying (capture projects with their truth), mold (one of scans and lights, with its "
-                      "truth), ledge or fence (scenes to simulate) or sculpture (a mesh to age)",
-                      name);
+  run.line.positional(
+      "KIND",
+      "crackle, drying or dust (capture projects with their truth), mold (one of scans and lights, with its "
+      "truth), ledge or fence (scenes to simulate) or sculpture (a mesh to age)",
+      name);
   std::vector<std::string> names;
   for (const Kind& kind : kinds) names.push_back(kind.name);
   run.line.choices(names);
@@ -50,6 +52,7 @@ int cmd_synth(CommandRun& run) {
   if (const auto asked = find(run.first_positional()); asked != kinds.end()) asked->declare(run.line);
   run.line.example("synth crackle -o crackle");
   run.line.example("synth drying -o drying --order thickness");
+  run.line.example("synth dust -o dust --follows facing");
   run.line.example("synth mold -o mold --exact");
   run.line.example("synth ledge -o ledge");
   run.line.example("synth ledge -o washed --weather soot");

@@ -3,6 +3,7 @@
 #include "datasets_synthetic/crackle_io.h"
 #include "datasets_synthetic/drying_io.h"
 #include "datasets_synthetic/dust_io.h"
+#include "datasets_synthetic/edges.h"
 #include "datasets_synthetic/mold_io.h"
 #include "datasets_synthetic/object_io.h"
 #include "python/bindings.h"
@@ -44,6 +45,8 @@ void bind_synth(py::module_& module) {
       module, "synth_drying", "A capture of a wet patch on stone that dries, with its truth.", datasets::plan_drying);
   define_synth<datasets::DustOptions>(module, "synth_dust", "A capture of an urn that gathers dust, with its truth.",
                                       datasets::plan_dust);
+  define_synth<datasets::EdgesOptions>(module, "synth_edges", "A capture of a card of edge cases, with its truth.",
+                                       datasets::plan_edges);
   define_synth<datasets::MoldOptions>(
       module, "synth_mold", "A capture of a synthetic mold, scanned under lamps step by step, with its truth.",
       datasets::plan_mold);

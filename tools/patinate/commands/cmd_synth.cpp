@@ -5,6 +5,7 @@
 #include "datasets_synthetic/crackle_io.h"
 #include "datasets_synthetic/drying_io.h"
 #include "datasets_synthetic/dust_io.h"
+#include "datasets_synthetic/edges.h"
 #include "datasets_synthetic/mold_io.h"
 #include "datasets_synthetic/object_io.h"
 #include "tools/patinate/commands/commands.h"
@@ -30,15 +31,16 @@ Kind kind_of(std::string name, JobPlan (*plan)(const Options&, const std::filesy
 }  // namespace
 
 int cmd_synth(CommandRun& run) {
-  const std::vector<Kind> kinds{kind_of("crackle", datasets::plan_crackle),    kind_of("drying", datasets::plan_drying),
-                                kind_of("dust", datasets::plan_dust),          kind_of("fence", datasets::plan_fence),
-                                kind_of("ledge", datasets::plan_ledge),        kind_of("mold", datasets::plan_mold),
-                                kind_of("sculpture", datasets::plan_sculpture)};
+  const std::vector<Kind> kinds{
+      kind_of("crackle", datasets::plan_crackle), kind_of("drying", datasets::plan_drying),
+      kind_of("dust", datasets::plan_dust),       kind_of("edges", datasets::plan_edges),
+      kind_of("fence", datasets::plan_fence),     kind_of("ledge", datasets::plan_ledge),
+      kind_of("mold", datasets::plan_mold),       kind_of("sculpture", datasets::plan_sculpture)};
   std::string name;
   std::filesystem::path output;
   run.line.positional(
       "KIND",
-      "crackle, drying or dust (capture projects with their truth), mold (one of scans and lights, with its "
+      "crackle, drying, dust or edges (capture projects with their truth), mold (one of scans and lights, with its "
       "truth), ledge or fence (scenes to simulate) or sculpture (a mesh to age)",
       name);
   std::vector<std::string> names;

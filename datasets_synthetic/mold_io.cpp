@@ -1,12 +1,11 @@
 #include "datasets_synthetic/mold_io.h"
 
-#include <cstdio>
 #include <memory>
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "datasets_synthetic/mold_light.h"
+#include "datasets_synthetic/project_io.h"
 #include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/json.h"
@@ -20,33 +19,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Made when the first item needs it and shared by all.
-class SharedMold {
- public:
-  explicit SharedMold(const MoldOptions& o) : options(o), rig(mold_rig(o)) {}
-  const Mold& get(const RunControl& control) {
-    const std::lock_guard lock(mutex_);
-    if (!mold_) {
-      RunControl quiet = control;
-      quiet.on_progress = nullptr;
-      mold_ = std::make_unique<Mold>(options, quiet);
-    }
-    return *mold_;
-  }
-
+/// The mold is made when the first item needs it.
+struct SharedMold {
+  explicit SharedMold(const MoldOptions& o)
+      : options(o), rig(mold_rig(o)), mold([o](const RunControl& control) { return Mold(o, control); }) {}
   const MoldOptions options;
   const MoldRig rig;
-
- private:
-  std::mutex mutex_;
-  std::unique_ptr<Mold> mold_;
+  MadeOnce<Mold> mold;
 };
-
-std::string digits(int index, int count) {
-  char text[16];
-  std::snprintf(text, sizeof(text), "%0*d", count, index);
-  return text;
-}
 
 fs::path step_folder(int step) { return "step" + digits(step, 2); }
 std::string photo_extension(const MoldOptions& o) { return o.noise > 0.0 ? ".png" : ".exr"; }
@@ -57,8 +37,6 @@ fs::path dark_file(const MoldOptions& o, int step) { return step_folder(step) / 
 fs::path in_light_file(int step, int light) {
   return fs::path("truth/in_light") / (digits(step, 2) + "_" + std::to_string(light) + ".png");
 }
-fs::path albedo_file(int step) { return fs::path("truth/albedo") / (digits(step, 4) + ".exr"); }
-fs::path specular_file(int step) { return fs::path("truth/specular") / (digits(step, 4) + ".exr"); }
 
 void save_photo(const fs::path& file, const MoldOptions& o, const ImageF& linear, int picture) {
   if (o.noise > 0.0) {
@@ -69,7 +47,7 @@ void save_photo(const fs::path& file, const MoldOptions& o, const ImageF& linear
 }
 
 void run_step(SharedMold& shared, int step, const fs::path& folder, const RunControl& control) {
-  const Mold& mold = shared.get(control);
+  const Mold& mold = shared.mold.get(control);
   const MoldOptions& o = shared.options;
   fs::create_directories(folder / step_folder(step));
   fs::create_directories(folder / "truth/in_light");
@@ -88,18 +66,18 @@ std::vector<fs::path> truth_files(const MoldOptions& o) {
   std::vector<fs::path> files{"truth/position.exr", "truth/normal.exr", "truth/accessibility.exr", "truth/mask.png",
                               "truth/lacquered.png"};
   for (int step = 0; step < o.num_steps; ++step) {
-    files.push_back(albedo_file(step));
-    files.push_back(specular_file(step));
+    files.push_back(truth_file("albedo", step));
+    files.push_back(truth_file("specular", step));
   }
   return files;
 }
 
 void run_truth(SharedMold& shared, const fs::path& folder, const RunControl& control) {
-  const Mold& mold = shared.get(control);
+  const Mold& mold = shared.mold.get(control);
   const MoldOptions& o = shared.options;
   const MoldView view =
       mold_view(shared.rig, mold_surface(mold, shared.rig, 0, control.part(0.0, 0.3)), control.part(0.3, 0.6));
-  for (const char* name : {"truth/albedo", "truth/specular"}) fs::create_directories(folder / name);
+  fs::create_directories(folder / "truth");
   write_exr(folder / "truth/position.exr", view.position_mm, {"X", "Y", "Z"}, ExrDepth::Float);
   write_exr(folder / "truth/normal.exr", view.normal, {"X", "Y", "Z"}, ExrDepth::Float);
   write_codes(folder / "truth/mask.png", view.mask);
@@ -120,23 +98,12 @@ void run_truth(SharedMold& shared, const fs::path& folder, const RunControl& con
         lacquered.at(x, y) = mold.is_lacquered(u, v) ? 255 : 0;
       }
     }
-    write_exr(folder / albedo_file(step), albedo, {"R", "G", "B"}, ExrDepth::Float);
-    write_exr(folder / specular_file(step), specular, {"strength", "roughness"}, ExrDepth::Float);
+    save_truth_map(folder / truth_file("albedo", step), albedo);
+    save_truth_map(folder / truth_file("specular", step), specular);
     control.report(0.6 + 0.4 * (step + 1) / o.num_steps);
   }
-  write_exr(folder / "truth/accessibility.exr", curvature, {"Y"}, ExrDepth::Float);
+  save_truth_map(folder / "truth/accessibility.exr", curvature);
   write_codes(folder / "truth/lacquered.png", lacquered);
-}
-
-Json vector_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
-template <class Matrix>
-Json matrix_json(const Matrix& m) {
-  Json rows = Json::array();
-  for (Eigen::Index r = 0; r < m.rows(); ++r) {
-    rows.push_back(Json::array());
-    for (Eigen::Index c = 0; c < m.cols(); ++c) rows.back().push_back(m(r, c));
-  }
-  return rows;
 }
 
 /// What brings a step's scanner frame into the first one's.
@@ -145,7 +112,6 @@ RigidTransform reference_from_scan(const MoldRig& rig, int step) {
 }
 
 Json capture_json(const MoldOptions& o, const MoldRig& rig) {
-  const CameraParameters& p = rig.camera.parameters();
   Json json{{"format", "patinate.capture"},
             {"version", 1},
             {"name", "copper mold"},
@@ -153,14 +119,7 @@ Json capture_json(const MoldOptions& o, const MoldRig& rig) {
             {"unit", "mm"},
             {"time_unit", "d"},
             {"response", "srgb"}};
-  Eigen::Matrix3d matrix;
-  matrix << p.fx, 0.0, p.cx, 0.0, p.fy, p.cy, 0.0, 0.0, 1.0;
-  json["camera"] = {{"width", p.width},
-                    {"height", p.height},
-                    {"matrix", matrix_json(matrix)},
-                    {"distortion", p.distortion},
-                    {"rotation", matrix_json(p.rotation)},
-                    {"translation", vector_json(p.translation)}};
+  json["camera"] = camera_json(rig.camera);
   json["lights"] = Json::array();
   for (const Light& light : rig.lights)
     json["lights"].push_back({{"position", vector_json(light.position)}, {"intensity", vector_json(light.intensity)}});
@@ -182,14 +141,13 @@ Json capture_json(const MoldOptions& o, const MoldRig& rig) {
 }
 
 Json truth_json(const MoldOptions& o, const MoldRig& rig, const std::string& key) {
-  Json json{{"format", "patinate.synthetic"}, {"version", 1}, {"kind", "mold"}};
-  for (const auto& [name, value] : option_values(o)) json["options"][name] = value;
+  Json json = truth_header("mold", option_values(o));
   json["accessibility"] = {{"file", "accessibility.exr"}, {"unit", "1/mm"}, {"width_mm", o.radius_mm / 40.0}};
   json["steps"] = Json::array();
   for (int step = 0; step < o.num_steps; ++step) {
     json["steps"].push_back({{"time", step * o.interval_d},
-                             {"albedo", albedo_file(step).lexically_relative("truth").generic_string()},
-                             {"specular", specular_file(step).lexically_relative("truth").generic_string()},
+                             {"albedo", truth_file("albedo", step).lexically_relative("truth").generic_string()},
+                             {"specular", truth_file("specular", step).lexically_relative("truth").generic_string()},
                              {"reference_from_scan", matrix_json(reference_from_scan(rig, step).matrix())},
                              {"gain", vector_json(rig.gains[static_cast<std::size_t>(step)])}});
   }
@@ -211,7 +169,7 @@ JobPlan plan_mold(const MoldOptions& options, const fs::path& output) {
   const auto shared = std::make_shared<SharedMold>(checked);
   const double pixels = static_cast<double>(checked.width) * checked.height;
   for (int step = 0; step < checked.num_steps; ++step) {
-    JobItem item{.name = "step-" + digits(step, 4), .outputs = {step_folder(step) / "scan.ply"}, .run = {}};
+    JobItem item{.name = "step-" + digits(step), .outputs = {step_folder(step) / "scan.ply"}, .run = {}};
     for (int i = 0; i < checked.num_lights; ++i) {
       item.outputs.push_back(photo_file(checked, step, i));
       item.outputs.push_back(in_light_file(step, i));

@@ -5,8 +5,10 @@
 
 #include "analysis/compare/sections.h"
 #include "analysis/figures/block_values.h"
+#include "analysis/figures/height_base.h"
 #include "analysis/figures/material_stack.h"
 #include "libcommon/core/parallel.h"
+#include "libcommon/core/text.h"
 
 namespace patinate::analysis {
 
@@ -28,9 +30,21 @@ std::vector<Quantity> quantities(bool has_height) {
       {"metalness", "Metalness", "", [](const MaterialStack& m, std::size_t at) { return m.metalness[at]; }},
       {"reflectance", "Reflectance at normal incidence", "",
        [](const MaterialStack& m, std::size_t at) { return m.reflectance(at); }}};
-  if (has_height)
-    all.push_back({"height", "Height", "mm", [](const MaterialStack& m, std::size_t at) { return m.height[at]; }});
+  if (has_height) {
+    all.push_back({"height", "Height above the base of the first time", "mm",
+                   [](const MaterialStack& m, std::size_t at) { return m.height[at]; }});
+    all.push_back({"growth", "Growth since the first time", "mm",
+                   [](const MaterialStack& m, std::size_t at) { return m.height[at] - m.height[at % m.num_texels]; }});
+  }
   return all;
+}
+
+/// What was taken off the heights of a side.
+std::string base_text(const std::string& name, const TakenBase& base) {
+  std::string text = name + ": the mean of its first time, " + short_number_text(base.mean_mm) + " mm";
+  if (base.kind == HeightBase::Plane)
+    text += ", and the tilt of the plane through it, " + short_number_text(base.tilt_mm) + " mm over the surface";
+  return text;
 }
 
 /// A side at the times that are looked at.
@@ -199,8 +213,8 @@ Section materials_section(const ComparedPair& pair, const CompareOptions& option
   const std::vector<std::size_t> indices = spread_indices(pair.a.num_times(), kMostTimes);
   std::vector<double> times;
   for (const std::size_t i : indices) times.push_back(pair.a.times[i]);
-  const Side a{pair.a, pair.blocks_a, load_materials(pair.series_a, pair.a, indices, control.part(0.0, 0.15))};
-  const Side b{pair.b, pair.blocks_b, load_materials(pair.series_b, pair.b, indices, control.part(0.15, 0.3))};
+  Side a{pair.a, pair.blocks_a, load_materials(pair.series_a, pair.a, indices, control.part(0.0, 0.15))};
+  Side b{pair.b, pair.blocks_b, load_materials(pair.series_b, pair.b, indices, control.part(0.15, 0.3))};
   section.paragraphs.push_back(
       "BRDFs are told by log(1 + f cos), f the BRDF and cos that of the light; their distance is the root mean square "
       "difference over directions and channels. White against black, without a mirror, is at 0.21. Intervals cover "
@@ -211,7 +225,16 @@ Section materials_section(const ComparedPair& pair, const CompareOptions& option
                                    " says nothing of its material beside color; it stands for a dull dielectric "
                                    "(roughness 0.8, reflectance 0.04), as in pictures.");
   }
-  const std::vector<Quantity> all = quantities(!a.material.height.empty() && !b.material.height.empty());
+  const bool has_height = !a.material.height.empty() && !b.material.height.empty();
+  if (has_height) {
+    const TakenBase base_a = take_base(a.material.height, pair.a, height_base_of(pair.series_a)),
+                    base_b = take_base(b.material.height, pair.b, height_base_of(pair.series_b));
+    section.paragraphs.push_back("Heights of two histories have no common zero. Taken off are, at all times, of " +
+                                 base_text("A", base_a) + "; of " + base_text("B", base_b) +
+                                 ". Growth is the height less that of the same place at the first time, which needs no "
+                                 "common zero.");
+  }
+  const std::vector<Quantity> all = quantities(has_height);
   for (std::size_t k = 0; k < all.size(); ++k) {
     const double begin = 0.3 + 0.3 * static_cast<double>(k) / static_cast<double>(all.size());
     add_quantity(pair, a, b, all[k], times, kMapPurpose + static_cast<std::uint32_t>(k), options,

@@ -193,6 +193,7 @@ RelitProject read_relit_project(const fs::path& file) {
   if (json.has("time_unit")) project.time_unit = static_cast<TimeUnit>(json.member("time_unit").choice(kTimeUnits));
   if (json.has("response")) project.response = read_response(json.member("response"));
   project.lights = read_lights(json.member("lights"), mm, &project.camera_mm);
+  expect_strengths_of_all_or_none(project.lights, json.member("lights"));
   if (json.has("reference_patch")) project.patch = read_patch(json.member("reference_patch"), project.camera_mm);
   std::vector<JsonReader> entries = steps.elements(kMaxSteps);
   std::int64_t reference = 0;

@@ -202,6 +202,12 @@ StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& 
         put(frame.result.normal, x, y, pose.reference_from_scan.rotation * vector_at(frame.result.normal, x, y));
     }
     frame.facts.solution = solution_of(frame.result);
+    const bool has_strengths = std::all_of(project.lights.begin(), project.lights.end(),
+                                           [](const Light& light) { return light.is_intensity_known; });
+    if (!has_strengths && index == project.reference)
+      frame.facts.solution->notes.push_back(
+          "the lights have no `intensity`: they are taken as equally strong, and albedo has a scale of its own unless "
+          "`reference_patch` gives it");
   }
   const std::int64_t num_surface = project.has_shape() ? reference.view.num_seen : frame.result.num_surface;
   frame.facts.seen_share = share_of(count(places.seen), num_surface);

@@ -184,6 +184,7 @@ UnlightStep read_unlight_step(const fs::path& file) {
   const Camera frame = step.camera_mm ? *step.camera_mm : camera_of_photographs(step.width, step.height);
   const JsonReader lights = json.member("lights");
   step.lights = read_lights(lights, step.mm_per_unit, &frame);
+  expect_strengths_of_all_or_none(step.lights, lights);
   if (step.lights.size() != step.photos.size()) {
     lights.fail("one light for each of the " + std::to_string(step.photos.size()) + " photographs; these are " +
                 std::to_string(step.lights.size()));

@@ -210,6 +210,15 @@ std::vector<Light> read_lights(JsonReader json, double mm_per_unit, const Camera
   return read_lights(path, mm_per_unit, camera_mm, options);
 }
 
+void expect_strengths_of_all_or_none(const std::vector<Light>& lights, const JsonReader& json) {
+  const auto is_known = [](const Light& light) { return light.is_intensity_known; };
+  if (!std::any_of(lights.begin(), lights.end(), is_known)) return;
+  const auto unknown = std::find_if_not(lights.begin(), lights.end(), is_known);
+  if (unknown != lights.end())
+    json.fail("an `intensity` of light " + std::to_string(unknown - lights.begin()) +
+              " too, as others have one: all or none");
+}
+
 Json json_of(const std::vector<Light>& lights) {
   Json array = Json::array();
   const auto triple = [](const Vec3& v) { return Json{v.x(), v.y(), v.z()}; };

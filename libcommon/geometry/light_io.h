@@ -45,6 +45,10 @@ struct LightRows {
 /// @throws IoError also for a strength that is not above 0, and for no light at all.
 [[nodiscard]] std::vector<Light> read_lights(JsonReader json, double mm_per_unit, const Camera* camera_mm = nullptr);
 
+/// A strength stands for nothing beside lights whose strengths nobody knows.
+/// @param json  Where the lights are said. @throws IoError naming the first light without strength if another has one.
+void expect_strengths_of_all_or_none(const std::vector<Light>& lights, const JsonReader& json);
+
 /// The array form, in mm; values read back exactly.
 [[nodiscard]] Json json_of(const std::vector<Light>& lights);
 

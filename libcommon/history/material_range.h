@@ -14,7 +14,9 @@ namespace patinate {
   return name == "specular" || name == "metalness" || name == "tint";
 }
 
-/// "holds 1.2; ..." where a metalness or a tint leaves [0, 1]; nothing when all is well, or for other names.
+/// "holds 1.2; ..." where a metalness, a tint or a roughness leaves [0, 1], a strength is below 0, or a normal is
+/// longer than 1 or shorter than half of it and not 0; or where all normals are 0. Nothing when all is well, or for
+/// other names.
 [[nodiscard]] std::optional<std::string> find_material_problem(const std::string& name, const ImageF& values);
 
 }  // namespace patinate

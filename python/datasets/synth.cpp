@@ -1,6 +1,9 @@
 #include <utility>
 
 #include "datasets_synthetic/crackle_io.h"
+#include "datasets_synthetic/drying_io.h"
+#include "datasets_synthetic/dust_io.h"
+#include "datasets_synthetic/edges.h"
 #include "datasets_synthetic/mold_io.h"
 #include "datasets_synthetic/object_io.h"
 #include "python/bindings.h"
@@ -38,6 +41,12 @@ void define_synth(py::module_& module, const char* name, const char* brief,
 void bind_synth(py::module_& module) {
   define_synth<datasets::CrackleOptions>(
       module, "synth_crackle", "A capture of synthetic paint that cracks, with its truth.", datasets::plan_crackle);
+  define_synth<datasets::DryingOptions>(
+      module, "synth_drying", "A capture of a wet patch on stone that dries, with its truth.", datasets::plan_drying);
+  define_synth<datasets::DustOptions>(module, "synth_dust", "A capture of an urn that gathers dust, with its truth.",
+                                      datasets::plan_dust);
+  define_synth<datasets::EdgesOptions>(module, "synth_edges", "A capture of a card of edge cases, with its truth.",
+                                       datasets::plan_edges);
   define_synth<datasets::MoldOptions>(
       module, "synth_mold", "A capture of a synthetic mold, scanned under lamps step by step, with its truth.",
       datasets::plan_mold);

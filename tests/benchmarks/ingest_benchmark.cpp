@@ -1,10 +1,6 @@
 // Prints what ingest costs: time and peak memory for 100 and for 400 photographs of 1024 x 1024; no test, no threshold.
 //     build/release/bin/ingest_benchmark
 // Each ingest runs in a process of its own, so that its peak memory is its own.
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -14,6 +10,7 @@
 #include "libcommon/core/files.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
+#include "tests/benchmarks/child_cost.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/temp_folder.h"
 
@@ -49,19 +46,6 @@ void write_photographs(const fs::path& folder, int count) {
                                           {"frames", {{"pattern", "frames/*.png"}, {"interval", 1}}}});
 }
 
-/// Runs `work` in a child. @returns its peak resident memory in MB.
-double peak_memory_mb(const std::function<void()>& work) {
-  const pid_t child = ::fork();
-  if (child == 0) {
-    work();
-    ::_exit(0);
-  }
-  int status = 0;
-  struct rusage usage {};
-  ::wait4(child, &status, 0, &usage);
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0 ? static_cast<double>(usage.ru_maxrss) / 1024.0 : -1.0;
-}
-
 void ingest(const fs::path& folder) {
   run_job(capture::plan_ingest(capture::read_capture_project(folder / "capture.json"), {}, folder / "history"), {}, {});
 }
@@ -76,7 +60,8 @@ int main() {
     const testing_support::TempFolder folder;
     write_photographs(folder.path(), count);
     double peak = 0.0;
-    const double s = benchmarks::seconds([&] { peak = peak_memory_mb([&] { ingest(folder.path()); }); });
+    const double s =
+        benchmarks::seconds([&] { peak = benchmarks::cost_in_child([&] { ingest(folder.path()); }).peak_mb; });
     std::printf("ingest of %d photographs of 1024 x 1024: %.1f s, %.1f ms each; peak memory %.0f MB", count, s,
                 1e3 * s / count, peak);
     if (first_rate > 0.0)

@@ -8,43 +8,25 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 
 #include "libcommon/core/parallel.h"
-#include "patinate/core/json.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
 #include "patinate/transfer/time_map.h"
 #include "patinate/transfer/transfer_reader.h"
+#include "tests/benchmarks/patch_transfer.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/histories.h"
-#include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
-#include "transfer/job/transfer_job.h"
 #include "transfer/lookup/lookup_device.h"
 #include "transfer/lookup/texture_files.h"
 
 namespace patinate {
 namespace {
 
-constexpr int kAtlas = 4096, kSource = 512;
+constexpr int kAtlas = 4096, kSource = benchmarks::kPatchSource;
 constexpr double kTexels = 1.0 * kAtlas * kAtlas;
-
-/// Patches of 32 x 32 texels, each a piece of the source in its order, as transfers are; each fourth column of patches
-/// is no chart.
-ImageF patches(int side, bool has_gutters) {
-  ImageF coordinates(side, side, 2, -1.0f);
-  for (int y = 0; y < side; ++y) {
-    for (int x = 0; x < side; ++x) {
-      if (has_gutters && x / 32 % 4 == 3) continue;
-      const int patch = x / 32 * 131 + y / 32 * 197;
-      coordinates.at(x, y, 0) = static_cast<float>((x + patch * 37) % kSource);
-      coordinates.at(x, y, 1) = static_cast<float>((y + patch * 53) % kSource);
-    }
-  }
-  return coordinates;
-}
 
 RunControl with_threads(int num_threads) {
   RunControl control;
@@ -123,7 +105,8 @@ void compare_speed() {
   const testing_support::TempFolder folder;
   testing_support::write_history(folder.path(), kSource, kSource, 32, testing_support::blotches);
   const HistoryReader history(folder.path());
-  const ImageF coordinates = patches(kAtlas, false), frame = history.read_frame(0), next = history.read_frame(1);
+  const ImageF coordinates = benchmarks::patch_coordinates(kAtlas, false), frame = history.read_frame(0),
+               next = history.read_frame(1);
   const transfer::PackedCoordinates indices = transfer::pack_coordinates(coordinates, kSource);
   compare_gathers("8-bit RGB", srgb8_from_linear(frame), indices);
   compare_gathers("float RGB", frame, indices);
@@ -164,25 +147,6 @@ void compare_speed() {
   }
 }
 
-/// A transfer whose coordinates are patches.
-void write_transfer(const std::filesystem::path& folder, int side) {
-  std::filesystem::create_directory(folder / "history");
-  testing_support::write_history(folder / "history", kSource, kSource, 2, testing_support::blotches);
-  transfer::TransferTask task;
-  task.history = std::make_shared<const HistoryReader>(folder / "history");
-  task.input.map = std::make_shared<TexelMap>(testing_support::cut_plane(64.0), 64, 64);
-  task.mesh_name = "plane.obj";
-  task.input.texel_size_mm = task.input.map->median_texel_size_mm();
-  task.input.controls.push_back({"x", "image", ImageF(64, 64), {}, 1.0, transfer::ControlMapping::Rank});
-  for (std::size_t i = 0; i < 64 * 64; ++i) task.input.controls[0].values.data()[i] = static_cast<float>(i % 64);
-  (void)run_job(transfer::plan_transfer(task, folder / "transfer"), {}, {});
-  Json json = load_json(folder / "transfer/transfer.json");
-  json["width"] = json["height"] = side;
-  save_json(folder / "transfer/transfer.json", json);
-  write_exr(folder / "transfer/coordinates.exr", patches(side, true),
-            {transfer::kCoordinateChannels[0], transfer::kCoordinateChannels[1]}, ExrDepth::Float);
-}
-
 /// Of this program alone: what getrusage() says begins with the memory of the one that started it.
 double peak_mb() {
   std::ifstream status("/proc/self/status");
@@ -206,7 +170,7 @@ int write_image(const std::filesystem::path& transfer_path, const std::filesyste
 void compare_memory(const char* program) {
   for (int side : {4096, 16384}) {
     const testing_support::TempFolder folder;
-    write_transfer(folder.path(), side);
+    benchmarks::write_patch_transfer(folder.path(), side);
     for (const char* extension : {".png", ".exr"}) {
       const std::string image = (folder / ("texture_" + std::to_string(side) + extension)).string();
       const std::string command = std::string(program) + " --write " + (folder / "transfer").string() + " " + image;

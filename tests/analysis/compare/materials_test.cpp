@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <numbers>
 
@@ -123,6 +124,66 @@ TEST(Materials, ASideThatStatesNothingIsADullDielectric) {
   for (const Figure& f : s.figures) EXPECT_NEAR(f.value.value(), 0.0, 1e-6) << f.name;
   ASSERT_EQ(s.paragraphs.size(), 2u);
   EXPECT_NE(s.paragraphs[1].find("A says nothing of its material"), std::string::npos);
+}
+
+/// Heights of a surface at times 0 and 10.
+using Heights = std::function<double(int x, int y, int time)>;
+TextureSeries relief_of(const Heights& heights, const std::string& origin) {
+  MemoryHistoryImages images{.name = "test", .origin = origin, .frames = {}};
+  for (int k = 0; k < 2; ++k) {
+    MemoryFrame frame{.time = 10.0 * k, .color = ImageF(kSide, kSide, 3, 0.5f)};
+    ImageF height(kSide, kSide);
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 0; x < kSide; ++x) height.at(x, y) = static_cast<float>(heights(x, y, k));
+    }
+    frame.extras.push_back({"height", height});
+    images.frames.push_back(std::move(frame));
+  }
+  return TextureSeries(std::make_shared<const MemoryHistory>(std::move(images)));
+}
+Section compared_relief(const Heights& a, const Heights& b, const std::string& origin = "captured") {
+  const CompareOptions options{.places = Places::Equal, .num_resamples = 0};
+  return materials_section(load_pair(relief_of(a, origin), relief_of(b, origin), options), options);
+}
+/// Small bumps: a chess board of plus and minus `amount`, which has neither mean nor slope.
+double bumps(int x, int y, double amount) { return (x / 3 + y / 3) % 2 == 0 ? amount : -amount; }
+
+TEST(Materials, HeightsOfOneReliefAreNotApartWhereverItLay) {
+  const Heights flat = [](int x, int y, int k) { return bumps(x, y, 0.2) + 0.1 * k; };
+  const Heights tilted = [](int x, int y, int k) { return bumps(x, y, 0.2) + 0.1 * k + 7.0 + 0.05 * x - 0.02 * y; };
+  const Section s = compared_relief(flat, tilted);
+  // Heights of 7 mm are floats of 5e-7.
+  EXPECT_NEAR(figure(s, "height_distance"), 0.0, 2e-6);
+  EXPECT_NEAR(figure(s, "growth_distance"), 0.0, 2e-6);
+  ASSERT_EQ(s.paragraphs.size(), 2u);
+  // The middle is 7 + 5.5 (0.05 - 0.02) high, the corners 11 (0.05 + 0.02) apart.
+  EXPECT_NE(s.paragraphs[1].find("of B: the mean of its first time, 7.165 mm, and the tilt of the plane through it, "
+                                 "0.77 mm over the surface"),
+            std::string::npos)
+      << s.paragraphs[1];
+}
+
+TEST(Materials, OfHeightsOnAMeshTheMeanIsTakenAndNoTilt) {
+  const Heights level = [](int, int, int) { return 0.0; };
+  const Heights ramp = [](int x, int, int) { return 3.0 + 0.1 * (x - 0.5 * (kSide - 1)); };
+  // The ramp's heights are 0.1 (x - 5.5): the mean of their amounts is 0.3.
+  EXPECT_NEAR(figure(compared_relief(level, ramp, "simulated"), "height_distance"), 0.3, 1e-6);
+  EXPECT_NEAR(figure(compared_relief(level, ramp, "captured"), "height_distance"), 0.0, 1e-6);
+}
+
+TEST(Materials, ReliefThatGrowsIsApartByWhatItGrew) {
+  const Heights low = [](int x, int y, int k) { return bumps(x, y, 0.1) + 0.05 * k; };
+  const Heights high = [](int x, int y, int k) { return 2.0 + bumps(x, y, 0.3) + 0.25 * k; };
+  const Section s = compared_relief(low, high);
+  // Growth: 0 and 0.2. Heights: bumps are 0.2 apart at first; then those of -0.1 + 0.05 and -0.3 + 0.25 are equal, and
+  // those of 0.15 and 0.55 are 0.4 apart.
+  EXPECT_NEAR(figure(s, "growth_distance"), 0.1, 1e-6);
+  EXPECT_NEAR(figure(s, "height_distance"), 0.2, 1e-6);
+  for (const Curve& c : s.curves) {
+    if (c.name != "growth") continue;
+    EXPECT_NEAR(c.columns[0].values[1].value(), 0.05, 1e-6);
+    EXPECT_NEAR(c.columns[1].values[1].value(), 0.25, 1e-6);
+  }
 }
 
 TEST(Materials, GlossThatDivergesIsFartherThanOneThatDoesNot) {

@@ -156,6 +156,23 @@ TEST(LightIo, TheProjectsFormHasItsUnitAndStrengths) {
   EXPECT_EQ(read_lights(JsonReader("again.json", json), 1.0)[0].position, lights[0].position);
 }
 
+TEST(LightIo, StrengthsOfSomeLightsAloneAreRefused) {
+  const auto error = [](const char* text) {
+    const Json json = Json::parse(text);
+    const JsonReader reader("capture.json", json, "/lights");
+    try {
+      expect_strengths_of_all_or_none(read_lights(reader, 1.0), reader);
+    } catch (const IoError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  const std::string said = error(R"([{"position": [1,2,3], "intensity": [1,1,1]}, {"position": [1,2,4]}])");
+  EXPECT_TRUE(has(said, "capture.json: /lights") && has(said, "an `intensity` of light 1 too")) << said;
+  EXPECT_EQ(error(R"([{"position": [1,2,3]}, {"position": [1,2,4]}])"), "");
+  EXPECT_EQ(error(R"([{"position": [1,2,3], "intensity": [1,1,1]}])"), "");
+}
+
 TEST(LightIo, BadProjectLightsAreRefused) {
   const auto error = [](const char* text) {
     const Json json = Json::parse(text);

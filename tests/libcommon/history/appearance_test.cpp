@@ -247,6 +247,24 @@ TEST(Footprint, MetalnessOfAChessboardIsItsMean) {
   for (int i = 10; i < 22; ++i) EXPECT_NEAR(mean.at(i, 16), 0.5f, 1e-3f);
 }
 
+TEST(MemoryHistory, RefusesGlossOutsideItsRangeAndNormalsThatAreNoDirections) {
+  const auto said = [](const std::string& name, const std::vector<float>& first, const std::vector<float>& rest) {
+    MemoryHistoryImages images = testing_support::half_images(4, 3, 1, [](int, int, int, int) { return 0.5f; });
+    ImageF map(4, 3, static_cast<int>(first.size()));
+    for (int i = 0; i < 12; ++i) std::ranges::copy(i == 0 ? first : rest, map.pixel(i % 4, i / 4).begin());
+    images.frames[0].extras.push_back({name, map});
+    return error_of([&] { (void)MemoryHistory(images); });
+  };
+  EXPECT_TRUE(has(said("specular", {0.04f, 1.5f}, {0.04f, 0.5f}), "holds 1.5; a roughness is within [0, 1]"));
+  EXPECT_TRUE(has(said("specular", {-0.5f, 0.5f}, {0.04f, 0.5f}), "holds -0.5; a strength"));
+  EXPECT_EQ(said("specular", {2.0f, 1.0f}, {0.0f, 0.0f}), "");
+  EXPECT_TRUE(has(said("normal", {0, 0, 3}, {0, 0, 1}), "holds a normal of length 3"));
+  EXPECT_TRUE(has(said("normal", {0, 0.25f, 0}, {0, 0, 1}), "holds a normal of length 0.25"));
+  EXPECT_TRUE(has(said("normal", {0, 0, 0}, {0, 0, 0}), "all normals have length 0"));
+  EXPECT_EQ(said("normal", {0, 0, 0}, {0, 0, 1}), "") << "not known in one place";
+  EXPECT_EQ(said("normal", {0, 0.6f, 0.6f}, {0, 0, 1}), "") << "a mean of two";
+}
+
 TEST(MemoryHistory, RefusesATintOutsideTheUnitRange) {
   MemoryHistoryImages images = testing_support::half_images(4, 3, 1, [](int, int, int, int) { return 0.5f; });
   images.maps.push_back({"tint", ImageF(4, 3, 3, 1.5f)});

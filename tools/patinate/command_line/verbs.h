@@ -16,7 +16,7 @@ struct Verb {
   const char* brief;
   int (*run)(CommandRun&);
   /// First positional arguments on which the options depend; nullptr ends the list.
-  const char* kinds[6] = {nullptr};
+  const char* kinds[10] = {nullptr};
 };
 
 [[nodiscard]] std::span<const Verb> verbs();

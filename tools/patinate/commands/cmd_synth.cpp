@@ -1,4 +1,11 @@
+#include <algorithm>
+#include <functional>
+#include <memory>
+
 #include "datasets_synthetic/crackle_io.h"
+#include "datasets_synthetic/drying_io.h"
+#include "datasets_synthetic/dust_io.h"
+#include "datasets_synthetic/edges.h"
 #include "datasets_synthetic/mold_io.h"
 #include "datasets_synthetic/object_io.h"
 #include "tools/patinate/commands/commands.h"
@@ -7,44 +14,54 @@ namespace patinate::cli {
 
 namespace {
 
-const std::vector<std::string> kKinds{"crackle", "fence", "ledge", "mold", "sculpture"};
+/// A data set with options of its own.
+struct Kind {
+  std::string name;
+  std::function<void(CommandLine&)> declare;
+  std::function<JobPlan(const std::filesystem::path&)> plan;
+};
+
+template <class Options>
+Kind kind_of(std::string name, JobPlan (*plan)(const Options&, const std::filesystem::path&)) {
+  const auto options = std::make_shared<Options>();
+  return {std::move(name), [options](CommandLine& line) { line.options(*options); },
+          [options, plan](const std::filesystem::path& output) { return plan(*options, output); }};
+}
 
 }  // namespace
 
 int cmd_synth(CommandRun& run) {
-  std::string kind;
+  const std::vector<Kind> kinds{
+      kind_of("crackle", datasets::plan_crackle), kind_of("drying", datasets::plan_drying),
+      kind_of("dust", datasets::plan_dust),       kind_of("edges", datasets::plan_edges),
+      kind_of("fence", datasets::plan_fence),     kind_of("ledge", datasets::plan_ledge),
+      kind_of("mold", datasets::plan_mold),       kind_of("sculpture", datasets::plan_sculpture)};
+  std::string name;
   std::filesystem::path output;
-  datasets::CrackleOptions crackle_options;
-  datasets::FenceOptions fence_options;
-  datasets::LedgeOptions ledge_options;
-  datasets::MoldOptions mold_options;
-  datasets::SculptureOptions sculpture_options;
-  run.line.positional("KIND",
-                      "crackle (a capture project with its truth), mold (one of scans and lights, with its truth), "
-                      "ledge or fence (scenes to simulate) or sculpture (a mesh to age)",
-                      kind);
-  run.line.choices(kKinds);
+  run.line.positional(
+      "KIND",
+      "crackle, drying, dust or edges (capture projects with their truth), mold (one of scans and lights, with its "
+      "truth), ledge or fence (scenes to simulate) or sculpture (a mesh to age)",
+      name);
+  std::vector<std::string> names;
+  for (const Kind& kind : kinds) names.push_back(kind.name);
+  run.line.choices(names);
   run.line.output("FOLDER", "Folder to make", output);
-  // Each kind has options of its own, so the kind decides what --help lists and what is accepted.
-  const std::string asked = run.first_positional();
-  if (asked == "crackle") run.line.options(crackle_options);
-  if (asked == "fence") run.line.options(fence_options);
-  if (asked == "ledge") run.line.options(ledge_options);
-  if (asked == "mold") run.line.options(mold_options);
-  if (asked == "sculpture") run.line.options(sculpture_options);
+  // The kind decides what --help lists and what is accepted.
+  const auto find = [&kinds](const std::string& asked) {
+    return std::find_if(kinds.begin(), kinds.end(), [&asked](const Kind& kind) { return kind.name == asked; });
+  };
+  if (const auto asked = find(run.first_positional()); asked != kinds.end()) asked->declare(run.line);
   run.line.example("synth crackle -o crackle");
+  run.line.example("synth drying -o drying --order thickness");
+  run.line.example("synth dust -o dust --follows facing");
   run.line.example("synth mold -o mold --exact");
   run.line.example("synth ledge -o ledge");
   run.line.example("synth ledge -o washed --weather soot");
   run.line.example("synth fence -o fence");
   run.line.example("synth crackle --help");
   if (!run.parse()) return 0;
-  const JobPlan plan = kind == "crackle" ? datasets::plan_crackle(crackle_options, output)
-                       : kind == "fence" ? datasets::plan_fence(fence_options, output)
-                       : kind == "ledge" ? datasets::plan_ledge(ledge_options, output)
-                       : kind == "mold"  ? datasets::plan_mold(mold_options, output)
-                                         : datasets::plan_sculpture(sculpture_options, output);
-  const std::optional<JobStatus> status = run.make_folder(plan, "synth " + kind);
+  const std::optional<JobStatus> status = run.make_folder(find(name)->plan(output), "synth " + name);
   if (status) run.report_output(*status, output);
   return 0;
 }

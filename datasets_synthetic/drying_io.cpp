@@ -1,0 +1,103 @@
+#include "datasets_synthetic/drying_io.h"
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "datasets_synthetic/project_io.h"
+#include "libcommon/job/cost_model.h"
+#include "libcommon/job/job_inputs.h"
+#include "patinate/core/json.h"
+
+namespace patinate::datasets {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void run_frame(const DryingPatch& patch, int frame, const fs::path& folder, const RunControl& control) {
+  const DryingOptions& o = patch.options();
+  const double time = frame * o.interval_min;
+  save_photograph(folder / photo_file(frame), drying_photo(patch, time, control), o.noise, o.seed, frame);
+  ImageF albedo(o.width, o.height, 3), wetness(o.width, o.height), specular(o.width, o.height, 2);
+  for (int y = 0; y < o.height; ++y) {
+    for (int x = 0; x < o.width; ++x) {
+      const DryingLook look = patch.look(x, y, time);
+      for (int c = 0; c < 3; ++c) albedo.at(x, y, c) = static_cast<float>(look.albedo[c]);
+      wetness.at(x, y) = static_cast<float>(look.wetness);
+      specular.at(x, y, 0) = static_cast<float>(look.specular);
+      specular.at(x, y, 1) = static_cast<float>(look.roughness);
+    }
+  }
+  save_truth_map(folder / truth_file("albedo", frame), albedo);
+  save_truth_map(folder / truth_file("wetness", frame), wetness);
+  save_truth_map(folder / truth_file("specular", frame), specular);
+}
+
+void run_maps(const DryingPatch& patch, const fs::path& folder) {
+  const DryingOptions& o = patch.options();
+  ImageF onset(o.width, o.height), film(o.width, o.height);
+  for (int y = 0; y < o.height; ++y) {
+    for (int x = 0; x < o.width; ++x) {
+      onset.at(x, y) = static_cast<float>(patch.onset_min(x, y));
+      film.at(x, y) = static_cast<float>(patch.film_mm(x, y));
+    }
+  }
+  save_truth_map(folder / "truth/onset.exr", onset);
+  save_truth_map(folder / "truth/film.exr", film);
+}
+
+Json capture_json(const DryingOptions& o) {
+  Json json = fixed_capture("drying patch", "min");
+  json["frames"] = {{"pattern", "frames/*.png"}, {"interval", o.interval_min}, {"start", 0}};
+  json["texel_size_mm"] = o.texel_size_mm;
+  return json;
+}
+
+Json truth_json(const DryingOptions& o, const std::string& key) {
+  Json json = truth_header("drying", option_values(o));
+  json["onset"] = {{"file", "onset.exr"}, {"unit", "min"}, {"outside", -1}};
+  json["film"] = {{"file", "film.exr"}, {"unit", "mm"}};
+  json["frames"] = Json::array();
+  for (int i = 0; i < o.num_frames; ++i) {
+    Json frame{{"time", i * o.interval_min}};
+    for (const char* name : {"albedo", "wetness", "specular"})
+      frame[name] = truth_file(name, i).lexically_relative("truth").generic_string();
+    json["frames"].push_back(std::move(frame));
+  }
+  json["key"] = key;
+  return json;
+}
+
+/// Measured on 160 x 128 and 640 x 512 pixels.
+constexpr CostModel kFrameCost{0.03, 1.85e-6, 23.0, 45.0};
+
+}  // namespace
+
+JobPlan plan_drying(const DryingOptions& options, const fs::path& output) {
+  const auto patch = std::make_shared<const DryingPatch>(options);
+  JobInputs inputs("synth drying", 1);
+  inputs.add_options(option_values(options));
+  JobPlan plan = inputs.plan(output, "truth/truth.json");
+  const JobCost cost = kFrameCost.of(static_cast<double>(options.width) * options.height);
+  for (int i = 0; i < options.num_frames; ++i) {
+    plan.items.push_back(
+        {.name = "frame-" + digits(i),
+         .outputs = {photo_file(i), truth_file("albedo", i), truth_file("wetness", i), truth_file("specular", i)},
+         .run = [patch, i](const fs::path& folder,
+                           const RunControl& control) { run_frame(*patch, i, folder, control); },
+         .cost = cost});
+  }
+  plan.items.push_back({.name = "truth",
+                        .outputs = {"truth/onset.exr", "truth/film.exr"},
+                        .run = [patch](const fs::path& folder, const RunControl&) { run_maps(*patch, folder); },
+                        .cost = cost});
+  plan.join_cost = kSmallCost.of();
+  plan.join = [options, key = plan.key](const fs::path& folder, const RunControl&) {
+    save_json(folder / "capture.json", capture_json(options));
+    save_json(folder / "truth/truth.json", truth_json(options, key));
+  };
+  return plan;
+}
+
+}  // namespace patinate::datasets

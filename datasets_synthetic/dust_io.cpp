@@ -1,0 +1,122 @@
+#include "datasets_synthetic/dust_io.h"
+
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "datasets_synthetic/project_io.h"
+#include "libcommon/job/cost_model.h"
+#include "libcommon/job/job_inputs.h"
+#include "patinate/core/json.h"
+#include "patinate/image/image_io.h"
+#include "patinate/mesh_files/mesh_io.h"
+
+namespace patinate::datasets {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string control_name(const DustOptions& o) {
+  return std::string(kDustFollowsNames.at(static_cast<std::size_t>(o.follows)));
+}
+
+void run_frame(const DustyObject& object, int frame, const fs::path& folder, const RunControl& control) {
+  const DustOptions& o = object.options();
+  const double time = frame * o.interval_d;
+  save_photograph(folder / photo_file(frame), dust_photo(object, time, control), o.noise, o.seed, frame);
+  ImageF albedo(o.width, o.height, 3), cover(o.width, o.height), specular(o.width, o.height, 2);
+  for (int y = 0; y < o.height; ++y) {
+    for (int x = 0; x < o.width; ++x) {
+      const std::optional<DustPlace> place = object.place(Vec2(x, y));
+      if (!place) continue;
+      const DustLook look = object.look(*place, time);
+      for (int c = 0; c < 3; ++c) albedo.at(x, y, c) = static_cast<float>(look.albedo[c]);
+      cover.at(x, y) = static_cast<float>(look.cover);
+      specular.at(x, y, 0) = static_cast<float>(look.specular);
+      specular.at(x, y, 1) = static_cast<float>(look.roughness);
+    }
+  }
+  save_truth_map(folder / truth_file("albedo", frame), albedo);
+  save_truth_map(folder / truth_file("cover", frame), cover);
+  save_truth_map(folder / truth_file("specular", frame), specular);
+}
+
+void run_maps(const DustyObject& object, const fs::path& folder, const RunControl& control) {
+  const DustView view = dust_view(object, control);
+  fs::create_directories(folder / "truth");
+  write_obj(folder / "mesh.obj", object.mesh());
+  write_codes(folder / "mask.png", view.mask);
+  const ImageF& followed = object.options().follows == DustFollows::Facing ? view.facing : view.exposure;
+  save_truth_map(folder / (control_name(object.options()) + ".exr"), followed);
+  write_exr(folder / "truth/position.exr", view.position_mm, {"X", "Y", "Z"}, ExrDepth::Float);
+  write_exr(folder / "truth/normal.exr", view.normal, {"X", "Y", "Z"}, ExrDepth::Float);
+  save_truth_map(folder / "truth/facing.exr", view.facing);
+  save_truth_map(folder / "truth/exposure.exr", view.exposure);
+  save_truth_map(folder / "truth/light.exr", view.light);
+}
+
+Json capture_json(const DustyObject& object) {
+  const DustOptions& o = object.options();
+  Json json = fixed_capture("dusty urn", "d");
+  json["frames"] = {{"pattern", "frames/*.png"}, {"interval", o.interval_d}, {"start", 0}};
+  json["mask"] = "mask.png";
+  json["unit"] = "mm";
+  json["scan"] = {{"mesh", "mesh.obj"}, {"camera", camera_json(object.camera())}};
+  json["controls"] = Json::array({{{"name", control_name(o)},
+                                   {"file", control_name(o) + ".exr"},
+                                   {"unit", o.follows == DustFollows::Facing ? "cosine" : "share"}}});
+  return json;
+}
+
+Json truth_json(const DustOptions& o, const std::string& key) {
+  Json json = truth_header("dust", option_values(o));
+  json["dust_albedo"] = vector_json(kDustAlbedo);
+  json["frames"] = Json::array();
+  for (int i = 0; i < o.num_frames; ++i) {
+    Json frame{{"time", i * o.interval_d}};
+    for (const char* name : {"albedo", "cover", "specular"})
+      frame[name] = truth_file(name, i).lexically_relative("truth").generic_string();
+    json["frames"].push_back(std::move(frame));
+  }
+  json["key"] = key;
+  return json;
+}
+
+/// Of any item, each of which makes the urn first: by texel of its atlas, measured on 80 x 100 and 320 x 400 pixels.
+constexpr CostModel kObjectCost{0.75, 1.2e-5, 64.0, 32.0};
+
+}  // namespace
+
+JobPlan plan_dust(const DustOptions& options, const fs::path& output) {
+  check_ranges(options);
+  JobInputs inputs("synth dust", 1);
+  inputs.add_options(option_values(options));
+  JobPlan plan = inputs.plan(output, "truth/truth.json");
+  const JobCost cost = kObjectCost.of(std::pow(dust_atlas_side(options), 2));
+  const auto object = std::make_shared<MadeOnce<DustyObject>>(
+      [options](const RunControl& control) { return DustyObject(options, control); });
+  for (int i = 0; i < options.num_frames; ++i) {
+    plan.items.push_back(
+        {.name = "frame-" + digits(i),
+         .outputs = {photo_file(i), truth_file("albedo", i), truth_file("cover", i), truth_file("specular", i)},
+         .run = [object, i](const fs::path& folder,
+                            const RunControl& control) { run_frame(object->get(control), i, folder, control); },
+         .cost = cost});
+  }
+  plan.items.push_back({.name = "truth",
+                        .outputs = {"mesh.obj", "mask.png", control_name(options) + ".exr", "truth/position.exr",
+                                    "truth/normal.exr", "truth/facing.exr", "truth/exposure.exr", "truth/light.exr"},
+                        .run = [object](const fs::path& folder,
+                                        const RunControl& control) { run_maps(object->get(control), folder, control); },
+                        .cost = cost});
+  plan.join_cost = cost;
+  plan.join = [options, object, key = plan.key](const fs::path& folder, const RunControl& control) {
+    save_json(folder / "capture.json", capture_json(object->get(control)));
+    save_json(folder / "truth/truth.json", truth_json(options, key));
+  };
+  return plan;
+}
+
+}  // namespace patinate::datasets

@@ -22,7 +22,7 @@ constexpr double kStrongCorrelation = 0.8;
 std::string number(double v) { return short_number_text(rounded(v, 4) + 0.0); }
 std::string number(const std::optional<double>& v) { return v ? number(*v) : "-"; }
 
-const std::string& name_of(const FitTask& task, std::size_t i) { return task.parameters[i].range.name; }
+const std::string& name_of(const FitTask& task, std::size_t i) { return shown_name(task.parameters[i]); }
 
 /// A scan found something better than the search.
 bool is_beaten(const FitOutcome& o) {
@@ -88,8 +88,10 @@ std::string misfit_chart(const std::string& name, std::span<const Section> befor
 
 std::string scan_chart(const FitTask& task, const FitOutcome& o, std::size_t i) {
   const FitParameter& p = task.parameters[i];
-  Chart chart{
-      .title = p.range.name, .x_label = p.range.name, .y_label = "objective", .log_x = p.range.scale == FitScale::Log};
+  Chart chart{.title = shown_name(p),
+              .x_label = shown_name(p),
+              .y_label = "objective",
+              .log_x = p.range.scale == FitScale::Log};
   const auto line_of = [&](const std::string& name, const std::vector<BoxPoint>& list) {
     std::map<double, double> least{{o.best.values[i], *o.best.result.objective}};
     for (const BoxPoint& at : list) {
@@ -211,7 +213,7 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   for (std::size_t i = 0; i < task.parameters.size(); ++i) {
     const FitParameter& p = task.parameters[i];
     rows.push_back(
-        {p.range.name,
+        {name_of(task, i),
          number(p.range.low) + " to " + number(p.range.high) + (p.range.scale == FitScale::Log ? " (log)" : ""),
          number(o.initial.values[i]), number(o.best.values[i]), verdict_text(task, o, i)});
   }
@@ -232,6 +234,17 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   for (const std::string& text : correlated_pairs(task, o)) page.paragraph(text);
   if (!o.no_valley.empty() && task.parameters.size() > 1)
     page.paragraph("Whether parameters make up for each other is not known: " + o.no_valley + ".");
+}
+
+/// Where in the scene file the numbers stand that the page calls by words.
+void add_pointers(HtmlPage& page, const FitTask& task) {
+  std::vector<std::vector<std::string>> rows;
+  for (const FitParameter& p : task.parameters) {
+    if (shown_name(p) != p.range.name) rows.push_back({shown_name(p), p.range.name});
+  }
+  if (rows.empty()) return;
+  page.heading("Where the numbers stand in the scene");
+  page.table({"parameter", "JSON pointer"}, rows);
 }
 
 void add_methods(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
@@ -311,7 +324,7 @@ void write_fit_page(const std::filesystem::path& folder, const FitTask& task, co
   }
   if (!scans.empty()) page.heading("Along each parameter");
   for (const std::size_t i : scans) {
-    std::string name = name_of(task, i).substr(1);  // A JSON pointer.
+    std::string name = task.parameters[i].range.name.substr(1);  // A JSON pointer.
     std::replace(name.begin(), name.end(), '/', '_');
     draw("along_" + (is_file_name(name) ? name : std::to_string(i + 1)), scan_chart(task, o, i));
   }
@@ -322,6 +335,7 @@ void write_fit_page(const std::filesystem::path& folder, const FitTask& task, co
     if (section.name == kMisfitSection) add_misfit(page, section);
     if (section.name == "controls") draw_curves(section, draw);
   }
+  add_pointers(page, task);
   add_methods(page, task, o);
   page.heading("Provenance");
   page.paragraph("This page is repeated, byte for byte, by");

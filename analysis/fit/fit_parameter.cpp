@@ -64,6 +64,10 @@ FitRange read_fit_range(JsonReader json) {
   return range;
 }
 
+const std::string& shown_name(const FitParameter& parameter) {
+  return parameter.words.empty() ? parameter.range.name : parameter.words;
+}
+
 std::string start_problem(const FitParameter& parameter) {
   const FitRange& r = parameter.range;
   if (parameter.start >= r.low && parameter.start <= r.high) return "";

@@ -30,7 +30,11 @@ struct FitParameter {
   double start = 0.0;          ///< In the range.
   bool is_whole = false;       ///< Only whole numbers.
   bool is_appearance = false;  ///< Another value needs no new aging, only another appearance of what has aged.
+  std::string words = {};      ///< What the model calls it, "" where it has no words for it.
 };
+
+/// How pages and messages call it: in words where there are any.
+[[nodiscard]] const std::string& shown_name(const FitParameter& parameter);
 
 /// What is wrong with where it starts, "" if nothing.
 [[nodiscard]] std::string start_problem(const FitParameter& parameter);

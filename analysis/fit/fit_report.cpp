@@ -46,6 +46,7 @@ Json parameter_json(const FitTask& task, const FitOutcome& o, std::size_t i) {
   const FitParameter& p = task.parameters[i];
   const ParameterVerdict& v = o.verdicts[i];
   return Json{{"pointer", p.range.name},
+              {"name", shown_name(p)},
               {"range", {p.range.low, p.range.high}},
               {"scale", kFitScaleNames[static_cast<std::size_t>(p.range.scale)]},
               {"needs_aging", !p.is_appearance},

@@ -123,6 +123,8 @@ class Fit(unittest.TestCase):
             self.assertEqual(found[pointer]["determination"], "determined", pointer)
             self.assertTrue(found[pointer]["interval"][0] <= value <= found[pointer]["interval"][1], found[pointer])
         self.assertEqual(found["/appearance/metal/strength"]["determination"], "without_effect")
+        self.assertEqual([p["name"] for p in found.values()], ["rule patina: rate", "appearance of patina: strength", "appearance of metal: strength"])
+        self.assertIn("rule patina: rate: 0.1 -> ", result.stderr)
         self.assertIn("no figure changes", result.stderr)
         self.assertLess(json.loads(result.stdout)["objective"]["after"], 0.1 * json.loads(result.stdout)["objective"]["before"])
 
@@ -144,6 +146,8 @@ class Fit(unittest.TestCase):
         page = (WORK / "run/report.html").read_text()
         self.assertFalse("http:" in page)
         self.assertIn("<svg", page)
+        self.assertIn("<td>rule patina: rate</td>", page)
+        self.assertIn("<td>appearance of patina: strength</td><td>/appearance/patina/strength</td>", page.replace("\n", ""))
         rows = (WORK / "run/evaluations.csv").read_text().splitlines()
         self.assertEqual(rows[0], "evaluation,appearance,/rules/0/rate,/appearance/patina/strength,objective,color_distribution [Delta E 1976],problem")
         self.assertGreater(len(rows), 80)

@@ -151,7 +151,7 @@ int cmd_fit(CommandRun& run) {
              " before, " + text(held_out.at("after")) +
              " after; the last frame seen, held: " + text(held_out.at("last_frame")));
   for (const Json& p : report.at("parameters"))
-    run.note(p.at("pointer").get<std::string>() + ": " + text(p.at("initial")) + " -> " + text(p.at("best")) + "; " +
+    run.note(p.at("name").get<std::string>() + ": " + text(p.at("initial")) + " -> " + text(p.at("best")) + "; " +
              p.at("verdict").get<std::string>());
   const bool is_converged = report.at("evaluations").at("converged").get<bool>();
   const std::string not_converged = "not converged: " + std::to_string(budget.evaluations) +

@@ -125,6 +125,16 @@ std::vector<double> FitWork::chances(const fs::path& folder) {
   return draws;
 }
 
+std::vector<std::vector<double>> FitWork::scan_values(const std::vector<double>& best, std::size_t i) const {
+  std::vector<std::vector<double>> list;
+  for (const double place : scan_places(unit_at(task.parameters[i], best[i]), task.options.scan)) {
+    std::vector<double> values = best;
+    values[i] = value_at(task.parameters[i], place);
+    list.push_back(std::move(values));
+  }
+  return list;
+}
+
 BoxPoint FitWork::box_point(const FitPoint& p) const {
   BoxPoint out{.at = {}, .objective = p.result.objective.value_or(std::numeric_limits<double>::infinity())};
   for (std::size_t i = 0; i < p.values.size(); ++i) out.at.push_back(unit_at(task.parameters[i], p.values[i]));

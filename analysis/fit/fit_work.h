@@ -69,6 +69,9 @@ class FitWork {
   /// What chance makes of the objective at the best: of the items seed-1, seed-2, ...
   [[nodiscard]] std::vector<double> chances(const std::filesystem::path& folder);
 
+  /// Values of all parameters at places along one, the others as at the best.
+  [[nodiscard]] std::vector<std::vector<double>> scan_values(const std::vector<double>& best, std::size_t i) const;
+
   [[nodiscard]] BoxPoint box_point(const FitPoint& p) const;
   /// Where the search has been, and how it slopes there.
   struct Ground {

@@ -1,0 +1,130 @@
+#include "analysis/fit/fit_outcome.h"
+
+#include "analysis/compare/sections.h"
+#include "analysis/fit/chance.h"
+#include "analysis/fit/fit_report.h"
+#include "analysis/fit/misfit.h"
+#include "analysis/report/report_page.h"
+
+namespace patinate::analysis {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// What a comparison says of the history with some values.
+struct Compared {
+  std::vector<Section> sections;
+  MisfitMaps misfit;
+  std::optional<double> held_out;  ///< On frames that no search saw.
+};
+
+/// Writes the history with some values.
+Compared compared(FitWork& work, const std::string& name, const std::vector<double>& values, const fs::path& folder,
+                  const std::string& key, const RunControl& control) {
+  const ComposeWith compose = work.task.age(values, 0, control.part(0.0, 0.6));
+  RunControl quiet = control;
+  quiet.on_progress = {};
+  const AgedSurface surface = compose(values, quiet);
+  write_surface(folder / name, surface, key + "-" + name);
+  const CompareOptions options = compare_options(work.task.objective);
+  const ComparedPair pair = load_pair(open_series(work.task.history).series, open_series(folder / name).series, options,
+                                      control.part(0.6, 0.7));
+  std::vector<Section> sections{look_section(pair), colors_section(pair, options, control.part(0.7, 0.9)),
+                                controls_section(pair, options, control.part(0.9, 1.0))};
+  for (Section& section : sections) embed_pictures(section.pictures, folder / kJobWorkFolder / (name + ".png"));
+  const FitObjective* held_out = work.ready(quiet).held_out;
+  return {std::move(sections), misfit_maps(pair, quiet),
+          held_out ? (*held_out)(surface, quiet).objective : std::nullopt};
+}
+
+/// The last frame that the search saw, held: what any model has to be better than.
+std::optional<double> last_frame_held(const FitObjective& held_out, const FitTask& task, const RunControl& control) {
+  const SeriesFile file = open_series(task.history);
+  const double first = file.series.facts().frames.front().time;
+  double last = first;
+  for (const FrameFacts& f : file.series.facts().frames) {
+    if (f.time <= *task.objective.until) last = f.time;
+  }
+  AgedSurface surface{.name = file.series.name(),
+                      .time_unit = file.series.facts().time_unit,
+                      .texel_size_mm = file.series.pixel_mm(),
+                      .times = {first},
+                      .colors = {file.series.sample(last)},
+                      .mask = file.series.mask(last),
+                      .controls = {}};
+  for (const ControlFacts& c : file.series.facts().controls)
+    surface.controls.push_back({.parameter = c, .values = file.series.control(c.name)});
+  return held_out(surface, control).objective;
+}
+
+FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
+  FitOutcome outcome;
+  outcome.searched = work.searched(folder);
+  outcome.best = work.best(folder);
+  outcome.initial = outcome.searched.front().points.front();
+  outcome.num_planned = work.budget.evaluations;
+  outcome.is_converged = work.aged.empty() ? outcome.searched.front().is_converged
+                                           : work.standing(folder, work.num_generations()).search.is_converged();
+  for (int s = 1; s <= work.task.options.seeds; ++s)
+    outcome.seeds.push_back(work.record(folder, "seed-" + std::to_string(s)));
+  outcome.chances = work.chances(folder);
+
+  const FitWork::Ground& ground = work.ground(folder);
+  std::vector<BoxPoint> tried = ground.tried;
+  outcome.valley = ground.valley;
+  outcome.no_valley = ground.no_valley;
+  outcome.scans.resize(work.task.parameters.size());
+  outcome.profiles.resize(work.task.parameters.size());
+  const auto add = [&](std::size_t i, const FitPoint& p, BoxScans& lists) {
+    lists[i].push_back(work.box_point(p));
+    tried.push_back(lists[i].back());
+  };
+  if (work.task.options.scan > 0) {
+    for (const std::size_t i : work.aged) {
+      for (int k = 0; k < work.task.options.scan; ++k) {
+        const FitEvaluation e = work.record(folder, "scan-" + std::to_string(i) + "-" + std::to_string(k));
+        for (std::size_t q = 0; q < e.points.size(); ++q)
+          add(i, e.points[q], q == 0 ? outcome.scans : outcome.profiles);
+        if (e.chance) outcome.chances.push_back(*e.chance);
+      }
+    }
+    if (!work.appearance.empty()) {
+      const FitEvaluation e = work.record(folder, "scan-appearance");
+      std::size_t next = 0;
+      for (const std::size_t i : work.appearance) {
+        const std::size_t count = work.scan_values(outcome.best.values, i).size();
+        for (std::size_t k = 0; k < count && next < e.points.size(); ++k) add(i, e.points[next++], outcome.scans);
+      }
+    }
+  }
+  outcome.threshold = untellable_objective(*outcome.best.result.objective, outcome.chances,
+                                           static_cast<int>(work.task.parameters.size())) -
+                      *outcome.best.result.objective;
+  outcome.verdicts = determine(work.box_point(outcome.best), tried, outcome.scans, outcome.profiles, outcome.threshold);
+  return outcome;
+}
+
+}  // namespace
+
+void join_fit(FitWork& work, const fs::path& folder, const std::string& key, const RunControl& control) {
+  FitOutcome outcome = outcome_of(work, folder);
+  const Compared before = compared(work, "before", work.start, folder, key, control.part(0.0, 0.5));
+  Compared after = compared(work, "after", outcome.best.values, folder, key, control.part(0.5, 1.0));
+  Section misfit{.name = kMisfitSection, .title = "Where the model lacks colors"};
+  misfit.pictures = misfit_pictures(before.misfit, after.misfit);
+  embed_pictures(misfit.pictures, folder / kJobWorkFolder / "misfit.png");
+  after.sections.push_back(std::move(misfit));
+  if (const FitObjective* held_out = work.ready(control).held_out) {
+    outcome.held_out = HeldOut{.num_times = held_out->num_times(),
+                               .before = before.held_out,
+                               .after = after.held_out,
+                               .other_seeds = {},
+                               .last_frame = last_frame_held(*held_out, work.task, {})};
+    for (const FitEvaluation& e : outcome.seeds) outcome.held_out->other_seeds.push_back(e.held_out);
+  }
+  work.task.write_model(folder, outcome.best.values);
+  write_fit_report(folder, work.task, outcome, before.sections, after.sections, key);
+}
+
+}  // namespace patinate::analysis

@@ -20,6 +20,10 @@ inline constexpr const char* kFitReportFile = "report.json";
 inline constexpr const char* kFitPageFile = "report.html";
 inline constexpr const char* kFitDrawingsFolder = "curves";
 inline constexpr const char* kFitTableFile = "evaluations.csv";
+/// With frames held out: pictures of the last compared of them, captured and simulated with the best values.
+inline constexpr const char* kHeldOutFolder = "held_out";
+inline constexpr const char* kHeldOutCaptured = "captured.png";
+inline constexpr const char* kHeldOutSimulated = "simulated.png";
 
 struct FitOptions {
   int evaluations = 0;  ///< Budget of the search; 0 = 100 for each parameter that is searched. When all parameters are
@@ -63,7 +67,7 @@ struct FitTask {
 };
 
 /// report.html, report.json, evaluations.csv, evaluations/*.json, the model's file, and `before` and `after`: histories
-/// with the starting and the best values.
+/// with the starting and the best values; with frames held out also pictures in `held_out`.
 /// @throws InvalidInput if the history cannot be compared with the outline (FitObjective), a start lies outside its
 /// range or the budget is below the least; IoError.
 [[nodiscard]] JobPlan plan_fit(FitTask task, const std::filesystem::path& output);
@@ -75,6 +79,7 @@ struct HeldOutFrames {
   std::optional<double> after;       ///< With the best values.
   std::vector<double> other_seeds;   ///< The best values with other seeds, where there is an objective.
   std::optional<double> last_frame;  ///< The history's last frame that was seen, held.
+  std::string shown = {};            ///< "480 min", the time of the pictures; "" where there are none.
 };
 
 /// What `report.json` says of a finished folder, as far as others need it.

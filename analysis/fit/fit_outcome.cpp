@@ -5,6 +5,8 @@
 #include "analysis/fit/fit_report.h"
 #include "analysis/fit/misfit.h"
 #include "analysis/report/report_page.h"
+#include "libcommon/core/text.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::analysis {
 
@@ -16,7 +18,9 @@ namespace {
 struct Compared {
   std::vector<Section> sections;
   MisfitMaps misfit;
-  std::optional<double> held_out;  ///< On frames that no search saw.
+  std::optional<double> held_out;        ///< On frames that no search saw.
+  ImageF last_captured, last_simulated;  ///< At the last compared time.
+  std::string last_time;                 ///< With its unit.
 };
 
 /// Writes the history with some values.
@@ -34,8 +38,13 @@ Compared compared(FitWork& work, const std::string& name, const std::vector<doub
                                 controls_section(pair, options, control.part(0.9, 1.0))};
   for (Section& section : sections) embed_pictures(section.pictures, folder / kJobWorkFolder / (name + ".png"));
   const FitObjective* held_out = work.ready(quiet).held_out;
-  return {std::move(sections), misfit_maps(pair, quiet),
-          held_out ? (*held_out)(surface, quiet).objective : std::nullopt};
+  const std::size_t last = pair.a.num_times() - 1;
+  return {.sections = std::move(sections),
+          .misfit = misfit_maps(pair, quiet),
+          .held_out = held_out ? (*held_out)(surface, quiet).objective : std::nullopt,
+          .last_captured = pair.a.rgb_image(last),
+          .last_simulated = pair.b.rgb_image(last),
+          .last_time = short_number_text(rounded(pair.a.times[last], 4)) + " " + pair.time_unit};
 }
 
 /// The last frame that the search saw, held: what any model has to be better than.
@@ -120,7 +129,11 @@ void join_fit(FitWork& work, const fs::path& folder, const std::string& key, con
                                .before = before.held_out,
                                .after = after.held_out,
                                .other_seeds = {},
-                               .last_frame = last_frame_held(*held_out, work.task, {})};
+                               .last_frame = last_frame_held(*held_out, work.task, {}),
+                               .shown = after.last_time};
+    fs::create_directories(folder / kHeldOutFolder);
+    write_srgb8(folder / kHeldOutFolder / kHeldOutCaptured, after.last_captured);
+    write_srgb8(folder / kHeldOutFolder / kHeldOutSimulated, after.last_simulated);
     for (const FitEvaluation& e : outcome.seeds) outcome.held_out->other_seeds.push_back(e.held_out);
   }
   work.task.write_model(folder, outcome.best.values);

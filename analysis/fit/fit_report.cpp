@@ -86,7 +86,8 @@ Json held_out_json(const FitTask& task, const FitOutcome& o) {
               {"before", optional_json(o.held_out->before)},
               {"after", optional_json(o.held_out->after)},
               {"other_seeds", seeds},
-              {"last_frame", optional_json(o.held_out->last_frame)}};
+              {"last_frame", optional_json(o.held_out->last_frame)},
+              {"shown", o.held_out->shown}};
 }
 
 std::optional<HeldOutFrames> read_held_out(JsonReader json) {
@@ -102,6 +103,7 @@ std::optional<HeldOutFrames> read_held_out(JsonReader json) {
   for (const JsonReader& seed : json.member("other_seeds").elements()) {
     if (const std::optional<double> v = optional(seed)) frames.other_seeds.push_back(*v);
   }
+  if (json.has("shown")) frames.shown = json.member("shown").string();
   return frames;
 }
 

@@ -20,6 +20,7 @@ struct HeldOut {
   std::optional<double> before, after;             ///< With the starting and with the best values.
   std::vector<std::optional<double>> other_seeds;  ///< The best values, another seed each.
   std::optional<double> last_frame;                ///< The history's last frame that was seen, held: no model at all.
+  std::string shown = {};                          ///< "480 min", the time of the pictures.
 };
 
 struct FitOutcome {

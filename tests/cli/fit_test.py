@@ -87,6 +87,10 @@ class Rank(unittest.TestCase):
         self.assertAlmostEqual(report["last_frame"], held_out["last_frame"], places=6)
         for file in ("report.html", "report.json", "ranking.csv"):
             self.assertTrue((WORK / "ranked" / file).is_file(), file)
+        page = (WORK / "ranked/report.html").read_text()
+        self.assertEqual(page.count("src=\"data:image/png"), 3)  # Captured, and by each of the two.
+        for said in (">captured, 6 h<", ">start, 6 h: ", ">idle, 6 h: "):
+            self.assertIn(said, page)
         rows = (WORK / "ranked/ranking.csv").read_text().splitlines()
         self.assertEqual([row.split(",")[0] for row in rows], ["model", "start", "idle"])
         self.assertIn("up to date", patinate("rank", f"idle_{first}", f"start_{first}", "-o", "ranked").stderr)

@@ -33,10 +33,13 @@ constexpr CostModel kEvaluationCost{0.03, 1.8e-6, 31.0, 180.0}, kJoinCost{0.45, 
 constexpr double kAppearance_seconds = 2.5e-7;
 
 JobCost cost_of(const FitWork& work, const CostModel& model, int num_agings, int num_appearances) {
-  const SurfaceOutline& o = work.task.outline;
-  const double seen = static_cast<double>(o.width) * o.height * static_cast<double>(o.times.size());
+  double seen = 0.0, aging_seconds = 0.0;
+  for (const FitCapture& c : work.task.captures) {
+    seen += static_cast<double>(c.outline.width) * c.outline.height * static_cast<double>(c.outline.times.size());
+    aging_seconds += c.aging_seconds;
+  }
   JobCost cost = model.of(seen);
-  cost.core_seconds += num_agings * work.task.aging_seconds + kAppearance_seconds * seen * num_appearances;
+  cost.core_seconds += num_agings * aging_seconds + kAppearance_seconds * seen * num_appearances;
   return cost;
 }
 
@@ -152,11 +155,30 @@ void add_scans(const std::shared_ptr<FitWork>& work, int seeds_stage, JobPlan& p
       cost_of(*work, kEvaluationCost, 1, options.scan * static_cast<int>(work->appearance.size()))));
 }
 
-void add_search_inputs(const FitTask& task, const SeriesFile& series, JobInputs& inputs) {
-  inputs.add_content("history", "HISTORY", series.key());
+/// Says what is wrong with them before work starts.
+std::vector<SeriesFile> checked_captures(const FitTask& task) {
+  std::vector<SeriesFile> files;
+  for (const FitCapture& c : task.captures) {
+    files.push_back(open_series(c.history));
+    const TextureSeries& series = files.back().series;
+    const TextureSeries& first = files.front().series;
+    if (task.objective.until && series.facts().time_unit != first.facts().time_unit)
+      throw InvalidInput("--until: " + task.captures.front().name + " counts time in " +
+                         std::string(time_unit_text(first.facts().time_unit)) + ", " + c.name + " in " +
+                         std::string(time_unit_text(series.facts().time_unit)));
+    (void)FitObjective(series, c.outline, task.terms, task.objective);
+    if (task.objective.until) (void)FitObjective(series, c.outline, task.terms, task.objective, FitFrames::HeldOut);
+  }
+  return files;
+}
+
+void add_search_inputs(const FitTask& task, const std::vector<SeriesFile>& series, JobInputs& inputs) {
+  for (std::size_t c = 0; c < series.size(); ++c)
+    inputs.add_content("history", series.size() == 1 ? "HISTORY" : task.captures[c].name, series[c].key());
   task.add_inputs(inputs);
-  for (const FitParameter& p : task.parameters) {
-    inputs.add_value("--vary " + p.range.name,
+  for (std::size_t i = 0; i < task.parameters.size(); ++i) {
+    const FitParameter& p = task.parameters[i];
+    inputs.add_value((p.capture ? "--own " : "--vary ") + column_of(task, i),
                      number_text(p.range.low) + ":" + number_text(p.range.high) + ":" +
                          std::string(kFitScaleNames[static_cast<std::size_t>(p.range.scale)]));
   }
@@ -168,6 +190,15 @@ void add_search_inputs(const FitTask& task, const SeriesFile& series, JobInputs&
 }
 
 }  // namespace
+
+std::string file_of_capture(std::size_t num_captures, const std::string& stem, std::size_t capture) {
+  return num_captures == 1 ? stem : stem + "_" + std::to_string(capture + 1);
+}
+
+std::string column_of(const FitTask& task, std::size_t parameter) {
+  const FitParameter& p = task.parameters[parameter];
+  return p.range.name + (p.capture ? " (" + task.captures[*p.capture].name + ")" : "");
+}
 
 void describe(OptionVisitor& v, FitOptions& o) {
   v.visit({"evaluations", "Budget of the search; 0 = 100 for each parameter that is searched", "", between(0, 1e6)},
@@ -220,11 +251,7 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
   for (const FitParameter& p : task.parameters) {
     if (const std::string problem = start_problem(p); !problem.empty()) throw InvalidInput(problem);
   }
-  const SeriesFile series = open_series(task.history);
-  // Says what is wrong before work starts.
-  (void)FitObjective(series.series, task.outline, task.terms, task.objective);
-  if (task.objective.until)
-    (void)FitObjective(series.series, task.outline, task.terms, task.objective, FitFrames::HeldOut);
+  const std::vector<SeriesFile> series = checked_captures(task);
   JobInputs search_inputs("fit search", kStageVersion), inputs("fit", kStageVersion);
   add_search_inputs(task, series, search_inputs);
   add_search_inputs(task, series, inputs);

@@ -86,7 +86,7 @@ class FitWork {
   double keep(const FitEvaluation& e, std::size_t origin);
 
   std::mutex mutex_, search_mutex_;
-  std::optional<FitObjective> objective_, held_out_;
+  std::vector<FitObjective> objectives_, held_out_;  ///< One a capture, once they are open.
   std::map<std::string, FitEvaluation> records_;
   std::optional<Standing> search_;
   std::optional<Ground> ground_;

@@ -77,7 +77,7 @@ void FitScene::add_parameter(const analysis::FitRange& range) {
   Json& root = *root_;
   const std::string& pointer = range.name;
   const auto fail = [&](const std::string& problem) {
-    if (range.place.empty()) throw UsageError("--vary: " + pointer + ": " + problem);
+    if (range.place.empty()) throw UsageError((range.is_own ? "--own: " : "--vary: ") + pointer + ": " + problem);
     throw IoError(range.place, pointer + " " + problem);
   };
   for (const analysis::FitParameter& p : parameters_) {
@@ -163,7 +163,7 @@ analysis::AgeWith FitScene::age() const {
   return [scene = *this](const std::vector<double>& values, std::uint64_t seed_shift,
                          const RunControl& control) -> analysis::ComposeWith {
     simulation::SceneFile file = scene.read(scene.with(values));
-    file.scene.seed += seed_shift;
+    file.scene.seed += seed_shift + scene.seed_shift_;
     const auto aged = std::make_shared<simulation::AgedFrames>(file, simulation::SimulationOptions{}, control);
     return [scene, aged](const std::vector<double>& appearance_values, const RunControl& appearance_control) {
       analysis::AgedSurface frames{.name = scene.base_->name,
@@ -189,14 +189,22 @@ void FitScene::add_inputs(JobInputs& inputs) const {
   for (const auto& [role, path] : base_->inputs) inputs.add_file(role, path, folder_of(file_));
 }
 
-void FitScene::write(const fs::path& folder, const fs::path& output, const std::vector<double>& values) const {
+FitScene FitScene::with_seed_shift(std::uint64_t shift) const {
+  FitScene scene = *this;
+  scene.seed_shift_ = shift;
+  return scene;
+}
+
+void FitScene::write(const fs::path& folder, const std::string& file, const fs::path& output,
+                     const std::vector<double>& values) const {
   Json json = with(values);
+  if (seed_shift_ > 0) json["seed"] = base_->scene.seed + seed_shift_;
   const fs::path target = fs::weakly_canonical(fs::absolute(output));
   for_each_path(json, [&](Json& path) {
     path = fs::relative(fs::weakly_canonical(fs::absolute(file_.parent_path() / path.get<std::string>())), target)
                .string();
   });
-  save_json(folder / "scene.json", json);
+  save_json(folder / (file + ".json"), json);
 }
 
 }  // namespace patinate::cli

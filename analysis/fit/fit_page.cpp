@@ -213,8 +213,9 @@ void add_captures(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
 }
 
 void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
-  const std::string tried =
-      std::to_string(count_agings(o)) + " simulations and " + std::to_string(count_points(o)) + " appearances of them";
+  const std::string tried = std::to_string(count_agings(o)) + " simulations " +
+                            (task.captures.size() > 1 ? "of each capture " : "") + "and " +
+                            std::to_string(count_points(o)) + " appearances of them";
   page.paragraph("The objective fell from " + number(o.initial.result.objective) + " to " +
                  number(o.best.result.objective) + " in " + tried + (o.is_converged ? "; the search converged." : "."));
   if (!o.is_converged)

@@ -253,6 +253,7 @@ class Fit(unittest.TestCase):
         report = json.loads((WORK / "both/report.json").read_text())
         self.assertEqual([(p["pointer"], p.get("capture")) for p in report["parameters"]], [("/rules/0/rate", None), ("/emitters/0/carries/water", "open"), ("/emitters/0/carries/water", "shaded")])
         self.assertAlmostEqual(report["objective"]["after"], sum(c["after"] for c in report["captures"]) / 2)
+        self.assertIn(" simulations of each capture and ", (WORK / "both/report.html").read_text())
         self.assertEqual(patinate("validate", "both").returncode, 0)
         self.assertRegex(patinate("info", "both").stdout, r"carries/water \(shaded\): *0.8 -> ")
         # Each scene runs from there and gives its history, chance included.

@@ -144,8 +144,7 @@ TEST(FitCaptures, IntervalsHoldTheTruthAndASharedNumberIsKnownMoreCloselyThanFro
     };
     const Json both = fitted(histories, "both");
     num_held += holds(both[0], rate) && holds(both[1], strengths[0]) && holds(both[2], strengths[1]);
-    const Json first = fitted({histories[0]}, "first"), second = fitted({histories[1]}, "second");
-    sum += std::log(width(both[0])) - 0.5 * (std::log(width(first[0])) + std::log(width(second[0])));
+    sum += std::log(width(both[0]) / width(fitted({histories[0]}, "first")[0]));
   }
   RecordProperty("held", num_held);
   RecordProperty("width_of_one", std::to_string(std::exp(sum / kTruths)));

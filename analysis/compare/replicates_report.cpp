@@ -35,7 +35,17 @@ void add_replicates(HtmlPage& page, const ReplicatesProvenance& p, std::size_t s
 
 void add_figures(HtmlPage& page, const ReplicateComparison& comparison) {
   std::vector<std::vector<std::string>> rows, undefined;
+  std::vector<std::string> zeros;
+  const auto is_zero = [](const ReplicateFigure& f) {
+    return f.difference && f.difference->between == 0.0 && f.difference->within_a == 0.0 &&
+           f.difference->within_b == 0.0;
+  };
   for (const ReplicateFigure& f : comparison.figures) {
+    if (is_zero(f)) zeros.push_back(f.what.title);
+  }
+  const bool are_told_at_once = zeros.size() >= kFewestZeros;
+  for (const ReplicateFigure& f : comparison.figures) {
+    if (are_told_at_once && is_zero(f)) continue;
     if (!f.difference) {
       undefined.push_back({f.what.title, f.what.undefined});
       continue;
@@ -49,9 +59,11 @@ void add_figures(HtmlPage& page, const ReplicateComparison& comparison) {
   page.paragraph(
       "A to B, within A and within B are root mean square distances of two replicates. The effect is what A to B has "
       "more than the others, in squares, over the standard deviation of one replicate: of both sides, of A, of B.");
-  page.table(
-      {"figure", "A to B", "within A", "within B", "effect", "in spreads of A", "in spreads of B", "p", "p (Holm)"},
-      rows);
+  if (are_told_at_once) page.paragraph(zeros_text(zeros, " for every pair of replicates"));
+  if (!rows.empty())
+    page.table(
+        {"figure", "A to B", "within A", "within B", "effect", "in spreads of A", "in spreads of B", "p", "p (Holm)"},
+        rows);
   if (undefined.empty()) return;
   page.paragraph("Figures that not every pair has:");
   page.table({"figure", "why"}, undefined);

@@ -1,19 +1,14 @@
 #include "analysis/fit/fit_job.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "analysis/compare/sections.h"
 #include "analysis/fit/chance.h"
-#include "analysis/fit/determined.h"
-#include "analysis/fit/fit_report.h"
+#include "analysis/fit/fit_outcome.h"
 #include "analysis/fit/fit_search.h"
 #include "analysis/fit/fit_work.h"
-#include "analysis/fit/misfit.h"
-#include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
 #include "libcommon/job/cost_model.h"
 #include "patinate/core/error.h"
@@ -38,10 +33,13 @@ constexpr CostModel kEvaluationCost{0.03, 1.8e-6, 31.0, 180.0}, kJoinCost{0.45, 
 constexpr double kAppearance_seconds = 2.5e-7;
 
 JobCost cost_of(const FitWork& work, const CostModel& model, int num_agings, int num_appearances) {
-  const SurfaceOutline& o = work.task.outline;
-  const double seen = static_cast<double>(o.width) * o.height * static_cast<double>(o.times.size());
+  double seen = 0.0, aging_seconds = 0.0;
+  for (const FitCapture& c : work.task.captures) {
+    seen += static_cast<double>(c.outline.width) * c.outline.height * static_cast<double>(c.outline.times.size());
+    aging_seconds += c.aging_seconds;
+  }
   JobCost cost = model.of(seen);
-  cost.core_seconds += num_agings * work.task.aging_seconds + kAppearance_seconds * seen * num_appearances;
+  cost.core_seconds += num_agings * aging_seconds + kAppearance_seconds * seen * num_appearances;
   return cost;
 }
 
@@ -74,23 +72,12 @@ FitEvaluation evaluate_candidate(const std::shared_ptr<FitWork>& work, const std
   return evaluate(work->ready(control), name, values, search, 0, control);
 }
 
-/// Places along a parameter, the others as at the best.
-std::vector<std::vector<double>> scan_values(const FitWork& work, const std::vector<double>& best, std::size_t i) {
-  std::vector<std::vector<double>> list;
-  for (const double place : scan_places(unit_at(work.task.parameters[i], best[i]), work.task.options.scan)) {
-    std::vector<double> values = best;
-    values[i] = value_at(work.task.parameters[i], place);
-    list.push_back(std::move(values));
-  }
-  return list;
-}
-
 /// The parameter at one of its places: the others held, their appearance searched again, and the others moved along the
 /// valley.
 FitEvaluation scan_place(FitWork& work, const std::string& name, std::size_t i, std::size_t k, const fs::path& folder,
                          const RunControl& control) {
   const std::vector<double> best = work.best(folder).values;
-  const std::vector<std::vector<double>> places = scan_values(work, best, i);
+  const std::vector<std::vector<double>> places = work.scan_values(best, i);
   if (k >= places.size()) return {.name = name, .points = {}, .is_skipped = true};
   const std::vector<double>& held = places[k];
   const FitModel& model = work.ready(control);
@@ -160,7 +147,7 @@ void add_scans(const std::shared_ptr<FitWork>& work, int seeds_stage, JobPlan& p
       [work](const fs::path& folder, const RunControl& control) {
         std::vector<std::vector<double>> all;
         for (const std::size_t i : work->appearance) {
-          for (std::vector<double>& values : scan_values(*work, work->best(folder).values, i))
+          for (std::vector<double>& values : work->scan_values(work->best(folder).values, i))
             all.push_back(std::move(values));
         }
         return evaluate_appearances(work->ready(control), "scan-appearance", all, 0, control);
@@ -168,104 +155,30 @@ void add_scans(const std::shared_ptr<FitWork>& work, int seeds_stage, JobPlan& p
       cost_of(*work, kEvaluationCost, 1, options.scan * static_cast<int>(work->appearance.size()))));
 }
 
-/// What a comparison says of the history with some values.
-struct Compared {
-  std::vector<Section> sections;
-  MisfitMaps misfit;
-  std::optional<double> held_out;  ///< On frames that no search saw.
-};
-
-/// Writes the history with some values.
-Compared compared(FitWork& work, const std::string& name, const std::vector<double>& values, const fs::path& folder,
-                  const std::string& key, const RunControl& control) {
-  const ComposeWith compose = work.task.age(values, 0, control.part(0.0, 0.6));
-  RunControl quiet = control;
-  quiet.on_progress = {};
-  const AgedSurface surface = compose(values, quiet);
-  write_surface(folder / name, surface, key + "-" + name);
-  const CompareOptions options = compare_options(work.task.objective);
-  const ComparedPair pair = load_pair(open_series(work.task.history).series, open_series(folder / name).series, options,
-                                      control.part(0.6, 0.7));
-  std::vector<Section> sections{look_section(pair), colors_section(pair, options, control.part(0.7, 0.9)),
-                                controls_section(pair, options, control.part(0.9, 1.0))};
-  for (Section& section : sections) embed_pictures(section.pictures, folder / kJobWorkFolder / (name + ".png"));
-  const FitObjective* held_out = work.ready(quiet).held_out;
-  return {std::move(sections), misfit_maps(pair, quiet),
-          held_out ? (*held_out)(surface, quiet).objective : std::nullopt};
-}
-
-/// The last frame that the search saw, held: what any model has to be better than.
-std::optional<double> last_frame_held(const FitObjective& held_out, const FitTask& task, const RunControl& control) {
-  const SeriesFile file = open_series(task.history);
-  const double first = file.series.facts().frames.front().time;
-  double last = first;
-  for (const FrameFacts& f : file.series.facts().frames) {
-    if (f.time <= *task.objective.until) last = f.time;
+/// Says what is wrong with them before work starts.
+std::vector<SeriesFile> checked_captures(const FitTask& task) {
+  std::vector<SeriesFile> files;
+  for (const FitCapture& c : task.captures) {
+    files.push_back(open_series(c.history));
+    const TextureSeries& series = files.back().series;
+    const TextureSeries& first = files.front().series;
+    if (task.objective.until && series.facts().time_unit != first.facts().time_unit)
+      throw InvalidInput("--until: " + task.captures.front().name + " counts time in " +
+                         std::string(time_unit_text(first.facts().time_unit)) + ", " + c.name + " in " +
+                         std::string(time_unit_text(series.facts().time_unit)));
+    (void)FitObjective(series, c.outline, task.terms, task.objective);
+    if (task.objective.until) (void)FitObjective(series, c.outline, task.terms, task.objective, FitFrames::HeldOut);
   }
-  AgedSurface surface{.name = file.series.name(),
-                      .time_unit = file.series.facts().time_unit,
-                      .texel_size_mm = file.series.pixel_mm(),
-                      .times = {first},
-                      .colors = {file.series.sample(last)},
-                      .mask = file.series.mask(last),
-                      .controls = {}};
-  for (const ControlFacts& c : file.series.facts().controls)
-    surface.controls.push_back({.parameter = c, .values = file.series.control(c.name)});
-  return held_out(surface, control).objective;
+  return files;
 }
 
-FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
-  FitOutcome outcome;
-  outcome.searched = work.searched(folder);
-  outcome.best = work.best(folder);
-  outcome.initial = outcome.searched.front().points.front();
-  outcome.num_planned = work.budget.evaluations;
-  outcome.is_converged = work.aged.empty() ? outcome.searched.front().is_converged
-                                           : work.standing(folder, work.num_generations()).search.is_converged();
-  for (int s = 1; s <= work.task.options.seeds; ++s)
-    outcome.seeds.push_back(work.record(folder, "seed-" + std::to_string(s)));
-  outcome.chances = work.chances(folder);
-
-  const FitWork::Ground& ground = work.ground(folder);
-  std::vector<BoxPoint> tried = ground.tried;
-  outcome.valley = ground.valley;
-  outcome.no_valley = ground.no_valley;
-  outcome.scans.resize(work.task.parameters.size());
-  outcome.profiles.resize(work.task.parameters.size());
-  const auto add = [&](std::size_t i, const FitPoint& p, BoxScans& lists) {
-    lists[i].push_back(work.box_point(p));
-    tried.push_back(lists[i].back());
-  };
-  if (work.task.options.scan > 0) {
-    for (const std::size_t i : work.aged) {
-      for (int k = 0; k < work.task.options.scan; ++k) {
-        const FitEvaluation e = work.record(folder, "scan-" + std::to_string(i) + "-" + std::to_string(k));
-        for (std::size_t q = 0; q < e.points.size(); ++q)
-          add(i, e.points[q], q == 0 ? outcome.scans : outcome.profiles);
-        if (e.chance) outcome.chances.push_back(*e.chance);
-      }
-    }
-    if (!work.appearance.empty()) {
-      const FitEvaluation e = work.record(folder, "scan-appearance");
-      std::size_t next = 0;
-      for (const std::size_t i : work.appearance) {
-        const std::size_t count = scan_values(work, outcome.best.values, i).size();
-        for (std::size_t k = 0; k < count && next < e.points.size(); ++k) add(i, e.points[next++], outcome.scans);
-      }
-    }
-  }
-  outcome.threshold = untellable_objective(*outcome.best.result.objective, outcome.chances,
-                                           static_cast<int>(work.task.parameters.size())) -
-                      *outcome.best.result.objective;
-  outcome.verdicts = determine(work.box_point(outcome.best), tried, outcome.scans, outcome.profiles, outcome.threshold);
-  return outcome;
-}
-
-void add_search_inputs(const FitTask& task, const SeriesFile& series, JobInputs& inputs) {
-  inputs.add_content("history", "HISTORY", series.key());
+void add_search_inputs(const FitTask& task, const std::vector<SeriesFile>& series, JobInputs& inputs) {
+  for (std::size_t c = 0; c < series.size(); ++c)
+    inputs.add_content("history", series.size() == 1 ? "HISTORY" : task.captures[c].name, series[c].key());
   task.add_inputs(inputs);
-  for (const FitParameter& p : task.parameters) {
-    inputs.add_value("--vary " + p.range.name,
+  for (std::size_t i = 0; i < task.parameters.size(); ++i) {
+    const FitParameter& p = task.parameters[i];
+    inputs.add_value((p.capture ? "--own " : "--vary ") + column_of(task, i),
                      number_text(p.range.low) + ":" + number_text(p.range.high) + ":" +
                          std::string(kFitScaleNames[static_cast<std::size_t>(p.range.scale)]));
   }
@@ -277,6 +190,15 @@ void add_search_inputs(const FitTask& task, const SeriesFile& series, JobInputs&
 }
 
 }  // namespace
+
+std::string file_of_capture(std::size_t num_captures, const std::string& stem, std::size_t capture) {
+  return num_captures == 1 ? stem : stem + "_" + std::to_string(capture + 1);
+}
+
+std::string column_of(const FitTask& task, std::size_t parameter) {
+  const FitParameter& p = task.parameters[parameter];
+  return p.range.name + (p.capture ? " (" + task.captures[*p.capture].name + ")" : "");
+}
 
 void describe(OptionVisitor& v, FitOptions& o) {
   v.visit({"evaluations", "Budget of the search; 0 = 100 for each parameter that is searched", "", between(0, 1e6)},
@@ -329,11 +251,7 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
   for (const FitParameter& p : task.parameters) {
     if (const std::string problem = start_problem(p); !problem.empty()) throw InvalidInput(problem);
   }
-  const SeriesFile series = open_series(task.history);
-  // Says what is wrong before work starts.
-  (void)FitObjective(series.series, task.outline, task.terms, task.objective);
-  if (task.objective.until)
-    (void)FitObjective(series.series, task.outline, task.terms, task.objective, FitFrames::HeldOut);
+  const std::vector<SeriesFile> series = checked_captures(task);
   JobInputs search_inputs("fit search", kStageVersion), inputs("fit", kStageVersion);
   add_search_inputs(task, series, search_inputs);
   add_search_inputs(task, series, inputs);
@@ -378,23 +296,7 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
   add_scans(work, 1 + work->num_generations(), plan);
   plan.join_cost = cost_of(*work, kJoinCost, 2, 2);
   plan.join = [work, key = plan.key](const fs::path& folder, const RunControl& control) {
-    FitOutcome outcome = outcome_of(*work, folder);
-    const Compared before = compared(*work, "before", work->start, folder, key, control.part(0.0, 0.5));
-    Compared after = compared(*work, "after", outcome.best.values, folder, key, control.part(0.5, 1.0));
-    Section misfit{.name = kMisfitSection, .title = "Where the model lacks colors"};
-    misfit.pictures = misfit_pictures(before.misfit, after.misfit);
-    embed_pictures(misfit.pictures, folder / kJobWorkFolder / "misfit.png");
-    after.sections.push_back(std::move(misfit));
-    if (const FitObjective* held_out = work->ready(control).held_out) {
-      outcome.held_out = HeldOut{.num_times = held_out->num_times(),
-                                 .before = before.held_out,
-                                 .after = after.held_out,
-                                 .other_seeds = {},
-                                 .last_frame = last_frame_held(*held_out, work->task, {})};
-      for (const FitEvaluation& e : outcome.seeds) outcome.held_out->other_seeds.push_back(e.held_out);
-    }
-    work->task.write_model(folder, outcome.best.values);
-    write_fit_report(folder, work->task, outcome, before.sections, after.sections, key);
+    join_fit(*work, folder, key, control);
   };
   return plan;
 }

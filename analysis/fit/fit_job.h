@@ -20,6 +20,10 @@ inline constexpr const char* kFitReportFile = "report.json";
 inline constexpr const char* kFitPageFile = "report.html";
 inline constexpr const char* kFitDrawingsFolder = "curves";
 inline constexpr const char* kFitTableFile = "evaluations.csv";
+/// With frames held out: pictures of the last compared of them, captured and simulated with the best values.
+inline constexpr const char* kHeldOutFolder = "held_out";
+inline constexpr const char* kHeldOutCaptured = "captured.png";
+inline constexpr const char* kHeldOutSimulated = "simulated.png";
 
 struct FitOptions {
   int evaluations = 0;  ///< Budget of the search; 0 = 100 for each parameter that is searched. When all parameters are
@@ -45,27 +49,43 @@ struct FitBudget {
 [[nodiscard]] std::string budget_problem(const FitBudget& budget);
 [[nodiscard]] FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_t num_appearance);
 
-struct FitTask {
-  std::filesystem::path history;         ///< Or a transfer.
-  std::string model_name;                ///< For the report.
-  std::vector<FitParameter> parameters;  ///< At least one; names differ.
-  SurfaceOutline outline;
-  AgeWith age;
+/// A captured history, and the model of it.
+struct FitCapture {
+  std::filesystem::path history;  ///< Or a transfer.
+  std::string name = {};          ///< For the report, where there are several; they differ.
+  SurfaceOutline outline = {};
+  /// Takes the values of those parameters that all captures share or that are its own, in their order. Chance is to be
+  /// another one in every capture.
+  AgeWith age = {};
   double aging_seconds = 0.0;  ///< About what one takes, for plans.
+  /// The model's own file with these values, those that `age` takes. @param file  Name without extension.
+  std::function<void(const std::filesystem::path& folder, const std::string& file, const std::vector<double>& values)>
+      write_model = {};
+};
+
+struct FitTask {
+  std::string model_name;                ///< For the report.
+  std::vector<FitParameter> parameters;  ///< At least one; names differ, or captures.
+  std::vector<FitCapture> captures;      ///< At least one. The objective is the mean of theirs.
   std::vector<FitTerm> terms;
   ObjectiveOptions objective;
   FitOptions options;
-  std::uint64_t seed = 0;                             ///< Of the search.
-  std::function<void(JobInputs& inputs)> add_inputs;  ///< All that the model depends on beside its parameters' values.
-  std::function<void(const std::filesystem::path& folder, const std::vector<double>& values)>
-      write_model;      ///< The model's own file with these values.
+  std::uint64_t seed = 0;  ///< Of the search.
+  std::function<void(JobInputs& inputs)>
+      add_inputs;       ///< All that the models depend on beside their parameters' values.
   std::string command;  ///< What repeats it, for the report; no part of the key.
 };
 
+/// What a capture's files are called: "after", or "after_2" where there are several. @param capture  Counted from 0.
+[[nodiscard]] std::string file_of_capture(std::size_t num_captures, const std::string& stem, std::size_t capture);
+/// A parameter in tables: "/rules/0/rate", or "/rules/0/rate (shaded)" where it is that capture's own.
+[[nodiscard]] std::string column_of(const FitTask& task, std::size_t parameter);
+
 /// report.html, report.json, evaluations.csv, evaluations/*.json, the model's file, and `before` and `after`: histories
-/// with the starting and the best values.
-/// @throws InvalidInput if the history cannot be compared with the outline (FitObjective), a start lies outside its
-/// range or the budget is below the least; IoError.
+/// with the starting and the best values; with frames held out of one capture also pictures in `held_out`. Of several
+/// captures each has its model's file and its histories (file_of_capture()).
+/// @throws InvalidInput if a history cannot be compared with its outline (FitObjective), a start lies outside its
+/// range, frames are held out of histories with different units of time, or the budget is below the least; IoError.
 [[nodiscard]] JobPlan plan_fit(FitTask task, const std::filesystem::path& output);
 
 /// Objectives of the frames after `until`, which no search saw.
@@ -75,19 +95,21 @@ struct HeldOutFrames {
   std::optional<double> after;       ///< With the best values.
   std::vector<double> other_seeds;   ///< The best values with other seeds, where there is an objective.
   std::optional<double> last_frame;  ///< The history's last frame that was seen, held.
+  std::string shown = {};            ///< "480 min", the time of the pictures; "" where there are none.
 };
 
 /// What `report.json` says of a finished folder, as far as others need it.
 struct FitManifest {
-  std::string history, history_key, model;
+  std::string history, history_key, model;                     ///< Of several captures: "open and shaded", all keys.
   std::vector<std::pair<std::string, double>> terms;           ///< Figures of the objective with their weights.
   std::vector<std::pair<std::string, std::string>> comparing;  ///< ObjectiveOptions but `until`, as text.
   std::optional<HeldOutFrames> held_out;
-  std::vector<std::string> parameters, verdicts;
+  std::vector<std::string> parameters, verdicts;  ///< As column_of() calls them.
   std::vector<double> initial, best;
   double objective_before = 0.0, objective_after = 0.0;
   int evaluations = 0;
   bool is_converged = false;
+  std::size_t num_captures = 1;
   std::string key;
 };
 /// @throws IoError

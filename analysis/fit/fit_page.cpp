@@ -22,7 +22,7 @@ constexpr double kStrongCorrelation = 0.8;
 std::string number(double v) { return short_number_text(rounded(v, 4) + 0.0); }
 std::string number(const std::optional<double>& v) { return v ? number(*v) : "-"; }
 
-const std::string& name_of(const FitTask& task, std::size_t i) { return task.parameters[i].range.name; }
+const std::string& name_of(const FitTask& task, std::size_t i) { return shown_name(task.parameters[i]); }
 
 /// A scan found something better than the search.
 bool is_beaten(const FitOutcome& o) {
@@ -88,8 +88,10 @@ std::string misfit_chart(const std::string& name, std::span<const Section> befor
 
 std::string scan_chart(const FitTask& task, const FitOutcome& o, std::size_t i) {
   const FitParameter& p = task.parameters[i];
-  Chart chart{
-      .title = p.range.name, .x_label = p.range.name, .y_label = "objective", .log_x = p.range.scale == FitScale::Log};
+  Chart chart{.title = shown_name(p),
+              .x_label = shown_name(p),
+              .y_label = "objective",
+              .log_x = p.range.scale == FitScale::Log};
   const auto line_of = [&](const std::string& name, const std::vector<BoxPoint>& list) {
     std::map<double, double> least{{o.best.values[i], *o.best.result.objective}};
     for (const BoxPoint& at : list) {
@@ -134,9 +136,10 @@ std::vector<std::string> correlated_pairs(const FitTask& task, const FitOutcome&
   return out;
 }
 
-void add_comparison(HtmlPage& page, const Section& look_before, const Section& look_after,
+/// @param of_whom  ": shaded", "" where there is one capture.
+void add_comparison(HtmlPage& page, const std::string& of_whom, const Section& look_before, const Section& look_after,
                     const std::vector<FigureChange>& changes) {
-  page.heading("Before and after");
+  page.heading("Before and after" + of_whom);
   page.paragraph("The captured surface; the simulated one with the starting values; the simulated one with the best.");
   page.picture({look_before.pictures.at(0).source, "captured"});
   page.picture({look_before.pictures.at(1).source, "simulated, before"});
@@ -151,8 +154,8 @@ void add_comparison(HtmlPage& page, const Section& look_before, const Section& l
       "black against the white.");
 }
 
-void add_misfit(HtmlPage& page, const Section& section) {
-  page.heading(section.title);
+void add_misfit(HtmlPage& page, const std::string& of_whom, const Section& section) {
+  page.heading(section.title + of_whom);
   page.paragraph(
       "Each place of the captured surface by how far its color has to move when the distribution of colors becomes the "
       "simulation's, regardless of position. The mean of the squares is the square of the distance between the "
@@ -194,9 +197,25 @@ void add_held_out(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
                                             : "The best values come no nearer than the last frame does.");
 }
 
+/// How near each of several captures is.
+void add_captures(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
+  if (task.captures.size() == 1) return;
+  std::vector<std::vector<std::string>> rows;
+  for (std::size_t c = 0; c < task.captures.size(); ++c)
+    rows.push_back({task.captures[c].name, number(o.initial.captures[c]), number(o.best.captures[c]),
+                    number(1.0 / static_cast<double>(task.captures.size()))});
+  page.heading("Capture by capture");
+  page.paragraph(
+      "One search for all captures: the objective is the mean of theirs, each of equal weight. Numbers without a "
+      "capture's name are shared; each capture has chance of its own, so that what they share is known more closely "
+      "than from one of them.");
+  page.table({"capture", "objective before", "after", "weight"}, rows);
+}
+
 void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
-  const std::string tried =
-      std::to_string(count_agings(o)) + " simulations and " + std::to_string(count_points(o)) + " appearances of them";
+  const std::string tried = std::to_string(count_agings(o)) + " simulations " +
+                            (task.captures.size() > 1 ? "of each capture " : "") + "and " +
+                            std::to_string(count_points(o)) + " appearances of them";
   page.paragraph("The objective fell from " + number(o.initial.result.objective) + " to " +
                  number(o.best.result.objective) + " in " + tried + (o.is_converged ? "; the search converged." : "."));
   if (!o.is_converged)
@@ -211,7 +230,7 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   for (std::size_t i = 0; i < task.parameters.size(); ++i) {
     const FitParameter& p = task.parameters[i];
     rows.push_back(
-        {p.range.name,
+        {name_of(task, i),
          number(p.range.low) + " to " + number(p.range.high) + (p.range.scale == FitScale::Log ? " (log)" : ""),
          number(o.initial.values[i]), number(o.best.values[i]), verdict_text(task, o, i)});
   }
@@ -232,6 +251,17 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   for (const std::string& text : correlated_pairs(task, o)) page.paragraph(text);
   if (!o.no_valley.empty() && task.parameters.size() > 1)
     page.paragraph("Whether parameters make up for each other is not known: " + o.no_valley + ".");
+}
+
+/// Where in the scene file the numbers stand that the page calls by words.
+void add_pointers(HtmlPage& page, const FitTask& task) {
+  std::vector<std::vector<std::string>> rows;
+  for (const FitParameter& p : task.parameters) {
+    if (shown_name(p) != p.range.name) rows.push_back({shown_name(p), p.range.name});
+  }
+  if (rows.empty()) return;
+  page.heading("Where the numbers stand in the scene");
+  page.table({"parameter", "JSON pointer"}, rows);
 }
 
 void add_methods(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
@@ -284,10 +314,10 @@ std::string verdict_text(const FitTask& task, const FitOutcome& o, std::size_t i
   return interval_text(task, o, i) + (o.is_converged || !is_examined ? "" : " (not converged)");
 }
 
-void write_fit_page(const std::filesystem::path& folder, const FitTask& task, const FitOutcome& o,
-                    std::span<const Section> before, std::span<const Section> after,
-                    const std::vector<FigureChange>& changes) {
-  HtmlPage page(task.model_name + " fitted to " + open_series(task.history).series.name());
+void write_fit_page(const std::filesystem::path& folder, const std::string& title, const FitTask& task,
+                    const FitOutcome& o, std::span<const CaptureSections> captures,
+                    std::span<const std::vector<FigureChange>> changes) {
+  HtmlPage page(title);
   const auto draw = [&](const std::string& name, const std::string& svg) {
     std::filesystem::create_directories(folder / kFitDrawingsFolder);
     write_atomically(folder / kFitDrawingsFolder / (name + ".svg"), svg_document(svg));
@@ -303,6 +333,7 @@ void write_fit_page(const std::filesystem::path& folder, const FitTask& task, co
                     std::string(kFitFigureUnits[which])});
   }
   page.table({"fitted figure", "weight", "before", "after", "unit"}, rows);
+  add_captures(page, task, o);
   add_held_out(page, task, o);
   const auto is_scanned = [&](std::size_t i) { return o.verdicts[i].determination != Determination::NotExamined; };
   std::vector<std::size_t> scans;
@@ -311,17 +342,27 @@ void write_fit_page(const std::filesystem::path& folder, const FitTask& task, co
   }
   if (!scans.empty()) page.heading("Along each parameter");
   for (const std::size_t i : scans) {
-    std::string name = name_of(task, i).substr(1);  // A JSON pointer.
+    std::string name = task.parameters[i].range.name.substr(1);  // A JSON pointer.
     std::replace(name.begin(), name.end(), '/', '_');
-    draw("along_" + (is_file_name(name) ? name : std::to_string(i + 1)), scan_chart(task, o, i));
+    name = "along_" + (is_file_name(name) ? name : std::to_string(i + 1));
+    draw(task.parameters[i].capture ? file_of_capture(task.captures.size(), name, *task.parameters[i].capture) : name,
+         scan_chart(task, o, i));
   }
-  add_comparison(page, before.front(), after.front(), changes);
-  const std::string misfit = misfit_chart("color_distribution", before, after);
-  if (!misfit.empty()) draw("misfit", misfit);
-  for (const Section& section : after) {
-    if (section.name == kMisfitSection) add_misfit(page, section);
-    if (section.name == "controls") draw_curves(section, draw);
+  for (std::size_t c = 0; c < captures.size(); ++c) {
+    const auto& [before, after] = captures[c];
+    const std::string of_whom = captures.size() > 1 ? ": " + task.captures[c].name : "";
+    const auto draw_of_capture = [&](const std::string& name, const std::string& svg) {
+      draw(file_of_capture(task.captures.size(), name, c), svg);
+    };
+    add_comparison(page, of_whom, before.front(), after.front(), changes[c]);
+    const std::string misfit = misfit_chart("color_distribution", before, after);
+    if (!misfit.empty()) draw_of_capture("misfit", misfit);
+    for (const Section& section : after) {
+      if (section.name == kMisfitSection) add_misfit(page, of_whom, section);
+      if (section.name == "controls") draw_curves(section, draw_of_capture);
+    }
   }
+  add_pointers(page, task);
   add_methods(page, task, o);
   page.heading("Provenance");
   page.paragraph("This page is repeated, byte for byte, by");

@@ -22,10 +22,10 @@ struct FigureChange {
 [[nodiscard]] std::string verdict_text(const FitTask& task, const FitOutcome& outcome, std::size_t index);
 
 /// Writes it, everything inside, and its drawings as files of their own: curves/search.svg, misfit.svg and
-/// along_rules_0_rate.svg for each number that was examined. @param before, after  As for write_fit_report(). @throws
-/// CannotComplete
-void write_fit_page(const std::filesystem::path& folder, const FitTask& task, const FitOutcome& outcome,
-                    std::span<const Section> before, std::span<const Section> after,
-                    const std::vector<FigureChange>& changes);
+/// along_rules_0_rate.svg for each number that was examined; with several captures misfit_2.svg and along_..._2.svg are
+/// the second's. @param captures, changes  One each. @throws CannotComplete
+void write_fit_page(const std::filesystem::path& folder, const std::string& title, const FitTask& task,
+                    const FitOutcome& outcome, std::span<const CaptureSections> captures,
+                    std::span<const std::vector<FigureChange>> changes);
 
 }  // namespace patinate::analysis

@@ -22,9 +22,9 @@ std::string problem_of(const FitRange& range) {
 
 }  // namespace
 
-FitRange parse_fit_range(const std::string& text) {
+FitRange parse_fit_range(const std::string& text, const std::string& option) {
   const auto fail = [&](const std::string& expected) -> ParseError {
-    return ParseError("--vary: found `" + text + "`; expected " + expected);
+    return ParseError(option + ": found `" + text + "`; expected " + expected);
   };
   const std::size_t equals = text.rfind('=');
   if (equals == std::string::npos) throw fail("POINTER=LOW:HIGH[:log], such as /rules/0/rate=0.01:1:log");
@@ -45,7 +45,7 @@ FitRange parse_fit_range(const std::string& text) {
     range.scale = static_cast<FitScale>(found - kFitScaleNames.begin());
   }
   if (const std::string problem = problem_of(range); !problem.empty())
-    throw ParseError("--vary: `" + text + "`: " + problem);
+    throw ParseError(option + ": `" + text + "`: " + problem);
   return range;
 }
 
@@ -57,11 +57,16 @@ FitRange read_fit_range(JsonReader json) {
   range.low = json.member("low").number();
   range.high = json.member("high").number();
   if (json.has("scale")) range.scale = static_cast<FitScale>(json.member("scale").choice(kFitScaleNames));
+  if (json.has("own")) range.is_own = json.member("own").boolean();
   json.finish();
   range.place = json.file() + ": " + json.pointer();
   if (const std::string problem = problem_of(range); !problem.empty())
     throw IoError(json.file(), json.pointer() + ": " + problem);
   return range;
+}
+
+const std::string& shown_name(const FitParameter& parameter) {
+  return parameter.words.empty() ? parameter.range.name : parameter.words;
 }
 
 std::string start_problem(const FitParameter& parameter) {

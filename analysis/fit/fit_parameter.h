@@ -2,6 +2,7 @@
 /// A number of a model that is to be found: its name, its range, and where in it a value lies.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,10 +20,12 @@ struct FitRange {
   double high = 1.0;                  ///< > low.
   FitScale scale = FitScale::Linear;  ///< Log: low > 0.
   std::string place = {};             ///< "FILE: POINTER" where a file says it, "" from the command line.
+  bool is_own = false;                ///< Each capture has a value of its own.
 };
-/// "/rules/2/rate=0.001:0.1:log". @throws ParseError naming what is wrong.
-[[nodiscard]] FitRange parse_fit_range(const std::string& text);
-/// {"pointer": "/rules/2/rate", "low": 0.001, "high": 0.1, "scale": "log"}. @throws IoError
+/// "/rules/2/rate=0.001:0.1:log". @param option  That gave it, for messages: "--vary". @throws ParseError naming what
+/// is wrong.
+[[nodiscard]] FitRange parse_fit_range(const std::string& text, const std::string& option = "--vary");
+/// {"pointer": "/rules/2/rate", "low": 0.001, "high": 0.1, "scale": "log", "own": true}. @throws IoError
 [[nodiscard]] FitRange read_fit_range(JsonReader json);
 
 struct FitParameter {
@@ -30,7 +33,12 @@ struct FitParameter {
   double start = 0.0;          ///< In the range.
   bool is_whole = false;       ///< Only whole numbers.
   bool is_appearance = false;  ///< Another value needs no new aging, only another appearance of what has aged.
+  std::string words = {};      ///< What the model calls it, "" where it has no words for it.
+  std::optional<std::size_t> capture = {};  ///< The capture whose own number it is; nothing: all share it.
 };
+
+/// How pages and messages call it: in words where there are any.
+[[nodiscard]] const std::string& shown_name(const FitParameter& parameter);
 
 /// What is wrong with where it starts, "" if nothing.
 [[nodiscard]] std::string start_problem(const FitParameter& parameter);

@@ -84,7 +84,6 @@ void require_rankable(std::span<const RankedFit> fits) {
 RankingCase case_of(const RankedFit& f) {
   return {f.fit.history, f.fit.history_key, held_out(f).until, held_out(f).last_frame};
 }
-std::string case_text(const RankingCase& c) { return c.history + " until " + short_number_text(c.until); }
 
 /// Fits by model, in the order of their first mention, and by case.
 std::vector<RankedModel> grouped(std::span<const RankedFit> fits, const std::vector<RankingCase>& cases) {
@@ -135,6 +134,8 @@ std::string interval_text(const Estimate& e) {
 }
 
 }  // namespace
+
+std::string case_text(const RankingCase& c) { return c.history + " until " + short_number_text(c.until); }
 
 bool RankingCase::operator<(const RankingCase& other) const {
   return std::tie(history, history_key, until) < std::tie(other.history, other.history_key, other.until);

@@ -33,6 +33,9 @@ struct RankingCase {
   bool operator<(const RankingCase& other) const;
 };
 
+/// "copper until 300".
+[[nodiscard]] std::string case_text(const RankingCase& ranking_case);
+
 struct RankedModel {
   std::string name = {};                     ///< Of its scene.
   std::vector<std::size_t> fits = {};        ///< One a case, in their order; indices of what was ranked.

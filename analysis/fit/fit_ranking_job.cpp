@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "analysis/fit/fit_ranking.h"
 #include "libcommon/core/csv.h"
@@ -17,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same fits give other figures.
+constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same fits give other figures.
 
 struct Ranked {
   RankingTask task;
@@ -37,6 +38,10 @@ Json estimate_json(const std::optional<Estimate>& e) {
   return Json{{"value", number_json(e->value)}, {"low", number_json(e->low)}, {"high", number_json(e->high)}};
 }
 
+fs::path picture_folder(const Ranked& all, std::size_t fit) {
+  return manifest_folder(all.task.fits[fit], kFitReportFile) / kHeldOutFolder;
+}
+
 /// Mean over the cases of what searches saw.
 double seen(std::span<const RankedFit> fits, const RankedModel& model) {
   double sum = 0.0;
@@ -48,6 +53,33 @@ bool is_converged(const Ranked& all, const RankedModel& model) {
 }
 std::size_t num_numbers(std::span<const RankedFit> fits, const RankedModel& model) {
   return fits[model.fits.front()].fit.parameters.size();
+}
+
+/// The last held-out frame of each case: captured, and by every model that shows one.
+void add_pictures(HtmlPage& page, const Ranked& all) {
+  const Ranking& r = all.ranking;
+  bool is_first = true;
+  for (std::size_t k = 0; k < r.cases.size(); ++k) {
+    std::vector<HtmlPicture> pictures;
+    for (const RankedModel& m : r.models) {
+      const std::size_t i = m.fits[k];
+      const HeldOutFrames& held_out = *all.fits[i].fit.held_out;
+      const fs::path shown = picture_folder(all, i);
+      if (held_out.shown.empty() || !fs::exists(shown / kHeldOutSimulated)) continue;
+      const std::string at = ", " + held_out.shown;
+      if (pictures.empty()) pictures.push_back({data_uri(shown / kHeldOutCaptured), "captured" + at});
+      pictures.push_back({data_uri(shown / kHeldOutSimulated), m.name + at + ": " + number(held_out.after)});
+    }
+    if (pictures.empty()) continue;
+    if (std::exchange(is_first, false)) {
+      page.heading("The last frame held out");
+      page.paragraph(
+          "As captured, and as each model has it with its best values; the number is the objective of all held-out "
+          "frames of the case. No search saw a frame after the time of its case.");
+    }
+    if (r.cases.size() > 1) page.paragraph(case_text(r.cases[k]) + ":");
+    page.pictures(pictures);
+  }
 }
 
 void write_page(const fs::path& folder, const Ranked& all) {
@@ -71,8 +103,9 @@ void write_page(const fs::path& folder, const Ranked& all) {
       "after, mean over other seeds and over the cases, with a 95 % interval of that mean. Farther than the first, and "
       "than the last frame seen, held: differences; those to the first hold together in 95 %. Intervals cover the "
       "seeds of the simulation, not a second surface: the capture is one.");
+  add_pictures(page, all);
   std::vector<std::string> header{"model"};
-  for (const RankingCase& c : r.cases) header.push_back(c.history + " until " + short_number_text(c.until));
+  for (const RankingCase& c : r.cases) header.push_back(case_text(c));
   rows.clear();
   for (const RankedModel& m : r.models) {
     std::vector<std::string>& row = rows.emplace_back(std::vector<std::string>{m.name});
@@ -169,6 +202,8 @@ JobPlan plan_ranking(RankingTask task, const fs::path& output) {
   for (std::size_t i = 0; i < all->fits.size(); ++i) {
     inputs.add_content("fit", all->task.names[i], all->fits[i].fit.key);
     inputs.add_value("fit " + std::to_string(i + 1), all->task.names[i]);
+    // A fit of an earlier version has none.
+    inputs.add_value("pictures " + std::to_string(i + 1), fs::exists(picture_folder(*all, i)) ? "yes" : "no");
   }
   all->ranking = rank_fits(all->fits);
   JobPlan plan = inputs.plan(output, kRankingReportFile);

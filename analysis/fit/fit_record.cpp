@@ -9,7 +9,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMostPoints = 1'000'000;
+constexpr std::size_t kMostPoints = 1'000'000, kMostCaptures = 1000;
 
 Json optional_json(const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); }
 
@@ -34,6 +34,7 @@ Json evaluation_json(const FitEvaluation& evaluation) {
     Json figures = Json::array();
     for (const std::optional<double>& f : p.result.figures) figures.push_back(optional_json(f));
     Json point{{"values", p.values}, {"objective", optional_json(p.result.objective)}, {"figures", figures}};
+    for (const std::optional<double>& c : p.captures) point["captures"].push_back(optional_json(c));
     if (!p.result.problem.empty()) point["problem"] = p.result.problem;
     points.push_back(std::move(point));
   }
@@ -60,6 +61,10 @@ FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num
     const JsonReader figures = point.member("figures");
     for (const JsonReader& f : figures.elements(num_terms)) p.result.figures.push_back(read_optional(f));
     if (p.result.figures.size() != num_terms) figures.fail("an array of " + std::to_string(num_terms));
+    if (point.has("captures")) {
+      for (const JsonReader& c : point.member("captures").elements(kMostCaptures))
+        p.captures.push_back(read_optional(c));
+    }
     if (point.has("problem")) p.result.problem = point.member("problem").string();
     point.finish();
     evaluation.points.push_back(std::move(p));
@@ -68,11 +73,12 @@ FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num
   return evaluation;
 }
 
-std::string evaluations_csv(std::span<const FitEvaluation> evaluations, std::span<const FitParameter> parameters,
-                            std::span<const FitTerm> terms) {
+std::string evaluations_csv(std::span<const FitEvaluation> evaluations, std::span<const std::string> parameters,
+                            std::span<const std::string> captures, std::span<const FitTerm> terms) {
   std::string text = "evaluation,appearance";
-  for (const FitParameter& p : parameters) text += "," + csv_cell(p.range.name);
+  for (const std::string& p : parameters) text += "," + csv_cell(p);
   text += ",objective";
+  for (const std::string& c : captures) text += "," + csv_cell("objective of " + c);
   for (const FitTerm& t : terms) {
     const auto which = static_cast<std::size_t>(t.figure);
     text += "," + csv_cell(std::string(kFitFigureNames[which]) + " [" + std::string(kFitFigureUnits[which]) + "]");
@@ -84,6 +90,8 @@ std::string evaluations_csv(std::span<const FitEvaluation> evaluations, std::spa
       text += e.name + "," + std::to_string(i);
       for (double v : e.points[i].values) text += "," + number_text(v);
       text += "," + number(e.points[i].result.objective);
+      for (std::size_t c = 0; c < captures.size(); ++c)
+        text += "," + (c < e.points[i].captures.size() ? number(e.points[i].captures[c]) : std::string());
       for (const std::optional<double>& f : e.points[i].result.figures) text += "," + number(f);
       text += "," + csv_cell(e.points[i].result.problem) + "\n";
     }

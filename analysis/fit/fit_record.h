@@ -18,6 +18,7 @@ namespace patinate::analysis {
 struct FitPoint {
   std::vector<double> values;  ///< Of all parameters, in order.
   ObjectiveValue result;
+  std::vector<std::optional<double>> captures = {};  ///< Objective of each; none where there is one.
 };
 
 /// One aging and the appearances tried for it: at least one, all with the same values of what needs aging.
@@ -38,9 +39,11 @@ struct FitEvaluation {
 [[nodiscard]] FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num_parameters,
                                             std::size_t num_terms);
 
-/// A header and a line a point: evaluation, appearance, every parameter, objective, every figure, problem. Undefined
-/// ones are empty.
+/// A header and a line a point: evaluation, appearance, every parameter, objective, that of every capture where there
+/// are several, every figure, problem. Undefined ones are empty.
+/// @param parameters, captures  Their names; of one capture none.
 [[nodiscard]] std::string evaluations_csv(std::span<const FitEvaluation> evaluations,
-                                          std::span<const FitParameter> parameters, std::span<const FitTerm> terms);
+                                          std::span<const std::string> parameters,
+                                          std::span<const std::string> captures, std::span<const FitTerm> terms);
 
 }  // namespace patinate::analysis

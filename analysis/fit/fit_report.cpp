@@ -13,7 +13,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::vector<FigureChange> figure_changes(std::span<const Section> before, std::span<const Section> after) {
+std::vector<FigureChange> figure_changes(const CaptureSections& capture) {
+  const auto& [before, after] = capture;
   std::map<std::string, std::optional<double>> values;
   for (const Section& s : after) {
     for (const Figure& f : s.figures) values[f.name] = as_stated(f).value;
@@ -45,16 +46,38 @@ Json change_json(const FigureChange& change) {
 Json parameter_json(const FitTask& task, const FitOutcome& o, std::size_t i) {
   const FitParameter& p = task.parameters[i];
   const ParameterVerdict& v = o.verdicts[i];
-  return Json{{"pointer", p.range.name},
-              {"range", {p.range.low, p.range.high}},
-              {"scale", kFitScaleNames[static_cast<std::size_t>(p.range.scale)]},
-              {"needs_aging", !p.is_appearance},
-              {"initial", o.initial.values[i]},
-              {"best", o.best.values[i]},
-              {"interval", {value_at(p, v.low), value_at(p, v.high)}},
-              {"determination", kDeterminationNames[static_cast<std::size_t>(v.determination)]},
-              {"effect", v.effect},
-              {"verdict", verdict_text(task, o, i)}};
+  Json json{{"pointer", p.range.name},
+            {"name", shown_name(p)},
+            {"range", {p.range.low, p.range.high}},
+            {"scale", kFitScaleNames[static_cast<std::size_t>(p.range.scale)]},
+            {"needs_aging", !p.is_appearance},
+            {"initial", o.initial.values[i]},
+            {"best", o.best.values[i]},
+            {"interval", {value_at(p, v.low), value_at(p, v.high)}},
+            {"determination", kDeterminationNames[static_cast<std::size_t>(v.determination)]},
+            {"effect", v.effect},
+            {"verdict", verdict_text(task, o, i)}};
+  if (p.capture) json["capture"] = task.captures[*p.capture].name;
+  return json;
+}
+
+/// Name and key of the history, or of all together.
+Json history_json(const std::vector<SeriesFile>& files, const FitTask& task) {
+  if (files.size() == 1) return Json{{"name", files.front().series.name()}, {"key", files.front().key()}};
+  std::string keys;
+  for (const SeriesFile& file : files) keys += (keys.empty() ? "" : " ") + file.key();
+  return Json{{"name", captures_text(task)}, {"key", keys}};
+}
+
+Json captures_json(const std::vector<SeriesFile>& files, const FitTask& task, const FitOutcome& o) {
+  Json list = Json::array();
+  for (std::size_t c = 0; c < files.size(); ++c)
+    list.push_back({{"name", task.captures[c].name},
+                    {"history", files[c].series.name()},
+                    {"key", files[c].key()},
+                    {"before", optional_json(o.initial.captures[c])},
+                    {"after", optional_json(o.best.captures[c])}});
+  return list;
 }
 
 Json objective_json(const FitTask& task, const FitOutcome& o) {
@@ -85,7 +108,8 @@ Json held_out_json(const FitTask& task, const FitOutcome& o) {
               {"before", optional_json(o.held_out->before)},
               {"after", optional_json(o.held_out->after)},
               {"other_seeds", seeds},
-              {"last_frame", optional_json(o.held_out->last_frame)}};
+              {"last_frame", optional_json(o.held_out->last_frame)},
+              {"shown", o.held_out->shown}};
 }
 
 std::optional<HeldOutFrames> read_held_out(JsonReader json) {
@@ -101,6 +125,7 @@ std::optional<HeldOutFrames> read_held_out(JsonReader json) {
   for (const JsonReader& seed : json.member("other_seeds").elements()) {
     if (const std::optional<double> v = optional(seed)) frames.other_seeds.push_back(*v);
   }
+  if (json.has("shown")) frames.shown = json.member("shown").string();
   return frames;
 }
 
@@ -116,40 +141,62 @@ int count_points(const FitOutcome& o) {
   return static_cast<int>(n);
 }
 
-void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutcome& o, std::span<const Section> before,
-                      std::span<const Section> after, const std::string& key) {
-  const std::vector<FigureChange> changes = figure_changes(before, after);
-  const SeriesFile captured = open_series(task.history);
-  const TextureSeries& series = captured.series;
-  write_fit_page(folder, task, o, before, after, changes);
-  write_atomically(folder / kFitTableFile, evaluations_csv(o.searched, task.parameters, task.terms));
+std::string captures_text(const FitTask& task) {
+  std::string text;
+  for (std::size_t c = 0; c < task.captures.size(); ++c)
+    text += (c == 0 ? "" : c + 1 == task.captures.size() ? " and " : ", ") + task.captures[c].name;
+  return text;
+}
 
+void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutcome& o,
+                      std::span<const CaptureSections> captures, const std::string& key) {
+  const bool are_several = captures.size() > 1;
+  std::vector<SeriesFile> files;
+  std::vector<std::vector<FigureChange>> changes;
+  std::vector<std::string> parameter_names, capture_names;
   Json parameters = Json::array(), options = Json::object(), figures = Json::array();
-  for (const FigureChange& change : changes) figures.push_back(change_json(change));
-  for (std::size_t i = 0; i < task.parameters.size(); ++i) parameters.push_back(parameter_json(task, o, i));
+  for (std::size_t c = 0; c < captures.size(); ++c) {
+    files.push_back(open_series(task.captures[c].history));
+    if (are_several) capture_names.push_back(task.captures[c].name);
+    changes.push_back(figure_changes(captures[c]));
+    for (const FigureChange& change : changes.back()) {
+      figures.push_back(change_json(change));
+      if (are_several) figures.back()["capture"] = task.captures[c].name;
+    }
+  }
+  for (std::size_t i = 0; i < task.parameters.size(); ++i) {
+    parameters.push_back(parameter_json(task, o, i));
+    parameter_names.push_back(column_of(task, i));
+  }
+  const std::string title =
+      task.model_name + " fitted to " + (are_several ? captures_text(task) : files.front().series.name());
+  write_fit_page(folder, title, task, o, captures, changes);
+  write_atomically(folder / kFitTableFile, evaluations_csv(o.searched, parameter_names, capture_names, task.terms));
   for (const auto& [name, value] : option_values(task.objective)) options[name] = value;
   for (const auto& [name, value] : option_values(task.options)) options[name] = value;
   options["seed"] = std::to_string(task.seed);
   Json correlation = nullptr;
   if (o.valley) correlation = o.valley->correlation;
-  save_json(folder / kFitReportFile, Json{{"format", "patinate.fit"},
-                                          {"version", 2},
-                                          {"model", task.model_name},
-                                          {"history", {{"name", series.name()}, {"key", captured.key()}}},
-                                          {"objective", objective_json(task, o)},
-                                          {"held_out", held_out_json(task, o)},
-                                          {"parameters", parameters},
-                                          {"correlation", correlation},
-                                          {"no_correlation", o.no_valley},
-                                          {"evaluations",
-                                           {{"planned", o.num_planned},
-                                            {"agings", count_agings(o)},
-                                            {"appearance_evaluations", count_points(o)},
-                                            {"converged", o.is_converged}}},
-                                          {"figures", figures},
-                                          {"options", options},
-                                          {"command", task.command},
-                                          {"key", key}});
+  Json report{{"format", "patinate.fit"},
+              {"version", 2},
+              {"model", task.model_name},
+              {"history", history_json(files, task)},
+              {"objective", objective_json(task, o)},
+              {"held_out", held_out_json(task, o)},
+              {"parameters", parameters},
+              {"correlation", correlation},
+              {"no_correlation", o.no_valley},
+              {"evaluations",
+               {{"planned", o.num_planned},
+                {"agings", count_agings(o)},
+                {"appearance_evaluations", count_points(o)},
+                {"converged", o.is_converged}}},
+              {"figures", figures},
+              {"options", options},
+              {"command", task.command},
+              {"key", key}};
+  if (are_several) report["captures"] = captures_json(files, task, o);
+  save_json(folder / kFitReportFile, report);
 }
 
 FitManifest read_fit_manifest(const fs::path& path) {
@@ -177,6 +224,7 @@ FitManifest read_fit_manifest(const fs::path& path) {
   m.objective_after = objective.member("after").number(at_least(0));
   for (JsonReader& p : json.member("parameters").elements(100)) {
     m.parameters.push_back(p.member("pointer").string());
+    if (p.has("capture")) m.parameters.back() += " (" + p.member("capture").string() + ")";
     m.verdicts.push_back(p.member("verdict").string());
     m.initial.push_back(p.member("initial").number());
     m.best.push_back(p.member("best").number());
@@ -184,6 +232,7 @@ FitManifest read_fit_manifest(const fs::path& path) {
   JsonReader evaluations = json.member("evaluations");
   m.evaluations = static_cast<int>(evaluations.member("agings").integer(at_least(0)));
   m.is_converged = evaluations.member("converged").boolean();
+  if (json.has("captures")) m.num_captures = json.member("captures").elements().size();
   m.key = json.member("key").string();
   return m;
 }

@@ -20,6 +20,7 @@ struct HeldOut {
   std::optional<double> before, after;             ///< With the starting and with the best values.
   std::vector<std::optional<double>> other_seeds;  ///< The best values, another seed each.
   std::optional<double> last_frame;                ///< The history's last frame that was seen, held: no model at all.
+  std::string shown = {};                          ///< "480 min", the time of the pictures.
 };
 
 struct FitOutcome {
@@ -38,14 +39,22 @@ struct FitOutcome {
   std::optional<HeldOut> held_out;  ///< With ObjectiveOptions::until.
 };
 
+/// What a comparison says of a capture with the starting and with the best values: sections with a `source` in every
+/// picture, the first of them the look.
+struct CaptureSections {
+  std::vector<Section> before, after;
+};
+
+/// "open, shaded and dry".
+[[nodiscard]] std::string captures_text(const FitTask& task);
+
 /// Simulations that the search made, and appearances of them.
 [[nodiscard]] int count_agings(const FitOutcome& outcome);
 [[nodiscard]] int count_points(const FitOutcome& outcome);
 
-/// Writes report.html (everything inside), report.json and evaluations.csv.
-/// @param before, after  What a comparison says of the history with the starting and with the best values: sections
-/// with a `source` in every picture, the first of them the look. @throws CannotComplete
+/// Writes report.html (everything inside), report.json and evaluations.csv. @param captures  One each. @throws
+/// CannotComplete
 void write_fit_report(const std::filesystem::path& folder, const FitTask& task, const FitOutcome& outcome,
-                      std::span<const Section> before, std::span<const Section> after, const std::string& key);
+                      std::span<const CaptureSections> captures, const std::string& key);
 
 }  // namespace patinate::analysis

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "analysis/fit/multi_start.h"
 #include "patinate/core/error.h"
@@ -10,60 +11,86 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::uint32_t kLookPurpose = 1u << 20;  ///< Plus the evaluation's number.
+constexpr std::uint32_t kLookPurpose = 1u << 20;          ///< Plus the evaluation's number.
+constexpr std::uint64_t kDeviationsOfCapture = 1u << 24;  ///< Draws of one capture's deviations, apart from another's.
 
-/// The means over several seeds.
+/// Of objectives, figure by figure; undefined where one of them is.
+ObjectiveValue mean_of(std::span<const ObjectiveValue> values) {
+  ObjectiveValue mean = values.front();
+  const auto add = [](std::optional<double>& sum, const std::optional<double>& x) {
+    sum = sum && x ? std::optional(*sum + *x) : std::nullopt;
+  };
+  for (const ObjectiveValue& v : values.subspan(1)) {
+    add(mean.objective, v.objective);
+    for (std::size_t i = 0; i < v.figures.size(); ++i) add(mean.figures[i], v.figures[i]);
+    if (mean.problem.empty()) mean.problem = v.problem;
+  }
+  const auto n = static_cast<double>(values.size());
+  if (mean.objective) *mean.objective /= n;
+  for (std::optional<double>& f : mean.figures) {
+    if (f) *f /= n;
+  }
+  return mean;
+}
+
+/// @param of_captures  One a capture.
+FitPoint point_of(const FitModel& model, const std::vector<double>& values, std::vector<ObjectiveValue> of_captures) {
+  FitPoint point{.values = values, .result = {}};
+  if (of_captures.size() > 1) {
+    for (std::size_t c = 0; c < of_captures.size(); ++c) {
+      ObjectiveValue& v = of_captures[c];
+      point.captures.push_back(v.objective);
+      if (!v.problem.empty()) v.problem = model.captures[c].name + ": " + v.problem;
+    }
+  }
+  point.result = mean_of(of_captures);
+  return point;
+}
+
+/// What has aged: of every capture and several seeds.
 class AgedModel {
  public:
   AgedModel(const FitModel& model, const std::vector<double>& values, std::uint64_t seed_shift,
             const RunControl& control)
-      : model_(model) {
-    for (int r = 0; r < model.repeats; ++r) {
-      const double n = model.repeats;
-      composers_.push_back(
-          model.age(values, seed_shift + static_cast<std::uint64_t>(r), control.part(r / n, (r + 1) / n)));
+      : model_(model), composers_(model.captures.size()) {
+    const double n = static_cast<double>(model.captures.size()) * model.repeats;
+    double done = 0.0;
+    for (std::size_t c = 0; c < model.captures.size(); ++c) {
+      for (int r = 0; r < model.repeats; ++r, done += 1.0)
+        composers_[c].push_back(model.captures[c].age(model.values_of(c, values),
+                                                      seed_shift + static_cast<std::uint64_t>(r),
+                                                      control.part(done / n, (done + 1.0) / n)));
     }
   }
 
   [[nodiscard]] FitPoint compose(const std::vector<double>& values, const RunControl& control) const {
-    return compose(values, *model_.objective, control);
+    std::vector<const FitObjective*> objectives;
+    for (const FitModel::Capture& c : model_.captures) objectives.push_back(c.objective);
+    return compose(values, objectives, control);
   }
 
-  [[nodiscard]] FitPoint compose(const std::vector<double>& values, const FitObjective& objective,
+  /// Means over the seeds. @param objectives  One a capture.
+  [[nodiscard]] FitPoint compose(const std::vector<double>& values, std::span<const FitObjective* const> objectives,
                                  const RunControl& control) const {
-    FitPoint point{.values = values, .result = {}};
-    for (const ComposeWith& compose : composers_) {
-      ObjectiveValue v = objective(compose(values, control), control);
-      if (point.result.figures.empty()) {
-        point.result = std::move(v);
-        continue;
-      }
-      const auto add = [](std::optional<double>& sum, const std::optional<double>& x) {
-        sum = sum && x ? std::optional(*sum + *x) : std::nullopt;
-      };
-      add(point.result.objective, v.objective);
-      for (std::size_t i = 0; i < v.figures.size(); ++i) add(point.result.figures[i], v.figures[i]);
-      if (point.result.problem.empty()) point.result.problem = v.problem;
+    std::vector<ObjectiveValue> of_captures;
+    for (std::size_t c = 0; c < composers_.size(); ++c) {
+      std::vector<ObjectiveValue> of_seeds;
+      for (const ComposeWith& compose : composers_[c])
+        of_seeds.push_back((*objectives[c])(compose(model_.values_of(c, values), control), control));
+      of_captures.push_back(mean_of(of_seeds));
     }
-    if (composers_.size() > 1) {
-      const auto n = static_cast<double>(composers_.size());
-      if (point.result.objective) *point.result.objective /= n;
-      for (std::optional<double>& f : point.result.figures) {
-        if (f) *f /= n;
-      }
-    }
-    return point;
+    return point_of(model_, values, std::move(of_captures));
   }
 
  private:
   const FitModel& model_;
-  std::vector<ComposeWith> composers_;
+  std::vector<std::vector<ComposeWith>> composers_;  ///< [capture][seed]
 };
 
 FitPoint undefined_point(const FitModel& model, const std::vector<double>& values, const std::string& problem) {
   return {values,
           {.objective = std::nullopt,
-           .figures = std::vector<std::optional<double>>(model.objective->terms().size()),
+           .figures = std::vector<std::optional<double>>(model.captures.front().objective->terms().size()),
            .problem = problem}};
 }
 
@@ -80,6 +107,14 @@ std::vector<std::size_t> FitModel::indices(bool is_appearance) const {
     if (parameters[i].is_appearance == is_appearance) out.push_back(i);
   }
   return out;
+}
+
+std::vector<double> FitModel::values_of(std::size_t capture, const std::vector<double>& all) const {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    if (parameters[i].capture.value_or(capture) == capture) values.push_back(all[i]);
+  }
+  return values;
 }
 
 FitEvaluation evaluate(const FitModel& model, const std::string& name, const std::vector<double>& values,
@@ -134,13 +169,26 @@ FitEvaluation evaluate_appearances(const FitModel& model, const std::string& nam
 FitEvaluation draw_chance(const FitModel& model, const std::string& name, const std::vector<double>& values,
                           std::uint64_t draw, const RunControl& control) try {
   const std::uint64_t shift = static_cast<std::uint64_t>(model.repeats) - 1 + draw;
-  const AgedSurface other = model.age(values, shift, control.part(0.0, 0.4))(values, silent(control));
+  const auto n = static_cast<double>(model.captures.size());
+  std::vector<FitObjective> captured;
+  std::vector<ObjectiveValue> seen, held_out;
+  for (std::size_t c = 0; c < model.captures.size(); ++c) {
+    const FitModel::Capture& capture = model.captures[c];
+    const std::vector<double> own = model.values_of(c, values);
+    const auto at = static_cast<double>(c);
+    const AgedSurface other =
+        capture.age(own, shift, control.part(0.4 * at / n, 0.4 * (at + 1.0) / n))(own, silent(control));
+    seen.push_back((*capture.objective)(other, silent(control)));
+    if (capture.held_out) held_out.push_back((*capture.held_out)(other, silent(control)));
+    captured.push_back(capture.objective->with_captured(other, draw + c * kDeviationsOfCapture, silent(control)));
+  }
+  std::vector<const FitObjective*> objectives;
+  for (const FitObjective& o : captured) objectives.push_back(&o);
   const AgedModel aged(model, values, 0, control.part(0.4, 0.95));
-  const FitObjective captured = model.objective->with_captured(other, draw, silent(control));
   FitEvaluation evaluation{.name = name,
-                           .points = {{.values = values, .result = (*model.objective)(other, silent(control))}},
-                           .chance = aged.compose(values, captured, silent(control)).result.objective};
-  if (model.held_out) evaluation.held_out = (*model.held_out)(other, silent(control)).objective;
+                           .points = {point_of(model, values, std::move(seen))},
+                           .chance = aged.compose(values, objectives, silent(control)).result.objective};
+  if (!held_out.empty()) evaluation.held_out = mean_of(held_out).objective;
   return evaluation;
 } catch (const InputError& e) {
   return {.name = name, .points = {undefined_point(model, values, e.what())}};

@@ -11,12 +11,16 @@
 
 namespace patinate::analysis {
 
-/// A model and what it is compared with.
+/// A model and what it is compared with: one capture, or several of which the objective is the mean.
 struct FitModel {
+  struct Capture {
+    std::string name;
+    AgeWith age;
+    const FitObjective* objective = nullptr;
+    const FitObjective* held_out = nullptr;  ///< Of frames that no search sees; may be null.
+  };
   std::vector<FitParameter> parameters;
-  AgeWith age;
-  const FitObjective* objective = nullptr;
-  const FitObjective* held_out = nullptr;          ///< Of frames that no search sees; may be null.
+  std::vector<Capture> captures;                   ///< At least one.
   int repeats = 1;                                 ///< Seeds over which an objective is averaged; >= 1.
   double flatness = 0.0, relative_flatness = 0.0;  ///< When a search is at its end: EvolutionOptions.
   double tolerance = 1e-3;
@@ -24,6 +28,8 @@ struct FitModel {
 
   /// Indices of the parameters that need aging, or that need none.
   [[nodiscard]] std::vector<std::size_t> indices(bool is_appearance) const;
+  /// Those of all values that a capture's model takes.
+  [[nodiscard]] std::vector<double> values_of(std::size_t capture, const std::vector<double>& all) const;
 };
 
 /// How the parameters that need no aging are searched.

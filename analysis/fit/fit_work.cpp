@@ -21,7 +21,7 @@ fs::path fit_record_file(const std::string& name) { return fs::path("evaluations
 
 FitWork::FitWork(FitTask given) : task(std::move(given)) {
   model.parameters = task.parameters;
-  model.age = task.age;
+  for (const FitCapture& c : task.captures) model.captures.push_back({.name = c.name, .age = c.age});
   model.repeats = task.options.repeats;
   model.flatness = kFlatness;
   model.relative_flatness = kRelativeFlatness;
@@ -35,14 +35,20 @@ FitWork::FitWork(FitTask given) : task(std::move(given)) {
 
 const FitModel& FitWork::ready(const RunControl& control) {
   const std::scoped_lock lock(mutex_);
-  if (!objective_) {
-    const SeriesFile series = open_series(task.history);
-    objective_.emplace(series.series, task.outline, task.terms, task.objective, FitFrames::Seen, control);
-    if (task.objective.until) {
-      held_out_.emplace(series.series, task.outline, task.terms, task.objective, FitFrames::HeldOut, control);
-      model.held_out = &*held_out_;
-    }
-    model.objective = &*objective_;
+  if (!objectives_.empty()) return model;
+  // All before any is pointed to: the lists move.
+  std::vector<FitObjective> objectives, held_out;
+  for (const FitCapture& c : task.captures) {
+    const SeriesFile series = open_series(c.history);
+    objectives.emplace_back(series.series, c.outline, task.terms, task.objective, FitFrames::Seen, control);
+    if (task.objective.until)
+      held_out.emplace_back(series.series, c.outline, task.terms, task.objective, FitFrames::HeldOut, control);
+  }
+  objectives_ = std::move(objectives);
+  held_out_ = std::move(held_out);
+  for (std::size_t c = 0; c < task.captures.size(); ++c) {
+    model.captures[c].objective = &objectives_[c];
+    if (!held_out_.empty()) model.captures[c].held_out = &held_out_[c];
   }
   return model;
 }
@@ -123,6 +129,16 @@ std::vector<double> FitWork::chances(const fs::path& folder) {
       draws.push_back(*chance);
   }
   return draws;
+}
+
+std::vector<std::vector<double>> FitWork::scan_values(const std::vector<double>& best, std::size_t i) const {
+  std::vector<std::vector<double>> list;
+  for (const double place : scan_places(unit_at(task.parameters[i], best[i]), task.options.scan)) {
+    std::vector<double> values = best;
+    values[i] = value_at(task.parameters[i], place);
+    list.push_back(std::move(values));
+  }
+  return list;
 }
 
 BoxPoint FitWork::box_point(const FitPoint& p) const {

@@ -69,6 +69,9 @@ class FitWork {
   /// What chance makes of the objective at the best: of the items seed-1, seed-2, ...
   [[nodiscard]] std::vector<double> chances(const std::filesystem::path& folder);
 
+  /// Values of all parameters at places along one, the others as at the best.
+  [[nodiscard]] std::vector<std::vector<double>> scan_values(const std::vector<double>& best, std::size_t i) const;
+
   [[nodiscard]] BoxPoint box_point(const FitPoint& p) const;
   /// Where the search has been, and how it slopes there.
   struct Ground {
@@ -83,7 +86,7 @@ class FitWork {
   double keep(const FitEvaluation& e, std::size_t origin);
 
   std::mutex mutex_, search_mutex_;
-  std::optional<FitObjective> objective_, held_out_;
+  std::vector<FitObjective> objectives_, held_out_;  ///< One a capture, once they are open.
   std::map<std::string, FitEvaluation> records_;
   std::optional<Standing> search_;
   std::optional<Ground> ground_;

@@ -1,6 +1,8 @@
 #include "analysis/report/report_page.h"
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <utility>
@@ -40,7 +42,18 @@ std::vector<std::string> figure_row(const Figure& f, bool has_baseline) {
   return row;
 }
 
-void add_figures(HtmlPage& page, const std::vector<Figure>& figures, std::string_view baseline_title) {
+bool is_zero(const Figure& f) { return f.value == 0.0 && f.low.value_or(0.0) == 0.0 && f.high.value_or(0.0) == 0.0; }
+
+void add_figures(HtmlPage& page, const std::vector<Figure>& all, std::string_view baseline_title) {
+  std::vector<Figure> figures;
+  std::vector<std::string> zeros;
+  for (const Figure& f : all) {
+    if (is_zero(f)) zeros.push_back(f.title);
+  }
+  const bool are_told_at_once = zeros.size() >= kFewestZeros;
+  if (are_told_at_once) page.paragraph(zeros_text(zeros, ""));
+  std::copy_if(all.begin(), all.end(), std::back_inserter(figures),
+               [&](const Figure& f) { return !are_told_at_once || !is_zero(f); });
   if (figures.empty()) return;
   const bool has_baseline = !baseline_title.empty();
   std::vector<std::string> header{"figure", "value", "95 % interval", "unit"};
@@ -58,6 +71,12 @@ fs::path curve_file(const Curve& curve, const char* extension) { return fs::path
 fs::path pictures_of(const fs::path& file) { return file.string() + ".pictures"; }
 
 }  // namespace
+
+std::string zeros_text(const std::vector<std::string>& titles, std::string_view of_whom) {
+  std::string text = std::to_string(titles.size()) + " figures are 0" + std::string(of_whom) + ": ";
+  for (std::size_t i = 0; i < titles.size(); ++i) text += (i == 0 ? "" : "; ") + titles[i];
+  return text + ".";
+}
 
 void embed_pictures(std::vector<Picture>& pictures, const fs::path& scratch) {
   if (pictures.empty()) return;

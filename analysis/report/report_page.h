@@ -26,6 +26,11 @@ void save_part(const std::filesystem::path& file, Json part);
 /// What save_part() was given. @throws IoError
 [[nodiscard]] Json load_part(const std::filesystem::path& file);
 
+/// So many figures that are 0 are one sentence on a page, and no rows.
+inline constexpr std::size_t kFewestZeros = 4;
+/// "5 figures are 0 for every pair: TITLE; TITLE; ...". @param of_whom  " for every pair", or "".
+[[nodiscard]] std::string zeros_text(const std::vector<std::string>& titles, std::string_view of_whom);
+
 /// Adds a section to the page, and writes its curves to folder/curves/NAME.csv and, drawn, NAME.svg.
 /// @param section  With a `source` in every picture. Its numbers are shown as stated (as_stated()).
 /// @param baseline_title  Head of the column that shows Figure::split; "" leaves it out.

@@ -102,6 +102,9 @@ class Compare(unittest.TestCase):
         for name in ("ciede2000_mean", "ciede2000_p95", "residual_before_warp", "color_distribution", "spectrum_distance", "color_by_thickness"):
             self.assertEqual(figures[name], 0, name)
         self.assertEqual(figures["ssim_mean"], 1)
+        page = (WORK / "same/report.html").read_text()
+        self.assertIn("figures are 0: CIEDE2000, mean over places and times; ", page)
+        self.assertNotIn("<td>CIEDE2000, mean over places and times</td>", page)
 
     def test_the_command_on_the_page_repeats_the_page(self):
         patinate("compare", "one", "two", "--num-resamples", 12, "--clock", "span", "-o", "first")

@@ -87,6 +87,10 @@ class Rank(unittest.TestCase):
         self.assertAlmostEqual(report["last_frame"], held_out["last_frame"], places=6)
         for file in ("report.html", "report.json", "ranking.csv"):
             self.assertTrue((WORK / "ranked" / file).is_file(), file)
+        page = (WORK / "ranked/report.html").read_text()
+        self.assertEqual(page.count("src=\"data:image/png"), 3)  # Captured, and by each of the two.
+        for said in (">captured, 6 h<", ">start, 6 h: ", ">idle, 6 h: "):
+            self.assertIn(said, page)
         rows = (WORK / "ranked/ranking.csv").read_text().splitlines()
         self.assertEqual([row.split(",")[0] for row in rows], ["model", "start", "idle"])
         self.assertIn("up to date", patinate("rank", f"idle_{first}", f"start_{first}", "-o", "ranked").stderr)
@@ -123,6 +127,8 @@ class Fit(unittest.TestCase):
             self.assertEqual(found[pointer]["determination"], "determined", pointer)
             self.assertTrue(found[pointer]["interval"][0] <= value <= found[pointer]["interval"][1], found[pointer])
         self.assertEqual(found["/appearance/metal/strength"]["determination"], "without_effect")
+        self.assertEqual([p["name"] for p in found.values()], ["rule patina: rate", "appearance of patina: strength", "appearance of metal: strength"])
+        self.assertIn("rule patina: rate: 0.1 -> ", result.stderr)
         self.assertIn("no figure changes", result.stderr)
         self.assertLess(json.loads(result.stdout)["objective"]["after"], 0.1 * json.loads(result.stdout)["objective"]["before"])
 
@@ -144,6 +150,8 @@ class Fit(unittest.TestCase):
         page = (WORK / "run/report.html").read_text()
         self.assertFalse("http:" in page)
         self.assertIn("<svg", page)
+        self.assertIn("<td>rule patina: rate</td>", page)
+        self.assertIn("<td>appearance of patina: strength</td><td>/appearance/patina/strength</td>", page.replace("\n", ""))
         rows = (WORK / "run/evaluations.csv").read_text().splitlines()
         self.assertEqual(rows[0], "evaluation,appearance,/rules/0/rate,/appearance/patina/strength,objective,color_distribution [Delta E 1976],problem")
         self.assertGreater(len(rows), 80)
@@ -229,6 +237,41 @@ class Fit(unittest.TestCase):
         self.assertEqual(report["evaluations"]["agings"], 1)
         self.assertEqual([t["figure"] for t in report["objective"]["terms"]], ["mean_color", "rate_by_control"])
 
+    def test_several_histories_share_numbers_and_have_others_of_their_own(self):
+        for name, seed, water in (("open", 7, 0.8), ("shaded", 8, 0.3)):
+            scene = json.loads((WORK / "scenes/truth.json").read_text())
+            scene["seed"] = seed
+            scene["emitters"][0]["carries"]["water"] = water
+            (WORK / f"scenes/{name}.json").write_text(json.dumps(scene))
+            self.assertEqual(patinate("simulate", f"scenes/{name}.json", "-o", name).returncode, 0)
+        rate, water = "/rules/0/rate=0.1:20:log", "/emitters/0/carries/water=0.1:3:log"
+        command = ["fit", "scenes/start.json", "open", "shaded", "--vary", rate, "--own", water, "--evaluations", 15, "--scan", 2, "--seeds", 3]
+        result = patinate(*command, "-o", "both", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertRegex(result.stderr, "open: .* before, .* after")
+        self.assertIn("emitter rain: carries water (shaded): 0.8 -> ", result.stderr)
+        report = json.loads((WORK / "both/report.json").read_text())
+        self.assertEqual([(p["pointer"], p.get("capture")) for p in report["parameters"]], [("/rules/0/rate", None), ("/emitters/0/carries/water", "open"), ("/emitters/0/carries/water", "shaded")])
+        self.assertAlmostEqual(report["objective"]["after"], sum(c["after"] for c in report["captures"]) / 2)
+        self.assertIn(" simulations of each capture and ", (WORK / "both/report.html").read_text())
+        self.assertEqual(patinate("validate", "both").returncode, 0)
+        self.assertRegex(patinate("info", "both").stdout, r"carries/water \(shaded\): *0.8 -> ")
+        # Each scene runs from there and gives its history, chance included.
+        self.assertEqual(patinate("simulate", "both/scene_2.json", "-o", "shaded_again").returncode, 0)
+        self.assertEqual((WORK / "shaded_again/history/frames/0006.exr").read_bytes(), (WORK / "both/after_2/frames/0006.exr").read_bytes())
+        # The same from a file; and with a scene for one of them, which begins with its own water.
+        (WORK / "own.json").write_text(json.dumps({"format": "patinate.parameters", "version": 1, "vary": [
+            {"pointer": "/rules/0/rate", "low": 0.1, "high": 20, "scale": "log"}, {"pointer": "/emitters/0/carries/water", "low": 0.1, "high": 3, "scale": "log", "own": True}]}))
+        plan = patinate("plan", "fit", "scenes/start.json", "open", "shaded", "--parameters", "own.json", *command[8:], "-o", "both", "--json")
+        self.assertEqual(json.loads(plan.stdout)["key"], report["key"], plan.stderr)
+        result = patinate(*command, "--scene-of", "shaded=scenes/shaded.json", "--until", 4, "-o", "treated", "--json")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual([p["initial"] for p in json.loads(result.stdout)["parameters"]], [0.1, 0.8, 0.3])
+        # Fits of several are ranked among themselves: their case is all of their histories.
+        self.assertEqual(patinate(*command, "--until", 4, "-o", "other").returncode, 0)
+        result = patinate("rank", "treated", "other", "-o", "no_ranking")
+        self.assertIn("are both of start and open and shaded until 4", result.stderr)
+
     def test_bad_input_is_one_line(self):
         (WORK / "bad.json").write_text(json.dumps({"format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/rules/0/rate", "low": 2, "high": 1}]}))
         start, alpha = "scenes/start.json", "/rules/0/rate=0.1:20:log"
@@ -247,6 +290,10 @@ class Fit(unittest.TestCase):
                 ((start, "captured", "--vary", alpha, "--evaluations", 5), 2, "expected at least 13"),
                 ((start, "captured", "--vary", alpha, "--objective", "color"), 2, "expected one of color_distribution"),
                 ((start, "captured", "--vary", alpha, "--objective", "covered", "--objective", "covered=2"), 2, "is given twice"),
+                ((start, "captured", "--own", alpha), 2, "--own: /rules/0/rate is to be each history's own, and there is one"),
+                ((start, "captured", "captured", "--vary", alpha), 2, "is given twice"),
+                ((start, "captured", "--vary", alpha, "--scene-of", "captures=scenes/start.json"), 2, "did you mean `captured`"),
+                ((start, "captured", "--own", "/rules/0/rate=1"), 2, "--own: found"),
                 ((start, "captured", "--parameters", "bad.json"), 3, "/vary/0: the range 2 to 1 is upside down"),
                 ((start, "scenes/plate.obj", "--vary", alpha), 3, "is no history or transfer"),
                 ((start, "nowhere", "--vary", alpha), 3, "nowhere")):

@@ -82,7 +82,7 @@ PAGES = {
     "docs/explain.md": COPPER + " && cp $made/aged.png aged.jpg && cp $made/clean.png clean.jpg && cp $made/aged.png bust_diff.jpg && cp $made/mask.png paint.png && cp $made/view.png photo.jpg && cp $made/camera.yml . && cp $made/urn.ply statue.ply",
     "docs/library.md": COPPER + " && cp $made/urn/mesh.obj object.obj && cp $made/crackle/frames/0003.png photo.jpg && cp -r copper my_history",
     "docs/transfer.md": COPPER + " && cp -r copper clay && cp $made/urn/mesh.obj asset.obj && cp $made/mask.png which.png && mkdir maps && cp $made/age.exr maps",
-    "docs/fit.md": COPPER + " && cp $made/plate.json $made/plate.obj $made/ranges.json . && cp plate.json one_layer.json && cp plate.json two_layers.json",
+    "docs/fit.md": COPPER + " && cp $made/plate.json $made/plate.obj $made/ranges.json . && cp plate.json one_layer.json && cp plate.json two_layers.json && cp -r copper open && cp -r copper shaded",
     "docs/registration.md": "cp $made/scans/* . && mkdir scans && cp day*.ply scans",
     "docs/meshes.md": COPPER + " && cp $made/urn.ply scan.ply",
     "docs/controls.md": COPPER,

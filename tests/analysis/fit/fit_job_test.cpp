@@ -78,8 +78,8 @@ TEST(FitJob, IntervalsHoldAllOfTheTruthAsOftenAsTheySayWhenOtherSeedsDiffer) {
     write_surface(history, green_plate({captured_rate, strength, 0.0}), "0123456789abcdef");
     FitTask task = green_task(history, kChance);
     task.parameters.resize(2);
-    task.age = [inner = task.age, k](const std::vector<double>& v, std::uint64_t shift,
-                                     const RunControl& c) -> ComposeWith {
+    task.captures[0].age = [inner = task.captures[0].age, k](const std::vector<double>& v, std::uint64_t shift,
+                                                             const RunControl& c) -> ComposeWith {
       return [look = inner({v[0], v[1], 0.0}, shift + 1000 * static_cast<std::uint64_t>(k), c)](
                  const std::vector<double>& l, const RunControl& lc) {
         return look({l[0], l[1], 0.0}, lc);
@@ -105,8 +105,8 @@ TEST(FitJob, AModelThatIsRightForetellsFramesThatItsSearchDidNotSeeAndOneThatSto
   const auto held_out = [&](bool stops, const std::string& name) {
     FitTask task = green_task(history);
     task.parameters.resize(2);
-    task.age = [inner = task.age, stops](const std::vector<double>& v, std::uint64_t shift,
-                                         const RunControl& c) -> ComposeWith {
+    task.captures[0].age = [inner = task.captures[0].age, stops](const std::vector<double>& v, std::uint64_t shift,
+                                                                 const RunControl& c) -> ComposeWith {
       return [look = inner({v[0], v[1], 0.0}, shift, c), stops](const std::vector<double>& l, const RunControl& lc) {
         AgedSurface surface = look({l[0], l[1], 0.0}, lc);
         // Nothing more after the fourth day.
@@ -193,8 +193,8 @@ TEST(FitJob, StoppedAnywhereItGoesOnAndEndsInTheSameBytes) {
     std::stop_source stop;
     FitTask task = task_of(&num_pieces);
     int calls = 0;
-    task.age = [inner = task.age, &calls, after, &stop](const std::vector<double>& v, std::uint64_t shift,
-                                                        const RunControl& c) {
+    task.captures[0].age = [inner = task.captures[0].age, &calls, after, &stop](
+                               const std::vector<double>& v, std::uint64_t shift, const RunControl& c) {
       if (++calls == after) stop.request_stop();
       return inner(v, shift, c);
     };
@@ -232,7 +232,8 @@ TEST(FitJob, LooksAloneNeedOneAging) {
   FitTask task = green_task(captured(folder), 0.0, &num_agings);
   task.parameters[0].start = kGreenTruth[0];
   task.parameters = {task.parameters[1]};
-  task.age = [inner = task.age](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) -> ComposeWith {
+  task.captures[0].age = [inner = task.captures[0].age](const std::vector<double>& v, std::uint64_t shift,
+                                                        const RunControl& c) -> ComposeWith {
     return [look = inner({kGreenTruth[0], v[0], 0.0}, shift, c)](const std::vector<double>& l, const RunControl& lc) {
       return look({kGreenTruth[0], l[0], 0.0}, lc);
     };
@@ -247,7 +248,8 @@ TEST(FitJob, LooksAloneNeedOneAging) {
 TEST(FitJob, ValuesThatTheModelRefusesAreRankedLastAndNamed) {
   const TempFolder folder;
   FitTask task = green_task(captured(folder));
-  task.age = [inner = task.age](const std::vector<double>& v, std::uint64_t shift, const RunControl& c) -> ComposeWith {
+  task.captures[0].age = [inner = task.captures[0].age](const std::vector<double>& v, std::uint64_t shift,
+                                                        const RunControl& c) -> ComposeWith {
     if (v[0] > 1.0) throw InvalidInput("the rate and the strength do not go together");
     return inner(v, shift, c);
   };
@@ -267,16 +269,16 @@ TEST(FitJob, SaysBeforeAnyWorkWhatCannotBeFitted) {
   };
   EXPECT_TRUE(has(message([](FitTask& t) { t.options.evaluations = 5; }), "too small"));
   EXPECT_TRUE(has(message([](FitTask& t) { t.parameters[0].start = 3.0; }), "/rate: starts at 3"));
-  EXPECT_TRUE(has(message([](FitTask& t) { t.outline.times = {100, 101}; }), "no time in common"));
-  EXPECT_TRUE(has(message([](FitTask& t) { t.outline.times = {8, 9}; }), "only one time in common"));
+  EXPECT_TRUE(has(message([](FitTask& t) { t.captures[0].outline.times = {100, 101}; }), "no time in common"));
+  EXPECT_TRUE(has(message([](FitTask& t) { t.captures[0].outline.times = {8, 9}; }), "only one time in common"));
   EXPECT_TRUE(has(message([](FitTask& t) {
                     t.terms = {{.figure = FitFigure::ColorByControl}};
-                    t.outline.control_names = {"hits", "y"};
+                    t.captures[0].outline.control_names = {"hits", "y"};
                   }),
                   "no control in common"));
   EXPECT_TRUE(has(message([](FitTask& t) {
                     t.terms = {{.figure = FitFigure::Ciede2000}};
-                    t.outline.width = 64;
+                    t.captures[0].outline.width = 64;
                   }),
                   "place by place"));
   EXPECT_TRUE(has(message([](FitTask& t) {
@@ -288,7 +290,7 @@ TEST(FitJob, SaysBeforeAnyWorkWhatCannotBeFitted) {
   one.times.resize(1);
   one.colors.resize(1);
   write_surface(folder.path() / "one", one, "0123456789abcdef");
-  EXPECT_TRUE(has(message([&](FitTask& t) { t.history = folder.path() / "one"; }), "has one frame"));
+  EXPECT_TRUE(has(message([&](FitTask& t) { t.captures[0].history = folder.path() / "one"; }), "has one frame"));
 }
 
 }  // namespace

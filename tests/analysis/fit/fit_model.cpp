@@ -45,7 +45,8 @@ analysis::AgedSurface green_plate(const std::vector<double>& values) {
 
 analysis::FitTask green_task(const std::filesystem::path& history, double chance, int* num_agings) {
   analysis::FitTask task;
-  task.history = history;
+  analysis::FitCapture& capture = task.captures.emplace_back();
+  capture.history = history;
   task.model_name = "green plate";
   task.parameters = {{.range = {.name = "/rate", .low = 0.02, .high = 2.0, .scale = analysis::FitScale::Log},
                       .start = 0.1,
@@ -60,15 +61,15 @@ analysis::FitTask green_task(const std::filesystem::path& history, double chance
                       .is_whole = false,
                       .is_appearance = false}};
   const analysis::AgedSurface start = green_plate({0.1, 0.3, 5.0});
-  task.outline = {.name = "plate",
-                  .width = kWidth,
-                  .height = kHeight,
-                  .time_unit = TimeUnit::Days,
-                  .times = start.times,
-                  .control_names = {"x"}};
+  capture.outline = {.name = "plate",
+                     .width = kWidth,
+                     .height = kHeight,
+                     .time_unit = TimeUnit::Days,
+                     .times = start.times,
+                     .control_names = {"x"}};
   const auto mutex = std::make_shared<std::mutex>();
-  task.age = [chance, num_agings, mutex](const std::vector<double>& values, std::uint64_t seed_shift,
-                                         const RunControl&) -> analysis::ComposeWith {
+  capture.age = [chance, num_agings, mutex](const std::vector<double>& values, std::uint64_t seed_shift,
+                                            const RunControl&) -> analysis::ComposeWith {
     if (num_agings) {
       const std::scoped_lock lock(*mutex);
       ++*num_agings;
@@ -78,8 +79,9 @@ analysis::FitTask green_task(const std::filesystem::path& history, double chance
   };
   task.terms = {{}};
   task.add_inputs = [](JobInputs& inputs) { inputs.add_value("model", "green plate"); };
-  task.write_model = [](const std::filesystem::path& folder, const std::vector<double>& values) {
-    write_atomically(folder / "model.txt", number_text(values[0]));
+  capture.write_model = [](const std::filesystem::path& folder, const std::string& file,
+                           const std::vector<double>& values) {
+    write_atomically(folder / (file + ".txt"), number_text(values[0]));
   };
   task.command = "fit";
   return task;

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "analysis/fit/fit_job.h"
 #include "libcommon/core/text.h"
@@ -7,7 +9,7 @@
 #include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/fit_scene.h"
+#include "tools/patinate/services/fit_captures.h"
 
 namespace patinate::cli {
 
@@ -43,35 +45,125 @@ void read_parameters(const fs::path& path, Wanted& wanted) {
   json.finish();
 }
 
+/// As given on the command line.
+struct Given {
+  fs::path scene, parameters, output;
+  std::vector<fs::path> histories;
+  std::vector<std::string> vary, own, scene_of, objective;
+};
+
+Wanted wanted_of(const Given& given) {
+  Wanted wanted;
+  if (!given.parameters.empty()) read_parameters(given.parameters, wanted);
+  for (const std::string& text : given.vary) wanted.ranges.push_back(analysis::parse_fit_range(text));
+  for (const std::string& text : given.own) {
+    wanted.ranges.push_back(analysis::parse_fit_range(text, "--own"));
+    wanted.ranges.back().is_own = true;
+  }
+  if (!given.objective.empty()) wanted.terms.clear();
+  for (const std::string& text : given.objective) wanted.terms.push_back(analysis::parse_fit_term(text));
+  for (std::size_t i = 0; i < wanted.terms.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      if (wanted.terms[i].figure == wanted.terms[k].figure)
+        throw UsageError(
+            "--objective: " + std::string(analysis::kFitFigureNames[static_cast<std::size_t>(wanted.terms[i].figure)]) +
+            " is given twice");
+    }
+  }
+  if (wanted.terms.empty()) wanted.terms.emplace_back();
+  if (wanted.ranges.empty())
+    throw UsageError("--vary: nothing may vary; give at least one POINTER=LOW:HIGH, such as /rules/0/rate=0.01:1:log");
+  for (const analysis::FitRange& r : wanted.ranges) {
+    if (!r.is_own || given.histories.size() > 1) continue;
+    throw UsageError((r.place.empty() ? "--own: " : r.place + ": ") + r.name +
+                     " is to be each history's own, and there is one; use --vary, or give several");
+  }
+  return wanted;
+}
+
+/// Every history with its scene. @throws UsageError, InvalidInput
+std::vector<FitSource> sources_of(const Given& given) {
+  std::vector<FitSource> sources;
+  std::vector<std::string> words;
+  for (const fs::path& history : given.histories) words.push_back(input_word(history));
+  const std::vector<std::string> names = capture_names(words);
+  for (std::size_t c = 0; c < words.size(); ++c) {
+    const fs::path history = history_place(given.histories[c]);
+    const PathKind kind = kind_of(history);
+    if (kind != PathKind::History && kind != PathKind::Transfer)
+      throw InvalidInput(history.string() + ": is no history or transfer; only those age");
+    for (const FitSource& s : sources) {
+      if (fs::weakly_canonical(s.history) == fs::weakly_canonical(history))
+        throw UsageError("HISTORY: " + history.string() + " is given twice");
+    }
+    sources.push_back({history, names[c], given.scene});
+  }
+  for (const std::string& text : given.scene_of) {
+    const std::size_t equals = text.find('=');
+    const auto found = std::find(names.begin(), names.end(), text.substr(0, equals));
+    if (equals == std::string::npos || found == names.end())
+      throw UsageError("--scene-of: found `" + text + "`; expected HISTORY=SCENE, HISTORY the name of one of several" +
+                       did_you_mean(text.substr(0, equals), names));
+    sources[static_cast<std::size_t>(found - names.begin())].scene = text.substr(equals + 1);
+  }
+  return sources;
+}
+
 /// What repeats it: options that are not the default, and nothing that changes no byte.
-std::string command_of(const fs::path& scene, const fs::path& history, const fs::path& parameters,
-                       const std::vector<std::string>& vary, const std::vector<std::string>& objective,
-                       const analysis::FitTask& task) {
-  std::string text = "patinate fit " + input_word(scene) + " " + input_word(history);
-  for (const std::string& word : vary) text += " --vary " + shell_word(word);
-  if (!parameters.empty()) text += " --parameters " + input_word(parameters);
-  for (const std::string& word : objective) text += " --objective " + shell_word(word);
+std::string command_of(const Given& given, const analysis::FitTask& task) {
+  std::string text = "patinate fit " + input_word(given.scene);
+  for (const fs::path& history : given.histories) text += " " + input_word(history);
+  for (const auto& [option, words] : {std::pair{" --scene-of ", &given.scene_of}, std::pair{" --vary ", &given.vary},
+                                      std::pair{" --own ", &given.own}}) {
+    for (const std::string& word : *words) text += option + shell_word(word);
+  }
+  if (!given.parameters.empty()) text += " --parameters " + input_word(given.parameters);
+  for (const std::string& word : given.objective) text += " --objective " + shell_word(word);
   text += changed_options(option_values(task.objective), option_values(analysis::ObjectiveOptions{})) +
           changed_options(option_values(task.options), option_values(analysis::FitOptions{}));
   if (task.seed != static_cast<std::uint64_t>(CommonOptions{}.seed)) text += " --seed " + std::to_string(task.seed);
   return text + kAnyOutput;
 }
 
+std::string number(const Json& v) {
+  return v.is_null() ? std::string("undefined") : short_number_text(rounded(v.get<double>(), 4));
+}
+
+/// What was found, a line each.
+void tell(CommandRun& run, const Json& report) {
+  run.note("objective: " + number(report.at("objective").at("before")) + " before, " +
+           number(report.at("objective").at("after")) + " after");
+  for (const Json& c : report.value("captures", Json::array()))
+    run.note(c.at("name").get<std::string>() + ": " + number(c.at("before")) + " before, " + number(c.at("after")) +
+             " after");
+  if (const Json& held_out = report.at("held_out"); !held_out.is_null())
+    run.note("frames after " + number(held_out.at("until")) +
+             ", which were not seen: " + number(held_out.at("before")) + " before, " + number(held_out.at("after")) +
+             " after; the last frame seen, held: " + number(held_out.at("last_frame")));
+  for (const Json& p : report.at("parameters"))
+    run.note(p.at("name").get<std::string>() + ": " + number(p.at("initial")) + " -> " + number(p.at("best")) + "; " +
+             p.at("verdict").get<std::string>());
+}
+
 }  // namespace
 
 int cmd_fit(CommandRun& run) {
   analysis::FitTask task;
-  fs::path scene_path, history, parameters, output;
-  std::vector<std::string> vary, objective;
+  Given given;
   bool require_converged = false;
-  run.line.positional("SCENE", "A scene file with the starting values", scene_path);
-  run.line.positional("HISTORY", "What it should come close to: a history, or a transfer", history);
+  run.line.positional("SCENE", "A scene file with the starting values", given.scene);
+  run.line.positional_list("HISTORY", "What it should come close to: a history, or a transfer; several: all at once",
+                           given.histories);
   run.line.output("FOLDER", "Folder to make: scene.json, report.html, report.json, evaluations.csv, before, after",
-                  output);
+                  given.output);
   run.line.repeated("vary", "POINTER=LOW:HIGH[:log]", "A number of the scene, by its JSON pointer, and its range",
-                    vary);
-  run.line.option("parameters", "FILE", "Ranges and figures from a JSON file (docs/fit.md)", parameters);
-  run.line.repeated("objective", "FIGURE[=WEIGHT]", "What to bring near 0; default: color_distribution", objective);
+                    given.vary);
+  run.line.repeated("own", "POINTER=LOW:HIGH[:log]", "The same, where each of several histories has a value of its own",
+                    given.own);
+  run.line.repeated("scene-of", "HISTORY=SCENE", "Another scene for one of several histories", given.scene_of);
+  run.line.option("parameters", "FILE", "Ranges and figures from a JSON file (docs/fit.md)", given.parameters);
+  run.line.repeated("objective", "FIGURE[=WEIGHT]", "What to bring near 0; default: color_distribution",
+                    given.objective);
   run.line.suggestions({analysis::kFitFigureNames.begin(), analysis::kFitFigureNames.end()});
   run.line.options(task.objective);
   run.line.options(task.options);
@@ -91,78 +183,37 @@ int cmd_fit(CommandRun& run) {
   run.line.example(
       "fit plate.json copper --vary /emitters/0/carries/water=0.1:2:log --objective covered --objective mean_color=0.5 "
       "--evaluations 200 -o copper_fit");
+  run.line.example(
+      "fit plate.json open shaded --vary /rules/0/rate=0.01:1:log --own /emitters/0/carries/water=0.1:2:log -o "
+      "both_fit");
   if (!run.parse()) return 0;
 
-  Wanted wanted;
-  if (!parameters.empty()) read_parameters(parameters, wanted);
-  for (const std::string& text : vary) wanted.ranges.push_back(analysis::parse_fit_range(text));
-  if (!objective.empty()) wanted.terms.clear();
-  for (const std::string& text : objective) wanted.terms.push_back(analysis::parse_fit_term(text));
-  for (std::size_t i = 0; i < wanted.terms.size(); ++i) {
-    for (std::size_t k = 0; k < i; ++k) {
-      if (wanted.terms[i].figure == wanted.terms[k].figure)
-        throw UsageError(
-            "--objective: " + std::string(analysis::kFitFigureNames[static_cast<std::size_t>(wanted.terms[i].figure)]) +
-            " is given twice");
-    }
-  }
-  if (wanted.terms.empty()) wanted.terms.emplace_back();
-  if (wanted.ranges.empty())
-    throw UsageError("--vary: nothing may vary; give at least one POINTER=LOW:HIGH, such as /rules/0/rate=0.01:1:log");
-  const fs::path given_history = history;
-  history = history_place(history);
-  const PathKind kind = kind_of(history);
-  if (kind != PathKind::History && kind != PathKind::Transfer)
-    throw InvalidInput(history.string() + ": is no history or transfer; only those age");
-  std::vector<std::string> controls;
-  const analysis::TextureSeries series = analysis::open_series(history).series;
-  for (const ControlFacts& c : series.facts().controls) controls.push_back(c.name);
-
-  const FitScene scene(scene_path, wanted.ranges, controls, run.control("scene"));
-  for (const std::string& note : scene.notes()) run.note(note);
-  task.history = history;
-  task.model_name = scene.outline().name;
-  task.parameters = scene.parameters();
-  task.outline = scene.outline();
-  task.age = scene.age();
-  task.aging_seconds = scene.aging_seconds();
+  const Wanted wanted = wanted_of(given);
   task.terms = wanted.terms;
   task.seed = static_cast<std::uint64_t>(run.line.common().seed);
-  task.add_inputs = [scene](JobInputs& inputs) { scene.add_inputs(inputs); };
-  task.write_model = [scene, output](const fs::path& folder, const std::vector<double>& values) {
-    scene.write(folder, output, values);
-  };
-  task.command = command_of(scene_path, given_history, parameters, vary, objective, task);
+  for (const std::string& note :
+       add_captures(task, sources_of(given), wanted.ranges, given.output, run.control("scene")))
+    run.note(note);
+  task.command = command_of(given, task);
   const auto num_appearance = static_cast<std::size_t>(std::count_if(
       task.parameters.begin(), task.parameters.end(), [](const analysis::FitParameter& p) { return p.is_appearance; }));
   const analysis::FitBudget budget =
       analysis::fit_budget(task.options, task.parameters.size() - num_appearance, num_appearance);
   if (budget.evaluations < budget.least) throw UsageError(analysis::budget_problem(budget));
-  const std::optional<JobStatus> status = run.make_folder(analysis::plan_fit(std::move(task), output), "fit");
+  const std::optional<JobStatus> status = run.make_folder(analysis::plan_fit(std::move(task), given.output), "fit");
   if (!status) return 0;
-  const Json report = load_json(output / analysis::kFitReportFile);
-  const auto text = [](const Json& v) {
-    return v.is_null() ? std::string("undefined") : short_number_text(rounded(v.get<double>(), 4));
-  };
-  run.note("objective: " + text(report.at("objective").at("before")) + " before, " +
-           text(report.at("objective").at("after")) + " after");
-  if (const Json& held_out = report.at("held_out"); !held_out.is_null())
-    run.note("frames after " + text(held_out.at("until")) + ", which were not seen: " + text(held_out.at("before")) +
-             " before, " + text(held_out.at("after")) +
-             " after; the last frame seen, held: " + text(held_out.at("last_frame")));
-  for (const Json& p : report.at("parameters"))
-    run.note(p.at("pointer").get<std::string>() + ": " + text(p.at("initial")) + " -> " + text(p.at("best")) + "; " +
-             p.at("verdict").get<std::string>());
+  const Json report = load_json(given.output / analysis::kFitReportFile);
+  tell(run, report);
   const bool is_converged = report.at("evaluations").at("converged").get<bool>();
   const std::string not_converged = "not converged: " + std::to_string(budget.evaluations) +
                                     " evaluations ended the search; a larger --evaluations resumes from here";
   if (!is_converged && !require_converged) run.note(not_converged);
-  run.report_output(*status, output,
+  run.report_output(*status, given.output,
                     Json{{"objective", report.at("objective")},
                          {"held_out", report.at("held_out")},
                          {"parameters", report.at("parameters")},
                          {"evaluations", report.at("evaluations")}});
-  if (!is_converged && require_converged) throw CannotComplete(output.string() + ": " + not_converged);
+  if (!is_converged && require_converged) throw CannotComplete(given.output.string() + ": " + not_converged);
   return 0;
 }
 

@@ -149,10 +149,14 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
     }
     case PathKind::Fit: {
       const std::filesystem::path folder = manifest_folder(path, analysis::kFitReportFile);
-      (void)analysis::read_fit_manifest(path);
-      checks.run([&] { (void)simulation::read_scene(folder / "scene.json", control); });
-      checks.run([&] { check_history(folder / "before", checks, control); });
-      return checks.run([&] { check_history(folder / "after", checks, control); });
+      const std::size_t n = analysis::read_fit_manifest(path).num_captures;
+      for (std::size_t c = 0; c < n; ++c) {
+        const auto file = [&](const char* stem) { return folder / analysis::file_of_capture(n, stem, c); };
+        checks.run([&] { (void)simulation::read_scene(file("scene").string() + ".json", control); });
+        checks.run([&] { check_history(file("before"), checks, control); });
+        checks.run([&] { check_history(file("after"), checks, control); });
+      }
+      return;
     }
     case PathKind::Explanation: {
       const std::filesystem::path folder = manifest_folder(path, analysis::kExplanationFile);

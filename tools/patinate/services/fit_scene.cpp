@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
@@ -12,6 +12,7 @@
 #include "simulation/job/aged_frames.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/usage_error.h"
+#include "tools/patinate/services/scene_pointer.h"
 
 namespace patinate::cli {
 
@@ -20,66 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// What decides about the result beside the physics, or is no number that a simulation follows.
-const std::set<std::string> kFixed{"/version", "/seed", "/atlas/resolution"};
-
-std::string unescaped(std::string token) {
-  for (const auto& [from, to] : {std::pair{"~1", "/"}, std::pair{"~0", "~"}}) {
-    for (std::size_t at = token.find(from); at != std::string::npos; at = token.find(from, at + 1))
-      token.replace(at, 2, to);
-  }
-  return token;
-}
-
-std::string escaped(const std::string& token) {
-  std::string out;
-  for (char c : token) out += c == '~' ? std::string("~0") : c == '/' ? std::string("~1") : std::string(1, c);
-  return out;
-}
-
-/// What a pointer points to; nullptr when that is nothing.
-Json* found_at(Json& root, const std::string& pointer) {
-  Json* at = &root;
-  std::size_t begin = 1;
-  while (begin <= pointer.size()) {
-    const std::size_t end = std::min(pointer.find('/', begin), pointer.size());
-    const std::string token = unescaped(pointer.substr(begin, end - begin));
-    if (at->is_object() && at->contains(token)) {
-      at = &(*at)[token];
-    } else if (at->is_array() && !token.empty() && token.size() < 8 &&
-               token.find_first_not_of("0123456789") == std::string::npos && std::stoul(token) < at->size()) {
-      at = &(*at)[std::stoul(token)];
-    } else {
-      return nullptr;
-    }
-    begin = end + 1;
-  }
-  return at;
-}
-
-void collect_numbers(const Json& json, const std::string& pointer, std::vector<std::string>& out) {
-  if (json.is_number() && !kFixed.contains(pointer)) out.push_back(pointer);
-  if (json.is_object()) {
-    for (const auto& [key, value] : json.items()) collect_numbers(value, pointer + "/" + escaped(key), out);
-  } else if (json.is_array()) {
-    for (std::size_t i = 0; i < json.size(); ++i) collect_numbers(json[i], pointer + "/" + std::to_string(i), out);
-  }
-}
-
-/// Pointers that begin most like the wrong one.
-std::string nearest(const std::string& pointer, const std::vector<std::string>& all) {
-  if (const std::string one = did_you_mean(pointer, all); !one.empty()) return one;
-  const auto common = [&](const std::string& other) {
-    return static_cast<std::size_t>(std::mismatch(pointer.begin(), pointer.end(), other.begin(), other.end()).first -
-                                    pointer.begin());
-  };
-  std::vector<std::string> sorted = all;
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [&](const std::string& a, const std::string& b) { return common(a) > common(b); });
-  std::string text;
-  for (std::size_t i = 0; i < std::min<std::size_t>(4, sorted.size()); ++i)
-    text += (text.empty() ? "" : ", ") + sorted[i];
-  return text.empty() ? "" : "; numbers of the scene that are named most alike: " + text;
-}
+const std::vector<std::string> kFixed{"/version", "/seed", "/atlas/resolution"};
 
 bool is_path(const Json& json) {
   return json.is_string() &&
@@ -123,19 +65,26 @@ FitScene::FitScene(const fs::path& file, const std::vector<analysis::FitRange>& 
       controls_.push_back(name);
   }
   for (const analysis::FitRange& range : ranges) add_parameter(range);
+  for (analysis::FitParameter& p : parameters_) p.words = words_of(*root_, p.range.name);
+  std::map<std::string, int> count;  // Two emitters may have one name.
+  for (const analysis::FitParameter& p : parameters_) ++count[p.words];
+  for (analysis::FitParameter& p : parameters_) {
+    if (count[p.words] > 1) p.words = p.range.name;
+  }
 }
 
 void FitScene::add_parameter(const analysis::FitRange& range) {
   Json& root = *root_;
   const std::string& pointer = range.name;
   const auto fail = [&](const std::string& problem) {
-    if (range.place.empty()) throw UsageError("--vary: " + pointer + ": " + problem);
+    if (range.place.empty()) throw UsageError((range.is_own ? "--own: " : "--vary: ") + pointer + ": " + problem);
     throw IoError(range.place, pointer + " " + problem);
   };
   for (const analysis::FitParameter& p : parameters_) {
     if (p.range.name == pointer) fail("is given twice");
   }
-  if (kFixed.contains(pointer)) fail("cannot be varied: it is no property of the surface or its weather");
+  if (std::find(kFixed.begin(), kFixed.end(), pointer) != kFixed.end())
+    fail("cannot be varied: it is no property of the surface or its weather");
   // A rule that only has a name has a rate all the same; scene files of version 1 call it alpha.
   const char* const rate = root.value("version", 2) == 1 ? "alpha" : "rate";
   if (Json* rules = found_at(root, "/rules"); rules != nullptr && rules->is_array()) {
@@ -150,8 +99,8 @@ void FitScene::add_parameter(const analysis::FitRange& range) {
   Json* value = found_at(root, pointer);
   if (value == nullptr) {
     std::vector<std::string> all;
-    collect_numbers(root, "", all);
-    fail("is not in " + file_.string() + nearest(pointer, all));
+    collect_numbers(root, "", kFixed, all);
+    fail("is not in " + file_.string() + nearest_pointers(pointer, all));
   }
   if (!value->is_number()) fail("is " + value->dump().substr(0, 40) + " in " + file_.string() + "; expected a number");
   analysis::FitParameter parameter{.range = range,
@@ -214,7 +163,7 @@ analysis::AgeWith FitScene::age() const {
   return [scene = *this](const std::vector<double>& values, std::uint64_t seed_shift,
                          const RunControl& control) -> analysis::ComposeWith {
     simulation::SceneFile file = scene.read(scene.with(values));
-    file.scene.seed += seed_shift;
+    file.scene.seed += seed_shift + scene.seed_shift_;
     const auto aged = std::make_shared<simulation::AgedFrames>(file, simulation::SimulationOptions{}, control);
     return [scene, aged](const std::vector<double>& appearance_values, const RunControl& appearance_control) {
       analysis::AgedSurface frames{.name = scene.base_->name,
@@ -240,14 +189,22 @@ void FitScene::add_inputs(JobInputs& inputs) const {
   for (const auto& [role, path] : base_->inputs) inputs.add_file(role, path, folder_of(file_));
 }
 
-void FitScene::write(const fs::path& folder, const fs::path& output, const std::vector<double>& values) const {
+FitScene FitScene::with_seed_shift(std::uint64_t shift) const {
+  FitScene scene = *this;
+  scene.seed_shift_ = shift;
+  return scene;
+}
+
+void FitScene::write(const fs::path& folder, const std::string& file, const fs::path& output,
+                     const std::vector<double>& values) const {
   Json json = with(values);
+  if (seed_shift_ > 0) json["seed"] = base_->scene.seed + seed_shift_;
   const fs::path target = fs::weakly_canonical(fs::absolute(output));
   for_each_path(json, [&](Json& path) {
     path = fs::relative(fs::weakly_canonical(fs::absolute(file_.parent_path() / path.get<std::string>())), target)
                .string();
   });
-  save_json(folder / "scene.json", json);
+  save_json(folder / (file + ".json"), json);
 }
 
 }  // namespace patinate::cli

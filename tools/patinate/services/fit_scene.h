@@ -2,6 +2,7 @@
 /// A scene as a model to be fitted: numbers named by JSON pointers, and the simulator behind them.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -33,10 +34,12 @@ class FitScene {
   /// About what one aging takes.
   [[nodiscard]] double aging_seconds() const;
   void add_inputs(JobInputs& inputs) const;
-  /// Writes `folder / scene.json` with these values. @param output  The folder's name in the end: paths are relative to
+  /// Writes `folder / FILE.json` with these values. @param output  The folder's name in the end: paths are relative to
   /// it.
-  void write(const std::filesystem::path& folder, const std::filesystem::path& output,
+  void write(const std::filesystem::path& folder, const std::string& file, const std::filesystem::path& output,
              const std::vector<double>& values) const;
+  /// The same scene with another seed: chance of its own.
+  [[nodiscard]] FitScene with_seed_shift(std::uint64_t shift) const;
 
  private:
   [[nodiscard]] Json with(const std::vector<double>& values) const;
@@ -50,6 +53,7 @@ class FitScene {
   std::shared_ptr<const simulation::SceneFile> base_;  ///< With the starting values.
   std::vector<std::string> controls_;
   std::vector<analysis::FitParameter> parameters_;
+  std::uint64_t seed_shift_ = 0;  ///< Added to the scene's seed.
 };
 
 }  // namespace patinate::cli

@@ -18,7 +18,10 @@ constexpr std::size_t kMostRanges = 100;
 std::vector<analysis::FitRange> read_ranges(const JsonReader& list, StudyContext& context) {
   std::vector<analysis::FitRange> ranges;
   for (const JsonReader& range : list.elements(kMostRanges))
-    context.attempt([&] { ranges.push_back(analysis::read_fit_range(range)); });
+    context.attempt([&] {
+      ranges.push_back(analysis::read_fit_range(range));
+      if (ranges.back().is_own) range.fail("a range without `own`; fits of a study have one history each");
+    });
   if (list.elements(kMostRanges).empty()) list.fail("at least one range");
   return ranges;
 }

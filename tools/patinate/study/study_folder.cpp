@@ -40,7 +40,7 @@ void write_scene(const StudyCell& cell, const fs::path& folder) {
     ranges.push_back({.name = cell.scene.pointers[i], .low = cell.scene.values[i], .high = cell.scene.values[i]});
     ranges.back().place = cell.scene.file.string();
   }
-  FitScene(cell.scene.file, ranges, {}, {}).write(folder, folder, cell.scene.values);
+  FitScene(cell.scene.file, ranges, {}, {}).write(folder, "scene", folder, cell.scene.values);
 }
 
 Json part_json(const PlacedPart& part) {

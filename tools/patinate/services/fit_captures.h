@@ -1,0 +1,31 @@
+/// \file
+/// Histories and scenes as what a fit is given: which numbers they share, and which are each one's own.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "analysis/fit/fit_job.h"
+
+namespace patinate::cli {
+
+/// A history to come close to, and the scene that is to.
+struct FitSource {
+  std::filesystem::path history;  ///< Or a transfer.
+  std::string name;               ///< For reports, where there are several; they differ.
+  std::filesystem::path scene;
+};
+
+/// Short names of histories that differ: their folders' names, or all of what was given where two are alike.
+[[nodiscard]] std::vector<std::string> capture_names(const std::vector<std::string>& given);
+
+/// Gives a task its captures, parameters, name and inputs. A range that all share begins at the first scene's value,
+/// one that is each one's own at each scene's. Every capture's simulation has a seed of its own.
+/// @param sources  At least one. @param output  Folder of the fit in the end. @returns what the scenes' readers note.
+/// @throws what FitScene does; IoError.
+std::vector<std::string> add_captures(analysis::FitTask& task, const std::vector<FitSource>& sources,
+                                      const std::vector<analysis::FitRange>& ranges,
+                                      const std::filesystem::path& output, const RunControl& control);
+
+}  // namespace patinate::cli

@@ -1,0 +1,26 @@
+/// \file
+/// JSON pointers into a scene file: what they point to, and what a reader calls it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "patinate/core/json.h"
+
+namespace patinate::cli {
+
+/// What a pointer points to; nullptr when that is nothing.
+[[nodiscard]] Json* found_at(Json& root, const std::string& pointer);
+
+/// Pointers to all numbers below `json` but those in `left_out`. @param pointer  Of `json` itself: "".
+void collect_numbers(const Json& json, const std::string& pointer, const std::vector<std::string>& left_out,
+                     std::vector<std::string>& out);
+
+/// A did-you-mean, or the pointers that begin most like the wrong one; "" without any.
+[[nodiscard]] std::string nearest_pointers(const std::string& pointer, const std::vector<std::string>& all);
+
+/// The scene's own words for a number: "emitter rain: carries water", "rule patina: rate", "appearance of patina: color
+/// red". The pointer where the scene has no name for what the number belongs to.
+[[nodiscard]] std::string words_of(const Json& root, const std::string& pointer);
+
+}  // namespace patinate::cli

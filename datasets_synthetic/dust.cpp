@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "datasets_synthetic/posed_camera.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/output/microfacet.h"
 #include "patinate/controls/exposure.h"
@@ -35,17 +36,8 @@ Camera urn_camera(const DustOptions& o) {
   const double size = o.height_mm, distance = 5.0 * size;
   const Vec3 target(0.0, 0.49 * size, 0.0),
       eye = target + distance * Vec3(0.0, std::sin(kElevation), std::cos(kElevation));
-  CameraParameters p;
-  p.width = o.width;
-  p.height = o.height;
-  const Vec3 forward = (target - eye).normalized(), right = Vec3::UnitX(), down = forward.cross(right);
-  p.rotation.row(0) = right;
-  p.rotation.row(1) = down;
-  p.rotation.row(2) = forward;
-  p.translation = -(p.rotation * eye);
+  CameraParameters p = posed_camera(eye, target, o.width, o.height);
   p.fx = p.fy = std::min(o.height / 1.30, o.width / 0.95) * distance / size;
-  p.cx = 0.5 * (o.width - 1);
-  p.cy = 0.5 * (o.height - 1);
   return Camera(p);
 }
 

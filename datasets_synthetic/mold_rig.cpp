@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "datasets_synthetic/mold.h"
+#include "datasets_synthetic/posed_camera.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 #include "libcommon/geometry/ray_scene.h"
@@ -24,18 +25,9 @@ Camera mold_camera(const MoldOptions& o) {
   // Above, a little in front; the mold fills most of the picture's height, and the card stands beside it.
   const double radius = o.radius_mm;
   const Vec3 eye(0.25 * radius, -2.4 * radius, 6.6 * radius), target(0.25 * radius, -0.03 * radius, 0.05 * radius);
-  CameraParameters p;
-  p.width = o.width;
-  p.height = o.height;
-  const Vec3 forward = (target - eye).normalized(), right = Vec3::UnitX(), down = forward.cross(right);
-  p.rotation.row(0) = right;
-  p.rotation.row(1) = down;
-  p.rotation.row(2) = forward;
-  p.translation = -(p.rotation * eye);
+  CameraParameters p = posed_camera(eye, target, o.width, o.height);
   const double distance = (eye - target).norm();
   p.fx = p.fy = std::min(o.height / 2.30, o.width / 3.05) * distance / radius;
-  p.cx = 0.5 * (o.width - 1);
-  p.cy = 0.5 * (o.height - 1);
   p.distortion = {-0.09, 0.04, 0.0004, -0.0003, 0.0};
   return Camera(p);
 }

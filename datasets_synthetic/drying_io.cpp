@@ -58,13 +58,7 @@ Json truth_json(const DryingOptions& o, const std::string& key) {
   Json json = truth_header("drying", option_values(o));
   json["onset"] = {{"file", "onset.exr"}, {"unit", "min"}, {"outside", -1}};
   json["film"] = {{"file", "film.exr"}, {"unit", "mm"}};
-  json["frames"] = Json::array();
-  for (int i = 0; i < o.num_frames; ++i) {
-    Json frame{{"time", i * o.interval_min}};
-    for (const char* name : {"albedo", "wetness", "specular"})
-      frame[name] = truth_file(name, i).lexically_relative("truth").generic_string();
-    json["frames"].push_back(std::move(frame));
-  }
+  json["frames"] = truth_frames(o.num_frames, o.interval_min, {"albedo", "wetness", "specular"});
   json["key"] = key;
   return json;
 }

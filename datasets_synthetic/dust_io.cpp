@@ -73,13 +73,7 @@ Json capture_json(const DustyObject& object) {
 Json truth_json(const DustOptions& o, const std::string& key) {
   Json json = truth_header("dust", option_values(o));
   json["dust_albedo"] = vector_json(kDustAlbedo);
-  json["frames"] = Json::array();
-  for (int i = 0; i < o.num_frames; ++i) {
-    Json frame{{"time", i * o.interval_d}};
-    for (const char* name : {"albedo", "cover", "specular"})
-      frame[name] = truth_file(name, i).lexically_relative("truth").generic_string();
-    json["frames"].push_back(std::move(frame));
-  }
+  json["frames"] = truth_frames(o.num_frames, o.interval_d, {"albedo", "cover", "specular"});
   json["key"] = key;
   return json;
 }

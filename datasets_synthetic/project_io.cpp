@@ -65,4 +65,14 @@ Json truth_header(const std::string& kind, const std::vector<std::pair<std::stri
   return json;
 }
 
+Json truth_frames(int num_frames, double interval, std::initializer_list<const char*> maps) {
+  Json frames = Json::array();
+  for (int i = 0; i < num_frames; ++i) {
+    Json frame{{"time", i * interval}};
+    for (const char* map : maps) frame[map] = truth_file(map, i).lexically_relative("truth").generic_string();
+    frames.push_back(std::move(frame));
+  }
+  return frames;
+}
+
 }  // namespace patinate::datasets

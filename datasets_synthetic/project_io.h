@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -63,5 +64,8 @@ void save_truth_map(const std::filesystem::path& file, const ImageF& values, con
 /// truth.json: format, version, kind and options. @param options  option_values().
 [[nodiscard]] Json truth_header(const std::string& kind,
                                 const std::vector<std::pair<std::string, std::string>>& options);
+/// `frames` of truth.json: the time of each, and its maps relative to that file. @param interval  In the capture's
+/// unit.
+[[nodiscard]] Json truth_frames(int num_frames, double interval, std::initializer_list<const char*> maps);
 
 }  // namespace patinate::datasets

@@ -7,33 +7,41 @@
 
 #include "transfer/synthesis/levels.h"
 #include "transfer/synthesis/places.h"
+#include "transfer/synthesis/refined_region.h"
 #include "transfer/synthesis/seam_cost.h"
 
 namespace patinate::transfer {
 
-/// Sums of seam costs in blocks of 8 x 8 texels of a rectangle of a level, row by row from its corner.
+/// Sums of seam costs in blocks of 8 x 8 texels of a region's rectangles, row by row from the corner of each.
 class BlockCosts {
  public:
   /// All must outlive this. @param beside  Neighbors, of which those beside a texel are looked at.
-  BlockCosts(const DestinationLevel& destination, const TexelRect& rect, const TexelNeighborhood& beside,
+  BlockCosts(const DestinationLevel& destination, const RefinedRegion& region, const TexelNeighborhood& beside,
              const SeamFeatures& features);
 
   [[nodiscard]] std::size_t size() const { return costs_.size(); }
-  /// Of the pairs of the texels in each block.
+  /// Of the pairs of the region's texels in each block.
   void measure(const PlaceMap& places, const RunControl& control);
-  /// Of the 3 x 3 blocks around one.
+  /// Of the 3 x 3 blocks around one, in its rectangle.
   [[nodiscard]] std::int64_t around(std::size_t block) const;
-  /// A covered texel near the middle of a block; -1 = none.
+  /// A texel of the region near the middle of a block; -1 = none.
   [[nodiscard]] TexelId texel_in(std::size_t block) const;
 
  private:
+  /// The blocks of a rectangle.
+  struct Blocks {
+    TexelRect rect;
+    int columns = 0, rows = 0;
+    std::size_t first = 0;
+  };
+  [[nodiscard]] const Blocks& blocks_with(std::size_t block) const;
   [[nodiscard]] std::int64_t texel_cost(TexelId t, TexelNeighborhood::Cursor& cursor, const PlaceMap& places) const;
 
   const TexelMap& map_;
-  TexelRect rect_;
+  const RefinedRegion& region_;
   const TexelNeighborhood& beside_;
   const SeamFeatures& features_;
-  int columns_, rows_;
+  std::vector<Blocks> blocks_;
   std::vector<std::int64_t> costs_;
 };
 

@@ -115,49 +115,30 @@ void PatchCut::settle(Candidate& candidate) const {
   }
 }
 
-namespace {
-
-/// Centers on which most agree, to a pixel, the most common first. @param fewest  Votes that one needs.
-std::vector<FixedPoint> most_common(const std::vector<FixedPoint>& votes, std::size_t fewest) {
+std::vector<FixedPoint> PatchCut::common_centers(const SurfacePatch& patch) const {
   struct Vote {
     std::int64_t key;
-    std::size_t index;
+    std::size_t texel;
   };
-  std::vector<Vote> sorted;
-  for (std::size_t i = 0; i < votes.size(); ++i)
-    sorted.push_back({(std::int64_t{whole_pixels(votes[i].y)} << 32) + whole_pixels(votes[i].x), i});
-  std::stable_sort(sorted.begin(), sorted.end(), [](const Vote& a, const Vote& b) { return a.key < b.key; });
+  std::vector<Vote> votes;
+  for_each_of(patch.texels.size(), 1024, [&](std::size_t i) {
+    const FixedPoint center = current_[i].point - patch.texels[i].offset;
+    votes.push_back({(std::int64_t{whole_pixels(center.y)} << 32) + whole_pixels(center.x), i});
+  });
+  std::stable_sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) { return a.key < b.key; });
   std::vector<std::pair<std::size_t, std::size_t>> counted;  // How often, where first.
-  for (std::size_t i = 0; i < sorted.size();) {
+  for (std::size_t i = 0; i < votes.size();) {
     std::size_t end = i;
-    while (end < sorted.size() && sorted[end].key == sorted[i].key) ++end;
-    counted.emplace_back(end - i, sorted[i].index);
+    while (end < votes.size() && votes[end].key == votes[i].key) ++end;
+    counted.emplace_back(end - i, votes[i].texel);
     i = end;
   }
   std::stable_sort(counted.begin(), counted.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<FixedPoint> centers;
   for (const auto& [count, i] : counted) {
-    if (centers.size() == kNumCommon || count < fewest) break;
-    centers.push_back(votes[i]);
+    if (centers.size() == kNumCommon || count < 8) break;
+    centers.push_back(current_[i].point - patch.texels[i].offset);
   }
-  return centers;
-}
-
-}  // namespace
-
-std::vector<FixedPoint> PatchCut::common_centers(const SurfacePatch& patch) const {
-  std::vector<FixedPoint> inside, held;
-  for_each_of(patch.texels.size(), 1024,
-              [&](std::size_t i) { inside.push_back(current_[i].point - patch.texels[i].offset); });
-  for (std::size_t e = 0; e < patch.edges.size(); ++e) {
-    const PatchEdge& edge = patch.edges[e];
-    if (edge.is_held)
-      held.push_back(outside_[e] - patch.texels[static_cast<std::size_t>(edge.first)].offset - edge.step);
-  }
-  std::vector<FixedPoint> centers = most_common(inside, 8);
-  // What lies beyond a border of tiles goes on over it.
-  const std::vector<FixedPoint> beyond = most_common(held, 3);
-  centers.insert(centers.end(), beyond.begin(), beyond.end());
   return centers;
 }
 

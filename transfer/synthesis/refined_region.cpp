@@ -1,67 +1,177 @@
 #include "transfer/synthesis/refined_region.h"
 
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
 namespace patinate::transfer {
 
 namespace {
 
-/// Calls visit(x, y, other) for the texels of a tile and those of other tiles that they have beside them, on the
-/// surface or in the atlas.
+struct TexelPlace {
+  int x, y;
+};
+TexelPlace place_of(TexelId texel, int width) {
+  return {static_cast<int>(texel % width), static_cast<int>(texel / width)};
+}
+
+/// Calls visit(texel) for the texels beside one, on the surface.
 template <class Visit>
-void for_each_beside(const TexelMap& map, const TexelRect& rect, const TexelNeighborhood& neighbors,
+void for_each_beside(TexelId texel, TexelNeighborhood::Cursor& cursor, const TexelNeighborhood& neighbors,
                      const Visit& visit) {
-  TexelNeighborhood::Cursor cursor(neighbors);
+  for (const PixelNeighbor& n : cursor.at(texel).subspan(neighbors.first_adjacent())) {
+    if (n.texel >= 0 && n.texel != texel) visit(TexelId{n.texel});
+  }
+}
+
+/// Calls visit(texel) for the covered texels of a rectangle, ascending.
+template <class Visit>
+void for_each_covered(const TexelMap& map, const TexelRect& rect, const Visit& visit) {
   for (int y = rect.y0; y < rect.y1; ++y) {
     for (int x = rect.x0; x < rect.x1; ++x) {
-      const TexelId t = TexelId{y} * map.width() + x;
-      if (!map.is_covered(t)) continue;
-      for (const PixelNeighbor& n : cursor.at(t).subspan(neighbors.first_adjacent())) {
-        if (n.texel < 0) continue;
-        const int nx = static_cast<int>(n.texel % map.width()), ny = static_cast<int>(n.texel / map.width());
-        if (!rect.contains(nx, ny)) visit(x, y, n.texel);
-      }
-      if (x > rect.x0 && x + 1 < rect.x1 && y > rect.y0 && y + 1 < rect.y1) continue;
-      for (int ny = y - 1; ny <= y + 1; ++ny) {
-        for (int nx = x - 1; nx <= x + 1; ++nx) {
-          if (rect.contains(nx, ny) || !map.rect().contains(nx, ny)) continue;
-          if (const TexelId n = TexelId{ny} * map.width() + nx; map.is_covered(n)) visit(x, y, n);
-        }
-      }
+      if (const TexelId t = TexelId{y} * map.width() + x; map.is_covered(t)) visit(t);
     }
   }
 }
 
-RefinedRegion unmarked(const TileGrid& grid, std::size_t level, int tile) {
-  const TexelRect rect = grid.rect(level, tile);
-  return {
-      .index = tile, .rect = rect, .beside = std::vector<std::uint8_t>(static_cast<std::size_t>(rect.num_texels()))};
+/// The least rectangle around texels; empty around none.
+TexelRect bounds_of(std::span<const TexelId> texels, int width) {
+  if (texels.empty()) return {};
+  TexelRect bounds{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), 0, 0};
+  for (const TexelId t : texels) {
+    const TexelPlace p = place_of(t, width);
+    bounds = {std::min(bounds.x0, p.x), std::min(bounds.y0, p.y), std::max(bounds.x1, p.x + 1),
+              std::max(bounds.y1, p.y + 1)};
+  }
+  return bounds;
 }
 
 }  // namespace
 
+std::size_t RefinedRegion::num_texels() const {
+  return std::accumulate(rects.begin(), rects.end(), std::size_t{0}, [](std::size_t sum, const TexelRect& r) {
+    return sum + static_cast<std::size_t>(r.num_texels());
+  });
+}
+
+std::optional<std::size_t> RefinedRegion::index_of(TexelId texel) const {
+  const TexelPlace p = place_of(texel, width);
+  std::size_t before = 0;
+  for (const TexelRect& r : rects) {
+    if (r.contains(p.x, p.y))
+      return before + static_cast<std::size_t>(std::int64_t{p.y - r.y0} * r.width() + p.x - r.x0);
+    before += static_cast<std::size_t>(r.num_texels());
+  }
+  return std::nullopt;
+}
+
 RefinedRegion region_of_tile(const TexelMap& map, const TileGrid& grid, std::size_t level, int tile,
                              const TexelNeighborhood& neighbors) {
-  RefinedRegion region = unmarked(grid, level, tile);
-  for_each_beside(map, region.rect, neighbors, [&](int x, int y, TexelId other) {
-    region.note(x, y,
-                grid.tile_of(level, static_cast<int>(other % map.width()), static_cast<int>(other / map.width())));
+  const TexelRect rect = grid.rect(level, tile);
+  RefinedRegion region{.index = static_cast<std::uint64_t>(tile), .width = map.width(), .rects = {rect}};
+  region.is_member.resize(region.num_texels());
+  TexelNeighborhood::Cursor cursor(neighbors);
+  for_each_covered(map, rect, [&](TexelId t) {
+    bool is_inside = true;
+    for_each_beside(t, cursor, neighbors, [&](TexelId n) { is_inside = is_inside && region.index_of(n); });
+    region.is_member[*region.index_of(t)] = is_inside ? 1 : 0;
   });
   return region;
 }
 
-std::vector<RefinedRegion> refined_regions(const TexelMap& map, const TileGrid* grid, std::size_t level,
-                                           const TexelNeighborhood& neighbors) {
-  if (grid == nullptr) return {{.rect = map.rect()}};
-  std::vector<RefinedRegion> regions;
-  for (int tile = 0; tile < grid->num_tiles(); ++tile) regions.push_back(unmarked(*grid, level, tile));
-  for (RefinedRegion& region : regions) {
-    for_each_beside(map, region.rect, neighbors, [&](int x, int y, TexelId t) {
-      const int ox = static_cast<int>(t % map.width()), oy = static_cast<int>(t / map.width());
-      RefinedRegion& other = regions[static_cast<std::size_t>(grid->tile_of(level, ox, oy))];
-      region.note(x, y, other.index);
-      other.note(ox, oy, region.index);
+std::vector<BorderTexel> find_border_texels(const TexelMap& map, const TileGrid& grid, std::size_t level, int tile,
+                                            const TexelNeighborhood& neighbors, int reach) {
+  const TexelRect rect = grid.rect(level, tile);
+  const RefinedRegion whole{.width = map.width(), .rects = {rect}};
+  constexpr int kNone = std::numeric_limits<int>::max();
+  std::vector<int> other(whole.num_texels(), kNone);
+  std::vector<TexelId> found;
+  TexelNeighborhood::Cursor cursor(neighbors);
+  for_each_covered(map, rect, [&](TexelId t) {
+    int& mine = other[*whole.index_of(t)];
+    for_each_beside(t, cursor, neighbors, [&](TexelId n) {
+      if (whole.index_of(n)) return;
+      const TexelPlace p = place_of(n, map.width());
+      mine = std::min(mine, grid.tile_of(level, p.x, p.y));
     });
+    if (mine != kNone) found.push_back(t);
+  });
+  // Ring by ring. Within one, the lowest tile wins, whoever is looked at first.
+  std::vector<TexelId> ring = found;
+  for (int step = 0; step < reach && !ring.empty(); ++step) {
+    std::vector<std::pair<TexelId, int>> next;
+    for (const TexelId t : ring) {
+      const int mine = other[*whole.index_of(t)];
+      for_each_beside(t, cursor, neighbors, [&](TexelId n) {
+        if (const auto at = whole.index_of(n); at && other[*at] == kNone) next.emplace_back(n, mine);
+      });
+    }
+    ring.clear();
+    for (const auto& [t, mine] : next) {
+      int& its = other[*whole.index_of(t)];
+      if (its == kNone) ring.push_back(t);
+      its = std::min(its, mine);
+    }
+    found.insert(found.end(), ring.begin(), ring.end());
   }
-  return regions;
+  std::sort(found.begin(), found.end());
+  std::vector<BorderTexel> border;
+  border.reserve(found.size());
+  for (const TexelId t : found) border.push_back({t, other[*whole.index_of(t)]});
+  return border;
+}
+
+std::vector<BorderZone> BorderZones::zones_of(int tile) const {
+  std::vector<BorderZone> zones;
+  for (int other = 0; other < grid_.num_tiles(); ++other) zones.push_back({.lower = tile, .higher = other});
+  for (const BorderTexel& b : by_tile_[static_cast<std::size_t>(tile)]) {
+    if (b.other > tile) zones[static_cast<std::size_t>(b.other)].texels.push_back(b.texel);
+  }
+  for (int higher = tile + 1; higher < grid_.num_tiles(); ++higher) {
+    for (const BorderTexel& b : by_tile_[static_cast<std::size_t>(higher)]) {
+      if (b.other == tile) zones[static_cast<std::size_t>(higher)].texels.push_back(b.texel);
+    }
+  }
+  std::erase_if(zones, [](const BorderZone& z) { return z.texels.empty(); });
+  for (BorderZone& z : zones) std::sort(z.texels.begin(), z.texels.end());
+  return zones;
+}
+
+RefinedRegion BorderZones::region_of(const TexelMap& map, const BorderZone& zone,
+                                     const TexelNeighborhood& neighbors) const {
+  const auto num_tiles = static_cast<std::uint64_t>(grid_.num_tiles());
+  RefinedRegion region{
+      .index = num_tiles * (1 + static_cast<std::uint64_t>(zone.lower)) + static_cast<std::uint64_t>(zone.higher),
+      .width = map.width()};
+  for (const int tile : {zone.lower, zone.higher}) {
+    std::vector<TexelId> side;
+    std::copy_if(zone.texels.begin(), zone.texels.end(), std::back_inserter(side),
+                 [&](TexelId t) { return tile_of(t) == tile; });
+    region.rects.push_back(bounds_of(side, map.width()));
+  }
+  region.is_member.resize(region.num_texels());
+  TexelNeighborhood::Cursor cursor(neighbors);
+  for (const TexelId t : zone.texels) {
+    bool is_inside = true;
+    for_each_beside(t, cursor, neighbors, [&](TexelId n) { is_inside = is_inside && is_free_for(zone, n); });
+    region.is_member[*region.index_of(t)] = is_inside ? 1 : 0;
+  }
+  return region;
+}
+
+int BorderZones::tile_of(TexelId texel) const {
+  const TexelPlace p = place_of(texel, grid_.width(level_));
+  return grid_.tile_of(level_, p.x, p.y);
+}
+
+bool BorderZones::is_free_for(const BorderZone& zone, TexelId texel) const {
+  const int tile = tile_of(texel);
+  const auto& border = by_tile_[static_cast<std::size_t>(tile)];
+  const auto at = std::lower_bound(border.begin(), border.end(), texel,
+                                   [](const BorderTexel& b, TexelId t) { return b.texel < t; });
+  if (at == border.end() || at->texel != texel) return true;
+  const int other = static_cast<int>(at->other);
+  return std::min(tile, other) == zone.lower && std::max(tile, other) == zone.higher;
 }
 
 }  // namespace patinate::transfer

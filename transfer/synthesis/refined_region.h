@@ -1,8 +1,11 @@
 /// \file
-/// Parts of a level that are refined by themselves, so that an atlas of several tiles can be refined tile by tile.
+/// Parts of a level that are refined by themselves, so that an atlas of several tiles can be refined tile by tile:
+/// the tiles, and the zones along their borders, in turn.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,32 +14,65 @@
 
 namespace patinate::transfer {
 
-/// A tile on a level, or a whole level of one. Windows of refinement stay inside it.
+/// What windows of refinement stay inside. Nobody sees a texel of another region from a member: regions can be refined
+/// in any order, or at once.
 struct RefinedRegion {
-  /// On a texel that has one of another region beside it, or is beside one: in even rounds texels of the region with
-  /// the lower index move, and those of the other one are held; in odd rounds the other way. So a pair of texels over
-  /// such a border is never changed from both sides at once.
-  enum Beside : std::uint8_t { kLower = 1, kHigher = 2 };
+  std::uint64_t index = 0;                   ///< Of random numbers.
+  int width = 0;                             ///< Of the level.
+  std::vector<TexelRect> rects = {};         ///< That hold the region; they do not overlap.
+  std::vector<std::uint8_t> is_member = {};  ///< By texel of the rectangles, one after the other; empty: all are.
 
-  int index = 0;
-  TexelRect rect;
-  std::vector<std::uint8_t> beside = {};  ///< Flags of Beside by texel of the rectangle; empty: no other region.
-
-  [[nodiscard]] static std::uint8_t held_in(int round) { return round % 2 == 0 ? kLower : kHigher; }
-  [[nodiscard]] std::size_t at(int x, int y) const {
-    return static_cast<std::size_t>((y - rect.y0) * rect.width() + x - rect.x0);
+  [[nodiscard]] std::size_t num_texels() const;
+  /// Of the rectangles' texels; none if it lies in none of them.
+  [[nodiscard]] std::optional<std::size_t> index_of(TexelId texel) const;
+  [[nodiscard]] bool has(TexelId texel) const {
+    if (is_member.empty()) return true;
+    const std::optional<std::size_t> at = index_of(texel);
+    return at && is_member[*at] != 0;
   }
-  /// Notes that a texel of the region and one of another lie beside each other.
-  void note(int x, int y, int other) { beside[at(x, y)] |= other < index ? kLower : kHigher; }
 };
 
-/// A tile by itself, from what its own texels have beside them. What other tiles' texels have beside them is missing:
-/// who sees over a seam is not always seen.
 /// @param neighbors  Of the tile's texels at least.
 [[nodiscard]] RefinedRegion region_of_tile(const TexelMap& map, const TileGrid& grid, std::size_t level, int tile,
                                            const TexelNeighborhood& neighbors);
-/// All tiles. @param grid  Null: the level is one region.
-[[nodiscard]] std::vector<RefinedRegion> refined_regions(const TexelMap& map, const TileGrid* grid, std::size_t level,
-                                                         const TexelNeighborhood& neighbors);
+
+/// A texel near another tile.
+struct BorderTexel {
+  TexelId texel = -1;
+  std::int64_t other = -1;  ///< That tile; of several the one that is fewest texels away, then the lowest.
+};
+/// Those of a tile, ascending: from texel to texel over the surface at most `reach` are between them and the other one.
+/// @param neighbors  Of the tile's texels at least.
+[[nodiscard]] std::vector<BorderTexel> find_border_texels(const TexelMap& map, const TileGrid& grid, std::size_t level,
+                                                          int tile, const TexelNeighborhood& neighbors, int reach);
+
+/// Both sides of the border of two tiles.
+struct BorderZone {
+  int lower = 0, higher = 0;
+  std::vector<TexelId> texels = {};  ///< Ascending.
+};
+
+/// The zones of a level: each border texel is in one.
+class BorderZones {
+ public:
+  /// @param by_tile  As find_border_texels() gives them; must outlive this.
+  BorderZones(const TileGrid& grid, std::size_t level, std::vector<std::span<const BorderTexel>> by_tile)
+      : grid_(grid), level_(level), by_tile_(std::move(by_tile)) {}
+
+  /// Those of a tile with higher ones.
+  [[nodiscard]] std::vector<BorderZone> zones_of(int tile) const;
+  /// @param neighbors  Of the zone's texels at least.
+  [[nodiscard]] RefinedRegion region_of(const TexelMap& map, const BorderZone& zone,
+                                        const TexelNeighborhood& neighbors) const;
+
+ private:
+  [[nodiscard]] int tile_of(TexelId texel) const;
+  /// No texel of another zone.
+  [[nodiscard]] bool is_free_for(const BorderZone& zone, TexelId texel) const;
+
+  const TileGrid& grid_;
+  std::size_t level_;
+  std::vector<std::span<const BorderTexel>> by_tile_;
+};
 
 }  // namespace patinate::transfer

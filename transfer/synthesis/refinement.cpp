@@ -1,6 +1,7 @@
 #include "transfer/synthesis/refinement.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <utility>
 
@@ -16,6 +17,11 @@ constexpr double kStructureWeight = 1000.0;  // What 1 of structure counts; 170 
 constexpr double kControlUnit = 4.5;  // Found by trial on synthetic crackle, with a share of a half: twice as much
                                       // brings the control error down by a fifth, and breaks more lines.
 constexpr int kSmallestHalf_px = 8, kLargestHalf_px = 44;
+constexpr std::array kHalfFactors{0.4, 0.6, 0.9, 1.3, 2.0};  // Of the size of cells.
+
+int half_px(double factor, const SourceStructure& structure) {
+  return std::clamp(static_cast<int>(factor * structure.scale_px), kSmallestHalf_px, kLargestHalf_px);
+}
 
 }  // namespace
 
@@ -34,9 +40,10 @@ LevelRefiner::LevelRefiner(const SynthesisLevel& level, const SourceStructure& s
             .similar = similar,
             .amounts = amounts_},
       seed_(seed) {
-  for (double factor : {0.4, 0.6, 0.9, 1.3, 2.0})
-    halves_.push_back(std::clamp(static_cast<int>(factor * structure.scale_px), kSmallestHalf_px, kLargestHalf_px));
+  for (double factor : kHalfFactors) halves_.push_back(half_px(factor, structure));
 }
+
+int LevelRefiner::largest_half_px(const SourceStructure& structure) { return half_px(kHalfFactors.back(), structure); }
 
 TexelNeighborhood LevelRefiner::neighbors_beside(const DestinationLevel& destination, const TexelPart& part,
                                                  const RunControl& control) {
@@ -47,21 +54,20 @@ RegionRefiner::RegionRefiner(const LevelRefiner& shared, RefinedRegion region)
     : shared_(shared),
       map_(*shared.level_.destination.map),
       region_(std::move(region)),
-      seed_(shared.seed_ + (static_cast<std::uint64_t>(region_.index) << 32)),
-      costs_(shared.level_.destination, region_.rect, shared.beside_, shared.features_),
+      seed_(shared.seed_ + (region_.index << 32)),
+      costs_(shared.level_.destination, region_, shared.beside_, shared.features_),
       patience_(costs_.size(), kPatient),
-      is_taken_(static_cast<std::size_t>(region_.rect.num_texels()), 0) {}
+      is_taken_(region_.num_texels(), 0) {}
 
 void RegionRefiner::measure(const PlaceMap& places, const RunControl& control) { costs_.measure(places, control); }
 
 void RegionRefiner::round(int index, PlaceMap& places, const RunControl& control) {
-  const PatchLimits limits{.region = region_, .round = index, .width = map_.width()};
-  choose_windows(index, limits, control);
+  choose_windows(index, control);
   // No window holds a texel beside another's: what one writes, no other reads.
   parallel_for(static_cast<std::int64_t>(windows_.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
     Window& window = windows_[static_cast<std::size_t>(begin)];
     SurfacePatch patch;
-    PatchFinder finder(map_, shared_.beside_, &limits);
+    PatchFinder finder(map_, shared_.beside_, &region_);
     finder.find_texels(window.center, window.half_px, patch);
     finder.find_edges(patch);
     PatchCut cut(shared_.task_);
@@ -77,7 +83,7 @@ void RegionRefiner::round(int index, PlaceMap& places, const RunControl& control
   }
 }
 
-void RegionRefiner::choose_windows(int index, const PatchLimits& limits, const RunControl& control) {
+void RegionRefiner::choose_windows(int index, const RunControl& control) {
   windows_.clear();
   std::fill(is_taken_.begin(), is_taken_.end(), std::uint8_t{0});
   struct Wish {
@@ -89,13 +95,13 @@ void RegionRefiner::choose_windows(int index, const PatchLimits& limits, const R
     if (const std::int64_t cost = costs_.around(b); cost > 0) wishes.push_back({cost * patience_[b], b});
   }
   std::stable_sort(wishes.begin(), wishes.end(), [](const Wish& a, const Wish& b) { return a.priority > b.priority; });
-  PatchFinder finder(map_, shared_.beside_, &limits);
+  PatchFinder finder(map_, shared_.beside_, &region_);
   SurfacePatch patch;
   const std::vector<int>& halves = shared_.halves_;
   for (const Wish& wish : wishes) {
     if (windows_.size() % 16 == 0) control.throw_if_stopped();
     const TexelId center = costs_.texel_in(wish.block);
-    if (center < 0 || !limits.allows(center) || taken(center) != 0) continue;
+    if (center < 0 || taken(center) != 0) continue;
     finder.find_texels(center, kSmallestHalf_px / 2, patch);  // Most have no room: this is quick.
     if (room_px(patch) < kSmallestHalf_px / 2) continue;
     RandomStream random(seed_, wish.block, 2000 + static_cast<std::uint32_t>(index));
@@ -110,10 +116,6 @@ void RegionRefiner::choose_windows(int index, const PatchLimits& limits, const R
   }
 }
 
-std::uint8_t& RegionRefiner::taken(TexelId t) {
-  return is_taken_[region_.at(static_cast<int>(t % map_.width()), static_cast<int>(t / map_.width()))];
-}
-
 int RegionRefiner::room_px(const SurfacePatch& patch) {
   std::int32_t room = patch.half_px * PixelNeighbor::kOne;
   for (const PatchTexel& t : patch.texels) {
@@ -124,19 +126,20 @@ int RegionRefiner::room_px(const SurfacePatch& patch) {
 
 bool RegionRefiner::sees_a_member(const SurfacePatch& patch) {
   return std::any_of(patch.edges.begin(), patch.edges.end(), [&](const PatchEdge& e) {
-    return e.outside >= 0 && is_inside(e.outside) && taken(e.outside) == kMember;
+    return e.outside >= 0 && region_.index_of(e.outside) && taken(e.outside) == kMember;
   });
 }
 
 void RegionRefiner::take(const SurfacePatch& patch) {
   for (const PatchEdge& e : patch.edges) {
-    if (e.outside >= 0 && is_inside(e.outside)) taken(e.outside) = kBeside;
+    if (e.outside >= 0 && region_.index_of(e.outside)) taken(e.outside) = kBeside;
   }
   for (const PatchTexel& t : patch.texels) taken(t.texel) = kMember;
 }
 
-bool RegionRefiner::is_inside(TexelId t) const {
-  return region_.rect.contains(static_cast<int>(t % map_.width()), static_cast<int>(t / map_.width()));
+void refine_regions(std::deque<RegionRefiner>& regions, int round, PlaceMap& places, const RunControl& control) {
+  for (RegionRefiner& region : regions) region.measure(places, control);
+  for (RegionRefiner& region : regions) region.round(round, places, control);
 }
 
 void refine_places(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,
@@ -147,13 +150,26 @@ void refine_places(const SynthesisLevel& level, const SourceStructure& structure
   const TexelMap& map = *level.destination.map;
   LevelRefiner shared(level, structure, similar, control_weights, seed, options,
                       LevelRefiner::neighbors_beside(level.destination, {map.rect(), {}}, silent));
-  std::vector<RegionRefiner> regions;
-  for (RefinedRegion& region : refined_regions(map, tiles.grid, tiles.level, shared.beside()))
-    regions.emplace_back(shared, std::move(region));
+  std::deque<RegionRefiner> zones, regions;
+  if (tiles.grid == nullptr) {
+    regions.emplace_back(shared, RefinedRegion{.width = map.width(), .rects = {map.rect()}});
+  } else {
+    const int num_tiles = tiles.grid->num_tiles(), reach = LevelRefiner::largest_half_px(structure);
+    std::vector<std::vector<BorderTexel>> border;
+    for (int tile = 0; tile < num_tiles; ++tile) {
+      border.push_back(find_border_texels(map, *tiles.grid, tiles.level, tile, shared.beside(), reach));
+      regions.emplace_back(shared, region_of_tile(map, *tiles.grid, tiles.level, tile, shared.beside()));
+    }
+    const BorderZones all(*tiles.grid, tiles.level, {border.begin(), border.end()});
+    for (int tile = 0; tile < num_tiles; ++tile) {
+      for (const BorderZone& zone : all.zones_of(tile))
+        zones.emplace_back(shared, all.region_of(map, zone, shared.beside()));
+    }
+  }
   for (int round = 0; round < options.num_rounds; ++round) {
     shared.amounts().measure(level.destination, places, silent);
-    for (RegionRefiner& region : regions) region.measure(places, silent);
-    for (RegionRefiner& region : regions) region.round(round, places, silent);
+    refine_regions(zones, round, places, silent);
+    refine_regions(regions, round, places, silent);
     control.report(static_cast<double>(round + 1) / options.num_rounds);
   }
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <span>
 #include <vector>
 
@@ -41,6 +42,8 @@ class LevelRefiner {
   [[nodiscard]] const TexelNeighborhood& beside() const { return beside_; }
   /// Of the whole level, to be set before every round.
   [[nodiscard]] Amounts& amounts() { return amounts_; }
+  /// How far to each side of its middle a window goes at most, in pixels of the structure's level.
+  [[nodiscard]] static int largest_half_px(const SourceStructure& structure);
 
  private:
   friend class RegionRefiner;
@@ -58,10 +61,13 @@ class LevelRefiner {
 class RegionRefiner {
  public:
   RegionRefiner(const LevelRefiner& shared, RefinedRegion region);
+  RegionRefiner(const RegionRefiner&) = delete;
+  RegionRefiner& operator=(const RegionRefiner&) = delete;
 
   /// Where borders cost most: before a round, in all regions before any of them goes on.
   void measure(const PlaceMap& places, const RunControl& control);
   void round(int index, PlaceMap& places, const RunControl& control);
+  [[nodiscard]] const RefinedRegion& region() const { return region_; }
   /// By block of the region, what is carried from round to round: falls where nothing is gained.
   [[nodiscard]] std::span<int> patience() { return patience_; }
 
@@ -78,9 +84,8 @@ class RegionRefiner {
     bool has_gained = false;
   };
   /// Greedily, those of most cost first, none within a texel of another.
-  void choose_windows(int index, const PatchLimits& limits, const RunControl& control);
-  [[nodiscard]] bool is_inside(TexelId t) const;
-  [[nodiscard]] std::uint8_t& taken(TexelId t);
+  void choose_windows(int index, const RunControl& control);
+  [[nodiscard]] std::uint8_t& taken(TexelId t) { return is_taken_[region_.index_of(t).value()]; }
   /// To the nearest texel that is taken, or to the rim.
   [[nodiscard]] int room_px(const SurfacePatch& patch);
   /// Over seams a texel may see one that does not see it.
@@ -94,11 +99,14 @@ class RegionRefiner {
   std::uint64_t seed_;
   BlockCosts costs_;
   std::vector<int> patience_;
-  std::vector<std::uint8_t> is_taken_;  ///< By texel of the region.
+  std::vector<std::uint8_t> is_taken_;  ///< By texel of the region's rectangles.
   std::vector<Window> windows_;
 };
 
-/// The tiles of a level, which are refined each by itself.
+/// A round of all. Their borders are measured before any goes on: the order does not matter.
+void refine_regions(std::deque<RegionRefiner>& regions, int round, PlaceMap& places, const RunControl& control);
+
+/// The tiles of a level, which are refined each by itself, after the zones along their borders in every round.
 struct LevelTiles {
   const TileGrid* grid = nullptr;  ///< Null: one.
   std::size_t level = 0;

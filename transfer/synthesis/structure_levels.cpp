@@ -54,7 +54,7 @@ LevelRefinement refinement_of(const std::vector<SourceStructure>& structures, co
                                                  const RunControl& control) {
     if (l >= structures.size()) return;
     refine_places(level, structures[l], similar, weights, seed + l, {.num_rounds = num_rounds}, places, control,
-                  {grid, l});
+                  {grid != nullptr && l < grid->num_tiled_levels() ? grid : nullptr, l});
   };
   return {.refine = refine, .num_passes = static_cast<double>(num_rounds)};
 }

@@ -7,11 +7,11 @@
 
 namespace patinate::transfer {
 
-PatchFinder::PatchFinder(const TexelMap& map, const TexelNeighborhood& neighbors, const PatchLimits* limits)
+PatchFinder::PatchFinder(const TexelMap& map, const TexelNeighborhood& neighbors, const RefinedRegion* region)
     : width_(map.width()),
       first_adjacent_(neighbors.first_adjacent()),
       cursor_(neighbors),
-      limits_(limits),
+      region_(region),
       slots_(4 * kMostTexels) {}
 
 PatchFinder::Slot& PatchFinder::slot_of(TexelId texel) {
@@ -54,7 +54,7 @@ void PatchFinder::find_texels(TexelId center, int half_px, SurfacePatch& patch) 
     std::copy_n(cursor_.at(from.texel).begin() + static_cast<std::ptrdiff_t>(first_adjacent_), beside.size(),
                 beside.begin());
     for (const PixelNeighbor& n : beside) {
-      if (n.texel < 0 || slot_of(n.texel).index >= 0 || (limits_ != nullptr && !limits_->allows(n.texel))) continue;
+      if (n.texel < 0 || slot_of(n.texel).index >= 0 || (region_ != nullptr && !region_->has(n.texel))) continue;
       const FixedPoint offset = mean_offset(n.texel, {from.offset.x + n.x, from.offset.y + n.y}, patch);
       if (std::abs(offset.x) > half || std::abs(offset.y) > half || patch.texels.size() >= kMostTexels) continue;
       slot_of(n.texel).index = static_cast<std::int32_t>(patch.texels.size());
@@ -73,7 +73,6 @@ void PatchFinder::find_edges(SurfacePatch& patch) {
                     patch.edges.push_back({.first = static_cast<std::int32_t>(i),
                                            .second = other,
                                            .outside = other >= 0 ? -1 : n.texel,
-                                           .is_held = other < 0 && limits_ != nullptr && !limits_->allows(n.texel),
                                            .step = {n.x, n.y},
                                            .weight = weight});
                   });

@@ -22,7 +22,6 @@ struct PatchEdge {
   std::int32_t first = 0;
   std::int32_t second = -1;  ///< -1: outside of the patch.
   TexelId outside = -1;      ///< Then that texel.
-  bool is_held = false;      ///< Limits keep it outside.
   FixedPoint step;
   std::int32_t weight =
       0;  ///< 4 beside each other, 2 diagonally; half of that over seams, where both may see the other.
@@ -34,26 +33,13 @@ struct SurfacePatch {
   std::vector<PatchEdge> edges;
 };
 
-/// Which texels a patch may hold: those of a region that are not held this round.
-struct PatchLimits {
-  const RefinedRegion& region;
-  int round = 0;
-  int width = 0;  ///< Of the level.
-
-  [[nodiscard]] bool allows(TexelId texel) const {
-    if (region.beside.empty()) return true;
-    const int x = static_cast<int>(texel % width), y = static_cast<int>(texel / width);
-    return region.rect.contains(x, y) && (region.beside[region.at(x, y)] & RefinedRegion::held_in(round)) == 0;
-  }
-};
-
 /// Finds patches; one for each thread.
 class PatchFinder {
  public:
   static constexpr std::size_t kMostTexels = 16384;
-  /// @param map,neighbors,limits  Must outlive this. Only the eight beside a texel are looked at: neighbors at no
-  /// offsets are the quickest. Without limits all texels may be of a patch.
-  PatchFinder(const TexelMap& map, const TexelNeighborhood& neighbors, const PatchLimits* limits = nullptr);
+  /// @param map,neighbors,region  Must outlive this. Only the eight beside a texel are looked at: neighbors at no
+  /// offsets are the quickest. @param region  That a patch stays inside of; null: all texels may be of one.
+  PatchFinder(const TexelMap& map, const TexelNeighborhood& neighbors, const RefinedRegion* region = nullptr);
 
   /// Texels that lie within half_px to every side of the center, going from neighbor to neighbor. [1, 100] pixels. A
   /// texel lies where those beside it that are laid already would have it, on the mean: on a bent surface ways to a
@@ -73,7 +59,7 @@ class PatchFinder {
   int width_;
   std::size_t first_adjacent_;
   TexelNeighborhood::Cursor cursor_;
-  const PatchLimits* limits_;
+  const RefinedRegion* region_;
   std::vector<Slot> slots_;  ///< A hash table of the texels found last.
   std::vector<std::size_t> used_;
 };

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "patinate/transfer/appearance_space.h"
-#include "transfer/exemplar/structure.h"
 #include "transfer/synthesis/levels.h"
 #include "transfer/synthesis/similar_pixels.h"
 #include "transfer/tiles/tile_halo.h"

@@ -35,6 +35,13 @@ Path amounts(std::size_t level, int round, int tile) {
 Path patience(std::size_t level, int round, int tile) {
   return named("level" + text(level) + ".patience" + text(round) + "." + text(tile));
 }
+Path borders(std::size_t level, int tile) { return named("level" + text(level) + ".borders." + text(tile)); }
+Path moved(std::size_t level, int round, int tile) {
+  return named("level" + text(level) + ".moved" + text(round) + "." + text(tile));
+}
+Path zone_patience(std::size_t level, int round, int tile) {
+  return named("level" + text(level) + ".zone_patience" + text(round) + "." + text(tile));
+}
 Path coarse() { return named("coarse.places"); }
 Path similar(std::size_t level) { return named("level" + text(level) + ".similar"); }
 Path num_levels() { return named("coarse.levels"); }
@@ -104,6 +111,34 @@ void write_places(const std::filesystem::path& file, const TexelMap& map, const 
   }
   write_arrays(file,
                {std::as_bytes(std::span(pixels)), std::as_bytes(std::span(beside)), std::as_bytes(std::span(changed))});
+}
+
+namespace {
+
+struct MovedTexel {
+  TexelId texel = -1;
+  std::int32_t pixel = -1;
+  std::int8_t beside_x = 0, beside_y = 0;
+  std::int16_t unused = 0;  // Bytes of a file are all said.
+};
+
+}  // namespace
+
+void write_moved(const std::filesystem::path& file, std::span<const TexelId> texels, const PlaceMap& places) {
+  std::vector<MovedTexel> moved;
+  moved.reserve(texels.size());
+  for (const TexelId texel : texels) {
+    const auto t = static_cast<std::size_t>(texel);
+    moved.push_back({texel, places.pixels[t], places.beside()[2 * t], places.beside()[2 * t + 1]});
+  }
+  write_array(file, std::span<const MovedTexel>(moved));
+}
+
+void read_moved(const std::filesystem::path& file, PlaceMap& places, const std::function<bool(TexelId)>& is_wanted) {
+  const MappedFile mapped(file);
+  for (const MovedTexel& m : mapped.all<MovedTexel>()) {
+    if (is_wanted(m.texel)) places.set(m.texel, m.pixel, {m.beside_x, m.beside_y});
+  }
 }
 
 StoredPlaces::Tile& StoredPlaces::open(int tile) {

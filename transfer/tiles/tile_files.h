@@ -32,10 +32,14 @@ using Path = std::filesystem::path;
 [[nodiscard]] Path counts(std::size_t level, int pass, int tile);  ///< PlaceCounts before that pass.
 [[nodiscard]] Path amounts(std::size_t level, int round, int tile);   ///< Amounts::Counts before that round.
 [[nodiscard]] Path patience(std::size_t level, int round, int tile);  ///< RegionRefiner::patience() after it.
-[[nodiscard]] Path coarse();                                          ///< Places of the finest level that is not tiled.
-[[nodiscard]] Path similar(std::size_t level);                        ///< SimilarPixels.
-[[nodiscard]] Path num_levels();                                      ///< One std::int64_t.
-[[nodiscard]] Path figures(int tile);                                 ///< EnergyFigures.
+[[nodiscard]] Path borders(std::size_t level, int tile);              ///< BorderTexel, ascending.
+/// Of the zones of a tile with higher ones, after that round's work on zones: see write_moved().
+[[nodiscard]] Path moved(std::size_t level, int round, int tile);
+[[nodiscard]] Path zone_patience(std::size_t level, int round, int tile);  ///< As patience(), zone after zone.
+[[nodiscard]] Path coarse();                    ///< Places of the finest level that is not tiled.
+[[nodiscard]] Path similar(std::size_t level);  ///< SimilarPixels.
+[[nodiscard]] Path num_levels();                ///< One std::int64_t.
+[[nodiscard]] Path figures(int tile);           ///< EnergyFigures.
 }  // namespace tile_file
 
 struct TriangleCount {
@@ -59,6 +63,11 @@ void write_array(const std::filesystem::path& file, std::span<const T> values) {
 /// something changed nearby (empty: never).
 void write_places(const std::filesystem::path& file, const TexelMap& map, const TexelRect& rect, const PlaceMap& places,
                   std::span<const std::uint8_t> changed_near);
+
+/// Of some texels: which, their pixels, and how far beside them.
+void write_moved(const std::filesystem::path& file, std::span<const TexelId> texels, const PlaceMap& places);
+/// @param is_wanted  Of a texel: whether it is set.
+void read_moved(const std::filesystem::path& file, PlaceMap& places, const std::function<bool(TexelId)>& is_wanted);
 
 /// The places of a level in the files of its tiles, opened when one looks.
 class StoredPlaces {

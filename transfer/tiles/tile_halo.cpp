@@ -135,15 +135,16 @@ TileHalo find_halo(const TexelMap& map, const TexelRect& rect, const NeighborFin
   return HaloFinder(map, rect, find, links, control).find();
 }
 
-std::vector<TexelId> find_rim(const TexelMap& map, const TexelRect& rect, const NeighborFinder& find) {
-  const TexelNeighborhood neighborhood = find({rect, {}});
+std::vector<TexelId> find_rim(const TexelMap& map, const TexelPart& part, const NeighborFinder& find) {
+  const TexelNeighborhood neighborhood = find(part);
   TexelNeighborhood::Cursor cursor(neighborhood);
   std::vector<TexelId> rim;
   for (const TexelId t : neighborhood.band()) {
     for (const PixelNeighbor& n : cursor.at(t)) {
       if (n.texel < 0) continue;
       const TexelPlace p = place_of(map, n.texel);
-      if (!rect.contains(p.x, p.y)) rim.push_back(n.texel);
+      if (!part.rect.contains(p.x, p.y) && !std::binary_search(part.others.begin(), part.others.end(), n.texel))
+        rim.push_back(n.texel);
     }
   }
   std::sort(rim.begin(), rim.end());

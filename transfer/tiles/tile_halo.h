@@ -54,7 +54,7 @@ struct TileHalo {
 [[nodiscard]] TileHalo find_halo(const TexelMap& map, const TexelRect& rect, const NeighborFinder& find,
                                  const StoredLinks& links, const RunControl& control);
 
-/// Texels beyond the rectangle that its own look at.
-[[nodiscard]] std::vector<TexelId> find_rim(const TexelMap& map, const TexelRect& rect, const NeighborFinder& find);
+/// Texels beyond a part that its own look at, ascending. @param part  Its others ascending.
+[[nodiscard]] std::vector<TexelId> find_rim(const TexelMap& map, const TexelPart& part, const NeighborFinder& find);
 
 }  // namespace patinate::transfer

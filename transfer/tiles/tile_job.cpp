@@ -26,8 +26,8 @@ struct StepCost {
   double megabytes = 0.0;  ///< Beside what every step has.
 };
 constexpr StepCost kSurvey{0.01, 6e-8, 24.0}, kMatch{0.1, 1.4e-7, 45.0}, kHalve{0.08, 2e-7, 90.0},
-    kStart{0.09, 1e-7, 60.0}, kPass{0.12, 1.1e-6, 80.0}, kRefine{0.75, 1.3e-5, 60.0, 47.0}, kFinish{0.1, 6e-7, 60.0},
-    kCoarse{0.6, 3.5e-6, 40.0};
+    kStart{0.09, 1e-7, 60.0}, kPass{0.12, 1.1e-6, 80.0}, kRefine{0.75, 1.3e-5, 60.0, 47.0},
+    kBorders{0.75, 4e-6, 30.0, 47.0}, kFinish{0.1, 6e-7, 60.0}, kCoarse{0.6, 3.5e-6, 40.0};
 constexpr double kBase_mb = 22.0;
 constexpr double kNumbering_bytes = 0.4;  ///< A texel of the whole level: sets of texels (texel_set.h).
 
@@ -101,7 +101,10 @@ JobPlan plan_tiled_transfer(TiledTask task, const fs::path& output) {
       "match", 0, kMatch,
       [&](int tile) {
         std::vector<fs::path> files{tile_file::targets(0, tile)};
-        for (std::size_t l = 0; l < num_tiled; ++l) files.push_back(tile_file::links(l, tile));
+        for (std::size_t l = 0; l < num_tiled; ++l) {
+          files.push_back(tile_file::links(l, tile));
+          if (tiled->num_rounds(l) > 0) files.push_back(tile_file::borders(l, tile));
+        }
         return files;
       },
       [&](int tile) -> Work { return [=](const fs::path& f, const RunControl& c) { tiled->match(tile, f, c); }; });
@@ -141,6 +144,14 @@ JobPlan plan_tiled_transfer(TiledTask task, const fs::path& output) {
           });
     }
     for (int round = 0; round < num_rounds; ++round) {
+      stages.add(
+          level + "-borders" + std::to_string(round), l, kBorders,
+          [&](int tile) {
+            return std::vector<fs::path>{tile_file::moved(l, round, tile), tile_file::zone_patience(l, round, tile)};
+          },
+          [&](int tile) -> Work {
+            return [=](const fs::path& f, const RunControl& c) { tiled->refine_borders(l, round, tile, f, c); };
+          });
       stages.add(
           level + "-refine" + std::to_string(round), l, kRefine,
           [&](int tile) {

@@ -7,7 +7,6 @@
 
 #include "libcommon/controls/part_controls.h"
 #include "libcommon/core/text.h"
-#include "transfer/exemplar/structure.h"
 #include "transfer/files/transfer_files.h"
 #include "transfer/guidance/control_matcher.h"
 #include "transfer/synthesis/multi_level.h"
@@ -59,9 +58,8 @@ TiledTransfer::TiledTransfer(TiledTask task) : task_(std::move(task)), grid_(tas
                          " is matched over the whole atlas, which no process holds by tile");
   }
   for (const TransferControl& c : t.input.controls) require_part_control(c.destination);
-  const SourceStructure structure =
-      find_structure(*t.history, usable_mask(*t.history, t.input.source_mask), o.appearance);
-  if (!structure.empty()) num_refined_levels_ = levels_with_structure(structure.scale_px);
+  structure_ = find_structure(*t.history, usable_mask(*t.history, t.input.source_mask), o.appearance);
+  if (!structure_.empty()) num_refined_levels_ = levels_with_structure(structure_.scale_px);
   if (const int side = smallest_side(*t.history); side >> num_tiled_levels() < kSmallestSide) {
     throw InvalidInput(t.history->label() + ": is " + std::to_string(side) + " pixels wide; by tile it has to be " +
                        std::to_string(kSmallestSide << num_tiled_levels()) +
@@ -96,9 +94,8 @@ const TiledTransfer::Prepared& TiledTransfer::prepare(const Folder& folder, cons
   if (p->map->num_covered() == 0)
     throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
   const ImageU8 mask = usable_mask(history, input.source_mask);
-  const SourceStructure structure = find_structure(history, mask, task_.transfer.options.appearance, control);
-  p->structure = facts_of(structure);
-  p->options = with_defaults(task_.transfer.options, !structure.empty());
+  p->structure = facts_of(structure_);
+  p->options = with_defaults(task_.transfer.options, !structure_.empty());
   check_large_enough(history, mask, p->options.neighborhood_radius_px);
   for (const TransferControl& c : input.controls) p->weights.push_back(c.weight);
   p->neighborhood = Neighborhood::square(p->options.neighborhood_radius_px);
@@ -124,7 +121,7 @@ const TiledTransfer::Prepared& TiledTransfer::prepare(const Folder& folder, cons
                        " levels to copy from, and by tile " + std::to_string(num_tiled_levels() + 1) +
                        " are needed; do without --by-tile, or give more texels or a larger history");
   }
-  p->structures = structure_levels(structure, p->first, p->sources.size(), control);
+  p->structures = structure_levels(structure_, p->first, p->sources.size(), control);
   prepared_ = std::move(p);
   return *prepared_;
 }
@@ -169,6 +166,7 @@ void TiledTransfer::match(int tile, const Folder& folder, const RunControl& cont
     const auto on = p.map_on(l, silent);
     const std::vector<TexelLink> links = find_links(*on, grid_.rect(l, tile), p.finder_on(l, *on, silent));
     write_array(folder / tile_file::links(l, tile), std::span<const TexelLink>(links));
+    if (num_rounds(l) > 0) write_borders(l, tile, folder, silent);
   }
   control.report(1.0);
 }
@@ -303,7 +301,7 @@ void TiledTransfer::finish(int tile, const Folder& folder, const RunControl& con
   } else {
     TiledPlaces stored = stored_places(folder, grid_, 0, num_passes(0) + num_rounds(0));
     stored.load(rect, tile, places, {});
-    stored.load(find_rim(*map, rect, find), places, {});
+    stored.load(find_rim(*map, {rect, {}}, find), places, {});
   }
   write_figures(folder / tile_file::figures(tile), measure_figures(synthesis.source, synthesis.destination,
                                                                    p.neighborhood, places.pixels, p.weights, silent));

@@ -11,7 +11,7 @@
 #include "patinate/controls/control_kinds.h"
 #include "patinate/core/run_control.h"
 #include "patinate/transfer/transfer_io.h"
-#include "transfer/synthesis/refined_region.h"
+#include "transfer/exemplar/structure.h"
 #include "transfer/synthesis/tile_grid.h"
 
 namespace patinate::transfer {
@@ -40,7 +40,7 @@ class TiledTransfer {
   using Folder = std::filesystem::path;
   /// 1. Counts texels, and makes the controls: also the tile's control maps.
   void survey(int tile, const Folder& folder, const RunControl& control);
-  /// 2. The controls in the history's values; who looks over seams on every tiled level.
+  /// 2. The controls in the history's values; on every tiled level who looks over seams, and what lies near others.
   void match(int tile, const Folder& folder, const RunControl& control);
   /// 3. Controls of levels [1, num_tiled_levels()], one after the other.
   void halve(std::size_t level, int tile, const Folder& folder, const RunControl& control);
@@ -52,6 +52,8 @@ class TiledTransfer {
   /// The rounds of refinement after the passes of a level: 0 where the source has no structure that it may show. A
   /// level turns out not to show it once texels are counted: then a round leaves everything as it is.
   [[nodiscard]] int num_rounds(std::size_t level) const;
+  /// Each round first over borders: the zones of the tile with higher ones. Then the tile itself.
+  void refine_borders(std::size_t level, int round, int tile, const Folder& folder, const RunControl& control);
   void refine(std::size_t level, int round, int tile, const Folder& folder, const RunControl& control);
   /// 6. Figures, and the tile's coordinates.
   void finish(int tile, const Folder& folder, const RunControl& control);
@@ -61,12 +63,12 @@ class TiledTransfer {
  private:
   struct Prepared;
   const Prepared& prepare(const Folder& folder, const RunControl& control);
-  /// A tile with those of other tiles that see its texels.
-  [[nodiscard]] RefinedRegion seen_region(const TexelMap& map, std::size_t level, int tile,
-                                          const TexelNeighborhood& beside, const Folder& folder) const;
+  struct LoadedLevel;
+  void write_borders(std::size_t level, int tile, const Folder& folder, const RunControl& control);
 
   TiledTask task_;
   TileGrid grid_;
+  SourceStructure structure_;
   std::size_t num_refined_levels_ = 0;  ///< At most.
   std::mutex mutex_;
   std::unique_ptr<const Prepared> prepared_;  ///< What all pieces from the third on need.

@@ -270,8 +270,11 @@ TEST(Refinement, TileByTileLowersTheSumRoundByRoundOverBordersOfTilesToo) {
     EXPECT_LT(sum, last) << rounds;
     last = sum;
   }
-  // Were texels at borders of tiles held in every round, these pairs would stay as they are.
-  EXPECT_LT(over_borders(task.refined(8, 0, 1, &grid)), over_borders(task.places) / 2);
+  // Windows lie over borders of tiles as they do elsewhere: what such pairs cost falls as the whole sum does.
+  const double share = static_cast<double>(last) / static_cast<double>(task.seam_sum(task.places));
+  EXPECT_LT(static_cast<double>(over_borders(task.refined(8, 0, 1, &grid))),
+            2.0 * share * static_cast<double>(over_borders(task.places)))
+      << "128 pairs: twice for chance";
 }
 
 TEST(Refinement, GivesTheSamePlacesTileByTileForAnyNumberOfThreads) {

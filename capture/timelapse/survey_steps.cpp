@@ -66,7 +66,8 @@ Json survey_chunk(const IngestWork& work, int chunk, const fs::path& folder, con
 }
 
 /// Measured on six photographs of 192 x 192 and of 384 x 384 pixels: by pixel and photograph.
-constexpr CostModel kChunkCost{0.3, 2.2e-7, 25.0, 13.0}, kSurveyCost{0.45, 5e-7, 25.0, 16.0};
+constexpr CostModel kChunkCost{0.3, 2.2e-7, 25.0, 13.0}, kSurveyCost{0.45, 5e-7, 25.0, 16.0},
+    kFlatFieldCost{0.03, 3e-7, 25.0, 5.0};
 
 double num_surveyed(const IngestWork& work, int num_frames) {
   return static_cast<double>(work.project.width()) * work.project.height() * num_frames;
@@ -397,7 +398,8 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
                          write_exr(folder / kFlatFieldFile, rgb, {"R", "G", "B"}, ExrDepth::Float);
                          control.report(1.0);
                        },
-                   .stage = ingest_stages(*work).decisions});
+                   .stage = ingest_stages(*work).decisions,
+                   .cost = kFlatFieldCost.of(num_surveyed(*work, num_frames_of(*work)))});
 }
 
 std::string repair_frame_key(const IngestWork& work) {

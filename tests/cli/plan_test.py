@@ -356,9 +356,20 @@ class Cost(PlanCase):
             self.assertLess(cost("export", self.shared / "aged", "--num-times", "2", "-o", name), cost("export", self.shared / "aged", "--num-times", "2000", "-o", name))
         self.assertLess(cost("export", self.shared / "aged", "--time", "1", "-o", "aged.obj"), 1)
 
-    def test_what_is_not_known_is_null(self):
+    def test_slow_searches_pairs_and_what_comes_before_frames_are_known_too(self):
         plan = self.plan("transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--method", "reference", "--resolution", "64", "-o", "out")
-        self.assertIsNone(plan["join"]["cost"])
+        self.assertGreater(plan["join"]["cost"]["core_seconds"], 0)
+        for seed in (1, 2, 3, 4):
+            self.succeeds("synth", "crackle", "--width", "64", "--height", "48", "--num-frames", "3", "--seed", seed, "-o", f"paint{seed}")
+            self.succeeds("ingest", f"paint{seed}", "-o", f"plate{seed}")
+        plan = self.plan("compare", "plate1", "plate2", "--against", "plate3", "plate4", "-o", "compared")
+        self.assertEqual([item["name"] for item in plan["items"] if not item["cost"]], [])
+        capture = json.loads((self.folder / "paint1/capture.json").read_text())
+        del capture["transmission"]
+        (self.folder / "paint1/capture.json").write_text(json.dumps({**capture, "reference_patch": [2, 2, 9, 9]}))
+        plan = self.plan("ingest", "paint1", "--align", "features", "--flat-field", "estimate", "-o", "laid")
+        self.assertLessEqual({"align", "reference-patch", "flat-field"}, {item["name"] for item in plan["items"]})
+        self.assertEqual([item["name"] for item in plan["items"] if not item["cost"]], [])
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 #include "transfer/tiles/tile_job.h"
 
+#include <cmath>
 #include <span>
 
 #include "libcommon/core/text.h"
@@ -23,11 +24,13 @@ struct StepCost {
   double seconds = 0.0;        ///< Before the first texel: reading mesh and history, preparing the source.
   double texel_seconds = 0.0;  ///< And for each texel of the tile, on the level of the step.
   double texel_bytes = 0.0;
-  double megabytes = 0.0;  ///< Beside what every step has.
+  double megabytes = 0.0;     ///< Beside what every step has.
+  double side_seconds = 0.0;  ///< For each texel along a side of the tile: what lies along its borders.
+  double side_bytes = 0.0;
 };
 constexpr StepCost kSurvey{0.01, 6e-8, 24.0}, kMatch{0.1, 1.4e-7, 45.0}, kHalve{0.08, 2e-7, 90.0},
-    kStart{0.09, 1e-7, 60.0}, kPass{0.12, 1.1e-6, 80.0}, kRefine{0.75, 1.3e-5, 60.0, 47.0},
-    kBorders{0.75, 4e-6, 30.0, 47.0}, kFinish{0.1, 6e-7, 60.0}, kCoarse{0.6, 3.5e-6, 40.0};
+    kStart{0.09, 1e-7, 60.0}, kPass{0.12, 1.1e-6, 80.0}, kRefine{0.45, 1.25e-5, 60.0, 47.0},
+    kBorders{0.45, 0.0, 0.0, 50.0, 2.5e-3, 6e4}, kFinish{0.1, 6e-7, 60.0}, kCoarse{0.6, 3.5e-6, 40.0};
 constexpr double kBase_mb = 22.0;
 constexpr double kNumbering_bytes = 0.4;  ///< A texel of the whole level: sets of texels (texel_set.h).
 
@@ -55,9 +58,11 @@ class StageList {
  private:
   [[nodiscard]] static JobCost cost_of(const StepCost& step, std::int64_t texels, std::int64_t all) {
     const auto here = static_cast<double>(texels);
-    return {.core_seconds = step.seconds + step.texel_seconds * here,
+    const double side = std::sqrt(here);
+    return {.core_seconds = step.seconds + step.texel_seconds * here + step.side_seconds * side,
             .megabytes = kBase_mb + step.megabytes +
-                         1e-6 * (step.texel_bytes * here + kNumbering_bytes * static_cast<double>(all))};
+                         1e-6 * (step.texel_bytes * here + step.side_bytes * side +
+                                 kNumbering_bytes * static_cast<double>(all))};
   }
   void add_item(const std::string& name, std::vector<fs::path> outputs, Work work, const JobCost& cost) {
     plan_.items.push_back({.name = name,

@@ -135,6 +135,8 @@ void Evolution::adapt(const std::vector<Eigen::VectorXd>& best) {
   scales_ = eigen.eigenvalues().cwiseMax(kSmallestScale * kSmallestScale).cwiseSqrt();
 }
 
+int Evolution::patience_of(std::size_t n) { return kStaleGenerations + 2 * static_cast<int>(n); }
+
 bool Evolution::is_at_end(std::span<const double> values) {
   const auto [low, high] = std::minmax_element(values.begin(), values.end());
   const double counts = std::max(options_.flatness, options_.relative_flatness * std::abs(*low));
@@ -144,7 +146,7 @@ bool Evolution::is_at_end(std::span<const double> values) {
     last_gain_ = generation_;
   }
   const bool is_stale = options_.relative_flatness > 0.0 && std::isfinite(least_) &&
-                        generation_ - last_gain_ >= kStaleGenerations + 2 * static_cast<int>(center_.size());
+                        generation_ - last_gain_ >= patience_of(static_cast<std::size_t>(center_.size()));
   return spread() <= options_.tolerance || num_flat_ >= 2 || is_stale;
 }
 

@@ -34,6 +34,8 @@ class Evolution {
   explicit Evolution(const std::vector<double>& start, const EvolutionOptions& options = {});
 
   [[nodiscard]] static int population_of(std::size_t n, const EvolutionOptions& options);
+  /// So many generations without a gain that counts are an end: 8 + 2 n.
+  [[nodiscard]] static int patience_of(std::size_t n);
   [[nodiscard]] int population() const { return population_; }
   /// Generations told.
   [[nodiscard]] int generation() const { return generation_; }

@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 4;  ///< Raised when the same input gives other values.
+constexpr std::int64_t kSearchVersion = 4;  ///< Raised when the same input gives other values;
+constexpr std::int64_t kStageVersion = 5;   ///< when the same values give another report.
 constexpr int kEvaluationsPerParameter = 100;
 constexpr double kSmallestLookStep = 0.05;      ///< Of the search for an appearance, however narrow the outer one has
                                                 ///< become; but no wider than its first step.
@@ -252,7 +253,7 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
     if (const std::string problem = start_problem(p); !problem.empty()) throw InvalidInput(problem);
   }
   const std::vector<SeriesFile> series = checked_captures(task);
-  JobInputs search_inputs("fit search", kStageVersion), inputs("fit", kStageVersion);
+  JobInputs search_inputs("fit search", kSearchVersion), inputs("fit", kStageVersion);
   add_search_inputs(task, series, search_inputs);
   add_search_inputs(task, series, inputs);
   const auto work = std::make_shared<FitWork>(std::move(task));

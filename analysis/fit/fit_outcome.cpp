@@ -1,9 +1,12 @@
 #include "analysis/fit/fit_outcome.h"
 
+#include <cmath>
+
 #include "analysis/compare/sections.h"
 #include "analysis/fit/chance.h"
 #include "analysis/fit/fit_report.h"
 #include "analysis/fit/misfit.h"
+#include "analysis/fit/multi_start.h"
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
 #include "patinate/image/image_io.h"
@@ -13,6 +16,10 @@ namespace patinate::analysis {
 namespace fs = std::filesystem;
 
 namespace {
+
+/// Of what the data cannot tell: a best that is higher by no more moves the sides of intervals, where the objective has
+/// risen by all of it, by an eighth of their distance (of a parabola: sqrt(1.25)).
+constexpr double kLittle = 0.25;
 
 /// What a comparison says of the history with some values.
 struct Compared {
@@ -76,8 +83,6 @@ FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
   outcome.best = work.best(folder);
   outcome.initial = outcome.searched.front().points.front();
   outcome.num_planned = work.budget.evaluations;
-  outcome.is_converged = work.aged.empty() ? outcome.searched.front().is_converged
-                                           : work.standing(folder, work.num_generations()).search.is_converged();
   for (int s = 1; s <= work.task.options.seeds; ++s)
     outcome.seeds.push_back(work.record(folder, "seed-" + std::to_string(s)));
   outcome.chances = work.chances(folder);
@@ -113,6 +118,13 @@ FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
   outcome.threshold = untellable_objective(*outcome.best.result.objective, outcome.chances,
                                            static_cast<int>(work.task.parameters.size())) -
                       *outcome.best.result.objective;
+  if (work.aged.empty()) {
+    outcome.is_converged = outcome.searched.front().is_converged;
+  } else {
+    const MultiStart search = work.standing(folder, work.num_generations()).search;
+    if (std::isfinite(search.lately_gained())) outcome.lately_gained = search.lately_gained();
+    outcome.is_converged = search.is_converged() || search.lately_gained() <= kLittle * outcome.threshold;
+  }
   outcome.verdicts = determine(work.box_point(outcome.best), tried, outcome.scans, outcome.profiles, outcome.threshold);
   return outcome;
 }

@@ -217,7 +217,10 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
                             (task.captures.size() > 1 ? "of each capture " : "") + "and " +
                             std::to_string(count_points(o)) + " appearances of them";
   page.paragraph("The objective fell from " + number(o.initial.result.objective) + " to " +
-                 number(o.best.result.objective) + " in " + tried + (o.is_converged ? "; the search converged." : "."));
+                 number(o.best.result.objective) + " in " + tried + (o.is_converged ? "; the search converged." : ".") +
+                 (o.lately_gained ? " Its last generations brought it down by " + number(*o.lately_gained) +
+                                        "; what the data cannot tell is " + number(o.threshold) + "."
+                                  : ""));
   if (!o.is_converged)
     page.paragraph(
         "Not converged: the budget ended the search, so better values may lie elsewhere, and intervals are those of "

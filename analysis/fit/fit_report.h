@@ -28,11 +28,12 @@ struct FitOutcome {
   FitPoint initial, best;
   int num_planned = 0;
   bool is_converged = false;
-  std::vector<FitEvaluation> seeds;  ///< The best with other seeds.
-  std::vector<double> chances;       ///< What chance makes of the objective, at the best and near it.
-  double threshold = 0.0;            ///< Differences of the objective up to here mean nothing.
-  BoxScans scans;                    ///< Along every parameter, the others as at the best.
-  BoxScans profiles;                 ///< The same, others moved to make up for it.
+  std::optional<double> lately_gained;  ///< MultiStart::lately_gained(), where a number of the aging is searched.
+  std::vector<FitEvaluation> seeds;     ///< The best with other seeds.
+  std::vector<double> chances;          ///< What chance makes of the objective, at the best and near it.
+  double threshold = 0.0;               ///< Differences of the objective up to here mean nothing.
+  BoxScans scans;                       ///< Along every parameter, the others as at the best.
+  BoxScans profiles;                    ///< The same, others moved to make up for it.
   std::vector<ParameterVerdict> verdicts;
   std::optional<Valley> valley;
   std::string no_valley;            ///< Why there is none.

@@ -111,6 +111,7 @@ void MultiStart::tell(std::span<const double> values) {
     return;
   }
   Chain& chain = chains_[current_];
+  chain.values.push_back(chain.found.value);
   for (int k = 0; k < population_; ++k) {
     const double value = values[static_cast<std::size_t>(k)];
     if (!(value < chain.found.value)) continue;
@@ -119,6 +120,9 @@ void MultiStart::tell(std::span<const double> values) {
   }
   chain.search.tell(values);
   ++chain.found.generations;
+  const auto patience = static_cast<std::size_t>(Evolution::patience_of(points_.front().size()));
+  if (chain.values.size() > patience)
+    chain.found.lately_gained = chain.values[chain.values.size() - patience] - chain.found.value;
   ++generation_;
   chain.found.is_converged = chain.search.is_done();
   for (const Chain& other : chains_) {
@@ -155,9 +159,16 @@ std::vector<MultiStart::Descent> MultiStart::descents() const {
 
 bool MultiStart::is_converged() const {
   const std::vector<Descent> found = descents();
-  if (found.empty()) return false;
-  return found.front().is_converged && found.front().value <= *std::min_element(values_.begin(), values_.end());
+  return !found.empty() && found.front().is_converged && found.front().value <= least_value();
 }
+
+double MultiStart::lately_gained() const {
+  const std::vector<Descent> found = descents();
+  return !found.empty() && found.front().value <= least_value() ? found.front().lately_gained
+                                                                : std::numeric_limits<double>::infinity();
+}
+
+double MultiStart::least_value() const { return *std::min_element(values_.begin(), values_.end()); }
 
 Minimum minimize(const std::function<double(const std::vector<double>&)>& f, const std::vector<double>& start,
                  int budget, const MultiStartOptions& options) {

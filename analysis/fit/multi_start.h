@@ -55,20 +55,27 @@ class MultiStart {
     int generations = 0;
     bool is_converged = false;
     bool is_given_up = false;  ///< It came to where a better one had ended.
+    /// By how much its last Evolution::patience_of() generations brought its value down; infinity as long as it has had
+    /// no more than these.
+    double lately_gained = std::numeric_limits<double>::infinity();
   };
   /// Best first; none as long as there is a design to look at.
   [[nodiscard]] std::vector<Descent> descents() const;
+  /// Descent::lately_gained of the one that found the least value; infinity where that is a point that none began at.
+  [[nodiscard]] double lately_gained() const;
 
  private:
   struct Chain {
     Evolution search;
     Descent found;
+    std::vector<double> values = {};  ///< The least before each of its generations.
   };
   [[nodiscard]] bool is_design() const { return chains_.empty(); }
   [[nodiscard]] std::size_t design_index(int k) const;
   void choose_starts();
   void begin(std::size_t origin, double step);
   void choose_next();
+  [[nodiscard]] double least_value() const;
 
   MultiStartOptions options_;
   int population_ = 0, generation_ = 0;

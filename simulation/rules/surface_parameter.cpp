@@ -49,6 +49,17 @@ void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* ou
   }
 }
 
+void prefetch_parameter(const SurfaceParameter& parameter, TileIndex tile) {
+  constexpr std::size_t kLine = 64;
+  std::visit(
+      [&](const auto& values) {
+        const auto* first = reinterpret_cast<const char*>(values.data() + std::size_t{tile} * TileGrid::kTileTexels);
+        for (std::size_t b = 0; b < TileGrid::kTileTexels * sizeof(values[0]); b += kLine)
+          __builtin_prefetch(first + b);
+      },
+      parameter.values);
+}
+
 double parameter_at(const SurfaceParameter& parameter, TexelIndex texel) {
   std::array<float, TileGrid::kTileTexels> tile;
   load_parameter(parameter, TileGrid::tile_of(texel), tile.data());

@@ -36,6 +36,8 @@ struct SurfaceParameter {
 /// The values of a tile. @param out  TileGrid::kTileTexels.
 void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* out);
 
+/// Asks memory for what load_parameter() will read.
+void prefetch_parameter(const SurfaceParameter& parameter, TileIndex tile);
 /// The value of one texel.
 [[nodiscard]] double parameter_at(const SurfaceParameter& parameter, TexelIndex texel);
 

@@ -14,7 +14,7 @@ namespace patinate::simulation {
 
 /// Size of the chunks that work on `n` gammatons is split into: large enough for neighbors to meet, small enough for
 /// some threads.
-[[nodiscard]] inline std::int64_t chunk_of(std::int64_t n) { return std::clamp<std::int64_t>(n / 16, 512, 32768); }
+[[nodiscard]] inline std::int64_t chunk_of(std::int64_t n) { return std::clamp<std::int64_t>(n / 16, 1024, 32768); }
 
 /// Indices [begin, end) by triangle, roughly, and then by index. @param num_triangles  Of the scene.
 [[nodiscard]] inline std::vector<std::uint32_t> place_order(const Gammatons& gammatons, std::int64_t begin,

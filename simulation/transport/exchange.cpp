@@ -20,9 +20,9 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr std::int64_t kPlaceChunk = 512;  ///< Contacts.
-constexpr std::int64_t kAhead = 16;        ///< Contacts that memory is asked for before their turn.
-constexpr std::size_t kFew = 64;           ///< Contacts or pieces that one thread is done with before another begins.
+constexpr std::int64_t kPlaceChunk = 4096;  ///< Contacts.
+constexpr std::int64_t kAhead = 16;         ///< Contacts that memory is asked for before their turn.
+constexpr std::size_t kFew = 64;            ///< Contacts or pieces that one thread is done with before another begins.
 
 /// Of a splat in texels: 3 and 5 are those that one and two steps of a walk reach.
 double width_of(int splat_texels) { return splat_texels == 5 ? 3.0 * std::numbers::sqrt2 : splat_texels; }

@@ -10,8 +10,8 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr std::int64_t kSplatChunk = 64;              ///< Contacts.
-constexpr std::int64_t kTrailChunk = 4;               ///< Endings, each with a splat for every contact of its trail.
+constexpr std::int64_t kSplatChunk = 256;             ///< Contacts.
+constexpr std::int64_t kTrailChunk = 16;              ///< Endings, each with a splat for every contact of its trail.
 constexpr std::uint32_t kDepositPiece = 0x7FFFFFFEu;  ///< Random numbers where a gammaton ends.
 constexpr std::size_t kAhead = 16;                    ///< Contacts that memory is asked for before their turn.
 

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "libcommon/core/parallel.h"
 #include "patinate/atlas/atlas_mesh.h"
@@ -148,6 +149,9 @@ void SurfaceAtlas::make_links() {
   }
   std::sort(linked_.begin(), linked_.end());
   linked_.erase(std::unique(linked_.begin(), linked_.end()), linked_.end());
+  first_linked_.assign(grid_.num_tiles() + std::size_t{1}, 0);
+  for (const TexelIndex t : linked_) ++first_linked_[TileGrid::tile_of(t) + std::size_t{1}];
+  std::partial_sum(first_linked_.begin(), first_linked_.end(), first_linked_.begin());
   std::vector<std::pair<TexelIndex, TexelIndex>> named;
   for (const TexelIndex t : linked_) {
     for (const TexelIndex n : neighbors(t)) {
@@ -209,7 +213,7 @@ TexelIndex SurfaceAtlas::texel_of(int triangle, double b1, double b2) const {
 TexelIndex SurfaceAtlas::nearest_texel(int triangle, double px, double py) const {
   const int x = nearest_below(px + 0.5, grid_.width), y = nearest_below(py + 0.5, grid_.height);
   const TexelIndex here = grid_.index(x, y);
-  if (shows_chart_of(here, triangle)) return here;
+  if (triangle_[here] == triangle || shows_chart_of(here, triangle)) return here;
   TexelIndex best = kNoTexel;
   double best_distance = 1e30;
   for (int ny = std::max(0, y - kSearchRadius); ny <= std::min(grid_.height - 1, y + kSearchRadius); ++ny) {
@@ -232,8 +236,10 @@ std::array<TexelIndex, 4> SurfaceAtlas::neighbors(TexelIndex t) const {
 }
 
 std::span<const SurfaceAtlas::Link> SurfaceAtlas::links(TexelIndex t, std::array<Link, 4>& plain) const {
-  const auto found = std::lower_bound(linked_.begin(), linked_.end(), t);
-  if (found != linked_.end() && *found == t) {
+  const TileIndex tile = TileGrid::tile_of(t);
+  const auto begin = linked_.begin() + first_linked_[tile], end = linked_.begin() + first_linked_[tile + 1];
+  const auto found = std::lower_bound(begin, end, t);
+  if (found != end && *found == t) {
     const auto i = static_cast<std::size_t>(found - linked_.begin());
     return std::span(links_).subspan(first_link_[i], first_link_[i + 1] - first_link_[i]);
   }

@@ -103,6 +103,7 @@ struct RuleEngine::State : CompiledRules {
       __builtin_prefetch(stored, 1);
       __builtin_prefetch(stored + 32, 1);
     }
+    for (const SurfaceParameter& parameter : parameters) prefetch_parameter(parameter, tile);
   }
 };
 

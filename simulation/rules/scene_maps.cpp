@@ -20,18 +20,37 @@ Vec3 up_of(const Scene& scene) {
   return Vec3(-scene.gravity_mm_s2 / gravity) + Vec3::Zero();  // no -0
 }
 
-/// A value for every covered texel. @param value  Of (texel, object).
-template <class Value>
-SurfaceParameter coded(std::string name, const SurfaceAtlas& surface, const RunControl& control, Value&& value) {
+/// A value for every covered texel. @param values  values(tile, out): out[i] of those of a tile that are covered.
+template <class Values>
+SurfaceParameter coded_by_tile(std::string name, const SurfaceAtlas& surface, const RunControl& control,
+                               Values&& values) {
+  constexpr std::uint32_t kTile = TileGrid::kTileTexels;
   std::vector<std::uint16_t> codes(surface.grid().num_texels());
-  parallel_for(std::int64_t{surface.grid().num_texels()}, 16384, control, [&](std::int64_t begin, std::int64_t end) {
-    for (auto t = static_cast<TexelIndex>(begin); t < static_cast<TexelIndex>(end); ++t) {
-      if (!surface.is_covered(t)) continue;
-      const double v = value(t, static_cast<std::size_t>(surface.object(surface.triangle(t))));
-      codes[t] = static_cast<std::uint16_t>(std::floor(std::clamp(v, 0.0, 1.0) * 65535.0 + 0.5));
+  parallel_for(std::int64_t{surface.grid().num_tiles()}, 256, control, [&](std::int64_t begin, std::int64_t end) {
+    std::array<double, kTile> of_tile;
+    for (auto tile = static_cast<TileIndex>(begin); tile < static_cast<TileIndex>(end); ++tile) {
+      values(tile, of_tile);
+      for (std::uint32_t i = 0; i < kTile; ++i) {
+        if (!surface.is_covered(tile * kTile + i)) continue;
+        codes[tile * kTile + i] =
+            static_cast<std::uint16_t>(std::floor(std::clamp(of_tile[i], 0.0, 1.0) * 65535.0 + 0.5));
+      }
     }
   });
   return {.name = std::move(name), .values = std::move(codes)};
+}
+
+/// The same. @param value  Of (texel, object).
+template <class Value>
+SurfaceParameter coded(std::string name, const SurfaceAtlas& surface, const RunControl& control, Value&& value) {
+  return coded_by_tile(std::move(name), surface, control,
+                       [&](TileIndex tile, std::array<double, TileGrid::kTileTexels>& out) {
+                         for (std::uint32_t i = 0; i < TileGrid::kTileTexels; ++i) {
+                           const TexelIndex t = tile * TileGrid::kTileTexels + i;
+                           if (surface.is_covered(t))
+                             out[i] = value(t, static_cast<std::size_t>(surface.object(surface.triangle(t))));
+                         }
+                       });
 }
 
 /// Pictures of objects, each over its own UVs.
@@ -77,27 +96,45 @@ SceneMesh in_own_places(const Scene& scene, const SceneMesh& scene_mesh) {
   return there;
 }
 
-/// What differs from place to place of each object. @param value  In [0, 1], of (position, triangle, object, the length
-/// of two texels).
-template <class Value>
-SurfaceParameter spatial_parameter(std::string name, const SceneMesh& own_places, const SurfaceAtlas& surface,
-                                   const RunControl& control, Value&& value) {
-  const TileGrid& grid = surface.grid();
-  const TexelMap map(own_places.mesh, grid.width, grid.height, control);
-  const double least_mm = 2.0 * surface.median_texel_size_mm();
-  return coded(std::move(name), surface, control, [&](TexelIndex t, std::size_t object) {
-    const TexelId texel = TexelId{grid.y(t)} * grid.width + grid.x(t);
-    return map.is_covered(texel) ? value(map.position_mm(texel), surface.triangle(t), object, least_mm) : 0.5;
-  });
-}
+/// Places of a tile, by object, at which noise is asked for at once.
+struct NoisePlaces {
+  std::array<Vec3, TileGrid::kTileTexels> position;
+  std::array<std::uint32_t, TileGrid::kTileTexels> texel;  ///< In the tile.
+  std::array<double, TileGrid::kTileTexels> noise;
+  std::size_t size = 0;
+};
 
 SurfaceParameter noise_parameter(std::string name, const NoiseOptions& noise, const Scene& scene,
                                  const SceneMesh& scene_mesh, const SurfaceAtlas& surface, const RunControl& control) {
   std::vector<NoiseOptions> options(scene.objects.size(), noise);
   for (std::size_t i = 0; i < options.size(); ++i) options[i].seed = seed_of(scene.objects[i].name, noise.seed);
-  return spatial_parameter(
-      std::move(name), in_own_places(scene, scene_mesh), surface, control,
-      [&](const Vec3& p, int, std::size_t object, double least) { return noise_at(p, options[object], least); });
+  const TileGrid& grid = surface.grid();
+  const TexelMap map(in_own_places(scene, scene_mesh).mesh, grid.width, grid.height, control);
+  const double least_mm = 2.0 * surface.median_texel_size_mm();
+  return coded_by_tile(std::move(name), surface, control,
+                       [&](TileIndex tile, std::array<double, TileGrid::kTileTexels>& out) {
+                         NoisePlaces places;
+                         std::size_t object = 0;
+                         const auto take = [&] {
+                           noise_at(std::span(places.position).first(places.size), options[object], least_mm,
+                                    std::span(places.noise).first(places.size));
+                           for (std::size_t k = 0; k < places.size; ++k) out[places.texel[k]] = places.noise[k];
+                           places.size = 0;
+                         };
+                         for (std::uint32_t i = 0; i < TileGrid::kTileTexels; ++i) {
+                           const TexelIndex t = tile * TileGrid::kTileTexels + i;
+                           if (!surface.is_covered(t)) continue;
+                           const TexelId texel = TexelId{grid.y(t)} * grid.width + grid.x(t);
+                           out[i] = 0.5;
+                           if (!map.is_covered(texel)) continue;
+                           const auto of = static_cast<std::size_t>(surface.object(surface.triangle(t)));
+                           if (of != object) take();
+                           object = of;
+                           places.position[places.size] = map.position_mm(texel);
+                           places.texel[places.size++] = i;
+                         }
+                         take();
+                       });
 }
 
 SurfaceParameter wood_parameter(std::string name, const WoodGrainOptions& options, const Scene& scene,
@@ -106,11 +143,15 @@ SurfaceParameter wood_parameter(std::string name, const WoodGrainOptions& option
   std::vector<std::int64_t> numbers;
   for (const SceneObject& object : scene.objects) numbers.push_back(seed_of(object.name, 0) >> 24);
   const Boards boards = find_boards(own, numbers);
-  return spatial_parameter(std::move(name), own, surface, control,
-                           [&](const Vec3& p, int triangle, std::size_t, double least) {
-                             const int board = boards.of_triangle[static_cast<std::size_t>(triangle)];
-                             return wood_grain_at(p, boards.boards[static_cast<std::size_t>(board)], options, least);
-                           });
+  const TileGrid& grid = surface.grid();
+  const TexelMap map(own.mesh, grid.width, grid.height, control);
+  const double least_mm = 2.0 * surface.median_texel_size_mm();
+  return coded(std::move(name), surface, control, [&](TexelIndex t, std::size_t) {
+    const TexelId texel = TexelId{grid.y(t)} * grid.width + grid.x(t);
+    if (!map.is_covered(texel)) return 0.5;
+    const int board = boards.of_triangle[static_cast<std::size_t>(surface.triangle(t))];
+    return wood_grain_at(map.position_mm(texel), boards.boards[static_cast<std::size_t>(board)], options, least_mm);
+  });
 }
 
 /// Makes maps of one scene, and what they have in common once.
@@ -123,7 +164,7 @@ class MapMaker {
     const auto own =
         std::find_if(scene_.maps.begin(), scene_.maps.end(), [&](const SceneMap& map) { return map.name == name; });
     if (own != scene_.maps.end()) return make(*own);
-    if (name == "slope") return slope_parameter(scene_mesh_, surface_, up_of(scene_));
+    if (name == "slope") return slope_parameter(scene_mesh_, surface_, up_of(scene_), control_);
     if (name == "noise") return noise_parameter(name, {}, scene_, scene_mesh_, surface_, control_);
     if (name == "wood_grain") return wood_parameter(name, {}, scene_, scene_mesh_, surface_, control_);
     ControlKindOptions options;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/simulation/scene_map.h"
@@ -48,30 +49,44 @@ void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* ou
   }
 }
 
+void prefetch_parameter(const SurfaceParameter& parameter, TileIndex tile) {
+  constexpr std::size_t kLine = 64;
+  std::visit(
+      [&](const auto& values) {
+        const auto* first = reinterpret_cast<const char*>(values.data() + std::size_t{tile} * TileGrid::kTileTexels);
+        for (std::size_t b = 0; b < TileGrid::kTileTexels * sizeof(values[0]); b += kLine)
+          __builtin_prefetch(first + b);
+      },
+      parameter.values);
+}
+
 double parameter_at(const SurfaceParameter& parameter, TexelIndex texel) {
   std::array<float, TileGrid::kTileTexels> tile;
   load_parameter(parameter, TileGrid::tile_of(texel), tile.data());
   return static_cast<double>(tile[texel % TileGrid::kTileTexels]);
 }
 
-SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas& surface, const Vec3& up) {
+SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas& surface, const Vec3& up,
+                                 const RunControl& control) {
   const Mesh& mesh = scene_mesh.mesh;
   constexpr double kCancelled = 1e-3;  // of normals of length 1
   std::vector<std::uint16_t> values(surface.grid().num_texels());
-  for (TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
-    if (!surface.is_covered(t)) continue;
-    const auto triangle = static_cast<std::size_t>(surface.triangle(t));
-    const Vec3 area = area_vector(mesh, surface.triangle(t));
-    const std::array<double, 3> weights = surface.corner_weights(t);
-    Vec3 normal = Vec3::Zero();
-    for (std::size_t k = 0; k < 3 && !mesh.normals.empty(); ++k)
-      normal += weights[k] * mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[triangle][k])];
-    if (normal.norm() < kCancelled) normal = area;
-    if (normal.dot(area) < 0.0) normal = -normal;
-    const double length = normal.norm();
-    const double slope = length > 0.0 ? (1.0 - normal.dot(up) / length) / 2.0 : 0.0;
-    values[t] = static_cast<std::uint16_t>(std::floor(std::clamp(slope, 0.0, 1.0) * 65535.0 + 0.5));
-  }
+  parallel_for(std::int64_t{surface.grid().num_texels()}, 16384, control, [&](std::int64_t begin, std::int64_t end) {
+    for (auto t = static_cast<TexelIndex>(begin); t < static_cast<TexelIndex>(end); ++t) {
+      if (!surface.is_covered(t)) continue;
+      const auto triangle = static_cast<std::size_t>(surface.triangle(t));
+      const Vec3 area = area_vector(mesh, surface.triangle(t));
+      const std::array<double, 3> weights = surface.corner_weights(t);
+      Vec3 normal = Vec3::Zero();
+      for (std::size_t k = 0; k < 3 && !mesh.normals.empty(); ++k)
+        normal += weights[k] * mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[triangle][k])];
+      if (normal.norm() < kCancelled) normal = area;
+      if (normal.dot(area) < 0.0) normal = -normal;
+      const double length = normal.norm();
+      const double slope = length > 0.0 ? (1.0 - normal.dot(up) / length) / 2.0 : 0.0;
+      values[t] = static_cast<std::uint16_t>(std::floor(std::clamp(slope, 0.0, 1.0) * 65535.0 + 0.5));
+    }
+  });
   return {.name = "slope", .values = std::move(values)};
 }
 

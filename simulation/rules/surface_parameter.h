@@ -36,14 +36,16 @@ struct SurfaceParameter {
 /// The values of a tile. @param out  TileGrid::kTileTexels.
 void load_parameter(const SurfaceParameter& parameter, TileIndex tile, float* out);
 
+/// Asks memory for what load_parameter() will read.
+void prefetch_parameter(const SurfaceParameter& parameter, TileIndex tile);
 /// The value of one texel.
 [[nodiscard]] double parameter_at(const SurfaceParameter& parameter, TexelIndex texel);
 
 /// How far a place is from level ground: (1 - n . up) / 2; 0 = level, 0.5 = a wall, 1 = a ceiling. By the
 /// mesh's normals, interpolated, on the side that the triangle faces.
 /// @param up  Unit; against gravity.
-[[nodiscard]] SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas& surface,
-                                               const Vec3& up);
+[[nodiscard]] SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas& surface, const Vec3& up,
+                                               const RunControl& control = {});
 
 /// A map of the atlas (row by row, as wide and high as the grid) in [0, 1] as a parameter of 16-bit codes; what is not
 /// covered is 0.

@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::int64_t kPlaceChunk = 4096;  ///< Contacts.
 constexpr std::int64_t kAhead = 16;         ///< Contacts that memory is asked for before their turn.
-constexpr std::size_t kFew = 64;            ///< Contacts that one thread is done with before another begins.
+constexpr std::size_t kFew = 64;            ///< Contacts or pieces that one thread is done with before another begins.
 
 /// Of a splat in texels: 3 and 5 are those that one and two steps of a walk reach.
 double width_of(int splat_texels) { return splat_texels == 5 ? 3.0 * std::numbers::sqrt2 : splat_texels; }
@@ -175,8 +175,9 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
                         .piece_lists = s.piece_lists,
                         .dirty_pages = s.dirty_pages};
   const std::int64_t num_regions = s.regions->size();
-  const std::int64_t num_workers =
-      contacts.size() < kFew ? 1 : std::clamp<std::int64_t>(thread_count(threads), 1, num_regions);
+  const std::int64_t num_workers = contacts.size() + s.pieces.pieces().size() < kFew
+                                       ? 1
+                                       : std::clamp<std::int64_t>(thread_count(threads), 1, num_regions);
   if (s.workers.size() < static_cast<std::size_t>(num_workers)) s.workers.resize(static_cast<std::size_t>(num_workers));
   std::atomic<std::int64_t> next{0};
   parallel_for(num_workers, 1, threads, [&](std::int64_t w, std::int64_t) {

@@ -11,8 +11,11 @@ namespace patinate::simulation {
 namespace {
 
 constexpr std::int64_t kSplatChunk = 256;             ///< Contacts.
+constexpr std::int64_t kTrailChunk = 16;              ///< Endings, each with a splat for every contact of its trail.
 constexpr std::uint32_t kDepositPiece = 0x7FFFFFFEu;  ///< Random numbers where a gammaton ends.
 constexpr std::size_t kAhead = 16;                    ///< Contacts that memory is asked for before their turn.
+
+std::int64_t chunk_of(const WideContacts& of) { return of.endings.empty() ? kSplatChunk : kTrailChunk; }
 
 /// Of what is left along a trail of so many contacts, over that of a drop: as large a stain where it was short.
 constexpr double stain_width(std::size_t length) { return 1.0 + 2.0 / static_cast<double>(length); }
@@ -79,21 +82,22 @@ void Pieces::cut(const WideContacts& of, double width, const Regions& regions, c
                  const RunControl& control) {
   const std::size_t num = of.contacts.size(), num_active = of.active.size();
   const auto n = static_cast<std::int64_t>(num);
+  const std::int64_t chunk = chunk_of(of);
   for (std::size_t k = 0; k < (of.endings.empty() ? 1 : shapes_.size()); ++k) (void)shape_of(of.surface, width, k);
-  parts_.resize(static_cast<std::size_t>((n + kSplatChunk - 1) / kSplatChunk));
+  parts_.resize(static_cast<std::size_t>((n + chunk - 1) / chunk));
   first_piece_.resize(num + 1);
   randoms_.resize(num);
-  parallel_for(n, kSplatChunk, control, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(n, chunk, control, [&](std::int64_t begin, std::int64_t end) {
     append_parts(of, static_cast<std::size_t>(begin), static_cast<std::size_t>(end),
-                 parts_[static_cast<std::size_t>(begin / kSplatChunk)]);
+                 parts_[static_cast<std::size_t>(begin / chunk)]);
   });
   first_piece_[0] = 0;
   for (std::size_t i = 0; i < num; ++i) first_piece_[i + 1] += first_piece_[i];
   pieces_.resize(first_piece_.back());
   regions_.resize(pieces_.size());
   mass_.resize(pieces_.size() * num_active);
-  parallel_for(n, kSplatChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    const SplatPart* part = parts_[static_cast<std::size_t>(begin / kSplatChunk)].data();
+  parallel_for(n, chunk, control, [&](std::int64_t begin, std::int64_t end) {
+    const SplatPart* part = parts_[static_cast<std::size_t>(begin / chunk)].data();
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       const std::size_t first = first_piece_[i], num_parts = first_piece_[i + 1] - first;
       const Contact& contact = of.contacts[i];
@@ -117,7 +121,7 @@ void Pieces::cut(const WideContacts& of, double width, const Regions& regions, c
 
 void Pieces::join(const WideContacts& of, Cargo& cargo, const RunControl& control) const {
   const std::size_t num_active = of.active.size();
-  parallel_for(static_cast<std::int64_t>(of.contacts.size()), kSplatChunk, control,
+  parallel_for(static_cast<std::int64_t>(of.contacts.size()), chunk_of(of), control,
                [&](std::int64_t begin, std::int64_t end) {
                  for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
                    for (std::size_t a = 0; a < num_active; ++a) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <mutex>
 #include <numeric>
 #include <utility>
@@ -87,10 +88,15 @@ void SplatStencil::lay_lanes() {
 }
 
 const SplatStencil& SplatShape::stencil_of(int size) {
+  static constinit std::array<std::atomic<const SplatStencil*>, kMaxSize + 1> made{};
+  const auto s = static_cast<std::size_t>(size);
+  if (const SplatStencil* stencil = made[s].load(std::memory_order_acquire)) return *stencil;
   static std::array<SplatStencil, kMaxSize + 1> stencils;
   static std::array<std::once_flag, kMaxSize + 1> is_made;
-  const auto s = static_cast<std::size_t>(size);
-  std::call_once(is_made[s], [&] { stencils[s] = make_stencil(size); });
+  std::call_once(is_made[s], [&] {
+    stencils[s] = make_stencil(size);
+    made[s].store(&stencils[s], std::memory_order_release);
+  });
   return stencils[s];
 }
 

@@ -10,10 +10,11 @@ namespace {
 
 constexpr std::size_t kNodes = SplatShape::kMaxParts;
 constexpr std::size_t kEdges = 6 * kNodes;  // a surface may branch; what finds no room is a wall
+constexpr int kDeepest = 22;                // links: four standard deviations of the widest splat
 constexpr double kLargestVariance =
     0.25;  // of one step: more than an eighth over each side could be more than there is
 
-/// Texels around one, and the links between them.
+/// Texels around one by their distance in links, and the links between them.
 class Neighborhood {
  public:
   /// @param depth  Links from the middle at most.
@@ -24,6 +25,7 @@ class Neighborhood {
     std::size_t begin = 0;
     for (int d = 0; d <= depth; ++d) {
       const std::size_t end = num_nodes_;
+      level_end_[num_levels_++] = end;
       for (std::size_t i = begin; i < end; ++i) {
         first_edge_[i] = num_edges_;
         for (const SurfaceAtlas::Link& link : surface.links(texel_[i], plain)) {
@@ -39,23 +41,30 @@ class Neighborhood {
   [[nodiscard]] std::size_t size() const { return num_nodes_; }
   [[nodiscard]] TexelIndex texel(std::size_t node) const { return texel_[node]; }
 
-  void step(std::array<double, kNodes>& share) const {
+  /// Step number `number`, from 0, of what began in the middle: it has come no further than that many links.
+  void step(int number, std::array<double, kNodes>& share) const {
+    const std::size_t there = end_of_level(number), reached = end_of_level(number + 1);
     std::array<double, kNodes> next;
-    std::copy_n(share.begin(), num_nodes_, next.begin());
-    for (std::size_t i = 0; i < num_nodes_; ++i) {
-      if (share[i] == 0.0) continue;
-      double stays = share[i];
+    std::copy_n(share.begin(), reached, next.begin());
+    for (std::size_t i = 0; i < there; ++i) {
+      double stays = share[i], own = next[i];  // no link leads back to where it begins
       for (std::size_t e = first_edge_[i]; e < first_edge_[i + 1]; ++e) {
         const double goes = std::min(stays, share[i] * edges_[e].flow);
         stays -= goes;
         next[edges_[e].to] += goes;
-        next[i] -= goes;
+        own -= goes;
       }
+      next[i] = own;
     }
-    std::copy_n(next.begin(), num_nodes_, share.begin());
+    std::copy_n(next.begin(), reached, share.begin());
   }
 
  private:
+  /// Behind the last node that so many links lead to.
+  [[nodiscard]] std::size_t end_of_level(int links) const {
+    return level_end_[std::min(static_cast<std::size_t>(links), num_levels_ - 1)];
+  }
+
   struct Edge {
     std::size_t to;
     double flow;
@@ -67,7 +76,8 @@ class Neighborhood {
     const std::uint32_t whole =
         surface.weight_of_triangle(surface.triangle(from)) + surface.weight_of_triangle(surface.triangle(link.texel));
     const std::uint32_t twice = std::min(whole, 4 * std::min(weight, other));  // no more than a small one has
-    return static_cast<double>(link.count) * twice / (4.0 * weight);
+    // Between whole texels, which most are, without a division.
+    return link.count * twice == 4 * weight ? 1.0 : static_cast<double>(link.count) * twice / (4.0 * weight);
   }
   static std::size_t slot_of(TexelIndex texel) { return (texel * 0x9E3779B1u >> 16) % kSlots; }
   /// kNodes where it is not among them.
@@ -94,7 +104,8 @@ class Neighborhood {
   std::array<TexelIndex, kNodes> texel_;
   std::array<std::size_t, kNodes + 1> first_edge_;
   std::array<Edge, kEdges> edges_;
-  std::size_t num_nodes_ = 0, num_edges_ = 0;
+  std::array<std::size_t, kDeepest + 1> level_end_;  ///< Nodes that so many links lead to.
+  std::size_t num_nodes_ = 0, num_edges_ = 0, num_levels_ = 0;
 };
 
 }  // namespace
@@ -115,11 +126,11 @@ void walk_surface(const SurfaceAtlas& surface, TexelIndex texel, int size, std::
   // `least`.
   int depth = 1;
   while (depth * depth * kVarianceOne < 16 * size) ++depth;
-  const Neighborhood around(surface, texel, std::min(depth, length.num_steps), length.share);
+  const Neighborhood around(surface, texel, std::min({depth, length.num_steps, kDeepest}), length.share);
   std::array<double, kNodes> share;
   std::fill_n(share.begin(), around.size(), 0.0);
   share[0] = 1.0;
-  for (int s = 0; s < length.num_steps; ++s) around.step(share);
+  for (int s = 0; s < length.num_steps; ++s) around.step(s, share);
 
   const double weight = surface.weight(texel);
   const auto is_counted = [&](std::size_t i) {

@@ -6,9 +6,11 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <set>
 #include <vector>
 
 #include "simulation/transport/exchange.h"
+#include "simulation/transport/surface_walk.h"
 #include "tests/simulation/transport/transport_scene.h"
 
 namespace patinate::simulation {
@@ -19,6 +21,49 @@ using testing_support::squeezed_plane;
 using testing_support::TransportScene;
 
 constexpr std::uint64_t kSeed = 11;
+
+/// Texels that a walk may come to: those nearest by links, as far as there is room for them.
+std::set<TexelIndex> reachable(const SurfaceAtlas& surface, TexelIndex middle, int depth) {
+  std::vector<TexelIndex> order{middle};
+  std::set<TexelIndex> all{middle};
+  std::array<SurfaceAtlas::Link, 4> plain;
+  for (std::size_t begin = 0; depth > 0; --depth) {
+    const std::size_t end = order.size();
+    for (; begin < end; ++begin) {
+      for (const SurfaceAtlas::Link& link : surface.links(order[begin], plain)) {
+        if (all.size() < SplatShape::kMaxParts && all.insert(link.texel).second) order.push_back(link.texel);
+      }
+    }
+  }
+  return all;
+}
+
+/// What is where after a walk from `middle`: step by step, each texel giving to those that it is linked with. The slow
+/// version of walk_surface(), which leaves out what is below least_of() and rounds.
+std::map<TexelIndex, double> slow_walk(const SurfaceAtlas& surface, TexelIndex middle, int size) {
+  const WalkLength walk = walk_length(size);
+  const int depth = static_cast<int>(std::ceil(std::sqrt(16.0 * size / kVarianceOne)));
+  const std::set<TexelIndex> all = reachable(surface, middle, std::min(depth, walk.num_steps));
+  std::map<TexelIndex, double> share{{middle, 1.0}};
+  for (int step = 0; step < walk.num_steps; ++step) {
+    std::map<TexelIndex, double> next = share;
+    for (const auto& [from, there] : share) {
+      std::array<SurfaceAtlas::Link, 4> plain;
+      for (const SurfaceAtlas::Link& link : surface.links(from, plain)) {
+        if (!all.contains(link.texel)) continue;
+        const double weight = surface.weight(from), other = surface.weight(link.texel);
+        const double whole = surface.weight_of_triangle(surface.triangle(from)) +
+                             surface.weight_of_triangle(surface.triangle(link.texel));
+        const double between = std::min(whole / 2.0, 2.0 * std::min(weight, other));
+        const double goes = there * walk.share * link.count / 2.0 * between / weight;
+        next[link.texel] += goes;
+        next[from] -= goes;
+      }
+    }
+    share = next;
+  }
+  return share;
+}
 
 /// The parts of a splat, middle first.
 std::vector<SplatPart> splat_of(const SurfaceAtlas& surface, TexelIndex texel, double width) {
@@ -56,6 +101,32 @@ TEST(Splat, SharesSumToTheWholeAndEvenRainStaysEvenAlsoAcrossASeam) {
     for (const TexelIndex t : scene.covered) {
       EXPECT_NEAR(received[t] / scene.surface->weight(t), 1.0, bound)
           << width << " at " << scene.surface->grid().x(t) << ", " << scene.surface->grid().y(t);
+    }
+  }
+}
+
+TEST(Splat, IsWhatAStepByStepWalkLeavesAlsoAcrossASeam) {
+  const TransportScene scene = seamed_plane(64);
+  const SurfaceAtlas& surface = *scene.surface;
+  for (const int size : {kVarianceOne / 5, 2 * kVarianceOne, 30 * kVarianceOne}) {  // of 1, 8 and 120 steps
+    for (std::size_t k = 0; k < surface.border().size(); k += 37) {
+      const TexelIndex middle = surface.border()[k];
+      const std::map<TexelIndex, double> slow = slow_walk(surface, middle, size);
+      const double least = least_of(walk_length(size)) * slow.at(middle) / surface.weight(middle);
+      double sum = 0.0;
+      for (const auto& [t, share] : slow) sum += t == middle || share / surface.weight(t) >= least ? share : 0.0;
+      std::vector<SplatPart> parts;
+      walk_surface(surface, middle, size, parts);
+      ASSERT_EQ(parts[0].texel, middle);
+      std::map<TexelIndex, double> fast;
+      for (std::size_t p = 1; p < parts.size(); ++p) fast[parts[p].texel] = parts[p].share;
+      for (const auto& [t, share] : slow) {
+        const double per_area = share / surface.weight(t), whole = share / sum * SplatShape::kWhole;
+        // What is as much as the least is left out or not, by the order of a sum.
+        if (t == middle || std::abs(per_area - least) < 1e-9 * least) continue;
+        EXPECT_NEAR(fast[t], per_area < least ? 0.0 : std::floor(whole), whole - std::floor(whole) < 1e-6 ? 1.0 : 0.0)
+            << size << " from " << middle << " to " << t;
+      }
     }
   }
 }

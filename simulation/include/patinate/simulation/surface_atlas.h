@@ -182,8 +182,9 @@ class SurfaceAtlas {
   std::vector<TexelIndex> fallback_;                 ///< Per triangle: the texel of its middle.
   std::vector<TexelIndex> border_;  ///< Sorted: texels whose neighbors are not simply those beside them.
   std::vector<std::array<TexelIndex, 4>> border_neighbors_;
-  std::vector<TexelIndex> linked_;         ///< Sorted: texels with other links than to those beside them.
-  std::vector<std::uint32_t> first_link_;  ///< Of each, and the end.
+  std::vector<TexelIndex> linked_;           ///< Sorted: texels with other links than to those beside them.
+  std::vector<std::uint32_t> first_linked_;  ///< Of linked_, by tile, and the end.
+  std::vector<std::uint32_t> first_link_;    ///< Of each, and the end.
   std::vector<Link> links_;
   std::vector<std::uint8_t> is_plain_tile_;
   std::int64_t num_covered_ = 0;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "libcommon/core/random.h"
+#include "libcommon/core/text.h"
 #include "libcommon/geometry/height_field.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
@@ -26,24 +27,7 @@ constexpr double kNormalStep = 1e-4;
 constexpr double kHeight = 0.24;
 constexpr double kFootOfWall = 0.83, kTopOfWall = 0.44;
 
-double smooth_step(double low, double high, double x) {
-  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
-  return t * t * t * (t * (6.0 * t - 15.0) + 10.0);
-}
 double bump(double x) { return std::exp(-x * x); }
-
-/// Colors over the progress of the patina.
-Vec3 copper_color(double progress) {
-  static const std::array<Vec3, 4> kColors{Vec3(0.58, 0.29, 0.18), Vec3(0.30, 0.135, 0.08), Vec3(0.135, 0.095, 0.07),
-                                           Vec3(0.20, 0.37, 0.31)};
-  constexpr std::array<double, 4> kAt{0.0, 0.35, 0.62, 1.0};
-  for (std::size_t i = 1; i < kAt.size(); ++i) {
-    if (progress > kAt[i] && i + 1 < kAt.size()) continue;
-    const double f = smooth_step(kAt[i - 1], kAt[i], progress);
-    return (1.0 - f) * kColors[i - 1] + f * kColors[i];
-  }
-  return kColors.back();
-}
 
 }  // namespace
 
@@ -71,6 +55,10 @@ void describe(OptionVisitor& v, MoldOptions& o) {
   v.visit({"ambient", "What a white surface shows with all lights off", "", between(0, 1)}, o.ambient);
   v.visit({"drift", "Standard deviation of exposure and white balance from step to step", "", between(0, 0.5)},
           o.drift);
+  v.visit({"metal",
+           "Bare copper is metal, which reflects in its color and has no other light; `highlights` then do nothing"},
+          o.metal);
+  v.visit({"relief", "How high the patina grows by the end, about", "mm", at_least(0)}, o.relief_mm);
   v.visit({"exact", "Nothing disturbs: no noise, motion, highlights, shadows, ambient light or drift"}, o.exact);
   v.visit({"transforms", "The project says how the object was moved, so that nothing has to be registered"},
           o.transforms);
@@ -81,6 +69,9 @@ MoldOptions checked_mold(MoldOptions o) {
   check_ranges(o);
   if (o.scan_spacing_mm > o.radius_mm / 10.0 || o.scan_spacing_mm < o.radius_mm / 2000.0) {
     throw InvalidInput("scan_spacing: must be between a 10th and a 2000th of `radius`");
+  }
+  if (o.relief_mm > o.radius_mm / 60.0) {
+    throw InvalidInput("relief: must be at most a 60th of `radius`, " + short_number_text(o.radius_mm / 60.0) + " mm");
   }
   if (o.exact) {
     o.scan_noise_mm = o.noise = o.motion_deg = o.motion_mm = o.highlights = o.ambient = o.drift = 0.0;
@@ -120,7 +111,7 @@ Mold::Mold(const MoldOptions& options, const RunControl& control)
       const double x = (column - half) * curvature_spacing_, y = (half - row) * curvature_spacing_;
       if (std::hypot(x, y) > radius) continue;
       field.seen.at(column, row) = 255;
-      field.height_mm.at(column, row) = height(x, y);
+      field.height_mm.at(column, row) = bare_height(x, y);
     }
   }
   curvature_ = height_curvature(field, curvature_width_mm(), control);
@@ -129,19 +120,21 @@ Mold::Mold(const MoldOptions& options, const RunControl& control)
   curvature_high_ = std::max(static_cast<double>(ends.high), curvature_low_ + 1e-9);
 }
 
-double Mold::height(double x, double y) const {
+double Mold::height(double x, double y, double time_d) const { return bare_height(x, y) + growth(x, y, time_d); }
+
+double Mold::bare_height(double x, double y) const {
   const double radius = options_.radius_mm, u = std::hypot(x, y) / radius;
   const int n = options_.num_spokes;
   // The wall's outline is scalloped, one lobe between two spokes.
   const double wave = n > 0 && u > 1e-6 ? std::cos(n * std::atan2(y, x)) : 0.0;
-  const double lobed = u * (1.0 + 0.05 * wave * smooth_step(0.15, 0.45, u) * (1.0 - smooth_step(0.80, 0.92, u)));
-  double z = kHeight * (1.0 - smooth_step(kTopOfWall, kFootOfWall, lobed));
+  const double lobed = u * (1.0 + 0.05 * wave * smoother_step(0.15, 0.45, u) * (1.0 - smoother_step(0.80, 0.92, u)));
+  double z = kHeight * (1.0 - smoother_step(kTopOfWall, kFootOfWall, lobed));
   z -= 0.13 * bump(std::pow(u / 0.17, 2));  // The pit in the middle,
   z += 0.035 * bump((u - 0.215) / 0.045);   // its rim,
   z += 0.040 * bump((u - 0.945) / 0.030);   // the rolled rim outside,
   z -= 0.020 * bump((u - 0.855) / 0.030);   // the groove inside of it.
   double spokes = 0.0;
-  const double along = smooth_step(0.26, 0.36, u) * (1.0 - smooth_step(0.74, 0.84, u));
+  const double along = smoother_step(0.26, 0.36, u) * (1.0 - smoother_step(0.74, 0.84, u));
   if (along > 0.0) {
     for (int k = 0; k < n; ++k) {
       const double angle = 2.0 * kPi * (k + 0.5) / n, cosine = std::cos(angle), sine = std::sin(angle);
@@ -155,14 +148,24 @@ double Mold::height(double x, double y) const {
   return z;
 }
 
-Vec3 Mold::normal(double x, double y) const {
+Vec3 Mold::normal(double x, double y, double time_d) const {
   const double e = kNormalStep * options_.radius_mm / 60.0;
-  const double dx = (height(x + e, y) - height(x - e, y)) / (2.0 * e),
-               dy = (height(x, y + e) - height(x, y - e)) / (2.0 * e);
+  const double dx = (height(x + e, y, time_d) - height(x - e, y, time_d)) / (2.0 * e),
+               dy = (height(x, y + e, time_d) - height(x, y - e, time_d)) / (2.0 * e);
   return Vec3(-dx, -dy, 1.0).normalized();
 }
 
-Mesh Mold::mesh(double spacing_mm) const {
+double Mold::relief(double x, double y, double time_d) const {
+  const Vec3 from(x, y, height(x, y)), along = normal(x, y);
+  double risen = 0.0;
+  for (int i = 0; i < 8; ++i) {  // Newton's steps on the line.
+    const Vec3 p = from + risen * along, slope = normal(p.x(), p.y(), time_d);
+    risen -= (p.z() - height(p.x(), p.y(), time_d)) * slope.z() / std::max(1e-3, along.dot(slope));
+  }
+  return risen;
+}
+
+Mesh Mold::mesh(double spacing_mm, double time_d) const {
   const int half = static_cast<int>(std::ceil(options_.radius_mm / spacing_mm)), size = 2 * half + 1;
   Mesh mesh;
   Image<int> index(size, size, 1, -1);
@@ -177,8 +180,8 @@ Mesh Mold::mesh(double spacing_mm) const {
         y *= limit / r;
       }
       index.at(column, row) = static_cast<int>(mesh.positions.size());
-      mesh.positions.emplace_back(x, y, height(x, y));
-      mesh.normals.push_back(normal(x, y));
+      mesh.positions.emplace_back(x, y, height(x, y, time_d));
+      mesh.normals.push_back(normal(x, y, time_d));
     }
   }
   const auto add = [&](int a, int b, int c) {
@@ -199,45 +202,6 @@ Mesh Mold::mesh(double spacing_mm) const {
   mesh.triangle_surface.assign(mesh.triangles.size(), 0);
   mesh.surfaces = {{}};
   return mesh;
-}
-
-double Mold::curvature(double x, double y) const {
-  const int half = (curvature_.width() - 1) / 2;
-  const double u = std::clamp(x / curvature_spacing_ + half, 0.0, static_cast<double>(2 * half) - 1e-9);
-  const double v = std::clamp(half - y / curvature_spacing_, 0.0, static_cast<double>(2 * half) - 1e-9);
-  const int i = static_cast<int>(u), j = static_cast<int>(v);
-  const auto at = [&](int a, int b) { return static_cast<double>(curvature_.at(a, b)); };
-  const double f = u - i, g = v - j;
-  return (1.0 - g) * ((1.0 - f) * at(i, j) + f * at(i + 1, j)) + g * ((1.0 - f) * at(i, j + 1) + f * at(i + 1, j + 1));
-}
-
-double Mold::lacquer(double x, double y) const {
-  const double radius = options_.radius_mm, r = std::hypot(x - 0.42 * radius, y + 0.40 * radius) / radius;
-  return 1.0 - smooth_step(0.145, 0.165, r);
-}
-
-double Mold::mottle(double x, double y) const {
-  const double u = x / options_.radius_mm + 1.1, v = y / options_.radius_mm + 1.1;
-  return 0.6 * coarse_(u, v) + 0.4 * fine_(u, v);
-}
-
-double Mold::progress(double x, double y, double time_d) const {
-  const double duration = options_.interval_d * std::max(1, options_.num_steps - 1);
-  const double reached = std::clamp((curvature(x, y) - curvature_low_) / (curvature_high_ - curvature_low_), 0.0, 1.0);
-  const double begin = 0.70 - 0.85 * std::pow(reached, 1.5) + 0.40 * mottle(x, y);
-  return (1.0 - lacquer(x, y)) * smooth_step(begin, begin + 0.85, time_d / duration);
-}
-
-MoldLook Mold::look(double x, double y, double time_d) const {
-  const double p = progress(x, y, time_d), duration = options_.interval_d * std::max(1, options_.num_steps - 1);
-  // Everything that is bare tarnishes a little.
-  const double dull = (1.0 - lacquer(x, y)) * (1.0 - std::exp(-2.0 * time_d / duration));
-  MoldLook look;
-  look.albedo = copper_color(std::max(p, 0.25 * dull)) * (1.0 + (0.10 + 0.35 * p) * mottle(y, x));
-  const double bright = (1.0 - 0.6 * dull) * std::pow(1.0 - p, 2);
-  look.specular = options_.highlights * (0.002 + 0.12 * bright);
-  look.roughness = 0.37 + 0.18 * (1.0 - bright);
-  return look;
 }
 
 }  // namespace patinate::datasets

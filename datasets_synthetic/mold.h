@@ -37,9 +37,12 @@ struct MoldOptions {
   bool shadows = true;           ///< Whether the object casts shadows.
   double ambient = 0.01;         ///< Value of a white surface with all lights off; [0, 1].
   double drift = 0.03;           ///< Standard deviation of exposure and white balance from step to step; [0, 0.5].
-  bool exact = false;            ///< Nothing disturbs: as if the eight above were 0 or off.
-  bool transforms = false;       ///< The project says how the object was moved, so that nothing has to be registered.
-  std::int64_t seed = 1;         ///< >= 0.
+  bool metal = false;       ///< Bare copper is metal: tinted reflection without diffuse light, under no `highlights`.
+  double relief_mm = 0.0;   ///< How high the patina grows, about; >= 0.
+  bool exact = false;       ///< Nothing disturbs: noise, motion, highlights, shadows, ambient light and drift are
+                            ///< 0 or off.
+  bool transforms = false;  ///< The project says how the object was moved, so that nothing has to be registered.
+  std::int64_t seed = 1;    ///< >= 0.
 };
 void describe(OptionVisitor& v, MoldOptions& o);
 /// The options with what `exact` means put in. @throws InvalidInput if one is out of range.
@@ -51,24 +54,34 @@ struct MoldLook {
   double specular = 0.0;  ///< Strength of mold_lobe(): reflectance of the polish from straight above.
   double roughness =
       1.0;  ///< Its width: the lobe falls to about 1/e where the half vector's angle has the tangent roughness^2.
+  double metalness = 0.0;           ///< Share of bare metal; 0 but for MoldOptions::metal.
+  Vec3 reflectance = Vec3::Zero();  ///< Of metal_lobe() from straight above, F0; `specular` is its mean.
 };
 
 /// The highlight over the light that arrives, E max(0, n . l): s exp(-tan^2 a / m^2) / (4 pi m^2 cos^4 a), a the half
 /// vector's angle to the normal and m = roughness^2 [Cook and Torrance 1982, Beckmann's distribution].
 [[nodiscard]] double mold_lobe(const MoldLook& look, const Vec3& normal, const Vec3& to_light, const Vec3& to_camera);
 
+/// The lobe of MoldOptions::metal over the light that arrives, E max(0, n . l): that of `render`, GGX of the look's
+/// roughness with Smith's shadowing, Schlick's Fresnel term of its reflectance, and the energy of several bounces.
+[[nodiscard]] Vec3 metal_lobe(const MoldLook& look, const Vec3& normal, const Vec3& to_light, const Vec3& to_camera);
+
 /// The object in its own frame: a height function z(x, y) in mm over a disc, z toward the viewer, and its patina.
+/// Times are in days, >= 0; the shape depends on them where there is a relief.
 /// Immutable.
 class Mold {
  public:
   /// @param options  Of checked_mold().
   explicit Mold(const MoldOptions& options, const RunControl& control = {});
 
-  [[nodiscard]] double height(double x, double y) const;
+  [[nodiscard]] double height(double x, double y, double time_d = 0.0) const;
   /// Unit, of the height function (central differences over 2e-4 mm).
-  [[nodiscard]] Vec3 normal(double x, double y) const;
+  [[nodiscard]] Vec3 normal(double x, double y, double time_d = 0.0) const;
+  /// How much the surface has risen since the beginning, along the normal that it had there, mm: what is between the
+  /// two height functions on that line.
+  [[nodiscard]] double relief(double x, double y, double time_d) const;
   /// Triangles of the disc, edges of about `spacing_mm`, with normal() at its corners.
-  [[nodiscard]] Mesh mesh(double spacing_mm) const;
+  [[nodiscard]] Mesh mesh(double spacing_mm, double time_d = 0.0) const;
   /// height_curvature() of the height function, 1/mm, concave positive, at a width of radius / 40. What the patina
   /// follows.
   [[nodiscard]] double curvature(double x, double y) const;
@@ -85,7 +98,14 @@ class Mold {
   };
   /// 1 under the lacquer, 0 beside it, smooth between.
   [[nodiscard]] double lacquer(double x, double y) const;
-  [[nodiscard]] double progress(double x, double y, double time_d) const;
+  /// curvature(), by a cubic B-spline: twice differentiable, a hair smoother.
+  [[nodiscard]] double smooth_curvature(double x, double y) const;
+  /// [0, 1], of the patina. @param curvature  Of the place.
+  [[nodiscard]] double progress(double x, double y, double time_d, double curvature) const;
+  /// What the patina adds to the height function, mm; twice differentiable.
+  [[nodiscard]] double growth(double x, double y, double time_d) const;
+  [[nodiscard]] MoldLook metal_look(double x, double y, double progress, double dull) const;
+  [[nodiscard]] double bare_height(double x, double y) const;
   /// Unevenness of metal and patina, about [-0.6, 0.6].
   [[nodiscard]] double mottle(double x, double y) const;
 

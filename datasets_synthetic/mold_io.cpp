@@ -1,5 +1,6 @@
 #include "datasets_synthetic/mold_io.h"
 
+#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -62,15 +63,72 @@ void run_step(SharedMold& shared, int step, const fs::path& folder, const RunCon
   if (o.ambient > 0.0) save_photo(folder / dark_file(o, step), o, photos.dark, step * num_pictures + o.num_lights);
 }
 
+/// What truth has of every step.
+std::vector<std::string> truth_maps(const MoldOptions& o) {
+  std::vector<std::string> maps{"albedo", "specular"};
+  if (o.metal) maps.insert(maps.end(), {"reflectance", "metalness"});
+  if (o.relief_mm > 0.0) maps.insert(maps.end(), {"relief", "normals"});
+  return maps;
+}
+
 std::vector<fs::path> truth_files(const MoldOptions& o) {
   std::vector<fs::path> files{"truth/position.exr", "truth/normal.exr", "truth/accessibility.exr", "truth/mask.png",
                               "truth/lacquered.png"};
   for (int step = 0; step < o.num_steps; ++step) {
-    files.push_back(truth_file("albedo", step));
-    files.push_back(truth_file("specular", step));
+    for (const std::string& map : truth_maps(o)) files.push_back(truth_file(map, step));
   }
   return files;
 }
+
+/// A step's maps, by truth_maps(). The reference step lies as the object's own frame does.
+class StepTruth {
+ public:
+  StepTruth(const Mold& mold, int step)
+      : mold_(mold), time_d_(step * mold.options().interval_d), maps_(truth_maps(mold.options())) {
+    const auto channels = [](const std::string& map) {
+      return map == "specular" ? 2 : map == "metalness" || map == "relief" ? 1 : 3;
+    };
+    for (const std::string& map : maps_)
+      images_.emplace_back(mold.options().width, mold.options().height, channels(map));
+  }
+  /// @param u, v  The place in the object's frame.
+  void put(int x, int y, double u, double v) {
+    const MoldLook look = mold_.look(u, v, time_d_);
+    for (std::size_t i = 0; i < maps_.size(); ++i) {
+      const std::array<double, 3> values = values_of(maps_[i], look, u, v);
+      for (int c = 0; c < images_[i].channels(); ++c)
+        images_[i].at(x, y, c) = static_cast<float>(values[static_cast<std::size_t>(c)]);
+    }
+  }
+  void save(const fs::path& folder, int step) const {
+    for (std::size_t i = 0; i < maps_.size(); ++i) {
+      const fs::path file = folder / truth_file(maps_[i], step);
+      if (maps_[i] == "normals") {
+        fs::create_directories(file.parent_path());
+        write_exr(file, images_[i], {"X", "Y", "Z"}, ExrDepth::Float);
+      } else {
+        save_truth_map(file, images_[i]);
+      }
+    }
+  }
+
+ private:
+  [[nodiscard]] std::array<double, 3> values_of(const std::string& map, const MoldLook& look, double u,
+                                                double v) const {
+    const auto of = [](const Vec3& vector) { return std::array<double, 3>{vector.x(), vector.y(), vector.z()}; };
+    if (map == "albedo") return of(look.albedo);
+    if (map == "specular") return {look.specular, look.roughness, 0.0};
+    if (map == "reflectance") return of(look.reflectance);
+    if (map == "metalness") return {look.metalness, 0.0, 0.0};
+    if (map == "relief") return {mold_.relief(u, v, time_d_), 0.0, 0.0};
+    return of(mold_.normal(u, v, time_d_));
+  }
+
+  const Mold& mold_;
+  double time_d_;
+  std::vector<std::string> maps_;
+  std::vector<ImageF> images_;
+};
 
 void run_truth(SharedMold& shared, const fs::path& folder, const RunControl& control) {
   const Mold& mold = shared.mold.get(control);
@@ -84,22 +142,18 @@ void run_truth(SharedMold& shared, const fs::path& folder, const RunControl& con
   ImageF curvature(o.width, o.height);
   ImageU8 lacquered(o.width, o.height);
   for (int step = 0; step < o.num_steps; ++step) {
-    ImageF albedo(o.width, o.height, 3), specular(o.width, o.height, 2);
+    StepTruth truth(mold, step);
     for (int y = 0; y < o.height; ++y) {
       for (int x = 0; x < o.width; ++x) {
         if (view.mask.at(x, y) == 0) continue;
         const double u = static_cast<double>(view.object_mm.at(x, y, 0)),
                      v = static_cast<double>(view.object_mm.at(x, y, 1));
-        const MoldLook look = mold.look(u, v, step * o.interval_d);
-        for (int c = 0; c < 3; ++c) albedo.at(x, y, c) = static_cast<float>(look.albedo[c]);
-        specular.at(x, y, 0) = static_cast<float>(look.specular);
-        specular.at(x, y, 1) = static_cast<float>(look.roughness);
+        truth.put(x, y, u, v);
         curvature.at(x, y) = static_cast<float>(mold.curvature(u, v));
         lacquered.at(x, y) = mold.is_lacquered(u, v) ? 255 : 0;
       }
     }
-    save_truth_map(folder / truth_file("albedo", step), albedo);
-    save_truth_map(folder / truth_file("specular", step), specular);
+    truth.save(folder, step);
     control.report(0.6 + 0.4 * (step + 1) / o.num_steps);
   }
   save_truth_map(folder / "truth/accessibility.exr", curvature);
@@ -145,11 +199,12 @@ Json truth_json(const MoldOptions& o, const MoldRig& rig, const std::string& key
   json["accessibility"] = {{"file", "accessibility.exr"}, {"unit", "1/mm"}, {"width_mm", o.radius_mm / 40.0}};
   json["steps"] = Json::array();
   for (int step = 0; step < o.num_steps; ++step) {
-    json["steps"].push_back({{"time", step * o.interval_d},
-                             {"albedo", truth_file("albedo", step).lexically_relative("truth").generic_string()},
-                             {"specular", truth_file("specular", step).lexically_relative("truth").generic_string()},
-                             {"reference_from_scan", matrix_json(reference_from_scan(rig, step).matrix())},
-                             {"gain", vector_json(rig.gains[static_cast<std::size_t>(step)])}});
+    Json entry{{"time", step * o.interval_d},
+               {"reference_from_scan", matrix_json(reference_from_scan(rig, step).matrix())},
+               {"gain", vector_json(rig.gains[static_cast<std::size_t>(step)])}};
+    for (const std::string& map : truth_maps(o))
+      entry[map] = truth_file(map, step).lexically_relative("truth").generic_string();
+    json["steps"].push_back(std::move(entry));
   }
   json["key"] = key;
   return json;

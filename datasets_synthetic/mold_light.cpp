@@ -84,8 +84,7 @@ class MoldPicture {
     if (!is_lit(seen, light)) return Vec3::Zero();
     const Vec3 to_light = direction_to(light, seen.position),
                to_camera = (rig_.camera.center() - seen.position).normalized();
-    const double lobe = seen.is_object ? mold_lobe(seen.look, seen.normal, to_light, to_camera) : 0.0;
-    const Vec3 share = seen.look.albedo / std::numbers::pi + Vec3::Constant(lobe);
+    const Vec3 share = seen.look.albedo / std::numbers::pi + mirror(seen, to_light, to_camera);
     return gain_.cwiseProduct(share.cwiseProduct(light_at(light, seen.position))) * seen.normal.dot(to_light);
   }
   [[nodiscard]] Vec3 dark(const Seen& seen) const {
@@ -93,6 +92,12 @@ class MoldPicture {
   }
 
  private:
+  [[nodiscard]] Vec3 mirror(const Seen& seen, const Vec3& to_light, const Vec3& to_camera) const {
+    if (!seen.is_object) return Vec3::Zero();
+    if (mold_.options().metal) return metal_lobe(seen.look, seen.normal, to_light, to_camera);
+    return Vec3::Constant(mold_lobe(seen.look, seen.normal, to_light, to_camera));
+  }
+
   const Mold& mold_;
   const MoldRig& rig_;
   RigidTransform back_;
@@ -111,7 +116,7 @@ void add(ImageF& image, int x, int y, const Vec3& value) {
 
 Mesh mold_surface(const Mold& mold, const MoldRig& rig, int step, const RunControl& control) {
   if (is_exact(mold.options())) return mesh_of_scan(mold_scan(mold, rig, step, control));
-  Mesh mesh = mold.mesh(mold.options().radius_mm / 160.0);
+  Mesh mesh = mold.mesh(mold.options().radius_mm / 160.0, step * mold.options().interval_d);
   const RigidTransform& motion = rig.scanner_from_object[static_cast<std::size_t>(step)];
   for (Vec3& p : mesh.positions) p = motion.apply(p);
   for (Vec3& n : mesh.normals) n = motion.rotation * n;

@@ -99,7 +99,8 @@ PointCloud mold_scan(const Mold& mold, const MoldRig& rig, int step, const RunCo
   const RigidTransform& motion = rig.scanner_from_object[static_cast<std::size_t>(step)];
   const RigidTransform back = motion.inverse();
   // From the mesh a start, then the height function itself.
-  Mesh rough = mold.mesh(o.radius_mm / 80.0);
+  const double time_d = step * o.interval_d;
+  Mesh rough = mold.mesh(o.radius_mm / 80.0, time_d);
   for (Vec3& p : rough.positions) p = motion.apply(p);
   const RayScene scene(rough);
   const Box box = bounding_box(rough);
@@ -121,8 +122,8 @@ PointCloud mold_scan(const Mold& mold, const MoldRig& rig, int step, const RunCo
         const Vec3 direction = back.rotation * -Vec3::UnitZ();
         for (int i = 0; i < 8; ++i) {  // Newton on z(x, y) along the ray.
           const Vec3 p = back.apply(from - depth * Vec3::UnitZ());
-          const Vec3 n = mold.normal(p.x(), p.y());
-          depth -= (p.z() - mold.height(p.x(), p.y())) * n.z() / std::min(-1e-3, direction.dot(n));
+          const Vec3 n = mold.normal(p.x(), p.y(), time_d);
+          depth -= (p.z() - mold.height(p.x(), p.y(), time_d)) * n.z() / std::min(-1e-3, direction.dot(n));
         }
         const Vec3 p = back.apply(from - depth * Vec3::UnitZ());
         if (!(std::hypot(p.x(), p.y()) <= o.radius_mm) || !(std::abs(depth - hit->distance) < 0.05 * o.radius_mm))
@@ -145,7 +146,7 @@ PointCloud mold_scan(const Mold& mold, const MoldRig& rig, int step, const RunCo
       scan.points.emplace_back((x0 + column) * spacing, (y1 - row) * spacing, z.at(column, row));
       if (o.scan_noise_mm > 0.0) continue;
       const Vec3 p = back.apply(scan.points.back());
-      scan.normals.push_back(motion.rotation * mold.normal(p.x(), p.y()));
+      scan.normals.push_back(motion.rotation * mold.normal(p.x(), p.y(), time_d));
     }
   }
   const auto add = [&](int a, int b, int c) {

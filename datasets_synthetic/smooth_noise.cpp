@@ -8,15 +8,16 @@
 
 namespace patinate::datasets {
 
-namespace {
-
 std::array<double, 4> cubic_weights(double f) {
   const double g = 1.0 - f;
   return {g * g * g / 6.0, (3.0 * f * f * f - 6.0 * f * f + 4.0) / 6.0, (3.0 * g * g * g - 6.0 * g * g + 4.0) / 6.0,
           f * f * f / 6.0};
 }
 
-}  // namespace
+double smoother_step(double low, double high, double x) {
+  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return t * t * t * (t * (6.0 * t - 15.0) + 10.0);
+}
 
 SmoothNoise::SmoothNoise(std::uint64_t seed, std::uint32_t purpose, double width, double height, double cell_x,
                          double cell_y)

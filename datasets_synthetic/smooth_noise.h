@@ -2,10 +2,17 @@
 /// Smooth random fields for synthetic surfaces.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
 namespace patinate::datasets {
+
+/// Of the four lattice points around a place of a cubic B-spline. @param f  [0, 1), behind the second.
+[[nodiscard]] std::array<double, 4> cubic_weights(double f);
+
+/// 0 below `low`, 1 above `high`, between them twice differentiable.
+[[nodiscard]] double smoother_step(double low, double high, double x);
 
 /// Cubic B-spline through a lattice of independent uniform values: twice differentiable, mean 0, values in [-1, 1],
 /// standard deviation about 0.28. Independent of resolution where cell sizes are given in physical lengths.

@@ -191,12 +191,130 @@ TEST(Mold, ProjectFolderHoldsWhatALabWouldHaveAndTheTruth) {
   EXPECT_EQ(read_channels(folder / "truth/albedo/0002.exr", {"R", "G", "B"}).width(), 96);
 }
 
+TEST(Mold, MetalReflectsInItsColorWithoutDiffuseLightAndPatinaDoesNot) {
+  MoldOptions o = checked_mold({.metal = true});
+  const Mold mold(o);
+  int num_metal = 0, num_patina = 0;
+  for (double y = -58.0; y <= 58.0; y += 1.0) {
+    for (double x = -58.0; x <= 58.0; x += 1.0) {
+      if (std::hypot(x, y) > 58.0) continue;
+      for (const double time_d : {0.0, 60.0}) {
+        const MoldLook look = mold.look(x, y, time_d);
+        EXPECT_GE(look.metalness, 0.0);
+        EXPECT_LE(look.metalness, 1.0);
+        EXPECT_DOUBLE_EQ(look.specular, look.reflectance.mean());
+        if (look.metalness > 0.999) {
+          ++num_metal;
+          EXPECT_LT(look.albedo.maxCoeff(), 0.001);
+          EXPECT_GT(look.reflectance[0], 1.3 * look.reflectance[2]);
+          EXPECT_GT(look.reflectance.minCoeff(), 0.2);  // No stone reflects as much.
+        } else if (look.metalness < 0.001) {
+          ++num_patina;
+          EXPECT_NEAR(look.reflectance[0], 0.04, 0.001);
+          EXPECT_NEAR(look.reflectance[2], 0.04, 0.001);
+        }
+      }
+    }
+  }
+  EXPECT_GT(num_metal, 1000);
+  EXPECT_GT(num_patina, 1000);
+}
+
+TEST(Mold, ExactPhotographsOfMetalAreAlbedoAndTheLobeOfItsReflectance) {
+  MoldOptions o = small_exact();
+  o.metal = true;
+  const Mold mold(o);
+  const MoldRig rig = mold_rig(o);
+  const Mesh surface = mold_surface(mold, rig, 1);
+  const MoldPhotos photos = mold_photos(mold, rig, 1, surface);
+  const MoldView view = mold_view(rig, surface);
+  for (int y = 0; y < o.height; y += 3) {
+    for (int x = 0; x < o.width; x += 3) {
+      if (view.mask.at(x, y) == 0) continue;
+      const Vec3 p = vector_at(view.position_mm, x, y), n = vector_at(view.normal, x, y);
+      const MoldLook look = mold.look(static_cast<double>(view.object_mm.at(x, y, 0)),
+                                      static_cast<double>(view.object_mm.at(x, y, 1)), o.interval_d);
+      const Vec3 to_camera = (rig.camera.center() - p).normalized();
+      for (std::size_t i = 0; i < rig.lights.size(); ++i) {
+        const Vec3 away = rig.lights[i].position - p, to_light = away.normalized();
+        if (!(n.dot(to_light) > 0.01) || !(n.dot(to_camera) > 0.01)) continue;
+        const Vec3 share = look.albedo / std::numbers::pi + metal_lobe(look, n, to_light, to_camera);
+        const Vec3 expected = share.cwiseProduct(rig.lights[i].intensity) * n.dot(to_light) / away.squaredNorm();
+        // Floats of maps and photographs, through the slopes of colors and of the lobe (normals of 1e-7, 1 / alpha).
+        EXPECT_LT((vector_at(photos.lit[i], x, y) - expected).norm(), 3e-5 * (1.0 + expected.norm()));
+      }
+    }
+  }
+}
+
+TEST(Mold, ReliefGrowsWithThePatinaAndIsWhatScansOfTwoStepsDifferBy) {
+  MoldOptions o = small();
+  o.relief_mm = 0.3;
+  o.scan_noise_mm = 0.0;
+  const Mold mold(checked_mold(o));
+  const MoldRig rig = mold_rig(o);
+  const double end = 2 * o.interval_d;
+  double largest = 0.0;
+  for (double y = -55.0; y <= 55.0; y += 2.5) {
+    for (double x = -55.0; x <= 55.0; x += 2.5) {
+      if (std::hypot(x, y) > 55.0) continue;
+      EXPECT_EQ(mold.relief(x, y, 0.0), 0.0);
+      const double risen = mold.relief(x, y, end);
+      largest = std::max(largest, risen);
+      const Vec3 top = Vec3(x, y, mold.height(x, y)) + risen * mold.normal(x, y);
+      EXPECT_NEAR(top.z(), mold.height(top.x(), top.y(), end), 1e-7);  // Newton's last step.
+      if (mold.is_lacquered(x, y)) {
+        EXPECT_LT(std::abs(risen), 0.02 * o.relief_mm);  // At its edge, where the lacquer is 0.99.
+      }
+    }
+  }
+  EXPECT_GT(largest, o.relief_mm);  // Where its noise adds.
+  const PointCloud scan = mold_scan(mold, rig, 2);
+  const RigidTransform back = rig.scanner_from_object[2].inverse();
+  for (const Vec3& point : scan.points) {
+    const Vec3 p = back.apply(point);
+    ASSERT_NEAR(p.z(), mold.height(p.x(), p.y(), end), 1e-7);
+  }
+}
+
+TEST(Mold, TruthOfMetalAndReliefIsWritten) {
+  const TempFolder temp;
+  const std::filesystem::path folder = temp.path() / "mold";
+  MoldOptions o = small();
+  o.metal = true;
+  o.relief_mm = 0.3;
+  run_job(plan_mold(o, folder), {}, {});
+  const Json truth = load_json(folder / "truth/truth.json");
+  const Json& step = truth.at("steps").at(2);
+  const auto file = [&](const char* map) { return folder / "truth" / step.at(map).get<std::string>(); };
+  const ImageF reflectance = read_channels(file("reflectance"), {"R", "G", "B"}),
+               specular = read_channels(file("specular"), {"strength", "roughness"}),
+               relief = read_gray(file("relief")), metalness = read_gray(file("metalness")),
+               normals = read_channels(file("normals"), {"X", "Y", "Z"});
+  const ImageU8 mask = read_mask(folder / "truth/mask.png");
+  float highest = 0.0f;
+  for (int y = 0; y < o.height; ++y) {
+    for (int x = 0; x < o.width; ++x) {
+      if (mask.at(x, y) == 0) continue;
+      const Vec3 f0 = vector_at(reflectance, x, y);
+      EXPECT_NEAR(f0.mean(), static_cast<double>(specular.at(x, y, 0)), 1e-6);
+      EXPECT_NEAR(vector_at(normals, x, y).norm(), 1.0, 1e-6);
+      EXPECT_LE(metalness.at(x, y), 1.0f);
+      highest = std::max(highest, relief.at(x, y));
+    }
+  }
+  EXPECT_GT(highest, 0.1f);
+}
+
 TEST(Mold, OptionsOutOfRangeAreRefused) {
   MoldOptions o;
   o.noise = std::nan("");
   EXPECT_THROW((void)checked_mold(o), InvalidInput);
   o = {};
   o.scan_spacing_mm = 20.0;
+  EXPECT_THROW((void)checked_mold(o), InvalidInput);
+  o = {};
+  o.relief_mm = 2.0;  // More than a 60th of the radius.
   EXPECT_THROW((void)checked_mold(o), InvalidInput);
   o = {};
   o.num_lights = 0;

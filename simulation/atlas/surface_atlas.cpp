@@ -213,7 +213,7 @@ TexelIndex SurfaceAtlas::texel_of(int triangle, double b1, double b2) const {
 TexelIndex SurfaceAtlas::nearest_texel(int triangle, double px, double py) const {
   const int x = nearest_below(px + 0.5, grid_.width), y = nearest_below(py + 0.5, grid_.height);
   const TexelIndex here = grid_.index(x, y);
-  if (triangle_[here] == triangle || shows_chart_of(here, triangle)) return here;
+  if (shows_chart_of(here, triangle)) return here;
   TexelIndex best = kNoTexel;
   double best_distance = 1e30;
   for (int ny = std::max(0, y - kSearchRadius); ny <= std::min(grid_.height - 1, y + kSearchRadius); ++ny) {

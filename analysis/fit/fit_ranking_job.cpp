@@ -1,6 +1,7 @@
 #include "analysis/fit/fit_ranking_job.h"
 
 #include <algorithm>
+#include <cctype>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -18,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 2;  ///< Raised when the same fits give other figures.
+constexpr std::int64_t kStageVersion = 3;  ///< Raised when the same fits give other figures.
 
 struct Ranked {
   RankingTask task;
@@ -82,6 +83,14 @@ void add_pictures(HtmlPage& page, const Ranked& all) {
   }
 }
 
+/// With a capital, but where a model's name begins it.
+std::string as_sentence(std::string text, const Ranking& ranking) {
+  const bool begins_with_name = std::any_of(ranking.models.begin(), ranking.models.end(),
+                                            [&](const RankedModel& m) { return text.starts_with(m.name + " "); });
+  if (!begins_with_name) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text + ".";
+}
+
 void write_page(const fs::path& folder, const Ranked& all) {
   const Ranking& r = all.ranking;
   HtmlPage page("Which model foretells best?");
@@ -89,7 +98,7 @@ void write_page(const fs::path& folder, const Ranked& all) {
       "Each model was fitted to frames up to a time, and is judged by those after it, which no search saw. Smaller is "
       "nearer" +
       (r.unit.empty() ? std::string() : "; the unit is " + r.unit) + ".");
-  for (const std::string& sentence : ranking_verdict(r, all.fits)) page.paragraph(sentence + ".");
+  for (const std::string& sentence : ranking_verdict(r, all.fits)) page.paragraph(as_sentence(sentence, r));
   std::vector<std::vector<std::string>> rows;
   for (const RankedModel& m : r.models)
     rows.push_back({m.name, std::to_string(num_numbers(all.fits, m)), number(seen(all.fits, m)), cell(m.held_out),

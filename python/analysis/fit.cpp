@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -17,7 +18,7 @@
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
 #include "tools/patinate/command_line/repeating_command.h"
-#include "tools/patinate/services/fit_scene.h"
+#include "tools/patinate/services/fit_captures.h"
 
 namespace patinate::python {
 
@@ -69,9 +70,18 @@ std::vector<analysis::FitRange> ranges_from(const char* function, const py::obje
   return out;
 }
 
+/// By name; of what is each history's own, a list.
 py::dict values_of(const std::vector<analysis::FitParameter>& parameters, const std::vector<double>& values) {
   py::dict out;
-  for (std::size_t i = 0; i < parameters.size(); ++i) out[parameters[i].range.name.c_str()] = values[i];
+  for (std::size_t i = 0; i < parameters.size(); ++i) {
+    const char* const name = parameters[i].range.name.c_str();
+    if (!parameters[i].capture) {
+      out[name] = values[i];
+    } else {
+      if (!out.contains(name)) out[name] = py::list();
+      py::cast<py::list>(out[name]).append(values[i]);
+    }
+  }
   return out;
 }
 
@@ -133,29 +143,7 @@ PyHistory history_of(const analysis::AgedSurface& surface) {
   return {std::make_shared<const MemoryHistory>(std::move(images))};
 }
 
-py::dict fit_scene(const py::object& scene_path, const py::object& objective, const py::object& vary,
-                   const py::kwargs& kwargs) {
-  Keywords words("fit", kwargs);
-  FitKeywords keywords;
-  analysis::ObjectiveOptions compared;
-  words.read(keywords);
-  words.read(compared);
-  const py::object figures = words.object("figures");
-  const RunArguments run = words.run();
-  words.finish();
-  const std::vector<analysis::FitRange> ranges = ranges_from("fit", vary);
-  const std::string path = path_from(scene_path);
-  const bool is_history = py::isinstance<PyHistory>(objective);
-  if (!is_history && PyCallable_Check(objective.ptr()) == 0)
-    wrong_type("fit", "objective", objective, "a History or a function");
-  std::vector<std::string> controls;
-  if (is_history) {
-    for (const ControlFacts& c : py::cast<const PyHistory&>(objective).value->facts().controls)
-      controls.push_back(c.name);
-  }
-  const RunArguments silent{.num_threads = run.num_threads};
-  const cli::FitScene scene =
-      result_of(silent, [=](const RunControl& control) { return cli::FitScene(path, ranges, controls, control); });
+std::vector<analysis::FitTerm> terms_from(const py::object& figures) {
   std::vector<analysis::FitTerm> terms;
   if (!figures.is_none()) {
     for (const auto& [name, weight] : py::cast<py::dict>(figures)) {
@@ -165,22 +153,91 @@ py::dict fit_scene(const py::object& scene_path, const py::object& objective, co
     }
   }
   if (terms.empty()) terms.emplace_back();
-  std::optional<analysis::FitObjective> distance;
-  if (is_history) {
-    const auto history = py::cast<const PyHistory&>(objective).value;
-    distance.emplace(result_of(silent, [=](const RunControl& control) {
-      return analysis::FitObjective(analysis::TextureSeries(history), scene.outline(), terms, compared,
-                                    analysis::FitFrames::Seen, control);
-    }));
+  return terms;
+}
+
+/// What a fit comes close to: one history or several; none of a function.
+std::vector<std::shared_ptr<const History>> histories_from(const py::object& objective) {
+  if (py::isinstance<PyHistory>(objective)) return {py::cast<const PyHistory&>(objective).value};
+  if (PyCallable_Check(objective.ptr()) != 0) return {};
+  std::vector<std::shared_ptr<const History>> histories;
+  if (py::isinstance<py::sequence>(objective) && !py::isinstance<py::str>(objective)) {
+    for (const py::handle h : py::reinterpret_borrow<py::sequence>(objective)) {
+      if (!py::isinstance<PyHistory>(h)) wrong_type("fit", "objective", h, "Histories");
+      histories.push_back(py::cast<const PyHistory&>(h).value);
+    }
   }
-  const analysis::AgeWith age = scene.age();
-  return minimized(scene.parameters(), keywords, run,
-                   [&](const std::vector<double>& values, const RunControl& control) {
-                     const analysis::AgedSurface surface = age(values, 0, control)(values, control);
-                     if (distance)
-                       return (*distance)(surface, control).objective.value_or(std::numeric_limits<double>::infinity());
-                     return asked(objective, [&] { return py::cast(history_of(surface)); });
-                   });
+  if (histories.empty()) wrong_type("fit", "objective", objective, "a History, several, or a function");
+  return histories;
+}
+
+/// Shared ranges, and each history's own.
+std::vector<analysis::FitRange> all_ranges(const py::object& vary, const py::object& own, std::size_t num_histories) {
+  if (own.is_none()) return ranges_from("fit", vary);
+  if (num_histories < 2) throw InvalidInput("own: is each history's own; give several histories");
+  std::vector<analysis::FitRange> ranges;
+  if (py::len(vary) > 0) ranges = ranges_from("fit", vary);
+  for (analysis::FitRange& range : ranges_from("fit", own)) {
+    range.is_own = true;
+    ranges.push_back(std::move(range));
+  }
+  return ranges;
+}
+
+/// A history with the scene that is to come close to it.
+struct FittedHistory {
+  analysis::AgeWith age;
+  std::optional<analysis::FitObjective> distance;  ///< None of a function.
+};
+
+py::dict fit_scene(const py::object& scene_path, const py::object& objective, const py::object& vary,
+                   const py::kwargs& kwargs) {
+  Keywords words("fit", kwargs);
+  FitKeywords keywords;
+  analysis::ObjectiveOptions compared;
+  words.read(keywords);
+  words.read(compared);
+  const py::object figures = words.object("figures"), own = words.object("own");
+  const RunArguments run = words.run();
+  words.finish();
+  const std::vector<std::shared_ptr<const History>> histories = histories_from(objective);
+  const std::vector<analysis::FitRange> ranges = all_ranges(vary, own, histories.size());
+  const std::string path = path_from(scene_path);
+  const std::vector<analysis::FitTerm> terms = terms_from(figures);
+  const RunArguments silent{.num_threads = run.num_threads};
+  std::vector<cli::FitScene> scenes;
+  std::vector<std::string> names;
+  std::vector<FittedHistory> fitted;
+  for (std::size_t c = 0; c < std::max<std::size_t>(1, histories.size()); ++c) {
+    const std::shared_ptr<const History> history = histories.empty() ? nullptr : histories[c];
+    std::vector<std::string> controls;
+    if (history) {
+      for (const ControlFacts& f : history->facts().controls) controls.push_back(f.name);
+    }
+    const cli::FitScene scene = result_of(
+        silent, [=](const RunControl& control) { return cli::scene_of_capture(c, path, ranges, controls, control); });
+    FittedHistory& one = fitted.emplace_back(FittedHistory{.age = scene.age(), .distance = {}});
+    if (history) {
+      one.distance.emplace(result_of(silent, [=](const RunControl& control) {
+        return analysis::FitObjective(analysis::TextureSeries(history), scene.outline(), terms, compared,
+                                      analysis::FitFrames::Seen, control);
+      }));
+    }
+    scenes.push_back(scene);
+    names.push_back(std::to_string(c));
+  }
+  analysis::FitModel model;
+  model.parameters = cli::joint_parameters(scenes, ranges, names);
+  return minimized(model.parameters, keywords, run, [&](const std::vector<double>& values, const RunControl& control) {
+    double sum = 0.0;
+    for (std::size_t c = 0; c < fitted.size(); ++c) {
+      const std::vector<double> its = model.values_of(c, values);
+      const analysis::AgedSurface surface = fitted[c].age(its, 0, control)(its, control);
+      if (!fitted[c].distance) return asked(objective, [&] { return py::cast(history_of(surface)); });
+      sum += (*fitted[c].distance)(surface, control).objective.value_or(std::numeric_limits<double>::infinity());
+    }
+    return sum / static_cast<double>(fitted.size());
+  });
 }
 
 void bind_rank(py::module_& module) {
@@ -259,11 +316,14 @@ void bind_fit(py::module_& module) {
           "fit",
           "The numbers of a simulation that bring it closest to a history, or make a function of its history least.")
           .takes("scene", "str | os.PathLike[str]", "A scene file with the starting values")
-          .takes(
-              "objective", "History | Callable[[History], float]",
-              "What it should come close to, by `figures`; or a function of the simulated history, the less the better")
+          .takes("objective", "History | Sequence[History] | Callable[[History], float]",
+                 "What it should come close to, by `figures`; several at once, by the mean; or a function of the "
+                 "simulated "
+                 "history, the less the better")
           .takes("vary", "Mapping[str, tuple[float, float] | tuple[float, float, str]]",
                  "JSON pointers of numbers of the scene, '/rules/0/rate': (low, high) or (low, high, 'log')")
+          .keyword("own", "Mapping[str, tuple[float, float] | tuple[float, float, str]] | None", "None",
+                   "The same, where each of several histories has a value of its own; found values are lists")
           .keyword("figures", "Mapping[str, float] | None", "None",
                    "Weights of color_distribution, mean_color, covered, onset, saturation, color_by_control, "
                    "rate_by_control, ciede2000; "

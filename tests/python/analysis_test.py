@@ -143,6 +143,23 @@ class Fit(PythonCase):
             self.assertLess(made["objective"], 0.2 * made["evaluations"][0][1])
         self.assertAlmostEqual(np.log(by_function["values"]["/rules/0/rate"] / by_history["values"]["/rules/0/rate"]), 0, delta=0.1)
 
+    def test_several_histories_are_fitted_at_once_as_the_command_does(self):
+        scene = self.json_of("scene.json")
+        for k, rate in enumerate((1.0, 4.0)):
+            (self.work / f"true{k}.json").write_text(json.dumps({**scene, "seed": 20 + k, "rules": [{"name": "patina", "rate": rate}, *scene["rules"][1:]]}))
+            self.run_patinate("simulate", f"true{k}.json", "-o", f"true{k}")
+        histories = [patinate.read_history(self.work / f"true{k}") for k in (0, 1)]
+        own = {"/rules/0/rate": (0.05, 20, "log")}
+        found = patinate.fit(self.work / "scene.json", histories, {}, own=own, evaluations=60, figures={"mean_color": 1}, seed=3)
+        first, last = found["values"]["/rules/0/rate"]
+        self.assertLess(first, last)
+        self.run_patinate("fit", "scene.json", "true0", "true1", "--own", "/rules/0/rate=0.05:20:log", "--objective", "mean_color", "--evaluations", "60", "--scan", "0", "--seeds", "1", "-o", "joint")
+        self.assertAlmostEqual(self.json_of("joint/report.json")["objective"]["before"], found["evaluations"][0][1], places=9)
+        with self.assertRaisesRegex(patinate.InvalidInput, "own: is each history's own"):
+            patinate.fit(self.work / "scene.json", histories[:1], {}, own=own)
+        for objective in (7, [histories[0], 7], []):
+            self.line_of(TypeError, lambda: patinate.fit(self.work / "scene.json", objective, own))
+
 
 if __name__ == "__main__":
     main()

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "tools/patinate/services/fit_scene.h"
-
 namespace patinate::cli {
 
 namespace fs = std::filesystem;
@@ -13,23 +11,31 @@ namespace {
 /// Between the seeds of one capture and those of the next: a fit uses fewer.
 constexpr std::uint64_t kSeedsOfCapture = 100'000;
 
-/// One for all where they share the range, else one a capture.
-void add_parameters(analysis::FitTask& task, const std::vector<FitScene>& scenes,
-                    const std::vector<analysis::FitRange>& ranges) {
+}  // namespace
+
+FitScene scene_of_capture(std::size_t capture, const fs::path& file, const std::vector<analysis::FitRange>& ranges,
+                          const std::vector<std::string>& controls, const RunControl& control) {
+  return FitScene(file, ranges, controls, control)
+      .with_seed_shift(static_cast<std::uint64_t>(capture) * kSeedsOfCapture);
+}
+
+std::vector<analysis::FitParameter> joint_parameters(const std::vector<FitScene>& scenes,
+                                                     const std::vector<analysis::FitRange>& ranges,
+                                                     const std::vector<std::string>& names) {
+  std::vector<analysis::FitParameter> parameters;
   for (std::size_t r = 0; r < ranges.size(); ++r) {
     if (!ranges[r].is_own) {
-      task.parameters.push_back(scenes.front().parameters()[r]);
+      parameters.push_back(scenes.front().parameters()[r]);
       continue;
     }
     for (std::size_t c = 0; c < scenes.size(); ++c) {
-      analysis::FitParameter& p = task.parameters.emplace_back(scenes[c].parameters()[r]);
+      analysis::FitParameter& p = parameters.emplace_back(scenes[c].parameters()[r]);
       p.capture = c;
-      p.words = shown_name(p) + " (" + task.captures[c].name + ")";
+      p.words = shown_name(p) + " (" + names[c] + ")";
     }
   }
+  return parameters;
 }
-
-}  // namespace
 
 std::vector<std::string> capture_names(const std::vector<std::string>& given) {
   std::vector<std::string> names;
@@ -51,8 +57,7 @@ std::vector<std::string> add_captures(analysis::FitTask& task, const std::vector
     std::vector<std::string> controls;
     const analysis::TextureSeries series = analysis::open_series(source.history).series;
     for (const ControlFacts& f : series.facts().controls) controls.push_back(f.name);
-    const FitScene scene = FitScene(source.scene, ranges, controls, control)
-                               .with_seed_shift(static_cast<std::uint64_t>(c) * kSeedsOfCapture);
+    const FitScene scene = scene_of_capture(c, source.scene, ranges, controls, control);
     scenes.push_back(scene);
     task.captures.push_back({.history = source.history,
                              .name = source.name,
@@ -64,7 +69,9 @@ std::vector<std::string> add_captures(analysis::FitTask& task, const std::vector
                                scene.write(folder, file, output, values);
                              }});
   }
-  add_parameters(task, scenes, ranges);
+  std::vector<std::string> names;
+  for (const FitSource& s : sources) names.push_back(s.name);
+  task.parameters = joint_parameters(scenes, ranges, names);
   task.model_name = scenes.front().outline().name;
   const bool is_one_scene =
       std::all_of(sources.begin(), sources.end(), [&](const FitSource& s) { return s.scene == sources.front().scene; });

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "analysis/fit/fit_job.h"
+#include "tools/patinate/services/fit_scene.h"
 
 namespace patinate::cli {
 
@@ -19,6 +20,16 @@ struct FitSource {
 
 /// Short names of histories that differ: their folders' names, or all of what was given where two are alike.
 [[nodiscard]] std::vector<std::string> capture_names(const std::vector<std::string>& given);
+
+/// The scene of one of several captures, whose simulation has a seed of its own. @throws what FitScene does
+[[nodiscard]] FitScene scene_of_capture(std::size_t capture, const std::filesystem::path& file,
+                                        const std::vector<analysis::FitRange>& ranges,
+                                        const std::vector<std::string>& controls, const RunControl& control);
+
+/// A number for all captures where they share the range, else one for each. @param scenes, names  One a capture.
+[[nodiscard]] std::vector<analysis::FitParameter> joint_parameters(const std::vector<FitScene>& scenes,
+                                                                   const std::vector<analysis::FitRange>& ranges,
+                                                                   const std::vector<std::string>& names);
 
 /// Gives a task its captures, parameters, name and inputs. A range that all share begins at the first scene's value,
 /// one that is each one's own at each scene's. Every capture's simulation has a seed of its own.

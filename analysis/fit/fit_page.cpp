@@ -126,11 +126,36 @@ std::vector<std::string> correlated_pairs(const FitTask& task, const FitOutcome&
       const double r = o.valley->correlation[i][j];
       const auto has_effect = [&](std::size_t k) { return o.verdicts[k].effect > o.threshold; };
       if (std::abs(r) < kStrongCorrelation || !has_effect(i) || !has_effect(j)) continue;
-      out.push_back(name_of(task, i) + " and " + name_of(task, j) + " make up for each other (" +
-                    number(rounded(r, 2)) + "): " +
+      const std::string both = name_of(task, i) + " and " + name_of(task, j), how_much = number(rounded(r, 2));
+      const std::optional<std::size_t>&of = task.parameters[i].capture, &other = task.parameters[j].capture;
+      if (of && other && *of != *other) {
+        out.push_back(both + " are tied through what the captures share (" + how_much + "): " +
+                      (r > 0 ? "both may be larger or smaller together" : "one may be larger and the other smaller") +
+                      ".");
+        continue;
+      }
+      out.push_back(both + " make up for each other (" + how_much + "): " +
                     (r > 0 ? "more of one looks like less of the other, so both may be larger or smaller together"
                            : "more of both looks like more of one, so one may be larger and the other smaller") +
                     ".");
+    }
+  }
+  return out;
+}
+
+/// Those whose best value, or its interval, comes within a hundredth of an end of the range.
+std::vector<std::string> at_range_ends(const FitTask& task, const FitOutcome& o) {
+  constexpr double kAtEnd = 0.01;
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < task.parameters.size(); ++i) {
+    const auto is_inside = [](double at) { return at > kAtEnd && at < 1.0 - kAtEnd; };
+    const ParameterVerdict& v = o.verdicts[i];
+    if (!is_inside(unit_at(task.parameters[i], o.best.values[i]))) {
+      out.push_back("The best value of " + name_of(task, i) +
+                    " lies at the end of its range: a better one may lie beyond it, so give a wider range if it may.");
+    } else if (v.determination == Determination::Determined && !(is_inside(v.low) && is_inside(v.high))) {
+      out.push_back("The interval of " + name_of(task, i) +
+                    " comes to the end of its range: it may go on beyond, and those of others with it.");
     }
   }
   return out;
@@ -251,6 +276,7 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
                              "intervals together "
                              "are to hold the truth in nine of ten cases.") +
         " It holds within this model: a wrong model can be determined as well as a right one.");
+  for (const std::string& text : at_range_ends(task, o)) page.paragraph(text);
   for (const std::string& text : correlated_pairs(task, o)) page.paragraph(text);
   if (!o.no_valley.empty() && task.parameters.size() > 1)
     page.paragraph("Whether parameters make up for each other is not known: " + o.no_valley + ".");

@@ -111,7 +111,7 @@ void write_page(const fs::path& folder, const Ranked& all) {
       "Parameters: those that were varied. Seen: the objective of the frames that the search saw. Held out: of those "
       "after, mean over other seeds and over the cases, with a 95 % interval of that mean. Farther than the first, and "
       "than the last frame seen, held: differences; those to the first hold together in 95 %. Intervals cover the "
-      "seeds of the simulation, not a second surface: the capture is one.");
+      "seeds of the simulation, not other surfaces than these.");
   add_pictures(page, all);
   std::vector<std::string> header{"model"};
   for (const RankingCase& c : r.cases) header.push_back(case_text(c));

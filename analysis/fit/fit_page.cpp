@@ -127,8 +127,8 @@ std::vector<std::string> correlated_pairs(const FitTask& task, const FitOutcome&
       const auto has_effect = [&](std::size_t k) { return o.verdicts[k].effect > o.threshold; };
       if (std::abs(r) < kStrongCorrelation || !has_effect(i) || !has_effect(j)) continue;
       const std::string both = name_of(task, i) + " and " + name_of(task, j), how_much = number(rounded(r, 2));
-      const std::optional<std::size_t>&of = task.parameters[i].capture, &other = task.parameters[j].capture;
-      if (of && other && *of != *other) {
+      const std::optional<std::size_t> first = task.parameters[i].capture, second = task.parameters[j].capture;
+      if (first && second && first != second) {
         out.push_back(both + " are tied through what the captures share (" + how_much + "): " +
                       (r > 0 ? "both may be larger or smaller together" : "one may be larger and the other smaller") +
                       ".");

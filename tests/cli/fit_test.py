@@ -272,6 +272,13 @@ class Fit(unittest.TestCase):
         result = patinate("rank", "treated", "other", "-o", "no_ranking")
         self.assertIn("are both of start and open and shaded until 4", result.stderr)
 
+    def test_the_page_says_where_a_range_ends_what_was_found(self):
+        # The capture was made with a rate of 2, beyond the range; strengths within theirs.
+        result = patinate("fit", "scenes/start.json", "captured", "--vary", "/rules/0/rate=0.1:0.5", "--evaluations", 61, "--seeds", 1, "--scan", 2, "-o", "narrow")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertGreater(json.loads((WORK / "narrow/report.json").read_text())["parameters"][0]["best"], 0.1 + 0.99 * (0.5 - 0.1))
+        self.assertIn("The best value of rule patina: rate lies at the end of its range", (WORK / "narrow/report.html").read_text())
+
     def test_bad_input_is_one_line(self):
         (WORK / "bad.json").write_text(json.dumps({"format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/rules/0/rate", "low": 2, "high": 1}]}))
         start, alpha = "scenes/start.json", "/rules/0/rate=0.1:20:log"

@@ -1,6 +1,7 @@
 #include "transfer/synthesis/refined_region.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <numeric>
 

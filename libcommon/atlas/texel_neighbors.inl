@@ -29,16 +29,22 @@ typedef struct NeighborTables {
   PATINATE_GLOBAL const PackedNeighbor* steps;
 } NeighborTables;
 
-PATINATE_INLINE void find_texel_neighbors(const NeighborTables* tables, i64 texel, PixelNeighbor* out) {
-  const i32 row = tables->row[texel], num = tables->num;
-  PATINATE_GLOBAL const PackedNeighbor* steps = tables->steps + (i64)tables->steps_of[tables->triangle[texel]] * num;
-  u32 next = row >= 0 ? tables->begin[row] : 0u;
-  for (i32 k = 0; k < num; ++k) {
-    const bool is_stored = row >= 0 && (tables->is_stored[2 * (i64)row + (k >> 6)] >> (k & 63) & 1u) != 0u;
-    const PackedNeighbor n = is_stored ? tables->stored[next] : steps[k];
-    out[k].texel = n.texel == kNoNeighbor ? -1 : is_stored ? n.texel : texel + n.texel;
-    out[k].x = n.x;
-    out[k].y = n.y;
-    next += is_stored ? 1u : 0u;
+// The k-th neighbor of a texel.
+PATINATE_INLINE PixelNeighbor texel_neighbor(const NeighborTables* tables, i64 texel, i32 k) {
+  const i32 row = tables->row[texel];
+  bool is_stored = false;
+  PackedNeighbor n;
+  if (row >= 0) {
+    PATINATE_GLOBAL const u64* words = tables->is_stored + 2 * (i64)row;
+    const u64 word = words[k >> 6], bit = (u64)1u << (k & 63);
+    is_stored = (word & bit) != 0u;
+    const i32 before = PATINATE_NUM_BITS(word & (bit - 1u)) + (k >= 64 ? PATINATE_NUM_BITS(words[0]) : 0);
+    if (is_stored) n = tables->stored[tables->begin[row] + (u32)before];
   }
+  if (!is_stored) n = tables->steps[(i64)tables->steps_of[tables->triangle[texel]] * tables->num + k];
+  PixelNeighbor neighbor;
+  neighbor.texel = n.texel == kNoNeighbor ? -1 : is_stored ? n.texel : texel + n.texel;
+  neighbor.x = n.x;
+  neighbor.y = n.y;
+  return neighbor;
 }

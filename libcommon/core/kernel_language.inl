@@ -18,6 +18,7 @@ typedef uint u32;
 typedef long i64;
 typedef ulong u64;
 #define PATINATE_GLOBAL __global
+#define PATINATE_LOCAL __local
 #define PATINATE_RESTRICT restrict
 #define PATINATE_INLINE static inline
 #define PATINATE_CONSTANT(type, name, value) __constant const type name = value
@@ -32,9 +33,12 @@ typedef ulong u64;
 #define PATINATE_MAGNITUDE(x) as_double(as_ulong(x) & 0x7FFFFFFFFFFFFFFFul)
 #define PATINATE_ALIGNED_TO(bytes) __attribute__((aligned(bytes)))
 #define PATINATE_LOWEST_BIT(x) (31u - clz((x) & (0u - (x))))
+#define PATINATE_NUM_BITS(x) ((i32)popcount(x))
 #define PATINATE_PREFETCH(p)
 #else
 #define PATINATE_GLOBAL
+// Of what the items of a group share on a device.
+#define PATINATE_LOCAL
 #define PATINATE_RESTRICT __restrict
 // Of kernels that stand in headers; those that are compiled for several instruction sets are static.
 #define PATINATE_INLINE inline
@@ -53,6 +57,8 @@ typedef ulong u64;
 #define PATINATE_ALIGNED_TO(bytes) alignas(bytes)
 // Its place in a u32 that is not 0.
 #define PATINATE_LOWEST_BIT(x) static_cast<u32>(__builtin_ctz(x))
+// Of a u64.
+#define PATINATE_NUM_BITS(x) __builtin_popcountll(x)
 // Asks for a line of memory that will be needed soon.
 #define PATINATE_PREFETCH(p) __builtin_prefetch(p)
 #endif

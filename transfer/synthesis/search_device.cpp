@@ -32,8 +32,9 @@ struct SearchDevice::Level::State {
       : device(search_device.device()),
         level(synthesis_level),
         program(build_program(device, num_neighbors_of(neighborhood))),
-        search(program.kernel("search_set")),
-        take(program.kernel("take_set")),
+        list(program.kernel("list_due")),
+        search(program.kernel("search_due")),
+        take(program.kernel("take_due")),
         appearance(device.upload(level.source.appearance.values())),
         source_controls(device.upload(level.source.controls.values())),
         is_usable(device.upload(level.source.is_usable)),
@@ -61,6 +62,8 @@ struct SearchDevice::Level::State {
     changed_near = device.allocate<std::uint8_t>(num_texels);
     const std::size_t largest_set =
         static_cast<std::size_t>((map.width() + 1) / 2) * static_cast<std::size_t>((map.height() + 1) / 2);
+    due = device.allocate<std::uint32_t>(largest_set);
+    num_due = device.allocate<std::uint32_t>(1);
     found_pixel = device.allocate<std::int32_t>(largest_set);
     found_beside = device.allocate<std::int8_t>(2 * largest_set);
     reuse = device.allocate<std::uint8_t>(level.source.is_usable.size());
@@ -81,7 +84,7 @@ struct SearchDevice::Level::State {
   Device device;
   const SynthesisLevel& level;
   device::Program program;
-  device::Kernel search, take;
+  device::Kernel list, search, take;
   search_kernel::SearchNumbers numbers{};
   Buffer<std::int16_t> appearance;
   Buffer<std::uint16_t> source_controls;
@@ -101,39 +104,50 @@ struct SearchDevice::Level::State {
   Buffer<std::int32_t> excess, pixels;
   Buffer<std::int8_t> beside;
   Buffer<std::uint8_t> changed_near;
+  // Of a set: the items whose turn it is, and what was found for each.
+  Buffer<std::uint32_t> due, num_due;
   Buffer<std::int32_t> found_pixel;
   Buffer<std::int8_t> found_beside;
 
-  /// Drivers of CPUs keep what all items of a group have on one stack: some kilobytes each.
-  static constexpr std::uint64_t kGroup = 64;
+  static constexpr std::uint64_t kGroup = 64, kSearchGroup = 32;  // As search_device.cl has them.
 
-  /// Calls launch(items) for all of a set, waiting for each: one takes some milliseconds.
+  /// Calls launch(items) for all of some texels, waiting for each: one takes some milliseconds.
+  /// @param items_each  Items for each of them, in groups of `group`.
   template <class Launch>
-  void for_each_launch(std::uint64_t num_items, const RunControl& control, const Launch& launch) const {
+  void for_each_launch(std::uint64_t num_texels, std::uint64_t items_each, std::uint64_t group,
+                       const RunControl& control, const Launch& launch) const {
     const std::uint64_t most = device.info().is_gpu ? std::uint64_t{1} << 18 : std::uint64_t{1} << 12;
-    for (std::uint64_t first = 0; first < num_items; first += most) {
+    for (std::uint64_t first = 0; first < num_texels; first += most) {
       control.throw_if_stopped();
-      const std::uint64_t num = std::min(most, num_items - first);
-      launch(Items{.first = first, .num = (num + kGroup - 1) / kGroup * kGroup, .group = kGroup});
+      const std::uint64_t num = std::min(most, num_texels - first) * items_each;
+      launch(Items{.first = first * items_each, .num = (num + group - 1) / group * group, .group = group});
       device.finish();
     }
+  }
+
+  [[nodiscard]] std::uint32_t list_due(const RunControl& control) {
+    device.fill_zero(num_due.memory());
+    for_each_launch(numbers.num_items, 1, kGroup, control,
+                    [&](const Items& items) { list.run(items, numbers, triangle, changed_near, num_due, due); });
+    std::uint32_t num = 0;
+    device.read(num_due, std::span(&num, 1));
+    return num;
   }
 
   void run_set(const RunControl& control) {
     const TexelMap& map = *level.destination.map;
     const int rows = (map.height() - numbers.set / 2 + 1) / 2;
     numbers.columns = (map.width() - numbers.set % 2 + 1) / 2;
-    const auto num_items = static_cast<std::uint64_t>(rows) * static_cast<std::uint64_t>(numbers.columns);
-    numbers.num_items = static_cast<std::uint32_t>(num_items);
-    for_each_launch(num_items, control, [&](const Items& items) {
+    numbers.num_items = static_cast<std::uint32_t>(rows) * static_cast<std::uint32_t>(numbers.columns);
+    const std::uint32_t num = list_due(control);
+    for_each_launch(num, kSearchGroup, kSearchGroup, control, [&](const Items& items) {
       search.run(items, numbers, appearance, source_controls, is_usable, similar_pixels, usable, first_with, grid_cell,
                  grid_begin, grid_pixels, weights, coherence_scales, control_scales, reuse, look, excess, targets, row,
-                 is_stored, begin, stored, triangle, steps_of, steps, pixels, beside, changed_near, found_pixel,
-                 found_beside);
+                 is_stored, begin, stored, triangle, steps_of, steps, pixels, beside, due, found_pixel, found_beside);
     });
-    for_each_launch(num_items, control, [&](const Items& items) {
-      take.run(items, numbers, row, is_stored, begin, stored, triangle, steps_of, steps, found_pixel, found_beside,
-               pixels, beside, changed_near);
+    for_each_launch(num, 1, kGroup, control, [&](const Items& items) {
+      take.run(items, numbers, row, is_stored, begin, stored, triangle, steps_of, steps, due, num, found_pixel,
+               found_beside, pixels, beside, changed_near);
     });
   }
 };

@@ -61,32 +61,41 @@ typedef struct KnownNeighbors {
   i32 delta[PATINATE_MOST_NEIGHBORS];  // Their offset in the source, in values,
   i32 x[PATINATE_MOST_NEIGHBORS];      // and in 1/256 pixel.
   i32 y[PATINATE_MOST_NEIGHBORS];
+#ifndef __OPENCL_VERSION__
   i32 delta_beside[PATINATE_MOST_NEIGHBORS];  // Seen from beside the middle of a pixel.
   i16 weight_beside[PATINATE_MOST_NEIGHBORS];
+#endif
 } KnownNeighbors;
 
 PATINATE_INLINE bool lies_within(i32 x, i32 y, i32 radius) {
   return x >= -radius && x <= radius && y >= -radius && y <= radius;
 }
 
-// Where texels are larger than the offset, a texel would be its own neighbor: that says nothing.
+// The k-th neighbor becomes the i-th known one. @returns false where it is not known; nothing is written then. Where
+// texels are larger than the offset, a texel would be its own neighbor: that says nothing.
+PATINATE_INLINE bool know_neighbor(const SourceTables* source, const CostTables* cost,
+                                   PATINATE_GLOBAL const i32* coordinates, i64 texel, PixelNeighbor n, i32 k, i32 i,
+                                   PATINATE_LOCAL KnownNeighbors* known) {
+  const i32 s = n.texel >= 0 && n.texel != texel ? coordinates[n.texel] : -1;
+  const i32 dx = whole_pixels(n.x), dy = whole_pixels(n.y);
+  // Pixels know only what lies within the radius.
+  if (s < 0 || !lies_within(dx, dy, cost->radius_px)) return false;
+  for (i32 d = 0; d < kComponents; ++d)
+    known->appearance[i * kComponents + d] = source->appearance[(i64)s * kComponents + d];
+  known->weight[i] = cost->weights[k];
+  known->delta[i] = (dy * source->width + dx) * kComponents;
+  known->x[i] = n.x;
+  known->y[i] = n.y;
+  return true;
+}
+
 // known_at: by neighbor, which of the known ones it is; not touched where it is not known. May be 0.
 PATINATE_INLINE void gather_known(const SourceTables* source, const CostTables* cost,
                                   PATINATE_GLOBAL const i32* coordinates, i64 texel, const PixelNeighbor* neighbors,
-                                  KnownNeighbors* known, i32* known_at) {
+                                  PATINATE_LOCAL KnownNeighbors* known, i32* known_at) {
   i32 sum_of_weights = 0, num = 0;
   for (i32 k = 0; k < cost->num_neighbors; ++k) {
-    const PixelNeighbor n = neighbors[k];
-    const i32 s = n.texel >= 0 && n.texel != texel ? coordinates[n.texel] : -1;
-    const i32 dx = whole_pixels(n.x), dy = whole_pixels(n.y);
-    // Pixels know only what lies within the radius.
-    if (s < 0 || !lies_within(dx, dy, cost->radius_px)) continue;
-    for (i32 d = 0; d < kComponents; ++d)
-      known->appearance[num * kComponents + d] = source->appearance[(i64)s * kComponents + d];
-    known->weight[num] = cost->weights[k];
-    known->delta[num] = (dy * source->width + dx) * kComponents;
-    known->x[num] = n.x;
-    known->y[num] = n.y;
+    if (!know_neighbor(source, cost, coordinates, texel, neighbors[k], k, num, known)) continue;
     sum_of_weights += cost->weights[k];
     if (known_at) known_at[k] = num;
     ++num;
@@ -95,11 +104,38 @@ PATINATE_INLINE void gather_known(const SourceTables* source, const CostTables* 
   known->coherence_scale = cost->coherence_scales[sum_of_weights];
 }
 
+// Of the k-th known neighbor and a pixel.
+PATINATE_INLINE i32 squares_of(PATINATE_LOCAL const KnownNeighbors* known, i32 k, PATINATE_GLOBAL const i16* pixel) {
+  i32 squares = 0;
+  for (i32 d = 0; d < kComponents; ++d) {
+    const i32 difference = known->appearance[k * kComponents + d] - pixel[d];
+    squares += difference * difference;
+  }
+  return squares;
+}
+
+// Where the i-th known neighbor lies, in values of the source, seen from beside the middle of a pixel.
+typedef struct SeenNeighbor {
+  i32 delta;
+  i16 weight;  // 0 where it lies beyond the radius.
+} SeenNeighbor;
+
+PATINATE_INLINE SeenNeighbor seen_from(const SourceTables* source, const CostTables* cost,
+                                       PATINATE_LOCAL const KnownNeighbors* known, i32 i, i32 beside_x, i32 beside_y) {
+  const i32 dx = whole_pixels(known->x[i] + beside_x), dy = whole_pixels(known->y[i] + beside_y);
+  const bool is_seen = lies_within(dx, dy, cost->radius_px);
+  SeenNeighbor seen;
+  seen.delta = is_seen ? (dy * source->width + dx) * kComponents : 0;
+  seen.weight = is_seen ? known->weight[i] : (i16)0;
+  return seen;
+}
+
+#ifndef __OPENCL_VERSION__
 // sum_k w_k |difference_k|^2 over some of the known neighbors. |difference| <= 1022, weights <= 16 and 1024 in all: a
 // lane of two components stays below 2^31.
 PATINATE_INLINE i64 weighted_squares(const KnownNeighbors* known, const i32* delta, const i16* weight,
                                      PATINATE_GLOBAL const i16* base, i32 begin, i32 end) {
-#if defined(__SSE2__) && !defined(__OPENCL_VERSION__)
+#if defined(__SSE2__)
   __m128i sum = _mm_setzero_si128();
   for (i32 k = begin; k < end; ++k) {
     const __m128i own = _mm_loadu_si128(reinterpret_cast<const __m128i*>(known->appearance + k * kComponents));
@@ -112,14 +148,7 @@ PATINATE_INLINE i64 weighted_squares(const KnownNeighbors* known, const i32* del
   return (i64)lanes[0] + lanes[1] + lanes[2] + lanes[3];
 #else
   i64 total = 0;
-  for (i32 k = begin; k < end; ++k) {
-    i32 squares = 0;
-    for (i32 d = 0; d < kComponents; ++d) {
-      const i32 difference = known->appearance[k * kComponents + d] - base[delta[k] + d];
-      squares += difference * difference;
-    }
-    total += (i64)squares * weight[k];
-  }
+  for (i32 k = begin; k < end; ++k) total += (i64)squares_of(known, k, base + delta[k]) * weight[k];
   return total;
 #endif
 }
@@ -137,6 +166,7 @@ PATINATE_INLINE i64 coherence_cost(const SourceTables* source, const KnownNeighb
   }
   return total * known->coherence_scale;
 }
+#endif
 
 PATINATE_INLINE i64 control_cost(const SourceTables* source, const CostTables* cost, PATINATE_GLOBAL const u16* target,
                                  i32 pixel) {
@@ -150,20 +180,30 @@ PATINATE_INLINE i64 control_cost(const SourceTables* source, const CostTables* c
 }
 
 // Of a place beside the middle of its pixel, in 1/256 pixel: neighbors are compared with the pixels nearest to where
-// they lie seen from there.
+// they lie seen from there. Items of a device's group share what is known, and write nothing into it.
 PATINATE_INLINE i64 cost_beside(const SourceTables* source, const CostTables* cost, PATINATE_GLOBAL const u16* target,
-                                KnownNeighbors* known, i32 pixel, i32 beside_x, i32 beside_y, i64 bound) {
+                                PATINATE_LOCAL KnownNeighbors* known, i32 pixel, i32 beside_x, i32 beside_y,
+                                i64 bound) {
   const i64 control = control_cost(source, cost, target, pixel);
   if (control >= bound) return control;
+#ifdef __OPENCL_VERSION__
+  PATINATE_GLOBAL const i16* base = source->appearance + (i64)pixel * kComponents;
+  i64 total = 0;
+  for (i32 i = 0; i < known->num; ++i) {
+    const SeenNeighbor seen = seen_from(source, cost, known, i, beside_x, beside_y);
+    total += (i64)squares_of(known, i, base + seen.delta) * seen.weight;
+  }
+  return control + total * known->coherence_scale;
+#else
   if (beside_x == 0 && beside_y == 0)
     return control + coherence_cost(source, known, known->delta, known->weight, pixel, bound - control);
   for (i32 i = 0; i < known->num; ++i) {
-    const i32 dx = whole_pixels(known->x[i] + beside_x), dy = whole_pixels(known->y[i] + beside_y);
-    const bool is_seen = lies_within(dx, dy, cost->radius_px);
-    known->delta_beside[i] = is_seen ? (dy * source->width + dx) * kComponents : 0;
-    known->weight_beside[i] = is_seen ? known->weight[i] : (i16)0;
+    const SeenNeighbor seen = seen_from(source, cost, known, i, beside_x, beside_y);
+    known->delta_beside[i] = seen.delta;
+    known->weight_beside[i] = seen.weight;
   }
   return control + coherence_cost(source, known, known->delta_beside, known->weight_beside, pixel, bound - control);
+#endif
 }
 
 PATINATE_INLINE i32 control_cell(PATINATE_GLOBAL const u16* controls) {
@@ -252,6 +292,8 @@ typedef struct SearchPass {
   i32 tolerance;  // How near "similar control value" is.
 } SearchPass;
 
+PATINATE_CONSTANT(i64, kNoCost, 0x7FFFFFFFFFFFFFFFl);
+
 // What one texel asks for, and the best so far.
 typedef struct TexelSearch {
   PATINATE_GLOBAL const u16* target;
@@ -259,8 +301,9 @@ typedef struct TexelSearch {
   i64 best_cost;
 } TexelSearch;
 
-PATINATE_INLINE void try_place(const SearchPass* pass, KnownNeighbors* known, FixedPlace place, i32 bonus,
-                               TexelSearch* search) {
+// @returns whether it is the best so far.
+PATINATE_INLINE bool try_place(const SearchPass* pass, PATINATE_LOCAL KnownNeighbors* known, FixedPlace place,
+                               i32 bonus, TexelSearch* search) {
   const PreferenceTables* p = &pass->preferences;
   const i32 reuse = p->factors.penalty == 0 ? 0 : p->reuse[place.pixel];
   i32 excess = 0;
@@ -274,87 +317,106 @@ PATINATE_INLINE void try_place(const SearchPass* pass, KnownNeighbors* known, Fi
   const i64 cost = cost_beside(&pass->source, &pass->cost, search->target, known, place.pixel, beside_middle(place.x),
                                beside_middle(place.y), search->best_cost / factor + 1) *
                    factor;
-  if (cost >= search->best_cost) return;
+  if (cost >= search->best_cost) return false;
   search->best_cost = cost;
   search->best = place;
+  return true;
 }
 
-PATINATE_INLINE void try_pixel(const SearchPass* pass, KnownNeighbors* known, i32 pixel, TexelSearch* search) {
+PATINATE_INLINE FixedPlace middle_of(const SearchPass* pass, i32 pixel) {
   FixedPlace place;
   place.pixel = pixel;
   place.x = pixel % pass->source.width * kFixedOne;
   place.y = pixel / pass->source.width * kFixedOne;
-  try_place(pass, known, place, pass->preferences.factors.bonus, search);
+  return place;
 }
 
-PATINATE_INLINE void try_similar(const SearchPass* pass, KnownNeighbors* known, i32 pixel, TexelSearch* search) {
-  for (i32 i = 0; i < kAlikeCandidates; ++i) {
-    const i32 other = pass->source.similar[(i64)pixel * kAlikeCandidates + i];
-    if (other >= 0) try_pixel(pass, known, other, search);
-  }
-}
+// Where the source of a neighbor leads; its pixel is kNoSource or kOutside where nothing can be copied from there.
+enum { kNoSource = -2, kOutside = -1 };
 
-// Where the eight neighbors' sources lead, each pixel once: in coherent regions all eight agree.
-typedef struct ContinuedPlaces {
-  FixedPlace places[kTexelsBeside];
-  i32 num;
-  bool leads_outside;  // A neighbor's source to where nothing can be copied.
-} ContinuedPlaces;
-
-PATINATE_INLINE void add_continued(const SearchPass* pass, i64 texel, PixelNeighbor n, ContinuedPlaces* continued) {
-  if (n.texel < 0 || n.texel == texel) return;
-  FixedPlace place = place_of_texel(&pass->places, n.texel);
+PATINATE_INLINE FixedPlace continued_place(const SearchPass* pass, i64 texel, PixelNeighbor n) {
+  FixedPlace place = {kNoSource, 0, 0};
+  if (n.texel < 0 || n.texel == texel) return place;
+  place = place_of_texel(&pass->places, n.texel);
   place.x -= n.x;
   place.y -= n.y;
   const i32 x = whole_pixels(place.x), y = whole_pixels(place.y), width = pass->source.width;
   const bool is_inside = x >= 0 && y >= 0 && x < width && y < pass->source.height;
-  place.pixel = is_inside ? y * width + x : -1;
-  if (!is_inside || pass->source.is_usable[place.pixel] == 0) {
-    continued->leads_outside = true;
-    return;
-  }
-  for (i32 i = 0; i < continued->num; ++i) {
-    if (continued->places[i].pixel == place.pixel) return;
-  }
-  continued->places[continued->num++] = place;
+  place.pixel = is_inside ? y * width + x : kOutside;
+  if (is_inside && pass->source.is_usable[place.pixel] == 0) place.pixel = kOutside;
+  return place;
 }
 
-// beside: of the texel. @returns whether it is left as it is; `continued` else has what it may continue.
-PATINATE_INLINE bool is_quiet(const SearchPass* pass, i64 texel, const PixelNeighbor* beside, i32 current_pixel,
-                              ContinuedPlaces* continued) {
-  continued->num = 0;
-  continued->leads_outside = false;
-  for (i32 k = 0; k < kTexelsBeside; ++k) add_continued(pass, texel, beside[k], continued);
-  return pass->preferences.factors.leaves_quiet != 0 && !continued->leads_outside && continued->num == 1 &&
-         continued->places[0].pixel == current_pixel;
+// The places that a texel begins its search with: where the eight neighbors' sources lead, each pixel once (in coherent
+// regions all eight agree), and its own behind them unless it is one of those.
+typedef struct BegunPlaces {
+  FixedPlace places[kTexelsBeside + 1];
+  i32 num_continued;
+  i32 num;
+  i32 is_quiet;  // It is left as it is.
+} BegunPlaces;
+
+// leads: by neighbor, continued_place().
+PATINATE_INLINE void begin_places(const SearchPass* pass, PATINATE_LOCAL const FixedPlace* leads, FixedPlace current,
+                                  PATINATE_LOCAL BegunPlaces* begun) {
+  i32 num = 0;
+  bool leads_outside = false, is_continued = false;
+  for (i32 k = 0; k < kTexelsBeside; ++k) {
+    const FixedPlace place = leads[k];
+    leads_outside = leads_outside || place.pixel == kOutside;
+    bool is_new = place.pixel >= 0;
+    for (i32 i = 0; i < num; ++i) is_new = is_new && begun->places[i].pixel != place.pixel;
+    if (!is_new) continue;
+    is_continued = is_continued || place.pixel == current.pixel;
+    begun->places[num++] = place;
+  }
+  begun->num_continued = num;
+  begun->is_quiet =
+      pass->preferences.factors.leaves_quiet != 0 && !leads_outside && num == 1 && is_continued ? 1 : 0;
+  if (!is_continued) begun->places[num++] = current;
+  begun->num = num;
 }
 
+PATINATE_INLINE i32 bonus_of(const SearchPass* pass, PATINATE_LOCAL const BegunPlaces* begun, i32 i) {
+  return i < begun->num_continued ? 0 : pass->preferences.factors.bonus;
+}
+
+PATINATE_INLINE i32 similar_pixel(const SearchPass* pass, i32 pixel, i32 i) {
+  return pass->source.similar[(i64)pixel * kAlikeCandidates + i];
+}
+
+#ifndef __OPENCL_VERSION__  // There the items of a group share the candidates among them: search_device.cl.
+// The first of the best: where the neighbors' sources lead, its own place, what looks like each of those, and some of
+// similar control value.
 // neighbors: those that are compared, and behind them those beside. known: room.
 PATINATE_INLINE FixedPlace best_place(const SearchPass* pass, i64 texel, const PixelNeighbor* neighbors,
                                       RandomState random, KnownNeighbors* known) {
-  ContinuedPlaces continued;
+  FixedPlace leads[kTexelsBeside];
+  for (i32 k = 0; k < kTexelsBeside; ++k)
+    leads[k] = continued_place(pass, texel, neighbors[pass->cost.num_neighbors + k]);
+  BegunPlaces begun;
   const FixedPlace current = place_of_texel(&pass->places, texel);
-  if (is_quiet(pass, texel, neighbors + pass->cost.num_neighbors, current.pixel, &continued)) return current;
+  begin_places(pass, leads, current, &begun);
+  if (begun.is_quiet != 0) return current;
   gather_known(&pass->source, &pass->cost, pass->places.pixels, texel, neighbors, known, 0);
+  const i32 bonus = pass->preferences.factors.bonus;
   TexelSearch search;
   search.target = pass->targets + texel * pass->cost.num_controls;
   search.best = current;
-  search.best_cost = 0x7FFFFFFFFFFFFFFFl;
-  bool is_continued = false;
-  for (i32 i = 0; i < continued.num; ++i) {
-    is_continued = is_continued || continued.places[i].pixel == current.pixel;
-    try_place(pass, known, continued.places[i], 0, &search);
-    try_similar(pass, known, continued.places[i].pixel, &search);
-  }
-  if (!is_continued) {
-    try_place(pass, known, current, pass->preferences.factors.bonus, &search);
-    try_similar(pass, known, current.pixel, &search);
+  search.best_cost = kNoCost;
+  for (i32 i = 0; i < begun.num; ++i) {
+    try_place(pass, known, begun.places[i], bonus_of(pass, &begun, i), &search);
+    for (i32 k = 0; k < kAlikeCandidates; ++k) {
+      const i32 pixel = similar_pixel(pass, begun.places[i].pixel, k);
+      if (pixel >= 0) try_place(pass, known, middle_of(pass, pixel), bonus, &search);
+    }
   }
   const AlikePixels alike = alike_pixels(&pass->alike, search.target, pass->tolerance);
   for (i32 i = 0; i < pass->num_random; ++i)
-    try_pixel(pass, known, alike.pixels[random_below(&random, (u32)alike.num)], &search);
+    try_place(pass, known, middle_of(pass, alike.pixels[random_below(&random, (u32)alike.num)]), bonus, &search);
   return search.best;
 }
+#endif
 
 enum { kInterleavedSets = 4 };  // A turn is a set's; 16 passes of them stay below 256.
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -17,41 +18,70 @@ namespace {
 constexpr TexelId kNoStep = std::numeric_limits<TexelId>::min();
 constexpr int kLook = 4096;  // Texels or triangles between two looks at the stop.
 
-/// Chebyshev distance from each texel of a rectangle to the nearest texel of another chart (or the outside, or beyond
-/// the rectangle), at most 255.
-std::vector<std::uint8_t> distance_to_border(const TexelMap& map, const TexelRect& rect, const RunControl& control) {
+/// Rows of texels of which some threads each take a band.
+constexpr std::int64_t kBand = 256;
+
+/// Of each texel of a rectangle: 0 outside the charts, 1 beside another chart, the outside or what lies beyond the
+/// rectangle, else `farthest`.
+void mark_border(const TexelMap& map, const TexelRect& rect, std::uint8_t farthest, std::span<std::uint8_t> distance,
+                 const RunControl& control) {
   const int w = rect.width(), h = rect.height();
-  std::vector<std::uint8_t> distance(static_cast<std::size_t>(rect.num_texels()));
-  const auto at = [&](int x, int y) -> std::uint8_t& { return distance[static_cast<std::size_t>(TexelId{y} * w + x)]; };
   const auto chart = [&](int x, int y) { return map.chart(TexelId{rect.y0 + y} * map.width() + rect.x0 + x); };
-  for (int y = 0; y < h; ++y) {
-    control.throw_if_stopped();
-    for (int x = 0; x < w; ++x) {
-      const int own = chart(x, y);
-      bool is_border = own < 0 || x == 0 || y == 0 || x == w - 1 || y == h - 1;
-      for (int dy = -1; dy <= 1 && !is_border; ++dy) {
-        for (int dx = -1; dx <= 1 && !is_border; ++dx) is_border = chart(x + dx, y + dy) != own;
+  parallel_for(h, 16, control, [&](std::int64_t begin, std::int64_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      for (int x = 0; x < w; ++x) {
+        const int own = chart(x, y);
+        bool is_border = own < 0 || x == 0 || y == 0 || x == w - 1 || y == h - 1;
+        for (int dy = -1; dy <= 1 && !is_border; ++dy) {
+          for (int dx = -1; dx <= 1 && !is_border; ++dx) is_border = chart(x + dx, y + dy) != own;
+        }
+        distance[static_cast<std::size_t>(TexelId{y} * w + x)] =
+            is_border ? static_cast<std::uint8_t>(own < 0 ? 0 : 1) : farthest;
       }
-      at(x, y) = is_border ? (own < 0 ? 0 : 1) : 255;
     }
-  }
+  });
+}
+
+/// Spreads distances over rows of `w` texels, down and up.
+void spread_distance(std::span<std::uint8_t> distance, int w) {
+  const auto h = static_cast<int>(distance.size() / static_cast<std::size_t>(w));
+  const auto at = [&](int x, int y) -> std::uint8_t& { return distance[static_cast<std::size_t>(TexelId{y} * w + x)]; };
   const auto relax = [&](int x, int y, int dx, int dy) {
     const int qx = x + dx, qy = y + dy;
     if (qx < 0 || qy < 0 || qx >= w || qy >= h) return;
     at(x, y) = static_cast<std::uint8_t>(std::min<int>(at(x, y), at(qx, qy) + 1));
   };
   for (int y = 0; y < h; ++y) {
-    control.throw_if_stopped();
     for (int x = 0; x < w; ++x) {
       for (const auto& [dx, dy] : {std::pair{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}) relax(x, y, dx, dy);
     }
   }
   for (int y = h - 1; y >= 0; --y) {
-    control.throw_if_stopped();
     for (int x = w - 1; x >= 0; --x) {
       for (const auto& [dx, dy] : {std::pair{1, 0}, {1, 1}, {0, 1}, {-1, 1}}) relax(x, y, dx, dy);
     }
   }
+}
+
+/// Chebyshev distance from each texel of a rectangle to the nearest texel of another chart (or the outside, or beyond
+/// the rectangle), as far as `farthest`. Bands of rows by themselves, with as many rows around each.
+std::vector<std::uint8_t> distance_to_border(const TexelMap& map, const TexelRect& rect, std::uint8_t farthest,
+                                             const RunControl& control) {
+  const auto w = static_cast<std::size_t>(rect.width());
+  const std::int64_t h = rect.height();
+  std::vector<std::uint8_t> border(static_cast<std::size_t>(rect.num_texels())), distance(border.size());
+  if (border.empty()) return distance;
+  mark_border(map, rect, farthest, border, control);
+  parallel_for(h, kBand, control, [&](std::int64_t begin, std::int64_t end) {
+    const auto first = static_cast<std::size_t>(std::max<std::int64_t>(0, begin - farthest)),
+               last = static_cast<std::size_t>(std::min<std::int64_t>(h, end + farthest));
+    std::vector<std::uint8_t> band(border.begin() + static_cast<std::ptrdiff_t>(first * w),
+                                   border.begin() + static_cast<std::ptrdiff_t>(last * w));
+    spread_distance(band, static_cast<int>(w));
+    const auto skipped = (static_cast<std::size_t>(begin) - first) * w;
+    std::copy_n(band.begin() + static_cast<std::ptrdiff_t>(skipped), (end - begin) * static_cast<std::int64_t>(w),
+                distance.begin() + begin * static_cast<std::int64_t>(w));
+  });
   return distance;
 }
 
@@ -87,13 +117,17 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
     reach[t] = static_cast<int>(std::min(std::ceil(largest), 1e6));
   }
   {
-    const std::vector<std::uint8_t> distance = distance_to_border(map, part.rect, control);
-    auto at = distance.begin();
-    band_ = TexelSet(map.num_texels(), map.width(), part.rect, part.others, [&](TexelId t) {
-      if (t % kLook == 0) control.throw_if_stopped();
-      const std::uint8_t away = *at++;
-      return map.is_covered(t) && away <= reach[static_cast<std::size_t>(map.triangle(t))];
-    });
+    const int farthest = reach.empty() ? 1 : *std::max_element(reach.begin(), reach.end());
+    const std::vector<std::uint8_t> distance =
+        distance_to_border(map, part.rect, static_cast<std::uint8_t>(std::min(farthest + 1, 255)), control);
+    const auto away = [&](TexelId t) {
+      const TexelId x = t % map.width() - part.rect.x0, y = t / map.width() - part.rect.y0;
+      return distance[static_cast<std::size_t>(y * part.rect.width() + x)];
+    };
+    band_ = TexelSet(
+        map.num_texels(), map.width(), part.rect, part.others,
+        [&](TexelId t) { return map.is_covered(t) && away(t) <= reach[static_cast<std::size_t>(map.triangle(t))]; },
+        control);
   }
   if (size() > kMostNeighbors)
     throw InvalidInput("neighborhood: " + std::to_string(size()) + " neighbors; at most " +
@@ -201,21 +235,27 @@ FlatNeighbors TexelNeighborhood::flat(const RunControl& control) const {
   for (const TexelId t : band_) out.row[static_cast<std::size_t>(t)] = next++;
 
   // Steps of the triangles whose texels lack something in their rows.
-  out.steps_of.assign(map_.mesh().triangles.size(), -1);
+  std::vector<std::uint8_t> is_stepping(map_.mesh().triangles.size(), 0);
+  parallel_for(map_.num_texels(), 1 << 16, control, [&](TexelId begin, TexelId end) {
+    for (TexelId t = begin; t < end; ++t) {
+      if (!map_.is_covered(t)) continue;
+      const std::atomic_ref is_known(is_stepping[static_cast<std::size_t>(map_.triangle(t))]);
+      if (is_known.load(std::memory_order_relaxed) != 0) continue;
+      if (const std::int32_t row = out.row[static_cast<std::size_t>(t)]; row >= 0) {
+        const auto at = 2 * static_cast<std::size_t>(row);
+        if (std::popcount(out.is_stored[at]) + std::popcount(out.is_stored[at + 1]) == static_cast<int>(size()))
+          continue;
+      }
+      is_known.store(1, std::memory_order_relaxed);
+    }
+  });
+  out.steps_of.assign(is_stepping.size(), -1);
   std::vector<PixelNeighbor> steps(size());
   std::int32_t num_stepping = 0;
-  for (TexelId t = 0; t < map_.num_texels(); ++t) {
-    if (t % kLook == 0) control.throw_if_stopped();
-    if (!map_.is_covered(t)) continue;
-    const int triangle = map_.triangle(t);
-    std::int32_t& steps_of = out.steps_of[static_cast<std::size_t>(triangle)];
-    if (steps_of >= 0) continue;
-    if (const std::int32_t row = out.row[static_cast<std::size_t>(t)]; row >= 0) {
-      const auto at = 2 * static_cast<std::size_t>(row);
-      if (std::popcount(out.is_stored[at]) + std::popcount(out.is_stored[at + 1]) == static_cast<int>(size())) continue;
-    }
-    steps_of = num_stepping++;
-    find_steps(triangle, steps);
+  for (std::size_t triangle = 0; triangle < is_stepping.size(); ++triangle) {
+    if (is_stepping[triangle] == 0) continue;
+    out.steps_of[triangle] = num_stepping++;
+    find_steps(static_cast<int>(triangle), steps);
     for (const PixelNeighbor& n : steps)
       out.steps.push_back({n.texel == kNoStep ? kNoNeighbor : static_cast<std::int32_t>(n.texel), n.x, n.y});
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -10,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "libcommon/core/parallel.h"
 #include "patinate/atlas/texel_map.h"
 
 namespace patinate {
@@ -19,26 +21,25 @@ namespace patinate {
 class TexelSet {
  public:
   TexelSet() = default;
-  /// @param num_texels  Of the atlas, at most 2^32. @param is_member  Asked once of each, ascending.
+  /// @param num_texels  Of the atlas, at most 2^32. @param is_member  Asked once of each, by several threads at once.
+  /// @throws Canceled
   template <class IsMember>
-  TexelSet(std::int64_t num_texels, const IsMember& is_member)
+  TexelSet(std::int64_t num_texels, const IsMember& is_member, const RunControl& control = {})
       : words_(static_cast<std::size_t>((num_texels + 63) / 64)), before_(words_.size()) {
-    for (TexelId t = 0; t < num_texels; ++t) {
-      if (is_member(t)) insert(t);
-    }
+    parallel_for(num_texels, kChunk, control, [&](TexelId begin, TexelId end) { insert_some(begin, end, is_member); });
     count();
   }
-  /// Of a part of an atlas that is `width` texels wide. @param is_member  Asked of those in `rect`, row by row.
+  /// Of a part of an atlas that is `width` texels wide. @param is_member  Asked of those in `rect`, as above.
   /// @param others  Members wherever they lie.
   template <class IsMember>
   TexelSet(std::int64_t num_texels, int width, const TexelRect& rect, std::span<const TexelId> others,
-           const IsMember& is_member)
+           const IsMember& is_member, const RunControl& control = {})
       : words_(static_cast<std::size_t>((num_texels + 63) / 64)), before_(words_.size()) {
-    for (int y = rect.y0; y < rect.y1; ++y) {
-      for (TexelId t = TexelId{y} * width + rect.x0; t < TexelId{y} * width + rect.x1; ++t) {
-        if (is_member(t)) insert(t);
-      }
-    }
+    const std::int64_t rows = std::max<std::int64_t>(1, kChunk / std::max(1, rect.width()));
+    parallel_for(rect.y1 - rect.y0, rows, control, [&](std::int64_t begin, std::int64_t end) {
+      for (TexelId y = rect.y0 + begin; y < rect.y0 + end; ++y)
+        insert_some(y * width + rect.x0, y * width + rect.x1, is_member);
+    });
     for (const TexelId t : others) insert(t);
     count();
   }
@@ -101,6 +102,18 @@ class TexelSet {
   [[nodiscard]] TexelId operator[](std::size_t index) const { return *from(index); }
 
  private:
+  static constexpr std::int64_t kChunk = 1 << 16;  ///< Texels a thread asks of at a time.
+
+  /// Those of [begin, end) that are members; words at its ends may be another thread's as well.
+  template <class IsMember>
+  void insert_some(TexelId begin, TexelId end, const IsMember& is_member) {
+    for (TexelId t = begin; t < end;) {
+      const TexelId word = t / 64, stop = std::min(end, (word + 1) * 64);
+      std::uint64_t bits = 0;
+      for (; t < stop; ++t) bits |= is_member(t) ? std::uint64_t{1} << (t % 64) : 0;
+      if (bits != 0) std::atomic_ref(words_[static_cast<std::size_t>(word)]).fetch_or(bits, std::memory_order_relaxed);
+    }
+  }
   void insert(TexelId t) { words_[static_cast<std::size_t>(t) / 64] |= std::uint64_t{1} << (t % 64); }
   void count() {
     for (std::size_t word = 0; word < words_.size(); ++word) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <utility>
 
 #include "libcommon/device/device_state.h"
@@ -77,6 +78,23 @@ std::vector<DeviceInfo> list_devices(const OpenCl& cl) {
   return found;
 }
 
+namespace {
+
+/// Adds the seconds of its life.
+class Stopwatch {
+ public:
+  explicit Stopwatch(double& sum) : sum_(sum) {}
+  ~Stopwatch() { sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+
+ private:
+  double& sum_;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace
+
 void DeviceState::check(cl_int code, const std::string& what) const {
   if (code != CL_SUCCESS)
     throw DeviceError(info.name + ": " + what + " failed (" + std::string(opencl_error_name(code)) + ", " +
@@ -134,6 +152,8 @@ void Device::write_bytes(const Memory& memory, std::size_t offset, const void* v
     throw InvalidInput("a device's buffer is shorter than what is written to it");
   if (size == 0) return;
   const DeviceState& s = *state_;
+  const Stopwatch watch(s.times.copies_s);
+  s.times.copied_bytes += size;
   s.check(s.cl.clEnqueueWriteBuffer(s.queue, static_cast<cl_mem>(memory.handle_.get()), CL_TRUE, offset, size, values,
                                     0, nullptr, nullptr),
           "writing to it");
@@ -143,6 +163,9 @@ void Device::read_bytes(const Memory& memory, void* values, std::size_t size) co
   if (size > memory.size_bytes_) throw InvalidInput("a device's buffer is shorter than what is read from it");
   if (size == 0) return;
   const DeviceState& s = *state_;
+  s.finish();
+  const Stopwatch watch(s.times.copies_s);
+  s.times.copied_bytes += size;
   s.check(s.cl.clEnqueueReadBuffer(s.queue, static_cast<cl_mem>(memory.handle_.get()), CL_TRUE, 0, size, values, 0,
                                    nullptr, nullptr),
           "reading from it");
@@ -157,6 +180,13 @@ void Device::fill_zero(const Memory& memory) const {
           "clearing memory");
 }
 
-void Device::finish() const { state_->check(state_->cl.clFinish(state_->queue), "waiting for it"); }
+void DeviceState::finish() const {
+  const Stopwatch watch(times.kernels_s);
+  check(cl.clFinish(queue), "waiting for it");
+}
+
+void Device::finish() const { state_->finish(); }
+
+DeviceTimes Device::times() const { return state_->times; }
 
 }  // namespace patinate::device

@@ -56,6 +56,13 @@ struct DeviceInfo {
 [[nodiscard]] std::vector<DeviceInfo> list_devices();
 [[nodiscard]] std::vector<DeviceInfo> list_devices(const OpenCl& functions);
 
+/// What a device was waited for.
+struct DeviceTimes {
+  double kernels_s = 0.0;  ///< In finish(), and before reading.
+  double copies_s = 0.0;   ///< To it and back.
+  std::uint64_t copied_bytes = 0;
+};
+
 class Device;
 
 /// Memory on a device, of `size_bytes`. Movable; empty when default-constructed.
@@ -142,6 +149,8 @@ class Device {
   Device(const DeviceInfo& info, const OpenCl& functions);
 
   [[nodiscard]] const DeviceInfo& info() const;
+  /// Since it was opened, of all copies.
+  [[nodiscard]] DeviceTimes times() const;
 
   /// Of arbitrary content.
   template <class T>

@@ -18,12 +18,15 @@ struct DeviceState {
   DeviceState& operator=(const DeviceState&) = delete;
   /// @throws DeviceError "NAME: WHAT failed (...)" unless the code is CL_SUCCESS.
   void check(cl_int code, const std::string& what) const;
+  /// Waits for all that was queued.
+  void finish() const;
 
   DeviceInfo info;
   const OpenCl& cl;
   cl_device_id id;
   cl_context context = nullptr;
   cl_command_queue queue = nullptr;
+  mutable DeviceTimes times;
 };
 
 struct ProgramState {

@@ -49,28 +49,25 @@ void Amounts::measure(const DestinationLevel& destination, const PlaceMap& place
 
 Amounts::Counts Amounts::count(const DestinationLevel& destination, const PlaceMap& places,
                                const RunControl& control) const {
-  Counts counts;
-  counts.has = parallel_reduce(
-      static_cast<std::int64_t>(destination.texels.size()), 16384, control, Table{},
+  const auto num_texels = static_cast<std::int64_t>(destination.texels.size());
+  Counts counts = parallel_reduce(
+      num_texels, texels_a_count(usable_in_.size()), control, Counts{},
       [&](std::int64_t begin, std::int64_t end) {
-        Table part{};
+        Counts part{.uses = std::vector<std::int64_t>(usable_in_.size(), 0), .num_texels = end - begin};
         auto at = destination.texels.from(static_cast<std::size_t>(begin));
         for (std::int64_t i = begin; i < end; ++i, ++at) {
           const std::int32_t pixel = places.pixels[static_cast<std::size_t>(*at)];
-          if (pixel >= 0) ++part[cell(value_of(destination.target(*at)[0]), look_[static_cast<std::size_t>(pixel)])];
+          if (pixel < 0) continue;
+          ++part.has[cell(value_of(destination.target(*at)[0]), look_[static_cast<std::size_t>(pixel)])];
+          ++part.uses[static_cast<std::size_t>(cell_of(pixel))];
         }
         return part;
       },
-      [](Table a, const Table& b) {
-        for (std::size_t i = 0; i < a.size(); ++i) a[i] += b[i];
-        return a;
+      [](Counts all, const Counts& part) {
+        all.add(part);
+        return all;
       });
-  counts.uses.assign(usable_in_.size(), 0);
-  for (TexelId t : destination.texels) {
-    if (++counts.num_texels % 65536 == 0) control.throw_if_stopped();
-    const std::int32_t pixel = places.pixels[static_cast<std::size_t>(t)];
-    if (pixel >= 0) ++counts.uses[static_cast<std::size_t>(cell_of(pixel))];
-  }
+  counts.uses.resize(usable_in_.size(), 0);
   return counts;
 }
 

@@ -3,6 +3,7 @@
 /// value [Kopf et al. 2007, "Solid texture synthesis from 2D exemplars", sec. 3.2].
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -13,6 +14,12 @@
 #include "transfer/synthesis/places.h"
 
 namespace patinate::transfer {
+
+/// Texels that a thread counts at a time into a table of its own: many more than the table has cells, which are added
+/// up afterwards.
+[[nodiscard]] constexpr std::int64_t texels_a_count(std::size_t num_cells) {
+  return std::max<std::int64_t>(16384, 8 * static_cast<std::int64_t>(num_cells));
+}
 
 /// Compares what a map has of each look with what the source has.
 class Amounts {

@@ -47,7 +47,7 @@ PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neigh
   RunControl silent = control;
   silent.on_progress = nullptr;
   const std::size_t coarsest = levels.size() - 1;
-  PlaceMap places = initial_places(levels[coarsest], seed);
+  PlaceMap places = initial_places(levels[coarsest], seed, silent);
   SimilarPixels similar;
   double done = 0.0, total = 0.0;
   const auto work = [&](std::size_t l) {
@@ -60,7 +60,7 @@ PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neigh
     if (!level.destination.neighbors) find_neighbors(level.destination, neighborhood, silent);
     similar = similar_of_level(level.source, l == coarsest ? nullptr : &levels[l + 1].source, similar, silent);
     if (l < coarsest) {
-      places = upsample(places, levels[l + 1], level, seed + l);
+      places = upsample(places, levels[l + 1], level, seed + l, silent);
       levels[l + 1] = {};
     }
     const EnergyScale scale =

@@ -20,13 +20,29 @@ std::size_t cell_of(const SourceLevel& source, int x, int y) {
   return static_cast<std::size_t>(y / kCell_px * num_columns + x / kCell_px);
 }
 
-std::vector<std::int64_t> count_uses(const SynthesisLevel& level, const PlaceMap& places) {
-  std::vector<std::int64_t> uses(cell_of(level.source, 0, level.source.height() - 1 + kCell_px));
-  for (TexelId t : level.destination.texels) {
-    const FixedPoint p = places.point(t);
-    ++uses[cell_of(level.source, whole_pixels(p.x), whole_pixels(p.y))];
-  }
-  return uses;
+template <class Sums, class More>
+void add_each(Sums& sums, const More& more) {
+  std::transform(more.begin(), more.end(), sums.begin(), sums.begin(), std::plus<>());
+}
+
+std::vector<std::int64_t> count_uses(const SynthesisLevel& level, const PlaceMap& places, const RunControl& control) {
+  const TexelSet& texels = level.destination.texels;
+  const std::vector<std::int64_t> none(cell_of(level.source, 0, level.source.height() - 1 + kCell_px));
+  return parallel_reduce(
+      static_cast<std::int64_t>(texels.size()), texels_a_count(none.size()), control, none,
+      [&](std::int64_t begin, std::int64_t end) {
+        std::vector<std::int64_t> uses = none;
+        auto at = texels.from(static_cast<std::size_t>(begin));
+        for (std::int64_t i = begin; i < end; ++i, ++at) {
+          const FixedPoint p = places.point(*at);
+          ++uses[cell_of(level.source, whole_pixels(p.x), whole_pixels(p.y))];
+        }
+        return uses;
+      },
+      [](std::vector<std::int64_t> all, const std::vector<std::int64_t>& uses) {
+        add_each(all, uses);
+        return all;
+      });
 }
 
 /// By pixel: how much more than their share the pixels around it are used, in quarters of that share, or of one copy of
@@ -58,9 +74,6 @@ Preferences preferences_of(const MultiLevelOptions& o) {
 }
 
 void PlaceCounts::add(const PlaceCounts& other) {
-  const auto add_each = [](auto& sums, const auto& more) {
-    std::transform(more.begin(), more.end(), sums.begin(), sums.begin(), std::plus<>());
-  };
   uses.resize(other.uses.size());
   amounts.uses.resize(other.amounts.uses.size());
   add_each(uses, other.uses);
@@ -101,7 +114,7 @@ std::vector<int> Improver::find_squares() const {
 }
 
 PlaceCounts Improver::count(const PlaceMap& places, const RunControl& control) const {
-  return {count_uses(level_, places), amounts_.count(level_.destination, places, control)};
+  return {count_uses(level_, places, control), amounts_.count(level_.destination, places, control)};
 }
 
 void Improver::pass(const Preferences& preferences, bool is_whole, std::uint32_t stream, const PlaceCounts& counts,

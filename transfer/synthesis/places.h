@@ -97,11 +97,11 @@ class PlaceMap {
 inline constexpr int kSimilarTolerance = kControlSteps / 50;  ///< How near "similar control value" is.
 
 /// Every covered texel gets a source pixel of similar control value.
-[[nodiscard]] PlaceMap initial_places(const SynthesisLevel& level, std::uint64_t seed);
+[[nodiscard]] PlaceMap initial_places(const SynthesisLevel& level, std::uint64_t seed, const RunControl& control = {});
 
 /// Doubles places: a fine texel's place lies in its parent's as the texel lies in its parent on the surface. Texels
 /// whose parent is not covered or leads outside take a pixel of similar control value.
 [[nodiscard]] PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level,
-                                const SynthesisLevel& fine_level, std::uint64_t seed);
+                                const SynthesisLevel& fine_level, std::uint64_t seed, const RunControl& control = {});
 
 }  // namespace patinate::transfer

@@ -19,9 +19,11 @@ typedef struct SharedSearch {
 } SharedSearch;
 
 // due: items of the set, in any order; num_due: one number, 0 before.
-kernel __attribute__((reqd_work_group_size(PATINATE_LIST_ITEMS, 1, 1))) void list_due(
-    const SearchNumbers numbers, global const int* triangle, global const uchar* changed_near, global uint* num_due,
-    global uint* due) {
+kernel __attribute__((reqd_work_group_size(PATINATE_LIST_ITEMS, 1, 1))) void list_due(const SearchNumbers numbers,
+                                                                                      global const int* triangle,
+                                                                                      global const uchar* changed_near,
+                                                                                      global uint* num_due,
+                                                                                      global uint* due) {
   local uint num, first;
   const uint item = (uint)get_global_id(0), lane = (uint)get_local_id(0);
   if (lane == 0) num = 0;
@@ -46,15 +48,16 @@ kernel __attribute__((reqd_work_group_size(PATINATE_SEARCH_ITEMS, 1, 1))) void s
     global const int* grid_cell, global const int* grid_begin, global const int* grid_pixels,
     global const short* weights, global const long* coherence_scales, global const long* control_scales,
     global const uchar* reuse, global const uchar* look, global const int* excess, global const ushort* targets,
-    global const int* row, global const ulong* is_stored, global const uint* begin,
-    global const PackedNeighbor* stored, global const int* triangle, global const int* steps_of,
-    global const PackedNeighbor* steps, global const int* pixels, global const char* beside, global const uint* due,
-    global int* found_pixel, global char* found_beside) {
+    global const int* row, global const ulong* is_stored, global const uint* begin, global const PackedNeighbor* stored,
+    global const int* triangle, global const int* steps_of, global const PackedNeighbor* steps,
+    global const int* pixels, global const char* beside, global const uint* due, global int* found_pixel,
+    global char* found_beside) {
   local SharedSearch shared;
   const ulong index = get_global_id(0) / kSearchItems;
   const i32 lane = (i32)get_local_id(0);
   const long texel = texel_of_item(&numbers, due[index]);
-  const NeighborTables tables = {numbers.num_neighbors + kTexelsBeside, row, is_stored, begin, stored, triangle, steps_of, steps};
+  const NeighborTables tables = {
+      numbers.num_neighbors + kTexelsBeside, row, is_stored, begin, stored, triangle, steps_of, steps};
   const SearchPass pass = {
       {appearance, controls, is_usable, similar, numbers.source_width, numbers.source_height},
       {usable, first_with, grid_cell, grid_begin, grid_pixels, numbers.num_usable, numbers.num_controls},
@@ -85,7 +88,8 @@ kernel __attribute__((reqd_work_group_size(PATINATE_SEARCH_ITEMS, 1, 1))) void s
 
   const bool is_searched = shared.begun.is_quiet == 0;
   for (i32 k = lane; is_searched && k < numbers.num_neighbors; k += kSearchItems) {
-    if (know_neighbor(&pass.source, &pass.cost, pixels, texel, texel_neighbor(&tables, texel, k), k, k, &shared.known)) {
+    if (know_neighbor(&pass.source, &pass.cost, pixels, texel, texel_neighbor(&tables, texel, k), k, k,
+                      &shared.known)) {
       atomic_add(&shared.sum_of_weights, (i32)weights[k]);
       continue;
     }
@@ -113,7 +117,7 @@ kernel __attribute__((reqd_work_group_size(PATINATE_SEARCH_ITEMS, 1, 1))) void s
       place = shared.begun.places[c / of_each];
       if (c % of_each == 0) bonus = bonus_of(&pass, &shared.begun, c / of_each);
     }
-    const i32 pixel = c >= num_begun        ? shared.random_pixels[c - num_begun]
+    const i32 pixel = c >= num_begun     ? shared.random_pixels[c - num_begun]
                       : c % of_each == 0 ? place.pixel
                                          : similar_pixel(&pass, place.pixel, c % of_each - 1);
     if (pixel < 0) continue;
@@ -126,8 +130,9 @@ kernel __attribute__((reqd_work_group_size(PATINATE_SEARCH_ITEMS, 1, 1))) void s
   for (i32 apart = kSearchItems / 2; apart > 0; apart /= 2) {
     barrier(CLK_LOCAL_MEM_FENCE);
     const i32 other = lane + apart;
-    if (lane < apart && (shared.cost[other] < shared.cost[lane] ||
-                        (shared.cost[other] == shared.cost[lane] && shared.candidate[other] < shared.candidate[lane]))) {
+    if (lane < apart &&
+        (shared.cost[other] < shared.cost[lane] ||
+         (shared.cost[other] == shared.cost[lane] && shared.candidate[other] < shared.candidate[lane]))) {
       shared.cost[lane] = shared.cost[other];
       shared.candidate[lane] = shared.candidate[other];
       shared.place[lane] = shared.place[other];
@@ -153,7 +158,8 @@ kernel void take_due(const SearchNumbers numbers, global const int* row, global 
   if (index >= num_due || found_pixel[index] < 0) return;
   const long texel = texel_of_item(&numbers, due[index]);
   if (found_pixel[index] != pixels[texel]) {
-    const NeighborTables tables = {numbers.num_neighbors + kTexelsBeside, row, is_stored, begin, stored, triangle, steps_of, steps};
+    const NeighborTables tables = {
+        numbers.num_neighbors + kTexelsBeside, row, is_stored, begin, stored, triangle, steps_of, steps};
     changed_near[texel] = (uchar)numbers.turn;
     for (int k = 0; k < kTexelsBeside; ++k) {
       const long n = texel_neighbor(&tables, texel, numbers.num_neighbors + k).texel;

@@ -104,6 +104,10 @@ struct SearchDevice::Level::State {
   Buffer<std::int32_t> excess, pixels;
   Buffer<std::int8_t> beside;
   Buffer<std::uint8_t> changed_near;
+  bool is_resident = false;  ///< Places and what has changed are there already, as the last pass left them.
+  CoordinateMap read_pixels;
+  std::vector<std::int8_t> read_beside;
+  std::vector<std::uint8_t> read_changed;
   // Of a set: the items whose turn it is, and what was found for each.
   Buffer<std::uint32_t> due, num_due;
   Buffer<std::int32_t> found_pixel;
@@ -169,9 +173,11 @@ void SearchDevice::Level::run(const DevicePass& pass, PlaceMap& places, std::spa
     s.device.write(pass.looks, s.look);
     s.device.write(pass.excess, s.excess);
   }
-  s.device.write(std::span<const std::int32_t>(places.pixels), s.pixels);
-  s.device.write(std::as_const(places).beside(), s.beside);
-  s.device.write(std::span<const std::uint8_t>(changed_near), s.changed_near);
+  if (!s.is_resident) {
+    s.device.write(std::span<const std::int32_t>(places.pixels), s.pixels);
+    s.device.write(std::as_const(places).beside(), s.beside);
+    s.device.write(std::span<const std::uint8_t>(changed_near), s.changed_near);
+  }
   const search_kernel::PlaceTables tables = places.tables();
   search_kernel::SearchNumbers& numbers = s.numbers;
   numbers.reciprocal = tables.reciprocal;
@@ -187,15 +193,16 @@ void SearchDevice::Level::run(const DevicePass& pass, PlaceMap& places, std::spa
     s.run_set(control);
   }
   // All at once, so that a device that is lost leaves what was given.
-  CoordinateMap pixels(places.pixels.size());
-  std::vector<std::int8_t> beside(places.beside().size());
-  std::vector<std::uint8_t> near(changed_near.size());
-  s.device.read(s.pixels, std::span(pixels));
-  s.device.read(s.beside, std::span(beside));
-  s.device.read(s.changed_near, std::span(near));
-  places.pixels = std::move(pixels);
-  std::copy(beside.begin(), beside.end(), places.beside().begin());
-  std::copy(near.begin(), near.end(), changed_near.begin());
+  s.read_pixels.resize(places.pixels.size());
+  s.read_beside.resize(places.beside().size());
+  s.read_changed.resize(changed_near.size());
+  s.device.read(s.pixels, std::span(s.read_pixels));
+  s.device.read(s.beside, std::span(s.read_beside));
+  s.device.read(s.changed_near, std::span(s.read_changed));
+  s.is_resident = true;
+  std::swap(places.pixels, s.read_pixels);
+  std::copy(s.read_beside.begin(), s.read_beside.end(), places.beside().begin());
+  std::copy(s.read_changed.begin(), s.read_changed.end(), changed_near.begin());
 }
 
 }  // namespace patinate::transfer

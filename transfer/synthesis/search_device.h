@@ -41,7 +41,8 @@ class SearchDevice : public device::FallibleDevice {
     Level(const SearchDevice& device, const SynthesisLevel& level, const Neighborhood& neighborhood,
           const SimilarPixels& similar, const EnergyScale& scale, const RunControl& control);
     ~Level();
-    /// One pass over the interleaved sets. @param changed_near  By texel: see search_kernel.inl.
+    /// One pass over the interleaved sets. The first takes what is given there; later ones go on from what the last one
+    /// left, and must be given that. @param changed_near  By texel: see search_kernel.inl.
     /// @throws DeviceError; what was given is then as it was. @throws Canceled within about 50 ms.
     void run(const DevicePass& pass, PlaceMap& places, std::span<std::uint8_t> changed_near, const RunControl& control);
 

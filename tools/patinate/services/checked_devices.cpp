@@ -3,6 +3,7 @@
 #include <functional>
 #include <optional>
 
+#include "libcommon/core/text.h"
 #include "simulation/composition/compose_device.h"
 #include "simulation/rules/device_rules.h"
 
@@ -50,15 +51,27 @@ std::optional<device::Device> open_checked(const device::DeviceOptions& options,
   return std::nullopt;
 }
 
+/// What the work between two times waited for.
+std::string text_of(const device::DeviceTimes& before, const device::DeviceTimes& after) {
+  const std::uint64_t megabytes = (after.copied_bytes - before.copied_bytes) >> 20;
+  return "device: " + short_number_text(rounded(after.kernels_s - before.kernels_s, 3)) + " s in kernels, " +
+         short_number_text(rounded(after.copies_s - before.copies_s, 3)) + " s copying " + std::to_string(megabytes) +
+         " MB";
+}
+
 /// A Kind of device, which says by a note when it fails.
 template <class Kind>
 std::shared_ptr<const Kind> open_kind(const device::DeviceOptions& options, const KernelCheck& check_kernels,
                                       CommandRun& run) {
   const std::optional<device::Device> opened = open_checked(options, check_kernels, run);
   if (!opened) return nullptr;
-  return std::make_shared<const Kind>(*opened, [&run](const device::DeviceError& error) {
+  const auto* kind = new Kind(*opened, [&run](const device::DeviceError& error) {
     run.note(std::string(error.what()) + "; goes on without it");
     if (!error.detail().empty()) run.detail(error.detail());
+  });
+  return std::shared_ptr<const Kind>(kind, [&run, before = opened->times()](const Kind* used) {
+    run.detail(text_of(before, used->device().times()));
+    delete used;
   });
 }
 

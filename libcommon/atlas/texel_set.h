@@ -24,7 +24,7 @@ class TexelSet {
   /// @param num_texels  Of the atlas, at most 2^32. @param is_member  Asked once of each, by several threads at once.
   /// @throws Canceled
   template <class IsMember>
-  TexelSet(std::int64_t num_texels, const IsMember& is_member, const RunControl& control = {})
+  TexelSet(std::int64_t num_texels, const IsMember& is_member, const RunControl& control)
       : words_(static_cast<std::size_t>((num_texels + 63) / 64)), before_(words_.size()) {
     parallel_for(num_texels, kChunk, control, [&](TexelId begin, TexelId end) { insert_some(begin, end, is_member); });
     count();
@@ -33,7 +33,7 @@ class TexelSet {
   /// @param others  Members wherever they lie.
   template <class IsMember>
   TexelSet(std::int64_t num_texels, int width, const TexelRect& rect, std::span<const TexelId> others,
-           const IsMember& is_member, const RunControl& control = {})
+           const IsMember& is_member, const RunControl& control)
       : words_(static_cast<std::size_t>((num_texels + 63) / 64)), before_(words_.size()) {
     const std::int64_t rows = std::max<std::int64_t>(1, kChunk / std::max(1, rect.width()));
     parallel_for(rect.y1 - rect.y0, rows, control, [&](std::int64_t begin, std::int64_t end) {

@@ -119,11 +119,12 @@ Device::Device(const DeviceInfo& info, const OpenCl& functions)
   cl_int code = CL_SUCCESS;
   s.context = s.cl.clCreateContext(nullptr, 1, &s.id, nullptr, nullptr, &code);
   s.check(code, "opening it");
-  s.queue = s.cl.clCreateCommandQueue(s.context, s.id, 0, &code);
+  s.queue = s.cl.clCreateCommandQueue(s.context, s.id, CL_QUEUE_PROFILING_ENABLE, &code);
   s.check(code, "making a queue");
 }
 
 DeviceState::~DeviceState() {
+  for (const cl_event launch : launches) cl.clReleaseEvent(launch);
   if (queue != nullptr) cl.clReleaseCommandQueue(queue);
   if (context != nullptr) cl.clReleaseContext(context);
 }
@@ -181,8 +182,29 @@ void Device::fill_zero(const Memory& memory) const {
 }
 
 void DeviceState::finish() const {
-  const Stopwatch watch(times.kernels_s);
-  check(cl.clFinish(queue), "waiting for it");
+  const cl_int code = cl.clFinish(queue);
+  for (const cl_event launch : launches) {
+    cl_ulong begin = 0, end = 0;  // ns
+    if (code == CL_SUCCESS &&
+        cl.clGetEventProfilingInfo(launch, CL_PROFILING_COMMAND_START, sizeof(begin), &begin, nullptr) == CL_SUCCESS &&
+        cl.clGetEventProfilingInfo(launch, CL_PROFILING_COMMAND_END, sizeof(end), &end, nullptr) == CL_SUCCESS &&
+        end > begin)
+      times.kernels_s += 1e-9 * static_cast<double>(end - begin);
+    cl.clReleaseEvent(launch);
+  }
+  launches.clear();
+  check(code, "waiting for it");
+}
+
+void DeviceState::launch(cl_kernel kernel, const std::string& name, const Items& items) const {
+  constexpr std::size_t kMostLaunches = 4096;  // Whose events are kept.
+  if (items.num == 0) return;
+  if (launches.size() >= kMostLaunches) finish();
+  const std::size_t first = items.first, num = items.num, group = items.group;
+  cl_event event = nullptr;
+  check(cl.clEnqueueNDRangeKernel(queue, kernel, 1, &first, &num, group == 0 ? nullptr : &group, 0, nullptr, &event),
+        "running " + name);
+  launches.push_back(event);
 }
 
 void Device::finish() const { state_->finish(); }

@@ -56,10 +56,10 @@ struct DeviceInfo {
 [[nodiscard]] std::vector<DeviceInfo> list_devices();
 [[nodiscard]] std::vector<DeviceInfo> list_devices(const OpenCl& functions);
 
-/// What a device was waited for.
+/// What a device has done.
 struct DeviceTimes {
-  double kernels_s = 0.0;  ///< In finish(), and before reading.
-  double copies_s = 0.0;   ///< To it and back.
+  double kernels_s = 0.0;  ///< By its own clock: those that were waited for.
+  double copies_s = 0.0;   ///< To it and back, by ours.
   std::uint64_t copied_bytes = 0;
 };
 
@@ -149,7 +149,7 @@ class Device {
   Device(const DeviceInfo& info, const OpenCl& functions);
 
   [[nodiscard]] const DeviceInfo& info() const;
-  /// Since it was opened, of all copies.
+  /// Since it was opened; copies of a Device are the same.
   [[nodiscard]] DeviceTimes times() const;
 
   /// Of arbitrary content.

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "libcommon/device/device.h"
 #include "libcommon/device/opencl.h"
@@ -18,8 +19,10 @@ struct DeviceState {
   DeviceState& operator=(const DeviceState&) = delete;
   /// @throws DeviceError "NAME: WHAT failed (...)" unless the code is CL_SUCCESS.
   void check(cl_int code, const std::string& what) const;
-  /// Waits for all that was queued.
+  /// Waits for all that was queued, and adds what kernels took.
   void finish() const;
+  /// Queues items of a kernel.
+  void launch(cl_kernel kernel, const std::string& name, const Items& items) const;
 
   DeviceInfo info;
   const OpenCl& cl;
@@ -27,6 +30,7 @@ struct DeviceState {
   cl_context context = nullptr;
   cl_command_queue queue = nullptr;
   mutable DeviceTimes times;
+  mutable std::vector<cl_event> launches;  ///< Since the last finish().
 };
 
 struct ProgramState {

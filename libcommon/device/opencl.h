@@ -10,14 +10,14 @@
 
 namespace patinate::device {
 
-#define PATINATE_OPENCL_FUNCTIONS(each)                                                                            \
-  each(clBuildProgram) each(clCreateBuffer) each(clCreateCommandQueue) each(clCreateContext) each(clCreateKernel)  \
-      each(clCreateProgramWithBinary) each(clCreateProgramWithSource) each(clEnqueueFillBuffer)                    \
-          each(clEnqueueNDRangeKernel) each(clEnqueueReadBuffer) each(clEnqueueWriteBuffer) each(clFinish)         \
-              each(clGetDeviceIDs) each(clGetDeviceInfo) each(clGetPlatformIDs) each(clGetPlatformInfo)            \
-                  each(clGetProgramBuildInfo) each(clGetProgramInfo) each(clReleaseCommandQueue)                   \
-                      each(clReleaseContext) each(clReleaseKernel) each(clReleaseMemObject) each(clReleaseProgram) \
-                          each(clSetKernelArg)
+#define PATINATE_OPENCL_FUNCTIONS(each)                                                                             \
+  each(clBuildProgram) each(clCreateBuffer) each(clCreateCommandQueue) each(clCreateContext) each(clCreateKernel)   \
+      each(clCreateProgramWithBinary) each(clCreateProgramWithSource) each(clEnqueueFillBuffer)                     \
+          each(clEnqueueNDRangeKernel) each(clEnqueueReadBuffer) each(clEnqueueWriteBuffer) each(clFinish)          \
+              each(clGetDeviceIDs) each(clGetDeviceInfo) each(clGetEventProfilingInfo) each(clGetPlatformIDs)       \
+                  each(clGetPlatformInfo) each(clGetProgramBuildInfo) each(clGetProgramInfo)                        \
+                      each(clReleaseCommandQueue) each(clReleaseContext) each(clReleaseEvent) each(clReleaseKernel) \
+                          each(clReleaseMemObject) each(clReleaseProgram) each(clSetKernelArg)
 
 /// A table of them: tests put functions that fail into a copy.
 struct OpenCl {

@@ -143,13 +143,6 @@ void Kernel::set_value(unsigned index, const void* value, std::size_t size) {
                "giving " + state_->name + " its argument " + std::to_string(index));
 }
 
-void Kernel::launch(const Items& items) {
-  if (items.num == 0) return;
-  const DeviceState& device = *state_->program->device;
-  const std::size_t first = items.first, num = items.num, group = items.group;
-  device.check(device.cl.clEnqueueNDRangeKernel(device.queue, state_->kernel, 1, &first, &num,
-                                                group == 0 ? nullptr : &group, 0, nullptr, nullptr),
-               "running " + state_->name);
-}
+void Kernel::launch(const Items& items) { state_->program->device->launch(state_->kernel, state_->name, items); }
 
 }  // namespace patinate::device

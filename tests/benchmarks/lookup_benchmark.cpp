@@ -15,6 +15,7 @@
 #include "patinate/image/image_io.h"
 #include "patinate/transfer/time_map.h"
 #include "patinate/transfer/transfer_reader.h"
+#include "tests/benchmarks/device_share.h"
 #include "tests/benchmarks/patch_transfer.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/histories.h"
@@ -86,14 +87,17 @@ void look_up_on_devices(const HistoryReader& history, const ImageF& frame, const
   for (const device::DeviceInfo& info : device::list_devices()) {
     const device::Device device(info);
     transfer::DeviceGather<std::uint8_t> gather(device, codes);
+    const benchmarks::DeviceShare gather_share(device);
     const double gathered =
         benchmarks::median_of_five([&] { gather.gather(device.upload(indices.values()), texture.values()); });
+    const std::string gather_text = gather_share.text(5);
     const auto there = std::make_shared<const transfer::LookupDevice>(device);
     ImageF out(kAtlas, kAtlas, 3);
     transfer::TimeMapLookup lookup(history, Between::Blend, {.device = there});
+    const benchmarks::DeviceShare map_share(device);
     const double mapped = benchmarks::median_of_five([&] { lookup.look_up(indices.values(), times.values(), 0, out); });
-    std::printf("4k, %s: 8-bit RGB %.0f ms, time map over 4 frames %.0f ms\n", info.name.c_str(), 1e3 * gathered,
-                1e3 * mapped);
+    std::printf("4k, %s: 8-bit RGB %.0f ms, %s; time map over 4 frames %.0f ms, %s\n", info.name.c_str(),
+                1e3 * gathered, gather_text.c_str(), 1e3 * mapped, map_share.text(5).c_str());
   }
   transfer::TimeMapLookup lookup(history, Between::Blend);
   ImageF out(kAtlas, kAtlas, 3);

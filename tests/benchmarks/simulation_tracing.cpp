@@ -13,6 +13,7 @@
 #include "simulation/tracing/device_rays.h"
 #include "simulation/tracing/motion.h"
 #include "simulation/tracing/ray_tracer.h"
+#include "tests/benchmarks/device_share.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/libcommon/geometry/shapes.h"
@@ -103,9 +104,12 @@ void rays_on_devices(const simulation::RayTracer& rays, const std::vector<Vec3>&
     queries[i].max_distance = reach;
   }
   for (const device::DeviceInfo& info : device::list_devices()) {
-    simulation::DeviceRays there(device::Device(info), rays);
+    const device::Device device(info);
+    simulation::DeviceRays there(device, rays);
+    const DeviceShare share(device);
     const double time = median_of_five([&] { (void)there.first_hits(queries); });
-    std::printf("  %s: %.2f M/s\n", info.name.c_str(), static_cast<double>(queries.size()) / time * 1e-6);
+    std::printf("  %s: %.2f M/s, %s\n", info.name.c_str(), static_cast<double>(queries.size()) / time * 1e-6,
+                share.text(5).c_str());
   }
 }
 

@@ -11,6 +11,7 @@
 #include "simulation/device/simulation_device.h"
 #include "simulation/rules/rules.h"
 #include "simulation/transport/exchange.h"
+#include "tests/benchmarks/device_share.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/meshes.h"
@@ -134,8 +135,10 @@ void rules() {
       }
       for (const device::DeviceInfo& info : device::list_devices()) {
         const auto device = std::make_shared<const simulation::SimulationDevice>(device::Device(info));
-        std::printf("  %4d^2, %2.0f %% wet, %-28s         %9.3f%s\n", resolution, wet * 100,
-                    info.name.substr(0, 28).c_str(), rules_ms(world, wet, 2, instruction_set(), device),
+        const DeviceShare share(device->device());
+        const double ms = rules_ms(world, wet, 2, instruction_set(), device);
+        std::printf("  %4d^2, %2.0f %% wet, %-28s         %9.3f, %s%s\n", resolution, wet * 100,
+                    info.name.substr(0, 28).c_str(), ms, share.text(16 + 21).c_str(),
                     device->has_failed() ? " (failed)" : "");
       }
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "libcommon/core/parallel.h"
@@ -102,6 +103,39 @@ float ControlMatcher::operator()(float value, std::int64_t num_below, std::int64
 
 namespace {
 
+/// Where a value lies among sorted ones: std::equal_range(), begun near by. Texels ask in no order, and a search over
+/// all of them waits for memory at each of its steps.
+class Ranks {
+ public:
+  explicit Ranks(const std::vector<float>& sorted) : sorted_(sorted), low_(static_cast<double>(sorted.front())) {
+    const double span = static_cast<double>(sorted.back()) - low_;
+    scale_ = span > 0.0 ? kCells / span : 0.0;
+    begin_.reserve(kCells + 2);
+    for (std::size_t i = 0; i < sorted.size(); ++i) {
+      while (begin_.size() <= cell_of(sorted[i])) begin_.push_back(i);
+    }
+    begin_.resize(kCells + 2, sorted.size());
+  }
+  /// @param value  Within the sorted ones' range. @returns how many are below, and how many are not above it.
+  [[nodiscard]] std::pair<std::int64_t, std::int64_t> of(float value) const {
+    const std::size_t cell = cell_of(value);
+    const auto at = [&](std::size_t c) { return sorted_.begin() + static_cast<std::ptrdiff_t>(begin_[c]); };
+    const auto [low, high] = std::equal_range(at(cell), at(cell + 1), value);
+    return {low - sorted_.begin(), high - sorted_.begin()};
+  }
+
+ private:
+  static constexpr int kCells = 1 << 16;
+  /// Rises with the value: equal values share one.
+  [[nodiscard]] std::size_t cell_of(float value) const {
+    return static_cast<std::size_t>(std::clamp((static_cast<double>(value) - low_) * scale_, 0.0, double{kCells}));
+  }
+
+  const std::vector<float>& sorted_;
+  double low_, scale_ = 0.0;
+  std::vector<std::size_t> begin_;  ///< By cell.
+};
+
 /// match_control() into the texels of the mask alone.
 void match_inside(const ImageF& destination, const ImageU8& destination_mask, const ControlRange& destination_range,
                   const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range,
@@ -111,15 +145,16 @@ void match_inside(const ImageF& destination, const ImageU8& destination_mask, co
   const std::vector<float> from = values_inside(destination, destination_mask, silent);
   const ControlMatcher matched({static_cast<std::int64_t>(from.size()), from.front(), from.back()}, destination_range,
                                source, source_mask, source_range, mapping, silent);
+  const Ranks ranks(from);
+  const auto all = static_cast<std::int64_t>(from.size());
   constexpr std::int64_t kRows = 8;
   parallel_for(result.height(), kRows, silent, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < result.width(); ++x) {
         if (!is_inside(destination_mask, x, y)) continue;
         const float value = destination.at(x, y);
-        const auto [low, high] = matched.needs_ranks() ? std::equal_range(from.begin(), from.end(), value)
-                                                       : std::pair(from.begin(), from.end());
-        result.at(x, y) = matched(value, low - from.begin(), high - from.begin());
+        const auto [below, up_to] = matched.needs_ranks() ? ranks.of(value) : std::pair(std::int64_t{0}, all);
+        result.at(x, y) = matched(value, below, up_to);
       }
     }
   });

@@ -215,8 +215,10 @@ SourceLevel make_coarse_source_level(const AppearanceImage& appearance, const Co
   return level;
 }
 
-DestinationLevel cover_level(std::shared_ptr<const TexelMap> map, ControlImage controls, SourcePlacement placement) {
-  TexelSet texels(map->num_texels(), [&](TexelId t) { return map->is_covered(t); });
+DestinationLevel cover_level(std::shared_ptr<const TexelMap> map, ControlImage controls, SourcePlacement placement,
+                             const RunControl& control) {
+  TexelSet texels(
+      map->num_texels(), [&](TexelId t) { return map->is_covered(t); }, control);
   return {.map = std::move(map),
           .controls = std::move(controls),
           .placement = std::move(placement),
@@ -236,7 +238,7 @@ void find_neighbors(DestinationLevel& level, const Neighborhood& neighborhood, c
 DestinationLevel make_destination_level(std::shared_ptr<const TexelMap> map, ControlImage controls,
                                         const Neighborhood& neighborhood, const SourcePlacement& placement,
                                         const RunControl& control) {
-  DestinationLevel level = cover_level(std::move(map), std::move(controls), placement);
+  DestinationLevel level = cover_level(std::move(map), std::move(controls), placement, control);
   find_neighbors(level, neighborhood, control);
   return level;
 }

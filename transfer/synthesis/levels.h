@@ -105,7 +105,7 @@ struct DestinationLevel {
 
 /// Without neighbors.
 [[nodiscard]] DestinationLevel cover_level(std::shared_ptr<const TexelMap> map, ControlImage controls,
-                                           SourcePlacement placement);
+                                           SourcePlacement placement, const RunControl& control = {});
 /// Those that are compared.
 void find_neighbors(DestinationLevel& level, const Neighborhood& neighborhood, const RunControl& control = {});
 /// Both.

@@ -69,10 +69,9 @@ struct Auditor {
   }
 };
 
-TexelSet texels_of(const TexelMap& surface, int tile) {
-  return {surface.num_texels(), surface.width(), cell_of(surface.sheet(), tile), {}, [&](TexelId t) {
-            return surface.is_covered(t);
-          }};
+TexelSet texels_of(const TexelMap& surface, int tile, const RunControl& control) {
+  const auto is_covered = [&](TexelId t) { return surface.is_covered(t); };
+  return {surface.num_texels(), surface.width(), cell_of(surface.sheet(), tile), {}, is_covered, control};
 }
 
 CoordinateMap level_pixels(const MapToAudit& made, const HistoryFacts& history, const Auditor& auditor) {
@@ -108,7 +107,7 @@ OptimumAudit audit_map(const History& history, const MapToAudit& made, const Tra
   std::vector<TexelId> drawn;
   std::int64_t before = 0;
   for (int tile = 0; tile < surface.sheet().num_tiles(); ++tile) {
-    const TexelSet texels = texels_of(surface, tile);
+    const TexelSet texels = texels_of(surface, tile, silenced(control));
     const std::vector<TexelId> here = drawn_texels(texels, before, surface.num_covered(), num_audits, seed);
     drawn.insert(drawn.end(), here.begin(), here.end());
     before += static_cast<std::int64_t>(texels.size());
@@ -126,7 +125,8 @@ std::vector<AuditedTexel> audit_tile(const History& history, const MapToAudit& m
   const TexelMap& surface = *made.surface;
   const TexelRect rect = cell_of(surface.sheet(), tile.tile);
   auto part = std::make_shared<LevelPart>();
-  part->others = drawn_texels(texels_of(surface, tile.tile), tile.before, surface.num_covered(), num_audits, seed);
+  part->others =
+      drawn_texels(texels_of(surface, tile.tile, silent), tile.before, surface.num_covered(), num_audits, seed);
   const ControlImage targets = interleave(auditor.wanted, silent);
   part->num_controls = targets.channels();
   part->targets = ZeroedVector<std::uint16_t>(static_cast<std::size_t>(surface.num_texels() * targets.channels()));

@@ -93,7 +93,7 @@ void append_levels(std::vector<SynthesisLevel>& levels, const AppearanceSpace& a
     }
     SourceLevel source = make_pyramid_source(appearance, source_controls, l, first, neighborhood);
     if (source.usable.empty()) break;  // A coarse level is not needed.
-    levels.push_back({std::move(source), cover_level(map, std::move(controls), placement)});
+    levels.push_back({std::move(source), cover_level(map, std::move(controls), placement, control)});
   }
 }
 

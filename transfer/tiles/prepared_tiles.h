@@ -52,10 +52,11 @@ struct TiledTransfer::Prepared {
   }
   /// Without neighbors. @param part  Its targets are there.
   [[nodiscard]] SynthesisLevel level_of(std::size_t level, std::shared_ptr<const TexelMap> on,
-                                        std::shared_ptr<const LevelPart> part) const {
+                                        std::shared_ptr<const LevelPart> part, const RunControl& control) const {
     SynthesisLevel result{.source = sources[level], .destination = {}};
     DestinationLevel& d = result.destination;
-    d.texels = TexelSet(on->num_texels(), on->width(), part->rect, {}, [&](TexelId t) { return on->is_covered(t); });
+    d.texels = TexelSet(
+        on->num_texels(), on->width(), part->rect, {}, [&](TexelId t) { return on->is_covered(t); }, control);
     d.map = std::move(on);
     d.placement = placement_on(level);
     d.part = std::move(part);

@@ -67,7 +67,7 @@ struct TiledTransfer::LoadedLevel {
   /// @param texels  Whose borders are refined.
   LoadedLevel(const Prepared& p, const TileGrid& grid, std::size_t level, int round, const TexelPart& texels,
               const Folder& folder, const RunControl& control)
-      : synthesis(p.level_of(level, p.map_on(level, control), targets_of(p, grid, level, texels, folder))),
+      : synthesis(p.level_of(level, p.map_on(level, control), targets_of(p, grid, level, texels, folder), control)),
         find([this, control](const TexelPart& of) {
           return LevelRefiner::neighbors_beside(synthesis.destination, of, control);
         }) {
@@ -103,7 +103,7 @@ void TiledTransfer::write_borders(std::size_t level, int tile, const Folder& fol
     auto part = std::make_shared<LevelPart>();
     part->rect = grid_.rect(level, tile);
     const auto map = p.map_on(level, control);
-    const SynthesisLevel synthesis = p.level_of(level, map, part);
+    const SynthesisLevel synthesis = p.level_of(level, map, part, control);
     border = find_border_texels(*map, grid_, level, tile,
                                 LevelRefiner::neighbors_beside(synthesis.destination, {part->rect, {}}, control),
                                 LevelRefiner::largest_half_px(p.structures[level]));

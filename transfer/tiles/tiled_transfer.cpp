@@ -214,7 +214,7 @@ void TiledTransfer::start(std::size_t level, int tile, const Folder& folder, con
   part->rect = rect;
   StoredTargets stored(folder, grid_, level, static_cast<int>(p.weights.size()));
   stored.load(rect, {}, *part);
-  SynthesisLevel fine = p.level_of(level, p.map_on(level, silent), part);
+  SynthesisLevel fine = p.level_of(level, p.map_on(level, silent), part, silent);
   const NeighborFinder find = p.finder_on(level, *fine.destination.map, silent);
   fine.destination.neighbors = std::make_shared<TexelNeighborhood>(find({}));
   SynthesisLevel coarse{.source = p.sources[coarser], .destination = {}};
@@ -252,7 +252,7 @@ void TiledTransfer::pass(std::size_t level, int pass, int tile, const Folder& fo
   part->others = std::move(halo.decided);
   part->sets = std::move(halo.sets);
   StoredTargets(folder, grid_, level, static_cast<int>(p.weights.size())).load(rect, part->others, *part);
-  SynthesisLevel synthesis = p.level_of(level, map, part);
+  SynthesisLevel synthesis = p.level_of(level, map, part, control);
   synthesis.destination.neighbors = std::make_shared<TexelNeighborhood>(find({rect, part->others}));
   const SimilarPixels similar = read_similar(folder, level);
   const MultiLevelOptions& o = p.options.multi_level;
@@ -292,7 +292,7 @@ void TiledTransfer::finish(int tile, const Folder& folder, const RunControl& con
   auto part = std::make_shared<LevelPart>();
   part->rect = rect;
   StoredTargets(folder, grid_, 0, static_cast<int>(p.weights.size())).load(rect, {}, *part);
-  SynthesisLevel synthesis = p.level_of(0, map, part);
+  SynthesisLevel synthesis = p.level_of(0, map, part, control);
   synthesis.destination.neighbors = std::make_shared<TexelNeighborhood>(find({rect, {}}));
   PlaceMap places(map->num_texels(), synthesis.source.width(), true);
   if (num_tiled_levels() == 0) {  // Of two tiles all levels are coarse ones.

@@ -51,7 +51,7 @@ std::optional<device::Device> open_checked(const device::DeviceOptions& options,
   return std::nullopt;
 }
 
-/// What the work between two times waited for.
+/// What the device did between two times.
 std::string text_of(const device::DeviceTimes& before, const device::DeviceTimes& after) {
   const std::uint64_t megabytes = (after.copied_bytes - before.copied_bytes) >> 20;
   return "device: " + short_number_text(rounded(after.kernels_s - before.kernels_s, 3)) + " s in kernels, " +

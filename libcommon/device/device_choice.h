@@ -11,7 +11,7 @@
 
 namespace patinate::device {
 
-/// `auto`, `cpu`, `gpu`, or a part of a device's name.
+/// `auto` (a GPU where it is faster), `cpu`, `gpu`, or a part of a device's name.
 struct DeviceOptions {
   std::string device = "auto";
 };

@@ -371,8 +371,7 @@ PATINATE_INLINE void begin_places(const SearchPass* pass, PATINATE_LOCAL const F
     begun->places[num++] = place;
   }
   begun->num_continued = num;
-  begun->is_quiet =
-      pass->preferences.factors.leaves_quiet != 0 && !leads_outside && num == 1 && is_continued ? 1 : 0;
+  begun->is_quiet = pass->preferences.factors.leaves_quiet != 0 && !leads_outside && num == 1 && is_continued ? 1 : 0;
   if (!is_continued) begun->places[num++] = current;
   begun->num = num;
 }

@@ -75,6 +75,14 @@ std::shared_ptr<const Kind> open_kind(const device::DeviceOptions& options, cons
   });
 }
 
+/// For what is mostly copying: on the fastest cards, too, the ways there and back take longer than the CPU's own work
+/// (docs/devices.md), so that a device is taken only where it is asked for.
+device::DeviceOptions if_asked_for(const device::DeviceOptions& options, CommandRun& run) {
+  if (options.device != "auto") return options;
+  run.line.decided("device", "cpu");
+  return {.device = "cpu"};
+}
+
 }  // namespace
 
 std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::DeviceOptions& options,
@@ -84,7 +92,7 @@ std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::D
 
 std::shared_ptr<const transfer::LookupDevice> open_lookup_device(const device::DeviceOptions& options,
                                                                  CommandRun& run) {
-  return open_kind<transfer::LookupDevice>(options, transfer::check_lookups, run);
+  return open_kind<transfer::LookupDevice>(if_asked_for(options, run), transfer::check_lookups, run);
 }
 
 std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(const device::DeviceOptions& options,
@@ -93,7 +101,7 @@ std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(const
     const device::CheckResult composition = simulation::check_composition(opened);
     return composition.is_passed() ? simulation::check_rules(opened) : composition;
   };
-  return open_kind<simulation::SimulationDevice>(options, check_all, run);
+  return open_kind<simulation::SimulationDevice>(if_asked_for(options, run), check_all, run);
 }
 
 }  // namespace patinate::cli

@@ -12,7 +12,8 @@
 
 namespace patinate::cli {
 
-/// The first device that is asked for and gives the CPU's bytes; null where the CPU does the work. With --verbose says
+/// The first device that is asked for and gives the CPU's bytes; null where the CPU does the work: with `auto` all but
+/// transfer. With --verbose says
 /// which it is, and why others are not taken. What fails later is said by `run`, which must outlive it.
 /// @throws InvalidInput if what is asked for is not there; CannotComplete if what is asked for by name fails its check.
 [[nodiscard]] std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::DeviceOptions& options,

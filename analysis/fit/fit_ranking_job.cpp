@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 3;  ///< Raised when the same fits give other figures.
+constexpr std::int64_t kStageVersion = 4;  ///< Raised when the same fits give other figures.
 
 struct Ranked {
   RankingTask task;
@@ -91,6 +91,43 @@ std::string as_sentence(std::string text, const Ranking& ranking) {
   return text + ".";
 }
 
+/// What each model varies, and where its fits found it: a column a model, a value a case.
+void add_numbers(HtmlPage& page, const Ranked& all) {
+  const Ranking& r = all.ranking;
+  std::vector<std::string> names, header{"number"};
+  std::vector<std::vector<std::string>> rows;
+  for (const RankedModel& m : r.models) {
+    header.push_back(m.name);
+    for (const std::size_t i : m.fits) {
+      for (const std::string& name : all.fits[i].fit.parameters) {
+        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+      }
+    }
+  }
+  for (const std::string& name : names) {
+    std::vector<std::string>& row = rows.emplace_back(std::vector<std::string>{name});
+    for (const RankedModel& m : r.models) {
+      std::string found;
+      for (const std::size_t i : m.fits) {
+        const FitManifest& fit = all.fits[i].fit;
+        const auto k = static_cast<std::size_t>(std::find(fit.parameters.begin(), fit.parameters.end(), name) -
+                                                fit.parameters.begin());
+        const bool is_varied = k < fit.parameters.size();
+        found +=
+            (found.empty() ? "" : "; ") + (is_varied ? number(fit.best[k]) + ", " + fit.verdicts[k] : "as its scene");
+      }
+      row.push_back(found);
+    }
+  }
+  page.heading("How the models differ");
+  page.paragraph("Every number that a model varies, with the best value" +
+                 std::string(r.cases.size() > 1 ? " of each case in the order below" : "") +
+                 " and what the frames seen say of it. A number that a model does not vary stands in its scene, if it "
+                 "has one; rules "
+                 "that the scenes differ in are in the scenes alone.");
+  page.table(header, rows);
+}
+
 void write_page(const fs::path& folder, const Ranked& all) {
   const Ranking& r = all.ranking;
   HtmlPage page("Which model foretells best?");
@@ -112,6 +149,7 @@ void write_page(const fs::path& folder, const Ranked& all) {
       "after, mean over other seeds and over the cases, with a 95 % interval of that mean. Farther than the first, and "
       "than the last frame seen, held: differences; those to the first hold together in 95 %. Intervals cover the "
       "seeds of the simulation, not other surfaces than these.");
+  add_numbers(page, all);
   add_pictures(page, all);
   std::vector<std::string> header{"model"};
   for (const RankingCase& c : r.cases) header.push_back(case_text(c));

@@ -91,6 +91,9 @@ class Rank(unittest.TestCase):
         self.assertEqual(page.count("src=\"data:image/png"), 3)  # Captured, and by each of the two.
         for said in (">captured, 6 h<", ">start, 6 h: ", ">idle, 6 h: "):
             self.assertIn(said, page)
+        numbers = page[page.index("How the models differ"):page.index("Case by case")]
+        for name in json.loads((WORK / f"start_{first}/report.json").read_text())["parameters"]:
+            self.assertIn(name["pointer"], numbers)
         rows = (WORK / "ranked/ranking.csv").read_text().splitlines()
         self.assertEqual([row.split(",")[0] for row in rows], ["model", "start", "idle"])
         self.assertIn("up to date", patinate("rank", f"idle_{first}", f"start_{first}", "-o", "ranked").stderr)

@@ -116,6 +116,7 @@ SurfaceAtlas::SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const Ru
   }
   make_links();
   find_plain_tiles();
+  find_tile_charts();
   weigh(first_weight_, control.part(0.9, 1.0));
 }
 
@@ -188,6 +189,20 @@ void SurfaceAtlas::find_plain_tiles() {
   }
 }
 
+void SurfaceAtlas::find_tile_charts() {
+  tile_chart_.assign(grid_.num_tiles(), -1);
+  const auto chart_of = [&](TexelIndex t) {
+    return is_covered(t) ? chart_[static_cast<std::size_t>(triangle_[t])] : -1;
+  };
+  for (TileIndex tile = 0; tile < grid_.num_tiles(); ++tile) {
+    const TexelIndex first = tile * TileGrid::kTileTexels;
+    const int chart = chart_of(first);
+    bool is_one = true;
+    for (TexelIndex t = first + 1; is_one && t < first + TileGrid::kTileTexels; ++t) is_one = chart_of(t) == chart;
+    if (is_one) tile_chart_[tile] = chart;
+  }
+}
+
 std::array<double, 3> SurfaceAtlas::corner_weights(TexelIndex t) const {
   const std::array<float, 6>& c = corner_texels_[static_cast<std::size_t>(triangle(t))];
   const auto at = [&](std::size_t i) { return static_cast<double>(c[i]); };
@@ -213,6 +228,9 @@ TexelIndex SurfaceAtlas::texel_of(int triangle, double b1, double b2) const {
 TexelIndex SurfaceAtlas::nearest_texel(int triangle, double px, double py) const {
   const int x = nearest_below(px + 0.5, grid_.width), y = nearest_below(py + 0.5, grid_.height);
   const TexelIndex here = grid_.index(x, y);
+  // Most tiles show one chart; which one takes far less memory than what each texel shows.
+  const int chart = chart_[static_cast<std::size_t>(triangle)];
+  if (chart >= 0 && tile_chart_[TileGrid::tile_of(here)] == chart) return here;
   if (shows_chart_of(here, triangle)) return here;
   TexelIndex best = kNoTexel;
   double best_distance = 1e30;

@@ -349,6 +349,13 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
   try {
     check_scene(scene);
     for (std::string& note : describe_meshes(make_scene_mesh(scene))) file.notes.push_back(std::move(note));
+    // In units of the scene, as they were written.
+    const TracingOptions& t = scene.tracing;
+    if (t.pull * t.reach_mm < t.epsilon_mm * (1.0 - 1e-9))
+      file.notes.push_back("tracing: floating drops sink by `pull`, " +
+                           short_number_text(t.pull * t.reach_mm / context.mm_per_unit) + ", and hover by `epsilon`, " +
+                           short_number_text(t.epsilon_mm / context.mm_per_unit) +
+                           ": those that hover higher leave the surface; let `pull` be larger");
   } catch (const InvalidInput& e) {
     throw IoError(path.string(), e.what());
   }

@@ -17,8 +17,9 @@ constexpr double kLargestVariance =
 /// Texels around one by their distance in links, and the links between them.
 class Neighborhood {
  public:
-  /// @param depth  Links from the middle at most.
-  Neighborhood(const SurfaceAtlas& surface, TexelIndex middle, int depth, double share) {
+  /// @param depth      Links from the middle at most.
+  /// @param num_steps  That step() will do: over links from farther away nothing goes.
+  Neighborhood(const SurfaceAtlas& surface, TexelIndex middle, int depth, int num_steps, double share) {
     slots_.fill(0);
     (void)node_of(middle);
     std::array<SurfaceAtlas::Link, 4> plain;
@@ -26,6 +27,10 @@ class Neighborhood {
     for (int d = 0; d <= depth; ++d) {
       const std::size_t end = num_nodes_;
       level_end_[num_levels_++] = end;
+      if (d >= num_steps) {
+        first_edge_[begin] = num_edges_;
+        break;
+      }
       for (std::size_t i = begin; i < end; ++i) {
         first_edge_[i] = num_edges_;
         for (const SurfaceAtlas::Link& link : surface.links(texel_[i], plain)) {
@@ -126,7 +131,8 @@ void walk_surface(const SurfaceAtlas& surface, TexelIndex texel, int size, std::
   // `least`.
   int depth = 1;
   while (depth * depth * kVarianceOne < 16 * size) ++depth;
-  const Neighborhood around(surface, texel, std::min({depth, length.num_steps, kDeepest}), length.share);
+  const Neighborhood around(surface, texel, std::min({depth, length.num_steps, kDeepest}), length.num_steps,
+                            length.share);
   std::array<double, kNodes> share;
   std::fill_n(share.begin(), around.size(), 0.0);
   share[0] = 1.0;

@@ -66,6 +66,12 @@ class Simulate(unittest.TestCase):
             at += 12 + length
         return zlib.decompress(packed)
 
+    def test_drops_that_would_leave_the_surface_are_told_before_the_run(self):
+        for pull, is_told in ((0.9, True), (1.1, False)):
+            name = self.write("ledge/pull.json", dict(self.scene, tracing={"reach": 5, "epsilon": 1, "pull": pull}))
+            told = self.run_in(["simulate", name, "-o", "pull", "--dry-run"], check=True).stderr
+            self.assertEqual("sink by `pull`, 0.9, and hover by `epsilon`, 1:" in told, is_told, told)
+
     def test_maps_of_several_objects_are_there_for_each_and_refused_for_another_mesh(self):
         one = self.scene["objects"][0]
         self.write("ledge/two.json", dict(self.scene, objects=[dict(one, name="left"), dict(one, name="right", translate=[500, 0, 0])]))

@@ -167,6 +167,114 @@ TEST(Landing, IsEvenBelowTheEdgesOfASphere) {
   }
 }
 
+/// Two facets that meet in an edge which lies `turn_deg` off level, and which falls off by `bend_deg`.
+struct Fold {
+  double slope_deg, turn_deg, bend_deg;
+  static constexpr double kHalfEdge = 100.0, kDepth = 16.0;
+  Vec3 edge, onto, on;    // unit; across the edge, along the upper facet and along the lower one
+  double leaves, enters;  // cosines between flow and what lies across the edge, above and below
+
+  Fold(double slope, double turn, double bend) : slope_deg(slope), turn_deg(turn), bend_deg(bend) {
+    const double degree = std::numbers::pi / 180.0;
+    const Vec3 steepest(std::cos(slope * degree), -std::sin(slope * degree), 0.0);
+    edge = std::cos(turn * degree) * Vec3(0, 0, 1) + std::sin(turn * degree) * steepest;
+    onto = std::cos(turn * degree) * steepest - std::sin(turn * degree) * Vec3(0, 0, 1);
+    const Vec3 normal = edge.cross(onto), upper_normal = normal.y() > 0.0 ? normal : Vec3(-normal);
+    on = std::cos(bend * degree) * onto - std::sin(bend * degree) * upper_normal;
+    leaves = across(onto);
+    enters = across(on);
+  }
+  [[nodiscard]] double across(const Vec3& direction) const {
+    const Vec3 normal = edge.cross(direction);
+    return (kDown - kDown.dot(normal) * normal).normalized().dot(direction);
+  }
+  [[nodiscard]] Mesh mesh() const {
+    Mesh mesh;
+    for (const Vec3& row : {Vec3(-kDepth * onto), Vec3(0, 0, 0), Vec3(kDepth * on)}) {
+      for (const double end : {-kHalfEdge, kHalfEdge}) mesh.positions.push_back(row + end * edge);
+    }
+    mesh.triangles = {{0, 2, 3}, {0, 3, 1}, {2, 4, 5}, {2, 5, 3}};
+    if (area_vector(mesh, 0).y() < 0.0) {
+      for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+    }
+    mesh.surfaces = {{"fold", ""}};
+    mesh.triangle_surface.assign(mesh.triangles.size(), 0);
+    return with_any_uvs(mesh);
+  }
+};
+
+/// Contacts an area at depths (i + 1/2) step below the edge over those above it. Strides, evenly [1/2, 1) of `stride`,
+/// get to a depth of `leaves` times themselves while they lead over the edge, which lays them flat, and of `enters`
+/// times themselves below it: u(x) = P(leaves s > x) + integral of f(y) u(x - y), f the density of enters s.
+std::vector<double> renewal(const Fold& fold, double stride, double step, std::size_t count) {
+  std::vector<double> u(count), until(count + 1, 0.0);  // its integral
+  const auto integral = [&](double x) {
+    if (!(x > 0.0)) return 0.0;
+    const double at = x / step;
+    const auto i = static_cast<std::size_t>(at);
+    return until[i] + (at - static_cast<double>(i)) * (until[i + 1] - until[i]);
+  };
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x = (static_cast<double>(i) + 0.5) * step;
+    const double reached = std::clamp(2.0 - 2.0 * x / (fold.leaves * stride), 0.0, 1.0);
+    const double farthest = fold.enters * stride;
+    u[i] = reached + (integral(x - 0.5 * farthest) - integral(x - farthest)) / (0.5 * farthest);
+    until[i + 1] = until[i] + step * u[i];
+  }
+  return u;
+}
+
+TEST(Landing, GoesOverObliqueEdgesFromTheDensityAboveToTheRatioOfCosines) {
+  constexpr std::int64_t kDrops = 400000;
+  constexpr std::size_t kBins = 30, kSteps = 100;
+  constexpr double kBin = 0.1;
+  constexpr int kStrides = 14;
+  for (const Fold& fold : {Fold(40, 35, 25), Fold(60, 30, 45), Fold(30, 40, 70), Fold(20, 20, 100)}) {
+    Scene scene = scene_of_running_drops(fold.mesh(), kDrops);
+    scene.behavior.deceleration_float = 1.0;  // each stride begins along gravity
+    scene.tracing.rest_slope_deg = 0.0;
+    const double stride = scene.tracing.epsilon_mm / scene.tracing.pull;
+    ASSERT_GT(0.5 * stride * kStrides * fold.enters, kBin * kBins);  // what comes over the edge has passed all bins
+    ASSERT_GT(Fold::kDepth, stride * kStrides * fold.leaves);
+    TracedScene run(scene);
+    run.sum.emitted = kDrops;  // they are put there, on the upper facet alone
+    RandomStream random(6, 0);
+    for (std::size_t i = 0; i < run.gammatons.size(); ++i) {
+      const double along = random.uniform(), across = random.uniform();
+      const bool is_first = across > along;  // triangle 0: corners (0,0), (1,0), (1,1) of depth and edge
+      const double b_next = is_first ? across - along : across, b_last = is_first ? along : along - across;
+      // Both triangles begin at corner 0 and share corner 3; the mesh may have swapped the other two.
+      const Triangle& t = run.mesh.mesh.triangles[is_first ? 0 : 1];
+      const bool is_swapped = t[1] == 3 ? is_first : !is_first;
+      run.gammatons.triangle[i] = is_first ? 0 : 1;
+      run.gammatons.b1[i] = is_swapped ? b_last : b_next;
+      run.gammatons.b2[i] = is_swapped ? b_next : b_last;
+      run.gammatons.state[i] = GammatonState::Floating;
+    }
+    for (int k = 0; k < kStrides; ++k) run.step();
+    std::vector<double> found(kBins, 0.0), expected(kBins, 0.0);
+    const double middle = Fold::kHalfEdge - stride * kStrides;
+    for (std::size_t i = 0; i < run.gammatons.size(); ++i) {
+      if (run.gammatons.state[i] != GammatonState::Floating || run.gammatons.triangle[i] < 2) continue;
+      const Triangle& t = run.mesh.mesh.triangles[static_cast<std::size_t>(run.gammatons.triangle[i])];
+      const double b1 = run.gammatons.b1[i], b2 = run.gammatons.b2[i];
+      const std::array<double, 3> b{1.0 - b1 - b2, b1, b2};
+      Vec3 p(0, 0, 0);
+      for (std::size_t k = 0; k < 3; ++k) p += b[k] * run.mesh.mesh.positions[static_cast<std::size_t>(t[k])];
+      const auto bin = static_cast<std::size_t>(p.dot(fold.on) / kBin);
+      if (std::abs(p.dot(fold.edge)) < middle && bin < kBins) found[bin] += 1.0;
+    }
+    const std::vector<double> u = renewal(fold, stride, kBin / kSteps, kBins * kSteps);
+    const double each = kDrops * (2.0 * middle * kBin) / (2.0 * Fold::kHalfEdge * Fold::kDepth) / kSteps;
+    for (std::size_t i = 0; i < u.size(); ++i) expected[i / kSteps] += each * u[i];
+    double chi_square = 0.0;
+    for (std::size_t i = 0; i < kBins; ++i)
+      chi_square += (found[i] - expected[i]) * (found[i] - expected[i]) / expected[i];
+    EXPECT_LT(chi_square, chi_square_limit(kBins)) << "bend " << fold.bend_deg;
+    EXPECT_NEAR(u.back(), fold.leaves / fold.enters, 0.02 * u.back()) << "far below: the ratio of cosines";
+  }
+}
+
 TEST(Landing, DoesNotKnowSplitVertices) {
   const Mesh whole = with_any_uvs(make_icosphere(100.0, 2));
   Mesh split = whole;

@@ -163,6 +163,7 @@ class SurfaceAtlas {
   void weigh_texels(std::span<const double> weight_per_texel, const RunControl& control);
   void make_links();
   void find_plain_tiles();
+  void find_tile_charts();
   [[nodiscard]] bool shows_chart_of(TexelIndex texel, int triangle) const {
     return triangle_[texel] >= 0 &&
            chart_[static_cast<std::size_t>(triangle_[texel])] == chart_[static_cast<std::size_t>(triangle)];
@@ -187,6 +188,7 @@ class SurfaceAtlas {
   std::vector<std::uint32_t> first_link_;    ///< Of each, and the end.
   std::vector<Link> links_;
   std::vector<std::uint8_t> is_plain_tile_;
+  std::vector<int> tile_chart_;  ///< Per tile: the chart_ that all of its texels show; -1 where there is none.
   std::int64_t num_covered_ = 0;
   double median_texel_size_mm_ = 0.0;
 };

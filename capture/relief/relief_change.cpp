@@ -230,6 +230,15 @@ double agreeing_share(const std::vector<PlaceDifference>& found, double scale) {
   return num_agreeing / std::max(1.0, num_measured);
 }
 
+/// Where the given pose has it; what points scatter is believed.
+PlacedScan kept_scan(const Comparison& comparison, const std::vector<std::size_t>& chosen, const RigidTransform& given,
+                     const RunControl& control) {
+  PlacedScan kept;
+  kept.reference_from_scan = given;
+  kept.stable_share = agreeing_share(comparison.at(chosen, given, control), 1.0);
+  return kept;
+}
+
 PlacedScan place_scan(const Comparison& comparison, const Surface& surface, const std::vector<std::size_t>& chosen,
                       const RigidTransform& given, const RunControl& control) {
   PlacedScan placed;
@@ -323,6 +332,8 @@ void describe(OptionVisitor& v, ReliefOptions& o) {
           o.reach_mm);
   v.visit({"toward", "The side that is seen, as a direction in the reference scan's frame; 0,0,0: by the scan"},
           std::span<double>(o.toward));
+  v.visit({"keep_poses", "The scans' places are exact, as of a mount: none is moved to where most of it stays"},
+          o.keep_poses);
   v.visit({"false_share",
            "At most so many of the places that are called changed are not, on the mean",
            "",
@@ -359,7 +370,9 @@ Relief measure_relief(std::span<const PointCloud> scans, std::span<const RigidTr
     if (k == reference) continue;
     const HeightProbe probe(scans[k].points, radius, lengths.reach);
     const Comparison comparison(places, heights, probe);
-    const PlacedScan placed = place_scan(comparison, surface, apart, reference_from_scan[k], control);
+    const PlacedScan placed = options.keep_poses
+                                  ? kept_scan(comparison, apart, reference_from_scan[k], control)
+                                  : place_scan(comparison, surface, apart, reference_from_scan[k], control);
     ReliefChange change;
     change.reference_from_scan = placed.reference_from_scan;
     change.moved_mm = root_mean_square_shift(places, reference_from_scan[k], placed.reference_from_scan);

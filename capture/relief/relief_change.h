@@ -24,6 +24,7 @@ struct ReliefOptions {
   double texel_mm = 0.0;   ///< 0: the spacing of the reference scan's points.
   double reach_mm = 0.0;   ///< How far along the normal a surface is looked for; 0: two windows.
   std::array<double, 3> toward{0.0, 0.0, 0.0};  ///< The viewer, in the reference's frame; 0, 0, 0: by the scan.
+  bool keep_poses = false;    ///< The given poses are exact (a mount, a measured motion): no scan is moved.
   double false_share = 0.05;  ///< At most so many of the places called changed are not, on the mean; (0, 0.5].
 };
 void describe(OptionVisitor& v, ReliefOptions& o);
@@ -67,7 +68,7 @@ struct Relief {
 
 /// Heights are those of planes through the points around each place (HeightProbe) in both scans; the scan is first
 /// brought to where the stable surface shows no change (find_stable_pose), so that the given poses need not be better
-/// than a window.
+/// than a window; with keep_poses it stays where it is.
 /// @param scans  In mm, each in its own frame; at least 2. @param reference_from_scan  As many.
 /// @param stable  Given the view: an image of its size, not 0 where the surface is known to stay; or an empty one.
 /// @throws InvalidInput if scans have no surface in common, or too little of it is stable to place them; Canceled.

@@ -90,6 +90,7 @@ std::string common_key(const RelitWork& work) {
   ContentHash hash;
   hash.add("relit").add(kStageVersion).add(rig_text(work.project)).add(work.step_keys[work.project.reference]);
   hash.add(std::int64_t{work.options.accept_failed});
+  if (work.options.heights) hash.add("heights");
   for (const auto& [name, value] : option_values(work.options.registration)) hash.add(name).add(value);
   for (const auto& [name, value] : key_values(work.options.unlight)) hash.add(name).add(value);
   return hash.hex();
@@ -124,6 +125,7 @@ JobInputs inputs_of(const RelitWork& work) {
   inputs.add_options(option_values(work.options.fill));
   inputs.add_options(option_values(work.options.progress));
   inputs.add_value("--poses", std::string(kRelitPosesNames[static_cast<std::size_t>(work.options.poses)]));
+  if (work.options.heights) inputs.add_value("--heights", "true");
   inputs.add_value("--accept-failed", work.options.accept_failed ? "true" : "false");
   return inputs;
 }
@@ -257,6 +259,11 @@ void describe(OptionVisitor& v, RelitOptions& o) {
                   "How a step's scan is brought onto the reference's; pcl-... are PCL's own, for comparison "
                   "(relit captures)"},
                  o.registration.method, kRegistrationMethodNames);
+  v.visit(
+      {"heights",
+       "Frames have a height, too: how much higher a step's scan stands than the reference's, as relief measures it "
+       "(relit captures with scans)"},
+      o.heights);
   v.visit_choice({"poses",
                   "joint: the scans of all steps find their places together; each: every one on the reference's "
                   "(relit captures)"},

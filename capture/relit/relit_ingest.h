@@ -26,7 +26,8 @@ enum class RelitPoses { Joint, Each };
 struct RelitOptions {
   bool accept_failed = false;  ///< Leave steps that cannot be registered out of the history instead of stopping.
   RegistrationOptions registration = {};  ///< Of steps without `transform`, from `initial` or as they lie.
-  RelitPoses poses = RelitPoses::Joint;   ///< Joint needs all scans in memory; a step that is added moves all others.
+  bool heights = false;  ///< Frames have `height`: how much higher the step's scan stands than the reference's, mm.
+  RelitPoses poses = RelitPoses::Joint;  ///< Joint needs all scans in memory; a step that is added moves all others.
   UnlightOptions unlight = {};
   ScanOptions scan =
       {};  ///< scale_mm: width of accessibility's Gaussian; not given: 2 % of the reference scan's diagonal.

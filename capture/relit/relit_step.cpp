@@ -4,6 +4,7 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "capture/relit/material_frame.h"
 #include "capture/relit/relit_pictures.h"
 #include "capture/relit/relit_work.h"
 #include "capture/unlighting/unlight_report.h"
@@ -27,6 +28,7 @@ constexpr float kMaxHalf = 65504.0f;
 
 struct StepFrame {
   UnlightResult result;  ///< In the reference view; normals in the reference's frame.
+  ImageF height;         ///< Of the scan over the reference's, mm; empty without RelitOptions::heights.
   PlacedPhoto first;     ///< Under the first light, for the report.
   RelitFrame facts;
 };
@@ -220,13 +222,25 @@ StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& 
 
 void write_frame(const RelitWork& work, std::size_t index, const fs::path& folder, StepFrame& frame) {
   const int i = static_cast<int>(index);
+  ImageF tint;
+  if (!frame.result.reflectance.empty()) {
+    MaterialFrame material = material_frame(frame.result);
+    frame.result.albedo = std::move(material.color);
+    frame.result.specular = std::move(material.specular);
+    tint = std::move(material.tint);
+  }
   for (float& v : frame.result.albedo.values()) v = std::clamp(v, 0.0f, kMaxHalf);
   HistoryWriter(folder, work.manifest()).write_frame(i, work.project.steps[index].time, frame.result.albedo);
   for (const std::string& extra : relit_frame_extras(work)) {
-    ImageF values = extra == "stddev"     ? frame.result.stddev
-                    : extra == "specular" ? frame.result.specular
-                                          : frame.result.normal;
-    if (values.empty()) values = ImageF(work.project.width(), work.project.height(), extra == "specular" ? 2 : 3);
+    ImageF values = extra == "stddev"      ? frame.result.stddev
+                    : extra == "specular"  ? frame.result.specular
+                    : extra == "metalness" ? frame.result.metalness
+                    : extra == "tint"      ? tint
+                    : extra == "height"    ? frame.height
+                                           : frame.result.normal;
+    if (values.empty())
+      values =
+          ImageF(work.project.width(), work.project.height(), static_cast<int>(frame_extra_channels(extra).size()));
     for (std::int64_t k = 0; k < values.num_pixels(); ++k) {
       if (frame.result.mask.data()[k] == 0) std::fill_n(values.data() + values.channels() * k, values.channels(), 0.0f);
     }
@@ -240,9 +254,14 @@ void write_frame(const RelitWork& work, std::size_t index, const fs::path& folde
 
 std::vector<std::string> relit_frame_extras(const RelitWork& work) {
   const auto is_ready = [](const RelitStep& step) { return step.ready.has_value(); };
-  if (std::all_of(work.project.steps.begin(), work.project.steps.end(), is_ready)) return {};
-  if (work.options.unlight.specular == SpecularMode::None) return {"stddev", "normal"};
-  return {"stddev", "specular", "normal"};
+  std::vector<std::string> extras;
+  if (!std::all_of(work.project.steps.begin(), work.project.steps.end(), is_ready)) {
+    extras = {"stddev", "normal"};
+    if (work.options.unlight.specular != SpecularMode::None) extras.insert(extras.begin() + 1, "specular");
+    if (work.options.unlight.specular == SpecularMode::Material) extras.insert(extras.end(), {"metalness", "tint"});
+  }
+  if (work.options.heights && work.project.has_shape()) extras.emplace_back("height");
+  return extras;
 }
 
 std::vector<fs::path> relit_frame_outputs(const RelitWork& work, std::size_t index) {
@@ -260,6 +279,8 @@ void run_relit_step(const RelitWork& work, std::size_t index, const fs::path& fo
   if (facts.pose.is_accepted) {
     StepFrame frame = solve_step(work, index, facts.pose, work.reference(folder), control);
     facts.frame = frame.facts;
+    if (work.options.heights)
+      frame.height = relit_height(work, index, facts.pose, work.reference(folder).view, control.part(0.95, 1.0));
     write_frame(work, index, folder, frame);
     fs::create_directories((folder / relit_picture_file("albedo", index)).parent_path());
     const ImageU8& surface = work.reference(folder).view.seen;

@@ -33,6 +33,20 @@ std::vector<double> around(const std::vector<FramePair>& pairs, std::size_t at, 
   return values;
 }
 
+/// At an end of the series, what the changes beside it lead to where they fall steadily away from it: what slows down
+/// was faster before, and steeper. The pair next to it is left out: an odd second photograph is in it as well. 0: to
+/// nothing.
+template <class Get>
+double change_led_to(const std::vector<FramePair>& pairs, std::size_t at, Get&& get) {
+  const std::size_t last = pairs.size() - 1;
+  if ((at != 0 && at != last) || pairs.size() < 5) return 0.0;
+  const auto change = [&](std::size_t k) { return get(pairs[at == 0 ? k : last - k]); };
+  for (std::size_t k = 1; k < 4; ++k)
+    if (!(change(k) > change(k + 1))) return 0.0;
+  const double steepness = change(2) / std::max(change(4), 1e-6);
+  return change(2) * steepness * steepness;
+}
+
 /// The larger one of the medians of the nearest pairs before and after: where change rises or falls steeply, the next
 /// one is no jump.
 template <class Get>
@@ -42,7 +56,7 @@ double nearest_change(const std::vector<FramePair>& pairs, std::size_t at, Get&&
     if (at >= k) before.push_back(get(pairs[at - k]));
     if (at + k < pairs.size()) after.push_back(get(pairs[at + k]));
   }
-  return std::max(median(before), median(after));
+  return std::max({median(before), median(after), change_led_to(pairs, at, get)});
 }
 
 bool is_moved(const FramePair& pair, int width, int height, const SurveyOptions& options) {

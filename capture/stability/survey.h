@@ -97,8 +97,9 @@ struct FindingTexts {
 ///   and is more than exposure_threshold is the light's; more than twice the threshold, not shared so, is unclear;
 /// - jump: what is left when it is laid over the one before (1 - similarity, or the surface's change) exceeds
 /// jump_factor times the same median, 0.75 of it times the
-///   medians of the three nearest pairs on either side (the start of fast aging is no row of jumps), and 0.1 (0.04). A
-///   moved pair is compared with moved ones, if there are three, and must exceed twice as much;
+///   medians of the three nearest pairs on either side (the start of fast aging is no row of jumps) and, at an
+///   end of the series, what steadily falling changes beside it lead to, and 0.1 (0.04). A moved pair is compared with
+///   moved ones, if there are three, and must exceed twice as much;
 /// - unmatched: is_unmatched(), however many of the neighbors are.
 /// @param width,height  Of the photographs. @throws InvalidInput if an option is out of range.
 [[nodiscard]] std::vector<FrameFinding> judge_frames(const std::vector<FramePair>& neighbors, int width, int height,

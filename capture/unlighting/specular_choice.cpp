@@ -100,8 +100,8 @@ double robust_cost(const TexelSamples& samples, const std::vector<double>& plain
   return sum;
 }
 
-double left_out_cost(TexelSamples& samples, const std::vector<double>& plain_variance, const TexelFitOptions& options,
-                     int first) {
+double left_out_mean(TexelSamples& samples, const TexelFitOptions& options, int first,
+                     const std::function<double(const TexelFit&, int lamp)>& cost) {
   constexpr int kEnough = 5;
   const int every = std::max(1, (samples.num_lights + kEnough - 1) / kEnough);
   const std::vector<SampleState> before = samples.state;
@@ -114,11 +114,18 @@ double left_out_cost(TexelSamples& samples, const std::vector<double>& plain_var
     samples.state[i] = SampleState::Invalid;
     const TexelFit fit = fit_texel(samples, options);
     if (!fit.is_determined) return -1.0;
-    sum += lamp_cost(samples, plain_variance, fit, options, k);
+    sum += cost(fit, k);
     ++count;
   }
   samples.state = before;
   return count > 0 ? sum / count : -1.0;
+}
+
+double left_out_cost(TexelSamples& samples, const std::vector<double>& plain_variance, const TexelFitOptions& options,
+                     int first) {
+  return left_out_mean(samples, options, first, [&](const TexelFit& fit, int lamp) {
+    return lamp_cost(samples, plain_variance, fit, options, lamp);
+  });
 }
 
 bool keep_shared_highlights(UnlightWork& work, const RunControl& control) {

@@ -2,6 +2,8 @@
 /// Where the highlights that were fitted are believed. Inside of unlighting only.
 #pragma once
 
+#include <functional>
+
 #include "capture/unlighting/unlight_work.h"
 
 namespace patinate::capture {
@@ -19,6 +21,10 @@ namespace patinate::capture {
 /// @returns the mean over lamps; negative where a fit without one of them does not determine the texel.
 [[nodiscard]] double left_out_cost(TexelSamples& samples, const std::vector<double>& plain_variance,
                                    const TexelFitOptions& options, int first);
+
+/// The mean over lamps of what `cost` says of one under the fit to the others; the same lamps as left_out_cost().
+[[nodiscard]] double left_out_mean(TexelSamples& samples, const TexelFitOptions& options, int first,
+                                   const std::function<double(const TexelFit&, int lamp)>& cost);
 
 /// Fades work.specular where the neighborhood does not foretell its lamps better with it: the lobe of a material does.
 /// One that stands for a mixture of materials, for highlights of a few texels, or for shadows and edges that no model

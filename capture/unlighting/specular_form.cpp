@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "libcommon/output/microfacet.h"
 #include "patinate/capture/unlight.h"
 
 namespace patinate::capture {
@@ -12,6 +13,8 @@ double specular_lobe(const SpecularForm& form, const Vec3& normal, const Vec3& t
   constexpr double kLeastCosine = 0.05;  // Of the camera: outlines would else be infinitely bright.
   const double light = normal.dot(to_light), eye = normal.dot(to_camera);
   if (!(light > 0.0)) return 0.0;
+  if (form.is_rendered)
+    return eye > 0.0 ? Lobe(normal, to_camera, std::max(0.05, roughness)).value(to_light).shape : 0.0;
   double half2 = 0.0;  // Squared cosine of the facet's angle.
   if (form.is_about_mirror) {
     half2 = 0.5 * (1.0 + 2.0 * light * eye - to_light.dot(to_camera));

@@ -38,6 +38,7 @@ class TexelSolver {
         lobe_(kHasHighlight ? samples.state.size() : 0, Lobe{}) {
     normal_ = s_.normal;
     gain_prior_ = 1.0 / (s_.highlight.freedom * s_.highlight.freedom);
+    black_ = s_.highlight.black_precision();
     has_prior_ = o_.refine_normal && std::isfinite(o_.normal_sigma);
     if (has_prior_)
       prior_ = 2.0 / (o_.normal_sigma * o_.normal_sigma);  // An angle of sigma is sigma / sqrt(2) along each tangent.
@@ -226,6 +227,12 @@ class TexelSolver {
         e.gn += w * r * slope;
       }
     }
+    if constexpr (kHasHighlight) {
+      for (std::size_t c = 0; c < static_cast<std::size_t>(s_.num_channels) && black_ > 0.0; ++c) {
+        e.aa[c] += black_;
+        e.ga[c] -= black_ * albedo_[c];
+      }
+    }
     return e;
   }
 
@@ -339,6 +346,7 @@ class TexelSolver {
   std::vector<Lobe> lobe_;
   double gain_ = 1.0;
   double gain_prior_ = 0.0;
+  double black_ = 0.0;
   std::vector<int> candidates_;
   std::vector<double> ratios_;
   std::array<double, kMaxChannels> albedo_{};

@@ -18,6 +18,15 @@ struct TexelHighlight {
   std::array<double, 3> tint{};  ///< Of each channel; their mean is 1.
   Vec3 to_camera = Vec3(0, 0, 1);
   double freedom = 0.3;  ///< By which the texel's own highlight differs, as a share; standard deviation, > 0.
+  double metal = 0.0;    ///< Share of metal, [0, 1]: what is metal has hardly any albedo.
+
+  /// Of the albedo's being 0, a channel. Not of what is half metal or less.
+  [[nodiscard]] double black_precision() const {
+    constexpr double kLeast = 0.5, kNone = 0.02, kHalf = 0.5;  // Standard deviations: of metal, and beside it.
+    if (!(metal > kLeast)) return 0.0;
+    const double sigma = kNone + kHalf * (1.0 - metal);
+    return 1.0 / (sigma * sigma);
+  }
 };
 
 /// What the lamps show of one texel; arrays of L, or of L x C with the channel running fastest. Reused from texel to

@@ -5,6 +5,7 @@
 
 #include "capture/unlighting/interreflection.h"
 #include "capture/unlighting/lamp_estimate.h"
+#include "capture/unlighting/material_maps.h"
 #include "capture/unlighting/specular_choice.h"
 #include "capture/unlighting/specular_fit.h"
 #include "capture/unlighting/specular_form_choice.h"
@@ -21,7 +22,8 @@ namespace {
 constexpr std::int64_t kRows = 2;
 constexpr std::array<std::string_view, 2> kNormalModeNames{"keep", "refine"};
 constexpr std::array<std::string_view, 2> kRejectionNames{"none", "robust"};
-constexpr std::array<std::string_view, 3> kSpecularNames{"none", "fit", "auto"};
+constexpr std::array<std::string_view, 4> kSpecularNames{"none", "fit", "auto", "material"};
+constexpr std::array<std::string_view, 4> kMaterialKindNames{"matt", "dielectric", "metal", "mixed"};
 
 void put(ImageF& image, int x, int y, const Vec3& v) {
   for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);
@@ -193,7 +195,8 @@ void describe(OptionVisitor& v, UnlightOptions& o) {
           o.rejection_sigma);
   v.visit_choice(
       {"specular",
-       "none; fit: highlights are found and subtracted; auto: where nearly all texels near are better for it"},
+       "none; fit: highlights are found and subtracted; auto: where nearly all texels near are better for it; "
+       "material: as many lobes as there are materials, metals among them"},
       o.specular, kSpecularNames);
   v.visit({"specular_window", "highlights are alike within such a distance", "px", between(2, 1000)},
           o.specular_window_px);
@@ -210,6 +213,8 @@ void describe(OptionVisitor& v, UnlightOptions& o) {
            at_least(0)},
           o.shadow_offset_mm);
 }
+
+std::string_view name_of(MaterialKind kind) { return kMaterialKindNames[static_cast<std::size_t>(kind)]; }
 
 UnlightResult empty_result(const UnlightWork& work) {
   return {.albedo = ImageF(work.width, work.height, work.num_channels),
@@ -284,6 +289,43 @@ void find_highlights(UnlightWork& work, UnlightResult& result, const RunControl&
   fit_surface(work, result, part.part(0.4, 1.0));
 }
 
+void find_material_highlights(UnlightWork& work, UnlightResult& result, const RunControl& control) {
+  constexpr int kPasses = 3;
+  result.specular = ImageF(work.width, work.height, 2);
+  work.form = {.tail = 2.0, .is_rendered = true};
+  work.highlight_base = result.albedo;
+  work.highlight_normal = result.normal;
+  const ImageF color = result.albedo;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const RunControl part = control.part(1.0 * pass / kPasses, (pass + 1.0) / kPasses);
+    const std::vector<TexelEvidence> texels = gather_evidence(work, result, color, part.part(0.0, 0.1));
+    result.materials = find_materials(texels, part.part(0.1, 0.15));
+    polish_materials(work, texels, result.materials, pass + 1 == kPasses, part.part(0.15, 0.3));
+    lay_materials(work, result, color, result.materials, part.part(0.3, 0.6));
+    work.noise_scale = estimate_noise_scale(work, part.part(0.6, 0.7));
+    fit_surface(work, result, part.part(0.7, 1.0));
+  }
+  result.tint = work.highlight_tint;
+  put_reflectance(work, result, control);
+}
+
+/// What was found, one line a material.
+void tell_materials(UnlightResult& result) {
+  if (result.specular.empty() || result.materials.empty()) return;
+  for (const SurfaceMaterial& m : result.materials) {
+    std::string line = "material: " + std::string(name_of(m.kind)) + ", " + fixed_percent_text(m.share) + " of it";
+    if (m.kind != MaterialKind::Matt) {
+      line += ", roughness " + short_number_text(rounded(m.roughness, 2)) + ", strength " +
+              short_number_text(rounded(m.strength[0], 2));
+      if (m.kind != MaterialKind::Dielectric)
+        line += " " + short_number_text(rounded(m.strength[1], 2)) + " " + short_number_text(rounded(m.strength[2], 2));
+      line += "; metal and what has an albedo foretell left-out lamps " + short_number_text(rounded(m.evidence, 2)) +
+              " standard deviations apart";
+    }
+    result.notes.push_back(std::move(line));
+  }
+}
+
 /// Fits again, with the light that the surface throws onto itself as the first fit and the photographs have it.
 void take_off_interreflection(UnlightWork& work, LampEstimate& lamps, UnlightResult& result,
                               const RunControl& control) {
@@ -328,7 +370,10 @@ UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, 
   UnlightResult result = empty_result(work);
   fit_surface(work, result, control.part(0.35, options.interreflection ? 0.4 : 0.5));
   if (options.interreflection) take_off_interreflection(work, lamps, result, control.part(0.4, 0.5));
-  if (options.specular != SpecularMode::None) {
+  if (options.specular == SpecularMode::Material) {
+    find_material_highlights(work, result, control.part(0.5, 0.9));
+    result.form = work.form;
+  } else if (options.specular != SpecularMode::None) {
     find_highlights(work, result, control.part(0.5, 0.9));
     result.form = work.form;
   }
@@ -339,6 +384,7 @@ UnlightResult unlight(const UnlightInput& input, const UnlightOptions& options, 
   report(work, result, control.part(0.9, 1.0));
   if (options.interreflection) report_interreflection(work, result);
   judge_lights(result);
+  tell_materials(result);
   control.report(1.0);
   return result;
 }

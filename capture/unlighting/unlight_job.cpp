@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/unlighting/leave_one_out.h"
+#include "capture/unlighting/material_json.h"
 #include "capture/unlighting/response_check.h"
 #include "capture/unlighting/unlight_report.h"
 #include "libcommon/core/hash.h"
@@ -20,7 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 const char* lobe_name(const SpecularForm& form) {
-  return std::isinf(form.tail) ? "beckmann" : form.tail == 2.0 ? "ggx" : "student";
+  return form.is_rendered ? "ggx" : std::isinf(form.tail) ? "beckmann" : form.tail == 2.0 ? "ggx" : "student";
 }
 
 Json form_json(const SpecularForm& form) {
@@ -45,6 +46,11 @@ Json facts_of(const UnlightStep& step, const UnlightResult& result, const std::v
   json["channels"] = result.albedo.channels();
   json["maps"] = {{"albedo", "albedo.exr"}, {"stddev", "stddev.exr"}, {"normal", "normal.exr"}, {"mask", "mask.png"}};
   if (!result.specular.empty()) json["maps"]["specular"] = "specular.exr";
+  if (!result.reflectance.empty()) {
+    json["maps"]["reflectance"] = "reflectance.exr";
+    json["maps"]["metalness"] = "metalness.exr";
+    json["materials"] = to_json(result.materials);
+  }
   json["surface_pixels"] = result.num_surface;
   json["determined_pixels"] = result.num_determined;
   json["residual"] = result.residual;
@@ -107,6 +113,10 @@ void run_item(const UnlightStep& step, const UnlightOptions& options, const fs::
   write_exr(folder / "normal.exr", result.normal, {"X", "Y", "Z"}, ExrDepth::Float);
   if (!result.specular.empty())
     write_exr(folder / "specular.exr", result.specular, {"strength", "roughness"}, ExrDepth::Float);
+  if (!result.reflectance.empty()) {
+    write_exr(folder / "reflectance.exr", result.reflectance, {"R", "G", "B"}, ExrDepth::Float);
+    write_exr(folder / "metalness.exr", result.metalness, {"Y"}, ExrDepth::Float);
+  }
   write_codes(folder / "mask.png", result.mask);
   const Eigen::Matrix3d camera_from_world =
       step.camera_mm ? step.camera_mm->parameters().rotation : Eigen::Matrix3d(Vec3(1, -1, -1).asDiagonal());
@@ -156,6 +166,8 @@ JobPlan plan_unlight(const UnlightStep& step, const UnlightOptions& options, con
                            "stddev.png", kUnlitPageFile, kFactsFile},
                .run = {}};
   if (options.specular != SpecularMode::None) item.outputs.insert(item.outputs.end(), {"specular.exr", "specular.png"});
+  if (options.specular == SpecularMode::Material)
+    item.outputs.insert(item.outputs.end(), {"reflectance.exr", "metalness.exr"});
   for (std::size_t k = 0; k < step.photos.size(); ++k) item.outputs.emplace_back(samples_file(k));
   item.run = [step, options](const fs::path& folder, const RunControl& control) {
     run_item(step, options, folder, control);

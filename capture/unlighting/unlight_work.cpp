@@ -179,7 +179,9 @@ UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const 
       form(result.form),
       specular(result.specular),
       highlight_normal(result.normal),
-      highlight_base(result.albedo) {
+      highlight_base(result.albedo),
+      highlight_tint(result.tint),
+      highlight_metal(result.metalness) {
   for (const LightReport& light : result.lights) strengths.push_back(light.strength);
   for (std::uint8_t& state : samples.values()) {
     if (state == static_cast<std::uint8_t>(SampleState::Darker) ||
@@ -236,6 +238,10 @@ Vec3 UnlightWork::to_camera(int x, int y) const {
 
 std::array<double, 3> UnlightWork::tint(SpecularTint kind, int x, int y) const {
   std::array<double, 3> tint{1.0, 1.0, 1.0};
+  if (!highlight_tint.empty()) {
+    for (std::size_t c = 0; c < 3; ++c) tint[c] = static_cast<double>(highlight_tint.at(x, y, static_cast<int>(c)));
+    return tint;
+  }
   if (kind == SpecularTint::White || num_channels == 1) return tint;
   double mean = 0.0;
   for (float v : highlight_base.pixel(x, y)) mean += static_cast<double>(v) / num_channels;
@@ -253,8 +259,12 @@ void UnlightWork::load(int x, int y, TexelSamples& texel) const {
                      .form = form,
                      .tint = tint(form.tint, x, y),
                      .to_camera = to_camera(x, y),
-                     .freedom = highlight_freedom};
-  const Vec3 n = vector_of(highlight_normal, x, y);
+                     .freedom = highlight_freedom,
+                     .metal = highlight_metal.empty() ? 0.0 : static_cast<double>(highlight_metal.at(x, y))};
+  add_highlight_variance(texel, vector_of(highlight_normal, x, y));
+}
+
+void UnlightWork::add_highlight_variance(TexelSamples& texel, const Vec3& n) const {
   for (int k = 0; k < num_lights; ++k) {
     for (int c = 0; c < num_channels; ++c) {
       const double off = highlight_off * highlight_value(texel, k, c, n) / noise_scale;

@@ -42,6 +42,9 @@ struct UnlightWork {
   ImageF specular;                      ///< H x W x 2, as UnlightResult's; load() gives it to the fit once it is there.
   ImageF highlight_normal;              ///< H x W x 3, of the last fit.
   ImageF highlight_base;                ///< H x W x C, its albedo.
+  ImageF highlight_tint;                ///< H x W x 3, mean 1: of materials. Empty: by the form.
+  ImageF highlight_metal;               ///< H x W x 2, of materials: shares of metal, which has no albedo, and of what
+                                        ///< is mixed.
 
   [[nodiscard]] bool is_surface(int x, int y) const { return is_inside(input.mask, x, y); }
   [[nodiscard]] Vec3 position(int x, int y) const;
@@ -56,6 +59,8 @@ struct UnlightWork {
   void load(int x, int y, TexelSamples& texel) const;
   /// The same without its highlight.
   void load_raw(int x, int y, TexelSamples& texel) const;
+  /// Its highlight under this normal makes the samples less certain.
+  void add_highlight_variance(TexelSamples& texel, const Vec3& normal) const;
   /// Of the highlight of a texel: the mean over channels is 1.
   [[nodiscard]] std::array<double, 3> tint(SpecularTint kind, int x, int y) const;
   /// At most `max_count` texels of the surface, spread evenly over it, as y * width + x.

@@ -75,6 +75,10 @@ py::dict dict_of(capture::UnlightResult made) {
   out["stddev"] = array_of(std::move(made.stddev));
   out["normal"] = array_of(std::move(made.normal));
   if (!made.specular.empty()) out["specular"] = array_of(std::move(made.specular));
+  if (!made.reflectance.empty()) {
+    out["reflectance"] = array_of(std::move(made.reflectance));
+    out["metalness"] = array_of(std::move(made.metalness));
+  }
   out["mask"] = array_of(std::move(made.mask));
   out["samples"] = array_of(std::move(made.samples));
   py::list strengths;
@@ -114,7 +118,8 @@ void bind_unlight(py::module_& module) {
              .returns("dict[str, Any]",
                       "albedo and stddev: as the photos, 0 where not determined; normal: H x W x 3, unit; specular: H "
                       "x W x 2, strength and "
-                      "roughness; mask: 255 = determined; samples: H x W x L, what became of each (1 = it counted); "
+                      "roughness; with specular 'material' reflectance (H x W x 3, F0) and metalness (H x W); mask: "
+                      "255 = determined; samples: H x W x L, what became of each (1 = it counted); "
                       "strengths, ambient, residual, "
                       "is_converged, notes")
              .raises("InvalidInput if sizes differ, near lamps have no positions, or no lamp reaches the surface"),

@@ -20,6 +20,7 @@ constexpr std::array kParts{Part{"pair", patinate::benchmarks::measure_pair},
                             Part{"basin", patinate::benchmarks::measure_basin},
                             Part{"unlighting", patinate::benchmarks::measure_unlighting},
                             Part{"unlighting-time", patinate::benchmarks::measure_unlighting_time},
+                            Part{"materials", patinate::benchmarks::measure_materials},
                             Part{"relit", patinate::benchmarks::measure_relit}};
 
 }  // namespace
@@ -28,7 +29,7 @@ int main(int argc, char** argv) {
   const std::vector<std::string_view> wanted(argv + 1, argv + argc);
   for (const std::string_view name : wanted) {
     if (std::none_of(kParts.begin(), kParts.end(), [&](const Part& part) { return part.name == name; })) {
-      std::fputs("parts: pair, joint, basin, unlighting, unlighting-time, relit\n", stderr);
+      std::fputs("parts: pair, joint, basin, unlighting, unlighting-time, materials, relit\n", stderr);
       return 2;
     }
   }

@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <vector>
 
 #include "capture/stability/survey.h"
 #include "patinate/core/error.h"
@@ -96,6 +98,45 @@ TEST(Survey, GrowthAloneIsNoShift) {
     EXPECT_TRUE(judge_frames({pair}, 192, 192).empty() || !judge_frames({pair}, 192, 192)[0].is_shifted) << i;
     EXPECT_LT(std::hypot(pair.shift.x, pair.shift.y), 0.3) << i;  // Below shift_threshold_px with room to spare.
     before = std::move(now);
+  }
+}
+
+/// Pairs that lie still and lack so much of their detail.
+std::vector<FramePair> pairs_that_lack(const std::vector<double>& lacking) {
+  std::vector<FramePair> pairs;
+  for (std::size_t i = 0; i < lacking.size(); ++i) {
+    FramePair pair;
+    pair.reference = static_cast<int>(i);
+    pair.frame = static_cast<int>(i) + 1;
+    pair.shift.status = ShiftStatus::NotGlobal;
+    pair.similarity_before = 1.0 - lacking[i];
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
+
+/// What slows down as 1 / t, or falls by a third from one to the next, begins with a change that is many times the
+/// usual.
+TEST(Survey, SlowingChangeIsNoJumpAtItsBeginningNorQuickeningAtItsEnd) {
+  std::vector<double> slowing, falling;
+  for (int i = 0; i < 15; ++i) {
+    slowing.push_back(0.24 / (i + 1));
+    falling.push_back(0.24 * std::pow(0.67, i));
+  }
+  for (std::vector<double> lacking : {slowing, falling}) {
+    EXPECT_TRUE(judge_frames(pairs_that_lack(lacking), 64, 64).empty());
+    std::reverse(lacking.begin(), lacking.end());
+    EXPECT_TRUE(judge_frames(pairs_that_lack(lacking), 64, 64).empty());
+  }
+  // An odd first photograph is one all the same: beside change that is even, and twice what it slows down from.
+  std::vector<double> even(15, 0.05);
+  even[0] = 0.2;
+  slowing[0] *= 2.0;
+  for (const std::vector<double>& lacking : {even, slowing}) {
+    const std::vector<FrameFinding> findings = judge_frames(pairs_that_lack(lacking), 64, 64);
+    ASSERT_EQ(findings.size(), 1u);
+    EXPECT_TRUE(findings[0].is_jump);
+    EXPECT_EQ(findings[0].frame, 1);
   }
 }
 

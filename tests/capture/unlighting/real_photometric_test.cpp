@@ -62,8 +62,7 @@ double sphere_error_deg(const UnlightResult& result, const ImageU8& mask) {
   return sum / count;
 }
 
-TEST(RealPhotometric, NormalsOfTheGraySphereAreThoseOfASphere) {
-  PATINATE_REQUIRE_DATA(data, "photometric/uw_psm");
+UnlightInput gray_sphere(const fs::path& data) {
   const TempFolder folder;
   std::string photos;
   for (int k = 0; k < 12; ++k)
@@ -73,13 +72,19 @@ TEST(RealPhotometric, NormalsOfTheGraySphereAreThoseOfASphere) {
                        R"(], "lights": ")" + (data / "lights.txt").string() + R"(", "mask": ")" +
                        (data / "gray/gray.mask.tga").string() + "\"}");
   UnlightScene scene = load_unlight_scene(read_unlight_step(folder / "step.json"));
-  const ImageU8 whole = scene.input.mask;
-  keep_every_other(scene.input.mask);
+  return std::move(scene.input);
+}
+
+TEST(RealPhotometric, NormalsOfTheGraySphereAreThoseOfASphere) {
+  PATINATE_REQUIRE_DATA(data, "photometric/uw_psm");
+  UnlightInput input = gray_sphere(data);
+  const ImageU8 whole = input.mask;
+  keep_every_other(input.mask);
   const UnlightResult plain =
-      unlight(scene.input, {.rejection = Rejection::None, .specular = SpecularMode::None, .min_cosine = 0.0});
+      unlight(input, {.rejection = Rejection::None, .specular = SpecularMode::None, .min_cosine = 0.0});
   const UnlightOptions options{.specular = SpecularMode::None, .min_cosine = 0.0};
-  const UnlightResult robust = unlight(scene.input, options);
-  const double predicted = mean_rms(leave_one_out(scene.input, options, robust));
+  const UnlightResult robust = unlight(input, options);
+  const double predicted = mean_rms(leave_one_out(input, options, robust));
   const double plain_deg = sphere_error_deg(plain, whole), robust_deg = sphere_error_deg(robust, whole);
   std::printf("gray sphere: normals %.2f deg (least squares %.2f); photographs predicted %.2f %% off\n", robust_deg,
               plain_deg, 100.0 * predicted);
@@ -153,6 +158,49 @@ Image halved(const Image& in) {
   return out;
 }
 
+void halve(UnlightInput& input) {
+  for (ImageF& photo : input.photos) photo = halved(photo);
+  for (ImageU8& valid : input.valid) valid = halved(valid);
+  input.mask = halved(input.mask);
+}
+
+double mean_metalness(const UnlightResult& result) {
+  double sum = 0.0, count = 0.0;
+  for (std::int64_t i = 0; i < result.mask.num_pixels(); ++i) {
+    if (result.mask.data()[i] == 0) continue;
+    sum += static_cast<double>(result.metalness.data()[i]);
+    count += 1.0;
+  }
+  return sum / count;
+}
+
+/// Photographs of lamps, each predicted by the others, with Lambert's model, today's lobes and materials.
+void compare_models(const char* name, const UnlightInput& input, UnlightOptions options) {
+  options.specular = SpecularMode::None;
+  const double matt = mean_rms(leave_one_out(input, options, unlight(input, options)));
+  options.specular = SpecularMode::Auto;
+  const double today = mean_rms(leave_one_out(input, options, unlight(input, options)));
+  options.specular = SpecularMode::Material;
+  const UnlightResult result = unlight(input, options);
+  const double materials = mean_rms(leave_one_out(input, options, result));
+  std::printf("%s: photographs predicted %.2f %% off as matt, %.2f %% with tiles' lobes, %.2f %% with materials\n",
+              name, 100.0 * matt, 100.0 * today, 100.0 * materials);
+  for (const std::string& note : result.notes) std::printf("  %s\n", note.c_str());
+  ASSERT_FALSE(result.materials.empty());
+  EXPECT_LT(mean_metalness(result), 0.05);  // As it is told at two standard deviations.
+}
+
+TEST(RealPhotometric, PlasterAndMattPaintAreNoMetal) {
+  PATINATE_REQUIRE_DATA(cat, "photometric/psbox_cat");
+  PATINATE_REQUIRE_DATA(sphere, "photometric/uw_psm");
+  UnlightInput input = plaster_cat(cat);
+  halve(input);
+  compare_models("plaster cat", input, {.estimate_strengths = true});
+  input = gray_sphere(sphere);
+  halve(input);
+  compare_models("gray sphere", input, {.min_cosine = 0.0});
+}
+
 /// Heights, in pixels, whose slopes are nearest to those of the normals, seen from far away; and the mesh of them.
 void integrate_normals(const UnlightResult& result, UnlightInput& input, Mesh& mesh) {
   const int width = result.mask.width(), height = result.mask.height();
@@ -204,9 +252,7 @@ void integrate_normals(const UnlightResult& result, UnlightInput& input, Mesh& m
 TEST(RealPhotometric, ThePlasterCatIsFlatterWithoutTheLightOfItsFolds) {
   PATINATE_REQUIRE_DATA(data, "photometric/psbox_cat");
   UnlightInput input = plaster_cat(data);
-  for (ImageF& photo : input.photos) photo = halved(photo);
-  for (ImageU8& valid : input.valid) valid = halved(valid);
-  input.mask = halved(input.mask);
+  halve(input);
   UnlightOptions options{.specular = SpecularMode::None, .estimate_strengths = true};
   const UnlightResult first = unlight(input, options);
   Mesh shape;

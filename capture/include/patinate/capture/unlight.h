@@ -8,6 +8,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "patinate/core/options.h"
@@ -32,6 +33,7 @@ struct SpecularForm {
   double slant = 1.0;
   bool is_about_mirror = false;  ///< About the mirrored direction, as Phong; else about the middle of lamp and camera.
   SpecularTint tint = SpecularTint::White;
+  bool is_rendered = false;  ///< The lobe that `render` draws, GGX with Smith's shadowing; the four above do not count.
   [[nodiscard]] bool operator==(const SpecularForm&) const = default;
 };
 
@@ -41,6 +43,24 @@ struct SpecularForm {
 /// @param normal,to_light,to_camera  Unit. @param roughness  (0, 1].
 [[nodiscard]] double specular_lobe(const SpecularForm& form, const Vec3& normal, const Vec3& to_light,
                                    const Vec3& to_camera, double roughness);
+
+/// What a material is, by what its samples say: whether a lobe shows, whether it is of a color, and whether there is
+/// diffuse light beside it.
+enum class MaterialKind { Matt, Dielectric, Metal, Mixed };
+[[nodiscard]] std::string_view name_of(MaterialKind kind);
+
+/// A lobe that many places share, at one time or several.
+struct SurfaceMaterial {
+  MaterialKind kind = MaterialKind::Matt;
+  double share = 0.0;            ///< Of the texels that were asked, (0, 1].
+  double roughness = 0.0;        ///< Of the lobe that `render` draws, [0.15, 0.9]; 0 of what is matt.
+  Vec3 strength = Vec3::Zero();  ///< Of that lobe with single scattering, >= 0.
+  Vec3 color = Vec3::Zero();     ///< Of a matt fit, where it is found: shares of red and green, and 0.15 times the
+                                 ///< root of their mean.
+  Vec3 spread = Vec3::Zero();    ///< Their standard deviations.
+  double evidence = 0.0;  ///< By how many standard deviations left-out lamps are foretold better as (or as not) metal;
+                          ///< of what is matt, than with a lobe.
+};
 
 /// One step, in the view of the result: pixel (x, y) of every image shows the same place of the surface. Lamps,
 /// positions, normals and blockers share one frame (the scanner's). H x W is the size of the first photograph.
@@ -59,7 +79,7 @@ struct UnlightInput {
 
 enum class NormalMode { Keep, Refine };
 enum class Rejection { None, Robust };
-enum class SpecularMode { None, Fit, Auto };
+enum class SpecularMode { None, Fit, Auto, Material };
 
 struct UnlightOptions {
   NormalMode normals = NormalMode::Refine;  ///< Keep: the scan's. Refine: the photographs' where they know better.
@@ -67,7 +87,8 @@ struct UnlightOptions {
   Rejection rejection = Rejection::Robust;  ///< None: every valid sample that is lit counts (plain least squares).
   double rejection_sigma = 3.0;  ///< Samples farther off are highlights or shadows; [1.5, 20], in standard deviations.
   SpecularMode specular = SpecularMode::Auto;  ///< Fit: each neighborhood's highlight is found and subtracted. Auto:
-                                               ///< where nearly all its texels are better for it.
+                                               ///< where nearly all its texels are better for it. Material: as many
+                                               ///< lobes as there are materials, metals among them.
   double specular_window_px = 24.0;            ///< Highlights are alike within such a distance; [2, 1000].
   bool estimate_strengths =
       false;  ///< The lamps' intensities are only a guess: find them, one for each lamp and channel.
@@ -113,15 +134,19 @@ struct InterreflectionReport {
 };
 
 struct UnlightResult {
-  ImageF albedo = {};      ///< H x W x C; 0 where not determined.
-  ImageF stddev = {};      ///< H x W x C, standard deviation of the albedo.
-  ImageF normal = {};      ///< H x W x 3, unit; the scan's where not determined.
-  ImageF specular = {};    ///< H x W x 2: strength and roughness as of specular_lobe(); empty with SpecularMode::None.
-  SpecularForm form = {};  ///< Of the highlights, which foretells left-out lamps best.
-  ImageU8 mask = {};       ///< 255 = determined.
-  ImageU8 samples = {};    ///< H x W x L, SampleState.
-  ImageF indirect = {};    ///< H x W x (L C), irradiance from other places of the surface over pi, the channel running
-                           ///< fastest; empty without UnlightOptions::interreflection.
+  ImageF albedo = {};       ///< H x W x C; 0 where not determined.
+  ImageF stddev = {};       ///< H x W x C, standard deviation of the albedo.
+  ImageF normal = {};       ///< H x W x 3, unit; the scan's where not determined.
+  ImageF specular = {};     ///< H x W x 2: strength and roughness as of specular_lobe(); empty with SpecularMode::None.
+  SpecularForm form = {};   ///< Of the highlights, which foretells left-out lamps best.
+  ImageF reflectance = {};  ///< H x W x 3: F0 of that lobe by channel; with SpecularMode::Material alone.
+  ImageF metalness = {};    ///< H x W, [0, 1]; with SpecularMode::Material alone.
+  ImageF tint = {};         ///< H x W x 3, mean 1: the color of the lobe; with SpecularMode::Material alone.
+  std::vector<SurfaceMaterial> materials = {};  ///< With SpecularMode::Material alone.
+  ImageU8 mask = {};                            ///< 255 = determined.
+  ImageU8 samples = {};                         ///< H x W x L, SampleState.
+  ImageF indirect = {};  ///< H x W x (L C), irradiance from other places of the surface over pi, the channel running
+                         ///< fastest; empty without UnlightOptions::interreflection.
   std::optional<InterreflectionReport> interreflection = {};
   std::vector<LightReport> lights = {};
   double noise_scale = 1.0;     ///< Residuals over what noise_floor and noise_share expect.

@@ -1,32 +1,20 @@
 #include "libcommon/output/light_field.h"
 
 #include <algorithm>
-#include <limits>
+#include <numbers>
 
 #include "libcommon/output/orbit_camera.h"
 #include "libcommon/output/sampling.h"
 
 namespace patinate {
 
-namespace {
-
-double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
-
-}  // namespace
-
-LightField::LightField(const RenderOptions& options, const SurfaceOptions& surface, const Surroundings* surroundings)
+LightField::LightField(const RenderOptions& options, const SurfaceOptions& surface, const Surroundings* surroundings,
+                       const Vec3& middle)
     : options_(options),
       surroundings_(surroundings),
-      turn_(radians(options.azimuth_deg + surface.environment_azimuth_deg)),
+      turn_((options.azimuth_deg + surface.environment_azimuth_deg) * std::numbers::pi / 180.0),
       up_(world_from_y_up(Vec3::UnitY(), options.up)),
-      disc_radius_(std::tan(radians(options.light_size_deg))) {
-  const double azimuth = radians(options.azimuth_deg + options.light_azimuth_deg);
-  const double elevation = radians(options.light_elevation_deg);
-  light_ = world_from_y_up(
-      {std::cos(elevation) * std::sin(azimuth), std::sin(elevation), std::cos(elevation) * std::cos(azimuth)},
-      options.up);
-  tangents(light_, light_x_, light_y_);
-}
+      key_(options, middle) {}
 
 Vec3 LightField::local(const Vec3& world) const {
   const Vec3 d = options_.up == UpAxis::Y ? world : Vec3(world.x(), world.z(), -world.y());
@@ -55,32 +43,33 @@ bool LightField::has_lamps() const {
   return surroundings_ != nullptr ? surroundings_->has_lamps() : options_.light > 0.0;
 }
 
-LightField::Sample LightField::lamp(const Vec2& square) const {
+LightField::Lamp LightField::lamp(const Vec2& square) const {
+  if (surroundings_ == nullptr) return {.of_surroundings = {}, .point = key_.point(square)};
   Sample sample;
-  if (surroundings_ != nullptr) {
-    const Vec3 direction = surroundings_->sample(square);
-    const Vec3 radiance = surroundings_->lamps(direction, sample.pdf);
-    sample.direction = world(direction);
-    if (sample.pdf > 0.0) sample.weight = radiance / sample.pdf;
-    return sample;
-  }
-  const Vec2 d = disc_radius_ * disc_point(square);
-  sample.direction = (light_ + d.x() * light_x_ + d.y() * light_y_).normalized();
-  sample.weight = Vec3::Constant(std::numbers::pi * options_.light);
-  sample.pdf = std::numeric_limits<double>::infinity();
-  if (disc_radius_ > 0.0) (void)lamps(sample.direction, sample.pdf);
-  return sample;
+  const Vec3 direction = surroundings_->sample(square);
+  const Vec3 radiance = surroundings_->lamps(direction, sample.pdf);
+  sample.direction = world(direction);
+  if (sample.pdf > 0.0) sample.weight = radiance / sample.pdf;
+  return {.of_surroundings = sample};
 }
 
-Vec3 LightField::lamps(const Vec3& direction, double& pdf) const {
-  pdf = 0.0;
-  if (surroundings_ != nullptr) return Vec3::Zero();
-  const double cosine = direction.dot(light_);
-  // A point on the rim counts as inside, though rounding may have put it out.
-  const double rim = disc_radius_ * (1.0 + 1e-9);
-  if (!(cosine > 0.0) || !(disc_radius_ > 0.0) || 1.0 / (cosine * cosine) - 1.0 > rim * rim) return Vec3::Zero();
-  pdf = 1.0 / (std::numbers::pi * disc_radius_ * disc_radius_ * cosine * cosine * cosine);
-  return Vec3::Constant(std::numbers::pi * options_.light * pdf);
+LightField::Sample LightField::seen(const Lamp& lamp, const Vec3& place) const {
+  if (surroundings_ != nullptr) return lamp.of_surroundings;
+  const KeyLight::Ray ray = key_.toward(lamp.point, place);
+  return {.direction = ray.direction,
+          .weight = Vec3::Constant(std::numbers::pi * options_.light * ray.strength),
+          .pdf = ray.density,
+          .distance = ray.distance};
+}
+
+LightField::Sample LightField::lamp_along(const Vec3& direction, const Vec3& place) const {
+  Sample sample{.direction = direction};
+  if (surroundings_ != nullptr) return sample;
+  const KeyLight::Ray ray = key_.along(direction, place);
+  sample.pdf = ray.density;
+  sample.distance = ray.distance;
+  if (ray.density > 0.0) sample.weight = Vec3::Constant(std::numbers::pi * options_.light * ray.strength * ray.density);
+  return sample;
 }
 
 }  // namespace patinate

@@ -4,8 +4,10 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <vector>
 
+#include "libcommon/output/key_light.h"
 #include "patinate/geometry/mesh.h"
 #include "patinate/output/render.h"
 #include "patinate/output/render_surface.h"
@@ -43,7 +45,9 @@ class Surroundings {
 class LightField {
  public:
   /// @param surroundings  May be null: the studio of the options. Must outlive this.
-  LightField(const RenderOptions& options, const SurfaceOptions& surface, const Surroundings* surroundings);
+  /// @param middle  Of the scene: KeyLight.
+  LightField(const RenderOptions& options, const SurfaceOptions& surface, const Surroundings* surroundings,
+             const Vec3& middle);
 
   /// Radiance that a ray sees which leaves the scene; of the studio, without its lamp. @param solid_angle  Over which
   /// to average.
@@ -57,11 +61,19 @@ class LightField {
     Vec3 direction = Vec3::UnitZ();
     Vec3 weight = Vec3::Zero();  ///< Radiance over density: a white surface at right angles to it shows weight / pi.
     double pdf = 0.0;            ///< Per steradian; infinite for a point.
+    double distance = std::numeric_limits<double>::infinity();
   };
-  [[nodiscard]] Sample lamp(const Vec2& square) const;
-  /// Radiance of the lamps that around() does not hold, and the density with which lamp() chooses the direction; 0 for
-  /// a point.
-  [[nodiscard]] Vec3 lamps(const Vec3& direction, double& pdf) const;
+  /// A place of a lamp.
+  struct Lamp {
+    Sample of_surroundings;
+    Vec3 point = Vec3::Zero();  ///< Of the studio's, as KeyLight has it.
+  };
+  [[nodiscard]] Lamp lamp(const Vec2& square) const;
+  /// As it is seen from a place.
+  [[nodiscard]] Sample seen(const Lamp& lamp, const Vec3& place) const;
+  /// Of the lamp that around() does not hold, radiance in `weight`, and the density with which lamp() chooses the
+  /// direction; 0 for a point, or beside it.
+  [[nodiscard]] Sample lamp_along(const Vec3& direction, const Vec3& place) const;
 
  private:
   [[nodiscard]] Vec3 local(const Vec3& world) const;
@@ -70,8 +82,8 @@ class LightField {
   RenderOptions options_;
   const Surroundings* surroundings_;
   double turn_ = 0.0;  ///< Radians.
-  Vec3 up_, light_, light_x_, light_y_;
-  double disc_radius_ = 0.0;
+  Vec3 up_;
+  KeyLight key_;
 };
 
 }  // namespace patinate

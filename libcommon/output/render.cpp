@@ -54,6 +54,11 @@ void describe(OptionVisitor& v, RenderOptions& o) {
   v.visit({"light_elevation", "Height of the light", "deg", between(-90, 90)}, o.light_elevation_deg);
   v.visit({"light_size", "Half angle under which the light is seen; 0 = hard shadows", "deg", between(0, 60)},
           o.light_size_deg);
+  v.visit({"light_distance",
+           "From the middle of the mesh, or --target, to the light, in the mesh's unit: a near lamp, whose light falls "
+           "off with the square of the distance; 0 = far, its rays are parallel",
+           "", between(0, 1e9)},
+          o.light_distance);
   v.visit({"light", "Radiance of a white surface that faces the light", "", between(0, 1000)}, o.light);
   v.visit({"ambient", "Radiance of a white surface from light all around", "", between(0, 1000)}, o.ambient);
   v.visit({"ambient_gradient", "Share by which surfaces that face down get less of it", "", between(0, 1)},

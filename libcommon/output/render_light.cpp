@@ -61,45 +61,41 @@ LitMesh::LitMesh(const Mesh& mesh, const RenderOptions& options, const SurfaceDe
       box_(bounding_box(mesh_)),
       diagonal_(box_.diagonal()),
       up_(world_from_y_up(Vec3::UnitY(), options.up)),
+      light_(options, box_.center()),
       ground_(mesh_, box_, options.up) {
-  const double azimuth = (options.azimuth_deg + options.light_azimuth_deg) * kPi / 180.0;
-  const double elevation = options.light_elevation_deg * kPi / 180.0;
-  light_ = world_from_y_up(
-      {std::cos(elevation) * std::sin(azimuth), std::sin(elevation), std::cos(elevation) * std::cos(azimuth)},
-      options.up);
-  tangents(light_, light_x_, light_y_);
   // Seen from below, the ground would hide the object.
   if (camera.position.dot(up_) <= ground_.height()) options_.ground = false;
   ambient_ = occlusion_at_vertices(mesh_, scene_, diagonal_, options_, control.part(0.0, 0.7));
   if (options_.ground) ground_.find_visibility(scene_, options_, control.part(0.7, 1.0));
 }
 
-Vec3 LitMesh::light_direction(int x, int y, int sample, int num_samples) const {
-  if (!(options_.light_size_deg > 0.0)) return light_;
+Vec3 LitMesh::light_point(int x, int y, int sample, int num_samples) const {
   // Stratified by radius over the pixel's samples, so that few of them cover the light evenly.
   Vec2 square = sequence_point(sample, pixel_shift(x, y));
   square.x() = (sample + square.x()) / num_samples;
-  const double radius = std::tan(options_.light_size_deg * kPi / 180.0);
-  const Vec2 d = radius * disc_point(square);
-  return (light_ + d.x() * light_x_ + d.y() * light_y_).normalized();
+  return light_.point(square);
+}
+
+bool LitMesh::is_blocked(const Vec3& from, const KeyLight::Ray& ray) const {
+  constexpr double kFarthest = 1e30;
+  return scene_.first_hit(from, ray.direction, 0.0, std::min(ray.distance, kFarthest)).has_value();
 }
 
 LitPoint LitMesh::look(const Vec3& origin, const Vec3& direction, int x, int y, int sample, int num_samples) const {
-  std::array<Vec3, kLightRays> to_light;
-  for (int i = 0; i < kLightRays; ++i) {
-    to_light[static_cast<std::size_t>(i)] = light_direction(x, y, sample * kLightRays + i, num_samples * kLightRays);
-  }
-  if (const std::optional<RayHit> hit = scene_.first_hit(origin, direction)) return surface(*hit, direction, to_light);
+  std::array<Vec3, kLightRays> lamps;
+  for (int i = 0; i < kLightRays; ++i)
+    lamps[static_cast<std::size_t>(i)] = light_point(x, y, sample * kLightRays + i, num_samples * kLightRays);
+  if (const std::optional<RayHit> hit = scene_.first_hit(origin, direction)) return surface(*hit, direction, lamps);
   LitPoint point;
   const double fall = direction.dot(up_);
   if (options_.ground && fall < -1e-6) {
     const double distance = (ground_.height() - origin.dot(up_)) / fall;
-    point.diffuse = ground_light(origin + distance * direction, to_light);
+    point.diffuse = ground_light(origin + distance * direction, lamps);
   }
   return point;
 }
 
-LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, std::span<const Vec3> to_light) const {
+LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, std::span<const Vec3> lamps) const {
   const HitCorners corners = corners_of(mesh_, ambient_, static_cast<std::size_t>(hit.triangle));
   const std::array<Vec3, 3>& p = corners.positions;
   Vec3 face = (p[1] - p[0]).cross(p[2] - p[0]).normalized();
@@ -124,28 +120,30 @@ LitPoint LitMesh::surface(const RayHit& hit, const Vec3& direction, std::span<co
   point.diffuse =
       options_.ambient * gradient * (options_.occlusion_samples > 0 ? blend(corners.open, hit.b1, hit.b2) : 1.0);
   if (!(options_.light > 0.0)) return point;
-  const Vec3 from = smooth_place(corners, hit, side) + kRayOffset * diagonal_ * face;
-  const double share = options_.light / static_cast<double>(to_light.size());
-  for (const Vec3& light : to_light) {
-    const double facing = normal.dot(light);
-    if (!(facing > 0.0) || scene_.first_hit(from, light)) continue;
+  const Vec3 place = smooth_place(corners, hit, side), from = place + kRayOffset * diagonal_ * face;
+  for (const Vec3& lamp : lamps) {
+    const KeyLight::Ray light = light_.toward(lamp, place);
+    const double facing = normal.dot(light.direction);
+    if (!(facing > 0.0) || is_blocked(from, light)) continue;
+    const double share = options_.light / static_cast<double>(lamps.size()) * light.strength;
     point.diffuse += share * facing;
     if (options_.specular > 0.0)
-      point.specular += share * coat(normal, -direction, light, options_.specular, roughness);
+      point.specular += share * coat(normal, -direction, light.direction, options_.specular, roughness);
   }
   return point;
 }
 
 // Share of the light on open ground that arrives at p.
-double LitMesh::ground_light(const Vec3& p, std::span<const Vec3> to_light) const {
-  const double key = options_.light * std::max(0.0, light_.dot(up_));
+double LitMesh::ground_light(const Vec3& p, std::span<const Vec3> lamps) const {
+  const double key = options_.light * std::max(0.0, light_.toward(light_.direction(), p).direction.dot(up_));
   const double whole = options_.ambient + key;
   if (!(whole > 0.0)) return 1.0;
   double lit = 0.0;
-  for (const Vec3& light : to_light) {
-    if (light.dot(up_) > 0.0 && !scene_.first_hit(p + kRayOffset * diagonal_ * up_, light)) lit += 1.0;
+  for (const Vec3& lamp : lamps) {
+    const KeyLight::Ray light = light_.toward(lamp, p);
+    if (light.direction.dot(up_) > 0.0 && !is_blocked(p + kRayOffset * diagonal_ * up_, light)) lit += 1.0;
   }
-  return (options_.ambient * ground_.visibility(p) + key * lit / static_cast<double>(to_light.size())) / whole;
+  return (options_.ambient * ground_.visibility(p) + key * lit / static_cast<double>(lamps.size())) / whole;
 }
 
 }  // namespace patinate

@@ -9,6 +9,7 @@
 
 #include "libcommon/geometry/ray_scene.h"
 #include "libcommon/output/glb_tangents.h"
+#include "libcommon/output/key_light.h"
 #include "libcommon/output/occlusion.h"
 #include "libcommon/output/orbit_camera.h"
 #include "patinate/output/render.h"
@@ -40,9 +41,11 @@ class LitMesh {
                               int num_samples) const;
 
  private:
-  [[nodiscard]] LitPoint surface(const RayHit& hit, const Vec3& direction, std::span<const Vec3> to_light) const;
-  [[nodiscard]] double ground_light(const Vec3& p, std::span<const Vec3> to_light) const;
-  [[nodiscard]] Vec3 light_direction(int x, int y, int sample, int num_samples) const;
+  /// @param lamps  Points of the light.
+  [[nodiscard]] LitPoint surface(const RayHit& hit, const Vec3& direction, std::span<const Vec3> lamps) const;
+  [[nodiscard]] double ground_light(const Vec3& p, std::span<const Vec3> lamps) const;
+  [[nodiscard]] Vec3 light_point(int x, int y, int sample, int num_samples) const;
+  [[nodiscard]] bool is_blocked(const Vec3& from, const KeyLight::Ray& ray) const;
 
   Mesh mesh_;
   RenderOptions options_;
@@ -51,7 +54,8 @@ class LitMesh {
   RayScene scene_;
   Box box_;
   double diagonal_ = 0.0;
-  Vec3 up_, light_, light_x_, light_y_;
+  Vec3 up_;
+  KeyLight light_;
   Ground ground_;
   std::vector<float> ambient_;  // Per position: ambient visibility.
 };

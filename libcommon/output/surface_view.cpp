@@ -32,7 +32,7 @@ double luminance(const Vec3& c) { return 0.2126 * c.x() + 0.7152 * c.y() + 0.072
 
 /// What one ray of the camera may use of its pixel's sequences.
 struct Draws {
-  std::array<LightField::Sample, kLampRays> lamps = {};
+  std::array<LightField::Lamp, kLampRays> lamps = {};
   std::array<Vec2, kMirrorRays> mirrors = {};
   std::array<double, kMirrorRays> choices = {};
   int num_samples = 1;  ///< Of the pixel.
@@ -45,7 +45,7 @@ class Painter {
           const Surroundings* surroundings, const OrbitCamera& camera)
       : scene_(scene),
         options_(options),
-        light_(options, surface, surroundings),
+        light_(options, surface, surroundings, scene.box().center()),
         shows_surroundings_(options.backdrop == Backdrop::Environment && surroundings != nullptr),
         camera_(camera),
         // Seen from below, the ground would hide the object.
@@ -101,14 +101,19 @@ class Painter {
     const double smooth = luminance(light_.smooth_on(up));
     double whole = smooth, lit = smooth * scene_.ground().visibility(p);
     if (light_.has_lamps()) {
-      for (const LightField::Sample& lamp : draws.lamps) {
+      for (const LightField::Lamp& drawn : draws.lamps) {
+        const LightField::Sample lamp = light_.seen(drawn, p);
         const double share = luminance(lamp.weight) / kPi / kLampRays * std::max(0.0, lamp.direction.dot(up));
         whole += share;
-        if (share > 0.0 && !scene_.is_blocked(p + scene_.ray_offset() * up, lamp.direction)) lit += share;
+        if (share > 0.0 && !scene_.is_blocked(p + scene_.ray_offset() * up, lamp.direction, lamp.distance))
+          lit += share;
       }
     }
     return whole > 0.0 ? lit / whole : 1.0;
   }
+
+  // Where a place is lit: rays begin off the surface, which a near lamp would show.
+  [[nodiscard]] Vec3 on_surface(const SeenPoint& p) const { return p.place - scene_.ray_offset() * p.face; }
 
   static int num_mirrors(const SurfaceMaterial& material) {
     if (!(material.reflected() > kFaintMirror)) return 0;
@@ -121,7 +126,8 @@ class Painter {
     const int mirrors = num_mirrors(material);
     Vec3 sum = p.open * material.diffuse().cwiseProduct(light_.smooth_on(p.normal));
     if (light_.has_lamps()) {
-      for (const LightField::Sample& lamp : draws.lamps) {
+      for (const LightField::Lamp& drawn : draws.lamps) {
+        const LightField::Sample lamp = light_.seen(drawn, on_surface(p));
         const double facing = p.normal.dot(lamp.direction);
         if (!(lamp.pdf > 0.0)) continue;
         const SurfaceMaterial::Reflection mirror = material.reflection(lamp.direction);
@@ -129,7 +135,7 @@ class Painter {
         // Balance heuristic [Veach and Guibas 1995] with the mirror's own rays, where these look for lamps.
         if (!light_.has_lamps_around())
           seen += mirror.value * (is_dull(p, material) ? 1.0 : balance(kLampRays * lamp.pdf, mirrors * mirror.pdf));
-        if (!(seen.maxCoeff() > 0.0) || scene_.is_blocked(p.place, lamp.direction)) continue;
+        if (!(seen.maxCoeff() > 0.0) || scene_.is_blocked(p.place, lamp.direction, lamp.distance)) continue;
         sum += lamp.weight.cwiseProduct(seen) / kLampRays;
       }
     }
@@ -155,26 +161,29 @@ class Painter {
     const double below = direction.dot(p.face);
     if (below < 0.0) direction = (direction - 1.02 * below * p.face).normalized();
     const bool dull = is_dull(p, material);
+    const LightField::Sample lamp = light_.lamp_along(direction, p.place);
+    const Vec3 of_lamp =
+        lamp.pdf > 0.0 ? Vec3(lamp.weight * balance(mirrors * mirror.pdf, kLampRays * lamp.pdf)) : Vec3(Vec3::Zero());
     if (!dull) {
-      if (const std::optional<SeenPoint> hit = scene_.first_hit(p.place, direction))
-        return weight.cwiseProduct(second(*hit, draws));
+      if (const std::optional<SeenPoint> hit = scene_.first_hit(p.place, direction)) {
+        const bool is_behind = (hit->place - p.place).norm() > lamp.distance;  // A near lamp hides nothing.
+        return weight.cwiseProduct(second(*hit, draws) + (is_behind ? of_lamp : Vec3(Vec3::Zero())));
+      }
     }
     // Averaged over what the other rays leave to this one [Krivanek and Colbert 2008].
-    Vec3 light = light_.around(direction, kMirrorBlur / (mirrors * draws.num_samples * mirror.pdf));
+    const Vec3 light = light_.around(direction, kMirrorBlur / (mirrors * draws.num_samples * mirror.pdf));
     if (dull) return p.open * weight.cwiseProduct(light);
-    double pdf = 0.0;
-    const Vec3 lamps = light_.lamps(direction, pdf);
-    if (pdf > 0.0) light += lamps * balance(mirrors * mirror.pdf, kLampRays * pdf);
-    return weight.cwiseProduct(light);
+    return weight.cwiseProduct(light + of_lamp);
   }
 
   // What another surface sends into the mirror: its own mirror counts as dull.
   [[nodiscard]] Vec3 second(const SeenPoint& p, const Draws& draws) const {
     Vec3 light = p.open * light_.smooth_on(p.normal);
     if (light_.has_lamps()) {
-      for (const LightField::Sample& lamp : draws.lamps) {
+      for (const LightField::Lamp& drawn : draws.lamps) {
+        const LightField::Sample lamp = light_.seen(drawn, on_surface(p));
         const double facing = p.normal.dot(lamp.direction);
-        if (facing > 0.0 && !scene_.is_blocked(p.place, lamp.direction))
+        if (facing > 0.0 && !scene_.is_blocked(p.place, lamp.direction, lamp.distance))
           light += facing / kPi / kLampRays * lamp.weight;
       }
     }

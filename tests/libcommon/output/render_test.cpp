@@ -48,12 +48,14 @@ TEST(Render, ShowsAConvexWhiteBodyInWhiteLightAsWhite) {
   for (const float value : picture.values()) EXPECT_NEAR(value, 1.0f, 1e-5f);
 }
 
-TEST(Render, ShadesASphereByLambertsLaw) {
+/// @param light_distance  From the middle of the sphere; 0 = far.
+void shade_a_sphere(double light_distance) {
   RenderOptions o = bare();
   o.light = 1.0;
   o.azimuth_deg = o.elevation_deg = 0.0;
   o.light_azimuth_deg = 30.0;
   o.light_elevation_deg = 25.0;
+  o.light_distance = light_distance;
   o.width = o.height = 128;
   const Mesh mesh = ball(1.0, 128);
   const RenderView view(mesh, o);
@@ -70,15 +72,22 @@ TEST(Render, ShadesASphereByLambertsLaw) {
       const double b = camera.position.dot(d), disc = b * b - camera.position.squaredNorm() + 1.0;
       if (disc < 0.02 || mask.at(x, y) == 0) continue;
       const Vec3 n = camera.position + (-b - std::sqrt(disc)) * d;
-      if (std::abs(n.dot(light)) < 0.03) continue;  // The facets' own shadow line.
+      // A near light's own direction and distance; 1 / distance^2 is 1 in the middle.
+      const Vec3 way = light_distance > 0.0 ? Vec3(light_distance * light - n) : light;
+      const double facing = n.dot(way.normalized());
+      const double strength = light_distance > 0.0 ? light_distance * light_distance / way.squaredNorm() : 1.0;
+      if (std::abs(facing) < 0.03) continue;  // The facets' own shadow line.
       // The facets lie up to 1 - cos(pi / 128) = 3e-4 inside; seen obliquely that moves the hit, and the normal, by
       // more.
-      EXPECT_NEAR(picture.at(x, y, 0), std::max(0.0, n.dot(light)), 0.01) << x << " " << y;
+      EXPECT_NEAR(picture.at(x, y, 0), strength * std::max(0.0, facing), 0.01 * strength) << x << " " << y;
       ++num_checked;
     }
   }
   EXPECT_GT(num_checked, 5000);
 }
+
+TEST(Render, ShadesASphereByLambertsLaw) { shade_a_sphere(0.0); }
+TEST(Render, ANearLightFallsOffWithTheSquareOfItsDistance) { shade_a_sphere(2.5); }
 
 TEST(Render, FramesTheMeshFromEverySide) {
   Mesh mesh = ball(1.0, 24);

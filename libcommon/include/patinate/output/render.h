@@ -39,14 +39,17 @@ struct RenderOptions {
   double light_azimuth_deg = -50.0;   ///< From the camera's azimuth; < 0 is on the viewer's left.
   double light_elevation_deg = 42.0;  ///< [-90, 90].
   double light_size_deg = 7.0;        ///< Half angle of the light; 0 gives hard shadows; [0, 60].
-  double light = 0.80;                ///< A white surface that faces the light gets this radiance from it; >= 0.
-  double ambient = 0.42;              ///< The same from all around; >= 0.
-  double ambient_gradient = 0.35;     ///< Share by which downward surfaces get less ambient light; [0, 1].
-  int occlusion_samples = 64;         ///< Ambient rays per vertex; 0 = ambient is not occluded; [0, 4096].
-  double occlusion_reach = 0.4;       ///< Length of ambient rays in bounding box diagonals; > 0.
-  double specular = 0.04;             ///< Reflectance at normal incidence of a dielectric coat; 0 = diffuse; [0, 1].
-  double roughness = 0.45;            ///< GGX roughness of the coat; [0.05, 1].
-  bool ground = true;                 ///< The backdrop catches shadows at the object's lowest point.
+  double light_distance = 0.0;  ///< From the middle of the mesh, or the target, in the mesh's unit; the light then
+                                ///< falls off with the square of the distance; 0 = far: its rays are parallel; >= 0.
+  double light = 0.80;             ///< A white surface that faces the light gets this radiance from it, where the
+                                   ///< light is near: in the middle; >= 0.
+  double ambient = 0.42;           ///< The same from all around; >= 0.
+  double ambient_gradient = 0.35;  ///< Share by which downward surfaces get less ambient light; [0, 1].
+  int occlusion_samples = 64;      ///< Ambient rays per vertex; 0 = ambient is not occluded; [0, 4096].
+  double occlusion_reach = 0.4;    ///< Length of ambient rays in bounding box diagonals; > 0.
+  double specular = 0.04;          ///< Reflectance at normal incidence of a dielectric coat; 0 = diffuse; [0, 1].
+  double roughness = 0.45;         ///< GGX roughness of the coat; [0.05, 1].
+  bool ground = true;              ///< The backdrop catches shadows at the object's lowest point.
   Backdrop backdrop = Backdrop::Studio;
   double background = 0.62;  ///< Linear gray of the studio backdrop's brightest part; [0, 1].
   /// What the camera looks at, and from how far, in the mesh's unit; finite, > 0. Without either the whole mesh fits

@@ -39,8 +39,8 @@ struct RenderOptions {
   double light_azimuth_deg = -50.0;   ///< From the camera's azimuth; < 0 is on the viewer's left.
   double light_elevation_deg = 42.0;  ///< [-90, 90].
   double light_size_deg = 7.0;        ///< Half angle of the light; 0 gives hard shadows; [0, 60].
-  double light_distance = 0.0;  ///< From the middle of the mesh, or the target, in the mesh's unit; the light then
-                                ///< falls off with the square of the distance; 0 = far: its rays are parallel; >= 0.
+  double light_distance = 0.0;     ///< From the middle of the mesh, or the target, in the mesh's unit; the light then
+                                   ///< falls off with the square of the distance; 0 = far: its rays are parallel; >= 0.
   double light = 0.80;             ///< A white surface that faces the light gets this radiance from it, where the
                                    ///< light is near: in the middle; >= 0.
   double ambient = 0.42;           ///< The same from all around; >= 0.

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <utility>
 
+#include "libcommon/core/stopwatch.h"
 #include "libcommon/device/device_state.h"
 
 namespace patinate::device {
@@ -77,23 +77,6 @@ std::vector<DeviceInfo> list_devices(const OpenCl& cl) {
   }
   return found;
 }
-
-namespace {
-
-/// Adds the seconds of its life.
-class Stopwatch {
- public:
-  explicit Stopwatch(double& sum) : sum_(sum) {}
-  ~Stopwatch() { sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-
- private:
-  double& sum_;
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-};
-
-}  // namespace
 
 void DeviceState::check(cl_int code, const std::string& what) const {
   if (code != CL_SUCCESS)

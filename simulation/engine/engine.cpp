@@ -1,13 +1,13 @@
 #include "patinate/simulation/engine.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <iterator>
 #include <limits>
 #include <optional>
 #include <utility>
 
+#include "libcommon/core/stopwatch.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "simulation/engine/engine_state.h"
@@ -16,19 +16,6 @@
 namespace patinate::simulation {
 
 namespace {
-
-/// Adds what a stretch of work took.
-class Stopwatch {
- public:
-  explicit Stopwatch(double& sum) : sum_(sum) {}
-  ~Stopwatch() { sum_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count(); }
-  Stopwatch(const Stopwatch&) = delete;
-  Stopwatch& operator=(const Stopwatch&) = delete;
-
- private:
-  double& sum_;
-  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-};
 
 CargoEnd cargo_end(DeathReason reason) {
   switch (reason) {

@@ -120,7 +120,8 @@ struct SearchDevice::Level::State {
   template <class Launch>
   void for_each_launch(std::uint64_t num_texels, std::uint64_t items_each, std::uint64_t group,
                        const RunControl& control, const Launch& launch) const {
-    const std::uint64_t most = device.info().is_gpu ? std::uint64_t{1} << 18 : std::uint64_t{1} << 12;
+    // Bounded in items: small cards, too, are to be done with a launch before a display notices.
+    const std::uint64_t most = (device.info().is_gpu ? std::uint64_t{1} << 21 : std::uint64_t{1} << 17) / items_each;
     for (std::uint64_t first = 0; first < num_texels; first += most) {
       control.throw_if_stopped();
       const std::uint64_t num = std::min(most, num_texels - first) * items_each;

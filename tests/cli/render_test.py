@@ -107,6 +107,12 @@ class Render(unittest.TestCase):
             self.make("render", *mesh, *more, "-o", f"{name}.exr")
             self.assertNotEqual(self.bytes_of("flat.exr"), self.bytes_of(f"{name}.exr"), name)
 
+    def test_a_near_light_within_the_mesh_is_said(self):
+        wet = ["render", "wet", "--time", "40", *SMALL, "--light-distance"]
+        self.assertIn("the light stands within the mesh's bounding box", self.make(*wet, "1", "-o", "dark.png").stderr)
+        self.assertNotIn("stands within", self.make(*wet, "1e5", "-o", "lit.png").stderr)
+        self.assertNotEqual(self.bytes_of("dark.png"), self.bytes_of("lit.png"))
+
     def test_mistakes_are_named(self):
         self.fails("front, left, back", "wet", "--views", "above")
         self.fails("show one time", "wet", "--views", "front", "--times", "0,1")

@@ -7,8 +7,10 @@
 #include <utility>
 
 #include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/output/contact_strip.h"
+#include "libcommon/output/key_light.h"
 #include "patinate/atlas/atlas_mesh.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
@@ -149,6 +151,19 @@ std::vector<double> times_of(const RenderTask& task, const AgingMesh& mesh, std:
   return task.times.resolve(mesh.history, is_series(task.output) ? kMoviePictures : kStripPictures, notes);
 }
 
+/// Says where a near light may reach little of what it is to light, and how large that is: its unit is easily missed.
+void note_near_light(const RenderOptions& options, const Mesh& mesh, std::vector<std::string>& notes) {
+  const Box box = bounding_box(mesh);
+  const Vec3 place =
+      options.target.value_or(box.center()) + options.light_distance * KeyLight(options, box.center()).direction();
+  const bool is_within = (place - box.low).minCoeff() >= 0.0 && (box.high - place).minCoeff() >= 0.0;
+  if (!(options.light_distance > 0.0) || !is_within) return;
+  const Vec3 size = box.high - box.low;
+  notes.push_back("--light-distance: the light stands within the mesh's bounding box (" + short_number_text(size.x()) +
+                  " x " + short_number_text(size.y()) + " x " + short_number_text(size.z()) +
+                  " in its unit); what it cannot reach stays dark");
+}
+
 OutputWork aging_mesh_work(const SharedTask& task) {
   const auto mesh =
       task->mesh ? task->mesh : std::make_shared<const AgingMesh>(open_aging_mesh(task->subject, task->shown.film));
@@ -156,6 +171,7 @@ OutputWork aging_mesh_work(const SharedTask& task) {
   if (mesh->is_reduced)
     notes.push_back(task->subject.string() +
                     ": has more texels than are held at once; pictures show its color, reduced");
+  note_near_light(task->options, mesh->mesh, notes);
   const std::vector<double> times = times_of(*task, *mesh, notes);
   if (task->has_views() && times.size() != 1)
     throw UsageError("--views, --turntable: show one time; give it with --time");
@@ -235,7 +251,9 @@ OutputWork mesh_work(const SharedTask& task) {
   const auto studio = std::make_shared<PictureStudio>(
       task, over_sheet, [maps](double, const RunControl&) { return maps->color; }, all,
       static_cast<double>(maps->color.width()) * maps->color.height());
-  return views_work(*task, hash.hex(), studio, 0.0);
+  OutputWork work = views_work(*task, hash.hex(), studio, 0.0);
+  note_near_light(task->options, mesh, work.notes);
+  return work;
 }
 
 }  // namespace

@@ -50,6 +50,13 @@ struct RayScene::Impl {
     r.mask = 0xffffffffu;
     return r;
   }
+
+  [[nodiscard]] bool is_blocked(RTCRay query) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcOccluded1(scene.get(), &context, &query);
+    return query.tfar < 0.0F;
+  }
 };
 
 #ifdef __SANITIZE_THREAD__
@@ -108,11 +115,11 @@ std::optional<RayHit> RayScene::first_hit(const Vec3& origin, const Vec3& direct
 bool RayScene::is_blocked(const Vec3& from, const Vec3& to, double epsilon) const {
   const double length = (to - from).norm();
   if (!(length > 2.0 * epsilon)) return false;
-  RTCRay query = impl_->ray(from, (to - from) / length, epsilon, length - epsilon);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(impl_->scene.get(), &context, &query);
-  return query.tfar < 0.0F;
+  return impl_->is_blocked(impl_->ray(from, (to - from) / length, epsilon, length - epsilon));
+}
+
+bool RayScene::is_blocked_along(const Vec3& origin, const Vec3& direction, double max_distance) const {
+  return impl_->is_blocked(impl_->ray(origin, direction, 0.0, std::min(max_distance, 1e30)));
 }
 
 unsigned RayScene::blocked_of_8(std::span<const Vec3> origins, const Vec3& direction, double max_distance) const {

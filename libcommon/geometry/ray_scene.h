@@ -29,6 +29,8 @@ class RayScene {
   /// First hit along a unit direction in [min_distance, max_distance], mesh units.
   [[nodiscard]] std::optional<RayHit> first_hit(const Vec3& origin, const Vec3& direction, double min_distance = 0.0,
                                                 double max_distance = 1e30) const;
+  /// Whether anything lies along a unit direction within `max_distance`, mesh units.
+  [[nodiscard]] bool is_blocked_along(const Vec3& origin, const Vec3& direction, double max_distance = 1e30) const;
   /// Whether anything lies on the segment, its ends shortened by `epsilon`.
   [[nodiscard]] bool is_blocked(const Vec3& from, const Vec3& to, double epsilon) const;
   /// Whether anything lies within `max_distance` along one unit direction from each of at most 8 points, which should

@@ -12,7 +12,8 @@ namespace patinate {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kLightRays = 3;        // Per ray of the camera.
+constexpr int kLightRays = 3;        // Per ray of the camera,
+constexpr int kGroundRays = 16;      // and where it meets the ground, whose even gray shows each that is missing.
 constexpr double kRayOffset = 1e-4;  // Of the diagonal, off the surface.
 
 // GGX lobe with Smith's shadowing and Schlick's Fresnel term, times n.l.
@@ -77,20 +78,23 @@ Vec3 LitMesh::light_point(int x, int y, int sample, int num_samples) const {
 }
 
 bool LitMesh::is_blocked(const Vec3& from, const KeyLight::Ray& ray) const {
-  constexpr double kFarthest = 1e30;
-  return scene_.first_hit(from, ray.direction, 0.0, std::min(ray.distance, kFarthest)).has_value();
+  return scene_.is_blocked_along(from, ray.direction, ray.distance);
 }
 
 LitPoint LitMesh::look(const Vec3& origin, const Vec3& direction, int x, int y, int sample, int num_samples) const {
-  std::array<Vec3, kLightRays> lamps;
-  for (int i = 0; i < kLightRays; ++i)
-    lamps[static_cast<std::size_t>(i)] = light_point(x, y, sample * kLightRays + i, num_samples * kLightRays);
-  if (const std::optional<RayHit> hit = scene_.first_hit(origin, direction)) return surface(*hit, direction, lamps);
+  std::array<Vec3, std::max(kLightRays, kGroundRays)> points;
+  const auto lamps = [&](int num) {
+    for (int i = 0; i < num; ++i)
+      points[static_cast<std::size_t>(i)] = light_point(x, y, sample * num + i, num_samples * num);
+    return std::span<const Vec3>(points).first(static_cast<std::size_t>(num));
+  };
+  if (const std::optional<RayHit> hit = scene_.first_hit(origin, direction))
+    return surface(*hit, direction, lamps(kLightRays));
   LitPoint point;
   const double fall = direction.dot(up_);
   if (options_.ground && fall < -1e-6) {
     const double distance = (ground_.height() - origin.dot(up_)) / fall;
-    point.diffuse = ground_light(origin + distance * direction, lamps);
+    point.diffuse = ground_light(origin + distance * direction, lamps(kGroundRays));
   }
   return point;
 }

@@ -46,11 +46,10 @@ class SurfaceScene {
   [[nodiscard]] std::optional<SeenPoint> first_hit(const Vec3& origin, const Vec3& direction) const;
   [[nodiscard]] bool is_blocked(const Vec3& origin, const Vec3& direction,
                                 double distance = std::numeric_limits<double>::infinity()) const {
-    return scene_->first_hit(origin, direction, 0.0, std::min(distance, kFarthest)).has_value();
+    return scene_->is_blocked_along(origin, direction, distance);
   }
 
  private:
-  static constexpr double kFarthest = 1e30;
   [[nodiscard]] SeenPoint point(const RayHit& hit, const Vec3& direction) const;
   void read_material(SeenPoint& point, const Vec2& uv) const;
   void read_leaf(SeenPoint& point, std::size_t triangle, const RayHit& hit) const;

@@ -18,7 +18,8 @@ namespace patinate {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kLampRays = 3;              // Per ray of the camera.
+constexpr int kLampRays = 3;              // Per ray of the camera,
+constexpr int kGroundRays = 16;           // and where it meets the ground, whose even gray shows each that is missing.
 constexpr int kMirrorRays = 4;            // The same, where the mirror is nearly all that is seen; fewer elsewhere.
 constexpr double kMirrorBlur = 2.0;       // Solid angles of rays overlap by this, so that they do not show.
 constexpr double kDullRoughness = 0.6;    // Above it, where little is reflected, ambient visibility
@@ -35,6 +36,8 @@ struct Draws {
   std::array<LightField::Lamp, kLampRays> lamps = {};
   std::array<Vec2, kMirrorRays> mirrors = {};
   std::array<double, kMirrorRays> choices = {};
+  Vec2 lamp_shift = Vec2::Zero();
+  int sample = 0;
   int num_samples = 1;  ///< Of the pixel.
 };
 
@@ -58,9 +61,10 @@ class Painter {
         kPixel);
     const Vec2 lamp_shift = pixel_shift(x, y), mirror_shift(random.uniform(), random.uniform());
     const double choice_shift = random.uniform();
-    Draws draws{.num_samples = side * side};
+    Draws draws{.lamp_shift = lamp_shift, .num_samples = side * side};
     Vec3 sum = Vec3::Zero();
     for (int k = 0; k < draws.num_samples; ++k) {
+      draws.sample = k;
       const double u = (x + (k % side + 0.5) / side) / options_.width;
       const double v = (y + (k / side + 0.5) / side) / options_.height;
       if (light_.has_lamps()) {
@@ -101,9 +105,10 @@ class Painter {
     const double smooth = luminance(light_.smooth_on(up));
     double whole = smooth, lit = smooth * scene_.ground().visibility(p);
     if (light_.has_lamps()) {
-      for (const LightField::Lamp& drawn : draws.lamps) {
-        const LightField::Sample lamp = light_.seen(drawn, p);
-        const double share = luminance(lamp.weight) / kPi / kLampRays * std::max(0.0, lamp.direction.dot(up));
+      for (int i = 0; i < kGroundRays; ++i) {
+        const Vec2 square = sequence_point(kGroundRays * draws.sample + i, draws.lamp_shift);
+        const LightField::Sample lamp = light_.seen(light_.lamp(square), p);
+        const double share = luminance(lamp.weight) / kPi / kGroundRays * std::max(0.0, lamp.direction.dot(up));
         whole += share;
         if (share > 0.0 && !scene_.is_blocked(p + scene_.ray_offset() * up, lamp.direction, lamp.distance))
           lit += share;

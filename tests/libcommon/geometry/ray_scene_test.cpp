@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "libcommon/core/random.h"
 #include "tests/libcommon/geometry/shapes.h"
@@ -38,6 +39,10 @@ TEST(RayScene, KeepsToItsRangeOfDistances) {
   EXPECT_NEAR(scene.first_hit(origin, Vec3::UnitZ())->distance, 1.0, kFloat);
   EXPECT_NEAR(scene.first_hit(origin, Vec3::UnitZ(), 1.5)->distance, 2.0, kFloat);
   EXPECT_FALSE(scene.first_hit(origin, Vec3::UnitZ(), 0.0, 0.9));
+  EXPECT_TRUE(scene.is_blocked_along(origin, Vec3::UnitZ()));
+  EXPECT_TRUE(scene.is_blocked_along(origin, Vec3::UnitZ(), 1.1));
+  EXPECT_FALSE(scene.is_blocked_along(origin, Vec3::UnitZ(), 0.9));
+  EXPECT_FALSE(scene.is_blocked_along(origin, -Vec3::UnitZ(), std::numeric_limits<double>::infinity()));
 }
 
 TEST(RayScene, SegmentsAreBlockedOnlyBetweenTheirEnds) {

@@ -134,14 +134,11 @@ TEST(Render, ZUpIsTheSamePictureOfATurnedMesh) {
   EXPECT_LE(num_different, static_cast<int>(a.values().size() / 500));  // Rounding at outlines.
 }
 
-// A small plate at height 1 above the middle of a large one.
-Mesh table() {
-  Mesh mesh = plate(4.0, 0.0);
-  const Mesh small = plate(1.0, 1.0);
+Mesh both(Mesh mesh, const Mesh& other) {
   const int offset = static_cast<int>(mesh.positions.size());
-  mesh.positions.insert(mesh.positions.end(), small.positions.begin(), small.positions.end());
-  mesh.uvs.insert(mesh.uvs.end(), small.uvs.begin(), small.uvs.end());
-  for (Triangle t : small.triangles) {
+  mesh.positions.insert(mesh.positions.end(), other.positions.begin(), other.positions.end());
+  mesh.uvs.insert(mesh.uvs.end(), other.uvs.begin(), other.uvs.end());
+  for (Triangle t : other.triangles) {
     for (int& i : t) i += offset;
     mesh.triangles.push_back(t);
     mesh.uv_triangles.push_back(t);
@@ -149,6 +146,9 @@ Mesh table() {
   }
   return mesh;
 }
+
+// A small plate at height 1 above the middle of a large one.
+Mesh table() { return both(plate(4.0, 0.0), plate(1.0, 1.0)); }
 
 // What the picture shows at a place in the world.
 float seen(const ImageF& picture, const OrbitCamera& camera, const Vec3& p) {
@@ -207,6 +207,49 @@ TEST(Render, NeighborsInAPenumbraMakeUpForEachOther) {
   ASSERT_GT(count, 100);
   EXPECT_GT(alone / count, 1e-4);  // One sample a pixel errs.
   EXPECT_LT(std::sqrt(together / alone), 1.0 / 3.0);
+}
+
+// What is seen of a disc of radius 1 beside a straight edge, `x` from its middle.
+double lit_share(double x) {
+  const double c = std::clamp(x, -1.0, 1.0);
+  return 1.0 - (std::acos(c) - c * std::sqrt(1.0 - c * c)) / std::numbers::pi;
+}
+
+// Points that are spread evenly over a disc err at a straight edge by their number^-3/4 at most: 64 of a pixel.
+TEST(Render, TheGroundShowsASmoothPenumbra) {
+  // A roof over one side, and a speck on the ground that says where that is.
+  constexpr double kRoof = 8.0;
+  Mesh roof = plate(kRoof, 1.0);
+  for (Vec3& p : roof.positions) p.x() -= 0.5 * kRoof;
+  const Mesh mesh = both(std::move(roof), plate(0.01, 0.0));
+  RenderOptions o = bare();
+  o.samples = 4;
+  o.light = 1.0;
+  o.light_size_deg = 20.0;
+  o.light_elevation_deg = 90.0;
+  o.ground = true;
+  o.elevation_deg = 20.0;
+  o.azimuth_deg = 90.0;
+  o.target = Vec3(0.0, 0.0, 0.0);
+  o.distance = 1.5;
+  const OrbitCamera camera = fitted_camera(mesh, o);
+  const ImageF picture = render(mesh, kWhite, o);
+  double errors = 0.0;
+  int count = 0;
+  for (int y = 0; y < o.height; ++y) {
+    for (int x = 0; x < o.width; ++x) {
+      const Vec3 direction = camera.direction((x + 0.5) / o.width, (y + 0.5) / o.height);
+      if (!(direction.y() < -0.05)) continue;
+      const Vec3 place = camera.position - camera.position.y() / direction.y() * direction;
+      const double share = lit_share(place.x() / std::tan(o.light_size_deg * std::numbers::pi / 180.0));
+      if (share < 0.02 || share > 0.98 || std::abs(place.z()) < 0.03) continue;
+      const double error = static_cast<double>(picture.at(x, y, 0)) - share;
+      errors += error * error;
+      ++count;
+    }
+  }
+  ASSERT_GT(count, 500);
+  EXPECT_LT(std::sqrt(errors / count), std::pow(64.0, -0.75));
 }
 
 TEST(Render, AmbientLightIsWeakerUnderARoof) {

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <array>
 
+#include "libcommon/core/parallel.h"
+
 namespace patinate::simulation {
 
 namespace {
@@ -47,8 +49,20 @@ constexpr double kLowest = 1e-3;  // of the height: what lies in the triangle's 
 Clearance::Clearance(const RayTracer& rays, const TriangleFrames& frames, int num_triangles, double height_mm)
     : rays_(&rays),
       frames_(&frames),
+      num_triangles_(num_triangles),
       height_(height_mm),
       known_(std::make_unique<std::atomic<std::uint8_t>[]>(static_cast<std::size_t>(num_triangles) * 2)) {}
+
+std::vector<std::uint8_t> Clearance::all(const RunControl& control) {
+  std::vector<std::uint8_t> clear(static_cast<std::size_t>(num_triangles_) * 2);
+  parallel_for(num_triangles_, 256, control, [&](std::int64_t begin, std::int64_t end) {
+    for (auto t = static_cast<int>(begin); t < end; ++t) {
+      for (const int side : {0, 1})
+        clear[static_cast<std::size_t>(2 * t + side)] = is_clear(t, side == 0) ? std::uint8_t{1} : std::uint8_t{0};
+    }
+  });
+  return clear;
+}
 
 bool Clearance::find(int triangle, bool is_front) const {
   const Vec3 a = frames_->corner(triangle, 0), e1 = frames_->corner(triangle, 1) - a,

@@ -5,7 +5,9 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
+#include "patinate/core/run_control.h"
 #include "simulation/tracing/ray_tracer.h"
 #include "simulation/tracing/triangle_frames.h"
 
@@ -26,6 +28,8 @@ class Clearance {
     known.store(found ? kClear : kCut, std::memory_order_relaxed);
     return found;
   }
+  /// Of all triangles, both sides: 1 where is_clear(), else 0; by triangle, its front first.
+  [[nodiscard]] std::vector<std::uint8_t> all(const RunControl& control);
   [[nodiscard]] double height_mm() const { return height_; }
 
  private:
@@ -34,6 +38,7 @@ class Clearance {
 
   const RayTracer* rays_;
   const TriangleFrames* frames_;
+  int num_triangles_;
   double height_;
   std::unique_ptr<std::atomic<std::uint8_t>[]> known_;
 };

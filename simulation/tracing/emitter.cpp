@@ -12,7 +12,12 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr std::uint32_t kBirthPurpose = 0x62697274;
+using namespace direction_types;
+using random_kernel::random_next;
+using random_kernel::random_state;
+using random_kernel::RandomState;
+#include "simulation/tracing/birth_kernel.inl"
+
 constexpr double kWidestSky = 80.0 / 360.0;  // turns: flatter rays would need a sky without end
 
 /// The first side is as near to world x as the direction allows.
@@ -147,36 +152,31 @@ PlacedEmitter place_emitter(const Emitter& emitter, const SceneMesh& scene_mesh,
   return placed;
 }
 
+EmitterFacts facts_of(const PlacedEmitter& emitter) {
+  EmitterFacts facts{.center = vector_of(emitter.center),
+                     .u = vector_of(emitter.u),
+                     .v = vector_of(emitter.v),
+                     .direction = vector_of(emitter.direction),
+                     .half_u = emitter.half_u,
+                     .half_v = emitter.half_v,
+                     .spread_cosine = emitter.spread_cosine,
+                     .speed = emitter.speed,
+                     .shape = motion_types::kBornAtPoint,
+                     .is_on = 1,
+                     .end_born = 0xFFFFFFFFu,
+                     .padding = 0};
+  if (emitter.shape == EmitterShape::Disk) facts.shape = motion_types::kBornOnDisk;
+  if (emitter.shape == EmitterShape::Sphere) facts.shape = motion_types::kBornOnSphere;
+  if (emitter.shape == EmitterShape::Rectangle || emitter.shape == EmitterShape::Sky)
+    facts.shape = motion_types::kBornOnRectangle;
+  return facts;
+}
+
 Birth make_birth(const PlacedEmitter& emitter, std::uint64_t seed, std::uint32_t gammaton, std::uint32_t number) {
-  RandomStream random(seed, std::uint64_t{number} << 32 | gammaton, kBirthPurpose);
-  Vec3 position = emitter.center;
-  Vec3 axis = emitter.direction;
-  switch (emitter.shape) {
-    case EmitterShape::Disk: {
-      const double radius = std::sqrt(random.uniform());
-      const SineCosine turn = sine_cosine_of(random.next_u32());
-      position += radius * emitter.half_u * (turn.cosine * emitter.u + turn.sine * emitter.v);
-      break;
-    }
-    case EmitterShape::Sky:
-    case EmitterShape::Rectangle: {
-      const double a = 2.0 * random.uniform() - 1.0;
-      position += a * emitter.half_u * emitter.u + (2.0 * random.uniform() - 1.0) * emitter.half_v * emitter.v;
-      break;
-    }
-    case EmitterShape::Sphere: {
-      const std::uint32_t a = random.next_u32();
-      axis = cone_direction(Vec3::UnitZ(), -1.0, a, random.next_u32());
-      position += emitter.half_u * axis;
-      break;
-    }
-    case EmitterShape::Point:
-    case EmitterShape::Surface:
-      break;
-  }
-  const std::uint32_t a = random.next_u32();
-  return {.position = position,
-          .velocity = emitter.speed * cone_direction(axis, emitter.spread_cosine, a, random.next_u32())};
+  const EmitterFacts facts = facts_of(emitter);
+  Drop drop;
+  give_birth(&facts, seed, gammaton, number, &drop);
+  return {.position = vec3(drop.position), .velocity = vec3(drop.velocity)};
 }
 
 }  // namespace patinate::simulation

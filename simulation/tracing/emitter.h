@@ -4,7 +4,7 @@
 
 #include "patinate/simulation/scene.h"
 #include "patinate/simulation/surface_atlas.h"
-#include "simulation/tracing/ray_tracer.h"
+#include "simulation/tracing/motion_facts.h"
 
 namespace patinate::simulation {
 
@@ -37,6 +37,9 @@ struct Birth {
 /// The `number`-th birth of a gammaton: a function of (seed, gammaton, number) alone. Uniform over the shape's area.
 [[nodiscard]] Birth make_birth(const PlacedEmitter& emitter, std::uint64_t seed, std::uint32_t gammaton,
                                std::uint32_t number);
+
+/// As kernels have it.
+[[nodiscard]] EmitterFacts facts_of(const PlacedEmitter& emitter);
 
 /// Volume that an object encloses, mm^3; negative when it is inside out.
 [[nodiscard]] double signed_volume(const SceneMesh& scene_mesh, int object);

@@ -43,38 +43,38 @@ FreeSpace::FreeSpace(const RayTracer& rays) {
   const Box& box = rays.box();
   const double margin = 4e-3 * box.diagonal() + 4e-6;  // more than flight leaves around the box
   const Vec3 extent = box.high - box.low + Vec3::Constant(2.0 * margin);
-  low_ = box.low - Vec3::Constant(margin);
-  cell_ = extent.maxCoeff() / kMostCells;
-  inverse_cell_ = 1.0 / cell_;
+  const Vec3 low = box.low - Vec3::Constant(margin);
+  const double cell = extent.maxCoeff() / kMostCells, inverse = 1.0 / cell;
+  std::array<int, 3> size{};
   for (std::size_t a = 0; a < 3; ++a)
-    size_[a] = std::max(1, static_cast<int>(std::ceil(extent[static_cast<Eigen::Index>(a)] * inverse_cell_)));
+    size[a] = std::max(1, static_cast<int>(std::ceil(extent[static_cast<Eigen::Index>(a)] * inverse)));
+  facts_ = {.low = vector_of(low), .cell = cell, .inverse_cell = inverse, .size = {size[0], size[1], size[2]}};
   // Distances to the nearest cell with a triangle's box in it, in the maximum norm: one axis after the other.
   std::vector<std::uint8_t> distance(
-      static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(size_[2]),
-      kFar);
+      static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) * static_cast<std::size_t>(size[2]), kFar);
   for (const TriangleBlock& block : rays.blocks()) {
     for (std::size_t lane = 0; lane < 4; ++lane) {
       std::array<int, 3> from{}, to{};
       for (std::size_t a = 0; a < 3; ++a) {
         const auto& c = block.corner;
-        const double origin = rays.center()[static_cast<Eigen::Index>(a)] - low_[static_cast<Eigen::Index>(a)];
+        const double origin = rays.center()[static_cast<Eigen::Index>(a)] - low[static_cast<Eigen::Index>(a)];
         const double lowest =
             static_cast<double>(std::min({c[0][a][lane], c[1][a][lane], c[2][a][lane]})) + origin - 0.25 * margin;
         const double highest =
             static_cast<double>(std::max({c[0][a][lane], c[1][a][lane], c[2][a][lane]})) + origin + 0.25 * margin;
-        from[a] = std::clamp(static_cast<int>(lowest * inverse_cell_), 0, size_[a] - 1);
-        to[a] = std::clamp(static_cast<int>(highest * inverse_cell_), 0, size_[a] - 1);
+        from[a] = std::clamp(static_cast<int>(lowest * inverse), 0, size[a] - 1);
+        to[a] = std::clamp(static_cast<int>(highest * inverse), 0, size[a] - 1);
       }
       for (int z = from[2]; z <= to[2]; ++z) {
         for (int y = from[1]; y <= to[1]; ++y) {
           for (int x = from[0]; x <= to[0]; ++x)
-            distance[static_cast<std::size_t>((z * size_[1] + y) * size_[0] + x)] = 0;
+            distance[static_cast<std::size_t>((z * size[1] + y) * size[0] + x)] = 0;
         }
       }
     }
   }
-  spread(distance, size_, 1);
-  spread(distance, size_, -1);
+  spread(distance, size, 1);
+  spread(distance, size, -1);
   // A neighbor at distance 1 may touch: empty all around are one less.
   empty_.resize(distance.size());
   for (std::size_t i = 0; i < distance.size(); ++i)

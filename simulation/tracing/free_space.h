@@ -3,9 +3,10 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
-#include "simulation/tracing/ray_tracer.h"
+#include "simulation/tracing/motion_facts.h"
 
 namespace patinate::simulation {
 
@@ -18,20 +19,16 @@ class FreeSpace {
   /// Nothing lies nearer to `p` than this along any axis (in the maximum norm), mm; 0 where something may. Outside of
   /// the grid: 0.
   [[nodiscard]] double distance(const Vec3& p) const {
-    const Vec3 at = (p - low_) * inverse_cell_;
-    if (!(at.x() >= 0.0 && at.y() >= 0.0 && at.z() >= 0.0 && at.x() < size_[0] && at.y() < size_[1] &&
-          at.z() < size_[2]))
-      return 0.0;
-    const int x = static_cast<int>(at.x()), y = static_cast<int>(at.y()), z = static_cast<int>(at.z());
-    return empty_[static_cast<std::size_t>((z * size_[1] + y) * size_[0] + x)] * cell_;
+    return motion_types::free_distance(&facts_, empty_.data(), vector_of(p));
   }
-  [[nodiscard]] double cell_mm() const { return cell_; }
+  [[nodiscard]] double cell_mm() const { return facts_.cell; }
+  [[nodiscard]] const SpaceFacts& facts() const { return facts_; }
+  /// By cell: how many are empty on all sides of it, less than 256.
+  [[nodiscard]] std::span<const std::uint8_t> empty() const { return empty_; }
 
  private:
-  Vec3 low_ = Vec3::Zero();
-  double cell_ = 1.0, inverse_cell_ = 1.0;
-  std::array<int, 3> size_{0, 0, 0};
-  std::vector<std::uint8_t> empty_;  ///< Cells that are empty on all sides of this one, less than 256.
+  SpaceFacts facts_;
+  std::vector<std::uint8_t> empty_;
 };
 
 }  // namespace patinate::simulation

@@ -6,37 +6,33 @@
 #include <optional>
 
 #include "libcommon/core/parallel.h"
-#include "libcommon/core/random.h"
 #include "patinate/core/error.h"
 #include "simulation/tracing/emitter.h"
 #include "simulation/tracing/pieces.h"
 #include "simulation/tracing/place_order.h"
-#include "simulation/tracing/response.h"
 
 namespace patinate::simulation {
 
 namespace {
 
-constexpr std::uint32_t kResponsePurpose = 0x726f756c;
-constexpr std::uint32_t kStridePurpose = 0x73747264;
 constexpr std::size_t kMostGammatons = 100'000'000;
 
-Gammaton take(const Gammatons& all, std::size_t i) {
-  return {.state = all.state[i],
+Drop take(const Gammatons& all, std::size_t i) {
+  return {.state = static_cast<std::uint32_t>(all.state[i]),
           .is_front = all.is_front[i] != 0,
           .at = {.triangle = all.triangle[i], .b1 = all.b1[i], .b2 = all.b2[i]},
-          .position = all.position[i],
-          .velocity = all.velocity[i]};
+          .position = vector_of(all.position[i]),
+          .velocity = vector_of(all.velocity[i])};
 }
 
-void put(Gammatons& all, std::size_t i, const Gammaton& g) {
-  all.state[i] = g.state;
+void put(Gammatons& all, std::size_t i, const Drop& g) {
+  all.state[i] = static_cast<GammatonState>(g.state);
   all.is_front[i] = g.is_front ? 1 : 0;
   all.triangle[i] = g.at.triangle;
   all.b1[i] = g.at.b1;
   all.b2[i] = g.at.b2;
-  all.position[i] = g.position;
-  all.velocity[i] = g.velocity;
+  all.position[i] = vec3(g.position);
+  all.velocity[i] = vec3(g.velocity);
 }
 
 bool is_same(const Emitter& a, const Emitter& b) {
@@ -45,20 +41,16 @@ bool is_same(const Emitter& a, const Emitter& b) {
          a.wind_mm_s == b.wind_mm_s;
 }
 
-/// Behind the last gammaton of each emitter that may be born: those of a share come first in its range.
-std::vector<std::size_t> ends_of_births(const Scene& scene) {
-  std::vector<std::size_t> ends;
-  std::int64_t begin = 0;
-  for (const Emitter& emitter : scene.emitters) {
-    const auto share = static_cast<double>(emitter.gammatons) * std::clamp(emitter.born_share, 0.0, 1.0);
-    ends.push_back(static_cast<std::size_t>(begin + static_cast<std::int64_t>(std::floor(share + 0.5))));
-    begin += emitter.gammatons;
-  }
-  return ends;
+MotionCall call_of(const Scene& scene, std::int64_t iteration, const GammatonRange& moving) {
+  return {.iteration = static_cast<std::uint64_t>(iteration),
+          .seed = scene.seed,
+          .begin = moving.begin,
+          .num_shares = moving.num_shares,
+          .born_share = moving.born_share};
 }
 
-/// What is told of one gammaton.
-struct Told {
+/// What is noted of one gammaton.
+struct Note {
   TexelIndex texel = kNoTexel;
   bool is_contact = false;
   bool is_landing = false;
@@ -67,14 +59,13 @@ struct Told {
   DeathReason reason = DeathReason::Absorbed;
 };
 
-void bury(Gammaton& g, Told& told, DeathReason reason) {
-  g.state = GammatonState::Waiting;
-  told.has_died = true;
-  told.reason = reason;
+void bury(Note& of, DeathReason reason) {
+  of.has_died = true;
+  of.reason = reason;
 }
 
-/// Puts down what is told of gammaton `i`.
-void note(const Told& told, std::size_t i, bool is_alive, TraceResult& part) {
+/// Puts down what is noted of gammaton `i`.
+void put_down(const Note& told, std::size_t i, bool is_alive, TraceResult& part) {
   const auto gammaton = static_cast<std::uint32_t>(i);
   if (told.texel != kNoTexel)
     part.contacts.push_back({.texel = told.texel, .gammaton = gammaton, .is_landing = told.is_landing});
@@ -120,7 +111,7 @@ void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surf
     const std::int64_t begin = first + from, end = first + to;
     TraceResult& part = parts[static_cast<std::size_t>(from / chunk)];
     const std::vector<std::uint32_t> order = place_order(all, begin, end, motion.frames.num_triangles());
-    std::vector<Told> told(order.size());
+    std::vector<Note> told(order.size());
     for (std::size_t k = 0; k < order.size(); ++k) {
       if (k + kAhead < order.size()) {
         prefetch(all, order[k + kAhead]);
@@ -131,12 +122,12 @@ void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surf
       move(i, told[i - static_cast<std::size_t>(begin)], part.counters);
     }
     for (const std::uint32_t i : order) {
-      Told& of = told[i - static_cast<std::size_t>(begin)];
+      Note& of = told[i - static_cast<std::size_t>(begin)];
       if (of.is_contact) of.texel = surface.texel_of(all.triangle[i], all.b1[i], all.b2[i]);
     }
     for (std::size_t k = 0; k < told.size(); ++k) {
       const std::size_t i = k + static_cast<std::size_t>(begin);
-      note(told[k], i, all.state[i] != GammatonState::Waiting, part);
+      put_down(told[k], i, all.state[i] != GammatonState::Waiting, part);
     }
   });
   result = {};
@@ -193,6 +184,21 @@ struct GammatonTracer::Impl {
     }
   }
 
+  /// By emitter: those of a share come first in its range of gammatons.
+  [[nodiscard]] std::vector<EmitterFacts> emitters(const Scene& scene) const {
+    std::vector<EmitterFacts> facts;
+    std::int64_t begin = 0;
+    for (std::size_t k = 0; k < scene.emitters.size(); ++k) {
+      const Emitter& emitter = scene.emitters[k];
+      EmitterFacts& of = facts.emplace_back(facts_of(placed[k]));
+      const auto share = static_cast<double>(emitter.gammatons) * std::clamp(emitter.born_share, 0.0, 1.0);
+      of.is_on = emitter.is_on ? 1 : 0;
+      of.end_born = static_cast<std::uint32_t>(begin + static_cast<std::int64_t>(std::floor(share + 0.5)));
+      begin += emitter.gammatons;
+    }
+    return facts;
+  }
+
   const SceneMesh* mesh;
   const SurfaceAtlas* surface;
   RayTracer rays;
@@ -200,11 +206,11 @@ struct GammatonTracer::Impl {
   std::shared_ptr<const SurfaceLinks> links;  ///< The same wherever the objects stand.
   FreeSpace free_space;
   /// What all gammatons of a call share.
-  MotionScene motion(const Scene& scene) {
+  MotionScene motion(const Scene& scene, const WetPaths* wet = nullptr) {
     if (!clearance || clearance->height_mm() != scene.tracing.epsilon_mm) {
       clearance.emplace(rays, frames, mesh->mesh.num_triangles(), scene.tracing.epsilon_mm);
     }
-    return motion_scene(scene, rays, frames, *links, free_space, *clearance);
+    return motion_scene(scene, rays, frames, *links, free_space, *clearance, wet);
   }
 
   std::optional<Clearance> clearance;
@@ -230,85 +236,56 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
   const auto most = std::max_element(all.emitter.begin(), all.emitter.end());
   if (most != all.emitter.end() && *most >= scene.emitters.size())
     throw InvalidInput("there are gammatons of emitters that the scene does not have");
-  const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed),
-                                         static_cast<std::uint32_t>(scene.seed >> 32)};
-  const auto when = static_cast<std::uint64_t>(iteration);
   impl_->place(scene);
   const MotionScene motion = impl_->motion(scene);
-  const std::vector<std::size_t> ends = ends_of_births(scene);
-  for_all(
-      all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Told& told, TraceCounters& counters) {
-        if (all.state[i] == GammatonState::Waiting &&
-            (!scene.emitters[all.emitter[i]].is_on || i >= ends[all.emitter[i]] || !moving.may_be_born(i)))
-          return;
-        Gammaton g = take(all, i);
-        if (g.state == GammatonState::Waiting) {
-          const Birth birth =
-              make_birth(impl_->placed[all.emitter[i]], scene.seed, static_cast<std::uint32_t>(i), all.num_births[i]++);
-          g = {.state = GammatonState::Flying,
-               .is_front = true,
-               .at = {},
-               .position = birth.position,
-               .velocity = birth.velocity};
-          told.is_born = true;
-        }
-        std::int64_t num_pieces = 0;
-        PieceEnd piece = PieceEnd::Flying;
-        if (g.state == GammatonState::Floating) {
-          const std::uint32_t random = philox4x32({static_cast<std::uint32_t>(when >> 32), kStridePurpose,
-                                                   static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(when)},
-                                                  key)[0];
-          piece = float_on(motion, g, random, num_pieces);
-        }
-        told.is_landing = piece == PieceEnd::Flying;
-        while (piece == PieceEnd::Flying && num_pieces < motion.options.max_segments) {
-          piece = fly(motion, g);
-          ++num_pieces;
-        }
-        counters.segments += num_pieces;
-        switch (piece) {
-          case PieceEnd::Contact:
-            ++counters.contacts;
-            told.is_contact = true;
-            break;
-          case PieceEnd::Left:
-            bury(g, told, DeathReason::Left);
-            break;
-          case PieceEnd::Rested:
-            bury(g, told, DeathReason::Rested);
-            break;
-          case PieceEnd::Flying:
-            break;
-        }
-        put(all, i, g);
-      });
+  const MotionCall call = call_of(scene, iteration, moving);
+  const std::vector<EmitterFacts> emitters = impl_->emitters(scene);
+  for_all(all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Note& of, TraceCounters& counters) {
+    const EmitterFacts& emitter = emitters[all.emitter[i]];
+    if (all.state[i] == GammatonState::Waiting && (emitter.is_on == 0 || i >= emitter.end_born)) return;
+    Drop g = take(all, i);
+    const Told told = trace_drop(motion, call, emitter, static_cast<std::uint32_t>(i), g, all.num_births[i]);
+    of.is_born = told.is_born != 0;
+    of.is_landing = told.is_landing != 0;
+    counters.segments += told.num_pieces;
+    switch (told.end) {
+      case motion_types::kEndContact:
+        ++counters.contacts;
+        of.is_contact = true;
+        break;
+      case motion_types::kEndLeft:
+        bury(of, DeathReason::Left);
+        break;
+      case motion_types::kEndRested:
+        bury(of, DeathReason::Rested);
+        break;
+      default:
+        break;
+    }
+    put(all, i, g);
+  });
 }
 
 void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result,
                              const SurfaceNormals* normals, const RunControl& control, const GammatonRange& moving,
                              const WetPaths* wet) {
-  const MotionScene motion = impl_->motion(scene);
-  const std::array<std::uint32_t, 2> key{static_cast<std::uint32_t>(scene.seed),
-                                         static_cast<std::uint32_t>(scene.seed >> 32)};
-  const auto when = static_cast<std::uint64_t>(iteration);
-  for_all(all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Told& told, TraceCounters&) {
+  const MotionScene motion = impl_->motion(scene, wet);
+  const MotionCall call = call_of(scene, iteration, moving);
+  for_all(all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Note& of, TraceCounters&) {
     if (all.state[i] != GammatonState::InContact) return;
-    Gammaton g = take(all, i);
-    const auto words = [&](std::uint32_t attempt) {
-      return philox4x32({attempt | static_cast<std::uint32_t>(when >> 32) << 8, kResponsePurpose,
-                         static_cast<std::uint32_t>(i), static_cast<std::uint32_t>(when)},
-                        key);
-    };
-    Vec3 normal = impl_->frames.shading_normal(g.at);
+    Drop g = take(all, i);
+    Vec3 normal = shading_normal(motion, g.at);
     if (normals) normal = normals->normal(g.at.triangle, g.at.b1, g.at.b2, normal);
-    switch (respond_to_contact(motion, scene.behavior, g, normal, words, wet)) {
+    switch (respond_to_contact(motion, call, static_cast<std::uint32_t>(i), g, normal)) {
       case Outcome::Alive:
         break;
       case Outcome::Absorbed:
-        bury(g, told, DeathReason::Absorbed);
+        g.state = motion_types::kIsWaiting;
+        bury(of, DeathReason::Absorbed);
         break;
       case Outcome::Rested:
-        bury(g, told, DeathReason::Rested);
+        g.state = motion_types::kIsWaiting;
+        bury(of, DeathReason::Rested);
         break;
     }
     put(all, i, g);

@@ -1,5 +1,6 @@
 /// \file
-/// One gammaton's way through a scene, piece by piece: what trace() and respond() are made of.
+/// One gammaton's way through a scene: what trace() and respond() are made of. The formulas stand in kernels that
+/// devices read too (flight_kernel.inl, walk_kernel.inl, floating_kernel.inl, response_kernel.inl).
 #pragma once
 
 #include "patinate/simulation/scene.h"
@@ -9,6 +10,7 @@
 #include "simulation/tracing/ray_tracer.h"
 #include "simulation/tracing/surface_links.h"
 #include "simulation/tracing/triangle_frames.h"
+#include "simulation/tracing/wet_paths.h"
 
 namespace patinate::simulation {
 
@@ -19,42 +21,52 @@ struct MotionScene {
   const SurfaceLinks& links;
   const FreeSpace& free_space;
   Clearance& clearance;  ///< Of epsilon.
-  TracingOptions options;
-  Vec3 gravity{0, 0, 0};     ///< mm/s^2.
-  double skin = 0.0;         ///< mm: what starts on a surface starts this far from it.
-  double rest_cosine = 1.0;  ///< Of rest_slope.
+  MotionFacts facts;
+  const WetPaths* wet = nullptr;  ///< What turns those that float; may be null.
 };
 [[nodiscard]] MotionScene motion_scene(const Scene& scene, const RayTracer& rays, const TriangleFrames& frames,
-                                       const SurfaceLinks& links, const FreeSpace& free_space, Clearance& clearance);
-
-/// A gammaton taken out of its arrays.
-struct Gammaton {
-  GammatonState state = GammatonState::Flying;
-  bool is_front = true;
-  SurfacePlace at;
-  Vec3 position{0, 0, 0};
-  Vec3 velocity{0, 0, 0};
-};
+                                       const SurfaceLinks& links, const FreeSpace& free_space, Clearance& clearance,
+                                       const WetPaths* wet = nullptr);
 
 enum class PieceEnd { Flying, Contact, Left, Rested };
+enum class Outcome { Alive, Absorbed, Rested };
 
 /// One piece of flight: exact at its end, x + v t + g t^2 / 2 and v + g t. In free space it is as long as that is known
 /// to reach; near triangles so short that its chord is nowhere farther than epsilon from the way, and a hit of the
 /// chord is moved along the parabola onto the triangle's plane if it is then still in the triangle. Outside of the box
 /// of all triangles one piece leads to its border, or Left when it will never be there.
-[[nodiscard]] PieceEnd fly(const MotionScene& scene, Gammaton& gammaton);
+[[nodiscard]] PieceEnd fly(const MotionScene& scene, Drop& drop);
 
 /// A floating gammaton's way to its next contact: epsilon / pull times [0.5, 1), another share each time, so that those
 /// who come one after another do not step into each other's footprints. Measured along the surface, from triangle to
-/// triangle as if they were laid flat (SurfaceWalk), under gravity's tangential part: where it lands does not depend on
-/// how the surface is divided into triangles. It hovers meanwhile, at first at epsilon times the same share (halfway to
-/// what is nearer above), and sinks evenly; a ray along that way finds what else is there. Where the surface ends or
-/// rises steeply, or its triangles are too many, it moves ahead along the tangent plane and sinks by `pull` per length;
-/// where it finds nothing within `reach` it looks back to where it came from, below the surface there: round an edge.
-/// Flying when nothing is there either. A way that stays above one triangle with nothing else above it needs no ray.
+/// triangle as if they were laid flat (walk_kernel.inl), under gravity's tangential part: where it lands does not
+/// depend on how the surface is divided into triangles. It hovers meanwhile, at first at epsilon times the same share
+/// (halfway to what is nearer above), and sinks evenly; a ray along that way finds what else is there. Where the
+/// surface ends or rises steeply, or its triangles are too many, it moves ahead along the tangent plane and sinks by
+/// `pull` per length; where it finds nothing within `reach` it looks back to where it came from, below the surface
+/// there: round an edge. Flying when nothing is there either. A way that stays above one triangle with nothing else
+/// above it needs no ray.
 /// @param random      Uniform over its range: says how far it goes.
 /// @param num_pieces  Pieces are added: one, and one more for each sharp edge or look back.
-[[nodiscard]] PieceEnd float_on(const MotionScene& scene, Gammaton& gammaton, std::uint32_t random,
-                                std::int64_t& num_pieces);
+[[nodiscard]] PieceEnd float_on(const MotionScene& scene, Drop& drop, std::uint32_t random, std::int64_t& num_pieces);
+
+/// An iteration of one gammaton up to its contact: born where that is due, then pieces, at most
+/// TracingOptions::max_segments of them. @param num_births  Of this gammaton; counted here.
+[[nodiscard]] Told trace_drop(const MotionScene& scene, const MotionCall& call, const EmitterFacts& emitter,
+                              std::uint32_t gammaton, Drop& drop, std::uint32_t& num_births);
+
+/// Bounce: the velocity is reflected about `normal`, turned within a Phong lobe, again and again until it leaves the
+/// triangle (after 8 tries mirrored up), and slowed down. Float: the same about the triangle's own normal, projected
+/// into its plane: a smoothed normal would lead drops astray on a flat wall; on ground that hangs, within rest_slope of
+/// level, it drips off as soon as it does not run downhill. Whatever is slower than rest_speed on nearly level ground
+/// rests.
+/// @param drop          In contact; flying or floating after it.
+/// @param front_normal  For bounces to reflect about, unit, for the triangle's front.
+[[nodiscard]] Outcome respond_to_contact(const MotionScene& scene, const MotionCall& call, std::uint32_t gammaton,
+                                         Drop& drop, const Vec3& front_normal);
+
+/// The mesh's normals interpolated; unit; the triangle's where these cancel.
+[[nodiscard]] Vec3 shading_normal(const MotionScene& scene, const SurfacePlace& at);
+[[nodiscard]] Vec3 point(const MotionScene& scene, const SurfacePlace& at);
 
 }  // namespace patinate::simulation

@@ -45,7 +45,8 @@ SurfaceLinks::SurfaceLinks(const SceneMesh& scene_mesh) {
     for (int& p : t) p = welded[static_cast<std::size_t>(p)];
   }
   const std::vector<std::array<int, 3>> neighbors = triangle_neighbors(mesh);
-  codes_.assign(neighbors.size(), {kNone, kNone, kNone});
+  constexpr std::uint32_t kNone = motion_types::kNoLink;
+  codes_.assign(neighbors.size(), TriangleLinks{.across = {kNone, kNone, kNone}});
   for (std::size_t t = 0; t < neighbors.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
       if (neighbors[t][k] < 0) continue;
@@ -54,7 +55,7 @@ SurfaceLinks::SurfaceLinks(const SceneMesh& scene_mesh) {
       for (std::uint32_t j = 0; j < 3; ++j) {
         const int c = there[j], d = there[(j + 1) % 3];
         if (!((a == d && b == c) || (a == c && b == d))) continue;
-        codes_[t][k] = static_cast<std::uint32_t>(neighbors[t][k]) << 3 | j << 1 | (a == c ? 1u : 0u);
+        codes_[t].across[k] = static_cast<std::uint32_t>(neighbors[t][k]) << 3 | j << 1 | (a == c ? 1u : 0u);
         break;
       }
     }

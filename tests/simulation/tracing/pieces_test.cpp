@@ -35,19 +35,19 @@ TEST(FloatOn, WithoutRaysIsAsWithRays) {
     const auto t = static_cast<std::int32_t>(random.below(static_cast<std::uint32_t>(mesh.mesh.num_triangles())));
     EXPECT_TRUE(low.is_clear(t, false));
     EXPECT_FALSE(high.is_clear(t, false));
-    const Gammaton from{.state = GammatonState::Floating,
-                        .is_front = false,
-                        .at = {.triangle = t, .b1 = 0.5 * random.uniform(), .b2 = 0.5 * random.uniform()},
-                        .position = Vec3::Zero(),
-                        .velocity = 1000.0 * Vec3(random.normal(), random.normal(), random.normal())};
-    Gammaton a = from, b = from;
+    const Drop from{.state = motion_types::kIsFloating,
+                    .is_front = false,
+                    .at = {.triangle = t, .b1 = 0.5 * random.uniform(), .b2 = 0.5 * random.uniform()},
+                    .position = {},
+                    .velocity = vector_of(1000.0 * Vec3(random.normal(), random.normal(), random.normal()))};
+    Drop a = from, b = from;
     std::int64_t pieces_a = 0, pieces_b = 0;
     const auto hover = static_cast<std::uint32_t>(0x9E3779B9u * static_cast<std::uint32_t>(i));
     ASSERT_EQ(float_on(without, a, hover, pieces_a), float_on(with, b, hover, pieces_b));
     ASSERT_EQ(a.at.triangle, b.at.triangle);
     constexpr double kRounding = 1e-5;  // mm: normals and gradients in float, over 50 mm
-    EXPECT_LT((a.position - b.position).norm(), kRounding);
-    EXPECT_LT((a.velocity - b.velocity).norm(), 1e3 * kRounding);  // mm/s, of 1000
+    EXPECT_LT((vec3(a.position) - vec3(b.position)).norm(), kRounding);
+    EXPECT_LT((vec3(a.velocity) - vec3(b.velocity)).norm(), 1e3 * kRounding);  // mm/s, of 1000
     num_same += a.at.triangle == t ? 1 : 0;
   }
   EXPECT_GT(num_same, 3000) << "most stay on their triangle";

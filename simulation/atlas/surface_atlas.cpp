@@ -7,18 +7,13 @@
 
 #include "libcommon/core/parallel.h"
 #include "patinate/atlas/atlas_mesh.h"
+#include "simulation/atlas/places.h"
 
 namespace patinate::simulation {
 
 namespace {
 
 SurfacePoint middle_of(int triangle) { return {.triangle = triangle, .b1 = 1.0 / 3.0, .b2 = 1.0 / 3.0}; }
-
-/// floor(v), cut to [0, size): |v| < 2^31.
-int nearest_below(double v, int size) {
-  const int cut = static_cast<int>(v);
-  return std::clamp(cut - (v < cut ? 1 : 0), 0, size - 1);
-}
 
 void check_overlap(const SceneMesh& scene_mesh, const TexelMap& map) {
   if (map.num_covered() == 0) throw InvalidInput("no texel of the atlas is covered; raise its resolution");
@@ -217,32 +212,28 @@ std::array<double, 3> SurfaceAtlas::corner_weights(TexelIndex t) const {
   return weights;
 }
 
+place_types::Places SurfaceAtlas::places() const {
+  return {.facts = {.width = grid_.width, .height = grid_.height},
+          .corners = corner_texels_.empty() ? nullptr : corner_texels_.data()->data(),
+          .charts = chart_.data(),
+          .fallbacks = fallback_.data(),
+          .tile_charts = tile_chart_.data(),
+          .triangles = triangle_.data()};
+}
+
+bool SurfaceAtlas::shows_chart_of(TexelIndex texel, int triangle) const {
+  const place_types::Places p = places();
+  return place_types::shows_chart_of(&p, texel, triangle);
+}
+
 TexelIndex SurfaceAtlas::texel_of(int triangle, double b1, double b2) const {
-  const std::array<float, 6>& c = corner_texels_[static_cast<std::size_t>(triangle)];
-  const double b0 = 1.0 - b1 - b2;
-  const double px = b0 * static_cast<double>(c[0]) + b1 * static_cast<double>(c[2]) + b2 * static_cast<double>(c[4]);
-  const double py = b0 * static_cast<double>(c[1]) + b1 * static_cast<double>(c[3]) + b2 * static_cast<double>(c[5]);
-  return nearest_texel(triangle, px, py);
+  const place_types::Places p = places();
+  return place_types::texel_at(&p, triangle, b1, b2);
 }
 
 TexelIndex SurfaceAtlas::nearest_texel(int triangle, double px, double py) const {
-  const int x = nearest_below(px + 0.5, grid_.width), y = nearest_below(py + 0.5, grid_.height);
-  const TexelIndex here = grid_.index(x, y);
-  // Most tiles show one chart; which one takes far less memory than what each texel shows.
-  const int chart = chart_[static_cast<std::size_t>(triangle)];
-  if (chart >= 0 && tile_chart_[TileGrid::tile_of(here)] == chart) return here;
-  if (shows_chart_of(here, triangle)) return here;
-  TexelIndex best = kNoTexel;
-  double best_distance = 1e30;
-  for (int ny = std::max(0, y - kSearchRadius); ny <= std::min(grid_.height - 1, y + kSearchRadius); ++ny) {
-    for (int nx = std::max(0, x - kSearchRadius); nx <= std::min(grid_.width - 1, x + kSearchRadius); ++nx) {
-      const double distance = (nx - px) * (nx - px) + (ny - py) * (ny - py);
-      if (distance >= best_distance || !shows_chart_of(grid_.index(nx, ny), triangle)) continue;
-      best = grid_.index(nx, ny);
-      best_distance = distance;
-    }
-  }
-  return best != kNoTexel ? best : fallback_[static_cast<std::size_t>(triangle)];
+  const place_types::Places p = places();
+  return place_types::texel_near(&p, triangle, px, py);
 }
 
 std::array<TexelIndex, 4> SurfaceAtlas::neighbors(TexelIndex t) const {

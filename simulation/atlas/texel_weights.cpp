@@ -7,10 +7,13 @@
 
 #include "libcommon/core/parallel.h"
 #include "patinate/simulation/surface_atlas.h"
+#include "simulation/atlas/places.h"
 
 namespace patinate::simulation {
 
 namespace {
+
+constexpr int kSearchRadius = place_types::kSearchRadius;
 
 constexpr double kFraction = 1024.0;  // sums are in parts of a weight's unit, so that their order does not matter
 constexpr std::uint32_t kEnough = 1u << 31;  // beyond this a sum ends at kMaxWeight anyway

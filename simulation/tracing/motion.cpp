@@ -7,6 +7,7 @@
 
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
+#include "simulation/tracing/device_motion.h"
 #include "simulation/tracing/emitter.h"
 #include "simulation/tracing/pieces.h"
 #include "simulation/tracing/place_order.h"
@@ -64,6 +65,31 @@ void bury(Note& of, DeathReason reason) {
   of.reason = reason;
 }
 
+void note_way(const Told& told, Note& of, TraceCounters& counters) {
+  of.is_born = told.is_born != 0;
+  of.is_landing = told.is_landing != 0;
+  counters.segments += told.num_pieces;
+  switch (told.end) {
+    case motion_types::kEndContact:
+      ++counters.contacts;
+      of.is_contact = true;
+      break;
+    case motion_types::kEndLeft:
+      bury(of, DeathReason::Left);
+      break;
+    case motion_types::kEndRested:
+      bury(of, DeathReason::Rested);
+      break;
+    default:
+      break;
+  }
+}
+
+void note_response(Outcome outcome, Note& of) {
+  if (outcome == Outcome::Absorbed) bury(of, DeathReason::Absorbed);
+  if (outcome == Outcome::Rested) bury(of, DeathReason::Rested);
+}
+
 /// Puts down what is noted of gammaton `i`.
 void put_down(const Note& told, std::size_t i, bool is_alive, TraceResult& part) {
   const auto gammaton = static_cast<std::uint32_t>(i);
@@ -97,6 +123,51 @@ void join(const std::vector<TraceResult>& parts, TraceResult& result) {
   }
 }
 
+/// Those of a range that there are.
+struct Range {
+  std::int64_t begin = 0, num = 0;
+};
+Range range_of(const Gammatons& all, const GammatonRange& moving) {
+  return {moving.begin, std::min(moving.end, static_cast<std::int64_t>(all.size())) - moving.begin};
+}
+
+/// As a device has them.
+void make_records(const Gammatons& all, const Range& range, const RunControl& control,
+                  std::vector<DropRecord>& records) {
+  records.assign(static_cast<std::size_t>(range.num), DropRecord{});
+  parallel_for(range.num, chunk_of(range.num), control, [&](std::int64_t begin, std::int64_t end) {
+    for (std::int64_t k = begin; k < end; ++k) {
+      const auto i = static_cast<std::size_t>(range.begin + k);
+      DropRecord& record = records[static_cast<std::size_t>(k)];
+      simulation::put(take(all, i), record);
+      record.emitter = all.emitter[i];
+      record.num_births = all.num_births[i];
+    }
+  });
+}
+
+/// Takes gammatons back from a device, and lists what is told by gammaton. @param tell  tell(record, note, counters).
+template <class Tell>
+void take_records(const std::vector<DropRecord>& records, const Range& range, const RunControl& control,
+                  Gammatons& all, TraceResult& result, Tell&& tell) {
+  const std::int64_t chunk = chunk_of(range.num);
+  std::vector<TraceResult> parts(static_cast<std::size_t>((range.num + chunk - 1) / chunk));
+  parallel_for(range.num, chunk, control, [&](std::int64_t begin, std::int64_t end) {
+    TraceResult& part = parts[static_cast<std::size_t>(begin / chunk)];
+    for (std::int64_t k = begin; k < end; ++k) {
+      const auto i = static_cast<std::size_t>(range.begin + k);
+      const DropRecord& record = records[static_cast<std::size_t>(k)];
+      put(all, i, drop_of(record));
+      all.num_births[i] = record.num_births;
+      Note of;
+      tell(record, of, part.counters);
+      put_down(of, i, all.state[i] != GammatonState::Waiting, part);
+    }
+  });
+  result = {};
+  join(parts, result);
+}
+
 /// Calls move(i, told, counters) for every gammaton of a range, neighbors on the surface one after the other, and lists
 /// what is told by gammaton. Texels of contacts are looked up in a loop of their own, where the waiting for memory of
 /// many overlaps.
@@ -104,7 +175,7 @@ template <class Move>
 void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surface, const RunControl& control,
              const GammatonRange& moving, TraceResult& result, Move&& move) {
   constexpr std::size_t kAhead = 12;  // gammatons; memory's latency over the time that one needs
-  const std::int64_t first = moving.begin, n = std::min(moving.end, static_cast<std::int64_t>(all.size())) - first;
+  const auto [first, n] = range_of(all, moving);
   const std::int64_t chunk = chunk_of(n);
   std::vector<TraceResult> parts(static_cast<std::size_t>((n + chunk - 1) / chunk));
   parallel_for(n, chunk, control, [&](std::int64_t from, std::int64_t to) {
@@ -209,10 +280,35 @@ struct GammatonTracer::Impl {
   MotionScene motion(const Scene& scene, const WetPaths* wet = nullptr) {
     if (!clearance || clearance->height_mm() != scene.tracing.epsilon_mm) {
       clearance.emplace(rays, frames, mesh->mesh.num_triangles(), scene.tracing.epsilon_mm);
+      device_motion.reset();
     }
     return motion_scene(scene, rays, frames, *links, free_space, *clearance, wet);
   }
 
+  /// Where gammatons move on a device: what it needs; null if there is none, or it has failed.
+  [[nodiscard]] DeviceMotion* there(const MotionScene& scene, const RunControl& control) {
+    if (!device || device->has_failed()) return nullptr;
+    if (!device_motion) device_motion = std::make_unique<DeviceMotion>(device->device(), scene, *surface, control);
+    return device_motion.get();
+  }
+  /// Calls work(motion there); @returns false if the CPU has to do it.
+  template <class Work>
+  [[nodiscard]] bool on_device(const MotionScene& scene, const RunControl& control, Work&& work) {
+    try {
+      DeviceMotion* const motion = there(scene, control);
+      if (motion == nullptr) return false;
+      work(*motion);
+      return true;
+    } catch (const device::DeviceError& error) {
+      device->report_failure(error);
+      device_motion.reset();
+      return false;
+    }
+  }
+
+  std::shared_ptr<const SimulationDevice> device;
+  std::unique_ptr<DeviceMotion> device_motion;
+  std::vector<DropRecord> records;
   std::optional<Clearance> clearance;
   std::vector<std::optional<Emitter>> placed_for;
   std::vector<PlacedEmitter> placed;
@@ -226,7 +322,14 @@ GammatonTracer::GammatonTracer(GammatonTracer&&) noexcept = default;
 GammatonTracer& GammatonTracer::operator=(GammatonTracer&&) noexcept = default;
 
 void GammatonTracer::set_mesh(const SceneMesh& scene_mesh) {
+  std::shared_ptr<const SimulationDevice> device = std::move(impl_->device);
   impl_ = std::make_unique<Impl>(scene_mesh, *impl_->surface, impl_->links);
+  impl_->device = std::move(device);
+}
+
+void GammatonTracer::use(std::shared_ptr<const SimulationDevice> device) {
+  impl_->device = std::move(device);
+  impl_->device_motion.reset();
 }
 
 const RayTracer& GammatonTracer::rays() const { return impl_->rays; }
@@ -240,28 +343,29 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
   const MotionScene motion = impl_->motion(scene);
   const MotionCall call = call_of(scene, iteration, moving);
   const std::vector<EmitterFacts> emitters = impl_->emitters(scene);
+  const Range range = range_of(all, moving);
+  const bool is_done = impl_->on_device(motion, control, [&](DeviceMotion& there) {
+    make_records(all, range, control, impl_->records);
+    there.trace(motion, call, emitters, static_cast<std::uint32_t>(range.begin), impl_->records);
+  });
+  if (is_done) {
+    take_records(impl_->records, range, control, all, result,
+                 [](const DropRecord& record, Note& of, TraceCounters& counters) {
+                   note_way({.end = record.end,
+                             .is_born = record.is_born,
+                             .is_landing = record.is_landing,
+                             .num_pieces = record.num_pieces},
+                            of, counters);
+                   of.texel = record.texel;
+                 });
+    return;
+  }
   for_all(all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Note& of, TraceCounters& counters) {
     const EmitterFacts& emitter = emitters[all.emitter[i]];
     if (all.state[i] == GammatonState::Waiting && (emitter.is_on == 0 || i >= emitter.end_born)) return;
     Drop g = take(all, i);
     const Told told = trace_drop(motion, call, emitter, static_cast<std::uint32_t>(i), g, all.num_births[i]);
-    of.is_born = told.is_born != 0;
-    of.is_landing = told.is_landing != 0;
-    counters.segments += told.num_pieces;
-    switch (told.end) {
-      case motion_types::kEndContact:
-        ++counters.contacts;
-        of.is_contact = true;
-        break;
-      case motion_types::kEndLeft:
-        bury(of, DeathReason::Left);
-        break;
-      case motion_types::kEndRested:
-        bury(of, DeathReason::Rested);
-        break;
-      default:
-        break;
-    }
+    note_way(told, of, counters);
     put(all, i, g);
   });
 }
@@ -271,23 +375,25 @@ void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t it
                              const WetPaths* wet) {
   const MotionScene motion = impl_->motion(scene, wet);
   const MotionCall call = call_of(scene, iteration, moving);
+  const Range range = range_of(all, moving);
+  const bool is_done = normals == nullptr && impl_->on_device(motion, control, [&](DeviceMotion& there) {
+    make_records(all, range, control, impl_->records);
+    there.respond(motion, call, static_cast<std::uint32_t>(range.begin), impl_->records);
+  });
+  if (is_done) {
+    take_records(impl_->records, range, control, all, result, [](const DropRecord& record, Note& of, TraceCounters&) {
+      note_response(static_cast<Outcome>(record.end), of);
+    });
+    return;
+  }
   for_all(all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Note& of, TraceCounters&) {
     if (all.state[i] != GammatonState::InContact) return;
     Drop g = take(all, i);
     Vec3 normal = shading_normal(motion, g.at);
     if (normals) normal = normals->normal(g.at.triangle, g.at.b1, g.at.b2, normal);
-    switch (respond_to_contact(motion, call, static_cast<std::uint32_t>(i), g, normal)) {
-      case Outcome::Alive:
-        break;
-      case Outcome::Absorbed:
-        g.state = motion_types::kIsWaiting;
-        bury(of, DeathReason::Absorbed);
-        break;
-      case Outcome::Rested:
-        g.state = motion_types::kIsWaiting;
-        bury(of, DeathReason::Rested);
-        break;
-    }
+    const Outcome outcome = respond_to_contact(motion, call, static_cast<std::uint32_t>(i), g, normal);
+    if (outcome != Outcome::Alive) g.state = motion_types::kIsWaiting;
+    note_response(outcome, of);
     put(all, i, g);
   });
 }

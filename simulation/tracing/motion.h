@@ -11,6 +11,7 @@
 #include "patinate/core/run_control.h"
 #include "patinate/simulation/scene.h"
 #include "patinate/simulation/surface_atlas.h"
+#include "simulation/device/simulation_device.h"
 #include "simulation/tracing/gammatons.h"
 #include "simulation/transport/cargo.h"
 
@@ -63,6 +64,9 @@ class GammatonTracer {
   /// The same triangles at other places. Floating gammatons move with theirs.
   void set_mesh(const SceneMesh& scene_mesh);
   [[nodiscard]] const RayTracer& rays() const;
+  /// Moves them on a device from now on, with the same bytes; what it cannot do, and bounces about `normals`, the CPU
+  /// does. Null: none.
+  void use(std::shared_ptr<const SimulationDevice> device);
 
   /// Births of those that wait and whose emitters are on; then each flies or floats for at most
   /// TracingOptions::max_segments straight pieces, until it hits something (InContact) or has left for good.

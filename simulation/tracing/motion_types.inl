@@ -99,3 +99,20 @@ typedef struct MotionFacts {
   i32 is_slowed_tangentially;
   i32 has_nodes, has_normals;
 } MotionFacts;
+
+// A gammaton on a device, and what its iteration has told. 112 bytes.
+typedef struct DropRecord {
+  double b1, b2;
+  Vector position, velocity;
+  i32 triangle;
+  u32 state;
+  u32 is_front;
+  u32 emitter;
+  u32 num_births;
+  u32 texel;  // Of its contact.
+  u32 end;    // Told; after a response: what has become of it.
+  u32 is_born;
+  u32 is_landing;
+  u32 num_pieces;
+  u32 padding[2];
+} DropRecord;

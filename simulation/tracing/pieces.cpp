@@ -25,13 +25,16 @@ using Wet = const WetPaths*;
 bool is_clear(const Surroundings* s, i32 triangle, bool is_front);
 double wet_amount(const Surroundings* s, i32 triangle, double b1, double b2);
 
-#include "simulation/tracing/birth_kernel.inl"
-#include "simulation/tracing/flight_kernel.inl"
-#include "simulation/tracing/floating_kernel.inl"
+// Each stands on those before it.
+// clang-format off
 #include "simulation/tracing/four_lanes.inl"
 #include "simulation/tracing/ray_kernel.inl"
-#include "simulation/tracing/response_kernel.inl"
+#include "simulation/tracing/flight_kernel.inl"
 #include "simulation/tracing/walk_kernel.inl"
+#include "simulation/tracing/floating_kernel.inl"
+#include "simulation/tracing/birth_kernel.inl"
+#include "simulation/tracing/response_kernel.inl"
+// clang-format on
 
 bool is_clear(const Surroundings* s, i32 triangle, bool is_front) { return s->clear->is_clear(triangle, is_front); }
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "libcommon/core/random.h"
+#include "simulation/tracing/device_motion.h"
 #include "tests/libcommon/geometry/shapes.h"
 
 namespace patinate::simulation {
@@ -22,6 +23,13 @@ class RaysOnDevices : public ::testing::Test {
 TEST_F(RaysOnDevices, PassTheirOwnCheck) {
   for (const DeviceInfo& info : all) {
     const device::CheckResult check = check_rays(Device(info));
+    EXPECT_TRUE(check.is_passed()) << info.name << ": " << check.num_different << " of " << check.num_items;
+  }
+}
+
+TEST_F(RaysOnDevices, MoveGammatonsAsTheCpuDoes) {
+  for (const DeviceInfo& info : all) {
+    const device::CheckResult check = check_motion(Device(info));
     EXPECT_TRUE(check.is_passed()) << info.name << ": " << check.num_different << " of " << check.num_items;
   }
 }

@@ -7,6 +7,7 @@
 #include "libcommon/device/device_choice.h"
 #include "simulation/composition/compose_device.h"
 #include "simulation/rules/device_rules.h"
+#include "simulation/tracing/device_motion.h"
 #include "simulation/tracing/device_rays.h"
 #include "tools/patinate/commands/commands.h"
 #include "transfer/lookup/lookup_device.h"
@@ -29,7 +30,7 @@ std::string outcome_of(const Check& check) {
 }
 
 struct Outcome {
-  std::string arithmetic, transfer, lookups, composition, rules, rays;
+  std::string arithmetic, transfer, lookups, composition, rules, rays, motion;
 };
 
 Outcome check(const device::DeviceInfo& info) {
@@ -40,9 +41,11 @@ Outcome check(const device::DeviceInfo& info) {
             outcome_of([&] { return transfer::check_lookups(opened); }),
             outcome_of([&] { return simulation::check_composition(opened); }),
             outcome_of([&] { return simulation::check_rules(opened); }),
-            outcome_of([&] { return simulation::check_rays(opened); })};
+            outcome_of([&] { return simulation::check_rays(opened); }),
+            outcome_of([&] { return simulation::check_motion(opened); })};
   } catch (const device::DeviceError& error) {
-    return {error.what(), error.what(), error.what(), error.what(), error.what(), error.what()};
+    const std::string what = error.what();
+    return {what, what, what, what, what, what, what};
   }
 }
 
@@ -51,7 +54,7 @@ std::string text_of(const device::DeviceInfo& info, const Outcome& outcome) {
          " units, " + number_text(static_cast<double>(info.memory_bytes >> 20)) + " MB, driver " + info.driver +
          "\n  arithmetic: " + outcome.arithmetic + "\n  transfer: " + outcome.transfer +
          "\n  lookups: " + outcome.lookups + "\n  composition: " + outcome.composition + "\n  rules: " + outcome.rules +
-         "\n  rays: " + outcome.rays + "\n";
+         "\n  rays: " + outcome.rays + "\n  gammatons: " + outcome.motion + "\n";
 }
 
 }  // namespace

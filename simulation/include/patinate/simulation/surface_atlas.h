@@ -14,6 +14,10 @@
 
 namespace patinate::simulation {
 
+namespace place_types {
+struct Places;  // simulation/atlas/place_kernel.inl
+}
+
 using TexelIndex = std::uint32_t;  ///< tile * 64 + (y % 8) * 8 + x % 8.
 using TileIndex = std::uint32_t;   ///< Row by row; a tile's texels are [tile * 64, tile * 64 + 64).
 
@@ -141,6 +145,13 @@ class SurfaceAtlas {
   /// Texel that shows a surface point: that of its UV, or the nearest covered one beside it that belongs to the same
   /// chart; kNoTexel when there is none (a triangle smaller than a texel's distance to the next center).
   [[nodiscard]] TexelIndex texel_of(int triangle, double b1, double b2) const;
+  /// What texel_of() reads besides triangles(), for devices. By triangle: x, y of its corners in texels; its chart, -1
+  /// where it shows in no texel; the texel of its middle. By tile: the chart that all of its texels show; -1 where there
+  /// is none.
+  [[nodiscard]] std::span<const std::array<float, 6>> corner_texels() const { return corner_texels_; }
+  [[nodiscard]] std::span<const int> charts() const { return chart_; }
+  [[nodiscard]] std::span<const TexelIndex> fallbacks() const { return fallback_; }
+  [[nodiscard]] std::span<const int> tile_charts() const { return tile_chart_; }
   /// Covered texels right, left, below and above on the surface, across seams; kNoTexel where the surface ends.
   [[nodiscard]] std::array<TexelIndex, 4> neighbors(TexelIndex t) const;
   /// How a texel is joined to one beside it: `count` is how often the two name each other as neighbors, 2 inside a
@@ -155,19 +166,14 @@ class SurfaceAtlas {
   [[nodiscard]] std::span<const Link> links(TexelIndex t, std::array<Link, 4>& plain) const;
 
  private:
-  static constexpr int kSearchRadius =
-      2;  ///< Texels: a place in a triangle lies at most 0.71 from the center of one that its chart may not own.
-
   /// For each triangle's weight by texel.
   void weigh(std::span<const double> weight_per_texel, const RunControl& control);
   void weigh_texels(std::span<const double> weight_per_texel, const RunControl& control);
   void make_links();
   void find_plain_tiles();
   void find_tile_charts();
-  [[nodiscard]] bool shows_chart_of(TexelIndex texel, int triangle) const {
-    return triangle_[texel] >= 0 &&
-           chart_[static_cast<std::size_t>(triangle_[texel])] == chart_[static_cast<std::size_t>(triangle)];
-  }
+  [[nodiscard]] place_types::Places places() const;
+  [[nodiscard]] bool shows_chart_of(TexelIndex texel, int triangle) const;
   /// Of a triangle's chart, to a place in texels that may be anywhere near it.
   [[nodiscard]] TexelIndex nearest_texel(int triangle, double px, double py) const;
 

@@ -85,6 +85,7 @@ Simulation::State::State(Scene given, SimulationOptions given_options, const Run
       composer(scene, scene_mesh, surface, options.color_form, control.part(0.6, 0.9)),
       changed_in(surface.grid().num_tiles(), -1) {
   composer.use(options.device);
+  tracer.use(options.device);
   for (std::size_t k = 0; k < kNumWeatherSignals; ++k)
     weather_peaks[k] = greatest_weather(scene.weather, static_cast<WeatherSignal>(k));
   for (const SceneObject& object : scene.objects) start_scales.push_back(object.scale);
@@ -337,28 +338,29 @@ ParameterMap Simulation::parameter_map(const std::string& name) const {
   check_parameter_map(name, s.scene.materials);
   const auto counted = [&](const auto* values, const auto& meaning) {
     if (!values) throw InvalidInput("the parameter map '" + name + "' was not asked for when the simulation began");
-    return image_of(s.surface, [&](TexelIndex t) {
-      const double size = static_cast<double>(s.surface.weight(t)) / SurfaceAtlas::kMedianWeight;
-      return meaning(t, static_cast<double>(values->value(t)), size);
-    });
+    return image_of(s.surface, [&](TexelIndex t) { return meaning(t, static_cast<double>(values->value(t))); });
   };
-  // A larger texel is met more often, and its last contact is less long ago: chart by chart, maps would show the UVs.
+  // A texel that contacts reach from more of the surface, since it is larger or more of their splats have a part of it,
+  // is met more often, and its last contact is less long ago: chart by chart, maps would show the UVs.
+  const double median_reach = reached_from(s.scene.exchange, s.surface, SurfaceAtlas::kMedianWeight);
+  const auto reach = [&](TexelIndex t) {
+    return reached_from(s.scene.exchange, s.surface, s.surface.weight(t)) / median_reach;
+  };
   const double now = static_cast<double>(s.iteration), time = s.scene.time_per_iteration;
   if (name == "hits") {
-    return {name, counted(maps.hits(), [&](TexelIndex t, double n, double) { return n / s.surface.area_mm2(t); }),
-            "1/mm2"};
+    return {name, counted(maps.hits(), [&](TexelIndex t, double n) { return n / s.surface.area_mm2(t); }), "1/mm2"};
   }
   if (name == "last_hit") {
-    const auto last = [&](TexelIndex, double at, double size) {
+    const auto last = [&](TexelIndex t, double at) {
       // Half an iteration more and less: a contact lies anywhere in its iteration.
-      return at == 0.0 ? 0.0 : time * std::clamp(now - ((now - at + 0.5) * size - 0.5), 0.0, now);
+      return at == 0.0 ? 0.0 : time * std::clamp(now - ((now - at + 0.5) * reach(t) - 0.5), 0.0, now);
     };
     return {name, counted(maps.choice().last_hit ? maps.last_hit() : nullptr, last), "time"};
   }
   if (name == "residence") {
-    const auto residence = [&](TexelIndex, double n, double size) {
+    const auto residence = [&](TexelIndex t, double n) {
       const double dry = now > 0.0 ? std::max(0.0, 1.0 - n / now) : 1.0;
-      return time * now * (1.0 - std::pow(dry, 1.0 / size));
+      return time * now * (1.0 - std::pow(dry, 1.0 / reach(t)));
     };
     return {name, counted(maps.residence(), residence), "time"};
   }

@@ -208,7 +208,7 @@ void join(SimulationWork& work, const fs::path& folder, const RunControl& contro
   std::vector<ParameterControl> controls;
   fs::create_directories(folder / "controls");
   for (const std::string& name : file.controls) {
-    controls.push_back(parameter_control(simulation, name));
+    controls.push_back(parameter_control(simulation, name, file.time_unit));
     const ParameterControl& c = controls.back();
     const fs::path path = fs::path("controls") / (name + ".exr");
     write_scaled_exr(folder / path, c.values, {c.low, c.high, c.unit});

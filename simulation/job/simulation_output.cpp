@@ -143,9 +143,10 @@ bool read_state_file(const fs::path& folder, Simulation& simulation) {
   return true;
 }
 
-ParameterControl parameter_control(const Simulation& simulation, const std::string& name) {
+ParameterControl parameter_control(const Simulation& simulation, const std::string& name, TimeUnit time_unit) {
   ParameterMap map = simulation.parameter_map(name);
   ParameterControl control{.name = name, .values = std::move(map.values), .low = 0.0, .high = 1.0, .unit = map.unit};
+  if (map.unit == "time") control.unit = time_unit_text(time_unit);
   control.high = high_value(control.values, simulation.coverage());
   for (float& v : control.values.values())
     v = std::clamp(static_cast<float>(static_cast<double>(v) / control.high), 0.0f, 1.0f);

@@ -37,7 +37,9 @@ struct ParameterControl {
   double high = 1.0;
   std::string unit;
 };
-[[nodiscard]] ParameterControl parameter_control(const Simulation& simulation, const std::string& name);
+/// @param time_unit  Of the scene.
+[[nodiscard]] ParameterControl parameter_control(const Simulation& simulation, const std::string& name,
+                                                 TimeUnit time_unit);
 
 /// A control of every object on its own UVs, for transfers onto its mesh: the object's square of the atlas, texel by
 /// texel. Of a scene with one object there is nothing to write, nor of an object whose UVs are not its file's. @returns

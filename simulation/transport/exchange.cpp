@@ -24,8 +24,15 @@ constexpr std::int64_t kPlaceChunk = 4096;  ///< Contacts.
 constexpr std::int64_t kAhead = 16;         ///< Contacts that memory is asked for before their turn.
 constexpr std::size_t kFew = 64;            ///< Contacts or pieces that one thread is done with before another begins.
 
-/// Of a splat in texels: 3 and 5 are those that one and two steps of a walk reach.
-double width_of(int splat_texels) { return splat_texels == 5 ? 3.0 * std::numbers::sqrt2 : splat_texels; }
+/// Of a splat, in texels of the median size: 3 and 5 are those that one and two steps of a walk reach.
+double width_of(const ExchangeOptions& options, const SurfaceAtlas& surface) {
+  if (options.splat_mm > 0.0) return options.splat_mm / surface.median_texel_size_mm();
+  return options.splat_texels == 5 ? 3.0 * std::numbers::sqrt2 : options.splat_texels;
+}
+
+[[nodiscard]] bool is_wide(const ExchangeOptions& options) {
+  return options.splat_mm > 0.0 || options.splat_texels > 1;
+}
 
 }  // namespace
 
@@ -72,6 +79,13 @@ double contact_area(const ExchangeOptions& options, const SurfaceAtlas& surface)
   if (!(options.splat_mm > 0.0)) return 1.0;
   const double side = options.splat_mm / 3.0 / surface.median_texel_size_mm();
   return side * side;
+}
+
+double reached_from(const ExchangeOptions& options, const SurfaceAtlas& surface, std::uint32_t weight) {
+  const double area = static_cast<double>(weight) / SurfaceAtlas::kMedianWeight;
+  if (!is_wide(options)) return area;
+  const int size = SplatShape(surface, width_of(options, surface)).size_of(weight);
+  return size == 0 ? area : area * static_cast<double>(SplatShape::stencil_of(size).parts.size());
 }
 
 Exchanger::Exchanger(int num_materials, std::uint64_t seed, InstructionSet set) : state_(std::make_unique<State>()) {
@@ -126,16 +140,15 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
   }
   const std::span<const int> active = std::span(active_materials).first(num_active);
   const bool is_deposit = !endings.empty();
-  const double median_mm = surface.median_texel_size_mm();
-  const double width = options.splat_mm > 0.0 ? options.splat_mm / median_mm : width_of(options.splat_texels);
-  const bool is_wide = options.splat_mm > 0.0 || options.splat_texels > 1;
+  const double width = width_of(options, surface);
+  const bool has_splats = is_wide(options);
 
   s.cut_contacts.clear();
   s.region_of.resize(is_deposit ? 0 : contacts.size());
   s.sizes.resize(s.region_of.size());
   if (is_deposit) {
     s.cut_contacts.assign(contacts.begin(), contacts.end());
-  } else if (is_wide) {
+  } else if (has_splats) {
     s.place(contacts, s.pieces.shape_of(surface, width, 0), surface, threads);
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       if (s.region_of[i] == RegionLists::kNone) s.cut_contacts.push_back(contacts[i]);
@@ -163,7 +176,7 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
                         .regions = *s.regions,
                         .maps = maps != nullptr && maps->choice().has_any() ? maps : nullptr,
                         .is_deposit = is_deposit,
-                        .is_wide = is_wide,
+                        .is_wide = has_splats,
                         .kernel = s.kernel,
                         .contacts = contacts,
                         .sizes = s.sizes,

@@ -102,10 +102,8 @@ const SplatStencil& SplatShape::stencil_of(int size) {
 
 SplatShape::SplatShape(const SurfaceAtlas& surface, double width) : surface_(&surface), width_(width) {}
 
-int SplatShape::size_at(TexelIndex texel) const {
-  const double median = SurfaceAtlas::kMedianWeight;
-  const double size =
-      kVarianceOne / 36.0 * width_ * width_ * median / surface_->weight_of_triangle(surface_->triangle(texel));
+int SplatShape::size_of(std::uint32_t weight) const {
+  const double size = kVarianceOne / 36.0 * width_ * width_ * double{SurfaceAtlas::kMedianWeight} / weight;
   if (size < kVarianceOne / 16) return 0;  // a texel is twice as wide
   return static_cast<int>(std::min<double>(size + 0.5, kMaxSize));
 }

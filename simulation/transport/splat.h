@@ -65,7 +65,11 @@ class SplatShape {
 
   /// What append() is made of. The variance along an axis, texels^2 of the size that is hit there, in 1/kVarianceOne;
   /// 0 = one texel.
-  [[nodiscard]] int size_at(TexelIndex texel) const;
+  [[nodiscard]] int size_at(TexelIndex texel) const {
+    return size_of(surface_->weight_of_triangle(surface_->triangle(texel)));
+  }
+  /// Of texels of an area weight.
+  [[nodiscard]] int size_of(std::uint32_t weight) const;
   /// Of a variance.
   [[nodiscard]] static const SplatStencil& stencil_of(int size);
   /// Whether a stencil is what append() lays there: no seam and no end of the surface is near.

@@ -68,7 +68,7 @@ void LiveEngine::export_to(const std::string& name, const std::vector<std::strin
     if (options_.finished.empty() && std::find(names.begin(), names.end(), "hits") == names.end())
       names.push_back("hits");
     for (const std::string& control : names) {
-      const simulation::ParameterControl c = simulation::parameter_control(simulation_, control);
+      const simulation::ParameterControl c = simulation::parameter_control(simulation_, control, file_.time_unit);
       write_scaled_exr(folder / "controls" / (control + ".exr"), c.values, {c.low, c.high, c.unit});
     }
   }

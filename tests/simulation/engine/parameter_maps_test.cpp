@@ -64,8 +64,12 @@ std::array<double, 2> means(const Simulation& simulation, const std::string& nam
   return {sum[0] / area[0], sum[1] / area[1]};
 }
 
-TEST(ParameterMaps, AreTheSameOnFineAndOnCoarseTexels) {
-  Simulation simulation(uneven_plate(), {.parameter_maps = {"hits", "last_hit", "residence"}});
+class ParameterMapsByWidth : public testing::TestWithParam<double> {};
+
+TEST_P(ParameterMapsByWidth, AreTheSameOnFineAndOnCoarseTexels) {
+  Scene scene = uneven_plate();
+  scene.exchange.splat_mm = GetParam();
+  Simulation simulation(scene, {.parameter_maps = {"hits", "last_hit", "residence"}});
   constexpr int kIterations = 200;
   for (int i = 0; i < kIterations; ++i) simulation.step();
   // Some 350,000 drops on either chart: counts differ by 0.2 % by chance, weights of the atlas are whole numbers of
@@ -81,6 +85,9 @@ TEST(ParameterMaps, AreTheSameOnFineAndOnCoarseTexels) {
   const auto last = means(simulation, "last_hit");
   EXPECT_NEAR(last[1] / last[0], 1.0, 0.05);
 }
+
+// Drops of one texel, and of one width in mm: a few coarse texels, hundreds of fine ones.
+INSTANTIATE_TEST_SUITE_P(Widths, ParameterMapsByWidth, testing::Values(0.0, 2.0));
 
 }  // namespace
 }  // namespace patinate::simulation

@@ -33,7 +33,8 @@ TEST(AgedFrames, ShowWhatTheSimulationShowsAtEveryFrame) {
     ++k;
   }
   EXPECT_NE(values_of(frames.front()), values_of(frames.back()));
-  EXPECT_EQ(values_of(aged.controls().at(0).values), values_of(parameter_control(simulation, "hits").values));
+  EXPECT_EQ(values_of(aged.controls().at(0).values),
+            values_of(parameter_control(simulation, "hits", TimeUnit::Days).values));
 }
 
 TEST(AgedFrames, AnotherLookIsThatOfASimulationWithItAndTheFirstOneComesBack) {

@@ -50,21 +50,35 @@ std::vector<Part> parts_of(const Simulation& simulation) {
   return parts;
 }
 
+/// The 95th percentile; reorders.
+double high_of(std::vector<float>& values) {
+  const auto rank = static_cast<std::size_t>(0.95 * static_cast<double>(values.size() - 1));
+  return static_cast<double>(value_at_rank(values, rank));
+}
+
 MaterialOutcome material_outcome(const Simulation& simulation, const Part& part, int material) {
   const MaterialAtlas& atlas = simulation.atlas();
-  MaterialOutcome out{.material = simulation.scene().materials[static_cast<std::size_t>(material)]};
-  const double strength = simulation.scene().appearance[static_cast<std::size_t>(material)].strength;
+  const auto m = static_cast<std::size_t>(material);
+  MaterialOutcome out{.material = simulation.scene().materials[m]};
+  const double strength = simulation.scene().appearance[m].strength;
+  for (const Rule& rule : simulation.scene().rules) out.is_made = out.is_made || rule.products[m] > 0.0;
+  std::vector<float> shares;
+  double mean_come = 0.0;
   for (const TexelIndex t : part.texels) {
     const double share = atlas.surface().weight(t) / part.area;
     const int quanta = atlas.amount(material, t);
     const double amount = static_cast<double>(quanta) / kAmountOne,
                  come = amount - static_cast<double>(atlas.original(material, t)) / kAmountOne;
     out.mean += share * amount;
+    mean_come += share * std::max(0.0, come);
+    shares.push_back(static_cast<float>(std::clamp(come * strength, 0.0, 1.0)));
     out.largest = std::max(out.largest, amount);
     if (come * strength >= kShows) out.shows_share += share;
     if (come * strength >= 1.0) out.hides_share += share;
     if (quanta == static_cast<int>(kMaxAmount)) out.full_share += share;
   }
+  out.color_share = high_of(shares);
+  if (out.color_share == 0.0) out.color_share = mean_come * strength;
   return out;
 }
 
@@ -95,26 +109,48 @@ std::vector<ObjectOutcome> outcome_of(Simulation& simulation, const ImageF& befo
         object.never_met_share = object.never_met_share.value_or(0.0) + share;
     }
     if (hits && !object.never_met_share) object.never_met_share = 0.0;
-    const auto rank = static_cast<std::size_t>(0.95 * static_cast<double>(changes.size() - 1));
-    object.change_p95 = static_cast<double>(value_at_rank(changes, rank));
+    object.change_p95 = high_of(changes);
     for (int m = 0; m < static_cast<int>(simulation.scene().materials.size()); ++m)
       object.materials.push_back(material_outcome(simulation, part, m));
   }
   return outcome;
 }
 
+namespace {
+
+/// What makes something visible where it changed by at most `most`. What rules make counts where it has more to grow
+/// than the color: a film of water shows, too.
+std::string cure_of(const std::vector<ObjectOutcome>& outcome, double most) {
+  std::string made;
+  double share = 0.0;
+  bool has_rules = false;
+  for (const ObjectOutcome& object : outcome) {
+    for (const MaterialOutcome& material : object.materials) {
+      has_rules = has_rules || material.is_made;
+      if (!material.is_made || material.color_share <= share) continue;
+      share = material.color_share;
+      made = material.material;
+    }
+  }
+  if (has_rules && share == 0.0) return "rules have made nothing: their drivers are 0, or their rates far too small";
+  double times = most > 0.0 ? kVisibleDeltaE / most : 0.0;
+  if (share > 0.0) times = std::max(times, kShows / share);
+  if (times == 0.0) return "check that emitters are on, hit the objects, and carry what the rules need";
+  const std::string factor =
+      times < 1e4 ? "about " + short_number_text(rounded(times, 1)) : std::string("more than 10,000");
+  return "rates or loads are " + factor + " times too small, or the run as many times too short" +
+         (made.empty() ? "" : " (of what rules make, " + made + " covers most, " + short_number_text(rounded(100.0 * share, 2)) + " %" + " of the color)");
+}
+
+}  // namespace
+
 std::vector<std::string> outcome_advice(const std::vector<ObjectOutcome>& outcome) {
   std::vector<std::string> advice;
   double most = 0.0;
   for (const ObjectOutcome& object : outcome) most = std::max(most, object.change_p95);
   if (most < kNoticeable) {
-    const double times = kVisibleDeltaE / most;
     advice.push_back("nothing visible happened: 95 % of every object changed by less than " +
-                     short_number_text(rounded(most, 2)) + " Delta E (2.3 is noticed); " +
-                     (times < 1e4
-                          ? "rates or loads are about " + short_number_text(rounded(times, 1)) +
-                                " times too small, or the run as many times too short"
-                          : std::string("check that emitters are on, hit the objects, and carry what the rules need")));
+                     short_number_text(rounded(most, 2)) + " Delta E (2.3 is noticed); " + cure_of(outcome, most));
   }
   for (const ObjectOutcome& object : outcome) {
     if (object.never_met_share.value_or(0.0) > kMostlyUnmet) {

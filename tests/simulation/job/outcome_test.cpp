@@ -73,6 +73,29 @@ TEST(Outcome, SaysHowManyTimesTooSmallRatesAreAndThatHelps) {
   EXPECT_LT(change, kVisibleDeltaE * 2.0);
 }
 
+// A film of water that is seen must not stand for rust that is not.
+TEST(Outcome, WhatRulesMakeTellsHowFarTheyAreOff) {
+  Scene scene = testing_support::plate_scene(64);
+  scene.rules.push_back(testing_support::rust_rule(kRate / 100.0));
+  scene.appearance[0].strength = 0.02;
+  Simulation simulation(scene);
+  const ImageF before = simulation.compose().color_linear();
+  for (int i = 0; i < 30; ++i) simulation.step();
+  const std::vector<std::string> advice = outcome_advice(outcome_of(simulation, before));
+  ASSERT_EQ(advice.size(), 1u);
+  const std::string phrase = "rates or loads are about ";
+  const std::size_t at = advice[0].find(phrase);
+  ASSERT_NE(at, std::string::npos) << advice[0];
+  EXPECT_GE(std::stod(advice[0].substr(at + phrase.size())), 50.0) << advice[0];
+  EXPECT_NE(advice[0].find("rust covers most"), std::string::npos) << advice[0];
+}
+
+TEST(Outcome, SaysThatRulesHaveMadeNothing) {
+  const std::vector<std::string> advice = outcome_advice(rained_on(0.0, false));
+  ASSERT_EQ(advice.size(), 1u);
+  EXPECT_NE(advice[0].find("rules have made nothing"), std::string::npos) << advice[0];
+}
+
 TEST(Estimate, ACoarseRunForetellsTheWholeOne) {
   SceneFile file;
   file.scene = testing_support::plate_scene(512);

@@ -14,6 +14,7 @@
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "simulation/files/scene_json.h"
+#include "simulation/files/scene_notes.h"
 #include "simulation/files/scene_maps_json.h"
 #include "simulation/files/weather_json.h"
 #include "simulation/rules/rule_io.h"
@@ -349,13 +350,7 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
   try {
     check_scene(scene);
     for (std::string& note : describe_meshes(make_scene_mesh(scene))) file.notes.push_back(std::move(note));
-    // In units of the scene, as they were written.
-    const TracingOptions& t = scene.tracing;
-    if (t.pull * t.reach_mm < t.epsilon_mm * (1.0 - 1e-9))
-      file.notes.push_back("tracing: floating drops sink by `pull`, " +
-                           short_number_text(t.pull * t.reach_mm / context.mm_per_unit) + ", and hover by `epsilon`, " +
-                           short_number_text(t.epsilon_mm / context.mm_per_unit) +
-                           ": those that hover higher leave the surface; let `pull` be larger");
+    for (std::string& note : scene_notes(file, context.mm_per_unit)) file.notes.push_back(std::move(note));
   } catch (const InvalidInput& e) {
     throw IoError(path.string(), e.what());
   }

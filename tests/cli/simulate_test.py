@@ -72,6 +72,18 @@ class Simulate(unittest.TestCase):
             told = self.run_in(["simulate", name, "-o", "pull", "--dry-run"], check=True).stderr
             self.assertEqual("sink by `pull`, 0.9, and hover by `epsilon`, 1:" in told, is_told, told)
 
+    def test_what_a_scene_says_without_effect_is_told_before_the_run(self):
+        late = {"iteration": 41, "op": "switch", "target": self.scene["emitters"][0]["name"], "on": False}
+        rates = {material: rate for material, rate in self.scene["exchange"]["rates"].items() if material != "water"}
+        carries = [dict(emitter, carries={"water": 0.5}) for emitter in self.scene["emitters"][:1]]
+        name = self.write("ledge/idle.json", dict(self.scene, events=[dict(late, iteration=40), late], emitters=carries, exchange={"rates": rates}))
+        told = self.run_in(["simulate", name, "-o", "idle", "--dry-run"], check=True).stderr
+        self.assertIn("1 event comes after the run's end, the first at iteration 41 of 40", told)
+        self.assertIn(f"emitter '{carries[0]['name']}' carries water, which drops never give away", told)
+        told = self.run_in(["simulate", "ledge/small.json", "-o", "other", "--dry-run"], check=True).stderr
+        self.assertNotIn("after the run's end", told)
+        self.assertNotIn("never give away", told)
+
     def test_maps_of_several_objects_are_there_for_each_and_refused_for_another_mesh(self):
         one = self.scene["objects"][0]
         self.write("ledge/two.json", dict(self.scene, objects=[dict(one, name="left"), dict(one, name="right", translate=[500, 0, 0])]))

@@ -84,7 +84,8 @@ int cmd_devices(CommandRun& run) {
                          {"lookups", outcome.lookups},
                          {"composition", outcome.composition},
                          {"rules", outcome.rules},
-                         {"rays", outcome.rays}}}});
+                         {"rays", outcome.rays},
+                         {"gammatons", outcome.motion}}}});
   }
   if (all.empty()) text += "No OpenCL devices: no driver is installed (for NVIDIA, AMD, Intel or PoCL)\n";
   run.report({{"cpu", {{"threads", num_threads}, {"instructions", instructions}}}, {"devices", devices}}, text);

@@ -6,6 +6,7 @@
 #include "libcommon/core/text.h"
 #include "simulation/composition/compose_device.h"
 #include "simulation/rules/device_rules.h"
+#include "simulation/tracing/device_motion.h"
 
 namespace patinate::cli {
 
@@ -99,7 +100,9 @@ std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(const
                                                                            CommandRun& run) {
   const auto check_all = [](const device::Device& opened) {
     const device::CheckResult composition = simulation::check_composition(opened);
-    return composition.is_passed() ? simulation::check_rules(opened) : composition;
+    if (!composition.is_passed()) return composition;
+    const device::CheckResult rules = simulation::check_rules(opened);
+    return rules.is_passed() ? simulation::check_motion(opened) : rules;
   };
   return open_kind<simulation::SimulationDevice>(if_asked_for(options, run), check_all, run);
 }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "analysis/fit/held_out_report.h"
 #include "analysis/fit/misfit.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
@@ -199,29 +200,6 @@ void draw_curves(const Section& section, const std::function<void(const std::str
   }
 }
 
-void add_held_out(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
-  if (!o.held_out) return;
-  const HeldOut& h = *o.held_out;
-  page.heading("Frames that the search did not see");
-  page.paragraph(
-      "Only frames up to " + number(*task.objective.until) +
-      " were fitted. The objective at the compared times after it (" + std::to_string(h.num_times) +
-      " in all) says how well the model foretells; one that is no better than the last frame seen, held, foretells "
-      "nothing.");
-  double least = std::numeric_limits<double>::infinity(), most = 0.0;
-  for (const std::optional<double>& v : h.other_seeds) {
-    if (v) least = std::min(least, *v), most = std::max(most, *v);
-  }
-  page.table({"", "objective after " + number(*task.objective.until)},
-             {{"starting values", number(h.before)},
-              {"best values", number(h.after)},
-              {"best values, other seeds", least <= most ? number(least) + " to " + number(most) : "-"},
-              {"the last frame seen, held", number(h.last_frame)}});
-  if (h.after && h.last_frame)
-    page.paragraph(*h.after < *h.last_frame ? "The best values come nearer than the last frame does."
-                                            : "The best values come no nearer than the last frame does.");
-}
-
 /// How near each of several captures is.
 void add_captures(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   if (task.captures.size() == 1) return;
@@ -258,11 +236,11 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   for (std::size_t i = 0; i < task.parameters.size(); ++i) {
     const FitParameter& p = task.parameters[i];
     rows.push_back(
-        {name_of(task, i),
+        {name_of(task, i), p.unit,
          number(p.range.low) + " to " + number(p.range.high) + (p.range.scale == FitScale::Log ? " (log)" : ""),
          number(o.initial.values[i]), number(o.best.values[i]), verdict_text(task, o, i)});
   }
-  page.table({"parameter", "range", "before", "best", "what the data say"}, rows);
+  page.table({"parameter", "unit", "range", "before", "best", "what the data say"}, rows);
   const bool is_examined = std::any_of(o.verdicts.begin(), o.verdicts.end(), [](const ParameterVerdict& v) {
     return v.determination != Determination::NotExamined;
   });
@@ -301,11 +279,12 @@ void add_methods(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
       "several of the best points of a space-filling Latin hypercube [McKay, Beckman and Conover 1979; Johnson, Moore "
       "and Ylvisaker 1990]; what only changes the look is searched anew for each aging [as in Golub and Pereyra "
       "1973].");
-  page.paragraph("Every simulation of the search has the scene's own seed; " + std::to_string(o.chances.size()) +
-                 " with other seeds in the capture's place say what chance alone makes of the objective. Frames are "
-                 "compared at " +
-                 (task.objective.until ? "times up to " + number(*task.objective.until) : "all compared times") +
-                 ". docs/algorithms/fit.md of this version says each step.");
+  page.paragraph(
+      "Every simulation of the search has the scene's own seed; " + std::to_string(o.chances.size()) +
+      " with other seeds in the capture's place say what chance alone makes of the objective. Frames are "
+      "compared at " +
+      (o.held_out ? "times up to " + until_text(*task.objective.until, o.held_out->time_unit) : "all compared times") +
+      ". docs/algorithms/fit.md of this version says each step.");
   page.paragraph(
       "N. Hansen, A. Ostermeier, Completely derandomized self-adaptation in evolution strategies, Evolutionary "
       "Computation 9(2), 2001. N. Hansen, The CMA evolution strategy: a tutorial, arXiv:1604.00772, 2016. M. McKay, R. "

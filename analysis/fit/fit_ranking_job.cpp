@@ -230,6 +230,12 @@ Json ranking_json(const Ranking& ranking, std::span<const RankedFit> fits) {
     Json cases_of = Json::array();
     for (const std::size_t i : m.fits) {
       const RankedFit& f = fits[i];
+      Json varied = Json::array();
+      for (std::size_t p = 0; p < f.fit.parameters.size(); ++p)
+        varied.push_back({{"number", f.fit.parameters[p]},
+                          {"unit", f.fit.units[p]},
+                          {"best", f.fit.best[p]},
+                          {"verdict", f.fit.verdicts[p]}});
       cases_of.push_back({{"name", f.name},
                           {"key", f.fit.key},
                           {"history", f.fit.history},
@@ -237,6 +243,7 @@ Json ranking_json(const Ranking& ranking, std::span<const RankedFit> fits) {
                           {"seen", number_json(f.fit.objective_after)},
                           {"held_out", number_json(f.fit.held_out->after)},
                           {"other_seeds", f.fit.held_out->other_seeds},
+                          {"varied", varied},
                           {"converged", f.fit.is_converged}});
     }
     models.push_back({{"model", m.name},

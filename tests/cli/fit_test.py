@@ -95,6 +95,9 @@ class Rank(unittest.TestCase):
         for name in json.loads((WORK / f"start_{first}/report.json").read_text())["parameters"]:
             self.assertIn(name["pointer"], numbers)
         self.assertIn("<td>/rules/0/rate</td><td>per h</td>", numbers.replace("\n", ""))
+        varied = report["models"][0]["fits"][0]["varied"]
+        self.assertEqual([(v["number"], v["unit"]) for v in varied], [("/rules/0/rate", "per h"), ("/appearance/patina/strength", "per layer")])
+        self.assertEqual([v["best"] for v in varied], [p["best"] for p in json.loads((WORK / f"start_{first}/report.json").read_text())["parameters"]])
         self.assertIn(f"truth until {first:g} h</th>", page)
         rows = (WORK / "ranked/ranking.csv").read_text().splitlines()
         self.assertEqual([row.split(",")[0] for row in rows], ["model", "start", "idle"])

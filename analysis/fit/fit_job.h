@@ -117,6 +117,7 @@ struct FitManifest {
   std::vector<std::pair<std::string, std::string>> comparing;  ///< ObjectiveOptions but `until`, as text.
   std::optional<HeldOutFrames> held_out;
   std::vector<std::string> parameters, verdicts;  ///< As column_of() calls them.
+  std::vector<std::string> words;                 ///< What the scene calls them: "rule patina: rate".
   std::vector<std::string> units;                 ///< Of the parameters; "" where one has none.
   std::vector<double> initial, best;
   double objective_before = 0.0, objective_after = 0.0;

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 5;  ///< Raised when the same fits give other figures.
+constexpr std::int64_t kStageVersion = 6;  ///< Raised when the same fits give other figures.
 
 struct Ranked {
   RankingTask task;
@@ -104,44 +104,41 @@ std::string as_sentence(std::string text, const Ranking& ranking) {
   return text + ".";
 }
 
-/// What each model varies, and where its fits found it: a column a model, a value a case.
+/// What each model varies, and where its fits found it: a row a number, model and case.
 void add_numbers(HtmlPage& page, const Ranked& all) {
   const Ranking& r = all.ranking;
-  std::vector<std::string> names, units, header{"number", "unit"};
-  std::vector<std::vector<std::string>> rows;
+  std::vector<std::string> names;
   for (const RankedModel& m : r.models) {
-    header.push_back(m.name);
     for (const std::size_t i : m.fits) {
-      const FitManifest& fit = all.fits[i].fit;
-      for (std::size_t p = 0; p < fit.parameters.size(); ++p) {
-        if (std::find(names.begin(), names.end(), fit.parameters[p]) != names.end()) continue;
-        names.push_back(fit.parameters[p]);
-        units.push_back(fit.units[p]);
+      for (const std::string& name : all.fits[i].fit.words) {
+        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
       }
     }
   }
-  for (std::size_t n = 0; n < names.size(); ++n) {
-    const std::string& name = names[n];
-    std::vector<std::string>& row = rows.emplace_back(std::vector<std::string>{name, units[n]});
+  const bool are_several = r.cases.size() > 1;
+  std::vector<std::vector<std::string>> rows;
+  for (const std::string& name : names) {
+    std::string number_cell = name;  // In the first of its rows alone.
     for (const RankedModel& m : r.models) {
-      std::string found;
-      for (const std::size_t i : m.fits) {
-        const FitManifest& fit = all.fits[i].fit;
-        const auto k = static_cast<std::size_t>(std::find(fit.parameters.begin(), fit.parameters.end(), name) -
-                                                fit.parameters.begin());
-        const bool is_varied = k < fit.parameters.size();
-        found +=
-            (found.empty() ? "" : "; ") + (is_varied ? number(fit.best[k]) + ", " + fit.verdicts[k] : "as its scene");
+      for (std::size_t k = 0; k < m.fits.size(); ++k) {
+        const FitManifest& fit = all.fits[m.fits[k]].fit;
+        const auto p =
+            static_cast<std::size_t>(std::find(fit.words.begin(), fit.words.end(), name) - fit.words.begin());
+        if (p == fit.words.size()) continue;
+        std::vector<std::string>& row = rows.emplace_back();
+        row = {std::exchange(number_cell, ""), fit.units[p], m.name};
+        if (are_several) row.push_back(case_text(r.cases[k]));
+        row.insert(row.end(), {number(fit.best[p]), fit.verdicts[p]});
       }
-      row.push_back(found);
     }
   }
+  std::vector<std::string> header{"number", "unit", "model"};
+  if (are_several) header.emplace_back("case");
+  header.insert(header.end(), {"best", "what the frames seen say"});
   page.heading("How the models differ");
-  page.paragraph("Every number that a model varies, with the best value" +
-                 std::string(r.cases.size() > 1 ? " of each case in the order below" : "") +
-                 " and what the frames seen say of it. A number that a model does not vary stands in its scene, if it "
-                 "has one; rules "
-                 "that the scenes differ in are in the scenes alone.");
+  page.paragraph(
+      "Every number that a model varies. One that a model does not vary stands in its scene, if it has one; rules that "
+      "the scenes differ in are in the scenes alone.");
   page.table(header, rows);
 }
 

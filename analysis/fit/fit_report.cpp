@@ -199,6 +199,7 @@ FitManifest read_fit_manifest(const fs::path& path) {
   for (JsonReader& p : json.member("parameters").elements(100)) {
     m.parameters.push_back(p.member("pointer").string());
     if (p.has("capture")) m.parameters.back() += " (" + p.member("capture").string() + ")";
+    m.words.push_back(p.has("name") ? p.member("name").string() : m.parameters.back());
     m.units.push_back(p.has("unit") ? p.member("unit").string() : "");
     m.verdicts.push_back(p.member("verdict").string());
     m.initial.push_back(p.member("initial").number());

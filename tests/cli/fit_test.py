@@ -93,8 +93,8 @@ class Rank(unittest.TestCase):
             self.assertIn(said, page)
         numbers = page[page.index("How the models differ"):page.index("Case by case")]
         for name in json.loads((WORK / f"start_{first}/report.json").read_text())["parameters"]:
-            self.assertIn(name["pointer"], numbers)
-        self.assertIn("<td>/rules/0/rate</td><td>per h</td>", numbers.replace("\n", ""))
+            self.assertIn(name["name"], numbers)
+        self.assertIn("<td>rule patina: rate</td><td>per h</td><td>start</td>", numbers.replace("\n", ""))
         varied = report["models"][0]["fits"][0]["varied"]
         self.assertEqual([(v["number"], v["unit"]) for v in varied], [("/rules/0/rate", "per h"), ("/appearance/patina/strength", "per layer")])
         self.assertEqual([v["best"] for v in varied], [p["best"] for p in json.loads((WORK / f"start_{first}/report.json").read_text())["parameters"]])

@@ -67,16 +67,30 @@ std::string convergence_chart(const FitOutcome& o) {
   return svg_chart(chart);
 }
 
+/// A curve of the comparison, nullptr where it is not told over time.
+const Curve* curve_of(std::span<const Section> sections, const std::string& name) {
+  for (const Section& s : sections) {
+    const auto found = std::find_if(s.curves.begin(), s.curves.end(), [&](const Curve& c) { return c.name == name; });
+    if (found != s.curves.end() && !found->columns.empty()) return &*found;
+  }
+  return nullptr;
+}
+
+/// What is off before anything has aged, "" where the starting and the best values differ in it or nothing is.
+std::string start_text(const std::string& name, std::span<const Section> before, std::span<const Section> after) {
+  const Curve *first = curve_of(before, name), *last = curve_of(after, name);
+  if (first == nullptr || last == nullptr || first->columns.front().values.empty()) return "";
+  const std::string was = number(first->columns.front().values.front()),
+                    is = number(last->columns.front().values.front());
+  if (was != is || was == "-" || was == "0") return "";
+  return "At the first compared time the distance is " + is +
+         ", with the starting values and with the best alike: so far off is the surface that the scene begins with, "
+         "which the numbers that were varied do not change.";
+}
+
 /// A curve of the comparison with the starting and with the best values; empty where that is not told over time.
 std::string misfit_chart(const std::string& name, std::span<const Section> before, std::span<const Section> after) {
-  const auto find = [&](std::span<const Section> sections) -> const Curve* {
-    for (const Section& s : sections) {
-      const auto found = std::find_if(s.curves.begin(), s.curves.end(), [&](const Curve& c) { return c.name == name; });
-      if (found != s.curves.end() && !found->columns.empty()) return &*found;
-    }
-    return nullptr;
-  };
-  const Curve *first = find(before), *last = find(after);
+  const Curve *first = curve_of(before, name), *last = curve_of(after, name);
   if (first == nullptr || last == nullptr) return "";
   Chart chart{.title = last->title, .x_label = last->x_name, .y_label = last->y_name};
   chart.series.push_back({.name = "after", .x = last->x, .y = last->columns.front().values});
@@ -365,6 +379,7 @@ void write_fit_page(const std::filesystem::path& folder, const std::string& titl
     add_comparison(page, of_whom, before.front(), after.front(), changes[c]);
     const std::string misfit = misfit_chart("color_distribution", before, after);
     if (!misfit.empty()) draw_of_capture("misfit", misfit);
+    if (const std::string text = start_text("color_distribution", before, after); !text.empty()) page.paragraph(text);
     for (const Section& section : after) {
       if (section.name == kMisfitSection) add_misfit(page, of_whom, section);
       if (section.name == "controls") draw_curves(section, draw_of_capture);

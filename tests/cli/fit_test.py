@@ -146,6 +146,15 @@ class Fit(unittest.TestCase):
         for said in ("Where the model lacks colors", "misfit, before", "misfit, after", "Rate of change by hits"):
             self.assertIn(said, page)
         self.assertTrue(list((WORK / "paged/curves").glob("*hits*.svg")))
+        # Only a scene that begins with another color is off before anything has aged, whatever its rates are.
+        begins = "so far off is the surface that the scene begins with"
+        self.assertNotIn(begins, page)
+        gray = changed()
+        gray["presets"] = {"gray": {"composition": {"metal": 1.0}, "color": [0.2, 0.2, 0.2]}}
+        gray["objects"][0]["preset"] = "gray"
+        (WORK / "scenes/gray.json").write_text(json.dumps(gray))
+        self.assertEqual(patinate("fit", "scenes/gray.json", "captured", *VARY, *SHORT, "-o", "gray").returncode, 0)
+        self.assertIn(begins, (WORK / "gray/report.html").read_text())
 
     def test_the_best_scene_runs_from_its_folder_and_gives_the_history_after(self):
         self.assertEqual(patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", "run").returncode, 0)

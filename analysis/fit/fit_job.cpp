@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kSearchVersion = 4;  ///< Raised when the same input gives other values;
-constexpr std::int64_t kStageVersion = 5;   ///< when the same values give another report.
+constexpr std::int64_t kStageVersion = 7;   ///< when the same values give another report.
 constexpr int kEvaluationsPerParameter = 100;
 constexpr double kSmallestLookStep = 0.05;      ///< Of the search for an appearance, however narrow the outer one has
                                                 ///< become; but no wider than its first step.
@@ -191,6 +191,10 @@ void add_search_inputs(const FitTask& task, const std::vector<SeriesFile>& serie
 }
 
 }  // namespace
+
+fs::path held_out_picture(const fs::path& fit, std::size_t num_captures, const char* stem, std::size_t capture) {
+  return fit / kHeldOutFolder / (file_of_capture(num_captures, stem, capture) + ".png");
+}
 
 std::string file_of_capture(std::size_t num_captures, const std::string& stem, std::size_t capture) {
   return num_captures == 1 ? stem : stem + "_" + std::to_string(capture + 1);

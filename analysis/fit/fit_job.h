@@ -22,8 +22,8 @@ inline constexpr const char* kFitDrawingsFolder = "curves";
 inline constexpr const char* kFitTableFile = "evaluations.csv";
 /// With frames held out: pictures of the last compared of them, captured and simulated with the best values.
 inline constexpr const char* kHeldOutFolder = "held_out";
-inline constexpr const char* kHeldOutCaptured = "captured.png";
-inline constexpr const char* kHeldOutSimulated = "simulated.png";
+inline constexpr const char* kHeldOutCaptured = "captured";    ///< Stem of a PNG's name (file_of_capture()).
+inline constexpr const char* kHeldOutSimulated = "simulated";  ///< The same.
 
 struct FitOptions {
   int evaluations = 0;  ///< Budget of the search; 0 = 100 for each parameter that is searched. When all parameters are
@@ -76,26 +76,38 @@ struct FitTask {
   std::string command;  ///< What repeats it, for the report; no part of the key.
 };
 
-/// What a capture's files are called: "after", or "after_2" where there are several. @param capture  Counted from 0.
+/// What a capture's files are called, without extension: "after", or "after_2" where there are several. @param capture
+/// Counted from 0.
 [[nodiscard]] std::string file_of_capture(std::size_t num_captures, const std::string& stem, std::size_t capture);
+/// The PNG of a capture's last held-out frame. @param stem  kHeldOutCaptured or kHeldOutSimulated.
+[[nodiscard]] std::filesystem::path held_out_picture(const std::filesystem::path& fit, std::size_t num_captures,
+                                                     const char* stem, std::size_t capture);
 /// A parameter in tables: "/rules/0/rate", or "/rules/0/rate (shaded)" where it is that capture's own.
 [[nodiscard]] std::string column_of(const FitTask& task, std::size_t parameter);
 
 /// report.html, report.json, evaluations.csv, evaluations/*.json, the model's file, and `before` and `after`: histories
-/// with the starting and the best values; with frames held out of one capture also pictures in `held_out`. Of several
-/// captures each has its model's file and its histories (file_of_capture()).
+/// with the starting and the best values; with frames held out also pictures in `held_out`. Of several captures each
+/// has its model's file, its histories and its pictures (file_of_capture()).
 /// @throws InvalidInput if a history cannot be compared with its outline (FitObjective), a start lies outside its
 /// range, frames are held out of histories with different units of time, or the budget is below the least; IoError.
 [[nodiscard]] JobPlan plan_fit(FitTask task, const std::filesystem::path& output);
+
+/// The frames that no search saw, of one capture.
+struct HeldOutCapture {
+  std::string name = {};
+  std::optional<double> before = {}, after = {}, last_frame = {};  ///< As in HeldOut.
+  std::string shown = {};                                          ///< "480 min", the time of the pictures.
+};
 
 /// Objectives of the frames after `until`, which no search saw.
 struct HeldOutFrames {
   double until = 0.0;  ///< In the history's unit.
   int num_times = 0;
-  std::optional<double> after;       ///< With the best values.
-  std::vector<double> other_seeds;   ///< The best values with other seeds, where there is an objective.
-  std::optional<double> last_frame;  ///< The history's last frame that was seen, held.
-  std::string shown = {};            ///< "480 min", the time of the pictures; "" where there are none.
+  std::optional<double> after;                ///< With the best values.
+  std::vector<double> other_seeds;            ///< The best values with other seeds, where there is an objective.
+  std::optional<double> last_frame;           ///< The history's last frame that was seen, held.
+  std::string time_unit = {};                 ///< Of the history; "" where a fit of an earlier version does not say.
+  std::vector<HeldOutCapture> captures = {};  ///< Each by itself; none where there are no pictures of one.
 };
 
 /// What `report.json` says of a finished folder, as far as others need it.
@@ -105,6 +117,8 @@ struct FitManifest {
   std::vector<std::pair<std::string, std::string>> comparing;  ///< ObjectiveOptions but `until`, as text.
   std::optional<HeldOutFrames> held_out;
   std::vector<std::string> parameters, verdicts;  ///< As column_of() calls them.
+  std::vector<std::string> words;                 ///< What the scene calls them: "rule patina: rate".
+  std::vector<std::string> units;                 ///< Of the parameters; "" where one has none.
   std::vector<double> initial, best;
   double objective_before = 0.0, objective_after = 0.0;
   int evaluations = 0;

@@ -144,12 +144,18 @@ HeldOut held_out_of(FitWork& work, const FitOutcome& outcome, const std::vector<
                     const std::vector<Compared>& after, const RunControl& control) {
   HeldOut out;
   std::vector<std::optional<double>> start, best, last;
+  out.time_unit = time_unit_text(open_series(work.task.captures.front().history).series.facts().time_unit);
   for (std::size_t c = 0; c < before.size(); ++c) {
     const FitObjective& held_out = *work.ready(control).captures[c].held_out;
     out.num_times += held_out.num_times();
     start.push_back(before[c].held_out);
     best.push_back(after[c].held_out);
     last.push_back(last_frame_held(held_out, work.task.captures[c].history, *work.task.objective.until, control));
+    out.captures.push_back({.name = work.task.captures[c].name,
+                            .before = start.back(),
+                            .after = best.back(),
+                            .last_frame = last.back(),
+                            .shown = after[c].last_time});
   }
   out.before = mean_of(start);
   out.after = mean_of(best);
@@ -158,10 +164,12 @@ HeldOut held_out_of(FitWork& work, const FitOutcome& outcome, const std::vector<
   return out;
 }
 
-void write_held_out_pictures(const fs::path& folder, const Compared& after) {
+void write_held_out_pictures(const fs::path& folder, const std::vector<Compared>& after) {
   fs::create_directories(folder / kHeldOutFolder);
-  write_srgb8(folder / kHeldOutFolder / kHeldOutCaptured, after.last_captured);
-  write_srgb8(folder / kHeldOutFolder / kHeldOutSimulated, after.last_simulated);
+  for (std::size_t c = 0; c < after.size(); ++c) {
+    write_srgb8(held_out_picture(folder, after.size(), kHeldOutCaptured, c), after[c].last_captured);
+    write_srgb8(held_out_picture(folder, after.size(), kHeldOutSimulated, c), after[c].last_simulated);
+  }
 }
 
 }  // namespace
@@ -188,10 +196,7 @@ void join_fit(FitWork& work, const fs::path& folder, const std::string& key, con
   }
   if (work.task.objective.until) {
     outcome.held_out = held_out_of(work, outcome, before, after, quiet);
-    if (after.size() == 1) {
-      outcome.held_out->shown = after.front().last_time;
-      write_held_out_pictures(folder, after.front());
-    }
+    write_held_out_pictures(folder, after);
   }
   write_fit_report(folder, work.task, outcome, sections, key);
 }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "analysis/fit/held_out_report.h"
 #include "analysis/fit/misfit.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
@@ -66,16 +67,30 @@ std::string convergence_chart(const FitOutcome& o) {
   return svg_chart(chart);
 }
 
+/// A curve of the comparison, nullptr where it is not told over time.
+const Curve* curve_of(std::span<const Section> sections, const std::string& name) {
+  for (const Section& s : sections) {
+    const auto found = std::find_if(s.curves.begin(), s.curves.end(), [&](const Curve& c) { return c.name == name; });
+    if (found != s.curves.end() && !found->columns.empty()) return &*found;
+  }
+  return nullptr;
+}
+
+/// What is off before anything has aged, "" where the starting and the best values differ in it or nothing is.
+std::string start_text(const std::string& name, std::span<const Section> before, std::span<const Section> after) {
+  const Curve *first = curve_of(before, name), *last = curve_of(after, name);
+  if (first == nullptr || last == nullptr || first->columns.front().values.empty()) return "";
+  const std::string was = number(first->columns.front().values.front()),
+                    is = number(last->columns.front().values.front());
+  if (was != is || was == "-" || was == "0") return "";
+  return "At the first compared time the distance is " + is +
+         ", with the starting values and with the best alike: so far off is the surface that the scene begins with, "
+         "which the numbers that were varied do not change.";
+}
+
 /// A curve of the comparison with the starting and with the best values; empty where that is not told over time.
 std::string misfit_chart(const std::string& name, std::span<const Section> before, std::span<const Section> after) {
-  const auto find = [&](std::span<const Section> sections) -> const Curve* {
-    for (const Section& s : sections) {
-      const auto found = std::find_if(s.curves.begin(), s.curves.end(), [&](const Curve& c) { return c.name == name; });
-      if (found != s.curves.end() && !found->columns.empty()) return &*found;
-    }
-    return nullptr;
-  };
-  const Curve *first = find(before), *last = find(after);
+  const Curve *first = curve_of(before, name), *last = curve_of(after, name);
   if (first == nullptr || last == nullptr) return "";
   Chart chart{.title = last->title, .x_label = last->x_name, .y_label = last->y_name};
   chart.series.push_back({.name = "after", .x = last->x, .y = last->columns.front().values});
@@ -199,29 +214,6 @@ void draw_curves(const Section& section, const std::function<void(const std::str
   }
 }
 
-void add_held_out(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
-  if (!o.held_out) return;
-  const HeldOut& h = *o.held_out;
-  page.heading("Frames that the search did not see");
-  page.paragraph(
-      "Only frames up to " + number(*task.objective.until) +
-      " were fitted. The objective at the compared times after it (" + std::to_string(h.num_times) +
-      " in all) says how well the model foretells; one that is no better than the last frame seen, held, foretells "
-      "nothing.");
-  double least = std::numeric_limits<double>::infinity(), most = 0.0;
-  for (const std::optional<double>& v : h.other_seeds) {
-    if (v) least = std::min(least, *v), most = std::max(most, *v);
-  }
-  page.table({"", "objective after " + number(*task.objective.until)},
-             {{"starting values", number(h.before)},
-              {"best values", number(h.after)},
-              {"best values, other seeds", least <= most ? number(least) + " to " + number(most) : "-"},
-              {"the last frame seen, held", number(h.last_frame)}});
-  if (h.after && h.last_frame)
-    page.paragraph(*h.after < *h.last_frame ? "The best values come nearer than the last frame does."
-                                            : "The best values come no nearer than the last frame does.");
-}
-
 /// How near each of several captures is.
 void add_captures(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   if (task.captures.size() == 1) return;
@@ -258,11 +250,11 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   for (std::size_t i = 0; i < task.parameters.size(); ++i) {
     const FitParameter& p = task.parameters[i];
     rows.push_back(
-        {name_of(task, i),
+        {name_of(task, i), p.unit,
          number(p.range.low) + " to " + number(p.range.high) + (p.range.scale == FitScale::Log ? " (log)" : ""),
          number(o.initial.values[i]), number(o.best.values[i]), verdict_text(task, o, i)});
   }
-  page.table({"parameter", "range", "before", "best", "what the data say"}, rows);
+  page.table({"parameter", "unit", "range", "before", "best", "what the data say"}, rows);
   const bool is_examined = std::any_of(o.verdicts.begin(), o.verdicts.end(), [](const ParameterVerdict& v) {
     return v.determination != Determination::NotExamined;
   });
@@ -301,11 +293,12 @@ void add_methods(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
       "several of the best points of a space-filling Latin hypercube [McKay, Beckman and Conover 1979; Johnson, Moore "
       "and Ylvisaker 1990]; what only changes the look is searched anew for each aging [as in Golub and Pereyra "
       "1973].");
-  page.paragraph("Every simulation of the search has the scene's own seed; " + std::to_string(o.chances.size()) +
-                 " with other seeds in the capture's place say what chance alone makes of the objective. Frames are "
-                 "compared at " +
-                 (task.objective.until ? "times up to " + number(*task.objective.until) : "all compared times") +
-                 ". docs/algorithms/fit.md of this version says each step.");
+  page.paragraph(
+      "Every simulation of the search has the scene's own seed; " + std::to_string(o.chances.size()) +
+      " with other seeds in the capture's place say what chance alone makes of the objective. Frames are "
+      "compared at " +
+      (o.held_out ? "times up to " + until_text(*task.objective.until, o.held_out->time_unit) : "all compared times") +
+      ". docs/algorithms/fit.md of this version says each step.");
   page.paragraph(
       "N. Hansen, A. Ostermeier, Completely derandomized self-adaptation in evolution strategies, Evolutionary "
       "Computation 9(2), 2001. N. Hansen, The CMA evolution strategy: a tutorial, arXiv:1604.00772, 2016. M. McKay, R. "
@@ -386,6 +379,7 @@ void write_fit_page(const std::filesystem::path& folder, const std::string& titl
     add_comparison(page, of_whom, before.front(), after.front(), changes[c]);
     const std::string misfit = misfit_chart("color_distribution", before, after);
     if (!misfit.empty()) draw_of_capture("misfit", misfit);
+    if (const std::string text = start_text("color_distribution", before, after); !text.empty()) page.paragraph(text);
     for (const Section& section : after) {
       if (section.name == kMisfitSection) add_misfit(page, of_whom, section);
       if (section.name == "controls") draw_curves(section, draw_of_capture);

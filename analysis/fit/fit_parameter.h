@@ -34,6 +34,7 @@ struct FitParameter {
   bool is_whole = false;       ///< Only whole numbers.
   bool is_appearance = false;  ///< Another value needs no new aging, only another appearance of what has aged.
   std::string words = {};      ///< What the model calls it, "" where it has no words for it.
+  std::string unit = {};       ///< "per h"; "" where it has none.
   std::optional<std::size_t> capture = {};  ///< The capture whose own number it is; nothing: all share it.
 };
 

@@ -8,6 +8,7 @@
 #include <set>
 #include <tuple>
 
+#include "analysis/fit/held_out_report.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 
@@ -82,7 +83,7 @@ void require_rankable(std::span<const RankedFit> fits) {
 }
 
 RankingCase case_of(const RankedFit& f) {
-  return {f.fit.history, f.fit.history_key, held_out(f).until, held_out(f).last_frame};
+  return {f.fit.history, f.fit.history_key, held_out(f).until, held_out(f).time_unit, held_out(f).last_frame};
 }
 
 /// Fits by model, in the order of their first mention, and by case.
@@ -135,7 +136,7 @@ std::string interval_text(const Estimate& e) {
 
 }  // namespace
 
-std::string case_text(const RankingCase& c) { return c.history + " until " + short_number_text(c.until); }
+std::string case_text(const RankingCase& c) { return c.history + " until " + until_text(c.until, c.time_unit); }
 
 bool RankingCase::operator<(const RankingCase& other) const {
   return std::tie(history, history_key, until) < std::tie(other.history, other.history_key, other.until);

@@ -29,11 +29,12 @@ struct RankedFit {
 struct RankingCase {
   std::string history = {}, history_key = {};
   double until = 0.0;                     ///< In the history's unit.
+  std::string time_unit = {};             ///< That unit; "" where a fit of an earlier version does not say.
   std::optional<double> last_frame = {};  ///< Objective of the last frame seen, held: what any model has to beat.
   bool operator<(const RankingCase& other) const;
 };
 
-/// "copper until 300".
+/// "copper until 300 min".
 [[nodiscard]] std::string case_text(const RankingCase& ranking_case);
 
 struct RankedModel {

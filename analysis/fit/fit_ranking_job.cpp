@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 4;  ///< Raised when the same fits give other figures.
+constexpr std::int64_t kStageVersion = 6;  ///< Raised when the same fits give other figures.
 
 struct Ranked {
   RankingTask task;
@@ -39,9 +39,7 @@ Json estimate_json(const std::optional<Estimate>& e) {
   return Json{{"value", number_json(e->value)}, {"low", number_json(e->low)}, {"high", number_json(e->high)}};
 }
 
-fs::path picture_folder(const Ranked& all, std::size_t fit) {
-  return manifest_folder(all.task.fits[fit], kFitReportFile) / kHeldOutFolder;
-}
+fs::path folder_of(const RankingTask& task, std::size_t fit) { return manifest_folder(task.fits[fit], kFitReportFile); }
 
 /// Mean over the cases of what searches saw.
 double seen(std::span<const RankedFit> fits, const RankedModel& model) {
@@ -56,30 +54,45 @@ std::size_t num_numbers(std::span<const RankedFit> fits, const RankedModel& mode
   return fits[model.fits.front()].fit.parameters.size();
 }
 
-/// The last held-out frame of each case: captured, and by every model that shows one.
+/// A capture's last held-out frame: captured, and by every model that shows one. @param k  The case.
+std::vector<HtmlPicture> pictures_of(const Ranked& all, std::size_t k, std::size_t capture) {
+  std::vector<HtmlPicture> pictures;
+  for (const RankedModel& m : all.ranking.models) {
+    const FitManifest& fit = all.fits[m.fits[k]].fit;
+    if (capture >= fit.held_out->captures.size()) continue;
+    const HeldOutCapture& held_out = fit.held_out->captures[capture];
+    const auto file = [&](const char* stem) {
+      return held_out_picture(folder_of(all.task, m.fits[k]), fit.num_captures, stem, capture);
+    };
+    if (!fs::exists(file(kHeldOutSimulated))) continue;
+    const std::string at = ", " + held_out.shown;
+    if (pictures.empty())
+      pictures.push_back(
+          {data_uri(file(kHeldOutCaptured)), (held_out.name.empty() ? "captured" : held_out.name + ", captured") + at});
+    pictures.push_back({data_uri(file(kHeldOutSimulated)), m.name + at + ": " + number(held_out.after)});
+  }
+  return pictures;
+}
+
+/// Of each case.
 void add_pictures(HtmlPage& page, const Ranked& all) {
   const Ranking& r = all.ranking;
   bool is_first = true;
   for (std::size_t k = 0; k < r.cases.size(); ++k) {
-    std::vector<HtmlPicture> pictures;
-    for (const RankedModel& m : r.models) {
-      const std::size_t i = m.fits[k];
-      const HeldOutFrames& held_out = *all.fits[i].fit.held_out;
-      const fs::path shown = picture_folder(all, i);
-      if (held_out.shown.empty() || !fs::exists(shown / kHeldOutSimulated)) continue;
-      const std::string at = ", " + held_out.shown;
-      if (pictures.empty()) pictures.push_back({data_uri(shown / kHeldOutCaptured), "captured" + at});
-      pictures.push_back({data_uri(shown / kHeldOutSimulated), m.name + at + ": " + number(held_out.after)});
+    std::vector<std::vector<HtmlPicture>> rows;
+    for (std::size_t c = 0; c < all.fits[r.models.front().fits[k]].fit.num_captures; ++c) {
+      if (std::vector<HtmlPicture> pictures = pictures_of(all, k, c); !pictures.empty())
+        rows.push_back(std::move(pictures));
     }
-    if (pictures.empty()) continue;
+    if (rows.empty()) continue;
     if (std::exchange(is_first, false)) {
       page.heading("The last frame held out");
       page.paragraph(
           "As captured, and as each model has it with its best values; the number is the objective of all held-out "
-          "frames of the case. No search saw a frame after the time of its case.");
+          "frames of that capture in the case. No search saw a frame after the time of its case.");
     }
     if (r.cases.size() > 1) page.paragraph(case_text(r.cases[k]) + ":");
-    page.pictures(pictures);
+    for (const std::vector<HtmlPicture>& pictures : rows) page.pictures(pictures);
   }
 }
 
@@ -91,40 +104,41 @@ std::string as_sentence(std::string text, const Ranking& ranking) {
   return text + ".";
 }
 
-/// What each model varies, and where its fits found it: a column a model, a value a case.
+/// What each model varies, and where its fits found it: a row a number, model and case.
 void add_numbers(HtmlPage& page, const Ranked& all) {
   const Ranking& r = all.ranking;
-  std::vector<std::string> names, header{"number"};
-  std::vector<std::vector<std::string>> rows;
+  std::vector<std::string> names;
   for (const RankedModel& m : r.models) {
-    header.push_back(m.name);
     for (const std::size_t i : m.fits) {
-      for (const std::string& name : all.fits[i].fit.parameters) {
+      for (const std::string& name : all.fits[i].fit.words) {
         if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
       }
     }
   }
+  const bool are_several = r.cases.size() > 1;
+  std::vector<std::vector<std::string>> rows;
   for (const std::string& name : names) {
-    std::vector<std::string>& row = rows.emplace_back(std::vector<std::string>{name});
+    std::string number_cell = name;  // In the first of its rows alone.
     for (const RankedModel& m : r.models) {
-      std::string found;
-      for (const std::size_t i : m.fits) {
-        const FitManifest& fit = all.fits[i].fit;
-        const auto k = static_cast<std::size_t>(std::find(fit.parameters.begin(), fit.parameters.end(), name) -
-                                                fit.parameters.begin());
-        const bool is_varied = k < fit.parameters.size();
-        found +=
-            (found.empty() ? "" : "; ") + (is_varied ? number(fit.best[k]) + ", " + fit.verdicts[k] : "as its scene");
+      for (std::size_t k = 0; k < m.fits.size(); ++k) {
+        const FitManifest& fit = all.fits[m.fits[k]].fit;
+        const auto p =
+            static_cast<std::size_t>(std::find(fit.words.begin(), fit.words.end(), name) - fit.words.begin());
+        if (p == fit.words.size()) continue;
+        std::vector<std::string>& row = rows.emplace_back();
+        row = {std::exchange(number_cell, ""), fit.units[p], m.name};
+        if (are_several) row.push_back(case_text(r.cases[k]));
+        row.insert(row.end(), {number(fit.best[p]), fit.verdicts[p]});
       }
-      row.push_back(found);
     }
   }
+  std::vector<std::string> header{"number", "unit", "model"};
+  if (are_several) header.emplace_back("case");
+  header.insert(header.end(), {"best", "what the frames seen say"});
   page.heading("How the models differ");
-  page.paragraph("Every number that a model varies, with the best value" +
-                 std::string(r.cases.size() > 1 ? " of each case in the order below" : "") +
-                 " and what the frames seen say of it. A number that a model does not vary stands in its scene, if it "
-                 "has one; rules "
-                 "that the scenes differ in are in the scenes alone.");
+  page.paragraph(
+      "Every number that a model varies. One that a model does not vary stands in its scene, if it has one; rules that "
+      "the scenes differ in are in the scenes alone.");
   page.table(header, rows);
 }
 
@@ -213,6 +227,12 @@ Json ranking_json(const Ranking& ranking, std::span<const RankedFit> fits) {
     Json cases_of = Json::array();
     for (const std::size_t i : m.fits) {
       const RankedFit& f = fits[i];
+      Json varied = Json::array();
+      for (std::size_t p = 0; p < f.fit.parameters.size(); ++p)
+        varied.push_back({{"number", f.fit.parameters[p]},
+                          {"unit", f.fit.units[p]},
+                          {"best", f.fit.best[p]},
+                          {"verdict", f.fit.verdicts[p]}});
       cases_of.push_back({{"name", f.name},
                           {"key", f.fit.key},
                           {"history", f.fit.history},
@@ -220,6 +240,7 @@ Json ranking_json(const Ranking& ranking, std::span<const RankedFit> fits) {
                           {"seen", number_json(f.fit.objective_after)},
                           {"held_out", number_json(f.fit.held_out->after)},
                           {"other_seeds", f.fit.held_out->other_seeds},
+                          {"varied", varied},
                           {"converged", f.fit.is_converged}});
     }
     models.push_back({{"model", m.name},
@@ -234,6 +255,7 @@ Json ranking_json(const Ranking& ranking, std::span<const RankedFit> fits) {
     cases.push_back({{"history", c.history},
                      {"key", c.history_key},
                      {"until", c.until},
+                     {"time_unit", c.time_unit},
                      {"last_frame", number_json(c.last_frame)}});
   return Json{{"unit", ranking.unit},
               {"models", models},
@@ -250,7 +272,8 @@ JobPlan plan_ranking(RankingTask task, const fs::path& output) {
     inputs.add_content("fit", all->task.names[i], all->fits[i].fit.key);
     inputs.add_value("fit " + std::to_string(i + 1), all->task.names[i]);
     // A fit of an earlier version has none.
-    inputs.add_value("pictures " + std::to_string(i + 1), fs::exists(picture_folder(*all, i)) ? "yes" : "no");
+    inputs.add_value("pictures " + std::to_string(i + 1),
+                     fs::exists(folder_of(all->task, i) / kHeldOutFolder) ? "yes" : "no");
   }
   all->ranking = rank_fits(all->fits);
   JobPlan plan = inputs.plan(output, kRankingReportFile);

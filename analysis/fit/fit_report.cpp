@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/fit/fit_page.h"
+#include "analysis/fit/held_out_report.h"
 #include "libcommon/core/files.h"
 
 namespace patinate::analysis {
@@ -48,6 +49,7 @@ Json parameter_json(const FitTask& task, const FitOutcome& o, std::size_t i) {
   const ParameterVerdict& v = o.verdicts[i];
   Json json{{"pointer", p.range.name},
             {"name", shown_name(p)},
+            {"unit", p.unit},
             {"range", {p.range.low, p.range.high}},
             {"scale", kFitScaleNames[static_cast<std::size_t>(p.range.scale)]},
             {"needs_aging", !p.is_appearance},
@@ -99,36 +101,6 @@ Json objective_json(const FitTask& task, const FitOutcome& o) {
               {"threshold", o.threshold}};
 }
 
-Json held_out_json(const FitTask& task, const FitOutcome& o) {
-  if (!o.held_out) return nullptr;
-  Json seeds = Json::array();
-  for (const std::optional<double>& v : o.held_out->other_seeds) seeds.push_back(optional_json(v));
-  return Json{{"until", *task.objective.until},
-              {"times", o.held_out->num_times},
-              {"before", optional_json(o.held_out->before)},
-              {"after", optional_json(o.held_out->after)},
-              {"other_seeds", seeds},
-              {"last_frame", optional_json(o.held_out->last_frame)},
-              {"shown", o.held_out->shown}};
-}
-
-std::optional<HeldOutFrames> read_held_out(JsonReader json) {
-  if (json.is_null()) return std::nullopt;
-  const auto optional = [](const JsonReader& v) {
-    return v.is_null() ? std::nullopt : std::optional<double>(v.number(at_least(0)));
-  };
-  HeldOutFrames frames{.until = json.member("until").number(),
-                       .num_times = static_cast<int>(json.member("times").integer(at_least(1))),
-                       .after = optional(json.member("after")),
-                       .other_seeds = {},
-                       .last_frame = optional(json.member("last_frame"))};
-  for (const JsonReader& seed : json.member("other_seeds").elements()) {
-    if (const std::optional<double> v = optional(seed)) frames.other_seeds.push_back(*v);
-  }
-  if (json.has("shown")) frames.shown = json.member("shown").string();
-  return frames;
-}
-
 }  // namespace
 
 int count_agings(const FitOutcome& o) {
@@ -166,7 +138,8 @@ void write_fit_report(const fs::path& folder, const FitTask& task, const FitOutc
   }
   for (std::size_t i = 0; i < task.parameters.size(); ++i) {
     parameters.push_back(parameter_json(task, o, i));
-    parameter_names.push_back(column_of(task, i));
+    const std::string& unit = task.parameters[i].unit;
+    parameter_names.push_back(column_of(task, i) + (unit.empty() ? "" : " [" + unit + "]"));
   }
   const std::string title =
       task.model_name + " fitted to " + (are_several ? captures_text(task) : files.front().series.name());
@@ -226,6 +199,8 @@ FitManifest read_fit_manifest(const fs::path& path) {
   for (JsonReader& p : json.member("parameters").elements(100)) {
     m.parameters.push_back(p.member("pointer").string());
     if (p.has("capture")) m.parameters.back() += " (" + p.member("capture").string() + ")";
+    m.words.push_back(p.has("name") ? p.member("name").string() : m.parameters.back());
+    m.units.push_back(p.has("unit") ? p.member("unit").string() : "");
     m.verdicts.push_back(p.member("verdict").string());
     m.initial.push_back(p.member("initial").number());
     m.best.push_back(p.member("best").number());

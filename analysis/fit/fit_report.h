@@ -20,7 +20,8 @@ struct HeldOut {
   std::optional<double> before, after;             ///< With the starting and with the best values.
   std::vector<std::optional<double>> other_seeds;  ///< The best values, another seed each.
   std::optional<double> last_frame;                ///< The history's last frame that was seen, held: no model at all.
-  std::string shown = {};                          ///< "480 min", the time of the pictures.
+  std::vector<HeldOutCapture> captures;            ///< Each by itself.
+  std::string time_unit = {};                      ///< Of the histories: all have one.
 };
 
 struct FitOutcome {

@@ -93,7 +93,12 @@ class Rank(unittest.TestCase):
             self.assertIn(said, page)
         numbers = page[page.index("How the models differ"):page.index("Case by case")]
         for name in json.loads((WORK / f"start_{first}/report.json").read_text())["parameters"]:
-            self.assertIn(name["pointer"], numbers)
+            self.assertIn(name["name"], numbers)
+        self.assertIn("<td>rule patina: rate</td><td>per h</td><td>start</td>", numbers.replace("\n", ""))
+        varied = report["models"][0]["fits"][0]["varied"]
+        self.assertEqual([(v["number"], v["unit"]) for v in varied], [("/rules/0/rate", "per h"), ("/appearance/patina/strength", "per layer")])
+        self.assertEqual([v["best"] for v in varied], [p["best"] for p in json.loads((WORK / f"start_{first}/report.json").read_text())["parameters"]])
+        self.assertIn(f"truth until {first:g} h</th>", page)
         rows = (WORK / "ranked/ranking.csv").read_text().splitlines()
         self.assertEqual([row.split(",")[0] for row in rows], ["model", "start", "idle"])
         self.assertIn("up to date", patinate("rank", f"idle_{first}", f"start_{first}", "-o", "ranked").stderr)
@@ -131,7 +136,7 @@ class Fit(unittest.TestCase):
             self.assertTrue(found[pointer]["interval"][0] <= value <= found[pointer]["interval"][1], found[pointer])
         self.assertEqual(found["/appearance/metal/strength"]["determination"], "without_effect")
         self.assertEqual([p["name"] for p in found.values()], ["rule patina: rate", "appearance of patina: strength", "appearance of metal: strength"])
-        self.assertIn("rule patina: rate: 0.1 -> ", result.stderr)
+        self.assertRegex(result.stderr, "rule patina: rate: 0.1 -> [0-9.]+ per h; determined")
         self.assertIn("no figure changes", result.stderr)
         self.assertLess(json.loads(result.stdout)["objective"]["after"], 0.1 * json.loads(result.stdout)["objective"]["before"])
 
@@ -141,6 +146,15 @@ class Fit(unittest.TestCase):
         for said in ("Where the model lacks colors", "misfit, before", "misfit, after", "Rate of change by hits"):
             self.assertIn(said, page)
         self.assertTrue(list((WORK / "paged/curves").glob("*hits*.svg")))
+        # Only a scene that begins with another color is off before anything has aged, whatever its rates are.
+        begins = "so far off is the surface that the scene begins with"
+        self.assertNotIn(begins, page)
+        gray = changed()
+        gray["presets"] = {"gray": {"composition": {"metal": 1.0}, "color": [0.2, 0.2, 0.2]}}
+        gray["objects"][0]["preset"] = "gray"
+        (WORK / "scenes/gray.json").write_text(json.dumps(gray))
+        self.assertEqual(patinate("fit", "scenes/gray.json", "captured", *VARY, *SHORT, "-o", "gray").returncode, 0)
+        self.assertIn(begins, (WORK / "gray/report.html").read_text())
 
     def test_the_best_scene_runs_from_its_folder_and_gives_the_history_after(self):
         self.assertEqual(patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", "run").returncode, 0)
@@ -153,10 +167,10 @@ class Fit(unittest.TestCase):
         page = (WORK / "run/report.html").read_text()
         self.assertFalse("http:" in page)
         self.assertIn("<svg", page)
-        self.assertIn("<td>rule patina: rate</td>", page)
+        self.assertIn("<td>rule patina: rate</td><td>per h</td>", page.replace("\n", ""))
         self.assertIn("<td>appearance of patina: strength</td><td>/appearance/patina/strength</td>", page.replace("\n", ""))
         rows = (WORK / "run/evaluations.csv").read_text().splitlines()
-        self.assertEqual(rows[0], "evaluation,appearance,/rules/0/rate,/appearance/patina/strength,objective,color_distribution [Delta E 1976],problem")
+        self.assertEqual(rows[0], "evaluation,appearance,/rules/0/rate [per h],/appearance/patina/strength [per layer],objective,color_distribution [Delta E 1976],problem")
         self.assertGreater(len(rows), 80)
         self.assertIn("up to date", patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", "run").stderr)
 
@@ -270,10 +284,21 @@ class Fit(unittest.TestCase):
         result = patinate(*command, "--scene-of", "shaded=scenes/shaded.json", "--until", 4, "-o", "treated", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual([p["initial"] for p in json.loads(result.stdout)["parameters"]], [0.1, 0.8, 0.3])
+        self.assertIn("frames after 4 h, which were not seen: ", result.stderr)
+        self.assertRegex(result.stderr, "of shaded: .* before, .* after; held: ")
         # Fits of several are ranked among themselves: their case is all of their histories.
         self.assertEqual(patinate(*command, "--until", 4, "-o", "other").returncode, 0)
         result = patinate("rank", "treated", "other", "-o", "no_ranking")
-        self.assertIn("are both of start and open and shaded until 4", result.stderr)
+        self.assertIn("are both of start and open and shaded until 4 h", result.stderr)
+        # By scenes of two names they are, with pictures of each history: captured, and by each of the two.
+        shutil.copy(WORK / "scenes/start.json", WORK / "scenes/second.json")
+        self.assertEqual(patinate(command[0], "scenes/second.json", *command[2:], "--until", 4, "-o", "second").returncode, 0)
+        result = patinate("rank", "treated", "second", "-o", "joint_ranking")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        page = (WORK / "joint_ranking/report.html").read_text()
+        self.assertEqual(page.count("src=\"data:image/png"), 2 * (1 + 2))
+        for said in (">open, captured, 6 h<", ">shaded, captured, 6 h<", ">second, 6 h: "):
+            self.assertIn(said, page)
 
     def test_the_page_says_where_a_range_ends_what_was_found(self):
         # The capture was made with a rate of 2, beyond the range; strengths within theirs.

@@ -177,6 +177,57 @@ TEST(FitCaptures, HasTheSameBytesForAnyNumberOfThreads) {
   }
 }
 
+// A strength is known only with the rate, which both captures share: one too small makes both strengths too large.
+TEST(FitCaptures, ThePageSaysThatWhatTheyShareTiesNumbersOfTheirOwn) {
+  const TempFolder folder;
+  std::vector<fs::path> histories;
+  for (const double strength : {0.8, 0.5}) {
+    histories.push_back(folder.path() / ("captured" + std::to_string(histories.size())));
+    write_surface(histories.back(), green_plate({0.05, strength, 0.0}), "0123456789abcdef");
+  }
+  FitTask task = task_of(histories, true, 0.0);
+  task.options.seeds = 1;
+  const Json report = run(std::move(task), folder.path() / "fit");
+  ASSERT_TRUE(report.at("correlation").is_array());
+  const double r = report.at("correlation")[1][2].get<double>();
+  ASSERT_GT(r, 0.8);
+  const std::string page = read_file(folder.path() / "fit" / kFitPageFile);
+  EXPECT_NE(page.find("are tied through what the captures share"), std::string::npos);
+  EXPECT_NE(page.find("both may be larger or smaller together"), std::string::npos);
+}
+
+TEST(FitCaptures, FramesAreHeldOutOfEachByItselfAndTheMeanIsTheirs) {
+  const TempFolder folder;
+  std::vector<fs::path> histories;
+  for (const double strength : {0.8, 0.2}) {
+    histories.push_back(folder.path() / ("captured" + std::to_string(histories.size())));
+    write_surface(histories.back(), green_plate({0.1, strength, 0.0}), "0123456789abcdef");
+  }
+  FitTask task = task_of(histories, true, 0.0);
+  task.objective.until = 4.0;
+  task.options.evaluations = 15;
+  task.options.appearance_evaluations = 5;
+  task.options.scan = 0;
+  task.options.seeds = 1;
+  const Json held_out = run(std::move(task), folder.path() / "fit").at("held_out");
+  ASSERT_EQ(held_out.at("captures").size(), 2u);
+  const Json &first = held_out.at("captures")[0], &second = held_out.at("captures")[1];
+  for (const char* figure : {"before", "after", "last_frame"})
+    EXPECT_DOUBLE_EQ(held_out.at(figure).get<double>(),
+                     0.5 * (first.at(figure).get<double>() + second.at(figure).get<double>()))
+        << figure;
+  // The same course, less of it: 0.2 of 0.8.
+  EXPECT_LT(second.at("last_frame").get<double>(), first.at("last_frame").get<double>());
+  EXPECT_EQ(first.at("shown"), "8 d");
+  const std::string page = read_file(folder.path() / "fit" / kFitPageFile);
+  EXPECT_NE(page.find("Only frames up to 4 d were fitted"), std::string::npos);
+  EXPECT_NE(page.find("<th>capture 2</th>"), std::string::npos);
+  for (const std::size_t c : {0u, 1u}) {
+    for (const char* stem : {kHeldOutCaptured, kHeldOutSimulated})
+      EXPECT_TRUE(fs::exists(held_out_picture(folder.path() / "fit", 2, stem, c))) << stem << c;
+  }
+}
+
 TEST(FitCaptures, FramesAreHeldOutOfAllInOneUnitOfTime) {
   const TempFolder folder;
   const std::vector<fs::path> histories{folder.path() / "days", folder.path() / "hours"};
@@ -199,6 +250,7 @@ TEST(FitCaptures, FramesAreHeldOutOfAllInOneUnitOfTime) {
   (void)run(std::move(right), folder.path() / "fit");
   const FitManifest manifest = read_fit_manifest(folder.path() / "fit");
   ASSERT_TRUE(manifest.held_out);
+  EXPECT_EQ(manifest.held_out->time_unit, "d");
   EXPECT_EQ(manifest.held_out->num_times, 2 * 4);
   EXPECT_EQ(manifest.held_out->other_seeds.size(), 2u);
   EXPECT_EQ(manifest.parameters, (std::vector<std::string>{"/rate", "/strength (capture 1)", "/strength (capture 2)"}));

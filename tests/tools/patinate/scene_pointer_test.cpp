@@ -31,5 +31,20 @@ TEST(ScenePointer, WhatHasNoNameKeepsItsPointer) {
     EXPECT_EQ(words_of(kScene, pointer), pointer);
 }
 
+TEST(ScenePointer, NumbersHaveTheUnitThatTheSceneCountsIn) {
+  Json scene = kScene;
+  scene["unit"] = "cm";
+  EXPECT_EQ(unit_of(scene, "/rules/1/rate"), "per d");  // A scene that does not say counts days.
+  scene["time"] = {{"unit", "h"}};
+  EXPECT_EQ(unit_of(scene, "/rules/0/rate"), "per h");
+  EXPECT_EQ(unit_of(scene, "/exchange/rates/water"), "per contact");
+  EXPECT_EQ(unit_of(scene, "/emitters/0/carries/water"), "layers");
+  EXPECT_EQ(unit_of(scene, "/emitters/0/speed"), "cm/s");
+  EXPECT_EQ(unit_of(scene, "/appearance/moss/strength"), "per layer");
+  for (const char* pointer :
+       {"/appearance/moss/color/0", "/behavior/slider", "/emitters/1/gammatons", "/rules/1/speed"})
+    EXPECT_EQ(unit_of(scene, pointer), "") << pointer;
+}
+
 }  // namespace
 }  // namespace patinate::cli

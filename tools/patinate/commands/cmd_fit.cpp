@@ -137,11 +137,16 @@ void tell(CommandRun& run, const Json& report) {
     run.note(c.at("name").get<std::string>() + ": " + number(c.at("before")) + " before, " + number(c.at("after")) +
              " after");
   if (const Json& held_out = report.at("held_out"); !held_out.is_null())
-    run.note("frames after " + number(held_out.at("until")) +
+    run.note("frames after " + number(held_out.at("until")) + " " + held_out.at("unit").get<std::string>() +
              ", which were not seen: " + number(held_out.at("before")) + " before, " + number(held_out.at("after")) +
              " after; the last frame seen, held: " + number(held_out.at("last_frame")));
+  for (const Json& c :
+       report.at("held_out").is_null() ? Json::array() : report.at("held_out").value("captures", Json::array()))
+    run.note("of " + c.at("name").get<std::string>() + ": " + number(c.at("before")) + " before, " +
+             number(c.at("after")) + " after; held: " + number(c.at("last_frame")));
   for (const Json& p : report.at("parameters"))
-    run.note(p.at("name").get<std::string>() + ": " + number(p.at("initial")) + " -> " + number(p.at("best")) + "; " +
+    run.note(p.at("name").get<std::string>() + ": " + number(p.at("initial")) + " -> " + number(p.at("best")) +
+             (p.at("unit") == "" ? "" : " " + p.at("unit").get<std::string>()) + "; " +
              p.at("verdict").get<std::string>());
 }
 

@@ -65,7 +65,10 @@ FitScene::FitScene(const fs::path& file, const std::vector<analysis::FitRange>& 
       controls_.push_back(name);
   }
   for (const analysis::FitRange& range : ranges) add_parameter(range);
-  for (analysis::FitParameter& p : parameters_) p.words = words_of(*root_, p.range.name);
+  for (analysis::FitParameter& p : parameters_) {
+    p.words = words_of(*root_, p.range.name);
+    p.unit = unit_of(*root_, p.range.name);
+  }
   std::map<std::string, int> count;  // Two emitters may have one name.
   for (const analysis::FitParameter& p : parameters_) ++count[p.words];
   for (analysis::FitParameter& p : parameters_) {

@@ -7,6 +7,8 @@
 #include <string_view>
 
 #include "libcommon/core/text.h"
+#include "patinate/history/history_value.h"
+#include "patinate/simulation/scene_io.h"
 
 namespace patinate::cli {
 
@@ -68,6 +70,30 @@ std::string word_of(const std::string& token, const std::string& before, bool is
   std::string word = token;
   std::replace(word.begin(), word.end(), '_', ' ');
   return word;
+}
+
+/// Numbers with a unit: pointers, where * is any token. {L} is the scene's unit of length, {T} that of time.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kUnits{
+    {{"/rules/*/rate", "per {T}"},
+     {"/rules/*/alpha", "per {T}"},
+     {"/time/per_iteration", "{T}"},
+     {"/exchange/rates/*", "per contact"},
+     {"/exchange/splat_mm", "mm"},
+     {"/emitters/*/carries/*", "layers"},
+     {"/objects/*/initial/*", "layers"},
+     {"/objects/*/initial/*/amount", "layers"},
+     {"/presets/*/composition/*", "layers"},
+     {"/emitters/*/speed", "{L}/s"},
+     {"/emitters/*/distance", "{L}"},
+     {"/emitters/*/position/*", "{L}"},
+     {"/objects/*/translate/*", "{L}"},
+     {"/appearance/*/strength", "per layer"},
+     {"/appearance/*/height", "mm"},
+     {"/appearance/*/grain", "mm"}}};
+
+bool is_like(const std::vector<std::string>& tokens, const std::vector<std::string>& pattern) {
+  return std::equal(tokens.begin(), tokens.end(), pattern.begin(), pattern.end(),
+                    [](const std::string& token, const std::string& p) { return p == "*" || p == token; });
 }
 
 }  // namespace
@@ -138,6 +164,20 @@ std::string words_of(const Json& root, const std::string& pointer) {
     at = is_of_triple ? &(*at)[*index_of(*at, token)] : &(*at)[token];
   }
   return text;
+}
+
+std::string unit_of(const Json& root, const std::string& pointer) {
+  const std::vector<std::string> tokens = tokens_of(pointer);
+  const auto found = std::find_if(kUnits.begin(), kUnits.end(),
+                                  [&](const auto& u) { return is_like(tokens, tokens_of(std::string(u.first))); });
+  if (found == kUnits.end()) return "";
+  std::string unit(found->second);
+  const Json time = root.value("time", Json::object());
+  for (const auto& [mark, text] : {std::pair<std::string, std::string>{"{L}", root.value("unit", "mm")},
+                                   {"{T}", time.value("unit", time_unit_text(simulation::SceneFile{}.time_unit))}}) {
+    if (const std::size_t at = unit.find(mark); at != std::string::npos) unit.replace(at, mark.size(), text);
+  }
+  return unit;
 }
 
 }  // namespace patinate::cli

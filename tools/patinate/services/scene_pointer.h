@@ -23,4 +23,8 @@ void collect_numbers(const Json& json, const std::string& pointer, const std::ve
 /// red". The pointer where the scene has no name for what the number belongs to.
 [[nodiscard]] std::string words_of(const Json& root, const std::string& pointer);
 
+/// The unit of a number: "per h" of a rule's rate in a scene that counts hours, "per contact" of an exchange rate,
+/// "layers" of an amount (1 is a full layer). "" for what has none, or none that is told here.
+[[nodiscard]] std::string unit_of(const Json& root, const std::string& pointer);
+
 }  // namespace patinate::cli

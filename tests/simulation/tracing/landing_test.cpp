@@ -139,6 +139,48 @@ void spread(const Mesh& mesh, Gammatons& gammatons) {
   }
 }
 
+// Rain that falls straight down meets each facet in proportion to what is seen of it from above, near its edges as in
+// its middle, whatever its chart: by chi-square.
+TEST(Landing, OfRainOnASphereIsEvenOverFacetsAndTheirEdges) {
+  constexpr int kIterations = 200;
+  // Within these weights of an edge lies half of a triangle.
+  const double rim = (1.0 - std::sqrt(0.5)) / 3.0;
+  Scene scene = scene_with(with_any_uvs(make_icosphere(100.0, 2)));
+  scene.emitters[0].shape = EmitterShape::Sky;
+  scene.emitters[0].direction = -Vec3::UnitY();
+  scene.emitters[0].spread_deg = 0.0;
+  TracedScene run(std::move(scene));
+  const Mesh& mesh = run.mesh.mesh;
+  std::vector<std::array<double, 2>> met(mesh.triangles.size());
+  for (int k = 0; k < kIterations; ++k) {
+    run.trace();
+    for (std::size_t i = 0; i < run.gammatons.size(); ++i) {
+      if (run.gammatons.state[i] != GammatonState::InContact) continue;
+      const double b1 = run.gammatons.b1[i], b2 = run.gammatons.b2[i];
+      ++met[static_cast<std::size_t>(run.gammatons.triangle[i])][std::min({b1, b2, 1.0 - b1 - b2}) < rim ? 0 : 1];
+    }
+    run.respond();
+  }
+  double total = 0.0, seen = 0.0;
+  for (int t = 0; t < mesh.num_triangles(); ++t) {
+    const auto& [edge, middle] = met[static_cast<std::size_t>(t)];
+    total += edge + middle;
+    seen += std::max(0.0, area_vector(mesh, t).y());
+  }
+  double chi_square = 0.0, bins = 0.0;
+  for (int t = 0; t < mesh.num_triangles(); ++t) {
+    const double expected = 0.5 * total * std::max(0.0, area_vector(mesh, t).y()) / seen;
+    if (expected < 5.0) continue;  // Counts of less are not normal.
+    for (const double count : met[static_cast<std::size_t>(t)]) {
+      chi_square += (count - expected) * (count - expected) / expected;
+      ++bins;
+    }
+  }
+  EXPECT_GT(total, 50'000);
+  EXPECT_GT(bins, 250);
+  EXPECT_LT(chi_square, chi_square_limit(bins - 1.0));
+}
+
 TEST(Landing, IsEvenBelowTheEdgesOfASphere) {
   // Edges of 15 mm; in the first ten strides of 0.75 mm, before what truly flows together and apart shows.
   TracedScene run(scene_of_running_drops(with_any_uvs(make_icosphere(100.0, 3)), 300000));

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "libcommon/core/parallel.h"
+#include "simulation/composition/grain.h"
 #include "simulation/composition/laid_picture.h"
 #include "simulation/rules/scene_maps.h"
 
@@ -13,6 +14,7 @@ namespace patinate::simulation::composition {
 namespace {
 
 constexpr std::int32_t kNoHeights[kTile] = {};
+constexpr std::size_t kFirstGrain = kMaxMaterials;  ///< Of objects: other noise than that of materials.
 
 /// Bilinear, ends repeated; 0 where the map is not finite. @param x,y  In pixels, centers at integers.
 double sample(const ImageF& map, double x, double y, int channel) {
@@ -63,6 +65,10 @@ bool has_pattern(const SceneObject& object) {
   return object.preset.second_color.has_value() && object.preset.color.image.empty();
 }
 
+bool has_grain(const SceneObject& object) {
+  return has_pattern(object) && object.preset.pattern.empty() && object.color_map.empty();
+}
+
 bool has_color_map(const SceneObject& object) {
   return !object.color_map.empty() || !object.specular_map.empty() || !object.preset.color.image.empty() ||
          has_pattern(object);
@@ -77,7 +83,8 @@ bool has_laid_picture(const SceneObject& object) {
 std::vector<std::string> pattern_names(const Scene& scene) {
   std::vector<std::string> names;
   for (const SceneObject& object : scene.objects) {
-    if (has_pattern(object) && std::find(names.begin(), names.end(), object.preset.pattern) == names.end())
+    if (has_pattern(object) && !object.preset.pattern.empty() &&
+        std::find(names.begin(), names.end(), object.preset.pattern) == names.end())
       names.push_back(object.preset.pattern);
   }
   return names;
@@ -108,6 +115,13 @@ struct BaseLayer::ObjectColors {
   const SurfaceParameter* pattern = nullptr;  ///< Null: none.
   std::optional<LaidPicture> picture = {};    ///< With a width in mm.
   const TexelPlaces* places = nullptr;        ///< Where there is a picture.
+  Grain* grain = nullptr;                     ///< In place of a pattern: of kFirstGrain and the object.
+
+  [[nodiscard]] double pattern_at(std::size_t object, TexelIndex t) const {
+    if (grain != nullptr)
+      return grain->tile(kFirstGrain + object, TileGrid::tile_of(t))[t % TileGrid::kTileTexels] / 255.0;
+    return pattern == nullptr ? 0.0 : parameter_at(*pattern, t);
+  }
 };
 
 BaseLayer::BaseLayer(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface, double quanta_per_mm,
@@ -128,12 +142,20 @@ BaseLayer::BaseLayer(const Scene& scene, const SceneMesh& scene_mesh, const Surf
       make_parameters(names, scene, scene_mesh, surface, control.part(0.0, 0.5));
   std::vector<ObjectColors> colors(scene.objects.size());
   const bool has_laid = std::any_of(scene.objects.begin(), scene.objects.end(), has_laid_picture);
+  const bool is_grained = std::any_of(scene.objects.begin(), scene.objects.end(), has_grain);
   const std::optional<TexelPlaces> places =
-      has_laid ? std::optional<TexelPlaces>(std::in_place, scene_mesh, surface) : std::nullopt;
+      has_laid || is_grained ? std::optional<TexelPlaces>(std::in_place, scene_mesh, surface) : std::nullopt;
+  std::optional<Grain> grain;
+  if (is_grained) {
+    std::vector<double> lengths(kFirstGrain, 0.0);
+    for (const SceneObject& object : scene.objects) lengths.push_back(has_grain(object) ? object.preset.grain_mm : 0.0);
+    grain.emplace(*places).set_lengths(lengths);
+  }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const SceneObject& object = scene.objects[i];
     const auto found = std::find(names.begin(), names.end(), object.preset.pattern);
     if (found != names.end()) colors[i].pattern = &patterns[static_cast<std::size_t>(found - names.begin())];
+    if (has_grain(object)) colors[i].grain = &*grain;
     if (!has_laid_picture(object)) continue;
     colors[i].picture.emplace(object.preset.color, surface.median_texel_size_mm());
     colors[i].places = &*places;
@@ -163,7 +185,7 @@ void BaseLayer::fill_page(std::uint32_t page, const Scene& scene, const SceneMes
       codes_[page][i] = code_of(
           from, place, x, y,
           of.picture ? std::optional(of.picture->color(of.places->point(t), of.places->normal(t))) : std::nullopt,
-          of.pattern == nullptr ? 0.0 : parameter_at(*of.pattern, t));
+          of.pattern_at(object, t));
     }
     if (!from.height_map.empty()) {
       if (!heights_[page]) heights_[page] = std::make_unique<std::int32_t[]>(TileGrid::kPageTexels);

@@ -96,12 +96,16 @@ Preset read_preset(JsonReader json, const SceneContext& context, bool may_have_o
     if (!may_have_others) composition.finish();
   }
   if (json.has("color")) preset.color = read_color_source(json.member("color"), context);
-  if (json.has("second_color") != json.has("pattern"))
-    json.fail("\"second_color\" and \"pattern\", the map that says where it is, or neither");
-  if (json.has("pattern")) {
-    preset.second_color = read_color(json.member("second_color"));
-    preset.pattern = json.member("pattern").string();
+  if (json.has("second_color") != (json.has("pattern") || json.has("grain")) ||
+      (json.has("pattern") && json.has("grain"))) {
+    json.fail(
+        "\"second_color\" and one of \"pattern\", the map that says where it is, and \"grain\", the length of noise "
+        "that "
+        "does, or none of them");
   }
+  if (json.has("second_color")) preset.second_color = read_color(json.member("second_color"));
+  if (json.has("pattern")) preset.pattern = json.member("pattern").string();
+  if (json.has("grain")) preset.grain_mm = json.member("grain").number(above(0));
   if (json.has("specular")) preset.specular = json.member("specular").number(between(0, 1));
   if (json.has("metalness")) preset.metalness = json.member("metalness").number(between(0, 1));
   json.finish();

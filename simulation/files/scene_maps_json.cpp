@@ -228,7 +228,7 @@ std::string read_mask(const JsonReader& json, const SceneContext& context, Scene
 
 void check_pattern(JsonReader& json, const Scene& scene, std::size_t object) {
   const Preset& preset = scene.objects[object].preset;
-  if (!preset.second_color) return;
+  if (preset.pattern.empty()) return;
   std::vector<std::string> names = map_names(scene);
   names.insert(names.end(), built_in_maps().begin(), built_in_maps().end());
   if (std::find(names.begin(), names.end(), preset.pattern) == names.end()) {

@@ -72,9 +72,11 @@ struct MaterialAppearance {
 struct Preset {
   MaterialValues amounts{};  ///< [0, kMostAmount].
   ColorSource color;
-  /// Linear RGB where `pattern`, the name of a map (SceneMap, built_in_maps()), is 1; `color` where it is 0.
+  /// Linear RGB where `pattern`, the name of a map (SceneMap, built_in_maps()), is 1; `color` where it is 0. Without a
+  /// pattern noise of the length `grain_mm` stands for it.
   std::optional<Vec3> second_color = std::nullopt;
   std::string pattern{};
+  double grain_mm = 0.0;
   double specular = 0.3;   ///< [0, 1].
   double metalness = 0.0;  ///< [0, 1]: 1 where the color is that of bare metal. For pictures; nothing ages by it.
 };

@@ -73,13 +73,13 @@ PlaceFactors factors_at(const ImageF& image, std::int64_t pixel, std::size_t mod
 }
 
 std::array<float, 3> factored_color(std::span<const TemporalModel> models, const ImageF& image, std::int64_t pixel,
-                                    double time) {
+                                    double time, double lowest) {
   std::array<float, 3> color{};
   for (std::size_t c = 0; c < 3; ++c) {
     const ModelChannel at = model_channel(c, models.size());
     const double v =
         factored_value(models[at.model].curve, factors_at(image, pixel, at.model, models.size()), at.channel, time);
-    color[c] = static_cast<float>(std::clamp(v, 0.0, kLargestHalf));
+    color[c] = static_cast<float>(std::clamp(v, lowest, kLargestHalf));
   }
   return color;
 }

@@ -22,9 +22,10 @@ namespace patinate::analysis {
 [[nodiscard]] PlaceFactors factors_at(const ImageF& image, std::int64_t pixel, std::size_t model,
                                       std::size_t num_models);
 
-/// Linear color of a pixel at a time, >= 0 and no more than a half float holds. @param models  One, or one per channel.
+/// Linear color of a pixel at a time, no more than a half float holds. @param models  One, or one per channel.
+/// @param lowest  What it is at least.
 [[nodiscard]] std::array<float, 3> factored_color(std::span<const TemporalModel> models, const ImageF& image,
-                                                  std::int64_t pixel, double time);
+                                                  std::int64_t pixel, double time, double lowest = 0.0);
 /// Whether all its curves are known at that time.
 [[nodiscard]] bool is_covered(std::span<const TemporalModel> models, const ImageF& image, std::int64_t pixel,
                               double time);

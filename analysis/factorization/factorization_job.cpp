@@ -34,6 +34,7 @@ JobInputs model_inputs(const FactorizationTask& task) {
   JobInputs inputs("factorize", kStageVersion);
   inputs.add_content("history", "the history", open_series(task.history).key());
   inputs.add_options(option_values(task.options));
+  if (task.of != FactorQuantity::Color) inputs.add_value("--of", name_of(task.of));
   return inputs;
 }
 
@@ -97,7 +98,7 @@ JobPlan plan_factorization(FactorizationTask task, const fs::path& output) {
     const FactoredFrame& frame = work->frames[static_cast<std::size_t>(i)];
     const std::string name = "frame." + std::to_string(i);
     std::vector<fs::path> outputs{work_file(name + ".json"), "history" / HistoryWriter::frame_file(i)};
-    if (frame.is_extrapolated) outputs.push_back("history" / HistoryWriter::frame_mask_file(i));
+    for (const fs::path& file : files_beside(*work, i)) outputs.push_back("history" / file);
     plan.items.push_back(
         {.name = name,
          .outputs = std::move(outputs),
@@ -148,6 +149,7 @@ FactorizationManifest read_factorization(const fs::path& path) {
   m.history = json.member("history").path();
   m.key = json.member("key").string();
   for (const char* name : {"origin", "clock", "csv", "options", "command"}) (void)json.member(name);
+  if (json.has("of")) (void)parse_factor_quantity(json.member("of").string());
   json.finish();
   return m;
 }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/factorization/factor_quantity.h"
 #include "libcommon/job/job.h"
 #include "patinate/analysis/factorization.h"
 #include "patinate/history/history.h"
@@ -17,13 +18,15 @@ inline constexpr const char* kFactorizationPageFile = "report.html";
 
 struct FactorizationTask {
   std::filesystem::path history;
+  FactorQuantity of = FactorQuantity::Color;  ///< A map goes without `times` and with one clock.
   FactorizationOptions options = {};
   std::vector<double> times =
       {};  ///< Of frames that the denoised history gets beside those of the frames, in the history's unit.
   std::string command = {};  ///< What repeats it, for the page; no part of the key.
 };
 
-/// Opens the history at once. @throws InvalidInput (fewer than kLeastFrames frames, a time that is not finite,
+/// Opens the history at once. Of a map, the denoised history has the frames of its source with that map without noise.
+/// @throws InvalidInput (fewer than kLeastFrames frames, a map that some frame lacks, a time that is not finite,
 /// options), IoError.
 [[nodiscard]] JobPlan plan_factorization(FactorizationTask task, const std::filesystem::path& output);
 

@@ -1,5 +1,6 @@
 // What a factorization says of itself: manifest, page, CSVs, and the manifest of the denoised history.
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -7,6 +8,7 @@
 #include "analysis/compare/sections.h"
 #include "analysis/factorization/factorization_work.h"
 #include "analysis/factorization/frame_record.h"
+#include "analysis/factorization/map_pictures.h"
 #include "analysis/factorization/place_fit.h"
 #include "analysis/report/report_page.h"
 #include "libcommon/core/median.h"
@@ -22,19 +24,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kPictureSide = 256, kCurvePoints = 129;
+constexpr int kCurvePoints = 129;
 constexpr std::array<const char*, 3> kColorNames{"red", "green", "blue"};
-
-ImageF shown(ImageF image) {
-  const int longer = std::max(image.width(), image.height());
-  if (longer <= kPictureSide) return image;
-  return downscale_area(image, std::max(1, image.width() * kPictureSide / longer),
-                        std::max(1, image.height() * kPictureSide / longer));
-}
 
 /// Everything the report is made of.
 struct Said {
   const FactorizationWork& work;
+  /// Of values: channels that differ.
+  [[nodiscard]] double num_channels() const { return work.is_color() ? 3.0 : 1.0; }
+  [[nodiscard]] std::string unit() const { return work.task.of == FactorQuantity::Height ? "mm" : ""; }
   const FactorizationWork::Factored& f;
   const fs::path& folder;
   std::vector<FrameRecord> frames;
@@ -92,12 +90,16 @@ Section figures_section(const Said& s) {
         {.name = name, .title = title, .unit = of, .value = value, .undefined = value ? "" : why});
   };
   const std::string unseen = "no frame shows a place that is known";
-  add("rmse", "Reconstruction, root mean square", "linear", over_frames(s, &FrameError::rmse, true), unseen);
-  add("ciede2000_mean", "Reconstruction, mean difference of color", "CIEDE2000",
-      over_frames(s, &FrameError::ciede2000_mean, false), unseen);
+  add("rmse", "Reconstruction, root mean square", s.work.is_color() ? "linear" : s.unit(),
+      over_frames(s, &FrameError::rmse, true), unseen);
+  if (s.work.is_color())
+    add("ciede2000_mean", "Reconstruction, mean difference of color", "CIEDE2000",
+        over_frames(s, &FrameError::ciede2000_mean, false), unseen);
   double noise = 0.0;
   for (const TemporalModel& m : s.f.models) noise = std::max(noise, *std::max_element(m.noise.begin(), m.noise.end()));
-  add("noise", "Standard deviation of most residuals, the noisiest channel", "linear", noise, "");
+  add("noise",
+      std::string("Standard deviation of most residuals") + (s.work.is_color() ? ", the noisiest channel" : ""),
+      s.work.is_color() ? "linear" : s.unit(), noise, "");
   const double all = std::accumulate(s.counts.begin(), s.counts.end(), 0.0);
   constexpr std::array<const char*, kNumPlaceStatuses> kNames{"unseen_share", "unchanged_share", "open_share",
                                                               "fitted_share", "otherwise_share"};
@@ -129,12 +131,14 @@ Section figures_section(const Said& s) {
         known(forecast->last), forecast->undefined);
   }
   const double num_frames = s.work.history.num_frames();
-  double numbers = (6.0 + 2.0 * static_cast<double>(s.work.num_models())) * all;
+  double numbers = (2.0 * s.num_channels() + 2.0 * static_cast<double>(s.work.num_models())) * all;
   for (const TemporalModel& m : s.f.models)
-    numbers += 2.0 + static_cast<double>(m.curve.num_channels()) * (m.curve.num_intervals() + 3.0);
-  add("numbers_history", "Numbers of the history", "", 3.0 * num_frames * all, "");
+    numbers += 2.0 + std::min(s.num_channels(), 1.0 * m.curve.num_channels()) * (m.curve.num_intervals() + 3.0);
+  const double of_history = s.num_channels() * num_frames * all;
+  add("numbers_history", "Numbers of the history", "", of_history, "");
   add("numbers_factors", "Numbers of curve and maps", "", numbers, "");
-  add("compactness", "Numbers of the history for one of the factors", "", 3.0 * num_frames * all / numbers, "");
+  add("compactness", "Numbers of the history for one of the factors", "", of_history / numbers, "");
+  if (!s.work.is_color()) return section;
   double bytes_history = 0.0, bytes_maps = 0.0;
   for (const HistoryFrame& f : s.work.history.manifest().frames)
     bytes_history += static_cast<double>(fs::file_size(s.work.history.folder() / f.file));
@@ -157,8 +161,10 @@ Section curve_section(const Said& s) {
                 .y_name = "share of the gain"};
     for (int i = 0; i < kCurvePoints; ++i)
       curve.x.push_back(rounded(c.low + (c.high - c.low) * i / (kCurvePoints - 1), 9));
-    for (int k = 0; k < c.num_channels(); ++k) {
-      CurveColumn column{.name = kColorNames[s.f.models.size() == 1 ? static_cast<std::size_t>(k) : m]};
+    for (int k = 0; k < (s.work.is_color() ? c.num_channels() : 1); ++k) {
+      CurveColumn column{.name = s.work.is_color()
+                                     ? kColorNames[s.f.models.size() == 1 ? static_cast<std::size_t>(k) : m]
+                                     : name_of(s.work.task.of)};
       for (const double v : c.samples(k, kCurvePoints)) column.values.push_back(v);
       curve.columns.push_back(std::move(column));
     }
@@ -170,10 +176,10 @@ Section curve_section(const Said& s) {
               .y_name = "CIEDE2000"};
   CurveColumn mean{.name = "mean"}, p95{.name = "95th percentile"};
   Curve rms{.name = "rmse",
-            .title = "Reconstruction error of every frame, linear",
+            .title = s.work.is_color() ? "Reconstruction error of every frame, linear" : error.title,
             .x_name = error.x_name,
             .y_name = "root mean square"};
-  CurveColumn rmse{.name = "all channels"};
+  CurveColumn rmse{.name = s.work.is_color() ? "all channels" : name_of(s.work.task.of)};
   for (const FrameRecord& f : s.frames) {
     if (!f.error) continue;
     error.x.push_back(f.time);
@@ -183,7 +189,7 @@ Section curve_section(const Said& s) {
   }
   rms.x = error.x;
   error.columns = {mean, p95}, rms.columns = {rmse};
-  section.curves.push_back(std::move(error));
+  if (s.work.is_color()) section.curves.push_back(std::move(error));
   section.curves.push_back(std::move(rms));
   return section;
 }
@@ -191,6 +197,10 @@ Section curve_section(const Said& s) {
 /// The history and what the factors make of it, at the same times.
 Section look_section(const Said& s) {
   Section section{.name = "look", .title = "The history, and what curve and maps make of it"};
+  if (!s.work.is_color()) {
+    add_map_strips(s.work, s.folder, section);
+    return section;
+  }
   std::vector<std::size_t> seen, extrapolated;
   for (std::size_t i = 0; i < s.work.frames.size(); ++i) {
     if (s.work.frames[i].source >= 0) seen.push_back(i);
@@ -236,13 +246,17 @@ Section maps_section(const Said& s) {
         {name, is_sum ? "Base and gain: color where the curve is 1" : "Base D: color where the curve is 0",
          shown(std::move(image))});
   };
-  color("base", false);
-  color("base_and_gain", true);
+  if (s.work.is_color()) {
+    color("base", false);
+    color("base_and_gain", true);
+  }
   const std::vector<std::string> channels =
       s.work.num_models() == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
   const auto ramp = [&](const char* name, const std::string& caption, const ImageU8& mask, bool has_sign,
                         const std::string& unit) {
-    const ImageF all = read_channels(s.folder / "maps" / (std::string(name) + ".exr"), channels);
+    const bool is_value = std::string(name) == "base" || std::string(name) == "gain";  // Three equal channels of a map.
+    const ImageF all = read_channels(s.folder / "maps" / (std::string(name) + ".exr"),
+                                     is_value ? std::vector<std::string>{"R"} : channels);
     for (std::size_t c = 0; c < channels.size(); ++c) {
       ImageF one(all.width(), all.height());
       for (std::int64_t i = 0; i < one.num_pixels(); ++i)
@@ -263,6 +277,10 @@ Section maps_section(const Said& s) {
     }
   };
   const std::string time_unit = time_unit_text(s.work.history.manifest().time_unit);
+  if (!s.work.is_color()) {
+    ramp("base", "Base D: " + name_of(s.work.task.of) + " where the curve is 0", s.work.mask, false, s.unit());
+    ramp("gain", "Gain A: what the curve adds where it is 1", s.changes, true, s.unit());
+  }
   ramp("rate", "Rate R: gray where it is not known", s.clock, false, "");
   ramp("offset", "Offset O (" + time_unit + "): gray where it is not known", s.clock, true, time_unit);
   ramp("residual", "Root mean square over time of what is left over", s.work.mask, false, "");
@@ -282,6 +300,12 @@ HistoryManifest denoised_history(const Said& s) {
                        .extras = {},
                        .is_extrapolated = s.work.frames[i].is_extrapolated};
     if (frame.is_extrapolated) frame.mask = HistoryWriter::frame_mask_file(index);
+    if (!s.work.is_color()) {
+      const FrameFacts& source = s.work.history.facts().frames[static_cast<std::size_t>(s.work.frames[i].source)];
+      if (source.has_mask) frame.mask = HistoryWriter::frame_mask_file(index);
+      for (const std::string& name : source.extras)
+        frame.extras.push_back({name, HistoryWriter::frame_extra_file(index, name)});
+    }
     m.frames.push_back(std::move(frame));
   }
   for (const Json& c : load_json(s.folder / work_file("controls.json"))) {
@@ -304,8 +328,11 @@ void write_factorization(FactorizationWork& work, const fs::path& folder, const 
   write_history_manifest(folder / "history" / kHistoryManifestFile, denoised_history(s));
   control.report(0.3);
   HtmlPage page(source.name + ", factorized");
+  std::string what = work.is_color() ? "color" : name_of(work.task.of);
+  what[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(what[0])));
   page.paragraph(
-      "Color of every place over time as A phi(R t - O) + D: one temporal curve phi for all places, and for each place "
+      what +
+      " of every place over time as A phi(R t - O) + D: one temporal curve phi for all places, and for each place "
       "a gain A, a base D, a rate R and an offset O. "
       "The median place has R = 1 and O = 0; phi goes from 0 to 1.");
   fs::create_directories(folder / "curves");
@@ -328,23 +355,25 @@ void write_factorization(FactorizationWork& work, const fs::path& folder, const 
   page.save(folder / kFactorizationPageFile);
   for (const auto& [name, file] : factor_maps()) maps[name] = file.generic_string();
   for (const FrameRecord& frame : s.frames) frames.push_back(frame_json(frame));
-  save_json(folder / kFactorizationManifestFile, Json{{"format", "patinate.factorization"},
-                                                      {"version", 1},
-                                                      {"name", source.name},
-                                                      {"origin", source.origin},
-                                                      {"width", source.width},
-                                                      {"height", source.height},
-                                                      {"time_unit", time_unit_text(source.time_unit)},
-                                                      {"clock", options.at("clock")},
-                                                      {"curves", models_json(s.f.models)},
-                                                      {"maps", maps},
-                                                      {"history", "history"},
-                                                      {"frames", frames},
-                                                      {"figures", listed_figures_json(sections)},
-                                                      {"csv", listed_curves_json(sections)},
-                                                      {"options", options},
-                                                      {"command", work.task.command},
-                                                      {"key", work.key}});
+  Json manifest{{"format", "patinate.factorization"},
+                {"version", 1},
+                {"name", source.name},
+                {"origin", source.origin},
+                {"width", source.width},
+                {"height", source.height},
+                {"time_unit", time_unit_text(source.time_unit)},
+                {"clock", options.at("clock")},
+                {"curves", models_json(s.f.models)},
+                {"maps", maps},
+                {"history", "history"},
+                {"frames", frames},
+                {"figures", listed_figures_json(sections)},
+                {"csv", listed_curves_json(sections)},
+                {"options", options},
+                {"command", work.task.command},
+                {"key", work.key}};
+  if (!work.is_color()) manifest["of"] = name_of(work.task.of);
+  save_json(folder / kFactorizationManifestFile, manifest);
   control.report(1.0);
 }
 

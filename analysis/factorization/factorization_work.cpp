@@ -25,6 +25,7 @@ namespace {
 constexpr double kBandBytes = 96e6;
 constexpr int kLattice = 64;  ///< Pixels that the curve is sought in, a side.
 constexpr std::int64_t kPixelsAtATime = 4096;
+constexpr double kLargestHeight_mm = 65504.0;
 
 /// Share of what changes that the curve covers at a time. @throws InvalidInput when that is nothing.
 double covered_share(const FactorizationWork::Factored& f, const ImageU8& covered, double time) {
@@ -56,6 +57,13 @@ fs::path work_file(const std::string& name) { return fs::path(kJobWorkFolder) / 
 FactorizationWork::FactorizationWork(FactorizationTask asked)
     : task(std::move(asked)), history(task.history), mask(history.read_mask()) {
   check_ranges(task.options);
+  if (!is_color()) {
+    map.emplace(history, task.of);
+    if (task.options.clock == FactorClock::Channels)
+      throw InvalidInput("clock: a map of " + name_of(task.of) + " has one channel; expected shared");
+    if (!task.times.empty())
+      throw InvalidInput("times: a history of more times is made of its color only, not of its " + name_of(task.of));
+  }
   const HistoryManifest& m = history.manifest();
   const int count = history.num_frames();
   if (count < kLeastFrames) {
@@ -112,7 +120,7 @@ PlaceSeries lattice_series(FactorizationWork& work, const RunControl& control) {
     }
   }
   if (pixels.empty()) throw InvalidInput(work.task.history.string() + ": its mask leaves nothing to fit a curve to");
-  return place_series(work.history, pixels, control);
+  return place_series(work.values(), pixels, control);
 }
 
 }  // namespace
@@ -155,7 +163,7 @@ void make_rows(FactorizationWork& work, int band, const fs::path& folder, const 
   std::vector<std::vector<PlaceFactors>> all(
       models.size(),
       std::vector<PlaceFactors>(static_cast<std::size_t>(rows) * static_cast<std::size_t>(work.width())));
-  const PlaceSeries series = place_series(work.history, pixels, control.part(0.0, 0.2));
+  const PlaceSeries series = place_series(work.values(), pixels, control.part(0.0, 0.2));
   for (std::size_t m = 0; m < models.size(); ++m) {
     const double share = 0.8 / static_cast<double>(models.size()), begin = 0.2 + share * static_cast<double>(m);
     const std::vector<PlaceFactors> made = fit_places(models.size() == 1 ? series : series.channel(static_cast<int>(m)),
@@ -167,6 +175,47 @@ void make_rows(FactorizationWork& work, int band, const fs::path& folder, const 
   control.report(1.0);
 }
 
+namespace {
+
+/// A frame of the source with one of its maps as curve and maps make it, where that is known.
+void write_frame_with_map(const FactorizationWork& work, int index, const ImageF& made, const ImageF& factors,
+                          const fs::path& history) {
+  const int source = work.frames[static_cast<std::size_t>(index)].source;
+  const FrameFacts& facts = work.history.facts().frames[static_cast<std::size_t>(source)];
+  write_exr(history / HistoryWriter::frame_file(index), work.history.read_frame(source), {"R", "G", "B"},
+            ExrDepth::Half);
+  if (facts.has_mask) {
+    fs::create_directories((history / HistoryWriter::frame_mask_file(index)).parent_path());
+    write_codes(history / HistoryWriter::frame_mask_file(index), work.history.read_frame_mask(source));
+  }
+  const QuantityPlace place = place_of(work.task.of);
+  const bool is_share = work.task.of == FactorQuantity::Roughness || work.task.of == FactorQuantity::Metalness;
+  for (const std::string& name : facts.extras) {
+    ImageF image = *work.history.read_frame_extra(source, name);
+    for (std::int64_t i = 0; i < image.num_pixels() && name == place.extra; ++i) {
+      if (work.mask.data()[i] == 0 || factors_at(factors, i, 0, 1).status == PlaceStatus::Unseen) continue;
+      image.data()[i * image.channels() + place.channel] =
+          is_share ? std::min(1.0f, made.data()[3 * i]) : made.data()[3 * i];
+    }
+    HistoryWriter::write_frame_extra(history, index, name, image);
+  }
+}
+
+}  // namespace
+
+std::vector<fs::path> files_beside(const FactorizationWork& work, int index) {
+  const FactoredFrame& frame = work.frames[static_cast<std::size_t>(index)];
+  std::vector<fs::path> files;
+  const FrameFacts* facts =
+      work.is_color() ? nullptr : &work.history.facts().frames[static_cast<std::size_t>(frame.source)];
+  if (frame.is_extrapolated || (facts != nullptr && facts->has_mask))
+    files.push_back(HistoryWriter::frame_mask_file(index));
+  if (facts != nullptr) {
+    for (const std::string& name : facts->extras) files.push_back(HistoryWriter::frame_extra_file(index, name));
+  }
+  return files;
+}
+
 void make_frame(FactorizationWork& work, int index, const fs::path& folder, const RunControl& control) {
   const FactorizationWork::Factored& f = work.factored(folder);
   const FactoredFrame& asked = work.frames[static_cast<std::size_t>(index)];
@@ -176,16 +225,17 @@ void make_frame(FactorizationWork& work, int index, const fs::path& folder, cons
   const bool is_held = forecast && !forecast->has_skill();
   const double time = is_held ? last : asked.time;
   const int width = work.width(), height = work.height();
+  const double lowest = work.task.of == FactorQuantity::Height ? -kLargestHeight_mm : 0.0;
   ImageF made(width, height, 3), source;
   ImageU8 covered(width, height), seen;
   if (asked.source >= 0)
-    source = work.history.read_frame(asked.source), seen = work.history.read_frame_mask(asked.source);
+    source = work.values().read_frame(asked.source), seen = work.values().read_frame_mask(asked.source);
   std::vector<float> differences(static_cast<std::size_t>(made.num_pixels()), -1.0f);  // CIEDE2000; -1 = not compared.
   parallel_for(made.num_pixels(), kPixelsAtATime, control, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) {
       const auto p = static_cast<std::size_t>(i);
       if (work.mask.data()[i] == 0) continue;
-      const std::array<float, 3> v = factored_color(f.models, f.image, i, time);
+      const std::array<float, 3> v = factored_color(f.models, f.image, i, time, lowest);
       std::copy(v.begin(), v.end(), made.data() + 3 * i);
       covered.data()[i] = is_covered(f.models, f.image, i, asked.time) ? 255 : 0;
       const bool is_known = factors_at(f.image, i, 0, f.models.size()).status != PlaceStatus::Unseen;
@@ -194,11 +244,14 @@ void make_frame(FactorizationWork& work, int index, const fs::path& folder, cons
       const auto lab = [](float r, float g, float b) {
         return lab_from_linear(static_cast<double>(r), static_cast<double>(g), static_cast<double>(b));
       };
-      differences[p] = static_cast<float>(ciede2000(lab(v[0], v[1], v[2]), lab(s[0], s[1], s[2])));
+      differences[p] =
+          work.is_color() ? static_cast<float>(ciede2000(lab(v[0], v[1], v[2]), lab(s[0], s[1], s[2]))) : 0.0f;
     }
   });
   fs::create_directories(folder / "history/frames");
-  write_exr(folder / "history" / HistoryWriter::frame_file(index), made, {"R", "G", "B"}, ExrDepth::Half);
+  if (!work.is_color()) write_frame_with_map(work, index, made, f.image, folder / "history");
+  if (work.is_color())
+    write_exr(folder / "history" / HistoryWriter::frame_file(index), made, {"R", "G", "B"}, ExrDepth::Half);
   FrameRecord record{.time = asked.time, .covered_share = {}, .is_held = false, .error = {}};
   if (asked.is_extrapolated) {
     fs::create_directories(folder / "history/masks");
@@ -221,7 +274,8 @@ void make_frame(FactorizationWork& work, int index, const fs::path& folder, cons
     record.error = FrameError{.num_pixels = static_cast<std::int64_t>(list.size()),
                               .rmse = rounded(std::sqrt(squares / (3.0 * n)), 6),
                               .ciede2000_mean = rounded(sum / n, 6),
-                              .ciede2000_p95 = rounded(static_cast<double>(value_at_rank(list, rank)), 6)};
+                              .ciede2000_p95 = rounded(static_cast<double>(value_at_rank(list, rank)), 6),
+                              .is_color = work.is_color()};
   }
   save_json(folder / work_file("frame." + std::to_string(index) + ".json"), frame_json(record));
   control.report(1.0);

@@ -28,10 +28,16 @@ struct FactorizationWork {
 
   FactorizationTask task;
   HistoryReader history;
+  std::optional<QuantityHistory> map;  ///< What is taken apart where it is not the color.
   ImageU8 mask;
   std::vector<FactoredFrame> frames;  ///< By time.
   std::string key;                    ///< Of the whole plan.
 
+  [[nodiscard]] bool is_color() const { return task.of == FactorQuantity::Color; }
+  /// The history whose colors are taken apart.
+  [[nodiscard]] const History& values() const {
+    return map ? static_cast<const History&>(*map) : static_cast<const History&>(history);
+  }
   [[nodiscard]] std::size_t num_models() const { return task.options.clock == FactorClock::Shared ? 1 : 3; }
   [[nodiscard]] int width() const { return history.manifest().width; }
   [[nodiscard]] int height() const { return history.manifest().height; }
@@ -75,6 +81,9 @@ void make_maps(FactorizationWork& work, const std::filesystem::path& folder);
 [[nodiscard]] std::filesystem::path rate_control_file(const FactorizationWork& work);
 /// Writes a frame of the history and .job/work/frame.K.json: how far it is from the frame that it stands for.
 void make_frame(FactorizationWork& work, int index, const std::filesystem::path& folder, const RunControl& control);
+
+/// What a frame of the denoised history has beside its color: its mask, and maps; relative to the history.
+[[nodiscard]] std::vector<std::filesystem::path> files_beside(const FactorizationWork& work, int index);
 
 /// Names and files of the maps, relative to the output.
 [[nodiscard]] std::vector<std::pair<std::string, std::filesystem::path>> factor_maps();

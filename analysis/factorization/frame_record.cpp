@@ -14,8 +14,10 @@ Json frame_json(const FrameRecord& frame) {
   if (frame.error) {
     json["pixels"] = frame.error->num_pixels;
     json["rmse"] = frame.error->rmse;
-    json["ciede2000_mean"] = frame.error->ciede2000_mean;
-    json["ciede2000_p95"] = frame.error->ciede2000_p95;
+    if (frame.error->is_color) {
+      json["ciede2000_mean"] = frame.error->ciede2000_mean;
+      json["ciede2000_p95"] = frame.error->ciede2000_p95;
+    }
   }
   return json;
 }
@@ -26,8 +28,9 @@ FrameRecord frame_from_json(const Json& json) {
   if (json.contains("rmse"))
     frame.error = FrameError{.num_pixels = json.at("pixels"),
                              .rmse = json.at("rmse"),
-                             .ciede2000_mean = json.at("ciede2000_mean"),
-                             .ciede2000_p95 = json.at("ciede2000_p95")};
+                             .ciede2000_mean = json.value("ciede2000_mean", 0.0),
+                             .ciede2000_p95 = json.value("ciede2000_p95", 0.0),
+                             .is_color = json.contains("ciede2000_mean")};
   return frame;
 }
 

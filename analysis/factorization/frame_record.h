@@ -15,6 +15,7 @@ struct FrameError {
   double rmse = 0.0;            ///< Linear, of all channels.
   double ciede2000_mean = 0.0;
   double ciede2000_p95 = 0.0;
+  bool is_color = true;  ///< Else there are no differences of color.
 };
 
 struct FrameRecord {

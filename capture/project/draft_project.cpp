@@ -16,6 +16,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/decoder_process.h"
+#include "libcommon/image/whole_file.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
@@ -80,7 +81,11 @@ std::vector<FoundImage> look(const fs::path& folder, std::vector<std::string>& t
     for (const fs::path& file : list_files(f, "*")) {
       if (!is_image_name(file)) continue;
       try {
-        images.push_back({file, probe_image(file)});
+        const ImageInfo info = probe_image(file);
+        if (is_cut_off(file))
+          to_check.push_back(file.string() + ": ends before its picture does; copy it again");
+        else
+          images.push_back({file, info});
       } catch (const IoError& e) {
         to_check.push_back(std::string(e.what()) + "; excluded");
       }
@@ -208,7 +213,8 @@ Frames find_frames(const std::vector<FoundImage>& group, std::vector<std::string
     if (members.contains(matched[i])) continue;
     frames.excluded.push_back(i);
     to_check.push_back(matched[i].filename().string() +
-                       " matches the names but is another kind of image; excluded (number " + std::to_string(i) + ")");
+                       " matches the names but is another kind of image or cannot be read; excluded (number " +
+                       std::to_string(i) + ")");
   }
   if (has_many(group.front())) return frames;
   try {

@@ -29,6 +29,12 @@ void put_reflectance(const UnlightWork& work, UnlightResult& result, const RunCo
 void polish_materials(const UnlightWork& work, const std::vector<TexelEvidence>& texels,
                       std::vector<SurfaceMaterial>& materials, bool is_last, const RunControl& control);
 
+/// How freely texels' highlights differ from their materials', as a share: work.highlight_freedom, wider than it is
+/// where left-out lamps of texels all over the surface are foretold better so, by two standard deviations. Materials
+/// hold texels that tarnish or patina has reached more or less; a narrow one draws them all to their mean.
+/// @param work  With the highlights that materials give.
+[[nodiscard]] double choose_freedom(const UnlightWork& work, const RunControl& control);
+
 /// Share of metal in what reflects `f0` over an albedo, as glTF's converter of specular colors has it: one base color b
 /// is the metal's and the diffuse light's, albedo = (1 - m) b and f0 = m b + 0.04 (1 - m). 0 where f0 is 0.04 or less.
 /// @param albedo, f0  >= 0.

@@ -19,6 +19,7 @@ constexpr double kMember = 0.5;          ///< Share of a material from which a t
 constexpr double kTold = 2.0;            ///< Standard deviations from which lamps tell metal from what is none.
 constexpr double kMostOfMinerals = 0.2;  ///< Reflectance that no mineral has: diamond has 0.17.
 constexpr double kBare = 0.9;            ///< Metalness from which what is not told from metal is taken for it.
+constexpr double kSmallStep = 1e-5;      ///< Of a fit; samples are uncertain by half a percent and more.
 constexpr std::int64_t kChunk = 16;
 
 class Polish {
@@ -26,6 +27,7 @@ class Polish {
   Polish(const UnlightWork& work, std::vector<std::pair<int, int>> places, const RunControl& control)
       : work_(work), options_(work.fit_options()), places_(std::move(places)), control_(control) {
     control_.on_progress = {};
+    options_.small_step = kSmallStep;
   }
 
   /// Of each texel, its left-out lamps; negative where nothing is foretold.

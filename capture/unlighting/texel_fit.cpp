@@ -56,14 +56,12 @@ class TexelSolver {
     if (o_.reject) reject_outliers();
     constexpr int kMaxSteps = 20;
     for (int i = 0; i < kMaxSteps; ++i) {
-      if (step() < kSmallStep) break;
+      if (step() < o_.small_step) break;
     }
     return result();
   }
 
  private:
-  static constexpr double kSmallStep = 1e-9;
-
   [[nodiscard]] SampleState& state(int k) { return s_.state[static_cast<std::size_t>(k)]; }
   [[nodiscard]] double& weight(int k) { return weight_[static_cast<std::size_t>(k)]; }
   [[nodiscard]] int least() const { return std::max(o_.min_lights, o_.refine_normal && !has_prior_ ? 3 : 1); }
@@ -165,7 +163,7 @@ class TexelSolver {
     }
     constexpr int kRounds = 4;
     for (int round = 0; round < kRounds; ++round) {
-      if (!keep_near() || step() < kSmallStep) break;
+      if (!keep_near() || step() < o_.small_step) break;
       step();
     }
   }

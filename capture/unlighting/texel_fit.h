@@ -61,6 +61,7 @@ struct TexelFitOptions {
   double noise_scale = 1.0;  ///< Times sqrt(variance).
   double min_cosine = 0.05;
   int min_lights = 2;
+  double small_step = 1e-9;  ///< Turn of the normal plus share of the albedo below which a fit has settled; > 0.
 
   /// How far off a sample may be before it is rejected, in standard deviations of the noise that was found. The noise
   /// is never taken for less than kLeastNoise of what `variance` expects: photographs without noise would else be

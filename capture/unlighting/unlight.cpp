@@ -301,7 +301,8 @@ void find_material_highlights(UnlightWork& work, UnlightResult& result, const Ru
     const std::vector<TexelEvidence> texels = gather_evidence(work, result, color, part.part(0.0, 0.1));
     result.materials = find_materials(texels, part.part(0.1, 0.15));
     polish_materials(work, texels, result.materials, pass + 1 == kPasses, part.part(0.15, 0.3));
-    lay_materials(work, result, color, result.materials, part.part(0.3, 0.6));
+    lay_materials(work, result, color, result.materials, part.part(0.3, 0.55));
+    if (pass + 1 == kPasses) work.highlight_freedom = choose_freedom(work, part.part(0.55, 0.6));
     work.noise_scale = estimate_noise_scale(work, part.part(0.6, 0.7));
     fit_surface(work, result, part.part(0.7, 1.0));
   }

@@ -1,7 +1,7 @@
 // What all maps of a material cost over color alone: ingest, transfer, lookup and an 8k export in strips. Each piece of
 // work runs in a process of its own, color and all maps in turn, five times; figures are medians of the pairs' ratios
 // of processor time, and of peak memory.
-//     build/release/bin/material_benchmark [ingest | transfer | lookup | export]
+//     build/release/bin/material_benchmark [ingest | relit | transfer | lookup | export]
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -11,7 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "capture/project/relit_project.h"
+#include "capture/relit/relit_ingest.h"
 #include "capture/timelapse/ingest.h"
+#include "datasets_synthetic/mold_io.h"
 #include "patinate/core/json.h"
 #include "patinate/history/history_sampling.h"
 #include "patinate/image/image_io.h"
@@ -38,9 +41,9 @@ double median(std::vector<double> values) {
 }
 
 /// @param channels  Of all maps with color, over the three of color.
-void compare(const char* name, double channels, const Work& color, const Work& all) {
+void compare(const char* name, double channels, const Work& color, const Work& all, int num_pairs = 5) {
   std::vector<double> color_s, ratio, color_mb, memory;
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 0; i < num_pairs; ++i) {
     const ChildCost a = cost_in_child(color), b = cost_in_child(all);
     if (a.cpu_s < 0.0 || b.cpu_s < 0.0) {
       std::printf("%s failed\n", name);
@@ -98,6 +101,38 @@ void ingest() {
     };
   };
   compare("ingest, metalness, gloss and tint stated by color", (3.0 + 2 + 1 + 3) / 3.0, work("color"), work("all"));
+}
+
+/// Two steps of the metal mold, photographed under eight lamps: color alone, which is highlights rejected and not
+/// fitted, against what `ingest` finds by itself, against materials, and against materials with heights.
+void ingest_relit() {
+  const testing_support::TempFolder folder;
+  do_in_child([&] {
+    const datasets::MoldOptions mold{.width = 192,
+                                     .height = 144,
+                                     .num_steps = 2,
+                                     .num_lights = 8,
+                                     .metal = true,
+                                     .relief_mm = 0.8,
+                                     .transforms = true};
+    (void)run_job(datasets::plan_mold(mold, folder / "mold"), {}, {});
+  });
+  const auto work = [&](capture::SpecularMode specular, bool heights) {
+    return [&folder, specular, heights] {
+      const fs::path out = folder / "history";
+      fs::remove_all(out);
+      capture::RelitOptions options{.heights = heights};
+      options.unlight.specular = specular;
+      (void)run_job(capture::plan_relit_ingest(capture::read_relit_project(folder / "mold/capture.json"), options, out),
+                    {}, {});
+    };
+  };
+  const Work color = work(capture::SpecularMode::None, false);
+  compare("relit ingest, gloss (auto)", (3.0 + 2) / 3.0, color, work(capture::SpecularMode::Auto, false));
+  compare("relit ingest, heights", (3.0 + 1) / 3.0, color, work(capture::SpecularMode::None, true));
+  compare("relit ingest, materials", (3.0 + 2 + 1 + 3) / 3.0, color, work(capture::SpecularMode::Material, false), 3);
+  compare("relit ingest, materials and heights", (3.0 + 2 + 1 + 3 + 1) / 3.0, color,
+          work(capture::SpecularMode::Material, true), 3);
 }
 
 /// A history of 512 x 512 onto 262 thousand texels.
@@ -174,6 +209,7 @@ void export_in_strips() {
 int main(int argc, char** argv) {
   const std::string part = argc > 1 ? argv[1] : "";
   if (part.empty() || part == "ingest") patinate::ingest();
+  if (part.empty() || part == "relit") patinate::ingest_relit();
   if (part.empty() || part == "transfer") {
     patinate::transfer_maps(12);
     patinate::transfer_maps(100);

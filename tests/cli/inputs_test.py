@@ -137,6 +137,16 @@ class Init(unittest.TestCase):
         self.succeeds("export", "photos/history", "-o", "photos/frames")
         self.assertIn("up to date", self.succeeds("init", "photos").stderr)
 
+    def test_a_photograph_that_is_cut_off_is_named_and_left_out_of_the_draft(self):
+        photos = self.mixed_photos()
+        (photos / "day_0001b.png").unlink()
+        cut = photos / "day_0001.png"
+        cut.write_bytes(cut.read_bytes()[:-20])
+        said = self.succeeds("init", "photos").stderr
+        self.assertIn("check: photos/day_0001.png: ends before its picture does; copy it again", said)
+        self.assertEqual(project_of(photos / "capture.json")["exclude"], [1])
+        self.succeeds("ingest", "photos", "-o", "history")
+
     def test_a_project_is_drafted_and_ingested_inside_its_folder(self):
         photos = self.mixed_photos()
         (photos / "day_0001b.png").unlink()

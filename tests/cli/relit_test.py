@@ -32,7 +32,16 @@ class Relit(unittest.TestCase):
                        "--stabilize", "--deflicker", "--flat-field estimate", "--highlights keep"):
             refused = run("ingest", "mold/capture.json", "-o", "refused", *option.split())
             self.assertEqual(refused.returncode, 2, option)
-            self.assertIn(option.split()[0] + ": is for captures of a fixed camera", refused.stderr)
+            self.assertIn("error: " + option.split()[0] + ": is for captures of a fixed camera", refused.stderr)
+
+    def test_options_of_lamps_are_refused_for_a_fixed_camera(self):
+        self.assertEqual(run("synth", "crackle", "--width", "32", "--height", "32", "--num-frames", "2", "-o", "paint").returncode, 0)
+        for option in ("--specular material", "--specular auto", "--normals keep", "--heights", "--poses each", "--method symmetric", "--strengths"):
+            refused = run("ingest", "paint", "-o", "refused", *option.split())
+            self.assertEqual(refused.returncode, 2, option)
+            self.assertIn("error: " + option.split()[0] + ": is for captures under lamps", refused.stderr)
+            self.assertEqual(refused.stderr.count("\n"), 1)
+        self.assertEqual(run("ingest", "paint", "-o", "taken", "--accept-failed").returncode, 0)
 
     def test_mold_becomes_a_history_with_a_report(self):
         self.assertEqual(run("validate", "mold").returncode, 0)

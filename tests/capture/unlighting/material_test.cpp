@@ -14,6 +14,7 @@
 #include "datasets_synthetic/mold_io.h"
 #include "libcommon/core/median.h"
 #include "libcommon/core/random.h"
+#include "libcommon/output/microfacet.h"
 #include "patinate/core/json.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
@@ -99,6 +100,43 @@ TEST(Materials, KnownLobesAreFoundWithTheirStrengthColorAndRoughness) {
       EXPECT_NEAR(m.strength.mean(), 0.12, 0.12 * 0.12);
       EXPECT_NEAR(m.roughness, std::sqrt(0.2), 0.04 * std::sqrt(0.2));
     }
+  }
+}
+
+/// A step on which metal turns to mineral by degrees, with true lobes, and with one strength and color for all texels.
+TEST(Materials, HighlightsAreFreerOnlyWhereTexelsDifferFromTheirMaterial) {
+  const auto steps = testing_support::metal_steps({.width = 96, .height = 72, .num_steps = 4, .num_lights = 8});
+  const testing_support::MetalStep& step = steps[2];
+  const UnlightOptions options{.specular = SpecularMode::Material};
+  for (const bool is_true : {true, false}) {
+    UnlightWork work(step.input, options, RunControl{});
+    const double own_freedom = work.highlight_freedom;
+    work.form = {.tail = 2.0, .is_rendered = true};
+    work.highlight_normal = work.normal;
+    work.specular = ImageF(work.width, work.height, 2);
+    work.highlight_tint = ImageF(work.width, work.height, 3);
+    work.highlight_metal = ImageF(work.width, work.height, 2);
+    for (int y = 0; y < work.height; ++y) {
+      for (int x = 0; x < work.width; ++x) {
+        if (!work.is_surface(x, y)) continue;
+        const double roughness = static_cast<double>(step.roughness.at(x, y));
+        const LobeEnergy energy = lobe_energy(roughness, vector_of(work.normal, x, y).dot(work.to_camera(x, y)));
+        Vec3 strength(0.3, 0.2, 0.16);  // About the mean of all.
+        for (int c = 0; c < 3 && is_true; ++c) {
+          const auto f0 = static_cast<double>(step.reflectance.at(x, y, c));
+          strength[c] = f0 * energy.compensation(f0);
+        }
+        work.specular.at(x, y, 0) = static_cast<float>(strength.mean());
+        work.specular.at(x, y, 1) = static_cast<float>(roughness);
+        for (int c = 0; c < 3; ++c) work.highlight_tint.at(x, y, c) = static_cast<float>(strength[c] / strength.mean());
+      }
+    }
+    work.noise_scale = estimate_noise_scale(work, {});
+    const double chosen = choose_freedom(work, {});
+    if (is_true)
+      EXPECT_EQ(chosen, own_freedom);
+    else
+      EXPECT_GT(chosen, own_freedom);
   }
 }
 

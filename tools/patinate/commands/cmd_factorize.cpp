@@ -18,6 +18,7 @@ namespace {
 /// What repeats it: options that are not the default, and nothing that changes no byte. @param task  As it was given.
 std::string command_of(const analysis::FactorizationTask& task) {
   std::string text = "patinate factorize " + input_word(task.history) +
+                     (task.of == analysis::FactorQuantity::Color ? "" : " --of " + analysis::name_of(task.of)) +
                      changed_options(option_values(task.options), option_values(analysis::FactorizationOptions{}));
   for (std::size_t i = 0; i < task.times.size(); ++i) text += (i == 0 ? " --times " : ",") + number_text(task.times[i]);
   return text + kAnyOutput;
@@ -28,10 +29,17 @@ std::string command_of(const analysis::FactorizationTask& task) {
 int cmd_factorize(CommandRun& run) {
   analysis::FactorizationTask task;
   fs::path output;
+  std::string of;
   run.line.positional("HISTORY", "A history or a simulation", task.history);
   run.line.output("FOLDER",
                   "Folder to make: factorization.json, report.html, maps/, and history/, the history without noise",
                   output);
+  run.line.option("of", "color|roughness|specular|metalness|height",
+                  "What is taken apart: the color, or a map that every frame has; the history then has its frames with "
+                  "that map without noise",
+                  of);
+  run.line.choices({analysis::kFactorQuantityNames.begin(), analysis::kFactorQuantityNames.end()});
+  run.line.default_text("of", "color");
   run.line.numbers("times", "T,T,...",
                    "Times that the denoised history gets beside its own, in its unit; beyond its ends they are "
                    "extrapolated, and marked so",
@@ -40,8 +48,10 @@ int cmd_factorize(CommandRun& run) {
   run.line.without({"seed"});
   run.line.example("factorize copper -o copper_factors");
   run.line.example("factorize copper --times 600,700 -o copper_factors");
+  run.line.example("factorize mold --of roughness -o dulling");
   run.line.example("transfer copper_factors/history bust.glb --control rate=accessibility -o aged");
   if (!run.parse()) return 0;
+  if (!of.empty()) task.of = analysis::parse_factor_quantity(of);
   task.command = command_of(task);
   task.history = history_place(task.history);
   if (kind_of(task.history) != PathKind::History)
@@ -66,8 +76,10 @@ int cmd_factorize(CommandRun& run) {
                text(Json(100.0 * f.at("covered_share").get<double>())) +
                " % of what changes, elsewhere its end holds (history/masks)");
     } else if (f.contains("rmse")) {
-      run.detail(time + "root mean square " + text(f.at("rmse")) + ", CIEDE2000 " + text(f.at("ciede2000_mean")) +
-                 ", 95th percentile " + text(f.at("ciede2000_p95")));
+      run.detail(time + "root mean square " + text(f.at("rmse")) +
+                 (f.contains("ciede2000_mean") ? ", CIEDE2000 " + text(f.at("ciede2000_mean")) + ", 95th percentile " +
+                                                     text(f.at("ciede2000_p95"))
+                                               : ""));
     }
   }
   for (const Json& f : made.at("figures")) {

@@ -81,8 +81,7 @@ int ingest_relit(CommandRun& run, const std::filesystem::path& file, const captu
                  const capture::IngestOptions& shared, const std::filesystem::path& output) {
   for (const std::string_view key : capture::kFixedCameraOptions) {
     if (run.line.is_given(std::string(key)))
-      throw UsageError("--" + dashed(key) + ": is for captures of a fixed camera; " + file.string() +
-                       " is of kind relit");
+      throw UsageError(dashed(key) + ": is for captures of a fixed camera; " + file.string() + " is of kind relit");
   }
   const std::optional<JobStatus> status =
       run.make_folder(capture::plan_history(file, output, shared, options), "ingest");
@@ -127,6 +126,11 @@ int cmd_ingest(CommandRun& run) {
 
   if (capture::is_relit_capture(capture::capture_file(project_file)))
     return ingest_relit(run, capture::capture_file(project_file), relit_options, options, output);
+  for (const std::string& key : capture::lamp_options()) {
+    if (run.line.is_given(key))
+      throw UsageError(dashed(key) + ": is for captures under lamps (kind relit); " +
+                       capture::capture_file(project_file).string() + " is of a fixed camera");
+  }
   options.accept_failed = relit_options.accept_failed;
   const capture::CaptureProject project =
       capture::read_capture_project(capture::capture_file(project_file), options.align);

@@ -12,7 +12,7 @@ namespace patinate {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kLightRays = 3;        // Per ray of the camera,
+constexpr int kLightRays = 9;        // Per ray of the camera,
 constexpr int kGroundRays = 16;      // and where it meets the ground, whose even gray shows each that is missing.
 constexpr double kRayOffset = 1e-4;  // Of the diagonal, off the surface.
 

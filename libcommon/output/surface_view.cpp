@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
@@ -18,10 +19,11 @@ namespace patinate {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr int kLampRays = 3;              // Per ray of the camera,
-constexpr int kGroundRays = 16;           // and where it meets the ground, whose even gray shows each that is missing.
-constexpr int kMirrorRays = 4;            // The same, where the mirror is nearly all that is seen; fewer elsewhere.
-constexpr double kMirrorBlur = 2.0;       // Solid angles of rays overlap by this, so that they do not show.
+constexpr int kLampRays = 8;  // Per ray of the camera; fewer for what a mirror shows,
+constexpr int kMirroredLampRays = 3;
+constexpr int kGroundRays = 16;      // and more where it meets the ground, whose even gray shows each that is missing.
+constexpr int kMirrorRays = 4;       // The same, where the mirror is nearly all that is seen; fewer elsewhere.
+constexpr double kMirrorBlur = 2.0;  // Solid angles of rays overlap by this, so that they do not show.
 constexpr double kDullRoughness = 0.6;    // Above it, where little is reflected, ambient visibility
 constexpr double kDullReflection = 0.15;  // stands for what a ray would meet.
 constexpr double kFaintMirror = 1e-4;     // Share of reflected light for which no ray is cast.
@@ -185,11 +187,11 @@ class Painter {
   [[nodiscard]] Vec3 second(const SeenPoint& p, const Draws& draws) const {
     Vec3 light = p.open * light_.smooth_on(p.normal);
     if (light_.has_lamps()) {
-      for (const LightField::Lamp& drawn : draws.lamps) {
+      for (const LightField::Lamp& drawn : std::span(draws.lamps).first<kMirroredLampRays>()) {
         const LightField::Sample lamp = light_.seen(drawn, on_surface(p));
         const double facing = p.normal.dot(lamp.direction);
         if (facing > 0.0 && !scene_.is_blocked(p.place, lamp.direction, lamp.distance))
-          light += facing / kPi / kLampRays * lamp.weight;
+          light += facing / kPi / kMirroredLampRays * lamp.weight;
       }
     }
     return SurfaceMaterial(p).all().cwiseProduct(light);

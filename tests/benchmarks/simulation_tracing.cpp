@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -10,6 +11,7 @@
 #include "libcommon/device/device.h"
 #include "libcommon/geometry/ray_scene.h"
 #include "patinate/mesh_files/mesh_io.h"
+#include "simulation/device/simulation_device.h"
 #include "simulation/tracing/device_rays.h"
 #include "simulation/tracing/motion.h"
 #include "simulation/tracing/ray_tracer.h"
@@ -76,19 +78,28 @@ void measure(const simulation::Scene& made, std::int64_t n) {
   double ignored = 0.0;
   std::int64_t uncounted = 0;
   for (int k = 0; k < 60; ++k) step(2, ignored, ignored, uncounted, uncounted);
-  for (const int num_threads : {1, 2}) {
-    const int steps = n > 500000 ? 5 : (n > 50000 ? 20 : 200);
+  const int steps = n > 500000 ? 5 : (n > 50000 ? 20 : 200);
+  const auto report = [&](const std::string& where, int num_threads) {
     double trace_s = 0.0, respond_s = 0.0;
     std::int64_t segments = 0, contacts = 0;
     for (int k = 0; k < steps; ++k) step(num_threads, trace_s, respond_s, segments, contacts);
     std::printf(
-        "%-16s %8lld gammatons, %d threads: %6.2f M segments/s, %6.2f M contacts/s; %.2f segments and %.2f contacts a "
+        "%-16s %8lld gammatons, %s: %6.2f M segments/s, %6.2f M contacts/s; %.2f segments and %.2f contacts a "
         "gammaton; trace %.3f ms, respond %.3f ms an iteration\n",
-        scene.objects[0].name.c_str(), static_cast<long long>(n), num_threads,
+        scene.objects[0].name.c_str(), static_cast<long long>(n), where.c_str(),
         static_cast<double>(segments) / (trace_s + respond_s) * 1e-6,
         static_cast<double>(contacts) / (trace_s + respond_s) * 1e-6,
         static_cast<double>(segments) / static_cast<double>(n * steps),
         static_cast<double>(contacts) / static_cast<double>(n * steps), 1e3 * trace_s / steps, 1e3 * respond_s / steps);
+  };
+  for (const int num_threads : {1, 2}) report(std::to_string(num_threads) + " threads", num_threads);
+  for (const device::DeviceInfo& info : device::list_devices()) {
+    const device::Device device(info);
+    tracer.use(std::make_shared<const simulation::SimulationDevice>(device));
+    step(2, ignored, ignored, uncounted, uncounted);  // compiles, and copies the scene
+    const DeviceShare share(device);
+    report(info.name, 2);
+    std::printf("  %s an iteration\n", share.text(steps).c_str());
   }
 }
 

@@ -7,11 +7,11 @@ typedef struct PlaceFacts {
 } PlaceFacts;
 typedef struct Places {
   PlaceFacts facts;
-  PATINATE_GLOBAL const float* corners;      // By triangle: x, y of the three corners, in texels.
-  PATINATE_GLOBAL const i32* charts;            // By triangle; -1 where it shows in no texel.
-  PATINATE_GLOBAL const u32* fallbacks;         // By triangle: the texel of its middle.
-  PATINATE_GLOBAL const i32* tile_charts;       // By tile: what all of its texels show; -1 where there is none.
-  PATINATE_GLOBAL const i32* triangles;         // By texel; -1 outside of the charts.
+  PATINATE_GLOBAL const float* corners;    // By triangle: x, y of the three corners, in texels.
+  PATINATE_GLOBAL const i32* charts;       // By triangle; -1 where it shows in no texel.
+  PATINATE_GLOBAL const u32* fallbacks;    // By triangle: the texel of its middle.
+  PATINATE_GLOBAL const i32* tile_charts;  // By tile: what all of its texels show; -1 where there is none.
+  PATINATE_GLOBAL const i32* triangles;    // By texel; -1 outside of the charts.
 } Places;
 
 enum { kSearchRadius = 2 };  // Texels: a place lies at most 0.71 from the middle of one that its chart may not own.

@@ -30,7 +30,8 @@ AgedFrames::AgedFrames(const SceneFile& file, SimulationOptions options, const R
     simulation_.step(quiet);
     control.report(0.1 + 0.9 * static_cast<double>(simulation_.iteration()) / static_cast<double>(file.iterations));
   }
-  for (const std::string& name : file.controls) controls_.push_back(parameter_control(simulation_, name, file.time_unit));
+  for (const std::string& name : file.controls)
+    controls_.push_back(parameter_control(simulation_, name, file.time_unit));
 }
 
 std::vector<ImageF> AgedFrames::compose(const std::vector<MaterialAppearance>& appearance, const RunControl& control) {

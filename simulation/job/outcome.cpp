@@ -139,7 +139,9 @@ std::string cure_of(const std::vector<ObjectOutcome>& outcome, double most) {
   const std::string factor =
       times < 1e4 ? "about " + short_number_text(rounded(times, 1)) : std::string("more than 10,000");
   return "rates or loads are " + factor + " times too small, or the run as many times too short" +
-         (made.empty() ? "" : " (of what rules make, " + made + " covers most, " + short_number_text(rounded(100.0 * share, 2)) + " %" + " of the color)");
+         (made.empty() ? ""
+                       : " (of what rules make, " + made + " covers most, " +
+                             short_number_text(rounded(100.0 * share, 2)) + " %" + " of the color)");
 }
 
 }  // namespace

@@ -23,9 +23,10 @@ constexpr std::size_t kGroup = 64;
 constexpr std::size_t kBatch = std::size_t{1} << 16;  // Gammatons of one launch, which stays short.
 
 device::Program build(const Device& device) {
-  const std::array<std::string_view, 16> sources{
-      kPhiloxKernel, kPortableMath,  kRayTypes,     kRayLanes,   kRayKernel,      kMotionTypes, kMotionVectors, kRandomDirection,
-      kPlaceKernel,  kMotionArrays,  kFlightKernel, kWalkKernel, kFloatingKernel, kBirthKernel, kResponseKernel, kMotionEntries};
+  const std::array<std::string_view, 16> sources{kPhiloxKernel,   kPortableMath, kRayTypes,       kRayLanes,
+                                                 kRayKernel,      kMotionTypes,  kMotionVectors,  kRandomDirection,
+                                                 kPlaceKernel,    kMotionArrays, kFlightKernel,   kWalkKernel,
+                                                 kFloatingKernel, kBirthKernel,  kResponseKernel, kMotionEntries};
   return device.build("motion", sources);
 }
 
@@ -106,7 +107,8 @@ void DeviceMotion::State::update_wet(const WetPaths& paths) {
     const TexelIndex first = p * TileGrid::kPageTexels;
     const std::span<const std::uint16_t> stored = paths.atlas->page(paths.material, p);
     if (stored.empty()) {
-      for (std::uint32_t t = 0; t < TileGrid::kPageTexels; ++t) page[t] = paths.atlas->amount(paths.material, first + t);
+      for (std::uint32_t t = 0; t < TileGrid::kPageTexels; ++t)
+        page[t] = paths.atlas->amount(paths.material, first + t);
     }
     const std::span<const std::uint16_t> now = stored.empty() ? std::span<const std::uint16_t>(page) : stored;
     std::uint16_t* const there = wet_there.data() + first;

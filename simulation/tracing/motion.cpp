@@ -148,8 +148,8 @@ void make_records(const Gammatons& all, const Range& range, const RunControl& co
 
 /// Takes gammatons back from a device, and lists what is told by gammaton. @param tell  tell(record, note, counters).
 template <class Tell>
-void take_records(const std::vector<DropRecord>& records, const Range& range, const RunControl& control,
-                  Gammatons& all, TraceResult& result, Tell&& tell) {
+void take_records(const std::vector<DropRecord>& records, const Range& range, const RunControl& control, Gammatons& all,
+                  TraceResult& result, Tell&& tell) {
   const std::int64_t chunk = chunk_of(range.num);
   std::vector<TraceResult> parts(static_cast<std::size_t>((range.num + chunk - 1) / chunk));
   parallel_for(range.num, chunk, control, [&](std::int64_t begin, std::int64_t end) {

@@ -30,8 +30,8 @@ struct ExchangeTime {
 /// How large a contact is, in texels of median size: what gammatons carry are amounts over that.
 [[nodiscard]] double contact_area(const ExchangeOptions& options, const SurfaceAtlas& surface);
 
-/// From how much of the surface a contact reaches a texel of an area weight, in texels of the median size: the texel, and
-/// with splats all those whose splats have a part of it.
+/// From how much of the surface a contact reaches a texel of an area weight, in texels of the median size: the texel,
+/// and with splats all those whose splats have a part of it.
 [[nodiscard]] double reached_from(const ExchangeOptions& options, const SurfaceAtlas& surface, std::uint32_t weight);
 
 /// What an exchange has changed.

@@ -146,8 +146,8 @@ class SurfaceAtlas {
   /// chart; kNoTexel when there is none (a triangle smaller than a texel's distance to the next center).
   [[nodiscard]] TexelIndex texel_of(int triangle, double b1, double b2) const;
   /// What texel_of() reads besides triangles(), for devices. By triangle: x, y of its corners in texels; its chart, -1
-  /// where it shows in no texel; the texel of its middle. By tile: the chart that all of its texels show; -1 where there
-  /// is none.
+  /// where it shows in no texel; the texel of its middle. By tile: the chart that all of its texels show; -1 where
+  /// there is none.
   [[nodiscard]] std::span<const std::array<float, 6>> corner_texels() const { return corner_texels_; }
   [[nodiscard]] std::span<const int> charts() const { return chart_; }
   [[nodiscard]] std::span<const TexelIndex> fallbacks() const { return fallback_; }

@@ -139,7 +139,8 @@ void make_records(const Gammatons& all, const Range& range, const RunControl& co
     for (std::int64_t k = begin; k < end; ++k) {
       const auto i = static_cast<std::size_t>(range.begin + k);
       DropRecord& record = records[static_cast<std::size_t>(k)];
-      simulation::put(take(all, i), record);
+      const Drop drop = take(all, i);
+      put_drop(&drop, &record);
       record.emitter = all.emitter[i];
       record.num_births = all.num_births[i];
     }
@@ -157,7 +158,7 @@ void take_records(const std::vector<DropRecord>& records, const Range& range, co
     for (std::int64_t k = begin; k < end; ++k) {
       const auto i = static_cast<std::size_t>(range.begin + k);
       const DropRecord& record = records[static_cast<std::size_t>(k)];
-      put(all, i, drop_of(record));
+      put(all, i, drop_of(&record));
       all.num_births[i] = record.num_births;
       Note of;
       tell(record, of, part.counters);

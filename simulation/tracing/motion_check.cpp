@@ -51,9 +51,9 @@ Scene hills_in_the_rain() {
 /// What a device's entries do (motion_device.cl), here.
 void trace_here(const MotionScene& scene, const MotionCall& call, const EmitterFacts& emitter,
                 const SurfaceAtlas& surface, std::uint32_t gammaton, DropRecord& record) {
-  Drop g = drop_of(record);
+  Drop g = drop_of(&record);
   const Told told = trace_drop(scene, call, emitter, gammaton, g, record.num_births);
-  put(g, record);
+  put_drop(&g, &record);
   record.texel = told.end == motion_types::kEndContact ? surface.texel_of(g.at.triangle, g.at.b1, g.at.b2) : kNoTexel;
   record.end = told.end;
   record.is_born = told.is_born;
@@ -64,10 +64,10 @@ void trace_here(const MotionScene& scene, const MotionCall& call, const EmitterF
 void respond_here(const MotionScene& scene, const MotionCall& call, std::uint32_t gammaton, DropRecord& record) {
   record.end = motion_types::kStaysAlive;
   if (record.state != motion_types::kIsInContact) return;
-  Drop g = drop_of(record);
+  Drop g = drop_of(&record);
   const Outcome outcome = respond_to_contact(scene, call, gammaton, g, shading_normal(scene, g.at));
   if (outcome != Outcome::Alive) g.state = motion_types::kIsWaiting;
-  put(g, record);
+  put_drop(&g, &record);
   record.end = static_cast<std::uint32_t>(outcome);
 }
 

@@ -9,26 +9,6 @@ static double wet_amount(const struct Surroundings* s, i32 triangle, double b1, 
   return texel == kNowhere ? 0.0 : (double)s->wet.amounts[texel] / 16384.0;  // kAmountOne
 }
 
-static Drop drop_of(global const DropRecord* record) {
-  Drop g;
-  g.state = record->state;
-  g.is_front = record->is_front != 0u;
-  g.at = place_of(record->triangle, record->b1, record->b2);
-  g.position = record->position;
-  g.velocity = record->velocity;
-  return g;
-}
-
-static void put_drop(const Drop* g, global DropRecord* record) {
-  record->state = g->state;
-  record->is_front = g->is_front ? 1u : 0u;
-  record->triangle = g->at.triangle;
-  record->b1 = g->at.b1;
-  record->b2 = g->at.b2;
-  record->position = g->position;
-  record->velocity = g->velocity;
-}
-
 #define SCENE_ARRAYS                                                                                              \
   const MotionFacts facts, global const BvhNode *nodes, global const TriangleBlock *blocks,                       \
       global const TriangleFrame *frames, global const CornerNormals *corner_normals,                             \

@@ -19,10 +19,12 @@ using ray_types::RayFrame;
 }  // namespace motion_types
 using motion_types::CornerNormals;
 using motion_types::Drop;
+using motion_types::drop_of;
 using motion_types::DropRecord;
 using motion_types::EmitterFacts;
 using motion_types::MotionCall;
 using motion_types::MotionFacts;
+using motion_types::put_drop;
 using motion_types::SpaceFacts;
 using motion_types::SurfacePlace;
 using motion_types::Told;
@@ -32,22 +34,5 @@ using motion_types::Vector;
 
 [[nodiscard]] inline Vector vector_of(const Vec3& v) { return {.x = v.x(), .y = v.y(), .z = v.z()}; }
 [[nodiscard]] inline Vec3 vec3(const Vector& v) { return {v.x, v.y, v.z}; }
-
-[[nodiscard]] inline Drop drop_of(const DropRecord& record) {
-  return {.state = record.state,
-          .is_front = record.is_front != 0,
-          .at = {.triangle = record.triangle, .b1 = record.b1, .b2 = record.b2},
-          .position = record.position,
-          .velocity = record.velocity};
-}
-inline void put(const Drop& drop, DropRecord& record) {
-  record.state = drop.state;
-  record.is_front = drop.is_front ? 1 : 0;
-  record.triangle = drop.at.triangle;
-  record.b1 = drop.at.b1;
-  record.b2 = drop.at.b2;
-  record.position = drop.position;
-  record.velocity = drop.velocity;
-}
 
 }  // namespace patinate::simulation

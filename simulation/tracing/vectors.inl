@@ -58,3 +58,23 @@ PATINATE_INLINE double free_distance(const SpaceFacts* f, PATINATE_GLOBAL const 
   if (!(x >= 0.0 && y >= 0.0 && z >= 0.0 && x < f->size[0] && y < f->size[1] && z < f->size[2])) return 0.0;
   return empty[((i32)z * f->size[1] + (i32)y) * f->size[0] + (i32)x] * f->cell;
 }
+
+// Out of a device's record of a gammaton, and back.
+PATINATE_INLINE Drop drop_of(PATINATE_GLOBAL const DropRecord* record) {
+  Drop drop;
+  drop.state = record->state;
+  drop.is_front = record->is_front != 0u;
+  drop.at = place_of(record->triangle, record->b1, record->b2);
+  drop.position = record->position;
+  drop.velocity = record->velocity;
+  return drop;
+}
+PATINATE_INLINE void put_drop(const Drop* drop, PATINATE_GLOBAL DropRecord* record) {
+  record->state = drop->state;
+  record->is_front = drop->is_front ? 1u : 0u;
+  record->triangle = drop->at.triangle;
+  record->b1 = drop->at.b1;
+  record->b2 = drop->at.b2;
+  record->position = drop->position;
+  record->velocity = drop->velocity;
+}

@@ -81,6 +81,7 @@ Simulation::State::State(Scene given, SimulationOptions given_options, const Run
       atlas(surface, static_cast<int>(scene.materials.size()), originals_of(scene)),
       tracer(scene_mesh, surface),
       gammatons(make_gammatons(scene)),
+      met(surface.grid()),
       exchanger(static_cast<int>(scene.materials.size()), scene.seed),
       composer(scene, scene_mesh, surface, options.color_form, control.part(0.6, 0.9)),
       changed_in(surface.grid().num_tiles(), -1) {
@@ -149,6 +150,11 @@ std::optional<WetPaths> Simulation::State::wet_paths() const {
 }
 
 void Simulation::State::mark(std::span<const TileIndex> tiles) {
+void Simulation::State::follow_contacts() {
+  follow(trace.contacts, trails);
+  if (met) met->add(trace.contacts);
+}
+
   for (const TileIndex t : tiles) changed_in[t] = static_cast<std::int32_t>(iteration);
 }
 
@@ -177,7 +183,7 @@ std::size_t Simulation::memory() const {
       sizeof(GammatonState) + 1 + 2 + 4 + 4 + 2 * sizeof(double) + 2 * sizeof(Vec3) + sizeof(s.cargo.mass[0]);
   return s.atlas.memory() + s.composer.memory() +
          std::size_t{s.surface.grid().num_texels()} * (sizeof(std::int32_t) + sizeof(std::uint16_t)) +
-         s.gammatons.size() * kGammaton;
+         (s.met ? s.met->tiles().size_bytes() : 0) + s.gammatons.size() * kGammaton;
 }
 
 std::string Simulation::audit(const RunControl& control) const {
@@ -212,7 +218,7 @@ void Simulation::step(const RunControl& control) {
   s.begin_lives_and_end_them(s.iteration, control);
   {
     const Stopwatch watch(s.times.exchange);
-    follow(s.trace.contacts, s.trails);
+    s.follow_contacts();
     const ExchangeReport report =
         s.exchanger.exchange(s.trace.contacts, s.scene.exchange, s.iteration, s.cargo, s.atlas, s.maps.get(), control);
     s.ledger.add(report);
@@ -383,6 +389,12 @@ ParameterMap Simulation::parameter_map(const std::string& name) const {
 
 std::vector<ObjectSquare> Simulation::object_squares() const {
   std::vector<ObjectSquare> squares;
+std::optional<ImageU8> Simulation::met(const RunControl& control) const {
+  const State& s = *state_;
+  if (!s.met) return std::nullopt;
+  return reached_texels(*s.met, s.scene.exchange, s.surface, control);
+}
+
   const State& s = *state_;
   const double resolution = s.scene.resolution;
   for (std::size_t i = 0; i < s.scene.objects.size(); ++i) {

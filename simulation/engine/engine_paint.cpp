@@ -98,7 +98,7 @@ void Simulation::paint(const std::string& emitter, const Vec3& position_mm, cons
   s.end_share(moving, {s.iteration, key}, control);
   s.tracer.trace(s.gammatons, s.scene, key, s.trace, control, moving);
   s.begin_lives_and_end_them({s.iteration, key}, control);
-  follow(s.trace.contacts, s.trails);
+  s.follow_contacts();
   const ExchangeReport report = s.exchanger.exchange(s.trace.contacts, s.scene.exchange, {s.iteration, key}, s.cargo,
                                                      s.atlas, s.maps.get(), control);
   s.ledger.add(report);

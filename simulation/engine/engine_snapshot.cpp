@@ -8,7 +8,8 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr std::uint64_t kMagic = 0x34304E5354415050ull;  // "PPATSN04": raised with every change of what follows
+constexpr std::uint64_t kMagic = 0x35304E5354415050ull;  // "PPATSN05": raised with every change of what follows
+constexpr std::uint64_t kMagicBeforeMet = 0x34304E5354415050ull;      // "PPATSN04": without where gammatons have been
 constexpr std::uint64_t kMagicBeforeWeather = 0x33304E5354415050ull;  // "PPATSN03": without weather, series, trails
 constexpr std::uint64_t kMagicBeforePaint = 0x32304E5354415050ull;    // "PPATSN02": without num_paint_steps
 
@@ -180,6 +181,17 @@ bool are_in(const std::vector<Trail>& trails, const SurfaceAtlas& surface, std::
          });
 }
 
+/// Nothing where whoever wrote the snapshot did not know.
+std::optional<MetTexels> read_met(ByteReader& in, const TileGrid& grid) {
+  std::vector<std::uint64_t> tiles;
+  in.array(tiles);
+  if (tiles.empty()) return std::nullopt;
+  MetTexels met(grid);
+  if (tiles.size() != met.tiles().size()) throw InvalidInput("the snapshot is damaged, or of another scene");
+  std::copy(tiles.begin(), tiles.end(), met.tiles().begin());
+  return met;
+}
+
 /// Gammatons of emitters that the snapshot does not have: they wait, as in any scene whose last emitters are off from
 /// the start.
 void add_waiting(const Scene& scene, Gammatons& gammatons) {
@@ -227,6 +239,7 @@ std::vector<std::byte> Simulation::snapshot() const {
   write_ledger(out, s.ledger);
   out.value(s.counters);
   out.array(s.trails);
+  out.array(s.met ? s.met->tiles() : std::span<const std::uint64_t>());
   out.value(kMagic);
   return out.take();
 }
@@ -238,7 +251,8 @@ void Simulation::restore(std::span<const std::byte> bytes) {
     if (in.value<decltype(value)>() != value) throw InvalidInput("the snapshot is of another version or scene");
   };
   const auto magic = in.value<std::uint64_t>();
-  if (magic != kMagic && magic != kMagicBeforeWeather && magic != kMagicBeforePaint)
+  const bool has_weather = magic == kMagic || magic == kMagicBeforeMet;
+  if (!has_weather && magic != kMagicBeforeWeather && magic != kMagicBeforePaint)
     throw InvalidInput("the snapshot is of another version or scene");
   expect(static_cast<std::int32_t>(s.scene.resolution));
   expect(static_cast<std::int32_t>(s.scene.materials.size()));
@@ -249,9 +263,9 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   const auto iteration = in.value<std::int64_t>();
   const auto num_paint_steps = magic != kMagicBeforePaint ? in.value<std::int64_t>() : 0;
   const auto next_event = in.value<std::uint64_t>();
-  const auto series_done = magic == kMagic ? in.value<std::int64_t>() : iteration - 1;
+  const auto series_done = has_weather ? in.value<std::int64_t>() : iteration - 1;
   Scene scene = s.scene;
-  const std::size_t num_emitters = read_scene_values(in, scene, magic == kMagic);
+  const std::size_t num_emitters = read_scene_values(in, scene, has_weather);
   check_scene(scene);
   if (iteration < 0 || num_paint_steps < 0 || next_event > scene.events.size())
     throw InvalidInput("the snapshot is damaged, or of another scene");
@@ -286,10 +300,11 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   read_ledger(in, ledger);
   const auto counters = in.value<TraceCounters>();
   std::vector<Trail> trails;
-  if (magic == kMagic) in.array(trails);
-  if (magic == kMagic && !are_in(trails, s.surface, static_cast<std::size_t>(num_gammatons)))
+  if (has_weather) in.array(trails);
+  if (has_weather && !are_in(trails, s.surface, static_cast<std::size_t>(num_gammatons)))
     throw InvalidInput("the snapshot is damaged, or of another scene");
   trails.resize(gammatons.size());
+  std::optional<MetTexels> met = magic == kMagic ? read_met(in, s.surface.grid()) : std::nullopt;
   expect(magic);
   in.finish();
   for (std::size_t i = 0; i < scene.objects.size(); ++i) s.check_scale(i, scene.objects[i].scale);
@@ -303,6 +318,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.cargo = std::move(cargo);
   s.trails = std::move(trails);
   s.maps = std::move(maps);
+  s.met = std::move(met);
   s.iteration = iteration;
   s.num_paint_steps = num_paint_steps;
   s.next_event = static_cast<std::size_t>(next_event);

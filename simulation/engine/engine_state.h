@@ -16,6 +16,7 @@
 #include "simulation/tracing/scene_checks.h"
 #include "simulation/tracing/wet_paths.h"
 #include "simulation/transport/exchange.h"
+#include "simulation/transport/met_texels.h"
 #include "simulation/transport/parameter_maps.h"
 
 namespace patinate::simulation {
@@ -29,6 +30,8 @@ struct Simulation::State {
   void end_share(const GammatonRange& moving, ExchangeTime now, const RunControl& control);
   /// @param gone  Gammatons that end on the surface, rising; what fits of their cargo goes to where they have run.
   void deposit(std::span<const std::uint32_t> gone, ExchangeTime now, const RunControl& control);
+  /// Notes the contacts of the last trace(): where gammatons run, and where they have ever been.
+  void follow_contacts();
   void mark(std::span<const TileIndex> tiles);
   /// Composes what has changed, for whoever asks; composed_since_asked has what was composed.
   void compose_now(const RunControl& control);
@@ -65,6 +68,7 @@ struct Simulation::State {
   Gammatons gammatons;
   Cargo cargo;
   std::vector<Trail> trails;  ///< By gammaton.
+  std::optional<MetTexels> met;  ///< Not known where a snapshot of an older version did not say.
   Exchanger exchanger;
   std::unique_ptr<ParameterMaps> maps;
   MassLedger ledger;

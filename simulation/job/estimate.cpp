@@ -63,9 +63,7 @@ RunEstimate estimate_run(SceneFile file, const SimulationOptions& options, const
   estimate.resolution = resolution;
   estimate.gammatons = count_of(scene);
 
-  SimulationOptions counted = options;
-  counted.parameter_maps = {"hits"};
-  Simulation simulation(std::move(scene), counted, control.part(0.0, 0.1));
+  Simulation simulation(std::move(scene), options, control.part(0.0, 0.1));
   RunControl quiet = control;
   quiet.on_progress = {};
   simulation.apply_due(quiet);

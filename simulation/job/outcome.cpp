@@ -88,11 +88,7 @@ std::vector<ObjectOutcome> outcome_of(Simulation& simulation, const ImageF& befo
   const ImageF now = simulation.compose(control).color_linear();
   if (!before.same_size(now) || before.channels() != 3) throw InvalidInput("outcome: expected a color for every texel");
   const std::vector<Part> parts = parts_of(simulation);
-  std::optional<ImageF> hits;
-  try {
-    hits = simulation.parameter_map("hits").values;
-  } catch (const InvalidInput&) {  // It was not counted.
-  }
+  const std::optional<ImageU8> met = simulation.met(control);
   std::vector<ObjectOutcome> outcome;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const Part& part = parts[i];
@@ -100,15 +96,15 @@ std::vector<ObjectOutcome> outcome_of(Simulation& simulation, const ImageF& befo
     object.object = simulation.scene().objects[i].name;
     if (part.texels.empty()) continue;
     std::vector<float> changes;
+    double never_met = 0.0;
     for (std::size_t k = 0; k < part.texels.size(); ++k) {
       const double share = simulation.atlas().surface().weight(part.texels[k]) / part.area;
       const double change = delta_e_at(before, now, part.pixels[k]);
       object.change_mean += share * change;
       changes.push_back(static_cast<float>(change));
-      if (hits && hits->data()[part.pixels[k]] == 0.0f)
-        object.never_met_share = object.never_met_share.value_or(0.0) + share;
+      if (met && met->data()[part.pixels[k]] == 0) never_met += share;
     }
-    if (hits && !object.never_met_share) object.never_met_share = 0.0;
+    if (met) object.never_met_share = never_met;
     object.change_p95 = high_of(changes);
     for (int m = 0; m < static_cast<int>(simulation.scene().materials.size()); ++m)
       object.materials.push_back(material_outcome(simulation, part, m));

@@ -81,10 +81,16 @@ double contact_area(const ExchangeOptions& options, const SurfaceAtlas& surface)
   return side * side;
 }
 
+std::optional<SplatShape> splat_shape(const ExchangeOptions& options, const SurfaceAtlas& surface) {
+  if (!is_wide(options)) return std::nullopt;
+  return SplatShape(surface, width_of(options, surface));
+}
+
 double reached_from(const ExchangeOptions& options, const SurfaceAtlas& surface, std::uint32_t weight) {
   const double area = static_cast<double>(weight) / SurfaceAtlas::kMedianWeight;
-  if (!is_wide(options)) return area;
-  const int size = SplatShape(surface, width_of(options, surface)).size_of(weight);
+  const std::optional<SplatShape> shape = splat_shape(options, surface);
+  if (!shape) return area;
+  const int size = shape->size_of(weight);
   return size == 0 ? area : area * static_cast<double>(SplatShape::stencil_of(size).parts.size());
 }
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "libcommon/core/instruction_set.h"
@@ -15,6 +16,7 @@
 #include "simulation/transport/cargo.h"
 #include "simulation/transport/parameter_maps.h"
 #include "simulation/transport/trail.h"
+#include "simulation/transport/splat.h"
 
 namespace patinate::simulation {
 
@@ -31,6 +33,9 @@ struct ExchangeTime {
 [[nodiscard]] double contact_area(const ExchangeOptions& options, const SurfaceAtlas& surface);
 
 /// From how much of the surface a contact reaches a texel of an area weight, in texels of the median size: the texel,
+/// How contacts lie on the surface; nullopt: on one texel each.
+[[nodiscard]] std::optional<SplatShape> splat_shape(const ExchangeOptions& options, const SurfaceAtlas& surface);
+
 /// and with splats all those whose splats have a part of it.
 [[nodiscard]] double reached_from(const ExchangeOptions& options, const SurfaceAtlas& surface, std::uint32_t weight);
 

@@ -164,7 +164,8 @@ TEST(Paint, ASnapshotBetweenStrokesGoesOnAsIfNothingHadHappened) {
   EXPECT_TRUE(resumed.snapshot() == whole.snapshot());
 }
 
-/// A snapshot of painted_plate() as versions before "PPATSN04" wrote it: no weather, no series, no masks.
+/// A snapshot of painted_plate() as versions before "PPATSN04" wrote it: no weather, no series, no masks. @param bytes
+/// Without its tail.
 std::vector<std::byte> before_weather(std::vector<std::byte> bytes, const char* magic, bool has_paint_steps) {
   constexpr std::size_t kPaintSteps = 24;            // behind magic, resolution, number of materials and iteration
   constexpr std::size_t kSeries = kPaintSteps + 16;  // behind the next event
@@ -189,19 +190,32 @@ std::vector<std::byte> before_weather(std::vector<std::byte> bytes, const char* 
 TEST(Paint, SnapshotsFromBeforeThereWasPaintingOrWeatherAreRead) {
   Simulation simulation(painted_plate());
   run(simulation, 5);
+  ASSERT_TRUE(simulation.met());
   const std::vector<std::byte> now = simulation.snapshot();
-  // No trails before the magic at the end: their number, and 17 words each.
-  const auto without_trails = [&](const std::vector<std::byte>& snapshot) {
-    const std::size_t length = 8 + simulation.gammatons().size() * 17 * 4;
-    std::vector<std::byte> cut(snapshot.begin(), snapshot.end() - 8 - static_cast<std::ptrdiff_t>(length));
-    cut.insert(cut.end(), snapshot.end() - 8, snapshot.end());
-    return cut;
+  // Before the magic at the end: trails, which are their number and 17 words each, and a bit for each texel that was
+  // met, 64 after their number of tiles.
+  const std::size_t trails = 8 + simulation.gammatons().size() * 17 * 4;
+  const std::size_t met = 8 + simulation.atlas().surface().grid().num_tiles() * 8;
+  const auto without_tail = [](std::vector<std::byte> snapshot, std::size_t length) {
+    snapshot.erase(snapshot.end() - 8 - static_cast<std::ptrdiff_t>(length), snapshot.end() - 8);
+    return snapshot;
   };
-  const std::vector<std::byte> rest = without_trails(now);
-  for (const bool has_paint_steps : {false, true}) {
+  const std::vector<std::byte> rest = without_tail(now, trails + met);
+  const auto with_magic_removed = [](std::vector<std::byte> snapshot) {
+    return std::vector<std::byte>(snapshot.begin() + 8, snapshot.end() - 8);
+  };
+  for (const char* magic : {"PPATSN02", "PPATSN03", "PPATSN04"}) {
+    const bool has_weather = std::string_view(magic) == "PPATSN04";
+    std::vector<std::byte> old = has_weather ? without_tail(now, met) : rest;
+    if (has_weather) {
+      for (std::byte* place : {old.data(), old.data() + old.size() - 8}) std::memcpy(place, magic, 8);
+    } else {
+      old = before_weather(old, magic, std::string_view(magic) == "PPATSN03");
+    }
     Simulation restored(painted_plate());
-    restored.restore(before_weather(rest, has_paint_steps ? "PPATSN03" : "PPATSN02", has_paint_steps));
-    EXPECT_TRUE(without_trails(restored.snapshot()) == rest) << has_paint_steps;
+    restored.restore(old);
+    EXPECT_FALSE(restored.met()) << magic;
+    EXPECT_TRUE(with_magic_removed(without_tail(restored.snapshot(), trails + 8)) == with_magic_removed(rest)) << magic;
   }
 }
 

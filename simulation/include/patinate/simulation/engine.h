@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -125,6 +126,9 @@ class Simulation {
   void set_amounts(int material, const ImageF& amounts);
   /// MATERIAL.final needs not have been asked for. @throws InvalidInput for another that was not, or an unknown name.
   [[nodiscard]] ParameterMap parameter_map(const std::string& name) const;
+  /// 255 where a gammaton has ever been, with the width that its splat has; else 0. nullopt: a snapshot was restored
+  /// that does not tell, of before 2026-11.
+  [[nodiscard]] std::optional<ImageU8> met(const RunControl& control = {}) const;
   /// Where each object's own unit square of UVs lies in the atlas, in the scene's order.
   [[nodiscard]] std::vector<ObjectSquare> object_squares() const;
   /// 0 / 255.

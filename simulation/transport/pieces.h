@@ -14,6 +14,7 @@
 #include "simulation/transport/regions.h"
 #include "simulation/transport/splat.h"
 #include "simulation/transport/trail.h"
+#include "simulation/transport/transfer.h"
 
 namespace patinate::simulation {
 
@@ -27,14 +28,6 @@ struct Piece {
   std::uint16_t number = 0;   ///< In its splat; 0 = middle.
   std::uint32_t share = SplatShape::kWhole;
 };
-
-/// Another random number of one: uniform where it is, and without a visible relation to it.
-[[nodiscard]] inline std::uint32_t mixed(std::uint32_t random, std::uint32_t purpose) {
-  std::uint32_t x = random + purpose * 0x9E3779B9u;
-  x = (x ^ x >> 16) * 0x7FEB352Du;
-  x = (x ^ x >> 15) * 0x846CA68Bu;
-  return x ^ x >> 16;
-}
 
 /// What is cut.
 struct WideContacts {
@@ -54,13 +47,12 @@ struct WideContacts {
 template <class Share, class Put>
 void deal(std::uint32_t whole, std::uint32_t random, std::uint32_t middle_weight, std::size_t num_parts,
           Share&& share_of, Put&& put) {
-  constexpr std::uint32_t kDealPurpose = 0xFFFFu;  // more than any piece's number
   const std::uint64_t quanta = whole / middle_weight;
-  const std::uint64_t start = mixed(random, kDealPurpose) % SplatShape::kWhole;
+  const std::uint32_t start = transfer_kernel::deal_start(random);
   std::uint64_t share = 0, dealt = 0;
   for (std::size_t k = 0; k < num_parts; ++k) {
     share += share_of(k);
-    const std::uint64_t until = (quanta * share + start) / SplatShape::kWhole;
+    const std::uint64_t until = transfer_kernel::dealt_to(quanta, share, start);
     put(k, static_cast<std::uint32_t>((until - dealt) * middle_weight) + (k == 0 ? whole % middle_weight : 0u));
     dealt = until;
   }

@@ -16,15 +16,9 @@ constexpr std::uint32_t kNoPart = 0xFFFFFFFFu;  ///< Of a lane that a splat leav
 constexpr std::size_t kAhead =
     8;  ///< Contacts that memory is asked for before their turn; their numbers at twice that.
 
-/// What a piece of a gammaton may hold: all pieces together no more than their gammaton may.
-[[nodiscard]] std::uint32_t limit_of(std::uint32_t whole, std::uint32_t mass) {
-  return mass + (kMaxMass - whole) / static_cast<std::uint32_t>(SplatShape::kMaxParts);
-}
-
-/// All that is carried, below 0: as much of it as fits.
-[[nodiscard]] std::int32_t deposit_quanta(std::uint32_t amount, std::uint32_t weight, std::uint32_t mass) {
-  return -static_cast<std::int32_t>(std::min(mass / weight, kMaxAmount - amount));
-}
+using transfer_kernel::deposited_quanta;
+using transfer_kernel::limit_of_part;
+using transfer_kernel::mixed_with;
 
 class RegionExchange {
  public:
@@ -114,7 +108,8 @@ class RegionExchange {
           [&](std::size_t a, std::uint32_t amount, std::uint32_t& mass) {
             mass = worker_.mass[a][k];
             return transfer_quanta(shares[a], amount, part.weight, mass,
-                                   mixed(randoms[a], static_cast<std::uint32_t>(k)), limit_of(whole[a], mass));
+                                   mixed_with(randoms[a], static_cast<std::uint32_t>(k)),
+                                   limit_of_part(whole[a], mass));
           },
           [&](std::size_t a, std::uint32_t mass) { sum[a] += mass; });
     }
@@ -148,7 +143,7 @@ class RegionExchange {
           piece.texel, weight, false,
           [&](std::size_t a, std::uint32_t amount, std::uint32_t& mass) {
             mass = masses[a];
-            return deposit_quanta(amount, weight, mass);
+            return deposited_quanta(amount, weight, mass);
           },
           put);
       return;
@@ -160,8 +155,8 @@ class RegionExchange {
         piece.texel, weight, piece.number == 0,
         [&](std::size_t a, std::uint32_t amount, std::uint32_t& mass) {
           mass = masses[a];
-          return transfer_quanta(shares[a], amount, weight, mass, mixed(randoms[a], piece.number),
-                                 limit_of(cargo[static_cast<std::size_t>(call_.active[a])], mass));
+          return transfer_quanta(shares[a], amount, weight, mass, mixed_with(randoms[a], piece.number),
+                                 limit_of_part(cargo[static_cast<std::size_t>(call_.active[a])], mass));
         },
         put);
   }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "patinate/simulation/surface_atlas.h"
+#include "simulation/transport/transfer.h"
 
 namespace patinate::simulation {
 
@@ -76,7 +77,7 @@ class SplatShape {
   [[nodiscard]] bool is_plain(int x, int y, int reach) const;
   /// A stencil's share where areas differ: no more than comes back from there.
   [[nodiscard]] static std::uint32_t balanced(std::uint32_t share, std::uint32_t weight, std::uint32_t other) {
-    return other >= weight ? share : share * other / weight;
+    return transfer_kernel::balanced_share(share, weight, other);
   }
 
  private:

@@ -10,16 +10,26 @@
 
 #include <array>
 #include <cstdint>
+#include <string_view>
 
+#include "libcommon/core/portable_math.h"
+#include "libcommon/core/random.h"
 #include "patinate/simulation/material_atlas.h"
 
 namespace patinate::simulation {
 
-/// What one contact moves: up * amount - down * carried mass, in amount quanta of the texel.
-struct TransferShares {
-  double up = 0.0;    ///< [0, 1].
-  double down = 0.0;  ///< [0, 1] / weight.
-};
+/// transfer_kernel.inl for C++; devices read the same text. What one contact moves is TransferShares: up * amount -
+/// down * carried mass, in amount quanta of the texel.
+namespace transfer_kernel {
+using namespace kernel_types;
+using namespace portable_kernel;
+using random_kernel::philox4x32_10;
+#include "simulation/transport/transfer_kernel.inl"
+}  // namespace transfer_kernel
+/// The text of transfer_kernel.inl.
+extern const std::string_view kTransferKernel;
+
+using transfer_kernel::TransferShares;
 
 /// @param ratio       r, [0, 1].
 /// @param rate        c, [0, 1].
@@ -38,18 +48,7 @@ struct TransferShares {
 [[nodiscard]] inline std::int32_t transfer_quanta(const TransferShares& shares, std::uint32_t amount,
                                                   std::uint32_t weight, std::uint32_t mass, std::uint32_t random,
                                                   std::uint32_t limit = 0xFFFFFFFFu) {
-  const double exact = shares.up * static_cast<double>(amount) - shares.down * static_cast<double>(mass);
-  const double shifted = exact + static_cast<double>(random) * 0x1p-32;
-  auto n = static_cast<std::int64_t>(shifted);
-  if (static_cast<double>(n) > shifted) --n;
-  if (n > 0) {
-    if (n > amount) n = amount;
-    if (static_cast<std::uint64_t>(n) * weight > limit - mass) n = (limit - mass) / weight;
-  } else if (n < 0) {
-    if (-n > std::int64_t{kMaxAmount} - amount) n = std::int64_t{amount} - kMaxAmount;
-    if (static_cast<std::uint64_t>(-n) * weight > mass) n = -std::int64_t{mass / weight};
-  }
-  return static_cast<std::int32_t>(n);
+  return transfer_kernel::moved_quanta(shares, amount, weight, mass, random, limit);
 }
 
 /// The random numbers of one contact, by material. They belong to the gammaton and the iteration, never to a thread.

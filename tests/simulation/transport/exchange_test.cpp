@@ -108,9 +108,9 @@ void exchange_splats_slowly(std::vector<Contact> contacts, const ExchangeOptions
         const double area = contact_area(options, surface) * parts[k].share / SplatShape::kWhole;
         const std::uint32_t limit =
             masses[k] + (0xFFFFFFFFu - whole) / static_cast<std::uint32_t>(SplatShape::kMaxParts);
-        const int quanta =
-            transfer_quanta(transfer_shares(options.ratio, rate, options.contact, weight, area), amount, weight,
-                            masses[k], mixed(randoms[active], static_cast<std::uint32_t>(k)), limit);
+        const int quanta = transfer_quanta(
+            transfer_shares(options.ratio, rate, options.contact, weight, area), amount, weight, masses[k],
+            transfer_kernel::mixed_with(randoms[active], static_cast<std::uint32_t>(k)), limit);
         if (quanta != 0)
           atlas.writable_tile(m, TileGrid::tile_of(texel))[texel % 64] =
               static_cast<std::uint16_t>(static_cast<int>(amount) - quanta);

@@ -87,6 +87,7 @@ Simulation::State::State(Scene given, SimulationOptions given_options, const Run
       changed_in(surface.grid().num_tiles(), -1) {
   composer.use(options.device);
   tracer.use(options.device);
+  exchanger.use(options.device);
   for (std::size_t k = 0; k < kNumWeatherSignals; ++k)
     weather_peaks[k] = greatest_weather(scene.weather, static_cast<WeatherSignal>(k));
   for (const SceneObject& object : scene.objects) start_scales.push_back(object.scale);
@@ -149,12 +150,12 @@ std::optional<WetPaths> Simulation::State::wet_paths() const {
                   .width_mm = o.rivulet_mm};
 }
 
-void Simulation::State::mark(std::span<const TileIndex> tiles) {
 void Simulation::State::follow_contacts() {
   follow(trace.contacts, trails);
   if (met) met->add(trace.contacts);
 }
 
+void Simulation::State::mark(std::span<const TileIndex> tiles) {
   for (const TileIndex t : tiles) changed_in[t] = static_cast<std::int32_t>(iteration);
 }
 
@@ -336,6 +337,7 @@ void Simulation::set_amounts(int material, const ImageF& amounts) {
       s.changed_in[TileGrid::tile_of(t)] = static_cast<std::int32_t>(s.iteration);
     }
   }
+  s.exchanger.forget_amounts();
 }
 
 ParameterMap Simulation::parameter_map(const std::string& name) const {
@@ -387,14 +389,14 @@ ParameterMap Simulation::parameter_map(const std::string& name) const {
   throw InvalidInput("the parameter map '" + name + "' was not asked for when the simulation began");
 }
 
-std::vector<ObjectSquare> Simulation::object_squares() const {
-  std::vector<ObjectSquare> squares;
 std::optional<ImageU8> Simulation::met(const RunControl& control) const {
   const State& s = *state_;
   if (!s.met) return std::nullopt;
   return reached_texels(*s.met, s.scene.exchange, s.surface, control);
 }
 
+std::vector<ObjectSquare> Simulation::object_squares() const {
+  std::vector<ObjectSquare> squares;
   const State& s = *state_;
   const double resolution = s.scene.resolution;
   for (std::size_t i = 0; i < s.scene.objects.size(); ++i) {

@@ -46,6 +46,7 @@ void Simulation::State::apply_rules(const RunControl& control) {
   const RuleReport report = rules->step(iteration, atlas, control);
   ledger.add_rules(report.made, report.used);
   mark(report.dirty_tiles);
+  exchanger.note_changes(report.dirty_tiles);
 }
 
 void Simulation::State::wake_everything() {

@@ -312,13 +312,14 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.move_objects(scene);  // before the ledger, which knows of it
   s.scene = std::move(scene);
   s.atlas = std::move(atlas);
+  s.exchanger.forget_amounts();
   s.ledger = ledger;
   s.counters = counters;
   s.gammatons = std::move(gammatons);
   s.cargo = std::move(cargo);
   s.trails = std::move(trails);
-  s.maps = std::move(maps);
   s.met = std::move(met);
+  s.maps = std::move(maps);
   s.iteration = iteration;
   s.num_paint_steps = num_paint_steps;
   s.next_event = static_cast<std::size_t>(next_event);

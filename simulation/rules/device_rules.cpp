@@ -6,6 +6,7 @@
 
 #include "libcommon/core/expression_kernel.h"
 #include "libcommon/core/portable_math.h"
+#include "simulation/device/exact_sums.h"
 
 namespace patinate::simulation {
 
@@ -92,8 +93,8 @@ std::vector<std::uint8_t> packed_parameters(std::span<const SurfaceParameter> pa
 }
 
 device::Program build(const device::Device& device) {
-  const std::array<std::string_view, 6> sources{kPortableMath, kExpressionKernel, kExpressionPower,
-                                                kRuleTypes,    kRuleKernel,       kRuleEntries};
+  const std::array<std::string_view, 7> sources{kPortableMath, kExpressionKernel, kExpressionPower, kRuleTypes,
+                                                kRuleKernel,   kExactSums,        kRuleEntries};
   return device.build("rules", sources);
 }
 

@@ -45,16 +45,6 @@ static inline float parameter_at(global const ParameterCodes* parameter, global 
   }
 }
 
-// Sums of 64 bits in two words: exact in whatever order they are added to.
-static inline void add_here(local uint* sum, uint low, uint high) {
-  const uint before = atomic_add(sum, low);
-  atomic_add(sum + 1, high + (before + low < before ? 1u : 0u));
-}
-static inline void add_everywhere(global uint* sum, uint low, uint high) {
-  const uint before = atomic_add(sum, low);
-  atomic_add(sum + 1, high + (before + low < before ? 1u : 0u));
-}
-
 // amounts: by tile, then slot, 64 each; outcomes: by tile, bit 0: a rule has an extent; bit 1 + slot: it was changed;
 // sums: by slot, what was made, what was used.
 kernel void age_tiles(global const uint* tiles, global const PackedRule* rules, const int num_rules,

@@ -11,6 +11,7 @@
 
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
+#include "simulation/transport/exchanger_there.h"
 #include "simulation/transport/pieces.h"
 #include "simulation/transport/region_exchange.h"
 #include "simulation/transport/regions.h"
@@ -51,6 +52,7 @@ struct Exchanger::State {
   std::vector<std::uint64_t> dirty_pages;  ///< A bit for each tile; 0 between calls.
   std::vector<TileIndex> dirty;
   std::vector<RegionWorker> workers;
+  ExchangerThere there;
 
   /// Finds the region of each contact's splat, or that it has to be cut.
   void place(std::span<const Contact> contacts, const SplatShape& shape, const SurfaceAtlas& surface,
@@ -105,6 +107,10 @@ Exchanger::~Exchanger() = default;
 Exchanger::Exchanger(Exchanger&&) noexcept = default;
 Exchanger& Exchanger::operator=(Exchanger&&) noexcept = default;
 
+void Exchanger::use(std::shared_ptr<const SimulationDevice> device) { state_->there.use(std::move(device)); }
+void Exchanger::note_changes(std::span<const TileIndex> tiles) { state_->there.note_changes(tiles); }
+void Exchanger::forget_amounts() { state_->there.forget_amounts(); }
+
 ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const ExchangeOptions& options, ExchangeTime time,
                                    Cargo& cargo, MaterialAtlas& atlas, ParameterMaps* maps, const RunControl& control) {
   return run(contacts, {}, options, time, cargo, atlas, maps, control);
@@ -138,16 +144,29 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
       active_materials[num_active++] = m;
   }
   const SurfaceAtlas& surface = atlas.surface();
+  const std::span<const int> active = std::span(active_materials).first(num_active);
+  const bool is_deposit = !endings.empty();
+  const double width = width_of(options, surface);
+  const bool has_splats = is_wide(options);
+  ParameterMaps* const kept = maps != nullptr && maps->choice().has_any() ? maps : nullptr;
+  if (s.there.is_used() && !active.empty() && !contacts.empty()) {
+    const WideContacts all{.surface = surface,
+                           .contacts = contacts,
+                           .endings = endings,
+                           .active = active,
+                           .seed = s.seed,
+                           .random_key = time.random_key};
+    const double splat_width = has_splats || is_deposit ? width : 0.0;
+    const std::optional<ExchangeReport> done =
+        s.there.exchange(all, options, splat_width, time.iteration, s.pieces, cargo, atlas, kept, threads);
+    if (done) return *done;
+  }
   const std::uint32_t columns = Regions::columns_for(thread_count(threads));
   if (!s.regions || s.regions->grid().width != surface.grid().width ||
       s.regions->grid().height != surface.grid().height || s.regions->most_columns() != columns) {
     s.regions.emplace(surface.grid(), columns);
     s.dirty_pages.assign(surface.grid().num_pages(), 0);
   }
-  const std::span<const int> active = std::span(active_materials).first(num_active);
-  const bool is_deposit = !endings.empty();
-  const double width = width_of(options, surface);
-  const bool has_splats = is_wide(options);
 
   s.cut_contacts.clear();
   s.region_of.resize(is_deposit ? 0 : contacts.size());
@@ -180,7 +199,7 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
                         .cargo = cargo,
                         .atlas = atlas,
                         .regions = *s.regions,
-                        .maps = maps != nullptr && maps->choice().has_any() ? maps : nullptr,
+                        .maps = kept,
                         .is_deposit = is_deposit,
                         .is_wide = has_splats,
                         .kernel = s.kernel,

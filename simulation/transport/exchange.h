@@ -13,10 +13,11 @@
 #include "patinate/core/run_control.h"
 #include "patinate/simulation/material_atlas.h"
 #include "patinate/simulation/scene.h"
+#include "simulation/device/simulation_device.h"
 #include "simulation/transport/cargo.h"
 #include "simulation/transport/parameter_maps.h"
-#include "simulation/transport/trail.h"
 #include "simulation/transport/splat.h"
+#include "simulation/transport/trail.h"
 
 namespace patinate::simulation {
 
@@ -32,10 +33,10 @@ struct ExchangeTime {
 /// How large a contact is, in texels of median size: what gammatons carry are amounts over that.
 [[nodiscard]] double contact_area(const ExchangeOptions& options, const SurfaceAtlas& surface);
 
-/// From how much of the surface a contact reaches a texel of an area weight, in texels of the median size: the texel,
 /// How contacts lie on the surface; nullopt: on one texel each.
 [[nodiscard]] std::optional<SplatShape> splat_shape(const ExchangeOptions& options, const SurfaceAtlas& surface);
 
+/// From how much of the surface a contact reaches a texel of an area weight, in texels of the median size: the texel,
 /// and with splats all those whose splats have a part of it.
 [[nodiscard]] double reached_from(const ExchangeOptions& options, const SurfaceAtlas& surface, std::uint32_t weight);
 
@@ -77,6 +78,13 @@ class Exchanger {
   ExchangeReport deposit(std::span<const Ending> endings, const ExchangeOptions& options, ExchangeTime time,
                          Cargo& cargo, MaterialAtlas& atlas, ParameterMaps* maps = nullptr,
                          const RunControl& control = {});
+
+  /// Exchanges on a device from now on, with the same bits; null: here. A device that fails is reported, and left.
+  void use(std::shared_ptr<const SimulationDevice> device);
+  /// A device keeps the amounts: says which tiles have changed but by this exchanger,
+  void note_changes(std::span<const TileIndex> tiles);
+  /// or that all may have, or that it is another atlas.
+  void forget_amounts();
 
  private:
   ExchangeReport run(std::span<const Contact> contacts, std::span<const Ending> endings, const ExchangeOptions& options,

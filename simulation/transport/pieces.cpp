@@ -10,10 +10,9 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr std::int64_t kSplatChunk = 256;             ///< Contacts.
-constexpr std::int64_t kTrailChunk = 16;              ///< Endings, each with a splat for every contact of its trail.
-constexpr std::uint32_t kDepositPiece = 0x7FFFFFFEu;  ///< Random numbers where a gammaton ends.
-constexpr std::size_t kAhead = 16;                    ///< Contacts that memory is asked for before their turn.
+constexpr std::int64_t kSplatChunk = 256;  ///< Contacts.
+constexpr std::int64_t kTrailChunk = 16;   ///< Endings, each with a splat for every contact of its trail.
+constexpr std::size_t kAhead = 16;         ///< Contacts that memory is asked for before their turn.
 
 std::int64_t chunk_of(const WideContacts& of) { return of.endings.empty() ? kSplatChunk : kTrailChunk; }
 
@@ -78,9 +77,8 @@ const SplatShape& Pieces::shape_of(const SurfaceAtlas& surface, double width, st
   return *shape;
 }
 
-void Pieces::cut(const WideContacts& of, double width, const Regions& regions, const Cargo& cargo,
-                 const RunControl& control) {
-  const std::size_t num = of.contacts.size(), num_active = of.active.size();
+void Pieces::lay(const WideContacts& of, double width, const RunControl& control) {
+  const std::size_t num = of.contacts.size();
   const auto n = static_cast<std::int64_t>(num);
   const std::int64_t chunk = chunk_of(of);
   for (std::size_t k = 0; k < (of.endings.empty() ? 1 : shapes_.size()); ++k) (void)shape_of(of.surface, width, k);
@@ -93,6 +91,14 @@ void Pieces::cut(const WideContacts& of, double width, const Regions& regions, c
   });
   first_piece_[0] = 0;
   for (std::size_t i = 0; i < num; ++i) first_piece_[i + 1] += first_piece_[i];
+}
+
+void Pieces::cut(const WideContacts& of, double width, const Regions& regions, const Cargo& cargo,
+                 const RunControl& control) {
+  lay(of, width, control);
+  const std::size_t num_active = of.active.size();
+  const auto n = static_cast<std::int64_t>(of.contacts.size());
+  const std::int64_t chunk = chunk_of(of);
   pieces_.resize(first_piece_.back());
   regions_.resize(pieces_.size());
   mass_.resize(pieces_.size() * num_active);

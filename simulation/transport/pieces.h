@@ -58,14 +58,23 @@ void deal(std::uint32_t whole, std::uint32_t random, std::uint32_t middle_weight
   }
 }
 
+/// Which random numbers of a gammaton are those where it ends; its contacts' are 0.
+inline constexpr std::uint32_t kDepositPiece = 0x7FFFFFFEu;
+
 /// Keeps its memory from call to call.
 class Pieces {
  public:
   /// How a splat lies on the surface. @param width  In texels of median size.
   /// @param length  Of the trail that it ends; 0 = a contact.
   const SplatShape& shape_of(const SurfaceAtlas& surface, double width, std::size_t length);
-  /// @param width    Of a splat, in texels of median size.
-  /// @param regions  Of the surface's grid.
+  /// Lays splats and trails out, which parts() then has. @param width  Of a splat, in texels of median size.
+  void lay(const WideContacts& of, double width, const RunControl& control);
+  /// By chunk of contacts, one behind the other.
+  [[nodiscard]] std::span<const std::vector<SplatPart>> parts() const { return parts_; }
+  /// By contact, and the end: where its parts begin among all.
+  [[nodiscard]] std::span<const std::uint32_t> first_parts() const { return first_piece_; }
+
+  /// The same, and deals the cargo out. @param regions  Of the surface's grid.
   void cut(const WideContacts& of, double width, const Regions& regions, const Cargo& cargo, const RunControl& control);
   /// Sums the pieces' cargo up again.
   void join(const WideContacts& of, Cargo& cargo, const RunControl& control) const;

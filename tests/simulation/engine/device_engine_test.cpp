@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
 
 #include "patinate/simulation/engine.h"
 #include "simulation/device/simulation_device.h"
+#include "tests/support/lost_device.h"
+#include "tests/support/object_scenes.h"
 #include "tests/support/plate_scene.h"
 
 namespace patinate::simulation {
@@ -23,47 +26,110 @@ Scene plates_with_events(int resolution) {
   scene.rules.push_back(testing_support::rust_rule(0.5));
   scene.rules.push_back({.name = "dry", .driver = "water", .rate = 0.3, .reactants = {1.0}});
   RuleEvent other{.rule = "rust", .change = {}};
-  other.change.driver = "pow(water, 0.5) * exposure";
+  other.change.driver = "pow(water, 0.5) * slope";
   scene.events = {{.iteration = 40, .what = other},
                   {.iteration = 80, .what = MoveEvent{.target = "other", .position_mm = Vec3(-20, -20, 5)}},
                   {.iteration = 120, .what = ScaleEvent{.object = "other", .scale = 1.5}}};
   return scene;
 }
 
-class SimulationOnDevices : public testing::TestWithParam<int> {};
+struct Case {
+  const char* name;
+  Scene (*scene)(int resolution);
+  int resolution;
+};
+
+std::string name_of(const testing::TestParamInfo<Case>& info) {
+  return std::string(info.param.name) + std::to_string(info.param.resolution);
+}
+
+/// All that a run remembers is in its snapshot; maps too where they are asked for.
+const std::vector<std::string> kMaps{"hits", "last_hit", "residence", "water.deposited"};
+
+Simulation without_device(const Scene& scene) { return Simulation(scene, {.parameter_maps = kMaps}); }
+
+Simulation on_device(const Scene& scene, const device::Device& device, int& num_failures) {
+  SimulationOptions options{.parameter_maps = kMaps};
+  options.device =
+      std::make_shared<const SimulationDevice>(device, [&](const device::DeviceError&) { ++num_failures; });
+  return Simulation(scene, options);
+}
+
+void expect_same_textures(const Composer& a, const Composer& b) {
+  EXPECT_TRUE(std::equal(a.codes().begin(), a.codes().end(), b.codes().begin()));
+  EXPECT_TRUE(std::equal(a.normals().begin(), a.normals().end(), b.normals().begin()));
+}
+
+class SimulationOnDevices : public testing::TestWithParam<Case> {
+ protected:
+  void SetUp() override {
+    if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
+  }
+  std::vector<DeviceInfo> all = device::list_devices();
+};
 
 // What is saved on a device goes on without one, and the other way round.
 TEST_P(SimulationOnDevices, GivesTheCpusBytesThroughEventsAndSnapshots) {
-  const std::vector<DeviceInfo> all = device::list_devices();
-  if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
   constexpr int kIterations = 200, kSaved = 100;
-  Simulation here(plates_with_events(GetParam()));
-  for (int i = 0; i < kIterations; ++i) here.step();
+  const Scene scene = GetParam().scene(GetParam().resolution);
+  Simulation here = without_device(scene);
+  std::vector<std::byte> saved_here;
+  for (int i = 0; i < kIterations; ++i) {
+    if (i == kSaved) saved_here = here.snapshot();
+    here.step();
+  }
   const std::vector<std::byte> expected = here.snapshot();
+  EXPECT_TRUE(here.ledger().balances());
   const Composer& composed = here.compose();
   for (const DeviceInfo& info : all) {
-    SimulationOptions options;
-    options.device = std::make_shared<const SimulationDevice>(
-        device::Device(info), [](const device::DeviceError& problem) { ADD_FAILURE() << problem.what(); });
-    Simulation there(plates_with_events(GetParam()), options);
-    std::vector<std::byte> saved;
+    int num_failures = 0;
+    Simulation there = on_device(scene, device::Device(info), num_failures);
+    std::vector<std::byte> saved_there;
     for (int i = 0; i < kIterations; ++i) {
-      if (i == kSaved) saved = there.snapshot();
+      if (i == kSaved) saved_there = there.snapshot();
       there.step();
     }
     EXPECT_TRUE(there.snapshot() == expected) << info.name;
+    EXPECT_TRUE(saved_there == saved_here) << info.name;
     EXPECT_EQ(there.atlas().hash(), here.atlas().hash());
-    const Composer& composed_there = there.compose();
-    EXPECT_TRUE(std::equal(composed.codes().begin(), composed.codes().end(), composed_there.codes().begin()));
-    EXPECT_TRUE(std::equal(composed.normals().begin(), composed.normals().end(), composed_there.normals().begin()));
-    Simulation without(plates_with_events(GetParam()));
-    without.restore(saved);
-    for (int i = kSaved; i < kIterations; ++i) without.step();
+    expect_same_textures(composed, there.compose());
+    Simulation without = without_device(scene), later = on_device(scene, device::Device(info), num_failures);
+    without.restore(saved_there);
+    later.restore(saved_here);
+    for (int i = kSaved; i < kIterations; ++i) {
+      without.step();
+      later.step();
+    }
     EXPECT_TRUE(without.snapshot() == expected) << info.name;
+    EXPECT_TRUE(later.snapshot() == expected) << info.name;
+    EXPECT_EQ(num_failures, 0) << info.name;
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Resolutions, SimulationOnDevices, testing::Values(256, 512));
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, SimulationOnDevices,
+    testing::Values(Case{"Plates", &plates_with_events, 256}, Case{"Plates", &plates_with_events, 512},
+                    Case{"Wall", &testing_support::wall_scene, 256}, Case{"Wall", &testing_support::wall_scene, 512},
+                    Case{"Urn", &testing_support::urn_scene, 256}, Case{"Urn", &testing_support::urn_scene, 512}),
+    name_of);
+
+// Before it does anything, when gammatons have been traced and wait for their response, and some iterations later.
+TEST(SimulationOnLostDevices, GoesOnWithTheSameBytes) {
+  const std::vector<DeviceInfo> all = device::list_devices();
+  if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
+  const Scene scene = plates_with_events(256);
+  constexpr int kIterations = 20;
+  Simulation here = without_device(scene);
+  for (int i = 0; i < kIterations; ++i) here.step();
+  for (const int num_launches : {0, 1, 2, 9}) {
+    int num_failures = 0;
+    const device::Device lost(all[0], testing_support::driver_with_launches(num_launches));
+    Simulation there = on_device(scene, lost, num_failures);
+    for (int i = 0; i < kIterations; ++i) there.step();
+    EXPECT_TRUE(there.snapshot() == here.snapshot()) << num_launches;
+    EXPECT_EQ(num_failures, 1) << num_launches;
+  }
+}
 
 }  // namespace
 }  // namespace patinate::simulation

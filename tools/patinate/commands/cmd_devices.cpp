@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -9,6 +10,7 @@
 #include "simulation/rules/device_rules.h"
 #include "simulation/tracing/device_motion.h"
 #include "simulation/tracing/device_rays.h"
+#include "simulation/transport/device_exchange.h"
 #include "tools/patinate/commands/commands.h"
 #include "transfer/lookup/lookup_device.h"
 #include "transfer/synthesis/search_device.h"
@@ -29,32 +31,38 @@ std::string outcome_of(const Check& check) {
   }
 }
 
-struct Outcome {
-  std::string arithmetic, transfer, lookups, composition, rules, rays, motion;
+struct NamedCheck {
+  const char* name;
+  device::CheckResult (*check)(const device::Device& device);
 };
+constexpr std::array<NamedCheck, 8> kChecks{{{"arithmetic", device::check_arithmetic},
+                                             {"transfer", transfer::check_search},
+                                             {"lookups", transfer::check_lookups},
+                                             {"composition", simulation::check_composition},
+                                             {"rules", simulation::check_rules},
+                                             {"rays", simulation::check_rays},
+                                             {"gammatons", simulation::check_motion},
+                                             {"exchange", simulation::check_exchange}}};
+using Outcomes = std::array<std::string, kChecks.size()>;
 
-Outcome check(const device::DeviceInfo& info) {
+Outcomes check(const device::DeviceInfo& info) {
+  Outcomes outcomes;
   try {
     const device::Device opened(info);
-    return {outcome_of([&] { return device::check_arithmetic(opened); }),
-            outcome_of([&] { return transfer::check_search(opened); }),
-            outcome_of([&] { return transfer::check_lookups(opened); }),
-            outcome_of([&] { return simulation::check_composition(opened); }),
-            outcome_of([&] { return simulation::check_rules(opened); }),
-            outcome_of([&] { return simulation::check_rays(opened); }),
-            outcome_of([&] { return simulation::check_motion(opened); })};
+    for (std::size_t i = 0; i < kChecks.size(); ++i) outcomes[i] = outcome_of([&] { return kChecks[i].check(opened); });
   } catch (const device::DeviceError& error) {
-    const std::string what = error.what();
-    return {what, what, what, what, what, what, what};
+    outcomes.fill(error.what());
   }
+  return outcomes;
 }
 
-std::string text_of(const device::DeviceInfo& info, const Outcome& outcome) {
-  return device::label(info) + "\n  " + (info.is_gpu ? "GPU" : "processor") + ", " + std::to_string(info.num_units) +
-         " units, " + number_text(static_cast<double>(info.memory_bytes >> 20)) + " MB, driver " + info.driver +
-         "\n  arithmetic: " + outcome.arithmetic + "\n  transfer: " + outcome.transfer +
-         "\n  lookups: " + outcome.lookups + "\n  composition: " + outcome.composition + "\n  rules: " + outcome.rules +
-         "\n  rays: " + outcome.rays + "\n  gammatons: " + outcome.motion + "\n";
+std::string text_of(const device::DeviceInfo& info, const Outcomes& outcomes) {
+  std::string text = device::label(info) + "\n  " + (info.is_gpu ? "GPU" : "processor") + ", " +
+                     std::to_string(info.num_units) + " units, " +
+                     number_text(static_cast<double>(info.memory_bytes >> 20)) + " MB, driver " + info.driver + "\n";
+  for (std::size_t i = 0; i < kChecks.size(); ++i)
+    text += std::string("  ") + kChecks[i].name + ": " + outcomes[i] + "\n";
+  return text;
 }
 
 }  // namespace
@@ -70,22 +78,17 @@ int cmd_devices(CommandRun& run) {
   Json devices = Json::array();
   const std::vector<device::DeviceInfo> all = device::list_devices();
   for (const device::DeviceInfo& info : all) {
-    const Outcome outcome = check(info);
-    text += text_of(info, outcome);
+    const Outcomes outcomes = check(info);
+    text += text_of(info, outcomes);
+    Json checks = Json::object();
+    for (std::size_t i = 0; i < kChecks.size(); ++i) checks[kChecks[i].name] = outcomes[i];
     devices.push_back({{"name", info.name},
                        {"platform", info.platform},
                        {"driver", info.driver},
                        {"is_gpu", info.is_gpu},
                        {"units", info.num_units},
                        {"memory_bytes", info.memory_bytes},
-                       {"checks",
-                        {{"arithmetic", outcome.arithmetic},
-                         {"transfer", outcome.transfer},
-                         {"lookups", outcome.lookups},
-                         {"composition", outcome.composition},
-                         {"rules", outcome.rules},
-                         {"rays", outcome.rays},
-                         {"gammatons", outcome.motion}}}});
+                       {"checks", checks}});
   }
   if (all.empty()) text += "No OpenCL devices: no driver is installed (for NVIDIA, AMD, Intel or PoCL)\n";
   run.report({{"cpu", {{"threads", num_threads}, {"instructions", instructions}}}, {"devices", devices}}, text);

@@ -7,6 +7,7 @@
 #include "simulation/composition/compose_device.h"
 #include "simulation/rules/device_rules.h"
 #include "simulation/tracing/device_motion.h"
+#include "simulation/transport/device_exchange.h"
 
 namespace patinate::cli {
 
@@ -99,10 +100,13 @@ std::shared_ptr<const transfer::LookupDevice> open_lookup_device(const device::D
 std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(const device::DeviceOptions& options,
                                                                            CommandRun& run) {
   const auto check_all = [](const device::Device& opened) {
-    const device::CheckResult composition = simulation::check_composition(opened);
-    if (!composition.is_passed()) return composition;
-    const device::CheckResult rules = simulation::check_rules(opened);
-    return rules.is_passed() ? simulation::check_motion(opened) : rules;
+    device::CheckResult result;
+    for (const auto check : {simulation::check_composition, simulation::check_rules, simulation::check_exchange,
+                             simulation::check_motion}) {
+      result = check(opened);
+      if (!result.is_passed()) break;
+    }
+    return result;
   };
   return open_kind<simulation::SimulationDevice>(if_asked_for(options, run), check_all, run);
 }

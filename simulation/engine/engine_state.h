@@ -67,7 +67,7 @@ struct Simulation::State {
   GammatonTracer tracer;
   Gammatons gammatons;
   Cargo cargo;
-  std::vector<Trail> trails;  ///< By gammaton.
+  std::vector<Trail> trails;     ///< By gammaton.
   std::optional<MetTexels> met;  ///< Not known where a snapshot of an older version did not say.
   Exchanger exchanger;
   std::unique_ptr<ParameterMaps> maps;

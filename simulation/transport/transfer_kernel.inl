@@ -6,10 +6,10 @@ typedef struct TransferShares {
   PATINATE_MEMBER(double, down, 0.0);  // [0, 1] / weight.
 } TransferShares;
 
-PATINATE_CONSTANT(u32, kMedianTexelWeight, 256u);   // SurfaceAtlas::kMedianWeight,
-PATINATE_CONSTANT(u32, kMostQuanta, 65535u);        // kMaxAmount,
-PATINATE_CONSTANT(u32, kWholeSplat, 65536u);        // SplatShape::kWhole,
-PATINATE_CONSTANT(u32, kMostParts, 720u);           // SplatShape::kMaxParts.
+PATINATE_CONSTANT(u32, kMedianTexelWeight, 256u);       // SurfaceAtlas::kMedianWeight,
+PATINATE_CONSTANT(u32, kMostQuanta, 65535u);            // kMaxAmount,
+PATINATE_CONSTANT(u32, kWholeSplat, 65536u);            // SplatShape::kWhole,
+PATINATE_CONSTANT(u32, kMostParts, 720u);               // SplatShape::kMaxParts.
 PATINATE_CONSTANT(u32, kTransferPurpose, 0x74726E73u);  // Keeps this use of the scene's seed apart from others.
 PATINATE_CONSTANT(u32, kDealPurpose, 0xFFFFu);          // More than any part's number.
 

@@ -2,6 +2,7 @@
 """`patinate devices` and `--device`: the same bytes everywhere, and what is said where there is nothing. Usage: device_cli_test.py PATINATE [unittest arguments]"""
 import json
 import os
+import pathlib
 import subprocess
 import sys
 import time
@@ -10,6 +11,7 @@ import unittest
 from command_case import INPUT, USAGE, CommandCase, tree_of, use
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
+DATA = os.environ.get("PATINATE_DATA")
 WITHOUT = {**os.environ, "PATINATE_OPENCL": "none"}
 
 
@@ -48,6 +50,26 @@ class Devices(CommandCase):
         for file in ("coordinates.exr", "transfer.json"):
             self.assertEqual((self.folder / "there" / file).read_bytes(), (self.folder / "here" / file).read_bytes(), file)
         self.assertIn(device["name"], (self.folder / "there" / "run.json").read_text())
+
+    def test_a_photograph_and_thirty_frames_age_plate_urn_and_spot_alike(self):
+        device = self.an_opencl_device()
+        self.succeeds("synth", "crackle", "-o", "crackle", "--width", "96", "--height", "96", "--num-frames", "30")
+        self.succeeds("ingest", "crackle/capture.json", "-o", "thirty")
+        self.edit_json(self.folder / "crackle/capture.json", lambda project: project["frames"].update(pattern="frames/0029.png"))
+        self.succeeds("ingest", "crackle/capture.json", "-o", "photograph")
+        (self.folder / "plate.obj").write_text("v 0 0 0\nv 9 0 0\nv 9 9 1\nv 0 9 0\nvt .02 .02\nvt .98 .02\nvt .98 .98\nvt .02 .98\nf 1/1 2/2 3/3 4/4\n")
+        meshes = {"plate": "plate.obj", "urn": self.shared / "urn" / "mesh.obj"}
+        if DATA:
+            meshes["spot"] = pathlib.Path(DATA) / "meshes/spot/spot_triangulated.obj"
+        for history in ("photograph", "thirty"):
+            for name, mesh in meshes.items():
+                for out, where in (("there", device["name"]), ("here", "cpu")):
+                    self.succeeds("transfer", history, mesh, "--control", "thickness=facing", "--resolution", "96", "--device", where, "-o", f"{out}_{history}_{name}")
+                here, there = self.folder / f"here_{history}_{name}", self.folder / f"there_{history}_{name}"
+                self.assertEqual((here / "coordinates.exr").read_bytes(), (there / "coordinates.exr").read_bytes(), (history, name))
+        for out, where in (("there", device["name"]), ("here", "cpu")):
+            self.succeeds("lookup", "here_thirty_urn", "--time-map", "height", "--device", where, "-o", f"{out}.exr")
+        self.assertEqual((self.folder / "here.exr").read_bytes(), (self.folder / "there.exr").read_bytes())
 
     def test_lookups_are_the_same_on_each(self):
         device = self.an_opencl_device()

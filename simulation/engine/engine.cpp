@@ -140,11 +140,12 @@ void Simulation::State::deposit(std::span<const std::uint32_t> gone, ExchangeTim
   rules->wake(report.dirty_tiles);
 }
 
-std::optional<WetPaths> Simulation::State::wet_paths() const {
+std::optional<WetPaths> Simulation::State::wet_paths() {
   const TracingOptions& o = scene.tracing;
   const auto found = std::find(scene.materials.begin(), scene.materials.end(), o.wet_material);
   if (!(o.wet_attraction > 0.0) || found == scene.materials.end()) return std::nullopt;
   return WetPaths{.atlas = &atlas,
+                  .there = exchanger.amounts_there(atlas),
                   .material = static_cast<int>(found - scene.materials.begin()),
                   .weight = o.wet_attraction,
                   .width_mm = o.rivulet_mm};

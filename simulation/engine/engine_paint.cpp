@@ -67,6 +67,7 @@ void Simulation::State::end_share(const GammatonRange& moving, ExchangeTime now,
   for (auto i = static_cast<std::size_t>(moving.begin); i < static_cast<std::size_t>(moving.end); ++i) {
     if (!moving.may_be_born(i) || gammatons.state[i] == GammatonState::Waiting) continue;
     gammatons.state[i] = GammatonState::Waiting;
+    tracer.forget_gammatons();
     ledger.end(static_cast<std::uint32_t>(i), CargoEnd::Rested, cargo);
     ++counters.rested;
   }

@@ -316,6 +316,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.ledger = ledger;
   s.counters = counters;
   s.gammatons = std::move(gammatons);
+  s.tracer.forget_gammatons();
   s.cargo = std::move(cargo);
   s.trails = std::move(trails);
   s.met = std::move(met);

@@ -55,7 +55,7 @@ struct Simulation::State {
   /// The emitter of this name that may paint. @throws InvalidInput
   [[nodiscard]] std::size_t brush_index(const std::string& emitter) const;
   /// What attracts floating gammatons; empty when nothing does.
-  [[nodiscard]] std::optional<WetPaths> wet_paths() const;
+  [[nodiscard]] std::optional<WetPaths> wet_paths();
   /// After amounts have come from elsewhere: every tile is looked at again.
   void wake_everything();
 

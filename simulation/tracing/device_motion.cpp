@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <optional>
 #include <vector>
 
@@ -10,6 +9,7 @@
 #include "libcommon/core/random.h"
 #include "patinate/simulation/material_atlas.h"
 #include "simulation/atlas/places.h"
+#include "simulation/device/device_amounts.h"
 #include "simulation/tracing/device_rays.h"
 
 namespace patinate::simulation {
@@ -58,21 +58,14 @@ struct DeviceMotion::State {
         fallbacks(upload(device, surface.fallbacks())),
         tile_charts(upload(device, surface.tile_charts())),
         triangles(upload(device, surface.triangles())),
-        wet(device.allocate<std::uint16_t>(1)) {}
+        no_wet(device.allocate<std::uint16_t>(1)) {}
 
-  /// Brings what is wet to the device: pages that have changed.
-  void update_wet(const WetPaths& paths);
-
-  /// Calls launch(items) with the drops of each batch on the device.
+  /// Calls launch(items) for the drops of each batch.
   template <class Launch>
-  void in_batches(std::span<DropRecord> drops, Launch&& launch) {
-    for (std::size_t begin = 0; begin < drops.size(); begin += kBatch) {
-      const std::span<DropRecord> batch = drops.subspan(begin, std::min(kBatch, drops.size() - begin));
-      if (records.size() < batch.size()) records = device.allocate<DropRecord>(std::min(kBatch, drops.size()));
-      device.write(std::span<const DropRecord>(batch), records);
-      launch(begin, static_cast<std::uint32_t>(batch.size()),
-             device::Items{.num = (batch.size() + kGroup - 1) / kGroup * kGroup, .group = kGroup});
-      device.read(records, batch);
+  void in_batches(std::size_t num, Launch&& launch) {
+    for (std::size_t begin = 0; begin < num; begin += kBatch) {
+      const std::size_t size = std::min(kBatch, num - begin);
+      launch(device::Items{.first = begin, .num = (size + kGroup - 1) / kGroup * kGroup, .group = kGroup});
     }
   }
 
@@ -90,59 +83,46 @@ struct DeviceMotion::State {
   Buffer<std::int32_t> charts;
   Buffer<std::uint32_t> fallbacks;
   Buffer<std::int32_t> tile_charts, triangles;
-  Buffer<std::uint16_t> wet;
-  std::vector<std::uint16_t> wet_there;  ///< What `wet` holds.
+  Buffer<std::uint16_t> no_wet;  ///< For kernels that read none.
   Buffer<DropRecord> records;
 };
-
-void DeviceMotion::State::update_wet(const WetPaths& paths) {
-  const TileGrid& grid = paths.atlas->surface().grid();
-  const bool is_new = wet_there.size() != grid.num_texels();
-  if (is_new) {
-    wet = device.allocate<std::uint16_t>(grid.num_texels());
-    wet_there.assign(grid.num_texels(), 0);
-  }
-  std::array<std::uint16_t, TileGrid::kPageTexels> page{};
-  for (std::uint32_t p = 0; p < grid.num_pages(); ++p) {
-    const TexelIndex first = p * TileGrid::kPageTexels;
-    const std::span<const std::uint16_t> stored = paths.atlas->page(paths.material, p);
-    if (stored.empty()) {
-      for (std::uint32_t t = 0; t < TileGrid::kPageTexels; ++t)
-        page[t] = paths.atlas->amount(paths.material, first + t);
-    }
-    const std::span<const std::uint16_t> now = stored.empty() ? std::span<const std::uint16_t>(page) : stored;
-    std::uint16_t* const there = wet_there.data() + first;
-    if (!is_new && std::memcmp(there, now.data(), now.size_bytes()) == 0) continue;
-    std::copy(now.begin(), now.end(), there);
-    device.write(now, wet, first);
-  }
-}
 
 DeviceMotion::DeviceMotion(const Device& device, const MotionScene& scene, const SurfaceAtlas& surface,
                            const RunControl& control)
     : state_(std::make_unique<State>(device, scene, surface, control)) {}
 DeviceMotion::~DeviceMotion() = default;
 
+void DeviceMotion::put(std::span<const DropRecord> drops) {
+  State& s = *state_;
+  if (s.records.size() < drops.size()) s.records = s.device.allocate<DropRecord>(drops.size());
+  s.device.write(drops, s.records);
+}
+
 void DeviceMotion::trace(const MotionScene& scene, const MotionCall& call, std::span<const EmitterFacts> emitters,
                          std::uint32_t first, std::span<DropRecord> drops) {
   State& s = *state_;
   const Buffer<EmitterFacts> from = upload(s.device, emitters);
-  s.in_batches(drops, [&](std::size_t begin, std::uint32_t num, const device::Items& items) {
+  s.in_batches(drops.size(), [&](const device::Items& items) {
     s.trace.run(items, scene.facts, s.nodes, s.blocks, s.frames, s.corner_normals, s.links, s.empty_cells, s.clear,
-                s.places, s.corner_texels, s.charts, s.fallbacks, s.tile_charts, s.triangles, s.wet, call, from,
-                first + static_cast<std::uint32_t>(begin), num, s.records);
+                s.places, s.corner_texels, s.charts, s.fallbacks, s.tile_charts, s.triangles, s.no_wet,
+                std::uint64_t{0}, call, from, first, static_cast<std::uint32_t>(drops.size()), s.records);
   });
+  s.device.read(s.records, drops);
 }
 
 void DeviceMotion::respond(const MotionScene& scene, const MotionCall& call, std::uint32_t first,
                            std::span<DropRecord> drops) {
   State& s = *state_;
-  if (scene.wet != nullptr) s.update_wet(*scene.wet);
-  s.in_batches(drops, [&](std::size_t begin, std::uint32_t num, const device::Items& items) {
+  const WetPaths* wet = scene.wet;
+  const Buffer<std::uint16_t>& amounts = wet != nullptr ? wet->there->planes() : s.no_wet;
+  const std::uint64_t first_wet =
+      wet != nullptr ? static_cast<std::uint64_t>(wet->material) * wet->atlas->surface().grid().num_texels() : 0;
+  s.in_batches(drops.size(), [&](const device::Items& items) {
     s.respond.run(items, scene.facts, s.nodes, s.blocks, s.frames, s.corner_normals, s.links, s.empty_cells, s.clear,
-                  s.places, s.corner_texels, s.charts, s.fallbacks, s.tile_charts, s.triangles, s.wet, call,
-                  first + static_cast<std::uint32_t>(begin), num, s.records);
+                  s.places, s.corner_texels, s.charts, s.fallbacks, s.tile_charts, s.triangles, amounts, first_wet,
+                  call, first, static_cast<std::uint32_t>(drops.size()), s.records);
   });
+  s.device.read(s.records, drops);
 }
 
 }  // namespace patinate::simulation

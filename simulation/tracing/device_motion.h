@@ -28,10 +28,13 @@ class DeviceMotion {
                const RunControl& control);
   ~DeviceMotion();
 
-  /// trace_drop() of gammatons `first` and those behind it, and the texels of their contacts.
+  /// Brings gammatons there, where they stay.
+  void put(std::span<const DropRecord> drops);
+  /// trace_drop() of all that are there, the first of which is gammaton `first`, and the texels of their contacts.
+  /// @param drops  As they are then.
   void trace(const MotionScene& scene, const MotionCall& call, std::span<const EmitterFacts> emitters,
              std::uint32_t first, std::span<DropRecord> drops);
-  /// respond_to_contact() of those in contact, with the mesh's normals.
+  /// respond_to_contact() of those of them that are in contact, with the mesh's normals.
   void respond(const MotionScene& scene, const MotionCall& call, std::uint32_t first, std::span<DropRecord> drops);
 
  private:

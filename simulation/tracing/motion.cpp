@@ -9,6 +9,7 @@
 #include "patinate/core/error.h"
 #include "simulation/tracing/device_motion.h"
 #include "simulation/tracing/emitter.h"
+#include "simulation/tracing/motion_notes.h"
 #include "simulation/tracing/pieces.h"
 #include "simulation/tracing/place_order.h"
 
@@ -50,82 +51,10 @@ MotionCall call_of(const Scene& scene, std::int64_t iteration, const GammatonRan
           .born_share = moving.born_share};
 }
 
-/// What is noted of one gammaton.
-struct Note {
-  TexelIndex texel = kNoTexel;
-  bool is_contact = false;
-  bool is_landing = false;
-  bool is_born = false;
-  bool has_died = false;
-  DeathReason reason = DeathReason::Absorbed;
-};
-
-void bury(Note& of, DeathReason reason) {
-  of.has_died = true;
-  of.reason = reason;
-}
-
-void note_way(const Told& told, Note& of, TraceCounters& counters) {
-  of.is_born = told.is_born != 0;
-  of.is_landing = told.is_landing != 0;
-  counters.segments += told.num_pieces;
-  switch (told.end) {
-    case motion_types::kEndContact:
-      ++counters.contacts;
-      of.is_contact = true;
-      break;
-    case motion_types::kEndLeft:
-      bury(of, DeathReason::Left);
-      break;
-    case motion_types::kEndRested:
-      bury(of, DeathReason::Rested);
-      break;
-    default:
-      break;
-  }
-}
-
-void note_response(Outcome outcome, Note& of) {
-  if (outcome == Outcome::Absorbed) bury(of, DeathReason::Absorbed);
-  if (outcome == Outcome::Rested) bury(of, DeathReason::Rested);
-}
-
-/// Puts down what is noted of gammaton `i`.
-void put_down(const Note& told, std::size_t i, bool is_alive, TraceResult& part) {
-  const auto gammaton = static_cast<std::uint32_t>(i);
-  if (told.texel != kNoTexel)
-    part.contacts.push_back({.texel = told.texel, .gammaton = gammaton, .is_landing = told.is_landing});
-  if (told.is_born) part.born.push_back(gammaton);
-  part.counters.emitted += told.is_born ? 1 : 0;
-  part.counters.alive += is_alive ? 1 : 0;
-  if (!told.has_died) return;
-  part.died.push_back({.gammaton = gammaton, .reason = told.reason});
-  switch (told.reason) {
-    case DeathReason::Absorbed:
-      ++part.counters.absorbed;
-      break;
-    case DeathReason::Left:
-      ++part.counters.left;
-      break;
-    case DeathReason::Rested:
-      ++part.counters.rested;
-      break;
-  }
-}
-
-/// Parts of chunks, put together in their order.
-void join(const std::vector<TraceResult>& parts, TraceResult& result) {
-  for (const TraceResult& part : parts) {
-    result.contacts.insert(result.contacts.end(), part.contacts.begin(), part.contacts.end());
-    result.born.insert(result.born.end(), part.born.begin(), part.born.end());
-    result.died.insert(result.died.end(), part.died.begin(), part.died.end());
-    result.counters += part.counters;
-  }
-}
-
 /// Those of a range that there are.
 struct Range {
   std::int64_t begin = 0, num = 0;
+  friend bool operator==(const Range&, const Range&) = default;
 };
 Range range_of(const Gammatons& all, const GammatonRange& moving) {
   return {moving.begin, std::min(moving.end, static_cast<std::int64_t>(all.size())) - moving.begin};
@@ -289,16 +218,30 @@ struct GammatonTracer::Impl {
   /// Where gammatons move on a device: what it needs; null if there is none, or it has failed.
   [[nodiscard]] DeviceMotion* there(const MotionScene& scene, const RunControl& control) {
     if (!device || device->has_failed()) return nullptr;
-    if (!device_motion) device_motion = std::make_unique<DeviceMotion>(device->device(), scene, *surface, control);
+    if (!device_motion) {
+      device_motion = std::make_unique<DeviceMotion>(device->device(), scene, *surface, control);
+      range_there.reset();
+    }
     return device_motion.get();
   }
-  /// Calls work(motion there); @returns false if the CPU has to do it.
+  /// Calls work(motion there) when gammatons are there as they are here; `records` are what it leaves.
+  /// @returns false if the CPU has to do it.
   template <class Work>
-  [[nodiscard]] bool on_device(const MotionScene& scene, const RunControl& control, Work&& work) {
+  [[nodiscard]] bool on_device(const MotionScene& scene, const Gammatons& all, const Range& range,
+                               const RunControl& control, Work&& work) {
+    const bool are_there = range_there == range;
+    range_there.reset();
     try {
       DeviceMotion* const motion = there(scene, control);
       if (motion == nullptr) return false;
+      if (are_there) {
+        records.resize(static_cast<std::size_t>(range.num));
+      } else {
+        make_records(all, range, control, records);
+        motion->put(records);
+      }
       work(*motion);
+      range_there = range;
       return true;
     } catch (const device::DeviceError& error) {
       device->report_failure(error);
@@ -310,6 +253,7 @@ struct GammatonTracer::Impl {
   std::shared_ptr<const SimulationDevice> device;
   std::unique_ptr<DeviceMotion> device_motion;
   std::vector<DropRecord> records;
+  std::optional<Range> range_there;  ///< Those that the device has as they are here.
   std::optional<Clearance> clearance;
   std::vector<std::optional<Emitter>> placed_for;
   std::vector<PlacedEmitter> placed;
@@ -333,6 +277,8 @@ void GammatonTracer::use(std::shared_ptr<const SimulationDevice> device) {
   impl_->device_motion.reset();
 }
 
+void GammatonTracer::forget_gammatons() { impl_->range_there.reset(); }
+
 const RayTracer& GammatonTracer::rays() const { return impl_->rays; }
 
 void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iteration, TraceResult& result,
@@ -345,8 +291,7 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
   const MotionCall call = call_of(scene, iteration, moving);
   const std::vector<EmitterFacts> emitters = impl_->emitters(scene);
   const Range range = range_of(all, moving);
-  const bool is_done = impl_->on_device(motion, control, [&](DeviceMotion& there) {
-    make_records(all, range, control, impl_->records);
+  const bool is_done = impl_->on_device(motion, all, range, control, [&](DeviceMotion& there) {
     there.trace(motion, call, emitters, static_cast<std::uint32_t>(range.begin), impl_->records);
   });
   if (is_done) {
@@ -377,8 +322,9 @@ void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t it
   const MotionScene motion = impl_->motion(scene, wet);
   const MotionCall call = call_of(scene, iteration, moving);
   const Range range = range_of(all, moving);
-  const bool is_done = normals == nullptr && impl_->on_device(motion, control, [&](DeviceMotion& there) {
-    make_records(all, range, control, impl_->records);
+  const bool can_be_there = normals == nullptr && (wet == nullptr || wet->there != nullptr);
+  if (!can_be_there) impl_->range_there.reset();
+  const bool is_done = can_be_there && impl_->on_device(motion, all, range, control, [&](DeviceMotion& there) {
     there.respond(motion, call, static_cast<std::uint32_t>(range.begin), impl_->records);
   });
   if (is_done) {

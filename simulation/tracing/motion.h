@@ -67,6 +67,8 @@ class GammatonTracer {
   /// Moves them on a device from now on, with the same bytes; what it cannot do, and bounces about `normals`, the CPU
   /// does. Null: none.
   void use(std::shared_ptr<const SimulationDevice> device);
+  /// A device keeps gammatons from call to call: says that they were changed but by trace() and respond().
+  void forget_gammatons();
 
   /// Births of those that wait and whose emitters are on; then each flies or floats for at most
   /// TracingOptions::max_segments straight pieces, until it hits something (InContact) or has left for good.

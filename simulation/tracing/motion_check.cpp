@@ -4,6 +4,7 @@
 
 #include "libcommon/core/random.h"
 #include "simulation/device/check_scene.h"
+#include "simulation/device/device_amounts.h"
 #include "simulation/tracing/device_motion.h"
 #include "simulation/tracing/emitter.h"
 
@@ -82,7 +83,10 @@ device::CheckResult check_motion(const device::Device& device) {
   const SurfaceLinks links(on.mesh);
   const FreeSpace free_space(rays);
   Clearance clearance(rays, frames, on.mesh.mesh.num_triangles(), scene.tracing.epsilon_mm);
-  const WetPaths paths{.atlas = &wet, .material = 0, .weight = scene.tracing.wet_attraction, .width_mm = 3.0};
+  DeviceAmounts wet_there(device, wet);
+  wet_there.update(wet);
+  const WetPaths paths{
+      .atlas = &wet, .there = &wet_there, .material = 0, .weight = scene.tracing.wet_attraction, .width_mm = 3.0};
   const MotionScene motion = motion_scene(scene, rays, frames, links, free_space, clearance, &paths);
   const EmitterFacts rain = facts_of(place_emitter(scene.emitters[0], on.mesh, rays, scene.gravity_mm_s2));
   DeviceMotion there(device, motion, on.surface, {});
@@ -99,6 +103,7 @@ device::CheckResult check_motion(const device::Device& device) {
       check.num_items += static_cast<std::int64_t>(drops.size());
     };
     for (std::uint32_t k = 0; k < kGammatons; ++k) trace_here(motion, call, rain, on.surface, k, here[k]);
+    there.put(drops);
     there.trace(motion, call, std::span(&rain, 1), 0, drops);
     compare();
     for (std::uint32_t k = 0; k < kGammatons; ++k) respond_here(motion, call, k, here[k]);

@@ -15,7 +15,7 @@ static double wet_amount(const struct Surroundings* s, i32 triangle, double b1, 
       global const TriangleLinks *links, global const uchar *empty_cells, global const uchar *clear,              \
       const PlaceFacts place_facts, global const float *corner_texels, global const int *charts,                  \
       global const uint *fallbacks, global const int *tile_charts, global const int *triangles,                   \
-      global const ushort *wet_amounts
+      global const ushort *amounts, const ulong first_wet
 
 // `s` and `places` from the arguments.
 #define SCENE_OF_ARRAYS                   \
@@ -36,7 +36,7 @@ static double wet_amount(const struct Surroundings* s, i32 triangle, double b1, 
   s.empty_cells = empty_cells;            \
   s.clear = clear;                        \
   s.wet.places = places;                  \
-  s.wet.amounts = wet_amounts
+  s.wet.amounts = amounts + first_wet
 
 kernel void trace_drops(SCENE_ARRAYS, const MotionCall call, global const EmitterFacts* emitters, const uint first,
                         const uint num, global DropRecord* drops) {

@@ -21,6 +21,8 @@
 
 namespace patinate::simulation {
 
+class DeviceAmounts;
+
 /// When an exchange happens. Steps of a brush alone (Simulation::paint) share their iteration, and have random numbers
 /// of their own.
 struct ExchangeTime {
@@ -85,6 +87,8 @@ class Exchanger {
   void note_changes(std::span<const TileIndex> tiles);
   /// or that all may have, or that it is another atlas.
   void forget_amounts();
+  /// Those of `atlas` on the device, up to date; null where there is none.
+  [[nodiscard]] const DeviceAmounts* amounts_there(const MaterialAtlas& atlas);
 
  private:
   ExchangeReport run(std::span<const Contact> contacts, std::span<const Ending> endings, const ExchangeOptions& options,

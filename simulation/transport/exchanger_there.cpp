@@ -15,6 +15,23 @@ void ExchangerThere::note_changes(std::span<const TileIndex> tiles) {
   if (amounts_) amounts_->note_changes(tiles);
 }
 
+const DeviceAmounts* ExchangerThere::amounts(const MaterialAtlas& atlas) {
+  if (!is_used()) return nullptr;
+  try {
+    if (!amounts_) amounts_ = std::make_unique<DeviceAmounts>(device_->device(), atlas);
+    amounts_->update(atlas);
+  } catch (const device::DeviceError& error) {
+    fail(error);
+  }
+  return amounts_.get();
+}
+
+void ExchangerThere::fail(const device::DeviceError& error) {
+  device_->report_failure(error);
+  exchange_.reset();
+  amounts_.reset();
+}
+
 /// Stencils are laid out on the device; here what lies near a seam, and what endings leave.
 void ExchangerThere::find_cut(const WideContacts& of, double width, Pieces& pieces, const RunControl& control) {
   const TileGrid& grid = of.surface.grid();
@@ -83,9 +100,7 @@ std::optional<ExchangeReport> ExchangerThere::exchange(const WideContacts& of, c
     const DeviceExchanged done = exchange_->exchange(contacts, iteration, *amounts_, atlas, cargo, maps);
     return ExchangeReport{.dirty_tiles = done.dirty_tiles, .dropped = done.dropped, .picked_up = done.picked_up};
   } catch (const device::DeviceError& error) {
-    device_->report_failure(error);
-    exchange_.reset();
-    amounts_.reset();
+    fail(error);
     return std::nullopt;
   }
 }

@@ -21,6 +21,8 @@ class ExchangerThere {
   [[nodiscard]] bool is_used() const { return device_ != nullptr && !device_->has_failed(); }
   void note_changes(std::span<const TileIndex> tiles);
   void forget_amounts() { amounts_.reset(); }
+  /// Those of `atlas`, up to date; null where no device is used.
+  [[nodiscard]] const DeviceAmounts* amounts(const MaterialAtlas& atlas);
 
   /// @param of     Contacts in the order of gammatons, or endings, with at least one active material.
   /// @param width  Of a splat, in texels of median size; 0: contacts are of one texel.
@@ -32,6 +34,7 @@ class ExchangerThere {
                                                        const RunControl& control);
 
  private:
+  void fail(const device::DeviceError& error);
   void find_cut(const WideContacts& of, double width, Pieces& pieces, const RunControl& control);
 
   std::shared_ptr<const SimulationDevice> device_;

@@ -16,18 +16,27 @@ namespace {
 using device::DeviceInfo;
 
 /// Two plates in the rain that rust and dry; one is moved and grows, a rule changes on the way and looks at the
-/// surface.
+/// surface, and somebody paints.
 Scene plates_with_events(int resolution) {
   Scene scene = testing_support::plate_scene(resolution);
   scene.objects.push_back(scene.objects[0]);
   scene.objects[1].name = "other";
   scene.objects[1].translate_mm = Vec3(30, -15, 10);
   scene.emitters[0].gammatons = 2000;
+  Emitter brush = scene.emitters[0];
+  brush.name = "brush";
+  brush.shape = EmitterShape::Disk;
+  brush.size_mm = {8, 8};
+  brush.gammatons = 160;
+  brush.is_on = false;
+  scene.emitters.push_back(brush);
   scene.rules.push_back(testing_support::rust_rule(0.5));
   scene.rules.push_back({.name = "dry", .driver = "water", .rate = 0.3, .reactants = {1.0}});
   RuleEvent other{.rule = "rust", .change = {}};
   other.change.driver = "pow(water, 0.5) * slope";
-  scene.events = {{.iteration = 40, .what = other},
+  const PaintEvent stroke{.emitter = "brush", .stops = {{Vec3(0, 0, 60), 6}, {Vec3(5, 3, 60), 6}}};
+  scene.events = {{.iteration = 20, .what = stroke},
+                  {.iteration = 40, .what = other},
                   {.iteration = 80, .what = MoveEvent{.target = "other", .position_mm = Vec3(-20, -20, 5)}},
                   {.iteration = 120, .what = ScaleEvent{.object = "other", .scale = 1.5}}};
   return scene;

@@ -55,6 +55,7 @@ struct DeviceAmounts::State {
   std::vector<bool> is_noted;
   std::vector<std::uint32_t> flags;
   std::vector<TileIndex> changed;
+  std::vector<std::uint32_t> bits;  ///< By changed tile: of the materials that are taken.
   std::vector<std::uint16_t> values;
 };
 
@@ -98,25 +99,34 @@ std::span<const TileIndex> DeviceAmounts::take(std::span<const int> materials, M
   State& s = *state_;
   s.device.read(s.dirty, std::span(s.flags));
   s.changed.clear();
+  s.bits.clear();
   for (TileIndex t = 0; t < s.flags.size(); ++t) {
-    if (s.flags[t] != 0) s.changed.push_back(t);
+    if (s.flags[t] == 0) continue;
+    s.changed.push_back(t);
+    std::uint32_t& bits = s.bits.emplace_back(0);
+    for (std::size_t k = 0; k < materials.size(); ++k) bits |= (s.flags[t] >> materials[k] & 1U) << k;
   }
-  if (s.changed.empty()) return s.changed;
-  s.values.resize(s.changed.size() * materials.size() * kTile);
+  if (!s.changed.empty()) s.device.fill_zero(s.dirty.memory());
+  take_tiles(s.changed, s.bits, materials, atlas);
+  return s.changed;
+}
+
+void DeviceAmounts::take_tiles(std::span<const TileIndex> tiles, std::span<const std::uint32_t> changed,
+                               std::span<const int> materials, MaterialAtlas& atlas) {
+  State& s = *state_;
+  if (tiles.empty()) return;
+  s.values.resize(tiles.size() * materials.size() * kTile);
   const Buffer<std::uint16_t> values = s.device.allocate<std::uint16_t>(s.values.size());
   s.gather.run({.num = s.values.size(), .group = kTile}, s.num_texels, static_cast<std::uint32_t>(materials.size()),
-               s.numbers(materials), s.device.upload(s.changed), s.planes, values);
-  s.device.fill_zero(s.dirty.memory());
+               s.numbers(materials), s.device.upload(tiles), s.planes, values);
   s.device.read(values, std::span(s.values));
   const std::uint16_t* from = s.values.data();
-  for (const TileIndex t : s.changed) {
-    for (const int m : materials) {
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    for (std::size_t k = 0; k < materials.size(); ++k, from += kTile) {
       // A page is made where something in it has changed, if only back and forth, as the CPU makes it.
-      if ((s.flags[t] >> m & 1U) != 0) std::copy_n(from, kTile, atlas.writable_tile(m, t).begin());
-      from += kTile;
+      if ((changed[i] >> k & 1U) != 0) std::copy_n(from, kTile, atlas.writable_tile(materials[k], tiles[i]).begin());
     }
   }
-  return s.changed;
 }
 
 }  // namespace patinate::simulation

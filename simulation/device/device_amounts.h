@@ -37,6 +37,9 @@ class DeviceAmounts {
   /// @param materials  Whose amounts are taken.
   /// @returns the tiles, rising; good until the next call.
   [[nodiscard]] std::span<const TileIndex> take(std::span<const int> materials, MaterialAtlas& atlas);
+  /// The same of tiles that are known to have changed. @param changed  By tile: a bit for each of `materials`.
+  void take_tiles(std::span<const TileIndex> tiles, std::span<const std::uint32_t> changed,
+                  std::span<const int> materials, MaterialAtlas& atlas);
 
  private:
   struct State;

@@ -43,10 +43,9 @@ void Simulation::State::set_rules(std::span<const Rule> changed) {
 
 void Simulation::State::apply_rules(const RunControl& control) {
   renew_rules(control);
-  const RuleReport report = rules->step(iteration, atlas, control);
+  const RuleReport report = rules->step(iteration, atlas, control, exchanger.amounts_there(atlas));
   ledger.add_rules(report.made, report.used);
   mark(report.dirty_tiles);
-  exchanger.note_changes(report.dirty_tiles);
 }
 
 void Simulation::State::wake_everything() {

@@ -114,6 +114,8 @@ struct DeviceRules::State {
         steps(device.upload(drivers.steps)),
         codes(device.upload(packed_parameters(parameters, parameter_codes))),
         parameters_at(device.upload(parameter_codes)),
+        materials(device.upload(std::vector<std::uint32_t>(compiled.materials.begin(), compiled.materials.end()))),
+        num_texels(surface.grid().num_texels()),
         covered(device.upload(facts.covered_texels())),
         weights(device.upload(surface.weights())) {}
 
@@ -125,6 +127,8 @@ struct DeviceRules::State {
   Buffer<DriverStep> steps;
   Buffer<std::uint8_t> codes;
   Buffer<ParameterCodes> parameters_at;
+  Buffer<std::uint32_t> materials;  ///< By slot.
+  std::uint32_t num_texels;
   Buffer<std::uint64_t> covered;
   Buffer<std::uint16_t> weights;
 };
@@ -135,22 +139,21 @@ DeviceRules::DeviceRules(const device::Device& device, const CompiledRules& rule
     : state_(std::make_unique<State>(device, rules, parameters, facts, surface)) {}
 DeviceRules::~DeviceRules() = default;
 
-void DeviceRules::age(std::span<const CompiledRule> rules, const SignalValues& signals, DueTiles& due) {
+void DeviceRules::age(std::span<const CompiledRule> rules, const SignalValues& signals, const DeviceAmounts& amounts,
+                      DueTiles& due) {
   State& s = *state_;
   const device::Device& d = s.device;
   for (std::size_t r = 0; r < rules.size(); ++r) s.drivers.rules[r].form = rules[r].form;
   std::vector<float> everywhere(signals.begin(), signals.end());
   everywhere.insert(everywhere.end(), s.drivers.constants.begin(), s.drivers.constants.end());
   std::array<std::uint32_t, 4 * kMaxMaterials> words{};
-  const auto amounts = d.upload(due.amounts);
   const auto outcomes = d.allocate<std::uint32_t>(due.tiles.size());
   const auto sums = d.upload(std::span<const std::uint32_t>(words));
   s.age.run({.num = due.tiles.size() * TileGrid::kTileTexels, .group = TileGrid::kTileTexels}, d.upload(due.tiles),
             d.upload(s.drivers.rules), static_cast<std::int32_t>(rules.size()), s.steps, d.upload(everywhere),
             s.parameters_at, static_cast<std::int32_t>(s.parameter_codes.size()), s.codes, s.covered, s.weights,
-            s.num_slots, amounts, outcomes, sums);
+            s.num_slots, s.materials, s.num_texels, amounts.planes(), outcomes, sums);
   due.outcomes.resize(due.tiles.size());
-  d.read(amounts, std::span(due.amounts));
   d.read(outcomes, std::span(due.outcomes));
   d.read(sums, std::span<std::uint32_t>(words));
   const auto sum_of = [&](std::size_t at) {

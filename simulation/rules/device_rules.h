@@ -11,15 +11,15 @@
 #include "libcommon/device/arithmetic_check.h"
 #include "libcommon/device/device.h"
 #include "patinate/simulation/surface_atlas.h"
+#include "simulation/device/device_amounts.h"
 #include "simulation/rules/compiled_rules.h"
 #include "simulation/rules/tile_facts.h"
 
 namespace patinate::simulation {
 
-/// Tiles that are due, with the amounts of all slots.
+/// Tiles that are due.
 struct DueTiles {
   std::vector<TileIndex> tiles;
-  std::vector<std::uint16_t> amounts;   ///< By tile, then slot: 64 each; changed.
   std::vector<std::uint32_t> outcomes;  ///< By tile: bit 0: a rule has an extent; bit 1 + slot: it was changed.
   std::array<std::int64_t, kMaxMaterials> made{};  ///< Mass, by slot.
   std::array<std::int64_t, kMaxMaterials> used{};
@@ -35,8 +35,9 @@ class DeviceRules {
   DeviceRules(const device::Device& device, const CompiledRules& rules, std::span<const SurfaceParameter> parameters,
               const TileFacts& facts, const SurfaceAtlas& surface);
   ~DeviceRules();
-  /// Applies the rules as they are now: forms change with time, steps do not.
-  void age(std::span<const CompiledRule> rules, const SignalValues& signals, DueTiles& due);
+  /// Applies the rules as they are now, to amounts that are there: forms change with time, steps do not.
+  void age(std::span<const CompiledRule> rules, const SignalValues& signals, const DeviceAmounts& amounts,
+           DueTiles& due);
 
  private:
   struct State;

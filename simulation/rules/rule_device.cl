@@ -45,13 +45,14 @@ static inline float parameter_at(global const ParameterCodes* parameter, global 
   }
 }
 
-// amounts: by tile, then slot, 64 each; outcomes: by tile, bit 0: a rule has an extent; bit 1 + slot: it was changed;
+// planes: amounts of all materials, num_texels each; materials: by slot; outcomes: by tile, bit 0: a rule has an extent; bit 1 + slot: it was changed;
 // sums: by slot, what was made, what was used.
 kernel void age_tiles(global const uint* tiles, global const PackedRule* rules, const int num_rules,
                       global const DriverStep* steps, global const float* everywhere,
                       global const ParameterCodes* parameters, const int num_parameters, global const uchar* codes,
                       global const ulong* covered, global const ushort* weights, const int num_slots,
-                      global ushort* amounts, global uint* outcomes, global uint* sums) {
+                      global const uint* materials, const uint num_texels, global ushort* planes,
+                      global uint* outcomes, global uint* sums) {
   const ulong number = get_global_id(0) / 64u;
   const uint lane = (uint)get_global_id(0) & 63u, tile = tiles[number];
   const ulong texel = (ulong)tile * 64u + lane;
@@ -60,11 +61,10 @@ kernel void age_tiles(global const uint* tiles, global const PackedRule* rules, 
   if (lane == 0u) outcome = 0u;
   barrier(CLK_LOCAL_MEM_FENCE);
 
-  global ushort* stored = amounts + number * (ulong)num_slots * 64u + lane;
   int quanta[8], changes[16];
   float own[64];  // kFirstShared
   for (int k = 0; k < num_slots; ++k) {
-    quanta[k] = stored[k * 64];
+    quanta[k] = planes[(ulong)materials[k] * num_texels + texel];
     own[k] = amount_of(quanta[k]);
   }
   for (int p = 0; p < num_parameters; ++p) own[num_slots + p] = parameter_at(parameters + p, codes, texel);
@@ -86,7 +86,7 @@ kernel void age_tiles(global const uint* tiles, global const PackedRule* rules, 
       if (changes[k] != 0) add_here(sum + at, (uint)changes[k] * weight, 0u);
     }
   }
-  for (int k = 0; k < num_slots; ++k) stored[k * 64] = (ushort)quanta[k];
+  for (int k = 0; k < num_slots; ++k) planes[(ulong)materials[k] * num_texels + texel] = (ushort)quanta[k];
 
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lane == 0u) outcomes[number] = outcome;

@@ -65,7 +65,8 @@ struct RuleEngine::State : CompiledRules {
   std::vector<TileIndex> dirty;
   std::vector<std::size_t> num_dirty;  ///< By chunk.
   std::shared_ptr<const SimulationDevice> device;
-  std::unique_ptr<DeviceRules> on_device;  ///< Of these rules; null before it is asked.
+  std::unique_ptr<DeviceAmounts> own_amounts;  ///< Where no one gives them.
+  std::unique_ptr<DeviceRules> on_device;      ///< Of these rules; null before it is asked.
   DueTiles batch;
 
   [[nodiscard]] std::size_t first_signal() const { return materials.size() + parameters.size(); }
@@ -91,9 +92,9 @@ struct RuleEngine::State : CompiledRules {
   void settle(std::int64_t chunk, TileIndex tile, bool has_extent, bool is_dirty);
   /// Chunks from the first on that a device has aged: all, or those before it failed.
   [[nodiscard]] std::int64_t age_on_device(int phase, const SignalValues& signals, MaterialAtlas& atlas,
-                                           const RunControl& threads, RuleReport& report);
+                                           DeviceAmounts* there, RuleReport& report);
   void age_batch(std::int64_t first_chunk, std::int64_t end_chunk, int phase, const SignalValues& signals,
-                 MaterialAtlas& atlas, const RunControl& threads);
+                 MaterialAtlas& atlas, DeviceAmounts& there);
   /// Asks memory for what load() will read: tiles that are due at once lie a kilobyte apart, which no processor
   /// guesses.
   void prefetch(TileIndex tile, const MaterialAtlas& atlas) const {
@@ -148,6 +149,7 @@ bool RuleEngine::has_parameter(std::string_view name) const {
 void RuleEngine::use(std::shared_ptr<const SimulationDevice> device) {
   state_->device = std::move(device);
   state_->on_device.reset();
+  state_->own_amounts.reset();
 }
 
 void RuleEngine::set_weather(Weather weather) { state_->weather = std::move(weather); }
@@ -174,6 +176,7 @@ void RuleEngine::State::wake_on_change(const SignalValues& signals) {
 }
 
 void RuleEngine::wake(std::span<const TileIndex> tiles) {
+  if (state_->own_amounts != nullptr) state_->own_amounts->note_changes(tiles);
   if (state_->awake.empty()) return;
   for (const TileIndex tile : tiles)
     state_->awake[tile / TileGrid::kPageTiles] |= std::uint64_t{1} << tile % TileGrid::kPageTiles;
@@ -313,7 +316,7 @@ void RuleEngine::State::age_chunk(std::int64_t chunk, int phase, MaterialAtlas& 
 }
 
 void RuleEngine::State::age_batch(std::int64_t first_chunk, std::int64_t end_chunk, int phase,
-                                  const SignalValues& signals, MaterialAtlas& atlas, const RunControl& threads) {
+                                  const SignalValues& signals, MaterialAtlas& atlas, DeviceAmounts& there) {
   std::vector<std::int64_t> chunk_of;
   batch.tiles.clear();
   for (std::int64_t chunk = first_chunk; chunk < end_chunk; ++chunk) {
@@ -323,35 +326,21 @@ void RuleEngine::State::age_batch(std::int64_t first_chunk, std::int64_t end_chu
     chunk_of.insert(chunk_of.end(), num, chunk);
   }
   if (batch.tiles.empty()) return;
-  constexpr std::size_t kTexels = TileGrid::kTileTexels;
-  batch.amounts.resize(batch.tiles.size() * materials.size() * kTexels);
-  const auto amounts = [&](std::size_t i, std::size_t slot) {
-    return batch.amounts.begin() + static_cast<std::ptrdiff_t>((i * materials.size() + slot) * kTexels);
-  };
-  const auto for_each_tile = [&](const auto& work) {
-    parallel_for(static_cast<std::int64_t>(batch.tiles.size()), kChunkTiles, threads,
-                 [&](std::int64_t first, std::int64_t end) {
-                   for (auto i = static_cast<std::size_t>(first); i < static_cast<std::size_t>(end); ++i) work(i);
-                 });
-  };
-  for_each_tile([&](std::size_t i) {
-    std::array<std::uint16_t, kTexels> originals;
-    for (std::size_t k = 0; k < materials.size(); ++k)
-      std::copy_n(amounts_of(k, batch.tiles[i], atlas, originals), kTexels, amounts(i, k));
-  });
-  on_device->age(rules, signals, batch);
-  for_each_tile([&](std::size_t i) {
-    for (std::size_t k = 0; k < materials.size(); ++k) {
-      if ((batch.outcomes[i] >> (1 + k) & 1) != 0)
-        std::copy_n(amounts(i, k), kTexels, atlas.writable_tile(materials[k], batch.tiles[i]).begin());
-    }
-  });
+  on_device->age(rules, signals, there, batch);
+  std::vector<TileIndex> changed;
+  std::vector<std::uint32_t> bits;
+  for (std::size_t i = 0; i < batch.tiles.size(); ++i) {
+    if (batch.outcomes[i] <= 1) continue;
+    changed.push_back(batch.tiles[i]);
+    bits.push_back(batch.outcomes[i] >> 1);
+  }
+  there.take_tiles(changed, bits, materials, atlas);
   for (std::size_t i = 0; i < batch.tiles.size(); ++i)
     settle(chunk_of[i], batch.tiles[i], (batch.outcomes[i] & 1) != 0, batch.outcomes[i] > 1);
 }
 
 std::int64_t RuleEngine::State::age_on_device(int phase, const SignalValues& signals, MaterialAtlas& atlas,
-                                              const RunControl& threads, RuleReport& report) {
+                                              DeviceAmounts* there, RuleReport& report) {
   if (device == nullptr || device->has_failed() || !DeviceRules::can_run(*this, parameters.size()) ||
       num_due(phase) * kDense < static_cast<std::int64_t>(awake.size()) * TileGrid::kPageTiles)
     return 0;
@@ -359,9 +348,14 @@ std::int64_t RuleEngine::State::age_on_device(int phase, const SignalValues& sig
   try {
     if (on_device == nullptr)
       on_device = std::make_unique<DeviceRules>(device->device(), *this, parameters, facts, atlas.surface());
+    if (there == nullptr) {
+      if (own_amounts == nullptr) own_amounts = std::make_unique<DeviceAmounts>(device->device(), atlas);
+      there = own_amounts.get();
+    }
+    there->update(atlas);
     while (done < num_chunks()) {
       const std::int64_t end = std::min(num_chunks(), done + kBatchChunks);
-      age_batch(done, end, phase, signals, atlas, threads);
+      age_batch(done, end, phase, signals, atlas, *there);
       done = end;
       for (std::size_t k = 0; k < materials.size() && !batch.tiles.empty(); ++k) {
         report.made[static_cast<std::size_t>(materials[k])] += batch.made[k];
@@ -371,11 +365,13 @@ std::int64_t RuleEngine::State::age_on_device(int phase, const SignalValues& sig
   } catch (const device::DeviceError& error) {
     device->report_failure(error);
     on_device.reset();
+    own_amounts.reset();
   }
   return done;
 }
 
-RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const RunControl& control) {
+RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const RunControl& control,
+                            DeviceAmounts* there) {
   State& s = *state_;
   RuleReport report;
   if (s.rules.empty() || s.awake.empty() || !(s.time_per_iteration > 0.0)) return report;
@@ -389,7 +385,8 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
   s.num_dirty.assign(static_cast<std::size_t>(num_chunks), 0);
   RunControl threads;  // a part of a step is no state to stop in
   threads.num_threads = control.num_threads;
-  std::atomic<std::int64_t> next{s.age_on_device(phase, signals, atlas, threads, report)};
+  const std::int64_t num_there = s.age_on_device(phase, signals, atlas, there, report);
+  std::atomic<std::int64_t> next{num_there};
   const std::int64_t num_workers = std::min<std::int64_t>(thread_count(threads), num_chunks - next);
   if (s.workers.size() < static_cast<std::size_t>(num_workers)) s.workers.resize(static_cast<std::size_t>(num_workers));
   parallel_for(num_workers, 1, threads, [&](std::int64_t w, std::int64_t) {
@@ -397,13 +394,17 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
     s.begin(worker, signals);
     for (std::int64_t chunk = next++; chunk < num_chunks; chunk = next++) s.age_chunk(chunk, phase, atlas, worker);
   });
-  std::size_t num_dirty = 0;
+  std::size_t num_dirty = 0, num_dirty_there = 0;
   for (std::size_t c = 0; c < static_cast<std::size_t>(num_chunks); ++c) {
+    if (c == static_cast<std::size_t>(num_there)) num_dirty_there = num_dirty;
     std::copy_n(s.dirty.begin() + static_cast<std::ptrdiff_t>(c * kChunkTiles), s.num_dirty[c],
                 s.dirty.begin() + static_cast<std::ptrdiff_t>(num_dirty));
     num_dirty += s.num_dirty[c];
   }
   report.dirty_tiles = std::span<const TileIndex>(s.dirty).first(num_dirty);
+  if (num_there == num_chunks) num_dirty_there = num_dirty;
+  DeviceAmounts* const kept = there != nullptr ? there : s.own_amounts.get();
+  if (kept != nullptr) kept->note_changes(report.dirty_tiles.subspan(num_dirty_there));
   for (Worker& worker : s.workers) {
     for (std::size_t m = 0; m < kMaxMaterials; ++m) {
       report.made[m] += std::exchange(worker.made[m], 0);

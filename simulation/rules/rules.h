@@ -49,6 +49,8 @@ struct RuleReport {
 [[nodiscard]] std::vector<std::string> signals_of(const Rule& rule, std::span<const std::string> materials,
                                                   std::span<const std::string> maps = {});
 
+class DeviceAmounts;
+
 /// Applies a scene's rules, in their order.
 class RuleEngine {
  public:
@@ -90,7 +92,10 @@ class RuleEngine {
 
   /// Iteration `iteration`, counted from 0. Same bits for any number of threads and instruction set.
   /// @param control  Threads; a step that has begun is finished whatever `stop` says.
-  RuleReport step(std::int64_t iteration, MaterialAtlas& atlas, const RunControl& control = {});
+  /// @param there    Amounts of `atlas` on the device that is used, and what changes here is noted; null: own ones,
+  /// which know what is woken.
+  RuleReport step(std::int64_t iteration, MaterialAtlas& atlas, const RunControl& control = {},
+                  DeviceAmounts* there = nullptr);
 
   /// Iterations of aging that a tile has behind it after `iteration`.
   [[nodiscard]] static std::int64_t aged_iterations(TileIndex tile, std::int64_t iteration);

@@ -110,7 +110,7 @@ Exchanger& Exchanger::operator=(Exchanger&&) noexcept = default;
 void Exchanger::use(std::shared_ptr<const SimulationDevice> device) { state_->there.use(std::move(device)); }
 void Exchanger::note_changes(std::span<const TileIndex> tiles) { state_->there.note_changes(tiles); }
 void Exchanger::forget_amounts() { state_->there.forget_amounts(); }
-const DeviceAmounts* Exchanger::amounts_there(const MaterialAtlas& atlas) { return state_->there.amounts(atlas); }
+DeviceAmounts* Exchanger::amounts_there(const MaterialAtlas& atlas) { return state_->there.amounts(atlas); }
 
 ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const ExchangeOptions& options, ExchangeTime time,
                                    Cargo& cargo, MaterialAtlas& atlas, ParameterMaps* maps, const RunControl& control) {

@@ -15,7 +15,7 @@ void ExchangerThere::note_changes(std::span<const TileIndex> tiles) {
   if (amounts_) amounts_->note_changes(tiles);
 }
 
-const DeviceAmounts* ExchangerThere::amounts(const MaterialAtlas& atlas) {
+DeviceAmounts* ExchangerThere::amounts(const MaterialAtlas& atlas) {
   if (!is_used()) return nullptr;
   try {
     if (!amounts_) amounts_ = std::make_unique<DeviceAmounts>(device_->device(), atlas);

@@ -22,7 +22,7 @@ class ExchangerThere {
   void note_changes(std::span<const TileIndex> tiles);
   void forget_amounts() { amounts_.reset(); }
   /// Those of `atlas`, up to date; null where no device is used.
-  [[nodiscard]] const DeviceAmounts* amounts(const MaterialAtlas& atlas);
+  [[nodiscard]] DeviceAmounts* amounts(const MaterialAtlas& atlas);
 
   /// @param of     Contacts in the order of gammatons, or endings, with at least one active material.
   /// @param width  Of a splat, in texels of median size; 0: contacts are of one texel.

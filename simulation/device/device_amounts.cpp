@@ -115,11 +115,16 @@ void DeviceAmounts::take_tiles(std::span<const TileIndex> tiles, std::span<const
                                std::span<const int> materials, MaterialAtlas& atlas) {
   State& s = *state_;
   if (tiles.empty()) return;
-  s.values.resize(tiles.size() * materials.size() * kTile);
-  const Buffer<std::uint16_t> values = s.device.allocate<std::uint16_t>(s.values.size());
-  s.gather.run({.num = s.values.size(), .group = kTile}, s.num_texels, static_cast<std::uint32_t>(materials.size()),
-               s.numbers(materials), s.device.upload(tiles), s.planes, values);
-  s.device.read(values, std::span(s.values));
+  const std::size_t each = materials.size() * kTile;
+  s.values.resize(tiles.size() * each);
+  const Buffer<std::uint32_t> planes = s.numbers(materials);
+  const Buffer<std::uint16_t> values = s.device.allocate<std::uint16_t>(std::min(kBatch, tiles.size()) * each);
+  for (std::size_t begin = 0; begin < tiles.size(); begin += kBatch) {
+    const std::span<const TileIndex> batch = tiles.subspan(begin, std::min(kBatch, tiles.size() - begin));
+    s.gather.run({.num = batch.size() * each, .group = kTile}, s.num_texels,
+                 static_cast<std::uint32_t>(materials.size()), planes, s.device.upload(batch), s.planes, values);
+    s.device.read(values, std::span(s.values).subspan(begin * each, batch.size() * each));
+  }
   const std::uint16_t* from = s.values.data();
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     for (std::size_t k = 0; k < materials.size(); ++k, from += kTile) {

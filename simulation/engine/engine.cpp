@@ -145,7 +145,7 @@ std::optional<WetPaths> Simulation::State::wet_paths() {
   const auto found = std::find(scene.materials.begin(), scene.materials.end(), o.wet_material);
   if (!(o.wet_attraction > 0.0) || found == scene.materials.end()) return std::nullopt;
   return WetPaths{.atlas = &atlas,
-                  .there = exchanger.amounts_there(atlas),
+                  .on_device = exchanger.device_amounts(atlas),
                   .material = static_cast<int>(found - scene.materials.begin()),
                   .weight = o.wet_attraction,
                   .width_mm = o.rivulet_mm};

@@ -43,7 +43,7 @@ void Simulation::State::set_rules(std::span<const Rule> changed) {
 
 void Simulation::State::apply_rules(const RunControl& control) {
   renew_rules(control);
-  const RuleReport report = rules->step(iteration, atlas, control, exchanger.amounts_there(atlas));
+  const RuleReport report = rules->step(iteration, atlas, control, exchanger.device_amounts(atlas));
   ledger.add_rules(report.made, report.used);
   mark(report.dirty_tiles);
 }

@@ -27,8 +27,8 @@ struct ObjectOutcome {
   std::string object;
   double change_mean = 0.0;               ///< Delta E 1976 from the beginning.
   double change_p95 = 0.0;                ///< 95th percentile of the texels.
-  std::optional<double> never_met_share;  ///< Where no gammaton ever was, as wide as it is. Unknown after snapshots
-                                          ///< of before 2026-11.
+  std::optional<double> never_met_share;  ///< Where no gammaton ever was, as wide as it is. Unknown where
+                                          ///< Simulation::met() is.
   std::vector<MaterialOutcome> materials;
 };
 

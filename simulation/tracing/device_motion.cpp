@@ -114,7 +114,7 @@ void DeviceMotion::respond(const MotionScene& scene, const MotionCall& call, std
                            std::span<DropRecord> drops) {
   State& s = *state_;
   const WetPaths* wet = scene.wet;
-  const Buffer<std::uint16_t>& amounts = wet != nullptr ? wet->there->planes() : s.no_wet;
+  const Buffer<std::uint16_t>& amounts = wet != nullptr ? wet->on_device->planes() : s.no_wet;
   const std::uint64_t first_wet =
       wet != nullptr ? static_cast<std::uint64_t>(wet->material) * wet->atlas->surface().grid().num_texels() : 0;
   s.in_batches(drops.size(), [&](const device::Items& items) {

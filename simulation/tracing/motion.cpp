@@ -211,6 +211,7 @@ struct GammatonTracer::Impl {
     if (!clearance || clearance->height_mm() != scene.tracing.epsilon_mm) {
       clearance.emplace(rays, frames, mesh->mesh.num_triangles(), scene.tracing.epsilon_mm);
       device_motion.reset();
+      range_there.reset();
     }
     return motion_scene(scene, rays, frames, *links, free_space, *clearance, wet);
   }
@@ -224,7 +225,8 @@ struct GammatonTracer::Impl {
     }
     return device_motion.get();
   }
-  /// Calls work(motion there) when gammatons are there as they are here; `records` are what it leaves.
+  /// Calls work(motion there) when gammatons are there as they are here; `records` are what it leaves, and once they
+  /// are taken, range_there may say so.
   /// @returns false if the CPU has to do it.
   template <class Work>
   [[nodiscard]] bool on_device(const MotionScene& scene, const Gammatons& all, const Range& range,
@@ -241,7 +243,6 @@ struct GammatonTracer::Impl {
         motion->put(records);
       }
       work(*motion);
-      range_there = range;
       return true;
     } catch (const device::DeviceError& error) {
       device->report_failure(error);
@@ -275,6 +276,7 @@ void GammatonTracer::set_mesh(const SceneMesh& scene_mesh) {
 void GammatonTracer::use(std::shared_ptr<const SimulationDevice> device) {
   impl_->device = std::move(device);
   impl_->device_motion.reset();
+  impl_->range_there.reset();
 }
 
 void GammatonTracer::forget_gammatons() { impl_->range_there.reset(); }
@@ -304,6 +306,7 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
                             of, counters);
                    of.texel = record.texel;
                  });
+    impl_->range_there = range;
     return;
   }
   for_all(all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Note& of, TraceCounters& counters) {
@@ -322,7 +325,7 @@ void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t it
   const MotionScene motion = impl_->motion(scene, wet);
   const MotionCall call = call_of(scene, iteration, moving);
   const Range range = range_of(all, moving);
-  const bool can_be_there = normals == nullptr && (wet == nullptr || wet->there != nullptr);
+  const bool can_be_there = normals == nullptr && (wet == nullptr || wet->on_device != nullptr);
   if (!can_be_there) impl_->range_there.reset();
   const bool is_done = can_be_there && impl_->on_device(motion, all, range, control, [&](DeviceMotion& there) {
     there.respond(motion, call, static_cast<std::uint32_t>(range.begin), impl_->records);
@@ -331,6 +334,7 @@ void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t it
     take_records(impl_->records, range, control, all, result, [](const DropRecord& record, Note& of, TraceCounters&) {
       note_response(static_cast<Outcome>(record.end), of);
     });
+    impl_->range_there = range;
     return;
   }
   for_all(all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Note& of, TraceCounters&) {

@@ -86,7 +86,7 @@ device::CheckResult check_motion(const device::Device& device) {
   DeviceAmounts wet_there(device, wet);
   wet_there.update(wet);
   const WetPaths paths{
-      .atlas = &wet, .there = &wet_there, .material = 0, .weight = scene.tracing.wet_attraction, .width_mm = 3.0};
+      .atlas = &wet, .on_device = &wet_there, .material = 0, .weight = scene.tracing.wet_attraction, .width_mm = 3.0};
   const MotionScene motion = motion_scene(scene, rays, frames, links, free_space, clearance, &paths);
   const EmitterFacts rain = facts_of(place_emitter(scene.emitters[0], on.mesh, rays, scene.gravity_mm_s2));
   DeviceMotion there(device, motion, on.surface, {});

@@ -13,7 +13,7 @@ class DeviceAmounts;
 /// change while drops respond, so that their order does not matter.
 struct WetPaths {
   const MaterialAtlas* atlas = nullptr;
-  const DeviceAmounts* there = nullptr;  ///< The same on a device, up to date; null: gammatons respond on the CPU.
+  const DeviceAmounts* on_device = nullptr;  ///< The same on a device, up to date; null: gammatons respond on the CPU.
   int material = 0;
   double weight = 0.0;    ///< TracingOptions::wet_attraction.
   double width_mm = 0.0;  ///< TracingOptions::rivulet_mm.

@@ -21,7 +21,9 @@ using exchange_types::StencilPart;
 namespace {
 
 constexpr std::size_t kGroup = 64;
-constexpr std::size_t kMostPieces = std::size_t{1} << 20;  // Of one batch: launches stay short, and memory small.
+// Of one batch: launches stay short and memory small, also where all of them lie on one texel, which one item works on.
+constexpr std::size_t kMostPieces = std::size_t{1} << 20;
+constexpr std::size_t kMostContacts = std::size_t{1} << 14;
 constexpr std::size_t kSumWords = 4 * kMaxMaterials;
 
 static_assert(sizeof(ExchangeCall::rates) == kMaxMaterials * sizeof(double));
@@ -124,6 +126,7 @@ Batch DeviceExchange::State::next_batch(const DeviceContacts& of, std::size_t fi
       if (size > 0) contact.num_parts = static_cast<std::uint32_t>(SplatShape::stencil_of(size).parts.size());
     }
     if (batch.num_pieces > 0 && batch.num_pieces + contact.num_parts > kMostPieces) break;
+    if (batch.contacts.size() == kMostContacts) break;
     batch.num_pieces += contact.num_parts;
     batch.contacts.push_back(contact);
   }
@@ -192,8 +195,9 @@ DeviceExchange::DeviceExchange(const Device& device, const SurfaceAtlas& surface
     : state_(std::make_unique<State>(device, surface)) {}
 DeviceExchange::~DeviceExchange() = default;
 
-DeviceExchanged DeviceExchange::exchange(const DeviceContacts& contacts, std::int64_t iteration, DeviceAmounts& amounts,
-                                         MaterialAtlas& atlas, Cargo& cargo, ParameterMaps* maps) {
+DeviceExchangeReport DeviceExchange::exchange(const DeviceContacts& contacts, std::int64_t iteration,
+                                              DeviceAmounts& amounts, MaterialAtlas& atlas, Cargo& cargo,
+                                              ParameterMaps* maps) {
   State& s = *state_;
   ExchangeCall call = contacts.call;
   call.num_active = static_cast<std::uint32_t>(contacts.active.size());
@@ -211,7 +215,7 @@ DeviceExchanged DeviceExchange::exchange(const DeviceContacts& contacts, std::in
     s.run(contacts, call, batch, amounts, cargo, maps != nullptr);
     first += batch.contacts.size();
   }
-  DeviceExchanged done{.dirty_tiles = amounts.take(contacts.active, atlas)};
+  DeviceExchangeReport done{.dirty_tiles = amounts.take(contacts.active, atlas)};
   const std::uint32_t* after = s.cargo_after.data();
   for (const Contact& contact : contacts.contacts) {
     for (const int m : contacts.active) cargo.mass[contact.gammaton][static_cast<std::size_t>(m)] = *after++;

@@ -39,7 +39,7 @@ struct DeviceContacts {
 };
 
 /// What an exchange has done.
-struct DeviceExchanged {
+struct DeviceExchangeReport {
   std::span<const TileIndex> dirty_tiles;             ///< Rising; good until the next exchange.
   std::array<std::int64_t, kMaxMaterials> dropped{};  ///< Mass, by material.
   std::array<std::int64_t, kMaxMaterials> picked_up{};
@@ -55,15 +55,15 @@ class DeviceExchange {
   /// Exchanges as the CPU does. What is here changes once all is done there: nothing has if it throws.
   /// @param amounts  On the same device, of `atlas`.
   /// @param maps     Recorded too, unless null.
-  DeviceExchanged exchange(const DeviceContacts& contacts, std::int64_t iteration, DeviceAmounts& amounts,
-                           MaterialAtlas& atlas, Cargo& cargo, ParameterMaps* maps);
+  DeviceExchangeReport exchange(const DeviceContacts& contacts, std::int64_t iteration, DeviceAmounts& amounts,
+                                MaterialAtlas& atlas, Cargo& cargo, ParameterMaps* maps);
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-/// Some 9,000 contacts and endings on a plate with seams, one texel wide to hundreds, exchanged there and here. @throws
+/// Some 8,000 contacts and endings on a plate with seams, one texel wide to hundreds, exchanged there and here. @throws
 /// DeviceError if the device cannot run it.
 [[nodiscard]] device::CheckResult check_exchange(const device::Device& device);
 

@@ -11,7 +11,7 @@
 
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
-#include "simulation/transport/exchanger_there.h"
+#include "simulation/transport/device_exchanger.h"
 #include "simulation/transport/pieces.h"
 #include "simulation/transport/region_exchange.h"
 #include "simulation/transport/regions.h"
@@ -52,7 +52,7 @@ struct Exchanger::State {
   std::vector<std::uint64_t> dirty_pages;  ///< A bit for each tile; 0 between calls.
   std::vector<TileIndex> dirty;
   std::vector<RegionWorker> workers;
-  ExchangerThere there;
+  DeviceExchanger on_device;
 
   /// Finds the region of each contact's splat, or that it has to be cut.
   void place(std::span<const Contact> contacts, const SplatShape& shape, const SurfaceAtlas& surface,
@@ -107,10 +107,10 @@ Exchanger::~Exchanger() = default;
 Exchanger::Exchanger(Exchanger&&) noexcept = default;
 Exchanger& Exchanger::operator=(Exchanger&&) noexcept = default;
 
-void Exchanger::use(std::shared_ptr<const SimulationDevice> device) { state_->there.use(std::move(device)); }
-void Exchanger::note_changes(std::span<const TileIndex> tiles) { state_->there.note_changes(tiles); }
-void Exchanger::forget_amounts() { state_->there.forget_amounts(); }
-DeviceAmounts* Exchanger::amounts_there(const MaterialAtlas& atlas) { return state_->there.amounts(atlas); }
+void Exchanger::use(std::shared_ptr<const SimulationDevice> device) { state_->on_device.use(std::move(device)); }
+void Exchanger::note_changes(std::span<const TileIndex> tiles) { state_->on_device.note_changes(tiles); }
+void Exchanger::forget_amounts() { state_->on_device.forget_amounts(); }
+DeviceAmounts* Exchanger::device_amounts(const MaterialAtlas& atlas) { return state_->on_device.amounts(atlas); }
 
 ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const ExchangeOptions& options, ExchangeTime time,
                                    Cargo& cargo, MaterialAtlas& atlas, ParameterMaps* maps, const RunControl& control) {
@@ -150,7 +150,7 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
   const double width = width_of(options, surface);
   const bool has_splats = is_wide(options);
   ParameterMaps* const kept = maps != nullptr && maps->choice().has_any() ? maps : nullptr;
-  if (s.there.is_used() && !active.empty() && !contacts.empty()) {
+  if (s.on_device.is_used() && !active.empty() && !contacts.empty()) {
     const WideContacts all{.surface = surface,
                            .contacts = contacts,
                            .endings = endings,
@@ -159,7 +159,7 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
                            .random_key = time.random_key};
     const double splat_width = has_splats || is_deposit ? width : 0.0;
     const std::optional<ExchangeReport> done =
-        s.there.exchange(all, options, splat_width, time.iteration, s.pieces, cargo, atlas, kept, threads);
+        s.on_device.exchange(all, options, splat_width, time.iteration, s.pieces, cargo, atlas, kept, threads);
     if (done) return *done;
   }
   const std::uint32_t columns = Regions::columns_for(thread_count(threads));
@@ -234,6 +234,7 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
       s.dirty.push_back(page * TileGrid::kPageTiles + static_cast<std::uint32_t>(std::countr_zero(bits)));
   }
   report.dirty_tiles = s.dirty;
+  s.on_device.note_changes(s.dirty);
   for (RegionWorker& worker : s.workers) {
     for (std::size_t m = 0; m < kMaxMaterials; ++m) {
       report.dropped[m] += std::exchange(worker.dropped[m], 0);

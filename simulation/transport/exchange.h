@@ -88,7 +88,7 @@ class Exchanger {
   /// or that all may have, or that it is another atlas.
   void forget_amounts();
   /// Those of `atlas` on the device, up to date; null where there is none.
-  [[nodiscard]] DeviceAmounts* amounts_there(const MaterialAtlas& atlas);
+  [[nodiscard]] DeviceAmounts* device_amounts(const MaterialAtlas& atlas);
 
  private:
   ExchangeReport run(std::span<const Contact> contacts, std::span<const Ending> endings, const ExchangeOptions& options,

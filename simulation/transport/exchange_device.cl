@@ -141,7 +141,7 @@ kernel void exchange_pieces(const ExchangeCall call, const uint num_pieces, glob
       moved[p * n + a] = quanta;
       if (quanta == 0) continue;
       *amount = (ushort)((int)*amount - quanta);
-      masses[p * n + a] = mass + (uint)(quanta * (int)weight);
+      masses[p * n + a] = mass + (uint)quanta * weight;
       is_dirty |= 1u << call.materials[a];
     }
   }

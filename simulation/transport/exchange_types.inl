@@ -18,7 +18,7 @@ typedef struct SplatContact {
   u32 texel;  // Its middle, or end.
   u32 gammaton;
   u32 first_part, num_parts;  // Of a stencil's parts, or where it is cut of what the CPU has cut.
-  u32 first_piece;            // Of the call's.
+  u32 first_piece;            // Of the batch's.
   u32 is_cut;
 } SplatContact;
 
@@ -35,7 +35,7 @@ typedef struct CutPart {
 // A part of a splat that exchanges on its own; its texel is kNoPiece where there is none.
 typedef struct SplatPiece {
   u32 texel;
-  u32 contact;  // Of the call's.
+  u32 contact;  // Of the batch's.
   u32 number;   // In its splat; 0 = middle.
   u32 share;
 } SplatPiece;

@@ -13,7 +13,7 @@ constexpr i32 kMaxQuanta = 65535;
 constexpr double kBeyond = 65536.0;  // More than any amount.
 constexpr u32 kDealPurpose = 0xFFFFu;
 
-// mixed() of pieces.h.
+// mixed_with() of transfer_kernel.inl.
 inline u32 mixed_bits(u32 random, u32 purpose) {
   u32 x = random + purpose * 0x9E3779B9u;
   x = (x ^ x >> 16) * 0x7FEB352Du;

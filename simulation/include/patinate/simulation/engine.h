@@ -127,7 +127,7 @@ class Simulation {
   /// MATERIAL.final needs not have been asked for. @throws InvalidInput for another that was not, or an unknown name.
   [[nodiscard]] ParameterMap parameter_map(const std::string& name) const;
   /// 255 where a gammaton has ever been, with the width that its splat has; else 0. nullopt: a snapshot was restored
-  /// that does not tell, of before 2026-11.
+  /// that does not tell (before "PPATSN05").
   [[nodiscard]] std::optional<ImageU8> met(const RunControl& control = {}) const;
   /// Where each object's own unit square of UVs lies in the atlas, in the scene's order.
   [[nodiscard]] std::vector<ObjectSquare> object_squares() const;

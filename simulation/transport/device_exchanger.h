@@ -14,7 +14,7 @@
 namespace patinate::simulation {
 
 /// Keeps amounts on the device from exchange to exchange, until something fails: the CPU goes on then.
-class ExchangerThere {
+class DeviceExchanger {
  public:
   /// @param device  Null: none.
   void use(std::shared_ptr<const SimulationDevice> device);
@@ -27,7 +27,7 @@ class ExchangerThere {
   /// @param of     Contacts in the order of gammatons, or endings, with at least one active material.
   /// @param width  Of a splat, in texels of median size; 0: contacts are of one texel.
   /// @param pieces  Cuts splats near seams, and trails.
-  /// @returns nothing if the device could not do it, and nothing was changed.
+  /// @returns nothing if the device could not do it, or has too much to tell parameter maps of; nothing was changed.
   [[nodiscard]] std::optional<ExchangeReport> exchange(const WideContacts& of, const ExchangeOptions& options,
                                                        double width, std::int64_t iteration, Pieces& pieces,
                                                        Cargo& cargo, MaterialAtlas& atlas, ParameterMaps* maps,
@@ -35,6 +35,7 @@ class ExchangerThere {
 
  private:
   void fail(const device::DeviceError& error);
+  [[nodiscard]] std::size_t num_pieces() const;
   void find_cut(const WideContacts& of, double width, Pieces& pieces, const RunControl& control);
 
   std::shared_ptr<const SimulationDevice> device_;

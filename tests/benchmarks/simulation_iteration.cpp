@@ -4,6 +4,7 @@
 #include <ctime>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/random.h"
@@ -11,7 +12,9 @@
 #include "patinate/mesh_files/mesh_io.h"
 #include "patinate/simulation/engine.h"
 #include "patinate/simulation/scene_io.h"
+#include "simulation/device/simulation_device.h"
 #include "simulation/tracing/gammatons.h"
+#include "tests/benchmarks/device_share.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
 
@@ -63,20 +66,24 @@ struct Row {
   const char* paper_ms;
 };
 
-void one(const Row& row) {
+/// @param on_device  Null: the CPU.
+void one(const Row& row, const device::Device* on_device) {
   RunControl control;
   control.num_threads = 2;
   simulation::Scene scene = wall(row.resolution);
   scene.rules[0].rate = 0.05;  // water dries slowly: rules have work wherever it is wet, and it stays so
-  double set_up = 0.0;
+  simulation::SimulationOptions options;
+  if (on_device != nullptr) options.device = std::make_shared<const simulation::SimulationDevice>(*on_device);
   std::unique_ptr<simulation::Simulation> simulation;
-  set_up = seconds(
-      [&] { simulation = std::make_unique<simulation::Simulation>(scene, simulation::SimulationOptions{}, control); });
+  const double set_up =
+      seconds([&] { simulation = std::make_unique<simulation::Simulation>(scene, options, control); });
   make_wet(*simulation, row.share);
   for (int i = 0; i < 24; ++i) simulation->step(control);
   (void)simulation->compose(control);
   const double wet = wet_share(*simulation);
   const simulation::SimulationTimes before = simulation->times();
+  std::optional<DeviceShare> share;
+  if (on_device != nullptr) share.emplace(*on_device);
   constexpr int kIterations = 48;  // whole epochs
   const std::clock_t cpu_before = std::clock();
   const double total = seconds([&] {
@@ -96,6 +103,7 @@ void one(const Row& row) {
               ms(&simulation::SimulationTimes::exchange), ms(&simulation::SimulationTimes::rules),
               ms(&simulation::SimulationTimes::compose), 1e3 * total / kIterations, 1e3 * cpu / kIterations,
               row.goal_ms, row.paper_ms, static_cast<double>(simulation->memory()) / 1e6, set_up);
+  if (share) std::printf("        %s\n", share->text(kIterations).c_str());
 }
 
 }  // namespace
@@ -115,7 +123,17 @@ void iteration() {
                          {1024, 0.8, "2.5", "8.98"},
                          {2048, 0.8, "6", "28"},
                          {4096, 0.8, "16", "103"}}) {
-    one(row);
+    one(row, nullptr);
+  }
+  for (const device::DeviceInfo& info : device::list_devices()) {
+    std::printf("  on %s; goals of an H200-class card\n", info.name.c_str());
+    const device::Device on_device(info);
+    for (const Row& row : {Row{1024, 0.5, "0.15", "8.98"},
+                           {2048, 0.5, "0.25", "28"},
+                           {4096, 0.5, "0.6", "103"},
+                           {8192, 0.5, "2", "-"}}) {
+      one(row, &on_device);
+    }
   }
   RunControl control;
   control.num_threads = 2;

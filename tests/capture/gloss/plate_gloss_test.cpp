@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -151,6 +152,34 @@ TEST(PlateGloss, WithoutIntensityColorStaysAsBrightAndRoughnessIsTheSame) {
   EXPECT_LT(scale, 0.7);
   EXPECT_NEAR(largest_at(without, 0).at("roughness").get<double>(), largest_at(with, 0).at("roughness").get<double>(),
               kForm * 0.35);
+}
+
+/// The plate as a mesh of two triangles before a camera whose principal point lies beside the picture's middle, as a
+/// plate seen straight from above from beside its middle has it.
+TEST(PlateGloss, AScanInPlaceOfThePlateTellsTheSame) {
+  const TempFolder temp, other;
+  const datasets::PlateOptions o{.size = 96, .num_frames = 3};
+  const PlateRun plate = ingested_plate(o, temp.path());
+  const datasets::GlossyPlate truth(o);
+  const PlateRun scan = ingested_plate(o, other.path(), [&](Json& capture) {
+    const double texel = o.side_mm / o.size, middle = 0.5 * (o.size - 1), focal = truth.camera().z() / texel;
+    const double cx = middle + truth.camera().x() / texel, cy = middle - truth.camera().y() / texel;
+    std::ofstream(other / "plate/plate.obj") << "v -64 -64 0\nv 64 -64 0\nv 64 64 0\nv -64 64 0\nf 1 2 3\nf 1 3 4\n";
+    capture.erase("plate");
+    capture["scan"] = {{"mesh", "plate.obj"},
+                       {"camera",
+                        {{"width", o.size},
+                         {"height", o.size},
+                         {"matrix", {{focal, 0, cx}, {0, focal, cy}, {0, 0, 1}}},
+                         {"rotation", {{1, 0, 0}, {0, -1, 0}, {0, 0, -1}}},
+                         {"translation", {-truth.camera().x(), truth.camera().y(), truth.camera().z()}}}}};
+  });
+  // Rays meet the mesh where the plate's pixels lie, to the rounding of floats over half a meter.
+  for (const char* what : {"roughness", "f0"}) {
+    const double expected = largest_at(plate, 0).at(what).get<double>();
+    EXPECT_NEAR(largest_at(scan, 0).at(what).get<double>(), expected, 1e-3 * expected) << what;
+  }
+  EXPECT_NEAR(scan.errors[0].albedo, plate.errors[0].albedo, 1e-3);
 }
 
 TEST(PlateGloss, TheSameBytesForAnyNumberOfThreads) {

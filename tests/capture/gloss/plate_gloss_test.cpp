@@ -9,8 +9,10 @@
 
 #include "capture/timelapse/ingest.h"
 #include "datasets_synthetic/plate_io.h"
+#include "libcommon/core/random.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
+#include "patinate/image/image_io.h"
 #include "tests/capture/gloss/plate_scene.h"
 #include "tests/support/temp_folder.h"
 
@@ -180,6 +182,30 @@ TEST(PlateGloss, AScanInPlaceOfThePlateTellsTheSame) {
     EXPECT_NEAR(largest_at(scan, 0).at(what).get<double>(), expected, 1e-3 * expected) << what;
   }
   EXPECT_NEAR(scan.errors[0].albedo, plate.errors[0].albedo, 1e-3);
+}
+
+/// One photograph of another thing: the lights of those after it stay theirs.
+TEST(PlateGloss, APhotographThatIsLeftOutTakesItsLightWithIt) {
+  const TempFolder temp;
+  const datasets::PlateOptions o{.size = 192, .num_frames = 8, .moving = true};
+  run_job(datasets::plan_plate(o, temp / "plate"), {}, {});
+  ImageU8 other(o.size, o.size, 3);
+  for (std::int64_t i = 0; i < 3 * other.num_pixels(); ++i)
+    other.data()[i] = static_cast<std::uint8_t>(255.0 * RandomStream(4, static_cast<std::uint64_t>(i), 1).uniform());
+  write_codes(temp / "plate/frames/0002.png", other);
+  Json json = load_json(temp / "plate/capture.json");
+  json["align"] = "features";
+  save_json(temp / "plate/capture.json", json);
+  const auto project = capture::read_capture_project(temp / "plate/capture.json");
+  run_job(capture::plan_ingest(project, {.accept_failed = true}, temp / "history"), {}, {});
+  const Json gloss = load_json(temp / "history/gloss.json");
+  const Json& at = gloss.at("materials").at(0).at("at");
+  ASSERT_EQ(at.size(), 7u);
+  for (const std::size_t i : {std::size_t{0}, std::size_t{2}, std::size_t{4}}) {
+    const double truth = o.roughness + at.at(i).at("time").get<double>() / 7.0 * (o.roughness_end - o.roughness);
+    EXPECT_NEAR(at.at(i).at("roughness").get<double>(), truth,
+                kSigmas * at.at(i).at("roughness_deviation").get<double>() + kForm / 2.0 * truth);
+  }
 }
 
 TEST(PlateGloss, TheSameBytesForAnyNumberOfThreads) {

@@ -199,6 +199,7 @@ CaptureProject read_capture_project(const fs::path& file, const AlignOptions& al
   const std::optional<JsonReader> unit = json.has("unit") ? std::optional(json.member("unit")) : std::nullopt;
   if (unit) (void)unit->choice(kLengthUnitNames);
   if (json.has("scan")) project.scan = read_scan(json.member("scan"), unit, project);
+  project.rig = read_capture_rig(json, unit, project);
   if (json.has("controls")) project.controls = read_controls(json.member("controls"), project);
   if (json.has("mask")) {
     project.mask = json.member("mask").path();

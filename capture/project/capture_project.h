@@ -9,6 +9,7 @@
 
 #include "capture/alignment/alignment.h"
 #include "capture/project/align_settings.h"
+#include "capture/project/capture_rig.h"
 #include "capture/project/frame_sources.h"
 #include "libcommon/history/appearance.h"
 #include "patinate/core/json.h"
@@ -71,6 +72,7 @@ struct CaptureProject {
   double scale = 1.0;  ///< (0, 1]; applied after the roi.
   std::optional<TransmissionPhotos> transmission;
   std::optional<ScanSource> scan;
+  std::optional<CaptureRig> rig;  ///< Where lamp and camera stood; then the highlight is told from the albedo.
   std::vector<GivenControl> controls;
   Appearance appearance;  ///< What is stated of the material beside its color; may be empty.
   std::optional<std::filesystem::path> mask;

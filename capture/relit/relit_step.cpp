@@ -216,7 +216,10 @@ StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& 
   frame.facts.determined_share = share_of(frame.result.num_determined, num_surface);
   if (frame.result.num_determined == 0)
     throw CannotComplete(work.step_name(index) +
-                         ": no texel has enough light that is neither shadow, highlight nor saturated");
+                         ": no texel has enough light that is neither shadow, highlight nor saturated" +
+                         (project.lights.size() == 1 ? "; one lamp leaves nothing to compare: a plate under one is a "
+                                                       "capture of kind `fixed` with `lights`"
+                                                     : ""));
   return frame;
 }
 

@@ -160,6 +160,19 @@ void check_all_placed(const IngestWork& work, const std::vector<PhotoPlace>& pla
                        "] in capture.json, or --accept-failed");
 }
 
+/// With the light and the camera's place that are its own.
+void leave_out(CaptureProject& project, int number) {
+  const auto found = std::find_if(project.frames.begin(), project.frames.end(),
+                                  [&](const CapturePhoto& p) { return p.number == number; });
+  if (found == project.frames.end()) return;
+  const auto at = found - project.frames.begin();
+  project.frames.erase(found);
+  if (!project.rig) return;
+  CaptureRig& rig = *project.rig;
+  if (rig.lights.size() > 1) rig.lights.erase(rig.lights.begin() + at);
+  if (rig.cameras.size() > 1) rig.cameras.erase(rig.cameras.begin() + at);
+}
+
 }  // namespace
 
 void leave_out_failed(IngestWork& work, const fs::path& output) {
@@ -181,7 +194,7 @@ void leave_out_failed(IngestWork& work, const fs::path& output) {
     if (photo.contains("transform")) continue;
     const int number = photo.at("number").get<int>();
     project.excluded.push_back(number);
-    std::erase_if(project.frames, [&](const CapturePhoto& p) { return p.number == number; });
+    leave_out(project, number);
   }
   std::sort(project.excluded.begin(), project.excluded.end());
   project.reference = 0;

@@ -11,6 +11,7 @@
 #include "capture/timelapse/align_step.h"
 #include "capture/timelapse/align_warnings.h"
 #include "capture/timelapse/background_step.h"
+#include "capture/timelapse/gloss_step.h"
 #include "capture/timelapse/ingest_warnings.h"
 #include "capture/timelapse/ingest_work.h"
 #include "capture/timelapse/mask_warnings.h"
@@ -72,8 +73,13 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   keep_scanned(work, folder, given);
   for (HistoryWarning& warning : take_background_off(work, folder, given, control.part(0.25, 0.3)))
     writer.add_warning(std::move(warning));
-  const ImageU8 mask = mask_frames(writer, work, folder, given, control.part(0.3, 0.5));
+  const std::optional<SeriesGloss> gloss = measure_gloss(work, folder, given, control.part(0.3, 0.4));
+  const ImageU8 mask = mask_frames(writer, work, folder, given, gloss ? &*gloss : nullptr, control.part(0.4, 0.5));
   if (!mask.empty()) writer.write_mask(mask);
+  if (gloss) {
+    for (HistoryWarning& warning : write_gloss(writer, work, folder, *gloss, control.part(0.5, 0.55)))
+      writer.add_warning(std::move(warning));
+  }
   const std::optional<StaticLight> light = take_static_light_out(writer, work, folder, mask, control.part(0.5, 0.55));
   write_scan(writer, work, folder, mask);
   if (work.options.add_deviations) write_deviations(writer, work, folder, control.part(0.55, 0.65));
@@ -170,6 +176,10 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   if (work->has_progress && is_progress_given) {
     throw InvalidInput(project.file.string() +
                        ": a control `progress` is given and another one asked for; rename the given one");
+  }
+  if (project.rig && !options.repair.flat_field.empty()) {
+    throw InvalidInput(project.file.string() +
+                       ": `lights` say how the light falls off; leave --flat-field or `lights` out");
   }
   if (options.add_deviations && project.frames.size() < kFewestForNoise) {
     throw InvalidInput(project.file.string() + ": --deviations: " + std::to_string(kFewestForNoise) +

@@ -57,6 +57,7 @@ std::optional<StaticLight> take_static_light_out(HistoryWriter& writer, const In
                                                  const ImageU8& mask, const RunControl& control) {
   const RepairOptions& options = work.options.repair;
   if (options.static_light == StaticLightRule::Keep || !options.flat_field.empty()) return std::nullopt;
+  if (work.project.rig) return std::nullopt;            // It is known.
   if (work.project.is_handheld()) return std::nullopt;  // The lamp stands where it stands, the camera does not.
   const PixelSize size = reduced_size(work.project, kUnevenLightSide);
   const StaticLight light =
@@ -83,7 +84,8 @@ std::vector<HistoryWarning> look_at_light(const HistoryWriter& writer, const Ing
   SeriesLight report;
   report.static_light = static_light;
   const PixelSize size = reduced_size(project, kUnevenLightSide);
-  report.uneven = find_uneven_light(small_frames(writer.manifest(), folder, size, control), small_mask(mask, size));
+  if (!project.rig)  // A known lamp's light is divided out.
+    report.uneven = find_uneven_light(small_frames(writer.manifest(), folder, size, control), small_mask(mask, size));
   const RepairTables& tables = repair_tables(work, folder);
   if (!tables.flat_field.empty()) report.flat_field = flat_field_report(tables.flat_field);
   if (!tables.factors.empty()) {

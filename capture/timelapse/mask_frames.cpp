@@ -3,6 +3,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "capture/timelapse/gloss_step.h"
 #include "capture/timelapse/repair_steps.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
@@ -20,6 +21,7 @@ namespace {
 ImageU8 standing_highlight(const IngestWork& work, const RunControl& control) {
   if (work.options.repair.highlights != HighlightRule::Mask) return {};
   if (work.project.is_handheld()) return {};  // Nothing stands still.
+  if (work.project.rig) return {};            // The highlight of a known lamp is taken off.
   const CaptureProject& project = work.project;
   const PixelRectangle& roi = project.roi;
   constexpr float kSaturation = 1.0f;
@@ -33,15 +35,6 @@ ImageU8 standing_highlight(const IngestWork& work, const RunControl& control) {
   return std::any_of(values.begin(), values.end(), [](std::uint8_t v) { return v != 0; }) ? highlight : ImageU8();
 }
 
-ImageU8 read_codes(const fs::path& file) {
-  constexpr float kCodes = 255.0f;
-  const ImageF values = read_gray(file);
-  ImageU8 codes(values.width(), values.height());
-  std::transform(values.values().begin(), values.values().end(), codes.values().begin(),
-                 [](float v) { return static_cast<std::uint8_t>(std::floor(v * kCodes + 0.5f)); });
-  return codes;
-}
-
 /// What every frame's pixels show, with the highlight that stands still.
 class ValidityReader {
  public:
@@ -49,7 +42,7 @@ class ValidityReader {
       : work_(work), folder_(folder), highlight_(std::move(highlight)) {}
 
   [[nodiscard]] ImageU8 read(int index) const {
-    ImageU8 validity = read_codes(folder_ / validity_file(index));
+    ImageU8 validity = read_validity(folder_, index);
     if (highlight_.empty()) return validity;
     const RepairTables& t = repair_tables(work_, folder_);
     const ImageU8 there =
@@ -74,10 +67,13 @@ bool is_all(const ImageU8& mask, std::uint8_t value) {
 
 /// Writes masks and filled frames. @returns Per frame: has a mask of its own.
 std::vector<char> write_frames(const fs::path& folder, const FillPlan& plan, const ValidityReader& validity,
-                               const std::vector<double>& times, const RunControl& control) {
+                               const std::vector<double>& times, const SeriesGloss* gloss, const RunControl& control) {
   std::vector<char> has_mask(times.size(), 0);
   const auto read_validity = [&](int i) { return validity.read(i); };
-  const auto read_frame = [&](int i) { return read_color(folder / HistoryWriter::frame_file(i)); };
+  const auto read_frame = [&](int i) {
+    ImageF color = read_color(folder / HistoryWriter::frame_file(i));
+    return gloss != nullptr ? gloss->albedo(i, color) : color;
+  };
   parallel_for(static_cast<std::int64_t>(times.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
     const int i = static_cast<int>(begin);
     const ImageU8 mask = frame_mask(i, validity.read(i), plan);
@@ -105,15 +101,24 @@ void complete_survey(const fs::path& folder, double masked_share, double outside
 
 }  // namespace
 
+ImageU8 read_validity(const fs::path& folder, int index) {
+  constexpr float kCodes = 255.0f;
+  const ImageF values = read_gray(folder / validity_file(index));
+  ImageU8 codes(values.width(), values.height());
+  std::transform(values.values().begin(), values.values().end(), codes.values().begin(),
+                 [](float v) { return static_cast<std::uint8_t>(std::floor(v * kCodes + 0.5f)); });
+  return codes;
+}
+
 ImageU8 mask_frames(HistoryWriter& writer, const IngestWork& work, const fs::path& folder, const ImageU8& mask,
-                    const RunControl& control) {
+                    const SeriesGloss* gloss, const RunControl& control) {
   if (!has_validity(work)) return mask;
   std::vector<double> times;
   for (const CapturePhoto& frame : work.project.frames) times.push_back(frame.time);
   const ValidityReader validity(work, folder, standing_highlight(work, control.part(0.0, 0.3)));
   const FillPlan plan = plan_fill(
       times, [&](int i) { return validity.read(i); }, work.options.repair.fill, control.part(0.3, 0.5));
-  const std::vector<char> has_mask = write_frames(folder, plan, validity, times, control.part(0.5, 1.0));
+  const std::vector<char> has_mask = write_frames(folder, plan, validity, times, gloss, control.part(0.5, 1.0));
   for (std::size_t i = 0; i < times.size(); ++i) {
     if (has_mask[i] != 0) writer.add_written_frame_mask(static_cast<int>(i));
     if (plan.needs_fill[i] != 0) writer.add_filled_frame(static_cast<int>(i));

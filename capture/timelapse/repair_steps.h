@@ -15,6 +15,8 @@
 
 namespace patinate::capture {
 
+struct SeriesGloss;
+
 /// Stages of the items: all of one are finished before the next starts. Frames that wait for no repair come first, so
 /// that a broken photograph costs none of the others.
 struct IngestStages {
@@ -41,6 +43,8 @@ inline constexpr const char* kFlatFieldFile = "survey/flat_field.exr";
 void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const IngestWork>& work);
 /// survey/validity-0007.png.
 [[nodiscard]] std::filesystem::path validity_file(int index);
+/// Codes of Validity of a finished frame.
+[[nodiscard]] ImageU8 read_validity(const std::filesystem::path& folder, int index);
 /// What of the repairs a frame depends on besides its own photograph; "" = nothing.
 [[nodiscard]] std::string repair_frame_key(const IngestWork& work);
 /// Adds what the history depends on.
@@ -56,9 +60,10 @@ void mark_invalid(const ImageF& shares, Validity code, ImageU8& validity);
 [[nodiscard]] ImageU8 mask_in_place(const ImageU8& mask, const Eigen::Affine2d& motion);
 
 /// When all frames are written: fills what can be filled, writes the frames' masks, and completes survey.json.
-/// @param mask  What is inside so far; may be empty. @returns The history's mask; may be empty.
+/// @param mask  What is inside so far; may be empty. @param gloss  Of which frames are freed before they are filled;
+/// null = of none. @returns The history's mask; may be empty.
 [[nodiscard]] ImageU8 mask_frames(HistoryWriter& writer, const IngestWork& work, const std::filesystem::path& folder,
-                                  const ImageU8& mask, const RunControl& control);
+                                  const ImageU8& mask, const SeriesGloss* gloss, const RunControl& control);
 
 /// When all frames are written and filled: light that stayed while the surface was replaced (find_static_light()) is
 /// taken out of all of them, into what `filled` frames are; the photographs as they are stay beside them.

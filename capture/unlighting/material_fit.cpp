@@ -8,21 +8,21 @@
 #include <tuple>
 #include <utility>
 
+#include "capture/unlighting/color_clusters.h"
 #include "libcommon/core/parallel.h"
 
 namespace patinate::capture {
 
 namespace {
 
-constexpr int kMaxMaterials = 6;
+constexpr std::size_t kMaxMaterials = 6;
 constexpr int kRounds = 12;
-constexpr double kLeastShare = 0.01;    ///< Of the texels; smaller classes go to the others.
-constexpr double kLeastSpread = 0.012;  ///< Of colors.
-constexpr double kDistrust = 4.0;       ///< Chi-square counts a fourth: errors of the model are alike among samples.
-constexpr double kMostOff = 60.0;       ///< Of one texel's chi-square: more says no more.
-constexpr double kNeighbor = 1.0;       ///< Weight of a neighbor of the same color.
-constexpr double kSignificant = 30.0;   ///< Of chi-square; 5.5 standard deviations.
-constexpr double kLeastOwn = 0.05;      ///< Of a lobe's square that albedo and normal must leave.
+constexpr double kLeastShare = 0.01;   ///< Of the texels; smaller classes go to the others.
+constexpr double kDistrust = 4.0;      ///< Chi-square counts a fourth: errors of the model are alike among samples.
+constexpr double kMostOff = 60.0;      ///< Of one texel's chi-square: more says no more.
+constexpr double kNeighbor = 1.0;      ///< Weight of a neighbor of the same color.
+constexpr double kSignificant = 30.0;  ///< Of chi-square; 5.5 standard deviations.
+constexpr double kLeastOwn = 0.05;     ///< Of a lobe's square that albedo and normal must leave.
 constexpr std::int64_t kChunk = 256;
 
 /// Chi-square of a texel under a material, with a penalty for albedos of its own; not more than kMostOff above the
@@ -137,43 +137,12 @@ MaterialShares assigned(const std::vector<TexelEvidence>& texels, const std::vec
   return shares;
 }
 
-/// Far from each other, one after the other, then means [Lloyd 1982]; deterministic.
 MaterialShares clusters_of_color(const std::vector<TexelEvidence>& texels) {
-  const std::size_t n = texels.size();
-  std::vector<Vec3> centers{texels[n / 2].color};
-  std::vector<std::size_t> of(n, 0);
-  const auto nearest = [&](const Vec3& color) {
-    std::size_t best = 0;
-    for (std::size_t k = 1; k < centers.size(); ++k)
-      if ((color - centers[k]).squaredNorm() < (color - centers[best]).squaredNorm()) best = k;
-    return best;
-  };
-  const auto settle = [&] {
-    for (int round = 0; round < 10; ++round) {
-      std::vector<Vec3> sums(centers.size(), Vec3::Zero());
-      std::vector<double> counts(centers.size(), 0.0);
-      for (std::size_t i = 0; i < n; ++i) {
-        of[i] = nearest(texels[i].color);
-        sums[of[i]] += texels[i].color;
-        counts[of[i]] += 1.0;
-      }
-      for (std::size_t k = 0; k < centers.size(); ++k)
-        if (counts[k] > 0.0) centers[k] = sums[k] / counts[k];
-    }
-  };
-  settle();
-  while (static_cast<int>(centers.size()) < kMaxMaterials) {
-    // The texel at the 98th percentile of distance: the farthest may be an outlier.
-    std::vector<std::pair<double, std::size_t>> distances;
-    for (std::size_t i = 0; i < n; ++i) distances.emplace_back((texels[i].color - centers[of[i]]).norm(), i);
-    const auto rank = distances.begin() + static_cast<std::ptrdiff_t>(0.98 * static_cast<double>(n - 1));
-    std::nth_element(distances.begin(), rank, distances.end());
-    if (rank->first < 2.0 * kLeastSpread) break;
-    centers.push_back(texels[rank->second].color);
-    settle();
-  }
-  MaterialShares shares(n, std::vector<double>(centers.size(), 0.0));
-  for (std::size_t i = 0; i < n; ++i) shares[i][of[i]] = 1.0;
+  std::vector<Vec3> colors;
+  for (const TexelEvidence& t : texels) colors.push_back(t.color);
+  const ColorClusters clusters = color_clusters(colors, kMaxMaterials);
+  MaterialShares shares(texels.size(), std::vector<double>(clusters.centers.size(), 0.0));
+  for (std::size_t i = 0; i < texels.size(); ++i) shares[i][clusters.of[i]] = 1.0;
   return shares;
 }
 
@@ -257,7 +226,7 @@ std::vector<double> shares_of_texel(const TexelEvidence& texel, const std::vecto
     const SurfaceMaterial& m = materials[k];
     score[k] += std::log(m.share) - 0.5 * std::min(kMostOff, cost[k] - least) / kDistrust;
     for (int c = 0; c < 3; ++c) {
-      const double spread = std::max(kLeastSpread, m.spread[c]), off = (texel.color[c] - m.color[c]) / spread;
+      const double spread = std::max(kLeastColorSpread, m.spread[c]), off = (texel.color[c] - m.color[c]) / spread;
       score[k] -= 0.5 * std::min(kMostOff, off * off) + std::log(spread);
     }
   }

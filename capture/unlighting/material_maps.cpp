@@ -97,14 +97,14 @@ double mean_of(const ImageF& image, int x, int y) {
   return sum / image.channels();
 }
 
-/// F0 of which single and further scattering make this strength. @param energy  Of one bounce with F0 = 1.
-double f0_of(double strength, double energy) {
-  const double more = 1.0 / std::clamp(energy, 0.05, 1.0) - 1.0;
+}  // namespace
+
+double f0_of_strength(double strength, double roughness, double facing) {
+  const LobeEnergy energy = lobe_energy(roughness, facing);
+  const double more = 1.0 / std::clamp(energy.scale + energy.bias, 0.05, 1.0) - 1.0;
   if (!(more > 1e-6)) return std::clamp(strength, 0.0, 1.0);
   return std::clamp((std::sqrt(1.0 + 4.0 * more * strength) - 1.0) / (2.0 * more), 0.0, 1.0);
 }
-
-}  // namespace
 
 double metal_share(double albedo, double f0) {
   const double sum = albedo + f0, root2 = sum * sum - 4.0 * kMineral * albedo;
@@ -174,10 +174,10 @@ void put_reflectance(const UnlightWork& work, UnlightResult& result, const RunCo
         const double strength = static_cast<double>(result.specular.at(x, y, 0));
         if (result.mask.at(x, y) == 0 || !(strength > 0.0)) continue;
         const double facing = vector_of(result.normal, x, y).dot(work.to_camera(x, y));
-        const LobeEnergy energy = lobe_energy(static_cast<double>(result.specular.at(x, y, 1)), facing);
         for (int c = 0; c < 3; ++c) {
-          result.reflectance.at(x, y, c) = static_cast<float>(
-              f0_of(strength * static_cast<double>(work.highlight_tint.at(x, y, c)), energy.scale + energy.bias));
+          result.reflectance.at(x, y, c) =
+              static_cast<float>(f0_of_strength(strength * static_cast<double>(work.highlight_tint.at(x, y, c)),
+                                                static_cast<double>(result.specular.at(x, y, 1)), facing));
         }
         const double share = metal_share(mean_of(result.albedo, x, y), mean_of(result.reflectance, x, y));
         result.metalness.at(x, y) =

@@ -35,6 +35,10 @@ void polish_materials(const UnlightWork& work, const std::vector<TexelEvidence>&
 /// @param work  With the highlights that materials give.
 [[nodiscard]] double choose_freedom(const UnlightWork& work, const RunControl& control);
 
+/// F0 of which single and further scattering make a lobe of this strength. @param roughness  Of the lobe, (0, 1].
+/// @param facing  Cosine between normal and camera, [0, 1].
+[[nodiscard]] double f0_of_strength(double strength, double roughness, double facing);
+
 /// Share of metal in what reflects `f0` over an albedo, as glTF's converter of specular colors has it: one base color b
 /// is the metal's and the diffuse light's, albedo = (1 - m) b and f0 = m b + 0.04 (1 - m). 0 where f0 is 0.04 or less.
 /// @param albedo, f0  >= 0.

@@ -86,19 +86,14 @@ class TexelSolver {
   /// Lobes under the normal, and how they change when it turns.
   void shine() {
     if constexpr (kHasHighlight) {
-      constexpr double kTurn = 1e-4;
       const std::array<Vec3, 2> t = tangents(normal_);
       const TexelHighlight& h = s_.highlight;
       for (int k : candidates_) {
         const Vec3& l = s_.direction[static_cast<std::size_t>(k)];
-        const auto lobe = [&](const Vec3& n) {
-          return h.strength * specular_lobe(h.form, n, l, h.to_camera, h.roughness);
-        };
+        const SpecularTurn turn = specular_turn(h.form, normal_, t, l, h.to_camera, h.roughness);
         Lobe& at = lobe_[static_cast<std::size_t>(k)];
-        at.value = lobe(normal_);
-        for (std::size_t i = 0; i < 2; ++i) {
-          at.slope[static_cast<Eigen::Index>(i)] = (lobe((normal_ + kTurn * t[i]).normalized()) - at.value) / kTurn;
-        }
+        at.value = h.strength * turn.value;
+        at.slope = {h.strength * turn.slope[0], h.strength * turn.slope[1]};
       }
     }
   }

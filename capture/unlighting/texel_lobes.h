@@ -176,19 +176,21 @@ class TexelLobes {
                    .normal = n,
                    .is_clean = state == SampleState::Clean};
       const double cosine = std::max(0.0, n.dot(s.direction));
+      const TexelHighlight& h = texel_.highlight;
+      const SpecularTurn turn = h.strength > 0.0
+                                    ? specular_turn(h.form, n, tangents_, s.direction, h.to_camera, h.roughness)
+                                    : SpecularTurn{};
       for (int c = 0; c < channels; ++c) {
         const auto i = texel_.index(k, c);
         const double a = static_cast<double>(fitted.albedo.at(x, y, c)),
                      unit = texel_.irradiance[i] * cosine + texel_.ambient[i];
         s.slope(c, c) = unit;
-        const double highlight = highlight_value(texel_, k, c, n);
+        const double shine = h.strength * h.tint[static_cast<std::size_t>(c)] * texel_.irradiance[i] * std::numbers::pi;
+        const double highlight = shine * turn.value;
         for (int t = 0; t < 2; ++t) {
           const Vec3& tangent = tangents_[static_cast<std::size_t>(t)];
           s.slope(c, 3 + t) = a * texel_.irradiance[i] * tangent.dot(s.direction);
-          if (highlight > 0.0) {
-            const Vec3 turned = (n + kSmallTurn * tangent).normalized();
-            s.slope(c, 3 + t) += (highlight_value(texel_, k, c, turned) - highlight) / kSmallTurn;
-          }
+          if (highlight > 0.0) s.slope(c, 3 + t) += shine * turn.slope[static_cast<std::size_t>(t)];
         }
         s.value[c] = texel_.value[i] - a * unit;
         s.whole[c] = texel_.value[i];
@@ -203,7 +205,7 @@ class TexelLobes {
     }
   }
 
-  static constexpr double kMaxTurn = 0.3, kSmallTurn = 1e-4;
+  static constexpr double kMaxTurn = 0.3;
 
   const UnlightWork& work_;
   SpecularForm form_;

@@ -64,6 +64,29 @@ LobeEnergy lobe_energy(double roughness, double cos_view) {
   return mix(mix(at(i, j), at(i + 1, j), x - i), mix(at(i, j + 1), at(i + 1, j + 1), x - i), y - j);
 }
 
+LobeTurn lobe_turn(const Vec3& normal, const Vec3& view, const Vec3& light, double roughness) {
+  const double cos_light = normal.dot(light), facing = normal.dot(view);
+  if (!(cos_light > 0.0) || !(facing > 0.0)) return {};
+  const double cos_view = std::max(kLeastCosine, facing), alpha = roughness * roughness, a2 = alpha * alpha,
+               rest = 1.0 - a2;
+  const Vec3 half = (view + light).normalized();
+  const double nh = std::clamp(normal.dot(half), 0.0, 1.0);
+  const double d = a2 + rest * normal.cross(half).squaredNorm() * (nh > 0.0 ? 1.0 : 0.0);
+  const double density = a2 / (kPi * d * d);
+  const double root_view = std::sqrt(a2 + rest * cos_view * cos_view),
+               root_light = std::sqrt(a2 + rest * cos_light * cos_light);
+  const double g_view = 2.0 * cos_view / (cos_view + root_view), g_light = 2.0 * cos_light / (cos_light + root_light);
+  const double sum = g_view + g_light - g_view * g_light, both = g_view * g_light / sum;
+  // The density falls with the squared sine, 1 - (normal . half)^2, and masking with each cosine alone.
+  const double by_half = 4.0 * rest * nh / d;
+  const double by_view = 2.0 * a2 / (root_view * (cos_view + root_view) * (cos_view + root_view)),
+               by_light = 2.0 * a2 / (root_light * (cos_light + root_light) * (cos_light + root_light));
+  const double shape = density * both / (4.0 * cos_view), scale = density / (4.0 * cos_view * sum * sum);
+  LobeTurn out{.shape = shape, .by_normal = shape * by_half * half + scale * g_view * g_view * by_light * light};
+  if (facing > kLeastCosine) out.by_normal += (scale * g_light * g_light * by_view - shape / cos_view) * view;
+  return out;
+}
+
 Lobe::Lobe(const Vec3& normal, const Vec3& view, double roughness)
     : normal_(normal), view_(view), alpha_(roughness * roughness), cos_view_(std::max(kLeastCosine, normal.dot(view))) {
   tangents(normal, a_, b_);

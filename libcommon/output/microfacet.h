@@ -22,6 +22,14 @@ struct LobeEnergy {
 /// Schlick's Fresnel term. @param cosine  Of the angle to the microfacet's normal.
 [[nodiscard]] double fresnel(double f0, double cosine);
 
+/// A lobe's value, and how it changes as the normal turns.
+struct LobeTurn {
+  double shape = 0.0;             ///< As Lobe::Value has it.
+  Vec3 by_normal = Vec3::Zero();  ///< Times a small turn of the normal, a vector across it, is the change of `shape`.
+};
+/// @param normal, view, light  Unit; zero where one of both lies below the surface. @param roughness  [0.05, 1].
+[[nodiscard]] LobeTurn lobe_turn(const Vec3& normal, const Vec3& view, const Vec3& light, double roughness);
+
 /// The lobe around a normal, seen from one direction.
 class Lobe {
  public:

@@ -65,7 +65,7 @@ class Completion(unittest.TestCase):
         self.assertEqual(self.bash("patinate", "transfer", "--metho"), ["--method"])
         self.assertEqual(self.bash("patinate", "transfer", "--method", ""), ["fast", "reference"])
         self.assertEqual(self.bash("patinate", "transfer", "--method", "=", "r"), ["reference"])
-        self.assertEqual(self.bash("patinate", "synth", ""), ["crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "sculpture"])
+        self.assertEqual(self.bash("patinate", "synth", ""), ["crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "plate", "sculpture"])
         self.assertEqual(self.bash("patinate", "lookup", "ag"), ["aged"])
         self.assertEqual(self.bash("patinate", "lookup", "aged", "-o", "a "), ["a map.exr"])
         self.assertEqual(self.bash("patinate", "lookup", "aged", "--time", ""), [])
@@ -83,7 +83,7 @@ class Completion(unittest.TestCase):
         self.assertEqual(offers("patinate tr"), ["transfer"])
         self.assertIn("--method", offers("patinate transfer --m"))
         self.assertEqual(offers("patinate transfer --method "), ["fast", "reference"])
-        self.assertEqual(offers("patinate synth "), ["crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "sculpture"])
+        self.assertEqual(offers("patinate synth "), ["crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "plate", "sculpture"])
         self.assertEqual(offers("patinate lookup ag"), ["aged/"])
 
     @unittest.skipUnless(shutil.which("zsh"), "no zsh")

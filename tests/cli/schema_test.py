@@ -20,7 +20,7 @@ except ImportError:
 
 PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
 SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
-FILES = {"capture": "capture/capture.json", "relit": "mold/capture.json", "history": "history/history.json", "library": "library/history.json", "transfer": "aged/transfer.json",
+FILES = {"capture": "capture/capture.json", "relit": "mold/capture.json", "plate": "plate/capture.json", "history": "history/history.json", "library": "library/history.json", "transfer": "aged/transfer.json",
          "appearance": "stated.json", "sequence": "textures/sequence.json", "card": "history/card.json", "run": "aged/run.json",
          "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json", "relief": "receding/relief.json",
          "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "replicates": "replicates/report.json", "explanation": "explained/explanation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json", "fit": "fitted/report.json", "ranking": "ranked/report.json", "parameters": "ranges.json", "plan": "plan.json", "study": "study.json"}
@@ -54,6 +54,7 @@ def setUpModule():
     (WORK / "rig.json").write_text(json.dumps(RIG))
     for arguments in (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "4", "-o", "capture"],
                       ["synth", "mold", "--width", "64", "--height", "48", "--steps", "2", "--lights", "3", "--scan-spacing", "3", "--transforms", "-o", "mold"],
+                      ["synth", "plate", "--size", "48", "--num-frames", "3", "--moving", "-o", "plate"],
                       ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["synth", "ledge", "--cells", "4", "-o", "ledge"],
                       ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "dirty"], ["ingest", "capture", "-o", "history"], ["combine", "history", "history", "-o", "library"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"],
@@ -97,7 +98,7 @@ def tearDownModule():
 
 
 def validator(name):
-    schema = json.loads((SCHEMAS / f"{ {'relit': 'capture', 'library': 'history'}.get(name, name)}.schema.json").read_text())
+    schema = json.loads((SCHEMAS / f"{ {'relit': 'capture', 'plate': 'capture', 'library': 'history'}.get(name, name)}.schema.json").read_text())
     jsonschema.Draft202012Validator.check_schema(schema)
     return jsonschema.Draft202012Validator(schema)
 
@@ -138,6 +139,8 @@ BROKEN = {
                          drop("transmission", "photo"), put("roi", [0, 0, 10]), put("scale", 0), put("scale", 2), put("exclude", [-1]), put("exclude", [0.5]),
                          put("texel_size_mm", 0), put("appearance", {}), put("appearance", {"metalness": 2}), put("controls", [{"name": "../x", "file": "backlight.png"}]), put("time_unit", "y"), drop("name"), drop("kind"),
                          put("unit", "inch"), put("scan", {"mesh": "a.ply", "camera": "b.yml"}), put("scan", {"mesh": "a.ply"})],
+    "plate": [drop("unit"), drop("plate"), drop("lights"), drop("texel_size_mm"), put("plate", {}), put("plate", "camera", [1, 2]), put("plate", "camera", [[0, 0, 9], [1, 2]]),
+              put("plate", "surplus", 1), put("lights", []), put("lights", 0, "intensity", [1, 0, 1]), drop("lights", 0, "position"), put("scan", {"mesh": "a.ply", "camera": "b.yml"})],
     "relit": COMMON + [put("unit", "inch"), drop("unit"), drop("lights"), drop("steps"), put("steps", []), put("lights", []), put("lights", 0, "intensity", [1, 0, 1]),
                        drop("lights", 0, "position"), put("camera", "matrix", [[1, 0, 0]]), drop("camera", "translation"), put("reference_patch", "polygon", [[1, 1], [2, 2]]),
                        put("reference_patch", "albedo", [1, 1]), put("reference", -1), drop("steps", 0, "time"), put("steps", 0, "photos", []), put("steps", 1, "transform", [[1, 0, 0, 0]]),

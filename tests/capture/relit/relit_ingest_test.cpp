@@ -467,6 +467,11 @@ TEST(RelitIngest, SaysWhatIsWrongWithAProject) {
                    }),
                    "covers no pixel");
   expect_complaint(complaint([](Json& j) { j["reference"] = 7; }), "/reference");
+  expect_complaint(complaint([](Json& j) {
+                     j["lights"] = Json::array({j["lights"][0]});
+                     for (Json& step : j["steps"]) step["photos"] = Json::array({step["photos"][0]});
+                   }),
+                   "one lamp leaves nothing to compare");
   expect_complaint(complaint([](Json& j) { j["steps"][0]["exclude"] = true; }), "not excluded");
   expect_complaint(complaint([](Json& j) { j["steps"][0]["phtos"] = 1; }), "phtos");
   EXPECT_EQ(complaint(nothing), "");

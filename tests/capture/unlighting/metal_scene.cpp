@@ -9,6 +9,7 @@
 #include "datasets_synthetic/mold_light.h"
 #include "libcommon/core/median.h"
 #include "libcommon/core/random.h"
+#include "libcommon/output/microfacet.h"
 #include "patinate/datasets/crackle.h"
 #include "patinate/image/color.h"
 
@@ -31,7 +32,23 @@ void put(ImageF& image, int x, int y, const Vec3& v) {
   for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);
 }
 
-MetalStep metal_step(const Mold& mold, const MoldRig& rig, int step) {
+/// @param lit  Of one lamp. @param in_light  Where its light arrives.
+void add_coat(const datasets::MoldView& view, const MoldRig& rig, std::size_t lamp, double roughness,
+              const ImageU8& in_light, ImageF& lit) {
+  for (int y = 0; y < lit.height(); ++y) {
+    for (int x = 0; x < lit.width(); ++x) {
+      if (view.mask.at(x, y) == 0) continue;
+      const Vec3 p = vector_at(view.position_mm, x, y), n = vector_at(view.normal, x, y).normalized(),
+                 to_lamp = direction_to(rig.lights[lamp], p), to_camera = (rig.camera.center() - p).normalized();
+      const double passes = (1.0 - fresnel(kCoatF0, n.dot(to_lamp))) * (1.0 - fresnel(kCoatF0, n.dot(to_camera)));
+      const double shape = in_light.at(x, y) != 0 ? Lobe(n, to_camera, roughness).value(to_lamp).shape : 0.0;
+      const Vec3 value = passes * vector_at(lit, x, y) + kCoatF0 * shape * light_at(rig.lights[lamp], p);
+      put(lit, x, y, value);
+    }
+  }
+}
+
+MetalStep metal_step(const Mold& mold, const MoldRig& rig, int step, std::optional<double> coat_roughness) {
   constexpr double kOffDeg = 1.0;
   const MoldOptions& o = mold.options();
   MetalStep out{.surface = std::make_unique<const Mesh>(mold_surface(mold, rig, step)),
@@ -40,7 +57,7 @@ MetalStep metal_step(const Mold& mold, const MoldRig& rig, int step) {
                 .reflectance = ImageF(o.width, o.height, 3),
                 .roughness = ImageF(o.width, o.height),
                 .metalness = ImageF(o.width, o.height)};
-  const datasets::MoldPhotos photos = mold_photos(mold, rig, step, *out.surface);
+  datasets::MoldPhotos photos = mold_photos(mold, rig, step, *out.surface);
   datasets::MoldView view = mold_view(rig, *out.surface);
   UnlightInput& in = out.input;
   in.lights = rig.lights;
@@ -65,6 +82,7 @@ MetalStep metal_step(const Mold& mold, const MoldRig& rig, int step) {
     }
   }
   for (std::size_t k = 0; k < photos.lit.size(); ++k) {
+    if (coat_roughness) add_coat(view, rig, k, *coat_roughness, photos.in_light[k], photos.lit[k]);
     const ImageU8 codes = datasets::photograph(photos.lit[k], o.noise, o.seed, step * 100 + static_cast<int>(k));
     ImageF linear(o.width, o.height, 3);
     ImageU8 valid(o.width, o.height, 1, 255);
@@ -80,13 +98,13 @@ MetalStep metal_step(const Mold& mold, const MoldRig& rig, int step) {
 
 }  // namespace
 
-std::vector<MetalStep> metal_steps(MoldOptions options) {
+std::vector<MetalStep> metal_steps(MoldOptions options, std::optional<double> coat_roughness) {
   options.motion_deg = options.motion_mm = options.ambient = options.drift = 0.0;
   options.metal = true;
   const Mold mold(checked_mold(options));
   const MoldRig rig = mold_rig(options);
   std::vector<MetalStep> steps;
-  for (int step = 0; step < options.num_steps; ++step) steps.push_back(metal_step(mold, rig, step));
+  for (int step = 0; step < options.num_steps; ++step) steps.push_back(metal_step(mold, rig, step, coat_roughness));
   return steps;
 }
 

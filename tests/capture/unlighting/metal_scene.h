@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "datasets_synthetic/mold.h"
@@ -20,7 +21,12 @@ struct MetalStep {
   ImageF metalness;
 };
 /// Photographs of 8 bits with noise; ambient light, motion and drift are off.
-[[nodiscard]] std::vector<MetalStep> metal_steps(datasets::MoldOptions options);
+/// @param coat_roughness  Of a clear coat over all of it, of F0 kCoatF0: its lobe is added where a lamp's light
+/// arrives, and what comes from below loses what the coat reflects on the way in and out (Schlick's term of both). The
+/// truth that a step tells is of what lies below.
+[[nodiscard]] std::vector<MetalStep> metal_steps(datasets::MoldOptions options,
+                                                 std::optional<double> coat_roughness = {});
+inline constexpr double kCoatF0 = 0.04;
 
 /// How far photographs are off what is foretold of them.
 struct ForetoldErrors {

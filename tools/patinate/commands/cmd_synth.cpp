@@ -8,6 +8,7 @@
 #include "datasets_synthetic/edges.h"
 #include "datasets_synthetic/mold_io.h"
 #include "datasets_synthetic/object_io.h"
+#include "datasets_synthetic/plate_io.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
@@ -31,18 +32,18 @@ Kind kind_of(std::string name, JobPlan (*plan)(const Options&, const std::filesy
 }  // namespace
 
 int cmd_synth(CommandRun& run) {
-  const std::vector<Kind> kinds{
-      kind_of("crackle", datasets::plan_crackle), kind_of("drying", datasets::plan_drying),
-      kind_of("dust", datasets::plan_dust),       kind_of("edges", datasets::plan_edges),
-      kind_of("fence", datasets::plan_fence),     kind_of("ledge", datasets::plan_ledge),
-      kind_of("mold", datasets::plan_mold),       kind_of("sculpture", datasets::plan_sculpture)};
+  const std::vector<Kind> kinds{kind_of("crackle", datasets::plan_crackle),    kind_of("drying", datasets::plan_drying),
+                                kind_of("dust", datasets::plan_dust),          kind_of("edges", datasets::plan_edges),
+                                kind_of("fence", datasets::plan_fence),        kind_of("ledge", datasets::plan_ledge),
+                                kind_of("mold", datasets::plan_mold),          kind_of("plate", datasets::plan_plate),
+                                kind_of("sculpture", datasets::plan_sculpture)};
   std::string name;
   std::filesystem::path output;
-  run.line.positional(
-      "KIND",
-      "crackle, drying, dust or edges (capture projects with their truth), mold (one of scans and lights, with its "
-      "truth), ledge or fence (scenes to simulate) or sculpture (a mesh to age)",
-      name);
+  run.line.positional("KIND",
+                      "crackle, drying, dust, edges or plate (capture projects with their truth), mold (one of scans "
+                      "and lights, with its "
+                      "truth), ledge or fence (scenes to simulate) or sculpture (a mesh to age)",
+                      name);
   std::vector<std::string> names;
   for (const Kind& kind : kinds) names.push_back(kind.name);
   run.line.choices(names);
@@ -56,6 +57,7 @@ int cmd_synth(CommandRun& run) {
   run.line.example("synth drying -o drying --order thickness");
   run.line.example("synth dust -o dust --follows facing");
   run.line.example("synth mold -o mold --exact");
+  run.line.example("synth plate -o plate --moving");
   run.line.example("synth ledge -o ledge");
   run.line.example("synth ledge -o washed --weather soot");
   run.line.example("synth fence -o fence");

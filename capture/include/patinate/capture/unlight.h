@@ -44,6 +44,20 @@ struct SpecularForm {
 [[nodiscard]] double specular_lobe(const SpecularForm& form, const Vec3& normal, const Vec3& to_light,
                                    const Vec3& to_camera, double roughness);
 
+/// The same, and how it changes as the normal turns.
+struct SpecularTurn {
+  double value = 0.0;
+  std::array<double, 2> slope{};  ///< By the turn toward each of the directions, radians.
+};
+/// @param across  Two unit vectors across the normal.
+[[nodiscard]] SpecularTurn specular_turn(const SpecularForm& form, const Vec3& normal,
+                                         const std::array<Vec3, 2>& across, const Vec3& to_light, const Vec3& to_camera,
+                                         double roughness);
+/// From differences of specular_lobe() over a turn of 1e-4: of any form, and what the closed form is tested against.
+[[nodiscard]] SpecularTurn specular_turn_by_differences(const SpecularForm& form, const Vec3& normal,
+                                                        const std::array<Vec3, 2>& across, const Vec3& to_light,
+                                                        const Vec3& to_camera, double roughness);
+
 /// What a material is, by what its samples say: whether a lobe shows, whether it is of a color, and whether there is
 /// diffuse light beside it.
 enum class MaterialKind { Matt, Dielectric, Metal, Mixed };

@@ -1,0 +1,87 @@
+#include "datasets_synthetic/plate_io.h"
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "datasets_synthetic/project_io.h"
+#include "libcommon/geometry/light_io.h"
+#include "libcommon/job/cost_model.h"
+#include "libcommon/job/job_inputs.h"
+#include "patinate/core/json.h"
+
+namespace patinate::datasets {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+void run_frame(const GlossyPlate& plate, int frame, const fs::path& folder, const RunControl& control) {
+  const PlateOptions& o = plate.options();
+  save_photograph(folder / photo_file(frame), plate_photo(plate, frame, control), o.noise, o.seed, frame);
+  ImageF albedo(o.size, o.size, 3), patina(o.size, o.size), specular(o.size, o.size, 2);
+  for (int y = 0; y < o.size; ++y) {
+    for (int x = 0; x < o.size; ++x) {
+      const PlateLook look = plate.look(x, y, frame);
+      for (int c = 0; c < 3; ++c) albedo.at(x, y, c) = static_cast<float>(look.albedo[c]);
+      patina.at(x, y) = static_cast<float>(look.patina);
+      const double polish = (1.0 - look.patina) * look.polish_f0.mean(), other = look.patina * look.kPatinaF0;
+      specular.at(x, y, 0) = static_cast<float>(polish + other);
+      const double sum = polish + other;
+      specular.at(x, y, 1) = static_cast<float>(
+          sum > 0.0 ? (polish * look.polish_roughness + other * look.kPatinaRoughness) / sum : look.polish_roughness);
+    }
+  }
+  save_truth_map(folder / truth_file("albedo", frame), albedo);
+  save_truth_map(folder / truth_file("patina", frame), patina);
+  save_truth_map(folder / truth_file("specular", frame), specular);
+}
+
+Json capture_json(const GlossyPlate& plate) {
+  const PlateOptions& o = plate.options();
+  Json json = fixed_capture("glossy plate", "h");
+  json["frames"] = {{"pattern", "frames/*.png"}, {"interval", o.interval_h}, {"start", 0}};
+  json["texel_size_mm"] = o.side_mm / o.size;
+  json["unit"] = "mm";
+  json["plate"] = {{"camera", vector_json(plate.camera())}};
+  std::vector<Light> lights;
+  for (int i = 0; i < (o.moving ? o.num_frames : 1); ++i) lights.push_back(plate.lamp(i));
+  json["lights"] = json_of(lights);
+  return json;
+}
+
+Json truth_json(const PlateOptions& o, const std::string& key) {
+  Json json = truth_header("plate", option_values(o));
+  json["frames"] = truth_frames(o.num_frames, o.interval_h, {"albedo", "patina", "specular"});
+  json["key"] = key;
+  return json;
+}
+
+/// Measured on 96 and 384 pixels.
+constexpr CostModel kFrameCost{0.03, 2.0e-6, 23.0, 45.0};
+
+}  // namespace
+
+JobPlan plan_plate(const PlateOptions& options, const fs::path& output) {
+  const auto plate = std::make_shared<const GlossyPlate>(options);
+  JobInputs inputs("synth plate", 1);
+  inputs.add_options(option_values(options));
+  JobPlan plan = inputs.plan(output, "truth/truth.json");
+  const JobCost cost = kFrameCost.of(static_cast<double>(options.size) * options.size);
+  for (int i = 0; i < options.num_frames; ++i) {
+    plan.items.push_back(
+        {.name = "frame-" + digits(i),
+         .outputs = {photo_file(i), truth_file("albedo", i), truth_file("patina", i), truth_file("specular", i)},
+         .run = [plate, i](const fs::path& folder,
+                           const RunControl& control) { run_frame(*plate, i, folder, control); },
+         .cost = cost});
+  }
+  plan.join_cost = kSmallCost.of();
+  plan.join = [plate, key = plan.key](const fs::path& folder, const RunControl&) {
+    save_json(folder / "capture.json", capture_json(*plate));
+    save_json(folder / "truth/truth.json", truth_json(plate->options(), key));
+  };
+  return plan;
+}
+
+}  // namespace patinate::datasets

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kSearchVersion = 4;  ///< Raised when the same input gives other values;
-constexpr std::int64_t kStageVersion = 7;   ///< when the same values give another report.
+constexpr std::int64_t kStageVersion = 8;   ///< when the same values give another report.
 constexpr int kEvaluationsPerParameter = 100;
 constexpr double kSmallestLookStep = 0.05;      ///< Of the search for an appearance, however narrow the outer one has
                                                 ///< become; but no wider than its first step.

@@ -119,6 +119,23 @@ std::optional<std::pair<double, double>> rises_that_matter(const FitOutcome& o, 
   return std::pair{std::max(0.0, low - kBelow * o.threshold), top};
 }
 
+/// Of every curve what the axis shows, and to each side of `best` one point more: it leaves the picture there.
+void keep_shown(Chart& chart, double best) {
+  const double top = chart.y_range->second;
+  for (ChartSeries& s : chart.series) {
+    auto first = static_cast<std::size_t>(std::lower_bound(s.x.begin(), s.x.end(), best) - s.x.begin());
+    std::size_t last = first;
+    while (first > 0 && *s.y[first] <= top) --first;
+    while (last + 1 < s.x.size() && *s.y[last] <= top) ++last;
+    const auto cut = [&](auto& list) {
+      using Place = std::ptrdiff_t;
+      list = {list.begin() + static_cast<Place>(first), list.begin() + static_cast<Place>(last + 1)};
+    };
+    cut(s.x);
+    cut(s.y);
+  }
+}
+
 std::string scan_chart(const FitTask& task, const FitOutcome& o, std::size_t i) {
   const FitParameter& p = task.parameters[i];
   Chart chart{.title = shown_name(p),
@@ -141,13 +158,16 @@ std::string scan_chart(const FitTask& task, const FitOutcome& o, std::size_t i) 
   };
   chart.series = {line_of("others as at the best", o.scans[i])};
   if (!o.profiles[i].empty()) chart.series.push_back(line_of("others moved with it", o.profiles[i]));
+  chart.y_range = rises_that_matter(o, chart);
+  if (chart.y_range) keep_shown(chart, o.best.values[i]);
   ChartSeries limit{.name = "told from the best above", .is_dashed = true};
-  for (const double value : chart.series.front().x) {
+  double low = o.best.values[i], high = low;
+  for (const ChartSeries& s : chart.series) low = std::min(low, s.x.front()), high = std::max(high, s.x.back());
+  for (const double value : {low, high}) {
     limit.x.push_back(value);
     limit.y.emplace_back(*o.best.result.objective + o.threshold);
   }
   chart.series.push_back(std::move(limit));
-  chart.y_range = rises_that_matter(o, chart);
   return svg_chart(chart);
 }
 
@@ -391,7 +411,7 @@ void write_fit_page(const std::filesystem::path& folder, const std::string& titl
     page.paragraph(
         "Values below the dashed line cannot be told from the best. Where a curve leaves the picture, the objective "
         "has "
-        "risen by more than five times as much.");
+        "risen by more than five times as much; what lies beyond is left out.");
   }
   for (const std::size_t i : scans) {
     std::string name = task.parameters[i].range.name.substr(1);  // A JSON pointer.

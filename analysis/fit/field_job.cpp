@@ -28,6 +28,7 @@ namespace {
 constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other fields or another report.
 constexpr CostModel kColorsCost{0.1, 2e-6, 40.0, 200.0}, kSolveCost{2.0, 0.0, 120.0, 0.0};
 constexpr std::array<std::string_view, 2> kClockNames{"absolute", "span"};
+constexpr int kMapSide = 360;    ///< Of a field on the page, px.
 constexpr int kShownSide = 200;  ///< Of a picture on the page, px.
 
 RunControl silent(RunControl control) {
@@ -157,7 +158,7 @@ Picture field_picture(const FitParameter& p, const FoundField& f, const ImageF& 
   }
   const double end = std::max(1e-6, rounded(static_cast<double>(most), 2));
   const ImageF picture = ramp_picture(shown, {}, -end, end, ColorRamp::Diverging);
-  const int factor = std::max(1, kShownSide / picture.width());
+  const int factor = std::max(1, kMapSide / picture.width());
   ImageF large(picture.width() * factor, picture.height() * factor, 3);
   for (int y = 0; y < large.height(); ++y) {
     for (int x = 0; x < large.width(); ++x) {
@@ -170,8 +171,8 @@ Picture field_picture(const FitParameter& p, const FoundField& f, const ImageF& 
                      (is_log ? "octaves (doublings) over the best for all places, "
                              : "difference to the best for all places, ") +
                      short_number_text(rounded(f.single, 4)) + unit,
-          .image = with_legend(
-              large, {.ramp = ColorRamp::Diverging, .low = -end, .high = end, .unit = is_log ? "octaves" : p.unit})};
+          .image = with_legend(large,
+                               {.ramp = ColorRamp::Diverging, .low = -end, .high = end, .unit = is_log ? "" : p.unit})};
 }
 
 /// The capture and two simulations at some of the compared times.

@@ -109,7 +109,9 @@ void add_fields(HtmlPage& page, const FieldTask& task, const FieldOutcome& o) {
       page.paragraph(shown_name(task.parameters[i]) +
                      " stays one number: every field tried was farther from blocks that its search had left out.");
   }
-  for (const Picture& p : o.maps) page.picture({p.source, p.caption});
+  std::vector<HtmlPicture> maps;
+  for (const Picture& p : o.maps) maps.push_back({p.source, p.caption});
+  if (!maps.empty()) page.pictures(maps);
   for (std::size_t i = 0; i < o.fields.size(); ++i) {
     Chart chart{.title = "Choice of the smoothness: " + shown_name(task.parameters[i]),
                 .x_label = "weight of bending (Delta E^2)",

@@ -1,6 +1,7 @@
 // Two surfaces by their cracks.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "analysis/compare/sections.h"
 #include "analysis/cracks/crack_network.h"
@@ -13,7 +14,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::uint32_t kSharePurpose = 401, kCellPurpose = 402, kAnglePurpose = 403;
+constexpr std::uint32_t kSharePurpose = 401, kCellPurpose = 402, kAnglePurpose = 403, kSidePurpose = 404;
 constexpr double kLeastShare = 1e-4, kShortestArm = 6.0, kArmPerWidth = 2.5;
 
 /// Cracks of one side at the last common time, by the blocks they lie in.
@@ -57,19 +58,30 @@ Cracks cracks_of(const ColorStack& stack, const BlockGrid& grid, double pixel) {
   return c;
 }
 
+/// Figures of one side, its blocks counted so many times each; nothing where there is none.
+using SideFigure = std::function<std::optional<double>(const std::vector<int>& weights)>;
+
+std::optional<double> share_of(const Cracks& c, const std::vector<int>& w) {
+  double cracked = 0.0, count = 0.0;
+  for (std::size_t k = 0; k < w.size(); ++k) cracked += w[k] * c.cracked[k], count += w[k] * c.counts[k];
+  return count > 0.0 ? std::optional(cracked / count) : std::nullopt;
+}
+
+std::optional<double> mean_angle(const Cracks& c, const std::vector<int>& w) {
+  double sum = 0.0, count = 0.0;
+  for (const BlockValue& v : c.angles) sum += w[v.block] * static_cast<double>(v.value), count += w[v.block];
+  return count > 0.0 ? std::optional(sum / count) : std::nullopt;
+}
+
 std::vector<double> share_distance(const Cracks& a, const std::vector<int>& wa, const Cracks& b,
                                    const std::vector<int>& wb) {
-  const auto share = [](const Cracks& c, const std::vector<int>& w) -> std::optional<double> {
-    double cracked = 0.0, count = 0.0;
-    for (std::size_t k = 0; k < w.size(); ++k) cracked += w[k] * c.cracked[k], count += w[k] * c.counts[k];
-    return count > 0.0 ? std::optional(cracked / count) : std::nullopt;
-  };
-  const std::optional<double> x = share(a, wa), y = share(b, wb);
+  const std::optional<double> x = share_of(a, wa), y = share_of(b, wb);
   return x && y ? std::vector<double>{std::abs(*x - *y)} : std::vector<double>();
 }
 
 /// Figures of one side by itself.
-void add_side(const Cracks& c, const std::string& side, const std::string& unit, Section& section) {
+void add_side(const Cracks& c, const BlockGrid& grid, const std::string& side, const std::string& unit,
+              const CompareOptions& options, const RunControl& control, Section& section) {
   const std::string suffix = side == "A" ? "_a" : "_b";
   const std::string none = "no dark lines are found in " + side;
   const auto add = [&](const std::string& name, const std::string& title, const std::string& of,
@@ -82,20 +94,29 @@ void add_side(const Cracks& c, const std::string& side, const std::string& unit,
                                             : c.is_none() ? none
                                                           : why});
   };
-  const auto mean = [](const std::vector<BlockValue>& values) -> std::optional<double> {
-    if (values.empty()) return std::nullopt;
-    double sum = 0.0;
-    for (const BlockValue& v : values) sum += static_cast<double>(v.value);
-    return sum / static_cast<double>(values.size());
+  const auto with_range = [&](const SideFigure& of) {
+    Figure& figure = section.figures.back();
+    if (!figure.value) return;
+    const BlockFigure drawn = [&](const std::vector<int>& w, const std::vector<int>&) {
+      const std::optional<double> v = of(w);
+      return v ? std::vector<double>{*v} : std::vector<double>();
+    };
+    const BootstrapOptions bootstrap{
+        .resamples = options.num_resamples, .seed = options.seed, .purpose = kSidePurpose, .is_paired = true};
+    if (const auto range = block_ranges(grid, grid, {*figure.value}, drawn, bootstrap, control))
+      figure.low = range->front().low, figure.high = range->front().high;
   };
   add("crack_share", "Share of cracks", "", c.network.share, "");
+  with_range([&](const std::vector<int>& w) { return share_of(c, w); });
   const std::optional<double> width = c.network.width_px();
   add("crack_width", "Mean width of cracks", unit, width ? std::optional(*width * c.pixel) : std::nullopt, none);
+  // Of medians of few cells intervals by blocks are too narrow: counted in docs/studies/how_sure.md.
   std::optional<double> cell_area;
   if (!c.cells.empty()) cell_area = std::exp2(static_cast<double>(c.cells[c.cells.size() / 2].value));
   add("cell_area", "Median cell", unit + "^2", cell_area, "no cell is closed");
   add("junction_angle", "Mean angle between cracks (90: one ends on another; 120: three meet evenly)", "degrees",
-      mean(c.angles), "no junction can be followed");
+      mean_angle(c, grid.all()), "no junction can be followed");
+  with_range([&](const std::vector<int>& w) { return mean_angle(c, w); });
 }
 
 /// The same figures where a control is below and above its median: does the pattern follow it?
@@ -156,8 +177,8 @@ Section cracks_section(const ComparedPair& pair, const CompareOptions& options, 
   section.paragraphs.push_back(
       "Dark lines at the last common time, at the compared size; cracks narrower than a pixel of it are not seen "
       "(--size).");
-  add_side(a, "A", unit, section);
-  add_side(b, "B", unit, section);
+  add_side(a, pair.blocks_a, "A", unit, options, control, section);
+  add_side(b, pair.blocks_b, "B", unit, options, control, section);
   add_halves(pair.series_a, pair.a, a, "A", unit, section);
   add_halves(pair.series_b, pair.b, b, "B", unit, section);
   const auto of = [](const Cracks& one, const Cracks& other, const std::vector<BlockValue> Cracks::*list) {

@@ -14,7 +14,7 @@ namespace patinate::analysis {
 namespace {
 
 constexpr std::size_t kMostTimes = 9;
-constexpr std::uint32_t kSpectrumPurpose = 201, kLengthPurpose = 202;
+constexpr std::uint32_t kSpectrumPurpose = 201, kLengthPurpose = 202, kContrastPurpose = 203;
 
 Spectrum spectrum_of(const SpatialStructure& structure, std::span<const int> weights) {
   return {structure.frequencies(), structure.spectrum(weights)};
@@ -35,6 +35,27 @@ Structures structures_of(const ColorStack& stack, const BlockGrid& grid, const s
   Structures out{{}, pixel};
   for (auto& m : made) out.at.push_back(std::move(*m));
   return out;
+}
+
+void add_contrast(const ComparedPair& pair, const Structures& a, const Structures& b, const CompareOptions& options,
+                  const RunControl& control, Section& section) {
+  const auto figure = [](const Structures& one, const Structures& other) {
+    return [&one, &other](const std::vector<int>& wa, const std::vector<int>& wb) {
+      double sum = 0.0;
+      for (std::size_t t = 0; t < one.at.size(); ++t) {
+        const std::optional<double> d =
+            contrast_between(spectrum_of(one.at[t], wa), one.pixel, spectrum_of(other.at[t], wb), other.pixel);
+        if (!d) return std::vector<double>();
+        sum += *d;
+      }
+      return std::vector<double>{sum / static_cast<double>(one.at.size())};
+    };
+  };
+  section.figures.push_back(
+      figure_of(split_figure(pair, figure(a, b), figure(a, a), options, kContrastPurpose, control), 0,
+                "contrast_distance", "Contrast of lightness by wavelength: distance, mean over times", "L*",
+                "no tile of " + std::to_string(a.at.front().tile_px()) +
+                    " pixels lies on the surface of both, or they share no frequency"));
 }
 
 void add_spectrum(const ComparedPair& pair, const Structures& a, const Structures& b, const std::string& unit,
@@ -130,7 +151,8 @@ Section structure_section(const ComparedPair& pair, const CompareOptions& option
       structures_of(pair.a, pair.blocks_a, indices, is_metric ? *pair.a.pixel_mm : 1.0, control.part(0.0, 0.3));
   const Structures b =
       structures_of(pair.b, pair.blocks_b, indices, is_metric ? *pair.b.pixel_mm : 1.0, control.part(0.3, 0.6));
-  add_spectrum(pair, a, b, unit, options, control.part(0.6, 0.8), section);
+  add_spectrum(pair, a, b, unit, options, control.part(0.6, 0.7), section);
+  add_contrast(pair, a, b, options, control.part(0.7, 0.8), section);
   add_length(pair, a, b, times, unit, options, control.part(0.8, 1.0), section);
   return section;
 }

@@ -21,4 +21,11 @@ struct Spectrum {
 [[nodiscard]] std::optional<double> octaves_between(const Spectrum& a, double pixel_a, const Spectrum& b,
                                                     double pixel_b, int least_rings = 1);
 
+/// How differently lightness varies at each wavelength, L*: the root of the summed squared differences between the
+/// standard deviations of its half octaves, over the frequencies that both have. A half octave around f cycles per
+/// pixel is pi f^2 / sqrt(2) of the plane of frequencies, so its variance is that times the power. A surface without
+/// any structure is as far as the other one varies. @returns nothing where they share no frequency.
+[[nodiscard]] std::optional<double> contrast_between(const Spectrum& a, double pixel_a, const Spectrum& b,
+                                                     double pixel_b);
+
 }  // namespace patinate::analysis

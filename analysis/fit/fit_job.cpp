@@ -20,8 +20,9 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kSearchVersion = 4;  ///< Raised when the same input gives other values;
-constexpr std::int64_t kStageVersion = 7;   ///< when the same values give another report.
+constexpr std::int64_t kStageVersion = 8;   ///< when the same values give another report.
 constexpr int kEvaluationsPerParameter = 100;
+constexpr std::size_t kFewestParameters = 2;    ///< Of which a budget is enough: one alone does not end in 100.
 constexpr double kSmallestLookStep = 0.05;      ///< Of the search for an appearance, however narrow the outer one has
                                                 ///< become; but no wider than its first step.
 constexpr double kScanAppearanceStep = 0.1;     ///< Of the search for an appearance beside the best.
@@ -206,7 +207,8 @@ std::string column_of(const FitTask& task, std::size_t parameter) {
 }
 
 void describe(OptionVisitor& v, FitOptions& o) {
-  v.visit({"evaluations", "Budget of the search; 0 = 100 for each parameter that is searched", "", between(0, 1e6)},
+  v.visit({"evaluations", "Budget of the search; 0 = 100 for each parameter that is searched, at least 200", "",
+           between(0, 1e6)},
           o.evaluations);
   v.visit({"appearance_evaluations", "Appearances tried for each aging at most, where some parameters need no aging",
            "", between(1, 1e5)},
@@ -240,9 +242,10 @@ FitBudget fit_budget(const FitOptions& options, std::size_t num_aged, std::size_
   FitBudget budget;
   budget.population = Evolution::population_of(std::max<std::size_t>(n, 1), {.population = options.population});
   budget.least = 1 + 2 * budget.population;
-  budget.evaluations = options.evaluations > 0
-                           ? options.evaluations
-                           : std::max(budget.least, 1 + kEvaluationsPerParameter * static_cast<int>(n));
+  budget.evaluations =
+      options.evaluations > 0
+          ? options.evaluations
+          : std::max(budget.least, 1 + kEvaluationsPerParameter * static_cast<int>(std::max(n, kFewestParameters)));
   return budget;
 }
 

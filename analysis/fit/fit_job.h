@@ -26,8 +26,8 @@ inline constexpr const char* kHeldOutCaptured = "captured";    ///< Stem of a PN
 inline constexpr const char* kHeldOutSimulated = "simulated";  ///< The same.
 
 struct FitOptions {
-  int evaluations = 0;  ///< Budget of the search; 0 = 100 for each parameter that is searched. When all parameters are
-                        ///< of appearance, it counts appearances.
+  int evaluations = 0;  ///< Budget of the search; 0 = 100 for each parameter that is searched, at least 200. When all
+                        ///< parameters are of appearance, it counts appearances.
   int appearance_evaluations = 30;  ///< For each aging at most, where some parameters need none; [1, 100000].
   int repeats = 1;                  ///< Seeds over which an objective is averaged; [1, 100].
   int population = 0;               ///< Candidates a generation; 0 = by the number of parameters.

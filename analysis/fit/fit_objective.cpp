@@ -10,6 +10,8 @@
 #include "analysis/figures/aging.h"
 #include "analysis/figures/pixel_difference.h"
 #include "analysis/figures/sliced_distance.h"
+#include "analysis/figures/spatial.h"
+#include "analysis/figures/spectrum_distance.h"
 #include "libcommon/core/random.h"
 #include "libcommon/core/text.h"
 #include "libcommon/metrics/color_curves.h"
@@ -19,9 +21,9 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMostTimes = 13;  // As in the comparison's section of colors.
-constexpr std::array<std::string_view, 2> kClockNames{"absolute", "span"};
-constexpr std::uint64_t kSampleSeed = 0;  ///< Of the places that are compared: the same in every fit.
+constexpr std::size_t kMostTimes = 13;         // As in the comparison's section of colors.
+constexpr std::size_t kMostContrastTimes = 9;  // As in that of structure.
+constexpr std::uint64_t kSampleSeed = 0;       ///< Of the places that are compared: the same in every fit.
 constexpr std::uint32_t kDeviationPurpose = 0xdef1;
 const std::vector<int> kOneBlock{1};
 
@@ -33,6 +35,17 @@ std::vector<SortedColors> sorted_colors(const ColorStack& stack, std::span<const
   const std::size_t most = options.samples > 0 ? static_cast<std::size_t>(options.samples) : all.size();
   for (const std::size_t t : spread_indices(stack.num_times(), kMostTimes))
     out.emplace_back(stack, t, all, block_of, most, kSampleSeed);
+  return out;
+}
+
+/// Power spectra of lightness at some of the times.
+std::vector<Spectrum> spectra_of(const ColorStack& stack) {
+  const BlockGrid whole = make_blocks(stack, 1);
+  std::vector<Spectrum> out;
+  for (const std::size_t t : spread_indices(stack.num_times(), kMostContrastTimes)) {
+    const SpatialStructure structure(stack, t, whole, SpatialFigures::Spectrum);
+    out.push_back({structure.frequencies(), structure.spectrum(kOneBlock)});
+  }
   return out;
 }
 
@@ -72,29 +85,6 @@ bool uses(const std::vector<FitTerm>& terms, std::initializer_list<FitFigure> fi
   });
 }
 
-HistoryFacts facts_of(const SurfaceOutline& outline) {
-  HistoryFacts m;
-  m.time_unit = outline.time_unit;
-  for (double t : outline.times) m.frames.push_back({.time = t});
-  return m;
-}
-
-/// The times up to `until`, or those after it.
-CommonTimes times_of(const CommonTimes& all, double until, FitFrames frames, const std::string& name) {
-  CommonTimes kept;
-  for (std::size_t i = 0; i < all.clock.size(); ++i) {
-    if ((all.times_a[i] <= until) != (frames == FitFrames::Seen)) continue;
-    kept.clock.push_back(all.clock[i]);
-    kept.times_a.push_back(all.times_a[i]);
-    kept.times_b.push_back(all.times_b[i]);
-  }
-  if (frames == FitFrames::Seen && kept.clock.size() < 2)
-    throw InvalidInput(name + ": fewer than two compared times lie up to --until " + short_number_text(until));
-  if (kept.clock.empty())
-    throw InvalidInput(name + ": no compared time lies after --until " + short_number_text(until));
-  return kept;
-}
-
 /// Moves all places by the same share of what `captured` states of its deviations.
 void move_by_deviation(ColorStack& stack, const ColorStack& captured, std::uint64_t draw) {
   if (captured.deviation.empty()) return;
@@ -121,45 +111,6 @@ std::string joined(const std::vector<std::string>& names) {
 
 }  // namespace
 
-FitTerm parse_fit_term(const std::string& text) {
-  const std::size_t equals = text.find('=');
-  const std::string name = text.substr(0, equals);
-  const auto found = std::find(kFitFigureNames.begin(), kFitFigureNames.end(), name);
-  if (found == kFitFigureNames.end()) {
-    const std::vector<std::string> names(kFitFigureNames.begin(), kFitFigureNames.end());
-    throw ParseError("--objective: found `" + name + "`; expected one of " + joined(names) + did_you_mean(name, names));
-  }
-  FitTerm term{.figure = static_cast<FitFigure>(found - kFitFigureNames.begin())};
-  if (equals == std::string::npos) return term;
-  const std::optional<double> weight = parse_number(text.substr(equals + 1));
-  if (!weight || !(*weight > 0.0))
-    throw ParseError("--objective: found `" + text + "`; expected NAME=WEIGHT with a weight > 0");
-  term.weight = *weight;
-  return term;
-}
-
-void describe(OptionVisitor& v, ObjectiveOptions& o) {
-  v.visit({"size", "Longer side at which the surfaces are compared; 0 = as they are", "px", between(0, 65536)}, o.size);
-  v.visit({"num_times", "Times at which they are compared, at most", "", between(2, 1024)}, o.num_times);
-  v.visit_choice({"clock", "Compare at equal times, or at equal shares of each history's span"}, o.clock, kClockNames);
-  v.visit({"until", "Frames after this time, in the history's unit, are held out and judged", "", Range{}}, o.until);
-  v.visit({"visible_delta_e", "A change of color from here on is seen", "Delta E 1976", above(0)}, o.visible_delta_e);
-  v.visit({"num_classes", "Classes of a control", "", between(1, 50)}, o.num_classes);
-  v.visit(
-      {"samples", "Places of a time whose colors color_distribution compares, at most; 0 = all", "", between(0, 65536)},
-      o.samples);
-}
-
-CompareOptions compare_options(const ObjectiveOptions& o) {
-  CompareOptions c;
-  c.size = o.size;
-  c.num_times = o.num_times;
-  c.clock = o.clock;
-  c.visible_delta_e = o.visible_delta_e;
-  c.num_classes = o.num_classes;
-  return c;
-}
-
 struct FitObjective::State {
   std::vector<ControlFacts> control_facts;  ///< Of the captured side.
   std::vector<FitTerm> terms;
@@ -168,6 +119,7 @@ struct FitObjective::State {
   ColorStack stack;
   std::vector<std::uint16_t> block_of;  ///< All in one.
   std::vector<SortedColors> colors;
+  std::vector<Spectrum> spectra;
   std::vector<double> means;
   std::optional<TexelAging> aging;
   std::vector<std::vector<float>> controls;  ///< At the stack's texels, in the order of their facts.
@@ -182,6 +134,7 @@ struct FitObjective::State {
                                              std::string& problem) const;
   [[nodiscard]] std::optional<double> by_control(bool is_rate, const AgedSurface& frames, const ColorStack& other,
                                                  const RunControl& control, std::string& problem) const;
+  [[nodiscard]] std::optional<double> contrast(const ColorStack& other, std::string& problem) const;
   [[nodiscard]] std::optional<double> place_by_place(const ColorStack& other, const RunControl& control,
                                                      std::string& problem) const;
 };
@@ -193,14 +146,13 @@ FitObjective::FitObjective(TextureSeries captured, const SurfaceOutline& outline
   const HistoryFacts& m = captured.facts();
   if (terms.empty()) throw InvalidInput("fit: there is no figure to fit");
   if (m.frames.size() < 2) throw InvalidInput(name + ": has one frame; nothing ages in it");
-  CommonTimes times = common_times(m, facts_of(outline), compare_options(options));
   if (options.until) {
     if (uses(terms, {FitFigure::Covered, FitFigure::Onset, FitFigure::Saturation, FitFigure::RateByControl}))
       throw InvalidInput(
           "--until: covered, onset, saturation and rate_by_control are about the whole course; use color_distribution, "
-          "mean_color, color_by_control or ciede2000");
-    times = times_of(times, *options.until, frames, name);
+          "mean_color, color_by_control, ciede2000 or contrast");
   }
+  CommonTimes times = fit_times(m, outline, options, frames, name);
   if (times.clock.size() < 2 && frames == FitFrames::Seen)
     throw InvalidInput(name +
                        ": has only one time in common with the scene; --clock span compares by shares of each span");
@@ -234,6 +186,7 @@ FitObjective::FitObjective(TextureSeries captured, const SurfaceOutline& outline
                                              .stack = std::move(stack),
                                              .block_of = {},
                                              .colors = {},
+                                             .spectra = {},
                                              .means = {},
                                              .aging = {},
                                              .controls = {},
@@ -262,6 +215,7 @@ void FitObjective::State::prepare(const RunControl& control) {
   block_of.assign(stack.num_texels(), 0);
   if (uses(terms, {FitFigure::ColorDistribution})) colors = sorted_colors(stack, block_of, options);
   means = mean_lab(stack);
+  if (uses(terms, {FitFigure::Contrast})) spectra = spectra_of(stack);
   if (uses(terms, {FitFigure::Covered, FitFigure::Onset, FitFigure::Saturation}))
     aging = texel_aging(stack, options.visible_delta_e, control);
 }
@@ -288,6 +242,7 @@ FitObjective FitObjective::with_captured(const AgedSurface& frames, std::uint64_
                                              .stack = state_->simulated_stack(frames, control),
                                              .block_of = {},
                                              .colors = {},
+                                             .spectra = {},
                                              .means = {},
                                              .aging = {},
                                              .controls = {},
@@ -336,6 +291,22 @@ std::optional<double> FitObjective::State::by_control(bool is_rate, const AgedSu
   if (count > 0) return sum / count;
   if (problem.empty()) problem = "the two sides share no class of a control";
   return std::nullopt;
+}
+
+std::optional<double> FitObjective::State::contrast(const ColorStack& other, std::string& problem) const {
+  const bool is_metric = stack.pixel_mm && other.pixel_mm;
+  const std::vector<Spectrum> list = spectra_of(other);
+  double sum = 0.0;
+  for (std::size_t t = 0; t < list.size(); ++t) {
+    const std::optional<double> d =
+        contrast_between(spectra[t], is_metric ? *stack.pixel_mm : 1.0, list[t], is_metric ? *other.pixel_mm : 1.0);
+    if (!d) {
+      problem = "no tile of the surface has a spectrum, or the two sides share no frequency";
+      return std::nullopt;
+    }
+    sum += *d;
+  }
+  return sum / static_cast<double>(list.size());
 }
 
 std::optional<double> FitObjective::State::place_by_place(const ColorStack& other, const RunControl& control,
@@ -393,6 +364,8 @@ std::optional<double> FitObjective::State::figure(FitFigure which, const AgedSur
       return by_control(true, frames, other, control, problem);
     case FitFigure::Ciede2000:
       return place_by_place(other, control, problem);
+    case FitFigure::Contrast:
+      return contrast(other, problem);
   }
   return std::nullopt;
 }

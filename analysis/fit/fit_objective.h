@@ -15,8 +15,8 @@
 namespace patinate::analysis {
 
 /// Figures that can be fitted; docs/algorithms/fit.md says what each is. All are >= 0, 0 for equal surfaces, and of
-/// like size: Delta E 1976, CIEDE2000, or per cent of the places (covered) or of the compared span of time (onset,
-/// saturation).
+/// like size: Delta E 1976, CIEDE2000, L* (contrast), or per cent of the places (covered) or of the compared span of
+/// time (onset, saturation).
 enum class FitFigure {
   ColorDistribution,
   MeanColor,
@@ -25,14 +25,15 @@ enum class FitFigure {
   Saturation,
   ColorByControl,
   RateByControl,
-  Ciede2000
+  Ciede2000,
+  Contrast
 };
-inline constexpr std::array<std::string_view, 8> kFitFigureNames{
-    "color_distribution", "mean_color",       "covered",         "onset",
-    "saturation",         "color_by_control", "rate_by_control", "ciede2000"};
-inline constexpr std::array<std::string_view, 8> kFitFigureUnits{"Delta E 1976",  "Delta E 1976",  "% of places",
+inline constexpr std::array<std::string_view, 9> kFitFigureNames{
+    "color_distribution", "mean_color",      "covered",   "onset",   "saturation",
+    "color_by_control",   "rate_by_control", "ciede2000", "contrast"};
+inline constexpr std::array<std::string_view, 9> kFitFigureUnits{"Delta E 1976",  "Delta E 1976",  "% of places",
                                                                  "% of the span", "% of the span", "Delta E 1976",
-                                                                 "Delta E 1976",  "Delta E 2000"};
+                                                                 "Delta E 1976",  "Delta E 2000",  "L*"};
 
 struct FitTerm {
   FitFigure figure = FitFigure::ColorDistribution;
@@ -58,6 +59,12 @@ void describe(OptionVisitor& v, ObjectiveOptions& o);
 
 /// Which of the history's frames are compared, where ObjectiveOptions::until parts them.
 enum class FitFrames { Seen, HeldOut };
+
+/// Times at which a history and a model are compared, those up to `until` or those after it.
+/// @param name  The history's, for errors. @throws InvalidInput if they have no time in common, fewer than two lie up
+/// to `until`, or none after it.
+[[nodiscard]] CommonTimes fit_times(const HistoryFacts& captured, const SurfaceOutline& outline,
+                                    const ObjectiveOptions& options, FitFrames frames, const std::string& name);
 
 struct ObjectiveValue {
   std::optional<double>

@@ -44,8 +44,9 @@ Compared compared(FitWork& work, std::size_t capture, const std::string& stem, c
   const CompareOptions options = compare_options(work.task.objective);
   const ComparedPair pair = load_pair(open_series(work.task.captures[capture].history).series,
                                       open_series(folder / name).series, options, control.part(0.6, 0.7));
-  std::vector<Section> sections{look_section(pair), colors_section(pair, options, control.part(0.7, 0.9)),
-                                controls_section(pair, options, control.part(0.9, 1.0))};
+  std::vector<Section> sections{look_section(pair), colors_section(pair, options, control.part(0.7, 0.85)),
+                                controls_section(pair, options, control.part(0.85, 0.9)),
+                                structure_section(pair, options, control.part(0.9, 1.0))};
   for (Section& section : sections) embed_pictures(section.pictures, folder / kJobWorkFolder / (name + ".png"));
   const std::size_t last = pair.a.num_times() - 1;
   return {.sections = std::move(sections),
@@ -54,27 +55,6 @@ Compared compared(FitWork& work, std::size_t capture, const std::string& stem, c
           .last_captured = pair.a.rgb_image(last),
           .last_simulated = pair.b.rgb_image(last),
           .last_time = short_number_text(rounded(pair.a.times[last], 4)) + " " + pair.time_unit};
-}
-
-/// The last frame that the search saw, held: what any model has to be better than.
-std::optional<double> last_frame_held(const FitObjective& held_out, const fs::path& history, double until,
-                                      const RunControl& control) {
-  const SeriesFile file = open_series(history);
-  const double first = file.series.facts().frames.front().time;
-  double last = first;
-  for (const FrameFacts& f : file.series.facts().frames) {
-    if (f.time <= until) last = f.time;
-  }
-  AgedSurface surface{.name = file.series.name(),
-                      .time_unit = file.series.facts().time_unit,
-                      .texel_size_mm = file.series.pixel_mm(),
-                      .times = {first},
-                      .colors = {file.series.sample(last)},
-                      .mask = file.series.mask(last),
-                      .controls = {}};
-  for (const ControlFacts& c : file.series.facts().controls)
-    surface.controls.push_back({.parameter = c, .values = file.series.control(c.name)});
-  return held_out(surface, control).objective;
 }
 
 FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
@@ -173,6 +153,26 @@ void write_held_out_pictures(const fs::path& folder, const std::vector<Compared>
 }
 
 }  // namespace
+
+std::optional<double> last_frame_held(const FitObjective& held_out, const fs::path& history, double until,
+                                      const RunControl& control) {
+  const SeriesFile file = open_series(history);
+  const double first = file.series.facts().frames.front().time;
+  double last = first;
+  for (const FrameFacts& f : file.series.facts().frames) {
+    if (f.time <= until) last = f.time;
+  }
+  AgedSurface surface{.name = file.series.name(),
+                      .time_unit = file.series.facts().time_unit,
+                      .texel_size_mm = file.series.pixel_mm(),
+                      .times = {first},
+                      .colors = {file.series.sample(last)},
+                      .mask = file.series.mask(last),
+                      .controls = {}};
+  for (const ControlFacts& c : file.series.facts().controls)
+    surface.controls.push_back({.parameter = c, .values = file.series.control(c.name)});
+  return held_out(surface, control).objective;
+}
 
 void join_fit(FitWork& work, const fs::path& folder, const std::string& key, const RunControl& control) {
   FitOutcome outcome = outcome_of(work, folder);

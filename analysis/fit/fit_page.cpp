@@ -38,7 +38,9 @@ bool is_beaten(const FitOutcome& o) {
 }
 
 std::string convergence_chart(const FitOutcome& o) {
-  Chart chart{.title = "The search", .x_label = "evaluation", .y_label = "objective"};
+  // Logarithmic: the first points lie far above, and what the last ones gain is a share of the best.
+  Chart chart{
+      .title = "The search", .x_label = "evaluation", .y_label = "objective", .log_y = *o.best.result.objective > 0.0};
   ChartSeries each{.name = "tried"}, best{.name = "best so far"};
   std::optional<double> least;
   double x = 0.0;
@@ -101,6 +103,39 @@ std::string misfit_chart(const std::string& name, std::span<const Section> befor
   return svg_chart(chart);
 }
 
+/// From the least value to some times the rise that the data can tell: far ends of a range, where the objective is many
+/// times that, would leave one flat line of the rest.
+std::optional<std::pair<double, double>> rises_that_matter(const FitOutcome& o, const Chart& chart) {
+  constexpr double kShownRises = 5.0, kBelow = 0.25;
+  const double best = *o.best.result.objective;
+  double low = best, high = best;
+  for (const ChartSeries& s : chart.series) {
+    for (const std::optional<double>& v : s.y) {
+      if (v) low = std::min(low, *v), high = std::max(high, *v);
+    }
+  }
+  if (!(o.threshold > 0.0)) return std::nullopt;
+  const double top = std::min(high, best + kShownRises * o.threshold);
+  return std::pair{std::max(0.0, low - kBelow * o.threshold), top};
+}
+
+/// Of every curve what the axis shows, and to each side of `best` one point more: it leaves the picture there.
+void keep_shown(Chart& chart, double best) {
+  const double top = chart.y_range->second;
+  for (ChartSeries& s : chart.series) {
+    auto first = static_cast<std::size_t>(std::lower_bound(s.x.begin(), s.x.end(), best) - s.x.begin());
+    std::size_t last = first;
+    while (first > 0 && *s.y[first] <= top) --first;
+    while (last + 1 < s.x.size() && *s.y[last] <= top) ++last;
+    const auto cut = [&](auto& list) {
+      using Place = std::ptrdiff_t;
+      list = {list.begin() + static_cast<Place>(first), list.begin() + static_cast<Place>(last + 1)};
+    };
+    cut(s.x);
+    cut(s.y);
+  }
+}
+
 std::string scan_chart(const FitTask& task, const FitOutcome& o, std::size_t i) {
   const FitParameter& p = task.parameters[i];
   Chart chart{.title = shown_name(p),
@@ -123,8 +158,12 @@ std::string scan_chart(const FitTask& task, const FitOutcome& o, std::size_t i) 
   };
   chart.series = {line_of("others as at the best", o.scans[i])};
   if (!o.profiles[i].empty()) chart.series.push_back(line_of("others moved with it", o.profiles[i]));
+  chart.y_range = rises_that_matter(o, chart);
+  if (chart.y_range) keep_shown(chart, o.best.values[i]);
   ChartSeries limit{.name = "told from the best above", .is_dashed = true};
-  for (const double value : chart.series.front().x) {
+  double low = o.best.values[i], high = low;
+  for (const ChartSeries& s : chart.series) low = std::min(low, s.x.front()), high = std::max(high, s.x.back());
+  for (const double value : {low, high}) {
     limit.x.push_back(value);
     limit.y.emplace_back(*o.best.result.objective + o.threshold);
   }
@@ -206,7 +245,12 @@ void add_misfit(HtmlPage& page, const std::string& of_whom, const Section& secti
 /// By control, A captured and B simulated with the best values.
 void draw_curves(const Section& section, const std::function<void(const std::string&, const std::string&)>& draw) {
   for (const Curve& curve : section.curves) {
-    Chart chart{.title = curve.title, .x_label = curve.x_name, .y_label = curve.y_name};
+    Chart chart{.title = curve.title,
+                .x_label = curve.x_name,
+                .y_label = curve.y_name,
+                .from_zero = curve.from_zero,
+                .log_x = curve.is_logarithmic,
+                .log_y = curve.is_logarithmic};
     for (const CurveColumn& c : curve.columns)
       chart.series.push_back(
           {.name = c.name, .x = curve.x, .y = c.values, .band = c.band, .is_dashed = c.is_reference});
@@ -362,7 +406,13 @@ void write_fit_page(const std::filesystem::path& folder, const std::string& titl
   for (std::size_t i = 0; i < task.parameters.size(); ++i) {
     if (is_scanned(i)) scans.push_back(i);
   }
-  if (!scans.empty()) page.heading("Along each parameter");
+  if (!scans.empty()) {
+    page.heading("Along each parameter");
+    page.paragraph(
+        "Values below the dashed line cannot be told from the best. Where a curve leaves the picture, the objective "
+        "has "
+        "risen by more than five times as much; what lies beyond is left out.");
+  }
   for (const std::size_t i : scans) {
     std::string name = task.parameters[i].range.name.substr(1);  // A JSON pointer.
     std::replace(name.begin(), name.end(), '/', '_');
@@ -382,7 +432,7 @@ void write_fit_page(const std::filesystem::path& folder, const std::string& titl
     if (const std::string text = start_text("color_distribution", before, after); !text.empty()) page.paragraph(text);
     for (const Section& section : after) {
       if (section.name == kMisfitSection) add_misfit(page, of_whom, section);
-      if (section.name == "controls") draw_curves(section, draw_of_capture);
+      if (section.name == "controls" || section.name == "structure") draw_curves(section, draw_of_capture);
     }
   }
   add_pointers(page, task);

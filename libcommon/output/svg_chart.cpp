@@ -17,6 +17,8 @@ constexpr std::array<const char*, 7> kColors{"#0072B2", "#D55E00", "#009E73", "#
                                              "#E69F00", "#56B4E9", "#7a7a7a"};
 constexpr std::array<const char*, 4> kDashes{"", "7 3", "2 3", "9 3 2 3"};
 
+constexpr std::size_t kFewestTicks = 3;  ///< Of a logarithmic axis.
+
 struct Axis {
   double low = 0.0, high = 1.0;
   bool is_log = false;
@@ -49,7 +51,8 @@ std::vector<double> ticks_of(const Axis& axis) {
         if (v >= axis.low && v <= axis.high && (m == 1.0 || axis.high < 300.0 * axis.low)) ticks.push_back(v);
       }
     }
-    return ticks;
+    if (ticks.size() >= kFewestTicks) return ticks;
+    ticks.clear();  // Less than a decade: even steps say more.
   }
   const double step = step_of(axis.high - axis.low);
   for (double k = std::ceil(axis.low / step - 1e-9); k * step <= axis.high + 1e-9 * step; k += 1.0)
@@ -124,6 +127,13 @@ std::string line_text(const ChartSeries& s, const Axis& x, const Axis& y, std::s
   return num_points <= 12 ? out + dots : out;
 }
 
+/// Drawn between the axes alone: a picture of its own shows nothing that lies outside.
+std::string within(const std::string& lines, const Axis& x, const Axis& y) {
+  const std::string width = px(x.end - x.begin), height = px(y.begin - y.end);
+  return "<svg x=\"" + px(x.begin) + "\" y=\"" + px(y.end) + "\" width=\"" + width + "\" height=\"" + height +
+         "\" viewBox=\"" + px(x.begin) + " " + px(y.end) + " " + width + " " + height + "\">\n" + lines + "</svg>\n";
+}
+
 }  // namespace
 
 std::string svg_chart(const Chart& chart) {
@@ -149,7 +159,10 @@ std::string svg_chart(const Chart& chart) {
       html_escape(chart.title) + "\">\n" +
       text_at(8, 18, "start", chart.title, " font-size=\"14\" font-weight=\"600\"");
   if (!xs || !ys) return out + text_at(kWidth / 2, kHeight / 2, "middle", "no values") + "</svg>\n";
-  Axis x = make_axis(xs, chart.log_x, false), y = make_axis(ys, chart.log_y, chart.from_zero);
+  if (chart.y_range && !(chart.y_range->first < chart.y_range->second))
+    throw InvalidInput("chart: the range of the y axis is empty");
+  Axis x = make_axis(xs, chart.log_x, false),
+       y = make_axis(chart.y_range ? chart.y_range : ys, chart.log_y, chart.from_zero && !chart.y_range);
   const bool has_legend = chart.series.size() > 1;
   x.begin = kLeft, x.end = kWidth - kRight;
   y.begin = kHeight - kBottom, y.end = kTop + (has_legend ? 16 : 0);
@@ -158,15 +171,16 @@ std::string svg_chart(const Chart& chart) {
   const std::string middle = px((y.begin + y.end) / 2);
   out += text_at(14, (y.begin + y.end) / 2, "middle", chart.y_label, " transform=\"rotate(-90 14 " + middle + ")\"");
   double legend_x = kLeft;
+  std::string lines;
   for (std::size_t i = 0; i < chart.series.size(); ++i) {
-    out += line_text(chart.series[i], x, y, i);
+    lines += line_text(chart.series[i], x, y, i);
     if (!has_legend) continue;
     out += "<rect x=\"" + px(legend_x) + "\" y=\"30\" width=\"12\" height=\"4\" fill=\"" +
            std::string(kColors[i % kColors.size()]) + "\"/>\n";
     out += text_at(legend_x + 17, 36, "start", chart.series[i].name);
     legend_x += 32.0 + 6.6 * static_cast<double>(chart.series[i].name.size());
   }
-  return out + "</svg>\n";
+  return out + (chart.y_range ? within(lines, x, y) : lines) + "</svg>\n";
 }
 
 std::string svg_document(std::string chart) {

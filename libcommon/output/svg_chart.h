@@ -25,6 +25,8 @@ struct Chart {
   bool from_zero = true;  ///< The y axis includes 0.
   bool log_x = false;     ///< Values must then be > 0.
   bool log_y = false;
+  /// What the y axis shows, where that is not all: curves leave the picture there. Low below high; of a log_y both > 0.
+  std::optional<std::pair<double, double>> y_range = {};
   std::vector<ChartSeries> series =
       {};  ///< Colors of [Okabe and Ito 2008], told apart by any color vision, and a dash pattern each.
 };

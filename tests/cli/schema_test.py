@@ -23,7 +23,7 @@ SCHEMAS = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
 FILES = {"capture": "capture/capture.json", "relit": "mold/capture.json", "plate": "plate/capture.json", "history": "history/history.json", "library": "library/history.json", "transfer": "aged/transfer.json",
          "appearance": "stated.json", "sequence": "textures/sequence.json", "card": "history/card.json", "run": "aged/run.json",
          "unlight": "stereo/step.json", "unlit": "unlit/unlight.json", "calibrate": "rig.json", "calibration": "lights.json", "registration": "registered/registration.json", "relief": "receding/relief.json",
-         "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "replicates": "replicates/report.json", "explanation": "explained/explanation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json", "fit": "fitted/report.json", "ranking": "ranked/report.json", "parameters": "ranges.json", "plan": "plan.json", "study": "study.json"}
+         "compare": "compared/report.json", "evaluation": "evaluated/evaluation.json", "replicates": "replicates/report.json", "explanation": "explained/explanation.json", "factorization": "factors/factorization.json", "scene": "ledge/scene.json", "simulation": "dirty/simulation.json", "fit": "fitted/report.json", "field": "fielded/report.json", "ranking": "ranked/report.json", "parameters": "ranges.json", "plan": "plan.json", "study": "study.json"}
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_schema_"))
 
 
@@ -74,6 +74,7 @@ def setUpModule():
     (WORK / "ledge/short.json").write_text(json.dumps(scene))
     subprocess.run([PATINATE, "fit", "ledge/short.json", "fitted_to", "--parameters", "ranges.json", "--evaluations", "13", "--scan", "2", "--seeds", "1", "-o", "fitted"], cwd=WORK, capture_output=True, check=True)
     (WORK / "ledge/other.json").write_text(json.dumps(scene))
+    subprocess.run([PATINATE, "field", "ledge/short.json", "fitted_to", "--vary", "/rules/0/rate=0.001:10:log", "--places", "equal", "--levels", "3", "--waves", "2", "-o", "fielded"], cwd=WORK, capture_output=True, check=True)
     subprocess.run([PATINATE, "simulate", "ledge/short.json", "--history-every", "1", "-o", "foretold"], cwd=WORK, capture_output=True, check=True)
     for name in ("short", "other"):
         subprocess.run([PATINATE, "fit", f"ledge/{name}.json", "foretold", "--parameters", "ranges.json", "--evaluations", "13", "--scan", "0", "--seeds", "2", "--until", "0.1", "-o", f"until_{name}"], cwd=WORK, capture_output=True, check=True)

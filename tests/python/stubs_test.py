@@ -32,7 +32,7 @@ FUNCTION_OF = {"ingest": "ingest", "unlight": "unlight", "thickness": "thickness
                "combine": "combine", "trim": "trim", "library": "library", "appearance": "appearance", "transfer": "transfer", "lookup": "Transfer.texture", "evaluate": "evaluate", "compare": "compare",
                "calibrate": "calibrate_camera", "render": "render", "export": "export", "factorize": "factorize", "simulate": "Simulation", "fit": "fit", "rank": "rank", "recompose": "recompose", "synth": "synth_crackle"}
 # What only a program does: files to begin with, pages, other machines, the program itself.
-OF_THE_PROGRAM = {"init", "studio", "plan", "run", "join", "study", "info", "validate", "devices", "completion", "help"}
+OF_THE_PROGRAM = {"init", "field", "studio", "plan", "run", "join", "study", "info", "validate", "devices", "completion", "help"}
 
 
 class Says(PythonCase):

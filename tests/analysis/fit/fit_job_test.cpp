@@ -129,6 +129,14 @@ TEST(FitJob, AModelThatIsRightForetellsFramesThatItsSearchDidNotSeeAndOneThatSto
   EXPECT_EQ(right.at("other_seeds").size(), 2u);
 }
 
+TEST(FitJob, ASingleNumberHasTheBudgetOfTwo) {
+  EXPECT_EQ(fit_budget({}, 1, 0).evaluations, 201);
+  EXPECT_EQ(fit_budget({}, 2, 5).evaluations, 201);
+  EXPECT_EQ(fit_budget({}, 3, 0).evaluations, 301);
+  EXPECT_EQ(fit_budget({}, 0, 1).evaluations, 201);
+  EXPECT_EQ(fit_budget({.evaluations = 50}, 1, 0).evaluations, 50);
+}
+
 // One place has no half on each side: the scan of appearance was empty, and its first one read all the same.
 TEST(FitJob, AScanOfOnePlaceIsAScan) {
   const TempFolder folder;

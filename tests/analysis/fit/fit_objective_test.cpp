@@ -58,8 +58,8 @@ TEST(FitObjective, EqualsTheFiguresOfAComparison) {
   const ComparedPair pair =
       load_pair(open_series(folder.path() / "a").series, open_series(folder.path() / "b").series, compare);
   std::vector<Figure> figures;
-  for (const Section& s :
-       {colors_section(pair, compare), controls_section(pair, compare), places_section(pair, compare)})
+  for (const Section& s : {colors_section(pair, compare), controls_section(pair, compare),
+                           places_section(pair, compare), structure_section(pair, compare)})
     figures.insert(figures.end(), s.figures.begin(), s.figures.end());
   const auto compared = [&](const std::string& name) {
     for (const Figure& f : figures) {
@@ -78,6 +78,37 @@ TEST(FitObjective, EqualsTheFiguresOfAComparison) {
   EXPECT_NEAR(fitted(FitFigure::ColorByControl), compared("color_by_x"), kRounding);
   EXPECT_NEAR(fitted(FitFigure::RateByControl), span * compared("rate_by_x"), kRounding);
   EXPECT_NEAR(fitted(FitFigure::Ciede2000), compared("ciede2000_mean"), kRounding);
+  EXPECT_NEAR(fitted(FitFigure::Contrast), compared("contrast_distance"), kRounding);
+}
+
+TEST(FitObjective, ContrastTellsAPatternFromItsScrambledPlacesThatHaveTheSameColors) {
+  const TempFolder folder;
+  AgedSurface smooth = green_plate(kGreenTruth);
+  smooth.controls.clear();
+  AgedSurface scrambled = smooth;
+  for (ImageF& color : scrambled.colors) {
+    const ImageF from = color;
+    for (int y = 0; y < color.height(); ++y) {
+      for (int x = 0; x < color.width(); ++x) {  // 7 and 24 share no factor: every column once.
+        for (int c = 0; c < 3; ++c) color.at(x, y, c) = from.at((7 * x + 5 * y) % color.width(), y, c);
+      }
+    }
+  }
+  write_surface(folder.path() / "smooth", smooth, "0123456789abcdef");
+  write_surface(folder.path() / "scrambled", scrambled, "0123456789abcdee");
+  SurfaceOutline outline = outline_of(scrambled);
+  outline.control_names.clear();
+  const FitObjective objective(open_series(folder.path() / "smooth").series, outline,
+                               {{FitFigure::ColorDistribution}, {FitFigure::Contrast}}, {});
+  const ObjectiveValue v = objective(scrambled);
+  EXPECT_NEAR(v.figures[0].value(), 0.0, kRounding);
+  AgedSurface flat = smooth;
+  for (ImageF& color : flat.colors) color = ImageF(color.width(), color.height(), 3, 0.2F);
+  const double all_of_it =
+      FitObjective(open_series(folder.path() / "scrambled").series, outline, {{FitFigure::Contrast}}, {})(flat)
+          .objective.value();
+  // A tile of 8 of 24 columns has a third of the ramp, so that a third of the scrambled one's contrast is left of it.
+  EXPECT_GT(v.figures[1].value(), 0.5 * all_of_it);
 }
 
 TEST(FitObjective, IsTheWeightedMeanOfItsFigures) {

@@ -36,6 +36,29 @@ TEST(SvgChart, RefusesWhatIsNoNumberAndSaysWhenThereIsNone) {
   EXPECT_EQ(svg_chart(chart).find("nan"), std::string::npos);
 }
 
+TEST(SvgChart, WithARangeOfItsOwnItsCurvesEndAtTheAxesAndTicksAreOfTheRange) {
+  Chart chart{.title = "t", .x_label = "x", .y_label = "y", .y_range = std::pair{2.0, 3.0}};
+  chart.series.push_back({"one", {0, 1, 2}, {2.1, 2.2, 900.0}});
+  const std::string svg = svg_chart(chart);
+  EXPECT_NE(svg.find(">2.2<"), std::string::npos);  // Steps of 0.2.
+  EXPECT_EQ(svg.find(">500<"), std::string::npos);
+  // The lines lie in a picture of their own, as large as the axes, which hides what lies outside.
+  const std::size_t inner = svg.find("<svg", 4);
+  ASSERT_NE(inner, std::string::npos);
+  EXPECT_NE(svg.find("viewBox=\"64 34 542 220\"", inner), std::string::npos);
+  EXPECT_GT(svg.find("fill=\"none\""), inner);
+  chart.y_range = std::pair{3.0, 3.0};
+  EXPECT_THROW((void)svg_chart(chart), InvalidInput);
+}
+
+TEST(SvgChart, LogarithmicAxesOfLessThanADecadeHaveEvenSteps) {
+  Chart chart{.title = "t", .x_label = "x", .y_label = "y", .log_y = true};
+  chart.series.push_back({"one", {0, 1}, {8.7, 18.3}});
+  const std::string svg = svg_chart(chart);
+  for (const char* tick : {">10<", ">12<", ">14<", ">16<", ">18<"})
+    EXPECT_NE(svg.find(tick), std::string::npos) << tick;
+}
+
 TEST(ColorRamp, GrowsLighterInEqualStepsAndKeepsItsMiddleWhite) {
   double before = -1.0;
   for (int i = 0; i <= 10; ++i) {

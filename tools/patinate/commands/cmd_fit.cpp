@@ -181,7 +181,8 @@ int cmd_fit(CommandRun& run) {
                  {"onset, saturation", "when places have made a tenth, nine tenths of their change, % of the span"},
                  {"color_by_control", "distance between the colors given control and time"},
                  {"rate_by_control", "change over the span by control"},
-                 {"ciede2000", "place by place, where the history lies on the scene's atlas"}});
+                 {"ciede2000", "place by place, where the history lies on the scene's atlas"},
+                 {"contrast", "how much lightness varies at each wavelength of the pattern, L*"}});
   run.line.example(
       "fit plate.json copper --vary /rules/0/rate=0.01:1:log --vary /appearance/patina/strength=0.2:3 --clock span -o "
       "copper_fit");

@@ -19,6 +19,7 @@ int cmd_evaluate(CommandRun& run);
 int cmd_explain(CommandRun& run);
 int cmd_export(CommandRun& run);
 int cmd_factorize(CommandRun& run);
+int cmd_field(CommandRun& run);
 int cmd_fit(CommandRun& run);
 int cmd_help(CommandRun& run);
 int cmd_info(CommandRun& run);

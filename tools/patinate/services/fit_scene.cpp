@@ -9,6 +9,7 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "simulation/files/scene_files.h"
 #include "simulation/job/aged_frames.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/usage_error.h"
@@ -26,28 +27,6 @@ const std::vector<std::string> kFixed{"/version", "/seed", "/atlas/resolution"};
 bool is_path(const Json& json) {
   return json.is_string() &&
          (json.get<std::string>().ends_with(".json") || json.get<std::string>().find('/') != std::string::npos);
-}
-
-/// f(path) for every path that a scene holds.
-template <class F>
-void for_each_path(Json& root, F&& f) {
-  const auto visit = [&](Json& object, const char* key) {
-    if (object.is_object() && object.contains(key) && object[key].is_string()) f(object[key]);
-  };
-  for (const char* list : {"presets", "appearance"}) {
-    if (!root.contains(list)) continue;
-    for (auto& member : root[list].items()) visit(member.value(), "color");
-  }
-  for (Json& object : root["objects"]) {
-    visit(object, "mesh");
-    if (!object.contains("maps")) continue;
-    for (const char* map : {"color", "height", "normal", "specular"}) visit(object["maps"], map);
-  }
-  if (!root.contains("rules")) return;
-  for (Json& rule : root["rules"]) {
-    if (is_path(rule)) f(rule);
-    visit(rule, "file");
-  }
 }
 
 }  // namespace
@@ -169,22 +148,42 @@ analysis::AgeWith FitScene::age() const {
     file.scene.seed += seed_shift + scene.seed_shift_;
     const auto aged = std::make_shared<simulation::AgedFrames>(file, simulation::SimulationOptions{}, control);
     return [scene, aged](const std::vector<double>& appearance_values, const RunControl& appearance_control) {
-      analysis::AgedSurface frames{.name = scene.base_->name,
-                                   .time_unit = scene.base_->time_unit,
-                                   .texel_size_mm = aged->texel_size_mm(),
-                                   .times = aged->times(),
-                                   .colors = {},
-                                   .mask = aged->coverage(),
-                                   .controls = {}};
-      frames.colors = aged->compose(scene.read(scene.with(appearance_values)).scene.appearance, appearance_control);
-      for (const simulation::ParameterControl& c : aged->controls()) {
-        analysis::SurfaceControl& control_map = frames.controls.emplace_back();
-        control_map.parameter = ControlFacts{.name = c.name, .low = c.low, .high = c.high, .unit = c.unit};
-        control_map.values = c.values;
-      }
-      return frames;
+      return scene.surface_of(*aged, scene.read(scene.with(appearance_values)).scene.appearance, appearance_control);
     };
   };
+}
+
+analysis::AgedSurface FitScene::surface_of(simulation::AgedFrames& aged,
+                                           const std::vector<simulation::MaterialAppearance>& appearance,
+                                           const RunControl& control) const {
+  analysis::AgedSurface frames{.name = base_->name,
+                               .time_unit = base_->time_unit,
+                               .texel_size_mm = aged.texel_size_mm(),
+                               .times = aged.times(),
+                               .colors = {},
+                               .mask = aged.coverage(),
+                               .controls = {}};
+  frames.colors = aged.compose(appearance, control);
+  for (const simulation::ParameterControl& c : aged.controls()) {
+    analysis::SurfaceControl& control_map = frames.controls.emplace_back();
+    control_map.parameter = ControlFacts{.name = c.name, .low = c.low, .high = c.high, .unit = c.unit};
+    control_map.values = c.values;
+  }
+  return frames;
+}
+
+analysis::AgedSurface FitScene::aged(const Json& json, const RunControl& control,
+                                     const std::function<void(simulation::Scene& scene)>& change) const {
+  simulation::SceneFile file = read(json);
+  change(file.scene);
+  simulation::AgedFrames frames(file, simulation::SimulationOptions{}, control.part(0.0, 0.9));
+  return surface_of(frames, file.scene.appearance, control.part(0.9, 1.0));
+}
+
+void FitScene::move_paths(Json& json, const fs::path& output) const {
+  const fs::path from = fs::weakly_canonical(fs::absolute(file_).parent_path()),
+                 to = fs::weakly_canonical(fs::absolute(output));
+  simulation::for_each_scene_path(json, [&](Json& path) { simulation::move_scene_path(path, from, to); });
 }
 
 void FitScene::add_inputs(JobInputs& inputs) const {
@@ -202,11 +201,7 @@ void FitScene::write(const fs::path& folder, const std::string& file, const fs::
                      const std::vector<double>& values) const {
   Json json = with(values);
   if (seed_shift_ > 0) json["seed"] = base_->scene.seed + seed_shift_;
-  const fs::path target = fs::weakly_canonical(fs::absolute(output));
-  for_each_path(json, [&](Json& path) {
-    path = fs::relative(fs::weakly_canonical(fs::absolute(file_.parent_path() / path.get<std::string>())), target)
-               .string();
-  });
+  move_paths(json, output);
   save_json(folder / (file + ".json"), json);
 }
 

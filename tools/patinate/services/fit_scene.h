@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "analysis/fit/fit_parameter.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/simulation/scene_io.h"
+#include "simulation/job/aged_frames.h"
 
 namespace patinate::cli {
 
@@ -38,11 +40,23 @@ class FitScene {
   /// it.
   void write(const std::filesystem::path& folder, const std::string& file, const std::filesystem::path& output,
              const std::vector<double>& values) const;
+  /// As it was read, with the starting values.
+  [[nodiscard]] const simulation::SceneFile& base() const { return *base_; }
+  /// The scene file with these values.
+  [[nodiscard]] Json with(const std::vector<double>& values) const;
+  /// Frames of a scene file of the same folder. @param change  Of the scene that was read.
+  [[nodiscard]] analysis::AgedSurface aged(const Json& json, const RunControl& control,
+                                           const std::function<void(simulation::Scene& scene)>& change) const;
+  /// Makes the paths of a scene file of the same folder relative to another. @param output  That one, in the end.
+  void move_paths(Json& json, const std::filesystem::path& output) const;
   /// The same scene with another seed: chance of its own.
   [[nodiscard]] FitScene with_seed_shift(std::uint64_t shift) const;
 
  private:
-  [[nodiscard]] Json with(const std::vector<double>& values) const;
+  /// How it looks: frames of what has aged.
+  [[nodiscard]] analysis::AgedSurface surface_of(simulation::AgedFrames& aged,
+                                                 const std::vector<simulation::MaterialAppearance>& appearance,
+                                                 const RunControl& control) const;
   [[nodiscard]] simulation::SceneFile read(const Json& json) const;
   void add_parameter(const analysis::FitRange& range);
 

@@ -78,7 +78,7 @@ std::optional<Quadratic> fitted_quadratic(const BoxPoint& best, std::span<const 
     }
   }
   if (!(q.explained >= kLeastExplained)) {
-    problem = "near the best the objective is no quadratic (" +
+    problem = "near the best the objective is no quadratic (one explains " +
               std::to_string(static_cast<int>(100.0 * std::max(0.0, q.explained))) + " % of its variance)";
     return std::nullopt;
   }

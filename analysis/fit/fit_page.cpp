@@ -230,7 +230,7 @@ void add_comparison(HtmlPage& page, const std::string& of_whom, const Section& l
   page.table({"figure (A captured, B simulated)", "before", "after", "A split in two", "unit"}, rows);
   page.paragraph(
       "\"A split in two\": what equal surfaces would show, the squares of a chess board over the captured one, the "
-      "black against the white.");
+      "black against the white. Halves hold half of a pattern each, so that a whole surface may come nearer.");
 }
 
 void add_misfit(HtmlPage& page, const std::string& of_whom, const Section& section) {
@@ -280,7 +280,7 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   page.paragraph("The objective fell from " + number(o.initial.result.objective) + " to " +
                  number(o.best.result.objective) + " in " + tried + (o.is_converged ? "; the search converged." : ".") +
                  (o.lately_gained ? " Its last generations brought it down by " + number(*o.lately_gained) +
-                                        "; what the data cannot tell is " + number(o.threshold) + "."
+                                        "; a rise of " + number(o.threshold) + " cannot be told from chance."
                                   : ""));
   if (!o.is_converged)
     page.paragraph(
@@ -409,9 +409,8 @@ void write_fit_page(const std::filesystem::path& folder, const std::string& titl
   if (!scans.empty()) {
     page.heading("Along each parameter");
     page.paragraph(
-        "Values below the dashed line cannot be told from the best. Where a curve leaves the picture, the objective "
-        "has "
-        "risen by more than five times as much; what lies beyond is left out.");
+        "Values at which the curve lies below the dashed line cannot be told from the best. Where it leaves the "
+        "picture, the objective has risen by more than five times as much; what lies beyond is left out.");
   }
   for (const std::size_t i : scans) {
     std::string name = task.parameters[i].range.name.substr(1);  // A JSON pointer.

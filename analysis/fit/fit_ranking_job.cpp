@@ -135,7 +135,7 @@ void add_numbers(HtmlPage& page, const Ranked& all) {
   std::vector<std::string> header{"number", "unit", "model"};
   if (are_several) header.emplace_back("case");
   header.insert(header.end(), {"best", "what the frames seen say"});
-  page.heading("How the models differ");
+  page.heading("The numbers of the models");
   page.paragraph(
       "Every number that a model varies. One that a model does not vary stands in its scene, if it has one; rules that "
       "the scenes differ in are in the scenes alone.");
@@ -156,13 +156,15 @@ void write_page(const fs::path& folder, const Ranked& all) {
                     cell(m.behind), cell(m.beyond_last), is_converged(all, m) ? "yes" : "no"});
   if (r.last_frame) rows.push_back({"last frame, held", "0", "-", number(*r.last_frame), "-", "-", "-"});
   page.heading("Models");
-  page.table({"model", "parameters", "seen", "held out", "farther than the first", "than the last frame", "converged"},
+  const std::string first = r.models.front().name;
+  page.table({"model", "parameters", "seen", "held out", "more than " + first, "more than the last frame", "converged"},
              rows);
   page.paragraph(
       "Parameters: those that were varied. Seen: the objective of the frames that the search saw. Held out: of those "
-      "after, mean over other seeds and over the cases, with a 95 % interval of that mean. Farther than the first, and "
-      "than the last frame seen, held: differences; those to the first hold together in 95 %. Intervals cover the "
-      "seeds of the simulation, not other surfaces than these.");
+      "after, mean over other seeds and over the cases, with a 95 % interval of that mean. More than " +
+      first + ", and than the last frame seen, held: differences; those to " + first +
+      " hold together in 95 %. Intervals cover the seeds of the simulation, not other surfaces or other searches than "
+      "these: one without a width means that seeds change nothing, not that the figure is certain.");
   add_numbers(page, all);
   add_pictures(page, all);
   std::vector<std::string> header{"model"};

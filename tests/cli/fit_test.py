@@ -91,7 +91,7 @@ class Rank(unittest.TestCase):
         self.assertEqual(page.count("src=\"data:image/png"), 3)  # Captured, and by each of the two.
         for said in (">captured, 6 h<", ">start, 6 h: ", ">idle, 6 h: "):
             self.assertIn(said, page)
-        numbers = page[page.index("How the models differ"):page.index("Case by case")]
+        numbers = page[page.index("The numbers of the models"):page.index("Case by case")]
         for name in json.loads((WORK / f"start_{first}/report.json").read_text())["parameters"]:
             self.assertIn(name["name"], numbers)
         self.assertIn("<td>rule patina: rate</td><td>per h</td><td>start</td>", numbers.replace("\n", ""))

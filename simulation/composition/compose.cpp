@@ -263,7 +263,7 @@ void Composer::use(std::shared_ptr<const SimulationDevice> device) {
 }
 
 std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty,
-                                         const RunControl& given) {
+                                         const RunControl& given, const DeviceAmounts* on_device) {
   // What a device leaves to the CPU begins anew: fractions do not fall.
   RunControl control = given;
   if (given.on_progress) {
@@ -305,7 +305,7 @@ std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<c
     };
     const std::vector<TileIndex>& first = is_all ? s.covered_tiles : tiles;
     const RunControl colors = control.part(0.0, 0.6), rest = control.part(0.6, 1.0);
-    if (!is_dense(first) || !s.composed_on_device(atlas, first, colors)) {
+    if (!is_dense(first) || !s.composed_on_device(atlas, first, on_device, colors)) {
       for_each(
           first, colors, [&](TileIndex tile) { s.prefetch(atlas, tile); },
           [&](TileIndex tile) { s.compose_tile(atlas, tile); });

@@ -1,17 +1,17 @@
 // The entries of compose_kernel.inl: a group of 64 items a tile, an item a texel.
 
 kernel void compose_tiles(global const PackedTask* tasks, global const QuantizedAppearance* looks,
-                          global const ushort* planes, global const uchar* grains, global const ushort* pictures,
-                          global const BaseTile* bases, global const int* heights, global const uchar* srgb,
-                          global uint* codes, global int* new_heights) {
+                          global const ushort* amounts, global const ushort* originals, global const uchar* grains,
+                          global const ushort* pictures, global const BaseTile* bases, global const int* heights,
+                          global const uchar* srgb, global uint* codes, global int* new_heights) {
   const ulong item = get_global_id(0);
   global const PackedTask* packed = tasks + item / 64u;
   ComposeTask task;
   task.num_materials = packed->num_materials;
   for (int k = 0; k < packed->num_materials; ++k) {
     task.look[k] = looks + packed->look[k];
-    task.amount[k] = planes + (long)packed->amount[k] * 64;
-    task.original[k] = planes + (long)packed->original[k] * 64;
+    task.amount[k] = amounts + (long)packed->amount[k] * 64;
+    task.original[k] = originals + (long)packed->original[k] * 64;
     task.grain[k] = packed->grain[k] < 0 ? 0 : grains + (long)packed->grain[k] * 64;
     task.picture[k] = packed->picture[k] < 0 ? 0 : pictures + (long)packed->picture[k] * 192;
   }

@@ -30,8 +30,11 @@ void PackedTiles::add(const ComposeTask& task) {
   packed.is_published_form = task.is_published_form;
   for (std::size_t k = 0; k < static_cast<std::size_t>(task.num_materials); ++k) {
     packed.look[k] = static_cast<std::int32_t>(task.look[k] - looks_.data());
-    packed.amount[k] = append(planes_, task.amount[k], kTile);
-    packed.original[k] = append(planes_, task.original[k], kTile);
+    packed.amount[k] = amounts_ != nullptr ? amounts_->tile_plane(packed.look[k], task.first_texel / kTile)
+                                           : append(planes_, task.amount[k], kTile);
+    const auto [original, is_new] = originals_.try_emplace(task.original[k], 0);
+    if (is_new) original->second = append(planes_, task.original[k], kTile);
+    packed.original[k] = original->second;
     packed.grain[k] = task.grain[k] == nullptr ? -1 : append(grains_, task.grain[k], kTile);
     packed.picture[k] = task.picture[k] == nullptr ? -1 : append(pictures_, task.picture[k], 3 * kTile);
   }
@@ -51,6 +54,7 @@ void PackedTiles::add(const ComposeTask& task) {
 void PackedTiles::clear() {
   tasks_.clear();
   planes_.clear();
+  originals_.clear();
   pictures_.clear();
   grains_.clear();
   bases_.clear();
@@ -98,9 +102,11 @@ void DeviceSurface::compose(const PackedTiles& tiles, std::vector<std::uint32_t>
   const std::size_t num_items = tiles.size() * kTile;
   const auto new_codes = d.allocate<std::uint32_t>(num_items);
   const auto new_heights = d.allocate<std::int32_t>(num_items);
+  const Buffer<std::uint16_t> planes = d.upload(tiles.planes_);
   s.compose.run({.num = num_items, .group = kTile}, d.upload(tiles.tasks_), d.upload(tiles.looks_),
-                d.upload(tiles.planes_), d.upload(tiles.grains_), d.upload(tiles.pictures_), d.upload(tiles.bases_),
-                d.upload(tiles.heights_), s.srgb, new_codes, new_heights);
+                tiles.amounts_ != nullptr ? tiles.amounts_->planes() : planes, planes, d.upload(tiles.grains_),
+                d.upload(tiles.pictures_), d.upload(tiles.bases_), d.upload(tiles.heights_), s.srgb, new_codes,
+                new_heights);
   codes.resize(num_items);
   heights.resize(num_items);
   d.read(new_codes, std::span(codes));

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "libcommon/device/arithmetic_check.h"
@@ -11,6 +12,7 @@
 #include "patinate/core/run_control.h"
 #include "patinate/simulation/surface_atlas.h"
 #include "simulation/composition/height_frames.h"
+#include "simulation/device/device_amounts.h"
 
 namespace patinate::simulation {
 
@@ -19,8 +21,10 @@ namespace composition {
 /// Tasks of some tiles with everything that they point to, in the pools that a device is given.
 class PackedTiles {
  public:
-  /// @param looks  Those that tasks point to.
-  explicit PackedTiles(std::span<const QuantizedAppearance> looks) : looks_(looks) {}
+  /// @param looks    Those that tasks point to, by material.
+  /// @param amounts  Of the atlas on the device; null: amounts are packed, too.
+  explicit PackedTiles(std::span<const QuantizedAppearance> looks, const DeviceAmounts* amounts = nullptr)
+      : looks_(looks), amounts_(amounts) {}
   void add(const ComposeTask& task);
   void clear();
   [[nodiscard]] std::size_t size() const { return tasks_.size(); }
@@ -28,6 +32,8 @@ class PackedTiles {
  private:
   friend class DeviceSurface;
   std::span<const QuantizedAppearance> looks_;
+  const DeviceAmounts* amounts_;
+  std::unordered_map<const std::uint16_t*, std::int32_t> originals_;  ///< Planes: most tiles of an object share one.
   std::vector<PackedTask> tasks_;
   std::vector<std::uint16_t> planes_, pictures_;
   std::vector<std::uint8_t> grains_;

@@ -58,7 +58,8 @@ struct Composer::State {
   /// Color, specular value and height of a tile.
   void compose_tile(const MaterialAtlas& atlas, TileIndex tile);
   /// The same of many, and normals. @returns false where there is no device or it has failed.
-  bool composed_on_device(const MaterialAtlas& atlas, std::span<const TileIndex> tiles, const RunControl& control);
+  bool composed_on_device(const MaterialAtlas& atlas, std::span<const TileIndex> tiles, const DeviceAmounts* amounts,
+                          const RunControl& control);
   bool normals_on_device(std::span<const TileIndex> tiles, const RunControl& control);
   template <class Work>
   bool worked_on_device(const Work& work);

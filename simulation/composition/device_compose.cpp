@@ -35,11 +35,11 @@ bool Composer::State::worked_on_device(const Work& work) {
 }
 
 bool Composer::State::composed_on_device(const MaterialAtlas& atlas, std::span<const TileIndex> tiles,
-                                         const RunControl& control) {
+                                         const DeviceAmounts* amounts, const RunControl& control) {
   RunControl silent = control;
   silent.on_progress = nullptr;
   return worked_on_device([&] {
-    PackedTiles packed(appearance);
+    PackedTiles packed(appearance, amounts);
     std::vector<std::uint32_t> new_codes;
     std::vector<std::int32_t> new_heights;
     std::vector<TileInput> inputs(std::min(kBatch, tiles.size()));

@@ -64,6 +64,9 @@ DeviceAmounts::DeviceAmounts(const Device& device, const MaterialAtlas& atlas)
 DeviceAmounts::~DeviceAmounts() = default;
 
 const Buffer<std::uint16_t>& DeviceAmounts::planes() const { return state_->planes; }
+std::int32_t DeviceAmounts::tile_plane(std::int32_t material, TileIndex tile) const {
+  return material * static_cast<std::int32_t>(state_->num_texels / kTile) + static_cast<std::int32_t>(tile);
+}
 const Buffer<std::uint32_t>& DeviceAmounts::dirty() const { return state_->dirty; }
 
 void DeviceAmounts::note_changes(std::span<const TileIndex> tiles) {

@@ -31,6 +31,8 @@ class DeviceAmounts {
   void update(const MaterialAtlas& atlas);
 
   [[nodiscard]] const device::Buffer<std::uint16_t>& planes() const;
+  /// Where in planes() a tile's 64 amounts are, in tiles.
+  [[nodiscard]] std::int32_t tile_plane(std::int32_t material, TileIndex tile) const;
   /// By tile: a bit for each material of which a kernel has changed something since the last take().
   [[nodiscard]] const device::Buffer<std::uint32_t>& dirty() const;
   /// Waits for the device, and gives the atlas what has changed there. Nothing is changed if it throws.

@@ -262,7 +262,8 @@ std::vector<TileIndex> Simulation::dirty_since(std::int64_t since) const { retur
 
 void Simulation::State::compose_now(const RunControl& control) {
   const Stopwatch watch(times.compose);
-  std::vector<TileIndex> tiles = composer.compose(atlas, dirty_since(composed_at), control);
+  std::vector<TileIndex> tiles =
+      composer.compose(atlas, dirty_since(composed_at), control, exchanger.device_amounts(atlas));
   composed_at = iteration;
   if (composed_since_asked.empty()) {
     composed_since_asked = std::move(tiles);

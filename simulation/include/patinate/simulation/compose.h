@@ -20,6 +20,7 @@ enum class InstructionSet;
 
 namespace patinate::simulation {
 
+class DeviceAmounts;
 class SimulationDevice;
 
 /// How weights w_i of materials, a = sum w_i, become a color. Both give sum w_i C_i / a where a >= 1.
@@ -69,10 +70,11 @@ class Composer {
   /// @param atlas  Of the same surface, with as many materials as there are appearances.
   /// @param dirty  Tiles whose amounts may have changed since the last call; any order.
   /// @return tiles of which anything changed, in order.
+  /// @param on_device  The atlas's amounts on the device that is used, up to date; null: they are copied there.
   /// @throws InvalidInput for another atlas or a tile out of range; Canceled: everything is then composed again at the
   /// next call.
   std::vector<TileIndex> compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty,
-                                 const RunControl& control = {});
+                                 const RunControl& control = {}, const DeviceAmounts* on_device = nullptr);
 
   /// By texel, in tile order: R | G << 8 | B << 16 | specular << 24, color as sRGB codes. 0 outside the charts and
   /// before compose().

@@ -46,6 +46,9 @@ cp crackle/frames/*.png photos
 patinate init photos
 sed -i 's/"interval":1/"interval":44/' photos/capture.json
 patinate ingest photos/capture.json -o copper
+patinate synth crackle --num-frames 12 --width 64 --height 64 -o square
+sed -i 's/"interval": *7.5/"interval":44/' square/capture.json
+patinate ingest square/capture.json -o square_copper
 patinate synth sculpture --resolution 24 -o urn
 patinate transfer copper urn/mesh.obj --control accessibility --resolution 64 -o aged
 patinate lookup aged --time 484 -o aged.png
@@ -82,7 +85,8 @@ PAGES = {
     "docs/explain.md": COPPER + " && cp $made/aged.png aged.jpg && cp $made/clean.png clean.jpg && cp $made/aged.png bust_diff.jpg && cp $made/mask.png paint.png && cp $made/view.png photo.jpg && cp $made/camera.yml . && cp $made/urn.ply statue.ply",
     "docs/library.md": COPPER + " && cp $made/urn/mesh.obj object.obj && cp $made/crackle/frames/0003.png photo.jpg && cp -r copper my_history",
     "docs/transfer.md": COPPER + " && cp -r copper clay && cp $made/urn/mesh.obj asset.obj && cp $made/mask.png which.png && mkdir maps && cp $made/age.exr maps",
-    "docs/fit.md": COPPER + " && cp $made/plate.json $made/plate.obj $made/ranges.json . && cp plate.json one_layer.json && cp plate.json two_layers.json && cp -r copper open && cp -r copper shaded",
+    # Places of a plate's atlas are square.
+    "docs/fit.md": COPPER + " && rm -r copper && cp -r $made/square_copper copper && cp $made/plate.json $made/plate.obj $made/ranges.json . && cp plate.json one_layer.json && cp plate.json two_layers.json && cp -r copper open && cp -r copper shaded",
     "docs/registration.md": "cp $made/scans/* . && mkdir scans && cp day*.ply scans",
     "docs/meshes.md": COPPER + " && cp $made/urn.ply scan.ply",
     "docs/controls.md": COPPER,

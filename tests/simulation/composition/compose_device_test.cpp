@@ -10,6 +10,7 @@
 #include "tests/simulation/composition/compose_scene.h"
 #include "tests/support/lost_device.h"
 #include "tests/support/meshes.h"
+#include "tests/support/on_devices.h"
 
 namespace patinate::simulation {
 namespace {
@@ -19,13 +20,7 @@ using device::DeviceInfo;
 using testing_support::any_appearance;
 using testing_support::ComposeScene;
 
-class ComposeOnDevices : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
-  }
-  std::vector<DeviceInfo> all = device::list_devices();
-};
+class ComposeOnDevices : public testing_support::OnDevices<> {};
 
 void expect_equal(const Composer& a, const Composer& b, const std::string& where) {
   EXPECT_TRUE(std::equal(a.codes().begin(), a.codes().end(), b.codes().begin(), b.codes().end())) << where;

@@ -8,6 +8,7 @@
 #include "simulation/device/simulation_device.h"
 #include "tests/support/lost_device.h"
 #include "tests/support/object_scenes.h"
+#include "tests/support/on_devices.h"
 #include "tests/support/plate_scene.h"
 
 namespace patinate::simulation {
@@ -69,13 +70,7 @@ void expect_same_textures(const Composer& a, const Composer& b) {
   EXPECT_TRUE(std::equal(a.normals().begin(), a.normals().end(), b.normals().begin()));
 }
 
-class SimulationOnDevices : public testing::TestWithParam<Case> {
- protected:
-  void SetUp() override {
-    if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
-  }
-  std::vector<DeviceInfo> all = device::list_devices();
-};
+class SimulationOnDevices : public testing_support::OnDevices<testing::TestWithParam<Case>> {};
 
 // What is saved on a device goes on without one, and the other way round.
 TEST_P(SimulationOnDevices, GivesTheCpusBytesThroughEventsAndSnapshots) {

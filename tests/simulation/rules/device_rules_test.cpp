@@ -11,6 +11,7 @@
 #include "simulation/rules/rules.h"
 #include "tests/simulation/transport/transport_scene.h"
 #include "tests/support/lost_device.h"
+#include "tests/support/on_devices.h"
 
 namespace patinate::simulation {
 namespace {
@@ -21,13 +22,7 @@ using testing_support::TransportScene;
 
 const std::vector<std::string> kNames{"water", "metal", "rust"};
 
-class RulesOnDevices : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
-  }
-  std::vector<DeviceInfo> all = device::list_devices();
-};
+class RulesOnDevices : public testing_support::OnDevices<> {};
 
 /// Amounts from none to the most that there can be, some pages left as they are.
 void set_any_amounts(TransportScene& scene, std::uint64_t seed) {

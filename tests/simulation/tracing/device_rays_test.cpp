@@ -5,6 +5,7 @@
 #include "libcommon/core/random.h"
 #include "simulation/tracing/device_motion.h"
 #include "tests/libcommon/geometry/shapes.h"
+#include "tests/support/on_devices.h"
 
 namespace patinate::simulation {
 namespace {
@@ -12,13 +13,7 @@ namespace {
 using device::Device;
 using device::DeviceInfo;
 
-class RaysOnDevices : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
-  }
-  std::vector<DeviceInfo> all = device::list_devices();
-};
+class RaysOnDevices : public testing_support::OnDevices<> {};
 
 TEST_F(RaysOnDevices, PassTheirOwnCheck) {
   for (const DeviceInfo& info : all) {

@@ -9,6 +9,7 @@
 #include "simulation/transport/exchange.h"
 #include "tests/simulation/transport/transport_scene.h"
 #include "tests/support/lost_device.h"
+#include "tests/support/on_devices.h"
 
 namespace patinate::simulation {
 namespace {
@@ -22,13 +23,7 @@ using testing_support::TransportScene;
 constexpr std::uint64_t kSeed = 11;
 constexpr std::uint32_t kGammatons = 3000;
 
-class ExchangeOnDevices : public testing::Test {
- protected:
-  void SetUp() override {
-    if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
-  }
-  std::vector<DeviceInfo> all = device::list_devices();
-};
+class ExchangeOnDevices : public testing_support::OnDevices<> {};
 
 TEST_F(ExchangeOnDevices, PassesItsOwnCheck) {
   for (const DeviceInfo& info : all) {

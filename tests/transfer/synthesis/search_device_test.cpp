@@ -9,6 +9,7 @@
 #include "tests/support/histories.h"
 #include "tests/support/lost_device.h"
 #include "tests/support/meshes.h"
+#include "tests/support/on_devices.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate::transfer {
@@ -47,13 +48,7 @@ TEST(FlatNeighbors, AreThoseThatACursorFinds) {
   EXPECT_FALSE(flat.steps.empty());
 }
 
-class SearchOnDevices : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
-  }
-  std::vector<DeviceInfo> all = device::list_devices();
-};
+class SearchOnDevices : public testing_support::OnDevices<> {};
 
 TEST_F(SearchOnDevices, PassesItsOwnCheck) {
   for (const DeviceInfo& info : all) {

@@ -105,7 +105,8 @@ template <class Move>
 void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surface, const RunControl& control,
              const GammatonRange& moving, TraceResult& result, Move&& move) {
   constexpr std::size_t kAhead = 12;  // gammatons; memory's latency over the time that one needs
-  const auto [first, n] = range_of(all, moving);
+  const Range range = range_of(all, moving);
+  const std::int64_t first = range.begin, n = range.num;
   const std::int64_t chunk = chunk_of(n);
   std::vector<TraceResult> parts(static_cast<std::size_t>((n + chunk - 1) / chunk));
   parallel_for(n, chunk, control, [&](std::int64_t from, std::int64_t to) {

@@ -211,11 +211,8 @@ TEST(FitObjective, FramesUpToATimeAndThoseHeldOutMakeUpAllOfThem) {
   EXPECT_NE(held_out(other).objective.value(), held_out(b).objective.value());
   for (const auto& [until, part] : {std::pair{0.0, "fewer than two"}, {8.0, "no compared time lies after"}}) {
     options.until = until;
-    EXPECT_TRUE(has(error_of([&] {
-                      (void)FitObjective(series(), outline_of(b), terms, options,
-                                         until > 1.0 ? FitFrames::HeldOut : FitFrames::Seen);
-                    }),
-                    part));
+    const FitFrames frames = until > 1.0 ? FitFrames::HeldOut : FitFrames::Seen;
+    EXPECT_TRUE(has(error_of([&] { (void)FitObjective(series(), outline_of(b), terms, options, frames); }), part));
   }
   EXPECT_TRUE(has(error_of([&] { (void)FitObjective(series(), outline_of(b), {{FitFigure::Onset}}, options); }),
                   "the whole course"));

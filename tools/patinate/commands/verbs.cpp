@@ -39,7 +39,7 @@ constexpr std::array kVerbs{
          cmd_factorize},
     Verb{"simulate", "Ages a scene with particles that carry water, dirt, rust.", cmd_simulate},
     Verb{"fit", "Finds a scene's numbers that age it as a history does.", cmd_fit},
-    Verb{"field", "Finds where a scene's rates differ from place to place.", cmd_field},
+    Verb{"field", "Finds where a scene's rates or initial amounts differ from place to place.", cmd_field},
     Verb{"rank", "Says which of several fitted scenes foretells a history best.", cmd_rank},
     Verb{"recompose", "Gives a simulation other appearance parameters without simulating again.", cmd_recompose},
     Verb{"studio", "Shows histories, transfers and simulations in the browser.", cmd_studio},

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -58,9 +59,15 @@ struct DeviceInfo {
 
 /// What a device has done.
 struct DeviceTimes {
+  struct Kernel {
+    std::int64_t num_launches = 0;
+    double seconds = 0.0;  ///< By the device's clock.
+  };
   double kernels_s = 0.0;  ///< By its own clock: those that were waited for.
   double copies_s = 0.0;   ///< To it and back, by ours.
   std::uint64_t copied_bytes = 0;
+  std::int64_t num_copies = 0;
+  std::map<std::string, Kernel> kernels;  ///< By name.
 };
 
 class Device;

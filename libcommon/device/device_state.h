@@ -30,7 +30,11 @@ struct DeviceState {
   cl_context context = nullptr;
   cl_command_queue queue = nullptr;
   mutable DeviceTimes times;
-  mutable std::vector<cl_event> launches;  ///< Since the last finish().
+  struct Launch {
+    cl_event event;
+    DeviceTimes::Kernel* kernel;  ///< Of times.
+  };
+  mutable std::vector<Launch> launches;  ///< Since the last finish().
 };
 
 struct ProgramState {

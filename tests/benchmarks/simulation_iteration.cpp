@@ -106,9 +106,7 @@ void one(const Row& row, const device::Device* on_device) {
   if (share) std::printf("        %s\n", share->text(kIterations).c_str());
 }
 
-}  // namespace
-
-void iteration() {
+void print_heads() {
   std::printf(
       "  5,000 gammatons, 2 threads, ms an iteration with composition; exchange = the paper's surface update and "
       "gammaton update. Of the paper's\n"
@@ -116,6 +114,12 @@ void iteration() {
       "threads.\n");
   std::printf("  %5s %10s %9s %9s %9s %9s %9s %9s %9s %9s %11s %10s\n", "atlas", "", "trace", "exchange", "rules",
               "compose", "total", "cpu", "goal", "paper", "memory", "set-up");
+}
+
+}  // namespace
+
+void iteration() {
+  print_heads();
   for (const Row& row : {Row{1024, 0.5, "1.5", "8.98"},
                          {2048, 0.5, "3", "28"},
                          {4096, 0.5, "7", "103"},
@@ -124,16 +128,6 @@ void iteration() {
                          {2048, 0.8, "6", "28"},
                          {4096, 0.8, "16", "103"}}) {
     one(row, nullptr);
-  }
-  for (const device::DeviceInfo& info : device::list_devices()) {
-    std::printf("  on %s; goals of an H200-class card\n", info.name.c_str());
-    const device::Device on_device(info);
-    for (const Row& row : {Row{1024, 0.5, "0.15", "8.98"},
-                           {2048, 0.5, "0.25", "28"},
-                           {4096, 0.5, "0.6", "103"},
-                           {8192, 0.5, "2", "-"}}) {
-      one(row, &on_device);
-    }
   }
   RunControl control;
   control.num_threads = 2;
@@ -156,6 +150,20 @@ void iteration() {
     });
     std::printf("  %8lld gammatons: %6.2f M segments/s, all in (goal 25 at a million)\n", static_cast<long long>(n),
                 1e-6 * static_cast<double>(simulation.counters().segments - begin) / time);
+  }
+}
+
+void iteration_on_devices() {
+  print_heads();
+  for (const device::DeviceInfo& info : device::list_devices()) {
+    std::printf("  on %s; goals of an H200-class card\n", info.name.c_str());
+    const device::Device on_device(info);
+    for (const Row& row : {Row{1024, 0.5, "0.15", "8.98"},
+                           {2048, 0.5, "0.25", "28"},
+                           {4096, 0.5, "0.6", "103"},
+                           {8192, 0.5, "2", "-"}}) {
+      one(row, &on_device);
+    }
   }
 }
 

@@ -107,6 +107,7 @@ Device::Device(const DeviceInfo& info, const OpenCl& functions)
 }
 
 DeviceState::~DeviceState() {
+  if (queue != nullptr && !writes.empty()) cl.clFinish(queue);
   for (const Launch& launch : launches) cl.clReleaseEvent(launch.event);
   if (queue != nullptr) cl.clReleaseCommandQueue(queue);
   if (context != nullptr) cl.clReleaseContext(context);
@@ -157,13 +158,28 @@ void Device::read_bytes(const Memory& memory, void* values, std::size_t size) co
           "reading from it");
 }
 
-void Device::fill_zero(const Memory& memory) const {
+void Device::write_bytes_soon(const Memory& memory, std::span<const std::byte> values) const {
+  constexpr std::size_t kMostWrites = 1024;
+  if (values.size() > memory.size_bytes_)
+    throw InvalidInput("a device's buffer is shorter than what is written to it");
+  if (values.empty()) return;
+  const DeviceState& s = *state_;
+  if (s.writes.size() >= kMostWrites) s.finish();
+  const std::vector<std::byte>& kept = s.writes.emplace_back(values.begin(), values.end());
+  s.times.copied_bytes += kept.size();
+  ++s.times.num_copies;
+  s.check(s.cl.clEnqueueWriteBuffer(s.queue, static_cast<cl_mem>(memory.handle_.get()), CL_FALSE, 0, kept.size(),
+                                    kept.data(), 0, nullptr, nullptr),
+          "writing to it");
+}
+
+void Device::fill_words(const Memory& memory, std::uint32_t word) const {
   if (memory.size_bytes_ == 0) return;
   const DeviceState& s = *state_;
-  const cl_uchar zero = 0;
-  s.check(s.cl.clEnqueueFillBuffer(s.queue, static_cast<cl_mem>(memory.handle_.get()), &zero, sizeof(zero), 0,
+  const std::size_t size = memory.size_bytes_ % sizeof(word) == 0 ? sizeof(word) : 1;
+  s.check(s.cl.clEnqueueFillBuffer(s.queue, static_cast<cl_mem>(memory.handle_.get()), &word, size, 0,
                                    memory.size_bytes_, 0, nullptr, nullptr),
-          "clearing memory");
+          "filling memory");
 }
 
 void DeviceState::finish() const {
@@ -182,6 +198,7 @@ void DeviceState::finish() const {
     cl.clReleaseEvent(event);
   }
   launches.clear();
+  writes.clear();
   check(code, "waiting for it");
 }
 

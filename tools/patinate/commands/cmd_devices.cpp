@@ -6,11 +6,8 @@
 #include "libcommon/core/instruction_set.h"
 #include "libcommon/core/text.h"
 #include "libcommon/device/device_choice.h"
-#include "simulation/composition/compose_device.h"
-#include "simulation/rules/device_rules.h"
-#include "simulation/tracing/device_motion.h"
+#include "simulation/engine/iteration_check.h"
 #include "simulation/tracing/device_rays.h"
-#include "simulation/transport/device_exchange.h"
 #include "tools/patinate/commands/commands.h"
 #include "transfer/lookup/lookup_device.h"
 #include "transfer/synthesis/search_device.h"
@@ -35,14 +32,11 @@ struct NamedCheck {
   const char* name;
   device::CheckResult (*check)(const device::Device& device);
 };
-constexpr std::array<NamedCheck, 8> kChecks{{{"arithmetic", device::check_arithmetic},
+constexpr std::array<NamedCheck, 5> kChecks{{{"arithmetic", device::check_arithmetic},
                                              {"transfer", transfer::check_search},
                                              {"lookups", transfer::check_lookups},
-                                             {"composition", simulation::check_composition},
-                                             {"rules", simulation::check_rules},
                                              {"rays", simulation::check_rays},
-                                             {"gammatons", simulation::check_motion},
-                                             {"exchange", simulation::check_exchange}}};
+                                             {"iterations", simulation::check_iterations}}};
 using Outcomes = std::array<std::string, kChecks.size()>;
 
 Outcomes check(const device::DeviceInfo& info) {

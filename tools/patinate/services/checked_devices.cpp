@@ -4,10 +4,7 @@
 #include <optional>
 
 #include "libcommon/core/text.h"
-#include "simulation/composition/compose_device.h"
-#include "simulation/rules/device_rules.h"
-#include "simulation/tracing/device_motion.h"
-#include "simulation/transport/device_exchange.h"
+#include "simulation/engine/iteration_check.h"
 
 namespace patinate::cli {
 
@@ -99,16 +96,7 @@ std::shared_ptr<const transfer::LookupDevice> open_lookup_device(const device::D
 
 std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(const device::DeviceOptions& options,
                                                                            CommandRun& run) {
-  const auto check_all = [](const device::Device& opened) {
-    device::CheckResult result;
-    for (const auto check : {simulation::check_composition, simulation::check_rules, simulation::check_exchange,
-                             simulation::check_motion}) {
-      result = check(opened);
-      if (!result.is_passed()) break;
-    }
-    return result;
-  };
-  return open_kind<simulation::SimulationDevice>(if_asked_for(options, run), check_all, run);
+  return open_kind<simulation::SimulationDevice>(if_asked_for(options, run), simulation::check_iterations, run);
 }
 
 }  // namespace patinate::cli

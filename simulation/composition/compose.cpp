@@ -137,8 +137,7 @@ void Composer::State::prepare(const MaterialAtlas& atlas, TileIndex tile, TileIn
     if (has_shared) {
       original = originals[object * appearance.size() + m].data();
     } else {
-      for (std::uint32_t l = 0; l < kTile; ++l)
-        in.originals[m][l] = this->original(m, task.first_texel + l);
+      for (std::uint32_t l = 0; l < kTile; ++l) in.originals[m][l] = this->original(m, task.first_texel + l);
     }
     if (!differ(amount.data(), original)) continue;
     const auto k = static_cast<std::size_t>(task.num_materials++);
@@ -344,7 +343,9 @@ void Composer::compose_there(const MaterialAtlas& atlas, DeviceArrays& arrays, c
 
 std::vector<TileIndex> Composer::changed_there() const { return state_->there->changed_tiles(); }
 
-void Composer::on_lost(std::function<void(const device::DeviceError&)> compose_here) { state_->on_lost = std::move(compose_here); }
+void Composer::on_lost(std::function<void(const device::DeviceError&)> compose_here) {
+  state_->on_lost = std::move(compose_here);
+}
 
 void Composer::forget_there() {
   state_->there.reset();

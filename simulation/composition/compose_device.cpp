@@ -68,7 +68,8 @@ Bases::Bases(ComposerParts& parts) : facts(parts.surface->grid().num_tiles()) {
     }
     of.base = at->second;
     const std::int32_t* height = parts.base.heights(tile);
-    const auto [known, is_other] = known_heights_.try_emplace(height, static_cast<std::int32_t>(heights.size() / kTile));
+    const auto [known, is_other] =
+        known_heights_.try_emplace(height, static_cast<std::int32_t>(heights.size() / kTile));
     if (is_other) heights.insert(heights.end(), height, height + kTile);
     of.height = known->second;
   }
@@ -164,9 +165,8 @@ void DeviceComposition::State::bring_layers(ComposerParts& parts, const RunContr
       device.write(std::span<const T>(values), buffer, layer * plane);
     }
   };
-  bring(grained, 1, grains, [&](std::size_t m, TileIndex tile, std::uint8_t* out) {
-    std::copy_n(parts.grain.tile(m, tile), kTile, out);
-  });
+  bring(grained, 1, grains,
+        [&](std::size_t m, TileIndex tile, std::uint8_t* out) { std::copy_n(parts.grain.tile(m, tile), kTile, out); });
   bring(pictured, 3, pictures,
         [&](std::size_t m, TileIndex tile, std::uint16_t* out) { parts.pictures.read_tile(m, tile, out); });
 }

@@ -54,7 +54,7 @@ struct ComposerParts {
   composition::BaseLayer base;
   composition::HeightFrames frames;
   std::vector<TileIndex> covered_tiles;
-  std::vector<bool> is_whole;                ///< By tile: all texels are covered.
+  std::vector<bool> is_whole;               ///< By tile: all texels are covered.
   std::vector<TexelIndex> texel_of_object;  ///< kNoTexel when it shows in none.
   std::vector<composition::QuantizedAppearance> appearance;
   composition::TexelPlaces places;
@@ -110,7 +110,8 @@ struct Composer::State : ComposerParts {
 
   std::unique_ptr<composition::DeviceComposition> there;  ///< Null before a device is asked.
   bool is_behind = false;                                 ///< The device has composed since.
-  std::function<void(const device::DeviceError&)> on_lost;  ///< Composes here what a device had composed and cannot give back.
+  std::function<void(const device::DeviceError&)>
+      on_lost;  ///< Composes here what a device had composed and cannot give back.
 };
 
 }  // namespace patinate::simulation

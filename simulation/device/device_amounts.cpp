@@ -54,8 +54,7 @@ void DeviceAmounts::read_dirty(const DeviceArrays& arrays) {
   if (tiles_.empty()) return;
   const Buffer<std::uint16_t> room = device.allocate<std::uint16_t>(std::min(kBatch, tiles_.size()) * each);
   for (std::size_t begin = 0; begin < tiles_.size(); begin += kBatch) {
-    const std::span<const TileIndex> batch =
-        std::span(tiles_).subspan(begin, std::min(kBatch, tiles_.size() - begin));
+    const std::span<const TileIndex> batch = std::span(tiles_).subspan(begin, std::min(kBatch, tiles_.size() - begin));
     gather_.run({.num = batch.size() * each, .group = kTile}, arrays.num_texels, arrays.num_materials,
                 device.upload(batch), arrays.amounts, room);
     device.read(room, std::span(values_).subspan(begin * each, batch.size() * each));

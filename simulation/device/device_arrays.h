@@ -33,20 +33,20 @@ struct DeviceArrays {
   device::Buffer<std::uint16_t> weights;   ///< By texel: SurfaceAtlas's.
   device::Buffer<std::int32_t> triangles;  ///< By texel; -1 outside of the charts.
 
-  device::Buffer<std::uint16_t> amounts;     ///< By material, then texel.
-  device::Buffer<std::uint32_t> dirty;       ///< By tile: a bit for each material that has changed since it was cleared.
-  device::Buffer<std::int32_t> changed_in;   ///< By tile: the last iteration that changed it; -1 = none.
-  device::Buffer<std::uint32_t> awake;       ///< By tile: rules may have something to do.
-  device::Buffer<std::uint32_t> is_listed;   ///< By tile: it is among those to be composed,
-  device::Buffer<std::uint32_t> touched;     ///< which are these.
+  device::Buffer<std::uint16_t> amounts;    ///< By material, then texel.
+  device::Buffer<std::uint32_t> dirty;      ///< By tile: a bit for each material that has changed since it was cleared.
+  device::Buffer<std::int32_t> changed_in;  ///< By tile: the last iteration that changed it; -1 = none.
+  device::Buffer<std::uint32_t> awake;      ///< By tile: rules may have something to do.
+  device::Buffer<std::uint32_t> is_listed;  ///< By tile: it is among those to be composed,
+  device::Buffer<std::uint32_t> touched;    ///< which are these.
 
-  device::Buffer<DropRecord> drops;                     ///< By gammaton, as all of these.
-  device::Buffer<std::uint32_t> cargo;                  ///< Mass, by material.
+  device::Buffer<DropRecord> drops;     ///< By gammaton, as all of these.
+  device::Buffer<std::uint32_t> cargo;  ///< Mass, by material.
   device::Buffer<Trail> trails;
-  device::Buffer<std::uint32_t> contacts;               ///< The texel; kNoTexel without one.
-  device::Buffer<std::uint32_t> ended;                  ///< 1 + how, of those whose cargo the tally does not have yet.
-  std::array<device::Buffer<std::uint32_t>, 2> endings; ///< Gammatons whose trails are laid: of ways, of responses.
-  device::Buffer<std::uint32_t> met;                    ///< A bit for each texel.
+  device::Buffer<std::uint32_t> contacts;                ///< The texel; kNoTexel without one.
+  device::Buffer<std::uint32_t> ended;                   ///< 1 + how, of those whose cargo the tally does not have yet.
+  std::array<device::Buffer<std::uint32_t>, 2> endings;  ///< Gammatons whose trails are laid: of ways, of responses.
+  device::Buffer<std::uint32_t> met;                     ///< A bit for each texel.
 
   device::Buffer<std::uint32_t> tally;  ///< Of tally_types.inl.
 };

@@ -1,3 +1,10 @@
+// What a phase has counted is forgotten once it is over.
+static inline void forget_phase(uint phase, global uint* tally) {
+  tally[kNumPieces + phase] = 0u;
+  tally[kNumWalks + phase] = 0u;
+  tally[kNumWalked + phase] = 0u;
+}
+
 // Sums of a group, which are added to those of all once it is done; behind tally_types.inl.
 
 enum { kGroupSums = kTallyWords - kFirstCount };

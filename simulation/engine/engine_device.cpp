@@ -108,7 +108,8 @@ bool Simulation::State::step_there(const RunControl& control) {
   try {
     if (!open_device(control)) return false;
     DeviceArrays& a = there->arrays;
-    const std::vector<std::uint32_t> loads = loads_of(scene, contact_area(scene.exchange, surface), atlas.num_materials());
+    const std::vector<std::uint32_t> loads =
+        loads_of(scene, contact_area(scene.exchange, surface), atlas.num_materials());
     const bool is_deposited = there->exchange.deposits();
     there->is_ahead = true;
     tracer.trace_there(scene, iteration, {.is_deposited = is_deposited, .loads = loads}, a, control);
@@ -154,7 +155,8 @@ bool Simulation::State::read_there(const RunControl& control) {
   // Nothing fails from here on.
   take_drop_records(drops, gammatons, control);
   for (std::size_t g = 0; g < cargo.mass.size(); ++g)
-    std::copy_n(carried.begin() + static_cast<std::ptrdiff_t>(g * a.num_materials), a.num_materials, cargo.mass[g].begin());
+    std::copy_n(carried.begin() + static_cast<std::ptrdiff_t>(g * a.num_materials), a.num_materials,
+                cargo.mass[g].begin());
   trails = std::move(new_trails);
   for (TileIndex t = 0; met && t < a.num_tiles; ++t)
     met->tiles()[t] = bits[2 * t] | std::uint64_t{bits[2 * t + 1]} << 32;

@@ -131,8 +131,8 @@ device::CheckResult check_iterations(const device::Device& device) {
   for (const double splat_mm : {0.0, 2.0, 7.0}) {
     SimulationOptions options{.parameter_maps = {"hits", "residence", "water.deposited"}};
     Simulation here(check_scene(splat_mm), options);
-    options.device =
-        std::make_shared<const SimulationDevice>(device, [&](const device::DeviceError& problem) { failure = problem; });
+    options.device = std::make_shared<const SimulationDevice>(
+        device, [&](const device::DeviceError& problem) { failure = problem; });
     Simulation there(check_scene(splat_mm), options);
     for (int i = 0; i < kIterations; ++i) {
       here.step();

@@ -171,12 +171,12 @@ void DeviceRules::age(const RuleStep& step, DeviceArrays& a) {
   constexpr std::size_t kBatch = std::size_t{1} << 16;
   for (std::size_t first = 0; first < s.num_due[phase]; first += kBatch) {
     const std::size_t num = std::min(kBatch, s.num_due[phase] - first);
-    s.age.run({.first = first * TileGrid::kTileTexels, .num = num * TileGrid::kTileTexels,
-               .group = TileGrid::kTileTexels},
-              s.due[phase], s.rules, static_cast<std::int32_t>(step.rules.size()), s.steps, s.everywhere,
-              s.parameters_at, static_cast<std::int32_t>(s.parameter_codes.size()), s.codes, s.covered, a.weights,
-              s.num_slots, s.materials, a.num_texels, s.never_sleeps, static_cast<std::int32_t>(step.iteration),
-              a.amounts, a.dirty, a.changed_in, a.awake, a.is_listed, a.touched, a.tally);
+    s.age.run(
+        {.first = first * TileGrid::kTileTexels, .num = num * TileGrid::kTileTexels, .group = TileGrid::kTileTexels},
+        s.due[phase], s.rules, static_cast<std::int32_t>(step.rules.size()), s.steps, s.everywhere, s.parameters_at,
+        static_cast<std::int32_t>(s.parameter_codes.size()), s.codes, s.covered, a.weights, s.num_slots, s.materials,
+        a.num_texels, s.never_sleeps, static_cast<std::int32_t>(step.iteration), a.amounts, a.dirty, a.changed_in,
+        a.awake, a.is_listed, a.touched, a.tally);
   }
 }
 

@@ -60,9 +60,9 @@ struct RuleEngine::State : CompiledRules {
   std::vector<std::uint64_t> awake;  ///< By page: a bit for each tile.
   std::vector<Worker> workers;
   std::vector<TileIndex> dirty;
-  std::vector<std::size_t> num_dirty;  ///< By chunk.
+  std::vector<std::size_t> num_dirty;      ///< By chunk.
   std::unique_ptr<DeviceRules> on_device;  ///< Of these rules; null before a device is asked.
-  bool is_all_awake_there = true;      ///< It is to be told so.
+  bool is_all_awake_there = true;          ///< It is to be told so.
 
   [[nodiscard]] std::size_t first_signal() const { return materials.size() + parameters.size(); }
   [[nodiscard]] SignalValues signals_over(std::int64_t iteration, std::int64_t span) const;

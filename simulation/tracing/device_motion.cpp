@@ -23,9 +23,9 @@ constexpr std::size_t kBatch = std::size_t{1} << 16;  // Gammatons of one launch
 
 device::Program build(const Device& device) {
   const std::array<std::string_view, 20> sources{
-      kPhiloxKernel,    kPortableMath, kRayTypes,     kRayLanes,     kRayKernel,      kMotionTypes,  kMotionVectors,
-      kRandomDirection, kPlaceKernel,  kMotionArrays, kFlightKernel, kWalkKernel,     kFloatingKernel, kBirthKernel,
-      kResponseKernel,  kTransferKernel, kSpreadKernel, kTallyTypes, kTallyKernel, kMotionEntries};
+      kPhiloxKernel,    kPortableMath,   kRayTypes,     kRayLanes,     kRayKernel,   kMotionTypes,    kMotionVectors,
+      kRandomDirection, kPlaceKernel,    kMotionArrays, kFlightKernel, kWalkKernel,  kFloatingKernel, kBirthKernel,
+      kResponseKernel,  kTransferKernel, kSpreadKernel, kTallyTypes,   kTallyKernel, kMotionEntries};
   return device.build("motion", sources);
 }
 
@@ -80,7 +80,7 @@ struct DeviceMotion::State {
   Buffer<std::int32_t> charts;
   Buffer<std::uint32_t> fallbacks;
   Buffer<std::int32_t> tile_charts;
-  Buffer<std::uint16_t> no_wet;  ///< For kernels that read none.
+  Buffer<std::uint16_t> no_wet;        ///< For kernels that read none.
   std::vector<EmitterFacts> emitters;  ///< As the device has them.
   Buffer<EmitterFacts> emitters_there;
   std::vector<std::uint32_t> loads;

@@ -233,12 +233,11 @@ void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t it
   });
 }
 
-void GammatonTracer::trace_there(const Scene& scene, std::int64_t iteration, const LifeCall& life,
-                                 DeviceArrays& arrays, const RunControl& control) {
+void GammatonTracer::trace_there(const Scene& scene, std::int64_t iteration, const LifeCall& life, DeviceArrays& arrays,
+                                 const RunControl& control) {
   impl_->place(scene);
   const MotionScene motion = impl_->motion(scene);
-  if (!impl_->there)
-    impl_->there = std::make_unique<DeviceMotion>(arrays.device, motion, *impl_->surface, control);
+  if (!impl_->there) impl_->there = std::make_unique<DeviceMotion>(arrays.device, motion, *impl_->surface, control);
   impl_->there->trace(motion, call_of(scene, iteration, {}), impl_->emitters(scene), life, arrays);
 }
 

@@ -70,7 +70,7 @@ kernel void trace_drops(SCENE_ARRAYS, const MotionCall call, global const Emitte
   local uint sums[kGroupSums];
   clear_sums(sums);
   if (item == 0u) {  // No one needs them now.
-    tally[kNumPieces + kPhaseOfResponses] = 0u;
+    forget_phase(kPhaseOfResponses, tally);
     tally[kNumEndings + 1] = 0u;
   }
   barrier(CLK_LOCAL_MEM_FENCE);
@@ -128,10 +128,9 @@ kernel void respond_drops(SCENE_ARRAYS, const MotionCall call, const uint num, g
   local uint sums[kGroupSums];
   clear_sums(sums);
   if (item == 0u) {
-    tally[kNumPieces + kPhaseOfWays] = 0u;
-    tally[kNumPieces + kPhaseOfContacts] = 0u;
+    forget_phase(kPhaseOfWays, tally);
+    forget_phase(kPhaseOfContacts, tally);
     tally[kNumEndings] = 0u;
-    tally[kNumCut] = 0u;
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   if (item < num && drops[item].state == kIsInContact) {

@@ -21,23 +21,25 @@ using exchange_types::SplatPiece;
 using exchange_types::StencilFacts;
 using exchange_types::StencilPart;
 using exchange_types::SurfaceLink;
+using exchange_types::TrailPlace;
+using exchange_types::Walk;
 using exchange_types::WalkRoom;
 
 namespace {
 
-constexpr std::size_t kLayItems = 32, kGroup = 64;  // kLayItems: as splat_device.cl has it.
+constexpr std::size_t kLayItems = 32, kWalkItems = 128, kTrailItems = 128, kGroup = 64;  // As the kernels have them.
 constexpr std::size_t kBatch = std::size_t{1} << 16;  // Gammatons of one launch, which stays short.
 constexpr std::uint32_t kFirstSlots = 256;            // Tiles that a trail touches.
-constexpr std::size_t kLeastPieces = std::size_t{1} << 16;
+constexpr std::size_t kLeastPieces = std::size_t{1} << 16, kLeastWalked = std::size_t{1} << 18;
 
 static_assert(sizeof(ExchangeCall::rates) == kMaxMaterials * sizeof(double));
 static_assert(sizeof(SurfaceLink) == sizeof(SurfaceAtlas::Link));
 static_assert(sizeof(Trail) == 17 * sizeof(std::uint32_t));
 
 device::Program build(const Device& device) {
-  const std::array<std::string_view, 9> sources{kPhiloxKernel, kPortableMath,  kTransferKernel,
-                                                kSpreadKernel, kTallyTypes,    kTallyKernel,
-                                                kExchangeTypes, kSplatEntries, kExchangeEntries};
+  const std::array<std::string_view, 12> sources{kPhiloxKernel, kPortableMath, kTransferKernel, kSpreadKernel,
+                                                 kTallyTypes,   kTallyKernel,  kExchangeTypes,  kSplatsThere,
+                                                 kWalksThere,   kLayEntries,   kTrailEntries,   kExchangeEntries};
   return device.build("exchange", sources);
 }
 
@@ -65,15 +67,17 @@ struct DeviceExchange::State {
 
   void allocate_pieces(std::size_t num);
   void allocate_slots(std::uint32_t num);
+  void allocate_walks(std::size_t num_walks, std::size_t num_parts);
+  void walk(const DeviceArrays& arrays);
   /// Those of a phase are laid: exchanges them.
   void run(DeviceArrays& arrays, std::uint32_t phase);
-  void begin(DeviceArrays& arrays, ExchangeTime time, std::uint32_t phase);
+  void begin(ExchangeTime time, std::uint32_t phase);
 
   Device device;
   const SurfaceAtlas* surface;
   ParameterMapChoice choice;
   device::Program program;
-  device::Kernel lay_contacts, lay_cut, lay_endings;
+  device::Kernel lay_contacts, walk_splats, lay_cut, find_places, lay_endings;
   std::array<device::Kernel, 3> exchange;  ///< By phase: their arguments differ.
   std::size_t num_gammatons, num_groups;
   Buffer<std::uint16_t> triangle_weights;
@@ -82,10 +86,12 @@ struct DeviceExchange::State {
   Buffer<SurfaceLink> links;
   Buffer<StencilFacts> stencils;
   Buffer<StencilPart> stencil_parts;
-  Buffer<std::uint32_t> wholes, randoms, masses, heads, next, cut, link_to, slots;
+  Buffer<std::uint32_t> wholes, randoms, masses, heads, next, cut, link_to, slots, part_texel, part_share, num_places;
   Buffer<double> link_flow;
   Buffer<SplatPiece> pieces;
   Buffer<WalkRoom> rooms;
+  Buffer<Walk> walks;
+  Buffer<TrailPlace> places;
   Buffer<std::uint32_t> hits, last, residence;
   Buffer<std::uint64_t> deposited;
   ExchangeCall call{};                                ///< Of contacts.
@@ -102,10 +108,11 @@ DeviceExchange::State::State(const DeviceArrays& arrays, const SurfaceAtlas& its
       choice(its_choice),
       program(build(device)),
       lay_contacts(program.kernel("lay_contacts")),
+      walk_splats(program.kernel("walk_splats")),
       lay_cut(program.kernel("lay_cut")),
+      find_places(program.kernel("find_places")),
       lay_endings(program.kernel("lay_endings")),
-      exchange{program.kernel("exchange_pieces"), program.kernel("exchange_pieces"),
-               program.kernel("exchange_pieces")},
+      exchange{program.kernel("exchange_pieces"), program.kernel("exchange_pieces"), program.kernel("exchange_pieces")},
       num_gammatons(arrays.num_gammatons),
       num_groups(4 * static_cast<std::size_t>(std::max(1, device.info().num_units))),
       triangle_weights(device.upload(surface->triangle_weights())),
@@ -113,14 +120,15 @@ DeviceExchange::State::State(const DeviceArrays& arrays, const SurfaceAtlas& its
       linked(upload_some(device, surface->linked())),
       first_linked(device.upload(surface->first_linked())),
       first_link(upload_some(device, surface->first_links())),
-      links(upload_some(device, std::span<const SurfaceLink>(
-                                    reinterpret_cast<const SurfaceLink*>(surface->all_links().data()),
-                                    surface->all_links().size()))),
+      links(upload_some(device,
+                        std::span<const SurfaceLink>(reinterpret_cast<const SurfaceLink*>(surface->all_links().data()),
+                                                     surface->all_links().size()))),
       wholes(device.allocate<std::uint32_t>(num_gammatons * arrays.num_materials)),
       randoms(device.allocate<std::uint32_t>(num_gammatons * arrays.num_materials)),
       heads(device.allocate<std::uint32_t>(arrays.num_texels)),
-      cut(device.allocate<std::uint32_t>(num_gammatons)),
-      rooms(device.allocate<WalkRoom>(num_groups)) {
+      num_places(device.allocate<std::uint32_t>(num_gammatons)),
+      rooms(device.allocate<WalkRoom>(num_groups)),
+      places(device.allocate<TrailPlace>(Trail::kLength * num_gammatons)) {
   const std::size_t texels = arrays.num_texels;
   hits = device.allocate<std::uint32_t>(choice.hits ? texels : 1);
   last = device.allocate<std::uint32_t>(choice.last_hit || choice.residence ? texels : 1);
@@ -135,12 +143,13 @@ DeviceExchange::State::State(const DeviceArrays& arrays, const SurfaceAtlas& its
   const std::span<const std::uint32_t> first = surface->first_links();
   for (std::size_t i = 0; i + 1 < first.size(); ++i) most_links = std::max(most_links, first[i + 1] - first[i]);
   call.most_links = most_links;
-  link_to = device.allocate<std::uint32_t>(num_groups * kLayItems * most_links);
-  link_flow = device.allocate<double>(num_groups * kLayItems * most_links);
+  link_to = device.allocate<std::uint32_t>(num_groups * kWalkItems * most_links);
+  link_flow = device.allocate<double>(num_groups * kWalkItems * most_links);
   call.num_materials = arrays.num_materials;
   call.num_texels = arrays.num_texels;
   call.atlas_width = arrays.width;
   allocate_slots(kFirstSlots);
+  allocate_walks(num_gammatons + 1024, kLeastWalked);
   device.fill_words(heads.memory(), exchange_types::kNoPiece);
 }
 
@@ -156,6 +165,15 @@ void DeviceExchange::State::allocate_slots(std::uint32_t num) {
   call.num_slots = num;
   slots = device.allocate<std::uint32_t>(num_groups * num * 71);  // As lay_endings() has it.
   device.fill_zero(slots.memory());
+}
+
+void DeviceExchange::State::allocate_walks(std::size_t num_walks, std::size_t num_parts) {
+  walks = device.allocate<Walk>(num_walks);
+  cut = device.allocate<std::uint32_t>(num_walks);
+  part_texel = device.allocate<std::uint32_t>(num_parts);
+  part_share = device.allocate<std::uint32_t>(num_parts);
+  call.most_walks = static_cast<std::uint32_t>(num_walks);
+  call.most_walked = static_cast<std::uint32_t>(num_parts);
 }
 
 DeviceExchange::DeviceExchange(const DeviceArrays& arrays, const SurfaceAtlas& surface,
@@ -201,7 +219,7 @@ void DeviceExchange::set(const ExchangeOptions& options, const SplatWidths& widt
 
 bool DeviceExchange::deposits() const { return state_->is_deposited; }
 
-void DeviceExchange::State::begin(DeviceArrays&, ExchangeTime time, std::uint32_t phase) {
+void DeviceExchange::State::begin(ExchangeTime time, std::uint32_t phase) {
   const bool is_deposit = phase != tally_types::kPhaseOfContacts;
   call.random_key = static_cast<std::uint64_t>(time.random_key);
   call.iteration = static_cast<std::int32_t>(time.iteration);
@@ -211,31 +229,36 @@ void DeviceExchange::State::begin(DeviceArrays&, ExchangeTime time, std::uint32_
   call.num_active = is_deposit || call.contact > 0.0 ? num_active : 0;
 }
 
+void DeviceExchange::State::walk(const DeviceArrays& a) {
+  walk_splats.run({.num = num_groups * kWalkItems, .group = kWalkItems}, call, a.weights, a.triangles, triangle_weights,
+                  is_plain, linked, first_linked, first_link, links, stencils, stencil_parts, walks, rooms, link_to,
+                  link_flow, part_texel, part_share, a.tally);
+}
+
 void DeviceExchange::State::run(DeviceArrays& a, std::uint32_t phase) {
   // Items take pieces in turns: how many there are only the device knows.
-  const std::size_t num = std::min<std::size_t>((call.most_pieces + kGroup - 1) / kGroup * kGroup,
-                                                num_groups * 32 * kGroup);
+  const std::size_t num =
+      std::min<std::size_t>((call.most_pieces + kGroup - 1) / kGroup * kGroup, num_groups * 8 * kGroup);
   exchange[phase].run({.num = num, .group = kGroup}, call, pieces, a.weights, wholes, randoms, heads, next, masses,
-                      a.cargo, a.amounts, a.dirty, a.changed_in, a.awake, a.is_listed, a.touched, hits, last,
-                      residence, deposited, a.tally);
+                      a.cargo, a.amounts, a.dirty, a.changed_in, a.awake, a.is_listed, a.touched, hits, last, residence,
+                      deposited, a.tally);
 }
 
 void DeviceExchange::exchange(DeviceArrays& a, ExchangeTime time) {
   State& s = *state_;
-  s.begin(a, time, tally_types::kPhaseOfContacts);
+  s.begin(time, tally_types::kPhaseOfContacts);
   if (s.call.num_active == 0 && s.call.maps == 0) return;
   for (std::size_t first = 0; first < s.num_gammatons; first += kBatch) {
-    s.lay_contacts.run({.first = first * kLayItems, .num = std::min(kBatch, s.num_gammatons - first) * kLayItems,
-                        .group = kLayItems},
-                       s.call, a.weights, a.triangles, s.triangle_weights, s.is_plain, s.linked, s.first_linked,
-                       s.first_link, s.links, s.stencils, s.stencil_parts, a.contacts, a.cargo, s.wholes, s.randoms,
-                       s.pieces, s.masses, s.heads, s.next, a.tally, s.cut);
+    s.lay_contacts.run(
+        {.first = first * kLayItems, .num = std::min(kBatch, s.num_gammatons - first) * kLayItems, .group = kLayItems},
+        s.call, a.weights, a.triangles, s.triangle_weights, s.is_plain, s.linked, s.first_linked, s.first_link, s.links,
+        s.stencils, s.stencil_parts, a.contacts, a.cargo, s.wholes, s.randoms, s.pieces, s.masses, s.heads, s.next,
+        a.tally, s.walks, s.cut);
   }
   if (s.call.width > 0.0) {
-    s.lay_cut.run({.num = s.num_groups * kLayItems, .group = kLayItems}, s.call, a.weights, a.triangles,
-                  s.triangle_weights, s.is_plain, s.linked, s.first_linked, s.first_link, s.links, s.stencils,
-                  s.stencil_parts, a.contacts, a.cargo, s.wholes, s.randoms, s.pieces, s.masses, s.heads, s.next,
-                  a.tally, s.cut, s.rooms, s.link_to, s.link_flow);
+    s.walk(a);
+    s.lay_cut.run({.num = s.num_groups * kLayItems, .group = kLayItems}, s.call, a.weights, a.cargo, s.wholes,
+                  s.randoms, s.pieces, s.masses, s.heads, s.next, a.tally, s.walks, s.part_texel, s.part_share, s.cut);
   }
   s.run(a, tally_types::kPhaseOfContacts);
 }
@@ -244,18 +267,26 @@ void DeviceExchange::deposit(DeviceArrays& a, ExchangeTime time, std::uint32_t w
   State& s = *state_;
   if (!s.is_deposited) return;
   const std::uint32_t phase = which == 0 ? tally_types::kPhaseOfWays : tally_types::kPhaseOfResponses;
-  s.begin(a, time, phase);
-  s.lay_endings.run({.num = s.num_groups * kLayItems, .group = kLayItems}, s.call, a.weights, a.triangles,
+  s.begin(time, phase);
+  const std::size_t num_items =
+      std::min<std::size_t>((Trail::kLength * s.num_gammatons + kGroup - 1) / kGroup, 8 * s.num_groups) * kGroup;
+  s.find_places.run({.num = num_items, .group = kGroup}, s.call, a.weights, a.triangles, s.triangle_weights, s.is_plain,
+                    s.linked, s.first_linked, s.first_link, s.links, s.stencils, s.stencil_parts, a.trails,
+                    a.endings[which], which, s.places, s.num_places, s.walks, a.tally);
+  s.walk(a);
+  s.lay_endings.run({.num = s.num_groups * kTrailItems, .group = kTrailItems}, s.call, a.weights, a.triangles,
                     s.triangle_weights, s.is_plain, s.linked, s.first_linked, s.first_link, s.links, s.stencils,
                     s.stencil_parts, a.trails, a.endings[which], which, a.cargo, s.wholes, s.randoms, s.pieces,
-                    s.masses, s.heads, s.next, a.tally, s.rooms, s.link_to, s.link_flow, s.slots);
+                    s.masses, s.heads, s.next, a.tally, s.places, s.num_places, s.walks, s.part_texel, s.part_share,
+                    s.slots);
   s.run(a, phase);
 }
 
 void DeviceExchange::grow(std::uint32_t overflown) {
   State& s = *state_;
-  if (overflown == 1) s.allocate_pieces(2 * s.pieces.size());
-  s.allocate_slots(overflown == 2 ? 2 * s.call.num_slots : s.call.num_slots);
+  if ((overflown & 1) != 0) s.allocate_pieces(2 * s.pieces.size());
+  s.allocate_slots((overflown & 2) != 0 ? 2 * s.call.num_slots : s.call.num_slots);
+  if ((overflown & 4) != 0) s.allocate_walks(2 * s.walks.size(), 4 * s.part_texel.size());
   s.device.fill_words(s.heads.memory(), exchange_types::kNoPiece);
 }
 

@@ -19,7 +19,7 @@ using namespace kernel_types;
 #include "simulation/transport/exchange_types.inl"
 }  // namespace exchange_types
 /// The texts of what it is compiled from.
-extern const std::string_view kExchangeTypes, kSplatEntries, kExchangeEntries;
+extern const std::string_view kExchangeTypes, kSplatsThere, kWalksThere, kLayEntries, kTrailEntries, kExchangeEntries;
 
 /// What an exchange keeps on a device: how splats lie, room for their pieces, and parameter maps.
 class DeviceExchange {

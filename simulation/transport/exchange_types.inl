@@ -14,6 +14,7 @@ typedef struct ExchangeCall {
   i32 atlas_width;   // Texels.
   i32 iteration;
   u32 most_pieces;   // That there is room for.
+  u32 most_walks, most_walked;
   u32 most_links;    // Of a texel.
   u32 num_slots;     // For tiles that a trail touches: a power of two.
   u32 maps;          // kMapHits and so on are kept;
@@ -47,9 +48,21 @@ typedef struct SplatPiece {
 
 PATINATE_CONSTANT(u32, kNoPiece, 0xFFFFFFFFu);
 
-// What a group works with in global memory, by group: links of texels that are looked at, edges of a walk, parts of a
-// splat, tiles that a trail touches.
+// A splat near a seam, or a place of a trail there, and where its parts are.
+typedef struct Walk {
+  u32 texel;
+  i32 size;
+  u32 first, num;
+} Walk;
+
+// A place of a trail.
+typedef struct TrailPlace {
+  u32 texel, share;
+  i32 size;
+  u32 walk;  // kNoPiece: a stencil lays it out.
+} TrailPlace;
+
+// What a group that walks needs in global memory: by edge.
 typedef struct WalkRoom {
   double flow[6 * 720], goes[6 * 720];
-  u32 part_texel[720], part_share[720];
 } WalkRoom;

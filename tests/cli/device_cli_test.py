@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import time
@@ -20,8 +21,11 @@ def setUpModule():
 
 
 class Devices(CommandCase):
-    def transfer(self, out, *more, **environment):
-        return self.run_patinate("transfer", self.shared / "history", self.shared / "urn" / "mesh.obj", "--control", "thickness=facing", "--resolution", "64", *more, "-o", out, **environment)
+    def transfer_command(self, out, *more, resolution=64):
+        return ("transfer", self.shared / "history", self.shared / "urn" / "mesh.obj", "--control", "thickness=facing", "--resolution", resolution, *more, "-o", out)
+
+    def transfer(self, out, *more, resolution=64, **environment):
+        return self.run_patinate(*self.transfer_command(out, *more, resolution=resolution), **environment)
 
     def an_opencl_device(self):
         devices = json.loads(self.succeeds("devices", "--json"))["devices"]
@@ -29,13 +33,26 @@ class Devices(CommandCase):
             self.skipTest("there is no OpenCL device (Debian: pocl-opencl-icd)")
         return devices[0]
 
-    def kill_at_its_first_checkpoint(self, out, *arguments):
+    def kill_when(self, has_begun, *arguments):
+        """SIGKILL as soon as something is there, or so many seconds after."""
         process = subprocess.Popen([self.patinate, *map(str, arguments)], cwd=self.folder, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
-        while process.poll() is None and not list((self.folder / f"{out}.partial").rglob("checkpoint.bin")):
-            time.sleep(0.002)
+        while process.poll() is None and not has_begun():
+            time.sleep(0.001)
         process.kill()
-        process.wait()
-        self.assertFalse((self.folder / out).exists(), "it was done before it could be killed")
+        self.assertEqual(process.wait(), -signal.SIGKILL, "it was done before it could be killed")
+
+    def kill_at_its_first_checkpoint(self, out, *arguments):
+        self.kill_when(lambda: list((self.folder / f"{out}.partial").rglob("checkpoint.bin")), *arguments)
+        self.assertFalse((self.folder / out).exists())
+
+    def assert_same_files(self, one, other):
+        self.assertEqual(one.keys(), other.keys())
+        for file in one:
+            self.assertEqual(one[file], other[file], file)
+
+    def both_ways(self, device):
+        """Where a run begins, where it ends, and a name for its output."""
+        return ((device["name"], "cpu", "from_device"), ("cpu", device["name"], "from_cpu"))
 
     def test_each_says_whether_it_gives_the_cpus_bytes(self):
         device = self.an_opencl_device()
@@ -84,10 +101,7 @@ class Devices(CommandCase):
             (self.folder / out).mkdir()
             for file, options in asked.items():
                 self.succeeds("lookup", "aged", *options, "--device", name, "-o", self.folder / out / file)
-        here, there = tree_of(self.folder / "here"), tree_of(self.folder / "there")
-        self.assertEqual(here.keys(), there.keys())
-        for file in here:
-            self.assertEqual(here[file], there[file], file)
+        self.assert_same_files(tree_of(self.folder / "here"), tree_of(self.folder / "there"))
 
     def test_a_simulation_that_was_killed_goes_on_elsewhere(self):
         device = self.an_opencl_device()
@@ -95,14 +109,61 @@ class Devices(CommandCase):
         scene = self.folder / "ledge" / "scene.json"
         options = ("--iterations", "400", "--resolution", "128", "--history-every", "10")
         self.succeeds("simulate", scene, *options, "--device", "cpu", "-o", "whole")
-        for begun, ended in ((device["name"], "cpu"), ("cpu", device["name"])):
-            out = f"from_{'cpu' if begun == 'cpu' else 'device'}"
+        for begun, ended, out in self.both_ways(device):
             self.kill_at_its_first_checkpoint(out, "simulate", scene, *options, "--device", begun, "-o", out)
             self.succeeds("simulate", scene, *options, "--device", ended, "-o", out)
-            whole, resumed = tree_of(self.folder / "whole"), tree_of(self.folder / out)
-            self.assertEqual(whole.keys(), resumed.keys())
-            for file in whole:
-                self.assertEqual(whole[file], resumed[file], file)
+            self.assert_same_files(tree_of(self.folder / "whole"), tree_of(self.folder / out))
+
+    def test_a_transfer_that_was_killed_goes_on_elsewhere(self):
+        device = self.an_opencl_device()
+
+        def has_run_for(seconds, out):
+            """The synthesis begins with its folder."""
+            while not (self.folder / f"{out}.partial").exists():
+                yield False
+            begin = time.monotonic()
+            while time.monotonic() < begin + seconds:
+                yield False
+            yield True
+        seconds = {}
+        for where in (device["name"], "cpu"):
+            self.assertEqual(self.transfer(f"whole_{where}", "--device", where, resolution=160).returncode, 0)
+            seconds[where] = json.loads((self.folder / f"whole_{where}" / "run.json").read_text())["seconds"]
+        whole = tree_of(self.folder / "whole_cpu")
+        self.assert_same_files(whole, tree_of(self.folder / f"whole_{device['name']}"))
+        for begun, ended, out in self.both_ways(device):
+            for share in (0.1, 0.4):
+                looks = has_run_for(share * seconds[begun], out)
+                self.kill_when(lambda: next(looks), *self.transfer_command(out, "--device", begun, resolution=160))
+                self.assertFalse((self.folder / out).exists(), "neither whole nor absent")
+            result = self.transfer(out, "--device", ended, resolution=160)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assert_same_files(whole, tree_of(self.folder / out))
+
+    def test_lookups_that_were_killed_go_on_elsewhere(self):
+        device = self.an_opencl_device()
+        self.assertEqual(self.transfer("aged", "--structure", "0", "--quality", "draft", resolution=1024).returncode, 0)
+        asked = {
+            # Eight are written together: when one is there, others are missing.
+            "times": ("--num-times", "20", "-o", "times_%04d.png"),
+            # One file: what was begun is made again.
+            "map": ("--time-map", "height", "-o", "map.exr"),
+        }
+        for name, (option, value, _, file) in asked.items():
+            def command(out, where):
+                return ("lookup", "aged", option, value, "--device", where, "-o", self.folder / out / file)
+
+            def has_begun(out):
+                return list((self.folder / out).glob("times_*.png" if name == "times" else "*map*"))
+            (self.folder / f"whole_{name}").mkdir()
+            self.succeeds(*command(f"whole_{name}", "cpu"))
+            for begun, ended, out in self.both_ways(device):
+                out = f"{name}_{out}"
+                (self.folder / out).mkdir()
+                self.kill_when(lambda: has_begun(out), *command(out, begun))
+                self.assertLess(len(list((self.folder / out).glob(file.replace("%04d", "*")))), len(tree_of(self.folder / f"whole_{name}")))
+                self.succeeds(*command(out, ended))
+                self.assert_same_files(tree_of(self.folder / f"whole_{name}"), tree_of(self.folder / out))
 
     def test_a_simulation_is_the_same_on_each(self):
         device = self.an_opencl_device()
@@ -112,10 +173,7 @@ class Devices(CommandCase):
             self.succeeds("simulate", scene, "--iterations", "40", "--resolution", "128", "--device", name, "-o", out)
             self.succeeds("recompose", out, "--device", name, "-o", out + "_again")
         for folder in ("", "_again"):
-            here, there = tree_of(self.folder / f"here{folder}"), tree_of(self.folder / f"there{folder}")
-            self.assertEqual(here.keys(), there.keys())
-            for file in here:
-                self.assertEqual(here[file], there[file], file)
+            self.assert_same_files(tree_of(self.folder / f"here{folder}"), tree_of(self.folder / f"there{folder}"))
 
     def test_a_finished_transfer_is_not_redone_for_another_device(self):
         device = self.an_opencl_device()

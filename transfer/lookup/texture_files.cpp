@@ -59,6 +59,7 @@ class StripOnDevice {
   void begin(std::span<const std::uint32_t> indices) {
     if (!is_used()) return;
     try {
+      const auto turn = device_->turn();
       const device::Device& there = device_->device();
       if (indices_.size() < indices.size()) indices_ = there.allocate<std::uint32_t>(indices.size());
       there.write(indices, indices_);
@@ -73,6 +74,7 @@ class StripOnDevice {
                                           std::optional<DeviceGather<T>>& gatherer, std::vector<T>& values) const {
     if (!is_used()) return {};
     try {
+      const auto turn = device_->turn();
       if (!gatherer) gatherer.emplace(device_->device(), source);
       values.resize(num_texels * static_cast<std::size_t>(source.channels()));
       gatherer->gather(indices_, values);
@@ -210,14 +212,22 @@ void TextureWriter::check_size(int width, int height) const {
 void TextureWriter::gather_rows(std::size_t tile, const ImageU8& codes, const TakeRows& take,
                                 const RunControl& control) const {
   check_size(codes.width(), codes.height());
-  const std::size_t piece = piece_size(tiles_.at(tile));
-  std::vector<std::uint8_t> bytes;
+  const std::size_t piece = piece_size(tiles_.at(tile)), channels = static_cast<std::size_t>(codes.channels());
+  StripOnDevice there(device_.get());
+  std::optional<DeviceGather<std::uint8_t>> gatherer;
+  std::vector<std::uint8_t> bytes, strip;
   tiles_[tile].visit(
       [&](int, std::span<const std::uint32_t> indices, std::span<const std::uint32_t>) {
+        there.begin(indices);
+        const std::span<const std::uint8_t> found = there.gather(codes, indices.size(), gatherer, strip);
         for (std::size_t i = 0; i < indices.size(); i += piece) {
           control.throw_if_stopped();  // Whoever takes the rows packs them, which is slower than finding them.
           const auto part = indices.subspan(i, std::min(piece, indices.size() - i));
-          bytes.resize(part.size() * static_cast<std::size_t>(codes.channels()));
+          if (!found.empty()) {
+            take(found.subspan(channels * i, channels * part.size()));
+            continue;
+          }
+          bytes.resize(channels * part.size());
           gather_packed(codes, part, std::uint8_t{0}, bytes);
           take(bytes);
         }
@@ -231,16 +241,23 @@ void TextureWriter::normal_rows(std::size_t tile, const ImageF& normals, const T
   if (!with_turns_ || normals.channels() != 3)
     throw InvalidInput("textures: normals have three channels and need to know how patches lie");
   const std::size_t piece = piece_size(tiles_.at(tile));
-  std::vector<float> values;
+  StripOnDevice there(device_.get());
+  std::optional<DeviceGather<float>> gatherer;
+  std::vector<float> values, strip;
   std::vector<std::uint8_t> bytes;
   tiles_[tile].visit(
       [&](int, std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
+        there.begin(indices);
+        const std::span<const float> found = there.gather(normals, indices.size(), gatherer, strip);
         for (std::size_t i = 0; i < indices.size(); i += piece) {
           control.throw_if_stopped();
           const std::size_t size = std::min(piece, indices.size() - i);
           values.resize(3 * size);
           bytes.resize(3 * size);
-          gather_packed(normals, indices.subspan(i, size), 0.0f, values);
+          if (found.empty())
+            gather_packed(normals, indices.subspan(i, size), 0.0f, values);
+          else
+            std::copy_n(found.begin() + static_cast<std::ptrdiff_t>(3 * i), 3 * size, values.begin());
           turn_normals(turns.empty() ? turns : turns.subspan(i, size), values);
           normal_codes(values, bytes);
           take(bytes);

@@ -132,6 +132,7 @@ bool TimeMapLookup::Impl::look_up_there(std::span<const std::uint32_t> indices, 
     if (indices[i] != kNoValue && std::isnan(times[i])) refuse_time(i % width, first_row + static_cast<int>(i / width));
   }
   try {
+    const auto turn = device->turn();
     if (!there) {
       const std::int64_t num_pixels = std::int64_t{history.facts().width} * history.facts().height;
       there = std::make_unique<DeviceTimes>(device->device(), locate, num_pixels, per_block);

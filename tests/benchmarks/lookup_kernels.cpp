@@ -1,0 +1,116 @@
+#include "tests/benchmarks/lookup_kernels.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "libcommon/core/random.h"
+#include "libcommon/device/device.h"
+#include "libcommon/device/device_choice.h"
+#include "tests/benchmarks/patch_transfer.h"
+#include "transfer/lookup/lookup_device.h"
+
+namespace patinate::benchmarks {
+
+namespace {
+
+constexpr int kAtlas = 4096, kLargeSource = 4096;
+constexpr std::size_t kTexels = std::size_t{kAtlas} * kAtlas;
+constexpr int kBuffers = 4;  ///< So many in turn: together larger than any cache.
+constexpr int kRounds = 15;
+
+constexpr std::string_view kCopy = R"(
+kernel void copy(const ulong num, global const uint4* from, global uint4* to) {
+  const ulong item = get_global_id(0);
+  if (item < num) to[item] = from[item];
+}
+)";
+
+/// Seconds of a device's kernels, of each of kBuffers calls of `queue`; the median of kRounds.
+double kernel_seconds(const device::Device& device, const std::function<void(std::size_t buffer)>& queue) {
+  std::array<double, kRounds + 1> rounds{};
+  for (double& seconds : rounds) {
+    const double before = device.times().kernels_s;
+    for (std::size_t b = 0; b < kBuffers; ++b) queue(b);
+    device.finish();
+    seconds = (device.times().kernels_s - before) / kBuffers;
+  }
+  std::sort(rounds.begin() + 1, rounds.end());  // The first warms up.
+  return rounds[1 + kRounds / 2];
+}
+
+/// GB/s of reading and writing.
+double copy_speed(const device::Device& device) {
+  constexpr std::size_t kSize = 4 * kTexels;  // Bytes.
+  const std::array<std::string_view, 1> sources{kCopy};
+  device::Kernel kernel = device.build("copy", sources).kernel("copy");
+  std::vector<device::Buffer<std::uint8_t>> from, to;
+  for (int b = 0; b < kBuffers; ++b) {
+    from.push_back(device.allocate<std::uint8_t>(kSize));
+    device.fill_zero(from.back().memory());
+    to.push_back(device.allocate<std::uint8_t>(kSize));
+  }
+  const std::uint64_t items = kSize / 16;
+  const double seconds = kernel_seconds(
+      device, [&](std::size_t b) { kernel.run({.first = 0, .num = items, .group = 64}, items, from[b], to[b]); });
+  return 2e-9 * kSize / seconds;
+}
+
+struct Places {
+  const char* name;
+  int source_px;
+  std::vector<std::uint32_t> indices;
+};
+
+/// Pieces of 32 x 32 of a small source, as transfers are; and any pixel of a source that no cache holds.
+std::vector<Places> all_places() {
+  const transfer::PackedCoordinates patches =
+      transfer::pack_coordinates(patch_coordinates(kAtlas, false), kPatchSource);
+  std::vector<Places> all{
+      {"pieces of 32 x 32", kPatchSource, {patches.values().begin(), patches.values().end()}},
+      {"any pixels of a 4k source", kLargeSource, std::vector<std::uint32_t>(kTexels)},
+  };
+  RandomStream random(7, 0);
+  for (std::uint32_t& index : all[1].indices) index = random.below(kLargeSource * kLargeSource);
+  return all;
+}
+
+template <class T>
+void measure(const device::Device& device, const Places& places, int channels, double copied, const char* values) {
+  transfer::DeviceGather<T> gather(device, Image<T>(places.source_px, places.source_px, channels));
+  const std::size_t pixel = sizeof(T) * static_cast<std::size_t>(channels);
+  std::vector<device::Buffer<std::uint32_t>> indices;
+  std::vector<device::Buffer<T>> out;
+  for (int b = 0; b < kBuffers; ++b) {
+    indices.push_back(device.upload(places.indices));
+    out.push_back(device.allocate<T>(kTexels * static_cast<std::size_t>(channels)));
+  }
+  const double seconds = kernel_seconds(device, [&](std::size_t b) { gather.queue(indices[b], kTexels, out[b]); });
+  const double moved = 1e-9 * static_cast<double>(kTexels * (4 + 2 * pixel)) / seconds;
+  std::printf(
+      "4k, %s, %d %s, %s: kernel %.3f ms, %.1f G texels/s, %.0f GB/s (index, pixel, value), %.0f %% of a copy\n",
+      device.info().name.c_str(), channels, values, places.name, 1e3 * seconds, 1e-9 * kTexels / seconds, moved,
+      100.0 * moved / copied);
+}
+
+}  // namespace
+
+void measure_lookup_kernels() {
+  const std::vector<Places> all = all_places();
+  for (const device::DeviceInfo& info : device::list_devices()) {
+    const device::Device device(info);
+    const double copied = copy_speed(device);
+    std::printf("%s: a plain copy of 64 MB moves %.0f GB/s, read and written\n", device::label(info).c_str(), copied);
+    for (const Places& places : all) {
+      for (const int channels : {1, 2, 3, 4}) measure<std::uint8_t>(device, places, channels, copied, "bytes");
+      for (const int channels : {1, 3, 4}) measure<float>(device, places, channels, copied, "floats");
+    }
+  }
+}
+
+}  // namespace patinate::benchmarks

@@ -246,7 +246,8 @@ int cmd_transfer(CommandRun& run) {
   }
 
   transfer::TransferTask task;
-  if (options.method == transfer::TransferMethod::Fast && !by_tile) task.input.device = open_search_device(device, run);
+  if (options.method == transfer::TransferMethod::Fast && !by_tile)
+    task.input.device = open_search_device(device, words_of(run));
   task.mesh_name = mesh_source.path.filename().string();
   task.options = options;
   task.options.seed = run.line.common().seed;

@@ -103,6 +103,32 @@ class Devices(CommandCase):
                 self.succeeds("lookup", "aged", *options, "--device", name, "-o", self.folder / out / file)
         self.assert_same_files(tree_of(self.folder / "here"), tree_of(self.folder / "there"))
 
+    def test_models_sequences_and_pictures_are_the_same_on_each(self):
+        device = self.an_opencl_device()
+        self.assertEqual(self.transfer("aged").returncode, 0)
+        self.succeeds("synth", "ledge", "-o", "ledge")
+        self.succeeds("simulate", self.folder / "ledge/scene.json", "--iterations", "20", "--history-every", "10", "--resolution", "128", "-o", "aged_ledge")
+        asked = [("export", "aged", file, "--num-times", "3") for file in ("aged.glb", "aged.usdz", "images", "frames_%04d.png", "aged.gif")]
+        asked += [("render", "aged", "picture.png", "--time", "1.25", "--width", "64"),
+                  ("export", "aged_ledge", "ledge.usdz", "--num-times", "2"),
+                  ("render", "aged_ledge", "ledge.png", "--width", "64")]
+        for where, name in (("there", device["name"]), ("here", "cpu")):
+            (self.folder / where).mkdir()
+            for command, subject, file, *options in asked:
+                result = self.run_patinate(command, subject, *options, "--device", name, "--verbose", "-o", self.folder / where / file)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual("s in kernels" in result.stderr, where == "there", result.stderr)
+                self.assertNotIn("goes on without it", result.stderr)
+        self.assert_same_files(tree_of(self.folder / "here"), tree_of(self.folder / "there"))
+
+    def test_what_is_up_to_date_opens_no_device(self):
+        self.assertEqual(self.transfer("aged").returncode, 0)
+        self.succeeds("export", "aged", "-o", "aged.glb")
+        device = self.an_opencl_device()
+        result = self.run_patinate("export", "aged", "--device", device["name"], "--verbose", "-o", "aged.glb")
+        self.assertIn("up to date", result.stderr)
+        self.assertNotIn("device: ", result.stderr)
+
     def test_a_simulation_that_was_killed_goes_on_elsewhere(self):
         device = self.an_opencl_device()
         self.succeeds("synth", "ledge", "-o", "ledge")
@@ -192,6 +218,8 @@ class Devices(CommandCase):
         for name in ("vega 99", "gpu"):
             result = self.transfer("aged", "--device", name, env=WITHOUT)
             self.assertEqual(result.returncode, INPUT)
+            for command, file in (("export", "aged.glb"), ("render", "aged.png")):
+                self.assertEqual(self.run_patinate(command, self.shared / "aged", "--device", name, "-o", file, env=WITHOUT).stderr, result.stderr)
             self.assertEqual(result.stderr, f"patinate: error: --device: found `{name}`; OpenCL has no devices here; or auto, cpu\n")
 
     def test_the_reference_method_has_none(self):

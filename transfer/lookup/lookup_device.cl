@@ -2,16 +2,20 @@
 
 #define kNone 0xFFFFFFFFu
 
-// A source's pixels are bits of 1, 2, 4, 8 or 16 bytes, whatever they stand for; three numbers a pixel are padded to four,
-// so that one load finds them. An item takes four texels: one load of indices, four of pixels, whole words written.
+// A source's pixels are bits of 1, 2, 4, 8 or 16 bytes, whatever they stand for; three numbers a pixel are padded to
+// four, so that one load finds them. An item takes four texels: one load of indices, four of pixels, whole words written.
 #define kTexelsOfItem 4
 
-static inline uchar pixel_1(global const uchar* source, uint index) { return index == kNone ? (uchar)0 : source[index]; }
+static inline uchar pixel_1(global const uchar* source, uint index) {
+  return index == kNone ? (uchar)0 : source[index];
+}
 static inline ushort pixel_2(global const ushort* source, uint index) {
   return index == kNone ? (ushort)0 : source[index];
 }
 static inline uint pixel_4(global const uint* source, uint index) { return index == kNone ? 0u : source[index]; }
-static inline uint2 pixel_8(global const uint2* source, uint index) { return index == kNone ? (uint2)(0) : source[index]; }
+static inline uint2 pixel_8(global const uint2* source, uint index) {
+  return index == kNone ? (uint2)(0) : source[index];
+}
 static inline uint4 pixel_16(global const uint4* source, uint index) {
   return index == kNone ? (uint4)(0) : source[index];
 }

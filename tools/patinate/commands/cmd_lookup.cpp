@@ -17,7 +17,7 @@
 #include "tools/patinate/command_line/times_argument.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/checked_devices.h"
+#include "tools/patinate/services/device_words.h"
 #include "tools/patinate/services/tile_files.h"
 #include "transfer/lookup/texture_cost.h"
 #include "transfer/lookup/texture_files.h"

@@ -6,7 +6,7 @@
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/checked_devices.h"
+#include "tools/patinate/services/device_words.h"
 
 namespace patinate::cli {
 

@@ -87,13 +87,6 @@ device::DeviceOptions if_asked_for(const device::DeviceOptions& options, const D
 
 }  // namespace
 
-DeviceWords words_of(CommandRun& run) {
-  return {.detail = [&run](const std::string& text) { run.detail(text); },
-          .note = [&run](const std::string& text) { run.note(text); },
-          .decided = [&run](const std::string& name) { run.line.decided("device", name); },
-          .is_dry_run = run.line.common().dry_run};
-}
-
 void check_device(const device::DeviceOptions& options) {
   if (options.device != "auto" && options.device != "cpu")
     (void)device::choose_devices(options.device, device::list_devices());

@@ -1,5 +1,5 @@
 /// \file
-/// The device that a command runs on.
+/// The device that work runs on.
 #pragma once
 
 #include <functional>
@@ -8,7 +8,6 @@
 
 #include "libcommon/device/device_choice.h"
 #include "simulation/device/simulation_device.h"
-#include "tools/patinate/command_line/command_run.h"
 #include "transfer/lookup/lookup_device.h"
 #include "transfer/synthesis/search_device.h"
 
@@ -21,9 +20,6 @@ struct DeviceWords {
   std::function<void(const std::string& name)> decided;  ///< Its name, or "cpu": for run.json.
   bool is_dry_run = false;                               ///< Nothing is opened.
 };
-/// @param run  Must outlive what is opened.
-[[nodiscard]] DeviceWords words_of(CommandRun& run);
-
 /// Without opening it. @throws InvalidInput if what is asked for is not there.
 void check_device(const device::DeviceOptions& options);
 
@@ -42,6 +38,12 @@ void check_device(const device::DeviceOptions& options);
 struct OutputDevices {
   std::function<std::shared_ptr<const transfer::LookupDevice>()> lookups = {};
   std::function<std::shared_ptr<const simulation::SimulationDevice>()> composition = {};
+
+  /// Null: the CPU does it. @throws as the functions.
+  [[nodiscard]] std::shared_ptr<const transfer::LookupDevice> look_up() const { return lookups ? lookups() : nullptr; }
+  [[nodiscard]] std::shared_ptr<const simulation::SimulationDevice> compose() const {
+    return composition ? composition() : nullptr;
+  }
 };
 /// Each is opened once, whoever asks. Thread-safe. @throws InvalidInput as check_device(); the functions as
 /// open_lookup_device() and open_simulation_device().

@@ -17,18 +17,16 @@ namespace {
 
 std::size_t channels_of(TextureKind kind) { return kind == TextureKind::Value ? 1 : 3; }
 
-RowFormat format_of(const TextureFile& texture) {
-  switch (texture.kind) {
-    case TextureKind::Color:
-      break;
-    case TextureKind::Normal:
-      return {.channels = {"X", "Y", "Z"}, .depth = ExrDepth::Float, .key = texture.key};
-    case TextureKind::Packed:
-      return {.channels = {"R", "G", "B"}, .depth = ExrDepth::Float, .key = texture.key};
-    case TextureKind::Value:
-      return {.channels = {"Y"}, .depth = ExrDepth::Float, .key = texture.key, .unit = texture.unit};
+RowFormat format_of(const TextureFile& texture, int num_threads) {
+  RowFormat format{.key = texture.key, .num_threads = num_threads};
+  if (texture.kind == TextureKind::Color) return format;
+  format.depth = ExrDepth::Float;
+  if (texture.kind == TextureKind::Normal) format.channels = {"X", "Y", "Z"};
+  if (texture.kind == TextureKind::Value) {
+    format.channels = {"Y"};
+    format.unit = texture.unit;
   }
-  return {.key = texture.key};
+  return format;
 }
 
 /// What the source's pixels are in files of codes; nothing for normals, which turn first.
@@ -46,7 +44,7 @@ ImageU8 codes_of(const TextureFile& texture) {
 
 /// Texels that are looked up and written while in the cache: rows that EXR compresses together.
 std::size_t piece_size(const CoordinateStrips& strips) {
-  constexpr std::size_t kTexels = 1 << 16, kRows = 16;
+  constexpr std::size_t kTexels = 1 << 16, kRows = kExrChunkRows;
   const auto width = static_cast<std::size_t>(strips.width());
   return (kTexels / width / kRows + 1) * kRows * width;
 }
@@ -95,11 +93,15 @@ class StripOnDevice {
 /// One texture's file of one tile.
 class TileOfTexture {
  public:
-  TileOfTexture(const TextureFile& texture, const ImageU8& codes, std::size_t tile, const CoordinateStrips& strips)
+  /// @param num_threads  For what is compressed in it.
+  TileOfTexture(const TextureFile& texture, const ImageU8& codes, std::size_t tile, const CoordinateStrips& strips,
+                int num_threads)
       : texture_(texture),
         codes_(codes),
-        writer_(texture.files[tile], strips.width(), strips.height(), format_of(texture)),
-        piece_(piece_size(strips)) {}
+        writer_(texture.files[tile], strips.width(), strips.height(), format_of(texture, num_threads)),
+        piece_(piece_size(strips)) {
+    if (!writer_.takes_codes() && num_threads > 1) piece_ *= 2 * static_cast<std::size_t>(num_threads);
+  }
 
   void write(std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns, const StripOnDevice& there) {
     if (is_of_codes()) {
@@ -186,8 +188,10 @@ void TextureWriter::write(std::span<const TextureFile> textures, const RunContro
   }
   for (std::size_t t = 0; t < tiles_.size(); ++t) {
     std::vector<std::unique_ptr<TileOfTexture>> open;
+    const int threads_each =
+        std::max(1, thread_count(control) / static_cast<int>(std::max<std::size_t>(1, textures.size())));
     for (std::size_t i = 0; i < textures.size(); ++i)
-      open.push_back(std::make_unique<TileOfTexture>(textures[i], codes[i], t, tiles_[t]));
+      open.push_back(std::make_unique<TileOfTexture>(textures[i], codes[i], t, tiles_[t], threads_each));
     RunControl quiet = control;
     quiet.on_progress = {};
     const auto num_tiles = static_cast<double>(tiles_.size());

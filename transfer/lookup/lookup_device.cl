@@ -3,7 +3,8 @@
 #define kNone 0xFFFFFFFFu
 
 // A source's pixels are bits of 1, 2, 4, 8 or 16 bytes, whatever they stand for; three numbers a pixel are padded to
-// four, so that one load finds them. An item takes four texels: one load of indices, four of pixels, whole words written.
+// four, so that one load finds them. An item takes four texels: one load of indices, four of pixels, whole words
+// written.
 #define kTexelsOfItem 4
 
 static inline uchar pixel_1(global const uchar* source, uint index) {
@@ -143,17 +144,22 @@ kernel void mark_frames(const TimesNumbers numbers, global const double* frame_t
   if (at.fraction != 0.0) is_needed[at.index - numbers.first + 1] = 1;
 }
 
-// frames: those of the block and the next, kPixelSize numbers a pixel; colors: three a texel.
+// frames: those of the block and the next, kPixelSize numbers a pixel; colors: three a texel, 0 where it shows nothing,
+// left alone where its time is another block's.
 kernel void look_up_times(const TimesNumbers numbers, global const double* frame_times, global const int* bins,
                           global const uint* indices, global const float* times, global const float* frames,
                           global float* colors) {
   const ulong item = get_global_id(0);
-  if (item >= numbers.num_texels || indices[item] == kNone) return;
+  if (item >= numbers.num_texels) return;
+  global float* color = colors + 3 * item;
+  if (indices[item] == kNone) {
+    for (int c = 0; c < 3; ++c) color[c] = 0.0f;
+    return;
+  }
   const FramePosition at = position_of(&numbers, frame_times, bins, times[item]);
   if (!is_of_block(&numbers, at)) return;
   global const float* before =
       frames + kPixelSize * ((ulong)(at.index - numbers.first) * numbers.num_pixels + indices[item]);
-  global float* color = colors + 3 * item;
   float blend[kPixelSize];
   if (at.fraction == 0.0) {
     for (int c = 0; c < 3; ++c) color[c] = before[c];

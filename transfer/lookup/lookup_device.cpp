@@ -155,6 +155,8 @@ struct DeviceTimes::State {
 
   /// Frames that texels of the block look at, and that are not there.
   void fetch(const ReadFrame& read) {
+    const auto last = std::min(numbers.end + 1, numbers.num_times) - numbers.first;
+    if (std::all_of(is_there.begin(), is_there.begin() + last, [](std::uint8_t is) { return is != 0; })) return;
     device.fill_zero(is_needed.memory());
     for_each_launch(numbers.num_texels, [&](const Items& items) {
       mark.run(items, numbers, frame_times, bins, indices, times, is_needed);
@@ -186,7 +188,6 @@ void DeviceTimes::look_up(std::span<const std::uint32_t> indices, std::span<cons
   make_room(s.device, colors.size(), s.colors);
   s.device.write(indices, s.indices);
   s.device.write(times, s.times);
-  s.device.fill_zero(s.colors.memory());
   const bool is_one_block = s.per_block >= s.numbers.num_times;
   for (int first = 0; first < s.numbers.num_times; first += s.per_block) {
     if (!is_one_block) std::fill(s.is_there.begin(), s.is_there.end(), std::uint8_t{0});

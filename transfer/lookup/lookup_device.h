@@ -71,7 +71,7 @@ class DeviceTimes {
 
   /// @param indices  Pixels, or kNoValue. @param times  Not NaN where a texel has a pixel.
   /// @param read     Called for frames that are needed and not there.
-  /// @param colors   Three a texel: 0 where it has no pixel.
+  /// @param colors   Three a texel, all of them written: 0 where it has no pixel.
   void look_up(std::span<const std::uint32_t> indices, std::span<const float> times, const ReadFrame& read,
                std::span<float> colors);
 

@@ -145,7 +145,7 @@ void bind_transfer_folder(py::module_& module) {
           .options<device::DeviceOptions>()
           .runs()
           .returns("npt.NDArray[np.float32]", "H x W x 3, linear; 0 where coordinates are -1")
-          .raises("InvalidInput if sizes differ or a time is NaN, naming the texel"),
+          .raises("InvalidInput if sizes differ, a time is NaN or coordinates lie elsewhere, naming the texel"),
       [](const PyHistory& history, const py::object& coordinates, const py::object& times, const py::kwargs& kwargs) {
         Keywords keywords("gather_at_times", kwargs);
         SamplingOptions options;

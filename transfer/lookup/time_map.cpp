@@ -187,8 +187,9 @@ ImageF gather_at_times(const History& history, const PackedCoordinates& indices,
 
 ImageF gather_at_times(const History& history, const ImageF& coordinates, const ImageF& times, Between between,
                        const RunControl& control, const TimeMapOptions& options) {
-  return gather_at_times(history, pack_coordinates(coordinates, history.facts().width, control), times, between,
-                         control, options);
+  const PackedCoordinates indices =
+      pack_checked_coordinates(coordinates, history.facts().width, history.facts().height, control);
+  return gather_at_times(history, indices, times, between, control, options);
 }
 
 }  // namespace patinate::transfer

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "libcommon/core/parallel.h"
 #include "transfer/exemplar/structure.h"
 #include "transfer/synthesis/multi_level.h"
 #include "transfer/synthesis/open_options.h"
@@ -42,7 +43,7 @@ void describe(OptionVisitor& v, TransferOptions& o) {
 
 namespace {
 
-void check_controls(const std::vector<TransferControl>& controls, const TexelMap& map) {
+void check_controls(const std::vector<TransferControl>& controls, const TexelMap& map, const RunControl& silent) {
   if (controls.empty()) throw InvalidInput("transfer needs at least one control");
   for (const TransferControl& c : controls) {
     if (c.values.width() != map.width() || c.values.height() != map.height()) {
@@ -50,22 +51,36 @@ void check_controls(const std::vector<TransferControl>& controls, const TexelMap
                          std::to_string(c.values.height()) + " was given; expected " + std::to_string(map.width()) +
                          " x " + std::to_string(map.height()));
     }
+    if (!(c.weight >= 0.0) || !std::isfinite(c.weight))
+      throw InvalidInput("control `" + c.destination + "`: its weight must be a number >= 0");
+    constexpr std::int64_t kTexels = 1 << 20;
+    parallel_for(map.num_texels(), kTexels, silent, [&](TexelId begin, TexelId end) {
+      for (TexelId t = begin; t < end; ++t) {
+        if (std::isfinite(c.values.data()[t]) || !map.is_covered(t)) continue;
+        throw InvalidInput("control `" + c.destination + "`: texel (" + std::to_string(t % map.width()) + ", " +
+                           std::to_string(t / map.width()) + ") holds NaN or infinity");
+      }
+    });
   }
 }
 
-void check_input(const TransferInput& input) {
+void check_input(const TransferInput& input, const RunControl& silent) {
   if (!input.history || !input.map) throw InvalidInput("transfer needs a history and a map of the surface");
   const HistoryFacts& facts = input.history->facts();
-  check_controls(input.controls, *input.map);
+  check_controls(input.controls, *input.map, silent);
   if (input.frames && input.frames->size() != input.map->mesh().triangles.size())
     throw InvalidInput("transfer: expected one frame a triangle");
+  if (input.frames &&
+      !std::all_of(input.frames->begin(), input.frames->end(), [](const FlowFrame& f) { return f.allFinite(); }))
+    throw InvalidInput("transfer: a frame of the flow holds NaN or infinity");
   const std::int64_t num_pixels = std::int64_t{facts.width} * facts.height;
   if (num_pixels > std::numeric_limits<std::int32_t>::max())
     throw InvalidInput(input.history->label() + ": has more than 2^31 pixels; scale it down");
   if (std::max(facts.width, facts.height) > kLargestSource_px)
     throw InvalidInput(input.history->label() + ": is longer than " + std::to_string(kLargestSource_px) +
                        " pixels; scale it down");
-  if (!(input.texel_size_mm > 0.0)) throw InvalidInput("texel_size_mm must be > 0");
+  if (!(input.texel_size_mm > 0.0) || !std::isfinite(input.texel_size_mm))
+    throw InvalidInput("texel_size_mm must be > 0");
   if (input.map->num_covered() == 0)
     throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
 }
@@ -103,14 +118,14 @@ CoordinateMap synthesize_fast(std::vector<SynthesisLevel>& levels, const Neighbo
 
 TransferResult transfer(const TransferInput& input, const TransferOptions& asked, const RunControl& control) {
   check_ranges(asked);
-  check_input(input);
+  RunControl silent = control;
+  silent.on_progress = nullptr;
+  check_input(input, silent);
   const History& history = *input.history;
   const std::shared_ptr<const TexelMap>& map = input.map;
   TransferResult result;
   const ImageU8 mask = usable_mask(history, input.source_mask);
   MatchedControls matched = match_controls(history, mask, input.controls, map->coverage(), control.part(0.0, 0.0));
-  RunControl silent = control;
-  silent.on_progress = nullptr;
   TransferOptions open = asked;
   if (open.method == TransferMethod::Reference) open.appearance.structure = 0.0;  // The paper's knows none.
   const SourceStructure structure = find_structure(history, mask, open.appearance, silent);

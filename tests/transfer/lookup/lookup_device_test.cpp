@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -143,6 +145,27 @@ TEST_F(LookupsOnDevices, AtTimesOfTheirOwnAreTheCpusWhetherFramesFitAtOnceOrNot)
       for (const int frames_at_once : {2, 3, kFrames + 1})
         EXPECT_EQ(colors(between, device, frames_at_once), here) << info.name << ' ' << frames_at_once;
     }
+  }
+}
+
+TEST_F(LookupsOnDevices, AtTheSmallestAndLargestTimesAreTheCpus) {
+  using Limits = std::numeric_limits<float>;
+  const std::array<float, 11> extremes{0.0f,
+                                       -0.0f,
+                                       Limits::denorm_min(),
+                                       -Limits::denorm_min(),
+                                       Limits::min(),
+                                       Limits::max(),
+                                       Limits::lowest(),
+                                       Limits::infinity(),
+                                       -Limits::infinity(),
+                                       std::nextafter(kFrames - 1.0f, 0.0f),
+                                       std::nextafter(1.0f, 2.0f)};
+  for (std::size_t i = 0; i < times.values().size(); ++i) times.data()[i] = extremes[i % extremes.size()];
+  for (const DeviceInfo& info : all) {
+    const auto device = std::make_shared<const LookupDevice>(Device(info));
+    for (const Between between : {Between::Blend, Between::Hold, Between::Nearest})
+      EXPECT_EQ(colors(between, device), colors(between, nullptr)) << info.name;
   }
 }
 

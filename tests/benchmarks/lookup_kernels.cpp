@@ -98,17 +98,25 @@ void measure(const device::Device& device, const Places& places, int channels, d
       100.0 * moved / copied);
 }
 
+void measure_device(const device::Device& device, const std::vector<Places>& all) {
+  const double copied = copy_speed(device);
+  std::printf("%s: a plain copy of 64 MB moves %.0f GB/s, read and written\n", device::label(device.info()).c_str(),
+              copied);
+  for (const Places& places : all) {
+    for (const int channels : {1, 2, 3, 4}) measure<std::uint8_t>(device, places, channels, copied, "bytes");
+    for (const int channels : {1, 3, 4}) measure<float>(device, places, channels, copied, "floats");
+  }
+}
+
 }  // namespace
 
 void measure_lookup_kernels() {
   const std::vector<Places> all = all_places();
   for (const device::DeviceInfo& info : device::list_devices()) {
-    const device::Device device(info);
-    const double copied = copy_speed(device);
-    std::printf("%s: a plain copy of 64 MB moves %.0f GB/s, read and written\n", device::label(info).c_str(), copied);
-    for (const Places& places : all) {
-      for (const int channels : {1, 2, 3, 4}) measure<std::uint8_t>(device, places, channels, copied, "bytes");
-      for (const int channels : {1, 3, 4}) measure<float>(device, places, channels, copied, "floats");
+    try {
+      measure_device(device::Device(info), all);
+    } catch (const device::DeviceError& error) {
+      std::printf("%s\n", error.what());
     }
   }
 }

@@ -20,12 +20,11 @@ constexpr std::uint32_t kPurpose = 500;  // Of RandomStream.
 /// The texel's own pixel and those to which its neighbors lead: they bound the search.
 std::vector<std::int32_t> likely_pixels(const SourceLevel& source, const TexelCost& cost,
                                         const CoordinateMap& coordinates, std::int32_t own) {
+  const search_kernel::SourceTables tables = source_tables(source);
   std::vector<std::int32_t> likely{own};
   for (const PixelNeighbor& n : cost.adjacent()) {
     const std::int32_t s = n.texel < 0 ? -1 : coordinates[static_cast<std::size_t>(n.texel)];
-    if (s < 0) continue;
-    const int x = s % source.width() - whole_pixels(n.x), y = s / source.width() - whole_pixels(n.y);
-    if (x >= 0 && y >= 0 && x < source.width() && y < source.height()) likely.push_back(y * source.width() + x);
+    if (s >= 0) likely.push_back(window_kernel::led_pixel(&tables, s, n));  // -1 is skipped.
   }
   return likely;
 }

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "libcommon/core/parallel.h"
+#include "transfer/synthesis/window_kernel.h"
 
 namespace patinate::transfer {
 
@@ -71,7 +72,7 @@ unsigned TexelCost::whole_quarters() const {
   for (std::size_t k = 0; k < known_at_.size(); ++k) {
     const Offset& o = neighborhood_.offsets[k];
     const PixelNeighbor& n = neighbors_[k];
-    if (known_at_[k] >= 0 && whole_pixels(n.x) == o.x && whole_pixels(n.y) == o.y) ++num_in_place[quarter_of(o)];
+    if (known_at_[k] >= 0 && window_kernel::lies_at(n, o.x, o.y)) ++num_in_place[quarter_of(o)];
   }
   unsigned whole = 0;
   for (unsigned q = 0; q < kNumQuarters; ++q) {

@@ -33,35 +33,32 @@ struct Position {
 
 /// Weighted mean of where the known neighbors would put this texel; nothing when none is known.
 std::optional<Position> mean_position(const Neighborhood& neighborhood, const TexelCost& cost, const PlaceMap& places) {
+  const search_kernel::PlaceTables tables = places.tables();
   std::int64_t x = 0, y = 0, weights = 0;
   for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
     const PixelNeighbor& n = cost.neighbor(k);
-    if (n.texel < 0 || places.pixels[static_cast<std::size_t>(n.texel)] < 0) continue;
+    if (!window_kernel::has_place(tables.pixels, n)) continue;
     const FixedPoint from = places.point(n.texel);
     x += neighborhood.weights[k] * std::int64_t{from.x - n.x};
     y += neighborhood.weights[k] * std::int64_t{from.y - n.y};
     weights += neighborhood.weights[k];
   }
   if (weights == 0) return std::nullopt;
-  const std::int64_t scale = weights * PixelNeighbor::kOne;
-  return Position{x / scale, y / scale};
+  return Position{window_kernel::mean_place(x, weights), window_kernel::mean_place(y, weights)};
 }
 
 /// Of 64 pixels of similar control value, the one nearest to the mean position.
 Position window_center(const SourceLevel& source, std::span<const std::uint16_t> target, int tolerance,
                        const std::optional<Position>& mean, RandomStream& random) {
-  constexpr int kTries = 64;
   const auto similar = source.similar(target, tolerance);
   Position best;
   std::int64_t best_distance = std::numeric_limits<std::int64_t>::max();
-  for (int i = 0; i < (mean ? kTries : 1); ++i) {
+  for (int i = 0; i < (mean ? window_kernel::kWindowTries : 1); ++i) {
     const std::int32_t p = similar[random.below(static_cast<std::uint32_t>(similar.size()))];
-    const Position candidate{p % source.width(), p / source.width()};
-    const std::int64_t dx = mean ? candidate.x - mean->x : 0, dy = mean ? candidate.y - mean->y : 0;
-    if (dx * dx + dy * dy < best_distance) {
-      best_distance = dx * dx + dy * dy;
-      best = candidate;
-    }
+    const std::int64_t distance = mean ? window_kernel::squared_apart(p, source.width(), mean->x, mean->y) : 0;
+    if (distance >= best_distance) continue;
+    best_distance = distance;
+    best = {p % source.width(), p / source.width()};
   }
   return best;
 }
@@ -69,16 +66,17 @@ Position window_center(const SourceLevel& source, std::span<const std::uint16_t>
 /// What the texel has from the pass before, and where the known neighbors would put it, the nearest first.
 void likely_places(const SourceLevel& source, const Neighborhood& neighborhood, const TexelCost& cost,
                    const PlaceMap& places, TexelId own, std::vector<Place>& out) {
+  const search_kernel::SourceTables from = source_tables(source);
+  const search_kernel::PlaceTables tables = places.tables();
   out.clear();
   if (const Place now = places.at(own); now.pixel >= 0) out.push_back(now);
   for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
     const PixelNeighbor& n = cost.neighbor(k);
-    if (n.texel < 0 || places.pixels[static_cast<std::size_t>(n.texel)] < 0) continue;
-    const FixedPoint from = places.point(n.texel);
-    const Place place = place_at(source, {from.x - n.x, from.y - n.y});
+    if (!window_kernel::has_place(tables.pixels, n)) continue;
+    const search_kernel::FixedPlace place = window_kernel::led_place(&from, &tables, n);
     if (place.pixel >= 0 &&
         std::none_of(out.begin(), out.end(), [&](const Place& p) { return p.pixel == place.pixel; }))
-      out.push_back(place);
+      out.push_back({place.pixel, {place.x, place.y}});
   }
 }
 
@@ -119,9 +117,7 @@ std::vector<FractionalPlace> fractional_within(const TexelCost& cost, const std:
 Place choose_good(const WindowSearch& search, const TexelCost& cost, const SearchWindow& window,
                   const WindowOptimum& best, const SourceLevel& source, const std::vector<Place>& likely,
                   double epsilon, RandomStream& random) {
-  const auto loosened = [&](std::int64_t least) {
-    return least + static_cast<std::int64_t>(epsilon * static_cast<double>(least));
-  };
+  const auto loosened = [&](std::int64_t least) { return window_kernel::loosened_cost(least, epsilon); };
   std::vector<FractionalPlace> going_on = fractional_within(cost, likely, loosened(best.cost));
   std::int64_t least = best.cost;
   for (const FractionalPlace& p : going_on) least = std::min(least, p.cost);

@@ -122,7 +122,7 @@ PATINATE_CONSTANT(i64, kAnyDistance, 0x7FFFFFFFFFFFFFFFl);
 // Of pixels that cost at most `bound`: their squared distance.
 PATINATE_INLINE i64 reach_within(const ProjectionReach* reach, i64 bound) {
   const i64 farthest = (i64)1 << 40, squares = bound / reach->coherence_scale;
-  return projection_reach(at_most(farthest, squares) + 1);
+  return squares < farthest ? projection_reach(squares + 1) : kAnyDistance;
 }
 
 // Of controls in [low, high]: what their difference alone takes from the squared distance.

@@ -210,7 +210,7 @@ void WindowSearch::search_by_projection(const Table& table, const TexelCost& cos
       const PixelBlock& block = all.blocks[static_cast<std::size_t>(tile.first_block + i)];
       const std::int64_t distance =
           distances[static_cast<std::size_t>(i)] + query.reach().taken(block.low_control, block.high_control);
-      if (distance <= limit && meets(block.extent, window))
+      if (distance <= query.reach().limit() && meets(block.extent, window))
         blocks.push_back({distance, tile.first_block + i});
     }
   });

@@ -109,7 +109,7 @@ std::int64_t TexelCost::coherence(std::int32_t source_pixel) const {
 }
 
 std::int64_t TexelCost::total(std::int32_t source_pixel, std::int64_t bound) const {
-  return total_beside(source_pixel, 0, 0, bound);
+  return search_kernel::cost_of_pixel(&source_tables_, &cost_tables_, target_.data(), &known_, source_pixel, bound);
 }
 
 std::int64_t TexelCost::total_beside(std::int32_t source_pixel, int beside_x, int beside_y, std::int64_t bound) const {

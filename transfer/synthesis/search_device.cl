@@ -93,11 +93,7 @@ kernel __attribute__((reqd_work_group_size(PATINATE_SEARCH_ITEMS, 1, 1))) void s
       atomic_add(&shared.sum_of_weights, (i32)weights[k]);
       continue;
     }
-    // Of no weight: compared with the candidate itself.
-    shared.known.weight[k] = 0;
-    shared.known.x[k] = 0;
-    shared.known.y[k] = 0;
-    for (i32 d = 0; d < kComponents; ++d) shared.known.appearance[k * kComponents + d] = 0;
+    forget_neighbor(&shared.known, k);
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lane == 0) {
@@ -121,7 +117,7 @@ kernel __attribute__((reqd_work_group_size(PATINATE_SEARCH_ITEMS, 1, 1))) void s
                       : c % of_each == 0 ? place.pixel
                                          : similar_pixel(&pass, place.pixel, c % of_each - 1);
     if (pixel < 0) continue;
-    if (c >= num_begun || c % of_each != 0) place = middle_of(&pass, pixel);
+    if (c >= num_begun || c % of_each != 0) place = middle_of(&pass.source, pixel);
     if (try_place(&pass, &shared.known, place, bonus, &search)) best = c;
   }
   shared.cost[lane] = search.best_cost;

@@ -148,7 +148,7 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   result.coordinates =
       options.method == TransferMethod::Reference
           ? synthesize_reference(levels[0].source, levels[0].destination, neighborhood, *options.coherence_share,
-                                 weights, seed, options.reference, synthesis_control)
+                                 weights, seed, options.reference, synthesis_control, input.device.get())
           : synthesize_fast(levels, neighborhood, weights, structure_levels(structure, first, levels.size(), silent),
                             options, input.device.get(), grid ? &*grid : nullptr, synthesis_control);
   result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,

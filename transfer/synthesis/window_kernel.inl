@@ -141,3 +141,39 @@ PATINATE_INLINE bool compares_projections(i64 coherence_scale, u32 quarters, i32
   const i32 num_whole = PATINATE_NUM_BITS((u64)quarters) * num_neighbors / kNeighborhoodQuarters;
   return coherence_scale != 0 && quarters != 0u && 7 * num_whole >= 4 * num_known;
 }
+
+// The squared distance of a pixel's projection from a texel's, over the values of some quarters: reach_kernel.inc
+// compares 16 pixels at once.
+PATINATE_INLINE i32 projected_distance(const i16* query, PATINATE_GLOBAL const i16* projection, u32 quarters) {
+  i32 sum = 0;
+#ifdef __OPENCL_VERSION__  // One load of 32 bytes.
+  const int16 d = convert_int16(vload16(0, query)) - convert_int16(*(PATINATE_GLOBAL const short16*)projection);
+  const int16 squares = d * d;
+  if ((quarters & 1u) != 0u) sum += squares.s0 + squares.s1 + squares.s2 + squares.s3;
+  if ((quarters & 2u) != 0u) sum += squares.s4 + squares.s5 + squares.s6 + squares.s7;
+  if ((quarters & 4u) != 0u) sum += squares.s8 + squares.s9 + squares.sa + squares.sb;
+  if ((quarters & 8u) != 0u) sum += squares.sc + squares.sd + squares.se + squares.sf;
+#else
+  for (i32 j = 0; j < kProjectedValues; ++j) {
+    const i32 d = (quarters >> (j / kNeighborhoodQuarters) & 1u) != 0u ? query[j] - projection[j] : 0;
+    sum += d * d;
+  }
+#endif
+  return sum;
+}
+
+enum { kNotUsable = 65535 };  // In place of a first control.
+
+// What searches of windows on a device are given by value.
+typedef struct WindowNumbers {
+  u64 seed;
+  u64 reciprocal;  // As PlaceTables have it,
+  double epsilon;
+  i32 shift;  // and so on.
+  i32 source_width, source_height;
+  i32 num_usable, num_controls, num_neighbors, radius_px;
+  i32 tolerance, window_px;
+  u32 stream;
+  u32 first;  // Of the texels that are listed: one a group of items.
+  i32 unused;
+} WindowNumbers;

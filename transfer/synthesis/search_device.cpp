@@ -36,6 +36,7 @@ struct SearchDevice::Level::State {
         list(program.kernel("list_due")),
         search(program.kernel("search_due")),
         take(program.kernel("take_due")),
+        sum(program.kernel("sum_costs")),
         appearance(device.upload(level.source.appearance.values())),
         source_controls(device.upload(level.source.controls.values())),
         is_usable(device.upload(level.source.is_usable)),
@@ -73,7 +74,7 @@ struct SearchDevice::Level::State {
   Device device;
   const SynthesisLevel& level;
   device::Program program;
-  device::Kernel list, search, take;
+  device::Kernel list, search, take, sum;
   search_kernel::SearchNumbers numbers{};
   Buffer<std::int16_t> appearance;
   Buffer<std::uint16_t> source_controls;
@@ -95,15 +96,17 @@ struct SearchDevice::Level::State {
   Buffer<std::int32_t> found_pixel;
   Buffer<std::int8_t> found_beside;
 
-  static constexpr std::uint64_t kGroup = 64, kSearchGroup = 32;  // As search_device.cl has them.
+  // As search_device.cl has them.
+  static constexpr std::uint64_t kGroup = 64, kSearchGroup = 32, kTexelsSummed = 64;
 
   /// Calls launch(items) for all of some texels, waiting for each: one takes some milliseconds.
-  /// @param items_each  Items for each of them, in groups of `group`.
+  /// @param items_each  Items for each of them, in groups of `group`. @param work  Of an item; that of a search is 1.
   template <class Launch>
   void for_each_launch(std::uint64_t num_texels, std::uint64_t items_each, std::uint64_t group,
-                       const RunControl& control, const Launch& launch) const {
+                       const RunControl& control, const Launch& launch, std::uint64_t work = 1) const {
     // Bounded in items: small cards, too, are to be done with a launch before a display notices.
-    const std::uint64_t most = (device.info().is_gpu ? std::uint64_t{1} << 21 : std::uint64_t{1} << 17) / items_each;
+    const std::uint64_t most =
+        (device.info().is_gpu ? std::uint64_t{1} << 21 : std::uint64_t{1} << 17) / items_each / work;
     for (std::uint64_t first = 0; first < num_texels; first += most) {
       control.throw_if_stopped();
       const std::uint64_t num = std::min(most, num_texels - first) * items_each;
@@ -177,6 +180,36 @@ void SearchDevice::Level::run(const DevicePass& pass, PlaceMap& places, std::spa
   s.device.read(s.changed_near, std::span(s.read_changed));
   s.places.take(places);
   std::copy(s.read_changed.begin(), s.read_changed.end(), changed_near.begin());
+}
+
+CostSums SearchDevice::Level::sum_costs(const EnergyScale& scale, const CoordinateMap& coordinates,
+                                        const RunControl& control) {
+  constexpr std::uint64_t kWork = State::kTexelsSummed / 8;  // A texel costs far less than to be searched for.
+  State& s = *state_;
+  const NeighborsOnDevice& n = s.neighbors;
+  const auto pixels = s.device.upload(std::span<const std::int32_t>(coordinates));
+  const auto coherence_scales = s.device.upload(scale.coherence_scales);
+  const auto control_scales = s.device.upload(scale.control_scale);
+  const std::uint64_t num_groups = (coordinates.size() + State::kTexelsSummed - 1) / State::kTexelsSummed;
+  const auto sums = s.device.allocate<std::int64_t>(4 * num_groups);
+  s.for_each_launch(
+      num_groups, State::kSearchGroup, State::kSearchGroup, control,
+      [&](const Items& items) {
+        s.sum.run(items, s.numbers, s.appearance, s.source_controls, s.is_usable, s.weights, coherence_scales,
+                  control_scales, s.targets, n.row, n.is_stored, n.begin, n.stored, n.triangle, n.steps_of, n.steps,
+                  pixels, std::uint64_t{coordinates.size()}, sums);
+      },
+      kWork);
+  std::vector<std::int64_t> read(4 * num_groups);
+  s.device.read(sums, std::span(read));
+  CostSums all;
+  for (std::size_t i = 0; i < read.size(); i += 4) {
+    all.coherence.high += read[i];
+    all.coherence.low += read[i + 1];
+    all.control.high += read[i + 2];
+    all.control.low += read[i + 3];
+  }
+  return all;
 }
 
 }  // namespace patinate::transfer

@@ -56,7 +56,7 @@ typedef struct CostTables {
 typedef struct KnownNeighbors {
   i32 num;
   i64 coherence_scale;
-  i16 appearance[PATINATE_MOST_NEIGHBORS * kComponents];
+  PATINATE_ALIGNED_TO(16) i16 appearance[PATINATE_MOST_NEIGHBORS * kComponents];
   i16 weight[PATINATE_MOST_NEIGHBORS];
   i32 delta[PATINATE_MOST_NEIGHBORS];  // Their offset in the source, in values,
   i32 x[PATINATE_MOST_NEIGHBORS];      // and in 1/256 pixel.
@@ -116,12 +116,19 @@ PATINATE_INLINE void gather_known(const SourceTables* source, const CostTables* 
 
 // Of the k-th known neighbor and a pixel.
 PATINATE_INLINE i32 squares_of(PATINATE_LOCAL const KnownNeighbors* known, i32 k, PATINATE_GLOBAL const i16* pixel) {
+#ifdef __OPENCL_VERSION__  // Two loads of 16 bytes: what pixels and neighbors look like is aligned to that.
+  const int8 difference = convert_int8(*(PATINATE_LOCAL const short8*)(known->appearance + k * kComponents)) -
+                          convert_int8(*(PATINATE_GLOBAL const short8*)pixel);
+  const int8 squares = difference * difference;
+  return squares.s0 + squares.s1 + squares.s2 + squares.s3 + squares.s4 + squares.s5 + squares.s6 + squares.s7;
+#else
   i32 squares = 0;
   for (i32 d = 0; d < kComponents; ++d) {
     const i32 difference = known->appearance[k * kComponents + d] - pixel[d];
     squares += difference * difference;
   }
   return squares;
+#endif
 }
 
 // Where the i-th known neighbor lies, in values of the source, seen from beside the middle of a pixel.

@@ -160,6 +160,35 @@ TEST_F(WindowsOnDevices, AuditAsTheCpuDoes) {
   }
 }
 
+/// A square whose triangles are moved about, some to a line or a point in space, in the atlas, or in both.
+Mesh broken_plane(double side_mm, std::uint64_t seed) {
+  Mesh mesh = testing_support::patchwork_plane(side_mm, 3);
+  RandomStream random(seed, 0);
+  const auto any_of = [&](std::size_t size) { return random.below(static_cast<std::uint32_t>(size)); };
+  for (std::size_t i = 0; i < 6; ++i) {
+    Triangle& corners = mesh.triangles[any_of(mesh.triangles.size())];
+    Triangle& uvs = mesh.uv_triangles[any_of(mesh.uv_triangles.size())];
+    corners[any_of(3)] = corners[any_of(3)];
+    if (i % 2 == 0) uvs[any_of(3)] = uvs[any_of(3)];
+    mesh.positions[any_of(mesh.positions.size())] += Vec3(random.uniform(), random.uniform(), 20 * random.uniform());
+    Vec2& uv = mesh.uvs[any_of(mesh.uvs.size())];
+    uv += 0.2 * random.uniform() * (Vec2(0.5, 0.5) - uv);
+  }
+  return mesh;
+}
+
+TEST_F(WindowsOnDevices, DoAsTheCpuOnTrianglesWithoutArea) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    const WindowTask task(broken_plane(32.0, seed), 32, {.num_controls = 1 + static_cast<int>(seed % 2)});
+    const ReferenceOptions options{
+        .window_px = 8 + 7 * static_cast<int>(seed), .epsilon = 0.05 * static_cast<double>(seed % 3), .num_passes = 2};
+    const CoordinateMap here = task.synthesize(options, nullptr);
+    const SearchDevice search = search_on(all[0]);
+    EXPECT_EQ(task.synthesize(options, &search), here) << seed;
+    EXPECT_EQ(task.audit(here, &search), task.audit(here, nullptr)) << seed;
+  }
+}
+
 /// What a device that works for some launches said when it failed.
 struct LostDevice {
   std::vector<std::string> failures;

@@ -56,7 +56,7 @@ kernel __attribute__((reqd_work_group_size(PATINATE_WINDOW_ITEMS, 1, 1))) void a
 // The middle of the window: of some pixels of similar control value the one nearest to where the known neighbors would
 // put the texel. Items draw the random words of their tries by themselves; where one is rejected, which is rare, all are
 // drawn one after the other. @returns a pixel.
-PATINATE_INLINE i32 find_center(const WindowNumbers* numbers, AlikePixels alike, i64 texel,
+WINDOW_INLINE i32 find_center(const WindowNumbers* numbers, AlikePixels alike, i64 texel,
                                 local SharedWindow* shared, i32 lane) {
   const bool has_mean = shared->mean_weights > 0;
   const i32 num_tries = has_mean ? kWindowTries : 1;
@@ -94,7 +94,7 @@ PATINATE_INLINE i32 find_center(const WindowNumbers* numbers, AlikePixels alike,
 }
 
 // Where leads lie beside the middle of their pixel, what they cost there, if that is at most shared->bound.
-PATINATE_INLINE void cost_leads(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
+WINDOW_INLINE void cost_leads(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
                                 i32 num_leads, i32 lane) {
   for (i32 i = lane; i < num_leads; i += kItems) {
     const FixedPlace lead = shared->leads[i];
@@ -108,7 +108,7 @@ PATINATE_INLINE void cost_leads(const WindowTables* tables, global const ushort*
 
 // A texel takes one of all that cost at most 1 + epsilon of the least, by chance: pixels of the window, and places of
 // pieces that go on. This is the bound of what pixels may cost then.
-PATINATE_INLINE void bound_good(const WindowTables* tables, const WindowNumbers* numbers, local SharedWindow* shared,
+WINDOW_INLINE void bound_good(const WindowTables* tables, const WindowNumbers* numbers, local SharedWindow* shared,
                                 i32 num_leads) {
   i64 least = shared->best_cost;
   for (i32 i = 0; i < num_leads; ++i) least = at_most(least, shared->lead_costs[i]);
@@ -118,7 +118,7 @@ PATINATE_INLINE void bound_good(const WindowTables* tables, const WindowNumbers*
 
 // Of what was found within the bound: a place that goes on comes to `taken`; a pixel is the best one, or one of the hits
 // before which `num_before` come, or none yet (-1).
-PATINATE_INLINE void choose_good(const WindowNumbers* numbers, i64 texel, local SharedWindow* shared, i32 num_leads) {
+WINDOW_INLINE void choose_good(const WindowNumbers* numbers, i64 texel, local SharedWindow* shared, i32 num_leads) {
   i32 num_going_on = 0;
   for (i32 i = 0; i < num_leads; ++i) num_going_on += shared->lead_costs[i] <= shared->bound ? 1 : 0;
   const bool takes_any = numbers->epsilon > 0.0;
@@ -137,7 +137,7 @@ PATINATE_INLINE void choose_good(const WindowNumbers* numbers, i64 texel, local 
 
 // Finds what a texel takes, as reference.cpp does: the best pixel, then all that are nearly as good, then, where more of
 // those were hit than there is room for, the one that chance chose.
-PATINATE_INLINE void find_place(const WindowTables* tables, const WindowNumbers* numbers, i64 texel,
+WINDOW_INLINE void find_place(const WindowTables* tables, const WindowNumbers* numbers, i64 texel,
                                 global const ushort* target, local SharedWindow* shared, i32 num_leads,
                                 SearchWindow window, i32 lane) {
   ItemBest best = {kNoCost, kNoLimit};

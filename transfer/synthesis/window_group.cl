@@ -1,6 +1,9 @@
 // How a group of items searches a texel's window, behind window_kernel.inl. Its items look at the window's pixels in
 // turn; those that may cost little enough wait in a queue until there is one for each item.
 
+// Calls would put structs that are passed by address into memory.
+#define WINDOW_INLINE static inline __attribute__((always_inline))
+
 enum {
   kItems = PATINATE_WINDOW_ITEMS,
   kPixelsEach = 4,  // Between two looks at the queue,
@@ -47,7 +50,7 @@ typedef struct WindowTables {
   global const short* rows[2];         // Of projections: kProjectedValues by value of the list of appearances.
 } WindowTables;
 
-PATINATE_INLINE void clear_shared(local SharedWindow* shared, i32 lane) {
+WINDOW_INLINE void clear_shared(local SharedWindow* shared, i32 lane) {
   if (lane < kProjectedValues) shared->sums[lane] = 0;
   if (lane == 0) {
     shared->num_known = 0;
@@ -73,7 +76,7 @@ PATINATE_INLINE void clear_shared(local SharedWindow* shared, i32 lane) {
 }
 
 // The k-th neighbor is compared.
-PATINATE_INLINE void take_neighbor(const WindowTables* tables, global const int* coordinates, i64 texel,
+WINDOW_INLINE void take_neighbor(const WindowTables* tables, global const int* coordinates, i64 texel,
                                    PixelNeighbor n, i32 k, local SharedWindow* shared) {
   if (!know_neighbor(&tables->source, &tables->cost, coordinates, texel, n, k, k, &shared->known)) {
     forget_neighbor(&shared->known, k);
@@ -86,13 +89,13 @@ PATINATE_INLINE void take_neighbor(const WindowTables* tables, global const int*
 }
 
 // Sums of weight * place are below 2^41: two words of each, whose order does not matter.
-PATINATE_INLINE void add_to_mean(i32 weight, i32 place, i32 axis, local SharedWindow* shared) {
+WINDOW_INLINE void add_to_mean(i32 weight, i32 place, i32 axis, local SharedWindow* shared) {
   atomic_add(&shared->mean_high[axis], weight * (place >> kHalfBits));
   atomic_add(&shared->mean_low[axis], weight * (place & ((1 << kHalfBits) - 1)));
 }
 
 // Where the k-th neighbor leads, and what it adds to the mean of where it would put the texel.
-PATINATE_INLINE void take_lead(const WindowTables* tables, const PlaceTables* places, PixelNeighbor n, i32 k,
+WINDOW_INLINE void take_lead(const WindowTables* tables, const PlaceTables* places, PixelNeighbor n, i32 k,
                                local SharedWindow* shared) {
   local FixedPlace* lead = &shared->leads[k + 1];
   lead->pixel = -1;
@@ -106,7 +109,7 @@ PATINATE_INLINE void take_lead(const WindowTables* tables, const PlaceTables* pl
 }
 
 // Of each pixel the first.
-PATINATE_INLINE void drop_repeated_leads(i32 num_leads, local SharedWindow* shared, i32 lane) {
+WINDOW_INLINE void drop_repeated_leads(i32 num_leads, local SharedWindow* shared, i32 lane) {
   for (i32 i = lane; i < num_leads; i += kItems) {
     i64 is_repeated = 0;
     for (i32 j = 0; j < i; ++j) is_repeated |= shared->leads[j].pixel == shared->leads[i].pixel ? 1 : 0;
@@ -120,7 +123,7 @@ PATINATE_INLINE void drop_repeated_leads(i32 num_leads, local SharedWindow* shar
 }
 
 // What is to be compared, of the neighbors that were taken.
-PATINATE_INLINE void begin_search(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
+WINDOW_INLINE void begin_search(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
                                   i32 lane) {
   const CostTables* cost = &tables->cost;
   barrier(CLK_LOCAL_MEM_FENCE);
@@ -163,7 +166,7 @@ PATINATE_INLINE void begin_search(const WindowTables* tables, global const ushor
 }
 
 // The squared distance within which pixels must be that cost at most `bound`.
-PATINATE_INLINE i32 limit_of(const WindowTables* tables, local const SharedWindow* shared, i64 bound) {
+WINDOW_INLINE i32 limit_of(const WindowTables* tables, local const SharedWindow* shared, i64 bound) {
   if (shared->quarters != 0u) {
     const ProjectionReach reach = shared->reach;
     return (i32)at_most(reach_within(&reach, bound), kNoLimit);
@@ -182,7 +185,7 @@ typedef struct ItemBest {
 enum { kFindBest, kCountWithin, kFindChosen };
 
 // A pixel that waited in the queue.
-PATINATE_INLINE void look_at(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
+WINDOW_INLINE void look_at(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
                              i32 what, i32 pixel, ItemBest* best) {
   i64 limit = best->cost == kNoCost ? kNoCost : best->cost + (pixel < best->pixel ? 1 : 0);
   const i32 ceiling = shared->ceiling;
@@ -202,7 +205,7 @@ PATINATE_INLINE void look_at(const WindowTables* tables, global const ushort* ta
 }
 
 // The least cost of all items, of several the least rank: in cost[0] and rank[0].
-PATINATE_INLINE void find_least(local SharedWindow* shared, i32 lane, i64 cost, i32 rank) {
+WINDOW_INLINE void find_least(local SharedWindow* shared, i32 lane, i64 cost, i32 rank) {
   barrier(CLK_LOCAL_MEM_FENCE);
   shared->cost[lane] = cost;
   shared->rank[lane] = rank;
@@ -219,8 +222,8 @@ PATINATE_INLINE void find_least(local SharedWindow* shared, i32 lane, i64 cost, 
 }
 
 // Can the pixel be as near as it must be?
-PATINATE_INLINE bool is_in_reach(const WindowTables* tables, const ProjectionReach* reach, const i16* query,
-                                 u32 quarters, i32 limit, i32 target, i32 pixel) {
+WINDOW_INLINE bool is_in_reach(const WindowTables* tables, const ProjectionReach* reach, short16 query, u32 quarters,
+                                 i32 limit, i32 target, i32 pixel) {
   const i32 control = tables->first_controls[pixel];
   if (control == kNotUsable) return false;
   if (limit == kNoLimit) return true;
@@ -232,7 +235,7 @@ PATINATE_INLINE bool is_in_reach(const WindowTables* tables, const ProjectionRea
 }
 
 // Of the pixels that were hit, all of which are kept, the one before which `num_before` come.
-PATINATE_INLINE void choose_hit(local SharedWindow* shared, i32 num_before, i32 lane) {
+WINDOW_INLINE void choose_hit(local SharedWindow* shared, i32 num_before, i32 lane) {
   const i32 num = shared->num_hits;
   for (i32 i = lane; i < num; i += kItems) {
     i32 rank = 0;
@@ -242,7 +245,7 @@ PATINATE_INLINE void choose_hit(local SharedWindow* shared, i32 num_before, i32 
 }
 
 // The leads of the window come first: what they cost bounds all others.
-PATINATE_INLINE void queue_leads(const WindowTables* tables, local SharedWindow* shared, i32 num_leads,
+WINDOW_INLINE void queue_leads(const WindowTables* tables, local SharedWindow* shared, i32 num_leads,
                                  SearchWindow window, i32 lane) {
   for (i32 i = lane; i < num_leads; i += kItems) {
     const i32 pixel = shared->leads[i].pixel;
@@ -254,11 +257,10 @@ PATINATE_INLINE void queue_leads(const WindowTables* tables, local SharedWindow*
 // Looks at what is in the queue, then at all pixels of the window: in row order, but for those that are in the queue at
 // once. All items meet every barrier, whatever there is to do: some drivers err where a barrier stands in a branch, even
 // if all take it.
-PATINATE_INLINE void scan_window(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
+WINDOW_INLINE void scan_window(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
                                  SearchWindow window, i32 what, ItemBest* best, i32 lane) {
   const i32 kAtOnce = kPixelsEach * kItems;
-  i16 query[kProjectedValues];
-  for (i32 j = 0; j < kProjectedValues; ++j) query[j] = shared->query[j];
+  const short16 query = vload16(0, shared->query);
   const ProjectionReach reach = shared->reach;
   const u32 quarters = shared->quarters;
   const i32 first_target = target[0], width = window.x1 - window.x0;

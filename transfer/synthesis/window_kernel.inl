@@ -143,24 +143,26 @@ PATINATE_INLINE bool compares_projections(i64 coherence_scale, u32 quarters, i32
 }
 
 // The squared distance of a pixel's projection from a texel's, over the values of some quarters: reach_kernel.inc
-// compares 16 pixels at once.
-PATINATE_INLINE i32 projected_distance(const i16* query, PATINATE_GLOBAL const i16* projection, u32 quarters) {
-  i32 sum = 0;
-#ifdef __OPENCL_VERSION__  // One load of 32 bytes.
-  const int16 d = convert_int16(vload16(0, query)) - convert_int16(*(PATINATE_GLOBAL const short16*)projection);
-  const int16 squares = d * d;
-  if ((quarters & 1u) != 0u) sum += squares.s0 + squares.s1 + squares.s2 + squares.s3;
-  if ((quarters & 2u) != 0u) sum += squares.s4 + squares.s5 + squares.s6 + squares.s7;
-  if ((quarters & 4u) != 0u) sum += squares.s8 + squares.s9 + squares.sa + squares.sb;
-  if ((quarters & 8u) != 0u) sum += squares.sc + squares.sd + squares.se + squares.sf;
+// compares 16 pixels at once. An item of a device keeps the texel's, and loads the pixel's at once.
+#ifdef __OPENCL_VERSION__
+PATINATE_INLINE i32 projected_distance(short16 query, PATINATE_GLOBAL const i16* projection, u32 quarters) {
+  const int16 d = convert_int16(query) - convert_int16(*(PATINATE_GLOBAL const short16*)projection);
+  const int16 s = d * d;
+  return ((quarters & 1u) != 0u ? s.s0 + s.s1 + s.s2 + s.s3 : 0) +
+         ((quarters & 2u) != 0u ? s.s4 + s.s5 + s.s6 + s.s7 : 0) +
+         ((quarters & 4u) != 0u ? s.s8 + s.s9 + s.sa + s.sb : 0) +
+         ((quarters & 8u) != 0u ? s.sc + s.sd + s.se + s.sf : 0);
+}
 #else
+PATINATE_INLINE i32 projected_distance(const i16* query, const i16* projection, u32 quarters) {
+  i32 sum = 0;
   for (i32 j = 0; j < kProjectedValues; ++j) {
     const i32 d = (quarters >> (j / kNeighborhoodQuarters) & 1u) != 0u ? query[j] - projection[j] : 0;
     sum += d * d;
   }
-#endif
   return sum;
 }
+#endif
 
 enum { kNotUsable = 65535 };  // In place of a first control.
 

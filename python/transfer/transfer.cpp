@@ -89,9 +89,6 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
   const DeviceKeyword device(keywords);
   const RunArguments run = keywords.run();
   keywords.finish();
-  const bool is_fast = options.age.transfer.method == transfer::TransferMethod::Fast;
-  if (!is_fast && device.options().device != "auto" && device.options().device != "cpu")
-    throw InvalidInput("device: method 'reference' runs on the CPU; leave device out");
   const std::vector<AskedControl> asked = asked_from(given);
   const bool is_surface = py::isinstance<PySurface>(destination);
   if (!is_surface && !py::isinstance<PyMesh>(destination))
@@ -101,7 +98,9 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
   const std::shared_ptr<const Mesh> mesh = is_surface ? nullptr : py::cast<const PyMesh&>(destination).value;
   PyAged aged{std::make_shared<const transfer::AgedMesh>(result_of(run, [=](const RunControl& control) {
     transfer::AgeOptions age = options.age;
-    if (is_fast) age.device = cli::open_search_device(device.options(), device.words());
+    age.device = age.transfer.method == transfer::TransferMethod::Fast
+                     ? cli::open_search_device(device.options(), device.words())
+                     : cli::open_window_device(device.options(), device.words());
     const transfer::AgingSurface surface =
         mesh == nullptr
             ? ready

@@ -27,6 +27,13 @@ class Devices(CommandCase):
     def transfer(self, out, *more, resolution=64, **environment):
         return self.run_patinate(*self.transfer_command(out, *more, resolution=resolution), **environment)
 
+    def meshes(self):
+        (self.folder / "plate.obj").write_text("v 0 0 0\nv 9 0 0\nv 9 9 1\nv 0 9 0\nvt .02 .02\nvt .98 .02\nvt .98 .98\nvt .02 .98\nf 1/1 2/2 3/3 4/4\n")
+        meshes = {"plate": "plate.obj", "urn": self.shared / "urn" / "mesh.obj"}
+        if DATA:
+            meshes["spot"] = pathlib.Path(DATA) / "meshes/spot/spot_triangulated.obj"
+        return meshes
+
     def an_opencl_device(self):
         devices = json.loads(self.succeeds("devices", "--json"))["devices"]
         if not devices:
@@ -56,7 +63,7 @@ class Devices(CommandCase):
 
     def test_each_says_whether_it_gives_the_cpus_bytes(self):
         device = self.an_opencl_device()
-        self.assertEqual(device["checks"], dict.fromkeys(("arithmetic", "transfer", "lookups", "composition", "rules", "rays", "gammatons", "exchange"), "passed"))
+        self.assertEqual(device["checks"], dict.fromkeys(("arithmetic", "transfer", "exact search", "lookups", "composition", "rules", "rays", "gammatons", "exchange"), "passed"))
         self.assertIn(device["name"], self.succeeds("devices"))
 
     def test_a_transfer_is_the_same_on_each(self):
@@ -74,12 +81,8 @@ class Devices(CommandCase):
         self.succeeds("ingest", "crackle/capture.json", "-o", "thirty")
         self.edit_json(self.folder / "crackle/capture.json", lambda project: project["frames"].update(pattern="frames/0029.png"))
         self.succeeds("ingest", "crackle/capture.json", "-o", "photograph")
-        (self.folder / "plate.obj").write_text("v 0 0 0\nv 9 0 0\nv 9 9 1\nv 0 9 0\nvt .02 .02\nvt .98 .02\nvt .98 .98\nvt .02 .98\nf 1/1 2/2 3/3 4/4\n")
-        meshes = {"plate": "plate.obj", "urn": self.shared / "urn" / "mesh.obj"}
-        if DATA:
-            meshes["spot"] = pathlib.Path(DATA) / "meshes/spot/spot_triangulated.obj"
         for history in ("photograph", "thirty"):
-            for name, mesh in meshes.items():
+            for name, mesh in self.meshes().items():
                 for out, where in (("there", device["name"]), ("here", "cpu")):
                     self.succeeds("transfer", history, mesh, "--control", "thickness=facing", "--resolution", "96", "--device", where, "-o", f"{out}_{history}_{name}")
                 here, there = self.folder / f"here_{history}_{name}", self.folder / f"there_{history}_{name}"
@@ -222,10 +225,22 @@ class Devices(CommandCase):
                 self.assertEqual(self.run_patinate(command, self.shared / "aged", "--device", name, "-o", file, env=WITHOUT).stderr, result.stderr)
             self.assertEqual(result.stderr, f"patinate: error: --device: found `{name}`; OpenCL has no devices here; or auto, cpu\n")
 
-    def test_the_reference_method_has_none(self):
-        result = self.transfer("aged", "--method", "reference", "--device", "gpu")
+    def test_tiles_have_none(self):
+        result = self.transfer("aged", "--by-tile", "--device", "gpu")
         self.assertEqual(result.returncode, USAGE)
-        self.assertIn("--method reference runs on the CPU", result.stderr)
+        self.assertIn("--by-tile runs on the CPU", result.stderr)
+
+    def test_the_reference_and_its_audit_are_the_same_on_each(self):
+        device = self.an_opencl_device()
+        for mesh, file in self.meshes().items():
+            for out, name in (("there", device["name"]), ("here", "cpu")):
+                self.succeeds("transfer", self.shared / "history", file, "--control", "thickness=facing", "--resolution", "64", "--method", "reference", "--window", "40", "--device", name, "-o", f"{mesh}_{out}")
+                self.succeeds("evaluate", f"{mesh}_{out}", "--audits", "300", "--device", name, "-o", f"{mesh}_audit_{out}")
+                self.assertIn(name, (self.folder / f"{mesh}_audit_{out}" / "run.json").read_text())
+            there, here = (self.folder / f"{mesh}_{out}" for out in ("there", "here"))
+            self.assertEqual((there / "coordinates.exr").read_bytes(), (here / "coordinates.exr").read_bytes())
+            there, here = (json.loads((self.folder / f"{mesh}_audit_{out}" / "evaluation.json").read_text())["maps"][0]["figures"] for out in ("there", "here"))
+            self.assertEqual(there, here)
 
 
 if __name__ == "__main__":

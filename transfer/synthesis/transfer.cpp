@@ -106,12 +106,24 @@ void check_usable(const History& history, const std::vector<std::size_t>& asked,
 CoordinateMap synthesize_fast(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                               const std::vector<double>& weights, const std::vector<SourceStructure>& structure,
                               const TransferOptions& options, const SearchDevice* device, const TileGrid* grid,
-                              const RunControl& control) {
+                              std::unique_ptr<SearchDevice::Level>& kept, const RunControl& control) {
   const auto seed = static_cast<std::uint64_t>(options.seed);
   return std::move(synthesize_multi_level(levels, neighborhood, *options.coherence_share, weights, seed,
                                           options.multi_level, control,
-                                          refinement_of(structure, options, weights, grid), device)
+                                          refinement_of(structure, options, weights, grid), device, 0, &kept)
                        .pixels);
+}
+
+/// Nothing where the device has no tables of the level, or fails.
+std::optional<CostSums> sums_on_device(const SearchDevice* device, SearchDevice::Level* level, const EnergyScale& scale,
+                                       const CoordinateMap& coordinates, const RunControl& control) {
+  if (level == nullptr) return std::nullopt;
+  try {
+    return level->sum_costs(scale, coordinates, control);
+  } catch (const device::DeviceError& error) {
+    device->report_failure(error);
+    return std::nullopt;
+  }
 }
 
 }  // namespace
@@ -160,14 +172,18 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   std::optional<TileGrid> grid;
   if (map->sheet().num_tiles() > 1) grid.emplace(map->sheet());
   if (options.method == TransferMethod::Reference) find_neighbors(levels[0].destination, neighborhood, silent);
+  std::unique_ptr<SearchDevice::Level> on_device;
   result.coordinates =
       options.method == TransferMethod::Reference
           ? synthesize_reference(levels[0].source, levels[0].destination, neighborhood, *options.coherence_share,
-                                 weights, seed, options.reference, synthesis_control)
+                                 weights, seed, options.reference, synthesis_control, input.device.get())
           : synthesize_fast(levels, neighborhood, weights, structure_levels(structure, first, levels.size(), silent),
-                            options, input.device.get(), grid ? &*grid : nullptr, synthesis_control);
+                            options, input.device.get(), grid ? &*grid : nullptr, on_device, synthesis_control);
+  const std::optional<CostSums> sums = sums_on_device(
+      input.device.get(), on_device.get(), full_scale(levels[0].source, weights), result.coordinates, silent);
+  on_device.reset();
   result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,
-                                 *options.coherence_share, weights, silent);
+                                 *options.coherence_share, weights, silent, sums ? &*sums : nullptr);
   result.matched_controls = std::move(levels[0].destination.controls);
   for (std::int32_t& s : result.coordinates)
     s = to_full_size(s, levels[0].source.width(), static_cast<int>(first), history.facts().width);

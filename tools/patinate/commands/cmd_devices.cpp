@@ -14,6 +14,7 @@
 #include "tools/patinate/commands/commands.h"
 #include "transfer/lookup/lookup_device.h"
 #include "transfer/synthesis/search_device.h"
+#include "transfer/synthesis/window_device.h"
 
 namespace patinate::cli {
 
@@ -35,8 +36,9 @@ struct NamedCheck {
   const char* name;
   device::CheckResult (*check)(const device::Device& device);
 };
-constexpr std::array<NamedCheck, 8> kChecks{{{"arithmetic", device::check_arithmetic},
+constexpr std::array<NamedCheck, 9> kChecks{{{"arithmetic", device::check_arithmetic},
                                              {"transfer", transfer::check_search},
+                                             {"exact search", transfer::check_window_search},
                                              {"lookups", transfer::check_lookups},
                                              {"composition", simulation::check_composition},
                                              {"rules", simulation::check_rules},

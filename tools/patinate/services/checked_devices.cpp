@@ -8,6 +8,7 @@
 #include "simulation/rules/device_rules.h"
 #include "simulation/tracing/device_motion.h"
 #include "simulation/transport/device_exchange.h"
+#include "transfer/synthesis/window_device.h"
 
 namespace patinate::cli {
 
@@ -78,7 +79,7 @@ std::shared_ptr<const Kind> open_kind(const device::DeviceOptions& options, cons
 }
 
 /// For what is mostly copying: on the fastest cards, too, the ways there and back take longer than the CPU's own work
-/// (docs/devices.md), so that a device is taken only where it is asked for.
+/// (docs/devices.md); and for what was not measured on a GPU. A device is taken only where it is asked for.
 device::DeviceOptions if_asked_for(const device::DeviceOptions& options, const DeviceWords& say) {
   if (options.device != "auto") return options;
   say.decided("cpu");
@@ -95,6 +96,11 @@ void check_device(const device::DeviceOptions& options) {
 std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::DeviceOptions& options,
                                                                  const DeviceWords& say) {
   return open_kind<transfer::SearchDevice>(options, transfer::check_search, say);
+}
+
+std::shared_ptr<const transfer::SearchDevice> open_window_device(const device::DeviceOptions& options,
+                                                                 const DeviceWords& say) {
+  return open_kind<transfer::SearchDevice>(if_asked_for(options, say), transfer::check_window_search, say);
 }
 
 std::shared_ptr<const transfer::LookupDevice> open_lookup_device(const device::DeviceOptions& options,

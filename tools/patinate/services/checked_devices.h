@@ -24,9 +24,12 @@ struct DeviceWords {
 void check_device(const device::DeviceOptions& options);
 
 /// The first device that is asked for and gives the CPU's bytes; null where the CPU does the work: with `auto` all but
-/// transfer. Says which it is, why others are not taken, and what fails later.
+/// the fast transfer. Says which it is, why others are not taken, and what fails later.
 /// @throws InvalidInput if what is asked for is not there; CannotComplete if what is asked for by name fails its check.
 [[nodiscard]] std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::DeviceOptions& options,
+                                                                               const DeviceWords& say);
+/// For the exact search, of the reference method and of audits.
+[[nodiscard]] std::shared_ptr<const transfer::SearchDevice> open_window_device(const device::DeviceOptions& options,
                                                                                const DeviceWords& say);
 [[nodiscard]] std::shared_ptr<const transfer::LookupDevice> open_lookup_device(const device::DeviceOptions& options,
                                                                                const DeviceWords& say);

@@ -46,7 +46,7 @@ kernel __attribute__((reqd_work_group_size(PATINATE_WINDOW_ITEMS, 1, 1))) void a
   window.y1 = numbers.source_height;
   queue_leads(&tables, &shared, kTexelsBeside + 1, window, lane);
   ItemBest best = {kNoCost, kNoLimit};
-  scan_window(&tables, target, &shared, window, kFindBest, &best, lane);
+  scan_window(&tables, target, &shared, window, kFindBest, 0.0, &best, lane);
   find_least(&shared, lane, best.cost, best.pixel);
   if (lane != 0) return;
   own_costs[item] = cost_of_pixel(&tables.source, &tables.cost, target, &shared.known, own, kNoCost);
@@ -135,8 +135,8 @@ WINDOW_INLINE void choose_good(const WindowNumbers* numbers, i64 texel, local Sh
   }
 }
 
-// Finds what a texel takes, as reference.cpp does: the best pixel, then all that are nearly as good, then, where more of
-// those were hit than there is room for, the one that chance chose.
+// Finds what a texel takes, as reference.cpp does: the best pixel and all that are nearly as good. Where more of those
+// were hit than there is room for, the window is looked at again: how many there are, and which one chance chose.
 WINDOW_INLINE void find_place(const WindowTables* tables, const WindowNumbers* numbers, i64 texel,
                                 global const ushort* target, local SharedWindow* shared, i32 num_leads,
                                 SearchWindow window, i32 lane) {
@@ -155,14 +155,14 @@ WINDOW_INLINE void find_place(const WindowTables* tables, const WindowNumbers* n
     const bool is_chosen = what == kFindChosen && is_found && shared->num_before >= 0;
     const bool are_kept = shared->num_hits <= kMostQueued;
     if (is_chosen && are_kept) choose_hit(shared, shared->num_before, lane);
-    barrier(CLK_LOCAL_MEM_FENCE);
+    drop_costly_hits(shared, what == kCountWithin, lane);
     if (lane == 0 && what == kFindChosen) shared->num_hits = 0;
-    const bool is_searched = what == kFindBest || (what == kCountWithin && is_found && numbers->epsilon > 0.0) ||
+    const bool is_searched = what == kFindBest || (what == kCountWithin && is_found && !are_kept) ||
                              (is_chosen && !are_kept);
     SearchWindow searched = window;
     if (!is_searched) searched.y1 = searched.y0;
     barrier(CLK_LOCAL_MEM_FENCE);
-    scan_window(tables, target, shared, searched, what, &best, lane);
+    scan_window(tables, target, shared, searched, what, numbers->epsilon, &best, lane);
     find_least(shared, lane, best.cost, best.pixel);
     if (lane == 0) {
       shared->best_cost = shared->cost[0];

@@ -77,8 +77,8 @@ WINDOW_INLINE void clear_shared(local SharedWindow* shared, i32 lane) {
 }
 
 // The k-th neighbor is compared.
-WINDOW_INLINE void take_neighbor(const WindowTables* tables, global const int* coordinates, i64 texel,
-                                   PixelNeighbor n, i32 k, local SharedWindow* shared) {
+WINDOW_INLINE void take_neighbor(const WindowTables* tables, global const int* coordinates, i64 texel, PixelNeighbor n,
+                                 i32 k, local SharedWindow* shared) {
   if (!know_neighbor(&tables->source, &tables->cost, coordinates, texel, n, k, k, &shared->known)) {
     forget_neighbor(&shared->known, k);
     return;
@@ -97,7 +97,7 @@ WINDOW_INLINE void add_to_mean(i32 weight, i32 place, i32 axis, local SharedWind
 
 // Where the k-th neighbor leads, and what it adds to the mean of where it would put the texel.
 WINDOW_INLINE void take_lead(const WindowTables* tables, const PlaceTables* places, PixelNeighbor n, i32 k,
-                               local SharedWindow* shared) {
+                             local SharedWindow* shared) {
   local FixedPlace* lead = &shared->leads[k + 1];
   lead->pixel = -1;
   if (!has_place(places->pixels, n)) return;
@@ -125,7 +125,7 @@ WINDOW_INLINE void drop_repeated_leads(i32 num_leads, local SharedWindow* shared
 
 // What is to be compared, of the neighbors that were taken.
 WINDOW_INLINE void begin_search(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
-                                  i32 lane) {
+                                i32 lane) {
   const CostTables* cost = &tables->cost;
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lane == 0) {
@@ -187,13 +187,12 @@ enum { kFindBest, kCountWithin, kFindChosen };
 
 // A pixel that waited in the queue. While the best is looked for, whatever costs at most 1 + epsilon of the best so far
 // is hit as well: the window need not be looked at again, unless there are more than there is room for.
-WINDOW_INLINE void look_at(const WindowTables* tables, global const ushort* target, local SharedWindow* shared, i32 what,
-                           double epsilon, bool is_hit, i32 pixel, ItemBest* best) {
+WINDOW_INLINE void look_at(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
+                           i32 what, double epsilon, bool is_hit, i32 pixel, ItemBest* best) {
   i64 bound = shared->bound;
   if (what == kFindBest) {
     const i32 ceiling = shared->ceiling;
-    bound = ceiling == kNoLimit ? kNoCost - 1
-                                : loosened_cost((((i64)ceiling + 1) << kCeilingBits) - 1, epsilon);
+    bound = ceiling == kNoLimit ? kNoCost - 1 : loosened_cost((((i64)ceiling + 1) << kCeilingBits) - 1, epsilon);
   }
   const i64 cost = cost_of_pixel(&tables->source, &tables->cost, target, &shared->known, pixel, bound + 1);
   if (cost > bound) return;
@@ -230,7 +229,7 @@ WINDOW_INLINE void find_least(local SharedWindow* shared, i32 lane, i64 cost, i3
 
 // Can the pixel be as near as it must be?
 WINDOW_INLINE bool is_in_reach(const WindowTables* tables, const ProjectionReach* reach, short16 query, u32 quarters,
-                                 i32 limit, i32 target, i32 pixel) {
+                               i32 limit, i32 target, i32 pixel) {
   const i32 control = tables->first_controls[pixel];
   if (control == kNotUsable) return false;
   if (limit == kNoLimit) return true;
@@ -267,7 +266,7 @@ WINDOW_INLINE void choose_hit(local SharedWindow* shared, i32 num_before, i32 la
 
 // The leads of the window come first: what they cost bounds all others. They are hit when their turn comes.
 WINDOW_INLINE void queue_leads(const WindowTables* tables, local SharedWindow* shared, i32 num_leads,
-                                 SearchWindow window, i32 lane) {
+                               SearchWindow window, i32 lane) {
   for (i32 i = lane; i < num_leads; i += kItems) {
     const i32 pixel = shared->leads[i].pixel;
     if (pixel >= 0 && tables->first_controls[pixel] != kNotUsable && window_holds(window, pixel, tables->source.width))
@@ -276,10 +275,10 @@ WINDOW_INLINE void queue_leads(const WindowTables* tables, local SharedWindow* s
 }
 
 // Looks at what is in the queue, then at all pixels of the window: in row order, but for those that are in the queue at
-// once. All items meet every barrier, whatever there is to do: some drivers err where a barrier stands in a branch, even
-// if all take it.
+// once. All items meet every barrier, whatever there is to do: some drivers err where a barrier stands in a branch,
+// even if all take it.
 WINDOW_INLINE void scan_window(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
-                                 SearchWindow window, i32 what, double epsilon, ItemBest* best, i32 lane) {
+                               SearchWindow window, i32 what, double epsilon, ItemBest* best, i32 lane) {
   const i32 kAtOnce = kPixelsEach * kItems;
   const short16 query = vload16(0, shared->query);
   const ProjectionReach reach = shared->reach;

@@ -46,7 +46,7 @@ kernel __attribute__((reqd_work_group_size(PATINATE_WINDOW_ITEMS, 1, 1))) void a
   window.y1 = numbers.source_height;
   queue_leads(&tables, &shared, kTexelsBeside + 1, window, lane);
   ItemBest best = {kNoCost, kNoLimit};
-  scan_window(&tables, target, &shared, window, kFindBest, &best, lane);
+  scan_window(&tables, target, &shared, window, kFindBest, 0.0, &best, lane);
   find_least(&shared, lane, best.cost, best.pixel);
   if (lane != 0) return;
   own_costs[item] = cost_of_pixel(&tables.source, &tables.cost, target, &shared.known, own, kNoCost);
@@ -54,10 +54,10 @@ kernel __attribute__((reqd_work_group_size(PATINATE_WINDOW_ITEMS, 1, 1))) void a
 }
 
 // The middle of the window: of some pixels of similar control value the one nearest to where the known neighbors would
-// put the texel. Items draw the random words of their tries by themselves; where one is rejected, which is rare, all are
-// drawn one after the other. @returns a pixel.
-WINDOW_INLINE i32 find_center(const WindowNumbers* numbers, AlikePixels alike, i64 texel,
-                                local SharedWindow* shared, i32 lane) {
+// put the texel. Items draw the random words of their tries by themselves; where one is rejected, which is rare, all
+// are drawn one after the other. @returns a pixel.
+WINDOW_INLINE i32 find_center(const WindowNumbers* numbers, AlikePixels alike, i64 texel, local SharedWindow* shared,
+                              i32 lane) {
   const bool has_mean = shared->mean_weights > 0;
   const i32 num_tries = has_mean ? kWindowTries : 1;
   for (i32 i = lane; i < num_tries; i += kItems) {
@@ -95,7 +95,7 @@ WINDOW_INLINE i32 find_center(const WindowNumbers* numbers, AlikePixels alike, i
 
 // Where leads lie beside the middle of their pixel, what they cost there, if that is at most shared->bound.
 WINDOW_INLINE void cost_leads(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
-                                i32 num_leads, i32 lane) {
+                              i32 num_leads, i32 lane) {
   for (i32 i = lane; i < num_leads; i += kItems) {
     const FixedPlace lead = shared->leads[i];
     const i32 x = beside_middle(lead.x), y = beside_middle(lead.y);
@@ -109,15 +109,15 @@ WINDOW_INLINE void cost_leads(const WindowTables* tables, global const ushort* t
 // A texel takes one of all that cost at most 1 + epsilon of the least, by chance: pixels of the window, and places of
 // pieces that go on. This is the bound of what pixels may cost then.
 WINDOW_INLINE void bound_good(const WindowTables* tables, const WindowNumbers* numbers, local SharedWindow* shared,
-                                i32 num_leads) {
+                              i32 num_leads) {
   i64 least = shared->best_cost;
   for (i32 i = 0; i < num_leads; ++i) least = at_most(least, shared->lead_costs[i]);
   shared->bound = loosened_cost(least, numbers->epsilon);
   shared->limit = limit_of(tables, shared, shared->bound);
 }
 
-// Of what was found within the bound: a place that goes on comes to `taken`; a pixel is the best one, or one of the hits
-// before which `num_before` come, or none yet (-1).
+// Of what was found within the bound: a place that goes on comes to `taken`; a pixel is the best one, or one of the
+// hits before which `num_before` come, or none yet (-1).
 WINDOW_INLINE void choose_good(const WindowNumbers* numbers, i64 texel, local SharedWindow* shared, i32 num_leads) {
   i32 num_going_on = 0;
   for (i32 i = 0; i < num_leads; ++i) num_going_on += shared->lead_costs[i] <= shared->bound ? 1 : 0;
@@ -135,11 +135,11 @@ WINDOW_INLINE void choose_good(const WindowNumbers* numbers, i64 texel, local Sh
   }
 }
 
-// Finds what a texel takes, as reference.cpp does: the best pixel, then all that are nearly as good, then, where more of
-// those were hit than there is room for, the one that chance chose.
+// Finds what a texel takes, as reference.cpp does: the best pixel and all that are nearly as good. Where more of those
+// were hit than there is room for, the window is looked at again: how many there are, and which one chance chose.
 WINDOW_INLINE void find_place(const WindowTables* tables, const WindowNumbers* numbers, i64 texel,
-                                global const ushort* target, local SharedWindow* shared, i32 num_leads,
-                                SearchWindow window, i32 lane) {
+                              global const ushort* target, local SharedWindow* shared, i32 num_leads,
+                              SearchWindow window, i32 lane) {
   ItemBest best = {kNoCost, kNoLimit};
   queue_leads(tables, shared, num_leads, window, lane);
   for (i32 what = kFindBest; what <= kFindChosen; ++what) {
@@ -155,14 +155,14 @@ WINDOW_INLINE void find_place(const WindowTables* tables, const WindowNumbers* n
     const bool is_chosen = what == kFindChosen && is_found && shared->num_before >= 0;
     const bool are_kept = shared->num_hits <= kMostQueued;
     if (is_chosen && are_kept) choose_hit(shared, shared->num_before, lane);
-    barrier(CLK_LOCAL_MEM_FENCE);
+    drop_costly_hits(shared, what == kCountWithin, lane);
     if (lane == 0 && what == kFindChosen) shared->num_hits = 0;
-    const bool is_searched = what == kFindBest || (what == kCountWithin && is_found && numbers->epsilon > 0.0) ||
-                             (is_chosen && !are_kept);
+    const bool is_searched =
+        what == kFindBest || (what == kCountWithin && is_found && !are_kept) || (is_chosen && !are_kept);
     SearchWindow searched = window;
     if (!is_searched) searched.y1 = searched.y0;
     barrier(CLK_LOCAL_MEM_FENCE);
-    scan_window(tables, target, shared, searched, what, &best, lane);
+    scan_window(tables, target, shared, searched, what, numbers->epsilon, &best, lane);
     find_least(shared, lane, best.cost, best.pixel);
     if (lane == 0) {
       shared->best_cost = shared->cost[0];
@@ -176,8 +176,8 @@ WINDOW_INLINE void find_place(const WindowTables* tables, const WindowNumbers* n
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lane == 0 && shared->taken.pixel < 0 && shared->chosen >= 0)
-    shared->taken = shared->same_lead != kNoLimit ? shared->leads[shared->same_lead]
-                                                  : middle_of(&tables->source, shared->chosen);
+    shared->taken =
+        shared->same_lead != kNoLimit ? shared->leads[shared->same_lead] : middle_of(&tables->source, shared->chosen);
 }
 
 // A texel of a front gets its place (reference.h). No texel of a front sees another.
@@ -206,8 +206,8 @@ kernel __attribute__((reqd_work_group_size(PATINATE_WINDOW_ITEMS, 1, 1))) void p
   const NeighborTables neighbors = {
       numbers.num_neighbors + kTexelsBeside, row, is_stored, begin, stored, triangle, steps_of, steps};
   const PlaceTables places = {pixels, beside, numbers.source_width, numbers.shift, numbers.reciprocal};
-  const AlikeTables alike = {usable, first_with, grid_cell, grid_begin, grid_pixels, numbers.num_usable,
-                             numbers.num_controls};
+  const AlikeTables alike = {usable,      first_with,         grid_cell,           grid_begin,
+                             grid_pixels, numbers.num_usable, numbers.num_controls};
   global const ushort* target = targets + texel * numbers.num_controls;
   clear_shared(&shared, lane);
   for (i32 k = lane; k < numbers.num_neighbors; k += kItems) {
@@ -222,9 +222,8 @@ kernel __attribute__((reqd_work_group_size(PATINATE_WINDOW_ITEMS, 1, 1))) void p
   begin_search(&tables, target, &shared, lane);
   drop_repeated_leads(num_leads, &shared, lane);
   const i32 center = find_center(&numbers, alike_pixels(&alike, target, numbers.tolerance), texel, &shared, lane);
-  const SearchWindow window =
-      window_around(center % numbers.source_width, center / numbers.source_width, numbers.window_px,
-                    numbers.source_width, numbers.source_height);
+  const SearchWindow window = window_around(center % numbers.source_width, center / numbers.source_width,
+                                            numbers.window_px, numbers.source_width, numbers.source_height);
   find_place(&tables, &numbers, texel, target, &shared, num_leads, window, lane);
   if (lane != 0 || shared.taken.pixel < 0) return;
   pixels[texel] = shared.taken.pixel;

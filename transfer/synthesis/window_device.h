@@ -40,7 +40,7 @@ class ReferenceOnDevice {
   std::unique_ptr<State> state_;
 };
 
-/// Audits of single texels: nothing of the atlas but what they see is there.
+/// Audits of single texels: nothing of the atlas but what they see is there. A device runs one at a time.
 class AuditOnDevice {
  public:
   /// All must outlive this. @throws DeviceError as ReferenceOnDevice does.

@@ -31,6 +31,7 @@ typedef struct SharedWindow {
   i32 ceiling;  // Costs over 2^kCeilingBits that are low enough; kNoLimit = all.
   i32 num_queued, queue[kMostQueued];
   i32 num_hits, hits[kMostQueued];
+  i64 hit_costs[kMostQueued];
   i32 num_before, chosen, same_lead;
   i64 best_cost, bound;
   i32 best_pixel;
@@ -76,8 +77,8 @@ WINDOW_INLINE void clear_shared(local SharedWindow* shared, i32 lane) {
 }
 
 // The k-th neighbor is compared.
-WINDOW_INLINE void take_neighbor(const WindowTables* tables, global const int* coordinates, i64 texel,
-                                   PixelNeighbor n, i32 k, local SharedWindow* shared) {
+WINDOW_INLINE void take_neighbor(const WindowTables* tables, global const int* coordinates, i64 texel, PixelNeighbor n,
+                                 i32 k, local SharedWindow* shared) {
   if (!know_neighbor(&tables->source, &tables->cost, coordinates, texel, n, k, k, &shared->known)) {
     forget_neighbor(&shared->known, k);
     return;
@@ -96,7 +97,7 @@ WINDOW_INLINE void add_to_mean(i32 weight, i32 place, i32 axis, local SharedWind
 
 // Where the k-th neighbor leads, and what it adds to the mean of where it would put the texel.
 WINDOW_INLINE void take_lead(const WindowTables* tables, const PlaceTables* places, PixelNeighbor n, i32 k,
-                               local SharedWindow* shared) {
+                             local SharedWindow* shared) {
   local FixedPlace* lead = &shared->leads[k + 1];
   lead->pixel = -1;
   if (!has_place(places->pixels, n)) return;
@@ -124,7 +125,7 @@ WINDOW_INLINE void drop_repeated_leads(i32 num_leads, local SharedWindow* shared
 
 // What is to be compared, of the neighbors that were taken.
 WINDOW_INLINE void begin_search(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
-                                  i32 lane) {
+                                i32 lane) {
   const CostTables* cost = &tables->cost;
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lane == 0) {
@@ -184,23 +185,28 @@ typedef struct ItemBest {
 // What is looked for: the best pixel; how many cost at most `bound`; one of those.
 enum { kFindBest, kCountWithin, kFindChosen };
 
-// A pixel that waited in the queue.
+// A pixel that waited in the queue. While the best is looked for, whatever costs at most 1 + epsilon of the best so far
+// is hit as well: the window need not be looked at again, unless there are more than there is room for.
 WINDOW_INLINE void look_at(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
-                             i32 what, i32 pixel, ItemBest* best) {
-  i64 limit = best->cost == kNoCost ? kNoCost : best->cost + (pixel < best->pixel ? 1 : 0);
-  const i32 ceiling = shared->ceiling;
-  if (ceiling != kNoLimit) limit = at_most(limit, ((i64)ceiling + 1) << kCeilingBits);
-  if (what != kFindBest) limit = shared->bound + 1;
-  const i64 cost = cost_of_pixel(&tables->source, &tables->cost, target, &shared->known, pixel, limit);
-  if (cost >= limit) return;
-  if (what != kFindBest) {
-    const i32 at = atomic_inc(&shared->num_hits);
-    if (at < kMostQueued) shared->hits[at] = pixel;
-    return;
+                           i32 what, double epsilon, bool is_hit, i32 pixel, ItemBest* best) {
+  i64 bound = shared->bound;
+  if (what == kFindBest) {
+    const i32 ceiling = shared->ceiling;
+    bound = ceiling == kNoLimit ? kNoCost - 1 : loosened_cost((((i64)ceiling + 1) << kCeilingBits) - 1, epsilon);
   }
+  const i64 cost = cost_of_pixel(&tables->source, &tables->cost, target, &shared->known, pixel, bound + 1);
+  if (cost > bound) return;
+  if (is_hit) {
+    const i32 at = atomic_inc(&shared->num_hits);
+    if (at < kMostQueued) {
+      shared->hits[at] = pixel;
+      shared->hit_costs[at] = cost;
+    }
+  }
+  if (what != kFindBest || cost > best->cost || (cost == best->cost && pixel > best->pixel)) return;
   best->cost = cost;
   best->pixel = pixel;
-  atomic_min(&shared->limit, limit_of(tables, shared, cost));
+  atomic_min(&shared->limit, limit_of(tables, shared, loosened_cost(cost, epsilon)));
   atomic_min(&shared->ceiling, (i32)at_most(cost >> kCeilingBits, kNoLimit));
 }
 
@@ -223,7 +229,7 @@ WINDOW_INLINE void find_least(local SharedWindow* shared, i32 lane, i64 cost, i3
 
 // Can the pixel be as near as it must be?
 WINDOW_INLINE bool is_in_reach(const WindowTables* tables, const ProjectionReach* reach, short16 query, u32 quarters,
-                                 i32 limit, i32 target, i32 pixel) {
+                               i32 limit, i32 target, i32 pixel) {
   const i32 control = tables->first_controls[pixel];
   if (control == kNotUsable) return false;
   if (limit == kNoLimit) return true;
@@ -232,6 +238,20 @@ WINDOW_INLINE bool is_in_reach(const WindowTables* tables, const ProjectionReach
   if (taken > limit) return false;
   global const short* projections = quarters == kEveryQuarter ? tables->projections[0] : tables->projections[1];
   return taken + projected_distance(query, projections + (i64)pixel * kProjectedValues, quarters) <= limit;
+}
+
+// Only those that cost at most shared->bound stay hit, if all are kept.
+WINDOW_INLINE void drop_costly_hits(local SharedWindow* shared, bool is_done, i32 lane) {
+  i32 stay[kPixelsEach + 1], num_stay = 0;
+  const i32 num = shared->num_hits;
+  for (i32 i = lane; is_done && num <= kMostQueued && i < num; i += kItems) {
+    if (shared->hit_costs[i] <= shared->bound) stay[num_stay++] = shared->hits[i];
+  }
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (lane == 0 && is_done) shared->num_hits = 0;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  for (i32 i = 0; i < num_stay; ++i) shared->hits[atomic_inc(&shared->num_hits)] = stay[i];
+  barrier(CLK_LOCAL_MEM_FENCE);
 }
 
 // Of the pixels that were hit, all of which are kept, the one before which `num_before` come.
@@ -244,9 +264,9 @@ WINDOW_INLINE void choose_hit(local SharedWindow* shared, i32 num_before, i32 la
   }
 }
 
-// The leads of the window come first: what they cost bounds all others.
+// The leads of the window come first: what they cost bounds all others. They are hit when their turn comes.
 WINDOW_INLINE void queue_leads(const WindowTables* tables, local SharedWindow* shared, i32 num_leads,
-                                 SearchWindow window, i32 lane) {
+                               SearchWindow window, i32 lane) {
   for (i32 i = lane; i < num_leads; i += kItems) {
     const i32 pixel = shared->leads[i].pixel;
     if (pixel >= 0 && tables->first_controls[pixel] != kNotUsable && window_holds(window, pixel, tables->source.width))
@@ -255,10 +275,10 @@ WINDOW_INLINE void queue_leads(const WindowTables* tables, local SharedWindow* s
 }
 
 // Looks at what is in the queue, then at all pixels of the window: in row order, but for those that are in the queue at
-// once. All items meet every barrier, whatever there is to do: some drivers err where a barrier stands in a branch, even
-// if all take it.
+// once. All items meet every barrier, whatever there is to do: some drivers err where a barrier stands in a branch,
+// even if all take it.
 WINDOW_INLINE void scan_window(const WindowTables* tables, global const ushort* target, local SharedWindow* shared,
-                                 SearchWindow window, i32 what, ItemBest* best, i32 lane) {
+                               SearchWindow window, i32 what, double epsilon, ItemBest* best, i32 lane) {
   const i32 kAtOnce = kPixelsEach * kItems;
   const short16 query = vload16(0, shared->query);
   const ProjectionReach reach = shared->reach;
@@ -283,7 +303,8 @@ WINDOW_INLINE void scan_window(const WindowTables* tables, global const ushort* 
     const i32 num_queued = shared->num_queued;
     const bool is_due = num_queued >= kItems || begin < 0 || begin + kAtOnce >= num;
     for (i32 i = lane; is_due && i < num_queued; i += kItems)
-      look_at(tables, target, shared, what, shared->queue[i], best);
+      look_at(tables, target, shared, what, epsilon, what != kFindBest || (begin >= 0 && epsilon > 0.0),
+              shared->queue[i], best);
     barrier(CLK_LOCAL_MEM_FENCE);
     const i32 num_before = shared->num_before, num_hits = shared->num_hits;
     if (what == kFindChosen && is_due && num_before >= 0 && num_before < num_hits) choose_hit(shared, num_before, lane);

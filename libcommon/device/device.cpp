@@ -107,7 +107,8 @@ Device::Device(const DeviceInfo& info, const OpenCl& functions)
 }
 
 DeviceState::~DeviceState() {
-  for (const cl_event launch : launches) cl.clReleaseEvent(launch);
+  if (queue != nullptr && !writes.empty()) cl.clFinish(queue);
+  for (const Launch& launch : launches) cl.clReleaseEvent(launch.event);
   if (queue != nullptr) cl.clReleaseCommandQueue(queue);
   if (context != nullptr) cl.clReleaseContext(context);
 }
@@ -138,6 +139,7 @@ void Device::write_bytes(const Memory& memory, std::size_t offset, const void* v
   const DeviceState& s = *state_;
   const Stopwatch watch(s.times.copies_s);
   s.times.copied_bytes += size;
+  ++s.times.num_copies;
   s.check(s.cl.clEnqueueWriteBuffer(s.queue, static_cast<cl_mem>(memory.handle_.get()), CL_TRUE, offset, size, values,
                                     0, nullptr, nullptr),
           "writing to it");
@@ -150,32 +152,53 @@ void Device::read_bytes(const Memory& memory, void* values, std::size_t size) co
   s.finish();
   const Stopwatch watch(s.times.copies_s);
   s.times.copied_bytes += size;
+  ++s.times.num_copies;
   s.check(s.cl.clEnqueueReadBuffer(s.queue, static_cast<cl_mem>(memory.handle_.get()), CL_TRUE, 0, size, values, 0,
                                    nullptr, nullptr),
           "reading from it");
 }
 
-void Device::fill_zero(const Memory& memory) const {
+void Device::write_bytes_soon(const Memory& memory, std::span<const std::byte> values) const {
+  constexpr std::size_t kMostWrites = 1024;
+  if (values.size() > memory.size_bytes_)
+    throw InvalidInput("a device's buffer is shorter than what is written to it");
+  if (values.empty()) return;
+  const DeviceState& s = *state_;
+  if (s.writes.size() >= kMostWrites) s.finish();
+  const std::vector<std::byte>& kept = s.writes.emplace_back(values.begin(), values.end());
+  s.times.copied_bytes += kept.size();
+  ++s.times.num_copies;
+  s.check(s.cl.clEnqueueWriteBuffer(s.queue, static_cast<cl_mem>(memory.handle_.get()), CL_FALSE, 0, kept.size(),
+                                    kept.data(), 0, nullptr, nullptr),
+          "writing to it");
+}
+
+void Device::fill_words(const Memory& memory, std::uint32_t word) const {
   if (memory.size_bytes_ == 0) return;
   const DeviceState& s = *state_;
-  const cl_uchar zero = 0;
-  s.check(s.cl.clEnqueueFillBuffer(s.queue, static_cast<cl_mem>(memory.handle_.get()), &zero, sizeof(zero), 0,
+  const std::size_t size = memory.size_bytes_ % sizeof(word) == 0 ? sizeof(word) : 1;
+  s.check(s.cl.clEnqueueFillBuffer(s.queue, static_cast<cl_mem>(memory.handle_.get()), &word, size, 0,
                                    memory.size_bytes_, 0, nullptr, nullptr),
-          "clearing memory");
+          "filling memory");
 }
 
 void DeviceState::finish() const {
   const cl_int code = cl.clFinish(queue);
-  for (const cl_event launch : launches) {
+  for (const auto& [event, kernel] : launches) {
     cl_ulong begin = 0, end = 0;  // ns
     if (code == CL_SUCCESS &&
-        cl.clGetEventProfilingInfo(launch, CL_PROFILING_COMMAND_START, sizeof(begin), &begin, nullptr) == CL_SUCCESS &&
-        cl.clGetEventProfilingInfo(launch, CL_PROFILING_COMMAND_END, sizeof(end), &end, nullptr) == CL_SUCCESS &&
-        end > begin)
-      times.kernels_s += 1e-9 * static_cast<double>(end - begin);
-    cl.clReleaseEvent(launch);
+        cl.clGetEventProfilingInfo(event, CL_PROFILING_COMMAND_START, sizeof(begin), &begin, nullptr) == CL_SUCCESS &&
+        cl.clGetEventProfilingInfo(event, CL_PROFILING_COMMAND_END, sizeof(end), &end, nullptr) == CL_SUCCESS &&
+        end > begin) {
+      const double seconds = 1e-9 * static_cast<double>(end - begin);
+      times.kernels_s += seconds;
+      kernel->seconds += seconds;
+      ++kernel->num_launches;
+    }
+    cl.clReleaseEvent(event);
   }
   launches.clear();
+  writes.clear();
   check(code, "waiting for it");
 }
 
@@ -187,7 +210,7 @@ void DeviceState::launch(cl_kernel kernel, const std::string& name, const Items&
   cl_event event = nullptr;
   check(cl.clEnqueueNDRangeKernel(queue, kernel, 1, &first, &num, group == 0 ? nullptr : &group, 0, nullptr, &event),
         "running " + name);
-  launches.push_back(event);
+  launches.push_back({event, &times.kernels[name]});
 }
 
 void Device::finish() const { state_->finish(); }

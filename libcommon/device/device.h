@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -58,9 +59,15 @@ struct DeviceInfo {
 
 /// What a device has done.
 struct DeviceTimes {
+  struct Kernel {
+    std::int64_t num_launches = 0;
+    double seconds = 0.0;  ///< By the device's clock.
+  };
   double kernels_s = 0.0;  ///< By its own clock: those that were waited for.
   double copies_s = 0.0;   ///< To it and back, by ours.
   std::uint64_t copied_bytes = 0;
+  std::int64_t num_copies = 0;
+  std::map<std::string, Kernel> kernels;  ///< By name.
 };
 
 class Device;
@@ -121,6 +128,7 @@ class Kernel {
   template <class T>
   requires std::is_trivially_copyable_v<T>
   void set(unsigned index, const T& value) { set_value(index, &value, sizeof(T)); }
+  /// What an argument is already is not set again: drivers take their time.
   void set_memory(unsigned index, const Memory& memory);
   void set_value(unsigned index, const void* value, std::size_t size);
   void launch(const Items& items);
@@ -172,12 +180,19 @@ class Device {
   void write(std::span<const T> values, Buffer<T>& buffer, std::size_t first = 0) const {
     write_bytes(buffer.memory(), first * sizeof(T), values.data(), values.size_bytes());
   }
+  /// The same without waiting: the values are copied, and kept until finish().
+  template <class T>
+  void write_soon(std::span<const T> values, const Buffer<T>& buffer) const {
+    write_bytes_soon(buffer.memory(), std::as_bytes(values));
+  }
   /// Waits for what was queued before. @param values  At most as long as the buffer.
   template <class T>
   void read(const Buffer<T>& buffer, std::span<T> values) const {
     read_bytes(buffer.memory(), values.data(), values.size_bytes());
   }
-  void fill_zero(const Memory& memory) const;
+  void fill_zero(const Memory& memory) const { fill_words(memory, 0); }
+  /// With one 4-byte word, again and again; memory of another size than a multiple of 4 with the lowest of its bytes.
+  void fill_words(const Memory& memory, std::uint32_t word) const;
 
   /// Compiles `sources`, one text after the other, behind kernel_language.h, without contraction and with correctly
   /// rounded divisions and roots. What was compiled before is taken from `patinate/kernels` in the user's cache folder,
@@ -190,6 +205,7 @@ class Device {
  private:
   [[nodiscard]] Memory allocate_bytes(std::size_t size) const;
   void write_bytes(const Memory& memory, std::size_t offset, const void* values, std::size_t size) const;
+  void write_bytes_soon(const Memory& memory, std::span<const std::byte> values) const;
   void read_bytes(const Memory& memory, void* values, std::size_t size) const;
 
   std::shared_ptr<DeviceState> state_;

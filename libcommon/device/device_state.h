@@ -30,7 +30,12 @@ struct DeviceState {
   cl_context context = nullptr;
   cl_command_queue queue = nullptr;
   mutable DeviceTimes times;
-  mutable std::vector<cl_event> launches;  ///< Since the last finish().
+  struct Launch {
+    cl_event event;
+    DeviceTimes::Kernel* kernel;  ///< Of times.
+  };
+  mutable std::vector<Launch> launches;  ///< Since the last finish(),
+  mutable std::vector<std::vector<std::byte>> writes;  ///< and what is on its way there.
 };
 
 struct ProgramState {
@@ -48,6 +53,11 @@ struct KernelState {
   std::shared_ptr<const ProgramState> program;
   std::string name;
   cl_kernel kernel = nullptr;
+  struct Argument {
+    std::shared_ptr<void> memory = {};  ///< Alive as long as it is one.
+    std::vector<std::byte> value = {};
+  };
+  std::vector<Argument> arguments;  ///< As they are.
   KernelState(std::shared_ptr<const ProgramState> its_program, std::string its_name)
       : program(std::move(its_program)), name(std::move(its_name)) {}
   ~KernelState() {

@@ -135,12 +135,20 @@ Kernel Program::kernel(const std::string& name) const {
 void Kernel::set_memory(unsigned index, const Memory& memory) {
   auto* handle = static_cast<cl_mem>(memory.handle_.get());
   set_value(index, static_cast<const void*>(&handle), sizeof(cl_mem));
+  state_->arguments[index].memory = memory.handle_;
 }
 
 void Kernel::set_value(unsigned index, const void* value, std::size_t size) {
+  std::vector<KernelState::Argument>& arguments = state_->arguments;
+  if (arguments.size() <= index) arguments.resize(index + std::size_t{1});
+  const std::span<const std::byte> bytes(static_cast<const std::byte*>(value), size);
+  KernelState::Argument& argument = arguments[index];
+  if (std::equal(bytes.begin(), bytes.end(), argument.value.begin(), argument.value.end())) return;
   const DeviceState& device = *state_->program->device;
+  argument.value.clear();
   device.check(device.cl.clSetKernelArg(state_->kernel, index, size, value),
                "giving " + state_->name + " its argument " + std::to_string(index));
+  argument.value.assign(bytes.begin(), bytes.end());
 }
 
 void Kernel::launch(const Items& items) { state_->program->device->launch(state_->kernel, state_->name, items); }

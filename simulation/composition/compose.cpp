@@ -16,7 +16,6 @@ namespace {
 
 constexpr std::int64_t kChunk = 512;  // tiles
 constexpr std::size_t kAhead = 3;     // tiles that memory is asked for before their turn
-constexpr std::size_t kDense = 32;    // from a 32nd of the tiles on, a device is worth asking
 
 bool differ(const std::uint16_t* a, const std::uint16_t* b) {
   unsigned difference = 0;
@@ -47,29 +46,47 @@ bool has_relief(const std::vector<QuantizedAppearance>& appearance) {
 
 }  // namespace
 
-Composer::State::State(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface_atlas,
-                       ColorForm color_form, const RunControl& control)
+ComposerParts::ComposerParts(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface_atlas,
+                             ColorForm color_form, const RunControl& control)
     : surface(&surface_atlas),
       quanta_per_mm(kHeightQuanta / surface_atlas.median_texel_size_mm()),
       base(scene, scene_mesh, surface_atlas, quanta_per_mm, control.part(0.0, 0.7)),
       frames(scene_mesh, surface_atlas, control.part(0.7, 1.0)),
+      is_whole(surface_atlas.grid().num_tiles(), false),
       texel_of_object(scene.objects.size(), kNoTexel),
       places(scene_mesh, surface_atlas),
       pictures(places),
       grain(places),
-      form(color_form),
+      form(color_form) {
+  for (TileIndex tile = 0; tile < surface->grid().num_tiles(); ++tile) {
+    if (base.object(tile) == BaseLayer::kNone) continue;
+    covered_tiles.push_back(tile);
+    int num_covered = 0;
+    for (std::uint32_t l = 0; l < kTile; ++l) {
+      const int triangle = surface->triangle(tile * kTile + l);
+      if (triangle < 0) continue;
+      ++num_covered;
+      texel_of_object[static_cast<std::size_t>(surface->object(triangle))] = tile * kTile + l;
+    }
+    is_whole[tile] = num_covered == kTile;
+  }
+}
+
+std::uint16_t ComposerParts::original(std::size_t material, TexelIndex texel) const {
+  const int triangle = surface->triangle(texel);
+  if (triangle < 0) return 0;
+  return originals[static_cast<std::size_t>(surface->object(triangle)) * appearance.size() + material][0];
+}
+
+Composer::State::State(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface_atlas,
+                       ColorForm color_form, const RunControl& control)
+    : ComposerParts(scene, scene_mesh, surface_atlas, color_form, control),
       kernels(&composition::kernels(instruction_set())),
       codes(surface_atlas.grid().num_texels()),
       normals(std::size_t{surface_atlas.grid().num_tiles()} * 3 * kTile),
       changed(surface_atlas.grid().num_pages()),
       stale_normals(surface_atlas.grid().num_pages()) {
-  for (TileIndex tile = 0; tile < surface->grid().num_tiles(); ++tile) {
-    if (base.object(tile) == BaseLayer::kNone) continue;
-    covered_tiles.push_back(tile);
-    for (std::uint32_t l = 0; l < kTile; ++l) {
-      const int triangle = surface->triangle(tile * kTile + l);
-      if (triangle >= 0) texel_of_object[static_cast<std::size_t>(surface->object(triangle))] = tile * kTile + l;
-    }
+  for (const TileIndex tile : covered_tiles) {
     std::uint8_t* normal = normals.data() + std::size_t{tile} * 3 * kTile;
     std::fill_n(normal, 2 * kTile, std::uint8_t{128});
     std::fill_n(normal + 2 * kTile, kTile, std::uint8_t{255});
@@ -90,21 +107,26 @@ void Composer::State::set_appearance(const std::vector<MaterialAppearance>& new_
   if (heights.empty() && (base.has_heights() || has_relief(appearance)))
     heights.assign(surface->grid().num_texels(), 0);
   is_all_dirty = true;
+  there.reset();
 }
 
 void Composer::State::read_originals(const MaterialAtlas& atlas) {
   originals.resize(texel_of_object.size() * appearance.size());
+  has_no_originals.assign(texel_of_object.size(), true);
   for (std::size_t object = 0; object < texel_of_object.size(); ++object) {
     for (std::size_t m = 0; m < appearance.size(); ++m) {
       const TexelIndex t = texel_of_object[object];
       originals[object * appearance.size() + m].fill(t == kNoTexel ? std::uint16_t{0}
                                                                    : atlas.original(static_cast<int>(m), t));
+      if (originals[object * appearance.size() + m][0] != 0) has_no_originals[object] = false;
     }
   }
 }
 
 void Composer::State::prepare(const MaterialAtlas& atlas, TileIndex tile, TileInput& in) {
   const std::uint16_t object = base.object(tile);
+  // What a texel that is not covered has does not count.
+  const bool has_shared = has_shared_originals(tile);
   ComposeTask& task = in.task;
   task = ComposeTask{};
   task.first_texel = tile * kTile;
@@ -112,11 +134,11 @@ void Composer::State::prepare(const MaterialAtlas& atlas, TileIndex tile, TileIn
     const std::span<const std::uint16_t> amount = atlas.tile(static_cast<int>(m), tile);
     if (amount.empty()) continue;
     const std::uint16_t* original = in.originals[m];
-    if (object != BaseLayer::kSeveral) {
+    if (has_shared) {
       original = originals[object * appearance.size() + m].data();
     } else {
       for (std::uint32_t l = 0; l < kTile; ++l)
-        in.originals[m][l] = atlas.original(static_cast<int>(m), task.first_texel + l);
+        in.originals[m][l] = this->original(m, task.first_texel + l);
     }
     if (!differ(amount.data(), original)) continue;
     const auto k = static_cast<std::size_t>(task.num_materials++);
@@ -243,11 +265,15 @@ void Composer::set_appearance(const std::vector<MaterialAppearance>& appearance)
     throw InvalidInput(std::to_string(appearance.size()) + " appearances were given for " +
                        std::to_string(state_->appearance.size()) + " materials");
   }
+  state_->bring_back();
   state_->set_appearance(appearance);
 }
 
 void Composer::set_form(ColorForm form) {
-  state_->is_all_dirty = state_->is_all_dirty || form != state_->form;
+  state_->bring_back();
+  if (form == state_->form) return;
+  state_->is_all_dirty = true;
+  state_->there.reset();
   state_->form = form;
 }
 
@@ -257,25 +283,14 @@ void Composer::use(InstructionSet set) {
   state_->kernels = &composition::kernels(set);
 }
 
-void Composer::use(std::shared_ptr<const SimulationDevice> device) {
-  state_->device = std::move(device);
-  state_->on_device.reset();
-}
-
 std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty,
-                                         const RunControl& given, const DeviceAmounts* on_device) {
-  // What a device leaves to the CPU begins anew: fractions do not fall.
-  RunControl control = given;
-  if (given.on_progress) {
-    control.on_progress = [report = given.on_progress, best = 0.0](double fraction) mutable {
-      best = std::max(best, fraction);
-      report(best);
-    };
-  }
+                                         const RunControl& control) {
   State& s = *state_;
   if (&atlas.surface() != s.surface || atlas.num_materials() != static_cast<int>(s.appearance.size())) {
     throw InvalidInput("the atlas is not that of the composer");
   }
+  s.bring_back();
+  s.there.reset();  // What it has is old from now on.
   const bool is_all = s.is_all_dirty;
   std::vector<TileIndex> tiles;
   for (const TileIndex tile : is_all ? std::span<const TileIndex>() : dirty) {
@@ -300,28 +315,51 @@ std::vector<TileIndex> Composer::compose(const MaterialAtlas& atlas, std::span<c
   };
   std::vector<TileIndex> stale;
   try {
-    const auto is_dense = [&](const std::vector<TileIndex>& list) {
-      return list.size() * kDense > s.covered_tiles.size();
-    };
-    const std::vector<TileIndex>& first = is_all ? s.covered_tiles : tiles;
-    const RunControl colors = control.part(0.0, 0.6), rest = control.part(0.6, 1.0);
-    if (!is_dense(first) || !s.composed_on_device(atlas, first, on_device, colors)) {
-      for_each(
-          first, colors, [&](TileIndex tile) { s.prefetch(atlas, tile); },
-          [&](TileIndex tile) { s.compose_tile(atlas, tile); });
-    }
+    for_each(
+        is_all ? s.covered_tiles : tiles, control.part(0.0, 0.6), [&](TileIndex tile) { s.prefetch(atlas, tile); },
+        [&](TileIndex tile) { s.compose_tile(atlas, tile); });
     stale = s.stale_normals.take();
-    if (!is_dense(stale) || !s.normals_on_device(stale, rest)) {
-      for_each(
-          stale, rest, [&](TileIndex tile) { s.prefetch_heights(tile); },
-          [&](TileIndex tile) { s.compose_normals(tile); });
-    }
+    for_each(
+        stale, control.part(0.6, 1.0), [&](TileIndex tile) { s.prefetch_heights(tile); },
+        [&](TileIndex tile) { s.compose_normals(tile); });
   } catch (...) {  // Canceled: what was done stays marked, since the next call finds it up to date.
     for (const TileIndex tile : stale) s.stale_normals.add(tile);
     throw;
   }
   s.is_all_dirty = false;
   return s.changed.take();
+}
+
+void Composer::compose_there(const MaterialAtlas& atlas, DeviceArrays& arrays, const RunControl& control) {
+  State& s = *state_;
+  if (!s.there) {
+    s.read_originals(atlas);
+    s.there = std::make_unique<DeviceComposition>(arrays, s, s.textures(), control);
+  }
+  if (s.is_all_dirty) list_tiles(s.covered_tiles, arrays);
+  s.is_all_dirty = false;
+  s.is_behind = true;
+  s.there->compose(arrays);
+}
+
+std::vector<TileIndex> Composer::changed_there() const { return state_->there->changed_tiles(); }
+
+void Composer::on_lost(std::function<void(const device::DeviceError&)> compose_here) { state_->on_lost = std::move(compose_here); }
+
+void Composer::forget_there() {
+  state_->there.reset();
+  state_->is_all_dirty = true;
+  state_->is_behind = false;
+}
+
+void Composer::State::bring_back() {
+  if (!is_behind) return;
+  try {
+    there->bring_back(textures());
+    is_behind = false;
+  } catch (const device::DeviceError& error) {
+    on_lost(error);
+  }
 }
 
 }  // namespace patinate::simulation

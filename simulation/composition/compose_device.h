@@ -2,60 +2,43 @@
 /// Composition on a device: the kernels of compose_kernel.inl, with the CPU's bytes.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
-#include "libcommon/device/arithmetic_check.h"
 #include "libcommon/device/device.h"
 #include "patinate/core/run_control.h"
-#include "patinate/simulation/surface_atlas.h"
-#include "simulation/composition/height_frames.h"
-#include "simulation/device/device_amounts.h"
+#include "simulation/device/device_arrays.h"
 
 namespace patinate::simulation {
 
+struct ComposerParts;
+
 namespace composition {
 
-/// Tasks of some tiles with everything that they point to, in the pools that a device is given.
-class PackedTiles {
- public:
-  /// @param looks    Those that tasks point to, by material.
-  /// @param amounts  Of the atlas on the device; null: amounts are packed, too.
-  explicit PackedTiles(std::span<const QuantizedAppearance> looks, const DeviceAmounts* amounts = nullptr)
-      : looks_(looks), amounts_(amounts) {}
-  void add(const ComposeTask& task);
-  void clear();
-  [[nodiscard]] std::size_t size() const { return tasks_.size(); }
-
- private:
-  friend class DeviceSurface;
-  std::span<const QuantizedAppearance> looks_;
-  const DeviceAmounts* amounts_;
-  std::unordered_map<const std::uint16_t*, std::int32_t> originals_;  ///< Planes: most tiles of an object share one.
-  std::vector<PackedTask> tasks_;
-  std::vector<std::uint16_t> planes_, pictures_;
-  std::vector<std::uint8_t> grains_;
-  std::vector<BaseTile> bases_;
-  std::vector<std::int32_t> heights_;
-  // What the last task pointed to: neighbors often share it.
-  const BaseTile* last_base_ = nullptr;
-  const std::int32_t* last_height_ = nullptr;
+/// What is composed, as the CPU keeps it.
+struct Textures {
+  std::vector<std::uint32_t>& codes;
+  std::vector<std::int32_t>& heights;
+  std::vector<std::uint8_t>& normals;
 };
 
-/// What composition of one surface keeps on a device.
-class DeviceSurface {
+/// Everything that composition needs, and what it makes, in a device's memory.
+class DeviceComposition {
  public:
+  /// Codes, heights and normals are there as they are here.
   /// @throws DeviceError, as all members.
-  DeviceSurface(const device::Device& device, const SurfaceAtlas& surface, const HeightFrames& frames);
-  ~DeviceSurface();
-  /// 64 codes and heights of each tile.
-  void compose(const PackedTiles& tiles, std::vector<std::uint32_t>& codes, std::vector<std::int32_t>& heights);
-  /// Of the whole atlas, for normals().
-  void set_heights(std::span<const std::int32_t> heights);
-  /// 3 x 64 bytes of each tile.
-  void normals(std::span<const TileIndex> tiles, std::vector<std::uint8_t>& normals);
+  DeviceComposition(const DeviceArrays& arrays, ComposerParts& parts, const Textures& textures,
+                    const RunControl& control);
+  ~DeviceComposition();
+
+  /// Composes the tiles that are listed in `arrays`, and normals that their heights tell on.
+  void compose(DeviceArrays& arrays);
+  /// Those that the last compose() changed, rising.
+  [[nodiscard]] std::vector<TileIndex> changed_tiles() const;
+  /// Brings what has changed since the last bring_back(); nothing has changed here if it throws.
+  void bring_back(const Textures& textures);
 
  private:
   struct State;
@@ -63,8 +46,5 @@ class DeviceSurface {
 };
 
 }  // namespace composition
-
-/// A plate with relief, composed there and here. @throws DeviceError if the device cannot run it.
-[[nodiscard]] device::CheckResult check_composition(const device::Device& device);
 
 }  // namespace patinate::simulation

@@ -87,28 +87,28 @@ typedef struct BorderTexel {
   PATINATE_ARRAY(i32, along_b, 4);
 } BorderTexel;
 
-// A ComposeTask whose pointers are places in a device's pools: of planes of 64 values, of three planes for pictures; -1
-// = none.
-typedef struct PackedTask {
-  PATINATE_MEMBER(i32, num_materials, 0);
-  PATINATE_ARRAY(i32, look, 8);
-  PATINATE_ARRAY(i32, amount, 8);
-  PATINATE_ARRAY(i32, original, 8);
-  PATINATE_ARRAY(i32, grain, 8);
-  PATINATE_ARRAY(i32, picture, 8);
-  PATINATE_MEMBER(i32, base, 0);
-  PATINATE_MEMBER(i32, height, 0);
-  PATINATE_MEMBER(u32, first_texel, 0);
-  PATINATE_MEMBER(i32, is_published_form, 0);
-} PackedTask;
-
-// A NormalTask in an atlas whose heights lie together.
-typedef struct PackedNormal {
-  PATINATE_MEMBER(u32, tile, 0);
-  PATINATE_ARRAY(u32, beside, 4);         // Right, left, below, above.
+// What a device knows of a tile.
+typedef struct TileFacts {
+  PATINATE_MEMBER(u32, is_covered, 0);
+  PATINATE_MEMBER(i32, originals, 0);  // Planes of 64 amounts: that of the first material, the others behind it.
+  PATINATE_MEMBER(i32, base, 0);       // Among BaseTiles,
+  PATINATE_MEMBER(i32, height, 0);     // and planes of 64 height quanta.
+  PATINATE_ARRAY(u32, beside, 4);      // Tiles: right, left, below, above.
   PATINATE_MEMBER(u32, border_begin, 0);  // Of its border texels.
   PATINATE_MEMBER(u32, border_end, 0);
-} PackedNormal;
+  PATINATE_MEMBER(u32, dependents_begin, 0);  // Of other tiles whose slopes use its heights.
+  PATINATE_MEMBER(u32, dependents_end, 0);
+} TileFacts;
+
+typedef struct ComposeCall {
+  PATINATE_MEMBER(u32, number, 0);  // Of this call, from 1.
+  PATINATE_MEMBER(u32, num_materials, 0);
+  PATINATE_MEMBER(u32, num_texels, 0);
+  PATINATE_MEMBER(u32, has_heights, 0);
+  PATINATE_MEMBER(i32, is_published_form, 0);
+  PATINATE_ARRAY(i32, grain_layer, 8);  // By material; -1 = none.
+  PATINATE_ARRAY(i32, picture_layer, 8);
+} ComposeCall;
 
 // xi of a texel and material, 1 = 32768: uniform in [-32768, 32767].
 static inline i32 noise(u32 texel, u32 key) {

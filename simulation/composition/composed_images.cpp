@@ -30,14 +30,22 @@ Image<T> filled(const SurfaceAtlas& surface, int channels, const Write& write) {
 
 }  // namespace
 
-std::span<const std::uint32_t> Composer::codes() const { return state_->codes; }
-std::span<const std::uint8_t> Composer::normals() const { return state_->normals; }
+std::span<const std::uint32_t> Composer::codes() const {
+  state_->bring_back();
+  return state_->codes;
+}
+std::span<const std::uint8_t> Composer::normals() const {
+  state_->bring_back();
+  return state_->normals;
+}
 
 double Composer::height_mm(TexelIndex t) const {
+  state_->bring_back();
   return state_->heights.empty() ? 0.0 : state_->heights[t] / state_->quanta_per_mm;
 }
 
 std::array<double, 2> Composer::slopes(TexelIndex t) const {
+  state_->bring_back();
   if (state_->heights.empty()) return {0.0, 0.0};
   composition::SlopeTile slopes;
   state_->slopes_of(TileGrid::tile_of(t), slopes);
@@ -53,6 +61,7 @@ Vec3 Composer::perturbed_normal(TexelIndex t, const Vec3& normal,
 }
 
 ImageU8 Composer::color_srgb8() const {
+  state_->bring_back();
   return filled<std::uint8_t>(*state_->surface, 3, [&](TexelIndex t, std::span<std::uint8_t> out) {
     for (unsigned c = 0; c < 3; ++c) out[c] = static_cast<std::uint8_t>(state_->codes[t] >> (8 * c));
   });
@@ -68,12 +77,14 @@ ImageF Composer::color_linear() const {
 }
 
 ImageU8 Composer::specular8() const {
+  state_->bring_back();
   return filled<std::uint8_t>(*state_->surface, 1, [&](TexelIndex t, std::span<std::uint8_t> out) {
     out[0] = static_cast<std::uint8_t>(state_->codes[t] >> 24);
   });
 }
 
 ImageU8 Composer::normal8() const {
+  state_->bring_back();
   return filled<std::uint8_t>(*state_->surface, 3, [&](TexelIndex t, std::span<std::uint8_t> out) {
     const std::uint8_t* tile = &state_->normals[std::size_t{TileGrid::tile_of(t)} * 3 * kTile];
     for (std::size_t c = 0; c < 3; ++c) out[c] = tile[c * kTile + t % kTile];

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -36,7 +37,36 @@ class TileSet {
   std::vector<std::atomic<std::uint64_t>> pages_;  ///< A bit for each tile.
 };
 
-struct Composer::State {
+/// What composition is made of, wherever it is done.
+struct ComposerParts {
+  ComposerParts(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface_atlas,
+                ColorForm color_form, const RunControl& control);
+  /// Whether all texels of a tile have the original amounts of its object.
+  [[nodiscard]] bool has_shared_originals(TileIndex tile) const {
+    const std::uint16_t object = base.object(tile);
+    return object != composition::BaseLayer::kSeveral && (is_whole[tile] || has_no_originals[object]);
+  }
+  /// The amount that a texel has when it is new; 0 where it is not covered. @param material  Number of it.
+  [[nodiscard]] std::uint16_t original(std::size_t material, TexelIndex texel) const;
+
+  const SurfaceAtlas* surface;
+  double quanta_per_mm;
+  composition::BaseLayer base;
+  composition::HeightFrames frames;
+  std::vector<TileIndex> covered_tiles;
+  std::vector<bool> is_whole;                ///< By tile: all texels are covered.
+  std::vector<TexelIndex> texel_of_object;  ///< kNoTexel when it shows in none.
+  std::vector<composition::QuantizedAppearance> appearance;
+  composition::TexelPlaces places;
+  composition::MaterialPictures pictures;
+  composition::Grain grain;
+  ColorForm form;
+  /// By object and material: 64 times the amount when new.
+  std::vector<std::array<std::uint16_t, composition::kTile>> originals;
+  std::vector<bool> has_no_originals;  ///< By object: all of them are 0.
+};
+
+struct Composer::State : ComposerParts {
   State(const Scene& scene, const SceneMesh& scene_mesh, const SurfaceAtlas& surface_atlas, ColorForm color_form,
         const RunControl& control);
 
@@ -57,12 +87,6 @@ struct Composer::State {
   void take_normals(TileIndex tile, const std::uint8_t* normal);
   /// Color, specular value and height of a tile.
   void compose_tile(const MaterialAtlas& atlas, TileIndex tile);
-  /// The same of many, and normals. @returns false where there is no device or it has failed.
-  bool composed_on_device(const MaterialAtlas& atlas, std::span<const TileIndex> tiles, const DeviceAmounts* amounts,
-                          const RunControl& control);
-  bool normals_on_device(std::span<const TileIndex> tiles, const RunControl& control);
-  template <class Work>
-  bool worked_on_device(const Work& work);
   /// Normals of a tile; adds it to `changed`.
   void compose_normals(TileIndex tile);
   /// @param edges  Those of the tile where heights changed: bits for right, left, lower and upper.
@@ -71,30 +95,22 @@ struct Composer::State {
   void prefetch(const MaterialAtlas& atlas, TileIndex tile) const;
   void prefetch_heights(TileIndex tile) const;
   void slopes_of(TileIndex tile, composition::SlopeTile& slopes) const;
+  /// What was composed on a device comes here.
+  void bring_back();
+  [[nodiscard]] composition::Textures textures() { return {.codes = codes, .heights = heights, .normals = normals}; }
 
-  const SurfaceAtlas* surface;
-  double quanta_per_mm;
-  composition::BaseLayer base;
-  composition::HeightFrames frames;
-  std::vector<TileIndex> covered_tiles;
-  std::vector<TexelIndex> texel_of_object;  ///< kNoTexel when it shows in none.
-  std::vector<composition::QuantizedAppearance> appearance;
-  composition::TexelPlaces places;
-  composition::MaterialPictures pictures;
-  composition::Grain grain;
-  ColorForm form;
   const composition::Kernels* kernels;
-  std::shared_ptr<const SimulationDevice> device;
-  std::unique_ptr<composition::DeviceSurface> on_device;
   bool is_all_dirty = true;
 
-  /// By object and material: 64 times the amount when new.
-  std::vector<std::array<std::uint16_t, composition::kTile>> originals;
   std::vector<std::uint32_t> codes;
   std::vector<std::int32_t> heights;  ///< Empty while everything is flat.
   std::vector<std::uint8_t> normals;
   TileSet changed;  ///< Both empty between calls, but after one that was canceled.
   TileSet stale_normals;
+
+  std::unique_ptr<composition::DeviceComposition> there;  ///< Null before a device is asked.
+  bool is_behind = false;                                 ///< The device has composed since.
+  std::function<void(const device::DeviceError&)> on_lost;  ///< Composes here what a device had composed and cannot give back.
 };
 
 }  // namespace patinate::simulation

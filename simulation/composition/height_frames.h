@@ -43,6 +43,9 @@ class HeightFrames {
   [[nodiscard]] std::uint32_t border_begin(TileIndex tile) const { return border_begin_[tile]; }
   /// Tiles, other than the four beside, whose slopes use heights of this one.
   [[nodiscard]] std::span<const TileIndex> dependents(TileIndex tile) const;
+  /// Of all tiles, and where a tile's begin in them.
+  [[nodiscard]] std::span<const TileIndex> dependents() const { return dependents_; }
+  [[nodiscard]] std::uint32_t dependents_begin(TileIndex tile) const { return dependents_begin_[tile]; }
   [[nodiscard]] std::size_t memory() const;
 
  private:

@@ -85,9 +85,10 @@ Simulation::State::State(Scene given, SimulationOptions given_options, const Run
       exchanger(static_cast<int>(scene.materials.size()), scene.seed),
       composer(scene, scene_mesh, surface, options.color_form, control.part(0.6, 0.9)),
       changed_in(surface.grid().num_tiles(), -1) {
-  composer.use(options.device);
-  tracer.use(options.device);
-  exchanger.use(options.device);
+  composer.on_lost([this](const device::DeviceError& error) {
+    lose_device(error, {});
+    compose_now({});
+  });
   for (std::size_t k = 0; k < kNumWeatherSignals; ++k)
     weather_peaks[k] = greatest_weather(scene.weather, static_cast<WeatherSignal>(k));
   for (const SceneObject& object : scene.objects) start_scales.push_back(object.scale);
@@ -145,7 +146,6 @@ std::optional<WetPaths> Simulation::State::wet_paths() {
   const auto found = std::find(scene.materials.begin(), scene.materials.end(), o.wet_material);
   if (!(o.wet_attraction > 0.0) || found == scene.materials.end()) return std::nullopt;
   return WetPaths{.atlas = &atlas,
-                  .on_device = exchanger.device_amounts(atlas),
                   .material = static_cast<int>(found - scene.materials.begin()),
                   .weight = o.wet_attraction,
                   .width_mm = o.rivulet_mm};
@@ -171,15 +171,28 @@ std::int64_t Simulation::iteration() const { return state_->iteration; }
 std::int64_t Simulation::num_paint_steps() const { return state_->num_paint_steps; }
 double Simulation::time() const { return static_cast<double>(state_->iteration) * state_->scene.time_per_iteration; }
 const std::vector<std::string>& Simulation::notes() const { return state_->notes; }
-const MaterialAtlas& Simulation::atlas() const { return state_->atlas; }
-const TraceCounters& Simulation::counters() const { return state_->counters; }
+const MaterialAtlas& Simulation::atlas() const {
+  state_->come_back();
+  return state_->atlas;
+}
+const TraceCounters& Simulation::counters() const {
+  state_->come_back();
+  return state_->counters;
+}
 const SimulationTimes& Simulation::times() const { return state_->times; }
-const MassLedger& Simulation::ledger() const { return state_->ledger; }
-const Gammatons& Simulation::gammatons() const { return state_->gammatons; }
+const MassLedger& Simulation::ledger() const {
+  state_->come_back();
+  return state_->ledger;
+}
+const Gammatons& Simulation::gammatons() const {
+  state_->come_back();
+  return state_->gammatons;
+}
 const Mesh& Simulation::mesh() const { return state_->scene_mesh.mesh; }
 double Simulation::texel_size_mm() const { return state_->surface.median_texel_size_mm(); }
 
 std::size_t Simulation::memory() const {
+  state_->come_back();
   const State& s = *state_;
   constexpr std::size_t kGammaton =
       sizeof(GammatonState) + 1 + 2 + 4 + 4 + 2 * sizeof(double) + 2 * sizeof(Vec3) + sizeof(s.cargo.mass[0]);
@@ -189,6 +202,7 @@ std::size_t Simulation::memory() const {
 }
 
 std::string Simulation::audit(const RunControl& control) const {
+  state_->come_back(control);
   return simulation::audit(state_->ledger, state_->atlas, state_->cargo, state_->scene.materials, control);
 }
 
@@ -200,6 +214,7 @@ void Simulation::apply(const SceneEvent& event, const RunControl& control) {
     }
     return;
   }
+  s.change_here(control);
   Scene changed = s.scene;
   const bool moves_objects = apply_event(event, changed);
   check_scene(changed);
@@ -213,6 +228,13 @@ void Simulation::step(const RunControl& control) {
   State& s = *state_;
   apply_due(control);
   s.apply_weather();
+  if (!s.step_there(control)) s.step_here(control);
+  ++s.iteration;
+}
+
+void Simulation::State::step_here(const RunControl& control) {
+  State& s = *this;
+  s.change_here(control);
   {
     const Stopwatch watch(s.times.trace);
     s.tracer.trace(s.gammatons, s.scene, s.iteration, s.trace, control);
@@ -238,7 +260,6 @@ void Simulation::step(const RunControl& control) {
     const Stopwatch watch(s.times.rules);
     s.apply_rules(control);
   }
-  ++s.iteration;
 }
 
 std::vector<TileIndex> Simulation::State::dirty_since(std::int64_t since) const {
@@ -258,12 +279,26 @@ std::vector<TileIndex> Simulation::State::dirty_since(std::int64_t since) const 
   return tiles;
 }
 
-std::vector<TileIndex> Simulation::dirty_since(std::int64_t since) const { return state_->dirty_since(since); }
+std::vector<TileIndex> Simulation::dirty_since(std::int64_t since) const {
+  state_->come_back();
+  return state_->dirty_since(since);
+}
 
 void Simulation::State::compose_now(const RunControl& control) {
   const Stopwatch watch(times.compose);
-  std::vector<TileIndex> tiles =
-      composer.compose(atlas, dirty_since(composed_at), control, exchanger.device_amounts(atlas));
+  try {
+    if (open_device(control)) {
+      composer.compose_there(atlas, there->arrays, control);
+      composed_at = iteration;
+      is_composed_there = true;
+      return;
+    }
+  } catch (const device::DeviceError& error) {
+    lose_device(error, control);
+  }
+  is_composed_there = false;
+  come_back(control);
+  std::vector<TileIndex> tiles = composer.compose(atlas, dirty_since(composed_at), control);
   composed_at = iteration;
   if (composed_since_asked.empty()) {
     composed_since_asked = std::move(tiles);
@@ -282,7 +317,21 @@ const Composer& Simulation::compose(const RunControl& control) {
   return s.composer;
 }
 
-std::span<const TileIndex> Simulation::composed_tiles() const { return state_->composed_tiles; }
+std::span<const TileIndex> Simulation::composed_tiles() const {
+  State& s = *state_;
+  if (!std::exchange(s.is_composed_there, false)) return s.composed_tiles;
+  try {
+    std::vector<TileIndex> all, changed = s.composer.changed_there();
+    std::set_union(changed.begin(), changed.end(), s.composed_tiles.begin(), s.composed_tiles.end(),
+                   std::back_inserter(all));
+    s.composed_tiles = std::move(all);
+  } catch (const device::DeviceError& error) {
+    s.lose_device(error, {});
+    s.compose_now({});
+    s.composed_tiles = std::exchange(s.composed_since_asked, {});
+  }
+  return s.composed_tiles;
+}
 
 void Simulation::set_appearance(std::vector<MaterialAppearance> appearance) {
   state_->composer.set_appearance(appearance);
@@ -308,6 +357,7 @@ ImageF image_of(const SurfaceAtlas& surface, Value&& value) {
 }  // namespace
 
 ImageF Simulation::amounts(int material) const {
+  state_->come_back();
   return image_of(state_->surface, [&](TexelIndex t) {
     return double{static_cast<double>(state_->atlas.amount(material, t))} / kAmountOne;
   });
@@ -320,6 +370,7 @@ ImageF Simulation::original_amounts(int material) const {
 
 void Simulation::set_amounts(int material, const ImageF& amounts) {
   State& s = *state_;
+  s.change_here();
   const TileGrid& grid = s.surface.grid();
   if (amounts.width() != grid.width || amounts.height() != grid.height) {
     throw InvalidInput("the amounts are " + size_text(amounts.width(), amounts.height()) + " texels; the atlas has " +
@@ -339,10 +390,10 @@ void Simulation::set_amounts(int material, const ImageF& amounts) {
       s.changed_in[TileGrid::tile_of(t)] = static_cast<std::int32_t>(s.iteration);
     }
   }
-  s.exchanger.forget_amounts();
 }
 
 ParameterMap Simulation::parameter_map(const std::string& name) const {
+  state_->come_back();
   const State& s = *state_;
   const ParameterMaps& maps = *s.maps;
   check_parameter_map(name, s.scene.materials);
@@ -392,6 +443,7 @@ ParameterMap Simulation::parameter_map(const std::string& name) const {
 }
 
 std::optional<ImageU8> Simulation::met(const RunControl& control) const {
+  state_->come_back(control);
   const State& s = *state_;
   if (!s.met) return std::nullopt;
   return reached_texels(*s.met, s.scene.exchange, s.surface, control);

@@ -67,7 +67,6 @@ void Simulation::State::end_share(const GammatonRange& moving, ExchangeTime now,
   for (auto i = static_cast<std::size_t>(moving.begin); i < static_cast<std::size_t>(moving.end); ++i) {
     if (!moving.may_be_born(i) || gammatons.state[i] == GammatonState::Waiting) continue;
     gammatons.state[i] = GammatonState::Waiting;
-    tracer.forget_gammatons();
     ledger.end(static_cast<std::uint32_t>(i), CargoEnd::Rested, cargo);
     ++counters.rested;
   }
@@ -91,6 +90,7 @@ void Simulation::apply_due(const RunControl& control) {
 void Simulation::paint(const std::string& emitter, const Vec3& position_mm, const RunControl& control) {
   State& s = *state_;
   const std::size_t k = s.brush_index(emitter);
+  s.change_here(control);
   if (!position_mm.allFinite()) throw InvalidInput("a brush cannot paint at a place that is no number");
   s.scene.emitters[k].position_mm = position_mm;
   const SwitchedOn on(s.scene.emitters[k]);

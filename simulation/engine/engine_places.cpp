@@ -57,7 +57,7 @@ void Simulation::State::move_objects(const Scene& changed) {
   if (factors == scale_factors) return;
   const Masses before = mass_since_start(atlas, {});
   surface.set_scale_factors(factors);
-  exchanger.use(options.device);  // A device has the weights as they were.
+  there.reset();  // A device has the weights as they were.
   scale_factors = std::move(factors);
   const Masses after = mass_since_start(atlas, {});
   Masses made{}, used{};

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <numeric>
 
 #include "simulation/engine/engine_state.h"
 #include "simulation/rules/scene_maps.h"
@@ -28,7 +27,6 @@ std::unique_ptr<RuleEngine> Simulation::State::make_rules(const RunControl& cont
   auto engine = std::make_unique<RuleEngine>(
       scene.rules, scene.materials, surface, scene.time_per_iteration, scene.seed,
       make_parameters(parameter_names(scene.rules, scene), scene, scene_mesh, surface, quiet));
-  engine->use(options.device);
   engine->set_weather(scene.weather);
   return engine;
 }
@@ -43,15 +41,13 @@ void Simulation::State::set_rules(std::span<const Rule> changed) {
 
 void Simulation::State::apply_rules(const RunControl& control) {
   renew_rules(control);
-  const RuleReport report = rules->step(iteration, atlas, control, exchanger.device_amounts(atlas));
+  const RuleReport report = rules->step(iteration, atlas, control);
   ledger.add_rules(report.made, report.used);
   mark(report.dirty_tiles);
 }
 
 void Simulation::State::wake_everything() {
-  std::vector<TileIndex> all(surface.grid().num_tiles());
-  std::iota(all.begin(), all.end(), TileIndex{0});
-  rules->wake(all);
+  rules->wake_everything();
   std::fill(changed_in.begin(), changed_in.end(), static_cast<std::int32_t>(iteration));
 }
 

@@ -209,6 +209,7 @@ void add_waiting(const Scene& scene, Gammatons& gammatons) {
 }  // namespace
 
 std::vector<std::byte> Simulation::snapshot() const {
+  state_->come_back();
   const State& s = *state_;
   ByteWriter out;
   out.value(kMagic);
@@ -246,6 +247,7 @@ std::vector<std::byte> Simulation::snapshot() const {
 
 void Simulation::restore(std::span<const std::byte> bytes) {
   State& s = *state_;
+  s.come_back();
   ByteReader in(bytes);
   const auto expect = [&](auto value) {
     if (in.value<decltype(value)>() != value) throw InvalidInput("the snapshot is of another version or scene");
@@ -312,11 +314,9 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.move_objects(scene);  // before the ledger, which knows of it
   s.scene = std::move(scene);
   s.atlas = std::move(atlas);
-  s.exchanger.forget_amounts();
   s.ledger = ledger;
   s.counters = counters;
   s.gammatons = std::move(gammatons);
-  s.tracer.forget_gammatons();
   s.cargo = std::move(cargo);
   s.trails = std::move(trails);
   s.met = std::move(met);
@@ -327,6 +327,8 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.series_done = series_done;
   s.composed_at = -1;  // an earlier iteration, perhaps: nothing that was composed holds
   s.wake_everything();
+  s.there.reset();
+  s.composer.forget_there();
 }
 
 }  // namespace patinate::simulation

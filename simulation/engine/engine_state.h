@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "patinate/simulation/engine.h"
+#include "simulation/device/simulation_device.h"
+#include "simulation/engine/device_run.h"
 #include "simulation/rules/rules.h"
 #include "simulation/tracing/motion.h"
 #include "simulation/tracing/scene_checks.h"
@@ -58,6 +60,24 @@ struct Simulation::State {
   [[nodiscard]] std::optional<WetPaths> wet_paths();
   /// After amounts have come from elsewhere: every tile is looked at again.
   void wake_everything();
+  /// An iteration, without its events and weather: by the CPU,
+  void step_here(const RunControl& control);
+  /// or by a device. @returns false where there is none that can: nothing is done then.
+  [[nodiscard]] bool step_there(const RunControl& control);
+  [[nodiscard]] bool uses_device() const;
+  /// Brings a device up to date. @returns false where none is used. @throws DeviceError
+  [[nodiscard]] bool open_device(const RunControl& control);
+  void put_there(const RunControl& control);
+  /// Takes the device's state over. @returns false if it had too little room, and has more now.
+  [[nodiscard]] bool read_there(const RunControl& control);
+  /// The state is here after it: whoever reads it calls this first,
+  void come_back(const RunControl& control = {});
+  /// and whoever changes it this.
+  void change_here(const RunControl& control = {});
+  /// Iterations since the state was known, again.
+  void do_again(const RunControl& control);
+  /// The CPU goes on, from the last state that was known.
+  void lose_device(const device::DeviceError& error, const RunControl& control);
 
   Scene scene;
   SimulationOptions options;
@@ -92,6 +112,8 @@ struct Simulation::State {
   std::int64_t series_done = -1;  ///< Series that were due before this iteration have happened.
   WeatherValues weather_peaks{};  ///< Greatest values of the whole weather.
   std::vector<std::string> notes;
+  std::unique_ptr<DeviceRun> there;  ///< Null where no device is used.
+  bool is_composed_there = false;    ///< Which tiles the last compose() has changed, the device knows.
 };
 
 /// Amount quanta at the start, by object and material.

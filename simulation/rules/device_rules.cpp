@@ -6,7 +6,7 @@
 
 #include "libcommon/core/expression_kernel.h"
 #include "libcommon/core/portable_math.h"
-#include "simulation/device/exact_sums.h"
+#include "simulation/rules/rules.h"
 
 namespace patinate::simulation {
 
@@ -93,8 +93,8 @@ std::vector<std::uint8_t> packed_parameters(std::span<const SurfaceParameter> pa
 }
 
 device::Program build(const device::Device& device) {
-  const std::array<std::string_view, 7> sources{kPortableMath, kExpressionKernel, kExpressionPower, kRuleTypes,
-                                                kRuleKernel,   kExactSums,        kRuleEntries};
+  const std::array<std::string_view, 8> sources{kPortableMath, kExpressionKernel, kExpressionPower, kRuleTypes,
+                                                kRuleKernel,   kTallyTypes,       kTallyKernel,     kRuleEntries};
   return device.build("rules", sources);
 }
 
@@ -106,62 +106,77 @@ bool DeviceRules::can_run(const CompiledRules& rules, std::size_t num_parameters
 
 struct DeviceRules::State {
   State(const device::Device& its_device, const CompiledRules& compiled, std::span<const SurfaceParameter> parameters,
-        const TileFacts& facts, const SurfaceAtlas& surface)
+        const TileFacts& facts)
       : device(its_device),
         drivers(compiled, parameters.size()),
         num_slots(static_cast<std::int32_t>(compiled.materials.size())),
-        age(build(device).kernel("age_tiles")),
-        steps(device.upload(drivers.steps)),
-        codes(device.upload(packed_parameters(parameters, parameter_codes))),
-        parameters_at(device.upload(parameter_codes)),
-        materials(device.upload(std::vector<std::uint32_t>(compiled.materials.begin(), compiled.materials.end()))),
-        num_texels(surface.grid().num_texels()),
-        covered(device.upload(facts.covered_texels())),
-        weights(device.upload(surface.weights())) {}
+        never_sleeps(compiled.uses[0] ? 1 : 0),
+        age(build(device).kernel("age_due")),
+        steps(upload_some(device, std::span<const DriverStep>(drivers.steps))),
+        codes(upload_some(device, std::span<const std::uint8_t>(packed_parameters(parameters, parameter_codes)))),
+        parameters_at(upload_some(device, std::span<const ParameterCodes>(parameter_codes))),
+        materials(upload_some(device, std::span<const std::uint32_t>(std::vector<std::uint32_t>(
+                                          compiled.materials.begin(), compiled.materials.end())))),
+        rules(device.allocate<PackedRule>(drivers.rules.size())),
+        everywhere(device.allocate<float>(kNumSignals + drivers.constants.size())),
+        covered(device.upload(facts.covered_texels())) {
+    std::array<std::vector<TileIndex>, RuleEngine::kEpoch> by_phase;
+    const std::span<const std::uint64_t> texels = facts.covered_texels();
+    for (TileIndex t = 0; t < texels.size(); ++t) {
+      if (texels[t] != 0) by_phase[t % RuleEngine::kEpoch].push_back(t);
+    }
+    for (std::size_t phase = 0; phase < due.size(); ++phase) {
+      num_due[phase] = by_phase[phase].size();
+      due[phase] = upload_some(device, std::span<const TileIndex>(by_phase[phase]));
+    }
+  }
 
   device::Device device;
   PackedDrivers drivers;
-  std::int32_t num_slots;
+  std::int32_t num_slots, never_sleeps;
   device::Kernel age;
   std::vector<ParameterCodes> parameter_codes;
   Buffer<DriverStep> steps;
   Buffer<std::uint8_t> codes;
   Buffer<ParameterCodes> parameters_at;
   Buffer<std::uint32_t> materials;  ///< By slot.
-  std::uint32_t num_texels;
+  Buffer<PackedRule> rules;
+  std::vector<float> known_everywhere;  ///< As the device has it.
+  Buffer<float> everywhere;
   Buffer<std::uint64_t> covered;
-  Buffer<std::uint16_t> weights;
+  std::array<Buffer<TileIndex>, RuleEngine::kEpoch> due;  ///< By phase: covered tiles.
+  std::array<std::size_t, RuleEngine::kEpoch> num_due{};
 };
 
 DeviceRules::DeviceRules(const device::Device& device, const CompiledRules& rules,
-                         std::span<const SurfaceParameter> parameters, const TileFacts& facts,
-                         const SurfaceAtlas& surface)
-    : state_(std::make_unique<State>(device, rules, parameters, facts, surface)) {}
+                         std::span<const SurfaceParameter> parameters, const TileFacts& facts)
+    : state_(std::make_unique<State>(device, rules, parameters, facts)) {}
 DeviceRules::~DeviceRules() = default;
 
-void DeviceRules::age(std::span<const CompiledRule> rules, const SignalValues& signals, const DeviceAmounts& amounts,
-                      DueTiles& due) {
+void DeviceRules::age(const RuleStep& step, DeviceArrays& a) {
   State& s = *state_;
-  const device::Device& d = s.device;
-  for (std::size_t r = 0; r < rules.size(); ++r) s.drivers.rules[r].form = rules[r].form;
-  std::vector<float> everywhere(signals.begin(), signals.end());
+  const auto phase = static_cast<std::size_t>(step.phase);
+  if (s.num_due[phase] == 0) return;
+  for (std::size_t r = 0; r < step.rules.size(); ++r) s.drivers.rules[r].form = step.rules[r].form;
+  s.device.write_soon(std::span<const PackedRule>(s.drivers.rules), s.rules);
+  std::vector<float> everywhere(step.signals.begin(), step.signals.end());
   everywhere.insert(everywhere.end(), s.drivers.constants.begin(), s.drivers.constants.end());
-  std::array<std::uint32_t, 4 * kMaxMaterials> words{};
-  const auto outcomes = d.allocate<std::uint32_t>(due.tiles.size());
-  const auto sums = d.upload(std::span<const std::uint32_t>(words));
-  s.age.run({.num = due.tiles.size() * TileGrid::kTileTexels, .group = TileGrid::kTileTexels}, d.upload(due.tiles),
-            d.upload(s.drivers.rules), static_cast<std::int32_t>(rules.size()), s.steps, d.upload(everywhere),
-            s.parameters_at, static_cast<std::int32_t>(s.parameter_codes.size()), s.codes, s.covered, s.weights,
-            s.num_slots, s.materials, s.num_texels, amounts.planes(), outcomes, sums);
-  due.outcomes.resize(due.tiles.size());
-  d.read(outcomes, std::span(due.outcomes));
-  d.read(sums, std::span<std::uint32_t>(words));
-  const auto sum_of = [&](std::size_t at) {
-    return static_cast<std::int64_t>(words[at] | std::uint64_t{words[at + 1]} << 32);
-  };
-  for (std::size_t slot = 0; slot < kMaxMaterials; ++slot) {
-    due.made[slot] = sum_of(4 * slot);
-    due.used[slot] = sum_of(4 * slot + 2);
+  // Bit for bit: a signal may be no number.
+  if (s.known_everywhere.size() != everywhere.size() ||
+      std::memcmp(s.known_everywhere.data(), everywhere.data(), everywhere.size() * sizeof(float)) != 0) {
+    s.device.write_soon(std::span<const float>(everywhere), s.everywhere);
+    s.known_everywhere = std::move(everywhere);
+  }
+  // Tiles of one launch, which stays short.
+  constexpr std::size_t kBatch = std::size_t{1} << 16;
+  for (std::size_t first = 0; first < s.num_due[phase]; first += kBatch) {
+    const std::size_t num = std::min(kBatch, s.num_due[phase] - first);
+    s.age.run({.first = first * TileGrid::kTileTexels, .num = num * TileGrid::kTileTexels,
+               .group = TileGrid::kTileTexels},
+              s.due[phase], s.rules, static_cast<std::int32_t>(step.rules.size()), s.steps, s.everywhere,
+              s.parameters_at, static_cast<std::int32_t>(s.parameter_codes.size()), s.codes, s.covered, a.weights,
+              s.num_slots, s.materials, a.num_texels, s.never_sleeps, static_cast<std::int32_t>(step.iteration),
+              a.amounts, a.dirty, a.changed_in, a.awake, a.is_listed, a.touched, a.tally);
   }
 }
 

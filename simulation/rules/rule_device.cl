@@ -1,4 +1,4 @@
-// The entry of rule_kernel.inl: a group of 64 items a tile, an item a texel.
+// The entry of rule_kernel.inl: a group of 64 items a tile, an item a texel. Behind tally.cl.
 
 static inline float value_of(const float* own, global const float* everywhere, uint i) {
   return i < kFirstShared ? own[i] : everywhere[i - kFirstShared];
@@ -45,19 +45,20 @@ static inline float parameter_at(global const ParameterCodes* parameter, global 
   }
 }
 
-// planes: amounts of all materials, num_texels each; materials: by slot; outcomes: by tile, bit 0: a rule has an extent; bit 1 + slot: it was changed;
-// sums: by slot, what was made, what was used.
-kernel void age_tiles(global const uint* tiles, global const PackedRule* rules, const int num_rules,
-                      global const DriverStep* steps, global const float* everywhere,
-                      global const ParameterCodes* parameters, const int num_parameters, global const uchar* codes,
-                      global const ulong* covered, global const ushort* weights, const int num_slots,
-                      global const uint* materials, const uint num_texels, global ushort* planes,
-                      global uint* outcomes, global uint* sums) {
-  const ulong number = get_global_id(0) / 64u;
-  const uint lane = (uint)get_global_id(0) & 63u, tile = tiles[number];
+// due: tiles whose turn it is; planes: amounts of all materials, num_texels each; materials: by slot. Tiles that sleep
+// are left out, and fall asleep where no rule has an extent, unless rules go by the age.
+kernel void age_due(global const uint* due, global const PackedRule* rules, const int num_rules,
+                    global const DriverStep* steps, global const float* everywhere,
+                    global const ParameterCodes* parameters, const int num_parameters, global const uchar* codes,
+                    global const ulong* covered, global const ushort* weights, const int num_slots,
+                    global const uint* materials, const uint num_texels, const int never_sleeps, const int iteration,
+                    global ushort* planes, TILE_ARRAYS, global uint* tally) {
+  const uint lane = (uint)get_global_id(0) & 63u, tile = due[get_global_id(0) / 64u];
   const ulong texel = (ulong)tile * 64u + lane;
-  local uint sum[4 * 8], outcome;
-  if (lane < 32u) sum[lane] = 0u;
+  const Tiles tiles = {dirty, changed_in, awake, is_listed, touched};
+  if (awake[tile] == 0u) return;
+  local uint sums[kGroupSums], outcome;
+  clear_sums(sums);
   if (lane == 0u) outcome = 0u;
   barrier(CLK_LOCAL_MEM_FENCE);
 
@@ -70,6 +71,7 @@ kernel void age_tiles(global const uint* tiles, global const PackedRule* rules, 
   for (int p = 0; p < num_parameters; ++p) own[num_slots + p] = parameter_at(parameters + p, codes, texel);
   const float is_covered = (float)(uint)(covered[tile] >> lane & 1u);
   const uint weight = weights[texel];
+  uint changed = 0u;
   for (int r = 0; r < num_rules; ++r) {
     global const PackedRule* rule = rules + r;
     for (int s = rule->first_step; s < rule->end_step; ++s) {
@@ -80,16 +82,27 @@ kernel void age_tiles(global const uint* tiles, global const PackedRule* rules, 
     const float driver = value_of(own, everywhere, rule->result);
     const int told = apply_rule(&rule->form, &driver, &is_covered, tile * 64u, quanta, own, changes);
     if (told == 0) continue;
-    atomic_or(&outcome, told == 3 ? 1u | rule->changes << 1 : 1u);
+    changed |= told == 3 ? 1u | rule->changes << 1 : 1u;
     for (int k = 0; told == 3 && k < rule->form.num_terms; ++k) {
-      const int at = 4 * rule->form.terms[k].material + (k < rule->form.num_makes ? 0 : 2);
-      if (changes[k] != 0) add_here(sum + at, (uint)changes[k] * weight, 0u);
+      const uint kind = k < rule->form.num_makes ? kMassMade : kMassUsed;
+      if (changes[k] != 0)
+        add_here(sums + mass_at(kind, materials[rule->form.terms[k].material]), (uint)changes[k] * weight, 0u);
     }
   }
-  for (int k = 0; k < num_slots; ++k) planes[(ulong)materials[k] * num_texels + texel] = (ushort)quanta[k];
+  if (changed > 1u) {
+    for (int k = 0; k < num_slots; ++k) planes[(ulong)materials[k] * num_texels + texel] = (ushort)quanta[k];
+  }
+  if (changed != 0u) atomic_or(&outcome, changed);
 
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (lane == 0u) outcomes[number] = outcome;
-  if (lane < 16u && (sum[2u * lane] | sum[2u * lane + 1u]) != 0u)
-    add_everywhere(sums + 2u * lane, sum[2u * lane], sum[2u * lane + 1u]);
+  if (outcome == 0u) {
+    if (lane == 0u && never_sleeps == 0) awake[tile] = 0u;
+    return;
+  }
+  if (lane == 0u && outcome > 1u) {
+    uint bits = 0u;
+    for (int k = 0; k < num_slots; ++k) bits |= (outcome >> (1 + k) & 1u) << materials[k];
+    mark_tile(&tiles, tile, bits, iteration, tally);
+  }
+  if (outcome > 1u) add_sums(sums, tally);
 }

@@ -11,7 +11,6 @@
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/simulation/weather.h"
-#include "simulation/device/simulation_device.h"
 #include "simulation/rules/compiled_rules.h"
 #include "simulation/rules/device_rules.h"
 #include "simulation/rules/tile_facts.h"
@@ -25,8 +24,6 @@ constexpr std::uint64_t kEveryEighth = 0x0101010101010101u;
 constexpr std::size_t kPrefetchTiles = 2;
 constexpr std::int64_t kChunkPages = 16;  ///< 128 tiles an iteration: about 50 us.
 constexpr std::size_t kChunkTiles = kChunkPages * TileGrid::kPageTiles / RuleEngine::kEpoch;
-constexpr std::int64_t kBatchChunks = 32;  ///< Of a device: 4096 tiles, a launch of some milliseconds.
-constexpr std::int64_t kDense = 32;        ///< From a 32nd of the tiles on, a device is worth asking.
 
 const RuleKernel& kernel_of(InstructionSet set) {
 #if defined(__x86_64__)
@@ -64,14 +61,18 @@ struct RuleEngine::State : CompiledRules {
   std::vector<Worker> workers;
   std::vector<TileIndex> dirty;
   std::vector<std::size_t> num_dirty;  ///< By chunk.
-  std::shared_ptr<const SimulationDevice> device;
-  std::unique_ptr<DeviceAmounts> own_amounts;  ///< Where no one gives them.
-  std::unique_ptr<DeviceRules> on_device;      ///< Of these rules; null before it is asked.
-  DueTiles batch;
+  std::unique_ptr<DeviceRules> on_device;  ///< Of these rules; null before a device is asked.
+  bool is_all_awake_there = true;      ///< It is to be told so.
 
   [[nodiscard]] std::size_t first_signal() const { return materials.size() + parameters.size(); }
   [[nodiscard]] SignalValues signals_over(std::int64_t iteration, std::int64_t span) const;
   void wake_on_change(const SignalValues& signals);
+  struct StepFacts {
+    SignalValues signals{};
+    int phase = 0;  ///< Tiles are due whose number modulo kEpoch it is.
+  };
+  /// @returns false where there is nothing to do.
+  [[nodiscard]] bool begin_step(std::int64_t iteration, StepFacts& step);
   [[nodiscard]] bool age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& worker, bool& is_dirty) const;
   /// @returns a bit for each material slot of which there is some.
   std::uint32_t load(TileIndex tile, const MaterialAtlas& atlas, Worker& worker) const;
@@ -85,16 +86,10 @@ struct RuleEngine::State : CompiledRules {
   }
   /// Those of a chunk that are awake and due: tile % kEpoch == phase. @returns how many.
   std::size_t due_tiles(std::int64_t chunk, int phase, TileIndex* tiles) const;
-  [[nodiscard]] std::int64_t num_due(int phase) const;
   void begin(Worker& worker, const SignalValues& signals) const;
   void age_chunk(std::int64_t chunk, int phase, MaterialAtlas& atlas, Worker& worker);
   /// Of a tile that was aged.
   void settle(std::int64_t chunk, TileIndex tile, bool has_extent, bool is_dirty);
-  /// Chunks from the first on that a device has aged: all, or those before it failed.
-  [[nodiscard]] std::int64_t age_on_device(int phase, const SignalValues& signals, MaterialAtlas& atlas,
-                                           DeviceAmounts* there, RuleReport& report);
-  void age_batch(std::int64_t first_chunk, std::int64_t end_chunk, int phase, const SignalValues& signals,
-                 MaterialAtlas& atlas, DeviceAmounts& there);
   /// Asks memory for what load() will read: tiles that are due at once lie a kilobyte apart, which no processor
   /// guesses.
   void prefetch(TileIndex tile, const MaterialAtlas& atlas) const {
@@ -137,6 +132,7 @@ void RuleEngine::set_rules(std::span<const Rule> rules, std::span<const std::str
   static_cast<CompiledRules&>(s) = compile_rules(rules, materials, parameters);
   s.parameters = std::move(parameters);
   s.awake = s.rules.empty() ? std::vector<std::uint64_t>() : s.facts.covered_tiles();
+  s.is_all_awake_there = true;
   s.workers.clear();  // their slots are others'
   s.on_device.reset();
 }
@@ -144,12 +140,6 @@ void RuleEngine::set_rules(std::span<const Rule> rules, std::span<const std::str
 bool RuleEngine::has_parameter(std::string_view name) const {
   return std::any_of(state_->parameters.begin(), state_->parameters.end(),
                      [&](const SurfaceParameter& p) { return p.name == name; });
-}
-
-void RuleEngine::use(std::shared_ptr<const SimulationDevice> device) {
-  state_->device = std::move(device);
-  state_->on_device.reset();
-  state_->own_amounts.reset();
 }
 
 void RuleEngine::set_weather(Weather weather) { state_->weather = std::move(weather); }
@@ -171,12 +161,14 @@ void RuleEngine::State::wake_on_change(const SignalValues& signals) {
   bool has_changed = false;
   for (std::size_t k = 1; k < kNumSignals; ++k)
     has_changed = has_changed || (uses[k] && last_signals && (*last_signals)[k] != signals[k]);
-  if (has_changed) awake = facts.covered_tiles();
+  if (has_changed) {
+    awake = facts.covered_tiles();
+    is_all_awake_there = true;
+  }
   last_signals = signals;
 }
 
 void RuleEngine::wake(std::span<const TileIndex> tiles) {
-  if (state_->own_amounts != nullptr) state_->own_amounts->note_changes(tiles);
   if (state_->awake.empty()) return;
   for (const TileIndex tile : tiles)
     state_->awake[tile / TileGrid::kPageTiles] |= std::uint64_t{1} << tile % TileGrid::kPageTiles;
@@ -280,12 +272,6 @@ std::size_t RuleEngine::State::due_tiles(std::int64_t chunk, int phase, TileInde
   return num;
 }
 
-std::int64_t RuleEngine::State::num_due(int phase) const {
-  std::int64_t sum = 0;
-  for (const std::uint64_t page : awake) sum += std::popcount(page & kEveryEighth << phase);
-  return sum;
-}
-
 void RuleEngine::State::settle(std::int64_t chunk, TileIndex tile, bool has_extent, bool is_dirty) {
   if (!has_extent && !uses[0]) awake[tile / TileGrid::kPageTiles] &= ~(std::uint64_t{1} << tile % TileGrid::kPageTiles);
   const auto c = static_cast<std::size_t>(chunk);
@@ -315,96 +301,41 @@ void RuleEngine::State::age_chunk(std::int64_t chunk, int phase, MaterialAtlas& 
   }
 }
 
-void RuleEngine::State::age_batch(std::int64_t first_chunk, std::int64_t end_chunk, int phase,
-                                  const SignalValues& signals, MaterialAtlas& atlas, DeviceAmounts& there) {
-  std::vector<std::int64_t> chunk_of;
-  batch.tiles.clear();
-  for (std::int64_t chunk = first_chunk; chunk < end_chunk; ++chunk) {
-    std::array<TileIndex, kChunkTiles> tiles;
-    const std::size_t num = due_tiles(chunk, phase, tiles.data());
-    batch.tiles.insert(batch.tiles.end(), tiles.begin(), tiles.begin() + static_cast<std::ptrdiff_t>(num));
-    chunk_of.insert(chunk_of.end(), num, chunk);
-  }
-  if (batch.tiles.empty()) return;
-  on_device->age(rules, signals, there, batch);
-  std::vector<TileIndex> changed;
-  std::vector<std::uint32_t> bits;
-  for (std::size_t i = 0; i < batch.tiles.size(); ++i) {
-    if (batch.outcomes[i] <= 1) continue;
-    changed.push_back(batch.tiles[i]);
-    bits.push_back(batch.outcomes[i] >> 1);
-  }
-  there.take_tiles(changed, bits, materials, atlas);
-  for (std::size_t i = 0; i < batch.tiles.size(); ++i)
-    settle(chunk_of[i], batch.tiles[i], (batch.outcomes[i] & 1) != 0, batch.outcomes[i] > 1);
+bool RuleEngine::State::begin_step(std::int64_t iteration, StepFacts& step) {
+  if (rules.empty() || awake.empty() || !(time_per_iteration > 0.0)) return false;
+  step.phase = static_cast<int>((kEpoch - iteration % kEpoch) % kEpoch);
+  const std::int64_t span = std::min<std::int64_t>(kEpoch, iteration + 1);
+  step.signals = signals_over(iteration, span);
+  wake_on_change(step.signals);
+  set_forms(iteration, static_cast<double>(span) * time_per_iteration);
+  return true;
 }
 
-std::int64_t RuleEngine::State::age_on_device(int phase, const SignalValues& signals, MaterialAtlas& atlas,
-                                              DeviceAmounts* there, RuleReport& report) {
-  if (device == nullptr || device->has_failed() || !DeviceRules::can_run(*this, parameters.size()) ||
-      num_due(phase) * kDense < static_cast<std::int64_t>(awake.size()) * TileGrid::kPageTiles)
-    return 0;
-  std::int64_t done = 0;
-  try {
-    if (on_device == nullptr)
-      on_device = std::make_unique<DeviceRules>(device->device(), *this, parameters, facts, atlas.surface());
-    if (there == nullptr) {
-      if (own_amounts == nullptr) own_amounts = std::make_unique<DeviceAmounts>(device->device(), atlas);
-      there = own_amounts.get();
-    }
-    there->update(atlas);
-    while (done < num_chunks()) {
-      const std::int64_t end = std::min(num_chunks(), done + kBatchChunks);
-      age_batch(done, end, phase, signals, atlas, *there);
-      done = end;
-      for (std::size_t k = 0; k < materials.size() && !batch.tiles.empty(); ++k) {
-        report.made[static_cast<std::size_t>(materials[k])] += batch.made[k];
-        report.used[static_cast<std::size_t>(materials[k])] += batch.used[k];
-      }
-    }
-  } catch (const device::DeviceError& error) {
-    device->report_failure(error);
-    on_device.reset();
-    own_amounts.reset();
-  }
-  return done;
-}
-
-RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const RunControl& control,
-                            DeviceAmounts* there) {
+RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const RunControl& control) {
   State& s = *state_;
   RuleReport report;
-  if (s.rules.empty() || s.awake.empty() || !(s.time_per_iteration > 0.0)) return report;
-  const auto phase = static_cast<int>((kEpoch - iteration % kEpoch) % kEpoch);  // tiles that are due: tile % kEpoch
-  const std::int64_t span = std::min<std::int64_t>(kEpoch, iteration + 1);
-  const SignalValues signals = s.signals_over(iteration, span);
-  s.wake_on_change(signals);
-  s.set_forms(iteration, static_cast<double>(span) * s.time_per_iteration);
+  State::StepFacts step;
+  if (!s.begin_step(iteration, step)) return report;
   const std::int64_t num_chunks = s.num_chunks();
   s.dirty.resize(static_cast<std::size_t>(num_chunks) * kChunkTiles);
   s.num_dirty.assign(static_cast<std::size_t>(num_chunks), 0);
   RunControl threads;  // a part of a step is no state to stop in
   threads.num_threads = control.num_threads;
-  const std::int64_t num_there = s.age_on_device(phase, signals, atlas, there, report);
-  std::atomic<std::int64_t> next{num_there};
-  const std::int64_t num_workers = std::min<std::int64_t>(thread_count(threads), num_chunks - next);
+  std::atomic<std::int64_t> next{0};
+  const std::int64_t num_workers = std::min<std::int64_t>(thread_count(threads), num_chunks);
   if (s.workers.size() < static_cast<std::size_t>(num_workers)) s.workers.resize(static_cast<std::size_t>(num_workers));
   parallel_for(num_workers, 1, threads, [&](std::int64_t w, std::int64_t) {
     Worker& worker = s.workers[static_cast<std::size_t>(w)];
-    s.begin(worker, signals);
-    for (std::int64_t chunk = next++; chunk < num_chunks; chunk = next++) s.age_chunk(chunk, phase, atlas, worker);
+    s.begin(worker, step.signals);
+    for (std::int64_t chunk = next++; chunk < num_chunks; chunk = next++) s.age_chunk(chunk, step.phase, atlas, worker);
   });
-  std::size_t num_dirty = 0, num_dirty_there = 0;
+  std::size_t num_dirty = 0;
   for (std::size_t c = 0; c < static_cast<std::size_t>(num_chunks); ++c) {
-    if (c == static_cast<std::size_t>(num_there)) num_dirty_there = num_dirty;
     std::copy_n(s.dirty.begin() + static_cast<std::ptrdiff_t>(c * kChunkTiles), s.num_dirty[c],
                 s.dirty.begin() + static_cast<std::ptrdiff_t>(num_dirty));
     num_dirty += s.num_dirty[c];
   }
   report.dirty_tiles = std::span<const TileIndex>(s.dirty).first(num_dirty);
-  if (num_there == num_chunks) num_dirty_there = num_dirty;
-  DeviceAmounts* const kept = there != nullptr ? there : s.own_amounts.get();
-  if (kept != nullptr) kept->note_changes(report.dirty_tiles.subspan(num_dirty_there));
   for (Worker& worker : s.workers) {
     for (std::size_t m = 0; m < kMaxMaterials; ++m) {
       report.made[m] += std::exchange(worker.made[m], 0);
@@ -413,5 +344,23 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
   }
   return report;
 }
+
+bool RuleEngine::can_step_there() const { return DeviceRules::can_run(*state_, state_->parameters.size()); }
+
+void RuleEngine::step_there(std::int64_t iteration, DeviceArrays& arrays) {
+  State& s = *state_;
+  State::StepFacts step;
+  if (!s.begin_step(iteration, step)) return;
+  if (!s.on_device) s.on_device = std::make_unique<DeviceRules>(arrays.device, s, s.parameters, s.facts);
+  if (std::exchange(s.is_all_awake_there, false)) arrays.device.fill_words(arrays.awake.memory(), 1);
+  s.on_device->age({.rules = s.rules, .signals = step.signals, .phase = step.phase, .iteration = iteration}, arrays);
+}
+
+void RuleEngine::wake_everything() {
+  if (!state_->awake.empty()) state_->awake = state_->facts.covered_tiles();
+  state_->is_all_awake_there = true;
+}
+
+void RuleEngine::forget_there() { state_->on_device.reset(); }
 
 }  // namespace patinate::simulation

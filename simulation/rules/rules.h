@@ -30,7 +30,7 @@
 
 namespace patinate::simulation {
 
-class SimulationDevice;
+struct DeviceArrays;
 
 /// What rules have changed.
 struct RuleReport {
@@ -48,8 +48,6 @@ struct RuleReport {
 /// parameters_of().
 [[nodiscard]] std::vector<std::string> signals_of(const Rule& rule, std::span<const std::string> materials,
                                                   std::span<const std::string> maps = {});
-
-class DeviceAmounts;
 
 /// Applies a scene's rules, in their order.
 class RuleEngine {
@@ -77,8 +75,6 @@ class RuleEngine {
   void set_rules(std::span<const Rule> rules, std::span<const std::string> materials,
                  std::vector<SurfaceParameter> more_parameters = {});
   [[nodiscard]] bool has_parameter(std::string_view name) const;
-  /// Steps with much to do run on a device, with the same bytes; when it fails, the CPU goes on. Null: the CPU.
-  void use(std::shared_ptr<const SimulationDevice> device);
   /// What drivers see of the weather: at a tile's turn its mean over the time since the turn before. @param weather
   /// Checked.
   void set_weather(Weather weather);
@@ -92,10 +88,14 @@ class RuleEngine {
 
   /// Iteration `iteration`, counted from 0. Same bits for any number of threads and instruction set.
   /// @param control  Threads; a step that has begun is finished whatever `stop` says.
-  /// @param there    Amounts of `atlas` on the device that is used, and what changes here is noted; null: own ones,
-  /// which know what is woken.
-  RuleReport step(std::int64_t iteration, MaterialAtlas& atlas, const RunControl& control = {},
-                  DeviceAmounts* there = nullptr);
+  RuleReport step(std::int64_t iteration, MaterialAtlas& atlas, const RunControl& control = {});
+  /// The same on a device, with the same bytes: of the tiles that are awake there. @throws DeviceError
+  void step_there(std::int64_t iteration, DeviceArrays& arrays);
+  /// Whether a device has room for a texel's values.
+  [[nodiscard]] bool can_step_there() const;
+  /// Everything is awake, here and there; and after a device has failed.
+  void wake_everything();
+  void forget_there();
 
   /// Iterations of aging that a tile has behind it after `iteration`.
   [[nodiscard]] static std::int64_t aged_iterations(TileIndex tile, std::int64_t iteration);

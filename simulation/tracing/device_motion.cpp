@@ -2,15 +2,14 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
+#include <cstring>
 #include <vector>
 
 #include "libcommon/core/portable_math.h"
 #include "libcommon/core/random.h"
-#include "patinate/simulation/material_atlas.h"
 #include "simulation/atlas/places.h"
-#include "simulation/device/device_amounts.h"
 #include "simulation/tracing/device_rays.h"
+#include "simulation/transport/transfer.h"
 
 namespace patinate::simulation {
 
@@ -23,18 +22,16 @@ constexpr std::size_t kGroup = 64;
 constexpr std::size_t kBatch = std::size_t{1} << 16;  // Gammatons of one launch, which stays short.
 
 device::Program build(const Device& device) {
-  const std::array<std::string_view, 16> sources{kPhiloxKernel,   kPortableMath, kRayTypes,       kRayLanes,
-                                                 kRayKernel,      kMotionTypes,  kMotionVectors,  kRandomDirection,
-                                                 kPlaceKernel,    kMotionArrays, kFlightKernel,   kWalkKernel,
-                                                 kFloatingKernel, kBirthKernel,  kResponseKernel, kMotionEntries};
+  const std::array<std::string_view, 20> sources{
+      kPhiloxKernel,    kPortableMath, kRayTypes,     kRayLanes,     kRayKernel,      kMotionTypes,  kMotionVectors,
+      kRandomDirection, kPlaceKernel,  kMotionArrays, kFlightKernel, kWalkKernel,     kFloatingKernel, kBirthKernel,
+      kResponseKernel,  kTransferKernel, kSpreadKernel, kTallyTypes, kTallyKernel, kMotionEntries};
   return device.build("motion", sources);
 }
 
-/// Devices have no empty arrays.
 template <class T>
-Buffer<T> upload(const Device& device, std::span<const T> values) {
-  static const T nothing{};
-  return device.upload(values.empty() ? std::span<const T>(&nothing, 1) : values);
+bool is_same(std::span<const T> a, std::span<const T> b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
 }
 
 }  // namespace
@@ -45,19 +42,19 @@ struct DeviceMotion::State {
         program(build(device)),
         trace(program.kernel("trace_drops")),
         respond(program.kernel("respond_drops")),
-        nodes(upload(device, scene.rays.nodes())),
-        blocks(upload(device, scene.rays.blocks())),
-        frames(upload(device, scene.frames.frames())),
-        corner_normals(upload(device, scene.frames.corner_normals())),
-        links(upload(device, scene.links.codes())),
-        empty_cells(upload(device, scene.free_space.empty())),
-        clear(upload(device, std::span<const std::uint8_t>(scene.clearance.all(control)))),
+        end(program.kernel("end_lives")),
+        nodes(upload_some(device, scene.rays.nodes())),
+        blocks(upload_some(device, scene.rays.blocks())),
+        frames(upload_some(device, scene.frames.frames())),
+        corner_normals(upload_some(device, scene.frames.corner_normals())),
+        links(upload_some(device, scene.links.codes())),
+        empty_cells(upload_some(device, scene.free_space.empty())),
+        clear(upload_some(device, std::span<const std::uint8_t>(scene.clearance.all(control)))),
         places{.width = surface.grid().width, .height = surface.grid().height},
-        corner_texels(upload(device, surface.corner_texels())),
-        charts(upload(device, surface.charts())),
-        fallbacks(upload(device, surface.fallbacks())),
-        tile_charts(upload(device, surface.tile_charts())),
-        triangles(upload(device, surface.triangles())),
+        corner_texels(upload_some(device, surface.corner_texels())),
+        charts(upload_some(device, surface.charts())),
+        fallbacks(upload_some(device, surface.fallbacks())),
+        tile_charts(upload_some(device, surface.tile_charts())),
         no_wet(device.allocate<std::uint16_t>(1)) {}
 
   /// Calls launch(items) for the drops of each batch.
@@ -71,7 +68,7 @@ struct DeviceMotion::State {
 
   Device device;
   device::Program program;
-  device::Kernel trace, respond;
+  device::Kernel trace, respond, end;
   Buffer<BvhNode> nodes;
   Buffer<TriangleBlock> blocks;
   Buffer<TriangleFrame> frames;
@@ -82,9 +79,12 @@ struct DeviceMotion::State {
   Buffer<std::array<float, 6>> corner_texels;
   Buffer<std::int32_t> charts;
   Buffer<std::uint32_t> fallbacks;
-  Buffer<std::int32_t> tile_charts, triangles;
+  Buffer<std::int32_t> tile_charts;
   Buffer<std::uint16_t> no_wet;  ///< For kernels that read none.
-  Buffer<DropRecord> records;
+  std::vector<EmitterFacts> emitters;  ///< As the device has them.
+  Buffer<EmitterFacts> emitters_there;
+  std::vector<std::uint32_t> loads;
+  Buffer<std::uint32_t> loads_there;
 };
 
 DeviceMotion::DeviceMotion(const Device& device, const MotionScene& scene, const SurfaceAtlas& surface,
@@ -92,37 +92,44 @@ DeviceMotion::DeviceMotion(const Device& device, const MotionScene& scene, const
     : state_(std::make_unique<State>(device, scene, surface, control)) {}
 DeviceMotion::~DeviceMotion() = default;
 
-void DeviceMotion::put(std::span<const DropRecord> drops) {
-  State& s = *state_;
-  if (s.records.size() < drops.size()) s.records = s.device.allocate<DropRecord>(drops.size());
-  s.device.write(drops, s.records);
-}
-
 void DeviceMotion::trace(const MotionScene& scene, const MotionCall& call, std::span<const EmitterFacts> emitters,
-                         std::uint32_t first, std::span<DropRecord> drops) {
+                         const LifeCall& life, DeviceArrays& a) {
   State& s = *state_;
-  const Buffer<EmitterFacts> from = upload(s.device, emitters);
-  s.in_batches(drops.size(), [&](const device::Items& items) {
+  if (!is_same(emitters, std::span<const EmitterFacts>(s.emitters))) {
+    if (s.emitters_there.size() != emitters.size()) s.emitters_there = s.device.allocate<EmitterFacts>(emitters.size());
+    s.emitters.assign(emitters.begin(), emitters.end());
+    s.device.write_soon(emitters, s.emitters_there);
+  }
+  if (!is_same(life.loads, std::span<const std::uint32_t>(s.loads))) {
+    if (s.loads_there.size() != life.loads.size()) s.loads_there = s.device.allocate<std::uint32_t>(life.loads.size());
+    s.loads.assign(life.loads.begin(), life.loads.end());
+    s.device.write_soon(life.loads, s.loads_there);
+  }
+  s.in_batches(a.num_gammatons, [&](const device::Items& items) {
     s.trace.run(items, scene.facts, s.nodes, s.blocks, s.frames, s.corner_normals, s.links, s.empty_cells, s.clear,
-                s.places, s.corner_texels, s.charts, s.fallbacks, s.tile_charts, s.triangles, s.no_wet,
-                std::uint64_t{0}, call, from, first, static_cast<std::uint32_t>(drops.size()), s.records);
+                s.places, s.corner_texels, s.charts, s.fallbacks, s.tile_charts, a.triangles, s.no_wet,
+                std::uint64_t{0}, call, s.emitters_there, a.num_gammatons, a.drops, a.num_materials,
+                life.is_deposited ? 1U : 0U, a.cargo, a.trails, a.ended, a.endings[0], a.tally, s.loads_there, a.met,
+                a.contacts);
   });
-  s.device.read(s.records, drops);
 }
 
-void DeviceMotion::respond(const MotionScene& scene, const MotionCall& call, std::uint32_t first,
-                           std::span<DropRecord> drops) {
+void DeviceMotion::respond(const MotionScene& scene, const MotionCall& call, bool is_deposited, DeviceArrays& a) {
   State& s = *state_;
-  const WetPaths* wet = scene.wet;
-  const Buffer<std::uint16_t>& amounts = wet != nullptr ? wet->on_device->planes() : s.no_wet;
-  const std::uint64_t first_wet =
-      wet != nullptr ? static_cast<std::uint64_t>(wet->material) * wet->atlas->surface().grid().num_texels() : 0;
-  s.in_batches(drops.size(), [&](const device::Items& items) {
+  const bool is_wet = scene.wet != nullptr;
+  const std::uint64_t first_wet = is_wet ? static_cast<std::uint64_t>(scene.wet->material) * a.num_texels : 0;
+  s.in_batches(a.num_gammatons, [&](const device::Items& items) {
     s.respond.run(items, scene.facts, s.nodes, s.blocks, s.frames, s.corner_normals, s.links, s.empty_cells, s.clear,
-                  s.places, s.corner_texels, s.charts, s.fallbacks, s.tile_charts, s.triangles, amounts, first_wet,
-                  call, first, static_cast<std::uint32_t>(drops.size()), s.records);
+                  s.places, s.corner_texels, s.charts, s.fallbacks, s.tile_charts, a.triangles,
+                  is_wet ? a.amounts : s.no_wet, first_wet, call, a.num_gammatons, a.drops, a.num_materials,
+                  is_deposited ? 1U : 0U, a.cargo, a.trails, a.ended, a.endings[1], a.tally);
   });
-  s.device.read(s.records, drops);
+}
+
+void DeviceMotion::end_lives(DeviceArrays& a) {
+  state_->in_batches(a.num_gammatons, [&](const device::Items& items) {
+    state_->end.run(items, a.num_gammatons, a.num_materials, a.cargo, a.ended, a.tally);
+  });
 }
 
 }  // namespace patinate::simulation

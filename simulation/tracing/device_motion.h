@@ -7,9 +7,10 @@
 #include <span>
 #include <string_view>
 
-#include "libcommon/device/arithmetic_check.h"
 #include "libcommon/device/device.h"
+#include "patinate/core/run_control.h"
 #include "patinate/simulation/surface_atlas.h"
+#include "simulation/device/device_arrays.h"
 #include "simulation/tracing/pieces.h"
 
 namespace patinate::simulation {
@@ -17,6 +18,12 @@ namespace patinate::simulation {
 /// The texts of what it is compiled from.
 extern const std::string_view kMotionTypes, kMotionVectors, kRandomDirection, kPlaceKernel, kMotionArrays,
     kFlightKernel, kWalkKernel, kFloatingKernel, kBirthKernel, kResponseKernel, kMotionEntries;
+
+/// What becomes of gammatons' lives.
+struct LifeCall {
+  bool is_deposited = false;                  ///< Those that end leave their cargo along their trails.
+  std::span<const std::uint32_t> loads = {};  ///< By emitter, then material: mass at birth.
+};
 
 /// A scene's triangles, and what gammatons need of them, on a device.
 class DeviceMotion {
@@ -28,21 +35,17 @@ class DeviceMotion {
                const RunControl& control);
   ~DeviceMotion();
 
-  /// Brings gammatons there, where they stay.
-  void put(std::span<const DropRecord> drops);
-  /// trace_drop() of all that are there, the first of which is gammaton `first`, and the texels of their contacts.
-  /// @param drops  As they are then.
+  /// trace_drop() of all gammatons of `arrays`, and what follows: contacts, trails, births and ends.
   void trace(const MotionScene& scene, const MotionCall& call, std::span<const EmitterFacts> emitters,
-             std::uint32_t first, std::span<DropRecord> drops);
-  /// respond_to_contact() of those of them that are in contact, with the mesh's normals.
-  void respond(const MotionScene& scene, const MotionCall& call, std::uint32_t first, std::span<DropRecord> drops);
+             const LifeCall& life, DeviceArrays& arrays);
+  /// respond_to_contact() of those in contact, with the mesh's normals.
+  void respond(const MotionScene& scene, const MotionCall& call, bool is_deposited, DeviceArrays& arrays);
+  /// Enters into the tally who has ended and left what fits along a trail.
+  void end_lives(DeviceArrays& arrays);
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
-
-/// Gammatons on a rough surface, there and here. @throws DeviceError if the device cannot run it.
-[[nodiscard]] device::CheckResult check_motion(const device::Device& device);
 
 }  // namespace patinate::simulation

@@ -60,44 +60,6 @@ Range range_of(const Gammatons& all, const GammatonRange& moving) {
   return {moving.begin, std::min(moving.end, static_cast<std::int64_t>(all.size())) - moving.begin};
 }
 
-/// As a device has them.
-void make_records(const Gammatons& all, const Range& range, const RunControl& control,
-                  std::vector<DropRecord>& records) {
-  records.assign(static_cast<std::size_t>(range.num), DropRecord{});
-  parallel_for(range.num, chunk_of(range.num), control, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t k = begin; k < end; ++k) {
-      const auto i = static_cast<std::size_t>(range.begin + k);
-      DropRecord& record = records[static_cast<std::size_t>(k)];
-      const Drop drop = take(all, i);
-      put_drop(&drop, &record);
-      record.emitter = all.emitter[i];
-      record.num_births = all.num_births[i];
-    }
-  });
-}
-
-/// Takes gammatons back from a device, and lists what is told by gammaton. @param tell  tell(record, note, counters).
-template <class Tell>
-void take_records(const std::vector<DropRecord>& records, const Range& range, const RunControl& control, Gammatons& all,
-                  TraceResult& result, Tell&& tell) {
-  const std::int64_t chunk = chunk_of(range.num);
-  std::vector<TraceResult> parts(static_cast<std::size_t>((range.num + chunk - 1) / chunk));
-  parallel_for(range.num, chunk, control, [&](std::int64_t begin, std::int64_t end) {
-    TraceResult& part = parts[static_cast<std::size_t>(begin / chunk)];
-    for (std::int64_t k = begin; k < end; ++k) {
-      const auto i = static_cast<std::size_t>(range.begin + k);
-      const DropRecord& record = records[static_cast<std::size_t>(k)];
-      put(all, i, drop_of(&record));
-      all.num_births[i] = record.num_births;
-      Note of;
-      tell(record, of, part.counters);
-      put_down(of, i, all.state[i] != GammatonState::Waiting, part);
-    }
-  });
-  result = {};
-  join(parts, result);
-}
-
 /// Calls move(i, told, counters) for every gammaton of a range, neighbors on the surface one after the other, and lists
 /// what is told by gammaton. Texels of contacts are looked up in a loop of their own, where the waiting for memory of
 /// many overlaps.
@@ -211,51 +173,12 @@ struct GammatonTracer::Impl {
   MotionScene motion(const Scene& scene, const WetPaths* wet = nullptr) {
     if (!clearance || clearance->height_mm() != scene.tracing.epsilon_mm) {
       clearance.emplace(rays, frames, mesh->mesh.num_triangles(), scene.tracing.epsilon_mm);
-      device_motion.reset();
-      range_there.reset();
+      there.reset();
     }
     return motion_scene(scene, rays, frames, *links, free_space, *clearance, wet);
   }
 
-  /// Where gammatons move on a device: what it needs; null if there is none, or it has failed.
-  [[nodiscard]] DeviceMotion* there(const MotionScene& scene, const RunControl& control) {
-    if (!device || device->has_failed()) return nullptr;
-    if (!device_motion) {
-      device_motion = std::make_unique<DeviceMotion>(device->device(), scene, *surface, control);
-      range_there.reset();
-    }
-    return device_motion.get();
-  }
-  /// Calls work(motion there) when gammatons are there as they are here; `records` are what it leaves, and once they
-  /// are taken, range_there may say so.
-  /// @returns false if the CPU has to do it.
-  template <class Work>
-  [[nodiscard]] bool on_device(const MotionScene& scene, const Gammatons& all, const Range& range,
-                               const RunControl& control, Work&& work) {
-    const bool are_there = range_there == range;
-    range_there.reset();
-    try {
-      DeviceMotion* const motion = there(scene, control);
-      if (motion == nullptr) return false;
-      if (are_there) {
-        records.resize(static_cast<std::size_t>(range.num));
-      } else {
-        make_records(all, range, control, records);
-        motion->put(records);
-      }
-      work(*motion);
-      return true;
-    } catch (const device::DeviceError& error) {
-      device->report_failure(error);
-      device_motion.reset();
-      return false;
-    }
-  }
-
-  std::shared_ptr<const SimulationDevice> device;
-  std::unique_ptr<DeviceMotion> device_motion;
-  std::vector<DropRecord> records;
-  std::optional<Range> range_there;  ///< Those that the device has as they are here.
+  std::unique_ptr<DeviceMotion> there;  ///< Of the scene as it stands; null before it is asked.
   std::optional<Clearance> clearance;
   std::vector<std::optional<Emitter>> placed_for;
   std::vector<PlacedEmitter> placed;
@@ -269,18 +192,8 @@ GammatonTracer::GammatonTracer(GammatonTracer&&) noexcept = default;
 GammatonTracer& GammatonTracer::operator=(GammatonTracer&&) noexcept = default;
 
 void GammatonTracer::set_mesh(const SceneMesh& scene_mesh) {
-  std::shared_ptr<const SimulationDevice> device = std::move(impl_->device);
   impl_ = std::make_unique<Impl>(scene_mesh, *impl_->surface, impl_->links);
-  impl_->device = std::move(device);
 }
-
-void GammatonTracer::use(std::shared_ptr<const SimulationDevice> device) {
-  impl_->device = std::move(device);
-  impl_->device_motion.reset();
-  impl_->range_there.reset();
-}
-
-void GammatonTracer::forget_gammatons() { impl_->range_there.reset(); }
 
 const RayTracer& GammatonTracer::rays() const { return impl_->rays; }
 
@@ -293,23 +206,6 @@ void GammatonTracer::trace(Gammatons& all, const Scene& scene, std::int64_t iter
   const MotionScene motion = impl_->motion(scene);
   const MotionCall call = call_of(scene, iteration, moving);
   const std::vector<EmitterFacts> emitters = impl_->emitters(scene);
-  const Range range = range_of(all, moving);
-  const bool is_done = impl_->on_device(motion, all, range, control, [&](DeviceMotion& there) {
-    there.trace(motion, call, emitters, static_cast<std::uint32_t>(range.begin), impl_->records);
-  });
-  if (is_done) {
-    take_records(impl_->records, range, control, all, result,
-                 [](const DropRecord& record, Note& of, TraceCounters& counters) {
-                   note_way({.end = record.end,
-                             .is_born = record.is_born,
-                             .is_landing = record.is_landing,
-                             .num_pieces = record.num_pieces},
-                            of, counters);
-                   of.texel = record.texel;
-                 });
-    impl_->range_there = range;
-    return;
-  }
   for_all(all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Note& of, TraceCounters& counters) {
     const EmitterFacts& emitter = emitters[all.emitter[i]];
     if (all.state[i] == GammatonState::Waiting && (emitter.is_on == 0 || i >= emitter.end_born)) return;
@@ -325,19 +221,6 @@ void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t it
                              const WetPaths* wet) {
   const MotionScene motion = impl_->motion(scene, wet);
   const MotionCall call = call_of(scene, iteration, moving);
-  const Range range = range_of(all, moving);
-  const bool can_be_there = normals == nullptr && (wet == nullptr || wet->on_device != nullptr);
-  if (!can_be_there) impl_->range_there.reset();
-  const bool is_done = can_be_there && impl_->on_device(motion, all, range, control, [&](DeviceMotion& there) {
-    there.respond(motion, call, static_cast<std::uint32_t>(range.begin), impl_->records);
-  });
-  if (is_done) {
-    take_records(impl_->records, range, control, all, result, [](const DropRecord& record, Note& of, TraceCounters&) {
-      note_response(static_cast<Outcome>(record.end), of);
-    });
-    impl_->range_there = range;
-    return;
-  }
   for_all(all, motion, *impl_->surface, control, moving, result, [&](std::size_t i, Note& of, TraceCounters&) {
     if (all.state[i] != GammatonState::InContact) return;
     Drop g = take(all, i);
@@ -347,6 +230,50 @@ void GammatonTracer::respond(Gammatons& all, const Scene& scene, std::int64_t it
     if (outcome != Outcome::Alive) g.state = motion_types::kIsWaiting;
     note_response(outcome, of);
     put(all, i, g);
+  });
+}
+
+void GammatonTracer::trace_there(const Scene& scene, std::int64_t iteration, const LifeCall& life,
+                                 DeviceArrays& arrays, const RunControl& control) {
+  impl_->place(scene);
+  const MotionScene motion = impl_->motion(scene);
+  if (!impl_->there)
+    impl_->there = std::make_unique<DeviceMotion>(arrays.device, motion, *impl_->surface, control);
+  impl_->there->trace(motion, call_of(scene, iteration, {}), impl_->emitters(scene), life, arrays);
+}
+
+void GammatonTracer::respond_there(const Scene& scene, std::int64_t iteration, const WetPaths* wet, bool is_deposited,
+                                   DeviceArrays& arrays) {
+  impl_->there->respond(impl_->motion(scene, wet), call_of(scene, iteration, {}), is_deposited, arrays);
+}
+
+void GammatonTracer::end_lives_there(DeviceArrays& arrays) {
+  if (impl_->there) impl_->there->end_lives(arrays);
+}
+
+void GammatonTracer::forget_there() { impl_->there.reset(); }
+
+std::vector<DropRecord> drop_records(const Gammatons& all, const RunControl& control) {
+  std::vector<DropRecord> records(all.size());
+  const auto num = static_cast<std::int64_t>(all.size());
+  parallel_for(num, chunk_of(num), control, [&](std::int64_t begin, std::int64_t end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      const Drop drop = take(all, i);
+      put_drop(&drop, &records[i]);
+      records[i].emitter = all.emitter[i];
+      records[i].num_births = all.num_births[i];
+    }
+  });
+  return records;
+}
+
+void take_drop_records(std::span<const DropRecord> records, Gammatons& all, const RunControl& control) {
+  const auto num = static_cast<std::int64_t>(all.size());
+  parallel_for(num, chunk_of(num), control, [&](std::int64_t begin, std::int64_t end) {
+    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+      put(all, i, drop_of(&records[i]));
+      all.num_births[i] = records[i].num_births;
+    }
   });
 }
 

@@ -6,18 +6,21 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "patinate/core/run_control.h"
 #include "patinate/simulation/scene.h"
 #include "patinate/simulation/surface_atlas.h"
-#include "simulation/device/simulation_device.h"
 #include "simulation/tracing/gammatons.h"
+#include "simulation/tracing/motion_facts.h"
 #include "simulation/transport/cargo.h"
 
 namespace patinate::simulation {
 
 class RayTracer;
+struct DeviceArrays;
+struct LifeCall;
 struct WetPaths;
 
 /// Of one call.
@@ -64,12 +67,6 @@ class GammatonTracer {
   /// The same triangles at other places. Floating gammatons move with theirs.
   void set_mesh(const SceneMesh& scene_mesh);
   [[nodiscard]] const RayTracer& rays() const;
-  /// Moves them on a device from now on, with the same bytes; what it cannot do, and bounces about `normals`, the CPU
-  /// does. Null: none.
-  void use(std::shared_ptr<const SimulationDevice> device);
-  /// A device keeps gammatons from call to call: says that they were changed but by trace() and respond().
-  void forget_gammatons();
-
   /// Births of those that wait and whose emitters are on; then each flies or floats for at most
   /// TracingOptions::max_segments straight pieces, until it hits something (InContact) or has left for good.
   /// @param gammatons  From make_gammatons() with as many emitters as the scene has.
@@ -83,9 +80,24 @@ class GammatonTracer {
                const SurfaceNormals* normals = nullptr, const RunControl& control = {},
                const GammatonRange& moving = {}, const WetPaths* wet = nullptr);
 
+  /// The same of all gammatons on a device, with the same bytes; contacts, births and ends stay there too. What the
+  /// device needs of the scene is brought by the first call, and after set_mesh(). @throws DeviceError
+  void trace_there(const Scene& scene, std::int64_t iteration, const LifeCall& life, DeviceArrays& arrays,
+                   const RunControl& control);
+  /// With the mesh's normals.
+  void respond_there(const Scene& scene, std::int64_t iteration, const WetPaths* wet, bool is_deposited,
+                     DeviceArrays& arrays);
+  void end_lives_there(DeviceArrays& arrays);
+  /// After a device has failed.
+  void forget_there();
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// Gammatons as a device has them, and back. @param records  Of all.
+[[nodiscard]] std::vector<DropRecord> drop_records(const Gammatons& all, const RunControl& control);
+void take_drop_records(std::span<const DropRecord> records, Gammatons& all, const RunControl& control);
 
 }  // namespace patinate::simulation

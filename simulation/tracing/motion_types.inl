@@ -100,7 +100,7 @@ typedef struct MotionFacts {
   i32 has_nodes, has_normals;
 } MotionFacts;
 
-// A gammaton on a device, and what its iteration has told. 112 bytes.
+// A gammaton on a device. 88 bytes.
 typedef struct DropRecord {
   double b1, b2;
   Vector position, velocity;
@@ -109,10 +109,5 @@ typedef struct DropRecord {
   u32 is_front;
   u32 emitter;
   u32 num_births;
-  u32 texel;  // Of its contact.
-  u32 end;    // Told; after a response: what has become of it.
-  u32 is_born;
-  u32 is_landing;
-  u32 num_pieces;
-  u32 padding[2];
+  u32 padding;
 } DropRecord;

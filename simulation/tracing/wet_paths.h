@@ -6,14 +6,11 @@
 
 namespace patinate::simulation {
 
-class DeviceAmounts;
-
 /// Where it is wet, and how strongly that attracts: the tangent of the angle by which a drop turns is `weight` times
 /// the difference of what is wet within half a width on both sides of its way, over their sum. What is read does not
 /// change while drops respond, so that their order does not matter.
 struct WetPaths {
   const MaterialAtlas* atlas = nullptr;
-  const DeviceAmounts* on_device = nullptr;  ///< The same on a device, up to date; null: gammatons respond on the CPU.
   int material = 0;
   double weight = 0.0;    ///< TracingOptions::wet_attraction.
   double width_mm = 0.0;  ///< TracingOptions::rivulet_mm.

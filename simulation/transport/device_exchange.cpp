@@ -1,239 +1,309 @@
 #include "simulation/transport/device_exchange.h"
 
 #include <algorithm>
-#include <map>
+#include <array>
+#include <functional>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "libcommon/core/portable_math.h"
 #include "libcommon/core/random.h"
-#include "simulation/device/exact_sums.h"
+#include "simulation/transport/pieces.h"
+#include "simulation/transport/splat.h"
 
 namespace patinate::simulation {
 
 using device::Buffer;
 using device::Device;
-using exchange_types::CutPart;
 using exchange_types::ExchangeCall;
-using exchange_types::SplatContact;
 using exchange_types::SplatPiece;
+using exchange_types::StencilFacts;
 using exchange_types::StencilPart;
+using exchange_types::SurfaceLink;
+using exchange_types::WalkRoom;
 
 namespace {
 
-constexpr std::size_t kGroup = 64;
-// Of one batch: launches stay short and memory small, also where all of them lie on one texel, which one item works on.
-constexpr std::size_t kMostPieces = std::size_t{1} << 20;
-constexpr std::size_t kMostContacts = std::size_t{1} << 14;
-constexpr std::size_t kSumWords = 4 * kMaxMaterials;
+constexpr std::size_t kLayItems = 32, kGroup = 64;  // kLayItems: as splat_device.cl has it.
+constexpr std::size_t kBatch = std::size_t{1} << 16;  // Gammatons of one launch, which stays short.
+constexpr std::uint32_t kFirstSlots = 256;            // Tiles that a trail touches.
+constexpr std::size_t kLeastPieces = std::size_t{1} << 16;
 
 static_assert(sizeof(ExchangeCall::rates) == kMaxMaterials * sizeof(double));
+static_assert(sizeof(SurfaceLink) == sizeof(SurfaceAtlas::Link));
+static_assert(sizeof(Trail) == 17 * sizeof(std::uint32_t));
 
 device::Program build(const Device& device) {
-  const std::array<std::string_view, 6> sources{kPhiloxKernel,  kPortableMath, kTransferKernel,
-                                                kExchangeTypes, kExactSums,    kExchangeEntries};
+  const std::array<std::string_view, 9> sources{kPhiloxKernel, kPortableMath,  kTransferKernel,
+                                                kSpreadKernel, kTallyTypes,    kTallyKernel,
+                                                kExchangeTypes, kSplatEntries, kExchangeEntries};
   return device.build("exchange", sources);
 }
 
-device::Items items_of(std::size_t num) {
-  return {.num = std::max<std::size_t>(1, (num + kGroup - 1) / kGroup) * kGroup, .group = kGroup};
-}
+/// Which stencils there are, by size.
+struct Stencils {
+  std::vector<StencilFacts> facts;
+  std::vector<StencilPart> parts;
 
-/// Contacts that are exchanged before those behind them.
-struct Batch {
-  std::vector<SplatContact> contacts;
-  std::vector<CutPart> cut_parts;
-  std::size_t num_pieces = 0;
-};
-
-/// What a part of a splat tells parameter maps.
-struct Record {
-  TexelIndex texel = 0;
-  bool is_middle = false;
-  Masses dropped{};
+  void add(int size) {
+    StencilFacts& of = facts[static_cast<std::size_t>(size)];
+    if (size == 0 || of.num > 0) return;
+    const SplatStencil& stencil = SplatShape::stencil_of(size);
+    of = {.first = static_cast<std::uint32_t>(parts.size()),
+          .num = static_cast<std::uint32_t>(stencil.parts.size()),
+          .reach = stencil.reach};
+    for (const SplatStencil::Part& part : stencil.parts)
+      parts.push_back({.x = part.x, .y = part.y, .share = part.share});
+  }
 };
 
 }  // namespace
 
 struct DeviceExchange::State {
-  State(const Device& its_device, const SurfaceAtlas& surface)
-      : device(its_device),
-        program(build(device)),
-        lay(program.kernel("lay_splats")),
-        hang(program.kernel("hang_pieces")),
-        exchange(program.kernel("exchange_pieces")),
-        join(program.kernel("join_pieces")),
-        width(surface.grid().width),
-        num_texels(surface.grid().num_texels()),
-        weights(device.upload(surface.weights())),
-        heads(device.allocate<std::uint32_t>(num_texels)) {
-    const std::vector<std::uint32_t> none(num_texels, exchange_types::kNoPiece);
-    device.write(std::span<const std::uint32_t>(none), heads);
-  }
+  State(const DeviceArrays& arrays, const SurfaceAtlas& its_surface, const ParameterMapChoice& its_choice);
 
-  /// Where a stencil's parts begin among those that the device has.
-  std::uint32_t first_part(int size);
-  Batch next_batch(const DeviceContacts& of, std::size_t first);
-  void run(const DeviceContacts& of, const ExchangeCall& call, const Batch& batch, DeviceAmounts& amounts,
-           const Cargo& cargo, bool has_maps);
+  void allocate_pieces(std::size_t num);
+  void allocate_slots(std::uint32_t num);
+  /// Those of a phase are laid: exchanges them.
+  void run(DeviceArrays& arrays, std::uint32_t phase);
+  void begin(DeviceArrays& arrays, ExchangeTime time, std::uint32_t phase);
 
   Device device;
+  const SurfaceAtlas* surface;
+  ParameterMapChoice choice;
   device::Program program;
-  device::Kernel lay, hang, exchange, join;
-  std::int32_t width;
-  std::uint32_t num_texels;
-  Buffer<std::uint16_t> weights;
-  Buffer<std::uint32_t> heads;
-  std::map<int, std::uint32_t> first_parts;  ///< By the size of a splat.
-  std::vector<StencilPart> stencils;
-  Buffer<StencilPart> stencils_there;
-  std::vector<std::uint32_t> cargo_after;  ///< By contact, then active material.
-  std::array<std::uint32_t, kSumWords> words{};
-  std::array<std::int64_t, kMaxMaterials> picked_up{}, dropped{};  ///< By active material.
-  std::vector<Record> records;
+  device::Kernel lay_contacts, lay_cut, lay_endings;
+  std::array<device::Kernel, 3> exchange;  ///< By phase: their arguments differ.
+  std::size_t num_gammatons, num_groups;
+  Buffer<std::uint16_t> triangle_weights;
+  Buffer<std::uint8_t> is_plain;
+  Buffer<std::uint32_t> linked, first_linked, first_link;
+  Buffer<SurfaceLink> links;
+  Buffer<StencilFacts> stencils;
+  Buffer<StencilPart> stencil_parts;
+  Buffer<std::uint32_t> wholes, randoms, masses, heads, next, cut, link_to, slots;
+  Buffer<double> link_flow;
+  Buffer<SplatPiece> pieces;
+  Buffer<WalkRoom> rooms;
+  Buffer<std::uint32_t> hits, last, residence;
+  Buffer<std::uint64_t> deposited;
+  ExchangeCall call{};                                ///< Of contacts.
+  std::array<std::uint32_t, kMaxMaterials> active{};  ///< Of deposits: materials with a rate.
+  std::uint32_t num_active = 0;
+  bool is_deposited = false;
+  SplatWidths widths;
 };
 
-std::uint32_t DeviceExchange::State::first_part(int size) {
-  const auto [at, is_new] = first_parts.try_emplace(size, static_cast<std::uint32_t>(stencils.size()));
-  if (!is_new) return at->second;
-  if (size == 0) {
-    stencils.push_back({.x = 0, .y = 0, .share = SplatShape::kWhole});
-  } else {
-    for (const SplatStencil::Part& part : SplatShape::stencil_of(size).parts)
-      stencils.push_back({.x = part.x, .y = part.y, .share = part.share});
-  }
-  return at->second;
+DeviceExchange::State::State(const DeviceArrays& arrays, const SurfaceAtlas& its_surface,
+                             const ParameterMapChoice& its_choice)
+    : device(arrays.device),
+      surface(&its_surface),
+      choice(its_choice),
+      program(build(device)),
+      lay_contacts(program.kernel("lay_contacts")),
+      lay_cut(program.kernel("lay_cut")),
+      lay_endings(program.kernel("lay_endings")),
+      exchange{program.kernel("exchange_pieces"), program.kernel("exchange_pieces"),
+               program.kernel("exchange_pieces")},
+      num_gammatons(arrays.num_gammatons),
+      num_groups(4 * static_cast<std::size_t>(std::max(1, device.info().num_units))),
+      triangle_weights(device.upload(surface->triangle_weights())),
+      is_plain(device.upload(surface->plain_tiles())),
+      linked(upload_some(device, surface->linked())),
+      first_linked(device.upload(surface->first_linked())),
+      first_link(upload_some(device, surface->first_links())),
+      links(upload_some(device, std::span<const SurfaceLink>(
+                                    reinterpret_cast<const SurfaceLink*>(surface->all_links().data()),
+                                    surface->all_links().size()))),
+      wholes(device.allocate<std::uint32_t>(num_gammatons * arrays.num_materials)),
+      randoms(device.allocate<std::uint32_t>(num_gammatons * arrays.num_materials)),
+      heads(device.allocate<std::uint32_t>(arrays.num_texels)),
+      cut(device.allocate<std::uint32_t>(num_gammatons)),
+      rooms(device.allocate<WalkRoom>(num_groups)) {
+  const std::size_t texels = arrays.num_texels;
+  hits = device.allocate<std::uint32_t>(choice.hits ? texels : 1);
+  last = device.allocate<std::uint32_t>(choice.last_hit || choice.residence ? texels : 1);
+  residence = device.allocate<std::uint32_t>(choice.residence ? texels : 1);
+  if (choice.hits) call.maps |= exchange_types::kMapHits;
+  if (choice.last_hit || choice.residence) call.maps |= exchange_types::kMapLast;
+  if (choice.residence) call.maps |= exchange_types::kMapResidence;
+  std::uint32_t num_deposited = 0;
+  for (std::size_t m = 0; m < kMaxMaterials; ++m) call.map_of[m] = choice.deposited[m] ? ++num_deposited : 0;
+  deposited = device.allocate<std::uint64_t>(std::max<std::size_t>(1, num_deposited * texels));
+  std::uint32_t most_links = 4;
+  const std::span<const std::uint32_t> first = surface->first_links();
+  for (std::size_t i = 0; i + 1 < first.size(); ++i) most_links = std::max(most_links, first[i + 1] - first[i]);
+  call.most_links = most_links;
+  link_to = device.allocate<std::uint32_t>(num_groups * kLayItems * most_links);
+  link_flow = device.allocate<double>(num_groups * kLayItems * most_links);
+  call.num_materials = arrays.num_materials;
+  call.num_texels = arrays.num_texels;
+  call.atlas_width = arrays.width;
+  allocate_slots(kFirstSlots);
+  device.fill_words(heads.memory(), exchange_types::kNoPiece);
 }
 
-Batch DeviceExchange::State::next_batch(const DeviceContacts& of, std::size_t first) {
-  Batch batch;
-  for (std::size_t i = first; i < of.contacts.size(); ++i) {
-    const bool is_cut = of.cut[i] != kNotCut;
-    SplatContact contact{.texel = of.contacts[i].texel,
-                         .gammaton = of.contacts[i].gammaton,
-                         .first_part = 0,
-                         .num_parts = 1,
-                         .first_piece = static_cast<std::uint32_t>(batch.num_pieces),
-                         .is_cut = is_cut ? 1U : 0U};
-    if (is_cut) {
-      const std::size_t begin = of.cut_from[of.cut[i]], end = of.cut_from[of.cut[i] + 1];
-      contact.first_part = static_cast<std::uint32_t>(batch.cut_parts.size());
-      contact.num_parts = static_cast<std::uint32_t>(end - begin);
-      for (std::size_t k = begin; k < end; ++k)
-        batch.cut_parts.push_back({.texel = of.cut_parts[k].texel, .share = of.cut_parts[k].share});
-    } else {
-      const int size = of.sizes[i];
-      contact.first_part = first_part(size);
-      if (size > 0) contact.num_parts = static_cast<std::uint32_t>(SplatShape::stencil_of(size).parts.size());
-    }
-    if (batch.num_pieces > 0 && batch.num_pieces + contact.num_parts > kMostPieces) break;
-    if (batch.contacts.size() == kMostContacts) break;
-    batch.num_pieces += contact.num_parts;
-    batch.contacts.push_back(contact);
-  }
-  if (stencils.size() != stencils_there.size()) stencils_there = device.upload(stencils);
-  return batch;
+void DeviceExchange::State::allocate_pieces(std::size_t num) {
+  num = std::min<std::size_t>(num, exchange_types::kNoPiece - 1);
+  pieces = device.allocate<SplatPiece>(num);
+  next = device.allocate<std::uint32_t>(num);
+  masses = device.allocate<std::uint32_t>(num * std::max(1U, num_active));
+  call.most_pieces = static_cast<std::uint32_t>(num);
 }
 
-void DeviceExchange::State::run(const DeviceContacts& of, const ExchangeCall& call, const Batch& batch,
-                                DeviceAmounts& amounts, const Cargo& cargo, bool has_maps) {
-  const std::size_t num = batch.contacts.size(), num_active = of.active.size();
-  const auto n = static_cast<std::uint32_t>(num), num_pieces = static_cast<std::uint32_t>(batch.num_pieces);
-  std::vector<std::uint32_t> carried;
-  for (std::size_t i = 0; i < num; ++i) {
-    for (const int m : of.active)
-      carried.push_back(cargo.mass[batch.contacts[i].gammaton][static_cast<std::size_t>(m)]);
-  }
-  const CutPart nothing{};
-  const auto contacts = device.upload(batch.contacts);
-  const auto cut =
-      device.upload(batch.cut_parts.empty() ? std::span<const CutPart>(&nothing, 1) : std::span(batch.cut_parts));
-  const auto cargo_there = device.upload(carried);
-  const auto randoms = device.allocate<std::uint32_t>(carried.size());
-  const auto pieces = device.allocate<SplatPiece>(batch.num_pieces);
-  const auto next = device.allocate<std::uint32_t>(batch.num_pieces);
-  const auto masses = device.allocate<std::uint32_t>(batch.num_pieces * num_active);
-  const auto moved = device.allocate<std::int32_t>(batch.num_pieces * num_active);
-  words.fill(0);
-  const auto sums = device.upload(std::span<const std::uint32_t>(words));
-  if (stencils_there.size() == 0) stencils_there = device.allocate<StencilPart>(1);
-
-  lay.run(items_of(num), call, n, contacts, stencils_there, cut, weights, cargo_there, randoms, pieces, masses);
-  hang.run(items_of(num_pieces), num_pieces, pieces, heads, next);
-  exchange.run(items_of(num_pieces), call, num_pieces, pieces, cargo_there, randoms, weights, heads, next, masses,
-               moved, amounts.planes(), amounts.dirty());
-  join.run(items_of(num), static_cast<std::uint32_t>(num_active), n, contacts, pieces, weights, masses, moved,
-           cargo_there, sums);
-
-  device.read(cargo_there, std::span(carried));
-  cargo_after.insert(cargo_after.end(), carried.begin(), carried.end());
-  device.read(sums, std::span<std::uint32_t>(words));
-  const auto sum_of = [&](std::size_t at) {
-    return static_cast<std::int64_t>(words[at] | std::uint64_t{words[at + 1]} << 32);
-  };
-  for (std::size_t a = 0; a < num_active; ++a) {
-    picked_up[a] += sum_of(4 * a);
-    dropped[a] += sum_of(4 * a + 2);
-  }
-  if (!has_maps) return;
-  std::vector<SplatPiece> pieces_here(batch.num_pieces);
-  std::vector<std::int32_t> moved_here(batch.num_pieces * num_active);
-  device.read(pieces, std::span(pieces_here));
-  device.read(moved, std::span(moved_here));
-  for (std::size_t p = 0; p < pieces_here.size(); ++p) {
-    if (pieces_here[p].texel == exchange_types::kNoPiece) continue;
-    Record& record =
-        records.emplace_back(Record{.texel = pieces_here[p].texel, .is_middle = pieces_here[p].number == 0});
-    for (std::size_t a = 0; a < num_active; ++a) {
-      if (moved_here[p * num_active + a] < 0)
-        record.dropped[static_cast<std::size_t>(of.active[a])] =
-            static_cast<std::uint32_t>(-moved_here[p * num_active + a]);
-    }
-  }
+void DeviceExchange::State::allocate_slots(std::uint32_t num) {
+  call.num_slots = num;
+  slots = device.allocate<std::uint32_t>(num_groups * num * 71);  // As lay_endings() has it.
+  device.fill_zero(slots.memory());
 }
 
-DeviceExchange::DeviceExchange(const Device& device, const SurfaceAtlas& surface)
-    : state_(std::make_unique<State>(device, surface)) {}
+DeviceExchange::DeviceExchange(const DeviceArrays& arrays, const SurfaceAtlas& surface,
+                               const ParameterMapChoice& choice)
+    : state_(std::make_unique<State>(arrays, surface, choice)) {}
 DeviceExchange::~DeviceExchange() = default;
 
-DeviceExchangeReport DeviceExchange::exchange(const DeviceContacts& contacts, std::int64_t iteration,
-                                              DeviceAmounts& amounts, MaterialAtlas& atlas, Cargo& cargo,
-                                              ParameterMaps* maps) {
+void DeviceExchange::set(const ExchangeOptions& options, const SplatWidths& widths, double contact_area,
+                         std::uint64_t seed) {
   State& s = *state_;
-  ExchangeCall call = contacts.call;
-  call.num_active = static_cast<std::uint32_t>(contacts.active.size());
-  for (std::size_t a = 0; a < contacts.active.size(); ++a)
-    call.materials[a] = static_cast<std::uint32_t>(contacts.active[a]);
-  call.num_texels = s.num_texels;
-  call.width = s.width;
-  s.cargo_after.clear();
-  s.records.clear();
-  s.picked_up.fill(0);
-  s.dropped.fill(0);
-  amounts.update(atlas);
-  for (std::size_t first = 0; first < contacts.contacts.size();) {
-    const Batch batch = s.next_batch(contacts, first);
-    s.run(contacts, call, batch, amounts, cargo, maps != nullptr);
-    first += batch.contacts.size();
+  ExchangeCall& call = s.call;
+  call.seed = seed;
+  call.ratio = options.ratio;
+  call.contact = options.contact;
+  call.contact_area = contact_area;
+  const std::uint32_t before = s.num_active;
+  s.num_active = 0;
+  for (std::uint32_t m = 0; m < call.num_materials; ++m) {
+    if (!(options.rates[m] > 0.0)) continue;
+    s.active[s.num_active] = m;
+    call.rates[s.num_active++] = options.rates[m];
   }
-  DeviceExchangeReport done{.dirty_tiles = amounts.take(contacts.active, atlas)};
-  const std::uint32_t* after = s.cargo_after.data();
-  for (const Contact& contact : contacts.contacts) {
-    for (const int m : contacts.active) cargo.mass[contact.gammaton][static_cast<std::size_t>(m)] = *after++;
-  }
-  for (const Record& record : s.records) {
-    Masses dropped = record.dropped;
-    for (std::uint32_t& mass : dropped) mass *= atlas.surface().weight(record.texel);
-    if (call.is_deposit != 0) {
-      maps->record_deposit(record.texel, dropped);
-    } else {
-      maps->record(record.texel, iteration, record.is_middle, dropped);
+  std::copy(s.active.begin(), s.active.end(), call.materials);
+  s.is_deposited = options.deposit && s.num_active > 0;
+  if (widths.contact != s.widths.contact || widths.deposit != s.widths.deposit || s.stencils.size() == 0) {
+    Stencils found{.facts = std::vector<StencilFacts>(transfer_kernel::kMostVariance + 1, StencilFacts{}), .parts = {}};
+    const std::span<const std::uint16_t> weights = s.surface->triangle_weights();
+    const std::set<std::uint16_t> distinct(weights.begin(), weights.end());
+    for (std::uint32_t length = 0; length <= Trail::kLength; ++length) {
+      const double wide = length == 0 ? widths.contact : widths.deposit * transfer_kernel::stain_width(length);
+      for (const std::uint16_t weight : distinct) found.add(transfer_kernel::splat_variance(wide, weight));
     }
+    s.stencils = s.device.upload(found.facts);
+    s.stencil_parts = upload_some(s.device, std::span<const StencilPart>(found.parts));
+    s.widths = widths;
+  } else if (before == s.num_active && s.pieces.size() > 0) {
+    return;
   }
-  for (std::size_t a = 0; a < contacts.active.size(); ++a) {
-    done.picked_up[static_cast<std::size_t>(contacts.active[a])] = s.picked_up[a];
-    done.dropped[static_cast<std::size_t>(contacts.active[a])] = s.dropped[a];
+  const int size = transfer_kernel::splat_variance(widths.contact, SurfaceAtlas::kMedianWeight);
+  const std::size_t each = size == 0 ? 1 : SplatShape::stencil_of(size).parts.size();
+  s.allocate_pieces(std::max<std::size_t>({s.pieces.size(), kLeastPieces, s.num_gammatons * each * 3 / 2}));
+}
+
+bool DeviceExchange::deposits() const { return state_->is_deposited; }
+
+void DeviceExchange::State::begin(DeviceArrays&, ExchangeTime time, std::uint32_t phase) {
+  const bool is_deposit = phase != tally_types::kPhaseOfContacts;
+  call.random_key = static_cast<std::uint64_t>(time.random_key);
+  call.iteration = static_cast<std::int32_t>(time.iteration);
+  call.phase = phase;
+  call.random_piece = is_deposit ? kDepositPiece : 0;
+  call.width = is_deposit ? widths.deposit : widths.contact;
+  call.num_active = is_deposit || call.contact > 0.0 ? num_active : 0;
+}
+
+void DeviceExchange::State::run(DeviceArrays& a, std::uint32_t phase) {
+  // Items take pieces in turns: how many there are only the device knows.
+  const std::size_t num = std::min<std::size_t>((call.most_pieces + kGroup - 1) / kGroup * kGroup,
+                                                num_groups * 32 * kGroup);
+  exchange[phase].run({.num = num, .group = kGroup}, call, pieces, a.weights, wholes, randoms, heads, next, masses,
+                      a.cargo, a.amounts, a.dirty, a.changed_in, a.awake, a.is_listed, a.touched, hits, last,
+                      residence, deposited, a.tally);
+}
+
+void DeviceExchange::exchange(DeviceArrays& a, ExchangeTime time) {
+  State& s = *state_;
+  s.begin(a, time, tally_types::kPhaseOfContacts);
+  if (s.call.num_active == 0 && s.call.maps == 0) return;
+  for (std::size_t first = 0; first < s.num_gammatons; first += kBatch) {
+    s.lay_contacts.run({.first = first * kLayItems, .num = std::min(kBatch, s.num_gammatons - first) * kLayItems,
+                        .group = kLayItems},
+                       s.call, a.weights, a.triangles, s.triangle_weights, s.is_plain, s.linked, s.first_linked,
+                       s.first_link, s.links, s.stencils, s.stencil_parts, a.contacts, a.cargo, s.wholes, s.randoms,
+                       s.pieces, s.masses, s.heads, s.next, a.tally, s.cut);
   }
-  return done;
+  if (s.call.width > 0.0) {
+    s.lay_cut.run({.num = s.num_groups * kLayItems, .group = kLayItems}, s.call, a.weights, a.triangles,
+                  s.triangle_weights, s.is_plain, s.linked, s.first_linked, s.first_link, s.links, s.stencils,
+                  s.stencil_parts, a.contacts, a.cargo, s.wholes, s.randoms, s.pieces, s.masses, s.heads, s.next,
+                  a.tally, s.cut, s.rooms, s.link_to, s.link_flow);
+  }
+  s.run(a, tally_types::kPhaseOfContacts);
+}
+
+void DeviceExchange::deposit(DeviceArrays& a, ExchangeTime time, std::uint32_t which) {
+  State& s = *state_;
+  if (!s.is_deposited) return;
+  const std::uint32_t phase = which == 0 ? tally_types::kPhaseOfWays : tally_types::kPhaseOfResponses;
+  s.begin(a, time, phase);
+  s.lay_endings.run({.num = s.num_groups * kLayItems, .group = kLayItems}, s.call, a.weights, a.triangles,
+                    s.triangle_weights, s.is_plain, s.linked, s.first_linked, s.first_link, s.links, s.stencils,
+                    s.stencil_parts, a.trails, a.endings[which], which, a.cargo, s.wholes, s.randoms, s.pieces,
+                    s.masses, s.heads, s.next, a.tally, s.rooms, s.link_to, s.link_flow, s.slots);
+  s.run(a, phase);
+}
+
+void DeviceExchange::grow(std::uint32_t overflown) {
+  State& s = *state_;
+  if (overflown == 1) s.allocate_pieces(2 * s.pieces.size());
+  s.allocate_slots(overflown == 2 ? 2 * s.call.num_slots : s.call.num_slots);
+  s.device.fill_words(s.heads.memory(), exchange_types::kNoPiece);
+}
+
+namespace {
+
+/// f(values, first, buffer) for each map that is kept: `first` is where its values begin in the buffer.
+template <class Maps, class State, class F>
+void for_each_map(Maps& maps, State& s, const ParameterMapChoice& choice, F&& f) {
+  if (choice.hits) f(*maps.hits(), 0, s.hits);
+  if (choice.last_hit || choice.residence) f(*maps.last_hit(), 0, s.last);
+  if (choice.residence) f(*maps.residence(), 0, s.residence);
+  for (int m = 0; m < kMaxMaterials; ++m) {
+    if (auto* values = maps.deposited(m)) f(*values, s.call.map_of[m] - 1, s.deposited);
+  }
+}
+
+}  // namespace
+
+void DeviceExchange::put_maps(const ParameterMaps& maps) {
+  State& s = *state_;
+  const std::size_t num = s.call.num_texels;
+  for_each_map(maps, s, s.choice, [&]<class T>(const PagedValues<T>& values, std::size_t plane, Buffer<T>& buffer) {
+    std::vector<T> all(num);
+    for (std::uint32_t p = 0; p < values.num_pages(); ++p) {
+      const std::span<const T> page = values.page(p);
+      std::copy(page.begin(), page.end(), all.begin() + static_cast<std::ptrdiff_t>(p * page.size()));
+    }
+    s.device.write(std::span<const T>(all), buffer, plane * num);
+  });
+}
+
+void DeviceExchange::take_maps(ParameterMaps& maps) const {
+  const State& s = *state_;
+  const std::size_t num = s.call.num_texels;
+  std::vector<std::function<void()>> changes;
+  for_each_map(maps, s, s.choice, [&]<class T>(PagedValues<T>& values, std::size_t plane, const Buffer<T>& buffer) {
+    std::vector<T> all(buffer.size());
+    s.device.read(buffer, std::span(all));
+    changes.emplace_back([&values, plane, num, all = std::move(all)] {
+      for (std::uint32_t p = 0; p < values.num_pages(); ++p) {
+        const std::span<const T> page =
+            std::span(all).subspan(plane * num + std::size_t{p} * TileGrid::kPageTexels, TileGrid::kPageTexels);
+        if (std::any_of(page.begin(), page.end(), [](T value) { return value != 0; }))
+          std::copy(page.begin(), page.end(), values.writable_page(p).begin());
+      }
+    });
+  });
+  for (const std::function<void()>& change : changes) change();
 }
 
 }  // namespace patinate::simulation

@@ -11,7 +11,6 @@
 
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
-#include "simulation/transport/device_exchanger.h"
 #include "simulation/transport/pieces.h"
 #include "simulation/transport/region_exchange.h"
 #include "simulation/transport/regions.h"
@@ -52,7 +51,6 @@ struct Exchanger::State {
   std::vector<std::uint64_t> dirty_pages;  ///< A bit for each tile; 0 between calls.
   std::vector<TileIndex> dirty;
   std::vector<RegionWorker> workers;
-  DeviceExchanger on_device;
 
   /// Finds the region of each contact's splat, or that it has to be cut.
   void place(std::span<const Contact> contacts, const SplatShape& shape, const SurfaceAtlas& surface,
@@ -83,6 +81,11 @@ double contact_area(const ExchangeOptions& options, const SurfaceAtlas& surface)
   return side * side;
 }
 
+SplatWidths splat_widths(const ExchangeOptions& options, const SurfaceAtlas& surface) {
+  const double width = width_of(options, surface);
+  return {.contact = is_wide(options) ? width : 0.0, .deposit = width};
+}
+
 std::optional<SplatShape> splat_shape(const ExchangeOptions& options, const SurfaceAtlas& surface) {
   if (!is_wide(options)) return std::nullopt;
   return SplatShape(surface, width_of(options, surface));
@@ -106,11 +109,6 @@ Exchanger::Exchanger(int num_materials, std::uint64_t seed, InstructionSet set) 
 Exchanger::~Exchanger() = default;
 Exchanger::Exchanger(Exchanger&&) noexcept = default;
 Exchanger& Exchanger::operator=(Exchanger&&) noexcept = default;
-
-void Exchanger::use(std::shared_ptr<const SimulationDevice> device) { state_->on_device.use(std::move(device)); }
-void Exchanger::note_changes(std::span<const TileIndex> tiles) { state_->on_device.note_changes(tiles); }
-void Exchanger::forget_amounts() { state_->on_device.forget_amounts(); }
-DeviceAmounts* Exchanger::device_amounts(const MaterialAtlas& atlas) { return state_->on_device.amounts(atlas); }
 
 ExchangeReport Exchanger::exchange(std::span<const Contact> contacts, const ExchangeOptions& options, ExchangeTime time,
                                    Cargo& cargo, MaterialAtlas& atlas, ParameterMaps* maps, const RunControl& control) {
@@ -150,18 +148,6 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
   const double width = width_of(options, surface);
   const bool has_splats = is_wide(options);
   ParameterMaps* const kept = maps != nullptr && maps->choice().has_any() ? maps : nullptr;
-  if (s.on_device.is_used() && !active.empty() && !contacts.empty()) {
-    const WideContacts all{.surface = surface,
-                           .contacts = contacts,
-                           .endings = endings,
-                           .active = active,
-                           .seed = s.seed,
-                           .random_key = time.random_key};
-    const double splat_width = has_splats || is_deposit ? width : 0.0;
-    const std::optional<ExchangeReport> done =
-        s.on_device.exchange(all, options, splat_width, time.iteration, s.pieces, cargo, atlas, kept, threads);
-    if (done) return *done;
-  }
   const std::uint32_t columns = Regions::columns_for(thread_count(threads));
   if (!s.regions || s.regions->grid().width != surface.grid().width ||
       s.regions->grid().height != surface.grid().height || s.regions->most_columns() != columns) {
@@ -234,7 +220,6 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
       s.dirty.push_back(page * TileGrid::kPageTiles + static_cast<std::uint32_t>(std::countr_zero(bits)));
   }
   report.dirty_tiles = s.dirty;
-  s.on_device.note_changes(s.dirty);
   for (RegionWorker& worker : s.workers) {
     for (std::size_t m = 0; m < kMaxMaterials; ++m) {
       report.dropped[m] += std::exchange(worker.dropped[m], 0);

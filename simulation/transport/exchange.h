@@ -13,15 +13,12 @@
 #include "patinate/core/run_control.h"
 #include "patinate/simulation/material_atlas.h"
 #include "patinate/simulation/scene.h"
-#include "simulation/device/simulation_device.h"
 #include "simulation/transport/cargo.h"
 #include "simulation/transport/parameter_maps.h"
 #include "simulation/transport/splat.h"
 #include "simulation/transport/trail.h"
 
 namespace patinate::simulation {
-
-class DeviceAmounts;
 
 /// When an exchange happens. Steps of a brush alone (Simulation::paint) share their iteration, and have random numbers
 /// of their own.
@@ -34,6 +31,13 @@ struct ExchangeTime {
 
 /// How large a contact is, in texels of median size: what gammatons carry are amounts over that.
 [[nodiscard]] double contact_area(const ExchangeOptions& options, const SurfaceAtlas& surface);
+
+/// Of splats, in texels of median size.
+struct SplatWidths {
+  double contact = 0.0;  ///< 0: contacts are of one texel.
+  double deposit = 0.0;  ///< Before trails widen it.
+};
+[[nodiscard]] SplatWidths splat_widths(const ExchangeOptions& options, const SurfaceAtlas& surface);
 
 /// How contacts lie on the surface; nullopt: on one texel each.
 [[nodiscard]] std::optional<SplatShape> splat_shape(const ExchangeOptions& options, const SurfaceAtlas& surface);
@@ -80,15 +84,6 @@ class Exchanger {
   ExchangeReport deposit(std::span<const Ending> endings, const ExchangeOptions& options, ExchangeTime time,
                          Cargo& cargo, MaterialAtlas& atlas, ParameterMaps* maps = nullptr,
                          const RunControl& control = {});
-
-  /// Exchanges on a device from now on, with the same bits; null: here. A device that fails is reported, and left.
-  void use(std::shared_ptr<const SimulationDevice> device);
-  /// A device keeps the amounts: says which tiles have changed but by this exchanger,
-  void note_changes(std::span<const TileIndex> tiles);
-  /// or that all may have, or that it is another atlas.
-  void forget_amounts();
-  /// Those of `atlas` on the device, up to date; null where there is none.
-  [[nodiscard]] DeviceAmounts* device_amounts(const MaterialAtlas& atlas);
 
  private:
   ExchangeReport run(std::span<const Contact> contacts, std::span<const Ending> endings, const ExchangeOptions& options,

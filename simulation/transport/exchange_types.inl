@@ -3,41 +3,53 @@
 typedef struct ExchangeCall {
   u64 seed, random_key;
   double ratio, contact, contact_area;
+  double width;      // Of a splat, in texels of median size; 0: contacts are of one texel.
   double rates[8];   // By active material,
   u32 materials[8];  // which of all it is.
   u32 num_active;
+  u32 num_materials;
   u32 random_piece;  // Which random numbers of a gammaton are used.
-  u32 is_deposit;
-  u32 is_wide;     // Splats; else contacts are of one texel.
-  u32 num_texels;  // Of a material's plane of amounts.
-  i32 width;       // Of the atlas, texels.
+  u32 phase;         // Of tally_types.inl.
+  u32 num_texels;    // Of a material's plane of amounts.
+  i32 atlas_width;   // Texels.
+  i32 iteration;
+  u32 most_pieces;   // That there is room for.
+  u32 most_links;    // Of a texel.
+  u32 num_slots;     // For tiles that a trail touches: a power of two.
+  u32 maps;          // kMapHits and so on are kept;
+  u32 map_of[8];     // by material: 1 + its plane among those of deposited mass; 0 = none.
 } ExchangeCall;
 
-// A contact and its splat, or an ending and its trail.
-typedef struct SplatContact {
-  u32 texel;  // Its middle, or end.
-  u32 gammaton;
-  u32 first_part, num_parts;  // Of a stencil's parts, or where it is cut of what the CPU has cut.
-  u32 first_piece;            // Of the batch's.
-  u32 is_cut;
-} SplatContact;
+enum { kMapHits = 1, kMapLast = 2, kMapResidence = 4 };
 
-// Of a stencil, the middle first.
+// By size of a splat: its stencil.
+typedef struct StencilFacts {
+  u32 first, num;  // Of all parts, the middle first.
+  i32 reach;       // Texels that it goes to each side.
+} StencilFacts;
+
 typedef struct StencilPart {
   i32 x, y;  // Texels from the middle.
   u32 share;
 } StencilPart;
 
-typedef struct CutPart {
-  u32 texel, share;
-} CutPart;
+typedef struct SurfaceLink {
+  u32 texel, count;
+} SurfaceLink;
 
-// A part of a splat that exchanges on its own; its texel is kNoPiece where there is none.
+// A part of a splat that exchanges on its own.
 typedef struct SplatPiece {
   u32 texel;
-  u32 contact;  // Of the batch's.
-  u32 number;   // In its splat; 0 = middle.
+  u32 gammaton;
+  u32 number;  // In its splat; 0 = middle.
   u32 share;
 } SplatPiece;
 
 PATINATE_CONSTANT(u32, kNoPiece, 0xFFFFFFFFu);
+
+// What a group works with in global memory, by group: links of texels that are looked at, edges of a walk, parts of a
+// splat, tiles that a trail touches.
+typedef struct WalkRoom {
+  double flow[6 * 720], goes[6 * 720];
+  u32 part_texel[720], part_share[720];
+} WalkRoom;

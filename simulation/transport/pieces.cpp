@@ -16,14 +16,11 @@ constexpr std::size_t kAhead = 16;         ///< Contacts that memory is asked fo
 
 std::int64_t chunk_of(const WideContacts& of) { return of.endings.empty() ? kSplatChunk : kTrailChunk; }
 
-/// Of what is left along a trail of so many contacts, over that of a drop: as large a stain where it was short.
-constexpr double stain_width(std::size_t length) { return 1.0 + 2.0 / static_cast<double>(length); }
-
 /// Splats along a trail, each with a larger share than the one before: the way ends dark, and begins without a step.
 /// @param sums  Working memory. @returns how many parts they have, of a texel each; the first is the texel at the end.
 std::size_t append_trail(const SplatShape& shape, const Trail& trail, PartSums& sums, std::vector<SplatPart>& parts) {
   const std::size_t first = parts.size(), n = trail.size();
-  const auto whole = static_cast<std::uint32_t>(n * (n + 1) / 2);
+  const std::uint32_t whole = transfer_kernel::trail_whole(static_cast<std::uint32_t>(n));
   std::array<SplatPart, Trail::kLength> places;  // a slow one touches a texel again and again
   std::size_t num_places = 0;
   for (std::size_t i = n; i-- > 0;) {
@@ -36,7 +33,7 @@ std::size_t append_trail(const SplatShape& shape, const Trail& trail, PartSums& 
   for (std::size_t p = 0; p < num_places; ++p) {
     shape.append(places[p].texel, parts);
     for (std::size_t k = first; k < parts.size(); ++k) {
-      const std::uint32_t share = parts[k].share * places[p].share / whole;
+      const std::uint32_t share = transfer_kernel::trail_share(parts[k].share, places[p].share, whole);
       sums.add(parts[k].texel, share);
       rest -= share;
     }
@@ -71,7 +68,7 @@ void Pieces::append_parts(const WideContacts& of, std::size_t begin, std::size_t
 }
 
 const SplatShape& Pieces::shape_of(const SurfaceAtlas& surface, double width, std::size_t length) {
-  const double wide = length == 0 ? width : width * stain_width(length);
+  const double wide = length == 0 ? width : width * transfer_kernel::stain_width(static_cast<std::uint32_t>(length));
   std::optional<SplatShape>& shape = shapes_[length];
   if (!shape || shape->width() != wide) shape.emplace(surface, wide);
   return *shape;

@@ -14,8 +14,8 @@ namespace patinate::simulation {
 
 namespace {
 
-constexpr int kMaxSize = 30 * kVarianceOne;  // a standard deviation of 5.5 texels
-constexpr int kReach = 15;                   // texels that a stencil goes to each side
+constexpr int kMaxSize = transfer_kernel::kMostVariance;
+constexpr int kReach = 15;  // texels that a stencil goes to each side
 
 /// What the walk leaves in a plane; the middle first. Alike under turns and reflections.
 SplatStencil make_stencil(int size) {
@@ -33,7 +33,7 @@ SplatStencil make_stencil(int size) {
     }
     std::swap(share, next);
   }
-  const double least = least_of(walk) * share[at(0, 0)];
+  const double least = transfer_kernel::least_of_walk(walk.num_steps) * share[at(0, 0)];
   double sum = 0.0;
   for (const double s : share) sum += s >= least ? s : 0.0;
   SplatStencil stencil;
@@ -102,11 +102,7 @@ const SplatStencil& SplatShape::stencil_of(int size) {
 
 SplatShape::SplatShape(const SurfaceAtlas& surface, double width) : surface_(&surface), width_(width) {}
 
-int SplatShape::size_of(std::uint32_t weight) const {
-  const double size = kVarianceOne / 36.0 * width_ * width_ * double{SurfaceAtlas::kMedianWeight} / weight;
-  if (size < kVarianceOne / 16) return 0;  // a texel is twice as wide
-  return static_cast<int>(std::min<double>(size + 0.5, kMaxSize));
-}
+int SplatShape::size_of(std::uint32_t weight) const { return transfer_kernel::splat_variance(width_, weight); }
 
 std::size_t SplatShape::append(TexelIndex texel, std::vector<SplatPart>& parts) const {
   const std::size_t first = parts.size();

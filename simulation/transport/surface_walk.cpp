@@ -9,10 +9,9 @@ namespace patinate::simulation {
 namespace {
 
 constexpr std::size_t kNodes = SplatShape::kMaxParts;
-constexpr std::size_t kEdges = 6 * kNodes;  // a surface may branch; what finds no room is a wall
-constexpr int kDeepest = 22;                // links: four standard deviations of the widest splat
-constexpr double kLargestVariance =
-    0.25;  // of one step: more than an eighth over each side could be more than there is
+static_assert(kNodes == transfer_kernel::kWalkTexels);
+constexpr std::size_t kEdges = transfer_kernel::kWalkEdges;
+constexpr int kDeepest = transfer_kernel::kDeepestWalk;
 
 /// Texels around one by their distance in links, and the links between them.
 class Neighborhood {
@@ -80,9 +79,7 @@ class Neighborhood {
     const std::uint32_t weight = surface.weight(from), other = surface.weight(link.texel);
     const std::uint32_t whole =
         surface.weight_of_triangle(surface.triangle(from)) + surface.weight_of_triangle(surface.triangle(link.texel));
-    const std::uint32_t twice = std::min(whole, 4 * std::min(weight, other));  // no more than a small one has
-    // Between whole texels, which most are, without a division.
-    return link.count * twice == 4 * weight ? 1.0 : static_cast<double>(link.count) * twice / (4.0 * weight);
+    return transfer_kernel::link_flow(weight, other, whole, link.count);
   }
   static std::size_t slot_of(TexelIndex texel) { return (texel * 0x9E3779B1u >> 16) % kSlots; }
   /// kNodes where it is not among them.
@@ -115,23 +112,10 @@ class Neighborhood {
 
 }  // namespace
 
-WalkLength walk_length(int size) {
-  const double variance = static_cast<double>(size) / kVarianceOne;
-  int steps = 1;
-  while (steps * kLargestVariance < variance) ++steps;
-  return {.num_steps = steps, .share = 0.5 * variance / steps};
-}
-
-double least_of(const WalkLength& walk) { return walk.num_steps > 3 ? 1.0 / 32 : 0.0; }
-
 void walk_surface(const SurfaceAtlas& surface, TexelIndex texel, int size, std::vector<SplatPart>& parts) {
   const WalkLength length = walk_length(size);
-  const double least = least_of(length);
-  // Four standard deviations along the diagonal of the links, which is 2.8 on the surface: beyond lies less than
-  // `least`.
-  int depth = 1;
-  while (depth * depth * kVarianceOne < 16 * size) ++depth;
-  const Neighborhood around(surface, texel, std::min({depth, length.num_steps, kDeepest}), length.num_steps,
+  const double least = transfer_kernel::least_of_walk(length.num_steps);
+  const Neighborhood around(surface, texel, transfer_kernel::walk_depth(size, length.num_steps), length.num_steps,
                             length.share);
   std::array<double, kNodes> share;
   std::fill_n(share.begin(), around.size(), 0.0);
@@ -140,7 +124,7 @@ void walk_surface(const SurfaceAtlas& surface, TexelIndex texel, int size, std::
 
   const double weight = surface.weight(texel);
   const auto is_counted = [&](std::size_t i) {
-    return i == 0 || share[i] * weight >= least * share[0] * surface.weight(around.texel(i));
+    return i == 0 || transfer_kernel::is_counted(share[i], weight, least, share[0], surface.weight(around.texel(i)));
   };
   double sum = 0.0;
   for (std::size_t i = 0; i < around.size(); ++i) sum += is_counted(i) ? share[i] : 0.0;
@@ -149,7 +133,7 @@ void walk_surface(const SurfaceAtlas& surface, TexelIndex texel, int size, std::
   parts.push_back({texel, 0});
   for (std::size_t i = 1; i < around.size(); ++i) {
     if (!is_counted(i)) continue;
-    const auto whole = static_cast<std::uint32_t>(share[i] / sum * SplatShape::kWhole);
+    const std::uint32_t whole = transfer_kernel::whole_share(share[i], sum);
     if (whole == 0) continue;
     parts.push_back({around.texel(i), whole});
     rest -= whole;

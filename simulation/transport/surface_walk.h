@@ -1,5 +1,6 @@
 /// \file
-/// A random walk from texel to texel: how far what begins on one has spread after some steps.
+/// A random walk from texel to texel: how far what begins on one has spread after some steps. Its formulas stand in
+/// spread_kernel.inl, which devices read too.
 #pragma once
 
 #include <vector>
@@ -8,18 +9,11 @@
 
 namespace patinate::simulation {
 
-inline constexpr int kVarianceOne = 64;
-
-/// Steps of one kind: `share` goes to each of four neighbors, the rest stays. The variance along an axis grows by twice
-/// that with each step.
-struct WalkLength {
-  int num_steps = 0;
-  double share = 0.0;
-};
-/// @param size  The variance that it is to have, texels^2, in 1/kVarianceOne; > 0.
-[[nodiscard]] WalkLength walk_length(int size);
-/// Of the middle's share per area: texels with less are left out, beyond 2.6 standard deviations. Short walks keep all.
-[[nodiscard]] double least_of(const WalkLength& walk);
+using transfer_kernel::kVarianceOne;
+using transfer_kernel::WalkLength;
+/// The variance along an axis grows by twice the share with each step. @param size  The variance that the walk is to
+/// have, texels^2, in 1/kVarianceOne; > 0.
+using transfer_kernel::walk_length;
 
 /// Appends where a walk from `texel` ends, and with what share of SplatShape::kWhole; the texel itself first. Over a
 /// link goes what goes over one between whole texels, whatever the chart's edge leaves of them: as much mass each way

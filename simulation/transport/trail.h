@@ -9,24 +9,26 @@
 #include <vector>
 
 #include "simulation/transport/cargo.h"
+#include "simulation/transport/transfer.h"
 
 namespace patinate::simulation {
 
 /// The texels of a gammaton's last contacts since it landed.
 class Trail {
  public:
-  static constexpr std::size_t kLength = 16;
+  static constexpr std::size_t kLength = transfer_kernel::kTrailLength;
 
   /// One more contact; the oldest is forgotten.
   void add(TexelIndex texel) {
     texel_[num_added_ % kLength] = texel;
-    // Stays below 2 * kLength, and keeps its place in the ring.
-    num_added_ = num_added_ + 1 == 2 * kLength ? kLength : num_added_ + 1;
+    num_added_ = transfer_kernel::one_more_added(num_added_);
   }
   void clear() { num_added_ = 0; }
-  [[nodiscard]] std::size_t size() const { return num_added_ < kLength ? num_added_ : kLength; }
+  [[nodiscard]] std::size_t size() const { return transfer_kernel::trail_size(num_added_); }
   /// @param i  [0, size()), the oldest first.
-  [[nodiscard]] TexelIndex texel(std::size_t i) const { return texel_[(num_added_ - size() + i) % kLength]; }
+  [[nodiscard]] TexelIndex texel(std::size_t i) const {
+    return texel_[transfer_kernel::trail_place(num_added_, static_cast<std::uint32_t>(i))];
+  }
 
  private:
   std::array<TexelIndex, kLength> texel_{};

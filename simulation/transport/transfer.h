@@ -26,8 +26,11 @@ using namespace portable_kernel;
 using random_kernel::philox4x32_10;
 #include "simulation/transport/transfer_kernel.inl"
 }  // namespace transfer_kernel
-/// The text of transfer_kernel.inl.
-extern const std::string_view kTransferKernel;
+namespace transfer_kernel {  // Behind it.
+#include "simulation/transport/spread_kernel.inl"
+}  // namespace transfer_kernel
+/// The texts of transfer_kernel.inl and spread_kernel.inl.
+extern const std::string_view kTransferKernel, kSpreadKernel;
 
 using transfer_kernel::TransferShares;
 

@@ -18,6 +18,7 @@ constexpr std::array kParts{Part{"rays", patinate::benchmarks::rays},
                             Part{"rules", patinate::benchmarks::rules},
                             Part{"composition", patinate::benchmarks::composition},
                             Part{"iteration", patinate::benchmarks::iteration},
+                            Part{"iteration_on_devices", patinate::benchmarks::iteration_on_devices},
                             Part{"chest", patinate::benchmarks::chest},
                             Part{"mass_balance", patinate::benchmarks::mass_balance}};
 

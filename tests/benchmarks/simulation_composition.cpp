@@ -5,8 +5,6 @@
 
 #include "libcommon/core/instruction_set.h"
 #include "patinate/simulation/compose.h"
-#include "simulation/device/simulation_device.h"
-#include "tests/benchmarks/device_share.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/meshes.h"
@@ -105,20 +103,6 @@ void one_resolution(int resolution, double goal_ms) {
     std::printf(" %s %.2f ms, colors only %.2f, a tenth of the tiles %.2f;",
                 kInstructionSetNames[static_cast<std::size_t>(set)].data(), 1e3 * dense, 1e3 * color, 1e3 * tenth);
     if (set == InstructionSet::Avx512) std::printf(" %.0f MB", static_cast<double>(composer.memory()) / 1e6);
-  }
-  for (const device::DeviceInfo& info : device::list_devices()) {
-    const auto device = std::make_shared<const simulation::SimulationDevice>(device::Device(info));
-    simulation::Composer composer(scene, mesh, surface);
-    composer.use(device);
-    (void)composer.compose(atlas, {}, two_threads());
-    std::vector<simulation::MaterialAppearance> appearance = scene.appearance;
-    const DeviceShare share(device->device());
-    const double dense = median_of_five([&] {
-      appearance[5].height_mm *= 0.97;
-      composer.set_appearance(appearance);
-      (void)composer.compose(atlas, {}, two_threads());
-    });
-    std::printf(" %s %.2f ms, %s;", info.name.c_str(), 1e3 * dense, share.text(5).c_str());
   }
   std::printf(" goal %.1f ms%s\n", goal_ms, resolution == 1024 ? ", paper 5.9 ms (GTX 560 Ti)" : "");
 }

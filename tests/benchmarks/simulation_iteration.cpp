@@ -2,62 +2,17 @@
 // nothing.
 #include <cstdio>
 #include <ctime>
-#include <filesystem>
 #include <memory>
-#include <optional>
 
-#include "libcommon/core/files.h"
-#include "libcommon/core/random.h"
-#include "patinate/datasets/objects.h"
-#include "patinate/mesh_files/mesh_io.h"
 #include "patinate/simulation/engine.h"
-#include "patinate/simulation/scene_io.h"
-#include "simulation/device/simulation_device.h"
 #include "simulation/tracing/gammatons.h"
-#include "tests/benchmarks/device_share.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
+#include "tests/benchmarks/wall_scene.h"
 
 namespace patinate::benchmarks {
 
 namespace {
-
-/// The wall with sills, 5,000 gammatons.
-simulation::Scene wall(int resolution) {
-  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "patinate_simulation_benchmark";
-  std::filesystem::create_directories(folder);
-  write_obj(folder / "mesh.obj", datasets::ledge());
-  write_atomically(folder / "scene.json", datasets::ledge_scene({}, "mesh.obj"));
-  simulation::Scene scene = simulation::read_scene(folder / "scene.json").scene;
-  std::filesystem::remove_all(folder);
-  scene.resolution = resolution;
-  scene.emitters[0].gammatons = 4000;
-  scene.emitters[1].gammatons = 1000;
-  return scene;
-}
-
-/// Wets whole tiles of 8 x 8 texels, so many of them, some here, some there.
-void make_wet(simulation::Simulation& simulation, double share) {
-  const int n = simulation.scene().resolution;
-  ImageF water(n, n, 1);
-  RandomStream random(1, 0);
-  for (int y = 0; y < n; y += 8) {
-    for (int x = 0; x < n; x += 8) {
-      if (random.uniform() >= share) continue;
-      for (int k = 0; k < 64; ++k) water.at(x + k % 8, y + k / 8) = 0.5F;
-    }
-  }
-  simulation.set_amounts(0, water);
-}
-
-double wet_share(const simulation::Simulation& simulation) {
-  const simulation::SurfaceAtlas& surface = simulation.atlas().surface();
-  std::int64_t wet = 0;
-  for (simulation::TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
-    if (surface.is_covered(t) && simulation.atlas().amount(0, t) > 0) ++wet;
-  }
-  return static_cast<double>(wet) / static_cast<double>(surface.num_covered());
-}
 
 struct Row {
   int resolution;
@@ -66,14 +21,11 @@ struct Row {
   const char* paper_ms;
 };
 
-/// @param on_device  Null: the CPU.
-void one(const Row& row, const device::Device* on_device) {
+void one(const Row& row) {
   RunControl control;
   control.num_threads = 2;
   simulation::Scene scene = wall(row.resolution);
-  scene.rules[0].rate = 0.05;  // water dries slowly: rules have work wherever it is wet, and it stays so
   simulation::SimulationOptions options;
-  if (on_device != nullptr) options.device = std::make_shared<const simulation::SimulationDevice>(*on_device);
   std::unique_ptr<simulation::Simulation> simulation;
   const double set_up =
       seconds([&] { simulation = std::make_unique<simulation::Simulation>(scene, options, control); });
@@ -82,8 +34,6 @@ void one(const Row& row, const device::Device* on_device) {
   (void)simulation->compose(control);
   const double wet = wet_share(*simulation);
   const simulation::SimulationTimes before = simulation->times();
-  std::optional<DeviceShare> share;
-  if (on_device != nullptr) share.emplace(*on_device);
   constexpr int kIterations = 48;  // whole epochs
   const std::clock_t cpu_before = std::clock();
   const double total = seconds([&] {
@@ -103,12 +53,9 @@ void one(const Row& row, const device::Device* on_device) {
               ms(&simulation::SimulationTimes::exchange), ms(&simulation::SimulationTimes::rules),
               ms(&simulation::SimulationTimes::compose), 1e3 * total / kIterations, 1e3 * cpu / kIterations,
               row.goal_ms, row.paper_ms, static_cast<double>(simulation->memory()) / 1e6, set_up);
-  if (share) std::printf("        %s\n", share->text(kIterations).c_str());
 }
 
-}  // namespace
-
-void iteration() {
+void print_heads() {
   std::printf(
       "  5,000 gammatons, 2 threads, ms an iteration with composition; exchange = the paper's surface update and "
       "gammaton update. Of the paper's\n"
@@ -116,6 +63,12 @@ void iteration() {
       "threads.\n");
   std::printf("  %5s %10s %9s %9s %9s %9s %9s %9s %9s %9s %11s %10s\n", "atlas", "", "trace", "exchange", "rules",
               "compose", "total", "cpu", "goal", "paper", "memory", "set-up");
+}
+
+}  // namespace
+
+void iteration() {
+  print_heads();
   for (const Row& row : {Row{1024, 0.5, "1.5", "8.98"},
                          {2048, 0.5, "3", "28"},
                          {4096, 0.5, "7", "103"},
@@ -123,17 +76,7 @@ void iteration() {
                          {1024, 0.8, "2.5", "8.98"},
                          {2048, 0.8, "6", "28"},
                          {4096, 0.8, "16", "103"}}) {
-    one(row, nullptr);
-  }
-  for (const device::DeviceInfo& info : device::list_devices()) {
-    std::printf("  on %s; goals of an H200-class card\n", info.name.c_str());
-    const device::Device on_device(info);
-    for (const Row& row : {Row{1024, 0.5, "0.15", "8.98"},
-                           {2048, 0.5, "0.25", "28"},
-                           {4096, 0.5, "0.6", "103"},
-                           {8192, 0.5, "2", "-"}}) {
-      one(row, &on_device);
-    }
+    one(row);
   }
   RunControl control;
   control.num_threads = 2;

@@ -16,6 +16,8 @@ void rules();
 void composition();
 /// Whole iterations by atlas size and wetness; segments/s all in.
 void iteration();
+/// The same on every device.
+void iteration_on_devices();
 /// Each part of an iteration on the chest of several objects, by atlas size and number of gammatons.
 void chest();
 /// The mass ledger after a million iterations.

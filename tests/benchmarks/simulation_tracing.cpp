@@ -11,7 +11,6 @@
 #include "libcommon/device/device.h"
 #include "libcommon/geometry/ray_scene.h"
 #include "patinate/mesh_files/mesh_io.h"
-#include "simulation/device/simulation_device.h"
 #include "simulation/tracing/device_rays.h"
 #include "simulation/tracing/motion.h"
 #include "simulation/tracing/ray_tracer.h"
@@ -93,14 +92,6 @@ void measure(const simulation::Scene& made, std::int64_t n) {
         static_cast<double>(contacts) / static_cast<double>(n * steps), 1e3 * trace_s / steps, 1e3 * respond_s / steps);
   };
   for (const int num_threads : {1, 2}) report(std::to_string(num_threads) + " threads", num_threads);
-  for (const device::DeviceInfo& info : device::list_devices()) {
-    const device::Device device(info);
-    tracer.use(std::make_shared<const simulation::SimulationDevice>(device));
-    step(2, ignored, ignored, uncounted, uncounted);  // compiles, and copies the scene
-    const DeviceShare share(device);
-    report(info.name, 2);
-    std::printf("  %s an iteration\n", share.text(steps).c_str());
-  }
 }
 
 /// The same rays on every OpenCL device, the way there and back included.

@@ -6,12 +6,9 @@
 #include <vector>
 
 #include "libcommon/core/random.h"
-#include "libcommon/device/device.h"
 #include "patinate/core/run_control.h"
-#include "simulation/device/simulation_device.h"
 #include "simulation/rules/rules.h"
 #include "simulation/transport/exchange.h"
-#include "tests/benchmarks/device_share.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/meshes.h"
@@ -82,9 +79,7 @@ double exchange_ms(World& world, std::uint32_t n, int splat, int num_threads) {
   return median_ms(n > 100'000 ? 7 : 41, run);
 }
 
-/// @param device  Null: the CPU.
-double rules_ms(World& world, double wet, int num_threads, InstructionSet set,
-                std::shared_ptr<const simulation::SimulationDevice> device = nullptr) {
+double rules_ms(World& world, double wet, int num_threads, InstructionSet set) {
   RandomStream random(2, 0);
   for (simulation::TileIndex tile = 0; tile < world.surface->grid().num_tiles(); ++tile) {
     const bool is_wet = random.uniform() < wet;
@@ -96,7 +91,6 @@ double rules_ms(World& world, double wet, int num_threads, InstructionSet set,
   three[1] = {.name = "growth", .driver = "min(water, dirt)", .rate = 0.1, .products = {0, 0, 0, 0, 1.0}};
   three[2] = {.name = "evaporation", .driver = "water", .rate = 0.1, .reactants = {1.0}};
   simulation::RuleEngine engine(three, kMaterials, *world.surface, 0.01, 1, {}, set);
-  engine.use(std::move(device));
   for (int i = 0; i < 16; ++i) (void)engine.step(i, *world.atlas, threads(num_threads));
   return median_ms(21, [&](int i) { (void)engine.step(16 + i, *world.atlas, threads(num_threads)); });
 }
@@ -132,14 +126,6 @@ void rules() {
         }
         std::printf("  %4d^2, %2.0f %% wet, %-8s                  %9.3f  %9.3f\n", resolution, wet * 100,
                     kInstructionSetNames[i].data(), rules_ms(world, wet, 1, set), rules_ms(world, wet, 2, set));
-      }
-      for (const device::DeviceInfo& info : device::list_devices()) {
-        const auto device = std::make_shared<const simulation::SimulationDevice>(device::Device(info));
-        const DeviceShare share(device->device());
-        const double ms = rules_ms(world, wet, 2, instruction_set(), device);
-        std::printf("  %4d^2, %2.0f %% wet, %-28s         %9.3f, %s%s\n", resolution, wet * 100,
-                    info.name.substr(0, 28).c_str(), ms, share.text(16 + 21).c_str(),
-                    device->has_failed() ? " (failed)" : "");
       }
     }
   }

@@ -6,11 +6,8 @@
 #include "libcommon/core/instruction_set.h"
 #include "libcommon/core/text.h"
 #include "libcommon/device/device_choice.h"
-#include "simulation/composition/compose_device.h"
-#include "simulation/rules/device_rules.h"
-#include "simulation/tracing/device_motion.h"
+#include "simulation/engine/iteration_check.h"
 #include "simulation/tracing/device_rays.h"
-#include "simulation/transport/device_exchange.h"
 #include "tools/patinate/commands/commands.h"
 #include "transfer/lookup/lookup_device.h"
 #include "transfer/synthesis/search_device.h"
@@ -36,15 +33,12 @@ struct NamedCheck {
   const char* name;
   device::CheckResult (*check)(const device::Device& device);
 };
-constexpr std::array<NamedCheck, 9> kChecks{{{"arithmetic", device::check_arithmetic},
+constexpr std::array<NamedCheck, 6> kChecks{{{"arithmetic", device::check_arithmetic},
                                              {"transfer", transfer::check_search},
                                              {"exact search", transfer::check_window_search},
                                              {"lookups", transfer::check_lookups},
-                                             {"composition", simulation::check_composition},
-                                             {"rules", simulation::check_rules},
                                              {"rays", simulation::check_rays},
-                                             {"gammatons", simulation::check_motion},
-                                             {"exchange", simulation::check_exchange}}};
+                                             {"iterations", simulation::check_iterations}}};
 using Outcomes = std::array<std::string, kChecks.size()>;
 
 Outcomes check(const device::DeviceInfo& info) {

@@ -4,10 +4,7 @@
 #include <optional>
 
 #include "libcommon/core/text.h"
-#include "simulation/composition/compose_device.h"
-#include "simulation/rules/device_rules.h"
-#include "simulation/tracing/device_motion.h"
-#include "simulation/transport/device_exchange.h"
+#include "simulation/engine/iteration_check.h"
 #include "transfer/synthesis/window_device.h"
 
 namespace patinate::cli {
@@ -110,16 +107,7 @@ std::shared_ptr<const transfer::LookupDevice> open_lookup_device(const device::D
 
 std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(const device::DeviceOptions& options,
                                                                            const DeviceWords& say) {
-  const auto check_all = [](const device::Device& opened) {
-    device::CheckResult result;
-    for (const auto check : {simulation::check_composition, simulation::check_rules, simulation::check_exchange,
-                             simulation::check_motion}) {
-      result = check(opened);
-      if (!result.is_passed()) break;
-    }
-    return result;
-  };
-  return open_kind<simulation::SimulationDevice>(if_asked_for(options, say), check_all, say);
+  return open_kind<simulation::SimulationDevice>(if_asked_for(options, say), simulation::check_iterations, say);
 }
 
 namespace {

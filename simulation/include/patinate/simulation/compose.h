@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -18,10 +19,13 @@ namespace patinate {
 enum class InstructionSet;
 }
 
+namespace patinate::device {
+class DeviceError;
+}
+
 namespace patinate::simulation {
 
-class DeviceAmounts;
-class SimulationDevice;
+struct DeviceArrays;
 
 /// How weights w_i of materials, a = sum w_i, become a color. Both give sum w_i C_i / a where a >= 1.
 enum class ColorForm {
@@ -62,19 +66,27 @@ class Composer {
   void set_form(ColorForm form);
   /// For tests and benchmarks. @throws InvalidInput if this machine lacks it.
   void use(InstructionSet set);
-  /// Much at once is composed on a device, with the same bytes; when it fails, the CPU goes on. Null: the CPU.
-  void use(std::shared_ptr<const SimulationDevice> device);
 
   /// Brings the dirty tiles, and the normals around them, up to date; everything at the first call and after
   /// set_appearance().
   /// @param atlas  Of the same surface, with as many materials as there are appearances.
   /// @param dirty  Tiles whose amounts may have changed since the last call; any order.
   /// @return tiles of which anything changed, in order.
-  /// @param on_device  The atlas's amounts on the device that is used, up to date; null: they are copied there.
   /// @throws InvalidInput for another atlas or a tile out of range; Canceled: everything is then composed again at the
   /// next call.
   std::vector<TileIndex> compose(const MaterialAtlas& atlas, std::span<const TileIndex> dirty,
-                                 const RunControl& control = {}, const DeviceAmounts* on_device = nullptr);
+                                 const RunControl& control = {});
+
+  /// The same on a device, with the same bytes: of the tiles that are listed there, or all. They stay there until they
+  /// are asked for. @param atlas  Says what is original. @throws DeviceError
+  void compose_there(const MaterialAtlas& atlas, DeviceArrays& arrays, const RunControl& control);
+  /// What the last compose_there() changed, in order. @throws DeviceError
+  [[nodiscard]] std::vector<TileIndex> changed_there() const;
+  /// Called where what a device has composed is asked for, and it cannot give it back: is to call forget_there() and
+  /// compose().
+  void on_lost(std::function<void(const device::DeviceError&)> compose_here);
+  /// Everything is to be composed anew.
+  void forget_there();
 
   /// By texel, in tile order: R | G << 8 | B << 16 | specular << 24, color as sRGB codes. 0 outside the charts and
   /// before compose().

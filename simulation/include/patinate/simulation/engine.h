@@ -21,6 +21,7 @@
 
 namespace patinate::simulation {
 
+class SimulationDevice;
 struct Gammatons;
 struct TraceCounters;
 
@@ -29,7 +30,7 @@ struct SimulationOptions {
       parameter_maps;  ///< Of parameter_map_names(): what to count along the way. Costs memory and little time.
   ColorForm color_form = ColorForm::Normalized;
   std::shared_ptr<const SimulationDevice> device =
-      nullptr;  ///< Composes and ages what is much at once; no result depends on it.
+      nullptr;  ///< Iterations and composition stay on it until somebody looks; no result depends on it.
 };
 
 /// Seconds since the beginning, of one process.

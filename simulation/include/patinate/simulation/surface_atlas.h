@@ -164,6 +164,14 @@ class SurfaceAtlas {
   /// likely there as back: over a seam, neighbors() alone are not mutual. @param plain  Room for the answer where there
   /// is no seam.
   [[nodiscard]] std::span<const Link> links(TexelIndex t, std::array<Link, 4>& plain) const;
+  /// What links(), weight_of_triangle() and is_plain() read, for devices. In order: texels with other links than to
+  /// those beside them; by tile, and the end: where these begin; by linked texel, and the end: where its links begin.
+  [[nodiscard]] std::span<const TexelIndex> linked() const { return linked_; }
+  [[nodiscard]] std::span<const std::uint32_t> first_linked() const { return first_linked_; }
+  [[nodiscard]] std::span<const std::uint32_t> first_links() const { return first_link_; }
+  [[nodiscard]] std::span<const Link> all_links() const { return links_; }
+  [[nodiscard]] std::span<const std::uint16_t> triangle_weights() const { return weight_; }
+  [[nodiscard]] std::span<const std::uint8_t> plain_tiles() const { return is_plain_tile_; }
 
  private:
   /// For each triangle's weight by texel.

@@ -1,0 +1,18 @@
+/// \file
+/// What iterations are measured on.
+#pragma once
+
+#include "patinate/simulation/engine.h"
+
+namespace patinate::benchmarks {
+
+/// The wall with sills, 5,000 gammatons; water dries slowly: rules have work wherever it is wet, and it stays so.
+[[nodiscard]] simulation::Scene wall(int resolution);
+
+/// Wets whole tiles of 8 x 8 texels, so many of them, some here, some there.
+void make_wet(simulation::Simulation& simulation, double share);
+
+/// Of the covered texels.
+[[nodiscard]] double wet_share(const simulation::Simulation& simulation);
+
+}  // namespace patinate::benchmarks

@@ -46,11 +46,30 @@ PATINATE_INLINE u32 random_next(RandomState* state) {
   return state->block[state->used++];
 }
 
-// Uniform in [0, n), n > 0, without bias: the first 2^32 mod n products are rejected [Lemire 2019].
+// As random_state() is after `num` words of it.
+PATINATE_INLINE RandomState random_state_after(u64 seed, u64 item, u32 purpose, u32 num) {
+  RandomState state = random_state(seed, item, purpose);
+  state.counter[0] = num / 4u;
+  for (u32 i = 0u; i < num % 4u; ++i) (void)random_next(&state);
+  return state;
+}
+
+// How many words it has given, as long as they are fewer than 2^32.
+PATINATE_INLINE u32 random_words_used(const RandomState* state) {
+  return 4u * state->counter[0] - 4u + (u32)state->used;
+}
+
+// What a word says of [0, n), n > 0; -1: to be drawn again. Without bias: the first 2^32 mod n products are rejected
+// [Lemire 2019].
+PATINATE_INLINE i64 word_below(u32 word, u32 n) {
+  const u64 product = (u64)word * n;
+  return (u32)product < (0u - n) % n ? -1 : (i64)(product >> 32);
+}
+
+// Uniform in [0, n), n > 0.
 PATINATE_INLINE u32 random_below(RandomState* state, u32 n) {
-  const u32 threshold = (0u - n) % n;
   for (;;) {
-    const u64 product = (u64)random_next(state) * n;
-    if ((u32)product >= threshold) return (u32)(product >> 32);
+    const i64 value = word_below(random_next(state), n);
+    if (value >= 0) return (u32)value;
   }
 }

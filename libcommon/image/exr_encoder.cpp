@@ -5,9 +5,11 @@
 #include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
+#include <OpenEXR/ImfThreading.h>
 #include <half.h>
 
 #include <algorithm>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <utility>
@@ -36,6 +38,17 @@ class SinkStream final : public Imf::OStream {
   std::uint64_t offset_ = 0;
 };
 
+/// OpenEXR's threads are of the whole process: there are as many as anyone has asked for, and a file uses its own
+/// share.
+/// @returns what an OutputFile is told: 0 for the thread that calls.
+int threads_of_file(int num_threads) {
+  if (num_threads <= 1) return 0;
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  if (Imf::globalThreadCount() < num_threads) Imf::setGlobalThreadCount(num_threads);
+  return num_threads;
+}
+
 /// The bytes of OpenImageIO's writer, whose settings these are.
 class ExrEncoder final : public ImageEncoder {
  public:
@@ -43,7 +56,7 @@ class ExrEncoder final : public ImageEncoder {
       : format_(format),
         type_(format.values == EncodedFormat::Values::Half ? Imf::HALF : Imf::FLOAT),
         stream_(format.name, sink) {
-    guarded([&] { file_.emplace(stream_, header(), 0); });
+    guarded([&] { file_.emplace(stream_, header(), threads_of_file(format_.num_threads)); });
   }
 
   void write(int num_rows, const void* values) override {

@@ -115,7 +115,8 @@ bool has_other_words(const Imf::Header& header) {
 
 class ExrSource final : public ImageSource {
  public:
-  explicit ExrSource(const std::filesystem::path& path) : path_(path), file_(path.c_str()) {}
+  explicit ExrSource(const std::filesystem::path& path)
+      : path_(path), file_(path.c_str(), 0) {}  // On the thread that calls.
 
   [[nodiscard]] bool open() {
     if (file_.parts() != 1) return false;

@@ -205,6 +205,7 @@ struct ImageRowWriter::Impl {
     EncodedFormat encoded = takes_codes ? code_format(path, width, height, static_cast<int>(num_channels), format.key)
                                         : exr_format(path, width, height, format.channels, depth, format.key);
     encoded.unit = format.unit;
+    encoded.num_threads = format.num_threads;
     watched([&] { encoder = create_encoder(encoded, file); });
   }
 

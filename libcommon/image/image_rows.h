@@ -35,12 +35,16 @@ class ImageRowReader {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Rows that an EXR compresses together: so many, times twice the threads, are to be written at once.
+inline constexpr int kExrChunkRows = 16;
+
 /// What the rows of a file are.
 struct RowFormat {
   std::vector<std::string> channels = {"R", "G", "B"};  ///< Names in an EXR; other files have 1 or 3.
   ExrDepth depth = ExrDepth::Half;
   std::string key = "";   ///< Content key.
   std::string unit = "";  ///< Of the values in an EXR, said by its header; "" = none.
+  int num_threads = 1;    ///< That compress an EXR's rows, kExrChunkRows each; > 0. No byte depends on it.
 };
 
 /// Images by rows: equal rows give the bytes of write_color() (or write_codes(), write_exr()), but the picture is never

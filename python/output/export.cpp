@@ -4,6 +4,7 @@
 #include "python/bindings.h"
 #include "python/output/keywords.h"
 #include "python/support/arrays.h"
+#include "python/support/device_keyword.h"
 #include "tools/patinate/command_line/history_library.h"
 #include "tools/patinate/services/export_work.h"
 
@@ -54,6 +55,7 @@ void bind_export(py::module_& module) {
   times_text(text)
       .keyword("force", "bool", "False", "Replace something different that lies there")
       .options<ExportKeywords>()
+      .options<device::DeviceOptions>()
       .runs()
       .raises(
           "IoError if a file cannot be read; InvalidInput if what is asked for does not go together; "
@@ -68,14 +70,18 @@ void bind_export(py::module_& module) {
                          .format = options.format,
                          .movie = options.movie,
                          .plants = options.plants,
-                         .axis = options.axis};
+                         .axis = options.axis,
+                         .devices = {}};
+    const DeviceKeyword device(keywords);
     const bool force = keywords.flag("force", false);
     const RunArguments run = keywords.run();
     keywords.finish();
     run_interruptibly(run, [=](const RunControl& control) mutable {
       task.subject = cli::library_place(task.subject);
+      task.devices = cli::output_devices(device.options(), device.words());
       cli::make_output(cli::export_work(task, control), force, control);
     });
+    device.warn();
   });
 }
 

@@ -6,6 +6,7 @@
 #include "python/bindings.h"
 #include "python/output/keywords.h"
 #include "python/support/arrays.h"
+#include "python/support/device_keyword.h"
 #include "python/transfer/py_transfer.h"
 #include "tools/patinate/command_line/history_library.h"
 #include "tools/patinate/services/render_work.h"
@@ -55,7 +56,7 @@ void say_subject(FunctionText& text) {
       .keyword("unit", "str | None", "None", "Of a mesh with a height_map: um, mm, cm or m; None: m for glTF, else mm");
   for (const cli::SurfaceFiles::Named& file : cli::SurfaceFiles::named())
     text.keyword(keyword_of(file), "str | os.PathLike[str] | None", "None", std::string(file.help));
-  text.options<RenderKeywords>();
+  text.options<RenderKeywords>().options<device::DeviceOptions>();
 }
 
 std::filesystem::path optional_path(const py::object& path) { return path.is_none() ? std::string() : path_from(path); }
@@ -88,11 +89,13 @@ cli::RenderTask task_from(Keywords& keywords) {
 }
 
 /// What is in memory, or the path of what is not.
-void set_subject(const py::object& subject, cli::RenderTask& task) {
+void set_subject(const py::object& subject, const cli::OutputDevices& devices, cli::RenderTask& task) {
   if (py::isinstance<PyAged>(subject)) {
-    task.mesh = std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyAged&>(subject).value));
+    task.mesh =
+        std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyAged&>(subject).value, devices));
   } else if (py::isinstance<PyTransfer>(subject)) {
-    task.mesh = std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyTransfer&>(subject).value));
+    task.mesh =
+        std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyTransfer&>(subject).value, devices));
   } else {
     task.subject = path_from(subject);
   }
@@ -118,6 +121,7 @@ void define_render(py::module_& module) {
     cli::RenderTask task = task_from(keywords);
     MovieKeywords options;
     keywords.read(options);
+    const DeviceKeyword device(keywords);
     task.movie = options.movie;
     task.turn = options.turn;
     const bool force = keywords.flag("force", false);
@@ -128,8 +132,10 @@ void define_render(py::module_& module) {
     if (task.output.empty()) throw InvalidInput("output: is empty; expected the name of a picture or movie");
     run_interruptibly(run, [=](const RunControl& control) mutable {
       task.subject = cli::library_place(task.subject);
+      task.devices = cli::output_devices(device.options(), device.words());
       cli::make_output(cli::render_work(std::move(task)), force, control);
     });
+    device.warn();
   });
 }
 
@@ -148,13 +154,17 @@ void define_render_picture(py::module_& module) {
   define(module, text, [](const py::object& subject, const py::kwargs& kwargs) {
     Keywords keywords("render_picture", kwargs);
     cli::RenderTask task = task_from(keywords);
+    const DeviceKeyword device(keywords);
     const RunArguments run = keywords.run();
     keywords.finish();
-    set_subject(subject, task);
-    return array_of(result_of(run, [=](const RunControl& control) mutable {
+    task.devices = cli::output_devices(device.options(), device.words());
+    set_subject(subject, task.devices, task);
+    ImageF picture = result_of(run, [=](const RunControl& control) mutable {
       if (!task.mesh) task.subject = cli::library_place(task.subject);
       return cli::render_work(std::move(task)).picture(control);
-    }));
+    });
+    device.warn();
+    return array_of(std::move(picture));
   });
 }
 

@@ -4,7 +4,7 @@
 #include "patinate/history/history.h"
 #include "python/bindings.h"
 #include "python/history/py_history.h"
-#include "python/support/keywords.h"
+#include "python/support/device_keyword.h"
 #include "python/support/signature.h"
 #include "simulation/job/recompose_job.h"
 #include "simulation/job/simulation_job.h"
@@ -49,6 +49,7 @@ void bind_recompose(py::module_& module) {
                       "A scene file with the same materials whose looks to take")
              .keyword("force", "bool", "False", "Replace something different that lies there")
              .options<simulation::RecomposeOptions>()
+             .options<device::DeviceOptions>()
              .runs()
              .returns("History")
              .raises("IoError if a file cannot be read or has other materials; InvalidInput; CannotComplete"),
@@ -56,6 +57,7 @@ void bind_recompose(py::module_& module) {
            Keywords keywords("recompose", kwargs);
            simulation::RecomposeOptions options;
            keywords.read(options);
+           const DeviceKeyword device(keywords);
            const py::object given = keywords.object("changes"), scene = keywords.object("scene");
            const bool force = keywords.flag("force", false);
            const RunArguments run = keywords.run();
@@ -65,12 +67,15 @@ void bind_recompose(py::module_& module) {
            const std::vector<simulation::LookChange> changes = changes_from(given, manifest.materials);
            const std::filesystem::path file =
                scene.is_none() ? manifest.scene : std::filesystem::path(path_from(scene));
-           return PyHistory{result_of(run, [=](const RunControl& control) {
+           PyHistory made{result_of(run, [=](const RunControl& control) mutable {
+             options.device = cli::open_simulation_device(device.options(), device.words());
              run_job(simulation::plan_recompose(from, simulation::read_scene(file, control.part(0.0, 0.2)), changes,
                                                 options, to),
                      {.force = force}, control.part(0.2, 1.0));
              return std::make_shared<const HistoryReader>(std::filesystem::path(to) / "history");
            })};
+           device.warn();
+           return made;
          });
 }
 

@@ -12,6 +12,7 @@
 #include "python/bindings.h"
 #include "python/history/py_history.h"
 #include "python/support/arrays.h"
+#include "python/support/device_keyword.h"
 #include "python/support/json.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
@@ -36,6 +37,7 @@ class PySimulation {
     const py::object maps = keywords.object("parameter_maps");
     const std::string base = keywords.text("folder", ".");
     const std::int64_t resolution = keywords.integer("resolution", 0), seed = keywords.integer("seed", -1);
+    device_.emplace(keywords);
     const RunArguments run = keywords.run();
     keywords.finish();
     if (seed < -1)
@@ -49,8 +51,9 @@ class PySimulation {
       for (const py::handle name : maps) names.push_back(py::cast<std::string>(name));
     }
     const bool is_asked = !maps.is_none();
-    state_ = result_of(run, [=](const RunControl& control) mutable {
+    state_ = result_of(run, [=, device = *device_](const RunControl& control) mutable {
       auto made = std::make_shared<State>();
+      options.device = cli::open_simulation_device(device.options(), device.words());
       simulation::SceneAssets assets;
       made->file =
           is_dict ? simulation::read_scene(file, root, assets, control) : simulation::read_scene(file, control);
@@ -60,6 +63,7 @@ class PySimulation {
       made->running.emplace(made->file.scene, options, control);
       return made;
     });
+    device_->warn();
   }
 
   /// `work` runs without the interpreter's lock; it owns what it uses. @throws InvalidInput when another thread is at
@@ -73,8 +77,11 @@ class PySimulation {
     };
     if constexpr (std::is_void_v<decltype(owned(RunControl{}))>) {
       run_interruptibly(run, std::move(owned));
+      device_->warn();
     } else {
-      return result_of(run, std::move(owned));
+      auto result = result_of(run, std::move(owned));
+      device_->warn();
+      return result;
     }
   }
   /// The same for what takes no time, whatever the atlas.
@@ -162,6 +169,7 @@ class PySimulation {
   }
 
   std::shared_ptr<State> state_;
+  std::optional<DeviceKeyword> device_;
 };
 
 using SimulationClass = py::class_<PySimulation, std::shared_ptr<PySimulation>>;
@@ -398,6 +406,7 @@ void bind_simulation(py::module_& module) {
                    "What to count along the way: hits, last_hit, rust.deposited, ...; None: what the scene asks for")
           .keyword("resolution", "int", "0", "Texels along the atlas ([16, 16384]); 0: the scene's")
           .keyword("seed", "int", "-1", "Of all random numbers (>= 0); -1: the scene's")
+          .options<device::DeviceOptions>()
           .runs()
           .raises("IoError naming file and JSON pointer; InvalidInput");
   type.def(py::init([](const py::object& scene, const py::kwargs& kwargs) {

@@ -6,6 +6,7 @@
 #include "python/bindings.h"
 #include "python/history/py_history.h"
 #include "python/support/arrays.h"
+#include "python/support/device_keyword.h"
 #include "python/support/json.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
@@ -85,6 +86,7 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
   Keywords keywords(kFunction, kwargs);
   TransferKeywords options;
   keywords.read(options);
+  const DeviceKeyword device(keywords);
   const RunArguments run = keywords.run();
   keywords.finish();
   const std::vector<AskedControl> asked = asked_from(given);
@@ -94,7 +96,11 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
   const transfer::AgingSurface ready =
       is_surface ? py::cast<const PySurface&>(destination).value : transfer::AgingSurface{};
   const std::shared_ptr<const Mesh> mesh = is_surface ? nullptr : py::cast<const PyMesh&>(destination).value;
-  return {std::make_shared<const transfer::AgedMesh>(result_of(run, [=](const RunControl& control) {
+  PyAged aged{std::make_shared<const transfer::AgedMesh>(result_of(run, [=](const RunControl& control) {
+    transfer::AgeOptions age = options.age;
+    age.device = age.transfer.method == transfer::TransferMethod::Fast
+                     ? cli::open_search_device(device.options(), device.words())
+                     : cli::open_window_device(device.options(), device.words());
     const transfer::AgingSurface surface =
         mesh == nullptr
             ? ready
@@ -108,8 +114,10 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
           throw InvalidInput("controls: `" + pairs[i].source + "` is given twice; combine them in one expression");
       }
     }
-    return transfer::age_surface(history.value, surface, std::move(pairs), options.age, control.part(0.4, 1.0));
+    return transfer::age_surface(history.value, surface, std::move(pairs), age, control.part(0.4, 1.0));
   }))};
+  device.warn();
+  return aged;
 }
 
 void define_aged(AgedClass& type) {
@@ -135,6 +143,7 @@ void define_aged(AgedClass& type) {
                     .takes("time", "float | npt.ArrayLike",
                            "In the history's unit, clamped to its ends; or H x W, a time for every texel")
                     .options<SamplingOptions>()
+                    .options<device::DeviceOptions>()
                     .runs()
                     .returns("npt.NDArray[np.float32]", "H x W x 3, linear")
                     .raises("InvalidInput if a time is NaN or the sizes differ; IoError"),
@@ -142,13 +151,17 @@ void define_aged(AgedClass& type) {
                   Keywords keywords("texture", kwargs);
                   SamplingOptions options;
                   keywords.read(options);
+                  const DeviceKeyword device(keywords);
                   const RunArguments run = keywords.run();
                   keywords.finish();
                   const AskedTime at = time_from(time);
-                  return array_of(result_of(run, [=](const RunControl& control) {
-                    return at.map ? aged.value->texture(*at.map, options.between, control)
-                                  : aged.value->texture(at.one, options.between, control);
-                  }));
+                  ImageF texture = result_of(run, [=](const RunControl& control) {
+                    const auto there = device.open_lookups();
+                    return at.map ? aged.value->texture(*at.map, options.between, control, there)
+                                  : aged.value->texture(at.one, options.between, control, there);
+                  });
+                  device.warn();
+                  return array_of(std::move(texture));
                 });
 }
 
@@ -183,6 +196,7 @@ void bind_transfer(py::module_& module) {
               "'[SOURCE=]DESTINATION[:weight[:mapping]]' as --control of the command line, one or several; or by the "
               "history's control: such a DESTINATION, a ControlMap, or values H x W in [0, 1] over the surface")
           .options<TransferKeywords>()
+          .options<device::DeviceOptions>()
           .runs()
           .returns("AgedMesh")
           .raises("ParseError if a control cannot be read; InvalidInput; IoError"),

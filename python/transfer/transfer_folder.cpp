@@ -7,6 +7,7 @@
 #include "python/bindings.h"
 #include "python/history/py_history.h"
 #include "python/support/arrays.h"
+#include "python/support/device_keyword.h"
 #include "python/support/json.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
@@ -72,6 +73,7 @@ void bind_transfer_folder(py::module_& module) {
           .takes("time", "float | npt.ArrayLike",
                  "In the history's unit, clamped to its ends; or H x W over the sheet, a time for every texel")
           .options<SamplingOptions>()
+          .options<device::DeviceOptions>()
           .runs()
           .returns("npt.NDArray[np.float32] | list[npt.NDArray[np.float32]]",
                    "H x W x 3, linear; of several tiles one each")
@@ -80,13 +82,17 @@ void bind_transfer_folder(py::module_& module) {
         Keywords keywords("texture", kwargs);
         SamplingOptions options;
         keywords.read(options);
+        const DeviceKeyword device(keywords);
         const RunArguments run = keywords.run();
         keywords.finish();
         const AskedTime at = time_from(time);
-        return tiles_of(result_of(run, [=](const RunControl& control) {
-          return at.map ? t.value->sample_tiles(*at.map, options.between, control)
-                        : t.value->sample_tiles(at.one, options.between, control);
-        }));
+        std::vector<ImageF> tiles = result_of(run, [=](const RunControl& control) {
+          const auto there = device.open_lookups();
+          return at.map ? t.value->sample_tiles(*at.map, options.between, control, there)
+                        : t.value->sample_tiles(at.one, options.between, control, there);
+        });
+        device.warn();
+        return tiles_of(std::move(tiles));
       });
   define_method(type,
                 FunctionText("material_map",
@@ -94,6 +100,7 @@ void bind_transfer_folder(py::module_& module) {
                     .takes("name", "str", "One of history.material_maps")
                     .takes("time", "float", "In the history's unit")
                     .options<SamplingOptions>()
+                    .options<device::DeviceOptions>()
                     .runs()
                     .returns("npt.NDArray[np.float32]", "H x W x 3 or H x W over the sheet, gutters filled")
                     .raises("InvalidInput; IoError"),
@@ -101,13 +108,17 @@ void bind_transfer_folder(py::module_& module) {
                   Keywords keywords("material_map", kwargs);
                   SamplingOptions options;
                   keywords.read(options);
+                  const DeviceKeyword device(keywords);
                   const RunArguments run = keywords.run();
                   keywords.finish();
                   for (std::size_t i = 0; i < kMaterialMapNames.size(); ++i) {
                     if (kMaterialMapNames[i] != name) continue;
-                    return array_of(result_of(run, [=](const RunControl& control) {
-                      return t.value->sample_map(static_cast<MaterialMap>(i), time, options.between, control);
-                    }));
+                    ImageF values = result_of(run, [=](const RunControl& control) {
+                      return t.value->sample_map(static_cast<MaterialMap>(i), time, options.between, control,
+                                                 device.open_lookups());
+                    });
+                    device.warn();
+                    return array_of(std::move(values));
                   }
                   throw InvalidInput("material_map: found `" + name +
                                      "`; expected normal, roughness, specular, height, stddev, metalness or tint");
@@ -131,19 +142,24 @@ void bind_transfer_folder(py::module_& module) {
           .takes("coordinates", "npt.ArrayLike", "H x W x 2: whole numbers inside its frames, or -1")
           .takes("times", "npt.ArrayLike", "H x W, in its unit, clamped to its ends")
           .options<SamplingOptions>()
+          .options<device::DeviceOptions>()
           .runs()
           .returns("npt.NDArray[np.float32]", "H x W x 3, linear; 0 where coordinates are -1")
-          .raises("InvalidInput if sizes differ or a time is NaN, naming the texel"),
+          .raises("InvalidInput if sizes differ, a time is NaN or coordinates lie elsewhere, naming the texel"),
       [](const PyHistory& history, const py::object& coordinates, const py::object& times, const py::kwargs& kwargs) {
         Keywords keywords("gather_at_times", kwargs);
         SamplingOptions options;
         keywords.read(options);
+        const DeviceKeyword device(keywords);
         const RunArguments run = keywords.run();
         keywords.finish();
         ImageF at = image_from(coordinates, "coordinates", 2), when = image_from(times, "times", 1);
-        return array_of(result_of(run, [=, at = std::move(at), when = std::move(when)](const RunControl& control) {
-          return transfer::gather_at_times(*history.value, at, when, options.between, control);
-        }));
+        ImageF colors = result_of(run, [=, at = std::move(at), when = std::move(when)](const RunControl& control) {
+          return transfer::gather_at_times(*history.value, at, when, options.between, control,
+                                           {.device = device.open_lookups()});
+        });
+        device.warn();
+        return array_of(std::move(colors));
       });
 }
 

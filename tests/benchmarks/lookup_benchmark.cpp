@@ -1,6 +1,6 @@
 // Lookups of a 4k atlas, at one time and with a time of its own at every texel, against copies and plain gathers of the
 // same bytes; and a 16k atlas written in strips, with the memory that took. `lookup_benchmark --write TRANSFER IMAGE`
-// is what the last part runs.
+// is what the last part runs. `lookup_benchmark --kernels`: gathers alone, on every device.
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -16,6 +16,7 @@
 #include "patinate/transfer/time_map.h"
 #include "patinate/transfer/transfer_reader.h"
 #include "tests/benchmarks/device_share.h"
+#include "tests/benchmarks/lookup_kernels.h"
 #include "tests/benchmarks/patch_transfer.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/histories.h"
@@ -190,6 +191,10 @@ void compare_memory(const char* program) {
 
 int main(int argc, char** argv) {
   if (argc == 4 && std::string(argv[1]) == "--write") return patinate::write_image(argv[2], argv[3]);
+  if (argc == 2 && std::string(argv[1]) == "--kernels") {
+    patinate::benchmarks::measure_lookup_kernels();
+    return 0;
+  }
   if (argc == 1) patinate::compare_speed();
   patinate::compare_memory(argv[0]);  // Alone with --memory.
 }

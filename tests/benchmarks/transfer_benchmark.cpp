@@ -1,6 +1,6 @@
 // Prints what transfer costs and how its methods compare; no test, no threshold. Run it in a release build on a quiet
 // machine:
-//     build/release/bin/transfer_benchmark
+//     build/release/bin/transfer_benchmark            (--files: the last row alone)
 // Medians of five runs; figures are ratios wherever there are two ways of doing the same work.
 #include <cstdio>
 #include <cstring>
@@ -12,12 +12,15 @@
 
 #include "patinate/history/history.h"
 #include "patinate/transfer/transfer.h"
+#include "patinate/transfer/transfer_io.h"
 #include "patinate/transfer/transfer_reader.h"
+#include "tests/benchmarks/patch_transfer.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/exemplar/appearance_cache.h"
+#include "transfer/lookup/packed_lookup.h"
 
 namespace patinate {
 namespace {
@@ -130,14 +133,39 @@ void lookup_against_copy() {
               gather_s / copy_s);
 }
 
+/// Coordinates and a control of a 4k atlas, whose pieces are 32 x 32: most of the time is compressing them.
+void write_files() {
+  constexpr int kAtlas = 4096;
+  const Setting setting(benchmarks::kPatchSource, 1, kAtlas);
+  transfer::TransferTask task;
+  task.history = setting.history;
+  task.input = {.history = setting.history, .map = setting.map, .controls = setting.controls};
+  const transfer::PackedCoordinates pieces =
+      transfer::pack_coordinates(benchmarks::patch_coordinates(kAtlas, true), benchmarks::kPatchSource);
+  transfer::TransferResult result;
+  for (const std::uint32_t pixel : pieces.values())
+    result.coordinates.push_back(pixel == kNoValue ? -1 : static_cast<std::int32_t>(pixel));
+  const testing_support::TempFolder folder;
+  for (const int threads : {1, 2, 4}) {
+    const RunControl run{.on_progress = {}, .stop = {}, .num_threads = threads};
+    std::printf("files of a 4k transfer, %d thread%s: %.2f s\n", threads, threads == 1 ? "" : "s",
+                median_of_five([&] { transfer::write_transfer_files(folder.path(), task, result, run); }));
+  }
+}
+
 }  // namespace
 }  // namespace patinate
 
-int main() {
+int main(int argc, char** argv) {
+  if (argc == 2 && std::strcmp(argv[1], "--files") == 0) {
+    patinate::write_files();
+    return 0;
+  }
   patinate::compare_methods();
   patinate::long_history();
   patinate::photograph();
   patinate::kept_analysis(1);
   patinate::kept_analysis(100);
   patinate::lookup_against_copy();
+  patinate::write_files();
 }

@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import time
@@ -20,8 +21,18 @@ def setUpModule():
 
 
 class Devices(CommandCase):
-    def transfer(self, out, *more, **environment):
-        return self.run_patinate("transfer", self.shared / "history", self.shared / "urn" / "mesh.obj", "--control", "thickness=facing", "--resolution", "64", *more, "-o", out, **environment)
+    def transfer_command(self, out, *more, resolution=64):
+        return ("transfer", self.shared / "history", self.shared / "urn" / "mesh.obj", "--control", "thickness=facing", "--resolution", resolution, *more, "-o", out)
+
+    def transfer(self, out, *more, resolution=64, **environment):
+        return self.run_patinate(*self.transfer_command(out, *more, resolution=resolution), **environment)
+
+    def meshes(self):
+        (self.folder / "plate.obj").write_text("v 0 0 0\nv 9 0 0\nv 9 9 1\nv 0 9 0\nvt .02 .02\nvt .98 .02\nvt .98 .98\nvt .02 .98\nf 1/1 2/2 3/3 4/4\n")
+        meshes = {"plate": "plate.obj", "urn": self.shared / "urn" / "mesh.obj"}
+        if DATA:
+            meshes["spot"] = pathlib.Path(DATA) / "meshes/spot/spot_triangulated.obj"
+        return meshes
 
     def an_opencl_device(self):
         devices = json.loads(self.succeeds("devices", "--json"))["devices"]
@@ -29,17 +40,30 @@ class Devices(CommandCase):
             self.skipTest("there is no OpenCL device (Debian: pocl-opencl-icd)")
         return devices[0]
 
-    def kill_at_its_first_checkpoint(self, out, *arguments):
+    def kill_when(self, has_begun, *arguments):
+        """SIGKILL as soon as something is there, or so many seconds after."""
         process = subprocess.Popen([self.patinate, *map(str, arguments)], cwd=self.folder, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
-        while process.poll() is None and not list((self.folder / f"{out}.partial").rglob("checkpoint.bin")):
-            time.sleep(0.002)
+        while process.poll() is None and not has_begun():
+            time.sleep(0.001)
         process.kill()
-        process.wait()
-        self.assertFalse((self.folder / out).exists(), "it was done before it could be killed")
+        self.assertEqual(process.wait(), -signal.SIGKILL, "it was done before it could be killed")
+
+    def kill_at_its_first_checkpoint(self, out, *arguments):
+        self.kill_when(lambda: list((self.folder / f"{out}.partial").rglob("checkpoint.bin")), *arguments)
+        self.assertFalse((self.folder / out).exists())
+
+    def assert_same_files(self, one, other):
+        self.assertEqual(one.keys(), other.keys())
+        for file in one:
+            self.assertEqual(one[file], other[file], file)
+
+    def both_ways(self, device):
+        """Where a run begins, where it ends, and a name for its output."""
+        return ((device["name"], "cpu", "from_device"), ("cpu", device["name"], "from_cpu"))
 
     def test_each_says_whether_it_gives_the_cpus_bytes(self):
         device = self.an_opencl_device()
-        self.assertEqual(device["checks"], dict.fromkeys(("arithmetic", "transfer", "lookups", "composition", "rules", "rays", "gammatons", "exchange"), "passed"))
+        self.assertEqual(device["checks"], dict.fromkeys(("arithmetic", "transfer", "exact search", "lookups", "rays", "iterations"), "passed"))
         self.assertIn(device["name"], self.succeeds("devices"))
 
     def test_a_transfer_is_the_same_on_each(self):
@@ -57,12 +81,8 @@ class Devices(CommandCase):
         self.succeeds("ingest", "crackle/capture.json", "-o", "thirty")
         self.edit_json(self.folder / "crackle/capture.json", lambda project: project["frames"].update(pattern="frames/0029.png"))
         self.succeeds("ingest", "crackle/capture.json", "-o", "photograph")
-        (self.folder / "plate.obj").write_text("v 0 0 0\nv 9 0 0\nv 9 9 1\nv 0 9 0\nvt .02 .02\nvt .98 .02\nvt .98 .98\nvt .02 .98\nf 1/1 2/2 3/3 4/4\n")
-        meshes = {"plate": "plate.obj", "urn": self.shared / "urn" / "mesh.obj"}
-        if DATA:
-            meshes["spot"] = pathlib.Path(DATA) / "meshes/spot/spot_triangulated.obj"
         for history in ("photograph", "thirty"):
-            for name, mesh in meshes.items():
+            for name, mesh in self.meshes().items():
                 for out, where in (("there", device["name"]), ("here", "cpu")):
                     self.succeeds("transfer", history, mesh, "--control", "thickness=facing", "--resolution", "96", "--device", where, "-o", f"{out}_{history}_{name}")
                 here, there = self.folder / f"here_{history}_{name}", self.folder / f"there_{history}_{name}"
@@ -84,10 +104,33 @@ class Devices(CommandCase):
             (self.folder / out).mkdir()
             for file, options in asked.items():
                 self.succeeds("lookup", "aged", *options, "--device", name, "-o", self.folder / out / file)
-        here, there = tree_of(self.folder / "here"), tree_of(self.folder / "there")
-        self.assertEqual(here.keys(), there.keys())
-        for file in here:
-            self.assertEqual(here[file], there[file], file)
+        self.assert_same_files(tree_of(self.folder / "here"), tree_of(self.folder / "there"))
+
+    def test_models_sequences_and_pictures_are_the_same_on_each(self):
+        device = self.an_opencl_device()
+        self.assertEqual(self.transfer("aged").returncode, 0)
+        self.succeeds("synth", "ledge", "-o", "ledge")
+        self.succeeds("simulate", self.folder / "ledge/scene.json", "--iterations", "20", "--history-every", "10", "--resolution", "128", "-o", "aged_ledge")
+        asked = [("export", "aged", file, "--num-times", "3") for file in ("aged.glb", "aged.usdz", "images", "frames_%04d.png", "aged.gif")]
+        asked += [("render", "aged", "picture.png", "--time", "1.25", "--width", "64"),
+                  ("export", "aged_ledge", "ledge.usdz", "--num-times", "2"),
+                  ("render", "aged_ledge", "ledge.png", "--width", "64")]
+        for where, name in (("there", device["name"]), ("here", "cpu")):
+            (self.folder / where).mkdir()
+            for command, subject, file, *options in asked:
+                result = self.run_patinate(command, subject, *options, "--device", name, "--verbose", "-o", self.folder / where / file)
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual("s in kernels" in result.stderr, where == "there", result.stderr)
+                self.assertNotIn("goes on without it", result.stderr)
+        self.assert_same_files(tree_of(self.folder / "here"), tree_of(self.folder / "there"))
+
+    def test_what_is_up_to_date_opens_no_device(self):
+        self.assertEqual(self.transfer("aged").returncode, 0)
+        self.succeeds("export", "aged", "-o", "aged.glb")
+        device = self.an_opencl_device()
+        result = self.run_patinate("export", "aged", "--device", device["name"], "--verbose", "-o", "aged.glb")
+        self.assertIn("up to date", result.stderr)
+        self.assertNotIn("device: ", result.stderr)
 
     def test_a_simulation_that_was_killed_goes_on_elsewhere(self):
         device = self.an_opencl_device()
@@ -95,14 +138,61 @@ class Devices(CommandCase):
         scene = self.folder / "ledge" / "scene.json"
         options = ("--iterations", "400", "--resolution", "128", "--history-every", "10")
         self.succeeds("simulate", scene, *options, "--device", "cpu", "-o", "whole")
-        for begun, ended in ((device["name"], "cpu"), ("cpu", device["name"])):
-            out = f"from_{'cpu' if begun == 'cpu' else 'device'}"
+        for begun, ended, out in self.both_ways(device):
             self.kill_at_its_first_checkpoint(out, "simulate", scene, *options, "--device", begun, "-o", out)
             self.succeeds("simulate", scene, *options, "--device", ended, "-o", out)
-            whole, resumed = tree_of(self.folder / "whole"), tree_of(self.folder / out)
-            self.assertEqual(whole.keys(), resumed.keys())
-            for file in whole:
-                self.assertEqual(whole[file], resumed[file], file)
+            self.assert_same_files(tree_of(self.folder / "whole"), tree_of(self.folder / out))
+
+    def test_a_transfer_that_was_killed_goes_on_elsewhere(self):
+        device = self.an_opencl_device()
+
+        def has_run_for(seconds, out):
+            """The synthesis begins with its folder."""
+            while not (self.folder / f"{out}.partial").exists():
+                yield False
+            begin = time.monotonic()
+            while time.monotonic() < begin + seconds:
+                yield False
+            yield True
+        seconds = {}
+        for where in (device["name"], "cpu"):
+            self.assertEqual(self.transfer(f"whole_{where}", "--device", where, resolution=160).returncode, 0)
+            seconds[where] = json.loads((self.folder / f"whole_{where}" / "run.json").read_text())["seconds"]
+        whole = tree_of(self.folder / "whole_cpu")
+        self.assert_same_files(whole, tree_of(self.folder / f"whole_{device['name']}"))
+        for begun, ended, out in self.both_ways(device):
+            for share in (0.1, 0.4):
+                looks = has_run_for(share * seconds[begun], out)
+                self.kill_when(lambda: next(looks), *self.transfer_command(out, "--device", begun, resolution=160))
+                self.assertFalse((self.folder / out).exists(), "neither whole nor absent")
+            result = self.transfer(out, "--device", ended, resolution=160)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assert_same_files(whole, tree_of(self.folder / out))
+
+    def test_lookups_that_were_killed_go_on_elsewhere(self):
+        device = self.an_opencl_device()
+        self.assertEqual(self.transfer("aged", "--structure", "0", "--quality", "draft", resolution=1024).returncode, 0)
+        asked = {
+            # Eight are written together: when one is there, others are missing.
+            "times": ("--num-times", "20", "-o", "times_%04d.png"),
+            # One file: what was begun is made again.
+            "map": ("--time-map", "height", "-o", "map.exr"),
+        }
+        for name, (option, value, _, file) in asked.items():
+            def command(out, where):
+                return ("lookup", "aged", option, value, "--device", where, "-o", self.folder / out / file)
+
+            def has_begun(out):
+                return list((self.folder / out).glob("times_*.png" if name == "times" else "*map*"))
+            (self.folder / f"whole_{name}").mkdir()
+            self.succeeds(*command(f"whole_{name}", "cpu"))
+            for begun, ended, out in self.both_ways(device):
+                out = f"{name}_{out}"
+                (self.folder / out).mkdir()
+                self.kill_when(lambda: has_begun(out), *command(out, begun))
+                self.assertLess(len(list((self.folder / out).glob(file.replace("%04d", "*")))), len(tree_of(self.folder / f"whole_{name}")))
+                self.succeeds(*command(out, ended))
+                self.assert_same_files(tree_of(self.folder / f"whole_{name}"), tree_of(self.folder / out))
 
     def test_a_simulation_is_the_same_on_each(self):
         device = self.an_opencl_device()
@@ -112,10 +202,7 @@ class Devices(CommandCase):
             self.succeeds("simulate", scene, "--iterations", "40", "--resolution", "128", "--device", name, "-o", out)
             self.succeeds("recompose", out, "--device", name, "-o", out + "_again")
         for folder in ("", "_again"):
-            here, there = tree_of(self.folder / f"here{folder}"), tree_of(self.folder / f"there{folder}")
-            self.assertEqual(here.keys(), there.keys())
-            for file in here:
-                self.assertEqual(here[file], there[file], file)
+            self.assert_same_files(tree_of(self.folder / f"here{folder}"), tree_of(self.folder / f"there{folder}"))
 
     def test_a_finished_transfer_is_not_redone_for_another_device(self):
         device = self.an_opencl_device()
@@ -134,12 +221,26 @@ class Devices(CommandCase):
         for name in ("vega 99", "gpu"):
             result = self.transfer("aged", "--device", name, env=WITHOUT)
             self.assertEqual(result.returncode, INPUT)
+            for command, file in (("export", "aged.glb"), ("render", "aged.png")):
+                self.assertEqual(self.run_patinate(command, self.shared / "aged", "--device", name, "-o", file, env=WITHOUT).stderr, result.stderr)
             self.assertEqual(result.stderr, f"patinate: error: --device: found `{name}`; OpenCL has no devices here; or auto, cpu\n")
 
-    def test_the_reference_method_has_none(self):
-        result = self.transfer("aged", "--method", "reference", "--device", "gpu")
+    def test_tiles_have_none(self):
+        result = self.transfer("aged", "--by-tile", "--device", "gpu")
         self.assertEqual(result.returncode, USAGE)
-        self.assertIn("--method reference runs on the CPU", result.stderr)
+        self.assertIn("--by-tile runs on the CPU", result.stderr)
+
+    def test_the_reference_and_its_audit_are_the_same_on_each(self):
+        device = self.an_opencl_device()
+        for mesh, file in self.meshes().items():
+            for out, name in (("there", device["name"]), ("here", "cpu")):
+                self.succeeds("transfer", self.shared / "history", file, "--control", "thickness=facing", "--resolution", "64", "--method", "reference", "--window", "40", "--device", name, "-o", f"{mesh}_{out}")
+                self.succeeds("evaluate", f"{mesh}_{out}", "--audits", "300", "--device", name, "-o", f"{mesh}_audit_{out}")
+                self.assertIn(name, (self.folder / f"{mesh}_audit_{out}" / "run.json").read_text())
+            there, here = (self.folder / f"{mesh}_{out}" for out in ("there", "here"))
+            self.assertEqual((there / "coordinates.exr").read_bytes(), (here / "coordinates.exr").read_bytes())
+            there, here = (json.loads((self.folder / f"{mesh}_audit_{out}" / "evaluation.json").read_text())["maps"][0]["figures"] for out in ("there", "here"))
+            self.assertEqual(there, here)
 
 
 if __name__ == "__main__":

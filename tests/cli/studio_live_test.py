@@ -8,7 +8,7 @@ import sys
 import time
 import unittest
 
-from studio_client import WebSocket
+from studio_client import Client, Server, WebSocket
 from studio_live_case import LiveCase
 from studio_pictures import png_pixels, xxh64
 
@@ -57,6 +57,21 @@ class Live(LiveCase):
         self.assertTrue(all(picture[4 * i:4 * i + 3] == color[3 * i:3 * i + 3] for i in range(100 * 100)))
         self.assertEqual(xxh64(bytes(picture)), said["surface"])
         self.assertEqual(xxh64(bytes(client.planes["relief"])), said["relief"])
+
+    def test_a_device_shows_the_same_picture(self):
+        devices = json.loads(self.run_in("devices", "--json").stdout)["devices"]
+        if not devices:
+            self.skipTest("there is no OpenCL device (Debian: pocl-opencl-icd)")
+        (self.folder / "ledge/on_device.json").write_text(json.dumps(self.written))
+        server = Server(self.patinate, self.folder, "--device", devices[0]["name"], "--verbose")
+        self.addCleanup(server.close)
+        client = Client(server, "ledge/on_device.json")
+        self.addCleanup(client.close)
+        client.step(30)
+        client.settle()
+        client.do("export", path="shown_by_device", what=["textures"])
+        for file in ("color.png", "normal.png", "specular.png", "height.exr"):
+            self.assertEqual((self.folder / "shown_by_device" / file).read_bytes(), (self.folder / "ran" / file).read_bytes(), file)
 
     def test_what_it_has_done_is_what_simulate_says(self):
         self.run_in("simulate", "ledge/scene.json", "--controls", "hits", "-o", "counted_hits")

@@ -225,10 +225,10 @@ class BadStudies(StudyCase):
                       transfer={**TRANSFERS, "options": {"neighborhood": [2, 99], "quality": "goood"}, "outputs": [{"command": "render", "file": "a.png", "options": {"width": -1}}]})
 
     def test_options_that_do_not_go_together_are_said_before_anything_runs(self):
-        self.problems(["/transfer/options: --device: --method reference runs on the CPU", "/transfer/outputs/0: -o: found `a.bmp`; expected a name that ends in .png", "/transfer/outputs/1: --num-times: found `0`; expected an integer [1, 10000]",
+        self.problems(["/transfer/options: --device: --by-tile runs on the CPU", "/transfer/outputs/0: -o: found `a.bmp`; expected a name that ends in .png", "/transfer/outputs/1: --num-times: found `0`; expected an integer [1, 10000]",
                        "/transfer/outputs/2: -o: found `b.png` for 3 times; expected a name with a number in it", "/transfer/outputs/3: -o: found `c.bmp`; expected MODEL.glb", "/transfer/outputs/4: -o: found `judged.csv`, the name of a file",
                        "/transfer/outputs/5: --num-blocks: found 1", "/transfer/outputs/6: --views: found `font`"],
-                      transfer={**TRANSFERS, "options": {"method": ["fast", "reference"], "device": "opencl"},
+                      transfer={**TRANSFERS, "options": {"by_tile": True, "device": "opencl"},
                                 "outputs": [{"command": "render", "file": "a.bmp"}, {"command": "render", "file": "a.png", "name": "b", "options": {"num_times": 0}}, {"command": "lookup", "file": "b.png", "options": {"num_times": 3}},
                                             {"command": "export", "file": "c.bmp"}, {"command": "evaluate", "file": "judged.csv"}, {"command": "compare", "with": "history", "options": {"num_blocks": 1}},
                                             {"command": "render", "name": "c", "file": "d.png", "options": {"views": "font", "time": 1}}]})

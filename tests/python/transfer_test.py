@@ -50,6 +50,13 @@ class Transfer(PythonCase):
         np.testing.assert_array_equal(patinate.gather_at_times(self.history, self.aged.coordinates, times)[self.aged.coverage != 0],
                                       texture[self.aged.coverage != 0])
 
+    def test_coordinates_beside_the_history_are_refused(self):
+        times = np.zeros((64, 64), np.float32)
+        for wrong in (self.history.frame(0).shape[1], 1e9, -5, 1.5, np.nan):
+            coordinates = np.array(self.aged.coordinates)
+            coordinates[7, 9] = wrong, 0
+            self.assertRegex(self.line_of(patinate.InvalidInput, lambda: patinate.gather_at_times(self.history, coordinates, times)), r"(9, 7)|NaN|finite")
+
     def test_a_held_time_changes_at_a_frames_very_time(self):
         last = self.history.times[-1]
         before = np.nextafter(last, 0)  # The last frame's time when it is rounded to a float.

@@ -22,7 +22,8 @@ constexpr double kStatusSeconds = 0.2;
 constexpr std::size_t kMostWaitingBytes = std::size_t{1} << 20;  ///< A client that takes less gets no status meanwhile.
 
 simulation::SimulationOptions simulation_options(const simulation::SceneFile& file, const LiveOptions& live) {
-  simulation::SimulationOptions options{.parameter_maps = file.controls, .color_form = live.color_form};
+  simulation::SimulationOptions options{
+      .parameter_maps = file.controls, .color_form = live.color_form, .device = live.device};
   if (!live.finished.empty()) return options;  // what was not counted then is not known
   if (std::find(options.parameter_maps.begin(), options.parameter_maps.end(), "hits") == options.parameter_maps.end())
     options.parameter_maps.push_back("hits");

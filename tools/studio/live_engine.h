@@ -32,7 +32,8 @@ namespace patinate::studio {
 struct LiveOptions {
   simulation::ColorForm color_form = simulation::ColorForm::Normalized;
   int num_threads = 0;
-  double most_updates_s = 60.0;    ///< To one client.
+  std::shared_ptr<const simulation::SimulationDevice> device = nullptr;  ///< Of this scene alone; null: the CPU.
+  double most_updates_s = 60.0;                                          ///< To one client.
   std::filesystem::path place;     ///< What is recorded is of this one, below the served folder; "" = nothing is.
   std::filesystem::path finished;  ///< A simulation folder whose end is where it begins; "" = the start of the scene.
 };

@@ -21,10 +21,11 @@ constexpr std::size_t kMostUnwatched = 2;
 constexpr std::chrono::milliseconds kIdle{20};
 
 /// Reads the scene of a place as it is run there.
-std::pair<simulation::SceneFile, LiveOptions> source_of(const fs::path& path, PlaceKind kind, int num_threads,
+std::pair<simulation::SceneFile, LiveOptions> source_of(const fs::path& path, PlaceKind kind, const LiveMeans& means,
                                                         const RunControl& control) {
   LiveOptions options;
-  options.num_threads = num_threads;
+  options.num_threads = means.num_threads;
+  if (means.open_device) options.device = means.open_device();
   options.place = path;
   if (kind == PlaceKind::Scene) return {simulation::read_scene(path, control), options};
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(path);
@@ -41,9 +42,9 @@ std::pair<simulation::SceneFile, LiveOptions> source_of(const fs::path& path, Pl
 
 }  // namespace
 
-LiveScene::LiveScene(const fs::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads)
-    : thread_([this, path, kind, &folder, num_threads](const std::stop_token& stop) {
-        run(path, kind, folder, num_threads, stop);
+LiveScene::LiveScene(const fs::path& path, PlaceKind kind, const ServedFolder& folder, LiveMeans means)
+    : thread_([this, path, kind, &folder, means = std::move(means)](const std::stop_token& stop) {
+        run(path, kind, folder, means, stop);
       }) {}
 
 LiveScene::~LiveScene() = default;
@@ -62,17 +63,17 @@ void LiveScene::tell_all(const std::string& text) {
   for (const auto& [id, peer] : peers_) peer->send_text(text);
 }
 
-void LiveScene::run(const fs::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads,
+void LiveScene::run(const fs::path& path, PlaceKind kind, const ServedFolder& folder, const LiveMeans& means,
                     const std::stop_token& stop) {
   try {
     double said = -1.0;
-    RunControl control{.on_progress = {}, .stop = stop, .num_threads = num_threads};
+    RunControl control{.on_progress = {}, .stop = stop, .num_threads = means.num_threads};
     control.on_progress = [&](double f) {
       if (f - said < 0.02 && f < 1.0) return;
       said = f;
       tell_all(Json{{"type", "progress"}, {"text", "Reading the scene"}, {"done", f}, {"total", 1}}.dump());
     };
-    auto [file, options] = source_of(path, kind, num_threads, control.part(0.0, 0.5));
+    auto [file, options] = source_of(path, kind, means, control.part(0.0, 0.5));
     LiveEngine engine(std::move(file), folder, options, control.part(0.5, 1.0));
     serve(engine, stop);
   } catch (const Canceled&) {
@@ -213,7 +214,7 @@ std::shared_ptr<WebSocketListener> LiveScenes::open(const fs::path& path, PlaceK
       ended.push_back(found->scene);
       entries_.erase(found);
     }
-    entries_.push_front({path, changed, std::make_shared<LiveScene>(path, kind, folder_, num_threads_)});
+    entries_.push_front({path, changed, std::make_shared<LiveScene>(path, kind, folder_, means_)});
   }
   const std::shared_ptr<LiveScene> scene = entries_.front().scene;
   const int client = ++num_clients_;

@@ -19,12 +19,19 @@
 
 namespace patinate::studio {
 
+/// What running scenes share.
+struct LiveMeans {
+  int num_threads = 0;  ///< 0 = all.
+  /// Called for every scene, on its thread; empty, or where it gives null: the CPU.
+  std::function<std::shared_ptr<const simulation::SimulationDevice>()> open_device = {};
+};
+
 /// A LiveEngine in a thread. Thread-safe; calls but mesh_glb() return at once.
 class LiveScene {
  public:
   /// Begins to read the scene; clients that have joined hear how far it is, and why it failed.
   /// @param path  A scene file, or the folder of a finished simulation. @param folder  Outlives this.
-  LiveScene(const std::filesystem::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads);
+  LiveScene(const std::filesystem::path& path, PlaceKind kind, const ServedFolder& folder, LiveMeans means);
   ~LiveScene();
   /// Waits until what was done is kept, and lets go of its clients, whose connections hold it. Nothing is heard
   /// afterwards.
@@ -43,7 +50,7 @@ class LiveScene {
   [[nodiscard]] std::string mesh_glb();
 
  private:
-  void run(const std::filesystem::path& path, PlaceKind kind, const ServedFolder& folder, int num_threads,
+  void run(const std::filesystem::path& path, PlaceKind kind, const ServedFolder& folder, const LiveMeans& means,
            const std::stop_token& stop);
   void serve(LiveEngine& engine, const std::stop_token& stop);
   void tell_all(const std::string& text);
@@ -64,7 +71,7 @@ class LiveScene {
 class LiveScenes {
  public:
   /// @param folder  Outlives this.
-  LiveScenes(const ServedFolder& folder, int num_threads) : folder_(folder), num_threads_(num_threads) {}
+  LiveScenes(const ServedFolder& folder, LiveMeans means) : folder_(folder), means_(std::move(means)) {}
   /// Ends them all, also those that are watched.
   ~LiveScenes();
   LiveScenes(const LiveScenes&) = delete;
@@ -83,7 +90,7 @@ class LiveScenes {
     std::shared_ptr<LiveScene> scene;
   };
   const ServedFolder& folder_;
-  int num_threads_;
+  LiveMeans means_;
   std::mutex mutex_;
   std::list<Entry> entries_;  ///< Last opened first.
   int num_clients_ = 0;       ///< Ever: numbers of clients.

@@ -107,7 +107,7 @@ Studio::Studio(ServedFolder folder, StudioOptions options, std::function<void()>
       options_(std::move(options)),
       access_(options_.token, options_.port, options_.hosts),
       quit_(std::move(quit)),
-      live_(folder_, options_.num_threads) {}
+      live_(folder_, {.num_threads = options_.num_threads, .open_device = options_.open_device}) {}
 Studio::~Studio() = default;
 
 HttpResponse Studio::admit(const HttpRequest& request) const {

@@ -24,6 +24,7 @@ struct StudioOptions {
   int port = 0;
   std::vector<std::string> hosts;  ///< Names that are allowed as Host beside those of this machine.
   int num_threads = 0;             ///< Of one answer, and of a simulation; 0 = all.
+  std::function<std::shared_ptr<const simulation::SimulationDevice>()> open_device = {};  ///< As LiveMeans.
 };
 
 /// Thread-safe.

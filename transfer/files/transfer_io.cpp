@@ -10,6 +10,7 @@
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
+#include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_key.h"
@@ -44,12 +45,21 @@ std::string control_file(const TransferTask& task, std::size_t index) {
 }
 
 void write_tile(const fs::path& file, const Sheet& sheet, int tile, const std::vector<std::string>& channels,
-                const FillStrip& fill) {
-  constexpr int kStripRows = 64;
-  ImageRowWriter writer(file, sheet.tile_width, sheet.tile_height, {.channels = channels, .depth = ExrDepth::Float});
-  for (int y = 0; y < sheet.tile_height; y += kStripRows) {
-    ImageF strip(sheet.tile_width, std::min(kStripRows, sheet.tile_height - y), static_cast<int>(channels.size()));
-    fill(sheet.first_x(tile), sheet.first_y(tile) + y, strip);
+                const FillStrip& fill, const RunControl& run) {
+  constexpr int kLeastRows = 4 * kExrChunkRows, kMostRows = 32 * kExrChunkRows;
+  const int threads = thread_count(run), strip_rows = std::clamp(2 * threads * kExrChunkRows, kLeastRows, kMostRows),
+            num_channels = static_cast<int>(channels.size());
+  RunControl silent = run;
+  silent.on_progress = {};
+  ImageRowWriter writer(file, sheet.tile_width, sheet.tile_height,
+                        {.channels = channels, .depth = ExrDepth::Float, .num_threads = threads});
+  for (int y = 0; y < sheet.tile_height; y += strip_rows) {
+    ImageF strip(sheet.tile_width, std::min(strip_rows, sheet.tile_height - y), num_channels);
+    parallel_for(strip.height(), kExrChunkRows, silent, [&](std::int64_t begin, std::int64_t end) {
+      ImageF part(sheet.tile_width, static_cast<int>(end - begin), num_channels);
+      fill(sheet.first_x(tile), sheet.first_y(tile) + y + static_cast<int>(begin), part);
+      std::copy(part.values().begin(), part.values().end(), strip.row(static_cast<int>(begin)).data());
+    });
     writer.write(strip.values());
   }
   writer.finish();
@@ -279,8 +289,8 @@ fs::path coordinate_tile_file(const TransferTask& task, int tile) {
 }
 
 void write_control_tile(const fs::path& folder, const TransferTask& task, std::size_t control, int tile,
-                        const FillStrip& fill) {
-  write_tile(folder / control_tile_file(task, control, tile), task.input.map->sheet(), tile, {"Y"}, fill);
+                        const FillStrip& fill, const RunControl& run) {
+  write_tile(folder / control_tile_file(task, control, tile), task.input.map->sheet(), tile, {"Y"}, fill, run);
 }
 
 void write_surface_files(const fs::path& folder, const TransferTask& task) {
@@ -289,29 +299,32 @@ void write_surface_files(const fs::path& folder, const TransferTask& task) {
 }
 
 void write_coordinate_tile(const fs::path& folder, const TransferTask& task, int tile, const TexelMap& map,
-                           const std::function<std::int32_t(TexelId t)>& pixel_of) {
+                           const std::function<std::int32_t(TexelId t)>& pixel_of, const RunControl& run) {
   const HistoryFacts& history = task.history->facts();
   const std::vector<LibraryPart>& parts = history.parts;
   std::vector<std::string> channels{kCoordinateChannels[0], kCoordinateChannels[1]};
   if (task.input.frames) channels.insert(channels.end(), {kPatchChannels[0], kPatchChannels[1]});
   if (!parts.empty()) channels.emplace_back(kIndexChannel);
-  write_tile(folder / coordinate_tile_file(task, tile), map.sheet(), tile, channels, [&](int x, int y, ImageF& strip) {
+  const auto fill = [&](int x, int y, ImageF& strip) {
     put_coordinates(strip, x, y, pixel_of, map.width(), history.width);
     if (task.input.frames) put_patch(strip, x, y, map, *task.input.frames);
     if (!parts.empty()) put_index(strip, parts);
-  });
+  };
+  write_tile(folder / coordinate_tile_file(task, tile), map.sheet(), tile, channels, fill, run);
 }
 
-void write_transfer_files(const fs::path& folder, const TransferTask& task, const TransferResult& result) {
+void write_transfer_files(const fs::path& folder, const TransferTask& task, const TransferResult& result,
+                          const RunControl& run) {
   for (int tile = 0; tile < task.input.map->sheet().num_tiles(); ++tile) {
     for (std::size_t i = 0; i < task.input.controls.size(); ++i) {
-      write_control_tile(folder, task, i, tile, [&](int x, int y, ImageF& strip) {
+      const auto fill = [&](int x, int y, ImageF& strip) {
         for (int row = 0; row < strip.height(); ++row)
           std::copy_n(&task.input.controls[i].values.at(x, y + row), strip.width(), strip.row(row).begin());
-      });
+      };
+      write_control_tile(folder, task, i, tile, fill, run);
     }
-    write_coordinate_tile(folder, task, tile, *task.input.map,
-                          [&](TexelId t) { return result.coordinates[static_cast<std::size_t>(t)]; });
+    const auto pixel_of = [&](TexelId t) { return result.coordinates[static_cast<std::size_t>(t)]; };
+    write_coordinate_tile(folder, task, tile, *task.input.map, pixel_of, run);
   }
   write_surface_files(folder, task);
 }

@@ -12,6 +12,7 @@
 #include "patinate/transfer/transfer_io.h"
 #include "patinate/transfer/transfer_reader.h"
 #include "transfer/guidance/scale.h"
+#include "transfer/lookup/lookup_device.h"
 #include "transfer/synthesis/transfer_controls.h"
 
 namespace patinate::transfer {
@@ -47,14 +48,18 @@ void describe(OptionVisitor& v, AgeOptions& o) {
   describe(v, o.controls);
 }
 
-ImageF AgedMesh::texture(double time, Between between, const RunControl& control) const {
-  ImageF out = gather(sample(*shown, time, between), coordinates, 0.0f, control);
+ImageF AgedMesh::texture(double time, Between between, const RunControl& control,
+                         const std::shared_ptr<const LookupDevice>& device) const {
+  const ImageF source = sample(*shown, time, between);
+  ImageF out = device ? gather_on(device.get(), source, pack_coordinates(coordinates, source.width(), control), control)
+                      : gather(source, coordinates, 0.0f, control);
   dilate(out, coverage, kGutter);
   return out;
 }
 
-ImageF AgedMesh::texture(const ImageF& times, Between between, const RunControl& control) const {
-  ImageF out = gather_at_times(*shown, coordinates, times, between, control);
+ImageF AgedMesh::texture(const ImageF& times, Between between, const RunControl& control,
+                         const std::shared_ptr<const LookupDevice>& device) const {
+  ImageF out = gather_at_times(*shown, coordinates, times, between, control, {.device = device});
   dilate(out, coverage, kGutter);
   return out;
 }
@@ -95,7 +100,8 @@ AgedMesh age_surface(const std::shared_ptr<const History>& history, const AgingS
                       .map = surface.map,
                       .texel_size_mm = surface.texel_size_mm,
                       .controls = std::move(controls),
-                      .frames = frames};
+                      .frames = frames,
+                      .device = options.device};
   TransferResult result = transfer(input, options.transfer, run.part(0.05, 1.0));
   const double pixels = footprint_px(map, surface.texel_size_mm, options.transfer.footprint);
   return {.mesh = map.mesh(),

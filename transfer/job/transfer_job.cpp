@@ -83,7 +83,7 @@ JobPlan plan_transfer(TransferTask task, const fs::path& output) {
   // One item: with the manifest's figures in memory only, a killed run starts its synthesis again.
   plan.join = [shared, key = plan.key, output](const fs::path& folder, const RunControl& control) {
     const TransferResult result = transfer(shared->input, shared->options, control);
-    write_transfer_files(folder, *shared, result);
+    write_transfer_files(folder, *shared, result, control);
     write_transfer_manifest(folder, output, *shared, result, key);
   };
   return plan;

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 #include <string_view>
-#include <type_traits>
 #include <vector>
+
+#include "patinate/core/error.h"
 
 namespace patinate::transfer {
 
@@ -24,8 +26,9 @@ device::Program build_program(const Device& device) {
 }
 
 constexpr std::uint64_t kGroup = 64;
+constexpr std::size_t kTexelsOfItem = 4;  // Of gathers.
 
-/// Calls launch(items) until all `num` are done: one takes some milliseconds.
+/// Calls launch(items) until all `num` are done: one takes a few milliseconds of the slowest GPU.
 template <class Launch>
 void for_each_launch(std::uint64_t num, const Launch& launch) {
   constexpr std::uint64_t kMost = std::uint64_t{1} << 22;
@@ -41,26 +44,80 @@ void make_room(const Device& device, std::size_t size, Buffer<T>& buffer) {
   if (buffer.size() < size) buffer = device.allocate<T>(size);
 }
 
+/// Three channels are padded to four.
+std::size_t stored_channels(std::size_t channels) { return channels == 3 ? 4 : channels; }
+
+template <class T>
+std::string gather_name(const Image<T>& source) {
+  const auto channels = static_cast<std::size_t>(source.channels());
+  if (channels < 1 || channels > 4) throw InvalidInput("lookup: expected a source of 1 to 4 channels");
+  std::string name = "gather_" + std::to_string(channels * sizeof(T));
+  if (channels == 3) name += "_of_" + std::to_string(stored_channels(channels) * sizeof(T));
+  return name;
+}
+
+template <class T>
+Buffer<T> uploaded(const Device& device, const Image<T>& source) {
+  if (source.channels() != 3) return device.upload(source.values());
+  std::vector<T> padded(stored_channels(3) * static_cast<std::size_t>(source.num_pixels()));
+  const T* from = source.data();
+  for (std::size_t i = 0; i < padded.size(); i += 4, from += 3) std::copy_n(from, 3, &padded[i]);
+  return device.upload(padded);
+}
+
 }  // namespace
 
 template <class T>
 DeviceGather<T>::DeviceGather(const Device& device, const Image<T>& source)
     : device_(device),
-      kernel_(build_program(device).kernel(std::is_same_v<T, float> ? "gather_floats" : "gather_bytes")),
-      channels_(static_cast<std::uint32_t>(source.channels())),
-      source_(device.upload(source.values())) {}
+      kernel_(build_program(device).kernel(gather_name(source))),
+      channels_(static_cast<std::size_t>(source.channels())),
+      source_(uploaded(device, source)) {}
+
+template <class T>
+void DeviceGather<T>::queue(const Buffer<std::uint32_t>& indices, std::size_t num_texels, const Buffer<T>& values) {
+  for_each_launch((num_texels + kTexelsOfItem - 1) / kTexelsOfItem, [&](const Items& items) {
+    kernel_.run(items, static_cast<std::uint64_t>(num_texels), indices, source_, values);
+  });
+}
 
 template <class T>
 void DeviceGather<T>::gather(const Buffer<std::uint32_t>& indices, std::span<T> values) {
   make_room(device_, values.size(), values_);
-  const std::uint64_t num_values = values.size();
-  for_each_launch(num_values,
-                  [&](const Items& items) { kernel_.run(items, num_values, channels_, indices, source_, values_); });
+  queue(indices, values.size() / channels_, values_);
   device_.read(values_, values);
 }
 
 template class DeviceGather<float>;
 template class DeviceGather<std::uint8_t>;
+
+template <class T>
+Image<T> gather_on(const LookupDevice* device, const Image<T>& source, const PackedCoordinates& indices,
+                   const RunControl& control) {
+  constexpr std::size_t kStripTexels = std::size_t{1} << 24;
+  if (device == nullptr || device->has_failed()) return gather_packed(source, indices, T{}, control);
+  try {
+    const auto turn = device->turn();
+    const auto channels = static_cast<std::size_t>(source.channels());
+    Image<T> out(indices.width(), indices.height(), source.channels());
+    DeviceGather<T> gatherer(device->device(), source);
+    const std::span<const std::uint32_t> all = indices.values();
+    for (std::size_t begin = 0; begin < all.size(); begin += kStripTexels) {
+      control.throw_if_stopped();
+      const auto strip = all.subspan(begin, std::min(kStripTexels, all.size() - begin));
+      gatherer.gather(device->device().upload(strip), out.values().subspan(channels * begin, channels * strip.size()));
+    }
+    control.report(1.0);
+    return out;
+  } catch (const device::DeviceError& error) {
+    device->report_failure(error);
+    return gather_packed(source, indices, T{}, control);
+  }
+}
+
+template Image<float> gather_on(const LookupDevice*, const Image<float>&, const PackedCoordinates&, const RunControl&);
+template Image<std::uint8_t> gather_on(const LookupDevice*, const Image<std::uint8_t>&, const PackedCoordinates&,
+                                       const RunControl&);
 
 struct DeviceTimes::State {
   State(const Device& its_device, const FrameLocator& locator, std::int64_t num_pixels, int frames_of_block)
@@ -98,6 +155,8 @@ struct DeviceTimes::State {
 
   /// Frames that texels of the block look at, and that are not there.
   void fetch(const ReadFrame& read) {
+    const auto last = std::min(numbers.end + 1, numbers.num_times) - numbers.first;
+    if (std::all_of(is_there.begin(), is_there.begin() + last, [](std::uint8_t is) { return is != 0; })) return;
     device.fill_zero(is_needed.memory());
     for_each_launch(numbers.num_texels, [&](const Items& items) {
       mark.run(items, numbers, frame_times, bins, indices, times, is_needed);
@@ -129,7 +188,6 @@ void DeviceTimes::look_up(std::span<const std::uint32_t> indices, std::span<cons
   make_room(s.device, colors.size(), s.colors);
   s.device.write(indices, s.indices);
   s.device.write(times, s.times);
-  s.device.fill_zero(s.colors.memory());
   const bool is_one_block = s.per_block >= s.numbers.num_times;
   for (int first = 0; first < s.numbers.num_times; first += s.per_block) {
     if (!is_one_block) std::fill(s.is_there.begin(), s.is_there.end(), std::uint8_t{0});

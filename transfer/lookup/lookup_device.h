@@ -5,12 +5,15 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <span>
 
 #include "libcommon/device/arithmetic_check.h"
 #include "libcommon/device/fallible_device.h"
 #include "libcommon/history/frame_locator.h"
+#include "patinate/core/run_control.h"
 #include "patinate/image/image.h"
+#include "transfer/lookup/packed_lookup.h"
 
 namespace patinate::transfer {
 
@@ -20,27 +23,39 @@ using namespace kernel_types;
 #include "transfer/lookup/lookup_kernel.inl"
 }  // namespace lookup_kernel
 
-/// A device for lookups.
+/// A device for lookups. Several threads may have it, and take turns.
 class LookupDevice : public device::FallibleDevice {
  public:
   using FallibleDevice::FallibleDevice;
+  /// To be held by whoever gives it work, or reads of it: a device has one queue.
+  [[nodiscard]] std::unique_lock<std::mutex> turn() const { return std::unique_lock(mutex_); }
+
+ private:
+  mutable std::mutex mutex_;
 };
 
-/// gather_packed() of one source (packed_lookup.h), outside 0.
+/// gather_packed() of one source (packed_lookup.h), outside 0. @tparam T  float, std::uint8_t.
 template <class T>
 class DeviceGather {
  public:
-  /// @throws DeviceError, as gather().
+  /// @throws DeviceError, as gather(); InvalidInput unless it has 1 to 4 channels.
   DeviceGather(const device::Device& device, const Image<T>& source);
   /// @param indices  Inside the source, or kNoValue. @param values  As many as texels have channels.
   void gather(const device::Buffer<std::uint32_t>& indices, std::span<T> values);
+  /// Queues the same into the device's own memory, and does not wait. @param values  Room for all.
+  void queue(const device::Buffer<std::uint32_t>& indices, std::size_t num_texels, const device::Buffer<T>& values);
 
  private:
   device::Device device_;
   device::Kernel kernel_;
-  std::uint32_t channels_;
+  std::size_t channels_;
   device::Buffer<T> source_, values_;
 };
+
+/// gather_packed() of a whole image, there or, where `device` is null or fails, here. @param outside  0.
+template <class T>
+[[nodiscard]] Image<T> gather_on(const LookupDevice* device, const Image<T>& source, const PackedCoordinates& indices,
+                                 const RunControl& control = {});
 
 /// Colors of texels with a time of their own (time_map.h), between frames that stay in a device's memory.
 class DeviceTimes {
@@ -56,7 +71,7 @@ class DeviceTimes {
 
   /// @param indices  Pixels, or kNoValue. @param times  Not NaN where a texel has a pixel.
   /// @param read     Called for frames that are needed and not there.
-  /// @param colors   Three a texel: 0 where it has no pixel.
+  /// @param colors   Three a texel, all of them written: 0 where it has no pixel.
   void look_up(std::span<const std::uint32_t> indices, std::span<const float> times, const ReadFrame& read,
                std::span<float> colors);
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <optional>
 #include <string>
 
 #include "libcommon/core/parallel.h"
@@ -88,8 +89,16 @@ PackedCoordinates pack_coordinates(const ImageF& coordinates, int source_width, 
   return indices;
 }
 
-void pack_checked_rows(const std::filesystem::path& file, std::span<const float> xy, int first_row, int width,
-                       int source_width, int source_height, std::span<std::uint32_t> indices) {
+namespace {
+
+/// A texel that cannot be packed, and what is wrong with it.
+struct PackProblem {
+  std::size_t texel;
+  const char* text;
+};
+
+std::optional<PackProblem> pack(std::span<const float> xy, int source_width, int source_height,
+                                std::span<std::uint32_t> indices) {
   const auto source_w = static_cast<float>(source_width), source_h = static_cast<float>(source_height);
   for (std::size_t i = 0; i < indices.size(); ++i) {
     const float x = xy[2 * i], y = xy[2 * i + 1];
@@ -98,18 +107,42 @@ void pack_checked_rows(const std::filesystem::path& file, std::span<const float>
       continue;
     }
     const bool is_inside = x >= 0.0f && y >= 0.0f && x < source_w && y < source_h;  // No NaN either.
-    const auto column = is_inside ? static_cast<std::int64_t>(x) : 0,
-               row = is_inside ? static_cast<std::int64_t>(y) : 0;
-    const bool is_whole = is_inside && static_cast<float>(column) == x && static_cast<float>(row) == y;
-    if (!is_whole) {
-      const auto w = static_cast<std::size_t>(width);
-      throw IoError(file.string(), "texel (" + std::to_string(i % w) + ", " +
-                                       std::to_string(static_cast<std::size_t>(first_row) + i / w) + ") points " +
-                                       (is_inside ? "between the history's pixels" : "outside the history") +
-                                       "; make the transfer again");
-    }
+    if (!is_inside) return PackProblem{i, "points outside the history"};
+    const auto column = static_cast<std::int64_t>(x), row = static_cast<std::int64_t>(y);
+    if (static_cast<float>(column) != x || static_cast<float>(row) != y)
+      return PackProblem{i, "points between the history's pixels"};
     indices[i] = static_cast<std::uint32_t>(row * source_width + column);
   }
+  return std::nullopt;
+}
+
+std::string text_of(const PackProblem& problem, int first_row, int width) {
+  const auto w = static_cast<std::size_t>(width);
+  return "texel (" + std::to_string(problem.texel % w) + ", " +
+         std::to_string(static_cast<std::size_t>(first_row) + problem.texel / w) + ") " + problem.text;
+}
+
+}  // namespace
+
+PackedCoordinates pack_checked_coordinates(const ImageF& coordinates, int source_width, int source_height,
+                                           const RunControl& control) {
+  if (coordinates.channels() != 2) throw InvalidInput("coordinates: expected two numbers a texel");
+  PackedCoordinates indices(coordinates.width(), coordinates.height());
+  RunControl silent = control;
+  silent.on_progress = {};
+  parallel_for(coordinates.height(), 64, silent, [&](std::int64_t begin, std::int64_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      const auto problem = pack(coordinates.row(y), source_width, source_height, indices.row(y));
+      if (problem) throw InvalidInput("coordinates: " + text_of(*problem, y, coordinates.width()));
+    }
+  });
+  return indices;
+}
+
+void pack_checked_rows(const std::filesystem::path& file, std::span<const float> xy, int first_row, int width,
+                       int source_width, int source_height, std::span<std::uint32_t> indices) {
+  if (const auto problem = pack(xy, source_width, source_height, indices))
+    throw IoError(file.string(), text_of(*problem, first_row, width) + "; make the transfer again");
 }
 
 void gather_packed(const ImageF& source, std::span<const std::uint32_t> indices, float outside, std::span<float> out) {

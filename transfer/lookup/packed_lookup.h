@@ -20,7 +20,12 @@ using PackedCoordinates = Image<std::uint32_t>;
 [[nodiscard]] PackedCoordinates pack_coordinates(const ImageF& coordinates, int source_width,
                                                  const RunControl& control = {});
 
-/// The same of rows as a file has them, each number checked.
+/// The same of anyone's numbers, each checked. @throws InvalidInput naming the first texel that points outside the
+/// source or between its pixels.
+[[nodiscard]] PackedCoordinates pack_checked_coordinates(const ImageF& coordinates, int source_width, int source_height,
+                                                         const RunControl& control = {});
+
+/// The same of rows as a file has them.
 /// @param xy  Two a texel. @param first_row,width  Where the rows stand in the file, for the message.
 /// @throws IoError naming the texel that points outside the source or between its pixels.
 void pack_checked_rows(const std::filesystem::path& file, std::span<const float> xy, int first_row, int width,

@@ -17,18 +17,16 @@ namespace {
 
 std::size_t channels_of(TextureKind kind) { return kind == TextureKind::Value ? 1 : 3; }
 
-RowFormat format_of(const TextureFile& texture) {
-  switch (texture.kind) {
-    case TextureKind::Color:
-      break;
-    case TextureKind::Normal:
-      return {.channels = {"X", "Y", "Z"}, .depth = ExrDepth::Float, .key = texture.key};
-    case TextureKind::Packed:
-      return {.channels = {"R", "G", "B"}, .depth = ExrDepth::Float, .key = texture.key};
-    case TextureKind::Value:
-      return {.channels = {"Y"}, .depth = ExrDepth::Float, .key = texture.key, .unit = texture.unit};
+RowFormat format_of(const TextureFile& texture, int num_threads) {
+  RowFormat format{.key = texture.key, .num_threads = num_threads};
+  if (texture.kind == TextureKind::Color) return format;
+  format.depth = ExrDepth::Float;
+  if (texture.kind == TextureKind::Normal) format.channels = {"X", "Y", "Z"};
+  if (texture.kind == TextureKind::Value) {
+    format.channels = {"Y"};
+    format.unit = texture.unit;
   }
-  return {.key = texture.key};
+  return format;
 }
 
 /// What the source's pixels are in files of codes; nothing for normals, which turn first.
@@ -46,7 +44,7 @@ ImageU8 codes_of(const TextureFile& texture) {
 
 /// Texels that are looked up and written while in the cache: rows that EXR compresses together.
 std::size_t piece_size(const CoordinateStrips& strips) {
-  constexpr std::size_t kTexels = 1 << 16, kRows = 16;
+  constexpr std::size_t kTexels = 1 << 16, kRows = kExrChunkRows;
   const auto width = static_cast<std::size_t>(strips.width());
   return (kTexels / width / kRows + 1) * kRows * width;
 }
@@ -59,6 +57,7 @@ class StripOnDevice {
   void begin(std::span<const std::uint32_t> indices) {
     if (!is_used()) return;
     try {
+      const auto turn = device_->turn();
       const device::Device& there = device_->device();
       if (indices_.size() < indices.size()) indices_ = there.allocate<std::uint32_t>(indices.size());
       there.write(indices, indices_);
@@ -73,6 +72,7 @@ class StripOnDevice {
                                           std::optional<DeviceGather<T>>& gatherer, std::vector<T>& values) const {
     if (!is_used()) return {};
     try {
+      const auto turn = device_->turn();
       if (!gatherer) gatherer.emplace(device_->device(), source);
       values.resize(num_texels * static_cast<std::size_t>(source.channels()));
       gatherer->gather(indices_, values);
@@ -93,11 +93,15 @@ class StripOnDevice {
 /// One texture's file of one tile.
 class TileOfTexture {
  public:
-  TileOfTexture(const TextureFile& texture, const ImageU8& codes, std::size_t tile, const CoordinateStrips& strips)
+  /// @param num_threads  For what is compressed in it.
+  TileOfTexture(const TextureFile& texture, const ImageU8& codes, std::size_t tile, const CoordinateStrips& strips,
+                int num_threads)
       : texture_(texture),
         codes_(codes),
-        writer_(texture.files[tile], strips.width(), strips.height(), format_of(texture)),
-        piece_(piece_size(strips)) {}
+        writer_(texture.files[tile], strips.width(), strips.height(), format_of(texture, num_threads)),
+        piece_(piece_size(strips)) {
+    if (!writer_.takes_codes() && num_threads > 1) piece_ *= 2 * static_cast<std::size_t>(num_threads);
+  }
 
   void write(std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns, const StripOnDevice& there) {
     if (is_of_codes()) {
@@ -184,8 +188,10 @@ void TextureWriter::write(std::span<const TextureFile> textures, const RunContro
   }
   for (std::size_t t = 0; t < tiles_.size(); ++t) {
     std::vector<std::unique_ptr<TileOfTexture>> open;
+    const int threads_each =
+        std::max(1, thread_count(control) / static_cast<int>(std::max<std::size_t>(1, textures.size())));
     for (std::size_t i = 0; i < textures.size(); ++i)
-      open.push_back(std::make_unique<TileOfTexture>(textures[i], codes[i], t, tiles_[t]));
+      open.push_back(std::make_unique<TileOfTexture>(textures[i], codes[i], t, tiles_[t], threads_each));
     RunControl quiet = control;
     quiet.on_progress = {};
     const auto num_tiles = static_cast<double>(tiles_.size());
@@ -210,14 +216,22 @@ void TextureWriter::check_size(int width, int height) const {
 void TextureWriter::gather_rows(std::size_t tile, const ImageU8& codes, const TakeRows& take,
                                 const RunControl& control) const {
   check_size(codes.width(), codes.height());
-  const std::size_t piece = piece_size(tiles_.at(tile));
-  std::vector<std::uint8_t> bytes;
+  const std::size_t piece = piece_size(tiles_.at(tile)), channels = static_cast<std::size_t>(codes.channels());
+  StripOnDevice there(device_.get());
+  std::optional<DeviceGather<std::uint8_t>> gatherer;
+  std::vector<std::uint8_t> bytes, strip;
   tiles_[tile].visit(
       [&](int, std::span<const std::uint32_t> indices, std::span<const std::uint32_t>) {
+        there.begin(indices);
+        const std::span<const std::uint8_t> found = there.gather(codes, indices.size(), gatherer, strip);
         for (std::size_t i = 0; i < indices.size(); i += piece) {
           control.throw_if_stopped();  // Whoever takes the rows packs them, which is slower than finding them.
           const auto part = indices.subspan(i, std::min(piece, indices.size() - i));
-          bytes.resize(part.size() * static_cast<std::size_t>(codes.channels()));
+          if (!found.empty()) {
+            take(found.subspan(channels * i, channels * part.size()));
+            continue;
+          }
+          bytes.resize(channels * part.size());
           gather_packed(codes, part, std::uint8_t{0}, bytes);
           take(bytes);
         }
@@ -231,16 +245,23 @@ void TextureWriter::normal_rows(std::size_t tile, const ImageF& normals, const T
   if (!with_turns_ || normals.channels() != 3)
     throw InvalidInput("textures: normals have three channels and need to know how patches lie");
   const std::size_t piece = piece_size(tiles_.at(tile));
-  std::vector<float> values;
+  StripOnDevice there(device_.get());
+  std::optional<DeviceGather<float>> gatherer;
+  std::vector<float> values, strip;
   std::vector<std::uint8_t> bytes;
   tiles_[tile].visit(
       [&](int, std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
+        there.begin(indices);
+        const std::span<const float> found = there.gather(normals, indices.size(), gatherer, strip);
         for (std::size_t i = 0; i < indices.size(); i += piece) {
           control.throw_if_stopped();
           const std::size_t size = std::min(piece, indices.size() - i);
           values.resize(3 * size);
           bytes.resize(3 * size);
-          gather_packed(normals, indices.subspan(i, size), 0.0f, values);
+          if (found.empty())
+            gather_packed(normals, indices.subspan(i, size), 0.0f, values);
+          else
+            std::copy_n(found.begin() + static_cast<std::ptrdiff_t>(3 * i), 3 * size, values.begin());
           turn_normals(turns.empty() ? turns : turns.subspan(i, size), values);
           normal_codes(values, bytes);
           take(bytes);

@@ -46,7 +46,7 @@ class TextureWriter {
   explicit TextureWriter(const TransferFolder& transfer, const CoordinateStripsOptions& options = {},
                          const RunControl& control = {});
 
-  /// write() looks up there from now on; where that fails the CPU does, the same bytes.
+  /// Looks up there from now on; where that fails the CPU does, the same bytes. Not while others use this.
   void use(std::shared_ptr<const LookupDevice> device) { device_ = std::move(device); }
 
   /// All at once: coordinates are gone through once for them. Each file is whole or absent.

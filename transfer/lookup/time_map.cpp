@@ -132,6 +132,7 @@ bool TimeMapLookup::Impl::look_up_there(std::span<const std::uint32_t> indices, 
     if (indices[i] != kNoValue && std::isnan(times[i])) refuse_time(i % width, first_row + static_cast<int>(i / width));
   }
   try {
+    const auto turn = device->turn();
     if (!there) {
       const std::int64_t num_pixels = std::int64_t{history.facts().width} * history.facts().height;
       there = std::make_unique<DeviceTimes>(device->device(), locate, num_pixels, per_block);
@@ -186,8 +187,9 @@ ImageF gather_at_times(const History& history, const PackedCoordinates& indices,
 
 ImageF gather_at_times(const History& history, const ImageF& coordinates, const ImageF& times, Between between,
                        const RunControl& control, const TimeMapOptions& options) {
-  return gather_at_times(history, pack_coordinates(coordinates, history.facts().width, control), times, between,
-                         control, options);
+  const PackedCoordinates indices =
+      pack_checked_coordinates(coordinates, history.facts().width, history.facts().height, control);
+  return gather_at_times(history, indices, times, between, control, options);
 }
 
 }  // namespace patinate::transfer

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_rows.h"
 #include "patinate/atlas/dilate.h"
@@ -14,7 +15,7 @@ namespace {
 
 /// Texels that have coordinates.
 ImageU8 covered(const std::filesystem::path& file, int width, int height, const RunControl& control) {
-  constexpr int kRows = 16;  // What EXR compresses together.
+  constexpr int kRows = kExrChunkRows;
   ImageRowReader rows(file, {kCoordinateChannels[0]});
   if (rows.width() != width || rows.height() != height)
     throw IoError(file.string(),
@@ -56,7 +57,8 @@ void write_time_map(const TransferFolder& transfer, ImageF times, Between betwee
     dilate(own, covered(coordinates, m.width, m.height, quiet), -1);
     const CoordinateStrips strips(coordinates, m.width, m.height, history.width, history.height, options,
                                   part(0.0, 0.3));
-    ImageRowWriter writer(files[static_cast<std::size_t>(i)], m.width, m.height, {.key = key});
+    ImageRowWriter writer(files[static_cast<std::size_t>(i)], m.width, m.height,
+                          {.key = key, .num_threads = thread_count(control)});
     ImageF colors;
     strips.visit(
         [&](int first_row, std::span<const std::uint32_t> indices, std::span<const std::uint32_t>) {

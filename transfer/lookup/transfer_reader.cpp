@@ -10,6 +10,7 @@
 #include "patinate/image/image_io.h"
 #include "patinate/transfer/time_map.h"
 #include "transfer/files/flow_io.h"
+#include "transfer/lookup/lookup_device.h"
 #include "transfer/lookup/packed_lookup.h"
 #include "transfer/lookup/source_turn.h"
 #include "transfer/synthesis/transfer_controls.h"
@@ -164,8 +165,9 @@ const Image<std::uint32_t>& TransferReader::filled_turns() const {
   return turns_;
 }
 
-ImageF TransferReader::sample_map(MaterialMap map, double time, Between between, const RunControl& control) const {
-  ImageF values = gather_packed(sample_material_map(history(), map, time, between), filled_indices(), 0.0f, control);
+ImageF TransferReader::sample_map(MaterialMap map, double time, Between between, const RunControl& control,
+                                  const std::shared_ptr<const LookupDevice>& device) const {
+  ImageF values = gather_sheet(sample_material_map(history(), map, time, between), control, device);
   if (map == MaterialMap::Normal && !filled_turns().empty()) turn_normals(filled_turns().values(), values.values());
   return values;
 }
@@ -184,8 +186,9 @@ std::vector<ImageF> TransferReader::gather_tiles(const ImageF& source, const Run
   return tiles_of(gather_sheet(source, control));
 }
 
-ImageF TransferReader::gather_sheet(const ImageF& source, const RunControl& control) const {
-  return gather_packed(source, filled_indices(), 0.0f, control);
+ImageF TransferReader::gather_sheet(const ImageF& source, const RunControl& control,
+                                    const std::shared_ptr<const LookupDevice>& device) const {
+  return gather_on(device.get(), source, filled_indices(), control);
 }
 
 std::vector<ImageF> TransferReader::filled_tiles(const ImageF& values) const {
@@ -198,19 +201,21 @@ std::vector<ImageF> TransferReader::filled_tiles(const ImageF& values) const {
   return tiles;
 }
 
-std::vector<ImageF> TransferReader::sample_tiles(double time, Between between, const RunControl& control) const {
+std::vector<ImageF> TransferReader::sample_tiles(double time, Between between, const RunControl& control,
+                                                 const std::shared_ptr<const LookupDevice>& device) const {
   // Blending the two frames first equals blending two lookups, and touches fewer texels.
-  return gather_tiles(patinate::sample(history(), time, between), control);
+  return tiles_of(gather_sheet(patinate::sample(history(), time, between), control, device));
 }
 
-std::vector<ImageF> TransferReader::sample_tiles(const ImageF& times, Between between,
-                                                 const RunControl& control) const {
+std::vector<ImageF> TransferReader::sample_tiles(const ImageF& times, Between between, const RunControl& control,
+                                                 const std::shared_ptr<const LookupDevice>& device) const {
   return filled_tiles(gather_at_times(history(), pack_coordinates(coordinates_, history().facts().width, control),
-                                      times, between, control));
+                                      times, between, control, {.device = device}));
 }
 
-ImageF TransferReader::sample(double time, const RunControl& control) const {
-  return gather_packed(history().sample(time), filled_indices(), 0.0f, control);
+ImageF TransferReader::sample(double time, const RunControl& control,
+                              const std::shared_ptr<const LookupDevice>& device) const {
+  return gather_sheet(history().sample(time), control, device);
 }
 
 }  // namespace patinate::transfer

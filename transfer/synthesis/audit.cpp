@@ -8,6 +8,7 @@
 #include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "transfer/synthesis/window_device.h"
 #include "transfer/synthesis/window_search.h"
 
 namespace patinate::transfer {
@@ -20,12 +21,11 @@ constexpr std::uint32_t kPurpose = 500;  // Of RandomStream.
 /// The texel's own pixel and those to which its neighbors lead: they bound the search.
 std::vector<std::int32_t> likely_pixels(const SourceLevel& source, const TexelCost& cost,
                                         const CoordinateMap& coordinates, std::int32_t own) {
+  const search_kernel::SourceTables tables = source_tables(source);
   std::vector<std::int32_t> likely{own};
   for (const PixelNeighbor& n : cost.adjacent()) {
     const std::int32_t s = n.texel < 0 ? -1 : coordinates[static_cast<std::size_t>(n.texel)];
-    if (s < 0) continue;
-    const int x = s % source.width() - whole_pixels(n.x), y = s / source.width() - whole_pixels(n.y);
-    if (x >= 0 && y >= 0 && x < source.width() && y < source.height()) likely.push_back(y * source.width() + x);
+    if (s >= 0) likely.push_back(window_kernel::led_pixel(&tables, s, n));  // -1 is skipped.
   }
   return likely;
 }
@@ -79,39 +79,79 @@ OptimumAudit summary_of(std::span<const AuditedTexel> all) {
   return audit;
 }
 
+namespace {
+
+/// Those that a device has audited, as many of the first as it could. @param audited  Indices of texels.
+std::size_t audit_on_device(const SearchDevice* device, const SynthesisLevel& level, const Neighborhood& neighborhood,
+                            const CoordinateMap& coordinates, std::span<const TexelId> texels,
+                            std::span<const std::size_t> audited, const EnergyScale& scale, const RunControl& control,
+                            std::vector<AuditedTexel>& costs) {
+  constexpr std::size_t kSome = 4096;
+  std::size_t done = 0;
+  if (device == nullptr || audited.empty()) return done;
+  try {
+    AuditOnDevice there(*device, level, neighborhood, scale, control);
+    while (done < audited.size()) {
+      const auto some = audited.subspan(done, std::min(kSome, audited.size() - done));
+      std::vector<TexelId> there_texels;
+      for (const std::size_t i : some) there_texels.push_back(texels[i]);
+      const std::vector<AuditedTexel> found = there.run(there_texels, coordinates, control);
+      for (std::size_t i = 0; i < some.size(); ++i) costs[some[i]] = found[i];
+      done += some.size();
+      control.report(static_cast<double>(done) / static_cast<double>(audited.size()));
+    }
+  } catch (const device::DeviceError& error) {
+    device->report_failure(error);
+  }
+  return done;
+}
+
+}  // namespace
+
 std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighborhood& neighborhood,
                                        const CoordinateMap& coordinates, std::span<const TexelId> texels,
                                        double coherence_share, std::span<const double> control_weights,
-                                       const RunControl& control) {
+                                       const RunControl& control, const SearchDevice* device) {
   const SourceLevel& source = level.source;
   const EnergyScale scale = EnergyScale::make(source, coherence_share, control_weights);
+  std::vector<AuditedTexel> costs(texels.size());
+  std::vector<std::size_t> audited;
+  for (std::size_t i = 0; i < texels.size(); ++i) {
+    const std::int32_t own = coordinates[static_cast<std::size_t>(texels[i])];
+    if (own >= 0 && source.is_usable[static_cast<std::size_t>(own)] != 0) audited.push_back(i);
+  }
+  const std::size_t done =
+      audit_on_device(device, level, neighborhood, coordinates, texels, audited, scale, control, costs);
+  if (done == audited.size()) return costs;
   RunControl silent = control;
   silent.on_progress = nullptr;
   const WindowSearch search(source, neighborhood, std::max(source.width(), source.height()), silent);
   const SearchWindow whole{.x0 = 0, .y0 = 0, .x1 = source.width(), .y1 = source.height()};
-  std::vector<AuditedTexel> costs(texels.size());
-  parallel_for(static_cast<std::int64_t>(texels.size()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    TexelCost cost(source, level.destination, neighborhood);
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const std::int32_t own = coordinates[static_cast<std::size_t>(texels[i])];
-      if (own < 0 || source.is_usable[static_cast<std::size_t>(own)] == 0) continue;
-      cost.prepare(texels[i], coordinates, scale);
-      costs[i] = {.own = cost.total(own, std::numeric_limits<std::int64_t>::max()),
-                  .least = search.find(cost, whole, likely_pixels(source, cost, coordinates, own)).cost};
-    }
-  });
+  parallel_for(static_cast<std::int64_t>(audited.size() - done), kChunk,
+               control.part(static_cast<double>(done) / static_cast<double>(audited.size()), 1.0),
+               [&](std::int64_t begin, std::int64_t end) {
+                 TexelCost cost(source, level.destination, neighborhood);
+                 for (std::int64_t k = begin; k < end; ++k) {
+                   const std::size_t i = audited[done + static_cast<std::size_t>(k)];
+                   const std::int32_t own = coordinates[static_cast<std::size_t>(texels[i])];
+                   cost.prepare(texels[i], coordinates, scale);
+                   costs[i] = {.own = cost.total(own, std::numeric_limits<std::int64_t>::max()),
+                               .least = search.find(cost, whole, likely_pixels(source, cost, coordinates, own)).cost};
+                 }
+               });
   return costs;
 }
 
 OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neighborhood,
                            const CoordinateMap& coordinates, double coherence_share,
                            std::span<const double> control_weights, std::int64_t num_audits, std::uint64_t seed,
-                           const RunControl& control) {
+                           const RunControl& control, const SearchDevice* device) {
   if (!(num_audits > 0)) throw InvalidInput("audits: " + std::to_string(num_audits) + " is out of range; use > 0");
   const TexelSet& texels = level.destination.texels;
   const std::vector<TexelId> drawn =
       drawn_texels(texels, 0, static_cast<std::int64_t>(texels.size()), num_audits, seed);
-  return summary_of(audit_texels(level, neighborhood, coordinates, drawn, coherence_share, control_weights, control));
+  return summary_of(
+      audit_texels(level, neighborhood, coordinates, drawn, coherence_share, control_weights, control, device));
 }
 
 }  // namespace patinate::transfer

@@ -14,6 +14,8 @@
 
 namespace patinate::transfer {
 
+class SearchDevice;
+
 /// Costs of the map's own pixels, and those of the best pixels there are while the neighbors stay as they are.
 struct OptimumAudit {
   std::int64_t num_audited = 0;
@@ -31,6 +33,7 @@ struct OptimumAudit {
 struct AuditedTexel {
   std::int64_t own = -1;
   std::int64_t least = 0;
+  friend bool operator==(const AuditedTexel&, const AuditedTexel&) = default;
 };
 
 /// Those drawn by `seed` from a part of an atlas: `count` in the whole atlas, spread evenly, or all where there are not
@@ -39,10 +42,12 @@ struct AuditedTexel {
                                                 std::int64_t count, std::uint64_t seed);
 /// The least cost is that over all usable pixels of the source; WindowSearch finds it without looking at every one.
 /// @param coordinates  Pixels of level.source for those texels and what they look at; -1 = none, as outside.
+/// @param device  Searches, some thousand texels at a time; what it fails at the CPU does. Null: the CPU alone.
 [[nodiscard]] std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighborhood& neighborhood,
                                                      const CoordinateMap& coordinates, std::span<const TexelId> texels,
                                                      double coherence_share, std::span<const double> control_weights,
-                                                     const RunControl& control = {});
+                                                     const RunControl& control = {},
+                                                     const SearchDevice* device = nullptr);
 /// Of the texels of all parts, in their order. All ratios are at least 1.
 [[nodiscard]] OptimumAudit summary_of(std::span<const AuditedTexel> texels);
 
@@ -51,6 +56,7 @@ struct AuditedTexel {
 [[nodiscard]] OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neighborhood,
                                          const CoordinateMap& coordinates, double coherence_share,
                                          std::span<const double> control_weights, std::int64_t num_audits,
-                                         std::uint64_t seed, const RunControl& control = {});
+                                         std::uint64_t seed, const RunControl& control = {},
+                                         const SearchDevice* device = nullptr);
 
 }  // namespace patinate::transfer

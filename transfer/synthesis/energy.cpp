@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "libcommon/core/parallel.h"
+#include "transfer/synthesis/window_kernel.h"
 
 namespace patinate::transfer {
 
@@ -71,7 +72,7 @@ unsigned TexelCost::whole_quarters() const {
   for (std::size_t k = 0; k < known_at_.size(); ++k) {
     const Offset& o = neighborhood_.offsets[k];
     const PixelNeighbor& n = neighbors_[k];
-    if (known_at_[k] >= 0 && whole_pixels(n.x) == o.x && whole_pixels(n.y) == o.y) ++num_in_place[quarter_of(o)];
+    if (known_at_[k] >= 0 && window_kernel::lies_at(n, o.x, o.y)) ++num_in_place[quarter_of(o)];
   }
   unsigned whole = 0;
   for (unsigned q = 0; q < kNumQuarters; ++q) {
@@ -108,7 +109,7 @@ std::int64_t TexelCost::coherence(std::int32_t source_pixel) const {
 }
 
 std::int64_t TexelCost::total(std::int32_t source_pixel, std::int64_t bound) const {
-  return total_beside(source_pixel, 0, 0, bound);
+  return search_kernel::cost_of_pixel(&source_tables_, &cost_tables_, target_.data(), &known_, source_pixel, bound);
 }
 
 std::int64_t TexelCost::total_beside(std::int32_t source_pixel, int beside_x, int beside_y, std::int64_t bound) const {
@@ -197,12 +198,17 @@ void count_coherent_pairs(const DestinationLevel& destination, const SourceLevel
 
 }  // namespace
 
-EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel& destination,
-                              const Neighborhood& neighborhood, const CoordinateMap& coordinates,
-                              std::span<const double> control_weights, const RunControl& control) {
-  // Each part with the full weight, so that the report does not depend on rounding by a.
+EnergyScale full_scale(const SourceLevel& source, std::span<const double> control_weights) {
   EnergyScale parts = EnergyScale::make(source, 1.0, control_weights);
   parts.control_scale = EnergyScale::make(source, 0.0, control_weights).control_scale;
+  return parts;
+}
+
+EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel& destination,
+                              const Neighborhood& neighborhood, const CoordinateMap& coordinates,
+                              std::span<const double> control_weights, const RunControl& control,
+                              const CostSums* sums) {
+  const EnergyScale parts = full_scale(source, control_weights);
   EnergyFigures all;
   std::mutex all_mutex;
   parallel_for(static_cast<std::int64_t>(destination.texels.size()), 16384, control,
@@ -213,9 +219,11 @@ EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel&
                  for (std::int64_t i = begin; i < end; ++i, ++at) {
                    const TexelId t = *at;
                    const std::int32_t s = coordinates[static_cast<std::size_t>(t)];
-                   cost.prepare(t, coordinates, parts);
-                   some.coherence.add(cost.coherence(s));
-                   some.control.add(cost.control(s));
+                   if (sums == nullptr) {
+                     cost.prepare(t, coordinates, parts);
+                     some.coherence.add(cost.coherence(s));
+                     some.control.add(cost.control(s));
+                   }
                    const int wanted = destination.target(t)[0];
                    const int missed =
                        std::abs(int{source.controls.data()[std::int64_t{s} * source.controls.channels()]} - wanted);
@@ -229,6 +237,10 @@ EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel&
                  const std::lock_guard lock(all_mutex);
                  all.add(some);
                });
+  if (sums != nullptr) {
+    all.coherence = sums->coherence;
+    all.control = sums->control;
+  }
   all.is_used.assign(source.is_usable.size(), 0);
   for (TexelId t : destination.texels)
     all.is_used[static_cast<std::size_t>(coordinates[static_cast<std::size_t>(t)])] = 1;
@@ -256,8 +268,8 @@ EnergyReport EnergyFigures::report(const SourceLevel& source, double coherence_s
 
 EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& destination,
                             const Neighborhood& neighborhood, const CoordinateMap& coordinates, double coherence_share,
-                            std::span<const double> control_weights, const RunControl& control) {
-  return measure_figures(source, destination, neighborhood, coordinates, control_weights, control)
+                            std::span<const double> control_weights, const RunControl& control, const CostSums* sums) {
+  return measure_figures(source, destination, neighborhood, coordinates, control_weights, control, sums)
       .report(source, coherence_share);
 }
 

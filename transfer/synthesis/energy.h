@@ -121,6 +121,7 @@ struct EnergyFigures {
     std::int64_t high = 0, low = 0;
     void add(std::int64_t cost);
     [[nodiscard]] double mean(std::int64_t count) const;
+    friend bool operator==(const Sum&, const Sum&) = default;
   };
   Sum coherence, control;
   std::int64_t num_texels = 0, difference = 0, pairs = 0, coherent_pairs = 0;
@@ -134,15 +135,22 @@ struct EnergyFigures {
   void add(const EnergyFigures& other);
   [[nodiscard]] EnergyReport report(const SourceLevel& source, double coherence_share) const;
 };
-/// Of the texels of the level.
+/// What all texels of a level cost, where something else than the CPU has summed it up.
+struct CostSums {
+  EnergyFigures::Sum coherence, control;
+};
+/// Each part with the full weight, so that figures do not depend on rounding by a share.
+[[nodiscard]] EnergyScale full_scale(const SourceLevel& source, std::span<const double> control_weights);
+/// Of the texels of the level. @param sums  Of full_scale(); null: they are found here.
 [[nodiscard]] EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel& destination,
                                             const Neighborhood& neighborhood, const CoordinateMap& coordinates,
-                                            std::span<const double> control_weights, const RunControl& control = {});
+                                            std::span<const double> control_weights, const RunControl& control = {},
+                                            const CostSums* sums = nullptr);
 
 /// Every neighbor known, whatever order made the map: figures of different methods can be compared.
 [[nodiscard]] EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& destination,
                                           const Neighborhood& neighborhood, const CoordinateMap& coordinates,
                                           double coherence_share, std::span<const double> control_weights,
-                                          const RunControl& control = {});
+                                          const RunControl& control = {}, const CostSums* sums = nullptr);
 
 }  // namespace patinate::transfer

@@ -31,6 +31,7 @@ struct MapToAudit {
   std::vector<FollowedControl> controls;               ///< At least one.
   std::shared_ptr<const FlowFrames> frames = nullptr;  ///< As TransferInput's.
   ImageU8 source_mask = {};  ///< What could be copied, instead of the history's mask; empty: that.
+  std::shared_ptr<const SearchDevice> device = nullptr;  ///< Searches, with the CPU's figures; none: the CPU.
 };
 
 /// Measures as transfer() does: with its appearance, on the level whose pixels are as large as texels. Of an atlas of

@@ -42,7 +42,8 @@ std::uint32_t stream_of(std::size_t level, int pass) {
 PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                                 double coherence_share, std::span<const double> control_weights, std::uint64_t seed,
                                 const MultiLevelOptions& options, const RunControl& control,
-                                const LevelRefinement& refinement, const SearchDevice* device, std::size_t finest) {
+                                const LevelRefinement& refinement, const SearchDevice* device, std::size_t finest,
+                                std::unique_ptr<SearchDevice::Level>* kept) {
   check_ranges(options);
   RunControl silent = control;
   silent.on_progress = nullptr;
@@ -81,6 +82,7 @@ PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neigh
                         control.part(std::min(0.999, done / total), std::min(0.999, end / total)));
       done = end;
     }
+    if (l == finest && kept != nullptr) *kept = improver.take_device_level();
     if (l > 0) level.destination.neighbors.reset();
   }
   control.report(1.0);

@@ -4,20 +4,20 @@
 
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "patinate/transfer/transfer.h"
 #include "transfer/synthesis/energy.h"
 #include "transfer/synthesis/places.h"
+#include "transfer/synthesis/search_device.h"
 #include "transfer/synthesis/similar_pixels.h"
 
 namespace patinate::transfer {
 
 /// Where texels are large the control decides, where they are small the texture.
 inline constexpr double kFirstCoherence = 0.2;
-
-class SearchDevice;
 
 /// What is done with the places of a level after its passes.
 struct LevelRefinement {
@@ -45,11 +45,13 @@ struct LevelRefinement {
 /// next one has begun: all at once would take twice as much.
 /// @param device  Runs the passes, with the same bits; may be null. When it fails, the CPU goes on.
 /// @param finest  Where it ends: finer levels may be empty, and the places are those of this one.
+/// @param kept  Takes what the device has of that level, for what is measured of it; null if it has failed.
 [[nodiscard]] PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                                               double coherence_share, std::span<const double> control_weights,
                                               std::uint64_t seed, const MultiLevelOptions& options = {},
                                               const RunControl& control = {}, const LevelRefinement& refinement = {},
-                                              const SearchDevice* device = nullptr, std::size_t finest = 0);
+                                              const SearchDevice* device = nullptr, std::size_t finest = 0,
+                                              std::unique_ptr<SearchDevice::Level>* kept = nullptr);
 
 /// What a level is synthesized with: the share of coherence, which rises from the coarsest level to the finest;
 [[nodiscard]] double coherence_of_level(std::size_t level, std::size_t coarsest, double coherence_share,

@@ -11,14 +11,7 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr int kAxisBits = 13;
-
-std::int64_t root_rounded_down(std::int64_t square) {
-  auto root = static_cast<std::int64_t>(std::sqrt(static_cast<double>(square)));
-  while (root * root > square) --root;  // The root is rounded.
-  while ((root + 1) * (root + 1) <= square) ++root;
-  return root;
-}
+using window_kernel::kAxisBits;
 
 /// Columns that span the leading eigenvectors of a symmetric matrix, by falling eigenvalue [Golub and Van Loan,
 /// sec. 8.2.4]; no matter how nearly: bounds hold for any axes.
@@ -60,8 +53,10 @@ NeighborhoodProjection::NeighborhoodProjection(const SourceLevel& source, const 
         parts_[num_parts == 1 ? 0 : quarter_of(o)].weights.begin() + static_cast<std::ptrdiff_t>(k * kAppearanceSize),
         kAppearanceSize, neighborhood.weights[k]);
   }
-  axes_.assign(std::tuple_size_v<ProjectedNeighborhood> * size, 0);
+  rows_.assign(std::tuple_size_v<ProjectedNeighborhood> * size, 0);
   for (const Part& part : parts_) find_axes(source, part);
+  for (const Part& part : parts_)
+    std::copy(part.weights.begin(), part.weights.end(), row_of(part.first_value + part.num_axes));
 }
 
 void NeighborhoodProjection::gather(std::int32_t pixel, std::span<std::int16_t> appearances) const {
@@ -98,12 +93,11 @@ void NeighborhoodProjection::find_axes(const SourceLevel& source, const Part& pa
   // Rows b_j = axis_j * sqrt(w) / 4. |B x|^2 <= sum w x^2 / 16 holds when the largest eigenvalue of B W^-1 B' is at
   // most 1/16.
   constexpr double kMargin = 1e-9;  // Far above the rounding of the sums below.
-  const auto row_of = [&](std::size_t j) { return axes_.data() + (part.first_value + j) * size; };
   for (double scale = 0.999;; scale *= 0.999) {
     for (std::size_t j = 0; j < part.num_axes; ++j) {
       for (Eigen::Index m = 0; m < n; ++m) {
         const double entry = static_cast<double>(axes(m, static_cast<Eigen::Index>(j))) * root(m) / kUnit;
-        row_of(j)[members[static_cast<std::size_t>(m)]] =
+        row_of(part.first_value + j)[members[static_cast<std::size_t>(m)]] =
             static_cast<std::int16_t>(std::lround(std::ldexp(entry * scale, kAxisBits)));
       }
     }
@@ -113,7 +107,8 @@ void NeighborhoodProjection::find_axes(const SourceLevel& source, const Part& pa
       for (std::size_t k = 0; k < part.num_axes; ++k) {
         double product = 0.0;
         for (std::size_t i : members)
-          product += static_cast<double>(int{row_of(j)[i]} * int{row_of(k)[i]}) / part.weights[i];
+          product += static_cast<double>(int{row_of(part.first_value + j)[i]} * int{row_of(part.first_value + k)[i]}) /
+                     part.weights[i];
         circle += std::abs(product);
       }
       largest = std::max(largest, std::ldexp(circle, -2 * kAxisBits));
@@ -130,29 +125,25 @@ ProjectedNeighborhood NeighborhoodProjection::of_pixel(std::int32_t pixel) const
 }
 
 ProjectedNeighborhood NeighborhoodProjection::of(std::span<const std::int16_t> appearances) const {
-  const std::size_t size = appearances.size();
+  const auto sum_of = [&](std::size_t value, bool is_rest) {
+    const std::int16_t* row = rows_.data() + value * appearances.size();
+    std::int32_t sum = 0;  // Of a rest <= 1024 * 8 * 511^2 < 2^31.
+    for (std::size_t i = 0; i < appearances.size(); ++i)
+      sum += window_kernel::projection_term(appearances[i], row[i], is_rest);
+    return sum;
+  };
   ProjectedNeighborhood result{};
   for (const Part& part : parts_) {
-    std::int32_t squares = 0;  // <= 1024 * 8 * 511^2 < 2^31.
-    for (std::size_t i = 0; i < size; ++i)
-      squares += appearances[i] * static_cast<std::int16_t>(appearances[i] * part.weights[i]);
-    // The squares of the sums below are at most 2^22 times `squares`, as axes are short: below 2^53.
-    std::int64_t rest = (std::int64_t{squares} << (2 * kAxisBits)) / (kUnit * kUnit);
-    for (std::size_t j = part.first_value; j < part.first_value + part.num_axes; ++j) {
-      const std::int16_t* axis = axes_.data() + j * size;
-      std::int32_t sum = 0;
-      for (std::size_t i = 0; i < size; ++i) sum += appearances[i] * axis[i];
-      result[j] = static_cast<std::int16_t>(sum >> kAxisBits);
-      rest -= std::int64_t{sum} * sum;
+    const std::size_t rest = part.first_value + part.num_axes;
+    std::int64_t left = window_kernel::squared_length(sum_of(rest, true));
+    for (std::size_t j = part.first_value; j < rest; ++j) {
+      const std::int32_t sum = sum_of(j, false);
+      result[j] = window_kernel::projected_value(sum);
+      left -= std::int64_t{sum} * sum;
     }
-    result[part.first_value + part.num_axes] = static_cast<std::int16_t>(root_rounded_down(rest) >> kAxisBits);
+    result[rest] = window_kernel::projected_rest(left);
   }
   return result;
-}
-
-std::int64_t NeighborhoodProjection::reach(std::int64_t squares) {
-  // (sqrt(squares) / 4 + 4)^2, rounded up.
-  return squares / (kUnit * kUnit) + 2 * (root_rounded_down(squares) + 1) + 17;
 }
 
 }  // namespace patinate::transfer

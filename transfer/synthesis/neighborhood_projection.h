@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "transfer/synthesis/energy.h"
+#include "transfer/synthesis/window_kernel.h"
 
 namespace patinate::transfer {
 
@@ -37,8 +38,10 @@ class NeighborhoodProjection {
   [[nodiscard]] ProjectedNeighborhood of(std::span<const std::int16_t> appearances) const;
   /// The largest |p - q|^2 of projections of neighborhoods that differ by `squares` >= 0. reach(s + 16 x) >= reach(s) +
   /// x.
-  [[nodiscard]] static std::int64_t reach(std::int64_t squares);
-  static constexpr int kUnit = 4;
+  [[nodiscard]] static std::int64_t reach(std::int64_t squares) { return window_kernel::projection_reach(squares); }
+  static constexpr int kUnit = window_kernel::kProjectionUnit;
+  /// As projection_term() takes them: 16 rows, each of as many values as a list of appearances has.
+  [[nodiscard]] std::span<const std::int16_t> rows() const { return rows_; }
   static constexpr std::size_t kMostAppearances = 120 * kAppearanceSize;  ///< Radius 5.
 
  private:
@@ -52,7 +55,10 @@ class NeighborhoodProjection {
   const SourceLevel& source_;
   std::vector<std::int32_t> deltas_;  ///< Of the neighbors, in values.
   std::vector<Part> parts_;
-  std::vector<std::int16_t> axes_;  ///< One row a value, over 2^13; 0 outside of its part, and for a rest.
+  [[nodiscard]] std::int16_t* row_of(std::size_t value) {
+    return rows_.data() + value * deltas_.size() * kAppearanceSize;
+  }
+  std::vector<std::int16_t> rows_;  ///< One a value: an axis over 2^13, 0 outside of its part; of a rest its weights.
 };
 
 }  // namespace patinate::transfer

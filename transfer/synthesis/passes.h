@@ -52,6 +52,8 @@ class Improver {
   /// beside the places.
   [[nodiscard]] std::span<std::uint8_t> changed_near() { return changed_near_; }
   void go_on_after(int num_passes) { turn_ = kNumSets * num_passes; }
+  /// What the device has of the level, after the last pass; null where there is none, or it has failed.
+  [[nodiscard]] std::unique_ptr<SearchDevice::Level> take_device_level() { return std::move(on_device_); }
 
  private:
   static constexpr int kNumSets = search_kernel::kInterleavedSets;

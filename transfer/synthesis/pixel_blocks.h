@@ -8,13 +8,9 @@
 #include "patinate/core/run_control.h"
 #include "transfer/synthesis/neighborhood_projection.h"
 #include "transfer/synthesis/reach_kernel.h"
+#include "transfer/synthesis/window_kernel.h"
 
 namespace patinate::transfer {
-
-/// Pixels [x0, x1) x [y0, y1).
-struct SearchWindow {
-  int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-};
 
 /// Squares of 16 x 16 pixels, which keep their usable ones sorted by first control.
 struct PixelSquares {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <utility>
 
@@ -9,6 +10,7 @@
 #include "libcommon/core/random.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/wavefronts.h"
+#include "transfer/synthesis/window_device.h"
 #include "transfer/synthesis/window_search.h"
 
 namespace patinate::transfer {
@@ -33,35 +35,32 @@ struct Position {
 
 /// Weighted mean of where the known neighbors would put this texel; nothing when none is known.
 std::optional<Position> mean_position(const Neighborhood& neighborhood, const TexelCost& cost, const PlaceMap& places) {
+  const search_kernel::PlaceTables tables = places.tables();
   std::int64_t x = 0, y = 0, weights = 0;
   for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
     const PixelNeighbor& n = cost.neighbor(k);
-    if (n.texel < 0 || places.pixels[static_cast<std::size_t>(n.texel)] < 0) continue;
+    if (!window_kernel::has_place(tables.pixels, n)) continue;
     const FixedPoint from = places.point(n.texel);
     x += neighborhood.weights[k] * std::int64_t{from.x - n.x};
     y += neighborhood.weights[k] * std::int64_t{from.y - n.y};
     weights += neighborhood.weights[k];
   }
   if (weights == 0) return std::nullopt;
-  const std::int64_t scale = weights * PixelNeighbor::kOne;
-  return Position{x / scale, y / scale};
+  return Position{window_kernel::mean_place(x, weights), window_kernel::mean_place(y, weights)};
 }
 
 /// Of 64 pixels of similar control value, the one nearest to the mean position.
 Position window_center(const SourceLevel& source, std::span<const std::uint16_t> target, int tolerance,
                        const std::optional<Position>& mean, RandomStream& random) {
-  constexpr int kTries = 64;
   const auto similar = source.similar(target, tolerance);
   Position best;
   std::int64_t best_distance = std::numeric_limits<std::int64_t>::max();
-  for (int i = 0; i < (mean ? kTries : 1); ++i) {
+  for (int i = 0; i < (mean ? window_kernel::kWindowTries : 1); ++i) {
     const std::int32_t p = similar[random.below(static_cast<std::uint32_t>(similar.size()))];
-    const Position candidate{p % source.width(), p / source.width()};
-    const std::int64_t dx = mean ? candidate.x - mean->x : 0, dy = mean ? candidate.y - mean->y : 0;
-    if (dx * dx + dy * dy < best_distance) {
-      best_distance = dx * dx + dy * dy;
-      best = candidate;
-    }
+    const std::int64_t distance = mean ? window_kernel::squared_apart(p, source.width(), mean->x, mean->y) : 0;
+    if (distance >= best_distance) continue;
+    best_distance = distance;
+    best = {p % source.width(), p / source.width()};
   }
   return best;
 }
@@ -69,16 +68,17 @@ Position window_center(const SourceLevel& source, std::span<const std::uint16_t>
 /// What the texel has from the pass before, and where the known neighbors would put it, the nearest first.
 void likely_places(const SourceLevel& source, const Neighborhood& neighborhood, const TexelCost& cost,
                    const PlaceMap& places, TexelId own, std::vector<Place>& out) {
+  const search_kernel::SourceTables from = source_tables(source);
+  const search_kernel::PlaceTables tables = places.tables();
   out.clear();
   if (const Place now = places.at(own); now.pixel >= 0) out.push_back(now);
   for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
     const PixelNeighbor& n = cost.neighbor(k);
-    if (n.texel < 0 || places.pixels[static_cast<std::size_t>(n.texel)] < 0) continue;
-    const FixedPoint from = places.point(n.texel);
-    const Place place = place_at(source, {from.x - n.x, from.y - n.y});
+    if (!window_kernel::has_place(tables.pixels, n)) continue;
+    const search_kernel::FixedPlace place = window_kernel::led_place(&from, &tables, n);
     if (place.pixel >= 0 &&
         std::none_of(out.begin(), out.end(), [&](const Place& p) { return p.pixel == place.pixel; }))
-      out.push_back(place);
+      out.push_back({place.pixel, {place.x, place.y}});
   }
 }
 
@@ -119,9 +119,7 @@ std::vector<FractionalPlace> fractional_within(const TexelCost& cost, const std:
 Place choose_good(const WindowSearch& search, const TexelCost& cost, const SearchWindow& window,
                   const WindowOptimum& best, const SourceLevel& source, const std::vector<Place>& likely,
                   double epsilon, RandomStream& random) {
-  const auto loosened = [&](std::int64_t least) {
-    return least + static_cast<std::int64_t>(epsilon * static_cast<double>(least));
-  };
+  const auto loosened = [&](std::int64_t least) { return window_kernel::loosened_cost(least, epsilon); };
   std::vector<FractionalPlace> going_on = fractional_within(cost, likely, loosened(best.cost));
   std::int64_t least = best.cost;
   for (const FractionalPlace& p : going_on) least = std::min(least, p.cost);
@@ -138,43 +136,103 @@ Place choose_good(const WindowSearch& search, const TexelCost& cost, const Searc
   return with_fraction(source, best.pixel, likely);
 }
 
+/// The CPU's search, made when it is needed: a device has tables of its own.
+class FrontSearch {
+ public:
+  FrontSearch(const SourceLevel& source, const DestinationLevel& destination, const Neighborhood& neighborhood,
+              std::uint64_t seed, const ReferenceOptions& options, const RunControl& control)
+      : source_(source),
+        destination_(destination),
+        neighborhood_(neighborhood),
+        seed_(seed),
+        options_(options),
+        control_(control) {}
+
+  /// The texels of a front get places.
+  void place(const std::vector<TexelId>& front, const EnergyScale& scale, int pass, PlaceMap& places) {
+    if (!search_) search_.emplace(source_, neighborhood_, options_.window_px, control_);
+    parallel_for(static_cast<std::int64_t>(front.size()), kChunk, control_, [&](std::int64_t begin, std::int64_t end) {
+      Worker worker{.cost = TexelCost(source_, destination_, neighborhood_)};
+      for (std::int64_t i = begin; i < end; ++i) {
+        const TexelId t = front[static_cast<std::size_t>(i)];
+        worker.cost.prepare(t, places.pixels, scale);
+        place(t, RandomStream(seed_, static_cast<std::uint64_t>(t), static_cast<std::uint32_t>(pass)), worker, places);
+      }
+    });
+  }
+
+ private:
+  void place(TexelId t, RandomStream random, Worker& worker, PlaceMap& places) const {
+    const int tolerance = static_cast<int>(options_.tolerance * kControlSteps);
+    const Position center = window_center(source_, destination_.target(t), tolerance,
+                                          mean_position(neighborhood_, worker.cost, places), random);
+    likely_places(source_, neighborhood_, worker.cost, places, t, worker.likely);
+    worker.likely_pixels.clear();
+    for (const Place& p : worker.likely) worker.likely_pixels.push_back(p.pixel);
+    const SearchWindow window = search_->window(center.x, center.y, options_.window_px);
+    const WindowOptimum best = search_->find(worker.cost, window, worker.likely_pixels);
+    if (best.pixel < 0) return;
+    places.set(t, choose_good(*search_, worker.cost, window, best, source_, worker.likely, options_.epsilon, random));
+  }
+
+  const SourceLevel& source_;
+  const DestinationLevel& destination_;
+  const Neighborhood& neighborhood_;
+  std::uint64_t seed_;
+  const ReferenceOptions& options_;
+  const RunControl& control_;
+  std::optional<WindowSearch> search_;
+};
+
 }  // namespace
 
 CoordinateMap synthesize_reference(const SourceLevel& source, const DestinationLevel& destination,
                                    const Neighborhood& neighborhood, double coherence_share,
                                    std::span<const double> control_weights, std::uint64_t seed,
-                                   const ReferenceOptions& options, const RunControl& control) {
+                                   const ReferenceOptions& options, const RunControl& control,
+                                   const SearchDevice* device) {
   check_ranges(options);
   PlaceMap places(destination.map->num_texels(), source.width());
-  const int tolerance = static_cast<int>(options.tolerance * kControlSteps);
   const std::vector<std::vector<TexelId>> fronts = wavefronts(destination);
   RunControl silent = control;
   silent.on_progress = nullptr;
-  const WindowSearch search(source, neighborhood, options.window_px, silent);
+  FrontSearch here(source, destination, neighborhood, seed, options, silent);
+  std::unique_ptr<ReferenceOnDevice> there;
+  /// @returns false, with nothing changed, where there is no device or it has failed.
+  const auto is_placed_there = [&](const EnergyScale& scale, int pass, std::size_t first, std::size_t last) {
+    if (device == nullptr) return false;
+    try {
+      if (there == nullptr)
+        there = std::make_unique<ReferenceOnDevice>(*device, source, destination, neighborhood, fronts, seed, options,
+                                                    silent);
+      there->run(scale, pass, first, last, places, silent);
+      return true;
+    } catch (const device::DeviceError& error) {
+      device->report_failure(error);
+      there.reset();
+      device = nullptr;
+      return false;
+    }
+  };
+  // A device is given an eighth of a pass at a time: so much is lost with it.
+  const std::size_t some = (fronts.size() + 7) / 8;
   for (int pass = 0; pass < options.num_passes; ++pass) {
     const double ramp = options.num_passes == 1 ? 1.0 : pass / (options.num_passes - 1.0);
     const EnergyScale scale = EnergyScale::make(
         source, options.first_coherence + (coherence_share - options.first_coherence) * ramp, control_weights);
-    const auto place = [&](TexelId t, Worker& worker) {
-      worker.cost.prepare(t, places.pixels, scale);
-      RandomStream random(seed, static_cast<std::uint64_t>(t), static_cast<std::uint32_t>(pass));
-      const Position center = window_center(source, destination.target(t), tolerance,
-                                            mean_position(neighborhood, worker.cost, places), random);
-      likely_places(source, neighborhood, worker.cost, places, t, worker.likely);
-      worker.likely_pixels.clear();
-      for (const Place& p : worker.likely) worker.likely_pixels.push_back(p.pixel);
-      const SearchWindow window = search.window(center.x, center.y, options.window_px);
-      const WindowOptimum best = search.find(worker.cost, window, worker.likely_pixels);
-      if (best.pixel < 0) return;
-      places.set(t, choose_good(search, worker.cost, window, best, source, worker.likely, options.epsilon, random));
+    const auto report = [&](std::size_t done) {
+      control.report((pass + static_cast<double>(done) / static_cast<double>(fronts.size() + 1)) / options.num_passes);
     };
-    for (std::size_t f = 0; f < fronts.size(); ++f) {
-      parallel_for(static_cast<std::int64_t>(fronts[f].size()), kChunk, silent,
-                   [&](std::int64_t begin, std::int64_t end) {
-                     Worker worker{.cost = TexelCost(source, destination, neighborhood)};
-                     for (std::int64_t i = begin; i < end; ++i) place(fronts[f][static_cast<std::size_t>(i)], worker);
-                   });
-      control.report((pass + static_cast<double>(f + 1) / static_cast<double>(fronts.size() + 1)) / options.num_passes);
+    for (std::size_t first = 0; first < fronts.size(); first += some) {
+      const std::size_t last = std::min(fronts.size(), first + some);
+      if (is_placed_there(scale, pass, first, last)) {
+        report(last);
+        continue;
+      }
+      for (std::size_t f = first; f < last; ++f) {
+        here.place(fronts[f], scale, pass, places);
+        report(f + 1);
+      }
     }
   }
   control.report(1.0);

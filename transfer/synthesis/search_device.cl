@@ -3,7 +3,7 @@
 
 #define PATINATE_LIST_ITEMS 64  // SearchDevice has these too.
 #define PATINATE_SEARCH_ITEMS 32
-enum { kSearchItems = PATINATE_SEARCH_ITEMS, kMostRandom = 64 };
+enum { kSearchItems = PATINATE_SEARCH_ITEMS, kMostRandom = 64, kTexelsSummed = 64 };
 
 // What the items of a group have together of their texel.
 typedef struct SharedSearch {
@@ -93,11 +93,7 @@ kernel __attribute__((reqd_work_group_size(PATINATE_SEARCH_ITEMS, 1, 1))) void s
       atomic_add(&shared.sum_of_weights, (i32)weights[k]);
       continue;
     }
-    // Of no weight: compared with the candidate itself.
-    shared.known.weight[k] = 0;
-    shared.known.x[k] = 0;
-    shared.known.y[k] = 0;
-    for (i32 d = 0; d < kComponents; ++d) shared.known.appearance[k * kComponents + d] = 0;
+    forget_neighbor(&shared.known, k);
   }
   barrier(CLK_LOCAL_MEM_FENCE);
   if (lane == 0) {
@@ -121,7 +117,7 @@ kernel __attribute__((reqd_work_group_size(PATINATE_SEARCH_ITEMS, 1, 1))) void s
                       : c % of_each == 0 ? place.pixel
                                          : similar_pixel(&pass, place.pixel, c % of_each - 1);
     if (pixel < 0) continue;
-    if (c >= num_begun || c % of_each != 0) place = middle_of(&pass, pixel);
+    if (c >= num_begun || c % of_each != 0) place = middle_of(&pass.source, pixel);
     if (try_place(&pass, &shared.known, place, bonus, &search)) best = c;
   }
   shared.cost[lane] = search.best_cost;
@@ -169,4 +165,59 @@ kernel void take_due(const SearchNumbers numbers, global const int* row, global 
   pixels[texel] = found_pixel[index];
   beside[2 * texel] = found_beside[2 * index];
   beside[2 * texel + 1] = found_beside[2 * index + 1];
+}
+
+// What the texels of a group cost, one after the other, an item a neighbor: of coherence and of control 2^32 * high +
+// low, in this order.
+kernel __attribute__((reqd_work_group_size(PATINATE_SEARCH_ITEMS, 1, 1))) void sum_costs(
+    const SearchNumbers numbers, global const short* appearance, global const ushort* controls,
+    global const uchar* is_usable, global const short* weights, global const long* coherence_scales,
+    global const long* control_scales, global const ushort* targets, global const int* row,
+    global const ulong* is_stored, global const uint* begin, global const PackedNeighbor* stored,
+    global const int* triangle, global const int* steps_of, global const PackedNeighbor* steps,
+    global const int* pixels, const ulong num_texels, global long* sums) {
+  local KnownNeighbors known;
+  local i32 sum_of_weights;
+  local i64 squares[kSearchItems];
+  const i32 lane = (i32)get_local_id(0);
+  const i64 group = (i64)(get_global_id(0) / kSearchItems);
+  const NeighborTables tables = {
+      numbers.num_neighbors + kTexelsBeside, row, is_stored, begin, stored, triangle, steps_of, steps};
+  const SourceTables source = {appearance, controls, is_usable, 0, numbers.source_width, numbers.source_height};
+  const CostTables cost = {weights, coherence_scales, control_scales, numbers.num_neighbors, numbers.radius_px,
+                           numbers.num_controls};
+  i64 coherence_high = 0, coherence_low = 0, control_high = 0, control_low = 0;
+  for (i32 i = 0; i < kTexelsSummed; ++i) {
+    const i64 texel = group * kTexelsSummed + i;
+    const bool is_there = texel < (i64)num_texels && triangle[texel] >= 0;
+    if (lane == 0) sum_of_weights = 0;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    i64 own_squares = 0;
+    for (i32 k = lane; is_there && k < numbers.num_neighbors; k += kSearchItems) {
+      if (!know_neighbor(&source, &cost, pixels, texel, texel_neighbor(&tables, texel, k), k, k, &known)) continue;
+      atomic_add(&sum_of_weights, (i32)weights[k]);
+      global const short* base = appearance + (i64)pixels[texel] * kComponents;
+      own_squares += (i64)squares_of(&known, k, base + known.delta[k]) * known.weight[k];
+    }
+    squares[lane] = own_squares;
+    for (i32 apart = kSearchItems / 2; apart > 0; apart /= 2) {
+      barrier(CLK_LOCAL_MEM_FENCE);
+      if (lane < apart) squares[lane] += squares[lane + apart];
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    if (lane == 0 && is_there) {
+      const i64 coherence = squares[0] * coherence_scales[sum_of_weights];
+      const i64 control = control_cost(&source, &cost, targets + texel * numbers.num_controls, pixels[texel]);
+      coherence_high += coherence >> 32;
+      coherence_low += coherence & 0xFFFFFFFFl;
+      control_high += control >> 32;
+      control_low += control & 0xFFFFFFFFl;
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+  if (lane != 0) return;
+  sums[4 * group] = coherence_high;
+  sums[4 * group + 1] = coherence_low;
+  sums[4 * group + 2] = control_high;
+  sums[4 * group + 3] = control_low;
 }

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 #include <vector>
+
+#include "transfer/synthesis/device_tables.h"
 
 namespace patinate::transfer {
 
@@ -28,37 +29,27 @@ int num_neighbors_of(const Neighborhood& neighborhood) {
 
 struct SearchDevice::Level::State {
   State(const SearchDevice& search_device, const SynthesisLevel& synthesis_level, const Neighborhood& neighborhood,
-        const SimilarPixels& similar, const EnergyScale& scale, const FlatNeighbors& flat)
+        const SimilarPixels& similar, const EnergyScale& scale, const RunControl& control)
       : device(search_device.device()),
         level(synthesis_level),
         program(build_program(device, num_neighbors_of(neighborhood))),
         list(program.kernel("list_due")),
         search(program.kernel("search_due")),
         take(program.kernel("take_due")),
+        sum(program.kernel("sum_costs")),
         appearance(device.upload(level.source.appearance.values())),
         source_controls(device.upload(level.source.controls.values())),
         is_usable(device.upload(level.source.is_usable)),
         similar_pixels(device.upload(std::span(similar.data()->data(), similar.size() * kNumSimilar))),
-        usable(device.upload(level.source.usable)),
-        first_with(device.upload(level.source.first_with)),
-        grid_cell(device.upload(level.source.grid_cell)),
-        grid_begin(device.upload(level.source.grid_begin)),
-        grid_pixels(device.upload(level.source.grid_pixels)),
+        alike(device, level.source),
         weights(device.upload(neighborhood.weights)),
         coherence_scales(device.upload(scale.coherence_scales)),
         control_scales(device.upload(scale.control_scale)),
         targets(device.upload(level.destination.controls.values())),
-        row(device.upload(flat.row)),
-        is_stored(device.upload(flat.is_stored)),
-        begin(device.upload(flat.begin)),
-        stored(device.upload(flat.stored)),
-        triangle(device.upload(level.destination.map->triangles())),
-        steps_of(device.upload(flat.steps_of)),
-        steps(device.upload(flat.steps)) {
+        neighbors(device, level.destination, control),
+        places(device, *level.destination.map) {
     const TexelMap& map = *level.destination.map;
     const auto num_texels = static_cast<std::size_t>(map.num_texels());
-    pixels = device.allocate<std::int32_t>(num_texels);
-    beside = device.allocate<std::int8_t>(2 * num_texels);
     changed_near = device.allocate<std::uint8_t>(num_texels);
     const std::size_t largest_set =
         static_cast<std::size_t>((map.width() + 1) / 2) * static_cast<std::size_t>((map.height() + 1) / 2);
@@ -70,10 +61,9 @@ struct SearchDevice::Level::State {
     look = device.allocate<std::uint8_t>(level.source.is_usable.size());
     excess = device.allocate<std::int32_t>(std::size_t{search_kernel::kExcessCells} * search_kernel::kExcessCells);
     const search_kernel::CostTables cost = cost_tables(neighborhood, scale);
-    const search_kernel::AlikeTables alike = alike_tables(level.source);
     numbers.source_width = level.source.width();
     numbers.source_height = level.source.height();
-    numbers.num_usable = alike.num_usable;
+    numbers.num_usable = alike_tables(level.source).num_usable;
     numbers.num_controls = cost.num_controls;
     numbers.num_neighbors = cost.num_neighbors;
     numbers.radius_px = cost.radius_px;
@@ -84,44 +74,39 @@ struct SearchDevice::Level::State {
   Device device;
   const SynthesisLevel& level;
   device::Program program;
-  device::Kernel list, search, take;
+  device::Kernel list, search, take, sum;
   search_kernel::SearchNumbers numbers{};
   Buffer<std::int16_t> appearance;
   Buffer<std::uint16_t> source_controls;
   Buffer<std::uint8_t> is_usable;
-  Buffer<std::int32_t> similar_pixels, usable, first_with, grid_cell, grid_begin, grid_pixels;
+  Buffer<std::int32_t> similar_pixels;
+  AlikeOnDevice alike;
   Buffer<std::int16_t> weights;
   Buffer<std::int64_t> coherence_scales, control_scales;
   Buffer<std::uint16_t> targets;
-  Buffer<std::int32_t> row;
-  Buffer<std::uint64_t> is_stored;
-  Buffer<std::uint32_t> begin;
-  Buffer<neighbor_kernel::PackedNeighbor> stored;
-  Buffer<std::int32_t> triangle, steps_of;
-  Buffer<neighbor_kernel::PackedNeighbor> steps;
+  NeighborsOnDevice neighbors;
   // What passes change.
   Buffer<std::uint8_t> reuse, look;
-  Buffer<std::int32_t> excess, pixels;
-  Buffer<std::int8_t> beside;
-  Buffer<std::uint8_t> changed_near;
-  bool is_resident = false;  ///< Places and what has changed are there already, as the last pass left them.
-  CoordinateMap read_pixels;
-  std::vector<std::int8_t> read_beside;
+  Buffer<std::int32_t> excess;
+  PlacesOnDevice places;
+  Buffer<std::uint8_t> changed_near;  ///< There as long as places are.
   std::vector<std::uint8_t> read_changed;
   // Of a set: the items whose turn it is, and what was found for each.
   Buffer<std::uint32_t> due, num_due;
   Buffer<std::int32_t> found_pixel;
   Buffer<std::int8_t> found_beside;
 
-  static constexpr std::uint64_t kGroup = 64, kSearchGroup = 32;  // As search_device.cl has them.
+  // As search_device.cl has them.
+  static constexpr std::uint64_t kGroup = 64, kSearchGroup = 32, kTexelsSummed = 64;
 
   /// Calls launch(items) for all of some texels, waiting for each: one takes some milliseconds.
-  /// @param items_each  Items for each of them, in groups of `group`.
+  /// @param items_each  Items for each of them, in groups of `group`. @param work  Of an item; that of a search is 1.
   template <class Launch>
   void for_each_launch(std::uint64_t num_texels, std::uint64_t items_each, std::uint64_t group,
-                       const RunControl& control, const Launch& launch) const {
+                       const RunControl& control, const Launch& launch, std::uint64_t work = 1) const {
     // Bounded in items: small cards, too, are to be done with a launch before a display notices.
-    const std::uint64_t most = (device.info().is_gpu ? std::uint64_t{1} << 21 : std::uint64_t{1} << 17) / items_each;
+    const std::uint64_t most =
+        (device.info().is_gpu ? std::uint64_t{1} << 21 : std::uint64_t{1} << 17) / items_each / work;
     for (std::uint64_t first = 0; first < num_texels; first += most) {
       control.throw_if_stopped();
       const std::uint64_t num = std::min(most, num_texels - first) * items_each;
@@ -132,8 +117,9 @@ struct SearchDevice::Level::State {
 
   [[nodiscard]] std::uint32_t list_due(const RunControl& control) {
     device.fill_zero(num_due.memory());
-    for_each_launch(numbers.num_items, 1, kGroup, control,
-                    [&](const Items& items) { list.run(items, numbers, triangle, changed_near, num_due, due); });
+    for_each_launch(numbers.num_items, 1, kGroup, control, [&](const Items& items) {
+      list.run(items, numbers, neighbors.triangle, changed_near, num_due, due);
+    });
     std::uint32_t num = 0;
     device.read(num_due, std::span(&num, 1));
     return num;
@@ -145,24 +131,23 @@ struct SearchDevice::Level::State {
     numbers.columns = (map.width() - numbers.set % 2 + 1) / 2;
     numbers.num_items = static_cast<std::uint32_t>(rows) * static_cast<std::uint32_t>(numbers.columns);
     const std::uint32_t num = list_due(control);
+    const NeighborsOnDevice& n = neighbors;
     for_each_launch(num, kSearchGroup, kSearchGroup, control, [&](const Items& items) {
-      search.run(items, numbers, appearance, source_controls, is_usable, similar_pixels, usable, first_with, grid_cell,
-                 grid_begin, grid_pixels, weights, coherence_scales, control_scales, reuse, look, excess, targets, row,
-                 is_stored, begin, stored, triangle, steps_of, steps, pixels, beside, due, found_pixel, found_beside);
+      search.run(items, numbers, appearance, source_controls, is_usable, similar_pixels, alike.usable, alike.first_with,
+                 alike.grid_cell, alike.grid_begin, alike.grid_pixels, weights, coherence_scales, control_scales, reuse,
+                 look, excess, targets, n.row, n.is_stored, n.begin, n.stored, n.triangle, n.steps_of, n.steps,
+                 places.pixels(), places.beside(), due, found_pixel, found_beside);
     });
     for_each_launch(num, 1, kGroup, control, [&](const Items& items) {
-      take.run(items, numbers, row, is_stored, begin, stored, triangle, steps_of, steps, due, num, found_pixel,
-               found_beside, pixels, beside, changed_near);
+      take.run(items, numbers, n.row, n.is_stored, n.begin, n.stored, n.triangle, n.steps_of, n.steps, due, num,
+               found_pixel, found_beside, places.pixels(), places.beside(), changed_near);
     });
   }
 };
 
 SearchDevice::Level::Level(const SearchDevice& device, const SynthesisLevel& level, const Neighborhood& neighborhood,
                            const SimilarPixels& similar, const EnergyScale& scale, const RunControl& control) {
-  if (level.destination.map->num_texels() >= std::int64_t{1} << 31)
-    throw DeviceError(device.device().info().name + ": an atlas of 2^31 texels is too large for it");
-  state_ =
-      std::make_unique<State>(device, level, neighborhood, similar, scale, level.destination.neighbors->flat(control));
+  state_ = std::make_unique<State>(device, level, neighborhood, similar, scale, control);
 }
 SearchDevice::Level::~Level() = default;
 
@@ -174,11 +159,8 @@ void SearchDevice::Level::run(const DevicePass& pass, PlaceMap& places, std::spa
     s.device.write(pass.looks, s.look);
     s.device.write(pass.excess, s.excess);
   }
-  if (!s.is_resident) {
-    s.device.write(std::span<const std::int32_t>(places.pixels), s.pixels);
-    s.device.write(std::as_const(places).beside(), s.beside);
-    s.device.write(std::span<const std::uint8_t>(changed_near), s.changed_near);
-  }
+  if (!s.places.are_there()) s.device.write(std::span<const std::uint8_t>(changed_near), s.changed_near);
+  s.places.give(places);
   const search_kernel::PlaceTables tables = places.tables();
   search_kernel::SearchNumbers& numbers = s.numbers;
   numbers.reciprocal = tables.reciprocal;
@@ -193,17 +175,41 @@ void SearchDevice::Level::run(const DevicePass& pass, PlaceMap& places, std::spa
     numbers.turn = pass.first_turn + set;
     s.run_set(control);
   }
-  // All at once, so that a device that is lost leaves what was given.
-  s.read_pixels.resize(places.pixels.size());
-  s.read_beside.resize(places.beside().size());
   s.read_changed.resize(changed_near.size());
-  s.device.read(s.pixels, std::span(s.read_pixels));
-  s.device.read(s.beside, std::span(s.read_beside));
+  s.places.read();
   s.device.read(s.changed_near, std::span(s.read_changed));
-  s.is_resident = true;
-  std::swap(places.pixels, s.read_pixels);
-  std::copy(s.read_beside.begin(), s.read_beside.end(), places.beside().begin());
+  s.places.take(places);
   std::copy(s.read_changed.begin(), s.read_changed.end(), changed_near.begin());
+}
+
+CostSums SearchDevice::Level::sum_costs(const EnergyScale& scale, const CoordinateMap& coordinates,
+                                        const RunControl& control) {
+  constexpr std::uint64_t kWork = State::kTexelsSummed / 8;  // A texel costs far less than to be searched for.
+  State& s = *state_;
+  const NeighborsOnDevice& n = s.neighbors;
+  const auto pixels = s.device.upload(std::span<const std::int32_t>(coordinates));
+  const auto coherence_scales = s.device.upload(scale.coherence_scales);
+  const auto control_scales = s.device.upload(scale.control_scale);
+  const std::uint64_t num_groups = (coordinates.size() + State::kTexelsSummed - 1) / State::kTexelsSummed;
+  const auto sums = s.device.allocate<std::int64_t>(4 * num_groups);
+  s.for_each_launch(
+      num_groups, State::kSearchGroup, State::kSearchGroup, control,
+      [&](const Items& items) {
+        s.sum.run(items, s.numbers, s.appearance, s.source_controls, s.is_usable, s.weights, coherence_scales,
+                  control_scales, s.targets, n.row, n.is_stored, n.begin, n.stored, n.triangle, n.steps_of, n.steps,
+                  pixels, std::uint64_t{coordinates.size()}, sums);
+      },
+      kWork);
+  std::vector<std::int64_t> read(4 * num_groups);
+  s.device.read(sums, std::span(read));
+  CostSums all;
+  for (std::size_t i = 0; i < read.size(); i += 4) {
+    all.coherence.high += read[i];
+    all.coherence.low += read[i + 1];
+    all.control.high += read[i + 2];
+    all.control.low += read[i + 3];
+  }
+  return all;
 }
 
 }  // namespace patinate::transfer

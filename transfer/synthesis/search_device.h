@@ -45,6 +45,10 @@ class SearchDevice : public device::FallibleDevice {
     /// left, and must be given that. @param changed_near  By texel: see search_kernel.inl.
     /// @throws DeviceError; what was given is then as it was. @throws Canceled within about 50 ms.
     void run(const DevicePass& pass, PlaceMap& places, std::span<std::uint8_t> changed_near, const RunControl& control);
+    /// What measure_figures() is given: of the texels of a map that passes have made, and whatever came after.
+    /// @throws DeviceError, Canceled.
+    [[nodiscard]] CostSums sum_costs(const EnergyScale& scale, const CoordinateMap& coordinates,
+                                     const RunControl& control);
 
    private:
     struct State;
@@ -52,7 +56,7 @@ class SearchDevice : public device::FallibleDevice {
   };
 };
 
-/// A small synthesis there and here, place by place. @throws DeviceError if the device cannot run it.
+/// A small synthesis there and here, place by place, and its energy. @throws DeviceError if the device cannot run it.
 [[nodiscard]] device::CheckResult check_search(const device::Device& device);
 
 }  // namespace patinate::transfer

@@ -56,7 +56,7 @@ typedef struct CostTables {
 typedef struct KnownNeighbors {
   i32 num;
   i64 coherence_scale;
-  i16 appearance[PATINATE_MOST_NEIGHBORS * kComponents];
+  PATINATE_ALIGNED_TO(16) i16 appearance[PATINATE_MOST_NEIGHBORS * kComponents];
   i16 weight[PATINATE_MOST_NEIGHBORS];
   i32 delta[PATINATE_MOST_NEIGHBORS];  // Their offset in the source, in values,
   i32 x[PATINATE_MOST_NEIGHBORS];      // and in 1/256 pixel.
@@ -89,6 +89,16 @@ PATINATE_INLINE bool know_neighbor(const SourceTables* source, const CostTables*
   return true;
 }
 
+// In place of one that is not known, on devices, whose items each know a neighbor: of no weight, and compared with the
+// candidate itself.
+PATINATE_INLINE void forget_neighbor(PATINATE_LOCAL KnownNeighbors* known, i32 i) {
+  known->weight[i] = 0;
+  known->delta[i] = 0;
+  known->x[i] = 0;
+  known->y[i] = 0;
+  for (i32 d = 0; d < kComponents; ++d) known->appearance[i * kComponents + d] = 0;
+}
+
 // known_at: by neighbor, which of the known ones it is; not touched where it is not known. May be 0.
 PATINATE_INLINE void gather_known(const SourceTables* source, const CostTables* cost,
                                   PATINATE_GLOBAL const i32* coordinates, i64 texel, const PixelNeighbor* neighbors,
@@ -106,12 +116,19 @@ PATINATE_INLINE void gather_known(const SourceTables* source, const CostTables* 
 
 // Of the k-th known neighbor and a pixel.
 PATINATE_INLINE i32 squares_of(PATINATE_LOCAL const KnownNeighbors* known, i32 k, PATINATE_GLOBAL const i16* pixel) {
+#ifdef __OPENCL_VERSION__  // Two loads of 16 bytes: what pixels and neighbors look like is aligned to that.
+  const int8 difference = convert_int8(*(PATINATE_LOCAL const short8*)(known->appearance + k * kComponents)) -
+                          convert_int8(*(PATINATE_GLOBAL const short8*)pixel);
+  const int8 squares = difference * difference;
+  return squares.s0 + squares.s1 + squares.s2 + squares.s3 + squares.s4 + squares.s5 + squares.s6 + squares.s7;
+#else
   i32 squares = 0;
   for (i32 d = 0; d < kComponents; ++d) {
     const i32 difference = known->appearance[k * kComponents + d] - pixel[d];
     squares += difference * difference;
   }
   return squares;
+#endif
 }
 
 // Where the i-th known neighbor lies, in values of the source, seen from beside the middle of a pixel.
@@ -130,12 +147,12 @@ PATINATE_INLINE SeenNeighbor seen_from(const SourceTables* source, const CostTab
   return seen;
 }
 
-#ifndef __OPENCL_VERSION__
 // sum_k w_k |difference_k|^2 over some of the known neighbors. |difference| <= 1022, weights <= 16 and 1024 in all: a
 // lane of two components stays below 2^31.
-PATINATE_INLINE i64 weighted_squares(const KnownNeighbors* known, const i32* delta, const i16* weight,
-                                     PATINATE_GLOBAL const i16* base, i32 begin, i32 end) {
-#if defined(__SSE2__)
+PATINATE_INLINE i64 weighted_squares(PATINATE_LOCAL const KnownNeighbors* known, PATINATE_LOCAL const i32* delta,
+                                     PATINATE_LOCAL const i16* weight, PATINATE_GLOBAL const i16* base, i32 begin,
+                                     i32 end) {
+#if defined(__SSE2__) && !defined(__OPENCL_VERSION__)
   __m128i sum = _mm_setzero_si128();
   for (i32 k = begin; k < end; ++k) {
     const __m128i own = _mm_loadu_si128(reinterpret_cast<const __m128i*>(known->appearance + k * kComponents));
@@ -154,9 +171,10 @@ PATINATE_INLINE i64 weighted_squares(const KnownNeighbors* known, const i32* del
 }
 
 // Stops early and returns something >= bound when it cannot be below it.
-PATINATE_INLINE i64 coherence_cost(const SourceTables* source, const KnownNeighbors* known, const i32* delta,
-                                   const i16* weight, i32 pixel, i64 bound) {
-  enum { kBlock = 8 };  // Neighbors between two looks at the bound.
+PATINATE_INLINE i64 coherence_cost(const SourceTables* source, PATINATE_LOCAL const KnownNeighbors* known,
+                                   PATINATE_LOCAL const i32* delta, PATINATE_LOCAL const i16* weight, i32 pixel,
+                                   i64 bound) {
+  const i32 kBlock = 8;  // Neighbors between two looks at the bound.
   PATINATE_GLOBAL const i16* base = source->appearance + (i64)pixel * kComponents;
   i64 total = 0;
   for (i32 begin = 0; begin < known->num; begin += kBlock) {
@@ -166,7 +184,6 @@ PATINATE_INLINE i64 coherence_cost(const SourceTables* source, const KnownNeighb
   }
   return total * known->coherence_scale;
 }
-#endif
 
 PATINATE_INLINE i64 control_cost(const SourceTables* source, const CostTables* cost, PATINATE_GLOBAL const u16* target,
                                  i32 pixel) {
@@ -177,6 +194,14 @@ PATINATE_INLINE i64 control_cost(const SourceTables* source, const CostTables* c
     sum += difference * difference * cost->control_scales[c];
   }
   return sum;
+}
+
+// Of the middle of a pixel. Stops early and returns something >= bound when it cannot be below it.
+PATINATE_INLINE i64 cost_of_pixel(const SourceTables* source, const CostTables* cost, PATINATE_GLOBAL const u16* target,
+                                  PATINATE_LOCAL const KnownNeighbors* known, i32 pixel, i64 bound) {
+  const i64 control = control_cost(source, cost, target, pixel);
+  if (control >= bound) return control;
+  return control + coherence_cost(source, known, known->delta, known->weight, pixel, bound - control);
 }
 
 // Of a place beside the middle of its pixel, in 1/256 pixel: neighbors are compared with the pixels nearest to where
@@ -323,11 +348,11 @@ PATINATE_INLINE bool try_place(const SearchPass* pass, PATINATE_LOCAL KnownNeigh
   return true;
 }
 
-PATINATE_INLINE FixedPlace middle_of(const SearchPass* pass, i32 pixel) {
+PATINATE_INLINE FixedPlace middle_of(const SourceTables* source, i32 pixel) {
   FixedPlace place;
   place.pixel = pixel;
-  place.x = pixel % pass->source.width * kFixedOne;
-  place.y = pixel / pass->source.width * kFixedOne;
+  place.x = pixel % source->width * kFixedOne;
+  place.y = pixel / source->width * kFixedOne;
   return place;
 }
 
@@ -407,12 +432,13 @@ PATINATE_INLINE FixedPlace best_place(const SearchPass* pass, i64 texel, const P
     try_place(pass, known, begun.places[i], bonus_of(pass, &begun, i), &search);
     for (i32 k = 0; k < kAlikeCandidates; ++k) {
       const i32 pixel = similar_pixel(pass, begun.places[i].pixel, k);
-      if (pixel >= 0) try_place(pass, known, middle_of(pass, pixel), bonus, &search);
+      if (pixel >= 0) try_place(pass, known, middle_of(&pass->source, pixel), bonus, &search);
     }
   }
   const AlikePixels alike = alike_pixels(&pass->alike, search.target, pass->tolerance);
   for (i32 i = 0; i < pass->num_random; ++i)
-    try_place(pass, known, middle_of(pass, alike.pixels[random_below(&random, (u32)alike.num)]), bonus, &search);
+    try_place(pass, known, middle_of(&pass->source, alike.pixels[random_below(&random, (u32)alike.num)]), bonus,
+              &search);
   return search.best;
 }
 #endif

@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "libcommon/core/parallel.h"
 #include "transfer/exemplar/structure.h"
 #include "transfer/synthesis/multi_level.h"
 #include "transfer/synthesis/open_options.h"
@@ -42,7 +43,7 @@ void describe(OptionVisitor& v, TransferOptions& o) {
 
 namespace {
 
-void check_controls(const std::vector<TransferControl>& controls, const TexelMap& map) {
+void check_controls(const std::vector<TransferControl>& controls, const TexelMap& map, const RunControl& silent) {
   if (controls.empty()) throw InvalidInput("transfer needs at least one control");
   for (const TransferControl& c : controls) {
     if (c.values.width() != map.width() || c.values.height() != map.height()) {
@@ -50,22 +51,36 @@ void check_controls(const std::vector<TransferControl>& controls, const TexelMap
                          std::to_string(c.values.height()) + " was given; expected " + std::to_string(map.width()) +
                          " x " + std::to_string(map.height()));
     }
+    if (!(c.weight >= 0.0) || !std::isfinite(c.weight))
+      throw InvalidInput("control `" + c.destination + "`: its weight must be a number >= 0");
+    constexpr std::int64_t kTexels = 1 << 20;
+    parallel_for(map.num_texels(), kTexels, silent, [&](TexelId begin, TexelId end) {
+      for (TexelId t = begin; t < end; ++t) {
+        if (std::isfinite(c.values.data()[t]) || !map.is_covered(t)) continue;
+        throw InvalidInput("control `" + c.destination + "`: texel (" + std::to_string(t % map.width()) + ", " +
+                           std::to_string(t / map.width()) + ") holds NaN or infinity");
+      }
+    });
   }
 }
 
-void check_input(const TransferInput& input) {
+void check_input(const TransferInput& input, const RunControl& silent) {
   if (!input.history || !input.map) throw InvalidInput("transfer needs a history and a map of the surface");
   const HistoryFacts& facts = input.history->facts();
-  check_controls(input.controls, *input.map);
+  check_controls(input.controls, *input.map, silent);
   if (input.frames && input.frames->size() != input.map->mesh().triangles.size())
     throw InvalidInput("transfer: expected one frame a triangle");
+  if (input.frames &&
+      !std::all_of(input.frames->begin(), input.frames->end(), [](const FlowFrame& f) { return f.allFinite(); }))
+    throw InvalidInput("transfer: a frame of the flow holds NaN or infinity");
   const std::int64_t num_pixels = std::int64_t{facts.width} * facts.height;
   if (num_pixels > std::numeric_limits<std::int32_t>::max())
     throw InvalidInput(input.history->label() + ": has more than 2^31 pixels; scale it down");
   if (std::max(facts.width, facts.height) > kLargestSource_px)
     throw InvalidInput(input.history->label() + ": is longer than " + std::to_string(kLargestSource_px) +
                        " pixels; scale it down");
-  if (!(input.texel_size_mm > 0.0)) throw InvalidInput("texel_size_mm must be > 0");
+  if (!(input.texel_size_mm > 0.0) || !std::isfinite(input.texel_size_mm))
+    throw InvalidInput("texel_size_mm must be > 0");
   if (input.map->num_covered() == 0)
     throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
 }
@@ -91,26 +106,38 @@ void check_usable(const History& history, const std::vector<std::size_t>& asked,
 CoordinateMap synthesize_fast(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                               const std::vector<double>& weights, const std::vector<SourceStructure>& structure,
                               const TransferOptions& options, const SearchDevice* device, const TileGrid* grid,
-                              const RunControl& control) {
+                              std::unique_ptr<SearchDevice::Level>& kept, const RunControl& control) {
   const auto seed = static_cast<std::uint64_t>(options.seed);
   return std::move(synthesize_multi_level(levels, neighborhood, *options.coherence_share, weights, seed,
                                           options.multi_level, control,
-                                          refinement_of(structure, options, weights, grid), device)
+                                          refinement_of(structure, options, weights, grid), device, 0, &kept)
                        .pixels);
+}
+
+/// Nothing where the device has no tables of the level, or fails.
+std::optional<CostSums> sums_on_device(const SearchDevice* device, SearchDevice::Level* level, const EnergyScale& scale,
+                                       const CoordinateMap& coordinates, const RunControl& control) {
+  if (level == nullptr) return std::nullopt;
+  try {
+    return level->sum_costs(scale, coordinates, control);
+  } catch (const device::DeviceError& error) {
+    device->report_failure(error);
+    return std::nullopt;
+  }
 }
 
 }  // namespace
 
 TransferResult transfer(const TransferInput& input, const TransferOptions& asked, const RunControl& control) {
   check_ranges(asked);
-  check_input(input);
+  RunControl silent = control;
+  silent.on_progress = nullptr;
+  check_input(input, silent);
   const History& history = *input.history;
   const std::shared_ptr<const TexelMap>& map = input.map;
   TransferResult result;
   const ImageU8 mask = usable_mask(history, input.source_mask);
   MatchedControls matched = match_controls(history, mask, input.controls, map->coverage(), control.part(0.0, 0.0));
-  RunControl silent = control;
-  silent.on_progress = nullptr;
   TransferOptions open = asked;
   if (open.method == TransferMethod::Reference) open.appearance.structure = 0.0;  // The paper's knows none.
   const SourceStructure structure = find_structure(history, mask, open.appearance, silent);
@@ -145,14 +172,18 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   std::optional<TileGrid> grid;
   if (map->sheet().num_tiles() > 1) grid.emplace(map->sheet());
   if (options.method == TransferMethod::Reference) find_neighbors(levels[0].destination, neighborhood, silent);
+  std::unique_ptr<SearchDevice::Level> on_device;
   result.coordinates =
       options.method == TransferMethod::Reference
           ? synthesize_reference(levels[0].source, levels[0].destination, neighborhood, *options.coherence_share,
-                                 weights, seed, options.reference, synthesis_control)
+                                 weights, seed, options.reference, synthesis_control, input.device.get())
           : synthesize_fast(levels, neighborhood, weights, structure_levels(structure, first, levels.size(), silent),
-                            options, input.device.get(), grid ? &*grid : nullptr, synthesis_control);
+                            options, input.device.get(), grid ? &*grid : nullptr, on_device, synthesis_control);
+  const std::optional<CostSums> sums = sums_on_device(
+      input.device.get(), on_device.get(), full_scale(levels[0].source, weights), result.coordinates, silent);
+  on_device.reset();
   result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,
-                                 *options.coherence_share, weights, silent);
+                                 *options.coherence_share, weights, silent, sums ? &*sums : nullptr);
   result.matched_controls = std::move(levels[0].destination.controls);
   for (std::int32_t& s : result.coordinates)
     s = to_full_size(s, levels[0].source.width(), static_cast<int>(first), history.facts().width);

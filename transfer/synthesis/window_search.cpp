@@ -26,30 +26,17 @@ const ReachKernel& reach_kernel() {
 class Reach {
  public:
   /// @param cost  With a coherence scale > 0.
-  explicit Reach(const TexelCost& cost) : coherence_scale_(cost.coherence_scale()), target_(cost.first_target()) {
-    // Squares of differences take 24 bits, the ratio of scales what is left.
-    constexpr std::int64_t kLargest = std::int64_t{1} << 38;
-    control_scale_ =
-        std::min(kLargest, (cost.first_control_scale() << kControlBits) / (kUnitSquared * coherence_scale_));
-  }
+  explicit Reach(const TexelCost& cost)
+      : reach_(window_kernel::reach_of(cost.coherence_scale(), cost.first_control_scale(), cost.first_target())) {}
   /// Of pixels that cost at most `bound`.
-  void tighten(std::int64_t bound) {
-    limit_ = NeighborhoodProjection::reach(std::min(kFarthest, bound / coherence_scale_) + 1);
-  }
+  void tighten(std::int64_t bound) { limit_ = window_kernel::reach_within(&reach_, bound); }
   /// Of controls in [low, high]: what their difference alone takes from the squared distance.
-  [[nodiscard]] std::int64_t taken(int low, int high) const {
-    const std::int64_t d = std::max({0, low - target_, target_ - high});
-    return (d * d * control_scale_) >> kControlBits;
-  }
+  [[nodiscard]] std::int64_t taken(int low, int high) const { return window_kernel::reach_taken(&reach_, low, high); }
   [[nodiscard]] std::int64_t limit() const { return limit_; }
 
  private:
-  static constexpr std::int64_t kUnitSquared =
-      std::int64_t{NeighborhoodProjection::kUnit} * NeighborhoodProjection::kUnit;
-  static constexpr int kControlBits = 16;
-  static constexpr std::int64_t kFarthest = std::int64_t{1} << 40;
-  std::int64_t coherence_scale_, control_scale_ = 0, limit_ = 0;
-  int target_;
+  window_kernel::ProjectionReach reach_;
+  std::int64_t limit_ = 0;
 };
 
 bool meets(const SearchWindow& extent, const SearchWindow& window) {
@@ -146,16 +133,11 @@ WindowSearch::WindowSearch(const SourceLevel& source, const Neighborhood& neighb
       kernel_(reach_kernel()) {}
 
 SearchWindow WindowSearch::window(std::int64_t x, std::int64_t y, int side) const {
-  const std::int64_t x0 = std::clamp<std::int64_t>(x - side / 2, 0, std::max(0, source_.width() - side));
-  const std::int64_t y0 = std::clamp<std::int64_t>(y - side / 2, 0, std::max(0, source_.height() - side));
-  return {static_cast<int>(x0), static_cast<int>(y0),
-          static_cast<int>(std::min<std::int64_t>(source_.width(), x0 + side)),
-          static_cast<int>(std::min<std::int64_t>(source_.height(), y0 + side))};
+  return window_kernel::window_around(x, y, side, source_.width(), source_.height());
 }
 
 bool WindowSearch::is_in(const SearchWindow& window, std::int32_t pixel) const {
-  const int x = pixel % source_.width(), y = pixel / source_.width();
-  return x >= window.x0 && x < window.x1 && y >= window.y0 && y < window.y1;
+  return window_kernel::window_holds(window, pixel, source_.width());
 }
 
 WindowOptimum WindowSearch::find(const TexelCost& cost, const SearchWindow& window,
@@ -179,11 +161,8 @@ std::vector<std::int32_t> WindowSearch::find_within(const TexelCost& cost, const
 
 void WindowSearch::search(const TexelCost& cost, const SearchWindow& window, Best& best) const {
   const unsigned quarters = cost.whole_quarters();
-  // Where whole quarters hold less than four sevenths of the known neighbors, they say too little to be worth the while
-  // (measured).
-  const std::size_t num_whole =
-      static_cast<std::size_t>(std::popcount(quarters)) * num_appearances_ / kAppearanceSize / kNumQuarters;
-  if (cost.coherence_scale() == 0 || 7 * num_whole < 4 * static_cast<std::size_t>(cost.num_known()) || quarters == 0) {
+  if (!window_kernel::compares_projections(cost.coherence_scale(), quarters, cost.num_known(),
+                                           static_cast<std::int32_t>(num_appearances_ / kAppearanceSize))) {
     search_by_control(cost, window, best);
   } else {
     search_by_projection(quarters == kAllQuarters ? whole_ : quarters_, cost, quarters, window, best);
@@ -231,7 +210,8 @@ void WindowSearch::search_by_projection(const Table& table, const TexelCost& cos
       const PixelBlock& block = all.blocks[static_cast<std::size_t>(tile.first_block + i)];
       const std::int64_t distance =
           distances[static_cast<std::size_t>(i)] + query.reach().taken(block.low_control, block.high_control);
-      if (distance <= limit && meets(block.extent, window)) blocks.push_back({distance, tile.first_block + i});
+      if (distance <= query.reach().limit() && meets(block.extent, window))
+        blocks.push_back({distance, tile.first_block + i});
     }
   });
 

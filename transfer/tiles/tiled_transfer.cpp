@@ -140,10 +140,11 @@ void TiledTransfer::survey(int tile, const Folder& folder, const RunControl& con
   for (std::size_t c = 0; c < t.input.controls.size(); ++c) {
     const ImageF values = make_part_control(t.input.controls[c].destination, map, rect, task_.kinds, silent).values;
     write_control_files(files_of(folder, c), tile, map, rect, values.values(), silent);
-    write_control_tile(folder, t, c, tile, [&](int x, int y, ImageF& strip) {
+    const auto fill = [&](int x, int y, ImageF& strip) {
       for (int row = 0; row < strip.height(); ++row)
         std::copy_n(&values.at(x - rect.x0, y + row - rect.y0), strip.width(), strip.row(row).begin());
-    });
+    };
+    write_control_tile(folder, t, c, tile, fill, silent);
     control.report(static_cast<double>(c + 1) / static_cast<double>(t.input.controls.size()));
   }
 }
@@ -306,10 +307,11 @@ void TiledTransfer::finish(int tile, const Folder& folder, const RunControl& con
   write_figures(folder / tile_file::figures(tile), measure_figures(synthesis.source, synthesis.destination,
                                                                    p.neighborhood, places.pixels, p.weights, silent));
   const int source_width = synthesis.source.width(), full_width = task_.transfer.history->facts().width;
-  write_coordinate_tile(folder, task_.transfer, tile, *map, [&](TexelId t) {
+  const auto pixel_of = [&](TexelId t) {
     return to_full_size(places.pixels[static_cast<std::size_t>(t)], source_width, static_cast<int>(p.first),
                         full_width);
-  });
+  };
+  write_coordinate_tile(folder, task_.transfer, tile, *map, pixel_of, silent);
   control.report(1.0);
 }
 

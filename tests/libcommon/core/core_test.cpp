@@ -36,6 +36,17 @@ TEST(RandomStream, DependsOnItemAndPurposeOnly) {
   EXPECT_NE(first, other_purpose.next_u32());
 }
 
+// What a device's items draw for themselves is what one after the other draws.
+TEST(RandomStream, GoesOnFromAnyWord) {
+  RandomStream drawn(7, 42, 3);
+  for (std::uint32_t num = 0; num < 11; ++num) {
+    random_kernel::RandomState state = random_kernel::random_state_after(7, 42, 3, num);
+    EXPECT_EQ(random_kernel::random_words_used(&state), num);
+    EXPECT_EQ(random_kernel::random_next(&state), drawn.next_u32());
+    EXPECT_EQ(random_kernel::random_words_used(&state), num + 1);
+  }
+}
+
 TEST(RandomStream, BelowIsUniform) {
   // Chi-square with 9 degrees of freedom: 27.9 is exceeded with probability 0.001; the seed is fixed.
   constexpr int kDraws = 100'000;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "libcommon/core/files.h"
+#include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
@@ -44,6 +45,44 @@ TEST(ImageRows, WrittenByRowsIsWhatIsWrittenAtOnceToTheByte) {
     writer.finish();
     EXPECT_EQ(read_file(file), read_file(folder / (std::string("whole") + extension))) << extension;
   }
+}
+
+// Chunks that are compressed at the same time are written in their order. Rows that end in the middle of one, too.
+TEST(ImageRows, AnyNumberOfThreadsWritesTheSameExr) {
+  const TempFolder folder;
+  const ImageF image = noise(129, 1000);
+  for (const ExrDepth depth : {ExrDepth::Half, ExrDepth::Float}) {
+    std::string alone;
+    for (const int threads : {1, 2, 4, 3}) {
+      for (const int rows_at_once : {1000, 8 * threads * kExrChunkRows, 100}) {
+        ImageRowWriter writer(folder / "a.exr", image.width(), image.height(),
+                              {.depth = depth, .num_threads = threads});
+        for (int y = 0; y < image.height(); y += rows_at_once) {
+          const int rows = std::min(rows_at_once, image.height() - y);
+          writer.write(std::span(image.row(y).data(), static_cast<std::size_t>(rows) * image.row(0).size()));
+        }
+        writer.finish();
+        const std::string written = read_file(folder / "a.exr");
+        if (alone.empty()) alone = written;
+        EXPECT_EQ(written, alone) << threads << " threads, " << rows_at_once << " rows";
+      }
+    }
+  }
+}
+
+// As in jobs whose items write at the same time.
+TEST(ImageRows, FilesThatAreWrittenAtOnceShareThreads) {
+  const TempFolder folder;
+  const ImageF image = noise(61, 300);
+  constexpr int kFiles = 8;
+  parallel_for(kFiles, 1, {.on_progress = {}, .stop = {}, .num_threads = 4}, [&](std::int64_t file, std::int64_t) {
+    ImageRowWriter writer(folder / (std::to_string(file) + ".exr"), image.width(), image.height(),
+                          {.num_threads = 1 + static_cast<int>(file % 4)});
+    writer.write(image.values());
+    writer.finish();
+  });
+  for (int file = 1; file < kFiles; ++file)
+    EXPECT_EQ(read_file(folder / (std::to_string(file) + ".exr")), read_file(folder / "0.exr")) << file;
 }
 
 TEST(ImageRows, ReadByRowsIsWhatIsReadAtOnce) {

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstring>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -81,6 +84,58 @@ TEST_F(LookupsOnDevices, OfSourcesWithAnyNumberOfChannelsAreTheCpus) {
   }
 }
 
+/// Any bits, those of NaN, infinities and subnormal numbers among them.
+template <class T>
+Image<T> any_bits(RandomStream& random, int width, int height, int channels) {
+  Image<T> image(width, height, channels);
+  std::vector<std::uint8_t> bytes(image.values().size_bytes());
+  for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random.below(256));
+  std::memcpy(image.data(), bytes.data(), bytes.size());
+  return image;
+}
+
+template <class T>
+void expect_same_bits(const LookupDevice& device, const Image<T>& source, const PackedCoordinates& indices) {
+  const Image<T> here = gather_packed(source, indices), there = gather_on(&device, source, indices);
+  ASSERT_EQ(there.values().size(), here.values().size());
+  EXPECT_EQ(std::memcmp(there.data(), here.data(), here.values().size_bytes()), 0)
+      << indices.num_pixels() << " texels of " << source.width() << " x " << source.height() << " x "
+      << source.channels();
+}
+
+// Gathers copy bits: what a number is worth does not count, nor how many texels an item has left for it.
+TEST_F(LookupsOnDevices, OfAnyBitsAnyTexelsAndAnySourceAreTheCpus) {
+  constexpr int kRounds = 60;
+  for (const DeviceInfo& info : all) {
+    const LookupDevice device(Device(info),
+                              [](const device::DeviceError& problem) { ADD_FAILURE() << problem.what(); });
+    RandomStream random(31, 0);
+    for (int round = 0; round < kRounds; ++round) {
+      const int width = 1 + static_cast<int>(random.below(40)), height = 1 + static_cast<int>(random.below(40)),
+                channels = 1 + round % 4;
+      const std::uint32_t nothing = random.below(9);  // In 0 to 8 of 8 texels.
+      PackedCoordinates texels(round < 12 ? round + 1 : 1 + static_cast<int>(random.below(300)), 1);
+      for (std::uint32_t& index : texels.values())
+        index = random.below(8) < nothing ? kNoValue : random.below(static_cast<std::uint32_t>(width * height));
+      expect_same_bits(device, any_bits<float>(random, width, height, channels), texels);
+      expect_same_bits(device, any_bits<std::uint8_t>(random, width, height, channels), texels);
+    }
+  }
+}
+
+TEST_F(LookupsOnDevices, OfFiveChannelsAreRefused) {
+  EXPECT_THROW(DeviceGather<float>(Device(all[0]), ImageF(4, 4, 5)), InvalidInput);
+}
+
+TEST_F(LookupsOnDevices, OfWholeImagesGoOnWithoutOneThatIsLost) {
+  const ImageF source(kSource, kSource, 3, 0.5f);
+  std::string failure;
+  const LookupDevice device(Device(all[0], testing_support::driver_with_launches(0)),
+                            [&](const device::DeviceError& error) { failure = error.what(); });
+  EXPECT_EQ(gather_on(&device, source, indices), gather_packed(source, indices));
+  EXPECT_NE(failure.find("CL_OUT_OF_RESOURCES"), std::string::npos) << failure;
+}
+
 TEST_F(LookupsOnDevices, AtTimesOfTheirOwnAreTheCpusWhetherFramesFitAtOnceOrNot) {
   for (const DeviceInfo& info : all) {
     const auto device = std::make_shared<const LookupDevice>(
@@ -90,6 +145,27 @@ TEST_F(LookupsOnDevices, AtTimesOfTheirOwnAreTheCpusWhetherFramesFitAtOnceOrNot)
       for (const int frames_at_once : {2, 3, kFrames + 1})
         EXPECT_EQ(colors(between, device, frames_at_once), here) << info.name << ' ' << frames_at_once;
     }
+  }
+}
+
+TEST_F(LookupsOnDevices, AtTheSmallestAndLargestTimesAreTheCpus) {
+  using Limits = std::numeric_limits<float>;
+  const std::array<float, 11> extremes{0.0f,
+                                       -0.0f,
+                                       Limits::denorm_min(),
+                                       -Limits::denorm_min(),
+                                       Limits::min(),
+                                       Limits::max(),
+                                       Limits::lowest(),
+                                       Limits::infinity(),
+                                       -Limits::infinity(),
+                                       std::nextafter(kFrames - 1.0f, 0.0f),
+                                       std::nextafter(1.0f, 2.0f)};
+  for (std::size_t i = 0; i < times.values().size(); ++i) times.data()[i] = extremes[i % extremes.size()];
+  for (const DeviceInfo& info : all) {
+    const auto device = std::make_shared<const LookupDevice>(Device(info));
+    for (const Between between : {Between::Blend, Between::Hold, Between::Nearest})
+      EXPECT_EQ(colors(between, device), colors(between, nullptr)) << info.name;
   }
 }
 

@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "libcommon/core/random.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history_sampling.h"
 #include "patinate/transfer/transfer_reader.h"
+#include "tests/support/errors.h"
 
 namespace patinate::transfer {
 namespace {
@@ -73,6 +75,20 @@ TEST(PackedLookup, RefusesOtherChannelsAndSizes) {
 }
 
 // What a file may hold instead of pixels of the history; each is said with its texel.
+// Whoever gives coordinates of their own: nothing is read beside the history.
+TEST(PackedLookup, RefusesCoordinatesThatLieBesideTheSource) {
+  ImageF coordinates(3, 2, 2, -1.0f);
+  coordinates.at(1, 1, 0) = 6.0f;
+  coordinates.at(1, 1, 1) = 3.0f;
+  EXPECT_EQ(pack_checked_coordinates(coordinates, 7, 4), pack_coordinates(coordinates, 7));
+  for (const float wrong : {7.0f, 1e9f, -2.0f, std::nanf(""), std::numeric_limits<float>::infinity(), 2.5f}) {
+    coordinates.at(1, 1, 0) = wrong;
+    const std::string said =
+        testing_support::error_of<InvalidInput>([&] { (void)pack_checked_coordinates(coordinates, 7, 4); });
+    EXPECT_NE(said.find("texel (1, 1) points"), std::string::npos) << wrong << ": " << said;
+  }
+}
+
 TEST(PackedLookup, SaysWhichTexelPointsNowhere) {
   const auto message = [](float x, float y) -> std::string {
     const std::vector<float> xy{0.0f, 0.0f, -1.0f, -1.0f, 3.0f, 4.0f, x, y};

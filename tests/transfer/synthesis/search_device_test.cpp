@@ -88,12 +88,15 @@ struct QuiltTask {
 TEST_F(SearchOnDevices, GivesTheCpusCoordinates) {
   for (const int num_controls : {1, 2}) {
     const QuiltTask task(num_controls);
-    const CoordinateMap here = task.run(nullptr).coordinates;
+    const TransferResult here = task.run(nullptr);
     for (const DeviceInfo& info : all) {
       std::string failure;
       const auto search = std::make_shared<const SearchDevice>(
           Device(info), [&](const device::DeviceError& error) { failure = error.what(); });
-      EXPECT_EQ(task.run(search).coordinates, here) << info.name;
+      const TransferResult there = task.run(search);
+      EXPECT_EQ(there.coordinates, here.coordinates) << info.name;
+      EXPECT_EQ(there.energy.coherence, here.energy.coherence) << "summed up there";
+      EXPECT_EQ(there.energy.control_mismatch, here.energy.control_mismatch);
       EXPECT_EQ(failure, "");
     }
   }
@@ -110,13 +113,15 @@ TEST_F(SearchOnDevices, HaveRoomForTheLargestNeighborhood) {
 
 TEST_F(SearchOnDevices, ATransferWhoseDeviceIsLostGoesOnWithTheSameCoordinates) {
   const QuiltTask task(1);
-  const CoordinateMap here = task.run(nullptr).coordinates;
+  const TransferResult here = task.run(nullptr);
   for (const int num_launches : {0, 3, 60}) {
     std::vector<std::string> failures;
     const auto search = std::make_shared<const SearchDevice>(
         Device(all[0], testing_support::driver_with_launches(num_launches)),
         [&](const device::DeviceError& error) { failures.emplace_back(error.what()); });
-    EXPECT_EQ(task.run(search).coordinates, here) << num_launches;
+    const TransferResult there = task.run(search);
+    EXPECT_EQ(there.coordinates, here.coordinates) << num_launches;
+    EXPECT_EQ(there.energy.energy, here.energy.energy) << num_launches;
     ASSERT_EQ(failures.size(), 1U) << "said once";
     EXPECT_NE(failures[0].find("CL_OUT_OF_RESOURCES"), std::string::npos) << failures[0];
   }

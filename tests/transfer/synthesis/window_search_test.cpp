@@ -133,6 +133,7 @@ TEST(WindowSearch, FindsWhatLookingAtEveryPixelFindsInAHundredThousandTexels) {
     EXPECT_EQ(differences(one, {.side = 4096}), 0) << "the whole source";
     EXPECT_EQ(differences(one, {.coherence_share = 1.0, .side = 40}), 0) << "no control";
     EXPECT_EQ(differences(one, {.coherence_share = 0.0, .side = 40}), 0) << "control alone";
+    EXPECT_EQ(differences(one, {.coherence_share = 0.001, .count = 4000}), 0) << "controls that are far off";
   }
 }
 

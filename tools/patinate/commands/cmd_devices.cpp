@@ -11,6 +11,7 @@
 #include "tools/patinate/commands/commands.h"
 #include "transfer/lookup/lookup_device.h"
 #include "transfer/synthesis/search_device.h"
+#include "transfer/synthesis/window_device.h"
 
 namespace patinate::cli {
 
@@ -32,8 +33,9 @@ struct NamedCheck {
   const char* name;
   device::CheckResult (*check)(const device::Device& device);
 };
-constexpr std::array<NamedCheck, 5> kChecks{{{"arithmetic", device::check_arithmetic},
+constexpr std::array<NamedCheck, 6> kChecks{{{"arithmetic", device::check_arithmetic},
                                              {"transfer", transfer::check_search},
+                                             {"exact search", transfer::check_window_search},
                                              {"lookups", transfer::check_lookups},
                                              {"rays", simulation::check_rays},
                                              {"iterations", simulation::check_iterations}}};

@@ -17,7 +17,7 @@
 #include "tools/patinate/command_line/times_argument.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/checked_devices.h"
+#include "tools/patinate/services/device_words.h"
 #include "tools/patinate/services/tile_files.h"
 #include "transfer/lookup/texture_cost.h"
 #include "transfer/lookup/texture_files.h"
@@ -162,7 +162,7 @@ int lookup_times(CommandRun& run, const LookupCommand& command, const transfer::
   const auto todo = unfinished(run, command, textures);
   if (!todo) return 0;
   if (!todo->empty())
-    write_textures(transfer, command, *todo, open_lookup_device(command.device, run), run.control("lookup"));
+    write_textures(transfer, command, *todo, open_lookup_device(command.device, words_of(run)), run.control("lookup"));
   report(run, command, textures, !todo->empty());
   return 0;
 }
@@ -209,7 +209,7 @@ int lookup_time_map(CommandRun& run, const LookupCommand& command, const transfe
   const auto todo = unfinished(run, command, textures);
   if (!todo) return 0;
   if (!todo->empty()) {
-    const auto device = open_lookup_device(command.device, run);
+    const auto device = open_lookup_device(command.device, words_of(run));
     ImageF at = times_of(run, command, transfer, is_file);
     transfer::write_time_map(transfer, std::move(at), command.sampling.between, textures[0].files, textures[0].key,
                              {.device = device}, run.control("lookup"));

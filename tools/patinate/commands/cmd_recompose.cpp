@@ -6,7 +6,7 @@
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/checked_devices.h"
+#include "tools/patinate/services/device_words.h"
 
 namespace patinate::cli {
 
@@ -46,7 +46,7 @@ int cmd_recompose(CommandRun& run) {
   run.line.options(device);
   run.line.example("recompose rust -o rust_pale --set rust.strength=0.5 --set rust.variation=0.8");
   if (!run.parse()) return 0;
-  options.device = open_simulation_device(device, run);
+  options.device = open_simulation_device(device, words_of(run));
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);
   simulation::SceneFile file =
       simulation::read_scene(scene_path.empty() ? manifest.scene : scene_path, run.control("scene"));

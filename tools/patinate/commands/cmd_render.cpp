@@ -1,5 +1,6 @@
 #include "tools/patinate/command_line/times_argument.h"
 #include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/device_words.h"
 #include "tools/patinate/services/output_command.h"
 #include "tools/patinate/services/render_work.h"
 
@@ -7,6 +8,7 @@ namespace patinate::cli {
 
 int cmd_render(CommandRun& run) {
   RenderTask task;
+  device::DeviceOptions device;
   TimesArgument times;
   run.line.positional("SUBJECT", "A transfer, a simulation, a history, or a mesh with --texture", task.subject);
   run.line.output("PICTURE",
@@ -25,6 +27,7 @@ int cmd_render(CommandRun& run) {
   run.line.options(task.options);
   run.line.options(task.movie);
   run.line.options(task.turn);
+  run.line.options(device);
   run.line.checked([&] { check_task(task); });
   run.line.example("render rain -o rain.png");
   run.line.example("render rain --views front,left,40:20 --environment sky.hdr -o rain.png");
@@ -35,6 +38,7 @@ int cmd_render(CommandRun& run) {
   run.line.example("render bust.glb --texture albedo.png -o bust.png");
   if (!run.parse()) return 0;
   task.times = times;
+  task.devices = output_devices(device, words_of(run));
   return run_output(run, render_work(std::move(task)));
 }
 

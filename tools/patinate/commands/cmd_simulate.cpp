@@ -8,7 +8,7 @@
 #include "simulation/job/simulation_job.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/checked_devices.h"
+#include "tools/patinate/services/device_words.h"
 
 namespace patinate::cli {
 
@@ -185,7 +185,7 @@ int cmd_simulate(CommandRun& run) {
   if (!output.empty() && is_estimate) throw UsageError("--estimate makes nothing; leave out -o");
   if (options.replicates > 0 && is_estimate)
     throw UsageError("--estimate is of one simulation; leave out --replicates");
-  const auto simulation_device = open_simulation_device(device, run);
+  const auto simulation_device = open_simulation_device(device, words_of(run));
   simulation::SceneFile file = simulation::read_scene(scene_path, run.control("scene"));
   for (const std::string& note : file.notes) run.note(note);
   if (options.iterations > 0) file.iterations = options.iterations;

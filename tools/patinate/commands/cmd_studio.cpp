@@ -14,6 +14,7 @@
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
+#include "tools/patinate/services/device_words.h"
 #include "tools/studio/access.h"
 #include "tools/studio/recording.h"
 #include "tools/studio/server.h"
@@ -74,10 +75,14 @@ int save_session(CommandRun& run, const fs::path& folder, const SessionArgument&
   std::error_code error;
   if (fs::exists(argument.file, error) && !run.line.common().force)
     throw CannotComplete(argument.file.string() + ": exists; --force replaces it");
-  studio::Studio studio(
-      studio::ServedFolder(folder),
-      {.version = PATINATE_VERSION, .token = {}, .port = 0, .hosts = {}, .num_threads = run.line.common().threads},
-      [] {});
+  studio::Studio studio(studio::ServedFolder(folder),
+                        {.version = PATINATE_VERSION,
+                         .token = {},
+                         .port = 0,
+                         .hosts = {},
+                         .num_threads = run.line.common().threads,
+                         .open_device = {}},
+                        [] {});
   write_atomically(argument.file, studio.session(options, run.control("studio")));
   run.report_output(JobStatus::Done, argument.file);
   return 0;
@@ -102,6 +107,7 @@ void tell_address(CommandRun& run, int port, const std::string& token, const fs:
 int cmd_studio(CommandRun& run) {
   fs::path folder = ".";
   StudioPort port;
+  device::DeviceOptions device;
   std::vector<std::string> hosts, also_read;
   SessionArgument session;
   run.line.positional("FOLDER",
@@ -110,6 +116,7 @@ int cmd_studio(CommandRun& run) {
                       folder);
   run.line.required(false);
   run.line.options(port);
+  run.line.options(device);
   run.line.repeated("allow-host", "NAME",
                     "A name, without port, by which a browser may call this machine beside localhost", hosts);
   run.line.repeated(
@@ -125,6 +132,7 @@ int cmd_studio(CommandRun& run) {
   std::error_code error;
   if (fs::is_regular_file(folder, error)) folder = folder_of(folder);
   if (session.is_given()) return save_session(run, folder, session);
+  check_device(device);
   studio::ServedFolder served(folder);
   std::vector<fs::path> readable{served.path()};
   readable.insert(readable.end(), also_read.begin(), also_read.end());
@@ -139,7 +147,8 @@ int cmd_studio(CommandRun& run) {
                          .token = token,
                          .port = server.port(),
                          .hosts = hosts,
-                         .num_threads = run.line.common().threads},
+                         .num_threads = run.line.common().threads,
+                         .open_device = [&, say = words_of(run)] { return open_simulation_device(device, say); }},
                         [&] {
                           has_quit = true;
                           server.stop();

@@ -21,9 +21,9 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/checked_devices.h"
 #include "tools/patinate/services/control_store.h"
 #include "tools/patinate/services/destination.h"
+#include "tools/patinate/services/device_words.h"
 #include "tools/patinate/services/mesh_source.h"
 #include "tools/patinate/services/scene_controls.h"
 #include "tools/patinate/services/tiled_destination.h"
@@ -165,10 +165,8 @@ std::shared_ptr<const FlowFrames> make_flow(const std::string& flow, const Texel
 }
 
 /// @throws UsageError
-void check_device(const transfer::TransferOptions& options, const device::DeviceOptions& device, bool by_tile) {
+void check_device(const device::DeviceOptions& device, bool by_tile) {
   if (device.device == "auto" || device.device == "cpu") return;
-  if (options.method != transfer::TransferMethod::Fast)
-    throw UsageError("--device: --method reference runs on the CPU; leave --device out");
   if (by_tile) throw UsageError("--device: --by-tile runs on the CPU; leave --device out");
 }
 
@@ -235,7 +233,7 @@ int cmd_transfer(CommandRun& run) {
   run.line.checked([&] {
     if (texel_size_mm && !(*texel_size_mm >= kLeastTexel_mm && *texel_size_mm <= kLargestTexel_mm))
       throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number [1e-9, 1e9]");
-    check_device(options, device, by_tile);
+    check_device(device, by_tile);
   });
   if (!run.parse()) return 0;
   require_no_file_name(output);  // Said before the mesh and its controls are made ready.
@@ -246,7 +244,9 @@ int cmd_transfer(CommandRun& run) {
   }
 
   transfer::TransferTask task;
-  if (options.method == transfer::TransferMethod::Fast && !by_tile) task.input.device = open_search_device(device, run);
+  if (!by_tile)
+    task.input.device = options.method == transfer::TransferMethod::Fast ? open_search_device(device, words_of(run))
+                                                                         : open_window_device(device, words_of(run));
   task.mesh_name = mesh_source.path.filename().string();
   task.options = options;
   task.options.seed = run.line.common().seed;

@@ -95,13 +95,15 @@ struct TransferTextures {
 
 std::vector<GlbAppearance> appearances_of_transfer(const std::shared_ptr<const transfer::TransferFolder>& transfer,
                                                    const std::vector<double>& times,
-                                                   const std::vector<std::string>& labels, const RunControl& control) {
+                                                   const std::vector<std::string>& labels, const OutputDevices& devices,
+                                                   const RunControl& control) {
   const std::vector<MaterialMap> maps = material_maps(transfer->history().facts());
   const auto has = [&](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
   RunControl silent = control;
   silent.on_progress = {};
-  const auto textures = std::make_shared<const TransferTextures>(TransferTextures{
-      transfer, transfer::TextureWriter(*transfer, {.with_turns = has(MaterialMap::Normal)}, control), silent});
+  transfer::TextureWriter writer(*transfer, {.with_turns = has(MaterialMap::Normal)}, control);
+  writer.use(devices.look_up());
+  const auto textures = std::make_shared<const TransferTextures>(TransferTextures{transfer, std::move(writer), silent});
   const auto map_at = [textures](MaterialMap map, double t) {
     return sample_material_map(textures->transfer->history(), map, t, Between::Blend);
   };
@@ -199,7 +201,7 @@ void add_relief_of(const std::shared_ptr<TiledMaps>& maps, std::vector<GlbAppear
   }
 }
 
-AgingGlb glb_of_transfer(const std::filesystem::path& path) {
+AgingGlb glb_of_transfer(const std::filesystem::path& path, const OutputDevices& devices) {
   const auto transfer = std::make_shared<const transfer::TransferFolder>(path);
   const AtlasMesh atlas = transfer->read_atlas();
   const transfer::TransferManifest& m = transfer->manifest();
@@ -211,13 +213,14 @@ AgingGlb glb_of_transfer(const std::filesystem::path& path) {
   out.mesh = unit_square_mesh(atlas);
   out.meters_per_unit = transfer::meters_per_unit(m);
   out.own_per_unit = 1.0 / m.mm_per_mesh_unit;
-  out.appearance = [transfer](const auto& times, const auto& labels, const RunControl& control) {
-    return appearances_of_transfer(transfer, times, labels, control);
+  out.appearance = [transfer, devices](const auto& times, const auto& labels, const RunControl& control) {
+    return appearances_of_transfer(transfer, times, labels, devices, control);
   };
   const std::vector<MaterialMap> maps = material_maps(transfer->history().facts());
   if (std::find(maps.begin(), maps.end(), MaterialMap::Height) != maps.end()) {
-    out.add_relief = [tiled = std::make_shared<TiledMaps>([path] { return open_aging_mesh(path); }, transfer->sheet())](
-                         auto& appearance, const auto& times, const RunControl& control) {
+    out.add_relief = [tiled = std::make_shared<TiledMaps>([path, devices] { return open_aging_mesh(path, devices); },
+                                                          transfer->sheet())](auto& appearance, const auto& times,
+                                                                              const RunControl& control) {
       add_relief_of(tiled, appearance, times, control);
     };
   }
@@ -265,8 +268,9 @@ std::vector<GlbPlant> plants_of(const AgingMesh& mesh, const std::vector<double>
 }
 
 /// A simulation's frames lie over the atlas already: one is in memory at a time.
-AgingGlb glb_of_simulation(const std::filesystem::path& path, const GlbPlantOptions& options) {
-  const auto mesh = std::make_shared<const AgingMesh>(open_aging_mesh(path));
+AgingGlb glb_of_simulation(const std::filesystem::path& path, const GlbPlantOptions& options,
+                           const OutputDevices& devices) {
+  const auto mesh = std::make_shared<const AgingMesh>(open_aging_mesh(path, devices));
   const auto history = std::make_shared<const HistoryReader>(manifest_folder(path, "simulation.json") / "history");
   const std::vector<MaterialMap> maps = material_maps(history->facts());
   const auto has = [maps](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
@@ -337,8 +341,10 @@ void describe(OptionVisitor& v, GlbPlantOptions& o) {
           o.plants);
 }
 
-AgingGlb open_aging_glb(const std::filesystem::path& path, const GlbPlantOptions& options) {
-  return kind_of(path) == PathKind::Simulation ? glb_of_simulation(path, options) : glb_of_transfer(path);
+AgingGlb open_aging_glb(const std::filesystem::path& path, const GlbPlantOptions& options,
+                        const OutputDevices& devices) {
+  return kind_of(path) == PathKind::Simulation ? glb_of_simulation(path, options, devices)
+                                               : glb_of_transfer(path, devices);
 }
 
 }  // namespace patinate::cli

@@ -12,6 +12,7 @@
 #include "patinate/geometry/mesh.h"
 #include "patinate/history/history.h"
 #include "patinate/output/glb.h"
+#include "tools/patinate/services/checked_devices.h"
 
 namespace patinate::cli {
 
@@ -44,7 +45,8 @@ struct GlbPlantOptions {
 /// Visits every field.
 void describe(OptionVisitor& v, GlbPlantOptions& o);
 
-/// @param path  A transfer or a simulation. @throws IoError
-[[nodiscard]] AgingGlb open_aging_glb(const std::filesystem::path& path, const GlbPlantOptions& options = {});
+/// @param path  A transfer or a simulation. @param devices  That look up and compose. @throws IoError
+[[nodiscard]] AgingGlb open_aging_glb(const std::filesystem::path& path, const GlbPlantOptions& options = {},
+                                      const OutputDevices& devices = {});
 
 }  // namespace patinate::cli

@@ -19,6 +19,7 @@
 #include "patinate/output/render_surface.h"
 #include "patinate/transfer/age.h"
 #include "patinate/transfer/transfer_reader.h"
+#include "tools/patinate/services/checked_devices.h"
 
 namespace patinate::cli {
 
@@ -43,14 +44,17 @@ struct AgingMesh {
                                                                 ///< earlier version, its end.
 };
 
-/// @param path  A transfer or a simulation. @param film  Amount of water of a simulation that wets a place through.
+/// @param path  A transfer or a simulation. @param devices  That look up and compose. @param film  Amount of water of a
+/// simulation that wets a place through.
 /// @param most_texels  Of a transfer that has more in all tiles, color alone is known, and that reduced
 /// (ReducedTransfer). @throws IoError
-[[nodiscard]] AgingMesh open_aging_mesh(const std::filesystem::path& path, double film = kWetFilm,
-                                        std::int64_t most_texels = Sheet::kMaxTexels);
+[[nodiscard]] AgingMesh open_aging_mesh(const std::filesystem::path& path, const OutputDevices& devices = {},
+                                        double film = kWetFilm, std::int64_t most_texels = Sheet::kMaxTexels);
 /// Of a transfer that is open already.
-[[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& transfer);
+[[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& transfer,
+                                      const OutputDevices& devices = {});
 /// Of a transfer in memory, which has no key; its color alone.
-[[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged);
+[[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged,
+                                      const OutputDevices& devices = {});
 
 }  // namespace patinate::cli

@@ -1,10 +1,11 @@
 #include "tools/patinate/services/checked_devices.h"
 
-#include <functional>
+#include <mutex>
 #include <optional>
 
 #include "libcommon/core/text.h"
 #include "simulation/engine/iteration_check.h"
+#include "transfer/synthesis/window_device.h"
 
 namespace patinate::cli {
 
@@ -23,30 +24,26 @@ std::string problem_of(const device::Device& opened, const KernelCheck& check_ke
 }
 
 std::optional<device::Device> open_checked(const device::DeviceOptions& options, const KernelCheck& check_kernels,
-                                           CommandRun& run) {
+                                           const DeviceWords& say) {
   if (options.device == "cpu") return std::nullopt;
   std::string problem;
-  if (run.line.common().dry_run) {
-    (void)device::choose_devices(options.device, device::list_devices());
-    return std::nullopt;
-  }
   for (const device::DeviceInfo& info : device::choose_devices(options.device, device::list_devices())) {
     try {
       device::Device opened(info);
       problem = problem_of(opened, check_kernels);
       if (problem.empty()) {
-        run.detail("device: " + device::label(info));
-        run.line.decided("device", device::label(info));
+        say.detail("device: " + device::label(info));
+        say.decided(device::label(info));
         return opened;
       }
     } catch (const device::DeviceError& error) {
       problem = error.what();
-      if (!error.detail().empty()) run.detail(error.detail());
+      if (!error.detail().empty()) say.detail(error.detail());
     }
-    run.detail(problem);
+    say.detail(problem);
   }
   if (options.device != "auto") throw CannotComplete(problem + "; --device cpu does without");
-  run.line.decided("device", "cpu");
+  say.decided("cpu");
   return std::nullopt;
 }
 
@@ -61,42 +58,82 @@ std::string text_of(const device::DeviceTimes& before, const device::DeviceTimes
 /// A Kind of device, which says by a note when it fails.
 template <class Kind>
 std::shared_ptr<const Kind> open_kind(const device::DeviceOptions& options, const KernelCheck& check_kernels,
-                                      CommandRun& run) {
-  const std::optional<device::Device> opened = open_checked(options, check_kernels, run);
+                                      const DeviceWords& say) {
+  if (say.is_dry_run) {
+    check_device(options);
+    return nullptr;
+  }
+  const std::optional<device::Device> opened = open_checked(options, check_kernels, say);
   if (!opened) return nullptr;
-  const auto* kind = new Kind(*opened, [&run](const device::DeviceError& error) {
-    run.note(std::string(error.what()) + "; goes on without it");
-    if (!error.detail().empty()) run.detail(error.detail());
+  const auto* kind = new Kind(*opened, [say](const device::DeviceError& error) {
+    say.note(std::string(error.what()) + "; goes on without it");
+    if (!error.detail().empty()) say.detail(error.detail());
   });
-  return std::shared_ptr<const Kind>(kind, [&run, before = opened->times()](const Kind* used) {
-    run.detail(text_of(before, used->device().times()));
+  return std::shared_ptr<const Kind>(kind, [say, before = opened->times()](const Kind* used) {
+    say.detail(text_of(before, used->device().times()));
     delete used;
   });
 }
 
 /// For what is mostly copying: on the fastest cards, too, the ways there and back take longer than the CPU's own work
-/// (docs/devices.md), so that a device is taken only where it is asked for.
-device::DeviceOptions if_asked_for(const device::DeviceOptions& options, CommandRun& run) {
+/// (docs/devices.md); and for what was not measured on a GPU. A device is taken only where it is asked for.
+device::DeviceOptions if_asked_for(const device::DeviceOptions& options, const DeviceWords& say) {
   if (options.device != "auto") return options;
-  run.line.decided("device", "cpu");
+  say.decided("cpu");
   return {.device = "cpu"};
 }
 
 }  // namespace
 
+void check_device(const device::DeviceOptions& options) {
+  if (options.device != "auto" && options.device != "cpu")
+    (void)device::choose_devices(options.device, device::list_devices());
+}
+
 std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::DeviceOptions& options,
-                                                                 CommandRun& run) {
-  return open_kind<transfer::SearchDevice>(options, transfer::check_search, run);
+                                                                 const DeviceWords& say) {
+  return open_kind<transfer::SearchDevice>(options, transfer::check_search, say);
+}
+
+std::shared_ptr<const transfer::SearchDevice> open_window_device(const device::DeviceOptions& options,
+                                                                 const DeviceWords& say) {
+  return open_kind<transfer::SearchDevice>(if_asked_for(options, say), transfer::check_window_search, say);
 }
 
 std::shared_ptr<const transfer::LookupDevice> open_lookup_device(const device::DeviceOptions& options,
-                                                                 CommandRun& run) {
-  return open_kind<transfer::LookupDevice>(if_asked_for(options, run), transfer::check_lookups, run);
+                                                                 const DeviceWords& say) {
+  return open_kind<transfer::LookupDevice>(if_asked_for(options, say), transfer::check_lookups, say);
 }
 
 std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(const device::DeviceOptions& options,
-                                                                           CommandRun& run) {
-  return open_kind<simulation::SimulationDevice>(if_asked_for(options, run), simulation::check_iterations, run);
+                                                                           const DeviceWords& say) {
+  return open_kind<simulation::SimulationDevice>(if_asked_for(options, say), simulation::check_iterations, say);
+}
+
+namespace {
+
+/// What `open` gives, which is called once.
+template <class Kind, class Open>
+std::function<std::shared_ptr<const Kind>()> once(const Open& open) {
+  struct Opened {
+    std::mutex mutex;
+    bool is_tried = false;
+    std::shared_ptr<const Kind> kind;
+  };
+  return [open, opened = std::make_shared<Opened>()] {
+    const std::lock_guard lock(opened->mutex);
+    if (!opened->is_tried) opened->kind = open();
+    opened->is_tried = true;
+    return opened->kind;
+  };
+}
+
+}  // namespace
+
+OutputDevices output_devices(const device::DeviceOptions& options, const DeviceWords& say) {
+  check_device(options);
+  return {.lookups = once<transfer::LookupDevice>([=] { return open_lookup_device(options, say); }),
+          .composition = once<simulation::SimulationDevice>([=] { return open_simulation_device(options, say); })};
 }
 
 }  // namespace patinate::cli

@@ -150,7 +150,8 @@ JobCost evaluation_cost(const transfer::TransferManifest& m) {
 }  // namespace
 
 analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis::EvaluationOptions& options,
-                                       std::uint64_t seed, const transfer::CacheOptions& cache) {
+                                       std::uint64_t seed, const transfer::CacheOptions& cache,
+                                       std::shared_ptr<const transfer::SearchDevice> device) {
   const transfer::TransferManifest manifest = transfer::read_transfer_manifest(transfer);
   const std::string name = input_name(transfer);
   std::string about = "transfer " + name + ", history " + input_name(manifest.history);
@@ -159,7 +160,7 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
           .about = about,
           .key = manifest.key,
           .open =
-              [transfer, name, options, seed, cache](const RunControl& control) {
+              [transfer, name, options, seed, cache, device](const RunControl& control) {
                 const transfer::TransferReader reader(transfer);
                 const transfer::TransferManifest& m = reader.manifest();
                 analysis::MapToEvaluate out;
@@ -180,6 +181,7 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
                                           .controls = {},
                                           .frames = out.map.frames};
                 made.source_mask = out.source.mask;
+                made.device = device;
                 for (std::size_t i = 0; i < m.controls.size(); ++i)
                   made.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
                 add_audit(out.more,
@@ -187,7 +189,7 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
                                               control.part(0.3, 1.0), transfer::appearance_source(history, cache)));
                 return out;
               },
-          .tiles = transfer_tiles(transfer, options, seed, cache),
+          .tiles = transfer_tiles(transfer, options, seed, cache, device),
           .cost = evaluation_cost(manifest)};
 }
 
@@ -230,7 +232,8 @@ std::string named_control(const std::string& spec) {
 
 analysis::EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreign,
                                       const analysis::EvaluationOptions& options, std::uint64_t seed,
-                                      const transfer::CacheOptions& cache) {
+                                      const transfer::CacheOptions& cache,
+                                      std::shared_ptr<const transfer::SearchDevice> device) {
   if (foreign.history.empty())
     throw UsageError("--history: is needed for " + map.string() +
                      ", which is no transfer: the history that the tool copied from");
@@ -250,7 +253,7 @@ analysis::EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptio
       .about = "coordinates " + input_name(map) + ", history " + input_name(foreign.history) +
                (spec ? ", " + named_control(foreign.control) : ""),
       .key = hash.hex(),
-      .open = [map, foreign, spec, source_name, options, seed, cache](const RunControl& control) {
+      .open = [map, foreign, spec, source_name, options, seed, cache, device](const RunControl& control) {
         const HistoryReader source(foreign.history);
         analysis::MapToEvaluate out;
         out.source = evaluated_source(source, source_name, 1.0, options.num_times);
@@ -273,10 +276,11 @@ analysis::EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptio
         out.map.control = wanted;
         if (options.num_audits == 0) return out;
         const double pixel_mm = options.source_step > 0 ? 1.0 / options.source_step : 1.0;
-        const transfer::MapToAudit made{.surface = out.map.surface,
-                                        .coordinates = out.map.coordinates,
-                                        .pixel_mm = pixel_mm,
-                                        .controls = {{source_name, wanted}}};
+        transfer::MapToAudit made{.surface = out.map.surface,
+                                  .coordinates = out.map.coordinates,
+                                  .pixel_mm = pixel_mm,
+                                  .controls = {{source_name, wanted}}};
+        made.device = device;
         add_audit(out.more, transfer::audit_map(source, made, {}, options.num_audits, seed, control,
                                                 transfer::appearance_source(source, cache)));
         return out;

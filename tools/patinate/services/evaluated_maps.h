@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -36,9 +37,11 @@ struct ForeignMapOptions {
 
 /// A transfer: its history, its first control, its energy, which is audited with its own coherence share and controls.
 /// @param options  Times and audits. @param seed  Of the audits. @param cache  Of the appearance that audits need.
+/// @param device  Audits; null: the CPU does.
 [[nodiscard]] analysis::EvaluationItem transfer_item(const std::filesystem::path& transfer,
                                                      const analysis::EvaluationOptions& options, std::uint64_t seed,
-                                                     const transfer::CacheOptions& cache);
+                                                     const transfer::CacheOptions& cache,
+                                                     std::shared_ptr<const transfer::SearchDevice> device = nullptr);
 /// What a transfer in memory is measured against: as a transfer's folder would be.
 [[nodiscard]] analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMesh& aged,
                                                const analysis::EvaluationOptions& options, std::uint64_t seed,
@@ -50,6 +53,7 @@ struct ForeignMapOptions {
 /// @throws IoError, InvalidInput, UsageError
 [[nodiscard]] analysis::EvaluationItem foreign_item(const std::filesystem::path& map, const ForeignMapOptions& foreign,
                                                     const analysis::EvaluationOptions& options, std::uint64_t seed,
-                                                    const transfer::CacheOptions& cache);
+                                                    const transfer::CacheOptions& cache,
+                                                    std::shared_ptr<const transfer::SearchDevice> device = nullptr);
 
 }  // namespace patinate::cli

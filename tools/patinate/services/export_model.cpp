@@ -160,13 +160,14 @@ std::optional<ModelFormat> model_format(const std::filesystem::path& path) {
 }
 
 OutputWork model_work(const ExportTask& task, ModelFormat format) {
-  const auto what = std::make_shared<ModelToWrite>(ModelToWrite{.format = format,
-                                                                .model = open_aging_glb(task.subject, task.plants),
-                                                                .output = task.output,
-                                                                .times = {},
-                                                                .key = "",
-                                                                .credits = credits_of(task.subject),
-                                                                .up = task.axis.up});
+  const auto what =
+      std::make_shared<ModelToWrite>(ModelToWrite{.format = format,
+                                                  .model = open_aging_glb(task.subject, task.plants, task.devices),
+                                                  .output = task.output,
+                                                  .times = {},
+                                                  .key = "",
+                                                  .credits = credits_of(task.subject),
+                                                  .up = task.axis.up});
   if (what->up == UpAxis::Z) stand_up(what->model.mesh);
   std::vector<std::string> notes;
   what->times = task.times.resolve(what->model.history, format == ModelFormat::Obj ? 1 : kModelTimes, notes);

@@ -116,21 +116,28 @@ OutputWork pictures_work(const ExportTask& task, const HistoryManifest& history,
 /// Opened for the first texture that is not up to date.
 class LateWriter {
  public:
-  explicit LateWriter(std::shared_ptr<const transfer::TransferFolder> transfer) : transfer_(std::move(transfer)) {}
+  LateWriter(std::shared_ptr<const transfer::TransferFolder> transfer, OutputDevices devices)
+      : transfer_(std::move(transfer)), devices_(std::move(devices)) {}
   const transfer::TextureWriter& open(const RunControl& control) {
-    std::call_once(once_, [&] { writer_.emplace(*transfer_, transfer::CoordinateStripsOptions{}, control); });
+    std::call_once(once_, [&] {
+      const auto device = devices_.look_up();
+      writer_.emplace(*transfer_, transfer::CoordinateStripsOptions{}, control);
+      writer_->use(device);
+    });
     return *writer_;
   }
 
  private:
   std::shared_ptr<const transfer::TransferFolder> transfer_;
+  OutputDevices devices_;
   std::once_flag once_;
-  std::optional<const transfer::TextureWriter> writer_;
+  std::optional<transfer::TextureWriter> writer_;
 };
 
 /// A movie or numbered images of a transfer's texture, strip by strip.
-PictureSeries texture_series(const std::shared_ptr<const transfer::TransferFolder>& transfer) {
-  const auto writer = std::make_shared<LateWriter>(transfer);
+PictureSeries texture_series(const std::shared_ptr<const transfer::TransferFolder>& transfer,
+                             const OutputDevices& devices) {
+  const auto writer = std::make_shared<LateWriter>(transfer, devices);
   PictureSeries series{.label = "export", .key = transfer->manifest().key, .times = {}, .picture = {}};
   series.cost = transfer::texture_cost(*transfer, "texture.png");
   series.num_pixels = static_cast<double>(transfer->manifest().width) * transfer->manifest().height;
@@ -157,7 +164,7 @@ PictureSeries texture_series(const std::shared_ptr<const transfer::TransferFolde
 /// Textures of a transfer: strip by strip, however large the atlas.
 OutputWork textures_work(const ExportTask& task, const RunControl& planning) {
   const auto transfer = std::make_shared<const transfer::TransferFolder>(task.subject);
-  const auto writer = std::make_shared<LateWriter>(transfer);
+  const auto writer = std::make_shared<LateWriter>(transfer, task.devices);
   const auto write = [transfer, writer](double t, const std::vector<std::filesystem::path>& files,
                                         const RunControl& control) {
     const std::vector<transfer::TextureFile> texture{{files, transfer->history().sample(t)}};
@@ -177,7 +184,7 @@ JobCost sample_cost(const AgingMesh& mesh) {
 
 /// Images or a movie of a surface over the sheet of all its tiles.
 OutputWork aging_mesh_work(const ExportTask& task, const RunControl& planning) {
-  const auto mesh = std::make_shared<const AgingMesh>(open_aging_mesh(task.subject));
+  const auto mesh = std::make_shared<const AgingMesh>(open_aging_mesh(task.subject, task.devices));
   const auto noted = [&](OutputWork work) {
     if (mesh->is_reduced)
       work.notes.insert(work.notes.begin(),
@@ -261,7 +268,7 @@ OutputWork export_work(const ExportTask& task, const RunControl& planning) {
   if (!is_pictures) return textures_work(task, planning);
   const auto transfer = std::make_shared<const transfer::TransferFolder>(task.subject);
   if (transfer->sheet().num_tiles() > 1) return aging_mesh_work(task, planning);  // Its tiles make one sheet.
-  return pictures_work(task, transfer->history().manifest(), texture_series(transfer), planning);
+  return pictures_work(task, transfer->history().manifest(), texture_series(transfer, task.devices), planning);
 }
 
 }  // namespace patinate::cli

@@ -9,6 +9,7 @@
 #include "patinate/output/render.h"
 #include "tools/patinate/command_line/times_choice.h"
 #include "tools/patinate/services/aging_glb.h"
+#include "tools/patinate/services/checked_devices.h"
 #include "tools/patinate/services/output_work.h"
 
 namespace patinate::cli {
@@ -32,6 +33,7 @@ struct ExportTask {
   MovieOptions movie;
   GlbPlantOptions plants;
   ModelAxis axis;
+  OutputDevices devices;  ///< No output depends on them.
 };
 
 /// What can be said of an output before anything is opened. @throws UsageError

@@ -166,7 +166,8 @@ void note_near_light(const RenderOptions& options, const Mesh& mesh, std::vector
 
 OutputWork aging_mesh_work(const SharedTask& task) {
   const auto mesh =
-      task->mesh ? task->mesh : std::make_shared<const AgingMesh>(open_aging_mesh(task->subject, task->shown.film));
+      task->mesh ? task->mesh
+                 : std::make_shared<const AgingMesh>(open_aging_mesh(task->subject, task->devices, task->shown.film));
   std::vector<std::string> notes;
   if (mesh->is_reduced)
     notes.push_back(task->subject.string() +

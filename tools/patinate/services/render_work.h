@@ -13,6 +13,7 @@
 #include "patinate/output/render_surface.h"
 #include "tools/patinate/command_line/times_choice.h"
 #include "tools/patinate/services/aging_mesh.h"
+#include "tools/patinate/services/checked_devices.h"
 #include "tools/patinate/services/output_work.h"
 #include "tools/patinate/services/picture_views.h"
 #include "tools/patinate/services/surface_files.h"
@@ -48,6 +49,7 @@ struct RenderTask {
   ShownOptions shown;
   SurfaceOptions surface;
   ViewChoice views;
+  OutputDevices devices;  ///< Of a subject; no picture depends on them.
 
   [[nodiscard]] bool has_views() const { return !views.views.empty() || views.turntable; }
 };

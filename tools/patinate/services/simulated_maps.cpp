@@ -47,7 +47,9 @@ bool may_grow_plants(std::span<const std::string> materials) {
   });
 }
 
-SimulatedSurface::SimulatedSurface(const std::filesystem::path& folder, double film, const RunControl& control)
+SimulatedSurface::SimulatedSurface(const std::filesystem::path& folder, double film,
+                                   std::shared_ptr<const simulation::SimulationDevice> device,
+                                   const RunControl& control)
     : folder_(manifest_folder(folder, "simulation.json")), film_(film) {
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);
   simulation::SceneFile file = simulation::read_scene(manifest.scene, control.part(0.0, 0.4));
@@ -62,7 +64,9 @@ SimulatedSurface::SimulatedSurface(const std::filesystem::path& folder, double f
   has_course_ = std::all_of(frames_.frames.begin(), frames_.frames.end(),
                             [](const HistoryFrame& frame) { return frame.amounts.has_value(); });
   simulation_ = std::make_unique<simulation::Simulation>(
-      std::move(file.scene), simulation::SimulationOptions{.parameter_maps = {}, .color_form = manifest.color_form},
+      std::move(file.scene),
+      simulation::SimulationOptions{
+          .parameter_maps = {}, .color_form = manifest.color_form, .device = std::move(device)},
       control.part(0.4, 1.0));
 }
 

@@ -23,8 +23,10 @@ namespace patinate::cli {
 class SimulatedSurface {
  public:
   /// @param folder  That `simulate` made. @param film  Amount of water that wets a place through; > 0.
-  /// @throws IoError also if the scene in the folder is no longer the one that was run.
-  SimulatedSurface(const std::filesystem::path& folder, double film, const RunControl& control);
+  /// @param device  Composes; may be null. @throws IoError also if the scene in the folder is no longer the one that
+  /// was run.
+  SimulatedSurface(const std::filesystem::path& folder, double film,
+                   std::shared_ptr<const simulation::SimulationDevice> device, const RunControl& control);
 
   /// Whether frames have their amounts; simulations of earlier versions know those of the end alone.
   [[nodiscard]] bool has_course() const { return has_course_; }

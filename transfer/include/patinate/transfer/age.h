@@ -16,6 +16,8 @@
 
 namespace patinate::transfer {
 
+class LookupDevice;
+
 struct AgeOptions {
   int resolution = 1024;                  ///< [16, 16384]. Texels along each side of a tile.
   AtlasMethod atlas = AtlasMethod::Auto;  ///< The mesh's UVs, or new ones where they will not do.
@@ -26,6 +28,7 @@ struct AgeOptions {
   DirectionKind flow = DirectionKind::Gravity;  ///< Which way the history's photographs lie on the surface.
   ControlKindOptions controls = {};             ///< Of the kinds that the controls name.
   TransferOptions transfer = {};
+  std::shared_ptr<const SearchDevice> device = nullptr;  ///< Not described; as TransferInput's.
 };
 /// What makes a surface of a mesh: the first four.
 void describe_surface(OptionVisitor& v, AgeOptions& o);
@@ -59,9 +62,12 @@ struct AgedMesh {
   std::shared_ptr<const FlowFrames> frames = nullptr;  ///< How the history lies on the surface; none: as UVs run.
 
   /// The texture at a time of the history's unit (clamped to its ends): H x W x 3, linear, gutters filled.
-  [[nodiscard]] ImageF texture(double time, Between between = Between::Blend, const RunControl& control = {}) const;
+  /// @param device  Looks up; null, or where it fails: the CPU, the same colors.
+  [[nodiscard]] ImageF texture(double time, Between between = Between::Blend, const RunControl& control = {},
+                               const std::shared_ptr<const LookupDevice>& device = nullptr) const;
   /// The same with a time for every texel (gather_at_times()). @param times  H x W.
-  [[nodiscard]] ImageF texture(const ImageF& times, Between between, const RunControl& control = {}) const;
+  [[nodiscard]] ImageF texture(const ImageF& times, Between between, const RunControl& control = {},
+                               const std::shared_ptr<const LookupDevice>& device = nullptr) const;
 };
 
 /// @param mesh  Any that read_mesh() gives.

@@ -53,7 +53,8 @@ class TimeMapLookup {
 [[nodiscard]] ImageF gather_at_times(const History& history, const Image<std::uint32_t>& indices, const ImageF& times,
                                      Between between, const RunControl& control = {},
                                      const TimeMapOptions& options = {});
-/// The same. @param coordinates  H x W x 2, whole numbers inside the history's frames, or -1.
+/// The same. @param coordinates  H x W x 2, whole numbers inside the history's frames, or -1. @throws InvalidInput also
+/// where they are not, naming the texel.
 [[nodiscard]] ImageF gather_at_times(const History& history, const ImageF& coordinates, const ImageF& times,
                                      Between between, const RunControl& control = {},
                                      const TimeMapOptions& options = {});

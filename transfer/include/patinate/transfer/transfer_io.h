@@ -95,7 +95,8 @@ struct TransferManifest {
 [[nodiscard]] TransferManifest read_transfer_manifest(const std::filesystem::path& path);
 
 /// Writes coordinates, controls (a file a tile), mesh and source mask into an existing folder.
-void write_transfer_files(const std::filesystem::path& folder, const TransferTask& task, const TransferResult& result);
+void write_transfer_files(const std::filesystem::path& folder, const TransferTask& task, const TransferResult& result,
+                          const RunControl& run = {});
 /// Writes transfer.json. @param final_folder  Where the folder will stand: the history's path is written relative to
 /// it.
 void write_transfer_manifest(const std::filesystem::path& folder, const std::filesystem::path& final_folder,

@@ -1,0 +1,33 @@
+/// \file
+/// The keyword `device` of a call.
+#pragma once
+
+#include <memory>
+
+#include "python/support/keywords.h"
+#include "tools/patinate/services/checked_devices.h"
+
+namespace patinate::python {
+
+/// What calculates, and what it says: a device that fails is a RuntimeWarning of the call, which goes on. Copies are
+/// the same.
+class DeviceKeyword {
+ public:
+  /// @throws TypeError
+  explicit DeviceKeyword(Keywords& keywords);
+
+  [[nodiscard]] const device::DeviceOptions& options() const { return options_; }
+  /// For those that open it, on any thread.
+  [[nodiscard]] cli::DeviceWords words() const;
+  /// As open_lookup_device() of what is asked for.
+  [[nodiscard]] std::shared_ptr<const transfer::LookupDevice> open_lookups() const;
+  /// Says what was noted since, with the interpreter's lock. @throws what the filter of warnings makes of it
+  void warn() const;
+
+ private:
+  struct Notes;
+  device::DeviceOptions options_;
+  std::shared_ptr<Notes> notes_;
+};
+
+}  // namespace patinate::python

@@ -17,7 +17,8 @@ namespace {
 
 device::Program build_program(const Device& device, int num_neighbors) {
   const std::string size = "#define PATINATE_MOST_NEIGHBORS " + std::to_string(num_neighbors) + "\n";
-  const std::array<std::string_view, 5> sources{size, kPhiloxKernel, kNeighborKernel, kSearchKernel, kSearchEntries};
+  const std::array<std::string_view, 6> sources{size,        kPhiloxKernel, kNeighborKernel,
+                                                kCostKernel, kSearchKernel, kSearchEntries};
   return device.build("transfer", sources);
 }
 

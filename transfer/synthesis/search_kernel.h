@@ -1,5 +1,5 @@
 /// \file
-/// search_kernel.inl for C++: the tables that it reads, from what synthesis has.
+/// cost_kernel.inl and search_kernel.inl for C++: the tables that it reads, from what synthesis has.
 #pragma once
 
 #if defined(__SSE2__)
@@ -18,11 +18,12 @@ namespace search_kernel {
 using namespace kernel_types;
 using namespace neighbor_kernel;
 using namespace random_kernel;
+#include "transfer/synthesis/cost_kernel.inl"
 #include "transfer/synthesis/search_kernel.inl"
 }  // namespace search_kernel
 
-/// The text of search_kernel.inl, and of search_device.cl.
-extern const std::string_view kSearchKernel, kSearchEntries;
+/// The text of cost_kernel.inl, of search_kernel.inl, and of search_device.cl.
+extern const std::string_view kCostKernel, kSearchKernel, kSearchEntries;
 
 /// Valid as long as the level is.
 [[nodiscard]] search_kernel::AlikeTables alike_tables(const SourceLevel& source);

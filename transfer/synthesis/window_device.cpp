@@ -25,8 +25,8 @@ device::Program build_program(const Device& device, const Neighborhood& neighbor
   const std::string sizes = "#define PATINATE_MOST_NEIGHBORS " +
                             std::to_string(neighborhood.weights.size() + TexelNeighborhood::kNumAdjacent) +
                             "\n#define PATINATE_WINDOW_ITEMS " + std::to_string(items_a_texel(device)) + "\n";
-  const std::array<std::string_view, 7> sources{sizes,         kPhiloxKernel, kNeighborKernel, kSearchKernel,
-                                                kWindowKernel, kWindowGroup,  kWindowEntries};
+  const std::array<std::string_view, 8> sources{sizes,         kPhiloxKernel, kNeighborKernel, kCostKernel,
+                                                kSearchKernel, kWindowKernel, kWindowGroup,    kWindowEntries};
   return device.build("exact search", sources);
 }
 

@@ -1,5 +1,5 @@
 // What the exact search of a window calculates (window_search.h, neighborhood_projection.h, reference.h), in the
-// dialect of kernel_language.inl: behind philox.inl, texel_neighbors.inl and search_kernel.inl.
+// dialect of kernel_language.inl: behind philox.inl, texel_neighbors.inl, cost_kernel.inl and search_kernel.inl.
 
 enum {
   kProjectedValues = 16,

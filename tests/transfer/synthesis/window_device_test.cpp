@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -231,6 +232,27 @@ TEST_F(WindowsOnDevices, WhatNeedsMoreMemoryThanThereIsIsDoneByTheCpu) {
   const ReferenceOptions options{.window_px = 24, .num_passes = 1};
   EXPECT_EQ(task.synthesize(options, &search), task.synthesize(options, nullptr));
   EXPECT_NE(failure.find("too little memory"), std::string::npos) << failure;
+}
+
+// At their first word of progress: an eighth of a pass, or a batch of an audit, is done.
+TEST_F(WindowsOnDevices, StopWhenAsked) {
+  const WindowTask task(testing_support::cut_plane(128.0), 256, {});
+  const SearchDevice search = search_on(all[0]);
+  const auto stopping = [](std::stop_source& source) {
+    RunControl control;
+    control.stop = source.get_token();
+    control.on_progress = [&source](double) { source.request_stop(); };
+    return control;
+  };
+  std::stop_source reference, audit;
+  const ReferenceOptions options{.window_px = 8, .num_passes = 1};
+  EXPECT_THROW((void)synthesize_reference(task.level.source, task.level.destination, task.neighborhood, 0.7,
+                                          task.weights, 3, options, stopping(reference), &search),
+               Canceled);
+  const std::vector<TexelId> texels(task.level.destination.texels.begin(), task.level.destination.texels.end());
+  EXPECT_THROW((void)audit_texels(task.level, task.neighborhood, any_coordinates(task.level), texels, 0.7, task.weights,
+                                  stopping(audit), &search),
+               Canceled);
 }
 
 // The plain distance that a device compares is the one of the kernels that take 16 at once.

@@ -6,6 +6,7 @@
 
 #include "patinate/simulation/engine.h"
 #include "simulation/device/simulation_device.h"
+#include "simulation/engine/iteration_check.h"
 #include "tests/support/lost_device.h"
 #include "tests/support/object_scenes.h"
 #include "tests/support/on_devices.h"
@@ -117,7 +118,80 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"Urn", &testing_support::urn_scene, 256}, Case{"Urn", &testing_support::urn_scene, 512}),
     name_of);
 
-// Before it does anything, when gammatons have been traced and wait for their response, and some iterations later.
+class IterationsOnDevices : public testing_support::OnDevices<> {};
+
+TEST_F(IterationsOnDevices, PassTheirOwnCheck) {
+  for (const DeviceInfo& info : all) {
+    const device::CheckResult check = check_iterations(device::Device(info));
+    EXPECT_TRUE(check.is_passed()) << info.name << ": " << check.num_different << " of " << check.num_items;
+  }
+}
+
+/// All rain falls on a small plate with fine texels, where splats have many times the parts that they have on the texel
+/// of median size, by which a device first takes room.
+Scene fine_plate_in_the_rain() {
+  Scene scene = testing_support::plate_scene(512);
+  scene.objects.push_back(scene.objects[0]);
+  scene.objects[0].scale = 4.0;
+  scene.objects[0].texels_per_mm = 1.0;
+  scene.objects[1].name = "fine";
+  scene.objects[1].scale = 0.25;
+  scene.objects[1].texels_per_mm = 4.0;
+  scene.objects[1].translate_mm = Vec3(0, 0, 30);
+  Emitter& rain = scene.emitters[0];
+  rain.shape = EmitterShape::Disk;
+  rain.position_mm = Vec3(0, 0, 60);
+  rain.direction = Vec3(0, 0, -1);
+  rain.speed_mm_s = 5000.0;
+  rain.size_mm = {8, 8};
+  rain.gammatons = 600;
+  scene.behavior = {.bounce = 0.0, .floating = 0.9, .absorb = 0.1};
+  scene.exchange.splat_mm = 6.0;
+  return scene;
+}
+
+// A device finds that out when it is done, and does all of it again.
+TEST_F(IterationsOnDevices, AreDoneAgainWhereThereWasTooLittleRoom) {
+  constexpr int kIterations = 12;
+  const Scene scene = fine_plate_in_the_rain();
+  Simulation here = without_device(scene);
+  for (int i = 0; i < kIterations; ++i) here.step();
+  const Composer& composed = here.compose();
+  for (const DeviceInfo& info : all) {
+    int num_failures = 0;
+    const device::Device device(info);
+    Simulation there = on_device(scene, device, num_failures);
+    for (int i = 0; i < kIterations; ++i) {
+      there.step();
+      (void)there.compose();
+    }
+    EXPECT_TRUE(there.snapshot() == here.snapshot()) << info.name;
+    expect_same_textures(composed, there.compose());
+    EXPECT_EQ(num_failures, 0) << info.name;
+    EXPECT_GT(device.times().kernels.at("trace_drops").num_launches, kIterations) << info.name;
+  }
+}
+
+// A driver that works with more than 64 values at a texel stays on the CPU, and with it all iterations.
+TEST_F(IterationsOnDevices, StayOnTheCpuWhereADriverIsTooLong) {
+  Scene scene = plates_with_events(256);
+  std::string sum = "water";
+  for (int i = 0; i < 70; ++i) sum = "(water * " + std::to_string(i + 2) + ".5 + " + sum + ")";
+  scene.rules[0].driver = "min(1, " + sum + ")";
+  Simulation here = without_device(scene);
+  int num_failures = 0;
+  const device::Device device(all[0]);
+  Simulation there = on_device(scene, device, num_failures);
+  for (int i = 0; i < 10; ++i) {
+    here.step();
+    there.step();
+  }
+  EXPECT_TRUE(there.snapshot() == here.snapshot());
+  EXPECT_EQ(num_failures, 0);
+}
+
+// Before it does anything, when gammatons have been traced and wait for their response, some iterations later, and when
+// what was composed is asked for.
 TEST(SimulationOnLostDevices, GoesOnWithTheSameBytes) {
   const std::vector<DeviceInfo> all = device::list_devices();
   if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
@@ -125,11 +199,20 @@ TEST(SimulationOnLostDevices, GoesOnWithTheSameBytes) {
   constexpr int kIterations = 20;
   Simulation here = without_device(scene);
   for (int i = 0; i < kIterations; ++i) here.step();
-  for (const int num_launches : {0, 1, 2, 9}) {
+  const device::Device sound(all[0]);
+  int none = 0;
+  Simulation without_loss = on_device(scene, sound, none);
+  for (int i = 0; i < kIterations; ++i) without_loss.step();
+  expect_same_textures(here.compose(), without_loss.compose());
+  EXPECT_TRUE(without_loss.snapshot() == here.snapshot());
+  int num_all = 0;
+  for (const auto& [name, kernel] : sound.times().kernels) num_all += static_cast<int>(kernel.num_launches);
+  for (const int num_launches : {0, 1, 2, 9, num_all / 2, num_all - 6, num_all - 5, num_all - 4, num_all - 1}) {
     int num_failures = 0;
     const device::Device lost(all[0], testing_support::driver_with_launches(num_launches));
     Simulation there = on_device(scene, lost, num_failures);
     for (int i = 0; i < kIterations; ++i) there.step();
+    expect_same_textures(here.compose(), there.compose());
     EXPECT_TRUE(there.snapshot() == here.snapshot()) << num_launches;
     EXPECT_EQ(num_failures, 1) << num_launches;
   }

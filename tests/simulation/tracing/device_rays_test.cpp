@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include "libcommon/core/random.h"
-#include "simulation/tracing/device_motion.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/on_devices.h"
 
@@ -18,13 +17,6 @@ class RaysOnDevices : public testing_support::OnDevices<> {};
 TEST_F(RaysOnDevices, PassTheirOwnCheck) {
   for (const DeviceInfo& info : all) {
     const device::CheckResult check = check_rays(Device(info));
-    EXPECT_TRUE(check.is_passed()) << info.name << ": " << check.num_different << " of " << check.num_items;
-  }
-}
-
-TEST_F(RaysOnDevices, MoveGammatonsAsTheCpuDoes) {
-  for (const DeviceInfo& info : all) {
-    const device::CheckResult check = check_motion(Device(info));
     EXPECT_TRUE(check.is_passed()) << info.name << ": " << check.num_different << " of " << check.num_items;
   }
 }

@@ -160,8 +160,7 @@ void Device::read_bytes(const Memory& memory, void* values, std::size_t size) co
 
 void Device::write_bytes_soon(const Memory& memory, std::span<const std::byte> values) const {
   constexpr std::size_t kMostWrites = 1024;
-  if (values.size() > memory.size_bytes_)
-    throw InvalidInput("a device's buffer is shorter than what is written to it");
+  if (values.size() > memory.size_bytes_) throw InvalidInput("a device's buffer is shorter than what is written to it");
   if (values.empty()) return;
   const DeviceState& s = *state_;
   if (s.writes.size() >= kMostWrites) s.finish();

@@ -34,7 +34,7 @@ struct DeviceState {
     cl_event event;
     DeviceTimes::Kernel* kernel;  ///< Of times.
   };
-  mutable std::vector<Launch> launches;  ///< Since the last finish(),
+  mutable std::vector<Launch> launches;                ///< Since the last finish(),
   mutable std::vector<std::vector<std::byte>> writes;  ///< and what is on its way there.
 };
 

@@ -90,10 +90,10 @@ typedef struct BorderTexel {
 // What a device knows of a tile.
 typedef struct TileFacts {
   PATINATE_MEMBER(u32, is_covered, 0);
-  PATINATE_MEMBER(i32, originals, 0);  // Planes of 64 amounts: that of the first material, the others behind it.
-  PATINATE_MEMBER(i32, base, 0);       // Among BaseTiles,
-  PATINATE_MEMBER(i32, height, 0);     // and planes of 64 height quanta.
-  PATINATE_ARRAY(u32, beside, 4);      // Tiles: right, left, below, above.
+  PATINATE_MEMBER(i32, originals, 0);     // Planes of 64 amounts: that of the first material, the others behind it.
+  PATINATE_MEMBER(i32, base, 0);          // Among BaseTiles,
+  PATINATE_MEMBER(i32, height, 0);        // and planes of 64 height quanta.
+  PATINATE_ARRAY(u32, beside, 4);         // Tiles: right, left, below, above.
   PATINATE_MEMBER(u32, border_begin, 0);  // Of its border texels.
   PATINATE_MEMBER(u32, border_end, 0);
   PATINATE_MEMBER(u32, dependents_begin, 0);  // Of other tiles whose slopes use its heights.

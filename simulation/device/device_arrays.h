@@ -9,10 +9,13 @@
 #include "libcommon/device/device.h"
 #include "patinate/simulation/surface_atlas.h"
 #include "simulation/device/tally.h"
-#include "simulation/tracing/motion_facts.h"
-#include "simulation/transport/trail.h"
 
 namespace patinate::simulation {
+
+namespace motion_types {
+struct DropRecord;  // simulation/tracing/motion_types.inl
+}
+class Trail;
 
 /// Devices have no empty arrays: one value where there is none.
 template <class T>
@@ -21,7 +24,8 @@ template <class T>
   return device.upload(values.empty() ? std::span<const T>(&nothing, 1) : values);
 }
 
-/// Arrays in a device's memory; what a surface has is there, all others are of arbitrary content.
+/// Arrays in a device's memory; what a surface has is there, all others are of arbitrary content. Whoever makes it
+/// allocates `drops` and `trails`, whose types belong to others.
 struct DeviceArrays {
   /// @throws DeviceError
   DeviceArrays(const device::Device& its_device, const SurfaceAtlas& surface, int materials, std::size_t gammatons);
@@ -40,8 +44,8 @@ struct DeviceArrays {
   device::Buffer<std::uint32_t> is_listed;  ///< By tile: it is among those to be composed,
   device::Buffer<std::uint32_t> touched;    ///< which are these.
 
-  device::Buffer<DropRecord> drops;     ///< By gammaton, as all of these.
-  device::Buffer<std::uint32_t> cargo;  ///< Mass, by material.
+  device::Buffer<motion_types::DropRecord> drops;  ///< By gammaton, as all of these.
+  device::Buffer<std::uint32_t> cargo;             ///< Mass, by material.
   device::Buffer<Trail> trails;
   device::Buffer<std::uint32_t> contacts;                ///< The texel; kNoTexel without one.
   device::Buffer<std::uint32_t> ended;                   ///< 1 + how, of those whose cargo the tally does not have yet.

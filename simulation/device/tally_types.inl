@@ -2,15 +2,15 @@
 // plain numbers, the others sums of 64 bits (exact_sums.cl).
 
 enum {
-  kNumPieces = 0,      // Of the exchange of each phase,
-  kNumWalks = 3,       // splats of each phase that have to be walked, and all their parts;
+  kNumPieces = 0,  // Of the exchange of each phase,
+  kNumWalks = 3,   // splats of each phase that have to be walked, and all their parts;
   kNumWalked = 6,
   kNumEndings = 9,     // gammatons whose trails are left there, after their ways and after responses.
   kHasOverflown = 11,  // There was too little room for pieces (1), a trail's tiles (2) or walks (4): what was done is
                        // wrong, and has to be done again with more.
   kNumTouched = 12,    // Tiles to be composed, and those whose normals are to be, in even and odd calls.
   kNumStale = 13,
-  kFirstCount = 16,    // Sums from here on.
+  kFirstCount = 16,  // Sums from here on.
   kFirstMass = 32,
   kTallyWords = 32 + 2 * 8 * 8
 };

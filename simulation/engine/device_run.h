@@ -6,7 +6,9 @@
 
 #include "simulation/device/device_amounts.h"
 #include "simulation/device/device_arrays.h"
+#include "simulation/tracing/motion_facts.h"
 #include "simulation/transport/device_exchange.h"
+#include "simulation/transport/trail.h"
 
 namespace patinate::simulation {
 
@@ -16,7 +18,10 @@ struct DeviceRun {
   /// @throws DeviceError
   DeviceRun(const device::Device& device, const SurfaceAtlas& surface, int num_materials, std::size_t num_gammatons,
             const ParameterMapChoice& maps)
-      : arrays(device, surface, num_materials, num_gammatons), exchange(arrays, surface, maps), amounts(device) {}
+      : arrays(device, surface, num_materials, num_gammatons), exchange(arrays, surface, maps), amounts(device) {
+    arrays.drops = device.allocate<DropRecord>(num_gammatons);
+    arrays.trails = device.allocate<Trail>(num_gammatons);
+  }
 
   DeviceArrays arrays;
   DeviceExchange exchange;

@@ -118,6 +118,8 @@ struct Simulation::State {
 
 /// Amount quanta at the start, by object and material.
 [[nodiscard]] std::vector<std::array<std::uint16_t, kMaxMaterials>> originals_of(const Scene& scene);
+/// @throws InvalidInput unless it is a name of parameter_map_names().
+void check_parameter_map(const std::string& name, const std::vector<std::string>& materials);
 /// Changes a scene as the event says. @returns whether objects have moved. @throws InvalidInput for an unknown target.
 bool apply_event(const SceneEvent& event, Scene& scene);
 

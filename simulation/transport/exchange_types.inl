@@ -13,12 +13,12 @@ typedef struct ExchangeCall {
   u32 num_texels;    // Of a material's plane of amounts.
   i32 atlas_width;   // Texels.
   i32 iteration;
-  u32 most_pieces;   // That there is room for.
+  u32 most_pieces;  // That there is room for.
   u32 most_walks, most_walked;
-  u32 most_links;    // Of a texel.
-  u32 num_slots;     // For tiles that a trail touches: a power of two.
-  u32 maps;          // kMapHits and so on are kept;
-  u32 map_of[8];     // by material: 1 + its plane among those of deposited mass; 0 = none.
+  u32 most_links;  // Of a texel.
+  u32 num_slots;   // For tiles that a trail touches: a power of two.
+  u32 maps;        // kMapHits and so on are kept;
+  u32 map_of[8];   // by material: 1 + its plane among those of deposited mass; 0 = none.
 } ExchangeCall;
 
 enum { kMapHits = 1, kMapLast = 2, kMapResidence = 4 };

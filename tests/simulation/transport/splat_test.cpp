@@ -112,7 +112,8 @@ TEST(Splat, IsWhatAStepByStepWalkLeavesAlsoAcrossASeam) {
     for (std::size_t k = 0; k < surface.border().size(); k += 37) {
       const TexelIndex middle = surface.border()[k];
       const std::map<TexelIndex, double> slow = slow_walk(surface, middle, size);
-      const double least = transfer_kernel::least_of_walk(walk_length(size).num_steps) * slow.at(middle) / surface.weight(middle);
+      const double least =
+          transfer_kernel::least_of_walk(walk_length(size).num_steps) * slow.at(middle) / surface.weight(middle);
       double sum = 0.0;
       for (const auto& [t, share] : slow) sum += t == middle || share / surface.weight(t) >= least ? share : 0.0;
       std::vector<SplatPart> parts;

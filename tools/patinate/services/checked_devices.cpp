@@ -107,7 +107,7 @@ std::shared_ptr<const transfer::LookupDevice> open_lookup_device(const device::D
 
 std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(const device::DeviceOptions& options,
                                                                            const DeviceWords& say) {
-  return open_kind<simulation::SimulationDevice>(if_asked_for(options, say), simulation::check_iterations, say);
+  return open_kind<simulation::SimulationDevice>(options, simulation::check_iterations, say);
 }
 
 namespace {

@@ -137,6 +137,7 @@ void Device::write_bytes(const Memory& memory, std::size_t offset, const void* v
     throw InvalidInput("a device's buffer is shorter than what is written to it");
   if (size == 0) return;
   const DeviceState& s = *state_;
+  const std::lock_guard lock(s.mutex);
   const Stopwatch watch(s.times.copies_s);
   s.times.copied_bytes += size;
   ++s.times.num_copies;
@@ -149,6 +150,7 @@ void Device::read_bytes(const Memory& memory, void* values, std::size_t size) co
   if (size > memory.size_bytes_) throw InvalidInput("a device's buffer is shorter than what is read from it");
   if (size == 0) return;
   const DeviceState& s = *state_;
+  const std::lock_guard lock(s.mutex);
   s.finish();
   const Stopwatch watch(s.times.copies_s);
   s.times.copied_bytes += size;
@@ -163,6 +165,7 @@ void Device::write_bytes_soon(const Memory& memory, std::span<const std::byte> v
   if (values.size() > memory.size_bytes_) throw InvalidInput("a device's buffer is shorter than what is written to it");
   if (values.empty()) return;
   const DeviceState& s = *state_;
+  const std::lock_guard lock(s.mutex);
   if (s.writes.size() >= kMostWrites) s.finish();
   const std::vector<std::byte>& kept = s.writes.emplace_back(values.begin(), values.end());
   s.times.copied_bytes += kept.size();
@@ -175,6 +178,7 @@ void Device::write_bytes_soon(const Memory& memory, std::span<const std::byte> v
 void Device::fill_words(const Memory& memory, std::uint32_t word) const {
   if (memory.size_bytes_ == 0) return;
   const DeviceState& s = *state_;
+  const std::lock_guard lock(s.mutex);
   const std::size_t size = memory.size_bytes_ % sizeof(word) == 0 ? sizeof(word) : 1;
   s.check(s.cl.clEnqueueFillBuffer(s.queue, static_cast<cl_mem>(memory.handle_.get()), &word, size, 0,
                                    memory.size_bytes_, 0, nullptr, nullptr),
@@ -182,6 +186,7 @@ void Device::fill_words(const Memory& memory, std::uint32_t word) const {
 }
 
 void DeviceState::finish() const {
+  const std::lock_guard lock(mutex);
   const cl_int code = cl.clFinish(queue);
   for (const auto& [event, kernel] : launches) {
     cl_ulong begin = 0, end = 0;  // ns
@@ -204,6 +209,7 @@ void DeviceState::finish() const {
 void DeviceState::launch(cl_kernel kernel, const std::string& name, const Items& items) const {
   constexpr std::size_t kMostLaunches = 4096;  // Whose events are kept.
   if (items.num == 0) return;
+  const std::lock_guard lock(mutex);
   if (launches.size() >= kMostLaunches) finish();
   const std::size_t first = items.first, num = items.num, group = items.group;
   cl_event event = nullptr;
@@ -214,6 +220,9 @@ void DeviceState::launch(cl_kernel kernel, const std::string& name, const Items&
 
 void Device::finish() const { state_->finish(); }
 
-DeviceTimes Device::times() const { return state_->times; }
+DeviceTimes Device::times() const {
+  const std::lock_guard lock(state_->mutex);
+  return state_->times;
+}
 
 }  // namespace patinate::device

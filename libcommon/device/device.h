@@ -149,7 +149,7 @@ class Program {
 };
 
 /// One device with a queue of its own: what is given to it is done in order. Every member throws DeviceError naming the
-/// device and what failed. Copies are the same device.
+/// device and what failed. Copies are the same device. Several threads may use it; each has kernels of its own.
 class Device {
  public:
   explicit Device(const DeviceInfo& info);

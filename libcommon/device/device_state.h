@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,8 @@ struct DeviceState {
   /// Queues items of a kernel.
   void launch(cl_kernel kernel, const std::string& name, const Items& items) const;
 
+  /// Of the queue and what follows it: several threads may use a device.
+  mutable std::recursive_mutex mutex;
   DeviceInfo info;
   const OpenCl& cl;
   cl_device_id id;

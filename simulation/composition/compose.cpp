@@ -1,6 +1,7 @@
 #include "patinate/simulation/compose.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 
@@ -334,6 +335,8 @@ void Composer::compose_there(const MaterialAtlas& atlas, DeviceArrays& arrays, c
   if (!s.there) {
     s.read_originals(atlas);
     s.there = std::make_unique<DeviceComposition>(arrays, s, s.textures(), control);
+    const std::array<std::uint32_t, 2> none{};
+    arrays.device.write(std::span<const std::uint32_t>(none), arrays.tally, tally_types::kNumStale);
   }
   if (s.is_all_dirty) list_tiles(s.covered_tiles, arrays);
   s.is_all_dirty = false;
@@ -341,7 +344,12 @@ void Composer::compose_there(const MaterialAtlas& atlas, DeviceArrays& arrays, c
   s.there->compose(arrays);
 }
 
-std::vector<TileIndex> Composer::changed_there() const { return state_->there->changed_tiles(); }
+std::vector<TileIndex> Composer::changed_there() const {
+  if (state_->on_asked) state_->on_asked();
+  return state_->there ? state_->there->changed_tiles() : std::vector<TileIndex>();
+}
+
+void Composer::on_asked(std::function<void()> make_sure) { state_->on_asked = std::move(make_sure); }
 
 void Composer::on_lost(std::function<void(const device::DeviceError&)> compose_here) {
   state_->on_lost = std::move(compose_here);
@@ -356,6 +364,8 @@ void Composer::forget_there() {
 void Composer::State::bring_back() {
   if (!is_behind) return;
   try {
+    if (on_asked) on_asked();
+    if (!is_behind) return;
     there->bring_back(textures());
     is_behind = false;
   } catch (const device::DeviceError& error) {

@@ -30,8 +30,8 @@ static inline void mark_slopes(const StaleTiles* s, uint tile, uint edges, uint 
   for (uint d = of->dependents_begin; d < of->dependents_end; ++d) mark_stale(s, s->dependents[d], call, num_stale);
 }
 
-// grains and pictures: by texel, plane after plane (pictures: three planes of 64 a tile); -1 in `layers` where a
-// material has none. composed_in: by tile, the last call that changed what is seen.
+// grains and pictures: by texel, plane after plane (pictures: three planes of 64 a tile); a layer of
+// -1: a material has none. composed_in: by tile, the last call that changed what is seen.
 kernel void compose_touched(const ComposeCall call, global const QuantizedAppearance* looks,
                             global const ushort* amounts, global const ushort* originals, global const uchar* grains,
                             global const ushort* pictures, global const BaseTile* bases, global const int* base_heights,

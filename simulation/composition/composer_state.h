@@ -110,6 +110,7 @@ struct Composer::State : ComposerParts {
 
   std::unique_ptr<composition::DeviceComposition> there;  ///< Null before a device is asked.
   bool is_behind = false;                                 ///< The device has composed since.
+  std::function<void()> on_asked;                         ///< Before what a device has composed comes here.
   std::function<void(const device::DeviceError&)>
       on_lost;  ///< Composes here what a device had composed and cannot give back.
 };

@@ -1,5 +1,5 @@
 // What is counted while a simulation runs on a device, in words; in the dialect of kernel_language.inl. The first are
-// plain numbers, the others sums of 64 bits (exact_sums.cl).
+// plain numbers, the others sums of 64 bits (tally.cl).
 
 enum {
   kNumPieces = 0,  // Of the exchange of each phase,

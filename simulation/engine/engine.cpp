@@ -79,8 +79,9 @@ Simulation::State::State(Scene given, SimulationOptions given_options, const Run
       changed_in(surface.grid().num_tiles(), -1) {
   composer.on_lost([this](const device::DeviceError& error) {
     lose_device(error, {});
-    compose_now({});
+    compose_again();
   });
+  composer.on_asked([this] { check_room(); });
   for (std::size_t k = 0; k < kNumWeatherSignals; ++k)
     weather_peaks[k] = greatest_weather(scene.weather, static_cast<WeatherSignal>(k));
   for (const SceneObject& object : scene.objects) start_scales.push_back(object.scale);
@@ -222,11 +223,13 @@ void Simulation::step(const RunControl& control) {
   s.apply_weather();
   if (!s.step_there(control)) s.step_here(control);
   ++s.iteration;
+  s.stay_near(control);
 }
 
 void Simulation::State::step_here(const RunControl& control) {
   State& s = *this;
   s.change_here(control);
+  s.apply_weather();  // Iterations may have been done again since it was asked for.
   {
     const Stopwatch watch(s.times.trace);
     s.tracer.trace(s.gammatons, s.scene, s.iteration, s.trace, control);
@@ -319,14 +322,14 @@ std::span<const TileIndex> Simulation::composed_tiles() const {
     s.composed_tiles = std::move(all);
   } catch (const device::DeviceError& error) {
     s.lose_device(error, {});
-    s.compose_now({});
-    s.composed_tiles = std::exchange(s.composed_since_asked, {});
+    s.compose_again();
   }
   return s.composed_tiles;
 }
 
 void Simulation::set_appearance(std::vector<MaterialAppearance> appearance) {
   state_->composer.set_appearance(appearance);
+  state_->is_composed_there = false;
   state_->scene.appearance = std::move(appearance);
 }
 

@@ -1,9 +1,10 @@
 // Iterations on a device: all of it stays there until somebody asks.
 #include <algorithm>
+#include <functional>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
-#include "libcommon/core/parallel.h"
 #include "simulation/engine/device_run.h"
 #include "simulation/engine/engine_state.h"
 #include "simulation/tracing/device_motion.h"
@@ -25,6 +26,13 @@ std::vector<std::uint32_t> loads_of(const Scene& scene, double contact_area, int
     loads.insert(loads.end(), load.begin(), load.begin() + num_materials);
   }
   return loads;
+}
+
+/// What is half taken over is no state to stop in.
+RunControl unstoppable(const RunControl& control) {
+  RunControl threads;
+  threads.num_threads = control.num_threads;
+  return threads;
 }
 
 /// Enters what the device has counted.
@@ -105,6 +113,7 @@ bool Simulation::State::open_device(const RunControl& control) {
 }
 
 bool Simulation::State::step_there(const RunControl& control) {
+  control.throw_if_stopped();
   try {
     if (!open_device(control)) return false;
     DeviceArrays& a = there->arrays;
@@ -148,11 +157,12 @@ bool Simulation::State::read_there(const RunControl& control) {
   device.read(a.met, std::span(bits));
   device.read(a.changed_in, std::span(changed));
   there->amounts.read_dirty(a);
-  device.fill_zero(a.dirty.memory());
+  const std::vector<std::function<void()>> give_maps = there->exchange.read_maps(*maps);
   const std::vector<std::uint32_t> zeros(tally.size() - tally_types::kFirstCount, 0);
+  device.fill_zero(a.dirty.memory());
   device.write(std::span<const std::uint32_t>(zeros), a.tally, tally_types::kFirstCount);
-  if (maps->choice().has_any()) there->exchange.take_maps(*maps);
   // Nothing fails from here on.
+  for (const std::function<void()>& give : give_maps) give();
   take_drop_records(drops, gammatons, control);
   for (std::size_t g = 0; g < cargo.mass.size(); ++g)
     std::copy_n(carried.begin() + static_cast<std::ptrdiff_t>(g * a.num_materials), a.num_materials,
@@ -171,7 +181,8 @@ bool Simulation::State::read_there(const RunControl& control) {
   return true;
 }
 
-void Simulation::State::come_back(const RunControl& control) {
+void Simulation::State::come_back(const RunControl& given) {
+  const RunControl control = unstoppable(given);
   while (there && there->is_ahead) {
     try {
       if (read_there(control)) return;
@@ -186,6 +197,28 @@ void Simulation::State::come_back(const RunControl& control) {
   }
 }
 
+void Simulation::State::compose_again() {
+  compose_now({});
+  std::vector<TileIndex> all;
+  std::set_union(composed_tiles.begin(), composed_tiles.end(), composed_since_asked.begin(), composed_since_asked.end(),
+                 std::back_inserter(all));
+  composed_tiles = std::move(all);
+  composed_since_asked.clear();
+}
+
+void Simulation::State::check_room() {
+  if (!there || !there->is_ahead) return;
+  std::vector<std::uint32_t> tally(there->arrays.tally.size());
+  there->arrays.device.read(there->arrays.tally, std::span(tally));
+  if (tally[tally_types::kHasOverflown] == 0) return;
+  come_back();
+  compose_again();
+}
+
+void Simulation::State::stay_near(const RunControl& control) {
+  if (there && iteration - there->known_at >= kMostAhead) come_back(control);
+}
+
 void Simulation::State::do_again(const RunControl& control) {
   const std::int64_t done = std::exchange(iteration, there ? there->known_at : iteration);
   if (there) there->is_ahead = false;
@@ -196,7 +229,9 @@ void Simulation::State::do_again(const RunControl& control) {
   }
 }
 
-void Simulation::State::lose_device(const device::DeviceError& error, const RunControl& control) {
+void Simulation::State::lose_device(const device::DeviceError& error, const RunControl& given) {
+  const RunControl control = unstoppable(given);
+  is_composed_there = false;
   options.device->report_failure(error);
   const std::int64_t known_at = there && there->is_ahead ? there->known_at : iteration, done = iteration;
   there.reset();

@@ -69,6 +69,7 @@ void Simulation::set_amounts(int material, const ImageF& amounts) {
       s.changed_in[TileGrid::tile_of(t)] = static_cast<std::int32_t>(s.iteration);
     }
   }
+  s.rules->wake_everything();
 }
 
 ParameterMap Simulation::parameter_map(const std::string& name) const {

@@ -329,6 +329,7 @@ void Simulation::restore(std::span<const std::byte> bytes) {
   s.wake_everything();
   s.there.reset();
   s.composer.forget_there();
+  s.is_composed_there = false;
 }
 
 }  // namespace patinate::simulation

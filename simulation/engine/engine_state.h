@@ -35,6 +35,10 @@ struct Simulation::State {
   /// Notes the contacts of the last trace(): where gammatons run, and where they have ever been.
   void follow_contacts();
   void mark(std::span<const TileIndex> tiles);
+  /// What was composed was lost, or wrong: composes everything, as part of what the last compose() has changed.
+  void compose_again();
+  /// Does iterations again for which a device had too little room, before anybody looks at what they led to.
+  void check_room();
   /// Composes what has changed, for whoever asks; composed_since_asked has what was composed.
   void compose_now(const RunControl& control);
   /// What the next response is to reflect about; nullptr: the mesh's normals.
@@ -74,6 +78,8 @@ struct Simulation::State {
   void come_back(const RunControl& control = {});
   /// and whoever changes it this.
   void change_here(const RunControl& control = {});
+  /// Comes back unasked where a device is far ahead.
+  void stay_near(const RunControl& control);
   /// Iterations since the state was known, again.
   void do_again(const RunControl& control);
   /// The CPU goes on, from the last state that was known.

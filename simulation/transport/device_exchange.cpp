@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <memory>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -142,6 +144,9 @@ DeviceExchange::State::State(const DeviceArrays& arrays, const SurfaceAtlas& its
   std::uint32_t most_links = 4;
   const std::span<const std::uint32_t> first = surface->first_links();
   for (std::size_t i = 0; i + 1 < first.size(); ++i) most_links = std::max(most_links, first[i + 1] - first[i]);
+  if (kWalkItems * most_links + transfer_kernel::kWalkTexels > 2048)  // What walk_device.cl has room for.
+    throw device::DeviceError(device.info().name + ": texels of this surface have up to " + std::to_string(most_links) +
+                              " neighbors, which is too many for it");
   call.most_links = most_links;
   link_to = device.allocate<std::uint32_t>(num_groups * kWalkItems * most_links);
   link_flow = device.allocate<double>(num_groups * kWalkItems * most_links);
@@ -318,23 +323,30 @@ void DeviceExchange::put_maps(const ParameterMaps& maps) {
   });
 }
 
-void DeviceExchange::take_maps(ParameterMaps& maps) const {
+std::vector<std::function<void()>> DeviceExchange::read_maps(ParameterMaps& maps) const {
   const State& s = *state_;
   const std::size_t num = s.call.num_texels;
   std::vector<std::function<void()>> changes;
+  const void* last_read = nullptr;
+  std::shared_ptr<void> last_values;  // Deposited mass of all materials is one buffer.
   for_each_map(maps, s, s.choice, [&]<class T>(PagedValues<T>& values, std::size_t plane, const Buffer<T>& buffer) {
-    std::vector<T> all(buffer.size());
-    s.device.read(buffer, std::span(all));
-    changes.emplace_back([&values, plane, num, all = std::move(all)] {
-      for (std::uint32_t p = 0; p < values.num_pages(); ++p) {
-        const std::span<const T> page =
-            std::span(all).subspan(plane * num + std::size_t{p} * TileGrid::kPageTexels, TileGrid::kPageTexels);
-        if (std::any_of(page.begin(), page.end(), [](T value) { return value != 0; }))
-          std::copy(page.begin(), page.end(), values.writable_page(p).begin());
-      }
-    });
+    if (last_read != &buffer) {
+      auto all = std::make_shared<std::vector<T>>(buffer.size());
+      s.device.read(buffer, std::span(*all));
+      last_values = all;
+      last_read = &buffer;
+    }
+    const auto all = std::static_pointer_cast<std::vector<T>>(last_values);
+    for (std::uint32_t p = 0; p < values.num_pages(); ++p) {
+      const std::span<const T> page =
+          std::span<const T>(*all).subspan(plane * num + std::size_t{p} * TileGrid::kPageTexels, TileGrid::kPageTexels);
+      if (std::all_of(page.begin(), page.end(), [](T value) { return value == 0; })) continue;
+      // The page is made here, where that may fail; one of nothing but 0 says nothing.
+      changes.emplace_back(
+          [to = values.writable_page(p), page, all] { std::copy(page.begin(), page.end(), to.begin()); });
+    }
   });
-  for (const std::function<void()>& change : changes) change();
+  return changes;
 }
 
 }  // namespace patinate::simulation

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
+#include <vector>
 
 #include "libcommon/core/kernel_language.h"
 #include "simulation/device/device_arrays.h"
@@ -43,8 +45,8 @@ class DeviceExchange {
 
   /// Parameter maps, there and back.
   void put_maps(const ParameterMaps& maps);
-  /// @throws DeviceError before anything is changed.
-  void take_maps(ParameterMaps& maps) const;
+  /// @returns what gives them to `maps`, which must outlive it; it does not fail.
+  [[nodiscard]] std::vector<std::function<void()>> read_maps(ParameterMaps& maps) const;
 
  private:
   struct State;

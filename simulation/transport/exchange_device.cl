@@ -61,7 +61,7 @@ ALL_INLINE uint exchange_piece(const ExchangeCall* call, const SplatPiece piece,
   const double area = call->contact_area * (double)piece.share / (double)kWholeSplat;
   uint changed = 0u;
   for (uint a = 0u; a < n; ++a) {
-    const uint material = call->materials[a], mass = masses[p * n + a];
+    const uint material = call->materials[a], mass = masses[(ulong)p * n + a];
     global ushort* amount = amounts + (ulong)material * call->num_texels + texel;
     int quanta;
     if (is_deposit) {

@@ -23,7 +23,7 @@ typedef struct Dealing {
   uint whole[8], random[8];  // By active material.
 } Dealing;
 
-// By all items. @param middle  The texel that the gammaton's quanta are counted in.
+// By all items. @param weight  Of the middle, in whose quanta the cargo is dealt out.
 ALL_INLINE void begin_dealing(const ExchangeCall* call, const Pieces* to, uint gammaton, uint weight,
                                  local Dealing* dealing) {
   const uint a = (uint)get_local_id(0), n = call->num_active;
@@ -61,7 +61,7 @@ ALL_INLINE void put_piece(const ExchangeCall* call, const Pieces* to, local cons
     const uint whole = dealing->whole[a], start = deal_start(dealing->random[a]);
     const ulong quanta = whole / dealing->weight;
     const ulong from = dealt_to(quanta, before, start), until = dealt_to(quanta, (ulong)before + share, start);
-    to->masses[p * n + a] = (uint)(until - from) * dealing->weight + (number == 0u ? whole % dealing->weight : 0u);
+    to->masses[(ulong)p * n + a] = (uint)(until - from) * dealing->weight + (number == 0u ? whole % dealing->weight : 0u);
   }
   to->next[p] = atomic_xchg(to->heads + texel, p);
 }

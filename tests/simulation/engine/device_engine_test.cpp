@@ -172,6 +172,35 @@ TEST_F(IterationsOnDevices, AreDoneAgainWhereThereWasTooLittleRoom) {
   }
 }
 
+// Other looks for the same amounts, after an odd and an even number of pictures; and an older picture that is asked for
+// late shows what was composed.
+TEST_F(IterationsOnDevices, ShowOtherLooksAsTheCpuDoes) {
+  Scene scene = testing_support::urn_scene(256);
+  scene.appearance[2].height_mm = 0.5;
+  for (const DeviceInfo& info : all) {
+    int num_failures = 0;
+    Simulation here = without_device(scene), there = on_device(scene, device::Device(info), num_failures);
+    for (int i = 0; i < 7; ++i) {
+      here.step();
+      there.step();
+      (void)here.compose();
+      (void)there.compose();
+      here.step();
+      there.step();
+      EXPECT_TRUE(std::equal(here.composed_tiles().begin(), here.composed_tiles().end(), there.composed_tiles().begin(),
+                             there.composed_tiles().end()))
+          << info.name << " " << i;
+      if (i % 3 != 0) continue;
+      scene.appearance[2].height_mm += 0.4;
+      scene.appearance[2].strength = 1.0 + i;
+      here.set_appearance(scene.appearance);
+      there.set_appearance(scene.appearance);
+      expect_same_textures(here.compose(), there.compose());
+    }
+    EXPECT_EQ(num_failures, 0) << info.name;
+  }
+}
+
 // A driver that works with more than 64 values at a texel stays on the CPU, and with it all iterations.
 TEST_F(IterationsOnDevices, StayOnTheCpuWhereADriverIsTooLong) {
   Scene scene = plates_with_events(256);

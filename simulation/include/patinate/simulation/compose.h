@@ -82,8 +82,10 @@ class Composer {
   void compose_there(const MaterialAtlas& atlas, DeviceArrays& arrays, const RunControl& control);
   /// What the last compose_there() changed, in order. @throws DeviceError
   [[nodiscard]] std::vector<TileIndex> changed_there() const;
+  /// Called before what a device has composed is taken over: may compose again.
+  void on_asked(std::function<void()> make_sure);
   /// Called where what a device has composed is asked for, and it cannot give it back: is to call forget_there() and
-  /// compose().
+  /// compose(), of amounts as they are then.
   void on_lost(std::function<void(const device::DeviceError&)> compose_here);
   /// Everything is to be composed anew.
   void forget_there();

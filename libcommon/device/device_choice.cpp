@@ -7,7 +7,8 @@ namespace patinate::device {
 
 void describe(OptionVisitor& v, DeviceOptions& o) {
   v.visit({"device",
-           "What calculates: auto (for the fast transfer a GPU that gives the CPU's bytes, else the CPU), cpu, gpu, or "
+           "What calculates: auto (for fast transfer and simulation a GPU that gives the CPU's bytes, else the CPU), "
+           "cpu, gpu, or "
            "a part of a "
            "name that `patinate devices` lists; no result depends on it"},
           o.device);

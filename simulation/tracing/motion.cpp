@@ -54,7 +54,6 @@ MotionCall call_of(const Scene& scene, std::int64_t iteration, const GammatonRan
 /// Those of a range that there are.
 struct Range {
   std::int64_t begin = 0, num = 0;
-  friend bool operator==(const Range&, const Range&) = default;
 };
 Range range_of(const Gammatons& all, const GammatonRange& moving) {
   return {moving.begin, std::min(moving.end, static_cast<std::int64_t>(all.size())) - moving.begin};

@@ -220,7 +220,6 @@ void Simulation::apply(const SceneEvent& event, const RunControl& control) {
 void Simulation::step(const RunControl& control) {
   State& s = *state_;
   apply_due(control);
-  s.apply_weather();
   if (!s.step_there(control)) s.step_here(control);
   ++s.iteration;
   s.stay_near(control);
@@ -229,7 +228,7 @@ void Simulation::step(const RunControl& control) {
 void Simulation::State::step_here(const RunControl& control) {
   State& s = *this;
   s.change_here(control);
-  s.apply_weather();  // Iterations may have been done again since it was asked for.
+  s.apply_weather();
   {
     const Stopwatch watch(s.times.trace);
     s.tracer.trace(s.gammatons, s.scene, s.iteration, s.trace, control);

@@ -116,6 +116,7 @@ bool Simulation::State::step_there(const RunControl& control) {
   control.throw_if_stopped();
   try {
     if (!open_device(control)) return false;
+    apply_weather();
     DeviceArrays& a = there->arrays;
     const std::vector<std::uint32_t> loads =
         loads_of(scene, contact_area(scene.exchange, surface), atlas.num_materials());
@@ -223,7 +224,6 @@ void Simulation::State::do_again(const RunControl& control) {
   const std::int64_t done = std::exchange(iteration, there ? there->known_at : iteration);
   if (there) there->is_ahead = false;
   while (iteration < done) {
-    apply_weather();
     if (!step_there(control)) step_here(control);
     ++iteration;
   }
@@ -242,7 +242,6 @@ void Simulation::State::lose_device(const device::DeviceError& error, const RunC
   composed_at = -1;
   iteration = known_at;
   while (iteration < done) {
-    apply_weather();
     step_here(control);
     ++iteration;
   }

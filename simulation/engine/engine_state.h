@@ -64,7 +64,7 @@ struct Simulation::State {
   [[nodiscard]] std::optional<WetPaths> wet_paths();
   /// After amounts have come from elsewhere: every tile is looked at again.
   void wake_everything();
-  /// An iteration, without its events and weather: by the CPU,
+  /// An iteration, without its events: by the CPU,
   void step_here(const RunControl& control);
   /// or by a device. @returns false where there is none that can: nothing is done then.
   [[nodiscard]] bool step_there(const RunControl& control);

@@ -31,7 +31,7 @@ simulation::SimulationOptions on(const device::Device& device) {
 
 void iterations(const device::Device& device, int resolution, const char* goal_ms) {
   const RunControl control = two_threads();
-  simulation::Simulation simulation(wall(resolution), on(device), control);
+  simulation::Simulation simulation(slow_wall(resolution), on(device), control);
   make_wet(simulation, 0.5);
   for (int i = 0; i < 24; ++i) simulation.step(control);
   (void)simulation.compose(control);

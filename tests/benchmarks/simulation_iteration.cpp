@@ -24,7 +24,7 @@ struct Row {
 void one(const Row& row) {
   RunControl control;
   control.num_threads = 2;
-  simulation::Scene scene = wall(row.resolution);
+  simulation::Scene scene = slow_wall(row.resolution);
   simulation::SimulationOptions options;
   std::unique_ptr<simulation::Simulation> simulation;
   const double set_up =

@@ -20,6 +20,11 @@ simulation::Scene wall(int resolution) {
   scene.resolution = resolution;
   scene.emitters[0].gammatons = 4000;
   scene.emitters[1].gammatons = 1000;
+  return scene;
+}
+
+simulation::Scene slow_wall(int resolution) {
+  simulation::Scene scene = wall(resolution);
   scene.rules[0].rate = 0.05;
   return scene;
 }

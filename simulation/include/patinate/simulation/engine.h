@@ -33,7 +33,7 @@ struct SimulationOptions {
       nullptr;  ///< Iterations and composition stay on it until somebody looks; no result depends on it.
 };
 
-/// Seconds since the beginning, of one process.
+/// Seconds since the beginning, of one process, by the CPU: of what a device does, only its times() tell.
 struct SimulationTimes {
   double trace = 0.0;
   double exchange = 0.0;  ///< Surface update and gammaton update of the paper's Table 2.

@@ -1,18 +1,16 @@
 #include "capture/project/frame_times.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
 
+#include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {
 
 namespace {
-
-bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
 /// Reads numbers of a fixed width with optional separators between them.
 class DigitReader {

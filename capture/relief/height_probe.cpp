@@ -14,11 +14,10 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::size_t kFewestPoints = 10;
+constexpr std::size_t kFewestSamples = 10;
 constexpr double kMostAside = 0.35;  ///< Of the radius: the points' middle from the axis; a half disk's is at 0.42.
 constexpr double kMostOff = 3.5;     ///< Robust standard deviations off the plane.
 constexpr double kSteepest = 2.5;    ///< Slope against the direction: 68 degrees.
-constexpr double kSigmaOfMad = 1.4826;
 
 struct Sample {
   double along, s, t;
@@ -55,7 +54,7 @@ std::vector<Sample> nearest_layer(std::vector<Sample> samples, double gap) {
     if (k < samples.size() && samples[k].along - samples[k - 1].along <= gap) continue;
     double distance = std::abs(samples[begin].along);
     for (std::size_t i = begin; i < k; ++i) distance = std::min(distance, std::abs(samples[i].along));
-    if (k - begin >= kFewestPoints && (best.empty() || distance < best_distance)) {
+    if (k - begin >= kFewestSamples && (best.empty() || distance < best_distance)) {
       best.assign(samples.begin() + static_cast<std::ptrdiff_t>(begin),
                   samples.begin() + static_cast<std::ptrdiff_t>(k));
       best_distance = distance;
@@ -68,7 +67,7 @@ std::vector<Sample> nearest_layer(std::vector<Sample> samples, double gap) {
 bool lies_around(const std::vector<Sample>& samples, double radius) {
   double s = 0.0, t = 0.0;
   for (const Sample& p : samples) s += p.s, t += p.t;
-  return samples.size() >= kFewestPoints &&
+  return samples.size() >= kFewestSamples &&
          std::hypot(s, t) <= kMostAside * radius * static_cast<double>(samples.size());
 }
 

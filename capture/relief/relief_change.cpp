@@ -24,7 +24,6 @@ constexpr int kPoseRounds = 4;
 constexpr double kBlocksForPose = 200.0;  ///< Many for the robust fit, each of as much surface as that allows.
 constexpr int kWindowsPerBlock = 4;       ///< Along a side of the blocks that show what is systematic.
 constexpr std::size_t kFewestBlocks = 8;
-constexpr double kSigmaOfMad = 1.4826;
 constexpr int kStableRounds = 2;  ///< By places that have not changed, after the robust ones.
 constexpr double kStays = 3.0;    ///< Standard deviations.
 constexpr double kPi = 3.14159265358979323846;

@@ -17,7 +17,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::size_t kFewestPoints = 10;
+constexpr std::size_t kFewestInLayer = 10;
 constexpr double kLeastFacing = 0.25;  ///< Of a normal to the viewer: 75 degrees.
 
 Vec3 mean_of(std::span<const Vec3> points) {
@@ -50,7 +50,7 @@ std::optional<double> top_of(std::vector<double> depths, double gap) {
   std::sort(depths.begin(), depths.end(), std::greater<>());
   for (std::size_t begin = 0, k = 1; k <= depths.size(); ++k) {
     if (k < depths.size() && depths[k - 1] - depths[k] <= gap) continue;
-    if (k - begin >= kFewestPoints) {
+    if (k - begin >= kFewestInLayer) {
       double sum = 0.0;
       for (std::size_t i = begin; i < k; ++i) sum += depths[i];
       return sum / static_cast<double>(k - begin);

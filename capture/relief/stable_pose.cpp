@@ -23,8 +23,6 @@ constexpr int kFirstSteps = 2;  ///< Of concentration, for every draw.
 constexpr int kLastSteps = 20;
 constexpr std::size_t kKept = 10;  ///< Draws that are followed to the end, as the source has it.
 constexpr int kRounds = 20;
-constexpr double kBiweight = 4.685;  ///< 95 % as efficient as least squares on normal errors [Tukey].
-constexpr double kSigmaOfMad = 1.4826;
 constexpr double kAgrees = 3.0;
 /// Squared mean slope along a degree of freedom, against the best one, below which it is noise of normals: 3 %.
 constexpr double kLeastConstraint = 1e-3;
@@ -149,7 +147,7 @@ StablePose find_stable_pose(std::span<const HeightDifference> differences, doubl
     scale = std::clamp(correction * inner_scale_of(residual), 1e-9, scale);
     Eigen::VectorXd weights(n);
     for (Eigen::Index i = 0; i < n; ++i) {
-      const double u = residual[i] / (kBiweight * scale);
+      const double u = residual[i] / (kTukeyLimit * scale);
       weights[i] = std::abs(u) < 1.0 ? (1.0 - u * u) * (1.0 - u * u) : 0.0;
     }
     normal = system.rows.transpose() * weights.asDiagonal() * system.rows;

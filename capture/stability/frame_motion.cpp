@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "libcommon/core/median.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
 
@@ -20,7 +21,6 @@ constexpr int kMaxIterations = 30;
 constexpr double kConverged = 1e-3;   ///< Largest motion of a corner in the last step, px.
 constexpr double kReliable = 0.5;     ///< Similarity of a motion that can be trusted.
 constexpr double kLeastShared = 0.1;  ///< Of the picture.
-constexpr double kTukey = 4.685;      ///< 95 % efficient for Gaussian noise.
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -30,7 +30,7 @@ struct Sample {
 };
 
 /// Bilinear value and gradient. @returns false outside.
-bool sample(const ImageF& image, double x, double y, Sample& out) {
+bool bilinear_sample(const ImageF& image, double x, double y, Sample& out) {
   if (!(x >= 0.0) || !(y >= 0.0) || !(x < image.width() - 1) || !(y < image.height() - 1)) return false;
   const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
   const double fx = x - x0, fy = y - y0;
@@ -79,7 +79,7 @@ Overlay overlay(const Pair& pair, const Eigen::Affine2d& motion) {
     for (int x = 0; x < pair.reference.width(); ++x) {
       const Eigen::Vector2d p = motion * Eigen::Vector2d(x, y);
       Sample s;
-      if (!sample(pair.frame, p.x(), p.y(), s)) continue;
+      if (!bilinear_sample(pair.frame, p.x(), p.y(), s)) continue;
       const double a = static_cast<double>(pair.reference.at(x, y));
       count += 1.0;
       aa += a * a;
@@ -101,7 +101,7 @@ Overlay overlay(const Pair& pair, const Eigen::Affine2d& motion) {
 void accumulate_step(const Pair& pair, const Eigen::Affine2d& motion, const Overlay& fit, Matrix6& normal,
                      Vector6& right) {
   const double half_w = 0.5 * (pair.reference.width() - 1), half_h = 0.5 * (pair.reference.height() - 1);
-  const double limit = kTukey * std::max(fit.spread, 1e-9);
+  const double limit = kTukeyLimit * std::max(fit.spread, 1e-9);
   normal.setZero();
   right.setZero();
   for (int y = 0; y < pair.reference.height(); ++y) {
@@ -109,7 +109,7 @@ void accumulate_step(const Pair& pair, const Eigen::Affine2d& motion, const Over
     for (int x = 0; x < pair.reference.width(); ++x) {
       const Eigen::Vector2d p = motion * Eigen::Vector2d(x, y);
       Sample s;
-      if (!sample(pair.frame, p.x(), p.y(), s)) continue;
+      if (!bilinear_sample(pair.frame, p.x(), p.y(), s)) continue;
       const double residual = s.value / fit.gain - static_cast<double>(pair.reference.at(x, y));
       if (std::abs(residual) >= limit) continue;
       const double t = residual / limit, weight = (1 - t * t) * (1 - t * t), u = x / half_w - 1.0;
@@ -158,7 +158,7 @@ ImageF seen_through(const ImageF& image, const Eigen::Affine2d& motion) {
     for (int x = 0; x < out.width(); ++x) {
       const Eigen::Vector2d p = motion * Eigen::Vector2d(x, y);
       Sample s;
-      out.at(x, y) = sample(image, p.x(), p.y(), s) ? static_cast<float>(s.value) : 0.0f;
+      out.at(x, y) = bilinear_sample(image, p.x(), p.y(), s) ? static_cast<float>(s.value) : 0.0f;
     }
   }
   return out;

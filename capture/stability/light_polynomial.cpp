@@ -10,8 +10,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kNumRounds = 12;
-constexpr double kTukey = 4.685;
+constexpr int kPolynomialRounds = 12;
 
 }  // namespace
 
@@ -28,7 +27,7 @@ Eigen::VectorXd fit_polynomial(const std::vector<Eigen::VectorXd>& terms, const 
   const Eigen::Index n = terms.front().size();
   std::vector<double> weights(values.size(), 1.0);
   Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(n);
-  for (int round = 0; round < kNumRounds; ++round) {
+  for (int round = 0; round < kPolynomialRounds; ++round) {
     Eigen::MatrixXd normal = 1e-9 * Eigen::MatrixXd::Identity(n, n);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(n);
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -40,7 +39,7 @@ Eigen::VectorXd fit_polynomial(const std::vector<Eigen::VectorXd>& terms, const 
     for (std::size_t i = 0; i < values.size(); ++i) residuals.push_back(values[i] - coefficients.dot(terms[i]));
     std::vector<double> sizes = residuals;
     for (double& r : sizes) r = std::abs(r);
-    const double limit = kTukey * std::max(1.4826 * median(sizes), 1e-6);
+    const double limit = kTukeyLimit * std::max(kSigmaOfMad * median(sizes), 1e-6);
     for (std::size_t i = 0; i < values.size(); ++i) {
       const double t = residuals[i] / limit;
       weights[i] = std::abs(t) < 1.0 ? (1 - t * t) * (1 - t * t) : 0.0;

@@ -9,8 +9,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kNormal = 1.4826;                    ///< Standard deviation over median deviation.
-constexpr double kStep = std::numbers::ln2 / 3.0;     ///< A third of a stop.
+constexpr double kThirdOfStop = std::numbers::ln2 / 3.0;
 constexpr double kOfDifferences = 2.449489742783178;  ///< sqrt(6): deviation of l(i + 1) - 2 l(i) + l(i - 1) over l's.
 
 double median_deviation(const std::vector<double>& values) {
@@ -24,7 +23,7 @@ double median_deviation(const std::vector<double>& values) {
 double unsteadiness(const std::vector<double>& gains) {
   std::vector<double> differences;
   for (std::size_t i = 1; i < gains.size(); ++i) differences.push_back(std::abs(gains[i] - gains[i - 1]));
-  return kNormal / kOfDifferences * median(std::move(differences));
+  return kSigmaOfMad / kOfDifferences * median(std::move(differences));
 }
 
 }  // namespace
@@ -37,7 +36,7 @@ std::optional<RestlessLight> find_restless_light(const std::vector<FramePair>& n
     std::vector<double> gains;
     for (const FramePair& pair : neighbors) gains.push_back(brightening(pair)[c]);
     const double deviation = unsteadiness(gains), hidden = kOutstanding * median_deviation(gains);
-    if (deviation < std::log1p(options.exposure_threshold) || hidden < kStep) continue;
+    if (deviation < std::log1p(options.exposure_threshold) || hidden < kThirdOfStop) continue;
     if (worst && std::log(worst->hidden) >= hidden) continue;
     worst = RestlessLight{static_cast<int>(c), std::expm1(deviation), std::exp(hidden)};
   }

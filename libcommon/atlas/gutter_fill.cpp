@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "libcommon/core/parallel.h"
+#include "patinate/atlas/sheet.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
@@ -60,8 +61,7 @@ GutterFill::GutterFill(int width, int height, int strip_rows)
       height_(height),
       strip_rows_(strip_rows),
       num_strips_(strip_rows > 0 ? (height + strip_rows - 1) / strip_rows : 0) {
-  constexpr int kMaxSide = 65536;
-  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide || strip_rows < 1) {
+  if (width < 1 || height < 1 || width > Sheet::kMaxSide || height > Sheet::kMaxSide || strip_rows < 1) {
     throw InvalidInput("gutters: an atlas of " + std::to_string(width) + " x " + std::to_string(height) +
                        " in strips of " + std::to_string(strip_rows) +
                        " rows; use sides in [1, 65536] and at least a row");

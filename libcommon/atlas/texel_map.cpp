@@ -14,7 +14,6 @@ namespace patinate {
 
 namespace {
 
-constexpr int kMaxSide = 65536;
 constexpr int kMaxCrossings = 10'000;
 constexpr int kLargestStep = 32767;  ///< Texels; its square, doubled, is an int. What lies farther is walked to.
 constexpr double kUvSlack = 0.01;    ///< Charts that lean over the atlas's edge lose that strip.
@@ -67,7 +66,7 @@ std::vector<int> label_charts(const Mesh& mesh, const std::vector<std::array<int
 
 Sheet checked(Sheet sheet) {
   const int width = sheet.width(), height = sheet.height();
-  if (width >= 1 && height >= 1 && width <= kMaxSide && height <= kMaxSide) return sheet;
+  if (width >= 1 && height >= 1 && width <= Sheet::kMaxSide && height <= Sheet::kMaxSide) return sheet;
   throw InvalidInput("atlas size " + std::to_string(width) + " x " + std::to_string(height) +
                      " is out of range; use [1, 65536]");
 }

@@ -91,10 +91,7 @@ std::int32_t nearest(double v) {
   return static_cast<std::int32_t>(v + 0.5 + kUp) - kUp;
 }
 
-struct TexelStep {
-  int x, y;
-};
-constexpr std::array<TexelStep, TexelNeighborhood::kNumAdjacent> kAdjacent{
+constexpr std::array<std::array<int, 2>, TexelNeighborhood::kNumAdjacent> kAdjacent{
     {{-1, -1}, {0, -1}, {1, -1}, {-1, 0}, {1, 0}, {-1, 1}, {0, 1}, {1, 1}}};
 
 }  // namespace
@@ -143,10 +140,11 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
 std::vector<bool> TexelNeighborhood::follow_their_grid(const std::vector<int>& reach, const TexelRect& rect,
                                                        const RunControl& control) const {
   constexpr std::int32_t kFewTexels = 64;
-  constexpr int kLargestStep = 255;
+  constexpr int kLargestGridStep = 255;
   const std::vector<std::int64_t> num_texels = map_.count_texels(rect, control);
   std::vector<bool> follows(reach.size());
-  for (std::size_t t = 0; t < reach.size(); ++t) follows[t] = num_texels[t] >= kFewTexels && reach[t] <= kLargestStep;
+  for (std::size_t t = 0; t < reach.size(); ++t)
+    follows[t] = num_texels[t] >= kFewTexels && reach[t] <= kLargestGridStep;
   return follows;
 }
 
@@ -163,7 +161,7 @@ void TexelNeighborhood::store(std::size_t chunk, const std::vector<bool>& follow
     const int triangle = map_.triangle(*at);
     const Eigen::Matrix2d to_mm = pixels_per_texel(triangle) * pixel_mm_;
     for (std::size_t k = 0; k < kNumAdjacent; ++k)
-      offsets[first_adjacent() + k] = to_mm * Vec2(kAdjacent[k].x, kAdjacent[k].y);
+      offsets[first_adjacent() + k] = to_mm * Vec2(kAdjacent[k][0], kAdjacent[k][1]);
     map_.gather(*at, *frames_, offsets, found);
     const bool has_grid = follows_grid[static_cast<std::size_t>(triangle)];
     if (has_grid) grid.follow_grid(*at);
@@ -204,8 +202,9 @@ void TexelNeighborhood::find_steps(int triangle, std::span<PixelNeighbor> steps)
   const Eigen::Matrix2d to_texels = map_.texels_per_mm(triangle, frame),
                         to_mm = frame.transpose() * map_.mm_per_texel(triangle);
   for (std::size_t k = 0; k < size(); ++k) {
-    const Vec2 step = k < first_adjacent() ? Vec2(to_texels * offsets_mm_[k])
-                                           : Vec2(kAdjacent[k - first_adjacent()].x, kAdjacent[k - first_adjacent()].y);
+    const Vec2 step = k < first_adjacent()
+                          ? Vec2(to_texels * offsets_mm_[k])
+                          : Vec2(kAdjacent[k - first_adjacent()][0], kAdjacent[k - first_adjacent()][1]);
     const TexelId dx = nearest(step.x()), dy = nearest(step.y());  // At most 255: the border of the chart lies farther.
     steps[k] = in_pixels({0, to_mm * Vec2(static_cast<double>(dx), static_cast<double>(dy))});
     steps[k].texel = steps[k].texel < 0 ? kNoStep : dy * map_.width() + dx;

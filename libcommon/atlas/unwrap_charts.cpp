@@ -69,9 +69,9 @@ class Flood {
     }
   }
   void spread() {
-    constexpr std::size_t kLook = 4096;
+    constexpr std::size_t kTrianglesALook = 4096;
     for (std::size_t i = 0; !queue_.empty(); ++i) {
-      if (i % kLook == 0) control_.throw_if_stopped();
+      if (i % kTrianglesALook == 0) control_.throw_if_stopped();
       const auto [cost, triangle, chart] = queue_.top();
       queue_.pop();
       if (chart_[static_cast<std::size_t>(triangle)] != kFree) continue;

@@ -9,18 +9,15 @@
 #include <numbers>
 #include <numeric>
 
+#include "libcommon/atlas/raster.h"
 #include "libcommon/atlas/unwrap_border.h"
 
 namespace patinate {
 
 namespace {
 
-using Complex = std::complex<double>;
-
 constexpr double kStretchShare = 0.95;
 constexpr double kSameScale = 1e-30;
-
-double cross2(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 std::array<Vec2, 3> corners_of(const FlatChart& chart, std::size_t i) {
   return {chart.points[static_cast<std::size_t>(chart.corners[i][0])],
@@ -115,23 +112,23 @@ bool solve_conformal(const UnwrapSurface& surface, FlatChart& chart, const std::
   int num_unknowns = 0;
   for (int p = 0; p < num_points; ++p)
     unknown[static_cast<std::size_t>(p)] = p == pins[0] || p == pins[1] ? -1 : num_unknowns++;
-  std::vector<Eigen::Triplet<Complex>> entries;
+  std::vector<Eigen::Triplet<std::complex<double>>> entries;
   entries.reserve(chart.triangles.size() * 6);
   Eigen::VectorXcd right = Eigen::VectorXcd::Zero(num_unknowns);
   for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
     const std::array<Vec2, 3> flat = surface.flat(chart.triangles[i]);
     const double twice_area = cross2(flat[1] - flat[0], flat[2] - flat[0]);
-    std::array<Complex, 3> w;
+    std::array<std::complex<double>, 3> w;
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec2 side = flat[(k + 2) % 3] - flat[(k + 1) % 3];
-      w[k] = Complex(side.x(), side.y());
+      w[k] = std::complex<double>(side.x(), side.y());
     }
     for (std::size_t j = 0; j < 3; ++j) {
       const int row = unknown[static_cast<std::size_t>(chart.corners[i][j])];
       if (row < 0) continue;
       for (std::size_t k = 0; k < 3; ++k) {
         const int column = unknown[static_cast<std::size_t>(chart.corners[i][k])];
-        const Complex value = std::conj(w[j]) * w[k] / twice_area;
+        const std::complex<double> value = std::conj(w[j]) * w[k] / twice_area;
         if (column < 0) {
           if (chart.corners[i][k] == pins[1]) right[row] -= value * pin_distance;
         } else if (column <= row) {
@@ -140,9 +137,9 @@ bool solve_conformal(const UnwrapSurface& surface, FlatChart& chart, const std::
       }
     }
   }
-  Eigen::SparseMatrix<Complex> matrix(num_unknowns, num_unknowns);
+  Eigen::SparseMatrix<std::complex<double>> matrix(num_unknowns, num_unknowns);
   matrix.setFromTriplets(entries.begin(), entries.end());
-  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<Complex>, Eigen::Lower> solver(matrix);
+  const Eigen::SimplicialLDLT<Eigen::SparseMatrix<std::complex<double>>, Eigen::Lower> solver(matrix);
   if (solver.info() != Eigen::Success) return false;
   const Eigen::VectorXcd u = solver.solve(right);
   if (!u.allFinite()) return false;

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <optional>
 
+#include "libcommon/atlas/raster.h"
 #include "libcommon/atlas/unwrap_bitmap.h"
 #include "libcommon/core/random.h"
 #include "patinate/core/error.h"
@@ -27,8 +28,6 @@ constexpr int kMaxTries = 60;             ///< Until all charts find room at all
 constexpr double kScaleStep = 1.003;
 constexpr double kFirstFill = 0.75;       ///< Share of the square that the first try hopes to fill.
 constexpr std::size_t kManyCharts = 400;  ///< Smaller ones than the largest so many are placed row by row.
-
-double cross2(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// Counter-clockwise [Andrew 1979, monotone chain].
 std::vector<Vec2> convex_hull(std::vector<Vec2> points) {

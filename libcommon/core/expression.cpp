@@ -36,7 +36,6 @@ constexpr std::array<Function, 6> kFunctions{{{"min", Kind::Min, 1, kAnyNumber},
                                               {"smoothstep", Kind::Smoothstep, 3, 3}}};
 
 bool is_letter(char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0 || c == '_'; }
-bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
 /// Whether a word reads as a path: by how it begins, or by an extension that begins with a letter.
 bool looks_like_file(std::string_view word) {

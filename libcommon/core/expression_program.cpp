@@ -12,8 +12,6 @@ namespace patinate {
 
 namespace {
 
-using Kind = ExpressionNode::Kind;
-
 constexpr int kMaxSlots = 60'000;
 
 class Compiler {
@@ -30,7 +28,8 @@ class Compiler {
 
  private:
   void place_constants(const ExpressionNode& node) {
-    if (node.kind == Kind::Number) program_.constants.push_back({take(), static_cast<float>(node.number)});
+    if (node.kind == ExpressionNode::Kind::Number)
+      program_.constants.push_back({take(), static_cast<float>(node.number)});
     for (const auto& operand : node.operands) place_constants(*operand);
   }
 
@@ -42,11 +41,11 @@ class Compiler {
 
   /// @returns the slot of its value. Slots of operands are free again afterwards.
   int visit(const ExpressionNode& node) {
-    if (node.kind == Kind::Number) return program_.constants[num_constants_++].slot;
-    if (node.kind == Kind::Name) return slot_of_(expression_.names[node.name]);
+    if (node.kind == ExpressionNode::Kind::Number) return program_.constants[num_constants_++].slot;
+    if (node.kind == ExpressionNode::Kind::Name) return slot_of_(expression_.names[node.name]);
     const int out = take();
     std::array<int, 3> from{};
-    const bool is_chain = node.kind == Kind::Min || node.kind == Kind::Max;
+    const bool is_chain = node.kind == ExpressionNode::Kind::Min || node.kind == ExpressionNode::Kind::Max;
     for (std::size_t i = 0; i < node.operands.size(); ++i) {
       const int value = visit(*node.operands[i]);
       if (!is_chain) {
@@ -64,7 +63,7 @@ class Compiler {
     return out;
   }
 
-  void add(Kind kind, int out, const std::array<int, 3>& from) {
+  void add(ExpressionNode::Kind kind, int out, const std::array<int, 3>& from) {
     program_.steps.push_back({kind, static_cast<std::uint16_t>(out), static_cast<std::uint16_t>(from[0]),
                               static_cast<std::uint16_t>(from[1]), static_cast<std::uint16_t>(from[2])});
   }
@@ -103,7 +102,7 @@ void run_expression(const ExpressionProgram& program, float* slots, InstructionS
   const ExpressionKernel& kernel = kernel_of(set);
   for (const ExpressionStep& step : program.steps) {
     const auto slot = [&](std::uint16_t i) { return slots + std::size_t{i} * kExpressionBlock; };
-    if (step.kind == Kind::Pow) {
+    if (step.kind == ExpressionNode::Kind::Pow) {
       power(slot(step.a), slot(step.b), slot(step.out));
     } else {
       kernel.by_kind[static_cast<std::size_t>(step.kind)](slot(step.a), slot(step.b), slot(step.c), slot(step.out));

@@ -1,12 +1,12 @@
 #include "libcommon/core/files.h"
 
 #include <algorithm>
-#include <cctype>
 #include <fstream>
 #include <system_error>
 
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/regular_file.h"
+#include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
@@ -14,8 +14,6 @@ namespace patinate {
 namespace fs = std::filesystem;
 
 namespace {
-
-bool is_digit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
 
 /// Digits compare as numbers, other characters by code; ties by plain comparison.
 bool natural_less(const std::string& a, const std::string& b) {

@@ -1,5 +1,5 @@
 /// \file
-/// The middle of some values, and values by their rank.
+/// The middle of some values, values by their rank, and what robust estimates make of them.
 #pragma once
 
 #include <algorithm>
@@ -7,6 +7,9 @@
 #include <vector>
 
 namespace patinate {
+
+inline constexpr double kSigmaOfMad = 1.4826;  ///< Normal errors: standard deviation over median absolute deviation.
+inline constexpr double kTukeyLimit = 4.685;   ///< Of the biweight, in standard deviations: 95 % efficient for them.
 
 /// The value that `rank` others come before in order; 0 = the smallest. Leaves the values in another order.
 /// @param rank  Below the number of values. None is NaN.

@@ -34,6 +34,8 @@ namespace patinate {
 [[nodiscard]] std::string base64(std::string_view bytes);
 /// "640 x 480".
 [[nodiscard]] std::string size_text(int width, int height);
+/// Of ASCII, whatever the locale.
+[[nodiscard]] inline bool is_digit(char c) { return c >= '0' && c <= '9'; }
 /// The whole of `text` as a finite number, or nothing.
 [[nodiscard]] std::optional<double> parse_number(std::string_view text);
 /// Parts between separators; "a,,b" gives three. Blanks around parts are cut.

@@ -22,6 +22,7 @@ struct Sheet {
   int columns = 1;
   std::vector<std::string> names = {""};  ///< One a tile: "1001", a material's name; "" for a tile alone.
 
+  static constexpr int kMaxSide = 65536;  ///< Texels, of a whole sheet.
   static constexpr int kTileMargin = 2;
   static constexpr std::int64_t kMaxTexels = std::int64_t{1} << 28;  ///< Of all tiles: 16384 x 16384.
 

@@ -113,8 +113,8 @@ std::vector<GlbAppearance> appearances_of(const std::vector<GlbVariant>& variant
   return appearance;
 }
 
-void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbAppearance>& variants,
-           const GlbOptions& options) {
+void check_glb(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbAppearance>& variants,
+               const GlbOptions& options) {
   if (!mesh.has_uvs()) throw InvalidInput("glb: the mesh has no UVs; unwrap it first");
   if (variants.empty()) throw InvalidInput("glb: there is no variant to write");
   const bool fits = tiles.names.size() == 1
@@ -318,7 +318,7 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
 
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
                const std::vector<GlbAppearance>& appearance, const GlbOptions& options, const RunControl& control) {
-  check(mesh, tiles, appearance, options);
+  check_glb(mesh, tiles, appearance, options);
   const Mesh shaded = with_normals(mesh);
   const bool has_tangents = std::any_of(appearance.begin(), appearance.end(),
                                         [](const GlbAppearance& look) { return !look.normals.empty(); });

@@ -16,7 +16,7 @@ namespace patinate {
 
 namespace {
 
-constexpr std::size_t kColors = 6;
+constexpr std::size_t kNumColors = 6;
 /// A node is this small and its instances as much larger, so that viewers which know no instances show a speck in place
 /// of one plant at the origin. A power of two: nothing is rounded.
 constexpr double kNodeScale = 1.0 / 1024;
@@ -31,7 +31,7 @@ std::vector<std::size_t> color_numbers(const std::vector<GlbPlant>& plants) {
   for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return plants[a].color.sum() < plants[b].color.sum(); });
-  for (std::size_t k = 0; k < order.size(); ++k) number[order[k]] = k * kColors / order.size();
+  for (std::size_t k = 0; k < order.size(); ++k) number[order[k]] = k * kNumColors / order.size();
   return number;
 }
 
@@ -105,17 +105,17 @@ void add_glb_plants(Json& gltf, GlbBinary& binary, const GlbOptions& options, in
   if (plants.empty()) return;
   const std::vector<std::size_t> number = color_numbers(plants);
   std::map<Group, std::vector<const GlbPlant*>> groups;
-  std::array<Vec3, kColors> sum;
+  std::array<Vec3, kNumColors> sum;
   sum.fill(Vec3::Zero());
-  std::array<int, kColors> count{};
+  std::array<int, kNumColors> count{};
   for (std::size_t i = 0; i < plants.size(); ++i) {
     groups[{{plants[i].first_variant, plants[i].last_variant}, number[i]}].push_back(&plants[i]);
     sum[number[i]] += plants[i].color;
     ++count[number[i]];
   }
   gltf["extensionsUsed"].push_back("EXT_mesh_gpu_instancing");
-  const std::size_t first_material = gltf["materials"].size(), hidden = first_material + kColors;
-  for (std::size_t k = 0; k < kColors; ++k) {
+  const std::size_t first_material = gltf["materials"].size(), hidden = first_material + kNumColors;
+  for (std::size_t k = 0; k < kNumColors; ++k) {
     const Vec3 color = count[k] == 0 ? Vec3(Vec3::Zero()) : Vec3(kLightest * sum[k] / count[k]).cwiseMin(1.0);
     gltf["materials"].push_back(leaf_material("leaves " + std::to_string(k), color, 1.0));
   }

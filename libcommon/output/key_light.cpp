@@ -8,12 +8,6 @@
 
 namespace patinate {
 
-namespace {
-
-double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
-
-}  // namespace
-
 KeyLight::KeyLight(const RenderOptions& options, const Vec3& middle)
     : middle_(options.target.value_or(middle)),
       distance_(options.light_distance),

@@ -9,7 +9,6 @@ namespace patinate {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr int kTableSide = 32;
 constexpr int kTableSamples = 256;
 constexpr double kLeastCosine = 1e-3;
@@ -72,7 +71,7 @@ LobeTurn lobe_turn(const Vec3& normal, const Vec3& view, const Vec3& light, doub
   const Vec3 half = (view + light).normalized();
   const double nh = std::clamp(normal.dot(half), 0.0, 1.0);
   const double d = a2 + rest * normal.cross(half).squaredNorm() * (nh > 0.0 ? 1.0 : 0.0);
-  const double density = a2 / (kPi * d * d);
+  const double density = a2 / (std::numbers::pi * d * d);
   const double root_view = std::sqrt(a2 + rest * cos_view * cos_view),
                root_light = std::sqrt(a2 + rest * cos_light * cos_light);
   const double g_view = 2.0 * cos_view / (cos_view + root_view), g_light = 2.0 * cos_light / (cos_light + root_light);
@@ -99,7 +98,7 @@ Lobe::Value Lobe::value(const Vec3& light) const {
   const double nh = std::clamp(normal_.dot(half), 0.0, 1.0), a2 = alpha_ * alpha_;
   // 1 - (1 - a^2) cos^2 with the sine, which keeps its digits near the peak.
   const double d = a2 + (1.0 - a2) * normal_.cross(half).squaredNorm() * (nh > 0.0 ? 1.0 : 0.0);
-  const double density = a2 / (kPi * d * d);
+  const double density = a2 / (std::numbers::pi * d * d);
   const double g_view = masking(alpha_, cos_view_), g_light = masking(alpha_, cos_light);
   // Height-correlated masking of both directions [Heitz 2014].
   const double both = g_view * g_light / (g_view + g_light - g_view * g_light);

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void check(const Mesh& mesh, const GlbTiles& tiles, const GlbAppearance& look) {
+void check_obj(const Mesh& mesh, const GlbTiles& tiles, const GlbAppearance& look) {
   if (!mesh.has_uvs()) throw InvalidInput("obj: the mesh has no UVs");
   const std::size_t n = tiles.names.size();
   if (n > 1 && tiles.triangle_tile.size() != mesh.triangles.size())
@@ -87,7 +87,7 @@ std::string mtl_text(const GlbTiles& tiles, const TextureFiles& files, const Obj
 
 void write_obj_model(const fs::path& path, const Mesh& mesh, const GlbTiles& tiles, const GlbAppearance& appearance,
                      const ObjOptions& options, const RunControl& control) {
-  check(mesh, tiles, appearance);
+  check_obj(mesh, tiles, appearance);
   const std::string stem = path.stem().string(), textures = stem + ".obj.textures";
   WorkFolder work(folder_of(path) / ("." + stem + ".obj.partial"));
   TextureFiles files;

@@ -4,16 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <vector>
+
+#include "libcommon/output/sampling.h"
 
 namespace patinate {
 
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
-
-double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
 
 // Positions that triangles use, in the camera's axes.
 std::vector<Vec3> points_in_camera(const Mesh& mesh, const OrbitCamera& camera) {

@@ -16,9 +16,9 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kBackdropNames = {"studio", "white", "environment"};
 constexpr std::int64_t kMaxSamples = std::int64_t{1} << 28;
-constexpr std::int64_t kRowChunk = 4;
+constexpr std::int64_t kRowsAChunk = 4;
 
-void check(const SurfaceDetail& detail) {
+void check_detail(const SurfaceDetail& detail) {
   if (!detail.normals.empty() && detail.normals.channels() != 3)
     throw InvalidInput("render: normals have three numbers a texel");
   if (!detail.roughness.empty() && detail.roughness.channels() != 1)
@@ -79,7 +79,7 @@ RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const Run
 RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const SurfaceDetail& detail,
                        const RunControl& control) {
   check_render_options(options);
-  check(detail);
+  check_detail(detail);
   if (!mesh.has_uvs()) throw InvalidInput("render: the mesh has no UVs; unwrap it first");
   const Box box = bounding_box(mesh);
   if (!(box.diagonal() > 0.0) || !std::isfinite(box.diagonal())) throw InvalidInput("render: the mesh has no extent");
@@ -96,7 +96,7 @@ RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const Sur
     std::vector<std::uint32_t> count;
   };
   std::vector<Row> rows(static_cast<std::size_t>(height_));
-  parallel_for(height_, kRowChunk, control.part(0.4, 1.0), [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(height_, kRowsAChunk, control.part(0.4, 1.0), [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < end; ++y) {
       Row& row = rows[static_cast<std::size_t>(y)];
       for (int x = 0; x < width_; ++x) {
@@ -131,7 +131,7 @@ RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const Sur
 ImageF RenderView::shade(const ImageF& texture, const RunControl& control) const {
   if (texture.empty()) throw InvalidInput("render: the texture is empty");
   ImageF picture(width_, height_, 3);
-  parallel_for(height_, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(height_, kRowsAChunk, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < end; ++y) {
       for (int x = 0; x < width_; ++x) {
         const std::size_t pixel =

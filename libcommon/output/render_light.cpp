@@ -11,10 +11,7 @@ namespace patinate {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr int kLightRays = 9;        // Per ray of the camera,
-constexpr int kGroundRays = 16;      // and where it meets the ground, whose even gray shows each that is missing.
-constexpr double kRayOffset = 1e-4;  // Of the diagonal, off the surface.
+constexpr int kLightRays = 9;  // Per ray of the camera that meets the surface.
 
 // GGX lobe with Smith's shadowing and Schlick's Fresnel term, times n.l.
 double coat(const Vec3& n, const Vec3& view, const Vec3& light, double reflectance, double roughness) {
@@ -28,7 +25,7 @@ double coat(const Vec3& n, const Vec3& view, const Vec3& light, double reflectan
   const double g_view = nv + std::sqrt(a2 + (1.0 - a2) * nv * nv);
   const double fresnel = reflectance + (1.0 - reflectance) * std::pow(1.0 - std::max(0.0, h.dot(view)), 5);
   // The light's radiance is such that a white surface facing it shows 1: irradiance pi.
-  return kPi * fresnel * a2 / (kPi * d * d) * nl / (g_light * g_view);
+  return std::numbers::pi * fresnel * a2 / (std::numbers::pi * d * d) * nl / (g_light * g_view);
 }
 
 }  // namespace

@@ -12,6 +12,14 @@
 namespace patinate {
 
 inline constexpr std::uint64_t kRenderSeed = 20;
+inline constexpr double kRayOffset = 1e-4;  ///< Of the diagonal, off the surface.
+/// To the lights where a ray of the camera meets the ground, whose even gray shows each that is missing.
+inline constexpr int kGroundRays = 16;
+
+[[nodiscard]] inline double radians(double degrees) { return degrees * std::numbers::pi / 180.0; }
+
+/// Of a color by Rec.709, linear.
+[[nodiscard]] inline double luminance_of(const Vec3& c) { return 0.2126 * c.x() + 0.7152 * c.y() + 0.0722 * c.z(); }
 
 /// Point i of the R2 low-discrepancy sequence [Roberts 2018], shifted; in the unit square.
 [[nodiscard]] inline Vec2 sequence_point(int i, const Vec2& shift) {

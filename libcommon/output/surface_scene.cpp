@@ -15,7 +15,6 @@ namespace patinate {
 namespace {
 
 constexpr int kMaxReliefTriangles = 1'200'000;
-constexpr double kRayOffset = 1e-4;  // Of the diagonal, off the surface.
 constexpr double kLeafSpecular = 0.04;
 constexpr double kLeafRoughness = 0.7;
 constexpr double kLeastFacing = 0.02;  // Normals are bent to face the viewer by this.
@@ -24,7 +23,7 @@ void check_channels(const ImageF& map, int channels, const char* what) {
   if (!map.empty() && map.channels() != channels) throw InvalidInput(std::string("render: ") + what);
 }
 
-void check(const SurfaceMaps& maps) {
+void check_maps(const SurfaceMaps& maps) {
   if (maps.color.empty()) throw InvalidInput("render: the texture is empty");
   check_channels(maps.normals, 3, "normals have three numbers a texel");
   check_channels(maps.roughness, 1, "a roughness is one number a texel");
@@ -53,7 +52,7 @@ SurfaceScene::SurfaceScene(const Mesh& mesh, SurfaceMaps maps, const RenderOptio
       box_(bounding_box(mesh)),
       mesh_(refined_for_occlusion(with_shared_positions(with_normals(mesh)), options)),
       ground_(mesh_, box_, options.up) {
-  check(maps_);
+  check_maps(maps_);
   if (!mesh.has_uvs()) throw InvalidInput("render: the mesh has no UVs; unwrap it first");
   scene_.emplace(mesh_);
   open_ = occlusion_at_vertices(mesh_, *scene_, box_.diagonal(), options, control.part(0.0, 0.5));

@@ -18,20 +18,16 @@ namespace patinate {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-constexpr int kLampRays = 8;  // Per ray of the camera; fewer for what a mirror shows,
+constexpr int kLampRays = 8;  // Per ray of the camera; fewer for what a mirror shows.
 constexpr int kMirroredLampRays = 3;
-constexpr int kGroundRays = 16;      // and more where it meets the ground, whose even gray shows each that is missing.
-constexpr int kMirrorRays = 4;       // The same, where the mirror is nearly all that is seen; fewer elsewhere.
-constexpr double kMirrorBlur = 2.0;  // Solid angles of rays overlap by this, so that they do not show.
+constexpr int kMirrorRays = 4;  // Per ray of the camera, where the mirror is nearly all that is seen; fewer elsewhere.
+constexpr double kMirrorBlur = 2.0;       // Solid angles of rays overlap by this, so that they do not show.
 constexpr double kDullRoughness = 0.6;    // Above it, where little is reflected, ambient visibility
 constexpr double kDullReflection = 0.15;  // stands for what a ray would meet.
 constexpr double kFaintMirror = 1e-4;     // Share of reflected light for which no ray is cast.
-constexpr std::int64_t kRowChunk = 2;
+constexpr std::int64_t kSurfaceRowsAChunk = 2;
 constexpr std::uint32_t kPixel = 33;  // Purpose of random streams.
 constexpr double kGolden = 0.6180339887498949;
-
-double luminance(const Vec3& c) { return 0.2126 * c.x() + 0.7152 * c.y() + 0.0722 * c.z(); }
 
 /// What one ray of the camera may use of its pixel's sequences.
 struct Draws {
@@ -104,13 +100,14 @@ class Painter {
   // Share of the light on open ground that arrives at a place of it.
   [[nodiscard]] double ground_light(const Vec3& p, const Draws& draws) const {
     const Vec3& up = scene_.ground().up();
-    const double smooth = luminance(light_.smooth_on(up));
+    const double smooth = luminance_of(light_.smooth_on(up));
     double whole = smooth, lit = smooth * scene_.ground().visibility(p);
     if (light_.has_lamps()) {
       for (int i = 0; i < kGroundRays; ++i) {
         const Vec2 square = sequence_point(kGroundRays * draws.sample + i, draws.lamp_shift);
         const LightField::Sample lamp = light_.seen(light_.lamp(square), p);
-        const double share = luminance(lamp.weight) / kPi / kGroundRays * std::max(0.0, lamp.direction.dot(up));
+        const double share =
+            luminance_of(lamp.weight) / std::numbers::pi / kGroundRays * std::max(0.0, lamp.direction.dot(up));
         whole += share;
         if (share > 0.0 && !scene_.is_blocked(p + scene_.ray_offset() * up, lamp.direction, lamp.distance))
           lit += share;
@@ -138,7 +135,7 @@ class Painter {
         const double facing = p.normal.dot(lamp.direction);
         if (!(lamp.pdf > 0.0)) continue;
         const SurfaceMaterial::Reflection mirror = material.reflection(lamp.direction);
-        Vec3 seen = std::max(0.0, facing) / kPi * material.diffuse();
+        Vec3 seen = std::max(0.0, facing) / std::numbers::pi * material.diffuse();
         // Balance heuristic [Veach and Guibas 1995] with the mirror's own rays, where these look for lamps.
         if (!light_.has_lamps_around())
           seen += mirror.value * (is_dull(p, material) ? 1.0 : balance(kLampRays * lamp.pdf, mirrors * mirror.pdf));
@@ -191,7 +188,7 @@ class Painter {
         const LightField::Sample lamp = light_.seen(drawn, on_surface(p));
         const double facing = p.normal.dot(lamp.direction);
         if (facing > 0.0 && !scene_.is_blocked(p.place, lamp.direction, lamp.distance))
-          light += facing / kPi / kMirroredLampRays * lamp.weight;
+          light += facing / std::numbers::pi / kMirroredLampRays * lamp.weight;
       }
     }
     return SurfaceMaterial(p).all().cwiseProduct(light);
@@ -263,7 +260,7 @@ ImageF SurfaceView::picture(double azimuth_deg, double elevation_deg, const RunC
   const OrbitCamera camera = fitted_camera(impl_->mesh, options);
   const Painter painter(*impl_->scene, options, impl_->surface, impl_->surroundings.get(), camera);
   ImageF picture(options.width, options.height, 3);
-  parallel_for(options.height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(options.height, kSurfaceRowsAChunk, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < end; ++y) {
       for (int x = 0; x < options.width; ++x) {
         control.throw_if_stopped();

@@ -9,10 +9,7 @@ namespace patinate {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kLampRadiance = 4.0;  // Times the mean: what is above is a lamp.
-
-double luminance(const Vec3& c) { return 0.2126 * c.x() + 0.7152 * c.y() + 0.0722 * c.z(); }
 
 Vec3 pixel(const ImageF& image, int x, int y) {
   return {static_cast<double>(image.at(x, y, 0)), static_cast<double>(image.at(x, y, 1)),
@@ -24,17 +21,19 @@ void set_pixel(ImageF& image, int x, int y, const Vec3& c) {
 }
 
 double solid_angle(const ImageF& image, int y) {
-  const double top = std::cos(kPi * y / image.height()), low = std::cos(kPi * (y + 1) / image.height());
-  return 2.0 * kPi / image.width() * (top - low);
+  const double top = std::cos(std::numbers::pi * y / image.height()),
+               low = std::cos(std::numbers::pi * (y + 1) / image.height());
+  return 2.0 * std::numbers::pi / image.width() * (top - low);
 }
 
 Vec3 direction_of(double u, double v) {
-  const double around = 2.0 * kPi * (u - 0.5), down = kPi * v;
+  const double around = 2.0 * std::numbers::pi * (u - 0.5), down = std::numbers::pi * v;
   return {std::sin(down) * std::sin(around), std::cos(down), -std::sin(down) * std::cos(around)};
 }
 
 Vec2 place_of(const Vec3& d) {
-  return {0.5 + std::atan2(d.x(), -d.z()) / (2.0 * kPi), std::acos(std::clamp(d.y(), -1.0, 1.0)) / kPi};
+  return {0.5 + std::atan2(d.x(), -d.z()) / (2.0 * std::numbers::pi),
+          std::acos(std::clamp(d.y(), -1.0, 1.0)) / std::numbers::pi};
 }
 
 Vec3 bilinear(const ImageF& image, const Vec2& place) {
@@ -91,7 +90,7 @@ Surroundings::Surroundings(const ImageF& image, double mean) {
   double found = 0.0;
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x)
-      found += solid_angle(image, y) / (4.0 * kPi) * luminance(pixel(image, x, y).cwiseMax(0.0));
+      found += solid_angle(image, y) / (4.0 * std::numbers::pi) * luminance_of(pixel(image, x, y).cwiseMax(0.0));
   }
   if (!std::isfinite(found) || (mean > 0.0 && !(found > 0.0)))
     throw InvalidInput("render: the surroundings are black, or brighter than can be summed");
@@ -102,10 +101,10 @@ Surroundings::Surroundings(const ImageF& image, double mean) {
     double row = 0.0;
     for (int x = 0; x < image.width(); ++x) {
       const Vec3 radiance = factor * pixel(image, x, y).cwiseMax(0.0);
-      const double share = luminance(radiance) > limit ? 1.0 - limit / luminance(radiance) : 0.0;
+      const double share = luminance_of(radiance) > limit ? 1.0 - limit / luminance_of(radiance) : 0.0;
       set_pixel(all, x, y, radiance);
       set_pixel(lamps_, x, y, share * radiance);
-      row += solid_angle(image, y) * share * luminance(radiance);
+      row += solid_angle(image, y) * share * luminance_of(radiance);
       pixel_sums_.push_back(row);
       const std::array<double, 9> basis =
           harmonics(direction_of((x + 0.5) / image.width(), (y + 0.5) / image.height()));
@@ -120,7 +119,7 @@ Surroundings::Surroundings(const ImageF& image, double mean) {
 }
 
 Vec3 Surroundings::radiance(const Vec3& direction, double solid_angle) const {
-  const double of_pixel = 2.0 * kPi * kPi / static_cast<double>(levels_.front().num_pixels());
+  const double of_pixel = 2.0 * std::numbers::pi * std::numbers::pi / static_cast<double>(levels_.front().num_pixels());
   const double level = std::clamp(0.5 * std::log2(std::max(1e-12, solid_angle / of_pixel)), 0.0,
                                   static_cast<double>(levels_.size()) - 1.0);
   const std::size_t low = static_cast<std::size_t>(level), high = std::min(low + 1, levels_.size() - 1);
@@ -143,7 +142,7 @@ Vec3 Surroundings::lamps(const Vec3& direction, double& pdf) const {
   const int x = std::clamp(static_cast<int>(place.x() * lamps_.width()), 0, lamps_.width() - 1);
   const int y = std::clamp(static_cast<int>(place.y() * lamps_.height()), 0, lamps_.height() - 1);
   const Vec3 radiance = pixel(lamps_, x, y);
-  pdf = luminance(radiance) / lamp_total_;
+  pdf = luminance_of(radiance) / lamp_total_;
   return radiance;
 }
 
@@ -160,11 +159,12 @@ Vec3 Surroundings::sample(const Vec2& square) const {
   const auto row = pixel_sums_.begin() + static_cast<std::ptrdiff_t>(y) * lamps_.width();
   const int x = place_in(row, row + lamps_.width(), *(row + lamps_.width() - 1), square.x(), in_pixel);
   // Even over the pixel's solid angle.
-  const double top = std::cos(kPi * y / lamps_.height()), low = std::cos(kPi * (y + 1) / lamps_.height());
+  const double top = std::cos(std::numbers::pi * y / lamps_.height()),
+               low = std::cos(std::numbers::pi * (y + 1) / lamps_.height());
   const double keep = 1e-9;  // Off the pixel's rims, which belong to its neighbors.
   const double up = top + std::clamp(in_row, keep, 1.0 - keep) * (low - top);
   const double u = (x + std::clamp(in_pixel, keep, 1.0 - keep)) / lamps_.width();
-  return direction_of(u, std::acos(std::clamp(up, -1.0, 1.0)) / kPi);
+  return direction_of(u, std::acos(std::clamp(up, -1.0, 1.0)) / std::numbers::pi);
 }
 
 }  // namespace patinate

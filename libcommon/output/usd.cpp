@@ -20,8 +20,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void check(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbAppearance>& appearance,
-           const std::vector<double>& times) {
+void check_usd(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbAppearance>& appearance,
+               const std::vector<double>& times) {
   if (!mesh.has_uvs()) throw InvalidInput("usd: the mesh has no UVs");
   if (times.empty() || times.size() != appearance.size())
     throw InvalidInput("usd: " + std::to_string(appearance.size()) + " looks for " + std::to_string(times.size()) +
@@ -52,7 +52,7 @@ void write_usd(const fs::path& path, const Mesh& mesh, const GlbTiles& tiles,
   const bool is_package = path.extension() == ".usdz";
   if (!is_package && path.extension() != ".usda")
     throw ParseError(path.string() + ": USD is written as .usda or .usdz");
-  check(mesh, tiles, appearance, times);
+  check_usd(mesh, tiles, appearance, times);
   const std::string stem = path.stem().string(), textures = is_package ? "textures" : stem + ".textures";
   WorkFolder work(folder_of(path) / ("." + stem + ".usd.partial"));
   TextureFiles files;

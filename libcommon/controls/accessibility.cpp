@@ -12,7 +12,7 @@ namespace patinate {
 namespace {
 
 constexpr double kDefaultScaleShare = 0.02;  ///< Of the bounding box's diagonal.
-constexpr int kMaxTriangles = 1'000'000;
+constexpr int kMaxCurvatureTriangles = 1'000'000;
 constexpr double kMinRangeTimesScale = 1e-3;
 
 }  // namespace
@@ -33,8 +33,8 @@ AccessibleSurface accessible_surface(const Mesh& mesh, std::optional<double> sca
   surface.scale_mm = scale_mm.value_or(default_accessibility_scale_mm(mesh));
   if (!(surface.scale_mm > 0.0 && std::isfinite(surface.scale_mm)))
     throw InvalidInput("accessibility: the mesh has no size, or the scale is not > 0");
-  surface.mesh =
-      refine_edges(mesh, surface.scale_mm / 2.0, std::max(kMaxTriangles, mesh.num_triangles()), RefineShape::Curved);
+  surface.mesh = refine_edges(mesh, surface.scale_mm / 2.0, std::max(kMaxCurvatureTriangles, mesh.num_triangles()),
+                              RefineShape::Curved);
   control.throw_if_stopped();
   surface.curvature_per_mm = mean_curvature(surface.mesh, surface.scale_mm, control.part(0.3, 1.0));
   return surface;
@@ -52,7 +52,7 @@ ValueRange widened_accessibility_range(ValueRange range, double scale_mm) {
 ControlMap accessibility_map(const TexelMap& map, const AccessibilityOptions& options, const RunControl& control) {
   check_ranges(options);
   const double scale = options.scale_mm.value_or(default_accessibility_scale_mm(map.mesh()));
-  const SmoothSurface surface(map, scale / 2.0, kMaxTriangles, control.part(0.0, 0.35));
+  const SmoothSurface surface(map, scale / 2.0, kMaxCurvatureTriangles, control.part(0.0, 0.35));
   const std::vector<double> curvature = mean_curvature(surface.mesh(), scale, control.part(0.35, 0.95));
   control.throw_if_stopped();
   const ImageF values = surface.to_texels(curvature);

@@ -17,8 +17,8 @@ namespace patinate {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kEdgeShare = 0.01;  ///< Longest edge under rays, in diagonals.
-constexpr int kMaxTriangles = 400'000;
+constexpr double kRayEdgeShare = 0.01;  ///< Longest edge under rays, in diagonals.
+constexpr int kMaxLitTriangles = 400'000;
 constexpr double kClearance = 2e-5;  ///< How far off the surface rays start, in diagonals.
 constexpr int kPanoramaWidth = 512;  ///< Larger panoramas are averaged over blocks.
 
@@ -196,7 +196,7 @@ ImageF shadowed_light(const SmoothSurface& surface, const LightSet& lights, doub
 }
 
 SmoothSurface surface_for_rays(const TexelMap& map, const RunControl& control) {
-  return SmoothSurface(map, kEdgeShare * bounding_box(map.mesh()).diagonal(), kMaxTriangles, control);
+  return SmoothSurface(map, kRayEdgeShare * bounding_box(map.mesh()).diagonal(), kMaxLitTriangles, control);
 }
 
 }  // namespace patinate

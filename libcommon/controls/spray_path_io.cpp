@@ -17,7 +17,7 @@ namespace patinate {
 
 namespace {
 
-constexpr std::uint64_t kMaxBytes = 64 << 20;
+constexpr std::uint64_t kMaxPathBytes = 64 << 20;
 constexpr std::size_t kMaxStops = 100'000;
 constexpr Range kSpread{.low = 0, .high = 90, .is_low_open = true};
 
@@ -162,7 +162,7 @@ bool names_strokes(std::string_view text) {
 std::vector<SprayStop> read_spray_path(const std::filesystem::path& path, const Vec3& default_aim_mm,
                                        const SprayOptions& options) {
   if (path.extension() == ".json") return stops_of(path, read_json_strokes(path, default_aim_mm), options);
-  const std::string text = read_file(path, kMaxBytes);
+  const std::string text = read_file(path, kMaxPathBytes);
   if (names_strokes(text)) return stops_of(path, read_csv_strokes(path, text, default_aim_mm), options);
   std::vector<SprayStop> stops;
   for (const auto& [number_of_line, statement] : statements(text)) {

@@ -12,8 +12,8 @@ namespace patinate {
 
 namespace {
 
-constexpr double kEdgeShare = 0.004;  ///< Longest distance of the points that stop spheres, in diagonals.
-constexpr int kMaxTriangles = 1'000'000;
+constexpr double kPointSpacingShare = 0.004;  ///< Longest distance of the points that stop spheres, in diagonals.
+constexpr int kMaxSphereTriangles = 1'000'000;
 constexpr double kOwnShare = 0.006;  ///< What is nearer to a point than this, in diagonals, is its own surface.
 constexpr int kMostSteps = 60;
 constexpr double kSmooth = 0.94;  ///< Cosine of 20 degrees.
@@ -71,7 +71,7 @@ ControlMap tangent_sphere_map(const TexelMap& map, const TangentSphereOptions& o
   const double diagonal = bounding_box(map.mesh()).diagonal();
   const double largest = options.largest_mm.value_or(0.5 * diagonal);
   const double min_sine = std::sin(options.min_angle_deg * std::numbers::pi / 180.0);
-  const SmoothSurface surface(map, kEdgeShare * diagonal, kMaxTriangles, control.part(0.0, 0.2));
+  const SmoothSurface surface(map, kPointSpacingShare * diagonal, kMaxSphereTriangles, control.part(0.0, 0.2));
   const std::vector<Vec3> normals = vertex_normals(surface.mesh());
   const double own = kOwnShare * diagonal;
   const NearestPoints points(surface.mesh().positions);

@@ -25,7 +25,7 @@ constexpr double kFarthest = 1e15;
   throw InvalidInput("camera: " + what + "; " + expected);
 }
 
-void check(const CameraParameters& p) {
+void check_parameters(const CameraParameters& p) {
   constexpr int kMaxSide = 65536;
   if (p.width < 1 || p.height < 1 || p.width > kMaxSide || p.height > kMaxSide) {
     fail("a picture of " + size_text(p.width, p.height) + " is out of range", "use 1 to 65536 pixels");
@@ -100,7 +100,7 @@ double find_max_radius2(double k1, double k2, double k3) {
 }  // namespace
 
 Camera::Camera(const CameraParameters& parameters) : parameters_(parameters) {
-  check(parameters);
+  check_parameters(parameters);
   // One that is orthonormal to rounding stays as it is: a camera made of another's parameters is the same camera.
   constexpr double kRounding = 4e-15;
   const Eigen::Matrix3d& r = parameters.rotation;

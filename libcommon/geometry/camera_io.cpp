@@ -19,7 +19,7 @@ namespace patinate {
 
 namespace {
 
-constexpr std::size_t kMaxNumbers = 100;
+constexpr std::size_t kMaxElements = 100;
 
 class CalibrationFile {
  public:
@@ -66,7 +66,7 @@ bool set_distortion(const std::vector<double>& d, CameraParameters& p) {
 }
 
 /// Nine numbers are a matrix, row by row; three an axis times an angle in radians.
-Eigen::Matrix3d rotation_of(const std::vector<double>& r) {
+Eigen::Matrix3d rotation_from_numbers(const std::vector<double>& r) {
   if (r.size() == 9) return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(r.data());
   const Vec3 axis(r[0], r[1], r[2]);
   const double angle = axis.norm();
@@ -90,7 +90,7 @@ CameraParameters read_opencv(const std::filesystem::path& path) {
     throw IoError(file, "`distortion_coefficients` go beyond " + model + "; calibrate with that model");
   }
   const std::string pose = "; x_in_camera = rotation * x_in_world + translation, for instance from cv::solvePnP";
-  p.rotation = rotation_of(
+  p.rotation = rotation_from_numbers(
       calibration.numbers({"rotation", "R", "rvec"}, {9, 3}, "a 3 x 3 matrix, or an axis times an angle", pose));
   const std::vector<double> t =
       calibration.numbers({"translation", "T", "t", "tvec"}, {3}, "three numbers in the project's `unit`", pose);
@@ -100,7 +100,7 @@ CameraParameters read_opencv(const std::filesystem::path& path) {
 
 /// Rows of numbers, or three numbers where `may_be_vector`.
 std::vector<double> read_3x3(const JsonReader& json, bool may_be_vector) {
-  const std::vector<JsonReader> rows = json.elements(kMaxNumbers);
+  const std::vector<JsonReader> rows = json.elements(kMaxElements);
   if (rows.size() != 3)
     json.fail(may_be_vector ? "three rows of three numbers, or an axis times an angle" : "three rows of three numbers");
   if (may_be_vector && rows[0].is_number()) return json.numbers(3);
@@ -129,9 +129,9 @@ Camera read_object(JsonReader& json) {
   if (!set_matrix(read_3x3(matrix, false), p)) matrix.fail(kMatrixShape);
   if (json.has("distortion")) {
     const JsonReader distortion = json.member("distortion");
-    (void)set_distortion(distortion.numbers(distortion.elements(kMaxNumbers).size() == 4 ? 4 : 5), p);
+    (void)set_distortion(distortion.numbers(distortion.elements(kMaxElements).size() == 4 ? 4 : 5), p);
   }
-  p.rotation = rotation_of(read_3x3(json.member("rotation"), true));
+  p.rotation = rotation_from_numbers(read_3x3(json.member("rotation"), true));
   const std::vector<double> t = json.member("translation").numbers(3);
   p.translation = {t[0], t[1], t[2]};
   json.finish();

@@ -14,7 +14,7 @@ namespace patinate {
 
 namespace {
 
-constexpr int kMaxSide = 4096;
+constexpr int kMaxGridSide = 4096;
 constexpr double kCut = 3.0;  ///< Of the Gaussian, in standard deviations.
 constexpr std::int64_t kRowChunk = 8;
 constexpr double kLeastPivot = 1e-7;  ///< Of the fit's equations: below, the surroundings do not tell six coefficients.
@@ -119,7 +119,7 @@ HeightField height_field(const Mesh& mesh, const RayScene& scene, const Vec3& vi
     }
   }
   const Vec2 extent = high - low;
-  field.spacing_mm = std::max(spacing_mm, extent.maxCoeff() / (kMaxSide - 2));
+  field.spacing_mm = std::max(spacing_mm, extent.maxCoeff() / (kMaxGridSide - 2));
   const int width = static_cast<int>(extent.x() / field.spacing_mm) + 1,
             height = static_cast<int>(extent.y() / field.spacing_mm) + 1;
   // Centered, so that no row of rays runs along the border of a mesh that ends there.

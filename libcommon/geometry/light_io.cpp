@@ -29,7 +29,7 @@ struct Row {
   TextLines::Line line;
 };
 
-std::optional<Vec3> numbers_in(std::span<const std::string_view> words) {
+std::optional<Vec3> three_numbers(std::span<const std::string_view> words) {
   Vec3 numbers;
   for (std::size_t i = 0; i < 3; ++i) {
     const std::optional<double> number = parse_number(words[i]);
@@ -47,7 +47,7 @@ std::vector<Row> columns_of(std::span<const TextLines::Line> lines) {
   for (std::size_t i = 0; i < 3; ++i) words[i] = words_of(lines[i].text);
   if (words[0].size() == 3 || words[0].size() != words[1].size() || words[0].size() != words[2].size()) return rows;
   for (std::size_t i = 0; i < words[0].size(); ++i) {
-    const auto numbers = numbers_in(std::array{words[0][i], words[1][i], words[2][i]});
+    const auto numbers = three_numbers(std::array{words[0][i], words[1][i], words[2][i]});
     if (!numbers) return {};
     rows.push_back({*numbers, "", lines[0]});
   }
@@ -103,7 +103,7 @@ std::vector<Row> rows_of(const TextLines& text, const LightRows& options) {
   std::vector<Row> rows;
   for (const TextLines::Line& line : lines) {
     const std::vector<std::string_view> words = words_of(line.text);
-    const auto numbers = words.size() < 3 ? std::nullopt : numbers_in(std::span(words).last(3));
+    const auto numbers = words.size() < 3 ? std::nullopt : three_numbers(std::span(words).last(3));
     if (!numbers) text.fail(line, "expected `NAME x y z`, or three numbers");
     const auto name_size = static_cast<std::size_t>(words[words.size() - 3].data() - line.text.data());
     rows.push_back({*numbers, std::string(line.text.substr(0, name_size)), line});

@@ -99,7 +99,7 @@ constexpr double kSmoothCosine = 0.7;  ///< Of 45 degrees: sharper is a crease.
 
 /// A normal for every corner: the one that the mesh has if it is within 45 degrees of its triangle's, else the
 /// angle-weighted mean over the triangles around the position that are.
-Mesh with_crease_normals(Mesh mesh) {
+Mesh with_corner_normals(Mesh mesh) {
   const bool has_normals = mesh.normal_triangles.size() == mesh.triangles.size();
   std::vector<Vec3> face(mesh.triangles.size());
   std::vector<std::vector<int>> around(mesh.positions.size());
@@ -266,7 +266,7 @@ void split_edges(Mesh& mesh, const std::unordered_set<std::uint64_t>& is_split, 
 Mesh refine_edges(Mesh mesh, double max_edge, int max_triangles, RefineShape shape,
                   std::vector<std::array<int, 2>>& parents) {
   if (!(max_edge > 0.0)) throw InvalidInput("max_edge: " + number_text(max_edge) + " is out of range; use > 0");
-  if (shape == RefineShape::Curved) mesh = with_crease_normals(std::move(mesh));
+  if (shape == RefineShape::Curved) mesh = with_corner_normals(std::move(mesh));
   while (true) {
     std::int64_t budget = std::int64_t{max_triangles} - mesh.num_triangles();
     std::unordered_set<std::uint64_t> chosen;

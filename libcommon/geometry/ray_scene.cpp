@@ -25,7 +25,7 @@ using Device = std::unique_ptr<RTCDeviceTy, ReleaseDevice>;
 using Scene = std::unique_ptr<RTCSceneTy, ReleaseScene>;
 using Geometry = std::unique_ptr<RTCGeometryTy, ReleaseGeometry>;
 
-void check(const Device& device) {
+void throw_on_error(const Device& device) {
   const RTCError error = rtcGetDeviceError(device.get());
   if (error != RTC_ERROR_NONE) {
     throw CannotComplete(error == RTC_ERROR_OUT_OF_MEMORY ? "ray casting: out of memory"
@@ -79,7 +79,7 @@ RayScene::RayScene(const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
         geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
     auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
         geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
-    check(impl_->device);
+    throw_on_error(impl_->device);
     for (const Vec3& p : mesh.positions) {
       for (Eigen::Index c = 0; c < 3; ++c) *vertices++ = static_cast<float>(p[c] - impl_->center[c]);
     }
@@ -90,7 +90,7 @@ RayScene::RayScene(const Mesh& mesh) : impl_(std::make_unique<Impl>()) {
     rtcAttachGeometry(impl_->scene.get(), geometry.get());
   }
   rtcCommitScene(impl_->scene.get());
-  check(impl_->device);
+  throw_on_error(impl_->device);
 }
 
 RayScene::~RayScene() = default;

@@ -144,7 +144,7 @@ void check_images(const Checker& check, const MemoryHistoryImages& images) {
     check.fail("mask", "is 0 everywhere; a mask must leave something inside (not 0)");
 }
 
-HistoryFacts facts_of(const MemoryHistoryImages& images) {
+HistoryFacts facts_in_memory(const MemoryHistoryImages& images) {
   HistoryFacts facts{.name = images.name,
                      .origin = images.origin,
                      .width = images.frames[0].color.width(),
@@ -182,7 +182,7 @@ MemoryHistory::MemoryHistory(MemoryHistoryImages images)
     make_codes(frame.mask);
   }
   check_images(Checker(label_, images_.frames[0].color.width(), images_.frames[0].color.height()), images_);
-  facts_ = facts_of(images_);
+  facts_ = facts_in_memory(images_);
   try {
     check_material_maps(facts_);
     check_library_parts(facts_);

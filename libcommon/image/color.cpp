@@ -18,9 +18,9 @@ double srgb_encode(double linear) {
 }
 
 /// How linear values become 8-bit codes.
-class CodeTable {
+class CodeOfLinear {
  public:
-  CodeTable() {
+  CodeOfLinear() {
     for (std::size_t k = 0; k < edges_.size(); ++k)
       edges_[k] = static_cast<float>(srgb_decode((static_cast<double>(k) + 0.5) / 255.0));
     first_ = std::bit_cast<std::uint32_t>(edges_.front()) >> kShift;
@@ -47,8 +47,8 @@ class CodeTable {
   std::vector<std::uint8_t> code_of_;  ///< Of the least value of each bucket.
 };
 
-const CodeTable& code_table() {
-  static const CodeTable table;
+const CodeOfLinear& code_table() {
+  static const CodeOfLinear table;
   return table;
 }
 
@@ -92,7 +92,7 @@ std::string Response::text() const {
 
 ImageU8 srgb8_from_linear(const ImageF& linear) {
   ImageU8 codes(linear.width(), linear.height(), linear.channels());
-  const CodeTable& table = code_table();
+  const CodeOfLinear& table = code_table();
   std::transform(linear.values().begin(), linear.values().end(), codes.values().begin(),
                  [&](float v) { return table.code(v); });
   return codes;

@@ -19,9 +19,9 @@ std::array<int, 3> color_channels(const DecodedImage& image) {
 }
 
 /// Response::linear_from_code() of the codes of one image, each computed once: a photograph has few different ones.
-class CodeTable {
+class LinearOfCode {
  public:
-  explicit CodeTable(const Response& response) : response_(response), entries_(kSteps + 1) {}
+  explicit LinearOfCode(const Response& response) : response_(response), entries_(kSteps + 1) {}
 
   float operator()(float code) {
     if (!(code >= 0.0f && code <= 1.0f)) return response_.linear_from_code(code);
@@ -51,7 +51,7 @@ int channel_index(const DecodedImage& image, const std::string& name) {
 ImageF color_of(const DecodedImage& image, const Response& response) {
   const std::array<int, 3> source = color_channels(image);
   ImageF color(image.values.width(), image.values.height(), 3);
-  CodeTable linear(response);
+  LinearOfCode linear(response);
   for (int y = 0; y < color.height(); ++y) {
     for (int x = 0; x < color.width(); ++x) {
       for (int c = 0; c < 3; ++c) {

@@ -26,7 +26,7 @@ constexpr const char* kContainers =
 /// Decoding so many frames that nobody asked for is cheaper than looking for a key frame.
 constexpr int kNear = 48;
 
-struct Deleter {
+struct InputDeleter {
   void operator()(AVFormatContext* p) const { avformat_close_input(&p); }
   void operator()(AVCodecContext* p) const { avcodec_free_context(&p); }
   void operator()(AVFrame* p) const { av_frame_free(&p); }
@@ -34,10 +34,10 @@ struct Deleter {
   void operator()(SwsContext* p) const { sws_freeContext(p); }
 };
 template <class T>
-using Owned = std::unique_ptr<T, Deleter>;
+using OwnedInput = std::unique_ptr<T, InputDeleter>;
 
 struct OpenFile {
-  Owned<AVFormatContext> file;
+  OwnedInput<AVFormatContext> file;
   AVStream* stream = nullptr;
 };
 
@@ -50,7 +50,7 @@ OpenFile open_movie(const std::filesystem::path& path) {
   const int result = avformat_open_input(&opened, ("file:" + path.string()).c_str(), nullptr, &limits);
   av_dict_free(&limits);
   if (result < 0) throw IoError(path.string(), problem);
-  OpenFile out{Owned<AVFormatContext>(opened)};
+  OpenFile out{OwnedInput<AVFormatContext>(opened)};
   if (avformat_find_stream_info(opened, nullptr) < 0) throw IoError(path.string(), problem);
   const int index = av_find_best_stream(opened, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
   if (index < 0) throw IoError(path.string(), "holds no pictures");
@@ -71,7 +71,7 @@ struct FrameTimes {
 /// Reads the whole file, without decoding.
 FrameTimes scan(const std::filesystem::path& path) {
   const OpenFile open = open_movie(path);
-  const Owned<AVPacket> packet(av_packet_alloc());
+  const OwnedInput<AVPacket> packet(av_packet_alloc());
   FrameTimes times;
   for (; av_read_frame(open.file.get(), packet.get()) >= 0; av_packet_unref(packet.get())) {
     const bool is_shown =
@@ -145,10 +145,10 @@ struct MovieDecoder::Impl {
   std::filesystem::path path;
   ImageInfo info;
   OpenFile open;
-  Owned<AVCodecContext> decoder;
-  Owned<AVPacket> packet{av_packet_alloc()};
-  Owned<AVFrame> frame{av_frame_alloc()};
-  Owned<SwsContext> scaler;
+  OwnedInput<AVCodecContext> decoder;
+  OwnedInput<AVPacket> packet{av_packet_alloc()};
+  OwnedInput<AVFrame> frame{av_frame_alloc()};
+  OwnedInput<SwsContext> scaler;
   std::optional<FrameTimes> times;
   int next = 0;  ///< The frame that the decoder gives next.
   bool is_drained = false;

@@ -26,7 +26,7 @@ std::vector<const char*> encoders_of(const std::string& extension) {
   return {"libvpx-vp9", "libvpx"};
 }
 
-struct Deleter {
+struct OutputDeleter {
   void operator()(AVFormatContext* p) const {
     if (p->pb != nullptr) avio_closep(&p->pb);
     avformat_free_context(p);
@@ -37,7 +37,7 @@ struct Deleter {
   void operator()(SwsContext* p) const { sws_freeContext(p); }
 };
 template <class T>
-using Owned = std::unique_ptr<T, Deleter>;
+using OwnedOutput = std::unique_ptr<T, OutputDeleter>;
 
 /// H.264 or VP9 by libavcodec.
 class EncodedMovie final : public MovieEncoder {
@@ -163,12 +163,12 @@ class EncodedMovie final : public MovieEncoder {
   int width_;
   int height_;
   std::vector<const char*> encoders_;
-  Owned<AVFormatContext> file_;
-  Owned<AVCodecContext> encoder_;
+  OwnedOutput<AVFormatContext> file_;
+  OwnedOutput<AVCodecContext> encoder_;
   AVStream* stream_ = nullptr;
-  Owned<AVFrame> frame_;
-  Owned<AVPacket> packet_;
-  Owned<SwsContext> scaler_;
+  OwnedOutput<AVFrame> frame_;
+  OwnedOutput<AVPacket> packet_;
+  OwnedOutput<SwsContext> scaler_;
   std::int64_t num_pictures_ = 0;
 };
 

@@ -38,7 +38,7 @@ void append_vectors(std::string& text, const char* keyword, const std::vector<Ve
 }
 
 /// A name as one OBJ statement can hold it: no new line, comment, or continued line.
-std::string one_line(std::string name) {
+std::string statement_name(std::string name) {
   std::replace_if(
       name.begin(), name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; }, ' ');
   std::replace_if(
@@ -48,8 +48,8 @@ std::string one_line(std::string name) {
 
 /// A material stays in force until the next one: among others, one without a name is said too.
 void append_surface(std::string& text, const Mesh::Surface& surface, bool says_materials) {
-  text += "o " + one_line(surface.node) + '\n';
-  if (says_materials) text += "usemtl " + one_line(surface.material) + '\n';
+  text += "o " + statement_name(surface.node) + '\n';
+  if (says_materials) text += "usemtl " + statement_name(surface.material) + '\n';
 }
 
 }  // namespace
@@ -82,7 +82,7 @@ void write_obj(const std::filesystem::path& path, const Mesh& mesh, const std::s
   const bool has_uvs = mesh.has_uvs();
   const bool has_normals = !mesh.triangles.empty() && mesh.normal_triangles.size() == mesh.triangles.size();
   std::string text = kObjBegin + (key.empty() ? "" : " " + key) + "\n";
-  if (!material_library.empty()) text += "mtllib " + one_line(material_library) + "\n";
+  if (!material_library.empty()) text += "mtllib " + statement_name(material_library) + "\n";
   append_vectors(text, "v", mesh.positions);
   if (has_uvs) append_vectors(text, "vt", mesh.uvs);
   if (has_normals) append_vectors(text, "vn", mesh.normals);

@@ -27,7 +27,7 @@ std::optional<Number> number_of(std::string_view name) {
   return static_cast<Number>((found - std::begin(kNames)) % 8);
 }
 
-std::vector<std::string_view> words_of(std::string_view line) {
+std::vector<std::string_view> header_words(std::string_view line) {
   std::vector<std::string_view> words;
   while (true) {
     const std::size_t begin = line.find_first_not_of(" \t\r\n");
@@ -105,7 +105,7 @@ void PlyParser::read_header() {
   next_line();
   bool has_format = false;
   while (true) {
-    const std::vector<std::string_view> words = words_of(next_line());
+    const std::vector<std::string_view> words = header_words(next_line());
     if (words.empty()) continue;
     if (words[0] == "end_header") break;
     if (words[0] == "format") {

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint64_t kMaxBytes = 1 << 20;
 
-std::vector<std::string> words_of(std::string_view line) {
+std::vector<std::string> pose_words(std::string_view line) {
   std::vector<std::string> words;
   for (std::size_t begin = line.find_first_not_of(" \t\r"); begin != std::string_view::npos;
        begin = line.find_first_not_of(" \t\r")) {
@@ -33,7 +33,7 @@ std::vector<ScanPose> read_scan_poses(const std::filesystem::path& path) {
   int number = 0;
   for (std::string_view rest = text; !rest.empty();) {
     const std::size_t end = std::min(rest.find('\n'), rest.size());
-    const std::vector<std::string> words = words_of(rest.substr(0, std::min(end, rest.find('#'))));
+    const std::vector<std::string> words = pose_words(rest.substr(0, std::min(end, rest.find('#'))));
     rest.remove_prefix(std::min(end + 1, rest.size()));
     ++number;
     if (words.empty() || words[0] != "bmesh") continue;

@@ -10,10 +10,10 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kNumRounds = 4;
+constexpr int kLineRounds = 4;
 constexpr std::size_t kNoCourse = 3;    ///< Photographs of which none can be told.
 constexpr double kLeastOfFew = 0.0488;  ///< Of log brightness, 5 %: less may be their material's.
-constexpr double kTukey = 6.0;          ///< In median absolute residuals, as lowess has it.
+constexpr double kLowessLimit = 6.0;    ///< In median absolute residuals, as lowess has it.
 constexpr double kLeastSpread = 1e-4;   ///< Of log brightness: less is no outlier.
 
 /// Weighted local line at `at`, or the weighted mean where a line is not determined.
@@ -39,7 +39,7 @@ double local_line(const std::vector<double>& curve, const std::vector<double>& r
 std::vector<double> robust_weights(const std::vector<double>& curve, const std::vector<double>& smooth) {
   std::vector<double> residuals, weights;
   for (std::size_t i = 0; i < curve.size(); ++i) residuals.push_back(std::abs(curve[i] - smooth[i]));
-  const double limit = kTukey * std::max(median(residuals), kLeastSpread);
+  const double limit = kLowessLimit * std::max(median(residuals), kLeastSpread);
   for (double residual : residuals) {
     const double t = residual / limit;
     weights.push_back(t < 1.0 ? (1.0 - t * t) * (1.0 - t * t) : 0.0);
@@ -73,7 +73,7 @@ std::vector<double> smooth_curve(const std::vector<double>& curve, int half_widt
   }
   std::vector<double> robust(n, 1.0), smooth(n);
   if (n <= 2 * static_cast<std::size_t>(half_width) + 1) robust = robust_weights(curve, median_line(curve));
-  for (int round = 0; round < kNumRounds; ++round) {
+  for (int round = 0; round < kLineRounds; ++round) {
     for (std::size_t i = 0; i < n; ++i) smooth[i] = local_line(curve, robust, static_cast<int>(i), half_width);
     robust = robust_weights(curve, smooth);
   }

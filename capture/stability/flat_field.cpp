@@ -14,15 +14,15 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kMaxFrames = 32;
+constexpr int kMaxFittedFrames = 32;
 constexpr int kFitSide = 128;  ///< Pixels of the longer side at which the fall-off is fitted.
-constexpr float kNearBlack = 0.001f, kNearWhite = 0.96f;
+constexpr float kBlackField = 0.001f, kWhiteField = 0.96f;
 constexpr double kLargestGain = 50.0;
 
 /// Log luminance of a few frames at low resolution; NaN where black or saturated.
 std::vector<std::vector<double>> read_logs(int num_frames, const std::function<ImageF(int)>& read_frame, int& width,
                                            int& height, int& low_w, int& low_h, const RunControl& control) {
-  const int count = std::min(num_frames, kMaxFrames);
+  const int count = std::min(num_frames, kMaxFittedFrames);
   std::vector<std::vector<double>> logs;
   for (int k = 0; k < count; ++k) {
     control.throw_if_stopped();
@@ -38,8 +38,8 @@ std::vector<std::vector<double>> read_logs(int num_frames, const std::function<I
     for (int y = 0; y < low_h; ++y) {
       for (int x = 0; x < low_w; ++x) {
         const float light = luminance(low.pixel(x, y));
-        values.push_back(light > kNearBlack && light < kNearWhite ? std::log(static_cast<double>(light))
-                                                                  : std::nan(""));
+        values.push_back(light > kBlackField && light < kWhiteField ? std::log(static_cast<double>(light))
+                                                                    : std::nan(""));
       }
     }
     logs.push_back(std::move(values));

@@ -13,11 +13,11 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr float kNearBlack = 0.004f;  ///< Linear; one code of 8 bits is a tenth of it and more.
-constexpr float kNearWhite = 0.96f;
+constexpr float kBlackPixel = 0.004f;  ///< Linear; one code of 8 bits is a tenth of it and more.
+constexpr float kWhitePixel = 0.96f;
 
-constexpr float kDark = 0.01f;  ///< Linear; below, a code more or less is a large ratio.
-constexpr int kPlace = 4;       ///< Side of a place in pixels of the coarse light: noise and grain average out.
+constexpr float kDarkPlace = 0.01f;  ///< Linear; below, a code more or less is a large ratio.
+constexpr int kPlace = 4;            ///< Side of a place in pixels of the coarse light: noise and grain average out.
 
 /// A pixel of the reference and the frame's that lies on it.
 struct Match {
@@ -33,7 +33,7 @@ std::vector<std::array<double, 3>> place_ratios(const std::vector<Match>& matche
   };
   const int columns = (width + kPlace - 1) / kPlace, rows = (height + kPlace - 1) / kPlace;
   std::vector<Sum> places(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-  const auto is_usable = [](float v) { return v >= kDark && v <= kNearWhite; };
+  const auto is_usable = [](float v) { return v >= kDarkPlace && v <= kWhitePixel; };
   for (const Match& m : matches) {
     if (!std::all_of(m.before.begin(), m.before.end(), is_usable)) continue;
     if (!std::all_of(m.after.begin(), m.after.end(), is_usable)) continue;
@@ -78,7 +78,8 @@ FrameChange measure_change(const PreparedFrame& reference, const PreparedFrame& 
   for (std::size_t c = 0; c < 3; ++c) {
     std::vector<double> ratios;
     for (const Match& m : matches) {
-      if (m.before[c] < kNearBlack || m.after[c] < kNearBlack || m.before[c] > kNearWhite || m.after[c] > kNearWhite)
+      if (m.before[c] < kBlackPixel || m.after[c] < kBlackPixel || m.before[c] > kWhitePixel ||
+          m.after[c] > kWhitePixel)
         continue;
       ratios.push_back(std::log(static_cast<double>(m.after[c]) / static_cast<double>(m.before[c])));
     }

@@ -23,7 +23,7 @@ constexpr double kRootMean = 0.82217;
 constexpr std::size_t kNumBins = 16;  ///< Of color, equally filled, for the course of the noise.
 
 /// How much of the noise of three frames a frame's distance from the line between its neighbors has.
-double spread_of(double before, double now, double after) {
+double distance_spread(double before, double now, double after) {
   const double b = (now - before) / (after - before), a = 1.0 - b;
   return std::sqrt(1.0 + a * a + b * b);
 }
@@ -123,7 +123,7 @@ SeriesNoise estimate_noise(const std::vector<double>& times, const std::function
     ImageF after = read_frame(i + 1);
     add_to_mean(after);
     const auto t = [&](int k) { return times[static_cast<std::size_t>(k)]; };
-    add_roots(before, now, after, (t(i) - t(i - 1)) / (t(i + 1) - t(i - 1)), spread_of(t(i - 1), t(i), t(i + 1)),
+    add_roots(before, now, after, (t(i) - t(i - 1)) / (t(i + 1) - t(i - 1)), distance_spread(t(i - 1), t(i), t(i + 1)),
               noise.level);
     before = std::move(now);
     now = std::move(after);

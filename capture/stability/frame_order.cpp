@@ -13,9 +13,9 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr float kDark = 0.02f;      ///< Linear; below, ratios are those of noise and stray light.
+constexpr float kDarkLook = 0.02f;  ///< Linear; below, ratios are those of noise and stray light.
 constexpr double kFileUnit = 1e-4;  ///< Of looks in files.
-constexpr std::size_t kFewest = 6, kMostCompared = 256;
+constexpr std::size_t kFewestLooks = 6, kMostCompared = 256;
 
 /// Differences between all pairs.
 class Differences {
@@ -102,7 +102,7 @@ FrameOrder order_of(const std::vector<FrameLook>& looks, const RunControl& contr
   std::vector<int> given(looks.size());
   std::iota(given.begin(), given.end(), 0);
   result.best = given;
-  if (looks.size() < kFewest) return result;
+  if (looks.size() < kFewestLooks) return result;
   const Differences differences(looks, control);
   std::vector<int> other = nearest_followers(differences);
   for (std::vector<int>* order : {&result.best, &other}) shorten(differences, *order, control);
@@ -147,7 +147,7 @@ double look_difference(const FrameLook& a, const FrameLook& b) {
   for (std::size_t c = 0; c < 3; ++c) {
     std::vector<double> ratios;
     for (std::size_t k = 0; k < a.size(); ++k) {
-      if (a[k][c] >= kDark && b[k][c] >= kDark)
+      if (a[k][c] >= kDarkLook && b[k][c] >= kDarkLook)
         ratios.push_back(std::log(static_cast<double>(a[k][c]) / static_cast<double>(b[k][c])));
     }
     if (4 * ratios.size() < a.size()) continue;

@@ -15,7 +15,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr double kWhiteShare = 0.6;  ///< Of a window that is white material.
-constexpr int kMaxFrames = 16;
+constexpr int kMaxLookedFrames = 16;
 constexpr int kLookSide = 512;  ///< Pixels of the longer side at which the standing highlight is looked for.
 constexpr int kLeastEarly = 2;
 constexpr int kEarlyPart = 32;        ///< One in so many frames, the first ones: what grows is not there yet.
@@ -181,7 +181,7 @@ struct EarlyLook {
 EarlyLook look_at_start(int num_frames, const std::function<ImageF(int)>& read_frame, const RunControl& control) {
   EarlyLook look;
   const int span = std::min(num_frames, std::max(kLeastEarly, num_frames / kEarlyPart)),
-            count = std::min(span, kMaxFrames);
+            count = std::min(span, kMaxLookedFrames);
   for (int k = 0; k < count; ++k) {
     control.throw_if_stopped();
     const ImageF frame = read_frame(count == 1 ? 0 : static_cast<int>(std::int64_t{k} * (span - 1) / (count - 1)));

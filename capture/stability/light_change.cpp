@@ -12,9 +12,9 @@ namespace {
 using Ratio = std::array<double, 3>;
 
 constexpr std::array<double, 4> kWidths{0.04, 0.08, 0.16, 0.32};  ///< Noise of codes and of resampling is the first.
-constexpr double kEnough = 0.25;                                  ///< Share of the places that a window must hold.
+constexpr double kEnoughPlaces = 0.25;                            ///< Share of the places that a window must hold.
 constexpr std::size_t kMaxCandidates = 400;
-constexpr int kNumRounds = 8;           ///< Of centering on the places that share the gain.
+constexpr int kCenteringRounds = 8;     ///< Of centering on the places that share the gain.
 constexpr double kUnchangedVote = 0.5;  ///< Of the commonest gain's share.
 
 bool is_shared(const Ratio& ratio, const Ratio& gain, double width) {
@@ -46,7 +46,7 @@ std::vector<Ratio> some_of(const std::vector<Ratio>& ratios, std::size_t most) {
 
 /// Moves a gain to the middle of the places that share it.
 Ratio centered(const std::vector<Ratio>& ratios, Ratio gain, double width) {
-  for (int round = 0; round < kNumRounds; ++round) {
+  for (int round = 0; round < kCenteringRounds; ++round) {
     std::array<std::vector<double>, 3> sharing;
     for (const Ratio& r : ratios) {
       if (!is_shared(r, gain, width)) continue;
@@ -94,7 +94,7 @@ LightChange find_light_change(const std::vector<Ratio>& log_ratios) {
   for (double width : kWidths) {
     change.width = width;
     change.log_gain = commonest_gain(log_ratios, width, change.share);
-    if (change.share >= kEnough) break;
+    if (change.share >= kEnoughPlaces) break;
   }
   change.log_gain = centered(log_ratios, change.log_gain, change.width);
   change.share = share_of(log_ratios, change.log_gain, std::max(change.width, 0.5 * change.size()));

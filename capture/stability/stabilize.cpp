@@ -16,7 +16,7 @@ namespace {
 constexpr double kPairError = 0.05;     ///< Of a motion between equal pictures, px: detail that changed adds to it.
 constexpr double kIdentityError = 0.1;  ///< Of "did not move".
 constexpr double kFallbackError = 1e3;  ///< Of a frame that nothing ties: any other pair overrules it.
-constexpr int kNumRounds = 5;           ///< Of reweighting.
+constexpr int kReweightingRounds = 5;   ///< Of reweighting.
 constexpr double kCauchy = 2.0;         ///< Disagreements beyond so many errors count less.
 
 using Corners = Eigen::Matrix<double, 2, 3>;
@@ -138,7 +138,7 @@ StabilizedMotions solve_motions(int num_frames, const std::vector<FramePair>& pa
   Corners first;
   first << 0, width, 0, 0, 0, height;
   std::vector<Corners> corners(static_cast<std::size_t>(std::max(1, num_frames)), first);
-  for (int round = 0; round < kNumRounds && num_frames > 1; ++round) {
+  for (int round = 0; round < kReweightingRounds && num_frames > 1; ++round) {
     solve_round(edges, corners);
     for (Edge& edge : edges) {
       const double r = disagreement(edge, corners) / (kCauchy * edge.error);

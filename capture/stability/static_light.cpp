@@ -16,11 +16,9 @@ namespace {
 
 constexpr int kNumWindows = 12;              ///< Along the longer side.
 constexpr int kLeastSide = 4 * kNumWindows;  ///< px: windows are means of sixteen.
-constexpr std::size_t kFewest = 6;           ///< Frames: three in each half.
-constexpr float kNearBlack = 0.002f, kNearWhite = 0.96f;
-constexpr double kEnd = 0.02;        ///< Share of the windows at either end that no ratio counts.
-constexpr double kExplained = 0.3;   ///< As find_uneven_light() asks for.
-constexpr double kLampAgrees = 0.7;  ///< The same.
+constexpr std::size_t kFewestFrames = 6;     ///< Frames: three in each half.
+constexpr double kExplained = 0.3;           ///< As find_uneven_light() asks for.
+constexpr double kLampAgrees = 0.7;          ///< The same.
 constexpr double kReflectionAgrees = 0.9;
 constexpr double kSeen = 0.05;       ///< Of the mean light: less is no patch that one sees.
 constexpr double kInside = 0.9;      ///< Of the half sides.
@@ -100,10 +98,10 @@ double common(const std::vector<double>& a, const std::vector<double>& b) {
   return 2.0 * both / std::max(each, 1e-12);
 }
 
-double ratio_of(std::vector<double> light) {
+double window_ratio(std::vector<double> light) {
   const double last = static_cast<double>(light.size() - 1);
-  const double low = value_at_rank(light, static_cast<std::size_t>(kEnd * last));
-  return value_at_rank(light, static_cast<std::size_t>((1.0 - kEnd) * last)) / low;
+  const double low = value_at_rank(light, static_cast<std::size_t>(kLeftOutEnd * last));
+  return value_at_rank(light, static_cast<std::size_t>((1.0 - kLeftOutEnd) * last)) / low;
 }
 
 double mean_light(const WindowSeries& series) {
@@ -129,7 +127,7 @@ bool is_lamp(const Evidence& e, const LightFit& fit) {
   };
   const auto light = over(e.whole, [&](const PicturePoint& p) { return fit.lamp.at(p); });
   const double none = fit_light(e.whole, {}).variance;
-  if (ratio_of(light) < kUnevenRatio || 1.0 - fit.variance / none < kExplained) return false;
+  if (window_ratio(light) < kUnevenRatio || 1.0 - fit.variance / none < kExplained) return false;
   const FitParts parts{.lamp = true};
   return common(log_light(fit_light(e.first, parts)), log_light(fit_light(e.second, parts))) >= kLampAgrees;
 }
@@ -187,7 +185,8 @@ double LampReflection::at(const PicturePoint& p) const {
 }
 
 StaticLight find_static_light(const std::vector<ImageF>& frames, const ImageU8& mask) {
-  if (frames.size() < kFewest || std::max(frames.front().width(), frames.front().height()) < kLeastSide) return {};
+  if (frames.size() < kFewestFrames || std::max(frames.front().width(), frames.front().height()) < kLeastSide)
+    return {};
   Evidence e{.whole = windows_of(frames, mask), .first = {}, .second = {}};
   if (!is_enough(e.whole)) return {};
   const LightFit all = fit_light(e.whole, {.lamp = true, .reflection = true});
@@ -205,7 +204,7 @@ StaticLight find_static_light(const std::vector<ImageF>& frames, const ImageU8& 
   if (!parts.lamp) return result;
   result.lamp = fit.lamp;
   const auto light = over(e.whole, [&](const PicturePoint& p) { return fit.lamp.at(p); });
-  result.ratio = std::max(1.0, ratio_of(light));
+  result.ratio = std::max(1.0, window_ratio(light));
   result.mean = std::accumulate(light.begin(), light.end(), 0.0) / static_cast<double>(light.size());
   return result;
 }

@@ -13,10 +13,10 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kLeast = 1e-4;   ///< Light below it is black.
-constexpr double kOutlier = 0.1;  ///< Of a logarithm: the surface's own patterns are more than that.
-constexpr double kStep = 1e-3;    ///< Of the derivatives; medians are flat below it.
-constexpr double kFaint = 0.05;   ///< Of the mean light: where the reflection's strength starts.
+constexpr double kLeastLight = 1e-4;      ///< Light below it is black.
+constexpr double kOutlier = 0.1;          ///< Of a logarithm: the surface's own patterns are more than that.
+constexpr double kDerivativeStep = 1e-3;  ///< Of the derivatives; medians are flat below it.
+constexpr double kFaint = 0.05;           ///< Of the mean light: where the reflection's strength starts.
 constexpr int kMostIterations = 30;
 /// Numbers of the fit: place below the lamp, log of 1 / h^2; middle of the reflection, log of 1 / w^2, log of strength.
 constexpr std::size_t kNumLamp = 3, kNumReflection = 4;
@@ -55,10 +55,10 @@ class Residuals {
       std::vector<double> albedos;
       for (std::size_t k = 0; k < values.size(); ++k)
         if (!std::isnan(values[k])) albedos.push_back((values[k] - reflection[k]) / lamp[k]);
-      const double albedo = std::max(median(std::move(albedos)), kLeast);
+      const double albedo = std::max(median(std::move(albedos)), kLeastLight);
       for (std::size_t k = 0; k < values.size(); ++k) {
-        const double expected = std::max(lamp[k] * albedo + reflection[k], kLeast);
-        result.push_back(std::isnan(values[k]) ? 0.0 : std::log(std::max(values[k], kLeast)) - std::log(expected));
+        const double expected = std::max(lamp[k] * albedo + reflection[k], kLeastLight);
+        result.push_back(std::isnan(values[k]) ? 0.0 : std::log(std::max(values[k], kLeastLight)) - std::log(expected));
       }
     }
     return result;
@@ -116,7 +116,7 @@ struct Solution {
 
 Solution solve_from(std::vector<double> numbers, const WindowSeries& series, const FitParts& parts) {
   ceres::NumericDiffOptions steps;
-  steps.relative_step_size = kStep;
+  steps.relative_step_size = kDerivativeStep;
   // Ceres owns functor and cost.
   auto* cost = new ceres::DynamicNumericDiffCostFunction<Residuals, ceres::FORWARD>(new Residuals(series, parts),
                                                                                     ceres::TAKE_OWNERSHIP, steps);
@@ -135,7 +135,7 @@ Solution solve_from(std::vector<double> numbers, const WindowSeries& series, con
     high.insert(high.end(), kReflectionHigh.begin(), kReflectionHigh.end());
   }
   for (std::size_t i = 0; i < numbers.size(); ++i) {
-    numbers[i] = std::clamp(numbers[i], low[i] + kStep, high[i] - kStep);
+    numbers[i] = std::clamp(numbers[i], low[i] + kDerivativeStep, high[i] - kDerivativeStep);
     problem.SetParameterLowerBound(numbers.data(), static_cast<int>(i), low[i]);
     problem.SetParameterUpperBound(numbers.data(), static_cast<int>(i), high[i]);
   }
@@ -156,7 +156,7 @@ LightFit fit_light(const WindowSeries& series, const FitParts& parts) {
         std::vector<double> numbers;
         if (parts.lamp) numbers = {start.brightest.x, start.brightest.y, height};
         if (parts.reflection) {
-          const double strength = std::log(std::max(kFaint * start.mean, kLeast));
+          const double strength = std::log(std::max(kFaint * start.mean, kLeastLight));
           numbers.insert(numbers.end(), {start.always_bright.x, start.always_bright.y, width, strength});
         }
         const Solution found = solve_from(std::move(numbers), series, parts);

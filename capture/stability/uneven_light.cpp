@@ -14,10 +14,8 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kOrder = 4;          ///< As FlatFieldOptions has it.
-constexpr int kEvidenceOrder = 2;  ///< Where fewer pixels are compared: a higher degree follows the surface.
-constexpr float kNearBlack = 0.002f, kNearWhite = 0.96f;
-constexpr double kEnd = 0.02;            ///< Share of the picture at either end that no ratio counts.
+constexpr int kOrder = 4;                ///< As FlatFieldOptions has it.
+constexpr int kEvidenceOrder = 2;        ///< Where fewer pixels are compared: a higher degree follows the surface.
 constexpr double kLeastUsed = 0.25;      ///< Of the picture.
 constexpr double kReplaced = 0.2;        ///< Change of a channel's logarithm that makes a pixel another surface.
 constexpr double kLeastReplaced = 0.25;  ///< Of the picture, for evidence.
@@ -69,7 +67,7 @@ struct Split {
   Field slow, detail;  ///< The polynomial, and what it leaves; NaN where the field is.
 };
 
-Split split(const Field& field, int width, int order) {
+Split split_field(const Field& field, int width, int order) {
   const int height = static_cast<int>(field.size()) / width;
   std::vector<Eigen::VectorXd> terms(field.size()), used;
   std::vector<double> values;
@@ -114,12 +112,12 @@ Spread spread_of(const Field& a, const Field& b) {
   return {aa / n - sum_a * sum_a / (n * n), bb / n - sum_b * sum_b / (n * n), ab / n - sum_a * sum_b / (n * n)};
 }
 
-double ratio_of(const Field& slow) {
+double field_ratio(const Field& slow) {
   std::vector<double> values;
   std::copy_if(slow.begin(), slow.end(), std::back_inserter(values), [](double v) { return !std::isnan(v); });
   const double last = static_cast<double>(values.size() - 1);
-  const double low = value_at_rank(values, static_cast<std::size_t>(kEnd * last));
-  return std::exp(value_at_rank(values, static_cast<std::size_t>((1.0 - kEnd) * last)) - low);
+  const double low = value_at_rank(values, static_cast<std::size_t>(kLeftOutEnd * last));
+  return std::exp(value_at_rank(values, static_cast<std::size_t>((1.0 - kLeftOutEnd) * last)) - low);
 }
 
 /// The first and the last third of the frames where the surface was replaced in between; NaN elsewhere.
@@ -150,10 +148,10 @@ LightEvidence judge_by_shape(const std::vector<Logs>& frames, const Split& whole
   for (double d : whole.detail) {
     if (!std::isnan(d)) sizes.push_back(std::abs(d));
   }
-  const double detail = 1.4826 * median(std::move(sizes)), slow = spread_of(whole.slow, whole.slow).a;
+  const double detail = kSigmaOfMad * median(std::move(sizes)), slow = spread_of(whole.slow, whole.slow).a;
   const double explained = slow / std::max(slow + detail * detail, 1e-12);
-  const Split red = split(middle(frames, kRed, 0, frames.size()), width, kOrder);
-  const Split blue = split(middle(frames, kBlue, 0, frames.size()), width, kOrder);
+  const Split red = split_field(middle(frames, kRed, 0, frames.size()), width, kOrder);
+  const Split blue = split_field(middle(frames, kBlue, 0, frames.size()), width, kOrder);
   const bool is_uncolored = spread_of(red.slow, blue.slow).common() >= kUncolored;
   return is_uncolored && explained >= kLeastExplained ? LightEvidence::Possible : LightEvidence::None;
 }
@@ -161,7 +159,8 @@ LightEvidence judge_by_shape(const std::vector<Logs>& frames, const Split& whole
 LightEvidence judge(const std::vector<Logs>& frames, const Split& whole, int width) {
   const Replaced parts = replaced_parts(frames);
   if (frames.size() < 2 || known_share(parts.before) < kLeastReplaced) return judge_by_shape(frames, whole, width);
-  const Split before = split(parts.before, width, kEvidenceOrder), after = split(parts.after, width, kEvidenceOrder);
+  const Split before = split_field(parts.before, width, kEvidenceOrder),
+              after = split_field(parts.after, width, kEvidenceOrder);
   const double common = spread_of(before.slow, after.slow).common();
   if (common < kWent) return LightEvidence::None;
   const bool is_new = spread_of(before.detail, after.detail).correlation() <= kSameDetail;
@@ -186,7 +185,8 @@ bool is_surface_replaced(const std::vector<ImageF>& frames, const ImageU8& mask)
   const Replaced parts = replaced_parts(logs);
   if (known_share(parts.before) < kLeastReplaced) return false;
   const int width = frames.front().width();
-  const Split before = split(parts.before, width, kEvidenceOrder), after = split(parts.after, width, kEvidenceOrder);
+  const Split before = split_field(parts.before, width, kEvidenceOrder),
+              after = split_field(parts.after, width, kEvidenceOrder);
   const Spread detail = spread_of(before.detail, after.detail);
   // Where there is no detail to be gone, a smooth surface may have become brighter or darker as a whole.
   return std::min(detail.a, detail.b) >= kLeastDetail * kLeastDetail && detail.correlation() <= kSameDetail;
@@ -197,8 +197,8 @@ UnevenLight find_uneven_light(const std::vector<ImageF>& frames, const ImageU8& 
   const int width = frames.front().width();
   const Field course = middle(logs, kLuminance, 0, logs.size());
   if (known_share(course) < kLeastUsed) return {};
-  const Split whole = split(course, width, kOrder);
-  UnevenLight result{ratio_of(whole.slow), LightEvidence::None};
+  const Split whole = split_field(course, width, kOrder);
+  UnevenLight result{field_ratio(whole.slow), LightEvidence::None};
   if (result.ratio >= kUnevenRatio) result.evidence = judge(logs, whole, width);
   return result;
 }

@@ -10,6 +10,8 @@ namespace patinate::capture {
 
 /// Longer side of the images that find_uneven_light() needs, px.
 inline constexpr int kUnevenLightSide = 64;
+inline constexpr float kNearBlack = 0.002f, kNearWhite = 0.96f;  ///< Linear; between them pixels tell of the light.
+inline constexpr double kLeftOutEnd = 0.02;  ///< Share of the picture at either end that no ratio of light counts.
 
 enum class LightEvidence {
   None,      ///< Even, or the surface's own: it changes with the surface, or has a color of its own.

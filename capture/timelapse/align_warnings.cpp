@@ -20,8 +20,6 @@ constexpr double kMostResidual_px = 1.0;  ///< Half of it is blur that a person 
 constexpr double kLeastFineness = 0.5;    ///< A detail of one of the reference's pixels is lost.
 constexpr double kLeastShown = 0.5;
 
-std::string hundredths(double v) { return short_number_text(std::round(100.0 * v) / 100.0); }
-
 /// Photographs for which `value` is on the wrong side, the worst first.
 struct Chosen {
   std::vector<std::string> names;

@@ -210,4 +210,6 @@ std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_
   return warnings;
 }
 
+std::string hundredths(double v) { return short_number_text(std::round(100.0 * v) / 100.0); }
+
 }  // namespace patinate::capture

@@ -19,4 +19,7 @@ namespace patinate::capture {
 /// "a.jpg, b.jpg, c.jpg and 5 more", or "copper.webp, images 3, 4, 9 and 5 more". @param most  As many are named; >= 1.
 [[nodiscard]] std::string photo_list(const std::vector<std::string>& photos, std::size_t most = 4);
 
+/// For people: to two decimals.
+[[nodiscard]] std::string hundredths(double v);
+
 }  // namespace patinate::capture

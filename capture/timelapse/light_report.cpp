@@ -18,9 +18,7 @@ constexpr double kLamp = 10.0;            ///< Fall-off that few lamps have.
 constexpr double kVariedExposure = 1.05;  ///< Nominal values are that exact.
 constexpr double kLeastChange = 0.01;     ///< Of a factor, to be named.
 constexpr std::size_t kMostChanged = 3;   ///< Photographs that are named.
-constexpr double kEnd = 0.02;             ///< As find_uneven_light() leaves out.
 
-std::string hundredths(double v) { return short_number_text(std::round(100.0 * v) / 100.0); }
 std::string ratio_text(double ratio) { return hundredths(ratio) + " : 1"; }
 
 double size_of(const std::array<double, 3>& factors) {
@@ -234,8 +232,8 @@ FlatFieldReport flat_field_report(const ImageF& gain) {
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
     report.ranges[static_cast<std::size_t>(c)] = {static_cast<double>(*low), static_cast<double>(*high)};
     const double last = static_cast<double>(values.size() - 1);
-    const float dark = value_at_rank(values, static_cast<std::size_t>(kEnd * last));
-    const float bright = value_at_rank(values, static_cast<std::size_t>((1.0 - kEnd) * last));
+    const float dark = value_at_rank(values, static_cast<std::size_t>(kLeftOutEnd * last));
+    const float bright = value_at_rank(values, static_cast<std::size_t>((1.0 - kLeftOutEnd) * last));
     report.ratio = std::max(report.ratio, static_cast<double>(bright / dark));
   }
   return report;

@@ -23,10 +23,10 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kPatchVersion = 1;
-constexpr int kCells = 3;               ///< A side, for what one factor does not explain.
-constexpr double kLeastShown = 0.25;    ///< Of the patch.
-constexpr double kMostSaturated = 0.1;  ///< Of what is shown.
-constexpr double kMostResidual = 0.03;  ///< Relative: a just noticeable step of a gray card.
+constexpr int kCells = 3;                  ///< A side, for what one factor does not explain.
+constexpr double kLeastPatchShown = 0.25;  ///< Of the patch.
+constexpr double kMostSaturated = 0.1;     ///< Of what is shown.
+constexpr double kMostResidual = 0.03;     ///< Relative: a just noticeable step of a gray card.
 using Color = std::array<double, 3>;
 constexpr CostModel kPatchCost{0.03, 7e-8, 25.0, 4.0};  ///< By pixel and photograph: six of 768 x 600, 16 of 512 x 400.
 
@@ -79,7 +79,7 @@ std::optional<PatchColor> measure(const IngestWork& work, int index, const fs::p
     }
   }
   const bool is_seen =
-      num_shown > kLeastShown * patch.width * patch.height && num_saturated <= kMostSaturated * num_shown;
+      num_shown > kLeastPatchShown * patch.width * patch.height && num_saturated <= kMostSaturated * num_shown;
   if (!is_seen) return std::nullopt;
   PatchColor result{.mean = all.mean()};
   if (!(*std::min_element(result.mean.begin(), result.mean.end()) > 0.0)) return std::nullopt;

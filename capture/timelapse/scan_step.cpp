@@ -42,7 +42,7 @@ PhotoPart photo_part(const CaptureProject& project) {
                 what + ": " + where_it_lies(*work.scan_mesh, scan.camera_mm) + "; check `unit` and the camera's pose");
 }
 
-std::string item_key(const IngestWork& work) {
+std::string scan_item_key(const IngestWork& work) {
   ContentHash key;
   key.add("ingest scan").add(kScanVersion);
   key.add(work.scan_key).add(work.project.scan->camera_mm.text());
@@ -94,7 +94,7 @@ void add_scan_item(std::vector<JobItem>& items, const std::shared_ptr<const Inge
   JobItem item{.name = "scan",
                .outputs = {kCurvatureFile, kScanFile},
                .run = {},
-               .key = item_key(*work),
+               .key = scan_item_key(*work),
                .cost = scan_cost(*work)};
   for (const char* name : kMaps) item.outputs.push_back(HistoryWriter::map_file(name));
   item.run = [work](const fs::path& folder, const RunControl& control) { run_item(*work, folder, control); };

@@ -11,15 +11,14 @@ namespace patinate::capture {
 namespace {
 
 constexpr double kFirstRoughness = 0.1, kLastRoughness = 0.95;
-constexpr double kChange = 1.0;    ///< Of a logarithm over all of the time.
-constexpr double kFormOff = 0.05;  ///< Of a highlight.
+constexpr double kChange = 1.0;  ///< Of a logarithm over all of the time.
 // What a lobe is where nothing tells: satin of a mineral, once for the whole course.
 constexpr double kUsualRoughness = 0.5, kUsualStrength = 0.04, kUsualSpread = 1.0;
 constexpr int kBlock = 4;  ///< Tiles along a block whose rests are looked at together.
 constexpr double kLeastStrength = 1e-4, kMostStrength = 3.0;
 constexpr double kSignificant = 30.0;  ///< Of chi-square, 5.5 standard deviations: as among relit materials.
 constexpr int kLeastTiles = 8;         ///< Of a photograph that counts.
-constexpr int kRounds = 5, kMostSteps = 30;
+constexpr int kCourseRounds = 5, kMostSteps = 30;
 constexpr double kNearFrames = 3.0;  ///< Photographs within which a tile keeps its albedo, under a lamp that moves.
 const double kNodeStep = std::log(kLastRoughness / kFirstRoughness) / (kNumLobeNodes - 1);
 
@@ -49,12 +48,12 @@ class CourseFit {
     start();
     find_rests();
     measure_noise();
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kCourseRounds; ++round) {
       if (round > 0) weigh();
       descend();
       find_rests();
       measure_noise();
-      if (is_moving_ && round + 1 < kRounds) give_tiles_their_albedo();
+      if (is_moving_ && round + 1 < kCourseRounds) give_tiles_their_albedo();
     }
     weigh();
     tell(course);

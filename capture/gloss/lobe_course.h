@@ -11,6 +11,8 @@ namespace patinate::capture {
 inline constexpr int kNumLobeNodes = 32;
 [[nodiscard]] double lobe_node_roughness(int node);
 
+inline constexpr double kFormOff = 0.05;  ///< Share of a highlight that its form is off by.
+
 /// What the tiles of one material show in one photograph: albedo + strength * lobe, in n tiles of any order.
 struct TileSamples {
   std::vector<int> tile;                                          ///< Which tile of the picture.

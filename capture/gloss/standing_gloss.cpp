@@ -41,7 +41,7 @@ Vec3 strength_of(const GlossMaterial& m, std::size_t frame) {
 /// material's albedo by a sixth: what is left too much or too little is shared out between the two, so that bright
 /// highlights do not drown the color below them.
 Vec3 left_by(const GlossMaterial& m, const Vec3& seen, const Vec3& highlight) {
-  constexpr double kFormOff = 0.05, kUneven = 0.15, kLeastUneven = 0.02;
+  constexpr double kUneven = 0.15, kLeastUneven = 0.02;
   const Vec3 left = seen - highlight;
   if (!m.albedo) return left;
   const double form = kFormOff * highlight.mean(), uneven = kUneven * m.albedo->mean() + kLeastUneven,

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr float kSaturatedCode = 253.5f / 255.0f;
-constexpr double kBlack = 1e-4;
+constexpr double kBlackPatch = 1e-4;
 
 /// The surface of ready-made maps: a grid of the photographs' pixels.
 PointCloud ready_cloud(const RelitProject& project, const RelitStep::Ready& ready) {
@@ -135,7 +135,7 @@ Vec3 patch_mean(const RelitProject& project, const StepPhoto& photo, const Image
     throw IoError(file.string(),
                   "is saturated on the reference patch: a shorter exposure is needed, or no `reference_patch`");
   sum /= count;
-  if (!(sum.minCoeff() > kBlack))
+  if (!(sum.minCoeff() > kBlackPatch))
     throw IoError(file.string(),
                   "is black on the reference patch: its light does not reach it, or `polygon` lies elsewhere");
   return sum;

@@ -24,7 +24,7 @@ ImageF at_most(const ImageF& image, int width) {
   return downscale_area(image, width, height);
 }
 
-void put(ImageF& image, int x, int y, const std::array<float, 3>& color) {
+void put_color(ImageF& image, int x, int y, const std::array<float, 3>& color) {
   std::copy(color.begin(), color.end(), image.pixel(x, y).begin());
 }
 
@@ -40,8 +40,8 @@ ImageF report_samples(const ImageU8& samples, const ImageU8& mask) {
     for (int y = 0; y < mask.height(); ++y) {
       for (int x = 0; x < mask.width(); ++x) {
         const SampleState ready = mask.at(x, y) != 0 ? SampleState::Clean : SampleState::Outside;
-        put(picture, x, y,
-            sample_state_color(samples.empty() ? ready : static_cast<SampleState>(samples.at(x, y, light))));
+        put_color(picture, x, y,
+                  sample_state_color(samples.empty() ? ready : static_cast<SampleState>(samples.at(x, y, light))));
       }
     }
     pictures.push_back(at_most(picture, kSampleWidth));
@@ -60,9 +60,10 @@ ImageF report_stddev(const ImageF& albedo, const ImageF& stddev, const ImageU8& 
         if (!stddev.empty()) deviation += stddev.at(x, y, c);
       }
       if (value > 0.0f) {
-        put(picture, x, y, ramp_color(ColorRamp::Sequential, static_cast<double>(deviation / value) / kFullShare));
+        put_color(picture, x, y,
+                  ramp_color(ColorRamp::Sequential, static_cast<double>(deviation / value) / kFullShare));
       } else if (surface.at(x, y) != 0) {
-        put(picture, x, y, {0.55f, 0.04f, 0.03f});
+        put_color(picture, x, y, {0.55f, 0.04f, 0.03f});
       }
     }
   }

@@ -20,11 +20,6 @@ constexpr double kDefaultWidthShare = 0.02;  ///< Of the scan's diagonal, as acc
 constexpr double kSpacingShare = 0.2;        ///< Of the width: distance between heights.
 constexpr double kReached = 0.01;            ///< A light that reaches a smaller share of the surface is somewhere else.
 
-Vec3 vector_at(const ImageF& image, int x, int y) {
-  return {static_cast<double>(image.at(x, y, 0)), static_cast<double>(image.at(x, y, 1)),
-          static_cast<double>(image.at(x, y, 2))};
-}
-
 /// @throws IoError naming the light that stands behind the surface.
 void check_lights_reach(const RelitProject& project, const ScanView& view) {
   for (std::size_t i = 0; i < project.lights.size(); ++i) {
@@ -33,7 +28,8 @@ void check_lights_reach(const RelitProject& project, const ScanView& view) {
       for (int x = 0; x < view.seen.width(); ++x) {
         if (view.seen.at(x, y) == 0) continue;
         num_reached +=
-            vector_at(view.normal, x, y).dot(direction_to(project.lights[i], vector_at(view.position_mm, x, y))) > 0.0;
+            pixel_vector(view.normal, x, y).dot(direction_to(project.lights[i], pixel_vector(view.position_mm, x, y))) >
+            0.0;
       }
     }
     if (static_cast<double>(num_reached) >= kReached * static_cast<double>(view.num_seen)) continue;
@@ -54,7 +50,7 @@ ImageF view_curvature(const Mesh& mesh, const RayScene& scene, const ScanView& v
     for (int x = 0; x < out.width(); ++x) {
       if (view.seen.at(x, y) != 0)
         out.at(x, y) =
-            static_cast<float>(sample_field(field, curvature, vector_at(view.position_mm, x, y)).value_or(0.0));
+            static_cast<float>(sample_field(field, curvature, pixel_vector(view.position_mm, x, y)).value_or(0.0));
     }
   }
   return out;
@@ -96,7 +92,7 @@ void run_relit_reference(const RelitWork& work, const fs::path& folder, const Ru
     for (int y = 0; y < height.height(); ++y) {
       for (int x = 0; x < height.width(); ++x) {
         if (view.seen.at(x, y) != 0)
-          height.at(x, y) = static_cast<float>(vector_at(view.position_mm, x, y).dot(viewer) - floor);
+          height.at(x, y) = static_cast<float>(pixel_vector(view.position_mm, x, y).dot(viewer) - floor);
       }
     }
     HistoryWriter::write_map(folder, "position", view.position_mm);

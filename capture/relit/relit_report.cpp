@@ -79,7 +79,7 @@ void put_solution(Json& json, const RelitSolution& solution) {
   json["notes"] = solution.notes;
 }
 
-RelitSolution solution_of(const Json& json) {
+RelitSolution solution_from_json(const Json& json) {
   RelitSolution solution{.residual = number_of(json.at("residual")),
                          .noise_scale = number_of(json.at("noise_scale")),
                          .notes = json.at("notes").get<std::vector<std::string>>()};
@@ -100,7 +100,7 @@ RelitFrame frame_of(const Json& json) {
   if (!json.contains("lights")) return frame;
   for (const Json& g : json.at("gains"))
     frame.gains.emplace_back(number_of(g.at(0)), number_of(g.at(1)), number_of(g.at(2)));
-  frame.solution = solution_of(json);
+  frame.solution = solution_from_json(json);
   return frame;
 }
 

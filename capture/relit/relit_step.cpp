@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr float kBlack = 1e-4f;        ///< Linear value that every photograph of a lit surface passes somewhere.
+constexpr float kBlackPhoto = 1e-4f;   ///< Linear value that every photograph of a lit surface passes somewhere.
 constexpr double kLeastOverlap = 0.1;  ///< Of the reference's pixels that a step must show.
 constexpr double kLargestOffset =
     3.0;  ///< Of a scan's texel size: a scan farther off is not of this object, or not registered.
@@ -32,14 +32,6 @@ struct StepFrame {
   PlacedPhoto first;     ///< Under the first light, for the report.
   RelitFrame facts;
 };
-
-Vec3 vector_at(const ImageF& image, int x, int y) {
-  return {static_cast<double>(image.at(x, y, 0)), static_cast<double>(image.at(x, y, 1)),
-          static_cast<double>(image.at(x, y, 2))};
-}
-void put(ImageF& image, int x, int y, const Vec3& v) {
-  for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);
-}
 
 double share_of(std::int64_t part, std::int64_t whole) {
   return whole > 0 ? static_cast<double>(part) / static_cast<double>(whole) : 0.0;
@@ -87,7 +79,7 @@ void check_exposure(const fs::path& file, const PlacedPhoto& placed, const Image
     throw IoError(file.string(),
                   "is saturated everywhere on the object; leave the step out (\"exclude\": true) or repeat it darker");
   const auto values = placed.values.values();
-  if (num_seen > 0 && std::all_of(values.begin(), values.end(), [](float v) { return v < kBlack; })) {
+  if (num_seen > 0 && std::all_of(values.begin(), values.end(), [](float v) { return v < kBlackPhoto; })) {
     throw IoError(file.string(),
                   "is black everywhere on the object; leave the step out (\"exclude\": true) or check its light");
   }
@@ -100,8 +92,8 @@ void move_view(const ScanView& view, const RigidTransform& step_from_reference, 
   for (int y = 0; y < view.seen.height(); ++y) {
     for (int x = 0; x < view.seen.width(); ++x) {
       if (view.seen.at(x, y) == 0) continue;
-      put(input.position_mm, x, y, step_from_reference.apply(vector_at(view.position_mm, x, y)));
-      put(input.normal, x, y, step_from_reference.rotation * vector_at(view.normal, x, y));
+      set_pixel_vector(input.position_mm, x, y, step_from_reference.apply(pixel_vector(view.position_mm, x, y)));
+      set_pixel_vector(input.normal, x, y, step_from_reference.rotation * pixel_vector(view.normal, x, y));
     }
   }
 }
@@ -147,7 +139,7 @@ void place_ready(const RelitWork& work, const RelitStep& step, const RelitRefere
   frame.result.num_determined = count(frame.result.mask);
 }
 
-RelitSolution solution_of(const UnlightResult& result) {
+RelitSolution solution_facts(const UnlightResult& result) {
   RelitSolution solution{.residual = result.residual, .noise_scale = result.noise_scale, .notes = result.notes};
   for (const LightReport& report : result.lights) {
     RelitLight light{.residual = report.residual};
@@ -201,9 +193,10 @@ StepFrame solve_step(const RelitWork& work, std::size_t index, const RelitPose& 
     }
     for (int y = 0; y < project.height(); ++y) {
       for (int x = 0; x < project.width(); ++x)
-        put(frame.result.normal, x, y, pose.reference_from_scan.rotation * vector_at(frame.result.normal, x, y));
+        set_pixel_vector(frame.result.normal, x, y,
+                         pose.reference_from_scan.rotation * pixel_vector(frame.result.normal, x, y));
     }
-    frame.facts.solution = solution_of(frame.result);
+    frame.facts.solution = solution_facts(frame.result);
     const bool has_strengths = std::all_of(project.lights.begin(), project.lights.end(),
                                            [](const Light& light) { return light.is_intensity_known; });
     if (!has_strengths && index == project.reference)

@@ -19,14 +19,6 @@ constexpr double kWhole =
 constexpr double kSameSurface = 6.0;  ///< Neighboring pixels of one surface are not farther apart, in texel sizes.
 constexpr double kGrazing = 1e-3;
 
-Vec3 vector_at(const ImageF& image, int x, int y) {
-  const std::span<const float> v = image.pixel(x, y);
-  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
-}
-void put(ImageF& image, int x, int y, const Vec3& v) {
-  for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);
-}
-
 /// Where the pixels half a step to each side meet the plane of the triangle.
 double texel_size(const Camera& camera, const Vec2& pixel, const Vec3& position, const Vec3& normal) {
   const Vec3& eye = camera.center();
@@ -47,7 +39,7 @@ bool is_whole(const ScanView& view, int x, int y, const Vec3& p) {
   for (int j = -1; j <= 1; ++j) {
     for (int i = -1; i <= 1; ++i) {
       if (!view.seen.contains(x + i, y + j) || view.seen.at(x + i, y + j) == 0) return false;
-      if (!((vector_at(view.position_mm, x + i, y + j) - p).norm() < reach)) return false;
+      if (!((pixel_vector(view.position_mm, x + i, y + j) - p).norm() < reach)) return false;
     }
   }
   return true;
@@ -82,8 +74,8 @@ ScanView view_scan(const Mesh& mesh, const RayScene& scene, const Camera& camera
         const double sign = face.dot(ray->direction) > 0.0 ? -1.0 : 1.0;
         behind[static_cast<std::size_t>(y)] += sign < 0.0;
         view.seen.at(x, y) = 255;
-        put(view.position_mm, x, y, position);
-        put(view.normal, x, y, normal.dot(face) < 0.0 ? Vec3(-sign * normal) : Vec3(sign * normal));
+        set_pixel_vector(view.position_mm, x, y, position);
+        set_pixel_vector(view.normal, x, y, normal.dot(face) < 0.0 ? Vec3(-sign * normal) : Vec3(sign * normal));
         view.texel_size_mm.at(x, y) = static_cast<float>(texel_size(camera, pixel, position, face));
       }
     }
@@ -122,7 +114,7 @@ StepPlaces find_places(const ScanView& reference, const ScanView& step, const Ca
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < width; ++x) {
         if (reference.seen.at(x, y) == 0) continue;
-        const Vec3 p = step_from_reference.apply(vector_at(reference.position_mm, x, y));
+        const Vec3 p = step_from_reference.apply(pixel_vector(reference.position_mm, x, y));
         const std::optional<Vec2> at = camera.project(p);
         if (!at) continue;
         const double u = std::abs(at->x() - std::round(at->x())) < kWhole ? std::round(at->x()) : at->x();
@@ -130,8 +122,8 @@ StepPlaces find_places(const ScanView& reference, const ScanView& step, const Ca
         const int column = static_cast<int>(std::lround(std::clamp(u, -2.0, width + 2.0))),
                   row = static_cast<int>(std::lround(std::clamp(v, -2.0, height + 2.0)));
         if (!step.seen.contains(column, row) || step.seen.at(column, row) == 0) continue;
-        const Vec3 away = p - vector_at(step.position_mm, column, row);
-        offsets.at(x, y) = static_cast<float>(std::abs(away.dot(vector_at(step.normal, column, row))));
+        const Vec3 away = p - pixel_vector(step.position_mm, column, row);
+        offsets.at(x, y) = static_cast<float>(std::abs(away.dot(pixel_vector(step.normal, column, row))));
         if (!is_whole(step, column, row, p)) continue;
         places.place_px.at(x, y, 0) = static_cast<float>(u);
         places.place_px.at(x, y, 1) = static_cast<float>(v);

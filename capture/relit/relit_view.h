@@ -2,6 +2,7 @@
 /// What a camera sees of a scan, and the photographs of a moved object brought into the view of another step.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "libcommon/geometry/ray_scene.h"
@@ -12,6 +13,15 @@
 #include "patinate/image/image.h"
 
 namespace patinate::capture {
+
+/// A pixel of a map of positions or normals.
+[[nodiscard]] inline Vec3 pixel_vector(const ImageF& image, int x, int y) {
+  const std::span<const float> v = image.pixel(x, y);
+  return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+}
+inline void set_pixel_vector(ImageF& image, int x, int y, const Vec3& v) {
+  for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);
+}
 
 /// Maps of the camera's size; 0 where nothing is seen.
 struct ScanView {

@@ -17,11 +17,11 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kRaysAcross = 16;            ///< Strata of the hemisphere, along either side.
-constexpr double kMaxGathers = 16'000.0;   ///< Texels that rays start from; the light between them is smooth.
-constexpr double kMaxSources = 400'000.0;  ///< Texels that rays may end at.
-constexpr int kReach = 2;                  ///< Steps of the grid that a texel is interpolated over, each way.
-constexpr double kLeastCosine = 0.8;       ///< Between normals of what counts as one surface.
+constexpr int kRaysAcross = 16;             ///< Strata of the hemisphere, along either side.
+constexpr double kMaxGathers = 16'000.0;    ///< Texels that rays start from; the light between them is smooth.
+constexpr double kMaxSources = 400'000.0;   ///< Texels that rays may end at.
+constexpr int kReach = 2;                   ///< Steps of the grid that a texel is interpolated over, each way.
+constexpr double kSameSurfaceCosine = 0.8;  ///< Between normals of what counts as one surface.
 constexpr std::uint32_t kPurpose = 0x17e4;
 
 std::int64_t count_surface(const UnlightWork& work) {
@@ -242,8 +242,8 @@ bool interpolate(const UnlightWork& work, const ImageF& gathered, int step, int 
       const Vec3 away = work.position(sx, sy) - p;
       const double cosine = n.dot(vector_of(work.normal, sx, sy));
       const bool is_across_an_edge = std::abs(n.dot(away)) > 0.5 * away.norm();
-      if (across >= 1.0 || down >= 1.0 || cosine <= kLeastCosine || is_across_an_edge) continue;
-      const double w = (1.0 - across) * (1.0 - down) * (cosine - kLeastCosine);
+      if (across >= 1.0 || down >= 1.0 || cosine <= kSameSurfaceCosine || is_across_an_edge) continue;
+      const double w = (1.0 - across) * (1.0 - down) * (cosine - kSameSurfaceCosine);
       total += w;
       for (int c = 0; c < out.channels(); ++c)
         sum[static_cast<std::size_t>(c)] += w * static_cast<double>(gathered.at(sx, sy, c));

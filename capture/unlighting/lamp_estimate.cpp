@@ -15,7 +15,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::int64_t kMaxTexels = 8'000, kChunk = 256;
+constexpr std::int64_t kMaxLampTexels = 8'000, kLampTexelsAChunk = 256;
 constexpr double kLeastScale = 1e-4;
 
 /// Which column of the equations a strength or an ambient has; -1 = it is known.
@@ -140,7 +140,7 @@ Equations gather(const UnlightWork& work, const Columns& columns, const std::vec
     }
     return sums;
   };
-  return parallel_reduce(static_cast<std::int64_t>(texels.size()), kChunk, control, zero, map,
+  return parallel_reduce(static_cast<std::int64_t>(texels.size()), kLampTexelsAChunk, control, zero, map,
                          [](Equations a, const Equations& b) {
                            a.matrix += b.matrix;
                            a.right += b.right;
@@ -219,7 +219,7 @@ LampEstimate estimate_lamps(UnlightWork& work, const RunControl& control) {
   const Columns columns(work);
   LampEstimate result;
   if (columns.size() == 0) return {.is_converged = true};
-  const std::vector<std::int64_t> texels = work.spread_texels(kMaxTexels);
+  const std::vector<std::int64_t> texels = work.spread_texels(kMaxLampTexels);
   const double mean_light = mean_irradiance(work, texels);
   // Wide to begin with, and narrower by steps: a lamp that is off must not be taken for a shadow or a highlight.
   work.noise_scale = estimate_noise_scale(work, control.part(0.0, 0.1), 1);

@@ -11,7 +11,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::int64_t kMaxTexels = 20'000, kChunk = 64;
+constexpr std::int64_t kMaxLeftOutTexels = 20'000, kLeftOutTexelsAChunk = 64;
 
 /// What a lamp's samples were predicted to be.
 struct Predicted {
@@ -54,7 +54,7 @@ std::vector<LeaveOneOutError> leave_one_out(const UnlightInput& input, const Unl
                                             const UnlightResult& result, const RunControl& control) {
   const UnlightWork work(input, options, result);
   const TexelFitOptions fit_options = work.fit_options();
-  const std::vector<std::int64_t> texels = work.spread_texels(kMaxTexels);
+  const std::vector<std::int64_t> texels = work.spread_texels(kMaxLeftOutTexels);
   const std::vector<Predicted> zero(static_cast<std::size_t>(work.num_lights));
   const auto map = [&](std::int64_t begin, std::int64_t end) {
     std::vector<Predicted> lamps = zero;
@@ -67,7 +67,7 @@ std::vector<LeaveOneOutError> leave_one_out(const UnlightInput& input, const Unl
     return lamps;
   };
   std::vector<Predicted> lamps =
-      parallel_reduce(static_cast<std::int64_t>(texels.size()), kChunk, control, zero, map,
+      parallel_reduce(static_cast<std::int64_t>(texels.size()), kLeftOutTexelsAChunk, control, zero, map,
                       [](std::vector<Predicted> a, const std::vector<Predicted>& b) {
                         for (std::size_t k = 0; k < a.size(); ++k) {
                           a[k].ratios.insert(a[k].ratios.end(), b[k].ratios.begin(), b[k].ratios.end());

@@ -16,14 +16,12 @@ namespace patinate::capture {
 namespace {
 
 constexpr std::size_t kMaxMaterials = 6;
-constexpr int kRounds = 12;
-constexpr double kLeastShare = 0.01;   ///< Of the texels; smaller classes go to the others.
-constexpr double kDistrust = 4.0;      ///< Chi-square counts a fourth: errors of the model are alike among samples.
-constexpr double kMostOff = 60.0;      ///< Of one texel's chi-square: more says no more.
-constexpr double kNeighbor = 1.0;      ///< Weight of a neighbor of the same color.
-constexpr double kSignificant = 30.0;  ///< Of chi-square; 5.5 standard deviations.
-constexpr double kLeastOwn = 0.05;     ///< Of a lobe's square that albedo and normal must leave.
-constexpr std::int64_t kChunk = 256;
+constexpr int kMaterialRounds = 12;
+constexpr double kLeastShare = 0.01;  ///< Of the texels; smaller classes go to the others.
+constexpr double kDistrust = 4.0;     ///< Chi-square counts a fourth: errors of the model are alike among samples.
+constexpr double kMostOff = 60.0;     ///< Of one texel's chi-square: more says no more.
+constexpr double kNeighbor = 1.0;     ///< Weight of a neighbor of the same color.
+constexpr std::int64_t kMaterialTexelsAChunk = 256;
 
 /// Chi-square of a texel under a material, with a penalty for albedos of its own; not more than kMostOff above the
 /// best, which the caller sees to.
@@ -74,7 +72,7 @@ Candidate best_of(MaterialKind kind, const std::vector<ChannelLobe>& sums, doubl
     gains[r] = sums[r].gain(strengths[r]);
     if (gains[r] > gains[at]) at = r;
   }
-  if (!(gains[at] > kSignificant)) return best;
+  if (!(gains[at] > kSignificantGain)) return best;
   best.cost = without - gains[at];
   best.material.strength = strengths[at];
   best.material.roughness = kLobeRoughness[at];
@@ -127,13 +125,14 @@ MaterialShares assigned(const std::vector<TexelEvidence>& texels, const std::vec
                         const std::vector<std::size_t>& at, const Neighbors& neighbors, const MaterialShares& before,
                         const RunControl& control) {
   MaterialShares shares(texels.size());
-  parallel_for(static_cast<std::int64_t>(texels.size()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      std::vector<double> belief(materials.size(), 0.0);
-      if (!before.empty()) neighbors.add(i, before, belief);
-      shares[i] = shares_of_texel(texels[i], materials, at, std::move(belief));
-    }
-  });
+  parallel_for(static_cast<std::int64_t>(texels.size()), kMaterialTexelsAChunk, control,
+               [&](std::int64_t begin, std::int64_t end) {
+                 for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+                   std::vector<double> belief(materials.size(), 0.0);
+                   if (!before.empty()) neighbors.add(i, before, belief);
+                   shares[i] = shares_of_texel(texels[i], materials, at, std::move(belief));
+                 }
+               });
   return shares;
 }
 
@@ -178,7 +177,7 @@ SurfaceMaterial material_of(const std::vector<TexelEvidence>& texels, const Mate
   Candidate dielectric = best_of(MaterialKind::Dielectric, glossy, beside + penalty),
             mixed = best_of(MaterialKind::Mixed, glossy, beside + penalty),
             metallic = best_of(MaterialKind::Metal, metal, black);
-  mixed.cost += kSignificant;  // Two more numbers, and clearly.
+  mixed.cost += kSignificantGain;  // Two more numbers, and clearly.
   found.insert(found.end(), {dielectric, mixed, metallic});
   std::sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) { return a.cost < b.cost; });
   SurfaceMaterial material = found[0].material;
@@ -247,13 +246,13 @@ std::vector<SurfaceMaterial> find_materials(const std::vector<TexelEvidence>& te
   const Neighbors neighbors(texels);
   MaterialShares shares = clusters_of_color(texels);
   std::vector<SurfaceMaterial> materials = materials_of(texels, shares, {}, silent);
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kMaterialRounds; ++round) {
     std::vector<std::size_t> at;
     for (const SurfaceMaterial& m : materials) at.push_back(nearest_lobe_roughness(m.roughness));
     const bool has_same = !shares.empty() && shares.front().size() == materials.size();
     shares = assigned(texels, materials, at, neighbors, has_same && round > 0 ? shares : MaterialShares{}, silent);
     materials = materials_of(texels, shares, materials, silent);
-    control.report(static_cast<double>(round + 1) / kRounds);
+    control.report(static_cast<double>(round + 1) / kMaterialRounds);
   }
   return materials;
 }

@@ -11,9 +11,8 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::int64_t kMaxTexels = 2000, kChunk = 32;
+constexpr std::int64_t kMaxFreedomTexels = 2000, kFreedomTexelsAChunk = 32;
 constexpr std::array<double, 2> kWider{0.2, 0.4};
-constexpr double kTold = 2.0;  ///< Standard deviations.
 
 /// Of each texel, its left-out lamps; negative where nothing is foretold.
 std::vector<double> costs(const UnlightWork& work, const std::vector<std::int64_t>& texels, double freedom,
@@ -21,17 +20,18 @@ std::vector<double> costs(const UnlightWork& work, const std::vector<std::int64_
   TexelFitOptions options = work.fit_options();
   options.small_step = 1e-5;
   std::vector<double> found(texels.size(), -1.0);
-  parallel_for(static_cast<std::int64_t>(texels.size()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    TexelSamples plain, texel;
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      const int x = static_cast<int>(texels[i] % work.width), y = static_cast<int>(texels[i] / work.width);
-      if (!(work.specular.at(x, y, 0) > 0.0f)) continue;
-      work.load_raw(x, y, plain);
-      work.load(x, y, texel);
-      texel.highlight.freedom = freedom;
-      found[i] = left_out_cost(texel, plain.variance, options, x + y);
-    }
-  });
+  parallel_for(static_cast<std::int64_t>(texels.size()), kFreedomTexelsAChunk, control,
+               [&](std::int64_t begin, std::int64_t end) {
+                 TexelSamples plain, texel;
+                 for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+                   const int x = static_cast<int>(texels[i] % work.width), y = static_cast<int>(texels[i] / work.width);
+                   if (!(work.specular.at(x, y, 0) > 0.0f)) continue;
+                   work.load_raw(x, y, plain);
+                   work.load(x, y, texel);
+                   texel.highlight.freedom = freedom;
+                   found[i] = left_out_cost(texel, plain.variance, options, x + y);
+                 }
+               });
   return found;
 }
 
@@ -40,7 +40,7 @@ std::vector<double> costs(const UnlightWork& work, const std::vector<std::int64_
 double choose_freedom(const UnlightWork& work, const RunControl& control) {
   RunControl silent = control;
   silent.on_progress = {};
-  const std::vector<std::int64_t> texels = work.spread_texels(kMaxTexels);
+  const std::vector<std::int64_t> texels = work.spread_texels(kMaxFreedomTexels);
   double best = work.highlight_freedom;
   std::vector<double> least = costs(work, texels, best, silent);
   for (const double freedom : kWider) {

@@ -12,7 +12,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr double kGridTexels = 4000.0;
-constexpr std::int64_t kRows = 4;
+constexpr std::int64_t kMapRowsAChunk = 4;
 constexpr double kMineral = 0.04;  ///< F0 of what is no metal, where nothing else is known.
 
 Vec3 feature_of(const ImageF& color, int x, int y) {
@@ -130,7 +130,7 @@ void lay_materials(UnlightWork& work, const UnlightResult& fitted, const ImageF&
     GridShares grid(work.width, work.height, step);
     MaterialShares shares = shares_of_materials(texels, materials, at, control.part(0.2, 0.3));
     grid.set(std::move(texels), std::move(shares));
-    parallel_for(work.height, kRows, control.part(0.3, 1.0), [&](std::int64_t begin, std::int64_t end) {
+    parallel_for(work.height, kMapRowsAChunk, control.part(0.3, 1.0), [&](std::int64_t begin, std::int64_t end) {
       TexelLobes lobes(work, work.form);
       TexelEvidence texel;
       for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
@@ -168,7 +168,7 @@ void lay_materials(UnlightWork& work, const UnlightResult& fitted, const ImageF&
 void put_reflectance(const UnlightWork& work, UnlightResult& result, const RunControl& control) {
   result.reflectance = ImageF(work.width, work.height, 3);
   result.metalness = ImageF(work.width, work.height);
-  parallel_for(work.height, kRows, control, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(work.height, kMapRowsAChunk, control, [&](std::int64_t begin, std::int64_t end) {
     for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < work.width; ++x) {
         const double strength = static_cast<double>(result.specular.at(x, y, 0));

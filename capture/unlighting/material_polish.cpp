@@ -13,27 +13,26 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::size_t kMaxTexels = 240;  ///< Of a material.
-constexpr std::size_t kFewTexels = 80;   ///< Of one that is looked at again.
-constexpr double kMember = 0.5;          ///< Share of a material from which a texel tells of it.
-constexpr double kTold = 2.0;            ///< Standard deviations from which lamps tell metal from what is none.
-constexpr double kMostOfMinerals = 0.2;  ///< Reflectance that no mineral has: diamond has 0.17.
-constexpr double kBare = 0.9;            ///< Metalness from which what is not told from metal is taken for it.
-constexpr double kSmallStep = 1e-5;      ///< Of a fit; samples are uncertain by half a percent and more.
-constexpr std::int64_t kChunk = 16;
+constexpr std::size_t kManyTexels = 240;  ///< Of a material.
+constexpr std::size_t kFewTexels = 80;    ///< Of one that is looked at again.
+constexpr double kMember = 0.5;           ///< Share of a material from which a texel tells of it.
+constexpr double kMostOfMinerals = 0.2;   ///< Reflectance that no mineral has: diamond has 0.17.
+constexpr double kBare = 0.9;             ///< Metalness from which what is not told from metal is taken for it.
+constexpr double kPolishStep = 1e-5;      ///< Of a fit; samples are uncertain by half a percent and more.
+constexpr std::int64_t kPlacesAChunk = 16;
 
 class Polish {
  public:
   Polish(const UnlightWork& work, std::vector<std::pair<int, int>> places, const RunControl& control)
       : work_(work), options_(work.fit_options()), places_(std::move(places)), control_(control) {
     control_.on_progress = {};
-    options_.small_step = kSmallStep;
+    options_.small_step = kPolishStep;
   }
 
   /// Of each texel, its left-out lamps; negative where nothing is foretold.
   [[nodiscard]] std::vector<double> costs(const SurfaceMaterial& material) const {
     std::vector<double> found(places_.size());
-    parallel_for(static_cast<std::int64_t>(places_.size()), kChunk, control_,
+    parallel_for(static_cast<std::int64_t>(places_.size()), kPlacesAChunk, control_,
                  [&](std::int64_t begin, std::int64_t end) {
                    TexelSamples texel;
                    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
@@ -233,7 +232,7 @@ void polish_materials(const UnlightWork& work, const std::vector<TexelEvidence>&
   std::vector<std::size_t> at;
   for (const SurfaceMaterial& m : materials) at.push_back(nearest_lobe_roughness(m.roughness));
   const MaterialShares shares = shares_of_materials(texels, materials, at, control.part(0.0, 0.1));
-  const auto places = places_of(texels, shares, materials.size(), is_last ? kMaxTexels : kFewTexels);
+  const auto places = places_of(texels, shares, materials.size(), is_last ? kManyTexels : kFewTexels);
   std::vector<std::size_t> order(materials.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),

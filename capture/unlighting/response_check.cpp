@@ -8,7 +8,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::int64_t kMaxTexels = 2'000;
+constexpr std::int64_t kMaxCheckedTexels = 2'000;
 
 /// The chosen texels as an image of one row. Samples in cast shadows are not valid, so that nothing need cast them
 /// again.
@@ -67,7 +67,7 @@ ResponseCheck check_response(const UnlightInput& input, const ImageF& ambient, c
   constexpr double kMuchBetter = 0.6, kSurelyOff = 0.02, kPower = 2.2;
   const UnlightOptions options;
   const UnlightWork work(input, options, control.part(0.0, 0.4));
-  const std::vector<std::int64_t> texels = work.spread_texels(kMaxTexels);
+  const std::vector<std::int64_t> texels = work.spread_texels(kMaxCheckedTexels);
   UnlightInput row = row_of(work, texels);
   std::vector<float> dark;
   for (std::size_t i = 0; i < texels.size() && !ambient.empty(); ++i) {

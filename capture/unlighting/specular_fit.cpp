@@ -56,9 +56,6 @@ struct BestLobe {
 /// Of a tile, from its smoothed sums: the roughness that explains most, between those of the series by a parabola.
 /// @param num_tiles  That the means were taken of: what noise alone explains is no highlight.
 BestLobe best_lobe(std::span<const float> sums, double num_tiles) {
-  constexpr double kLeastOwn = 0.05;  // A lobe of which diffuse light with another normal explains all but this, under
-                                      // these lamps, tells nothing.
-  constexpr double kSignificant = 30.0;  // Of chi-square; 5.5 standard deviations.
   std::array<double, kNumLobeRoughness> gain{}, strength{};
   std::size_t best = 0;
   for (std::size_t r = 0; r < kLobeRoughness.size(); ++r) {
@@ -68,7 +65,7 @@ BestLobe best_lobe(std::span<const float> sums, double num_tiles) {
     gain[r] = strength[r] * std::max(0.0, lv);
     if (gain[r] > gain[best]) best = r;
   }
-  if (!(gain[best] * num_tiles > kSignificant)) return {};
+  if (!(gain[best] * num_tiles > kSignificantGain)) return {};
   if (best == 0 || best + 1 == kLobeRoughness.size()) return {strength[best], kLobeRoughness[best], gain[best]};
   const double left = gain[best - 1], mid = gain[best], right = gain[best + 1], bend = left - 2.0 * mid + right;
   const double shift = bend < 0.0 ? std::clamp(0.5 * (left - right) / bend, -0.5, 0.5) : 0.0;

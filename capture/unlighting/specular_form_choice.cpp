@@ -18,7 +18,7 @@ constexpr double kNone = std::numeric_limits<double>::infinity();
 constexpr std::array<double, 6> kTails{kNone, 8.0, 4.0, 2.8, 2.0, 1.5};
 constexpr std::array<double, 3> kSlants{1.0, 0.5, 0.0};
 constexpr std::array<SpecularTint, 2> kTints{SpecularTint::White, SpecularTint::Base};
-constexpr std::int64_t kMaxTexels = 1'500, kMaxForetold = 900, kChunk = 64;
+constexpr std::int64_t kMaxFormTexels = 1'500, kMaxForetold = 900, kFormTexelsAChunk = 64;
 constexpr std::array<double, 2> kFreedoms{0.3, 0.03};  ///< Beside what work begins with.
 constexpr std::array<double, 3> kOffs{0.02, 0.1, 0.2};
 constexpr std::size_t kAttempts =
@@ -75,21 +75,22 @@ class FormTrial {
   [[nodiscard]] std::vector<Tried::Texel> foretold(const RunControl& control) const {
     const TexelFitOptions options = work_.fit_options();
     std::vector<Tried::Texel> found(texels_.size());
-    parallel_for(static_cast<std::int64_t>(texels_.size()), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
-      TexelSamples texel, plain;
-      for (std::int64_t i = begin; i < end; ++i) {
-        Tried::Texel& here = found[static_cast<std::size_t>(i)];
-        const std::int64_t at = texels_[static_cast<std::size_t>(i)];
-        const int x = static_cast<int>(at % work_.width), y = static_cast<int>(at / work_.width);
-        work_.load(x, y, texel);
-        work_.load_raw(x, y, plain);
-        here.cost = left_out_cost(texel, plain.variance, options, x + y);
-        const TexelFit fit = fit_texel(texel, options);
-        here.albedo = fit.albedo;
-        for (int c = 0; c < work_.num_channels; ++c)
-          here.share[static_cast<std::size_t>(c)] = highlight_share(texel, fit, c);
-      }
-    });
+    parallel_for(static_cast<std::int64_t>(texels_.size()), kFormTexelsAChunk, control,
+                 [&](std::int64_t begin, std::int64_t end) {
+                   TexelSamples texel, plain;
+                   for (std::int64_t i = begin; i < end; ++i) {
+                     Tried::Texel& here = found[static_cast<std::size_t>(i)];
+                     const std::int64_t at = texels_[static_cast<std::size_t>(i)];
+                     const int x = static_cast<int>(at % work_.width), y = static_cast<int>(at / work_.width);
+                     work_.load(x, y, texel);
+                     work_.load_raw(x, y, plain);
+                     here.cost = left_out_cost(texel, plain.variance, options, x + y);
+                     const TexelFit fit = fit_texel(texel, options);
+                     here.albedo = fit.albedo;
+                     for (int c = 0; c < work_.num_channels; ++c)
+                       here.share[static_cast<std::size_t>(c)] = highlight_share(texel, fit, c);
+                   }
+                 });
     return found;
   }
 
@@ -149,7 +150,8 @@ double deviation_of(const Tried& best, const std::vector<Tried>& tried) {
 void choose_specular_form(UnlightWork& work, const RunControl& control) {
   const auto num_texels =
       static_cast<std::int64_t>(work.spread_texels(std::numeric_limits<std::int64_t>::max() / 2).size());
-  const int step = std::max(1, static_cast<int>(std::lround(std::sqrt(static_cast<double>(num_texels) / kMaxTexels))));
+  const int step =
+      std::max(1, static_cast<int>(std::lround(std::sqrt(static_cast<double>(num_texels) / kMaxFormTexels))));
   FormTrial trial(work, step, control.part(0.0, 0.05));
   Tried best{.kind = {.freedom = work.highlight_freedom, .off = work.highlight_off}};
   std::vector<Tried> tried;

@@ -16,7 +16,7 @@ namespace {
 constexpr int kMaxChannels = 3;
 
 /// Two unit vectors that span the plane across `n`.
-std::array<Vec3, 2> tangents(const Vec3& n) {
+std::array<Vec3, 2> tangent_pair(const Vec3& n) {
   const Vec3 axis = std::abs(n.x()) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
   const Vec3 t = n.cross(axis).normalized();
   return {t, n.cross(t)};
@@ -86,7 +86,7 @@ class TexelSolver {
   /// Lobes under the normal, and how they change when it turns.
   void shine() {
     if constexpr (kHasHighlight) {
-      const std::array<Vec3, 2> t = tangents(normal_);
+      const std::array<Vec3, 2> t = tangent_pair(normal_);
       const TexelHighlight& h = s_.highlight;
       for (int k : candidates_) {
         const Vec3& l = s_.direction[static_cast<std::size_t>(k)];
@@ -271,7 +271,7 @@ class TexelSolver {
 
   /// One Gauss-Newton step. @returns how far it went: turn of the normal plus the share of the albedo.
   double step() {
-    const std::array<Vec3, 2> t = tangents(normal_);
+    const std::array<Vec3, 2> t = tangent_pair(normal_);
     const Equations e = equations(t);
     const Vector turn = shared_step(e, t);
     double change = turn.norm(), largest = 0.0, moved = 0.0;
@@ -299,7 +299,7 @@ class TexelSolver {
       fit.chi2 += r * r * s_.num_channels;
       num_values += s_.num_channels;
     }
-    const Equations e = equations(tangents(normal_));
+    const Equations e = equations(tangent_pair(normal_));
     Matrix spread = reduced(e).inverse();
     double num_parameters = s_.num_channels;
     if (o_.refine_normal)

@@ -19,7 +19,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::int64_t kRows = 2;
+constexpr std::int64_t kFitRowsAChunk = 2;
 constexpr std::array<std::string_view, 2> kNormalModeNames{"keep", "refine"};
 constexpr std::array<std::string_view, 2> kRejectionNames{"none", "robust"};
 constexpr std::array<std::string_view, 4> kSpecularNames{"none", "fit", "auto", "material"};
@@ -226,7 +226,7 @@ UnlightResult empty_result(const UnlightWork& work) {
 
 void fit_surface(const UnlightWork& work, UnlightResult& result, const RunControl& control) {
   const TexelFitOptions options = work.fit_options();
-  parallel_for(work.height, kRows, control, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(work.height, kFitRowsAChunk, control, [&](std::int64_t begin, std::int64_t end) {
     TexelSamples texel;
     for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) fit_row(work, options, y, texel, result);
   });

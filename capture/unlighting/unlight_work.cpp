@@ -15,7 +15,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::int64_t kRows = 4;
+constexpr std::int64_t kWorkRowsAChunk = 4;
 constexpr std::size_t kMaxLights = 1000;
 
 std::string numbered(const char* what, std::size_t i) { return std::string(what) + " " + std::to_string(i + 1); }
@@ -125,7 +125,7 @@ UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const 
   num_channels = input.photos.front().channels();
   strengths.assign(input.lights.size(), Vec3::Ones());
   normal = ImageF(width, height, 3);
-  parallel_for(height, kRows, control.part(0.0, 0.1), [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(height, kWorkRowsAChunk, control.part(0.0, 0.1), [&](std::int64_t begin, std::int64_t end) {
     for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < width; ++x) {
         if (!is_surface(x, y)) continue;
@@ -155,7 +155,7 @@ UnlightWork::UnlightWork(const UnlightInput& in, const UnlightOptions& o, const 
                           control.part(0.5, 0.9));
   }
   samples = ImageU8(width, height, num_lights);
-  parallel_for(height, kRows, control.part(0.9, 1.0), [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(height, kWorkRowsAChunk, control.part(0.9, 1.0), [&](std::int64_t begin, std::int64_t end) {
     for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < width; ++x) {
         if (is_surface(x, y)) classify(*this, shadow, x, y, samples.pixel(x, y));

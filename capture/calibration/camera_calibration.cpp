@@ -29,11 +29,11 @@ Vec3 extents_of(const std::vector<Vec3>& points) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments).eigenvalues().cwiseMax(0.0).cwiseSqrt();
 }
 
-std::string name_of(const PointView& view, std::size_t index) {
+std::string view_name(const PointView& view, std::size_t index) {
   return view.name.empty() ? "view " + std::to_string(index + 1) : view.name;
 }
 
-void check(const PointView& view, const std::string& name, std::size_t at_least) {
+void check_view(const PointView& view, const std::string& name, std::size_t at_least) {
   if (view.points_mm.size() != view.pixels.size()) {
     throw InvalidInput(name + ": " + std::to_string(view.points_mm.size()) + " points, but " +
                        std::to_string(view.pixels.size()) + " pixels");
@@ -56,7 +56,7 @@ struct Start {
   RigidTransform pose;
   double squares = 0.0;
 };
-std::optional<Start> start_of(const PointView& view, double focal, double cx, double cy) {
+std::optional<Start> start_of_view(const PointView& view, double focal, double cx, double cy) {
   const cv::Matx33d k(focal, 0, cx, 0, focal, cy, 0, 0, 1);
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> pixels;
@@ -85,7 +85,7 @@ std::optional<Start> start_of(const PointView& view, double focal, double cx, do
 }
 
 /// The best of a series of focal lengths. @throws InvalidInput when a view fits none.
-CameraProblem start_of(int width, int height, const std::vector<const PointView*>& views) {
+CameraProblem start_of_camera(int width, int height, const std::vector<const PointView*>& views) {
   CameraProblem best;
   double least = std::numeric_limits<double>::infinity();
   const double cx = 0.5 * (width - 1), cy = 0.5 * (height - 1);
@@ -96,7 +96,7 @@ CameraProblem start_of(int width, int height, const std::vector<const PointView*
     problem.focal_center = {focal, focal, cx, cy};
     double squares = 0.0;
     for (const PointView* view : views) {
-      const std::optional<Start> start = start_of(*view, focal, cx, cy);
+      const std::optional<Start> start = start_of_view(*view, focal, cx, cy);
       if (!start) {
         squares = std::numeric_limits<double>::infinity();
         break;
@@ -151,14 +151,14 @@ CameraCalibration calibrate_camera(int width, int height, const std::vector<Poin
   std::vector<const PointView*> views;
   std::vector<std::string> names;
   for (std::size_t i = 0; i < targets.size(); ++i) {
-    names.push_back(name_of(targets[i], i));
-    check(targets[i], names.back(), 4);
+    names.push_back(view_name(targets[i], i));
+    check_view(targets[i], names.back(), 4);
     views.push_back(&targets[i]);
   }
   const bool has_scanner = !scanner.points_mm.empty() || !scanner.pixels.empty();
   if (has_scanner) {
     names.push_back("scanner points");
-    check(scanner, names.back(), targets.empty() ? 6 : 3);
+    check_view(scanner, names.back(), targets.empty() ? 6 : 3);
     views.push_back(&scanner);
     const Vec3 extents = extents_of(scanner.points_mm);
     constexpr double kFlat = 1e-4;
@@ -175,7 +175,7 @@ CameraCalibration calibrate_camera(int width, int height, const std::vector<Poin
                        std::to_string(num_unknowns) + " unknowns");
   }
 
-  CameraProblem problem = start_of(width, height, views);
+  CameraProblem problem = start_of_camera(width, height, views);
   control.throw_if_stopped();
   const CameraSolution solution = refine_camera(views, options, problem);
 

@@ -13,7 +13,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr double kLeastSigmaPx = 1e-7;  ///< Exact pixels have no scale of their own.
-constexpr int kRounds = 3;
+constexpr int kPixelRounds = 3;
 
 /// A point turned by the start's rotation already: the parameters are a small turn and the whole shift.
 struct PixelError {
@@ -72,7 +72,7 @@ CameraSolution refine_camera(const std::vector<const PointView*>& views, const C
                              CameraProblem& start) {
   CameraSolution solution;
   double huber_px = 0.0;
-  for (int round = 0; round <= kRounds; ++round) {
+  for (int round = 0; round <= kPixelRounds; ++round) {
     std::vector<Pose> poses(views.size());
     for (std::size_t v = 0; v < views.size(); ++v) {
       for (std::size_t i = 0; i < 3; ++i) poses[v].shift[i] = start.poses[v].translation[static_cast<Eigen::Index>(i)];
@@ -84,7 +84,7 @@ CameraSolution refine_camera(const std::vector<const PointView*>& views, const C
     const std::vector<double> residuals = residuals_without_loss(problem);
     const double typical = std::max(kLeastSigmaPx, robust_sigma(residuals));
     huber_px = options.huber_sigmas * typical;
-    if (round == kRounds) {
+    if (round == kPixelRounds) {
       std::vector<double*> blocks{start.focal_center.data()};
       if (num_lens_terms(options.lens) > 0) blocks.push_back(start.lens.data());
       for (std::size_t v = views.size(); v-- > 0;)

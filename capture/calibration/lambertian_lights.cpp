@@ -14,7 +14,6 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kMinSamples = 20;
 
 /// Samples that tell something: not saturated, finite. @throws InvalidInput
@@ -83,8 +82,8 @@ Extent extent_of(const std::vector<ShadedSample>& samples) {
 }
 
 /// Best of a Fibonacci sphere of directions times a series of distances.
-std::pair<Vec3, LinearFit> start_of(const std::vector<ShadedSample>& samples, const Extent& extent, double scale_mm,
-                                    bool has_ambient, const RunControl& control) {
+std::pair<Vec3, LinearFit> start_of_light(const std::vector<ShadedSample>& samples, const Extent& extent,
+                                          double scale_mm, bool has_ambient, const RunControl& control) {
   constexpr int kDirections = 200, kDistances = 10;
   constexpr std::size_t kMaxSamples = 600;
   std::vector<ShadedSample> some;
@@ -135,7 +134,7 @@ LambertianLightResult lights_from_lambertian(const Camera& camera, const std::ve
     problem.scale_mm = std::max(problem.scale_mm, 4.0 * extents.back().radius);
   }
   for (std::size_t k = 0; k < given.size(); ++k) {
-    const auto [position, fit] = start_of(samples[k], extents[k], problem.scale_mm, options.has_ambient, control);
+    const auto [position, fit] = start_of_light(samples[k], extents[k], problem.scale_mm, options.has_ambient, control);
     if (!std::isfinite(fit.squares))
       throw InvalidInput("light " + std::to_string(k + 1) + ": no place of a light explains the photographs");
     problem.positions.push_back(position);
@@ -162,7 +161,7 @@ LambertianLightResult lights_from_lambertian(const Camera& camera, const std::ve
 
   LambertianLightResult result;
   result.ambient = problem.ambient, result.vignetting = problem.vignetting, result.sigma = solution.sigma;
-  const double strength_to_intensity = kPi / options.albedo * problem.scale_mm * problem.scale_mm;
+  const double strength_to_intensity = std::numbers::pi / options.albedo * problem.scale_mm * problem.scale_mm;
   for (std::size_t k = 0; k < samples.size(); ++k) {
     LambertianLight light;
     light.light.kind = Light::Kind::Near;

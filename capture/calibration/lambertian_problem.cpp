@@ -10,7 +10,7 @@ namespace patinate::capture {
 namespace {
 
 constexpr double kLeastSigma = 1e-9;  ///< Exact values have no scale of their own.
-constexpr int kRounds = 3;
+constexpr int kShadeRounds = 3;
 
 struct ShadeError {
   const ShadedSample* sample;
@@ -40,7 +40,7 @@ LambertianSolution refine_lambertian(const std::vector<std::vector<ShadedSample>
                                      const LambertianLightOptions& options, LambertianProblem& start) {
   LambertianSolution solution;
   double huber = 0.0;
-  for (int round = 0; round <= kRounds; ++round) {
+  for (int round = 0; round <= kShadeRounds; ++round) {
     ceres::Problem problem;
     std::vector<std::vector<ceres::ResidualBlockId>> blocks(samples.size());
     for (std::size_t k = 0; k < samples.size(); ++k) {
@@ -58,7 +58,7 @@ LambertianSolution refine_lambertian(const std::vector<std::vector<ShadedSample>
     const std::vector<double> residuals = residuals_without_loss(problem);
     const double typical = std::max(kLeastSigma, robust_sigma(residuals));
     huber = options.huber_sigmas * typical;
-    if (round < kRounds) continue;
+    if (round < kShadeRounds) continue;
     std::vector<double*> parameters;
     for (std::size_t k = 0; k < samples.size(); ++k)
       parameters.push_back(start.positions[k].data()), parameters.push_back(start.strengths[k].data());

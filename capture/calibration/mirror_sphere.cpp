@@ -14,8 +14,6 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 /// A sphere's cone: the direction of its axis, as a turn from `axis`, and its half angle.
 struct Cone {
   Vec3 axis;
@@ -54,7 +52,7 @@ float value_of(const ImageF& photo, int x, int y) {
 /// Centroid of the light above what is around, in a disc that is twice as wide as a piece and a little more: for pieces
 /// of a few pixels as exact as for large ones. Outside of the sphere (values < 0) nothing counts.
 Vec2 centroid_around(const ImageF& values, const Vec2& middle, double area) {
-  const double inner = 2.0 * std::sqrt(area / kPi) + 2.0, outer = inner + 3.0;
+  const double inner = 2.0 * std::sqrt(area / std::numbers::pi) + 2.0, outer = inner + 3.0;
   std::vector<float> around;
   const auto each = [&](const auto& visit) {
     for (int y = static_cast<int>(std::floor(middle.y() - outer)); y <= static_cast<int>(std::ceil(middle.y() + outer));
@@ -181,7 +179,7 @@ SphereFit fit_sphere(const Camera& camera, const MirrorSphere& sphere) {
     const Vec3 step = lu.solve(-gradient);
     cone.axis = (cone.axis + basis * step.head<2>()).normalized();
     cone.angle += step[2];
-    if (!(cone.angle > 0 && cone.angle < 0.5 * kPi)) return fit;
+    if (!(cone.angle > 0 && cone.angle < 0.5 * std::numbers::pi)) return fit;
     if (step.norm() < 1e-13 * cone.angle) break;
   }
   fit.center = camera.center() + sphere.radius_mm / std::sin(cone.angle) * cone.axis;
@@ -215,7 +213,7 @@ std::vector<Vec2> outline_of_circle(const Vec2& center, double radius, int count
   if (!(radius > 0) || !std::isfinite(radius)) throw InvalidInput("a circle's radius must be > 0 pixels");
   std::vector<Vec2> points;
   for (int i = 0; i < count; ++i) {
-    const double angle = 2.0 * kPi * i / count;
+    const double angle = 2.0 * std::numbers::pi * i / count;
     points.push_back(center + radius * Vec2(std::cos(angle), std::sin(angle)));
   }
   return points;
@@ -272,7 +270,7 @@ Highlight find_highlight(const ImageF& photo, const Camera& camera, const Vec3& 
   const Eigen::Matrix<double, 3, 2> basis = across(axis);
   Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (int i = 0; i < 64; ++i) {
-    const double angle = 2.0 * kPi * i / 64;
+    const double angle = 2.0 * std::numbers::pi * i / 64;
     const auto p = camera.project(camera.center() + axis + slope * (basis * Vec2(std::cos(angle), std::sin(angle))));
     if (!p || p->x() < -0.5 || p->y() < -0.5 || p->x() > photo.width() - 0.5 || p->y() > photo.height() - 0.5) {
       result.status = HighlightStatus::OutOfPicture;

@@ -17,7 +17,7 @@ constexpr int kNumCodes = 256;
 
 double hat(int code) { return code <= 127 ? code + 1.0 : 256.0 - code; }
 
-void check(const std::vector<ImageU8>& photos, const std::vector<double>& exposures) {
+void check_photos(const std::vector<ImageU8>& photos, const std::vector<double>& exposures) {
   if (photos.size() < 2) throw InvalidInput("a response needs at least two photographs");
   if (photos.size() != exposures.size()) throw InvalidInput("every photograph needs an exposure");
   double low = exposures[0], high = exposures[0];
@@ -103,7 +103,7 @@ void describe(OptionVisitor& v, ResponseOptions& o) {
 ResponseCurve recover_response(const std::vector<ImageU8>& photos, const std::vector<double>& exposures,
                                const ResponseOptions& options) {
   check_ranges(options);
-  check(photos, exposures);
+  check_photos(photos, exposures);
   const std::vector<std::size_t> chosen = chosen_values(photos, options.num_pixels);
   if (chosen.size() < 10)
     throw InvalidInput(

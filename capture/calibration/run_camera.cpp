@@ -80,7 +80,7 @@ PointView read_view(JsonReader json, const std::optional<CalibrationTarget>& tar
   return view;
 }
 
-Json report_of(const CameraCalibration& c) {
+Json camera_report(const CameraCalibration& c) {
   Json report{{"status", calibration_status_text(c.status)},
               {"sigma_px", c.sigma_px},
               {"rms_px", c.rms_px},
@@ -137,7 +137,7 @@ CalibrationOutput run_camera(JsonReader& json, const CameraCalibrationOptions& o
   output.camera = Camera(c.camera);
   output.json = std::make_shared<Json>(result_json(CalibrationKind::Camera));
   (*output.json)["camera"] = json_of(*output.camera);
-  (*output.json)["report"] = report_of(c);
+  (*output.json)["report"] = camera_report(c);
   const auto sd = [&](int i) { return short_number_text(rounded(std::sqrt(c.covariance(i, i)), 2)); };
   output.lines.push_back("fx " + short_number_text(c.camera.fx) + " +- " + sd(0) + ", fy " +
                          short_number_text(c.camera.fy) + " +- " + sd(1) + ", cx " + short_number_text(c.camera.cx) +

@@ -54,7 +54,7 @@ Mesh read_shape(JsonReader& pose, double mm_per_unit) {
   return mesh;
 }
 
-Json report_of(const LambertianLightResult& result, const LambertianLightOptions& options) {
+Json lambertian_report(const LambertianLightResult& result, const LambertianLightOptions& options) {
   Json report{{"sigma", result.sigma}};
   if (options.has_ambient) report["ambient"] = {result.ambient.x(), result.ambient.y(), result.ambient.z()};
   if (options.has_vignetting) report["vignetting"] = {result.vignetting.x(), result.vignetting.y()};
@@ -131,7 +131,7 @@ CalibrationOutput run_lambertian(JsonReader& json, const LambertianRunOptions& o
                            std::to_string(light.num_samples) + " samples)");
   }
   (*output.json)["lights"] = json_of(output.lights);
-  (*output.json)["report"] = report_of(result, options.lights);
+  (*output.json)["report"] = lambertian_report(result, options.lights);
   return output;
 }
 

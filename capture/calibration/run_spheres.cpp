@@ -106,8 +106,8 @@ std::vector<std::optional<Vec2>> find_highlights(const LightEntry& entry, const 
   return found;
 }
 
-Json report_of(const SphereLightResult& result, const std::vector<MirrorSphere>& spheres,
-               const Highlights& highlights) {
+Json sphere_report(const SphereLightResult& result, const std::vector<MirrorSphere>& spheres,
+                   const Highlights& highlights) {
   Json report;
   for (std::size_t s = 0; s < spheres.size(); ++s) {
     const Vec3& c = result.spheres[s].center;
@@ -205,7 +205,7 @@ CalibrationOutput run_spheres(JsonReader& json, const SphereLightOptions& option
     output.lines.push_back(
         "no `camera`: directions are in the camera's frame, for -o lights.lp or a camera that stands at the origin");
   (*output.json)["lights"] = json_of(output.lights);
-  (*output.json)["report"] = report_of(result, spheres, highlights);
+  (*output.json)["report"] = sphere_report(result, spheres, highlights);
   output.picture = spheres_picture(first, *camera, result.spheres, spheres, highlights);
   return output;
 }

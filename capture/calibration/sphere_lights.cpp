@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kDegPerRadian = 180.0 / std::numbers::pi;
 
-std::string name_of(const MirrorSphere& sphere, std::size_t index) {
+std::string sphere_name(const MirrorSphere& sphere, std::size_t index) {
   return sphere.name.empty() ? "sphere " + std::to_string(index + 1) : "sphere `" + sphere.name + "`";
 }
 
@@ -22,9 +22,9 @@ std::vector<SphereFit> fit_spheres(const Camera& camera, const std::vector<Mirro
   for (std::size_t i = 0; i < spheres.size(); ++i) {
     fits.push_back(fit_sphere(camera, spheres[i]));
     if (fits[i].status == SphereFitStatus::OutOfPicture)
-      throw InvalidInput(name_of(spheres[i], i) + " is out of the picture");
+      throw InvalidInput(sphere_name(spheres[i], i) + " is out of the picture");
     if (fits[i].status == SphereFitStatus::NoSphere) {
-      throw InvalidInput(name_of(spheres[i], i) +
+      throw InvalidInput(sphere_name(spheres[i], i) +
                          ": its outline is not that of a sphere; expected points around it, in pixels");
     }
   }
@@ -76,7 +76,7 @@ void describe_near(SphereLight& light, const Vec3& eye) {
   light.distance_sd = std::sqrt(std::max(0.0, along.dot(light.covariance * along))) / distance;
 }
 
-void check(const std::vector<MirrorSphere>& spheres, const Highlights& highlights) {
+void check_highlights(const std::vector<MirrorSphere>& spheres, const Highlights& highlights) {
   if (spheres.empty()) throw InvalidInput("lights from spheres need at least one sphere");
   if (highlights.empty()) throw InvalidInput("lights from spheres need at least one light");
   for (const auto& row : highlights) {
@@ -110,7 +110,7 @@ SphereLightResult lights_from_spheres(const Camera& camera, const std::vector<Mi
                                       const Highlights& highlights, const SphereLightOptions& options,
                                       const RunControl& control) {
   check_ranges(options);
-  check(spheres, highlights);
+  check_highlights(spheres, highlights);
   SphereLightResult result;
   result.spheres = fit_spheres(camera, spheres);
   const std::size_t num_lights = highlights.size();
@@ -127,7 +127,8 @@ SphereLightResult lights_from_spheres(const Camera& camera, const std::vector<Mi
       if (!highlights[k][s]) continue;
       const auto ray = mirrored_ray(camera, result.spheres[s].center, spheres[s].radius_mm, *highlights[k][s]);
       if (!ray)
-        throw InvalidInput("light " + std::to_string(k + 1) + ": its highlight lies beside " + name_of(spheres[s], s));
+        throw InvalidInput("light " + std::to_string(k + 1) + ": its highlight lies beside " +
+                           sphere_name(spheres[s], s));
       rays.push_back(*ray);
       eye += ray->point;
     }

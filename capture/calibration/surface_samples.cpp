@@ -12,7 +12,7 @@ namespace patinate::capture {
 
 namespace {
 
-struct SurfacePoint {
+struct SeenPoint {
   Vec3 point;
   Vec3 normal;
 };
@@ -22,14 +22,14 @@ class SeenMesh {
   SeenMesh(const Camera& camera, const Mesh& mesh)
       : camera_(camera), mesh_(mesh), normals_(vertex_normals(mesh)), scene_(mesh) {}
 
-  [[nodiscard]] std::optional<SurfacePoint> at(const Vec2& pixel) const {
+  [[nodiscard]] std::optional<SeenPoint> at(const Vec2& pixel) const {
     const auto ray = camera_.ray(pixel);
     if (!ray) return std::nullopt;
     const auto hit = scene_.first_hit(ray->origin, ray->direction);
     if (!hit) return std::nullopt;
     const Triangle& t = mesh_.triangles[static_cast<std::size_t>(hit->triangle)];
     const double weights[3] = {1.0 - hit->b1 - hit->b2, hit->b1, hit->b2};
-    SurfacePoint found{Vec3::Zero(), Vec3::Zero()};
+    SeenPoint found{Vec3::Zero(), Vec3::Zero()};
     for (std::size_t i = 0; i < 3; ++i) {
       found.point += weights[i] * mesh_.positions[static_cast<std::size_t>(t[i])];
       found.normal += weights[i] * normals_[static_cast<std::size_t>(t[i])];

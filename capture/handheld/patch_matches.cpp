@@ -20,7 +20,7 @@ constexpr int kMostSteps = 24;  ///< Over the longer side.
 constexpr double kLeastCorrelation = 0.5;
 constexpr double kLeastBend = 0.01;     ///< Of the correlation's peak, per square pixel.
 constexpr double kLeastContrast = 4.0;  ///< Standard deviation in codes: an eighth of what is usual in the photograph.
-constexpr double kInlier_px = 1.5;
+constexpr double kPatchInlier_px = 1.5;
 
 cv::Mat as_mat(const ImageU8& image) {
   return {image.height(), image.width(), CV_8U, const_cast<std::uint8_t*>(image.data())};
@@ -122,7 +122,8 @@ PhotoPair align_patches(int a, const PhotoFeatures& of_a, int b, const PhotoFeat
       matches.push_back({moved_by(full_a, m.in_a), moved_by(full_b, m.in_b)});
   }
   const double window = 2.0 * kSearch / of_b.scale;
-  judge_matches(matches, of_a, of_b, model, {.inlier_px = kInlier_px / of_b.scale, .area_px2 = window * window}, pair);
+  judge_matches(matches, of_a, of_b, model, {.inlier_px = kPatchInlier_px / of_b.scale, .area_px2 = window * window},
+                pair);
   return pair;
 }
 

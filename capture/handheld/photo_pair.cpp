@@ -14,7 +14,7 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr double kInlier_px = 4.0;        ///< In pixels of the search; two reductions and a surface that ages.
+constexpr double kSearchInlier_px = 4.0;  ///< In pixels of the search; two reductions and a surface that ages.
 constexpr double kLogChance = -6.0;       ///< Decimal, of views expected by chance.
 constexpr std::size_t kLeastPlaces = 10;  ///< That agree.
 constexpr double kPlace_px = 3.0;         ///< One detail is often found several times.
@@ -279,7 +279,7 @@ PhotoPair align_features(int a, const PhotoFeatures& of_a, int b, const PhotoFea
   std::vector<PointMatch> matches;
   for (const auto& [i, j] : match_features(of_a, of_b))
     matches.push_back({of_a.points[static_cast<std::size_t>(i)], of_b.points[static_cast<std::size_t>(j)]});
-  const MatchNoise noise{.inlier_px = kInlier_px / of_b.scale,
+  const MatchNoise noise{.inlier_px = kSearchInlier_px / of_b.scale,
                          .area_px2 = static_cast<double>(of_b.width) * static_cast<double>(of_b.height)};
   judge_matches(matches, of_a, of_b, model, noise, pair);
   return pair;

@@ -24,7 +24,7 @@ constexpr std::array<std::pair<const char*, cv::aruco::PREDEFINED_DICTIONARY_NAM
      {"original", cv::aruco::DICT_ARUCO_ORIGINAL},
      {"36h11", cv::aruco::DICT_APRILTAG_36h11}}};
 
-cv::Mat1b gray_of(const ImageF& color) {
+cv::Mat1b marker_gray(const ImageF& color) {
   const ImageU8 codes = srgb8_from_linear(color);
   cv::Mat1b gray(codes.height(), codes.width());
   for (int y = 0; y < codes.height(); ++y) {
@@ -48,7 +48,7 @@ void refine(const cv::Mat1b& gray, std::vector<cv::Point2f>& corners) {
 }  // namespace
 
 std::vector<PhotoMarks> find_markers(const ImageF& color) {
-  const cv::Mat1b gray = gray_of(color);
+  const cv::Mat1b gray = marker_gray(color);
   std::vector<PhotoMarks> found;
   for (const auto& [name, dictionary] : kDictionaries) {
     std::vector<int> ids;

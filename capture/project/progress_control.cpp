@@ -105,7 +105,7 @@ class Smoother {
   ImageU8 low_mask_;
 };
 
-float median(float a, float b, float c) { return std::max(std::min(a, b), std::min(std::max(a, b), c)); }
+float median_of_three(float a, float b, float c) { return std::max(std::min(a, b), std::min(std::max(a, b), c)); }
 
 /// Calls `use(i, d)` with d = change of frame i against the first, for every frame in order.
 void for_each_change(int num_frames, const std::function<ImageF(int)>& read_smooth, const RunControl& control,
@@ -122,7 +122,7 @@ void for_each_change(int num_frames, const std::function<ImageF(int)>& read_smoo
         float sum = 0.0f;
         for (int c = 0; c < 3; ++c) {
           const float now = window[1].at(x, y, c);
-          const float value = is_inner ? median(window[0].at(x, y, c), now, window[2].at(x, y, c)) : now;
+          const float value = is_inner ? median_of_three(window[0].at(x, y, c), now, window[2].at(x, y, c)) : now;
           sum += (value - first.at(x, y, c)) * (value - first.at(x, y, c));
         }
         change.at(x, y) = std::sqrt(sum);

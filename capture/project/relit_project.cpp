@@ -34,7 +34,7 @@ void check_size(const fs::path& file, int width, int height) {
                                    size_text(width, height) + ", as the camera takes");
 }
 
-RigidTransform read_transform(const JsonReader& json, double mm_per_unit) {
+RigidTransform read_rigid_transform(const JsonReader& json, double mm_per_unit) {
   Eigen::Matrix4d matrix;
   const std::vector<JsonReader> rows = json.elements(4);
   if (rows.size() != 4) json.fail("four rows of four numbers");
@@ -77,8 +77,8 @@ RelitStep read_step(JsonReader json, int number, double mm_per_unit, std::size_t
     }
     if (json.has("ambient")) step.ambient = json.member("ambient").path();
   }
-  if (json.has("transform")) step.reference_from_scan = read_transform(json.member("transform"), mm_per_unit);
-  if (json.has("initial")) step.initial = read_transform(json.member("initial"), mm_per_unit);
+  if (json.has("transform")) step.reference_from_scan = read_rigid_transform(json.member("transform"), mm_per_unit);
+  if (json.has("initial")) step.initial = read_rigid_transform(json.member("initial"), mm_per_unit);
   json.finish();
   return step;
 }

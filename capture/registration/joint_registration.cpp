@@ -19,10 +19,6 @@ constexpr int kMostRounds = 12;
 constexpr double kSettled = 1e-7;       ///< Normalized: nothing moves any more.
 constexpr double kContradiction = 3.0;  ///< Fine distances by which an edge that is excluded is off.
 
-bool is_found(const PairRegistration& r) {
-  return r.status == RegistrationStatus::Converged || r.status == RegistrationStatus::Degenerate;
-}
-
 /// Share of the smaller scan's coarse surfels that lie near the other's and face alike.
 double coarse_overlap(const PreparedScan& target, const PreparedScan& source, const RigidTransform& pose) {
   const bool is_target_smaller = target.coarse().size() < source.coarse().size();
@@ -133,7 +129,7 @@ class JointSolver {
       return false;
     const PairRegistration found = register_edge(target, source, start, may_search);
     RegisteredScan& s = result_.scans[static_cast<std::size_t>(source)];
-    if (!is_found(found)) {
+    if (!is_found(found.status)) {
       if (s.partner < 0 || found.overlap > s.overlap) {
         s.status = found.status;
         s.partner = target;
@@ -158,7 +154,7 @@ class JointSolver {
         });
         if (is_there || coarse_overlap(scan(a), scan(b), pose(a).inverse() * pose(b)) < options_.min_overlap) continue;
         const PairRegistration found = register_edge(a, b, relative(a, b), false);
-        if (is_found(found)) result_.edges.push_back({.target = a, .source = b, .pair = found});
+        if (is_found(found.status)) result_.edges.push_back({.target = a, .source = b, .pair = found});
       }
       control_.report(0.5 + 0.3 * (a + 1) / num_scans());
     }

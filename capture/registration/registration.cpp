@@ -49,10 +49,10 @@ constexpr double kConvergedStep = 1e-3;  ///< In fine distances: what Converged 
 constexpr double kFixedStep = 1e-8;      ///< Normalized: nothing moves any more.
 constexpr double kMostResidual = 0.25;   ///< Residual scale in fine distances above which it is no fit,
 constexpr double kMostScatter = 6.0;     ///< unless the points' own scatter makes so much of it.
-constexpr int kLookedInFront = 3000;
+constexpr int kLookedInFrontOfPose = 3000;
 constexpr double kSightScales = 5.0, kSightDistance = 0.5;
 constexpr double kSightDepth = 0.04;  ///< Normalized: growth and wear are less than that, a wrong pose is not.
-constexpr int kFewestPairs = 30;
+constexpr int kFewestTrustedPairs = 30;
 constexpr double kCrossedShare = 0.3;  ///< Of a direction's information that must come from more than noise of normals.
 
 /// How far in front counts: more than the fit's own scatter, than what a slope makes between the cells of lines of
@@ -105,7 +105,7 @@ Local align_fully(const PreparedScan& target, const PreparedScan& source, const 
                                    .step = kFixedStep},
                                   control);
   local.in_front = share_in_front(target, source, local.alignment.target_from_source,
-                                  sight_tolerance(local.alignment.residual_scale, distance), kLookedInFront);
+                                  sight_tolerance(local.alignment.residual_scale, distance), kLookedInFrontOfPose);
   return local;
 }
 
@@ -173,7 +173,7 @@ PairRegistration judge(const PreparedScan& target, const PreparedScan& source, c
   r.num_pairs = a.sums.num_pairs;
   r.num_iterations = a.num_iterations;
   r.center = target.middle();
-  if (a.sums.num_pairs < kFewestPairs) return r;
+  if (a.sums.num_pairs < kFewestTrustedPairs) return r;
   r.median_residual = target.scale() * a.median_residual;
   r.rms_residual = target.scale() * std::sqrt(a.sums.weighted_squares / a.sums.weight);
   r.covariance = covariance_of(a.sums, target, source);
@@ -192,10 +192,6 @@ PairRegistration judge(const PreparedScan& target, const PreparedScan& source, c
         a.last_step <= kConvergedStep * distance ? RegistrationStatus::Converged : RegistrationStatus::IterationLimit;
   }
   return r;
-}
-
-bool is_found(const PairRegistration& r) {
-  return r.status == RegistrationStatus::Converged || r.status == RegistrationStatus::Degenerate;
 }
 
 double score_of(const PairRegistration& r) { return r.overlap * std::pow(1.0 - r.in_front.value_or(0.0), 2); }
@@ -237,7 +233,7 @@ PairRegistration judge_pose(const PreparedScan& target, const PreparedScan& sour
   local.alignment = look_at_pose(target, source, normalized(target_from_source, target, source), control);
   local.in_front =
       share_in_front(target, source, local.alignment.target_from_source,
-                     sight_tolerance(local.alignment.residual_scale, target.fine().distance()), kLookedInFront);
+                     sight_tolerance(local.alignment.residual_scale, target.fine().distance()), kLookedInFrontOfPose);
   PairRegistration r = judge(target, source, local, options);
   r.target_from_source = target_from_source;
   return r;
@@ -257,7 +253,7 @@ PairRegistration register_pair(const PreparedScan& target, const PreparedScan& s
         {.first_gate = 1.0, .last_gate = 2.0 * coarse, .stride = 1, .max_iterations = kMidIterations, .step = 1e-3},
         control);
     best = judge(target, source, align_fully(target, source, rough.target_from_source, options, control), options);
-    if (is_found(*best) || options.start == RegistrationStart::Given) {
+    if (is_found(best->status) || options.start == RegistrationStart::Given) {
       control.report(1.0);
       return *best;
     }
@@ -267,7 +263,7 @@ PairRegistration register_pair(const PreparedScan& target, const PreparedScan& s
   for (const PoseCandidate& candidate : search_poses(target, source, kNumCandidates, control.part(0.0, 0.8))) {
     const SurfelAlignment middle = align_middle(target, source, candidate.pose, true, control);
     const double front =
-        share_in_front(target, source, middle.target_from_source, 3.0 * target.fine().distance(), kLookedInFront)
+        share_in_front(target, source, middle.target_from_source, 3.0 * target.fine().distance(), kLookedInFrontOfPose)
             .value_or(0.0);
     const double score = pose_score(middle, front, target.fine().distance());
     if (!chosen || score > chosen->first) chosen = {score, middle.target_from_source};
@@ -276,7 +272,7 @@ PairRegistration register_pair(const PreparedScan& target, const PreparedScan& s
     PairRegistration found =
         judge(target, source, align_fully(target, source, chosen->second, options, control), options);
     found.is_found_by_search = true;
-    if (!best || is_found(found) || (!is_found(*best) && score_of(found) > score_of(*best))) best = found;
+    if (!best || is_found(found.status) || (!is_found(best->status) && score_of(found) > score_of(*best))) best = found;
   }
   control.report(1.0);
   return best.value_or(PairRegistration{});

@@ -70,9 +70,7 @@ std::string with_digits(double value, int digits) {
 
 }  // namespace
 
-bool is_placed(const RegisteredScan& scan) {
-  return scan.status == RegistrationStatus::Converged || scan.status == RegistrationStatus::Degenerate;
-}
+bool is_placed(const RegisteredScan& scan) { return is_found(scan.status); }
 
 Json registration_json(const JointRegistration& result, const std::vector<std::string>& names, int reference,
                        const std::string& unit, RegistrationMethod method, const std::string& key) {

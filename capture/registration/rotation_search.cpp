@@ -16,7 +16,7 @@ constexpr int kFirstStride = 3;  ///< All starts are followed for a few steps wi
 constexpr int kFirstIterations = 10;
 constexpr std::size_t kNumImproved = 64;  ///< and so many of them to the end.
 constexpr int kIterations = 25;
-constexpr int kLookedInFront = 300;
+constexpr int kLookedInFrontOfStart = 300;
 constexpr double kSameAngleDeg = 8.0;  ///< Poses nearer than this and
 constexpr double kSameShift = 0.12;    ///< this are one.
 
@@ -76,7 +76,7 @@ std::vector<PoseCandidate> search_poses(const PreparedScan& target, const Prepar
                                                  .step = 1e-2},
                                                 quiet);
     candidate.pose = found.target_from_source;
-    const double front = share_in_front(target, source, candidate.pose, distance, kLookedInFront).value_or(0.0);
+    const double front = share_in_front(target, source, candidate.pose, distance, kLookedInFrontOfStart).value_or(0.0);
     candidate.score = pose_score(found, front, kCoarseNoise * distance);
   };
   const auto improve_all = [&](std::vector<PoseCandidate>& candidates, int stride, int max_iterations,

@@ -14,14 +14,13 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr std::int64_t kChunk = 512;
-constexpr double kTukey = 4.685;
+constexpr std::int64_t kSurfelsAChunk = 512;
 constexpr double kScaleOfQuarter =
     3.1386;                         ///< A quarter of a normal distribution lies within 1 / 3.1386 standard deviations.
 constexpr double kNarrower = 0.75;  ///< How fast the scale is narrowed,
 constexpr double kNarrowest = 2.0;  ///< to so many times what the points' own scatter makes.
 constexpr double kLeastCosine = 0.5;  ///< Normals of partners: 60 degrees.
-constexpr int kFewestPairs = 12;
+constexpr int kFewestPairsToSolve = 12;
 constexpr double kSureShare = 0.999;  ///< Of a margin: rounding.
 
 double quantile_of(std::vector<double>& values, double share) {
@@ -98,7 +97,7 @@ class Aligner {
       find_pairs();
       set_scale();
       sum_up();
-      if (result_.sums.num_pairs < kFewestPairs) return result_;
+      if (result_.sums.num_pairs < kFewestPairsToSolve) return result_;
       step();
       ++result_.num_iterations;
       if (narrow_scale()) continue;
@@ -128,7 +127,7 @@ class Aligner {
             bool is_swapped) {
     const std::int64_t n = (from.size() + schedule_.stride - 1) / schedule_.stride;
     found_.assign(static_cast<std::size_t>(n), {-1, -1, 0.0, -1.0, is_swapped});
-    parallel_for(n, kChunk, control_, [&](std::int64_t begin, std::int64_t end) {
+    parallel_for(n, kSurfelsAChunk, control_, [&](std::int64_t begin, std::int64_t end) {
       for (std::int64_t k = begin; k < end; ++k) {
         const int i = static_cast<int>(k) * schedule_.stride;
         const Surfel& s = from[i];
@@ -175,9 +174,9 @@ class Aligner {
 
   void sum_up() {
     const RigidTransform& t = result_.target_from_source;
-    const double most = kTukey * result_.residual_scale;
+    const double most = kTukeyLimit * result_.residual_scale;
     PairSums sums = parallel_reduce(
-        static_cast<std::int64_t>(pairs_.size()), kChunk, control_, PairSums{},
+        static_cast<std::int64_t>(pairs_.size()), kSurfelsAChunk, control_, PairSums{},
         [&](std::int64_t begin, std::int64_t end) {
           PairSums part;
           for (auto k = static_cast<std::size_t>(begin); k < static_cast<std::size_t>(end); ++k) {

@@ -20,7 +20,7 @@ constexpr double kMostThickness = 0.3;    ///< Smallest over middle eigenvalue; 
 constexpr double kMostNarrowness = 0.08;  ///< Middle over largest; a line has 0.
 constexpr double kBorderShift =
     0.22;  ///< Mean of the points off the middle, in radii; 0.32 for half a disc with these weights.
-constexpr std::int64_t kChunk = 512;
+constexpr std::int64_t kCentersAChunk = 512;
 
 /// Points that lie at least `distance` from those taken before them.
 std::vector<int> spread_points(std::span<const Vec3> points, double distance) {
@@ -163,14 +163,15 @@ Surfels make_surfels(std::span<const Vec3> points, std::span<const Vec3> toward,
   std::vector<std::optional<Surfel>> found(centers.size());
   RunControl quiet = control;
   quiet.on_progress = {};
-  parallel_for(static_cast<std::int64_t>(centers.size()), kChunk, quiet, [&](std::int64_t begin, std::int64_t end) {
-    for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
-      found[i] = surfel_at(cells, points, centers[i], radius);
-      if (!found[i] || toward.empty()) continue;
-      if (found[i]->normal.dot(toward[static_cast<std::size_t>(centers[i])]) < 0.0)
-        found[i]->normal = -found[i]->normal;
-    }
-  });
+  parallel_for(static_cast<std::int64_t>(centers.size()), kCentersAChunk, quiet,
+               [&](std::int64_t begin, std::int64_t end) {
+                 for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
+                   found[i] = surfel_at(cells, points, centers[i], radius);
+                   if (!found[i] || toward.empty()) continue;
+                   if (found[i]->normal.dot(toward[static_cast<std::size_t>(centers[i])]) < 0.0)
+                     found[i]->normal = -found[i]->normal;
+                 }
+               });
   Surfels result;
   result.num_places = static_cast<int>(centers.size());
   for (const std::optional<Surfel>& s : found) {

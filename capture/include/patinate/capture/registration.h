@@ -36,6 +36,10 @@ void describe(OptionVisitor& v, RegistrationOptions& o);
 enum class RegistrationStatus { Converged, IterationLimit, TooFewPairs, Degenerate, PoorFit };
 /// "converged", "iteration limit", ...
 [[nodiscard]] std::string_view name_of(RegistrationStatus status);
+/// Whether there is a pose.
+[[nodiscard]] constexpr bool is_found(RegistrationStatus status) {
+  return status == RegistrationStatus::Converged || status == RegistrationStatus::Degenerate;
+}
 
 /// A degree of freedom that a shape leaves unconstrained, because it slides over itself along it: one rigid motion that
 /// changes nothing.

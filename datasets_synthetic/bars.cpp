@@ -10,7 +10,7 @@ namespace patinate::datasets {
 
 namespace {
 
-constexpr double kGutter = 3.0 / 1024.0;
+constexpr double kBarGutter = 3.0 / 1024.0;
 
 /// A face in its own plane, mm, turned by its angle.
 class Plane {
@@ -48,17 +48,17 @@ Vec3 point_at(const Face& face, double a, double b) {
 /// Lower left corners (u, v) of sizes in rows, in an order, at `scale` UV a mm; empty when they do not fit.
 std::vector<Vec2> place(const std::vector<Vec2>& sizes, const std::vector<std::size_t>& order, double scale) {
   std::vector<Vec2> corners(sizes.size());
-  double x = kGutter, y = kGutter, row = 0.0;
+  double x = kBarGutter, y = kBarGutter, row = 0.0;
   for (const std::size_t i : order) {
     const Vec2 size = sizes[i] * scale;
-    if (x + size.x() + kGutter > 1.0) {
-      x = kGutter;
-      y += row + kGutter;
+    if (x + size.x() + kBarGutter > 1.0) {
+      x = kBarGutter;
+      y += row + kBarGutter;
       row = 0.0;
     }
-    if (x + size.x() + kGutter > 1.0 || y + size.y() + kGutter > 1.0) return {};
+    if (x + size.x() + kBarGutter > 1.0 || y + size.y() + kBarGutter > 1.0) return {};
     corners[i] = {x, y};
-    x += size.x() + kGutter;
+    x += size.x() + kBarGutter;
     row = std::max(row, size.y());
   }
   return corners;

@@ -14,13 +14,12 @@ namespace patinate::datasets {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kStep = 0.5;          // px
 constexpr int kTile = 32;              // px
 constexpr std::uint32_t kGrowth = 11;  // Purposes of random streams.
 constexpr std::uint32_t kVariation = 12;
 constexpr std::uint32_t kHairline = 13;
-constexpr double kGrainAngle = kPi / 2.0;  // Vertical.
+constexpr double kGrainAngle = std::numbers::pi / 2.0;  // Vertical.
 
 struct Point {
   double x, y;
@@ -31,7 +30,7 @@ struct Walk {
   int ends_on = -1;  // Crack, or -1: the border (or nothing).
 };
 
-double wrapped(double angle) { return std::remainder(angle, 2.0 * kPi); }
+double wrapped(double angle) { return std::remainder(angle, 2.0 * std::numbers::pi); }
 
 // State of the growing network: distance to the nearest crack, and which crack owns a pixel.
 class Network {
@@ -77,7 +76,7 @@ class Network {
   [[nodiscard]] std::pair<Walk, Walk> walk_both_ways(const Site& site, RandomStream& random) const {
     const double angle = short_way(site, random);
     const Point start{site.x + random.uniform() - 0.5, site.y + random.uniform() - 0.5};
-    return {walk(start, angle, 1e9, random), walk(start, angle + kPi, 1e9, random)};
+    return {walk(start, angle, 1e9, random), walk(start, angle + std::numbers::pi, 1e9, random)};
   }
 
   [[nodiscard]] Walk walk(Point p, double heading, double max_length, RandomStream& random) const {
@@ -153,8 +152,8 @@ class Network {
     const double liking = grain_ * std::clamp(0.5 * (site.ratio - 1.2), 0.0, 1.0);
     double best = 1e300, best_angle = 0.0;
     for (int k = 0; k < kDirections; ++k) {
-      const double angle = kPi * (k + turned) / kDirections;
-      const double chord = clear_length(p, angle) + clear_length(p, angle + kPi);
+      const double angle = std::numbers::pi * (k + turned) / kDirections;
+      const double chord = clear_length(p, angle) + clear_length(p, angle + std::numbers::pi);
       const double across = std::sin(angle - kGrainAngle);
       const double cost = chord * (1.0 + 6.0 * liking * across * across) * (1.0 + 0.35 * random.uniform());
       if (cost < best) best = cost, best_angle = angle;
@@ -264,7 +263,7 @@ void add_dead_ends(const Network& network, std::uint64_t seed, std::vector<Crack
       const auto& a = cracks[static_cast<std::size_t>(parent)].points_px[i - 4];
       const auto& b = cracks[static_cast<std::size_t>(parent)].points_px[i + 4];
       const double along = std::atan2(b[1] - a[1], b[0] - a[0]);
-      const double away = along + (is_left ? 0.5 : -0.5) * kPi + 0.25 * random.normal();
+      const double away = along + (is_left ? 0.5 : -0.5) * std::numbers::pi + 0.25 * random.normal();
       const Walk walk = network.walk({p[0] + 1.5 * std::cos(away), p[1] + 1.5 * std::sin(away)}, away, length, random);
       if (walk.points.size() < 8 || walk.ends_on >= 0) continue;
       Crack crack = joined(walk, {});

@@ -25,7 +25,7 @@ void save_truth(const std::filesystem::path& folder, const CrackleDataset& d, co
   save_truth_map(folder / "truth/cells.exr", cells, key);
 }
 
-Json capture_json(const CrackleOptions& o) {
+Json crackle_capture_json(const CrackleOptions& o) {
   Json json = fixed_capture("crackle", "s");
   json["frames"] = {{"pattern", "frames/*.png"}, {"interval", o.interval_s}, {"start", 0}};
   json["transmission"] = {{"photo", "backlight.png"}, {"blank", "backlight_blank.png"}, {"align", "none"}};
@@ -33,7 +33,7 @@ Json capture_json(const CrackleOptions& o) {
   return json;
 }
 
-Json truth_json(const CrackleDataset& d, const std::string& key) {
+Json crackle_truth_json(const CrackleDataset& d, const std::string& key) {
   Json json = truth_header("crackle", option_values(d.options));
   json["thickness"] = {{"file", "thickness.exr"}, {"unit", "mm"}};
   json["opening"] = {{"file", "opening.exr"}, {"unit", "s"}, {"never", -1}};
@@ -98,8 +98,8 @@ JobPlan plan_crackle(const CrackleOptions& options, const std::filesystem::path&
   for (JobItem& item : plan.items) item.cost = cost;
   plan.join_cost = cost;
   plan.join = [=, key = plan.key](const auto& folder, const RunControl& control) {
-    save_json(folder / "capture.json", capture_json(options));
-    save_json(folder / "truth/truth.json", truth_json(plate->get(control), key));
+    save_json(folder / "capture.json", crackle_capture_json(options));
+    save_json(folder / "truth/truth.json", crackle_truth_json(plate->get(control), key));
   };
   return plan;
 }

@@ -20,13 +20,13 @@ constexpr double kWave = 0.20;        // Of a chord, in spacings.
 constexpr double kWaveLength = 0.55;  // In spacings of the thinnest paint.
 constexpr double kStepPx = 0.5;
 
-using Point = std::array<double, 2>;
+using PlanePoint = std::array<double, 2>;
 
-double distance(const Point& a, const Point& b) { return std::hypot(a[0] - b[0], a[1] - b[1]); }
+double distance(const PlanePoint& a, const PlanePoint& b) { return std::hypot(a[0] - b[0], a[1] - b[1]); }
 
 // Where a crack begins, ends, or carries the end of another.
 struct Node {
-  Point place = {}, before = {};
+  PlanePoint place = {}, before = {};
   double at_once = 0.0, spacing = 1.0;
   bool is_fixed = false;  // On the border.
   std::vector<int> neighbors = {};
@@ -36,7 +36,7 @@ struct Stop {
   int node = 0;
 };
 
-double sampled(const ImageF& image, const Point& p) {
+double sampled(const ImageF& image, const PlanePoint& p) {
   const int x = std::clamp(static_cast<int>(std::lround(p[0])), 0, image.width() - 1),
             y = std::clamp(static_cast<int>(std::lround(p[1])), 0, image.height() - 1);
   return static_cast<double>(image.at(x, y));
@@ -66,10 +66,10 @@ class Relaxation {
       for (Node& n : nodes_) {
         if (n.is_fixed || n.at_once <= 0.0 || n.neighbors.size() < 3) continue;
         const double spring = (kSpring + kLateSpring * (1.0 - n.at_once)) / (n.at_once * n.spacing);
-        Point sum{spring * n.before[0], spring * n.before[1]};
+        PlanePoint sum{spring * n.before[0], spring * n.before[1]};
         double weights = spring;
         for (const int m : n.neighbors) {
-          const Point& p = nodes_[static_cast<std::size_t>(m)].place;
+          const PlanePoint& p = nodes_[static_cast<std::size_t>(m)].place;
           const double w = 1.0 / std::max(distance(p, n.place), kNearest * n.spacing);
           sum[0] += w * p[0], sum[1] += w * p[1], weights += w;
         }
@@ -83,7 +83,7 @@ class Relaxation {
     for (std::size_t k = 0; k < cracks_.size(); ++k) {
       Crack& crack = cracks_[k];
       const std::vector<Stop>& stops = stops_[k];
-      std::vector<Point> points;
+      std::vector<PlanePoint> points;
       std::size_t origin = 0;
       for (std::size_t i = 1; i < stops.size(); ++i) {
         const std::size_t first = stops[i - 1].point, last = stops[i].point;
@@ -105,7 +105,7 @@ class Relaxation {
 
  private:
   void add_end(std::size_t crack, std::size_t point, int parent) {
-    const Point& p = cracks_[crack].points_px[point];
+    const PlanePoint& p = cracks_[crack].points_px[point];
     Node node{.place = p,
               .before = p,
               .at_once = sampled(field_.at_once, p),
@@ -113,9 +113,9 @@ class Relaxation {
               .is_fixed = parent < 0};
     if (parent >= 0) {
       const auto& points = cracks_[static_cast<std::size_t>(parent)].points_px;
-      const auto nearest = std::min_element(points.begin(), points.end(), [&](const Point& a, const Point& b) {
-        return distance(a, p) < distance(b, p);
-      });
+      const auto nearest =
+          std::min_element(points.begin(), points.end(),
+                           [&](const PlanePoint& a, const PlanePoint& b) { return distance(a, p) < distance(b, p); });
       if (node.at_once > 0.0) {
         for (const Stop& stop : stops_[static_cast<std::size_t>(parent)]) {
           if (distance(nodes_[static_cast<std::size_t>(stop.node)].before, *nearest) > kOneNode * node.spacing)
@@ -134,12 +134,13 @@ class Relaxation {
   }
 
   // A point between two nodes: shifted with them, and drawn to a wavy chord as far as cracks come at once.
-  [[nodiscard]] Point moved(const Point& p, const Point& first, const Point& last, const Node& a, const Node& b,
-                            double share, const SmoothNoise& wave_x, const SmoothNoise& wave_y) const {
+  [[nodiscard]] PlanePoint moved(const PlanePoint& p, const PlanePoint& first, const PlanePoint& last, const Node& a,
+                                 const Node& b, double share, const SmoothNoise& wave_x,
+                                 const SmoothNoise& wave_y) const {
     const double w = sampled(field_.at_once, p);
     const bool is_still = w <= 0.0 && a.at_once <= 0.0 && b.at_once <= 0.0;
     if (is_still) return p;
-    Point out{};
+    PlanePoint out{};
     const double spacing = sampled(field_.spacing_px, p), fade = std::pow(4.0 * share * (1.0 - share), 2);
     for (std::size_t c = 0; c < 2; ++c) {
       // Nodes where nothing comes at once stay at their crack's own end.
@@ -153,16 +154,20 @@ class Relaxation {
     }
     return out;
   }
-  [[nodiscard]] double out_x(const Point& p) const { return std::clamp(p[0], 0.0, field_.spacing_px.width() - 1.0); }
-  [[nodiscard]] double out_y(const Point& p) const { return std::clamp(p[1], 0.0, field_.spacing_px.height() - 1.0); }
+  [[nodiscard]] double out_x(const PlanePoint& p) const {
+    return std::clamp(p[0], 0.0, field_.spacing_px.width() - 1.0);
+  }
+  [[nodiscard]] double out_y(const PlanePoint& p) const {
+    return std::clamp(p[1], 0.0, field_.spacing_px.height() - 1.0);
+  }
 
   // About half a pixel from point to point again.
   static void resample(Crack& crack) {
-    std::vector<Point> out{crack.points_px.front()};
+    std::vector<PlanePoint> out{crack.points_px.front()};
     int origin = 0;
     for (std::size_t i = 1; i < crack.points_px.size(); ++i) {
       if (static_cast<int>(i) == crack.origin) origin = static_cast<int>(out.size());
-      const Point a = crack.points_px[i - 1], b = crack.points_px[i];
+      const PlanePoint a = crack.points_px[i - 1], b = crack.points_px[i];
       const int pieces = std::max(1, static_cast<int>(std::lround(distance(a, b) / kStepPx)));
       if (distance(a, b) < 0.2 && i + 1 < crack.points_px.size() && distance(out.back(), b) < 0.35) continue;
       for (int k = 1; k <= pieces; ++k)

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "datasets_synthetic/smooth_noise.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/output/microfacet.h"
 #include "patinate/geometry/mesh.h"
@@ -12,8 +13,8 @@ namespace patinate::datasets {
 
 namespace {
 
-constexpr std::uint32_t kNoise = 300;  // Purposes of random streams.
-constexpr std::int64_t kRowChunk = 8;
+constexpr std::uint32_t kDryingStream = 300;  // Purposes of random streams.
+constexpr std::int64_t kDryingRows = 8;
 constexpr double kWaterIndex = 1.333;
 constexpr double kDiffuseReflection = 0.066;  ///< Of diffuse light that comes from air.
 constexpr double kRim = 0.03;                 ///< Of the radius: where the stone is not yet soaked at the start.
@@ -21,14 +22,10 @@ constexpr double kGrainMm = 0.04;             ///< A film that is thinner is pie
 constexpr double kFilmRoughness = 0.22, kStoneRoughness = 0.9;
 constexpr double kWaterF0 = 0.02;
 constexpr double kRipple = 0.6;  ///< Height of the film's ripples, pixels.
-constexpr double kLamp = 1.8;    ///< The lamp's irradiance from straight above, over pi times that of the even light.
+constexpr double kDryingLamp =
+    1.8;  ///< The lamp's irradiance from straight above, over pi times that of the even light.
 
-double smooth_step(double low, double high, double x) {
-  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
-  return t * t * (3.0 - 2.0 * t);
-}
-
-DryingOptions checked(const DryingOptions& o) {
+DryingOptions checked_drying(const DryingOptions& o) {
   check_ranges(o);
   return o;
 }
@@ -60,14 +57,15 @@ double wet_albedo(double dry) {
 }
 
 DryingPatch::DryingPatch(const DryingOptions& o)
-    : options_(checked(o)),
+    : options_(checked_drying(o)),
       radius_(0.36 * std::min(o.width, o.height)),
-      outline_(static_cast<std::uint64_t>(o.seed), kNoise, o.width, o.height, 0.8 * radius_, 0.8 * radius_),
-      ragged_(static_cast<std::uint64_t>(o.seed), kNoise + 1, o.width, o.height, 0.13 * radius_, 0.13 * radius_),
-      puddles_(static_cast<std::uint64_t>(o.seed), kNoise + 2, o.width, o.height, 0.45 * radius_, 0.45 * radius_),
-      stone_(static_cast<std::uint64_t>(o.seed), kNoise + 3, o.width, o.height, 24.0, 16.0),
-      grain_(static_cast<std::uint64_t>(o.seed), kNoise + 4, o.width, o.height, 2.6, 2.2),
-      ripples_(static_cast<std::uint64_t>(o.seed), kNoise + 5, o.width, o.height, 7.0, 6.0) {}
+      outline_(static_cast<std::uint64_t>(o.seed), kDryingStream, o.width, o.height, 0.8 * radius_, 0.8 * radius_),
+      ragged_(static_cast<std::uint64_t>(o.seed), kDryingStream + 1, o.width, o.height, 0.13 * radius_, 0.13 * radius_),
+      puddles_(static_cast<std::uint64_t>(o.seed), kDryingStream + 2, o.width, o.height, 0.45 * radius_,
+               0.45 * radius_),
+      stone_(static_cast<std::uint64_t>(o.seed), kDryingStream + 3, o.width, o.height, 24.0, 16.0),
+      grain_(static_cast<std::uint64_t>(o.seed), kDryingStream + 4, o.width, o.height, 2.6, 2.2),
+      ripples_(static_cast<std::uint64_t>(o.seed), kDryingStream + 5, o.width, o.height, 7.0, 6.0) {}
 
 double DryingPatch::depth(double x, double y) const {
   const double dx = (x - 0.5 * (options_.width - 1)) / 1.15, dy = y - 0.5 * (options_.height - 1);
@@ -127,7 +125,7 @@ ImageF drying_photo(const DryingPatch& patch, double time_min, const RunControl&
   // Above the middle, and a lamp whose mirror image lies a little above and left of it.
   const Vec3 camera(0.5 * o.width, 0.5 * o.height, 2.2 * size), lamp(0.30 * o.width, 0.28 * o.height, 1.5 * size);
   ImageF out(o.width, o.height, 3);
-  parallel_for(o.height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(o.height, kDryingRows, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < o.width; ++x) {
         const DryingLook look = patch.look(x, y, time_min);
@@ -136,7 +134,7 @@ ImageF drying_photo(const DryingPatch& patch, double time_min, const RunControl&
           const Vec3 place(x, y, 0.0), normal = patch.film_normal(x, y);
           const Vec3 to_lamp = (lamp - place).normalized(), to_camera = (camera - place).normalized();
           const Lobe::Value lobe = Lobe(normal, to_camera, look.roughness).value(to_lamp);
-          mirror = o.gloss * kLamp * fresnel(look.specular, lobe.half_cosine) * lobe.shape;
+          mirror = o.gloss * kDryingLamp * fresnel(look.specular, lobe.half_cosine) * lobe.shape;
         }
         for (int c = 0; c < 3; ++c) out.at(x, y, c) = static_cast<float>(look.albedo[c] + mirror);
       }

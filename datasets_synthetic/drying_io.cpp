@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void run_frame(const DryingPatch& patch, int frame, const fs::path& folder, const RunControl& control) {
+void write_drying_frame(const DryingPatch& patch, int frame, const fs::path& folder, const RunControl& control) {
   const DryingOptions& o = patch.options();
   const double time = frame * o.interval_min;
   save_photograph(folder / photo_file(frame), drying_photo(patch, time, control), o.noise, o.seed, frame);
@@ -34,7 +34,7 @@ void run_frame(const DryingPatch& patch, int frame, const fs::path& folder, cons
   save_truth_map(folder / truth_file("specular", frame), specular);
 }
 
-void run_maps(const DryingPatch& patch, const fs::path& folder) {
+void write_drying_maps(const DryingPatch& patch, const fs::path& folder) {
   const DryingOptions& o = patch.options();
   ImageF onset(o.width, o.height), film(o.width, o.height);
   for (int y = 0; y < o.height; ++y) {
@@ -47,14 +47,14 @@ void run_maps(const DryingPatch& patch, const fs::path& folder) {
   save_truth_map(folder / "truth/film.exr", film);
 }
 
-Json capture_json(const DryingOptions& o) {
+Json drying_capture_json(const DryingOptions& o) {
   Json json = fixed_capture("drying patch", "min");
   json["frames"] = {{"pattern", "frames/*.png"}, {"interval", o.interval_min}, {"start", 0}};
   json["texel_size_mm"] = o.texel_size_mm;
   return json;
 }
 
-Json truth_json(const DryingOptions& o, const std::string& key) {
+Json drying_truth_json(const DryingOptions& o, const std::string& key) {
   Json json = truth_header("drying", option_values(o));
   json["onset"] = {{"file", "onset.exr"}, {"unit", "min"}, {"outside", -1}};
   json["film"] = {{"file", "film.exr"}, {"unit", "mm"}};
@@ -64,7 +64,7 @@ Json truth_json(const DryingOptions& o, const std::string& key) {
 }
 
 /// Measured on 160 x 128 and 640 x 512 pixels.
-constexpr CostModel kFrameCost{0.03, 1.85e-6, 23.0, 45.0};
+constexpr CostModel kDryingFrameCost{0.03, 1.85e-6, 23.0, 45.0};
 
 }  // namespace
 
@@ -73,23 +73,24 @@ JobPlan plan_drying(const DryingOptions& options, const fs::path& output) {
   JobInputs inputs("synth drying", 1);
   inputs.add_options(option_values(options));
   JobPlan plan = inputs.plan(output, "truth/truth.json");
-  const JobCost cost = kFrameCost.of(static_cast<double>(options.width) * options.height);
+  const JobCost cost = kDryingFrameCost.of(static_cast<double>(options.width) * options.height);
   for (int i = 0; i < options.num_frames; ++i) {
     plan.items.push_back(
         {.name = "frame-" + digits(i),
          .outputs = {photo_file(i), truth_file("albedo", i), truth_file("wetness", i), truth_file("specular", i)},
          .run = [patch, i](const fs::path& folder,
-                           const RunControl& control) { run_frame(*patch, i, folder, control); },
+                           const RunControl& control) { write_drying_frame(*patch, i, folder, control); },
          .cost = cost});
   }
-  plan.items.push_back({.name = "truth",
-                        .outputs = {"truth/onset.exr", "truth/film.exr"},
-                        .run = [patch](const fs::path& folder, const RunControl&) { run_maps(*patch, folder); },
-                        .cost = cost});
+  plan.items.push_back(
+      {.name = "truth",
+       .outputs = {"truth/onset.exr", "truth/film.exr"},
+       .run = [patch](const fs::path& folder, const RunControl&) { write_drying_maps(*patch, folder); },
+       .cost = cost});
   plan.join_cost = kSmallCost.of();
   plan.join = [options, key = plan.key](const fs::path& folder, const RunControl&) {
-    save_json(folder / "capture.json", capture_json(options));
-    save_json(folder / "truth/truth.json", truth_json(options, key));
+    save_json(folder / "capture.json", drying_capture_json(options));
+    save_json(folder / "truth/truth.json", drying_truth_json(options, key));
   };
   return plan;
 }

@@ -17,14 +17,14 @@ namespace patinate::datasets {
 namespace {
 
 constexpr double kElevation = 28.0 * std::numbers::pi / 180.0;  ///< Of the camera.
-constexpr std::uint32_t kNoise = 320;                           // Purpose of random streams.
-constexpr std::int64_t kRowChunk = 4;
+constexpr std::uint32_t kDustStream = 320;                      // Purpose of random streams.
+constexpr std::int64_t kDustRows = 4;
 constexpr double kGlassF0 = 0.04, kGlazeRoughness = 0.18, kDustRoughness = 0.9;
-constexpr double kLamp = 1.2;           ///< Its irradiance, over pi times that of even light.
-constexpr double kShadowOffset = 1e-4;  ///< Of the height: shadow rays start so far above the surface.
+constexpr double kDustLamp = 1.2;           ///< Its irradiance, over pi times that of even light.
+constexpr double kDustShadowOffset = 1e-4;  ///< Of the height: shadow rays start so far above the surface.
 const std::array<double, 3> kLampSide{-0.55, 0.70, 0.75};  ///< From the object.
 
-DustOptions checked(const DustOptions& o) {
+DustOptions checked_dust(const DustOptions& o) {
   check_ranges(o);
   return o;
 }
@@ -69,14 +69,14 @@ void describe(OptionVisitor& v, DustOptions& o) {
 int dust_atlas_side(const DustOptions& o) { return std::clamp(2 * o.height, 256, 2048); }
 
 DustyObject::DustyObject(const DustOptions& o, const RunControl& control)
-    : options_(checked(o)),
+    : options_(checked_dust(o)),
       camera_(urn_camera(o)),
       map_(urn_map(o, control)),
       scene_(map_.mesh()),
       exposure_(exposure_map(map_, {0.0, 1.0, 0.0}, {.num_rays = 128}, {}, {}, control).values),
       light_(exposure_map(map_, kLampSide, {.num_rays = 128}, {}, {}, control).values),
-      glaze_(static_cast<std::uint64_t>(o.seed), kNoise, 1.2, 2.0, 0.09, 0.09),
-      dust_(static_cast<std::uint64_t>(o.seed), kNoise + 1, 1.2, 2.0, 0.04, 0.04) {}
+      glaze_(static_cast<std::uint64_t>(o.seed), kDustStream, 1.2, 2.0, 0.09, 0.09),
+      dust_(static_cast<std::uint64_t>(o.seed), kDustStream + 1, 1.2, 2.0, 0.04, 0.04) {}
 
 std::optional<DustPlace> DustyObject::place(const Vec2& pixel) const {
   const std::optional<CameraRay> ray = camera_.ray(pixel);
@@ -128,11 +128,11 @@ Vec3 DustyObject::seen(const DustPlace& place, double time_d) const {
   Vec3 value = place.light * look.albedo;
   const Vec3 to_lamp = unit(kLampSide), to_camera = (camera_.center() - place.position_mm).normalized();
   if (options_.gloss > 0.0 && place.normal.dot(to_lamp) > 0.0 && place.normal.dot(to_camera) > 0.0) {
-    const double offset = kShadowOffset * options_.height_mm;
+    const double offset = kDustShadowOffset * options_.height_mm;
     const Vec3 from = place.position_mm + offset * place.normal;
     if (!scene_.is_blocked(from, from + 10.0 * options_.height_mm * to_lamp, offset)) {
       const Lobe::Value lobe = Lobe(place.normal, to_camera, look.roughness).value(to_lamp);
-      value += Vec3::Constant(options_.gloss * kLamp * fresnel(look.specular, lobe.half_cosine) * lobe.shape);
+      value += Vec3::Constant(options_.gloss * kDustLamp * fresnel(look.specular, lobe.half_cosine) * lobe.shape);
     }
   }
   return value;
@@ -156,7 +156,7 @@ DustView dust_view(const DustyObject& object, const RunControl& control) {
   const ImageF one(o.width, o.height), three(o.width, o.height, 3);
   DustView view{ImageU8(o.width, o.height), three, three, one, one, one};
   const std::vector<Vec2> rays = rays_of(o);
-  parallel_for(o.height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(o.height, kDustRows, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < o.width; ++x) {
         const std::optional<DustPlace> place = object.place(Vec2(x, y));
@@ -182,7 +182,7 @@ ImageF dust_photo(const DustyObject& object, double time_d, const RunControl& co
   const DustOptions& o = object.options();
   ImageF out(o.width, o.height, 3);
   const std::vector<Vec2> rays = rays_of(o);
-  parallel_for(o.height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(o.height, kDustRows, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < o.width; ++x) {
         Vec3 sum = Vec3::Zero();

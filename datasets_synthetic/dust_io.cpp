@@ -22,7 +22,7 @@ std::string control_name(const DustOptions& o) {
   return std::string(kDustFollowsNames.at(static_cast<std::size_t>(o.follows)));
 }
 
-void run_frame(const DustyObject& object, int frame, const fs::path& folder, const RunControl& control) {
+void write_dust_frame(const DustyObject& object, int frame, const fs::path& folder, const RunControl& control) {
   const DustOptions& o = object.options();
   const double time = frame * o.interval_d;
   save_photograph(folder / photo_file(frame), dust_photo(object, time, control), o.noise, o.seed, frame);
@@ -43,7 +43,7 @@ void run_frame(const DustyObject& object, int frame, const fs::path& folder, con
   save_truth_map(folder / truth_file("specular", frame), specular);
 }
 
-void run_maps(const DustyObject& object, const fs::path& folder, const RunControl& control) {
+void write_dust_maps(const DustyObject& object, const fs::path& folder, const RunControl& control) {
   const DustView view = dust_view(object, control);
   fs::create_directories(folder / "truth");
   write_obj(folder / "mesh.obj", object.mesh());
@@ -57,7 +57,7 @@ void run_maps(const DustyObject& object, const fs::path& folder, const RunContro
   save_truth_map(folder / "truth/light.exr", view.light);
 }
 
-Json capture_json(const DustyObject& object) {
+Json dust_capture_json(const DustyObject& object) {
   const DustOptions& o = object.options();
   Json json = fixed_capture("dusty urn", "d");
   json["frames"] = {{"pattern", "frames/*.png"}, {"interval", o.interval_d}, {"start", 0}};
@@ -70,7 +70,7 @@ Json capture_json(const DustyObject& object) {
   return json;
 }
 
-Json truth_json(const DustOptions& o, const std::string& key) {
+Json dust_truth_json(const DustOptions& o, const std::string& key) {
   Json json = truth_header("dust", option_values(o));
   json["dust_albedo"] = vector_json(kDustAlbedo);
   json["frames"] = truth_frames(o.num_frames, o.interval_d, {"albedo", "cover", "specular"});
@@ -96,19 +96,20 @@ JobPlan plan_dust(const DustOptions& options, const fs::path& output) {
         {.name = "frame-" + digits(i),
          .outputs = {photo_file(i), truth_file("albedo", i), truth_file("cover", i), truth_file("specular", i)},
          .run = [object, i](const fs::path& folder,
-                            const RunControl& control) { run_frame(object->get(control), i, folder, control); },
+                            const RunControl& control) { write_dust_frame(object->get(control), i, folder, control); },
          .cost = cost});
   }
-  plan.items.push_back({.name = "truth",
-                        .outputs = {"mesh.obj", "mask.png", control_name(options) + ".exr", "truth/position.exr",
-                                    "truth/normal.exr", "truth/facing.exr", "truth/exposure.exr", "truth/light.exr"},
-                        .run = [object](const fs::path& folder,
-                                        const RunControl& control) { run_maps(object->get(control), folder, control); },
-                        .cost = cost});
+  plan.items.push_back(
+      {.name = "truth",
+       .outputs = {"mesh.obj", "mask.png", control_name(options) + ".exr", "truth/position.exr", "truth/normal.exr",
+                   "truth/facing.exr", "truth/exposure.exr", "truth/light.exr"},
+       .run = [object](const fs::path& folder,
+                       const RunControl& control) { write_dust_maps(object->get(control), folder, control); },
+       .cost = cost});
   plan.join_cost = cost;
   plan.join = [options, object, key = plan.key](const fs::path& folder, const RunControl& control) {
-    save_json(folder / "capture.json", capture_json(object->get(control)));
-    save_json(folder / "truth/truth.json", truth_json(options, key));
+    save_json(folder / "capture.json", dust_capture_json(object->get(control)));
+    save_json(folder / "truth/truth.json", dust_truth_json(options, key));
   };
   return plan;
 }

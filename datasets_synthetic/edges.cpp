@@ -56,7 +56,7 @@ std::array<Vec3, 2> ends_of(int patch) {
   }
 }
 
-Json capture_json() {
+Json edges_capture_json() {
   Json json = fixed_capture("edge cases", "h");
   json["frames"] = Json::array();
   for (std::size_t i = 0; i < kEdgeTimes.size(); ++i)
@@ -65,7 +65,7 @@ Json capture_json() {
   return json;
 }
 
-Json truth_json(const EdgesOptions& o, const std::string& key) {
+Json edges_truth_json(const EdgesOptions& o, const std::string& key) {
   Json json = truth_header("edges", option_values(o));
   json["patches"] = Json::array();
   for (std::size_t k = 0; k < kEdgePatches.size(); ++k) {
@@ -82,7 +82,7 @@ Json truth_json(const EdgesOptions& o, const std::string& key) {
   return json;
 }
 
-void run_frame(const EdgesOptions& o, int frame, const fs::path& folder) {
+void write_edges_frame(const EdgesOptions& o, int frame, const fs::path& folder) {
   const int side = edges_side(o);
   ImageF card(side, side, 3);
   for (int y = 0; y < side; ++y) {
@@ -95,7 +95,7 @@ void run_frame(const EdgesOptions& o, int frame, const fs::path& folder) {
   save_truth_map(folder / truth_file("albedo", frame), card);
 }
 
-void run_maps(const EdgesOptions& o, const fs::path& folder) {
+void write_edges_maps(const EdgesOptions& o, const fs::path& folder) {
   const int side = edges_side(o);
   ImageF patches(side, side);
   ImageU8 mask(side, side);
@@ -174,17 +174,18 @@ JobPlan plan_edges(const EdgesOptions& options, const fs::path& output) {
     plan.items.push_back(
         {.name = "frame-" + digits(i),
          .outputs = {photo_file(i), truth_file("albedo", i)},
-         .run = [options, i](const fs::path& folder, const RunControl&) { run_frame(options, i, folder); },
+         .run = [options, i](const fs::path& folder, const RunControl&) { write_edges_frame(options, i, folder); },
          .cost = kSmallCost.of()});
   }
-  plan.items.push_back({.name = "truth",
-                        .outputs = {"mask.png", "truth/patches.exr"},
-                        .run = [options](const fs::path& folder, const RunControl&) { run_maps(options, folder); },
-                        .cost = kSmallCost.of()});
+  plan.items.push_back(
+      {.name = "truth",
+       .outputs = {"mask.png", "truth/patches.exr"},
+       .run = [options](const fs::path& folder, const RunControl&) { write_edges_maps(options, folder); },
+       .cost = kSmallCost.of()});
   plan.join_cost = kSmallCost.of();
   plan.join = [options, key = plan.key](const fs::path& folder, const RunControl&) {
-    save_json(folder / "capture.json", capture_json());
-    save_json(folder / "truth/truth.json", truth_json(options, key));
+    save_json(folder / "capture.json", edges_capture_json());
+    save_json(folder / "truth/truth.json", edges_truth_json(options, key));
   };
   return plan;
 }

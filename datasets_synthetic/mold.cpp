@@ -17,7 +17,6 @@ namespace patinate::datasets {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr std::uint32_t kDents = 200;  // Purposes of random streams.
 constexpr std::uint32_t kMottle = 210;
 constexpr double kCurvatureGrid = 1.0 / 150.0;  ///< Spacing of the curvature's grid, in radii.
@@ -85,7 +84,8 @@ double mold_lobe(const MoldLook& look, const Vec3& normal, const Vec3& to_light,
   const double cosine = std::min(1.0, normal.dot((to_light + to_camera).normalized())), cosine2 = cosine * cosine;
   if (cosine <= 0.0) return 0.0;
   const double alpha2 = std::pow(look.roughness, 4);
-  return look.specular * std::exp((1.0 - 1.0 / cosine2) / alpha2) / (4.0 * kPi * alpha2 * cosine2 * cosine2);
+  return look.specular * std::exp((1.0 - 1.0 / cosine2) / alpha2) /
+         (4.0 * std::numbers::pi * alpha2 * cosine2 * cosine2);
 }
 
 Mold::Mold(const MoldOptions& options, const RunControl& control)
@@ -95,7 +95,7 @@ Mold::Mold(const MoldOptions& options, const RunControl& control)
   const double radius = options_.radius_mm;
   for (int i = 0; i < options_.num_dents; ++i) {
     RandomStream random(static_cast<std::uint64_t>(options_.seed), static_cast<std::uint64_t>(i), kDents);
-    const double r = radius * (0.15 + 0.65 * random.uniform()), angle = 2.0 * kPi * random.uniform();
+    const double r = radius * (0.15 + 0.65 * random.uniform()), angle = 2.0 * std::numbers::pi * random.uniform();
     const double depth = radius * (0.007 + 0.012 * random.uniform()),
                  width = radius * (0.045 + 0.05 * random.uniform());
     dents_.push_back({r * std::cos(angle), r * std::sin(angle), depth, width});
@@ -137,7 +137,7 @@ double Mold::bare_height(double x, double y) const {
   const double along = smoother_step(0.26, 0.36, u) * (1.0 - smoother_step(0.74, 0.84, u));
   if (along > 0.0) {
     for (int k = 0; k < n; ++k) {
-      const double angle = 2.0 * kPi * (k + 0.5) / n, cosine = std::cos(angle), sine = std::sin(angle);
+      const double angle = 2.0 * std::numbers::pi * (k + 0.5) / n, cosine = std::cos(angle), sine = std::sin(angle);
       const double ahead = (x * cosine + y * sine) / radius, aside = (y * cosine - x * sine) / radius;
       if (ahead > 0.0) spokes += bump(aside / 0.033);
     }

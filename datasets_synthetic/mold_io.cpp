@@ -31,7 +31,7 @@ struct SharedMold {
 
 fs::path step_folder(int step) { return "step" + digits(step, 2); }
 std::string photo_extension(const MoldOptions& o) { return o.noise > 0.0 ? ".png" : ".exr"; }
-fs::path photo_file(const MoldOptions& o, int step, int light) {
+fs::path mold_photo_file(const MoldOptions& o, int step, int light) {
   return step_folder(step) / ("light" + std::to_string(light) + photo_extension(o));
 }
 fs::path dark_file(const MoldOptions& o, int step) { return step_folder(step) / ("dark" + photo_extension(o)); }
@@ -57,7 +57,8 @@ void run_step(SharedMold& shared, int step, const fs::path& folder, const RunCon
   const MoldPhotos photos = mold_photos(mold, shared.rig, step, surface, control.part(0.3, 1.0));
   const int num_pictures = o.num_lights + 1;
   for (int i = 0; i < o.num_lights; ++i) {
-    save_photo(folder / photo_file(o, step, i), o, photos.lit[static_cast<std::size_t>(i)], step * num_pictures + i);
+    save_photo(folder / mold_photo_file(o, step, i), o, photos.lit[static_cast<std::size_t>(i)],
+               step * num_pictures + i);
     write_codes(folder / in_light_file(step, i), photos.in_light[static_cast<std::size_t>(i)]);
   }
   if (o.ambient > 0.0) save_photo(folder / dark_file(o, step), o, photos.dark, step * num_pictures + o.num_lights);
@@ -165,7 +166,7 @@ RigidTransform reference_from_scan(const MoldRig& rig, int step) {
   return rig.scanner_from_object.front() * rig.scanner_from_object[static_cast<std::size_t>(step)].inverse();
 }
 
-Json capture_json(const MoldOptions& o, const MoldRig& rig) {
+Json mold_capture_json(const MoldOptions& o, const MoldRig& rig) {
   Json json{{"format", "patinate.capture"},
             {"version", 1},
             {"name", "copper mold"},
@@ -186,7 +187,7 @@ Json capture_json(const MoldOptions& o, const MoldRig& rig) {
     Json entry{{"time", step * o.interval_d},
                {"scan", (step_folder(step) / "scan.ply").generic_string()},
                {"photos", Json::array()}};
-    for (int i = 0; i < o.num_lights; ++i) entry["photos"].push_back(photo_file(o, step, i).generic_string());
+    for (int i = 0; i < o.num_lights; ++i) entry["photos"].push_back(mold_photo_file(o, step, i).generic_string());
     if (o.ambient > 0.0) entry["ambient"] = dark_file(o, step).generic_string();
     if (o.transforms) entry["transform"] = matrix_json(reference_from_scan(rig, step).matrix());
     json["steps"].push_back(std::move(entry));
@@ -194,7 +195,7 @@ Json capture_json(const MoldOptions& o, const MoldRig& rig) {
   return json;
 }
 
-Json truth_json(const MoldOptions& o, const MoldRig& rig, const std::string& key) {
+Json mold_truth_json(const MoldOptions& o, const MoldRig& rig, const std::string& key) {
   Json json = truth_header("mold", option_values(o));
   json["accessibility"] = {{"file", "accessibility.exr"}, {"unit", "1/mm"}, {"width_mm", o.radius_mm / 40.0}};
   json["steps"] = Json::array();
@@ -226,7 +227,7 @@ JobPlan plan_mold(const MoldOptions& options, const fs::path& output) {
   for (int step = 0; step < checked.num_steps; ++step) {
     JobItem item{.name = "step-" + digits(step), .outputs = {step_folder(step) / "scan.ply"}, .run = {}};
     for (int i = 0; i < checked.num_lights; ++i) {
-      item.outputs.push_back(photo_file(checked, step, i));
+      item.outputs.push_back(mold_photo_file(checked, step, i));
       item.outputs.push_back(in_light_file(step, i));
     }
     if (checked.ambient > 0.0) item.outputs.push_back(dark_file(checked, step));
@@ -243,8 +244,8 @@ JobPlan plan_mold(const MoldOptions& options, const fs::path& output) {
        .cost = kTruthCost.of(pixels)});
   plan.join_cost = kSmallCost.of();
   plan.join = [shared, key = plan.key](const fs::path& folder, const RunControl&) {
-    save_json(folder / "capture.json", capture_json(shared->options, shared->rig));
-    save_json(folder / "truth/truth.json", truth_json(shared->options, shared->rig, key));
+    save_json(folder / "capture.json", mold_capture_json(shared->options, shared->rig));
+    save_json(folder / "truth/truth.json", mold_truth_json(shared->options, shared->rig, key));
   };
   return plan;
 }

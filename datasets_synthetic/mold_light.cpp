@@ -17,8 +17,8 @@ namespace patinate::datasets {
 namespace {
 
 constexpr double kTableAlbedo = 0.045;
-constexpr double kShadowOffset = 2e-4;  ///< Of the radius: shadow rays start so far above the surface.
-constexpr std::int64_t kRowChunk = 4;
+constexpr double kMoldShadowOffset = 2e-4;  ///< Of the radius: shadow rays start so far above the surface.
+constexpr std::int64_t kLitRows = 4;
 
 bool is_exact(const MoldOptions& o) { return !(o.noise > 0.0) && !(o.scan_noise_mm > 0.0); }
 
@@ -75,7 +75,7 @@ class MoldPicture {
 
   [[nodiscard]] bool is_lit(const Seen& seen, const Light& light) const {
     if (!(seen.normal.dot(direction_to(light, seen.position)) > 0.0)) return false;
-    const double offset = kShadowOffset * mold_.options().radius_mm;
+    const double offset = kMoldShadowOffset * mold_.options().radius_mm;
     return !mold_.options().shadows || !scene_.is_blocked(seen.position + offset * seen.normal, light.position, offset);
   }
 
@@ -133,7 +133,7 @@ MoldPhotos mold_photos(const Mold& mold, const MoldRig& rig, int step, const Mes
   std::vector<Vec2> offsets{Vec2(-0.25, -0.25), Vec2(0.25, -0.25), Vec2(-0.25, 0.25), Vec2(0.25, 0.25)};
   if (is_exact(o)) offsets = {Vec2::Zero()};
   const double share = 1.0 / static_cast<double>(offsets.size());
-  parallel_for(o.height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(o.height, kLitRows, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < o.width; ++x) {
         if (const std::optional<Seen> middle = picture.look(Vec2(x, y)); middle && middle->is_object) {
@@ -160,7 +160,7 @@ MoldView mold_view(const MoldRig& rig, const Mesh& surface, const RunControl& co
                 ImageF(p.width, p.height, 2)};
   const RayScene scene(surface);
   const RigidTransform back = rig.scanner_from_object.front().inverse();
-  parallel_for(p.height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(p.height, kLitRows, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < p.width; ++x) {
         const std::optional<CameraRay> ray = rig.camera.ray(Vec2(x, y));

@@ -19,7 +19,7 @@ constexpr std::uint32_t kLights = 202;
 constexpr std::uint32_t kDrift = 203;
 constexpr std::uint32_t kScanNoise = 204;
 constexpr double kJump = 6.0;  ///< Longest edge of a scan's triangles, in spacings.
-constexpr std::int64_t kRowChunk = 8;
+constexpr std::int64_t kRigRows = 8;
 
 Camera mold_camera(const MoldOptions& o) {
   // Above, a little in front; the mold fills most of the picture's height, and the card stands beside it.
@@ -112,7 +112,7 @@ PointCloud mold_scan(const Mold& mold, const MoldRig& rig, int step, const RunCo
   const int width = x1 - x0 + 1, height = y1 - y0 + 1;
   Image<double> z(width, height);
   ImageU8 seen(width, height);
-  parallel_for(height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(height, kRigRows, control, [&](std::int64_t begin, std::int64_t end) {
     for (int row = static_cast<int>(begin); row < static_cast<int>(end); ++row) {
       for (int column = 0; column < width; ++column) {
         const Vec3 from((x0 + column) * spacing, (y1 - row) * spacing, top);

@@ -10,12 +10,12 @@ namespace patinate::datasets {
 
 namespace {
 
-constexpr std::uint32_t kNoise = 1300;  // Purposes of random streams.
-constexpr std::int64_t kRowChunk = 8;
+constexpr std::uint32_t kPlateStream = 1300;  // Purposes of random streams.
+constexpr std::int64_t kPlateRows = 8;
 constexpr double kExposure = 0.5;       ///< What a white matt surface shows in the middle of the plate.
 constexpr double kMetalExposure = 0.1;  ///< The same beside bare metal, which is far brighter where it mirrors.
 
-PlateOptions checked(const PlateOptions& o) {
+PlateOptions checked_plate(const PlateOptions& o) {
   check_ranges(o);
   return o;
 }
@@ -51,11 +51,11 @@ void describe(OptionVisitor& v, PlateOptions& o) {
 }
 
 GlossyPlate::GlossyPlate(const PlateOptions& o)
-    : options_(checked(o)),
+    : options_(checked_plate(o)),
       texel_mm_(o.side_mm / o.size),
-      broad_(static_cast<std::uint64_t>(o.seed), kNoise, o.size, o.size, o.size / 7.0, o.size / 7.0),
-      grain_(static_cast<std::uint64_t>(o.seed), kNoise + 1, o.size, o.size, 2.4, 2.4),
-      patches_(static_cast<std::uint64_t>(o.seed), kNoise + 2, o.size, o.size, o.size / 9.0, o.size / 9.0) {}
+      broad_(static_cast<std::uint64_t>(o.seed), kPlateStream, o.size, o.size, o.size / 7.0, o.size / 7.0),
+      grain_(static_cast<std::uint64_t>(o.seed), kPlateStream + 1, o.size, o.size, 2.4, 2.4),
+      patches_(static_cast<std::uint64_t>(o.seed), kPlateStream + 2, o.size, o.size, o.size / 9.0, o.size / 9.0) {}
 
 PlateLook GlossyPlate::look(double x, double y, int frame) const {
   const double age = static_cast<double>(frame) / (options_.num_frames - 1);
@@ -92,7 +92,7 @@ ImageF plate_photo(const GlossyPlate& plate, int frame, const RunControl& contro
   const int size = plate.options().size;
   const Light lamp = plate.lamp(frame);
   ImageF out(size, size, 3);
-  parallel_for(size, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
+  parallel_for(size, kPlateRows, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < size; ++x) {
         const Vec3 p = plate.position(x, y), to_lamp = direction_to(lamp, p),

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void run_frame(const GlossyPlate& plate, int frame, const fs::path& folder, const RunControl& control) {
+void write_plate_frame(const GlossyPlate& plate, int frame, const fs::path& folder, const RunControl& control) {
   const PlateOptions& o = plate.options();
   save_photograph(folder / photo_file(frame), plate_photo(plate, frame, control), o.noise, o.seed, frame);
   ImageF albedo(o.size, o.size, 3), patina(o.size, o.size), specular(o.size, o.size, 2);
@@ -37,7 +37,7 @@ void run_frame(const GlossyPlate& plate, int frame, const fs::path& folder, cons
   save_truth_map(folder / truth_file("specular", frame), specular);
 }
 
-Json capture_json(const GlossyPlate& plate) {
+Json plate_capture_json(const GlossyPlate& plate) {
   const PlateOptions& o = plate.options();
   Json json = fixed_capture("glossy plate", "h");
   json["frames"] = {{"pattern", "frames/*.png"}, {"interval", o.interval_h}, {"start", 0}};
@@ -50,7 +50,7 @@ Json capture_json(const GlossyPlate& plate) {
   return json;
 }
 
-Json truth_json(const PlateOptions& o, const std::string& key) {
+Json plate_truth_json(const PlateOptions& o, const std::string& key) {
   Json json = truth_header("plate", option_values(o));
   json["frames"] = truth_frames(o.num_frames, o.interval_h, {"albedo", "patina", "specular"});
   json["key"] = key;
@@ -58,7 +58,7 @@ Json truth_json(const PlateOptions& o, const std::string& key) {
 }
 
 /// Measured on 96 and 384 pixels.
-constexpr CostModel kFrameCost{0.03, 2.0e-6, 23.0, 45.0};
+constexpr CostModel kPlateFrameCost{0.03, 2.0e-6, 23.0, 45.0};
 
 }  // namespace
 
@@ -67,19 +67,19 @@ JobPlan plan_plate(const PlateOptions& options, const fs::path& output) {
   JobInputs inputs("synth plate", 1);
   inputs.add_options(option_values(options));
   JobPlan plan = inputs.plan(output, "truth/truth.json");
-  const JobCost cost = kFrameCost.of(static_cast<double>(options.size) * options.size);
+  const JobCost cost = kPlateFrameCost.of(static_cast<double>(options.size) * options.size);
   for (int i = 0; i < options.num_frames; ++i) {
     plan.items.push_back(
         {.name = "frame-" + digits(i),
          .outputs = {photo_file(i), truth_file("albedo", i), truth_file("patina", i), truth_file("specular", i)},
          .run = [plate, i](const fs::path& folder,
-                           const RunControl& control) { run_frame(*plate, i, folder, control); },
+                           const RunControl& control) { write_plate_frame(*plate, i, folder, control); },
          .cost = cost});
   }
   plan.join_cost = kSmallCost.of();
   plan.join = [plate, key = plan.key](const fs::path& folder, const RunControl&) {
-    save_json(folder / "capture.json", capture_json(*plate));
-    save_json(folder / "truth/truth.json", truth_json(plate->options(), key));
+    save_json(folder / "capture.json", plate_capture_json(*plate));
+    save_json(folder / "truth/truth.json", plate_truth_json(plate->options(), key));
   };
   return plan;
 }

@@ -6,17 +6,17 @@
 #include <vector>
 
 #include "datasets_synthetic/curve2.h"
+#include "datasets_synthetic/smooth_noise.h"
 #include "patinate/datasets/objects.h"
 
 namespace patinate::datasets {
 
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kDesignHeight = 220.0;  // The numbers below are mm at this height.
 constexpr double kBelly = 62.0;
-constexpr double kGutter = 3.0;  // Between charts.
-constexpr int kRingBase = 10;    // Points of a ring: this times a power of two.
+constexpr double kChartGutter = 3.0;  // Between charts.
+constexpr int kRingBase = 10;         // Points of a ring: this times a power of two.
 
 enum class ChartKind { Strip, DiscOutward, DiscInward };
 
@@ -55,17 +55,12 @@ constexpr std::array<Section, 10> kSections = {{{0, 2, ChartKind::DiscOutward, 1
                                                 {36, 39, ChartKind::Strip, 1.3},
                                                 {39, 42, ChartKind::DiscInward, 1.3}}};
 
-double smooth_step(double low, double high, double x) {
-  const double f = std::clamp((x - low) / (high - low), 0.0, 1.0);
-  return f * f * (3.0 - 2.0 * f);
-}
-
 // Carving of the belly at a height and an angle, along the outward normal.
 double carving(const SculptureOptions& o, double y, double angle) {
   double depth = 0.0;
   if (o.num_flutes > 0) {  // Gadroons: round ribs with narrow valleys that fade out at both ends.
     const double window = smooth_step(43.0, 52.0, y) * (1.0 - smooth_step(84.0, 91.0, y));
-    const double turned = angle - o.twist_deg * kPi / 180.0 * (y - 43.0) / 48.0;
+    const double turned = angle - o.twist_deg * std::numbers::pi / 180.0 * (y - 43.0) / 48.0;
     depth += window * o.flute_depth * kBelly *
              (std::pow(std::pow(std::cos(0.5 * o.num_flutes * turned), 2) + 0.01, 0.25) - 1.0);
   }
@@ -79,12 +74,13 @@ double carving(const SculptureOptions& o, double y, double angle) {
     const double u = off / 0.26;
     return std::abs(u) < 1.0 ? std::pow(1.0 - u * u, 0.75) : 0.0;
   };
-  const double around = std::remainder(0.5 * kEyes * angle - 0.5 * kPi, kPi) / (0.5 * kEyes) * kBelly / kHalf;
+  const double around =
+      std::remainder(0.5 * kEyes * angle - 0.5 * std::numbers::pi, std::numbers::pi) / (0.5 * kEyes) * kBelly / kHalf;
   const double eye = std::hypot(t, around) / 0.30;
   const double boss = eye < 1.0 ? std::sqrt(1.0 - eye * eye) : 0.0;
   const double fillet = 0.7 * (1.0 - smooth_step(0.06, 0.14, std::abs(std::abs(t) - 1.08)));
   const double ground = -0.35 * (1.0 - smooth_step(0.95, 1.02, std::abs(t)));
-  return depth + o.relief * kBelly * (std::max({rope(0.0), rope(kPi), boss, fillet}) + ground);
+  return depth + o.relief * kBelly * (std::max({rope(0.0), rope(std::numbers::pi), boss, fillet}) + ground);
 }
 
 // A rectangle of the atlas, in mm; `place` is filled by pack().
@@ -161,7 +157,7 @@ void join(Builder& b, const Ring& low, const Ring& high) {
 // Points of a ring of radius r, not more than twice or less than half as many as `before`.
 int ring_count(double r, double edge, int before) {
   int count = kRingBase;
-  while (count * edge < 2.0 * kPi * r && count < kRingBase << 10) count *= 2;
+  while (count * edge < 2.0 * std::numbers::pi * r && count < kRingBase << 10) count *= 2;
   return before > 1 ? std::clamp(count, before / 2, before * 2) : count;
 }
 
@@ -174,15 +170,15 @@ void add_section(Builder& b, double s0, double s1, double edge, ChartKind kind, 
   const double side = kind == ChartKind::Strip ? 0.0 : 2.0 * length;
   const bool is_annulus = kind == ChartKind::DiscInward && radius(s1) > 1e-9;
   const double inner = is_annulus ? radius(s1) : 0.0;
-  b.begin_chart(kind == ChartKind::Strip ? 2.0 * kPi * mean_radius : side + 2.0 * inner,
+  b.begin_chart(kind == ChartKind::Strip ? 2.0 * std::numbers::pi * mean_radius : side + 2.0 * inner,
                 kind == ChartKind::Strip ? length : side + 2.0 * inner);
   const Vec2 middle(0.5 * b.charts.back().width, 0.5 * b.charts.back().height);
   const auto add_uvs = [&](Ring& ring, double s) {
     ring.uv = static_cast<int>(b.mesh.uvs.size());
     for (int i = 0; i <= ring.count; ++i) {
       const double f = static_cast<double>(i) / ring.count;
-      const double a = 2.0 * kPi * f;
-      if (kind == ChartKind::Strip) b.add_uv({f * 2.0 * kPi * mean_radius, s - s0});
+      const double a = 2.0 * std::numbers::pi * f;
+      if (kind == ChartKind::Strip) b.add_uv({f * 2.0 * std::numbers::pi * mean_radius, s - s0});
       if (kind == ChartKind::DiscOutward) b.add_uv(middle + (s - s0) * Vec2(std::cos(-a), std::sin(-a)));
       if (kind == ChartKind::DiscInward) b.add_uv(middle + (inner + s1 - s) * Vec2(std::cos(a), std::sin(a)));
       if (ring.count == 1) break;
@@ -211,7 +207,7 @@ void add_urn(Builder& b, const SculptureOptions& o, double edge) {
     const Vec2 normal(t.y(), -t.x());
     ring.position = static_cast<int>(b.mesh.positions.size());
     for (int i = 0; i < ring.count; ++i) {
-      const double angle = 2.0 * kPi * i / ring.count;
+      const double angle = 2.0 * std::numbers::pi * i / ring.count;
       const Vec2 q = p + carving(o, p.y(), angle) * normal;
       b.add_position(ring.count == 1 ? Vec3(0.0, p.y(), 0.0)
                                      : Vec3(q.x() * std::sin(angle), q.y(), q.x() * std::cos(angle)));
@@ -245,9 +241,9 @@ void add_handle(Builder& b, double side, double edge) {
     ring.position = static_cast<int>(b.mesh.positions.size());
     for (int i = 0; i < ring.count; ++i) {
       // The seam runs along the inside, a shallow groove along the back.
-      const double angle = 2.0 * kPi * i / ring.count;
+      const double angle = 2.0 * std::numbers::pi * i / ring.count;
       const double r = ring.count == 1 ? 0.0 : radius(s);
-      const double off = -std::cos(angle) * r * (1.0 - 0.28 * std::exp(-std::pow((angle - kPi) / 0.5, 2)));
+      const double off = -std::cos(angle) * r * (1.0 - 0.28 * std::exp(-std::pow((angle - std::numbers::pi) / 0.5, 2)));
       const Vec2 q = p + off * Vec2(t.y(), -t.x());
       b.add_position({side * q.x(), q.y(), side * std::sin(angle) * 1.15 * r});
     }
@@ -264,8 +260,8 @@ void add_handle(Builder& b, double side, double edge) {
 bool place_charts(std::vector<Chart>& charts, const std::vector<std::size_t>& order, int side) {
   std::vector<int> skyline(static_cast<std::size_t>(side), 0);
   for (const std::size_t i : order) {
-    const int width = static_cast<int>(std::ceil(charts[i].width + kGutter));
-    const int height = static_cast<int>(std::ceil(charts[i].height + kGutter));
+    const int width = static_cast<int>(std::ceil(charts[i].width + kChartGutter));
+    const int height = static_cast<int>(std::ceil(charts[i].height + kChartGutter));
     int best = side, best_x = -1;
     for (int x = 0; x + width <= side; ++x) {
       const int level = *std::max_element(skyline.begin() + x, skyline.begin() + x + width);
@@ -273,7 +269,7 @@ bool place_charts(std::vector<Chart>& charts, const std::vector<std::size_t>& or
     }
     if (best_x < 0 || best + height > side) return false;
     std::fill(skyline.begin() + best_x, skyline.begin() + best_x + width, best + height);
-    charts[i].place = Vec2(best_x + 0.5 * kGutter, best + 0.5 * kGutter);
+    charts[i].place = Vec2(best_x + 0.5 * kChartGutter, best + 0.5 * kChartGutter);
   }
   return true;
 }

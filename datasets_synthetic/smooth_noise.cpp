@@ -14,6 +14,11 @@ std::array<double, 4> cubic_weights(double f) {
           f * f * f / 6.0};
 }
 
+double smooth_step(double low, double high, double x) {
+  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
+  return t * t * (3.0 - 2.0 * t);
+}
+
 double smoother_step(double low, double high, double x) {
   const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
   return t * t * t * (t * (6.0 * t - 15.0) + 10.0);

@@ -11,6 +11,9 @@ namespace patinate::datasets {
 /// Of the four lattice points around a place of a cubic B-spline. @param f  [0, 1), behind the second.
 [[nodiscard]] std::array<double, 4> cubic_weights(double f);
 
+/// 0 below `low`, 1 above `high`, between them once differentiable.
+[[nodiscard]] double smooth_step(double low, double high, double x);
+
 /// 0 below `low`, 1 above `high`, between them twice differentiable.
 [[nodiscard]] double smoother_step(double low, double high, double x);
 

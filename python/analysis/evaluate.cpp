@@ -18,7 +18,7 @@ namespace {
 
 using EvaluateKeywords = Seeded<analysis::EvaluationOptions>;
 
-py::dict dict_of(analysis::Evaluation made, std::vector<analysis::Figure> more) {
+py::dict evaluation_dict(analysis::Evaluation made, std::vector<analysis::Figure> more) {
   more.insert(more.end(), made.figures.begin(), made.figures.end());
   py::dict out;
   out["figures"] = figures_of(more);
@@ -64,7 +64,7 @@ void bind_evaluate(py::module_& module) {
                  analysis::evaluate(opened.source, opened.map, options.options, seed, nullptr, control.part(0.5, 1.0)),
                  opened.more);
            });
-           return dict_of(std::move(made), std::move(more));
+           return evaluation_dict(std::move(made), std::move(more));
          });
 }
 

@@ -43,7 +43,7 @@ std::vector<Candidate> candidates_from(const py::object& given) {
   return out;
 }
 
-py::dict dict_of(const analysis::ExplanationFigures& f) {
+py::dict explanation_dict(const analysis::ExplanationFigures& f) {
   py::dict out;
   out["correlation"] = f.correlation;
   out["low"] = f.low ? py::object(py::float_(*f.low)) : py::none();
@@ -112,9 +112,9 @@ void bind_explain(py::module_& module) {
             });
         py::dict figures, mix, out;
         for (const analysis::ExplainedCandidate& c : found.candidates) {
-          if (!c.is_even) figures[c.name.c_str()] = dict_of(c.figures);
+          if (!c.is_even) figures[c.name.c_str()] = explanation_dict(c.figures);
         }
-        mix = dict_of(found.mix.figures);
+        mix = explanation_dict(found.mix.figures);
         mix["expression"] = found.mix.expression;
         mix["left_out_correlation"] = found.mix.left_out_correlation;
         out["candidates"] = figures;

@@ -29,8 +29,8 @@ py::array map_of(const ImageU8& mask, const std::vector<analysis::PlaceFactors>&
   return array_of(std::move(out));
 }
 
-py::dict dict_of(const analysis::TemporalModel& model, const std::vector<analysis::PlaceFactors>& factors,
-                 const ImageU8& mask) {
+py::dict factors_dict(const analysis::TemporalModel& model, const std::vector<analysis::PlaceFactors>& factors,
+                      const ImageU8& mask) {
   const int channels = model.curve.num_channels();
   using Place = analysis::PlaceFactors;
   py::dict out;
@@ -87,7 +87,7 @@ void bind_factorize(py::module_& module) {
            });
            py::list out;
            for (std::size_t i = 0; i < made.models.size(); ++i)
-             out.append(dict_of(made.models[i], made.factors[i], mask));
+             out.append(factors_dict(made.models[i], made.factors[i], mask));
            return out;
          });
 }

@@ -27,7 +27,7 @@ std::function<analysis::TextureSeries()> subject_from(const py::object& given) {
   return [photograph = image_from(given, "like", 3)] { return cli::series_of_photograph(photograph, "photograph"); };
 }
 
-py::dict dict_of(const std::vector<cli::ShelfEntry>& entries, const std::vector<cli::Likeness>& ranking) {
+py::dict shelf_dict(const std::vector<cli::ShelfEntry>& entries, const std::vector<cli::Likeness>& ranking) {
   py::dict out;
   for (const cli::Likeness& likeness : ranking) {
     const cli::ShelfEntry& entry = entries[likeness.entry];
@@ -69,7 +69,7 @@ void bind_library(py::module_& module) {
              if (subject) likenesses = cli::rank_by_likeness(subject(), shelf, control);
              return std::pair(std::move(shelf), std::move(likenesses));
            });
-           return dict_of(entries, ranking);
+           return shelf_dict(entries, ranking);
          });
 }
 

@@ -23,7 +23,7 @@ void describe(OptionVisitor& v, IngestKeywords& o) {
   describe(v, o.relit);
 }
 
-py::dict dict_of(const capture::SurveyReport& report) {
+py::dict survey_dict(const capture::SurveyReport& report) {
   py::list findings;
   for (const capture::SurveyFinding& finding : report.findings) {
     py::dict dict;
@@ -83,7 +83,7 @@ void bind_ingest(py::module_& module) {
              .raises("IoError"),
          [](const py::object& history) {
            const std::string path = path_from(history);
-           return dict_of(result_of({}, [=](const RunControl&) { return capture::read_survey_report(path); }));
+           return survey_dict(result_of({}, [=](const RunControl&) { return capture::read_survey_report(path); }));
          });
 }
 

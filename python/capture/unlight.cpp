@@ -69,7 +69,7 @@ capture::UnlightInput input_from(const py::object& photos, const py::object& lig
   return input;
 }
 
-py::dict dict_of(capture::UnlightResult made) {
+py::dict unlit_dict(capture::UnlightResult made) {
   py::dict out;
   out["albedo"] = array_of(std::move(made.albedo));
   out["stddev"] = array_of(std::move(made.stddev));
@@ -133,7 +133,7 @@ void bind_unlight(py::module_& module) {
            keywords.finish();
            std::shared_ptr<const Mesh> mesh;
            if (!blockers.is_none()) mesh = py::cast<const PyMesh&>(blockers).value;
-           return dict_of(result_of(run, [=, input = std::move(input)](const RunControl& control) mutable {
+           return unlit_dict(result_of(run, [=, input = std::move(input)](const RunControl& control) mutable {
              input.blockers = mesh.get();
              return capture::unlight(input, options, control);
            }));

@@ -60,7 +60,7 @@ std::string count_text(std::size_t n, const std::string& what) {
   return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
 }
 
-std::string text_of(const Json& json, const std::string& key) {
+std::string place_text(const Json& json, const std::string& key) {
   return json.contains(key) && json.at(key).is_string() ? json.at(key).get<std::string>() : std::string();
 }
 std::size_t size_of(const Json& json, const std::string& key) { return json.contains(key) ? json.at(key).size() : 0; }
@@ -109,9 +109,9 @@ void describe(const fs::path& path, PlaceEntry& entry) {
       break;
     case PlaceKind::Ingest: {
       const Json json = load_json(path / "capture.json");
-      if (const std::string name = text_of(json, "name"); !name.empty()) entry.name = name;
-      entry.detail = text_of(json, "kind") == "relit" ? count_text(size_of(json, "steps"), "step") + " under lamps"
-                                                      : "fixed camera, constant light";
+      if (const std::string name = place_text(json, "name"); !name.empty()) entry.name = name;
+      entry.detail = place_text(json, "kind") == "relit" ? count_text(size_of(json, "steps"), "step") + " under lamps"
+                                                         : "fixed camera, constant light";
       break;
     }
     case PlaceKind::Registration:
@@ -123,7 +123,7 @@ void describe(const fs::path& path, PlaceEntry& entry) {
       break;
     }
     case PlaceKind::Calibration:
-      entry.detail = text_of(load_json(path), "kind");
+      entry.detail = place_text(load_json(path), "kind");
       break;
     case PlaceKind::Mesh:
       entry.detail = short_number_text(rounded(static_cast<double>(fs::file_size(path)) / 1e6, 2)) + " MB";

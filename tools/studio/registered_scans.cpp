@@ -69,7 +69,7 @@ PlacedScan read_scan(JsonReader json, const fs::path& place, const ServedFolder&
   return scan;
 }
 
-std::string text_of(const PlacedScan& scan, const RegisteredScans& all) {
+std::string whole_text(const PlacedScan& scan, const RegisteredScans& all) {
   const std::string unit = all.unit.empty() ? "" : " " + all.unit;
   std::string text = scan.name == all.reference ? "the reference" : scan.status;
   if (!scan.partner.empty()) {
@@ -113,7 +113,7 @@ Json scans_json(const RegisteredScans& registration) {
                     {"partner", scan.partner.empty() ? Json(nullptr) : Json(scan.partner)},
                     {"is_reference", scan.name == registration.reference},
                     {"is_shown", scan.file.has_value()},
-                    {"text", text_of(scan, registration)}});
+                    {"text", whole_text(scan, registration)}});
   }
   return list;
 }

@@ -13,7 +13,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::size_t kMostPoints = 1000;  ///< Of one event: files allow 100,000.
-constexpr std::int64_t kMostSteps = 900;   ///< At one place; so no event has more than the million that files allow.
+constexpr std::int64_t kMostRecordedSteps =
+    900;  ///< At one place; so no event has more than the million that files allow.
 
 bool is_paint(const Json& event) { return event.value("op", "") == "paint"; }
 
@@ -66,7 +67,7 @@ void SceneRecord::add_paint(const std::string& emitter, std::int64_t iteration,
     const bool is_same =
         before[0] == point_of_file[0] && before[1] == point_of_file[1] && before[2] == point_of_file[2];
     if (is_same && before.size() == 3) return before.push_back(2);
-    if (is_same && before[3].get<std::int64_t>() < kMostSteps) {
+    if (is_same && before[3].get<std::int64_t>() < kMostRecordedSteps) {
       before[3] = before[3].get<std::int64_t>() + 1;
       return;
     }

@@ -14,7 +14,7 @@ namespace patinate::studio {
 
 namespace {
 
-constexpr std::size_t kMostBytes = std::size_t{512} << 20;
+constexpr std::size_t kMostPageBytes = std::size_t{512} << 20;
 constexpr std::size_t kMostTimes = 2000;
 constexpr int kLeastSize = 16, kMostSize = 8192;
 
@@ -51,7 +51,7 @@ class SessionWriter {
     for (const auto& [name, value] : response.headers) headers[name] = value;
     text_ += (text_.empty() ? "" : ",\n") + json_text(url) + ":{\"type\":" + json_text(response.type) +
              ",\"headers\":" + json_text(headers) + ",\"base64\":\"" + base64(response.body) + "\"}";
-    if (text_.size() > kMostBytes)
+    if (text_.size() > kMostPageBytes)
       throw InvalidInput("the file would have more than 512 MB; ask for fewer times or a smaller size");
   }
   [[nodiscard]] std::string take() { return "{" + std::move(text_) + "}"; }

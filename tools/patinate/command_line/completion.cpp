@@ -6,15 +6,13 @@ namespace patinate::cli {
 
 namespace {
 
-using Commands = std::span<const CommandDeclaration>;
-
 std::string replaced(std::string text, const std::string& what, const std::string& by) {
   for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += by.size())
     text.replace(at, what.size(), by);
   return text;
 }
 
-std::string joined(const std::vector<std::string>& words) {
+std::string words_in_a_row(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : " ") + word;
   return text;
@@ -44,7 +42,7 @@ std::string bash_values(const CommandDeclaration& command) {
     for (const std::string& name : names_of(a))
       pattern += (pattern.empty() ? "\"" : "|\"") + command.verb + " " + name + "\"";
     text += "    " + pattern + ") ";
-    text += !a.choices.empty()          ? "words=\"" + joined(a.choices) + "\""
+    text += !a.choices.empty()          ? "words=\"" + words_in_a_row(a.choices) + "\""
             : a.type == ValueType::Path ? "files=1"
                                         : "return 0";
     text += " ;;\n";
@@ -52,7 +50,7 @@ std::string bash_values(const CommandDeclaration& command) {
   return text;
 }
 
-std::string bash_script(Commands commands) {
+std::string bash_script(std::span<const CommandDeclaration> commands) {
   std::string verbs, values, options;
   for (const CommandDeclaration& command : commands) {
     verbs += command.verb + " ";
@@ -63,8 +61,8 @@ std::string bash_script(Commands commands) {
     }
     const ArgumentInfo* first = first_positional(command);
     const bool has_words = first != nullptr && !first->choices.empty();
-    options += "        " + command.verb + ") if [[ $cur == -* ]]; then words=\"" + joined(names) + "\"; else " +
-               (has_words ? "words=\"" + joined(first->choices) + "\"" : "files=1") + "; fi ;;\n";
+    options += "        " + command.verb + ") if [[ $cur == -* ]]; then words=\"" + words_in_a_row(names) +
+               "\"; else " + (has_words ? "words=\"" + words_in_a_row(first->choices) + "\"" : "files=1") + "; fi ;;\n";
   }
   return "# bash completion of patinate, made by `patinate completion bash`\n"
          "_patinate() {\n"
@@ -108,7 +106,7 @@ std::string zsh_escaped(std::string text) {
 
 std::string zsh_action(const ArgumentInfo& a) {
   if (!a.choices.empty()) {
-    return "(" + replaced(replaced(joined(a.choices), "(", "\\("), ")", "\\)") + ")";
+    return "(" + replaced(replaced(words_in_a_row(a.choices), "(", "\\("), ")", "\\)") + ")";
   }
   return a.type == ValueType::Path ? "_files" : " ";
 }
@@ -123,7 +121,7 @@ std::string zsh_spec(const ArgumentInfo& a) {
   return text;
 }
 
-std::string zsh_script(Commands commands) {
+std::string zsh_script(std::span<const CommandDeclaration> commands) {
   std::string list, cases;
   for (const CommandDeclaration& command : commands) {
     list += "    " + zsh_quoted(command.verb + ":" + zsh_escaped(command.brief)) + "\n";
@@ -175,7 +173,7 @@ std::string fish_line(const CommandDeclaration& command, const ArgumentInfo& a) 
       text += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
   }
   if (!a.choices.empty()) {
-    text += (a.is_positional() ? " -a " : " -x -a ") + fish_quoted(joined(a.choices));
+    text += (a.is_positional() ? " -a " : " -x -a ") + fish_quoted(words_in_a_row(a.choices));
   } else if (a.type == ValueType::Path) {
     text += a.is_positional() ? " -F" : " -r -F";
   } else if (a.kind != ArgumentKind::Flag && !a.is_positional()) {
@@ -184,7 +182,7 @@ std::string fish_line(const CommandDeclaration& command, const ArgumentInfo& a) 
   return text + " -d " + fish_quoted(a.description()) + "\n";
 }
 
-std::string fish_script(Commands commands) {
+std::string fish_script(std::span<const CommandDeclaration> commands) {
   std::string text =
       "# fish completion of patinate, made by `patinate completion fish`\n"
       "function __patinate_verb\n"
@@ -209,7 +207,7 @@ const std::vector<std::string>& completion_shells() {
   return shells;
 }
 
-std::string completion_script(const std::string& shell, Commands commands) {
+std::string completion_script(const std::string& shell, std::span<const CommandDeclaration> commands) {
   if (shell == "bash") return bash_script(commands);
   if (shell == "zsh") return zsh_script(commands);
   if (shell == "fish") return fish_script(commands);

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view kPrefix = "library:";
+constexpr std::string_view kLibraryPrefix = "library:";
 
 }  // namespace
 
@@ -56,15 +56,15 @@ std::string missing_library_text() {
 std::optional<std::string> library_name(const fs::path& folder) {
   std::error_code error;
   for (const LibraryEntry& entry : library_entries()) {
-    if (fs::equivalent(entry.folder, folder, error)) return std::string(kPrefix) + entry.name;
+    if (fs::equivalent(entry.folder, folder, error)) return std::string(kLibraryPrefix) + entry.name;
   }
   return std::nullopt;
 }
 
 fs::path library_place(const fs::path& path) {
   const std::string text = path.string();
-  if (!text.starts_with(kPrefix)) return path;
-  const std::string name = text.substr(kPrefix.size());
+  if (!text.starts_with(kLibraryPrefix)) return path;
+  const std::string name = text.substr(kLibraryPrefix.size());
   const std::vector<LibraryEntry> entries = library_entries();
   std::vector<std::string> names;
   std::string list;

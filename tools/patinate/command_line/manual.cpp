@@ -6,10 +6,8 @@ namespace patinate::cli {
 
 namespace {
 
-using Commands = std::span<const CommandDeclaration>;
-
 /// The options of every command; a command that has all of them gives the list.
-std::vector<ArgumentInfo> common_options(Commands commands) {
+std::vector<ArgumentInfo> common_options(std::span<const CommandDeclaration> commands) {
   std::vector<ArgumentInfo> most;
   for (const CommandDeclaration& command : commands) {
     std::vector<ArgumentInfo> common;
@@ -85,7 +83,7 @@ std::string markdown_row(const ArgumentInfo& a) {
 
 }  // namespace
 
-std::string manual_roff(Commands commands, const std::string& version) {
+std::string manual_roff(std::span<const CommandDeclaration> commands, const std::string& version) {
   std::string text = ".TH PATINATE 1 \"\" \"patinate " + version +
                      "\" \"User Commands\"\n"
                      ".SH NAME\npatinate \\- capture how materials age, and let meshes age like them\n"
@@ -114,7 +112,7 @@ std::string manual_roff(Commands commands, const std::string& version) {
   return text + kRoffEnd;
 }
 
-std::string manual_markdown(Commands commands) {
+std::string manual_markdown(std::span<const CommandDeclaration> commands) {
   std::string text = "## Options of every command\n\n| option | meaning |\n| --- | --- |\n";
   for (const ArgumentInfo& a : common_options(commands)) text += markdown_row(a);
   for (const CommandDeclaration& command : commands) {

@@ -18,7 +18,7 @@ namespace patinate::cli {
 
 namespace {
 
-constexpr std::string_view kPrefix = "PATINATE_";
+constexpr std::string_view kEnvironmentPrefix = "PATINATE_";
 /// Variables that begin so and are no options: of tests, of decoder_process.h, history_library.h and module.h.
 constexpr std::array<std::string_view, 6> kOtherVariables{"DATA",    "DECODER", "DECODER_SECONDS",
                                                           "LIBRARY", "MODULES", "OPENCL"};
@@ -244,8 +244,8 @@ Environment patinate_environment() {
   for (char** entry = ::environ; entry != nullptr && *entry != nullptr; ++entry) {
     const std::string_view text(*entry);
     const std::size_t equals = text.find('=');
-    if (!text.starts_with(kPrefix) || equals == std::string_view::npos) continue;
-    std::string name(text.substr(kPrefix.size(), equals - kPrefix.size()));
+    if (!text.starts_with(kEnvironmentPrefix) || equals == std::string_view::npos) continue;
+    std::string name(text.substr(kEnvironmentPrefix.size(), equals - kEnvironmentPrefix.size()));
     if (std::find(kOtherVariables.begin(), kOtherVariables.end(), name) != kOtherVariables.end()) continue;
     result.emplace_back(std::move(name), std::string(text.substr(equals + 1)));
   }
@@ -258,11 +258,11 @@ std::vector<std::string> supply_environment(CommandLine& line, const Environment
   std::vector<std::string> notes, names;
   for (const CommandDeclaration& command : commands) {
     for (const ArgumentInfo& a : command.arguments) {
-      if (!a.is_positional()) names.push_back(std::string(kPrefix) + upper(a.key()));
+      if (!a.is_positional()) names.push_back(std::string(kEnvironmentPrefix) + upper(a.key()));
     }
   }
   for (const auto& [name, value] : environment) {
-    const std::string variable = std::string(kPrefix) + name, key = lower(name);
+    const std::string variable = std::string(kEnvironmentPrefix) + name, key = lower(name);
     const ArgumentInfo* option = option_of_any(commands, key);
     if (option == nullptr) {
       notes.push_back(variable + ": is no option of any command and is ignored" + did_you_mean(variable, names));

@@ -31,7 +31,7 @@ std::int64_t integer_in(const std::string& name, const std::string& text, const 
 
 namespace {
 
-std::string joined(const std::vector<std::string>& words, const char* separator) {
+std::string joined_by(const std::vector<std::string>& words, const char* separator) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : separator) + word;
   return text;
@@ -96,11 +96,11 @@ class Declarer final : public OptionVisitor {
   }
   void visit_choice_index(const OptionInfo& info, int& index, std::span<const std::string_view> names) override {
     const std::vector<std::string> words(names.begin(), names.end());
-    Argument a = argument(info, ValueType::Text, joined(words, "|"), words[static_cast<std::size_t>(index)]);
+    Argument a = argument(info, ValueType::Text, joined_by(words, "|"), words[static_cast<std::size_t>(index)]);
     a.choices = words;
     a.set = [words, name = a.name](const std::string& s) {
       if (std::find(words.begin(), words.end(), s) != words.end()) return;
-      expect(name, s, "one of " + joined(words, ", ") + did_you_mean(s, words));
+      expect(name, s, "one of " + joined_by(words, ", ") + did_you_mean(s, words));
     };
     declare_(std::move(a));
   }

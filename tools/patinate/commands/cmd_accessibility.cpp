@@ -24,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kManifest = "accessibility.json";
+constexpr const char* kAccessibilityManifest = "accessibility.json";
 
 struct AccessibilityCommandOptions {
   std::array<double, 3> direction{0.0, 0.0, 1.0};
@@ -178,7 +178,7 @@ int cmd_accessibility(CommandRun& run) {
   AccessibilityCommandOptions plain = options;
   plain.camera.clear();  // Counts by content.
   inputs.add_options(option_values(plain));
-  JobPlan plan = inputs.plan(output, kManifest);
+  JobPlan plan = inputs.plan(output, kAccessibilityManifest);
   JobItem item{.name = "maps", .outputs = {"mask.png", "maps.json"}, .run = {}};
   for (const char* name : {"accessibility", "ray_share", "tangent_sphere"}) {
     item.outputs.push_back(std::string(name) + ".exr");
@@ -195,11 +195,11 @@ int cmd_accessibility(CommandRun& run) {
     Json report = load_json(folder / "maps.json");
     report["key"] = plan.key;
     write_page(folder, source.path.filename().string(), report);
-    save_json(folder / kManifest, report);
+    save_json(folder / kAccessibilityManifest, report);
   };
   const std::optional<JobStatus> status = run.make_folder(plan, "accessibility");
   if (!status) return 0;
-  const Json report = load_json(output / kManifest);
+  const Json report = load_json(output / kAccessibilityManifest);
   const auto correlation = [&](std::size_t a, std::size_t b) {
     return short_number_text(std::round(100.0 * report.at("correlation").at(a).at(b).get<double>()) / 100.0);
   };

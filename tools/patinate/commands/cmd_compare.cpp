@@ -19,7 +19,7 @@ namespace {
 
 /// What repeats the comparison: options that are not the default, and nothing that changes no byte. @param task  As it
 /// was given.
-std::string command_of(const analysis::CompareTask& task) {
+std::string compare_command(const analysis::CompareTask& task) {
   std::string text = "patinate compare " + input_word(task.a) + " " + input_word(task.b);
   if (!task.through.empty()) text += " --through " + input_word(task.through);
   text += changed_options(option_values(task.options), option_values(analysis::CompareOptions{}));
@@ -28,7 +28,7 @@ std::string command_of(const analysis::CompareTask& task) {
   return text + kAnyOutput;
 }
 
-std::string command_of(const analysis::ReplicatesTask& task) {
+std::string compare_command(const analysis::ReplicatesTask& task) {
   std::string text = "patinate compare";
   for (const fs::path& a : task.a) text += " " + input_word(a);
   text += " --against";
@@ -47,7 +47,7 @@ void require_comparable(const fs::path& path) {
 
 /// Replicates of A against those of B.
 int compare_replicates(CommandRun& run, analysis::ReplicatesTask task, const fs::path& output) {
-  task.command = command_of(task);
+  task.command = compare_command(task);
   for (std::vector<fs::path>* side : {&task.a, &task.b}) {
     for (fs::path& path : *side) {
       task.names.push_back(input_word(path));
@@ -117,7 +117,7 @@ int cmd_compare(CommandRun& run) {
                                           ": one argument too many; replicates of B come behind "
                                           "--against");
   task.b = others.front();
-  task.command = command_of(task);
+  task.command = compare_command(task);
   for (fs::path* side : {&task.a, &task.b}) *side = history_place(*side);
   require_comparable(task.a);
   require_comparable(task.b);

@@ -52,7 +52,7 @@ Outcomes check(const device::DeviceInfo& info) {
   return outcomes;
 }
 
-std::string text_of(const device::DeviceInfo& info, const Outcomes& outcomes) {
+std::string device_outcome_text(const device::DeviceInfo& info, const Outcomes& outcomes) {
   std::string text = device::label(info) + "\n  " + (info.is_gpu ? "GPU" : "processor") + ", " +
                      std::to_string(info.num_units) + " units, " +
                      number_text(static_cast<double>(info.memory_bytes >> 20)) + " MB, driver " + info.driver + "\n";
@@ -75,7 +75,7 @@ int cmd_devices(CommandRun& run) {
   const std::vector<device::DeviceInfo> all = device::list_devices();
   for (const device::DeviceInfo& info : all) {
     const Outcomes outcomes = check(info);
-    text += text_of(info, outcomes);
+    text += device_outcome_text(info, outcomes);
     Json checks = Json::object();
     for (std::size_t i = 0; i < kChecks.size(); ++i) checks[kChecks[i].name] = outcomes[i];
     devices.push_back({{"name", info.name},

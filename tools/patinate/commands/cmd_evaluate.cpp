@@ -23,8 +23,8 @@ bool is_transfer(const fs::path& path) {
 }
 
 /// What repeats it: options that are not the default, and nothing that changes no byte.
-std::string command_of(const analysis::EvaluationTask& task, const std::vector<fs::path>& maps,
-                       const ForeignMapOptions& foreign) {
+std::string evaluate_command(const analysis::EvaluationTask& task, const std::vector<fs::path>& maps,
+                             const ForeignMapOptions& foreign) {
   std::string text = "patinate evaluate";
   for (const fs::path& map : maps) text += " " + input_word(map);
   if (!foreign.history.empty()) text += " --history " + input_word(foreign.history);
@@ -61,7 +61,7 @@ int cmd_evaluate(CommandRun& run) {
   run.line.example("evaluate ours theirs.exr --history rust --control height=target.png -o evaluation");
   if (!run.parse()) return 0;
   task.seed = static_cast<std::uint64_t>(run.line.common().seed);
-  task.command = command_of(task, maps, foreign);
+  task.command = evaluate_command(task, maps, foreign);
   const std::shared_ptr<const transfer::SearchDevice> auditor =
       task.options.num_audits > 0 ? open_window_device(device, words_of(run)) : nullptr;
   for (const fs::path& map : maps) {

@@ -70,8 +70,8 @@ std::vector<std::string> needed_options(const std::string& text, const ControlKi
   return needed;
 }
 
-std::vector<analysis::ExplainingControl> make_controls(const ExplainCommand& command,
-                                                       const std::shared_ptr<const TexelMap>& map) {
+std::vector<analysis::ExplainingControl> explained_controls(const ExplainCommand& command,
+                                                            const std::shared_ptr<const TexelMap>& map) {
   const ControlKindOptions& options = command.controls;
   const ControlCache cache = user_control_cache(command.store.cache);
   std::vector<analysis::ExplainingControl> controls;
@@ -99,7 +99,7 @@ std::vector<analysis::ExplainingControl> make_controls(const ExplainCommand& com
 }
 
 /// What repeats it: options that are not the default, and nothing that changes no byte.
-std::string command_of(const ExplainCommand& command, std::int64_t seed) {
+std::string explain_command(const ExplainCommand& command, std::int64_t seed) {
   std::string text = "patinate explain " + input_word(command.reference) + " " + input_word(command.mesh.path);
   const auto add = [&](const std::string& name, const std::string& value) {
     if (!value.empty()) text += " --" + name + " " + shell_word(value);
@@ -183,7 +183,7 @@ int cmd_explain(CommandRun& run) {
   const std::int64_t seed = run.line.common().seed;
   analysis::ExplanationTask task;
   task.seed = static_cast<std::uint64_t>(seed);
-  task.command = command_of(command, seed);
+  task.command = explain_command(command, seed);
   if (command.controls.distance_from.empty()) command.controls.distance_from = "creases";
   const bool needs_uvs = lies_on_uvs(command.reference, command.options);
   if (needs_uvs && command.atlas.method == AtlasChoice::Auto) command.atlas.method = AtlasChoice::Uv;
@@ -199,7 +199,7 @@ int cmd_explain(CommandRun& run) {
   task.mesh_name = command.mesh.path.filename().string();
   task.mesh_key = mesh_content_key(map->mesh());
   task.reference = read_surface_reference(command.reference, command.options, *map, mm, run.control("reference"));
-  task.controls = make_controls(command, map);
+  task.controls = explained_controls(command, map);
   task.options = command.explanation;
   const std::array<double, 3>& up = command.controls.up;
   task.is_z_up = std::abs(up[2]) > std::abs(up[1]);

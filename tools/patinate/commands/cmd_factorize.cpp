@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// What repeats it: options that are not the default, and nothing that changes no byte. @param task  As it was given.
-std::string command_of(const analysis::FactorizationTask& task) {
+std::string factorize_command(const analysis::FactorizationTask& task) {
   std::string text = "patinate factorize " + input_word(task.history) +
                      (task.of == analysis::FactorQuantity::Color ? "" : " --of " + analysis::name_of(task.of)) +
                      changed_options(option_values(task.options), option_values(analysis::FactorizationOptions{}));
@@ -52,7 +52,7 @@ int cmd_factorize(CommandRun& run) {
   run.line.example("transfer copper_factors/history bust.glb --control rate=accessibility -o aged");
   if (!run.parse()) return 0;
   if (!of.empty()) task.of = analysis::parse_factor_quantity(of);
-  task.command = command_of(task);
+  task.command = factorize_command(task);
   task.history = history_place(task.history);
   if (kind_of(task.history) != PathKind::History)
     throw InvalidInput(task.history.string() + ": is no history; only those can be factorized");

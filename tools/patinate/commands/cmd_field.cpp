@@ -16,30 +16,30 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string number(const Json& v) {
+std::string field_figure(const Json& v) {
   return v.is_null() ? std::string("undefined") : short_number_text(rounded(v.get<double>(), 4));
 }
 
 /// "12.1 to 7.4 Delta E by place (62 % of its square)".
 std::string change_text(const Json& report, const char* frames, const char* explained) {
   const Json& share = report.at(explained);
-  return number(report.at("single").at(frames).at("by_place")) + " to " +
-         number(report.at("after").at(frames).at("by_place")) + " Delta E by place" +
+  return field_figure(report.at("single").at(frames).at("by_place")) + " to " +
+         field_figure(report.at("after").at(frames).at("by_place")) + " Delta E by place" +
          (share.is_null() ? ""
                           : " (" + short_number_text(rounded(100.0 * share.get<double>(), 3)) + " % of its square)");
 }
 
 /// What was found, a line each.
-void tell(CommandRun& run, const Json& report) {
+void tell_field(CommandRun& run, const Json& report) {
   run.note("from the best numbers for all places to fields, frames seen: " +
            change_text(report, "seen", "explained_seen"));
   if (!report.at("after").at("held_out").is_null())
     run.note("frames that were not seen: " + change_text(report, "held_out", "explained_held_out") + "; their colors " +
-             number(report.at("single").at("held_out").at("color_distribution")) + " to " +
-             number(report.at("after").at("held_out").at("color_distribution")) +
-             "; the last frame seen, held: " + number(report.at("last_frame")));
+             field_figure(report.at("single").at("held_out").at("color_distribution")) + " to " +
+             field_figure(report.at("after").at("held_out").at("color_distribution")) +
+             "; the last frame seen, held: " + field_figure(report.at("last_frame")));
   for (const Json& f : report.at("fields"))
-    run.note(f.at("name").get<std::string>() + ": " + number(f.at("low")) + " to " + number(f.at("high")) +
+    run.note(f.at("name").get<std::string>() + ": " + field_figure(f.at("low")) + " to " + field_figure(f.at("high")) +
              (f.at("unit") == "" ? "" : " " + f.at("unit").get<std::string>()) + "; " +
              std::to_string(f.at("coefficients").size()) + " numbers, of which the data decide " +
              short_number_text(rounded(f.at("effective_numbers").get<double>(), 3)));
@@ -88,7 +88,7 @@ int cmd_field(CommandRun& run) {
   const std::optional<JobStatus> status = run.make_folder(analysis::plan_field(std::move(task), output), "field");
   if (!status) return 0;
   const Json report = load_json(output / analysis::kFieldReportFile);
-  tell(run, report);
+  tell_field(run, report);
   run.report_output(*status, output,
                     Json{{"fields", report.at("fields")},
                          {"single", report.at("single")},

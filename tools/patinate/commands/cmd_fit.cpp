@@ -110,7 +110,7 @@ std::vector<FitSource> sources_of(const Given& given) {
 }
 
 /// What repeats it: options that are not the default, and nothing that changes no byte.
-std::string command_of(const Given& given, const analysis::FitTask& task) {
+std::string fit_command(const Given& given, const analysis::FitTask& task) {
   std::string text = "patinate fit " + input_word(given.scene);
   for (const fs::path& history : given.histories) text += " " + input_word(history);
   for (const auto& [option, words] : {std::pair{" --scene-of ", &given.scene_of}, std::pair{" --vary ", &given.vary},
@@ -125,27 +125,28 @@ std::string command_of(const Given& given, const analysis::FitTask& task) {
   return text + kAnyOutput;
 }
 
-std::string number(const Json& v) {
+std::string fit_figure(const Json& v) {
   return v.is_null() ? std::string("undefined") : short_number_text(rounded(v.get<double>(), 4));
 }
 
 /// What was found, a line each.
-void tell(CommandRun& run, const Json& report) {
-  run.note("objective: " + number(report.at("objective").at("before")) + " before, " +
-           number(report.at("objective").at("after")) + " after");
+void tell_fit(CommandRun& run, const Json& report) {
+  run.note("objective: " + fit_figure(report.at("objective").at("before")) + " before, " +
+           fit_figure(report.at("objective").at("after")) + " after");
   for (const Json& c : report.value("captures", Json::array()))
-    run.note(c.at("name").get<std::string>() + ": " + number(c.at("before")) + " before, " + number(c.at("after")) +
-             " after");
+    run.note(c.at("name").get<std::string>() + ": " + fit_figure(c.at("before")) + " before, " +
+             fit_figure(c.at("after")) + " after");
   if (const Json& held_out = report.at("held_out"); !held_out.is_null())
-    run.note("frames after " + number(held_out.at("until")) + " " + held_out.at("unit").get<std::string>() +
-             ", which were not seen: " + number(held_out.at("before")) + " before, " + number(held_out.at("after")) +
-             " after; the last frame seen, held: " + number(held_out.at("last_frame")));
+    run.note("frames after " + fit_figure(held_out.at("until")) + " " + held_out.at("unit").get<std::string>() +
+             ", which were not seen: " + fit_figure(held_out.at("before")) + " before, " +
+             fit_figure(held_out.at("after")) +
+             " after; the last frame seen, held: " + fit_figure(held_out.at("last_frame")));
   for (const Json& c :
        report.at("held_out").is_null() ? Json::array() : report.at("held_out").value("captures", Json::array()))
-    run.note("of " + c.at("name").get<std::string>() + ": " + number(c.at("before")) + " before, " +
-             number(c.at("after")) + " after; held: " + number(c.at("last_frame")));
+    run.note("of " + c.at("name").get<std::string>() + ": " + fit_figure(c.at("before")) + " before, " +
+             fit_figure(c.at("after")) + " after; held: " + fit_figure(c.at("last_frame")));
   for (const Json& p : report.at("parameters"))
-    run.note(p.at("name").get<std::string>() + ": " + number(p.at("initial")) + " -> " + number(p.at("best")) +
+    run.note(p.at("name").get<std::string>() + ": " + fit_figure(p.at("initial")) + " -> " + fit_figure(p.at("best")) +
              (p.at("unit") == "" ? "" : " " + p.at("unit").get<std::string>()) + "; " +
              p.at("verdict").get<std::string>());
 }
@@ -161,7 +162,7 @@ int cmd_fit(CommandRun& run) {
                            given.histories);
   run.line.output("FOLDER", "Folder to make: scene.json, report.html, report.json, evaluations.csv, before, after",
                   given.output);
-  run.line.repeated("vary", "POINTER=LOW:HIGH[:log]", "A number of the scene, by its JSON pointer, and its range",
+  run.line.repeated("vary", "POINTER=LOW:HIGH[:log]", "A fit_figure of the scene, by its JSON pointer, and its range",
                     given.vary);
   run.line.repeated("own", "POINTER=LOW:HIGH[:log]", "The same, where each of several histories has a value of its own",
                     given.own);
@@ -200,7 +201,7 @@ int cmd_fit(CommandRun& run) {
   for (const std::string& note :
        add_captures(task, sources_of(given), wanted.ranges, given.output, run.control("scene")))
     run.note(note);
-  task.command = command_of(given, task);
+  task.command = fit_command(given, task);
   const auto num_appearance = static_cast<std::size_t>(std::count_if(
       task.parameters.begin(), task.parameters.end(), [](const analysis::FitParameter& p) { return p.is_appearance; }));
   const analysis::FitBudget budget =
@@ -209,7 +210,7 @@ int cmd_fit(CommandRun& run) {
   const std::optional<JobStatus> status = run.make_folder(analysis::plan_fit(std::move(task), given.output), "fit");
   if (!status) return 0;
   const Json report = load_json(given.output / analysis::kFitReportFile);
-  tell(run, report);
+  tell_fit(run, report);
   const bool is_converged = report.at("evaluations").at("converged").get<bool>();
   const std::string not_converged = "not converged: " + std::to_string(budget.evaluations) +
                                     " evaluations ended the search; a larger --evaluations resumes from here";

@@ -309,7 +309,7 @@ Facts mesh_facts(const std::filesystem::path& path) {
   return facts;
 }
 
-Facts facts_of(const std::filesystem::path& path) try {
+Facts file_facts(const std::filesystem::path& path) try {
   switch (kind_of(path)) {
     case PathKind::History:
       return history_facts(path);
@@ -362,7 +362,7 @@ int cmd_info(CommandRun& run) {
   if (!run.parse()) return 0;
   if (!curves.file.empty()) return write_curves(run, curves, path);
   if (stats.is_asked) return report_stats(run, stats, path);
-  facts_of(path).report(run);
+  file_facts(path).report(run);
   return 0;
 }
 

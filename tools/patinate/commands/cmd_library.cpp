@@ -49,7 +49,7 @@ std::string table_text(const std::vector<std::vector<std::string>>& rows) {
   return text;
 }
 
-std::string list_text(const std::vector<ShelfEntry>& entries) {
+std::string shelf_text(const std::vector<ShelfEntry>& entries) {
   std::vector<std::vector<std::string>> rows{{"name", "frames", "duration", "controls", "license", "what"}};
   for (const ShelfEntry& entry : entries) {
     rows.push_back({entry.name, std::to_string(entry.facts().frames.size()), duration_text(entry), controls_text(entry),
@@ -144,7 +144,7 @@ int cmd_library(CommandRun& run) {
     json["thumbnails"] = thumbnails.string();
   }
   if (like.empty()) {
-    run.report(json, thumbnails.empty() ? list_text(entries) : thumbnails.string() + ": pictures of every history");
+    run.report(json, thumbnails.empty() ? shelf_text(entries) : thumbnails.string() + ": pictures of every history");
     return 0;
   }
   const std::vector<Likeness> ranking = rank_by_likeness(series_or_photograph(like), entries, run.control("library"));

@@ -19,7 +19,7 @@ std::vector<std::string> with_manners(std::vector<std::string> command, const Co
 }
 
 /// What is left, on stdout.
-int report_left(CommandRun& run, const PlanFile& plan) {
+int report_planned_work(CommandRun& run, const PlanFile& plan) {
   PlanRequest request{.identity = plan.identity};
   bool is_json = false;
   (void)ask_command(plan.command, request, run.stop(), is_json);
@@ -29,7 +29,7 @@ int report_left(CommandRun& run, const PlanFile& plan) {
 
 int answer_plan(CommandRun& run, const std::filesystem::path& file, PlanRequest request) {
   const PlanFile plan = read_plan_file(file);
-  if (run.line.common().dry_run) return report_left(run, plan);
+  if (run.line.common().dry_run) return report_planned_work(run, plan);
   request.identity = plan.identity;
   bool is_json = false;
   return ask_command(with_manners(plan.command, run.line.common()), request, run.stop(), is_json);

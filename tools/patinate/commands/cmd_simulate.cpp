@@ -14,7 +14,7 @@ namespace patinate::cli {
 
 namespace {
 
-constexpr const char* kManifest = "simulation.json";
+constexpr const char* kSimulationManifest = "simulation.json";
 
 /// What the command line sets over the scene file; 0 = as the file says.
 struct SimulateOptions {
@@ -41,7 +41,7 @@ void describe(OptionVisitor& v, SimulateOptions& o) {
           o.replicates);
 }
 
-std::string list_text(const Json& names) {
+std::string comma_list(const Json& names) {
   std::string text;
   for (const Json& name : names) text += (text.empty() ? "" : ", ") + name.get<std::string>();
   return text;
@@ -102,7 +102,7 @@ int report_estimate(CommandRun& run, simulation::SceneFile file, const simulatio
 
 void note_outcome(CommandRun& run, const Json& manifest) {
   if (manifest.contains("outside"))
-    run.note("its folder holds its scene but for " + list_text(manifest["outside"]) +
+    run.note("its folder holds its scene but for " + comma_list(manifest["outside"]) +
              ", which stays where it is; keep both to open it again");
   if (!run.line.common().json) {
     run.note(ledger_text(manifest.at("ledger")));
@@ -111,7 +111,7 @@ void note_outcome(CommandRun& run, const Json& manifest) {
   for (const Json& advice : manifest.at("outcome").at("advice")) run.note("warning: " + advice.get<std::string>());
 }
 
-Json facts_of(const Json& manifest) {
+Json written_simulation_facts(const Json& manifest) {
   return {{"counters", manifest.at("counters")},
           {"ledger", manifest.at("ledger")},
           {"outcome", manifest.at("outcome")},
@@ -125,7 +125,7 @@ int simulate_replicates(CommandRun& run, const simulation::SceneFile& file,
                         const std::filesystem::path& output) {
   if (run.request() != nullptr)
     throw UsageError("--replicates: plans have one simulation; plan each --seed, or use `study` with seeds");
-  if (std::filesystem::exists(output / kManifest))
+  if (std::filesystem::exists(output / kSimulationManifest))
     throw CannotComplete(output.string() + ": is a simulation; replicates need a folder of their own");
   std::error_code error;
   if (!run.line.common().dry_run) std::filesystem::create_directory(output, error);
@@ -141,9 +141,9 @@ int simulate_replicates(CommandRun& run, const simulation::SceneFile& file,
         run.make_folder(simulation::plan_simulation(std::move(one), options, folder), name);
     if (!status) continue;
     is_up_to_date = is_up_to_date && *status == JobStatus::UpToDate;
-    const Json manifest = load_json(folder / kManifest);
+    const Json manifest = load_json(folder / kSimulationManifest);
     Json facts{{"folder", name}};
-    facts.update(facts_of(manifest));
+    facts.update(written_simulation_facts(manifest));
     replicates.push_back(std::move(facts));
     if (k == 0) note_outcome(run, manifest);
   }
@@ -207,9 +207,9 @@ int cmd_simulate(CommandRun& run) {
   const std::optional<JobStatus> status =
       run.make_folder(simulation::plan_simulation(std::move(file), simulation, output), "simulate");
   if (!status) return 0;
-  const Json manifest = load_json(output / kManifest);
+  const Json manifest = load_json(output / kSimulationManifest);
   note_outcome(run, manifest);
-  run.report_output(*status, output, facts_of(manifest));
+  run.report_output(*status, output, written_simulation_facts(manifest));
   return 0;
 }
 

@@ -43,7 +43,7 @@ std::optional<StudyFolder> placed(CommandRun& run, const fs::path& file, const f
 }
 
 /// What is left, as far as the folder tells.
-int report_left(CommandRun& run, const fs::path& file, const fs::path& folder) {
+int report_steps_left(CommandRun& run, const fs::path& file, const fs::path& folder) {
   std::vector<std::string> problems;
   const Study study = read_study(file, folder, problems);
   if (!problems.empty()) {
@@ -86,7 +86,7 @@ int end_with(CommandRun& run, const StudyFolder& study, const StudyReport& repor
 }
 
 int run_here(CommandRun& run, const fs::path& file, const fs::path& folder, int jobs) {
-  if (run.line.common().dry_run) return report_left(run, file, folder);
+  if (run.line.common().dry_run) return report_steps_left(run, file, folder);
   const std::optional<StudyFolder> study = placed(run, file, folder);
   if (!study) return kInput;
   take_time_to_end(kEndOfSteps);

@@ -23,7 +23,7 @@ struct Kind {
 };
 
 template <class Options>
-Kind kind_of(std::string name, JobPlan (*plan)(const Options&, const std::filesystem::path&)) {
+Kind kind_asked_for(std::string name, JobPlan (*plan)(const Options&, const std::filesystem::path&)) {
   const auto options = std::make_shared<Options>();
   return {std::move(name), [options](CommandLine& line) { line.options(*options); },
           [options, plan](const std::filesystem::path& output) { return plan(*options, output); }};
@@ -32,11 +32,12 @@ Kind kind_of(std::string name, JobPlan (*plan)(const Options&, const std::filesy
 }  // namespace
 
 int cmd_synth(CommandRun& run) {
-  const std::vector<Kind> kinds{kind_of("crackle", datasets::plan_crackle),    kind_of("drying", datasets::plan_drying),
-                                kind_of("dust", datasets::plan_dust),          kind_of("edges", datasets::plan_edges),
-                                kind_of("fence", datasets::plan_fence),        kind_of("ledge", datasets::plan_ledge),
-                                kind_of("mold", datasets::plan_mold),          kind_of("plate", datasets::plan_plate),
-                                kind_of("sculpture", datasets::plan_sculpture)};
+  const std::vector<Kind> kinds{
+      kind_asked_for("crackle", datasets::plan_crackle),    kind_asked_for("drying", datasets::plan_drying),
+      kind_asked_for("dust", datasets::plan_dust),          kind_asked_for("edges", datasets::plan_edges),
+      kind_asked_for("fence", datasets::plan_fence),        kind_asked_for("ledge", datasets::plan_ledge),
+      kind_asked_for("mold", datasets::plan_mold),          kind_asked_for("plate", datasets::plan_plate),
+      kind_asked_for("sculpture", datasets::plan_sculpture)};
   std::string name;
   std::filesystem::path output;
   run.line.positional("KIND",

@@ -56,7 +56,7 @@ std::pair<float, float> covered_range(const ImageF& values, const TexelMap& map)
 }
 
 /// What was found in the source, and what was done about it.
-std::string text_of(const transfer::StructureFacts& s, transfer::TransferQuality quality) {
+std::string error_text(const transfer::StructureFacts& s, transfer::TransferQuality quality) {
   const bool has_lines = s.kind != transfer::StructureKind::Regions;
   std::string text = !has_lines                                     ? "regions: two materials; the rarer covers "
                      : s.kind == transfer::StructureKind::DarkLines ? "lines: dark ones cover "
@@ -96,10 +96,10 @@ void note_mapping(const transfer::TransferControl& control, const ImageU8& cover
            control.destination + ":" + number_text(control.weight) + ":rank to match how often values occur");
 }
 
-std::vector<transfer::TransferControl> make_controls(const std::vector<std::string>& texts,
-                                                     const HistoryReader& history, const TexelMap& map,
-                                                     const ControlKindOptions& kinds, const ControlSource& made_by,
-                                                     CommandRun& run) {
+std::vector<transfer::TransferControl> transfer_controls(const std::vector<std::string>& texts,
+                                                         const HistoryReader& history, const TexelMap& map,
+                                                         const ControlKindOptions& kinds, const ControlSource& made_by,
+                                                         CommandRun& run) {
   std::vector<transfer::TransferControl> controls;
   for (const std::string& text : texts) {
     const transfer::ControlSpec spec = transfer::parse_control_spec(text);
@@ -165,7 +165,7 @@ std::shared_ptr<const FlowFrames> make_flow(const std::string& flow, const Texel
 }
 
 /// @throws UsageError
-void check_device(const device::DeviceOptions& device, bool by_tile) {
+void check_transfer_device(const device::DeviceOptions& device, bool by_tile) {
   if (device.device == "auto" || device.device == "cpu") return;
   if (by_tile) throw UsageError("--device: --by-tile runs on the CPU; leave --device out");
 }
@@ -233,7 +233,7 @@ int cmd_transfer(CommandRun& run) {
   run.line.checked([&] {
     if (texel_size_mm && !(*texel_size_mm >= kLeastTexel_mm && *texel_size_mm <= kLargestTexel_mm))
       throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number [1e-9, 1e9]");
-    check_device(device, by_tile);
+    check_transfer_device(device, by_tile);
   });
   if (!run.parse()) return 0;
   require_no_file_name(output);  // Said before the mesh and its controls are made ready.
@@ -273,8 +273,8 @@ int cmd_transfer(CommandRun& run) {
   for (const std::string& text : control_texts)
     refuse_scene_maps(transfer::parse_control_spec(text).destination, mesh_source.path);
   task.input.controls = by_tile ? make_tiled_controls(control_texts, history, *task.input.map, kinds)
-                                : make_controls(control_texts, history, *task.input.map, kinds,
-                                                control_source(user_control_cache(cache.cache)), run);
+                                : transfer_controls(control_texts, history, *task.input.map, kinds,
+                                                    control_source(user_control_cache(cache.cache)), run);
   task.input.frames = make_flow(flow, *task.input.map, kinds.up, run);
   task.flow = task.input.frames ? std::filesystem::path(flow).filename().string() : "uv";
   task.input.appearance = transfer::appearance_source(history, cache);
@@ -290,7 +290,7 @@ int cmd_transfer(CommandRun& run) {
                       "transfer");
   if (!status) return 0;
   const transfer::TransferManifest made = transfer::read_transfer_manifest(output);
-  if (made.structure) run.note(text_of(*made.structure, options.quality));
+  if (made.structure) run.note(error_text(*made.structure, options.quality));
   run.report_output(*status, output, transfer::energy_json(made.energy));
   return 0;
 }

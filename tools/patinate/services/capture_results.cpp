@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::array<std::string_view, 4> kUnits{"um", "mm", "cm", "m"};
+constexpr std::array<std::string_view, 4> kLengthUnits{"um", "mm", "cm", "m"};
 
 fs::path file_in(const fs::path& path, const char* name) {
   std::error_code error;
@@ -156,7 +156,7 @@ void check_registration(const fs::path& path) {
   update_spelling(content, 1, {{"free_motions", "unconstrained_dofs"}});
   JsonReader json(file.string(), content);
   json.expect_format("patinate.registration", 2);
-  if (!json.member("unit").is_null()) (void)json.member("unit").choice(kUnits);
+  if (!json.member("unit").is_null()) (void)json.member("unit").choice(kLengthUnits);
   std::vector<std::string> names;
   for (JsonReader scan : json.member("scans").elements()) {
     names.push_back(scan.member("file").string());

@@ -52,7 +52,7 @@ std::vector<std::filesystem::path> image_files(const SequenceSource& source, std
   return files;
 }
 
-Json json_of(double time, const std::vector<std::filesystem::path>& files, const SequenceSource& source) {
+Json export_json(double time, const std::vector<std::filesystem::path>& files, const SequenceSource& source) {
   if (files.size() == 1) return Json{{"time", time}, {"file", files[0].string()}};
   Json json{{"time", time}, {"files", Json::object()}};
   for (std::size_t k = 0; k < files.size(); ++k) json["files"][source.tile_names[k]] = files[k].string();
@@ -73,7 +73,7 @@ OutputWork sequence_work(const ExportTask& task, SequenceSource given, const Run
   for (std::size_t i = 0; i < times.size(); ++i) {
     planning.throw_if_stopped();
     const std::vector<std::filesystem::path> outputs = image_files(*source, i, extension);
-    files.push_back(json_of(times[i], outputs, *source));
+    files.push_back(export_json(times[i], outputs, *source));
     plan.items.push_back(
         {.name = zero_padded(i, 5),
          .outputs = outputs,
@@ -183,7 +183,7 @@ JobCost sample_cost(const AgingMesh& mesh) {
 }
 
 /// Images or a movie of a surface over the sheet of all its tiles.
-OutputWork aging_mesh_work(const ExportTask& task, const RunControl& planning) {
+OutputWork aging_mesh_export(const ExportTask& task, const RunControl& planning) {
   const auto mesh = std::make_shared<const AgingMesh>(open_aging_mesh(task.subject, task.devices));
   const auto noted = [&](OutputWork work) {
     if (mesh->is_reduced)
@@ -208,7 +208,7 @@ OutputWork aging_mesh_work(const ExportTask& task, const RunControl& planning) {
 }
 
 /// Frames of a history as they are, over its own pixels.
-OutputWork history_work(const ExportTask& task, const RunControl& planning) {
+OutputWork history_export(const ExportTask& task, const RunControl& planning) {
   const auto history = std::make_shared<const HistoryReader>(task.subject);
   const std::string key = transfer::history_content_key(*history);
   if (is_series(task.output)) {
@@ -259,15 +259,15 @@ OutputWork export_work(const ExportTask& task, const RunControl& planning) {
   if (task.axis.up != UpAxis::Y && !model) throw UsageError("--up: is of models; pictures of a mesh are `render`'s");
   if (kind == PathKind::History) {
     if (model) throw UsageError("-o: a history has no mesh; give a transfer, or a folder for images");
-    return history_work(task, planning);
+    return history_export(task, planning);
   }
   if (kind != PathKind::Transfer && kind != PathKind::Simulation)
     throw InvalidInput(task.subject.string() + ": is no transfer, simulation or history");
   if (model) return model_work(task, *model);
-  if (kind == PathKind::Simulation) return aging_mesh_work(task, planning);
+  if (kind == PathKind::Simulation) return aging_mesh_export(task, planning);
   if (!is_pictures) return textures_work(task, planning);
   const auto transfer = std::make_shared<const transfer::TransferFolder>(task.subject);
-  if (transfer->sheet().num_tiles() > 1) return aging_mesh_work(task, planning);  // Its tiles make one sheet.
+  if (transfer->sheet().num_tiles() > 1) return aging_mesh_export(task, planning);  // Its tiles make one sheet.
   return pictures_work(task, transfer->history().manifest(), texture_series(transfer, task.devices), planning);
 }
 

@@ -164,7 +164,7 @@ void note_near_light(const RenderOptions& options, const Mesh& mesh, std::vector
                   " in its unit); what it cannot reach stays dark");
 }
 
-OutputWork aging_mesh_work(const SharedTask& task) {
+OutputWork aging_mesh_pictures(const SharedTask& task) {
   const auto mesh =
       task->mesh ? task->mesh
                  : std::make_shared<const AgingMesh>(open_aging_mesh(task->subject, task->devices, task->shown.film));
@@ -195,7 +195,7 @@ OutputWork aging_mesh_work(const SharedTask& task) {
   return work;
 }
 
-OutputWork history_work(const SharedTask& task) {
+OutputWork history_pictures(const SharedTask& task) {
   if (is_series(task->output))
     throw UsageError("-o: a history has no object; `patinate export` makes movies of histories");
   const auto history = std::make_shared<const HistoryReader>(task->subject);
@@ -219,7 +219,7 @@ OutputWork history_work(const SharedTask& task) {
 }
 
 /// @throws UsageError
-double unit_of(const RenderTask& task) {
+double picture_unit(const RenderTask& task) {
   const std::string extension = lower_extension(task.subject);
   const bool is_gltf = extension == ".gltf" || extension == ".glb";
   return mm_per_unit(!task.unit.empty() ? task.unit : is_gltf ? "m" : "mm");
@@ -234,7 +234,7 @@ OutputWork mesh_work(const SharedTask& task) {
   if (layout.tiles.empty())
     throw IoError(task->subject.string(), layout.problem + "; a texture needs UVs in [0, 1] or in tiles");
   const AtlasMesh atlas = atlas_mesh_of(mesh, std::move(layout));
-  const double unit_mm = unit_of(*task);
+  const double unit_mm = picture_unit(*task);
   ContentHash hash = begin_key(*task, {});
   hash.add(mesh_content_key(mesh));
   task->files.add_to(hash, atlas);
@@ -285,13 +285,13 @@ OutputWork render_work(RenderTask given) {
   check_task(given);
   given.views.apply_to(given.options);
   const auto task = std::make_shared<const RenderTask>(std::move(given));
-  if (task->mesh) return aging_mesh_work(task);
+  if (task->mesh) return aging_mesh_pictures(task);
   switch (kind_of(task->subject)) {
     case PathKind::Transfer:
     case PathKind::Simulation:
-      return aging_mesh_work(task);
+      return aging_mesh_pictures(task);
     case PathKind::History:
-      return history_work(task);
+      return history_pictures(task);
     case PathKind::Mesh:
       return mesh_work(task);
     default:

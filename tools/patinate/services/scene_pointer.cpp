@@ -73,7 +73,7 @@ std::string word_of(const std::string& token, const std::string& before, bool is
 }
 
 /// Numbers with a unit: pointers, where * is any token. {L} is the scene's unit of length, {T} that of time.
-constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kUnits{
+constexpr std::array<std::pair<std::string_view, std::string_view>, 16> kPointerUnits{
     {{"/rules/*/rate", "per {T}"},
      {"/rules/*/alpha", "per {T}"},
      {"/time/per_iteration", "{T}"},
@@ -168,9 +168,9 @@ std::string words_of(const Json& root, const std::string& pointer) {
 
 std::string unit_of(const Json& root, const std::string& pointer) {
   const std::vector<std::string> tokens = tokens_of(pointer);
-  const auto found = std::find_if(kUnits.begin(), kUnits.end(),
+  const auto found = std::find_if(kPointerUnits.begin(), kPointerUnits.end(),
                                   [&](const auto& u) { return is_like(tokens, tokens_of(std::string(u.first))); });
-  if (found == kUnits.end()) return "";
+  if (found == kPointerUnits.end()) return "";
   std::string unit(found->second);
   const Json time = root.value("time", Json::object());
   for (const auto& [mark, text] : {std::pair<std::string, std::string>{"{L}", root.value("unit", "mm")},

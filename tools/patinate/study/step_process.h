@@ -8,6 +8,9 @@
 
 namespace patinate::cli {
 
+/// Exit code of a command that was asked to stop.
+inline constexpr int kStepInterrupted = 130;
+
 /// Gives a command to a shell in `folder`, with what it says on stderr in a file there and nothing on stdout, and
 /// waits. Asked to stop, it asks the command to, and waits for it.
 /// @returns the exit code; 128 + N for a process that signal N has ended.

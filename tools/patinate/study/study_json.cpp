@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostLevels = 100'000;
+constexpr std::size_t kMostStudyLevels = 100'000;
 /// Commands that look at what a cell has made.
 constexpr std::array<std::string_view, 6> kLooking{"render", "lookup", "export", "evaluate", "compare", "factorize"};
 constexpr std::array<std::string_view, 3> kDesigns{"grid", "latin_hypercube", "list"};
@@ -101,7 +101,7 @@ class StudyReader {
   Factor read_inputs(JsonReader& part, const char* member, std::string_view what, StudyOptions& command) {
     Factor factor;
     const JsonReader list = part.member(member);
-    for (const JsonReader& element : list.elements(kMostLevels))
+    for (const JsonReader& element : list.elements(kMostStudyLevels))
       context_.attempt([&] { add_input(element, what, command, factor); });
     if (factor.empty()) context_.problem(list, "expected at least one");
     return factor;
@@ -126,7 +126,7 @@ class StudyReader {
   Factor read_controls(JsonReader& part) {
     Factor factor;
     const JsonReader list = part.member("controls");
-    for (JsonReader element : list.elements(kMostLevels)) {
+    for (JsonReader element : list.elements(kMostStudyLevels)) {
       context_.attempt([&] {
         JsonReader control = element.is_object() ? element.member("control") : element;
         std::vector<std::string> texts;

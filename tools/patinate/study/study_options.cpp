@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::size_t kMostLevels = 100'000;
+constexpr std::size_t kMostOptionLevels = 100'000;
 /// Options with which `simulate` makes something else, or several.
 constexpr std::array<std::string_view, 2> kNotOfStudies{"estimate", "replicates"};
 /// What a study says by members of its own.
@@ -91,7 +91,7 @@ std::vector<StudyLevel> StudyOptions::factor_of(const std::string& key, const Js
     factor.back().words = words(key, value);
     return factor;
   }
-  for (const JsonReader& v : value.elements(kMostLevels)) {
+  for (const JsonReader& v : value.elements(kMostOptionLevels)) {
     const std::string text = text_of(v);
     factor.push_back({.name = slug(key + text), .shown = {{key, text}}});
     factor.back().words = words(key, v);
@@ -102,7 +102,7 @@ std::vector<StudyLevel> StudyOptions::factor_of(const std::string& key, const Js
 
 void StudyOptions::read_seeds(const JsonReader& list, std::vector<std::vector<StudyLevel>>& factors) {
   std::vector<StudyLevel> seeds;
-  for (const JsonReader& seed : list.elements(kMostLevels)) {
+  for (const JsonReader& seed : list.elements(kMostOptionLevels)) {
     context_.attempt([&] {
       const std::string text = std::to_string(seed.integer(between(0, 9e15)));
       seeds.push_back({.name = "seed" + text, .shown = {{"seed", text}}});

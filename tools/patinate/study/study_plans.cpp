@@ -15,8 +15,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kInterrupted = 130;
-
 std::string key_of(const fs::path& plan) {
   std::error_code error;
   return fs::is_regular_file(plan, error) ? load_json(plan).value("key", "") : "";
@@ -31,7 +29,7 @@ std::string write_plan(const StudyFolder& study, const StudyStep& step, const Pl
       run_step(this_program() + " plan " + command + " --force --quiet --json > " + shell_word(fresh.generic_string()),
                study.path, log_file(step, cell), stop);
   std::error_code error;
-  if (stop.stop_requested() || code == kInterrupted) throw Canceled();
+  if (stop.stop_requested() || code == kStepInterrupted) throw Canceled();
   if (code != 0) {
     fs::remove(study.path / fresh, error);
     fs::remove(study.path / done_file(step, cell), error);

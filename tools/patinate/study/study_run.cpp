@@ -18,8 +18,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kInterrupted = 130;
-
 /// Runs the steps of one cell, until one fails.
 void run_cell(const StudyFolder& study, const PlacedPart& part, const PlacedCell& cell, int num_threads,
               const RunControl& control, StudyOutcome& outcome, std::mutex& mutex) {
@@ -31,7 +29,7 @@ void run_cell(const StudyFolder& study, const PlacedPart& part, const PlacedCell
     const int code = run_step(
         this_program() + " run " + cell.commands[s] + " --force --quiet --threads " + std::to_string(num_threads),
         study.path, log_file(step, cell), control.stop);
-    if (control.stop.stop_requested() || code == kInterrupted) throw Canceled();
+    if (control.stop.stop_requested() || code == kStepInterrupted) throw Canceled();
     if (code == 0) {
       write_atomically(study.path / done_file(step, cell), "");
       const std::lock_guard lock(mutex);

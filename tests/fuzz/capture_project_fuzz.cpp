@@ -8,7 +8,7 @@ using namespace patinate;
 namespace {
 
 /// Two photographs beside the project, so that a good project is good.
-void make_photographs() {
+void make_project_photographs() {
   static const bool is_made = [] {
     for (const char* name : {"2020-05-28.png", "2020-05-29.png"})
       write_codes(fuzz::fuzz_folder() / name, ImageU8(5, 4, 3));
@@ -20,7 +20,7 @@ void make_photographs() {
 }  // namespace
 
 PATINATE_FUZZ_TARGET(capture_project) {
-  make_photographs();
+  make_project_photographs();
   const auto file = fuzz::fuzz_file("capture.json", bytes);
   if (capture::is_relit_capture(file)) {
     const capture::RelitProject relit = capture::read_relit_project(file);

@@ -7,7 +7,7 @@ using namespace patinate;
 namespace {
 
 /// Photographs beside the step, so that a good step is good.
-void make_photographs() {
+void make_step_photographs() {
   static const bool is_made = [] {
     for (const char* name : {"light0.png", "light1.png", "light2.png"})
       write_codes(fuzz::fuzz_folder() / name, ImageU8(5, 4, 3, 100));
@@ -21,7 +21,7 @@ void make_photographs() {
 
 /// What `unlight` reads.
 PATINATE_FUZZ_TARGET(unlight_step) {
-  make_photographs();
+  make_step_photographs();
   const capture::UnlightStep step = capture::read_unlight_step(fuzz::fuzz_file("step.json", bytes));
   fuzz::require(!step.photos.empty() && step.photos.size() == step.lights.size(), "a step has one photograph a light");
   fuzz::require(step.width == 5 && step.height == 4 && step.mm_per_unit > 0.0,

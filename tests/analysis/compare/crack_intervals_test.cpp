@@ -12,7 +12,7 @@ namespace {
 
 using testing_support::TempFolder;
 
-constexpr int kSide = 128, kCell = 16;
+constexpr int kPlateSide = 128, kCell = 16;
 
 /// A gray plate; later a dark dash of a cell's width and two pixels lies across each of 64 cells or does not, by the
 /// toss of a coin.
@@ -22,12 +22,12 @@ AgedSurface dashed(std::uint64_t seed) {
                       .texel_size_mm = {},
                       .times = {0.0, 1.0},
                       .colors = {},
-                      .mask = ImageU8(kSide, kSide, 1, 255),
+                      .mask = ImageU8(kPlateSide, kPlateSide, 1, 255),
                       .controls = {}};
-  surface.colors.assign(2, ImageF(kSide, kSide, 3, 0.5F));
-  for (int cell = 0; cell < (kSide / kCell) * (kSide / kCell); ++cell) {
+  surface.colors.assign(2, ImageF(kPlateSide, kPlateSide, 3, 0.5F));
+  for (int cell = 0; cell < (kPlateSide / kCell) * (kPlateSide / kCell); ++cell) {
     if (RandomStream(seed, static_cast<std::uint64_t>(cell)).uniform() < 0.5) continue;
-    const int left = cell % (kSide / kCell) * kCell, top = cell / (kSide / kCell) * kCell + kCell / 2;
+    const int left = cell % (kPlateSide / kCell) * kCell, top = cell / (kPlateSide / kCell) * kCell + kCell / 2;
     for (int y = top; y < top + 2; ++y) {
       for (int x = left; x < left + kCell; ++x) {
         for (int c = 0; c < 3; ++c) surface.colors[1].at(x, y, c) = 0.05F;

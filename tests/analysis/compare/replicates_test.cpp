@@ -11,6 +11,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/random.h"
 #include "patinate/core/error.h"
+#include "tests/analysis/compare/report_figure.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"
 
@@ -18,6 +19,7 @@ namespace patinate::analysis {
 namespace {
 
 namespace fs = std::filesystem;
+using testing_support::report_figure;
 using testing_support::TempFolder;
 using testing_support::write_history;
 
@@ -69,16 +71,9 @@ class Replicates : public testing::Test {
   TempFolder folder_;
 };
 
-const Json& figure(const Json& report, const std::string& name) {
-  for (const Json& f : report.at("figures")) {
-    if (f.at("name") == name) return f;
-  }
-  throw InvalidInput("no figure " + name);
-}
-
 TEST_F(Replicates, ARealDifferenceIsFoundWithTheSmallestPThatThereIs) {
   const Json report = compared(task(4, 4, 1, 0.3f), "r");
-  const Json& f = figure(report, "color_distribution");
+  const Json& f = report_figure(report, "color_distribution");
   EXPECT_NEAR(f.at("p").get<double>(), 2.0 / 70.0, 1e-8);  // C(8, 4) = 70 and the mirror image.
   EXPECT_NEAR(report.at("overall_p").get<double>(), 2.0 / 70.0, 1e-8);
   EXPECT_GT(f.at("effect").get<double>(), 2.0);
@@ -105,7 +100,7 @@ TEST_F(Replicates, ExchangingTheSidesExchangesTheColumnsAndNothingElse) {
   std::rotate(swapped.names.begin(), swapped.names.begin() + 2, swapped.names.end());
   const Json one = compared(t, "one"), other = compared(swapped, "other");
   for (const Json& f : one.at("figures")) {
-    const Json& g = figure(other, f.at("name"));
+    const Json& g = report_figure(other, f.at("name"));
     ASSERT_EQ(f.contains("p"), g.contains("p")) << f.dump();
     if (!f.contains("p")) continue;
     EXPECT_EQ(f.at("between"), g.at("between"));

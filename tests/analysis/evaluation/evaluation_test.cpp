@@ -15,9 +15,9 @@
 namespace patinate::analysis {
 namespace {
 
-constexpr int kSide = 96;
+constexpr int kBlotchySide = 96;
 
-SynthesisSource blotchy_source(int side = kSide) {
+SynthesisSource blotchy_source(int side = kBlotchySide) {
   SynthesisSource source;
   ImageF frame(side, side, 3);
   for (int y = 0; y < side; ++y) {
@@ -61,7 +61,7 @@ const Figure& figure_named(const Evaluation& e, const std::string& name) {
   return *std::find_if(e.figures.begin(), e.figures.end(), [&](const Figure& f) { return f.name == name; });
 }
 
-EvaluationOptions quick() {
+EvaluationOptions quick_evaluation() {
   EvaluationOptions o;
   o.num_samples = 2000;
   return o;
@@ -69,13 +69,18 @@ EvaluationOptions quick() {
 
 TEST(Evaluation, TheSourceItselfLosesNothing) {
   const SynthesisSource source = blotchy_source();
-  const Evaluation e = evaluate(source, flat_map(source, [](int x, int y) { return std::pair{x, y}; }), quick(), 1);
+  const Evaluation e = evaluate(source,
+                                flat_map(source,
+                                         [](int x, int y) {
+                                           return std::pair{x, y};
+                                         }),
+                                quick_evaluation(), 1);
   for (const char* zero : {"control_error_mean", "control_error_p95", "control_error_s3_mean", "control_error_s3_p95",
                            "gradient_emd", "spectrum", "rep64", "scale_error_median", "scale_error_p99"}) {
     EXPECT_EQ(value_of(e, zero), 0.0) << zero;
   }
   EXPECT_EQ(value_of(e, "coherent_share"), 1.0);
-  EXPECT_EQ(value_of(e, "texels_per_piece"), kSide * kSide);
+  EXPECT_EQ(value_of(e, "texels_per_piece"), kBlotchySide * kBlotchySide);
   EXPECT_EQ(value_of(e, "used_share"), 1.0);
   // Two draws from one picture differ by chance alone, as the floor does.
   EXPECT_LT(value_of(e, "patch_swd"), 2.0 * figure_named(e, "patch_swd").split.value());
@@ -85,18 +90,19 @@ TEST(Evaluation, TheSourceItselfLosesNothing) {
 
 TEST(Evaluation, AShuffleKeepsColorsAndLosesTheRest) {
   const SynthesisSource source = blotchy_source();
-  std::vector<int> order(kSide * kSide);
+  std::vector<int> order(kBlotchySide * kBlotchySide);
   std::iota(order.begin(), order.end(), 0);
   RandomStream random(7, 0);
   for (std::size_t i = order.size(); i-- > 1;)
     std::swap(order[i], order[random.below(static_cast<std::uint32_t>(i + 1))]);
-  const Evaluation e = evaluate(source,
-                                flat_map(source,
-                                         [&](int x, int y) {
-                                           return std::pair{order[static_cast<std::size_t>(y * kSide + x)] % kSide,
-                                                            order[static_cast<std::size_t>(y * kSide + x)] / kSide};
-                                         }),
-                                quick(), 1);
+  const Evaluation e =
+      evaluate(source,
+               flat_map(source,
+                        [&](int x, int y) {
+                          return std::pair{order[static_cast<std::size_t>(y * kBlotchySide + x)] % kBlotchySide,
+                                           order[static_cast<std::size_t>(y * kBlotchySide + x)] / kBlotchySide};
+                        }),
+               quick_evaluation(), 1);
   EXPECT_LT(value_of(e, "coherent_share"), 0.002);
   EXPECT_LT(value_of(e, "texels_per_piece"), 1.01);
   EXPECT_EQ(value_of(e, "used_share"), 1.0);
@@ -115,7 +121,7 @@ TEST(Evaluation, TilesRepeatAndAreCountedAsPieces) {
                                          [](int x, int y) {
                                            return std::pair{x % 32, y % 32};
                                          }),
-                                quick(), 1);
+                                quick_evaluation(), 1);
   EXPECT_EQ(value_of(e, "rep64"), 1.0);
   EXPECT_EQ(value_of(e, "texels_per_piece"), 32.0 * 32.0);
   EXPECT_NEAR(value_of(e, "used_share"), 1.0 / 9.0, 1e-12);
@@ -131,7 +137,7 @@ TEST(Evaluation, RepetitionCountsFromFourToSixtyFourTexels) {
                                            [gap = gap](int x, int y) {
                                              return std::pair{x == gap ? 0 : x, y};
                                            }),
-                                  quick(), 1);
+                                  quick_evaluation(), 1);
     const double mixed = value_of(e, "rep64");  // Rows near make pairs that are a little farther: at 65 none, at 3
                                                 // those with 3 or more rows between.
     if (gap == 3)
@@ -147,17 +153,17 @@ TEST(Evaluation, AWrongScaleIsMeasured) {
   const Evaluation e = evaluate(source,
                                 flat_map(source,
                                          [](int x, int y) {
-                                           return std::pair{2 * x % kSide, 2 * y % kSide};
+                                           return std::pair{2 * x % kBlotchySide, 2 * y % kBlotchySide};
                                          }),
-                                quick(), 1);
+                                quick_evaluation(), 1);
   EXPECT_NEAR(value_of(e, "scale_error_median"), 1.0, 1e-9);
   EXPECT_LT(value_of(e, "coherent_share"), 0.001);
-  EvaluationOptions halved = quick();
+  EvaluationOptions halved = quick_evaluation();
   halved.source_step = 2;
   EXPECT_GT(value_of(evaluate(source,
                               flat_map(source,
                                        [](int x, int y) {
-                                         return std::pair{2 * x % kSide, 2 * y % kSide};
+                                         return std::pair{2 * x % kBlotchySide, 2 * y % kBlotchySide};
                                        }),
                               halved, 1),
                      "coherent_share"),
@@ -206,10 +212,11 @@ double mean_difference(const ImageF& frame, int column) {
 
 TEST(Evaluation, ASeamOfAPictureLaidOverItCannotBeTold) {
   const SynthesisSource source = blotchy_source();
-  const Evaluation whole = evaluate(source, over_cut_plane(source, 192, 0.0), quick(), 1),
-                   broken = evaluate(source, over_cut_plane(source, 192, 40.0), quick(), 1);
+  const Evaluation whole = evaluate(source, over_cut_plane(source, 192, 0.0), quick_evaluation(), 1),
+                   broken = evaluate(source, over_cut_plane(source, 192, 40.0), quick_evaluation(), 1);
   // What the picture itself has between the two columns where it is cut.
-  const double expected = mean_difference(source.frames[0], kSide / 2 - 1) / mean_difference(source.frames[0], -1);
+  const double expected =
+      mean_difference(source.frames[0], kBlotchySide / 2 - 1) / mean_difference(source.frames[0], -1);
   EXPECT_NEAR(value_of(whole, "seam_gradient_ratio"), expected, 0.03);
   EXPECT_GT(value_of(broken, "seam_gradient_ratio"), 2.0 * expected);
 }
@@ -217,14 +224,16 @@ TEST(Evaluation, ASeamOfAPictureLaidOverItCannotBeTold) {
 TEST(Evaluation, PictureOfTheToolIsExplained) {
   const SynthesisSource source = blotchy_source();
   const SynthesizedMap map = flat_map(source, [](int x, int y) { return std::pair{y, x}; });
-  MadePicture made{.frame = 0, .codes = ImageF(kSide, kSide, 3)};
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
+  MadePicture made{.frame = 0, .codes = ImageF(kBlotchySide, kBlotchySide, 3)};
+  for (int y = 0; y < kBlotchySide; ++y) {
+    for (int x = 0; x < kBlotchySide; ++x) {
       for (int c = 0; c < 3; ++c)
-        made.codes.at(x, y, c) = std::round(source.frames[0].at(y, x, c)) + (x < kSide / 4 && y == 0 ? 40.0f : 0.0f);
+        made.codes.at(x, y, c) =
+            std::round(source.frames[0].at(y, x, c)) + (x < kBlotchySide / 4 && y == 0 ? 40.0f : 0.0f);
     }
   }
-  EXPECT_NEAR(value_of(evaluate(source, map, quick(), 1, &made), "explained_pixels"), 1.0 - 0.25 / kSide, 1e-3);
+  EXPECT_NEAR(value_of(evaluate(source, map, quick_evaluation(), 1, &made), "explained_pixels"),
+              1.0 - 0.25 / kBlotchySide, 1e-3);
 }
 
 TEST(Evaluation, SameForAnyNumberOfThreads) {
@@ -233,8 +242,8 @@ TEST(Evaluation, SameForAnyNumberOfThreads) {
   RunControl one, three;
   one.num_threads = 1;
   three.num_threads = 3;
-  const Evaluation a = evaluate(source, map, quick(), 1, nullptr, one),
-                   b = evaluate(source, map, quick(), 1, nullptr, three);
+  const Evaluation a = evaluate(source, map, quick_evaluation(), 1, nullptr, one),
+                   b = evaluate(source, map, quick_evaluation(), 1, nullptr, three);
   ASSERT_EQ(a.figures.size(), b.figures.size());
   for (std::size_t i = 0; i < a.figures.size(); ++i)
     EXPECT_EQ(a.figures[i].value, b.figures[i].value) << a.figures[i].name;
@@ -246,7 +255,7 @@ TEST(Evaluation, CoordinatesOutsideTheSourceAreNamed) {
   SynthesizedMap map = flat_map(source, [](int x, int y) { return std::pair{x, y}; });
   map.coordinates.at(5, 7, 0) = 96.0f;
   try {
-    (void)evaluate(source, map, quick(), 1);
+    (void)evaluate(source, map, quick_evaluation(), 1);
     FAIL();
   } catch (const InvalidInput& e) {
     EXPECT_STREQ(e.what(), "map: texel 5, 7 comes from 96, 7, which is not in the source of 96 x 96");

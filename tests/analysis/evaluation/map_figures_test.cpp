@@ -18,22 +18,22 @@ namespace {
 
 using testing_support::TempFolder;
 
-constexpr int kSide = 96;
+constexpr int kTileSide = 96;
 
 /// Blotches under a grid of dark lines. The control grows along x.
 SynthesisSource lined_source() {
   SynthesisSource source;
-  source.frames = {ImageF(kSide, kSide, 3), ImageF(kSide, kSide, 3)};
-  source.control = ImageF(kSide, kSide);
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
+  source.frames = {ImageF(kTileSide, kTileSide, 3), ImageF(kTileSide, kTileSide, 3)};
+  source.control = ImageF(kTileSide, kTileSide);
+  for (int y = 0; y < kTileSide; ++y) {
+    for (int x = 0; x < kTileSide; ++x) {
       const bool is_line = x % 24 < 2 || y % 24 < 2;
       for (int c = 0; c < 3; ++c) {
         const float blotch = 150.0f + 40.0f * std::clamp(testing_support::blotches(x, y, 2, c), 0.0f, 1.0f);
         source.frames[0].at(x, y, c) = std::round(blotch);
         source.frames[1].at(x, y, c) = is_line ? 40.0f : std::round(blotch);
       }
-      source.control.at(x, y) = static_cast<float>(x) / static_cast<float>(kSide - 1);
+      source.control.at(x, y) = static_cast<float>(x) / static_cast<float>(kTileSide - 1);
     }
   }
   return source;
@@ -45,16 +45,16 @@ std::array<float, 2> shuffled(int x, int y) {
   return {static_cast<float>(block % 6 * 16 + x % 16), static_cast<float>(block / 6 * 16 + y % 16)};
 }
 
-/// `num_tiles` flat squares of kSide texels, apart from each other, each alone in its tile.
+/// `num_tiles` flat squares of kTileSide texels, apart from each other, each alone in its tile.
 SynthesizedMap squares(int num_tiles, const SynthesisSource& source) {
-  Sheet sheet{.tile_width = kSide, .tile_height = kSide, .columns = num_tiles > 1 ? 2 : 1, .names = {}};
+  Sheet sheet{.tile_width = kTileSide, .tile_height = kTileSide, .columns = num_tiles > 1 ? 2 : 1, .names = {}};
   for (int i = 0; i < num_tiles; ++i) sheet.names.push_back(num_tiles > 1 ? std::to_string(1001 + i) : "");
   Mesh mesh;
   mesh.normals = {{0, 0, 1}};
   for (int tile = 0; tile < num_tiles; ++tile) {
     const int first = static_cast<int>(mesh.positions.size());
     for (const auto& [u, v] : {std::pair{0.0, 0.0}, std::pair{1.0, 0.0}, std::pair{1.0, 1.0}, std::pair{0.0, 1.0}}) {
-      mesh.positions.emplace_back(kSide * u + 2.0 * kSide * tile, kSide * v, 0.0);
+      mesh.positions.emplace_back(kTileSide * u + 2.0 * kTileSide * tile, kTileSide * v, 0.0);
       mesh.uvs.push_back(sheet.sheet_uv(tile, {u, v}));
     }
     for (const auto& c : {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
@@ -68,20 +68,20 @@ SynthesizedMap squares(int num_tiles, const SynthesisSource& source) {
                      .coordinates = ImageF(sheet.width(), sheet.height(), 2, -1.0f),
                      .control = ImageF(sheet.width(), sheet.height())};
   for (int tile = 0; tile < num_tiles; ++tile) {
-    for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) {
+    for (int y = 0; y < kTileSide; ++y) {
+      for (int x = 0; x < kTileSide; ++x) {
         const int sx = sheet.first_x(tile) + x, sy = sheet.first_y(tile) + y;
         const std::array<float, 2> from = shuffled(x, y);
         map.coordinates.at(sx, sy, 0) = from[0];
         map.coordinates.at(sx, sy, 1) = from[1];
-        map.control.at(sx, sy) = source.control.at((x + 7) % kSide, y);
+        map.control.at(sx, sy) = source.control.at((x + 7) % kTileSide, y);
       }
     }
   }
   return map;
 }
 
-EvaluationOptions quick() { return {.num_samples = 1000, .num_directions = 8}; }
+EvaluationOptions quick_map_figures() { return {.num_samples = 1000, .num_directions = 8}; }
 
 void expect_same(const Evaluation& a, const Evaluation& b, const std::set<std::string>& but = {},
                  double relative = 0.0) {
@@ -101,8 +101,8 @@ void expect_same(const Evaluation& a, const Evaluation& b, const std::set<std::s
 // four times as many values may be the next value.
 TEST(MapFigures, FourTilesThatAreAlikeHaveTheFiguresOfOne) {
   const SynthesisSource source = lined_source();
-  const Evaluation one = evaluate(source, squares(1, source), quick(), 1),
-                   four = evaluate(source, squares(4, source), quick(), 1);
+  const Evaluation one = evaluate(source, squares(1, source), quick_map_figures(), 1),
+                   four = evaluate(source, squares(4, source), quick_map_figures(), 1);
   expect_same(one, four, {"patch_swd", "joint_swd", "control_error_p95", "control_error_s3_p95", "scale_error_p99"});
   for (const char* defined : {"control_error_p95", "coherent_share", "gradient_emd", "spectrum", "scale_error_p99",
                               "line_share", "closed_share_crops", "border_contrast", "rep_all"}) {
@@ -112,20 +112,20 @@ TEST(MapFigures, FourTilesThatAreAlikeHaveTheFiguresOfOne) {
     EXPECT_TRUE(found->value) << defined;
   }
   EXPECT_EQ(one.pictures.size(), four.pictures.size());
-  EXPECT_EQ(four.pictures.front().image.width(), 2 * kSide + 2);
+  EXPECT_EQ(four.pictures.front().image.width(), 2 * kTileSide + 2);
 }
 
 /// A square whose two halves lie in two charts; in one tile both, or one in each of two.
 SynthesizedMap cut_square(bool is_in_two_tiles, const SynthesisSource& source) {
   constexpr int kCells = 8;
-  Mesh mesh = testing_support::cut_plane(kSide, kCells);
+  Mesh mesh = testing_support::cut_plane(kTileSide, kCells);
   Sheet sheet{.tile_width = 192, .tile_height = 192, .columns = is_in_two_tiles ? 2 : 1, .names = {}};
   sheet.names = is_in_two_tiles ? std::vector<std::string>{"1001", "1002"} : std::vector<std::string>{""};
   std::vector<Vec2> uvs;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     double x = 0.0;
     for (const int corner : mesh.triangles[i]) x += mesh.positions[static_cast<std::size_t>(corner)].x() / 3.0;
-    const int tile = is_in_two_tiles && x > kSide / 2.0 ? 1 : 0;
+    const int tile = is_in_two_tiles && x > kTileSide / 2.0 ? 1 : 0;
     for (int& corner : mesh.uv_triangles[i]) {
       const Vec2 uv = sheet.sheet_uv(tile, mesh.uvs[static_cast<std::size_t>(corner)]);
       const auto known = std::find(uvs.begin(), uvs.end(), uv);
@@ -141,9 +141,9 @@ SynthesizedMap cut_square(bool is_in_two_tiles, const SynthesisSource& source) {
   for (TexelId t = 0; t < map.surface->num_texels(); ++t) {
     if (!map.surface->is_covered(t)) continue;
     const Vec3 p = map.surface->position_mm(t);
-    const double y = p.x() > kSide / 2.0 ? std::fmod(p.y() + 13.0, kSide) : p.y();
-    map.coordinates.data()[2 * t] = static_cast<float>(std::clamp(std::floor(p.x()), 0.0, kSide - 1.0));
-    map.coordinates.data()[2 * t + 1] = static_cast<float>(std::clamp(std::floor(y), 0.0, kSide - 1.0));
+    const double y = p.x() > kTileSide / 2.0 ? std::fmod(p.y() + 13.0, kTileSide) : p.y();
+    map.coordinates.data()[2 * t] = static_cast<float>(std::clamp(std::floor(p.x()), 0.0, kTileSide - 1.0));
+    map.coordinates.data()[2 * t + 1] = static_cast<float>(std::clamp(std::floor(y), 0.0, kTileSide - 1.0));
   }
   (void)source;
   return map;
@@ -152,8 +152,8 @@ SynthesizedMap cut_square(bool is_in_two_tiles, const SynthesisSource& source) {
 // The same texels are beside each other, so that only sums are rounded in another order.
 TEST(MapFigures, ASeamBetweenTilesIsWhatItIsWithinOne) {
   const SynthesisSource source = lined_source();
-  const Evaluation within = evaluate(source, cut_square(false, source), quick(), 1),
-                   between = evaluate(source, cut_square(true, source), quick(), 1);
+  const Evaluation within = evaluate(source, cut_square(false, source), quick_map_figures(), 1),
+                   between = evaluate(source, cut_square(true, source), quick_map_figures(), 1);
   const auto seam = std::find_if(within.figures.begin(), within.figures.end(),
                                  [](const Figure& f) { return f.name == "seam_gradient_ratio"; });
   ASSERT_TRUE(seam->value);
@@ -164,7 +164,7 @@ TEST(MapFigures, ASeamBetweenTilesIsWhatItIsWithinOne) {
 TEST(MapFigures, SumsThatWentThroughFilesGiveTheSameBits) {
   const SynthesisSource source = lined_source();
   const SynthesizedMap map = cut_square(true, source);
-  const EvaluationOptions options = quick();
+  const EvaluationOptions options = quick_map_figures();
   const auto frames = std::make_shared<const FlowFrames>(uv_frames(*map.surface));
   const MapFigures figures(source, {map.name, std::make_shared<TexelMap>(map.surface->unsearched()), frames, false},
                            options, 1);
@@ -198,11 +198,11 @@ TEST(MapFigures, ADamagedFileOfSumsIsSaidSo) {
   const SynthesisSource source = lined_source();
   const SynthesizedMap map = squares(4, source);
   const TempFolder folder;
-  const EvaluationOptions options = quick();
+  const EvaluationOptions options = quick_map_figures();
   const MapFigures figures(
       source, {map.name, map.surface, std::make_shared<const FlowFrames>(uv_frames(*map.surface)), true}, options, 1);
-  write_map_sums(folder / "sums", figures.measure(0, reader_of(map.coordinates), ImageF(kSide + 4, kSide + 4), {},
-                                                  {4 * kSide * kSide, 1000, 4}));
+  write_map_sums(folder / "sums", figures.measure(0, reader_of(map.coordinates), ImageF(kTileSide + 4, kTileSide + 4),
+                                                  {}, {4 * kTileSide * kTileSide, 1000, 4}));
   const std::string whole = read_file(folder / "sums");
   for (std::size_t length : {std::size_t{0}, std::size_t{7}, whole.size() / 3, whole.size() / 2, whole.size() - 1}) {
     write_atomically(folder / "cut", std::string_view(whole).substr(0, length));

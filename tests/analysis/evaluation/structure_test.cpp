@@ -12,19 +12,19 @@
 namespace patinate::analysis {
 namespace {
 
-constexpr int kSide = 240, kPitch = 40;
+constexpr int kGridSide = 240, kPitch = 40;
 constexpr float kGround = 180.0f, kLine = 60.0f;  // Codes: L* of 73 and 25.
 
 /// A grid of lines 3 px wide, at 20, 60 ... 220; 5 x 5 cells are closed. The control grows along x.
 SynthesisSource grid_source(float ground = kGround, float line = kLine) {
   SynthesisSource source;
-  source.frames = {ImageF(kSide, kSide, 3)};
-  source.control = ImageF(kSide, kSide);
+  source.frames = {ImageF(kGridSide, kGridSide, 3)};
+  source.control = ImageF(kGridSide, kGridSide);
   const auto is_line = [](int v) { return (v + kPitch / 2 + 1) % kPitch < 3; };
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
+  for (int y = 0; y < kGridSide; ++y) {
+    for (int x = 0; x < kGridSide; ++x) {
       for (int c = 0; c < 3; ++c) source.frames[0].at(x, y, c) = is_line(x) || is_line(y) ? line : ground;
-      source.control.at(x, y) = static_cast<float>(x) / static_cast<float>(kSide - 1);
+      source.control.at(x, y) = static_cast<float>(x) / static_cast<float>(kGridSide - 1);
     }
   }
   return source;
@@ -70,12 +70,12 @@ TEST(StructureFigures, TheSourceItselfKeepsItsLines) {
     EXPECT_EQ(value_in(e, name), split_in(e, name)) << name;
   EXPECT_EQ(value_in(e, "dead_ends"), 0.0);
   // 25 cells between center lines 40 px apart.
-  EXPECT_DOUBLE_EQ(value_in(e, "closed_share"), 25.0 * 39.0 * 39.0 / (kSide * kSide));
+  EXPECT_DOUBLE_EQ(value_in(e, "closed_share"), 25.0 * 39.0 * 39.0 / (kGridSide * kGridSide));
   EXPECT_EQ(value_in(e, "median_cell"), 39.0 * 39.0);
   EXPECT_EQ(value_in(e, "closed_share_crops"), value_in(e, "closed_share"));
-  EXPECT_DOUBLE_EQ(value_in(e, "junctions"), 36.0 / (kSide * kSide));
+  EXPECT_DOUBLE_EQ(value_in(e, "junctions"), 36.0 / (kGridSide * kGridSide));
   // 12 lines from border to border; thinning takes half of their width, and a pixel, from both ends.
-  EXPECT_NEAR(value_in(e, "line_length") * kSide * kSide, 12.0 * (kSide - 1) * 0.948, 12.0 * 5.0 * 0.948);
+  EXPECT_NEAR(value_in(e, "line_length") * kGridSide * kGridSide, 12.0 * (kGridSide - 1) * 0.948, 12.0 * 5.0 * 0.948);
   ASSERT_EQ(e.lines.size(), 3u);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(e.lines[i].threshold, (std::array{7.0, 10.0, 16.0}[i]));
@@ -92,18 +92,18 @@ SynthesizedMap strips(const SynthesisSource& source) {
   Mesh mesh;
   const auto corner = [&](int x, int y) {
     mesh.positions.emplace_back(x, y, 0.0);
-    mesh.uvs.emplace_back(static_cast<double>(x) / kSide, static_cast<double>(y) / kSide);
+    mesh.uvs.emplace_back(static_cast<double>(x) / kGridSide, static_cast<double>(y) / kGridSide);
   };
-  for (int x = 0; x < kSide; x += 20) {
+  for (int x = 0; x < kGridSide; x += 20) {
     const int first = static_cast<int>(mesh.positions.size());
-    corner(x, 0), corner(x + 19, 0), corner(x + 19, kSide), corner(x, kSide);
+    corner(x, 0), corner(x + 19, 0), corner(x + 19, kGridSide), corner(x, kGridSide);
     mesh.triangles.push_back({first, first + 1, first + 2});
     mesh.triangles.push_back({first, first + 2, first + 3});
   }
   mesh.uv_triangles = mesh.triangles;
   mesh.triangle_surface.assign(mesh.triangles.size(), 0);
   mesh.surfaces.resize(1);
-  map.surface = std::make_shared<TexelMap>(mesh, kSide, kSide);
+  map.surface = std::make_shared<TexelMap>(mesh, kGridSide, kGridSide);
   return map;
 }
 
@@ -124,8 +124,8 @@ TEST(StructureFigures, PiecesThatDoNotFitHaveDeadEndsAndOpenCells) {
   // lies on the picture's border). Texels are half a millimeter.
   SynthesisSource source = grid_source();
   source.pixel_mm = 0.5;
-  const SynthesizedMap map = plane(kSide, kSide, 0.5, [](int x, int y) {
-    return std::pair{x, x < 120 ? y : (y + 20) % kSide};
+  const SynthesizedMap map = plane(kGridSide, kGridSide, 0.5, [](int x, int y) {
+    return std::pair{x, x < 120 ? y : (y + 20) % kGridSide};
   });
   const Evaluation e = evaluate(source, map, few_samples(), 1);
   EXPECT_EQ(split_in(e, "dead_ends"), 0.0);
@@ -186,7 +186,7 @@ TEST(StructureFigures, RoundedSizesOfTexelsChangeNothing) {
 TEST(StructureFigures, SmallerTexelsSayTheSameInMillimeters) {
   const SynthesisSource source = grid_source();
   const Evaluation e = evaluate(source,
-                                plane(2 * kSide, 2 * kSide, 0.5,
+                                plane(2 * kGridSide, 2 * kGridSide, 0.5,
                                       [](int x, int y) {
                                         return std::pair{x / 2, y / 2};
                                       }),
@@ -201,15 +201,16 @@ TEST(StructureFigures, SmallerTexelsSayTheSameInMillimeters) {
 TEST(StructureFigures, BordersOfChartsAreNoEnds) {
   // Two charts, the right one turned: lines that go on over the cut end at it in the atlas.
   SynthesisSource source = grid_source();
-  SynthesizedMap map{.name = "cut",
-                     .surface = std::make_shared<TexelMap>(testing_support::cut_plane(kSide), 2 * kSide, 2 * kSide),
-                     .coordinates = ImageF(2 * kSide, 2 * kSide, 2, -1.0f),
-                     .control = {}};
+  SynthesizedMap map{
+      .name = "cut",
+      .surface = std::make_shared<TexelMap>(testing_support::cut_plane(kGridSide), 2 * kGridSide, 2 * kGridSide),
+      .coordinates = ImageF(2 * kGridSide, 2 * kGridSide, 2, -1.0f),
+      .control = {}};
   for (TexelId t = 0; t < map.surface->num_texels(); ++t) {
     if (!map.surface->is_covered(t)) continue;
     const Vec3 p = map.surface->position_mm(t);
-    map.coordinates.data()[2 * t] = static_cast<float>(std::clamp(std::floor(p.x()), 0.0, kSide - 1.0));
-    map.coordinates.data()[2 * t + 1] = static_cast<float>(std::clamp(std::floor(p.y()), 0.0, kSide - 1.0));
+    map.coordinates.data()[2 * t] = static_cast<float>(std::clamp(std::floor(p.x()), 0.0, kGridSide - 1.0));
+    map.coordinates.data()[2 * t + 1] = static_cast<float>(std::clamp(std::floor(p.y()), 0.0, kGridSide - 1.0));
   }
   RunControl one, three;
   one.num_threads = 1;

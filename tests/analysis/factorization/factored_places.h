@@ -21,6 +21,8 @@ namespace patinate::testing_support {
   return rise(38.0, 4.0) - 0.45 * rise(62.0, 6.0);
 }
 
+inline const analysis::FactorizationOptions kQuickFactorization{.num_intervals = 24, .num_training = 96};
+
 struct FactoredPlaces {
   analysis::PlaceSeries series;
   std::vector<analysis::PlaceFactors> truth;  ///< Its clock is that of true_curve().

@@ -24,9 +24,8 @@ using testing_support::factored_places;
 using testing_support::FactoredOptions;
 using testing_support::FactoredPlaces;
 using testing_support::FactorErrors;
+using testing_support::kQuickFactorization;
 using testing_support::true_curve;
-
-const FactorizationOptions kQuick{.num_intervals = 24, .num_training = 96};
 
 /// Root mean square error of values fitted with p parameters to n samples of noise sigma, when the curve is known:
 /// sigma sqrt(p / n).
@@ -53,7 +52,7 @@ TEST(TemporalCurve, ReproducesCubicsAndTheirSlopes) {
 
 TEST(Factorization, OfFactoredPlacesReturnsTheirFactors) {
   const FactoredPlaces places = factored_places({.count = 300});
-  const FactorErrors e = factor_errors(places, factorize(places.series, kQuick));
+  const FactorErrors e = factor_errors(places, factorize(places.series, kQuickFactorization));
   // The curves are no splines of 24 pieces: what those cannot follow is the only error.
   EXPECT_EQ(e.fitted_share, 1.0);
   EXPECT_LT(e.value, 0.001);
@@ -67,7 +66,7 @@ TEST(Factorization, UnderNoiseAndOutliersIsAsGoodAsAKnownCurveAllows) {
   constexpr double kNoise = 0.01, kCauchyLoss = 1.1,
                    kUnknownCurve = 1.1;  // 95 % efficiency, 2 % of the values lost; the curve has errors too.
   const FactoredPlaces places = factored_places({.count = 300, .noise = kNoise, .outliers = 0.02});
-  const Factorization made = factorize(places.series, kQuick);
+  const Factorization made = factorize(places.series, kQuickFactorization);
   const FactorErrors e = factor_errors(places, made);
   EXPECT_EQ(e.fitted_share, 1.0);
   EXPECT_LT(e.value, kCauchyLoss * kUnknownCurve * bound_of_values(kNoise, 8, 3.0 * 48));
@@ -86,7 +85,7 @@ TEST(Factorization, UnderNoiseAndOutliersIsAsGoodAsAKnownCurveAllows) {
 
 TEST(Factorization, MaskedValuesDoNotMatterAndStillPlacesAreSaid) {
   const FactoredPlaces places = factored_places({.count = 300, .noise = 0.01, .unseen = 0.2, .unchanged = 0.3});
-  const Factorization made = factorize(places.series, kQuick);
+  const Factorization made = factorize(places.series, kQuickFactorization);
   EXPECT_LT(factor_errors(places, made).value, 1.2 * bound_of_values(0.01, 8, 0.8 * 3 * 48));
   for (std::size_t i = 0; i < places.truth.size(); ++i) {
     const PlaceFactors& f = made.factors[0][i];
@@ -112,7 +111,7 @@ TEST(Factorization, WhatChangesInAnotherWayIsNotCalledUnchanged) {
       }
     }
   }
-  const Factorization made = factorize(places.series, kQuick);
+  const Factorization made = factorize(places.series, kQuickFactorization);
   for (std::size_t i = 0; i < places.truth.size(); ++i) {
     const PlaceFactors& f = made.factors[0][i];
     if (i % 3 == 0) {
@@ -128,7 +127,7 @@ TEST(Factorization, WhatChangesInAnotherWayIsNotCalledUnchanged) {
 TEST(Forecast, KnowsACourseThatQuickPlacesHaveShownAndNotWhatNobodyDid) {
   // Slow places stand at the end where quick ones have been: the curve knows more than the last frame.
   const FactoredPlaces known = factored_places({.count = 300, .noise = 0.005, .spread = 0.4});
-  const Forecast of_known = make_forecast(known.series, kQuick);
+  const Forecast of_known = make_forecast(known.series, kQuickFactorization);
   EXPECT_EQ(of_known.undefined, "");
   EXPECT_EQ(of_known.num_held, 9);
   EXPECT_TRUE(of_known.has_skill());
@@ -139,8 +138,9 @@ TEST(Forecast, KnowsACourseThatQuickPlacesHaveShownAndNotWhatNobodyDid) {
     float* values = still.series.values.data() + i * num_times;
     for (std::size_t t = num_times - 9; t < num_times; ++t) values[t] = values[num_times - 10];
   }
-  EXPECT_FALSE(make_forecast(still.series, kQuick).has_skill());
-  const Forecast of_few = make_forecast({.times = {0, 1, 2, 3}, .values = std::vector<float>(12, 0.5f)}, kQuick);
+  EXPECT_FALSE(make_forecast(still.series, kQuickFactorization).has_skill());
+  const Forecast of_few =
+      make_forecast({.times = {0, 1, 2, 3}, .values = std::vector<float>(12, 0.5f)}, kQuickFactorization);
   EXPECT_FALSE(of_few.has_skill());
   EXPECT_NE(of_few.undefined.find("too few frames"), std::string::npos);
 }
@@ -187,7 +187,7 @@ TEST(Factorization, GoesOnForSlowPlacesWhereFastOnesHaveBeen) {
   FactoredOptions options{.count = 300, .times = {}};
   for (int t = 0; t <= 40; ++t) options.times.push_back(1.75 * t);
   const FactoredPlaces places = factored_places(options);
-  const Factorization made = factorize(places.series, kQuick);
+  const Factorization made = factorize(places.series, kQuickFactorization);
   double worst = 0.0;
   int covered = 0, open = 0;
   for (std::size_t i = 0; i < places.truth.size(); ++i) {

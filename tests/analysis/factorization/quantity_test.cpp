@@ -16,11 +16,11 @@ namespace patinate::analysis {
 namespace {
 
 namespace fs = std::filesystem;
+using testing_support::kQuickFactorization;
 using testing_support::true_curve;
 
 constexpr int kWidth = 24, kHeight = 16, kFrames = 30;
 constexpr float kColor = 0.25f, kStrength = 0.5f;
-const FactorizationOptions kQuick{.num_intervals = 24, .num_training = 96};
 
 double time_of(int frame) { return 100.0 * frame / (kFrames - 1); }
 /// Of place i at a frame: it dulls as a factorization has it.
@@ -61,8 +61,9 @@ TEST(FactorQuantity, OfRoughnessFindsItsClocksAndLeavesTheRestAsItIs) {
   const testing_support::TempFolder folder;
   std::vector<PlaceFactors> truth = testing_support::factored_places({.count = kWidth * kHeight}).truth;
   write_dulling(folder / "dulling", truth);
-  run_job(plan_factorization({.history = folder / "dulling", .of = FactorQuantity::Roughness, .options = kQuick},
-                             folder / "factors"),
+  run_job(plan_factorization(
+              {.history = folder / "dulling", .of = FactorQuantity::Roughness, .options = kQuickFactorization},
+              folder / "factors"),
           {}, {});
   const HistoryReader made(folder / "factors/history");
   ASSERT_EQ(made.num_frames(), kFrames);
@@ -93,7 +94,8 @@ TEST(FactorQuantity, OfRoughnessFindsItsClocksAndLeavesTheRestAsItIs) {
 TEST(FactorQuantity, WhatCannotBeTakenApartIsOneLine) {
   const testing_support::TempFolder folder;
   write_dulling(folder / "dulling", testing_support::factored_places({.count = kWidth * kHeight}).truth);
-  FactorizationTask task{.history = folder / "dulling", .of = FactorQuantity::Metalness, .options = kQuick};
+  FactorizationTask task{
+      .history = folder / "dulling", .of = FactorQuantity::Metalness, .options = kQuickFactorization};
   EXPECT_EQ(problem_of(task, folder / "out"), (folder / "dulling").string() +
                                                   ": not every frame has a map of metalness; all of them have color, "
                                                   "roughness, specular");

@@ -9,6 +9,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/random.h"
 #include "tests/analysis/fit/fit_model.h"
+#include "tests/analysis/fit/run_fit.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 
@@ -19,13 +20,6 @@ namespace fs = std::filesystem;
 using namespace testing_support;
 
 constexpr std::uint64_t kSeedsOfCapture = 1000;
-
-Json run(FitTask task, const fs::path& output, int num_threads = 0) {
-  RunControl control;
-  control.num_threads = num_threads;
-  (void)run_job(plan_fit(std::move(task), output), {.force = true}, control);
-  return load_json(output / kFitReportFile);
-}
 
 /// Rate and strength of the green plate: the rate shared, the strength each one's own where `has_own`.
 FitTask task_of(const std::vector<fs::path>& histories, bool has_own, double chance) {
@@ -71,7 +65,7 @@ TEST(FitCaptures, ASharedRateAndStrengthsOfTheirOwnAreFoundAgain) {
     write_surface(histories.back(), green_plate({0.4, strength, 0.0}), "0123456789abcdef");
   }
   const fs::path output = folder.path() / "fit";
-  const Json report = run(task_of(histories, true, 0.0), output);
+  const Json report = run_fit(task_of(histories, true, 0.0), output);
   const Json& p = report.at("parameters");
   ASSERT_EQ(p.size(), 3u);
   // As in FitJob.FindsKnownValuesAgain...: a thousandth of the range, and half floats.
@@ -107,7 +101,7 @@ TEST(FitCaptures, ASurfaceGivenTwiceIsFittedAsOnce) {
     task.options.appearance_evaluations = 9;
     task.options.seeds = 1;
     task.options.scan = 2;
-    return run(std::move(task), folder.path() / name);
+    return run_fit(std::move(task), folder.path() / name);
   };
   const Json one = found({histories.front()}, "one"), two = found(histories, "two");
   EXPECT_EQ(one.at("objective").at("after"), two.at("objective").at("after"));
@@ -140,7 +134,7 @@ TEST(FitCaptures, IntervalsHoldTheTruthAndASharedNumberIsKnownMoreCloselyThanFro
       task.options.evaluations = 37;
       task.options.appearance_evaluations = 13;
       task.seed = static_cast<std::uint64_t>(k);
-      return run(std::move(task), folder.path() / (name + std::to_string(k))).at("parameters");
+      return run_fit(std::move(task), folder.path() / (name + std::to_string(k))).at("parameters");
     };
     const Json both = fitted(histories, "both");
     num_held += holds(both[0], rate) && holds(both[1], strengths[0]) && holds(both[2], strengths[1]);
@@ -169,7 +163,7 @@ TEST(FitCaptures, HasTheSameBytesForAnyNumberOfThreads) {
     task.options.scan = 2;
     task.options.seeds = 1;
     const fs::path output = folder.path() / std::to_string(threads);
-    (void)run(std::move(task), output, threads);
+    (void)run_fit(std::move(task), output, threads);
     const std::string text =
         read_file(output / kFitReportFile) + read_file(output / kFitPageFile) + read_file(output / kFitTableFile);
     if (first.empty()) first = text;
@@ -187,7 +181,7 @@ TEST(FitCaptures, ThePageSaysThatWhatTheyShareTiesNumbersOfTheirOwn) {
   }
   FitTask task = task_of(histories, true, 0.0);
   task.options.seeds = 1;
-  const Json report = run(std::move(task), folder.path() / "fit");
+  const Json report = run_fit(std::move(task), folder.path() / "fit");
   ASSERT_TRUE(report.at("correlation").is_array());
   const double r = report.at("correlation")[1][2].get<double>();
   ASSERT_GT(r, 0.8);
@@ -209,7 +203,7 @@ TEST(FitCaptures, FramesAreHeldOutOfEachByItselfAndTheMeanIsTheirs) {
   task.options.appearance_evaluations = 5;
   task.options.scan = 0;
   task.options.seeds = 1;
-  const Json held_out = run(std::move(task), folder.path() / "fit").at("held_out");
+  const Json held_out = run_fit(std::move(task), folder.path() / "fit").at("held_out");
   ASSERT_EQ(held_out.at("captures").size(), 2u);
   const Json &first = held_out.at("captures")[0], &second = held_out.at("captures")[1];
   for (const char* figure : {"before", "after", "last_frame"})
@@ -247,7 +241,7 @@ TEST(FitCaptures, FramesAreHeldOutOfAllInOneUnitOfTime) {
   right.options.appearance_evaluations = 5;
   right.options.scan = 0;
   right.options.seeds = 2;
-  (void)run(std::move(right), folder.path() / "fit");
+  (void)run_fit(std::move(right), folder.path() / "fit");
   const FitManifest manifest = read_fit_manifest(folder.path() / "fit");
   ASSERT_TRUE(manifest.held_out);
   EXPECT_EQ(manifest.held_out->time_unit, "d");

@@ -9,6 +9,7 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/random.h"
 #include "tests/analysis/fit/fit_model.h"
+#include "tests/analysis/fit/run_fit.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 
@@ -22,14 +23,6 @@ using namespace testing_support;
 fs::path captured(const TempFolder& folder) {
   write_surface(folder.path() / "captured", green_plate(kGreenTruth), "0123456789abcdef");
   return folder.path() / "captured";
-}
-
-Json run(FitTask task, const fs::path& output, int num_threads = 0, std::stop_token stop = {}) {
-  RunControl control;
-  control.num_threads = num_threads;
-  control.stop = std::move(stop);
-  (void)run_job(plan_fit(std::move(task), output), {.force = true}, control);
-  return load_json(output / kFitReportFile);
 }
 
 /// Every file with its bytes, but for job.json, which names what was regenerated.
@@ -48,7 +41,7 @@ std::string tree_of(const fs::path& folder) {
 TEST(FitJob, FindsKnownValuesAgainAndSaysWhichOneDoesNothing) {
   const TempFolder folder;
   FitTask task = green_task(captured(folder));
-  const Json report = run(std::move(task), folder.path() / "fit");
+  const Json report = run_fit(std::move(task), folder.path() / "fit");
   const Json& p = report.at("parameters");
   // Two significant digits: the search ends at a thousandth of the range, a factor of 1.005 in the rate, and frames are
   // half floats.
@@ -88,7 +81,7 @@ TEST(FitJob, IntervalsHoldAllOfTheTruthAsOftenAsTheySayWhenOtherSeedsDiffer) {
     task.options.evaluations = 37;
     task.options.appearance_evaluations = 13;
     task.seed = static_cast<std::uint64_t>(k);
-    const Json report = run(std::move(task), folder.path() / ("fit" + std::to_string(k)));
+    const Json report = run_fit(std::move(task), folder.path() / ("fit" + std::to_string(k)));
     const auto holds = [&](std::size_t i, double truth) {
       const Json interval = report.at("parameters")[i].at("interval");
       return interval[0].get<double>() <= truth && truth <= interval[1].get<double>();
@@ -117,7 +110,7 @@ TEST(FitJob, AModelThatIsRightForetellsFramesThatItsSearchDidNotSeeAndOneThatSto
     task.objective.until = 4.0;
     task.options.seeds = 2;
     task.options.scan = 0;
-    return run(std::move(task), folder.path() / name).at("held_out");
+    return run_fit(std::move(task), folder.path() / name).at("held_out");
   };
   const Json right = held_out(false, "right"), wrong = held_out(true, "wrong");
   EXPECT_EQ(right.at("times"), 4);
@@ -147,7 +140,7 @@ TEST(FitJob, AScanOfOnePlaceIsAScan) {
     task.options.appearance_evaluations = 5;
     task.options.scan = scan;
     task.options.seeds = 1;
-    const Json report = run(std::move(task), folder.path() / ("fit" + std::to_string(scan)));
+    const Json report = run_fit(std::move(task), folder.path() / ("fit" + std::to_string(scan)));
     for (const Json& p : report.at("parameters")) EXPECT_NE(p.at("determination"), "not_examined") << p.at("pointer");
     EXPECT_EQ(report.at("parameters")[2].at("determination"), "without_effect");
   }
@@ -165,7 +158,7 @@ TEST(FitJob, AFirstStepBelowTheLeastOfALookIsUsed) {
   task.options.step = 0.02;
   ASSERT_TRUE(std::any_of(task.parameters.begin(), task.parameters.end(),
                           [](const FitParameter& p) { return p.is_appearance; }));
-  const Json report = run(std::move(task), folder.path() / "fit");
+  const Json report = run_fit(std::move(task), folder.path() / "fit");
   EXPECT_LE(report.at("objective").at("after").get<double>(), report.at("objective").at("before").get<double>());
 }
 
@@ -178,7 +171,7 @@ TEST(FitJob, HasTheSameBytesForAnyNumberOfThreads) {
     task.options.evaluations = 13;
     task.options.scan = 2;
     task.options.seeds = 1;
-    (void)run(std::move(task), folder.path() / std::to_string(threads), threads);
+    (void)run_fit(std::move(task), folder.path() / std::to_string(threads), threads);
     const std::string tree = tree_of(folder.path() / std::to_string(threads));
     if (first.empty()) first = tree;
     EXPECT_EQ(tree, first) << threads << " threads";
@@ -196,7 +189,7 @@ TEST(FitJob, StoppedAnywhereItGoesOnAndEndsInTheSameBytes) {
     return task;
   };
   int num_whole = 0, num_pieces = 0;
-  (void)run(task_of(&num_whole), folder.path() / "whole", 1);
+  (void)run_fit(task_of(&num_whole), folder.path() / "whole", 1);
   for (const int after : {3, 16}) {
     std::stop_source stop;
     FitTask task = task_of(&num_pieces);
@@ -206,9 +199,9 @@ TEST(FitJob, StoppedAnywhereItGoesOnAndEndsInTheSameBytes) {
       if (++calls == after) stop.request_stop();
       return inner(v, shift, c);
     };
-    EXPECT_THROW(run(std::move(task), folder.path() / "pieces", 1, stop.get_token()), Canceled);
+    EXPECT_THROW(run_fit(std::move(task), folder.path() / "pieces", 1, stop.get_token()), Canceled);
   }
-  (void)run(task_of(&num_pieces), folder.path() / "pieces", 1);
+  (void)run_fit(task_of(&num_pieces), folder.path() / "pieces", 1);
   EXPECT_EQ(tree_of(folder.path() / "pieces"), tree_of(folder.path() / "whole"));
   EXPECT_LE(num_pieces, num_whole + 2 * 2);  // A stop loses at most what was under way.
 }
@@ -224,13 +217,13 @@ TEST(FitJob, ALargerBudgetGoesOnFromASmallerOne) {
     return task;
   };
   int num_agings = 0;
-  (void)run(task_of(13, nullptr), folder.path() / "fit");
-  (void)run(task_of(19, &num_agings), folder.path() / "fit");
+  (void)run_fit(task_of(13, nullptr), folder.path() / "fit");
+  (void)run_fit(task_of(19, &num_agings), folder.path() / "fit");
   // One more generation of six, then as after any search: a seed and what it is compared with, scans of two parameters
   // (each again along the valley, and with another seed, at most), one of the look, before and after.
   EXPECT_GE(num_agings, 6 + 2 + 2 * 2 + 1 + 2);
   EXPECT_LE(num_agings, 6 + 2 + 2 * 2 * (1 + 1 + 2) + 1 + 2);
-  (void)run(task_of(19, nullptr), folder.path() / "at_once");
+  (void)run_fit(task_of(19, nullptr), folder.path() / "at_once");
   EXPECT_EQ(tree_of(folder.path() / "fit"), tree_of(folder.path() / "at_once"));
 }
 
@@ -247,7 +240,7 @@ TEST(FitJob, LooksAloneNeedOneAging) {
     };
   };
   task.options.seeds = 0;
-  const Json report = run(std::move(task), folder.path() / "fit");
+  const Json report = run_fit(std::move(task), folder.path() / "fit");
   EXPECT_NEAR(report.at("parameters")[0].at("best").get<double>(), kGreenTruth[1], 0.01);
   EXPECT_EQ(num_agings, 1 + 1 + 2);  // the search; the scan; before and after
   EXPECT_GT(report.at("evaluations").at("appearance_evaluations").get<int>(), 20);
@@ -262,7 +255,7 @@ TEST(FitJob, ValuesThatTheModelRefusesAreRankedLastAndNamed) {
     return inner(v, shift, c);
   };
   task.options.evaluations = 37;
-  const Json report = run(std::move(task), folder.path() / "fit");
+  const Json report = run_fit(std::move(task), folder.path() / "fit");
   EXPECT_NEAR(report.at("parameters")[0].at("best").get<double>(), kGreenTruth[0], 0.1 * kGreenTruth[0]);
   EXPECT_TRUE(has(read_file(folder.path() / "fit/evaluations.csv"), "do not go together"));
 }

@@ -7,23 +7,26 @@
 #include <limits>
 #include <optional>
 
+#include "tests/analysis/fit/box_point.h"
 #include "tests/support/errors.h"
 
 namespace patinate::analysis {
 namespace {
 
+using testing_support::BoxPoint;
 using testing_support::error_of;
 using testing_support::has;
-using Point = std::vector<double>;
 
-double square(const Point& x, const Point& optimum) {
+double square(const BoxPoint& x, const BoxPoint& optimum) {
   double sum = 0.0;
   for (std::size_t i = 0; i < x.size(); ++i) sum += (x[i] - optimum[i]) * (x[i] - optimum[i]);
   return sum;
 }
 
 /// A wide valley that ends above 0, and a deeper one of a twelfth of its area.
-double two_valleys(const Point& x) { return std::min(1.0 + 4 * square(x, {0.2, 0.25}), 50 * square(x, {0.8, 0.75})); }
+double two_valleys(const BoxPoint& x) {
+  return std::min(1.0 + 4 * square(x, {0.2, 0.25}), 50 * square(x, {0.8, 0.75}));
+}
 
 TEST(MultiStart, FindsTheDeeperOfTwoValleysFromTheFloorOfTheOtherWhateverTheSeed) {
   int num_alone = 0;  // Below the other's floor is in the deeper one.
@@ -46,7 +49,7 @@ TEST(MultiStart, FollowsBothValleysToTheirFloorsWhenTheBudgetAllows) {
   }
   ASSERT_TRUE(search.is_done());
   const std::vector<MultiStart::Descent> found = search.descents();
-  const auto holds = [&](const Point& floor) {
+  const auto holds = [&](const BoxPoint& floor) {
     return std::any_of(found.begin(), found.end(),
                        [&](const MultiStart::Descent& d) { return d.is_converged && square(d.at, floor) < 1e-4; });
   };
@@ -56,9 +59,9 @@ TEST(MultiStart, FollowsBothValleysToTheirFloorsWhenTheBudgetAllows) {
 }
 
 TEST(MultiStart, ALargerBudgetBeginsWithTheSmallerOne) {
-  std::vector<Point> few, many;
-  const auto tried_in = [](std::vector<Point>& list) {
-    return [&list](const Point& x) {
+  std::vector<BoxPoint> few, many;
+  const auto tried_in = [](std::vector<BoxPoint>& list) {
+    return [&list](const BoxPoint& x) {
       list.push_back(x);
       return two_valleys(x);
     };
@@ -71,7 +74,7 @@ TEST(MultiStart, ALargerBudgetBeginsWithTheSmallerOne) {
 
 TEST(MultiStart, GivesTheBestOfItsStartsHalfOfTheGenerationsAndForgetsNone) {
   // Cones never end early: each of the four descents is at work until the end of this budget.
-  const auto f = [](const Point& x) {
+  const auto f = [](const BoxPoint& x) {
     return std::min({std::sqrt(square(x, {0.1, 0.1})), 0.2 + std::sqrt(square(x, {0.9, 0.1})),
                      0.3 + std::sqrt(square(x, {0.1, 0.9})), 0.4 + std::sqrt(square(x, {0.9, 0.9}))});
   };
@@ -93,7 +96,7 @@ TEST(MultiStart, GivesTheBestOfItsStartsHalfOfTheGenerationsAndForgetsNone) {
 }
 
 TEST(MultiStart, SaysByHowMuchItsLastGenerationsBroughtTheBestDescentDown) {
-  const Point start{0.5, 0.5, 0.5}, optimum{0.3, 0.6, 0.7};
+  const BoxPoint start{0.5, 0.5, 0.5}, optimum{0.3, 0.6, 0.7};
   MultiStart search(start, square(start, optimum), {.search = {.seed = 4}, .starts = 1});
   EXPECT_EQ(search.lately_gained(), std::numeric_limits<double>::infinity());
   const int patience = Evolution::patience_of(start.size());
@@ -116,13 +119,13 @@ TEST(MultiStart, WhatComesAfterALittleGainIsLittle) {
   constexpr int kNumSeeds = 40;
   int num_held = 0;
   for (std::uint64_t seed = 1; seed <= kNumSeeds; ++seed) {
-    const Point optimum{0.2 + 0.015 * static_cast<double>(seed), 0.65, 0.4};
+    const BoxPoint optimum{0.2 + 0.015 * static_cast<double>(seed), 0.65, 0.4};
     // As a distance of distributions: a cone, rounded by what the model lacks, longer than wide, with grain.
-    const auto f = [&](const Point& x) {
+    const auto f = [&](const BoxPoint& x) {
       const double grain = std::sin(900.0 * x[0] + 700.0 * x[1] + 800.0 * x[2]);
       return std::sqrt(0.04 + square({x[0], x[1], 0.4 + 0.1 * (x[2] - 0.4)}, optimum)) + 0.002 * grain;
     };
-    const Point start{0.5, 0.5, 0.5};
+    const BoxPoint start{0.5, 0.5, 0.5};
     MultiStart search(start, f(start), {.search = {.seed = seed}});
     std::optional<double> then;
     double least = f(start);

@@ -58,7 +58,7 @@ FieldColors colors_of(const PlaceField& truth, double noise, std::uint64_t seed)
 }
 
 /// Root mean square difference of two fields.
-double distance(const PlaceField& a, const PlaceField& b, const FieldColors& colors) {
+double field_difference(const PlaceField& a, const PlaceField& b, const FieldColors& colors) {
   double sum = 0.0;
   for (const auto& [x, y] : colors.places) sum += std::pow(a.at(x, y) - b.at(x, y), 2);
   return std::sqrt(sum / static_cast<double>(colors.places.size()));
@@ -96,7 +96,7 @@ TEST(PlaceField, AKnownFieldIsFoundAgain) {
   // Colors between levels are read along chords, which are off by h^2 / 8 of the second derivative: for 1 - exp(-r t)
   // of r = 0.02 x 100^u that is h^2 / 8 ln(100) |r t - 1| of the first, with r t up to 4 where it still changes.
   constexpr double h = 1.0 / (kLevels - 1);
-  EXPECT_LT(distance(found.field, bent(), colors), h * h / 8.0 * std::log(kDecades) * 3.0);
+  EXPECT_LT(field_difference(found.field, bent(), colors), h * h / 8.0 * std::log(kDecades) * 3.0);
   EXPECT_LT(found.misfit, 0.1 * found.flat_misfit);
 }
 
@@ -116,7 +116,7 @@ TEST(PlaceField, NoiseMovesAFieldByNoMoreThanItsNumbersAllow) {
   }
   constexpr double kNumbers = 36.0, kPlaces = kSide * kSide, h = 1.0 / (kLevels - 1);
   const double by_chance = std::sqrt(kNumbers / (kPlaces * least));
-  EXPECT_LT(distance(found.field, bent(), colors), 3.0 * by_chance + h * h / 8.0 * std::log(kDecades) * 3.0);
+  EXPECT_LT(field_difference(found.field, bent(), colors), 3.0 * by_chance + h * h / 8.0 * std::log(kDecades) * 3.0);
   EXPECT_LT(found.num_effective, kNumbers);
   EXPECT_GT(found.num_effective, 4.0);  // Four waves of the truth are large.
 }
@@ -127,7 +127,7 @@ TEST(PlaceField, OfASurfaceThatAgesAlikeEverywhereItStaysAlmostOneNumber) {
   const FieldColors colors = colors_of(flat, kNoise, 3);
   const FittedField found = fit_place_field(colors, {});
   EXPECT_NEAR(found.flat_value, 0.6, 0.02);
-  EXPECT_LT(distance(found.field, flat, colors), 0.02);
+  EXPECT_LT(field_difference(found.field, flat, colors), 0.02);
   // What a field gains on noise: of the sum of squares as many variances as it has numbers.
   const double residuals = 3.0 * kTimes * kSide * kSide;
   EXPECT_GT(found.misfit * found.misfit, found.flat_misfit * found.flat_misfit * (1.0 - 2.0 * 36.0 / residuals));

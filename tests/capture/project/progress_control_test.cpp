@@ -16,17 +16,17 @@
 namespace patinate::capture {
 namespace {
 
-constexpr int kWidth = 64, kHeight = 32, kNumFrames = 21;
+constexpr int kSwitchingWidth = 64, kSwitchingHeight = 32, kNumSwitchingFrames = 21;
 
 /// Columns switch from dark to bright one after another, the right ones first; the lower quarter is a black background.
 ImageF switching_frame(int index, double noise) {
-  ImageF frame(kWidth, kHeight, 3);
+  ImageF frame(kSwitchingWidth, kSwitchingHeight, 3);
   RandomStream random(5, static_cast<std::uint64_t>(index));
-  const double done = static_cast<double>(index) / (kNumFrames - 1);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
-      const bool is_background = y >= 3 * kHeight / 4;
-      const bool is_aged = done > 1.0 - (x + 0.5) / kWidth;
+  const double done = static_cast<double>(index) / (kNumSwitchingFrames - 1);
+  for (int y = 0; y < kSwitchingHeight; ++y) {
+    for (int x = 0; x < kSwitchingWidth; ++x) {
+      const bool is_background = y >= 3 * kSwitchingHeight / 4;
+      const bool is_aged = done > 1.0 - (x + 0.5) / kSwitchingWidth;
       for (int c = 0; c < 3; ++c) {
         const double code = (is_background ? 0.0 : is_aged ? 0.7 : 0.3) + noise * random.normal();
         frame.at(x, y, c) = linear_from_srgb(static_cast<float>(code));
@@ -37,7 +37,7 @@ ImageF switching_frame(int index, double noise) {
 }
 
 std::vector<double> even_times() {
-  std::vector<double> times(kNumFrames);
+  std::vector<double> times(kNumSwitchingFrames);
   std::iota(times.begin(), times.end(), 0.0);
   return times;
 }
@@ -49,8 +49,8 @@ TEST(Progress, IsTheShareOfTimeThatAPixelSpentAged) {
     // Switched at 1 - x / W of the time, so aged for x / W of it. A frame apart is 1 / 20; a blurred front and noise as
     // much.
     constexpr double kTolerance = 0.1;
-    for (int x = 4; x < kWidth - 4; x += 5) {
-      EXPECT_NEAR(static_cast<double>(map.values.at(x, 8)), (x + 0.5) / kWidth, kTolerance) << x;
+    for (int x = 4; x < kSwitchingWidth - 4; x += 5) {
+      EXPECT_NEAR(static_cast<double>(map.values.at(x, 8)), (x + 0.5) / kSwitchingWidth, kTolerance) << x;
     }
     EXPECT_NEAR(map.changing_share, 0.75, 0.08);
     EXPECT_NEAR(map.aged_change, 0.4 * std::sqrt(3.0), 0.05);
@@ -60,7 +60,7 @@ TEST(Progress, IsTheShareOfTimeThatAPixelSpentAged) {
 TEST(Progress, BackgroundNeitherAgesNorMovesTheRange) {
   const ProgressMap map =
       progress_from_history(even_times(), [&](int i) { return switching_frame(i, 0.005); }, {}, {.smoothing_px = 1.5});
-  EXPECT_LT(map.values.at(32, kHeight - 2), 0.05f);
+  EXPECT_LT(map.values.at(32, kSwitchingHeight - 2), 0.05f);
   EXPECT_LT(map.low, 0.12);
   EXPECT_GT(map.high, 0.9);
 }
@@ -81,8 +81,8 @@ TEST(Progress, OneSpoiltPhotographDoesNotCount) {
 }
 
 TEST(Progress, IgnoresWhatLiesOutsideTheMask) {
-  ImageU8 mask(kWidth, kHeight, 1, 255);
-  for (int y = 0; y < kHeight; ++y) {
+  ImageU8 mask(kSwitchingWidth, kSwitchingHeight, 1, 255);
+  for (int y = 0; y < kSwitchingHeight; ++y) {
     for (int x = 0; x < 10; ++x) mask.at(x, y) = 0;
   }
   const auto with_border = [&](float value) {
@@ -90,7 +90,7 @@ TEST(Progress, IgnoresWhatLiesOutsideTheMask) {
         even_times(),
         [&](int i) {
           ImageF frame = switching_frame(i, 0.0);
-          for (int y = 0; y < kHeight; ++y) {
+          for (int y = 0; y < kSwitchingHeight; ++y) {
             for (int x = 0; x < 10; ++x) frame.at(x, y, 0) = value * static_cast<float>(i);
           }
           return frame;
@@ -133,12 +133,12 @@ TEST(Progress, RefusesBadInput) {
 TEST(Progress, OfAHistoryIsThatOfItsFramesTimesAndMask) {
   MemoryHistoryImages images{.name = "switching", .frames = {}};
   std::vector<double> times;
-  for (int i = 0; i < kNumFrames; ++i) {
+  for (int i = 0; i < kNumSwitchingFrames; ++i) {
     times.push_back(0.5 * i * i);
     images.frames.push_back({.time = times.back(), .color = switching_frame(i, 0.005)});
   }
-  images.mask = ImageU8(kWidth, kHeight, 1, 255);
-  for (int x = 0; x < kWidth; ++x) images.mask.at(x, 0) = 0;
+  images.mask = ImageU8(kSwitchingWidth, kSwitchingHeight, 1, 255);
+  for (int x = 0; x < kSwitchingWidth; ++x) images.mask.at(x, 0) = 0;
   const ProgressMap made = progress_from_history(MemoryHistory(images)),
                     expected = progress_from_history(
                         times, [](int i) { return switching_frame(i, 0.005); }, images.mask);
@@ -150,7 +150,7 @@ TEST(Progress, OfAHistoryIsThatOfItsFramesTimesAndMask) {
 /// Columns that fade one after another, at a third of the time each: smooth, so that a frame's noise moves them.
 ImageF fading_frame(int index) {
   ImageF frame(96, 48, 3);
-  const double time = static_cast<double>(index) / (kNumFrames - 1);
+  const double time = static_cast<double>(index) / (kNumSwitchingFrames - 1);
   for (int y = 0; y < frame.height(); ++y) {
     for (int x = 0; x < frame.width(); ++x) {
       const double share = std::clamp(1.5 * time - 0.5 * (x + 0.5) / frame.width(), 0.0, 1.0);

@@ -28,13 +28,13 @@ using testing_support::make_icosphere;
 using testing_support::make_patch;
 using testing_support::TempFolder;
 
-constexpr int kWidth = 90, kHeight = 75;
+constexpr int kPhotoWidth = 90, kPhotoHeight = 75;
 constexpr double kRadius = 20.0, kDistance = 100.0;
 
 /// Looks from z = kDistance down at the origin; y of the world is up.
 Camera camera_above(double k1 = -0.1) {
   CameraParameters p;
-  p.width = kWidth, p.height = kHeight;
+  p.width = kPhotoWidth, p.height = kPhotoHeight;
   p.fx = p.fy = 160.0;
   p.cx = 46.0, p.cy = 36.0;
   p.distortion = {k1, 0.02, 1e-3, -5e-4, 0.0};
@@ -43,8 +43,12 @@ Camera camera_above(double k1 = -0.1) {
   return Camera(p);
 }
 
-const PhotoPart kWhole{
-    .x0 = 0, .y0 = 0, .width = kWidth, .height = kHeight, .num_columns = kWidth, .num_rows = kHeight};
+const PhotoPart kWhole{.x0 = 0,
+                       .y0 = 0,
+                       .width = kPhotoWidth,
+                       .height = kPhotoHeight,
+                       .num_columns = kPhotoWidth,
+                       .num_rows = kPhotoHeight};
 
 Vec3 vector_at(const ImageF& image, int x, int y) {
   return {static_cast<double>(image.at(x, y, 0)), static_cast<double>(image.at(x, y, 1)),
@@ -60,8 +64,8 @@ TEST(ScanMaps, ASphereIsWhereItIsAndEvenlyCurved) {
   constexpr double kFacets = 0.01;
   ASSERT_GT(maps.num_seen, 1000);
   double sum = 0.0;
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  for (int y = 0; y < kPhotoHeight; ++y) {
+    for (int x = 0; x < kPhotoWidth; ++x) {
       if (maps.seen.at(x, y) == 0) {
         EXPECT_EQ(vector_at(maps.position_mm, x, y).norm() + vector_at(maps.normal, x, y).norm(), 0.0);
         continue;
@@ -116,7 +120,7 @@ TEST(ScanMaps, TexelsOfAPlaneHaveTheSizeThatTheFocalLengthGives) {
   PhotoPart part = kWhole;
   part.num_columns = 45;  // Two pixels of the photograph wide, one high.
   const ScanMaps maps = scan_maps(plane, Camera(p), part);
-  EXPECT_EQ(maps.num_seen, 45 * kHeight);
+  EXPECT_EQ(maps.num_seen, 45 * kPhotoHeight);
   const double pixel_mm = kDistance / 160.0;
   for (float size : maps.texel_size_mm.values())
     EXPECT_NEAR(static_cast<double>(size), pixel_mm * std::sqrt(2.0), 1e-5);
@@ -153,7 +157,7 @@ void write_project(const fs::path& folder, const std::string& more, const std::s
   fs::create_directories(folder / "frames");
   for (int i = 0; i < 3; ++i)
     write_codes(folder / "frames" / (std::to_string(i) + ".png"),
-                ImageU8(kWidth, kHeight, 3, static_cast<std::uint8_t>(60 + 40 * i)));
+                ImageU8(kPhotoWidth, kPhotoHeight, 3, static_cast<std::uint8_t>(60 + 40 * i)));
   Mesh mesh = relief();
   scale_mesh(mesh, 0.1);
   write_obj(folder / "relief.obj", mesh);
@@ -182,7 +186,7 @@ TEST(IngestScan, GivesAccessibilityMapsAndAMask) {
   ASSERT_EQ(position.height(), 69);
   double outside = 0;
   for (int y = 0; y < 69; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+    for (int x = 0; x < kPhotoWidth; ++x) {
       if (mask.at(x, y) == 0) {
         ++outside;
         continue;
@@ -205,8 +209,8 @@ TEST(IngestScan, GivesAccessibilityMapsAndAMask) {
 
 TEST(IngestScan, KeepsTheTexelSizeAndTheMaskOfTheProject) {
   const TempFolder folder;
-  ImageU8 mask(kWidth, kHeight, 1, 255);
-  for (int y = 0; y < kHeight; ++y) mask.at(46, y) = 0;
+  ImageU8 mask(kPhotoWidth, kPhotoHeight, 1, 255);
+  for (int y = 0; y < kPhotoHeight; ++y) mask.at(46, y) = 0;
   write_codes(folder / "mask.png", mask);
   write_project(folder.path(), R"(, "unit": "cm", "texel_size_mm": 0.7, "mask": "mask.png")");
   const HistoryReader history = ingest(folder.path());

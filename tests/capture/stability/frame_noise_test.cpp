@@ -16,7 +16,7 @@
 namespace patinate::capture {
 namespace {
 
-constexpr int kSide = 48;
+constexpr int kNoiseSide = 48;
 
 /// A camera: variance = read + photon * light.
 struct Camera {
@@ -37,14 +37,14 @@ Series photograph(int num_frames, const Camera& camera, Aging aging, std::uint64
   for (int i = 0; i < num_frames; ++i) {
     series.times.push_back(i + 0.3 * std::sin(2.0 * i));
     const double time = static_cast<double>(i) / (num_frames - 1);
-    ImageF truth(kSide, kSide, 3), frame(kSide, kSide, 3);
-    for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) {
+    ImageF truth(kNoiseSide, kNoiseSide, 3), frame(kNoiseSide, kNoiseSide, 3);
+    for (int y = 0; y < kNoiseSide; ++y) {
+      for (int x = 0; x < kNoiseSide; ++x) {
         // A crack in every twelfth column opens at a time of its own.
-        const bool has_crack = aging == Aging::Sudden && x % 12 == 5 && time > 0.1 + 0.8 * y / kSide;
+        const bool has_crack = aging == Aging::Sudden && x % 12 == 5 && time > 0.1 + 0.8 * y / kNoiseSide;
         const double age = aging == Aging::Slow ? 0.5 * (1.0 - std::cos(3.1 * time)) : 0.0;
         for (int c = 0; c < 3; ++c) {
-          const double fresh = 0.1 + 0.6 * x / kSide, aged = 0.25 - 0.05 * c;
+          const double fresh = 0.1 + 0.6 * x / kNoiseSide, aged = 0.25 - 0.05 * c;
           const double color = has_crack ? 0.03 : fresh + age * (aged - fresh);
           truth.at(x, y, c) = static_cast<float>(color);
           frame.at(x, y, c) =

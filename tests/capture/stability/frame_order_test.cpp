@@ -14,19 +14,19 @@
 namespace patinate::capture {
 namespace {
 
-constexpr int kNumFrames = 24;
+constexpr int kNumLooks = 24;
 
 /// Of a surface of whose places a third darkens, one after another; each photograph with a light of its own. (Where all
 /// of them darken alike, the end looks like the beginning in another light.)
 std::vector<FrameLook> aging(double grain, std::uint64_t seed = 1) {
   std::vector<FrameLook> looks;
-  for (int i = 0; i < kNumFrames; ++i) {
+  for (int i = 0; i < kNumLooks; ++i) {
     RandomStream random(seed, static_cast<std::uint64_t>(i));
     FrameLook look{};
     const double light = std::exp(0.2 * random.normal());
     for (std::size_t k = 0; k < look.size(); ++k) {
       const double onset = static_cast<double>((37 * k) % look.size()) / static_cast<double>(look.size());
-      const double aged = k % 3 == 0 ? std::clamp(2.0 * i / kNumFrames - onset, 0.0, 1.0) : 0.0;
+      const double aged = k % 3 == 0 ? std::clamp(2.0 * i / kNumLooks - onset, 0.0, 1.0) : 0.0;
       for (std::size_t c = 0; c < 3; ++c)
         look[k][c] = static_cast<float>(0.4 * light * (1.0 - 0.5 * aged) * std::exp(grain * random.normal()));
     }
@@ -42,7 +42,7 @@ std::vector<FrameLook> in_order(const std::vector<FrameLook>& looks, const std::
 }
 
 std::vector<int> shuffled(std::uint64_t seed) {
-  std::vector<int> order(kNumFrames);
+  std::vector<int> order(kNumLooks);
   std::iota(order.begin(), order.end(), 0);
   RandomStream random(seed, 7);
   for (std::size_t i = order.size() - 1; i > 0; --i)
@@ -68,13 +68,13 @@ TEST(FrameOrder, OfShuffledPhotographsIsTheTrueOneFromEitherEnd) {
     if (truth.front() > truth.back()) std::reverse(truth.begin(), truth.end());
     EXPECT_TRUE(std::is_sorted(truth.begin(), truth.end())) << seed;
     // Two places drawn from n are 8 / 15 sqrt(n) apart on the mean where differences add in squares; half of that.
-    EXPECT_GT(order.detour, 4.0 / 15.0 * std::sqrt(kNumFrames));
+    EXPECT_GT(order.detour, 4.0 / 15.0 * std::sqrt(kNumLooks));
   }
 }
 
 // "1, 10, 11, ... 2, 20, ...": what sorting names by letters does.
 TEST(FrameOrder, OfNamesSortedByLettersIsNotedToBeWrong) {
-  std::vector<int> order(kNumFrames);
+  std::vector<int> order(kNumLooks);
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [](int a, int b) { return std::to_string(a + 1) < std::to_string(b + 1); });
   EXPECT_TRUE(find_order(in_order(aging(0.01), order)).is_disordered());
@@ -82,7 +82,7 @@ TEST(FrameOrder, OfNamesSortedByLettersIsNotedToBeWrong) {
 
 TEST(FrameOrder, OfPhotographsThatDoNotAgeIsNoMatter) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    std::vector<FrameLook> looks(kNumFrames, aging(0.0)[0]);
+    std::vector<FrameLook> looks(kNumLooks, aging(0.0)[0]);
     RandomStream random(seed, 3);
     for (FrameLook& look : looks) {
       for (auto& place : look) {
@@ -99,14 +99,14 @@ TEST(FrameOrder, IsOfThoseThatBelong) {
   for (auto& place : looks[11]) place = {0.5f * static_cast<float>(random.uniform()), 0.1f, 0.9f};
   const FrameOrder order = find_order(looks, {11});
   EXPECT_FALSE(order.is_disordered());
-  EXPECT_EQ(order.best.size(), static_cast<std::size_t>(kNumFrames - 1));
+  EXPECT_EQ(order.best.size(), static_cast<std::size_t>(kNumLooks - 1));
   EXPECT_EQ(std::count(order.best.begin(), order.best.end(), 11), 0);
 }
 
 TEST(FrameOrder, OfAThousandPhotographsIsThatOfSome) {
   std::vector<FrameLook> looks;
   const std::vector<FrameLook> some = aging(0.01);
-  for (int i = 0; i < 1000; ++i) looks.push_back(some[static_cast<std::size_t>(i * kNumFrames / 1000)]);
+  for (int i = 0; i < 1000; ++i) looks.push_back(some[static_cast<std::size_t>(i * kNumLooks / 1000)]);
   const FrameOrder order = find_order(looks);
   EXPECT_EQ(order.best.size(), 256u);
   EXPECT_FALSE(order.is_disordered());

@@ -10,15 +10,15 @@
 namespace patinate::capture {
 namespace {
 
-constexpr int kSide = 320;
+constexpr int kGlazeSide = 320;
 
 /// A gray picture of one photograph, clipped at 1, with grain of a standard deviation of 0.02.
 ImageF picture(const std::function<double(int, int)>& light) {
   std::mt19937 random(5);
   std::normal_distribution<double> grain(0.0, 0.02);
-  ImageF image(kSide, kSide, 3);
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
+  ImageF image(kGlazeSide, kGlazeSide, 3);
+  for (int y = 0; y < kGlazeSide; ++y) {
+    for (int x = 0; x < kGlazeSide; ++x) {
       const double value = light(x, y) + grain(random);
       for (float& v : image.pixel(x, y)) v = static_cast<float>(std::clamp(value, 0.0, 1.0));
     }
@@ -29,7 +29,7 @@ ImageF picture(const std::function<double(int, int)>& light) {
 double glaze(int x, int y, double brightest) {
   const double across = x + 5.0 * std::sin(0.06 * y), down = y + 7.0 * std::sin(0.045 * x);
   const bool is_crack = std::fmod(across + 100.0, 29.0) < 3.0 || std::fmod(down + 100.0, 37.0) < 3.0;
-  return brightest * (1.0 - 0.15 * x / kSide) * (is_crack ? 0.2 : 1.0);
+  return brightest * (1.0 - 0.15 * x / kGlazeSide) * (is_crack ? 0.2 : 1.0);
 }
 double lobe(int x, int y, double height, double sigma) {
   return height * std::exp(-0.5 * (std::pow(x - 150.0, 2) + std::pow(y - 170.0, 2)) / (sigma * sigma));
@@ -79,7 +79,7 @@ TEST(WhiteMaterial, AReflectionOnCrackedGrayIsMaskedAsFarAsItsSkirt) {
   // With sigma 14 and a ground of 0.25, a fifth of the height of 0.75 is left 28 px from the middle.
   ImageU8 mask;
   const ImageF image = picture([](int x, int y) { return glaze(x, y, 0.27) + lobe(x, y, 1.2, 14.0); });
-  const double share = masked_share(image, mask), expected = 3.14159 * 28 * 28 / kSide / kSide;
+  const double share = masked_share(image, mask), expected = 3.14159 * 28 * 28 / kGlazeSide / kGlazeSide;
   EXPECT_GT(share, 0.6 * expected);
   EXPECT_LT(share, 1.6 * expected) << "the mask is closed and widened by two pixels, and cracks do not draw it out";
   for (int y = 160; y <= 180; ++y) {

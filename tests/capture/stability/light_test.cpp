@@ -47,7 +47,7 @@ TEST(LightChange, IsNotSureWhereEveryPlaceAgesInItsOwnWay) {
   EXPECT_FALSE(find_light_change({}).is_sure());
 }
 
-std::vector<FramePair> pairs_of(int num_frames, const std::function<void(int, ImageF&)>& spoil, double growth) {
+std::vector<FramePair> rendered_pairs(int num_frames, const std::function<void(int, ImageF&)>& spoil, double growth) {
   std::vector<FramePair> pairs;
   PreparedFrame before;
   for (int i = 0; i < num_frames; ++i) {
@@ -65,12 +65,12 @@ TEST(Survey, NamesATintedPhotographOfFourAndOfTwoButNoGrowth) {
     const auto tint = [](int i, ImageF& image) {
       for (std::int64_t p = 0; i == 1 && p < image.num_pixels(); ++p) image.data()[3 * p + 2] *= 1.8f;
     };
-    const auto findings = judge_frames(pairs_of(num_frames, tint, 0.2), 192, 192);
+    const auto findings = judge_frames(rendered_pairs(num_frames, tint, 0.2), 192, 192);
     ASSERT_EQ(findings.size(), num_frames == 2 ? 1u : 2u) << "there, and back again";
     EXPECT_TRUE(findings[0].is_exposure_changed);
     EXPECT_NEAR(findings[0].gain[2], 1.8, 0.02);
     EXPECT_NEAR(findings[0].gain[0], 1.0, 0.02);
-    for (const FrameFinding& f : judge_frames(pairs_of(
+    for (const FrameFinding& f : judge_frames(rendered_pairs(
                                                   num_frames, [](int, ImageF&) {}, 0.2),
                                               192, 192))
       EXPECT_FALSE(f.is_exposure_changed) << finding_text(f);
@@ -90,7 +90,7 @@ TEST(Deflicker, MoldOverMostOfThePictureIsNotDividedOut) {
       }
     }
   };
-  const FramePair at_mold = pairs_of(6, mold, 0.0).back();
+  const FramePair at_mold = rendered_pairs(6, mold, 0.0).back();
   EXPECT_GT(at_mold.change.log_gain[2], 0.2) << "the median takes it for light";
   EXPECT_TRUE(at_mold.change.light.is_sure());
   EXPECT_LT(at_mold.change.light.size(), 0.01);

@@ -17,7 +17,7 @@ namespace {
 using testing_support::render_scene;
 using testing_support::StabilityScene;
 
-constexpr int kSide = 192;
+constexpr int kSceneSide = 192;
 
 struct Judged {
   std::vector<FrameFinding> findings;
@@ -42,10 +42,10 @@ Judged judge(const std::vector<ImageF>& images) {
   Judged judged;
   std::vector<FramePair> across;
   for (int i = 1; i < static_cast<int>(frames.size()); ++i) judged.pairs.push_back(compare(i - 1, i));
-  judged.findings = judge_frames(judged.pairs, kSide, kSide);
+  judged.findings = judge_frames(judged.pairs, kSceneSide, kSceneSide);
   for (const FrameRun& run : runs_to_skip(judged.pairs, judged.findings))
     across.push_back(compare(run.first - 1, run.last + 1));
-  find_odd_frames(judged.findings, judged.pairs, across, kSide, kSide);
+  find_odd_frames(judged.findings, judged.pairs, across, kSceneSide, kSceneSide);
   judged.pairs.insert(judged.pairs.end(), across.begin(), across.end());
   return judged;
 }
@@ -59,9 +59,9 @@ std::vector<ImageF> growing(int num_frames) {
 
 /// Another object: blocks of 4 px with random brightness.
 ImageF other_object() {
-  ImageF out(kSide, kSide, 3);
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
+  ImageF out(kSceneSide, kSceneSide, 3);
+  for (int y = 0; y < kSceneSide; ++y) {
+    for (int x = 0; x < kSceneSide; ++x) {
       RandomStream random(7, static_cast<std::uint64_t>(x / 4), static_cast<std::uint64_t>(y / 4));
       const float value = 0.1f + 0.4f * static_cast<float>(random.uniform());
       for (float& v : out.pixel(x, y)) v = value;
@@ -178,7 +178,7 @@ TEST(OddFrames, OneEndOfBrighterOnesIsEnoughWhereTheOtherCancelsIt) {
     finding.is_exposure_changed = true;
     finding.gain.fill(std::exp(found == 4 ? 0.35 : -0.3));
     std::vector<FrameFinding> findings{finding};
-    find_odd_frames(findings, pairs, {}, kSide, kSide);
+    find_odd_frames(findings, pairs, {}, kSceneSide, kSceneSide);
     std::set<int> odd;
     for (const FrameFinding& f : findings) {
       odd.insert(f.odd_frame);

@@ -11,7 +11,7 @@ namespace patinate::capture {
 namespace {
 
 /// Pairs of a series whose photographs have these factors of light, in logarithms; only blue changes.
-std::vector<FramePair> pairs_of(int num_photographs, const std::function<double(int)>& log_light) {
+std::vector<FramePair> pairs_in_light(int num_photographs, const std::function<double(int)>& log_light) {
   std::vector<FramePair> pairs;
   for (int i = 1; i < num_photographs; ++i) {
     FramePair pair;
@@ -27,7 +27,7 @@ double unsteady(int i) { return 0.1 * RandomStream(3, static_cast<std::uint64_t>
 
 TEST(RestlessLight, TellsHowMuchThePhotographsDiffer) {
   constexpr int kMany = 4000;
-  const auto light = find_restless_light(pairs_of(kMany, unsteady));
+  const auto light = find_restless_light(pairs_in_light(kMany, unsteady));
   ASSERT_TRUE(light);
   EXPECT_EQ(light->channel, 2);
   // The error of a standard deviation from medians is 1.17 / sqrt(n) of it, some more as followers share photographs:
@@ -37,22 +37,22 @@ TEST(RestlessLight, TellsHowMuchThePhotographsDiffer) {
 }
 
 TEST(RestlessLight, SteadyCoursesHideNothing) {
-  EXPECT_FALSE(find_restless_light(pairs_of(12, [](int) { return 0.0; })));
-  EXPECT_FALSE(find_restless_light(pairs_of(12, [](int i) { return 0.3 * i; }))) << "brightens steadily";
-  EXPECT_FALSE(find_restless_light(pairs_of(24, [](int i) { return 4.0 * std::exp(-i / 8.0); })))
+  EXPECT_FALSE(find_restless_light(pairs_in_light(12, [](int) { return 0.0; })));
+  EXPECT_FALSE(find_restless_light(pairs_in_light(12, [](int i) { return 0.3 * i; }))) << "brightens steadily";
+  EXPECT_FALSE(find_restless_light(pairs_in_light(24, [](int i) { return 4.0 * std::exp(-i / 8.0); })))
       << "and less and less";
 }
 
 TEST(RestlessLight, OneOtherExposureIsNotUnrest) {
-  EXPECT_FALSE(find_restless_light(pairs_of(12, [](int i) { return i == 5 || i == 6 ? 0.4 : 0.0; })));
+  EXPECT_FALSE(find_restless_light(pairs_in_light(12, [](int i) { return i == 5 || i == 6 ? 0.4 : 0.0; })));
 }
 
 TEST(RestlessLight, FewPairsAreJudgedInAnotherWay) {
-  EXPECT_FALSE(find_restless_light(pairs_of(static_cast<int>(kFewPairs) + 1, unsteady)));
+  EXPECT_FALSE(find_restless_light(pairs_in_light(static_cast<int>(kFewPairs) + 1, unsteady)));
 }
 
 TEST(RestlessLight, WhatIsBelowTheThresholdIsNoUnrest) {
-  EXPECT_FALSE(find_restless_light(pairs_of(400, unsteady), {.exposure_threshold = 0.2}));
+  EXPECT_FALSE(find_restless_light(pairs_in_light(400, unsteady), {.exposure_threshold = 0.2}));
 }
 
 }  // namespace

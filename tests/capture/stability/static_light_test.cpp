@@ -17,19 +17,19 @@
 namespace patinate::capture {
 namespace {
 
-constexpr int kSide = 64;
-constexpr int kNumFrames = 12;
+constexpr int kPatchSide = 64;
+constexpr int kNumPatchFrames = 12;
 using Color = std::array<double, 3>;
 
 /// Noise of unit variance, smooth over `sigma` px.
 ImageF smooth_noise(double sigma, std::uint64_t seed) {
   RandomStream random(seed, 0);
-  ImageF noise(kSide, kSide);
+  ImageF noise(kPatchSide, kPatchSide);
   for (float& v : noise.values()) v = static_cast<float>(random.normal());
   noise = gaussian_blur(noise, sigma);
   double sum = 0.0;
   for (float v : noise.values()) sum += static_cast<double>(v * v);
-  const float scale = static_cast<float>(1.0 / std::sqrt(sum / (kSide * kSide)));
+  const float scale = static_cast<float>(1.0 / std::sqrt(sum / (kPatchSide * kPatchSide)));
   for (float& v : noise.values()) v *= scale;
   return noise;
 }
@@ -41,9 +41,9 @@ std::vector<ImageF> growing_patches(std::uint64_t seed, bool is_replaced = true)
   const ImageF order = smooth_noise(5.0, seed), old_grain = smooth_noise(1.5, seed + 1),
                new_grain = smooth_noise(1.5, seed + 2);
   std::vector<ImageF> frames;
-  for (int f = 0; f < kNumFrames; ++f) {
-    const double time = is_replaced ? 5.0 * f / (kNumFrames - 1) - 2.5 : 0.0;
-    ImageF frame(kSide, kSide, 3);
+  for (int f = 0; f < kNumPatchFrames; ++f) {
+    const double time = is_replaced ? 5.0 * f / (kNumPatchFrames - 1) - 2.5 : 0.0;
+    ImageF frame(kPatchSide, kPatchSide, 3);
     for (std::int64_t i = 0; i < frame.num_pixels(); ++i) {
       const double covered = 1.0 / (1.0 + std::exp(-3.0 * (time + static_cast<double>(order.data()[i]))));
       const double metal = std::exp(0.12 * static_cast<double>(old_grain.data()[i])) * (1.0 - covered);
@@ -69,9 +69,9 @@ void light(std::vector<ImageF>& frames, const Rig& rig) {
   constexpr double kLampX = -0.4, kLampY = -0.3, kLampZ = 1.2, kCameraZ = 3.0, kAlpha = 0.35 * 0.35;
   RandomStream random(99, 0);
   for (ImageF& frame : frames) {
-    for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) {
-        const double u = 2.0 * (x + 0.5) / kSide - 1.0, v = 2.0 * (y + 0.5) / kSide - 1.0;
+    for (int y = 0; y < kPatchSide; ++y) {
+      for (int x = 0; x < kPatchSide; ++x) {
+        const double u = 2.0 * (x + 0.5) / kPatchSide - 1.0, v = 2.0 * (y + 0.5) / kPatchSide - 1.0;
         const double lx = kLampX - u, ly = kLampY - v, l = std::sqrt(lx * lx + ly * ly + kLampZ * kLampZ);
         const double c = std::sqrt(u * u + v * v + kCameraZ * kCameraZ);
         const double hx = lx / l - u / c, hy = ly / l - v / c, hz = kLampZ / l + kCameraZ / c;
@@ -97,7 +97,7 @@ double error_of(const std::vector<ImageF>& frames, const std::vector<ImageF>& tr
       square += a * a;
     }
   }
-  const double n = static_cast<double>(frames.size()) * 3.0 * kSide * kSide, mean = dot / n;
+  const double n = static_cast<double>(frames.size()) * 3.0 * kPatchSide * kPatchSide, mean = dot / n;
   return std::sqrt(square / n - mean * mean) / mean;
 }
 
@@ -157,10 +157,10 @@ TEST(StaticLight, ASmoothSurfaceThatGrowsBrighterProvesNothing) {
   // A gray ramp under diffuse light, brighter from frame to frame: there is no old detail that could be gone.
   std::vector<ImageF> frames;
   RandomStream random(4, 0);
-  for (int f = 0; f < kNumFrames; ++f) {
-    ImageF frame(kSide, kSide, 3);
-    for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) {
+  for (int f = 0; f < kNumPatchFrames; ++f) {
+    ImageF frame(kPatchSide, kPatchSide, 3);
+    for (int y = 0; y < kPatchSide; ++y) {
+      for (int x = 0; x < kPatchSide; ++x) {
         const double gray = (0.05 + 0.02 * f) * (1.0 + 0.03 * x + 0.01 * y) * (1.0 + 0.005 * random.normal());
         for (int c = 0; c < 3; ++c) frame.at(x, y, c) = static_cast<float>(gray);
       }

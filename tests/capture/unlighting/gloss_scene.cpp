@@ -11,21 +11,21 @@
 #include "libcommon/core/random.h"
 #include "patinate/geometry/rigid_transform.h"
 #include "patinate/image/color.h"
+#include "tests/capture/unlighting/pixel_vectors.h"
 
 namespace patinate::testing_support {
 
 namespace {
 
-constexpr double kRadius = 60.0;  ///< mm.
-constexpr double kPi = std::numbers::pi;
+constexpr double kPieceRadius = 60.0;  ///< mm.
 enum Purpose : std::uint32_t { kLamps = 11, kScan, kPose, kPhotos, kShape, kColor };
 
 /// Height over a disc, mm.
 double height_of(Piece piece, double x, double y) {
-  const double u = x / kRadius, v = y / kRadius;
+  const double u = x / kPieceRadius, v = y / kPieceRadius;
   if (piece == Piece::Saddle) {
-    return kRadius * (0.22 * (u * u - 0.8 * v * v) + 0.018 * std::sin(11.0 * u + 4.0 * v) +
-                      0.05 * std::exp(-18.0 * ((u - 0.3) * (u - 0.3) + (v + 0.25) * (v + 0.25))));
+    return kPieceRadius * (0.22 * (u * u - 0.8 * v * v) + 0.018 * std::sin(11.0 * u + 4.0 * v) +
+                           0.05 * std::exp(-18.0 * ((u - 0.3) * (u - 0.3) + (v + 0.25) * (v + 0.25))));
   }
   const double r = std::hypot(u, v), around = std::atan2(v, u);
   const double flutes = 0.02 * std::cos(9.0 * around) * std::exp(-30.0 * (r - 0.6) * (r - 0.6));
@@ -35,7 +35,7 @@ double height_of(Piece piece, double x, double y) {
     const double a = random.uniform() * 1.2 - 0.6, b = random.uniform() * 1.2 - 0.6;
     dents -= 0.013 * std::exp(-((u - a) * (u - a) + (v - b) * (v - b)) / (0.09 * 0.09));
   }
-  return kRadius * (0.24 * std::exp(-2.2 * r * r) + flutes + dents);
+  return kPieceRadius * (0.24 * std::exp(-2.2 * r * r) + flutes + dents);
 }
 
 Vec3 normal_of(Piece piece, double x, double y) {
@@ -46,7 +46,7 @@ Vec3 normal_of(Piece piece, double x, double y) {
 }
 
 Vec3 albedo_of(double x, double y) {
-  const double u = x / kRadius, v = y / kRadius;
+  const double u = x / kPieceRadius, v = y / kPieceRadius;
   const double mottle = 0.12 * std::sin(5.0 * u + 2.0 * std::sin(4.0 * v)) * std::cos(6.0 * v - 1.0) +
                         0.06 * std::sin(17.0 * u - 9.0 * v);
   return Vec3(0.58, 0.29, 0.18) * (1.0 + mottle);
@@ -63,19 +63,19 @@ double lobe_of(const GlossSceneOptions& o, const Vec3& n, const Vec3& l, const V
     case LobeModel::None:
       return 0.0;
     case LobeModel::Blinn:
-      return fresnel * (exponent + 8.0) / (8.0 * kPi) * std::pow(nh, exponent) * nl;
+      return fresnel * (exponent + 8.0) / (8.0 * std::numbers::pi) * std::pow(nh, exponent) * nl;
     case LobeModel::Phong: {
       const double rv = std::max(0.0, (2.0 * nl * n - l).dot(v)), n4 = exponent / 4.0;
-      return fresnel * (n4 + 2.0) / (2.0 * kPi) * std::pow(rv, n4) * nl;
+      return fresnel * (n4 + 2.0) / (2.0 * std::numbers::pi) * std::pow(rv, n4) * nl;
     }
     case LobeModel::Ward:
-      return fresnel * std::exp(-tan2 / a2) / (4.0 * kPi * a2 * std::sqrt(nl * nv)) * nl;
+      return fresnel * std::exp(-tan2 / a2) / (4.0 * std::numbers::pi * a2 * std::sqrt(nl * nv)) * nl;
     case LobeModel::CookTorrance: {
-      const double d = std::exp(-tan2 / a2) / (kPi * a2 * nh * nh * nh * nh);
+      const double d = std::exp(-tan2 / a2) / (std::numbers::pi * a2 * nh * nh * nh * nh);
       return fresnel * d * std::min({1.0, 2.0 * nh * nv / vh, 2.0 * nh * nl / vh}) / (4.0 * nv);
     }
     case LobeModel::Ggx: {
-      const double spread = nh * nh * (a2 - 1.0) + 1.0, d = a2 / (kPi * spread * spread);
+      const double spread = nh * nh * (a2 - 1.0) + 1.0, d = a2 / (std::numbers::pi * spread * spread);
       const auto smith = [a2](double c) { return 2.0 * c / (c + std::sqrt(a2 + (1.0 - a2) * c * c)); };
       return fresnel * d * smith(nl) * smith(nv) / (4.0 * nv);
     }
@@ -87,37 +87,37 @@ std::vector<Light> lamps(const GlossSceneOptions& o) {
   std::vector<Light> lights;
   for (int k = 0; k < o.num_lights; ++k) {
     RandomStream random(o.seed, static_cast<std::uint64_t>(k), kLamps);
-    const double around = 2.0 * kPi * (k + 0.2 + 0.15 * random.uniform()) / o.num_lights,
+    const double around = 2.0 * std::numbers::pi * (k + 0.2 + 0.15 * random.uniform()) / o.num_lights,
                  up = (k % 2 == 0 ? 0.98 : 0.7) + 0.1 * random.uniform(),
-                 distance = kRadius * (5.0 + 1.5 * random.uniform());
+                 distance = kPieceRadius * (5.0 + 1.5 * random.uniform());
     Light light;
     light.position = distance * Vec3(std::cos(up) * std::cos(around), std::cos(up) * std::sin(around), std::sin(up));
-    light.intensity = 1.2 * kPi * distance * distance * Vec3(1.0, 0.97, 0.92);
+    light.intensity = 1.2 * std::numbers::pi * distance * distance * Vec3(1.0, 0.97, 0.92);
     lights.push_back(light);
   }
   return lights;
 }
 
 Camera camera_of(int size) {
-  const Vec3 eye(0.0, -1.6 * kRadius, 6.4 * kRadius);
+  const Vec3 eye(0.0, -1.6 * kPieceRadius, 6.4 * kPieceRadius);
   const Vec3 forward = -eye.normalized(), right = Vec3::UnitX(), down = forward.cross(right);
   CameraParameters p;
   p.width = p.height = size;
   p.rotation.row(0) = right, p.rotation.row(1) = down, p.rotation.row(2) = forward;
   p.translation = -(p.rotation * eye);
-  p.fx = p.fy = size / 2.2 * eye.norm() / kRadius;
+  p.fx = p.fy = size / 2.2 * eye.norm() / kPieceRadius;
   p.cx = p.cy = 0.5 * (size - 1);
   return Camera(p);
 }
 
-Mesh scan_of(const GlossSceneOptions& o) {
+Mesh scanned_piece(const GlossSceneOptions& o) {
   Mesh mesh;
-  const int half = static_cast<int>(kRadius / o.scan_spacing_mm), n = 2 * half + 1;
+  const int half = static_cast<int>(kPieceRadius / o.scan_spacing_mm), n = 2 * half + 1;
   std::vector<int> index(static_cast<std::size_t>(n * n), -1);
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) {
       const double x = (i - half) * o.scan_spacing_mm, y = (j - half) * o.scan_spacing_mm;
-      if (std::hypot(x, y) > kRadius) continue;
+      if (std::hypot(x, y) > kPieceRadius) continue;
       RandomStream random(o.seed, static_cast<std::uint64_t>(j * n + i), kScan);
       index[static_cast<std::size_t>(j * n + i)] = static_cast<int>(mesh.positions.size());
       mesh.positions.emplace_back(x, y, height_of(o.piece, x, y) + o.scan_noise_mm * random.normal());
@@ -139,7 +139,7 @@ RigidTransform pose_error(const GlossSceneOptions& o) {
   RandomStream random(o.seed, 0, kPose);
   const auto some = [&] { return Vec3(random.normal(), random.normal(), random.normal()); };
   RigidTransform pose;
-  pose.rotation = rotation_of(o.pose_deg * kPi / 180.0 / std::sqrt(3.0) * some());
+  pose.rotation = rotation_of(o.pose_deg * std::numbers::pi / 180.0 / std::sqrt(3.0) * some());
   pose.translation = o.pose_mm / std::sqrt(3.0) * some();
   return pose;
 }
@@ -155,16 +155,16 @@ std::optional<Vec3> on_piece(Piece piece, const Camera& camera, const Vec2& pixe
     t -= (p.z() - height_of(piece, p.x(), p.y())) * n.z() / d.dot(n);
   }
   const Vec3 p = camera.center() + t * d;
-  if (!(std::hypot(p.x(), p.y()) < 0.99 * kRadius) || !(std::abs(p.z() - height_of(piece, p.x(), p.y())) < 1e-6))
+  if (!(std::hypot(p.x(), p.y()) < 0.99 * kPieceRadius) || !(std::abs(p.z() - height_of(piece, p.x(), p.y())) < 1e-6))
     return std::nullopt;
   return p;
 }
 
 bool is_shadowed(Piece piece, const Vec3& p, const Vec3& to_light) {
-  const double step = 0.01 * kRadius;
-  for (double t = step; t < kRadius; t += step) {
+  const double step = 0.01 * kPieceRadius;
+  for (double t = step; t < kPieceRadius; t += step) {
     const Vec3 q = p + t * to_light;
-    if (std::hypot(q.x(), q.y()) > kRadius) return false;
+    if (std::hypot(q.x(), q.y()) > kPieceRadius) return false;
     if (height_of(piece, q.x(), q.y()) > q.z() + 1e-6) return true;
   }
   return false;
@@ -175,17 +175,9 @@ Vec3 value_of(const GlossSceneOptions& o, const Light& light, const Vec3& eye, c
   if (!(n.dot(l) > 0.0) || is_shadowed(o.piece, p, l)) return Vec3::Zero();
   const Vec3 albedo = albedo_of(p.x(), p.y());
   const Vec3 tint = o.material == Material::Metal ? Vec3(albedo / albedo.mean()) : Vec3(1, 1, 1);
-  Vec3 reflected = albedo / kPi * n.dot(l);
+  Vec3 reflected = albedo / std::numbers::pi * n.dot(l);
   for (int c = 0; c < 3; ++c) reflected[c] += lobe_of(o, n, l, v, o.strength * tint[c]);
   return light_at(light, p).cwiseProduct(reflected);
-}
-
-void put(ImageF& image, int x, int y, const Vec3& v) {
-  for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);
-}
-Vec3 vector_at(const ImageF& image, int x, int y) {
-  return {static_cast<double>(image.at(x, y, 0)), static_cast<double>(image.at(x, y, 1)),
-          static_cast<double>(image.at(x, y, 2))};
 }
 
 double median_of(std::vector<double> values) {
@@ -199,7 +191,7 @@ double median_of(std::vector<double> values) {
 
 GlossScene gloss_scene(const GlossSceneOptions& o) {
   const Camera camera = camera_of(o.size);
-  Mesh mesh = scan_of(o);
+  Mesh mesh = scanned_piece(o);
   const RigidTransform beside = pose_error(o);
   for (Vec3& p : mesh.positions) p = beside.apply(p);
   GlossScene scene{.scan = std::make_unique<const Mesh>(capture::with_scan_normals(std::move(mesh))),

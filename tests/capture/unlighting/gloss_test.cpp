@@ -25,9 +25,9 @@ constexpr double kBias = 1.0, kRms = 2.5;
 // Goals for errors over stated deviations, by the median.
 constexpr double kLeastZ = 0.8, kMostZ = 1.25;
 
-class Gloss : public ::testing::TestWithParam<GlossSceneOptions> {};
+class GlossRemoval : public ::testing::TestWithParam<GlossSceneOptions> {};
 
-TEST_P(Gloss, IsTakenOutOfTheAlbedoWhoseDeviationsAreHonest) {
+TEST_P(GlossRemoval, IsTakenOutOfTheAlbedoWhoseDeviationsAreHonest) {
   const GlossScene scene = gloss_scene(GetParam());
   const AlbedoErrors errors = albedo_errors(scene, capture::unlight(scene.input));
   EXPECT_LT(errors.bias.cwiseAbs().maxCoeff(), kBias);
@@ -41,7 +41,7 @@ TEST_P(Gloss, IsTakenOutOfTheAlbedoWhoseDeviationsAreHonest) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    OfOnePiece, Gloss,
+    OfOnePiece, GlossRemoval,
     ::testing::Values(GlossSceneOptions{.lobe = LobeModel::None, .size = 72},
                       GlossSceneOptions{.lobe = LobeModel::Blinn, .material = Material::Metal, .size = 72},
                       GlossSceneOptions{.lobe = LobeModel::Blinn, .material = Material::Plastic, .size = 72},
@@ -50,7 +50,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 // Lobes, piece and noise that nothing was chosen on.
 INSTANTIATE_TEST_SUITE_P(
-    OfAnotherPiece, Gloss,
+    OfAnotherPiece, GlossRemoval,
     ::testing::Values(
         GlossSceneOptions{.piece = Piece::Saddle, .lobe = LobeModel::None, .size = 72, .seed = 7},
         GlossSceneOptions{.piece = Piece::Saddle, .lobe = LobeModel::Ward, .size = 72, .seed = 7},

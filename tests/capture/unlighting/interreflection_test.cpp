@@ -11,13 +11,13 @@
 #include "patinate/capture/unlight.h"
 #include "patinate/core/error.h"
 #include "tests/capture/unlighting/lit_relief.h"
+#include "tests/capture/unlighting/pixel_vectors.h"
 
 namespace patinate::capture {
 namespace {
 
 using namespace testing_support;
 
-constexpr double kPi = std::numbers::pi;
 const Vec3 kPaint(0.85, 0.5, 0.2);
 
 /// A hollow seen from above, its photographs to be rendered.
@@ -28,12 +28,12 @@ struct Hollow {
 };
 
 /// Distant lamps about the vertical, none so far from it that a hollow of 60 degrees shadows itself.
-std::vector<Light> ring_of_lamps() {
+std::vector<Light> overhead_lamps() {
   constexpr int kNumLamps = 6;
-  constexpr double kTilt = 20.0 * kPi / 180.0;
+  constexpr double kTilt = 20.0 * std::numbers::pi / 180.0;
   std::vector<Light> lights;
   for (int k = 0; k < kNumLamps; ++k) {
-    const double angle = 2.0 * kPi * k / kNumLamps;
+    const double angle = 2.0 * std::numbers::pi * k / kNumLamps;
     Light light;
     light.kind = Light::Kind::Directional;
     light.direction = Vec3(std::sin(kTilt) * std::cos(angle), std::sin(kTilt) * std::sin(angle), std::cos(kTilt));
@@ -43,14 +43,10 @@ std::vector<Light> ring_of_lamps() {
   return lights;
 }
 
-void put(ImageF& image, int x, int y, const Vec3& v) {
-  for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);
-}
-
 Hollow empty_hollow(int size) {
   Hollow hollow;
   hollow.albedo = ImageF(size, size, 3);
-  hollow.input.lights = ring_of_lamps();
+  hollow.input.lights = overhead_lamps();
   hollow.input.photos.assign(hollow.input.lights.size(), ImageF(size, size, 3));
   hollow.input.position_mm = hollow.input.normal = ImageF(size, size, 3);
   hollow.input.mask = ImageU8(size, size);
@@ -66,12 +62,12 @@ void put_texel(Hollow& hollow, int x, int y, const Vec3& place, const Vec3& norm
   for (std::size_t k = 0; k < hollow.input.lights.size(); ++k) {
     const Light& light = hollow.input.lights[k];
     const Vec3 direct = light.intensity * normal.dot(light.direction);
-    put(hollow.input.photos[k], x, y, albedo.cwiseProduct(direct + indirect(k)) / kPi);
+    put(hollow.input.photos[k], x, y, albedo.cwiseProduct(direct + indirect(k)) / std::numbers::pi);
   }
 }
 
-constexpr double kRadius = 50.0;                 ///< Of the bowl's sphere, mm.
-constexpr double kOpening = 60.0 * kPi / 180.0;  ///< From its bottom to its rim.
+constexpr double kBowlRadius = 50.0;                          ///< Of the bowl's sphere, mm.
+constexpr double kOpening = 60.0 * std::numbers::pi / 180.0;  ///< From its bottom to its rim.
 
 /// @param depth  0 = one color. @param slope  Angle from the bottom.
 Vec3 bowl_paint(double depth, double slope, double turn) {
@@ -84,11 +80,12 @@ Vec3 bowl_normal(double slope, double turn) {
 Mesh bowl_mesh() {
   constexpr int kRings = 96, kSegments = 192;
   Mesh mesh;
-  mesh.positions.push_back(-kRadius * bowl_normal(0.0, 0.0));
+  mesh.positions.push_back(-kBowlRadius * bowl_normal(0.0, 0.0));
   const auto vertex = [](int ring, int segment) { return 1 + (ring - 1) * kSegments + segment % kSegments; };
   for (int r = 1; r <= kRings; ++r) {
     for (int s = 0; s < kSegments; ++s) {
-      mesh.positions.push_back(-kRadius * bowl_normal(kOpening * r / kRings, 2.0 * kPi * s / kSegments));
+      mesh.positions.push_back(-kBowlRadius *
+                               bowl_normal(kOpening * r / kRings, 2.0 * std::numbers::pi * s / kSegments));
       if (r == 1) {
         mesh.triangles.push_back({0, vertex(1, s), vertex(1, s + 1)});
         continue;
@@ -108,8 +105,9 @@ std::vector<Vec3> bowl_light(const std::vector<Light>& lights, double depth) {
   Vec3 albedo = Vec3::Zero();
   for (int i = 0; i < kSteps; ++i) {
     for (int j = 0; j < kSteps; ++j) {
-      const double slope = kOpening * (i + 0.5) / kSteps, turn = 2.0 * kPi * (j + 0.5) / kSteps,
-                   share = std::sin(slope) * (kOpening / kSteps) * (2.0 * kPi / kSteps) / (4.0 * kPi);
+      const double slope = kOpening * (i + 0.5) / kSteps, turn = 2.0 * std::numbers::pi * (j + 0.5) / kSteps,
+                   share = std::sin(slope) * (kOpening / kSteps) * (2.0 * std::numbers::pi / kSteps) /
+                           (4.0 * std::numbers::pi);
       const Vec3 paint = bowl_paint(depth, slope, turn);
       albedo += share * paint;
       for (std::size_t k = 0; k < lights.size(); ++k) {
@@ -129,12 +127,12 @@ Hollow bowl(double depth) {
   const std::vector<Vec3> arriving = bowl_light(hollow.input.lights, depth);
   for (int y = 0; y < kSize; ++y) {
     for (int x = 0; x < kSize; ++x) {
-      const double rim = kRadius * std::sin(kOpening), px = rim * ((2.0 * x + 1.0) / kSize - 1.0),
+      const double rim = kBowlRadius * std::sin(kOpening), px = rim * ((2.0 * x + 1.0) / kSize - 1.0),
                    py = rim * ((2.0 * y + 1.0) / kSize - 1.0), off = std::hypot(px, py);
       if (off >= rim) continue;
-      const double slope = std::asin(off / kRadius), turn = std::atan2(py, px);
+      const double slope = std::asin(off / kBowlRadius), turn = std::atan2(py, px);
       const Vec3 normal = bowl_normal(slope, turn);
-      put_texel(hollow, x, y, -kRadius * normal, normal, bowl_paint(depth, slope, turn),
+      put_texel(hollow, x, y, -kBowlRadius * normal, normal, bowl_paint(depth, slope, turn),
                 [&](std::size_t k) { return arriving[k]; });
     }
   }
@@ -166,7 +164,7 @@ std::vector<Vec3> groove_light(const std::vector<Light>& lights, const Vec3& sta
     double side = start_side;
     for (int bounce = 0; bounce < kBounces; ++bounce) {
       const Vec3 n = groove_normal(side), t(0, 1, 0), b = n.cross(t);
-      const double radius = std::sqrt(random.uniform()), angle = 2.0 * kPi * random.uniform();
+      const double radius = std::sqrt(random.uniform()), angle = 2.0 * std::numbers::pi * random.uniform();
       const Vec3 direction = radius * std::cos(angle) * t + radius * std::sin(angle) * b +
                              std::sqrt(std::max(0.0, 1.0 - radius * radius)) * n;
       if (!crosses_groove(place, direction, side, place)) break;

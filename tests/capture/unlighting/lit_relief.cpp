@@ -7,6 +7,7 @@
 
 #include "libcommon/core/random.h"
 #include "patinate/image/color.h"
+#include "tests/capture/unlighting/pixel_vectors.h"
 
 namespace patinate::testing_support {
 
@@ -79,7 +80,7 @@ std::vector<Light> ring_of_lamps(const LitReliefOptions& o) {
   return lights;
 }
 
-Mesh scan_of(const Relief& relief, const LitReliefOptions& o) {
+Mesh scanned_relief(const Relief& relief, const LitReliefOptions& o) {
   Mesh mesh;
   const int n = 2 * o.size;
   for (int j = 0; j <= n; ++j) {
@@ -105,10 +106,6 @@ Vec3 disturbed(const Vec3& n, double rms_deg, RandomStream random) {
   const Vec3 t = n.cross(Vec3(0.3, 1, 0.2)).normalized(), b = n.cross(t);
   const double sigma = rms_deg * std::numbers::pi / 180.0 / std::sqrt(2.0);
   return (n + sigma * random.normal() * t + sigma * random.normal() * b).normalized();
-}
-
-void put(ImageF& image, int x, int y, const Vec3& v) {
-  for (int c = 0; c < image.channels(); ++c) image.at(x, y, c) = static_cast<float>(v[c]);
 }
 
 /// Exposure (into the lamps' intensities), noise, codes.
@@ -160,7 +157,7 @@ LitRelief lit_relief(const LitReliefOptions& o) {
   scene.input.position_mm = scene.input.normal = scene.normal = ImageF(n, n, 3);
   scene.albedo = ImageF(n, n, channels);
   scene.shadow = ImageU8(n, n, o.num_lights);
-  scene.scan = scan_of(relief, o);
+  scene.scan = scanned_relief(relief, o);
   for (int y = 0; y < n; ++y) {
     for (int x = 0; x < n; ++x) {
       const double u = (x + 0.5) / n, v = (y + 0.5) / n;

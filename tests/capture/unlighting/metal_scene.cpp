@@ -12,6 +12,7 @@
 #include "libcommon/output/microfacet.h"
 #include "patinate/datasets/crackle.h"
 #include "patinate/image/color.h"
+#include "tests/capture/unlighting/pixel_vectors.h"
 
 namespace patinate::testing_support {
 
@@ -23,14 +24,6 @@ using datasets::MoldOptions;
 using datasets::MoldRig;
 
 namespace {
-
-Vec3 vector_at(const ImageF& image, int x, int y) {
-  const auto p = image.pixel(x, y);
-  return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
-}
-void put(ImageF& image, int x, int y, const Vec3& v) {
-  for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);
-}
 
 /// @param lit  Of one lamp. @param in_light  Where its light arrives.
 void add_coat(const datasets::MoldView& view, const MoldRig& rig, std::size_t lamp, double roughness,

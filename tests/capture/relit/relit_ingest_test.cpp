@@ -16,6 +16,7 @@
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/point_cloud_io.h"
+#include "tests/support/errors.h"
 #include "tests/support/mold_errors.h"
 #include "tests/support/temp_folder.h"
 
@@ -23,6 +24,7 @@ namespace patinate::capture {
 namespace {
 
 namespace fs = std::filesystem;
+using testing_support::error_of;
 using testing_support::MoldErrors;
 using testing_support::TempFolder;
 
@@ -84,15 +86,6 @@ void change_points(const fs::path& scan, const std::function<void(Vec3&)>& edit)
   PointCloud cloud = read_point_cloud(scan);
   for (Vec3& p : cloud.points) edit(p);
   write_point_cloud(scan, cloud);
-}
-
-std::string error_of(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
 }
 
 std::map<std::string, std::string> bytes_of(const fs::path& folder) {
@@ -214,10 +207,11 @@ TEST(RelitIngest, PosesAreTakenFromARegistrationOfTheScans) {
   EXPECT_LT(testing_support::mold_errors(temp / "mold", temp / "history").pose_mm, 0.02);
   // A scan that it does not have, or could not place, is named.
   change(temp / "registered/registration.json", [](Json& json) { json["scans"][2]["matrix"] = nullptr; });
-  EXPECT_NE(error_of([&] { ingest(temp / "mold", temp / "second"); }).find("has no place for the scan of steps/1"),
-            std::string::npos);
+  EXPECT_NE(
+      error_of<Error>([&] { ingest(temp / "mold", temp / "second"); }).find("has no place for the scan of steps/1"),
+      std::string::npos);
   change(temp / "registered/registration.json", [](Json& json) { json["scans"].erase(2); });
-  EXPECT_NE(error_of([&] { ingest(temp / "mold", temp / "third"); }).find("does not have the scan of steps/1"),
+  EXPECT_NE(error_of<Error>([&] { ingest(temp / "mold", temp / "third"); }).find("does not have the scan of steps/1"),
             std::string::npos);
 }
 
@@ -268,7 +262,7 @@ TEST(RelitIngest, StepsThatCannotBeRegisteredStopItOrAreLeftOut) {
     }
   }
   write_atomically(temp / "mold/step01/scan.ply", sphere);
-  const std::string said = error_of([&] { ingest(temp / "mold", temp / "history"); });
+  const std::string said = error_of<Error>([&] { ingest(temp / "mold", temp / "history"); });
   EXPECT_NE(said.find("steps/1: its scan cannot be registered"), std::string::npos) << said;
   EXPECT_FALSE(fs::exists(temp / "history"));
   RelitOptions options;
@@ -414,7 +408,7 @@ std::string complaint(const std::function<void(Json&)>& edit, const std::functio
   fs::copy(shared_exact(), temp / "mold", fs::copy_options::recursive);
   change(temp / "mold/capture.json", edit);
   if (spoil) spoil(temp / "mold");
-  return error_of([&] { ingest(temp / "mold", temp / "history", without_highlights()); });
+  return error_of<Error>([&] { ingest(temp / "mold", temp / "history", without_highlights()); });
 }
 
 void expect_complaint(const std::string& found, const std::string& expected) {

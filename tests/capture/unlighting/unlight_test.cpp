@@ -7,6 +7,7 @@
 
 #include "patinate/core/error.h"
 #include "tests/capture/unlighting/lit_relief.h"
+#include "tests/support/errors.h"
 
 namespace patinate::capture {
 namespace {
@@ -16,7 +17,7 @@ using namespace testing_support;
 /// Photographs are float: a few units in the last place.
 constexpr double kRoundingPercent = 2e-4;
 
-std::string error_of(const UnlightInput& input, const UnlightOptions& options = {}) {
+std::string unlight_error(const UnlightInput& input, const UnlightOptions& options = {}) {
   try {
     (void)unlight(input, options);
   } catch (const InvalidInput& e) {
@@ -24,8 +25,6 @@ std::string error_of(const UnlightInput& input, const UnlightOptions& options = 
   }
   return "";
 }
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 TEST(Unlight, AlbedoOfALambertianSceneIsExactToRounding) {
   for (const Light::Kind kind : {Light::Kind::Near, Light::Kind::Directional}) {
     const LitRelief scene = lit_relief({.size = 48, .kind = kind, .cast_shadows = false});
@@ -113,37 +112,37 @@ TEST(Unlight, SaysWhatIsWrongWithItsInput) {
   const LitRelief scene = lit_relief({.size = 24, .num_lights = 4, .cast_shadows = false});
   UnlightInput input = scene.input;
   input.photos[2] = ImageF(23, 24, 3, 0.5f);
-  EXPECT_TRUE(has(error_of(input), "photograph 3 is 23 x 24"));
+  EXPECT_TRUE(has(unlight_error(input), "photograph 3 is 23 x 24"));
   input = scene.input;
   input.photos.pop_back();
-  EXPECT_TRUE(has(error_of(input), "3 photographs and 4 lights"));
+  EXPECT_TRUE(has(unlight_error(input), "3 photographs and 4 lights"));
   for (const double bad : {0.0, -1.0, std::nan("")}) {
     input = scene.input;
     input.lights[1].intensity.y() = bad;
-    EXPECT_TRUE(has(error_of(input), "light 2 has the intensity"));
+    EXPECT_TRUE(has(unlight_error(input), "light 2 has the intensity"));
   }
   input = scene.input;
   for (Light& light : input.lights) light.position.z() = -500.0;
-  EXPECT_TRUE(has(error_of(input), "no light reaches the surface"));
+  EXPECT_TRUE(has(unlight_error(input), "no light reaches the surface"));
   input = scene.input;
   input.photos[3] = ImageF(24, 24, 3, 0.0f);
-  EXPECT_TRUE(has(error_of(input), "photograph 4 is black"));
+  EXPECT_TRUE(has(unlight_error(input), "photograph 4 is black"));
   input = scene.input;
   input.valid.assign(4, ImageU8(24, 24));
-  EXPECT_TRUE(has(error_of(input), "saturated (white)"));
+  EXPECT_TRUE(has(unlight_error(input), "saturated (white)"));
   input = scene.input;
   input.normal.at(3, 4, 1) = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_TRUE(has(error_of(input), "the normal at pixel (3, 4) is not finite"));
+  EXPECT_TRUE(has(unlight_error(input), "the normal at pixel (3, 4) is not finite"));
   input = scene.input;
   input.photos[0].at(5, 6, 2) = std::numeric_limits<float>::infinity();
-  EXPECT_TRUE(has(error_of(input), "photograph 1 at pixel (5, 6)"));
+  EXPECT_TRUE(has(unlight_error(input), "photograph 1 at pixel (5, 6)"));
   input = scene.input;
   input.position_mm = ImageF();
-  EXPECT_TRUE(has(error_of(input), "near lights need"));
+  EXPECT_TRUE(has(unlight_error(input), "near lights need"));
   input = scene.input;
   input.mask = ImageU8(24, 24);
-  EXPECT_TRUE(has(error_of(input), "no surface"));
-  EXPECT_TRUE(has(error_of(scene.input, {.rejection_sigma = 0.0}), "rejection_sigma"));
+  EXPECT_TRUE(has(unlight_error(input), "no surface"));
+  EXPECT_TRUE(has(unlight_error(scene.input, {.rejection_sigma = 0.0}), "rejection_sigma"));
 }
 
 TEST(Unlight, ALampBehindTheObjectIsNamedAndDoesNoHarm) {

@@ -7,16 +7,16 @@
 #include <numbers>
 
 #include "patinate/core/error.h"
+#include "tests/libcommon/atlas/up.h"
 #include "tests/libcommon/geometry/shapes.h"
 #include "tests/support/meshes.h"
 
 namespace patinate {
 namespace {
 
+using testing_support::kUp;
 using testing_support::patchwork_plane;
 using testing_support::unit_plane;
-
-const Vec3 kUp(0.0, 1.0, 0.0);
 
 void expect_right_and_down(const TexelMap& map, const FlowFrames& frames) {
   for (std::size_t t = 0; t < frames.size(); ++t) {

@@ -9,15 +9,15 @@
 
 #include "patinate/atlas/direction_field.h"
 #include "patinate/mesh_files/mesh_io.h"
+#include "tests/libcommon/atlas/up.h"
 #include "tests/support/meshes.h"
 #include "tests/support/test_data.h"
 
 namespace patinate {
 namespace {
 
+using testing_support::kUp;
 using testing_support::square_offsets;
-
-const Vec3 kUp(0.0, 1.0, 0.0);
 
 std::shared_ptr<const FlowFrames> downward(const TexelMap& map) {
   return std::make_shared<const FlowFrames>(direction_frames(map, DirectionKind::Gravity, kUp));

@@ -21,7 +21,7 @@ float value_of(const std::string& text) {
   return map.values.at(0, 0);
 }
 
-std::string error_of(const std::string& text) {
+std::string expression_error(const std::string& text) {
   try {
     const ControlExpression expression(text, kNames);
   } catch (const ParseError& e) {
@@ -68,8 +68,8 @@ TEST(ControlExpression, HasTheFunctionsOfShaping) {
   EXPECT_FLOAT_EQ(value_of("smoothstep(0, 1, accessibility)"), 0.104F);  // 3 * 0.04 - 2 * 0.008
   EXPECT_FLOAT_EQ(value_of("smoothstep(0.8, 0, accessibility)"), 0.84375F);
   EXPECT_FLOAT_EQ(value_of("smoothstep(0.6, 0.6, spray)"), 0.0F);
-  EXPECT_EQ(error_of("pow(facing)"), "position 11: found `)`; expected `,`");
-  EXPECT_EQ(error_of("abs(facing, 2)"), "position 11: found `,`; expected `)`");
+  EXPECT_EQ(expression_error("pow(facing)"), "position 11: found `)`; expected `,`");
+  EXPECT_EQ(expression_error("abs(facing, 2)"), "position 11: found `,`; expected `)`");
 }
 
 TEST(ControlExpression, TellsFilesFromNames) {
@@ -85,18 +85,18 @@ TEST(ControlExpression, TellsFilesFromNames) {
 
 TEST(ControlExpression, ErrorsNameThePositionAndWhatWasMeant) {
   EXPECT_EQ(
-      error_of("0.5*acessibility"),
+      expression_error("0.5*acessibility"),
       "position 5: unknown control `acessibility`; did you mean `accessibility`?; there are `accessibility`, `facing`, "
       "`spray`, and files such as `map.exr`");
-  EXPECT_EQ(error_of("facing +"), "position 9: found the end; expected a number, a control or `(`");
-  EXPECT_EQ(error_of("(facing"), "position 8: found the end; expected `)`");
-  EXPECT_EQ(error_of("facing spray"), "position 8: found `s`; expected an operator or the end");
-  EXPECT_EQ(error_of("min facing"), "position 5: found `f`; expected `(`");
-  EXPECT_EQ(error_of("facing % 2"), "position 8: found `%`; expected an operator or the end");
-  EXPECT_EQ(error_of("\"wet.exr"), "position 1: found `\"`; expected a file name between two `\"`");
-  EXPECT_NE(error_of(""), "");
-  EXPECT_NE(error_of(std::string(5000, '(')).find("levels of nesting"), std::string::npos);
-  EXPECT_NE(error_of(std::string(20'000, ' ')), "");
+  EXPECT_EQ(expression_error("facing +"), "position 9: found the end; expected a number, a control or `(`");
+  EXPECT_EQ(expression_error("(facing"), "position 8: found the end; expected `)`");
+  EXPECT_EQ(expression_error("facing spray"), "position 8: found `s`; expected an operator or the end");
+  EXPECT_EQ(expression_error("min facing"), "position 5: found `f`; expected `(`");
+  EXPECT_EQ(expression_error("facing % 2"), "position 8: found `%`; expected an operator or the end");
+  EXPECT_EQ(expression_error("\"wet.exr"), "position 1: found `\"`; expected a file name between two `\"`");
+  EXPECT_NE(expression_error(""), "");
+  EXPECT_NE(expression_error(std::string(5000, '(')).find("levels of nesting"), std::string::npos);
+  EXPECT_NE(expression_error(std::string(20'000, ' ')), "");
 }
 
 TEST(ControlExpression, KeepsTheRangeOfAMapAlone) {

@@ -13,8 +13,8 @@ namespace patinate {
 namespace {
 
 /// Values along a straight line, `step` apart.
-std::vector<double> along(const Vec3& from, const Vec3& direction, double step, int count, const NoiseOptions& options,
-                          double least_mm = 0.0) {
+std::vector<double> noise_along(const Vec3& from, const Vec3& direction, double step, int count,
+                                const NoiseOptions& options, double least_mm = 0.0) {
   std::vector<double> values;
   for (int i = 0; i < count; ++i) values.push_back(noise_at(from + i * step * direction, options, least_mm));
   return values;
@@ -39,8 +39,8 @@ TEST(Noise, RisesThroughItsMeanOnceAWavelengthInEveryDirection) {
   constexpr double kCounting = 0.05;
   for (const double wavelength : {0.7, 30.0}) {
     for (const Vec3& direction : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(0.6, 0, 0.8)}) {
-      const std::vector<double> v = along({5, 6, 7}, direction, wavelength / 20, 20 * kWavelengths,
-                                          {.wavelength_mm = wavelength, .octaves = 1, .seed = 3});
+      const std::vector<double> v = noise_along({5, 6, 7}, direction, wavelength / 20, 20 * kWavelengths,
+                                                {.wavelength_mm = wavelength, .octaves = 1, .seed = 3});
       int crossings = 0;
       for (std::size_t i = 1; i < v.size(); ++i) crossings += v[i - 1] < 0.5 && v[i] >= 0.5 ? 1 : 0;
       EXPECT_NEAR(static_cast<double>(crossings) / kWavelengths, 1.0, kCounting) << direction.transpose();
@@ -50,7 +50,8 @@ TEST(Noise, RisesThroughItsMeanOnceAWavelengthInEveryDirection) {
 
 TEST(Noise, HasItsMeanAndDeviationForAnyNumberOfOctaves) {
   for (const int octaves : {1, 3, 8}) {
-    const std::vector<double> v = along({0, 0, 0}, {0, 0, 1}, 0.5, 40000, {.wavelength_mm = 1.0, .octaves = octaves});
+    const std::vector<double> v =
+        noise_along({0, 0, 0}, {0, 0, 1}, 0.5, 40000, {.wavelength_mm = 1.0, .octaves = octaves});
     EXPECT_NEAR(mean_of(v), 0.5, 0.01) << octaves;  // 3 * 0.2 / sqrt(about 20000 / 4 independent values)
     EXPECT_NEAR(deviation_of(v), 0.2, 0.01) << octaves;
     for (const double x : v) ASSERT_TRUE(x >= 0.0 && x <= 1.0);
@@ -58,7 +59,7 @@ TEST(Noise, HasItsMeanAndDeviationForAnyNumberOfOctaves) {
 }
 
 TEST(Noise, OfOneOctaveIsSmoothBelowItsWavelength) {
-  const std::vector<double> v = along({1, 2, 3}, {1, 0, 0}, 0.01, 20000, {.wavelength_mm = 1.0, .octaves = 1});
+  const std::vector<double> v = noise_along({1, 2, 3}, {1, 0, 0}, 0.01, 20000, {.wavelength_mm = 1.0, .octaves = 1});
   double steepest = 0.0;
   for (std::size_t i = 1; i < v.size(); ++i) steepest = std::max(steepest, std::abs(v[i] - v[i - 1]));
   // A sine of deviation 0.2 and this wavelength changes by 0.018 at most; a hash of each place by up to 1.
@@ -78,9 +79,9 @@ TEST(Noise, LeavesOutWhatIsFinerThanAsked) {
 
 TEST(Noise, OfAnotherSeedIsAnother) {
   const std::vector<double> a =
-      along({0, 0, 0}, {1, 0, 0}, 1.0, 20000, {.wavelength_mm = 1.0, .octaves = 1, .seed = 1});
+      noise_along({0, 0, 0}, {1, 0, 0}, 1.0, 20000, {.wavelength_mm = 1.0, .octaves = 1, .seed = 1});
   const std::vector<double> b =
-      along({0, 0, 0}, {1, 0, 0}, 1.0, 20000, {.wavelength_mm = 1.0, .octaves = 1, .seed = 2});
+      noise_along({0, 0, 0}, {1, 0, 0}, 1.0, 20000, {.wavelength_mm = 1.0, .octaves = 1, .seed = 2});
   double product = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) product += (a[i] - 0.5) * (b[i] - 0.5);
   EXPECT_NEAR(product / (0.04 * static_cast<double>(a.size())), 0.0, 0.03);  // 4 / sqrt(20000)
@@ -115,7 +116,7 @@ TEST(Noise, OfManyPlacesAtOnceIsThatOfEach) {
 
 TEST(Noise, HasTheSameBitsEverywhere) {  // A stored result: no other value is known to the last bit.
   const std::vector<double> v =
-      along({-1e5, 3.25, 1e-3}, {0.6, 0, 0.8}, 0.37, 1000, {.wavelength_mm = 5, .octaves = 4});
+      noise_along({-1e5, 3.25, 1e-3}, {0.6, 0, 0.8}, 0.37, 1000, {.wavelength_mm = 5, .octaves = 4});
   EXPECT_EQ(ContentHash().add(std::as_bytes(std::span(v))).hex(), "3219ed7e53848220ffb30a163194f982");
 }
 

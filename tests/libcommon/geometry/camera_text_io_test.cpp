@@ -21,7 +21,7 @@ using testing_support::error_of;
 using testing_support::has;
 using testing_support::TempFolder;
 
-constexpr double kRounding = 1e-12;
+constexpr double kTextRounding = 1e-12;
 
 // Written by COLMAP 3.8 (`colmap model_converter --output_type TXT`) from a model with these values.
 const char* const kColmapCameras = R"(# Camera list with one line of data per camera:
@@ -77,7 +77,7 @@ TEST(ColmapCamera, ReadsEveryLensModelOfAFileThatColmapWrote) {
   const CameraParameters radial = read_colmap_camera(model.folder.path(), "third.jpg");
   EXPECT_EQ(radial.fy, 750.0);
   EXPECT_EQ(radial.distortion, (std::array<double, 5>{-0.05, 0, 0, 0, 0}));
-  EXPECT_LT((radial.rotation * Vec3(1, 2, 3) - Vec3(3, 1, 2)).norm(), kRounding);
+  EXPECT_LT((radial.rotation * Vec3(1, 2, 3) - Vec3(3, 1, 2)).norm(), kTextRounding);
 }
 
 TEST(ColmapCamera, NamesWhatItCannotRead) {
@@ -107,7 +107,7 @@ TEST(MiddleburyCamera, ReadsMatricesRowByRow) {
   EXPECT_EQ(p.fx, 3300.5);
   EXPECT_EQ(p.cx, 316.75);
   EXPECT_EQ(p.cy, 200.25);
-  EXPECT_LT((p.rotation.row(0) - Eigen::RowVector3d(0.36, 0.48, -0.8)).norm(), kRounding);
+  EXPECT_LT((p.rotation.row(0) - Eigen::RowVector3d(0.36, 0.48, -0.8)).norm(), kTextRounding);
   // P = K [R t], as the benchmark's page has it, for a point in front of the camera.
   const Vec3 world(0.01, 0.02, 0.03), seen = p.rotation * world + Vec3(0.25, -0.5, 0.75);
   const auto pixel = Camera(p).project(world);

@@ -8,15 +8,17 @@
 
 #include "libcommon/core/files.h"
 #include "patinate/core/error.h"
+#include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/test_data.h"
 
 namespace patinate {
 namespace {
 
+using testing_support::has;
 using testing_support::TempFolder;
 
-constexpr double kRounding = 1e-12;
+constexpr double kLightRounding = 1e-12;
 
 Camera some_camera() {
   CameraParameters p;
@@ -28,8 +30,8 @@ Camera some_camera() {
 }
 
 /// The error of reading a file of this text; "" when there is none.
-std::string error_of(const std::string& text, const LightRows& rows = {.frame = LightRows::Frame::Scanner},
-                     const char* name = "lights.lp") {
+std::string lights_error(const std::string& text, const LightRows& rows = {.frame = LightRows::Frame::Scanner},
+                         const char* name = "lights.lp") {
   const TempFolder folder;
   write_atomically(folder / name, text);
   try {
@@ -41,8 +43,6 @@ std::string error_of(const std::string& text, const LightRows& rows = {.frame = 
   return "";
 }
 
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
-
 TEST(LightIo, DirectionsOfAnLpFileAreTurnedIntoTheScannersFrame) {
   const TempFolder folder;
   write_atomically(folder / "dome.lp",
@@ -53,9 +53,9 @@ TEST(LightIo, DirectionsOfAnLpFileAreTurnedIntoTheScannersFrame) {
   EXPECT_EQ(lights[0].name, "C:\\shots\\a picture 01.jpg");
   // Right, up and toward the viewer, in a camera whose y is down and z forward.
   const Eigen::Matrix3d& r = camera.parameters().rotation;
-  EXPECT_LT((lights[0].direction - r.row(0).transpose()).norm(), kRounding);
-  EXPECT_LT((lights[1].direction + r.row(1).transpose()).norm(), kRounding);
-  EXPECT_LT((lights[2].direction + r.row(2).transpose()).norm(), kRounding);
+  EXPECT_LT((lights[0].direction - r.row(0).transpose()).norm(), kLightRounding);
+  EXPECT_LT((lights[1].direction + r.row(1).transpose()).norm(), kLightRounding);
+  EXPECT_LT((lights[2].direction + r.row(2).transpose()).norm(), kLightRounding);
   for (const Light& light : lights) {
     EXPECT_EQ(light.kind, Light::Kind::Directional);
     EXPECT_FALSE(light.is_intensity_known);
@@ -76,8 +76,8 @@ TEST(LightIo, LpFilesOfVirtualDomesHaveAZeroAfterTheCountAndNumbersForNames) {
   EXPECT_EQ(lights[1].name, "00000002");
   EXPECT_NEAR(lights[1].direction.x(), -0.7236, 1e-4);
   EXPECT_TRUE(
-      has(error_of("2 1\na 0 0 1 5\nb 0 0 1 6\n"), "expected `NAME x y z`"));  // Further parameters are not known.
-  EXPECT_TRUE(has(error_of("3 0\na 0 0 1\nb 0 0 1\n"), "says 3 lights, but 2 follow"));
+      has(lights_error("2 1\na 0 0 1 5\nb 0 0 1 6\n"), "expected `NAME x y z`"));  // Further parameters are not known.
+  EXPECT_TRUE(has(lights_error("3 0\na 0 0 1\nb 0 0 1\n"), "says 3 lights, but 2 follow"));
 }
 
 TEST(LightIo, PositionsOfAnLpFileAreSeenWhereTheCameraPutsThem) {
@@ -103,7 +103,7 @@ TEST(LightIo, LpFilesReadBack) {
   write_atomically(folder / "own.lp", lp_text(lights, camera));
   const std::vector<Light> back = read_lights(folder / "own.lp", 1.0, &camera);
   ASSERT_EQ(back.size(), 2u);
-  for (std::size_t i = 0; i < 2; ++i) EXPECT_LT((back[i].direction - lights[i].direction).norm(), kRounding);
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_LT((back[i].direction - lights[i].direction).norm(), kLightRounding);
   EXPECT_EQ(back[0].name, "first.png");
 }
 
@@ -116,30 +116,32 @@ TEST(LightIo, TablesByRowsAndByColumnsHoldTheSameLights) {
                            b = read_lights(folder / "columns.txt", 1, nullptr, rows);
   ASSERT_EQ(a.size(), 4u);
   ASSERT_EQ(b.size(), 4u);
-  for (std::size_t i = 0; i < 4; ++i) EXPECT_LT((a[i].direction - b[i].direction).norm(), kRounding);
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_LT((a[i].direction - b[i].direction).norm(), kLightRounding);
 }
 
 TEST(LightIo, ThreeByThreeTablesAreReadTheWayInWhichLightsHaveLengthOne) {
   const TempFolder folder;
   const LightRows rows{.frame = LightRows::Frame::Scanner};
   write_atomically(folder / "columns.txt", "0.6 0 0\n0 0.6 0\n0.8 0.8 1\n");
-  EXPECT_LT((read_lights(folder / "columns.txt", 1, nullptr, rows)[1].direction - Vec3(0, 0.6, 0.8)).norm(), kRounding);
+  EXPECT_LT((read_lights(folder / "columns.txt", 1, nullptr, rows)[1].direction - Vec3(0, 0.6, 0.8)).norm(),
+            kLightRounding);
   write_atomically(folder / "rows.txt", "0.6 0 0.8\n0 0.6 0.8\n0 0 1\n");
-  EXPECT_LT((read_lights(folder / "rows.txt", 1, nullptr, rows)[1].direction - Vec3(0, 0.6, 0.8)).norm(), kRounding);
-  EXPECT_TRUE(has(error_of("0.6 -0.8 0\n0.8 0.6 0\n0 0 1\n"), "by rows or by columns"));
-  EXPECT_EQ(error_of("3\n0.6 -0.8 0\n0.8 0.6 0\n0 0 1\n"), "");
+  EXPECT_LT((read_lights(folder / "rows.txt", 1, nullptr, rows)[1].direction - Vec3(0, 0.6, 0.8)).norm(),
+            kLightRounding);
+  EXPECT_TRUE(has(lights_error("0.6 -0.8 0\n0.8 0.6 0\n0 0 1\n"), "by rows or by columns"));
+  EXPECT_EQ(lights_error("3\n0.6 -0.8 0\n0.8 0.6 0\n0 0 1\n"), "");
 }
 
 TEST(LightIo, MistakesAreNamedWithTheirLine) {
-  EXPECT_TRUE(has(error_of(""), "holds no light"));
-  EXPECT_TRUE(has(error_of("2\na 0 0 1\n"), "line 1 says 2 lights, but 1 follow"));
-  EXPECT_TRUE(has(error_of("0\n"), "no number of lights"));
-  EXPECT_TRUE(has(error_of("# dome\n2\na 0 0 1\nb 0 0 0\n"), "line 4: the direction has length 0"));
-  EXPECT_TRUE(has(error_of("2\na 0 0 1\nb 0 0 nan\n"), "line 3"));
-  EXPECT_TRUE(has(error_of("1\na 0 1\n"), "line 2: expected `NAME x y z`"));
-  EXPECT_TRUE(has(error_of("1\na 0 300 400\n"), "length 500; expected 1, or \"kind\": \"positions\""));
-  EXPECT_TRUE(has(error_of("1\na 0 0 1\n", {}), "there is no camera"));
-  EXPECT_TRUE(has(error_of(std::string("1\na 0 0 1\0\n", 11)), "no text file"));
+  EXPECT_TRUE(has(lights_error(""), "holds no light"));
+  EXPECT_TRUE(has(lights_error("2\na 0 0 1\n"), "line 1 says 2 lights, but 1 follow"));
+  EXPECT_TRUE(has(lights_error("0\n"), "no number of lights"));
+  EXPECT_TRUE(has(lights_error("# dome\n2\na 0 0 1\nb 0 0 0\n"), "line 4: the direction has length 0"));
+  EXPECT_TRUE(has(lights_error("2\na 0 0 1\nb 0 0 nan\n"), "line 3"));
+  EXPECT_TRUE(has(lights_error("1\na 0 1\n"), "line 2: expected `NAME x y z`"));
+  EXPECT_TRUE(has(lights_error("1\na 0 300 400\n"), "length 500; expected 1, or \"kind\": \"positions\""));
+  EXPECT_TRUE(has(lights_error("1\na 0 0 1\n", {}), "there is no camera"));
+  EXPECT_TRUE(has(lights_error(std::string("1\na 0 0 1\0\n", 11)), "no text file"));
 }
 
 TEST(LightIo, TheProjectsFormHasItsUnitAndStrengths) {
@@ -150,7 +152,7 @@ TEST(LightIo, TheProjectsFormHasItsUnitAndStrengths) {
   EXPECT_EQ(lights[0].intensity, Vec3(1e5, 2e5, 3e5));
   EXPECT_TRUE(lights[0].is_intensity_known);
   EXPECT_EQ(lights[0].name, "left");
-  EXPECT_LT((lights[1].direction - Vec3(0, 0.6, 0.8)).norm(), kRounding);
+  EXPECT_LT((lights[1].direction - Vec3(0, 0.6, 0.8)).norm(), kLightRounding);
   EXPECT_FALSE(lights[1].is_intensity_known);
   json = json_of(lights);
   EXPECT_EQ(read_lights(JsonReader("again.json", json), 1.0)[0].position, lights[0].position);

@@ -19,7 +19,7 @@ using testing_support::make_cube;
 using testing_support::make_icosphere;
 using testing_support::make_patch;
 
-constexpr double kRounding = 1e-12;
+constexpr double kMeshRounding = 1e-12;
 
 double total_area(const Mesh& mesh) {
   double area = 0.0;
@@ -61,7 +61,7 @@ TEST(Mesh, VertexNormalsOfACubeDoNotDependOnItsDiagonals) {
   const std::vector<Vec3> normals = vertex_normals(cube);
   for (std::size_t i = 0; i < normals.size(); ++i) {
     const Vec3 outward = (cube.positions[i] - Vec3::Ones()).normalized();
-    EXPECT_LT((normals[i] - outward).norm(), kRounding);
+    EXPECT_LT((normals[i] - outward).norm(), kMeshRounding);
   }
 }
 
@@ -137,7 +137,7 @@ TEST(RefineEdges, InterpolatesUvsAndNormals) {
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3& p = patch.positions[static_cast<std::size_t>(patch.triangles[t][k])];
       const Vec2& uv = patch.uvs[static_cast<std::size_t>(patch.uv_triangles[t][k])];
-      EXPECT_LT((uv - Vec2(p.x() / 2, p.y())).norm(), kRounding);
+      EXPECT_LT((uv - Vec2(p.x() / 2, p.y())).norm(), kMeshRounding);
       EXPECT_EQ(patch.normals[static_cast<std::size_t>(patch.normal_triangles[t][k])], Vec3(0, 0, 1));
     }
   }
@@ -183,7 +183,7 @@ TEST(RefineEdges, CurvedKeepsCreases) {
     const Mesh refined = refine_edges(cube, 0.2, 1'000'000, RefineShape::Curved);
     EXPECT_NEAR(total_area(refined), 6.0, 1e-9);
     for (const Vec3& p : refined.positions)
-      EXPECT_NEAR((p - Vec3(0.5, 0.5, 0.5)).cwiseAbs().maxCoeff(), 0.5, kRounding);
+      EXPECT_NEAR((p - Vec3(0.5, 0.5, 0.5)).cwiseAbs().maxCoeff(), 0.5, kMeshRounding);
   }
 }
 
@@ -192,7 +192,7 @@ TEST(CreaseNormals, AreHardWhereEdgesBendByMoreThanTheCrease) {
   EXPECT_EQ(cube.normals.size(), 24u);
   for (int t = 0; t < cube.num_triangles(); ++t) {
     for (const int n : cube.normal_triangles[static_cast<std::size_t>(t)])
-      EXPECT_LT((cube.normals[static_cast<std::size_t>(n)] - area_vector(cube, t).normalized()).norm(), kRounding);
+      EXPECT_LT((cube.normals[static_cast<std::size_t>(n)] - area_vector(cube, t).normalized()).norm(), kMeshRounding);
   }
   const Mesh smooth_cube = with_crease_normals(make_cube(1.0), 91.0);
   EXPECT_EQ(smooth_cube.normals.size(), 8u);
@@ -205,7 +205,7 @@ TEST(CreaseNormals, AreHardWhereEdgesBendByMoreThanTheCrease) {
       EXPECT_LT((sphere.normals[static_cast<std::size_t>(sphere.normal_triangles[t][k])] -
                  smooth[static_cast<std::size_t>(sphere.triangles[t][k])])
                     .norm(),
-                kRounding);
+                kMeshRounding);
     }
   }
   EXPECT_EQ(with_crease_normals(cube, 91.0).normals.size(), 24u) << "a mesh's own normals stay";
@@ -252,8 +252,8 @@ TEST(TriangulatePolygon, CoversConcavePolygonsExactly) {
       sum += z;
       absolute += std::abs(z);
     }
-    EXPECT_NEAR(sum * stretch, areas[i] * stretch, kRounding);
-    EXPECT_NEAR(absolute, sum, kRounding);
+    EXPECT_NEAR(sum * stretch, areas[i] * stretch, kMeshRounding);
+    EXPECT_NEAR(absolute, sum, kMeshRounding);
   }
 }
 

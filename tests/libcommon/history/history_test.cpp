@@ -13,21 +13,23 @@
 #include "libcommon/history/history_times.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
+#include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
 namespace {
 
 namespace fs = std::filesystem;
+using testing_support::has;
 using testing_support::TempFolder;
 
-constexpr int kWidth = 6, kHeight = 4;
+constexpr int kFolderWidth = 6, kFolderHeight = 4;
 
 /// Values that half floats hold exactly.
 ImageF make_frame(float offset) {
-  ImageF frame(kWidth, kHeight, 3);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  ImageF frame(kFolderWidth, kFolderHeight, 3);
+  for (int y = 0; y < kFolderHeight; ++y) {
+    for (int x = 0; x < kFolderWidth; ++x) {
       for (int c = 0; c < 3; ++c) {
         frame.at(x, y, c) =
             offset + static_cast<float>(x) / 16.0f + static_cast<float>(y) / 64.0f + static_cast<float>(c) / 128.0f;
@@ -40,8 +42,8 @@ ImageF make_frame(float offset) {
 HistoryManifest make_manifest() {
   HistoryManifest m;
   m.name = "test";
-  m.width = kWidth;
-  m.height = kHeight;
+  m.width = kFolderWidth;
+  m.height = kFolderHeight;
   m.time_unit = TimeUnit::Days;
   m.key = "0123";
   return m;
@@ -53,10 +55,10 @@ void write_history(const fs::path& folder) {
   writer.write_frame(2, 10.0, make_frame(0.5f));
   writer.write_frame(0, 0.0, make_frame(0.0f));
   writer.write_frame(1, 2.5, make_frame(0.25f));
-  ImageF control(kWidth, kHeight);
-  for (int x = 0; x < kWidth; ++x) control.at(x, 0) = static_cast<float>(x) - 1.0f;
+  ImageF control(kFolderWidth, kFolderHeight);
+  for (int x = 0; x < kFolderWidth; ++x) control.at(x, 0) = static_cast<float>(x) - 1.0f;
   writer.write_control("thickness", control, 0.0, 4.0, "relative");
-  ImageU8 mask(kWidth, kHeight, 1, 1);
+  ImageU8 mask(kFolderWidth, kFolderHeight, 1, 1);
   mask.at(0, 0) = 0;
   writer.write_mask(mask);
   writer.finish();
@@ -80,8 +82,6 @@ void replace_in_manifest(const fs::path& folder, const std::string& from, const 
   ASSERT_NE(at, std::string::npos) << from;
   write_atomically(folder / "history.json", text.replace(at, from.size(), to));
 }
-
-bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 TEST(History, ReadsBackWhatWasWritten) {
   const TempFolder folder;
@@ -110,10 +110,10 @@ TEST(History, AFramesOwnMaskAddsToTheHistorysMask) {
   const TempFolder folder;
   HistoryWriter writer(folder.path(), make_manifest());
   for (int i = 0; i < 2; ++i) writer.write_frame(i, i, make_frame(0.0f));
-  ImageU8 mask(kWidth, kHeight, 1, 255);
+  ImageU8 mask(kFolderWidth, kFolderHeight, 1, 255);
   mask.at(0, 0) = 0;
   writer.write_mask(mask);
-  ImageU8 frame_mask(kWidth, kHeight, 1, 255);
+  ImageU8 frame_mask(kFolderWidth, kFolderHeight, 1, 255);
   frame_mask.at(2, 1) = 0;
   fs::create_directory(folder / "masks");
   write_codes(folder / HistoryWriter::frame_mask_file(1), frame_mask);
@@ -337,10 +337,10 @@ TEST(History, BrokenFilesAreNamed) {
 TEST(History, ControlsOutsideTheUnitIntervalAndEmptyMasksAreErrors) {
   const TempFolder folder;
   write_history(folder.path());
-  write_codes(folder / "mask.png", ImageU8(kWidth, kHeight));
+  write_codes(folder / "mask.png", ImageU8(kFolderWidth, kFolderHeight));
   EXPECT_TRUE(has(reading_error(folder.path()), "mask.png: is 0 everywhere"));
-  write_codes(folder / "mask.png", ImageU8(kWidth, kHeight, 1, 255));
-  write_exr(folder / "controls/thickness.exr", ImageF(kWidth, kHeight, 1, 1.5f), {"Y"}, ExrDepth::Float);
+  write_codes(folder / "mask.png", ImageU8(kFolderWidth, kFolderHeight, 1, 255));
+  write_exr(folder / "controls/thickness.exr", ImageF(kFolderWidth, kFolderHeight, 1, 1.5f), {"Y"}, ExrDepth::Float);
   EXPECT_TRUE(has(reading_error(folder.path()), "thickness.exr: holds 1.5"));
 }
 
@@ -349,12 +349,12 @@ TEST(History, WriterRefusesWhatTheFormatDoesNotAllow) {
   HistoryWriter writer(folder.path(), make_manifest());
   const float nan = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THROW(writer.write_frame(0, 0.0, ImageF(3, 3, 3)), InvalidInput);
-  EXPECT_THROW(writer.write_frame(0, 0.0, ImageF(kWidth, kHeight, 3, nan)), InvalidInput);
+  EXPECT_THROW(writer.write_frame(0, 0.0, ImageF(kFolderWidth, kFolderHeight, 3, nan)), InvalidInput);
   EXPECT_THROW(writer.write_frame(-1, 0.0, make_frame(0)), InvalidInput);
-  EXPECT_THROW(writer.write_mask(ImageU8(kWidth, kHeight)), InvalidInput);
-  EXPECT_THROW(writer.write_control("x", ImageF(kWidth, kHeight, 1, nan), 0, 1, ""), InvalidInput);
-  EXPECT_THROW(writer.write_control("x", ImageF(kWidth, kHeight), 1, 0, ""), InvalidInput);
-  EXPECT_THROW(writer.write_control("../x", ImageF(kWidth, kHeight), 0, 1, ""), InvalidInput);
+  EXPECT_THROW(writer.write_mask(ImageU8(kFolderWidth, kFolderHeight)), InvalidInput);
+  EXPECT_THROW(writer.write_control("x", ImageF(kFolderWidth, kFolderHeight, 1, nan), 0, 1, ""), InvalidInput);
+  EXPECT_THROW(writer.write_control("x", ImageF(kFolderWidth, kFolderHeight), 1, 0, ""), InvalidInput);
+  EXPECT_THROW(writer.write_control("../x", ImageF(kFolderWidth, kFolderHeight), 0, 1, ""), InvalidInput);
   HistoryManifest wrong = make_manifest();
   wrong.width = 0;
   EXPECT_THROW(HistoryWriter(folder.path(), wrong), InvalidInput);

@@ -11,7 +11,7 @@
 namespace patinate {
 namespace {
 
-constexpr int kWidth = 6, kHeight = 5;
+constexpr int kReliefWidth = 6, kReliefHeight = 5;
 
 /// Relief that differs at every pixel, in tangent space.
 Eigen::Vector3f relief(int x, int y) {
@@ -30,9 +30,10 @@ constexpr float kRounding = 2e-6f;
 TEST(TangentSpaceNormals, OfATiltedPlaneAreTheReliefThatWasPutOnIt) {
   const Eigen::Matrix3f world_from_plane =
       Eigen::AngleAxisf(0.9f, Eigen::Vector3f(0.3f, -0.7f, 0.5f).normalized()).toRotationMatrix();
-  ImageF normals(kWidth, kHeight, 3), position(kWidth, kHeight, 3), surface(kWidth, kHeight, 3);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  ImageF normals(kReliefWidth, kReliefHeight, 3), position(kReliefWidth, kReliefHeight, 3),
+      surface(kReliefWidth, kReliefHeight, 3);
+  for (int y = 0; y < kReliefHeight; ++y) {
+    for (int x = 0; x < kReliefWidth; ++x) {
       put(normals, x, y, 2.5f * (world_from_plane * relief(x, y)));
       put(position, x, y,
           world_from_plane * Eigen::Vector3f(0.2f * static_cast<float>(x), -0.3f * static_cast<float>(y), 0.0f) +
@@ -43,8 +44,8 @@ TEST(TangentSpaceNormals, OfATiltedPlaneAreTheReliefThatWasPutOnIt) {
   put(surface, 3, 2, Eigen::Vector3f::Zero());  // A hole in the scan: its neighbors continue with one side.
   put(normals, 5, 4, Eigen::Vector3f::Zero());  // Nobody knows.
   const ImageF found = tangent_space_normals(normals, position, surface);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) {
+  for (int y = 0; y < kReliefHeight; ++y) {
+    for (int x = 0; x < kReliefWidth; ++x) {
       const bool is_known = !(x == 3 && y == 2) && !(x == 5 && y == 4);
       const Eigen::Vector3f expected = is_known ? relief(x, y) : Eigen::Vector3f(0.0f, 0.0f, 1.0f);
       // Positions lie 100 mm away: steps of 0.2 mm carry their rounding.
@@ -54,14 +55,14 @@ TEST(TangentSpaceNormals, OfATiltedPlaneAreTheReliefThatWasPutOnIt) {
 }
 
 TEST(TangentSpaceNormals, WithoutPositionsTheImageIsTheSurface) {
-  ImageF normals(kWidth, kHeight, 3);
-  for (int y = 0; y < kHeight; ++y) {
-    for (int x = 0; x < kWidth; ++x) put(normals, x, y, 3.0f * relief(x, y));
+  ImageF normals(kReliefWidth, kReliefHeight, 3);
+  for (int y = 0; y < kReliefHeight; ++y) {
+    for (int x = 0; x < kReliefWidth; ++x) put(normals, x, y, 3.0f * relief(x, y));
   }
   const ImageF found = tangent_space_normals(normals, {}, {});
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(found.at(2, 3, c), relief(2, 3)[c], kRounding);
-  EXPECT_THROW((void)tangent_space_normals(normals, ImageF(kWidth, kHeight, 3), {}), InvalidInput);
-  EXPECT_THROW((void)tangent_space_normals(ImageF(kWidth, kHeight, 1), {}, {}), InvalidInput);
+  EXPECT_THROW((void)tangent_space_normals(normals, ImageF(kReliefWidth, kReliefHeight, 3), {}), InvalidInput);
+  EXPECT_THROW((void)tangent_space_normals(ImageF(kReliefWidth, kReliefHeight, 1), {}, {}), InvalidInput);
 }
 
 /// Four frames at 0, 1, 4, 5; the second has nothing beside color, the last no height.
@@ -71,18 +72,18 @@ class MaterialMaps : public testing::Test {
     HistoryManifest manifest;
     manifest.name = "relief";
     manifest.origin = "synthetic";
-    manifest.width = kWidth;
-    manifest.height = kHeight;
+    manifest.width = kReliefWidth;
+    manifest.height = kReliefHeight;
     HistoryWriter writer(folder_.path(), manifest);
     const double times[] = {0.0, 1.0, 4.0, 5.0};
     for (int f = 0; f < 4; ++f) {
-      writer.write_frame(f, times[f], ImageF(kWidth, kHeight, 3, 0.5f));
+      writer.write_frame(f, times[f], ImageF(kReliefWidth, kReliefHeight, 3, 0.5f));
       if (f == 1) continue;
       HistoryWriter::write_frame_extra(folder_.path(), f, "normal", normals(f));
       writer.add_written_frame_extra(f, "normal");
-      ImageF specular(kWidth, kHeight, 2);
-      for (int y = 0; y < kHeight; ++y) {
-        for (int x = 0; x < kWidth; ++x) {
+      ImageF specular(kReliefWidth, kReliefHeight, 2);
+      for (int y = 0; y < kReliefHeight; ++y) {
+        for (int x = 0; x < kReliefWidth; ++x) {
           if ((x == 0 && f == 0) || x == 1) continue;  // Not known in the first frame; never known.
           specular.at(x, y, 0) = 0.1f * static_cast<float>(f + 1);
           specular.at(x, y, 1) = 0.2f + 0.1f * static_cast<float>(f);
@@ -91,15 +92,16 @@ class MaterialMaps : public testing::Test {
       HistoryWriter::write_frame_extra(folder_.path(), f, "specular", specular);
       writer.add_written_frame_extra(f, "specular");
       if (f == 3) continue;
-      HistoryWriter::write_frame_extra(folder_.path(), f, "height", ImageF(kWidth, kHeight, 1, static_cast<float>(f)));
+      HistoryWriter::write_frame_extra(folder_.path(), f, "height",
+                                       ImageF(kReliefWidth, kReliefHeight, 1, static_cast<float>(f)));
       writer.add_written_frame_extra(f, "height");
     }
     writer.finish();
   }
   static ImageF normals(int frame) {
-    ImageF image(kWidth, kHeight, 3);
-    for (int y = 0; y < kHeight; ++y) {
-      for (int x = 0; x < kWidth; ++x)
+    ImageF image(kReliefWidth, kReliefHeight, 3);
+    for (int y = 0; y < kReliefHeight; ++y) {
+      for (int x = 0; x < kReliefWidth; ++x)
         put(image, x, y, Eigen::AngleAxisf(0.4f * static_cast<float>(frame), Eigen::Vector3f::UnitZ()) * relief(x, y));
     }
     return image;

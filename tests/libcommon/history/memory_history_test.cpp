@@ -19,22 +19,24 @@ namespace {
 using testing_support::error_of;
 using testing_support::has;
 
-constexpr int kWidth = 24, kHeight = 16, kFrames = 4;
+constexpr int kMemoryWidth = 24, kMemoryHeight = 16, kFrames = 4;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 /// Everything that a history may have.
 MemoryHistoryImages full_images() {
-  MemoryHistoryImages images = testing_support::half_images(kWidth, kHeight, kFrames, testing_support::blotches);
+  MemoryHistoryImages images =
+      testing_support::half_images(kMemoryWidth, kMemoryHeight, kFrames, testing_support::blotches);
   images.texel_size_mm = 0.25;
   images.time_unit = TimeUnit::Days;
-  images.mask = ImageU8(kWidth, kHeight, 1, 255);
+  images.mask = ImageU8(kMemoryWidth, kMemoryHeight, 1, 255);
   images.mask.at(3, 4) = 0;
-  images.frames[1].mask = ImageU8(kWidth, kHeight, 1, 255);
+  images.frames[1].mask = ImageU8(kMemoryWidth, kMemoryHeight, 1, 255);
   images.frames[1].mask.at(5, 6) = 0;
-  images.frames[2].extras = {{"height", ImageF(kWidth, kHeight, 1, 0.125f)},
-                             {"specular", ImageF(kWidth, kHeight, 2, 0.5f)}};
+  images.frames[2].extras = {{"height", ImageF(kMemoryWidth, kMemoryHeight, 1, 0.125f)},
+                             {"specular", ImageF(kMemoryWidth, kMemoryHeight, 2, 0.5f)}};
   images.frames[3].is_extrapolated = true;
-  images.maps = {{"height", ImageF(kWidth, kHeight, 1, 2.0f)}, {"position", ImageF(kWidth, kHeight, 3, 1.5f)}};
+  images.maps = {{"height", ImageF(kMemoryWidth, kMemoryHeight, 1, 2.0f)},
+                 {"position", ImageF(kMemoryWidth, kMemoryHeight, 3, 1.5f)}};
   return images;
 }
 
@@ -97,15 +99,16 @@ TEST(MemoryHistory, RefusesWhatIsNoHistoryInOneLine) {
       {[](auto& h) { h.frames.clear(); }, "has no frames; give at least one"},
       {[](auto& h) { h.origin = "found"; }, "unknown origin `found`; use captured, simulated or synthetic"},
       {[](auto& h) { h.frames[0].color = ImageF(); }, "is out of range"},
-      {[](auto& h) { h.frames[2].color = ImageF(kWidth, kHeight - 1, 3); },
+      {[](auto& h) { h.frames[2].color = ImageF(kMemoryWidth, kMemoryHeight - 1, 3); },
        "frame 2 is 24 x 15 with 3 channels; expected 24 x 16 with 3"},
-      {[](auto& h) { h.frames[2].color = ImageF(kWidth, kHeight, 4); }, "frame 2 is 24 x 16 with 4 channels"},
+      {[](auto& h) { h.frames[2].color = ImageF(kMemoryWidth, kMemoryHeight, 4); },
+       "frame 2 is 24 x 16 with 4 channels"},
       {[](auto& h) { h.frames[3].color.at(7, 7, 1) = kNan; }, "frame 3 holds nan; expected finite values"},
       {[](auto& h) { h.frames[1].time = kNoTime; }, "frame 1: its time is not a number"},
       {[](auto& h) { h.frames[2].time = 1.0; },
        "frame 2: has time 1, not later than 1, the one before; times must be strictly increasing"},
       {[](auto& h) { h.frames[1].mask = ImageU8(3, 3); }, "mask of frame 1 is 3 x 3"},
-      {[](auto& h) { h.frames[2].extras[0].image = ImageF(kWidth, kHeight, 2); },
+      {[](auto& h) { h.frames[2].extras[0].image = ImageF(kMemoryWidth, kMemoryHeight, 2); },
        "frame 2: `height` is 24 x 16 with 2 channels; expected 24 x 16 with 1"},
       {[](auto& h) { h.frames[2].extras[0].name = "gloss"; },
        "`gloss` of a frame: use stddev, specular, normal, height, metalness or tint"},
@@ -113,7 +116,7 @@ TEST(MemoryHistory, RefusesWhatIsNoHistoryInOneLine) {
       {[](auto& h) { h.controls[0].values.at(2, 2) = 1.5f; },
        "control `x` holds 1.5; a control is normalized to [0, 1]"},
       {[](auto& h) { h.controls[0].values.at(2, 2) = kNan; }, "control `x` holds nan"},
-      {[](auto& h) { h.controls[1].values = ImageF(kHeight, kWidth); }, "control `y` is 16 x 24"},
+      {[](auto& h) { h.controls[1].values = ImageF(kMemoryHeight, kMemoryWidth); }, "control `y` is 16 x 24"},
       {[](auto& h) { h.controls[1].facts.name = "x"; }, "control `x` is given twice; names must differ"},
       {[](auto& h) { h.controls[1].facts.name = ""; }, "control 1 has the name ``; names consist of letters"},
       {[](auto& h) { h.controls[1].facts.name = "../x"; }, "control 1 has the name `../x`; names consist of letters"},
@@ -123,12 +126,12 @@ TEST(MemoryHistory, RefusesWhatIsNoHistoryInOneLine) {
       {[](auto& h) { h.controls[1].facts.high = 1e31; }, "both within -1e30 and 1e30"},
       {[](auto& h) { h.texel_size_mm = 0.0; }, "texel_size_mm must be within 1e-9 and 1e9"},
       {[](auto& h) { h.frames[1].time = 1e-13; }, "frame 1: has time 1e-13, nearly that of the one before"},
-      {[](auto& h) { h.mask = ImageU8(kWidth, kHeight); }, "mask is 0 everywhere"},
+      {[](auto& h) { h.mask = ImageU8(kMemoryWidth, kMemoryHeight); }, "mask is 0 everywhere"},
       {[](auto& h) { h.mask = ImageU8(1, 1, 1, 255); }, "mask is 1 x 1"},
       {[](auto& h) { h.maps[0].name = "depth"; },
        "map `depth`: use position, normal, height, texel_size, specular, metalness or tint"},
       {[](auto& h) { h.maps[0].image.at(0, 0) = kNan; }, "map `height` holds nan"},
-      {[](auto& h) { h.parts = {{.name = "one", .x = 0, .width = kWidth + 1, .height = 1, .key = ""}}; },
+      {[](auto& h) { h.parts = {{.name = "one", .x = 0, .width = kMemoryWidth + 1, .height = 1, .key = ""}}; },
        "library: `one` lies outside of the history's 24 x 16 pixels"},
       {[](auto& h) { h.parts = {{.name = "one", .x = 0, .width = 1, .height = 1, .key = ""}}; },
        "library: the control `history`"},

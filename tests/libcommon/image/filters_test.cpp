@@ -11,9 +11,9 @@
 namespace patinate {
 namespace {
 
-constexpr float kRounding = 2e-6f;  ///< Sums of at most some hundred floats of order 1.
+constexpr float kSumRounding = 2e-6f;  ///< Sums of at most some hundred floats of order 1.
 
-ImageF noise(int width, int height, int channels, std::uint64_t seed) {
+ImageF seeded_noise(int width, int height, int channels, std::uint64_t seed) {
   ImageF image(width, height, channels);
   RandomStream random(seed, 0);
   for (float& v : image.values()) v = static_cast<float>(random.uniform());
@@ -36,7 +36,7 @@ double blur_by_definition(const ImageF& in, const ImageU8& mask, double sigma, i
 }
 
 TEST(GaussianBlur, EqualsItsDefinition) {
-  const ImageF in = noise(17, 11, 3, 1);
+  const ImageF in = seeded_noise(17, 11, 3, 1);
   for (double sigma : {0.5, 1.7, 6.0}) {
     const ImageF out = gaussian_blur(in, sigma);
     for (int y = 0; y < in.height(); ++y) {
@@ -50,7 +50,7 @@ TEST(GaussianBlur, EqualsItsDefinition) {
 }
 
 TEST(GaussianBlur, IgnoresWhatLiesOutsideTheMask) {
-  ImageF in = noise(15, 13, 2, 2);
+  ImageF in = seeded_noise(15, 13, 2, 2);
   ImageU8 mask(15, 13, 1, 255);
   for (int y = 3; y < 9; ++y) {
     for (int x = 5; x < 12; ++x) mask.at(x, y) = 0;
@@ -67,7 +67,7 @@ TEST(GaussianBlur, IgnoresWhatLiesOutsideTheMask) {
 
 TEST(GaussianBlur, KeepsConstantsAlsoAtBorders) {
   const ImageF out = gaussian_blur(ImageF(9, 5, 1, 0.7f), 3.0);
-  for (float v : out.values()) EXPECT_NEAR(v, 0.7f, kRounding);
+  for (float v : out.values()) EXPECT_NEAR(v, 0.7f, kSumRounding);
 }
 
 TEST(GaussianBlur, IsZeroWhereNoMaskedPixelIsNear) {
@@ -79,7 +79,7 @@ TEST(GaussianBlur, IsZeroWhereNoMaskedPixelIsNear) {
 }
 
 TEST(GaussianBlur, SigmaZeroCopiesAndBadSigmasAreErrors) {
-  const ImageF in = noise(4, 4, 1, 3);
+  const ImageF in = seeded_noise(4, 4, 1, 3);
   EXPECT_EQ(gaussian_blur(in, 0.0), in);
   EXPECT_THROW((void)gaussian_blur(in, -1.0), InvalidInput);
   EXPECT_THROW((void)gaussian_blur(in, std::nan("")), InvalidInput);
@@ -87,7 +87,7 @@ TEST(GaussianBlur, SigmaZeroCopiesAndBadSigmasAreErrors) {
 }
 
 TEST(Filters, GiveTheSameBitsForAnyNumberOfThreads) {
-  const ImageF in = noise(70, 90, 3, 4);
+  const ImageF in = seeded_noise(70, 90, 3, 4);
   RunControl one, three;
   one.num_threads = 1;
   three.num_threads = 3;
@@ -97,20 +97,20 @@ TEST(Filters, GiveTheSameBitsForAnyNumberOfThreads) {
 }
 
 TEST(DownscaleArea, AveragesWholeBlocks) {
-  const ImageF in = noise(6, 4, 2, 5);
+  const ImageF in = seeded_noise(6, 4, 2, 5);
   const ImageF out = downscale_area(in, 3, 2);
   for (int y = 0; y < 2; ++y) {
     for (int x = 0; x < 3; ++x) {
       const float mean = (in.at(2 * x, 2 * y, 1) + in.at(2 * x + 1, 2 * y, 1) + in.at(2 * x, 2 * y + 1, 1) +
                           in.at(2 * x + 1, 2 * y + 1, 1)) /
                          4.0f;
-      EXPECT_NEAR(out.at(x, y, 1), mean, kRounding);
+      EXPECT_NEAR(out.at(x, y, 1), mean, kSumRounding);
     }
   }
 }
 
 TEST(DownscaleArea, KeepsTheMeanForAnyFactor) {
-  const ImageF in = noise(37, 23, 1, 6);
+  const ImageF in = seeded_noise(37, 23, 1, 6);
   const auto mean = [](const ImageF& image) {
     double sum = 0;
     for (float v : image.values()) sum += static_cast<double>(v);
@@ -140,7 +140,7 @@ TEST(ResizeBilinear, ReproducesLinearRampsInside) {
 }
 
 TEST(Crop, TakesTheRectangleAndChecksIt) {
-  const ImageF in = noise(7, 6, 3, 7);
+  const ImageF in = seeded_noise(7, 6, 3, 7);
   const ImageF out = crop(in, 2, 1, 4, 5);
   EXPECT_EQ(out.at(3, 4, 2), in.at(5, 5, 2));
   EXPECT_THROW((void)crop(in, 4, 1, 4, 5), InvalidInput);

@@ -18,7 +18,7 @@ namespace {
 
 using testing_support::TempFolder;
 
-ImageF noise(int width, int height) {
+ImageF noise_beyond_codes(int width, int height) {
   ImageF image(width, height, 3);
   RandomStream random(4, 0);
   for (float& v : image.values()) v = static_cast<float>(random.uniform()) * 1.2f - 0.1f;
@@ -27,7 +27,7 @@ ImageF noise(int width, int height) {
 
 TEST(ImageRows, WrittenByRowsIsWhatIsWrittenAtOnceToTheByte) {
   const TempFolder folder;
-  const ImageF image = noise(67, 150);
+  const ImageF image = noise_beyond_codes(67, 150);
   const ImageU8 codes = srgb8_from_linear(image);
   for (const char* extension : {".png", ".jpg", ".tif", ".exr"}) {
     write_color(folder / (std::string("whole") + extension), image, "a key");
@@ -50,7 +50,7 @@ TEST(ImageRows, WrittenByRowsIsWhatIsWrittenAtOnceToTheByte) {
 // Chunks that are compressed at the same time are written in their order. Rows that end in the middle of one, too.
 TEST(ImageRows, AnyNumberOfThreadsWritesTheSameExr) {
   const TempFolder folder;
-  const ImageF image = noise(129, 1000);
+  const ImageF image = noise_beyond_codes(129, 1000);
   for (const ExrDepth depth : {ExrDepth::Half, ExrDepth::Float}) {
     std::string alone;
     for (const int threads : {1, 2, 4, 3}) {
@@ -73,7 +73,7 @@ TEST(ImageRows, AnyNumberOfThreadsWritesTheSameExr) {
 // As in jobs whose items write at the same time.
 TEST(ImageRows, FilesThatAreWrittenAtOnceShareThreads) {
   const TempFolder folder;
-  const ImageF image = noise(61, 300);
+  const ImageF image = noise_beyond_codes(61, 300);
   constexpr int kFiles = 8;
   parallel_for(kFiles, 1, {.on_progress = {}, .stop = {}, .num_threads = 4}, [&](std::int64_t file, std::int64_t) {
     ImageRowWriter writer(folder / (std::to_string(file) + ".exr"), image.width(), image.height(),
@@ -87,7 +87,7 @@ TEST(ImageRows, FilesThatAreWrittenAtOnceShareThreads) {
 
 TEST(ImageRows, ReadByRowsIsWhatIsReadAtOnce) {
   const TempFolder folder;
-  const ImageF image = noise(40, 90);
+  const ImageF image = noise_beyond_codes(40, 90);
   write_exr(folder / "a.exr", image, {"source.x", "source.y", "angle"}, ExrDepth::Float);
   write_color(folder / "a.png", image);
   for (const auto& [name, channels] :
@@ -131,7 +131,7 @@ TEST(ImageRows, NothingIsLeftOfAFileThatWasNotFinished) {
 TEST(ImageRows, MissingRowsAreAnError) {
   const TempFolder folder;
   for (const char* name : {"a.tif", "a.png", "a.exr", "a.jpg"}) {
-    write_color(folder / name, noise(64, 256));
+    write_color(folder / name, noise_beyond_codes(64, 256));
     const std::string whole = read_file(folder / name);
     for (const double share : {0.5, 0.9}) {
       write_atomically(folder / name, std::string_view(whole).substr(

@@ -17,7 +17,7 @@ void write(const std::filesystem::path& file, const std::string& bytes) {
   std::ofstream(file, std::ios::binary) << bytes;
 }
 
-ImageF noise(int side) {
+ImageF noise_square(int side) {
   ImageF image(side, side, 3);
   for (std::int64_t i = 0; i < 3 * image.num_pixels(); ++i)
     image.data()[i] = static_cast<float>(RandomStream(1, static_cast<std::uint64_t>(i), 0).uniform());
@@ -28,7 +28,7 @@ TEST(WholeFile, APictureIsCutOffAtAnyLengthButItsOwn) {
   const testing_support::TempFolder temp;
   for (const char* name : {"a.png", "a.jpg"}) {
     const std::filesystem::path file = temp / name;
-    write_srgb8(file, noise(24));
+    write_srgb8(file, noise_square(24));
     const std::string whole = read_file(file, 1 << 20);
     EXPECT_FALSE(is_cut_off(file)) << name;
     for (std::size_t length = 12; length < whole.size(); length += 7) {
@@ -44,7 +44,7 @@ TEST(WholeFile, APictureIsCutOffAtAnyLengthButItsOwn) {
 TEST(WholeFile, TheEndOfAThumbnailIsNotThePictures) {
   const testing_support::TempFolder temp;
   const std::filesystem::path file = temp / "a.jpg";
-  write_srgb8(file, noise(1600));
+  write_srgb8(file, noise_square(1600));
   const std::string picture = read_file(file, 1 << 24), thumbnail = "\xff\xd8 small \xff\xd9";
   ASSERT_GT(picture.size(), std::size_t{1} << 21);
   const std::string length{'\0', static_cast<char>(thumbnail.size() + 2)};

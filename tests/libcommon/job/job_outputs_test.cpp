@@ -5,12 +5,12 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include <map>
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/files.h"
 #include "libcommon/job/job.h"
 #include "libcommon/job/job_report.h"
+#include "tests/libcommon/job/job_tree.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 
@@ -20,21 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing_support::error_of;
 using testing_support::TempFolder;
-using Tree = std::map<std::string, std::string>;
-
-Tree tree_of(const fs::path& folder) {
-  Tree tree;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    tree[entry.path().lexically_relative(folder).string()] = entry.is_directory() ? "/" : read_file(entry.path());
-  }
-  return tree;
-}
-
-RunControl threads(int n) {
-  RunControl control;
-  control.num_threads = n;
-  return control;
-}
+using testing_support::threads;
+using testing_support::tree_of;
 
 JobItem writer_of(const std::string& name, const std::vector<fs::path>& written, int stage = 0) {
   return {.name = name,

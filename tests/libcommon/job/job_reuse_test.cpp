@@ -9,6 +9,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/job/job_report.h"
+#include "tests/libcommon/job/job_tree.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
@@ -16,22 +17,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing_support::TempFolder;
-using Tree = std::map<std::string, std::string>;
+using testing_support::threads;
+using testing_support::Tree;
+using testing_support::tree_of;
 using Photos = std::vector<std::pair<std::string, std::string>>;  ///< Name and content.
-
-Tree tree_of(const fs::path& folder) {
-  Tree tree;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    tree[entry.path().lexically_relative(folder).string()] = entry.is_directory() ? "/" : read_file(entry.path());
-  }
-  return tree;
-}
-
-RunControl one_thread() {
-  RunControl control;
-  control.num_threads = 1;
-  return control;
-}
 
 /// A frame for each photograph, and a summary of all: as ingest. Adds the names of the frames it makes to `runs`.
 JobPlan album(const fs::path& output, const Photos& photos, const std::string& sigma = "20",
@@ -73,7 +62,7 @@ TEST(JobReuse, AnAppendedPhotographCostsOneFrameAndNeedsNoForce) {
   (void)run_job(album(temp / "fresh", kFour), {}, {});
   (void)run_job(album(temp / "out", kThree), {}, {});
   std::vector<std::string> runs;
-  EXPECT_EQ(run_job(album(temp / "out", kFour, "20", &runs), {}, one_thread()), JobStatus::Done);
+  EXPECT_EQ(run_job(album(temp / "out", kFour, "20", &runs), {}, threads(1)), JobStatus::Done);
   EXPECT_EQ(runs, std::vector<std::string>{"frame3"});
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "fresh"));
   EXPECT_FALSE(fs::exists(temp / "out.partial"));
@@ -90,7 +79,7 @@ TEST(JobReuse, AnotherOptionOrAnotherPhotographNeedsForceAndKeepsTheFramesThatAr
   EXPECT_THROW((void)run_job(album(temp / "out", {{"1.jpg", "a"}, {"2.jpg", "b"}}), {}, {}), CannotComplete);
   EXPECT_EQ(tree_of(temp / "out"), before);
   std::vector<std::string> runs;
-  (void)run_job(album(temp / "out", changed, "30", &runs), {.force = true}, one_thread());
+  (void)run_job(album(temp / "out", changed, "30", &runs), {.force = true}, threads(1));
   EXPECT_EQ(runs, (std::vector<std::string>{"frame1", "frame3"}));
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "fresh"));
 }
@@ -105,7 +94,7 @@ TEST(JobReuse, AFileThatWasChangedSinceIsMadeAgain) {
     else
       std::ofstream(temp / "out/frames/frame1.txt") << "scribble";
     std::vector<std::string> runs;
-    (void)run_job(album(temp / "out", kFour, "20", &runs), {}, one_thread());
+    (void)run_job(album(temp / "out", kFour, "20", &runs), {}, threads(1));
     EXPECT_EQ(runs, (std::vector<std::string>{"frame1", "frame3"}));
     EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "fresh"));
     fs::remove_all(temp / "out");
@@ -121,7 +110,7 @@ TEST(JobReuse, WithoutARecordEverythingIsMadeAgain) {
     write_atomically(temp / "out/job.json", damage);
     EXPECT_THROW((void)run_job(album(temp / "out", kFour), {}, {}), CannotComplete) << damage;
     std::vector<std::string> runs;
-    (void)run_job(album(temp / "out", kFour, "20", &runs), {.force = true}, one_thread());
+    (void)run_job(album(temp / "out", kFour, "20", &runs), {.force = true}, threads(1));
     EXPECT_EQ(runs.size(), 4u);
     EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "fresh"));
     fs::remove_all(temp / "out");
@@ -140,10 +129,10 @@ TEST(JobReuse, AnInterruptedAppendLeavesTheOldOutputWholeAndGoesOn) {
   (void)run_job(album(temp / "fresh", kFour), {}, {});
   (void)run_job(album(temp / "out", kThree), {}, {});
   const Tree before = tree_of(temp / "out");
-  EXPECT_THROW((void)run_job(failing_append(temp / "out"), {}, one_thread()), IoError);
+  EXPECT_THROW((void)run_job(failing_append(temp / "out"), {}, threads(1)), IoError);
   EXPECT_EQ(tree_of(temp / "out"), before);
   std::vector<std::string> runs;
-  (void)run_job(album(temp / "out", kFour, "20", &runs), {}, one_thread());
+  (void)run_job(album(temp / "out", kFour, "20", &runs), {}, threads(1));
   EXPECT_EQ(runs, std::vector<std::string>{"frame3"});
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "fresh"));
 }
@@ -152,9 +141,9 @@ TEST(JobReuse, AFileEditedInPlaceBetweenTwoRunsOfAnAppendIsMadeAgain) {
   TempFolder temp;
   (void)run_job(album(temp / "fresh", kFour), {}, {});
   (void)run_job(album(temp / "out", kThree), {}, {});
-  EXPECT_THROW((void)run_job(failing_append(temp / "out"), {}, one_thread()), IoError);
+  EXPECT_THROW((void)run_job(failing_append(temp / "out"), {}, threads(1)), IoError);
   std::ofstream(temp / "out/frames/frame1.txt") << "scribble";  // The partial folder holds a link to it.
-  (void)run_job(album(temp / "out", kFour), {}, one_thread());
+  (void)run_job(album(temp / "out", kFour), {}, threads(1));
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "fresh"));
 }
 
@@ -176,9 +165,9 @@ TEST(JobReuse, WorkFilesServeAResumedRunAndAreNotInTheOutput) {
                               write_atomically(folder / "late.txt", read_file(folder / work) + " and half");
                             },
                         .stage = 1});
-  EXPECT_THROW((void)run_job(plan, {}, one_thread()), CannotComplete);
+  EXPECT_THROW((void)run_job(plan, {}, threads(1)), CannotComplete);
   is_failing = false;
-  (void)run_job(plan, {}, one_thread());
+  (void)run_job(plan, {}, threads(1));
   EXPECT_EQ(num_early, 1);
   const Tree tree = tree_of(temp / "out");
   EXPECT_EQ(tree.at("late.txt"), "half and half");
@@ -218,7 +207,7 @@ TEST(JobReport, SaysWhatIsMissingWhatChangedAndWhatWouldBeKept) {
 TEST(JobReport, TellsThePredictedItemsAndTouchesNothing) {
   TempFolder temp;
   (void)run_job(album(temp / "out", kThree), {}, {});
-  EXPECT_THROW((void)run_job(failing_append(temp / "out"), {}, one_thread()), IoError);
+  EXPECT_THROW((void)run_job(failing_append(temp / "out"), {}, threads(1)), IoError);
   const auto times = [&] {
     std::map<std::string, fs::file_time_type> result{{".", fs::last_write_time(temp.path())}};
     for (const auto& e : fs::recursive_directory_iterator(temp.path()))

@@ -9,28 +9,24 @@
 #include <atomic>
 #include <chrono>
 #include <fstream>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <thread>
 
 #include "libcommon/core/files.h"
 #include "patinate/core/json.h"
+#include "tests/libcommon/job/job_tree.h"
+#include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
 namespace {
 
 namespace fs = std::filesystem;
+using testing_support::error_of;
 using testing_support::TempFolder;
-using Tree = std::map<std::string, std::string>;  ///< Relative path -> bytes ("/" for a folder).
-
-Tree tree_of(const fs::path& folder) {
-  Tree tree;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    tree[entry.path().lexically_relative(folder).string()] = entry.is_directory() ? "/" : read_file(entry.path());
-  }
-  return tree;
-}
+using testing_support::threads;
+using testing_support::Tree;
+using testing_support::tree_of;
 
 /// Eight items of one file each; `hook(i)` is called before item i writes.
 JobPlan sample_plan(const fs::path& output, const std::string& key, const std::function<void(int)>& hook = {}) {
@@ -53,19 +49,8 @@ JobPlan sample_plan(const fs::path& output, const std::string& key, const std::f
   return plan;
 }
 
-RunControl threads(int n) {
-  RunControl control;
-  control.num_threads = n;
-  return control;
-}
-
-std::string message_of(const JobPlan& plan, const JobOptions& options = {}) {
-  try {
-    (void)run_job(plan, options, {});
-  } catch (const CannotComplete& e) {
-    return e.what();
-  }
-  return "";
+std::string refusal_of(const JobPlan& plan, const JobOptions& options = {}) {
+  return error_of<CannotComplete>([&] { (void)run_job(plan, options, {}); });
 }
 
 TEST(Job, MakesOutputsAndManifestAndNothingElse) {
@@ -110,7 +95,7 @@ TEST(Job, LeavesADifferentOutputUntouchedUnlessForced) {
   TempFolder temp;
   (void)run_job(sample_plan(temp / "out", "old"), {}, {});
   const Tree before = tree_of(temp / "out");
-  EXPECT_NE(message_of(sample_plan(temp / "out", "new")).find("--force"), std::string::npos);
+  EXPECT_NE(refusal_of(sample_plan(temp / "out", "new")).find("--force"), std::string::npos);
   EXPECT_EQ(tree_of(temp / "out"), before);
   EXPECT_EQ(run_job(sample_plan(temp / "out", "new"), {.force = true}, {}), JobStatus::Done);
   EXPECT_EQ(tree_of(temp / "out").at("parts/0.txt"), "new0");
@@ -125,7 +110,7 @@ TEST(Job, NeverRemovesWhatItDidNotMake) {
   fs::create_directory(temp / "out.partial");
   write_atomically(temp / "out.partial" / "a.jpg", "precious");
   for (const char* name : {"photos", "file", "out"}) {
-    EXPECT_NE(message_of(sample_plan(temp / name, "k"), {.force = true}), "") << name;
+    EXPECT_NE(refusal_of(sample_plan(temp / name, "k"), {.force = true}), "") << name;
   }
   EXPECT_EQ(tree_of(temp.path()).size(), 5u);
 }
@@ -138,9 +123,9 @@ TEST(Job, TakesAnEmptyFolderAsItsOutput) {
 
 TEST(Job, SaysWhichFolderIsMissing) {
   TempFolder temp;
-  EXPECT_NE(message_of(sample_plan(temp / "no" / "out", "k")).find((temp / "no").string()), std::string::npos);
+  EXPECT_NE(refusal_of(sample_plan(temp / "no" / "out", "k")).find((temp / "no").string()), std::string::npos);
   write_atomically(temp / "file", "");
-  EXPECT_NE(message_of(sample_plan(temp / "file" / "out", "k")), "");
+  EXPECT_NE(refusal_of(sample_plan(temp / "file" / "out", "k")), "");
 }
 
 TEST(Job, GoesOnWithFinishedItemsAfterCanceling) {
@@ -415,10 +400,10 @@ TEST(Job, TwoProcessesDoNotMakeTheSameOutput) {
     ::_exit(0);
   }
   while (!fs::exists(temp / "out.partial" / ".job" / "key")) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  EXPECT_NE(message_of(sample_plan(temp / "out", "k")).find("another process"), std::string::npos);
+  EXPECT_NE(refusal_of(sample_plan(temp / "out", "k")).find("another process"), std::string::npos);
   ::kill(child, SIGKILL);
   ::waitpid(child, nullptr, 0);
-  EXPECT_EQ(message_of(sample_plan(temp / "out", "k")), "");
+  EXPECT_EQ(refusal_of(sample_plan(temp / "out", "k")), "");
 }
 
 TEST(OutputFile, IsReplacedOnlyWithForceOrWhenAbsent) {

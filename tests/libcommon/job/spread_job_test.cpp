@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <thread>
@@ -18,29 +17,21 @@
 #include "libcommon/core/files.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
+#include "tests/libcommon/job/job_tree.h"
+#include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
 
 namespace patinate {
 namespace {
 
 namespace fs = std::filesystem;
+using testing_support::error_of;
 using testing_support::TempFolder;
-using Tree = std::map<std::string, std::string>;  ///< Relative path -> bytes ("/" for a folder).
+using testing_support::threads;
+using testing_support::Tree;
+using testing_support::tree_of;
 
 constexpr std::size_t kParts = 6;
-
-Tree tree_of(const fs::path& folder) {
-  Tree tree;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    tree[entry.path().lexically_relative(folder).string()] = entry.is_directory() ? "/" : read_file(entry.path());
-  return tree;
-}
-
-RunControl one_thread() {
-  RunControl control;
-  control.num_threads = 1;
-  return control;
-}
 
 /// Six parts, a sum of what they wrote that is work only, and four files more that read it. `hook(i)` is called before
 /// item i writes.
@@ -94,16 +85,6 @@ std::size_t run_some(const JobPlan& plan, const std::vector<std::size_t>& items)
   return run_spread_items(plan, items, {}, {});
 }
 
-template <class F>
-std::string message_of(F&& f) {
-  try {
-    f();
-  } catch (const Error& e) {
-    return e.what();
-  }
-  return "";
-}
-
 TEST(SpreadJob, ItemsInAnyPortionsAndAnyOrderOfAStageGiveTheBytesOfOneRun) {
   TempFolder temp;
   (void)run_job(staged_plan(temp / "whole", "k"), {}, {});
@@ -129,7 +110,7 @@ TEST(SpreadJob, AFinishedItemIsNeverRunAgain) {
   std::vector<std::size_t> runs;
   const JobPlan plan = staged_plan(temp / "out", "k", [&](std::size_t i) { runs.push_back(i); });
   EXPECT_EQ(run_some(plan, {2, 4}), 2u);
-  EXPECT_EQ(run_spread_items(plan, all_items(plan), {}, one_thread()), plan.items.size() - 2);
+  EXPECT_EQ(run_spread_items(plan, all_items(plan), {}, threads(1)), plan.items.size() - 2);
   std::sort(runs.begin(), runs.end());
   EXPECT_EQ(runs, all_items(plan));
   (void)join_spread_items(plan, {}, {});
@@ -142,10 +123,10 @@ TEST(SpreadJob, SaysWhichItemsAreMissing) {
   TempFolder temp;
   const JobPlan plan = staged_plan(temp / "out", "k");
   (void)run_some(plan, {0, 3, 4});
-  EXPECT_NE(message_of([&] { (void)run_some(plan, {6}); }).find("item 6 (sum) waits for items 1-2, 5"),
+  EXPECT_NE(error_of<Error>([&] { (void)run_some(plan, {6}); }).find("item 6 (sum) waits for items 1-2, 5"),
             std::string::npos);
   EXPECT_NE(
-      message_of([&] { (void)join_spread_items(plan, {}, {}); }).find("8 of 11 items are not finished: 1-2, 5-10"),
+      error_of<Error>([&] { (void)join_spread_items(plan, {}, {}); }).find("8 of 11 items are not finished: 1-2, 5-10"),
       std::string::npos);
   EXPECT_FALSE(fs::exists(temp / "out"));
   const SpreadState state = spread_state(plan);
@@ -186,8 +167,8 @@ TEST(SpreadJob, ProcessesThatDoTheSameAtOnceAllEndWell) {
     for (int c = 0; c < 4; ++c) {
       children.push_back(in_another_process([&] {
         const JobPlan plan = staged_plan(out, "k");
-        (void)run_spread_items(plan, all_items(plan), {}, one_thread());
-        (void)join_spread_items(plan, {}, one_thread());
+        (void)run_spread_items(plan, all_items(plan), {}, threads(1));
+        (void)join_spread_items(plan, {}, threads(1));
       }));
     }
     for (const pid_t child : children) EXPECT_EQ(code_of(child), 0);
@@ -205,7 +186,7 @@ TEST(SpreadJob, KilledAnywhereItLeavesNoHalfItemAndTheOthersGoOn) {
       const JobPlan plan = staged_plan(out, "k", [&](std::size_t i) {
         if (i == kill_at) ::raise(SIGKILL);
       });
-      (void)run_spread_items(plan, all_items(plan), {}, one_thread());
+      (void)run_spread_items(plan, all_items(plan), {}, threads(1));
     });
     EXPECT_EQ(code_of(child), -1);
     std::atomic<std::size_t> runs{0};
@@ -235,7 +216,7 @@ TEST(SpreadJob, ADifferentOutputIsReplacedOnlyWhenForced) {
   TempFolder temp;
   (void)run_job(staged_plan(temp / "out", "old"), {}, {});
   const JobPlan plan = staged_plan(temp / "out", "new");
-  EXPECT_NE(message_of([&] { (void)run_some(plan, {0}); }).find("--force"), std::string::npos);
+  EXPECT_NE(error_of<Error>([&] { (void)run_some(plan, {0}); }).find("--force"), std::string::npos);
   (void)run_spread_items(plan, all_items(plan), {.force = true}, {});
   EXPECT_EQ(tree_of(temp / "out").at("parts/0.txt"), "old0");
   EXPECT_EQ(join_spread_items(plan, {.force = true}, {}), JobStatus::Done);
@@ -322,7 +303,7 @@ TEST(SpreadJob, FoldersOfOthersAreLeftAlone) {
   TempFolder temp;
   fs::create_directory(temp / "out.items");
   write_atomically(temp / "out.items" / "photo.jpg", "precious");
-  EXPECT_NE(message_of([&] { (void)run_some(staged_plan(temp / "out", "k"), {0}); }).find("did not write"),
+  EXPECT_NE(error_of<Error>([&] { (void)run_some(staged_plan(temp / "out", "k"), {0}); }).find("did not write"),
             std::string::npos);
   EXPECT_EQ(tree_of(temp / "out.items").size(), 1u);
 }

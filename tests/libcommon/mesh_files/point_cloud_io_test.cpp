@@ -26,7 +26,7 @@ std::filesystem::path write_file(const TempFolder& folder, const std::string& na
   return folder / name;
 }
 
-std::string error_of(const std::filesystem::path& path) {
+std::string cloud_error(const std::filesystem::path& path) {
   try {
     (void)read_point_cloud(path);
   } catch (const IoError& e) {
@@ -56,7 +56,7 @@ TEST(PointCloudIo, AGridThatIsNotTheSizeItSaysIsRefused) {
   const TempFolder folder;
   std::string text = kGrid;
   text.replace(text.find("num_cols 3"), 10, "num_cols 4");
-  EXPECT_NE(error_of(write_file(folder, "grid.ply", text)).find("6 cells; num_cols and num_rows say 4 x 2"),
+  EXPECT_NE(cloud_error(write_file(folder, "grid.ply", text)).find("6 cells; num_cols and num_rows say 4 x 2"),
             std::string::npos);
 }
 
@@ -149,7 +149,7 @@ TEST(PointCloudIo, LzfUndoesBackReferencesThatOverlap) {
 TEST(PointCloudIo, BadFilesAreNamedInOneLine) {
   const TempFolder folder;
   const auto says = [&](const std::string& name, const std::string& bytes, const std::string& part) {
-    const std::string error = error_of(write_file(folder, name, bytes));
+    const std::string error = cloud_error(write_file(folder, name, bytes));
     EXPECT_NE(error.find(part), std::string::npos) << error;
     EXPECT_EQ(error.find('\n'), std::string::npos) << error;
   };

@@ -25,7 +25,7 @@ using testing_support::ball;
 using testing_support::kWhite;
 using testing_support::plate;
 
-RenderOptions bare() { return testing_support::bare(64, 16); }
+RenderOptions bare_of_many_samples() { return testing_support::bare(64, 16); }
 
 ImageF one(float value) { return {1, 1, 1, value}; }
 
@@ -56,7 +56,7 @@ TEST(SurfaceView, ShowsAConvexWhiteBodyInWhiteLightAsWhiteWhateverItIsMadeOf) {
   for (const float metal : {0.0f, 0.5f, 1.0f}) {
     for (const float roughness : {0.05f, 0.4f, 1.0f}) {
       for (const float wet : {0.0f, 0.6f}) {
-        RenderOptions o = bare();
+        RenderOptions o = bare_of_many_samples();
         o.ambient = 1.0;
         o.specular = 0.04;
         const SurfaceMaps maps{
@@ -70,7 +70,7 @@ TEST(SurfaceView, ShowsAConvexWhiteBodyInWhiteLightAsWhiteWhateverItIsMadeOf) {
 }
 
 TEST(SurfaceView, ShowsAWhiteBodyInWhiteSurroundingsAsWhite) {
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_many_samples();
   const SurfaceMaps maps{.color = kWhite, .roughness = one(0.5f)};
   const ImageF picture =
       SurfaceView(ball(1.0, 48), maps, o, {.environment_light = 1.0}, ImageF(16, 8, 3, 7.0f)).picture();
@@ -88,7 +88,7 @@ TEST(SurfaceView, AMirrorShowsTheSurroundingsInTheMirrorDirection) {
     }
   }
   for (const UpAxis up : {UpAxis::Y, UpAxis::Z}) {
-    RenderOptions o = bare();
+    RenderOptions o = bare_of_many_samples();
     o.width = o.height = 96;
     o.azimuth_deg = 40.0;
     o.elevation_deg = 10.0;
@@ -128,7 +128,7 @@ TEST(SurfaceView, ABrightSpotOfTheSurroundingsIsALamp) {
   for (int c = 0; c < 3; ++c) sky.at(10, 7, c) = 500.0f;
   const double pi = std::numbers::pi;
   const double solid_angle = 2.0 * pi / 64 * (std::cos(pi * 7 / 32) - std::cos(pi * 8 / 32));
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_many_samples();
   o.elevation_deg = 90.0;
   const SurfaceMaps maps{.color = kWhite, .roughness = one(1.0f)};
   const ImageF picture = SurfaceView(plate(2.0, 0.0), maps, o, {.environment_light = 0.0}, sky).picture();
@@ -138,7 +138,7 @@ TEST(SurfaceView, ABrightSpotOfTheSurroundingsIsALamp) {
 }
 
 TEST(SurfaceView, FlatNormalsAndNoHeightAreNoMaps) {
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_many_samples();
   o.light = 1.0, o.ambient = 0.3, o.specular = 0.04;
   const Mesh mesh = testing_support::cut_plane(2.0);
   const ImageF without = SurfaceView(mesh, {.color = kWhite}, o).picture();
@@ -151,7 +151,7 @@ TEST(SurfaceView, FlatNormalsAndNoHeightAreNoMaps) {
 }
 
 TEST(SurfaceView, NormalsAreLitInTheirTangentSpace) {
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_many_samples();
   o.light = 1.0;
   o.azimuth_deg = o.elevation_deg = 0.0;
   const double a = o.light_azimuth_deg * std::numbers::pi / 180.0, e = o.light_elevation_deg * std::numbers::pi / 180.0;
@@ -220,7 +220,7 @@ TEST(WetSurface, IsDarkerUnlessItIsWhiteAndKeepsBlack) {
 }
 
 TEST(WetSurface, IsDarkerAndShinesInAPicture) {
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_many_samples();
   o.light = 1.0, o.light_size_deg = 5.0;
   o.roughness = 0.9, o.specular = 0.04;
   const ImageF gray(1, 1, 3, 0.3f);
@@ -255,7 +255,7 @@ TEST(WetSurface, HalfWetIsDarkerAndNoShinier) {
 // 36 rays a pixel, of which a fifth falls below the surface and counts 0: independent ones would spread by 0.065 of the
 // mean; four times that. Rays of one sequence with gaps lay in one place, and pixels were black.
 TEST(SurfaceView, EveryPixelOfARoughMetalIsNearTheMean) {
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_many_samples();
   o.samples = 9;
   o.ambient = 1.0;
   const SurfaceMaps maps{.color = ImageF(1, 1, 3, 0.2f), .roughness = one(0.7f), .metalness = one(1.0f)};
@@ -285,7 +285,7 @@ TEST(SurfaceView, ReflectsWhatStandsBesideIt) {
   SurfaceMaps maps{.color = ImageF(2, 1, 3, 1.0f), .roughness = one(0.05f), .metalness = ImageF(2, 1, 1)};
   maps.metalness.at(0, 0) = 1.0f;
   maps.color.at(1, 0, 1) = maps.color.at(1, 0, 2) = 0.0f;
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_many_samples();
   o.ambient = 1.0;
   o.azimuth_deg = 0.0, o.elevation_deg = 30.0;
   const OrbitCamera camera = fitted_camera(mesh, o);
@@ -391,11 +391,12 @@ TEST(Cushions, AreBallsOfDifferentSizesWithTheirMiddleInside) {
 
 TEST(SurfaceView, RefusesWhatItCannotShow) {
   const Mesh mesh = ball(1.0, 8);
-  EXPECT_THROW(SurfaceView(mesh, {}, bare()), InvalidInput);
-  EXPECT_THROW(SurfaceView(mesh, {.color = kWhite, .height = kWhite}, bare()), InvalidInput);
-  EXPECT_THROW(SurfaceView(mesh, {.color = kWhite}, bare(), {.relief = std::nan("")}), InvalidInput);
-  EXPECT_THROW(SurfaceView(mesh, {.color = kWhite}, bare(), {}, ImageF(8, 4, 3)), InvalidInput);  // Black.
-  RenderOptions o = bare();
+  EXPECT_THROW(SurfaceView(mesh, {}, bare_of_many_samples()), InvalidInput);
+  EXPECT_THROW(SurfaceView(mesh, {.color = kWhite, .height = kWhite}, bare_of_many_samples()), InvalidInput);
+  EXPECT_THROW(SurfaceView(mesh, {.color = kWhite}, bare_of_many_samples(), {.relief = std::nan("")}), InvalidInput);
+  EXPECT_THROW(SurfaceView(mesh, {.color = kWhite}, bare_of_many_samples(), {}, ImageF(8, 4, 3)),
+               InvalidInput);  // Black.
+  RenderOptions o = bare_of_many_samples();
   o.distance = -1.0;
   EXPECT_THROW(SurfaceView(mesh, {.color = kWhite}, o), InvalidInput);
 }

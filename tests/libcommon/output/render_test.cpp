@@ -22,7 +22,7 @@ using testing_support::ball;
 using testing_support::kWhite;
 using testing_support::plate;
 
-RenderOptions bare() { return testing_support::bare(96, 1); }
+RenderOptions bare_of_one_sample() { return testing_support::bare(96, 1); }
 
 struct Extent {
   int x0 = 1 << 20, x1 = -1, y0 = 1 << 20, y1 = -1;
@@ -41,7 +41,7 @@ Extent extent(const ImageU8& mask) {
 
 // White furnace: all that a convex white body sees is the ambient light.
 TEST(Render, ShowsAConvexWhiteBodyInWhiteLightAsWhite) {
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_one_sample();
   o.ambient = 1.0;
   o.occlusion_samples = 32;
   const ImageF picture = render(ball(1.0, 24), kWhite, o);
@@ -50,7 +50,7 @@ TEST(Render, ShowsAConvexWhiteBodyInWhiteLightAsWhite) {
 
 /// @param light_distance  From the middle of the sphere; 0 = far.
 void shade_a_sphere(double light_distance) {
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_one_sample();
   o.light = 1.0;
   o.azimuth_deg = o.elevation_deg = 0.0;
   o.light_azimuth_deg = 30.0;
@@ -94,7 +94,7 @@ TEST(Render, FramesTheMeshFromEverySide) {
   for (Vec3& p : mesh.positions) p = Vec3(3.0 * p.x() + 40.0, 0.5 * p.y() - 7.0, p.z() + 11.0);
   for (const double azimuth : {0.0, 70.0, 200.0}) {
     for (const double elevation : {-80.0, 0.0, 35.0}) {
-      RenderOptions o = bare();
+      RenderOptions o = bare_of_one_sample();
       o.width = 200, o.height = 120, o.samples = 4, o.margin = 0.1;
       o.azimuth_deg = azimuth, o.elevation_deg = elevation;
       const Extent e = extent(RenderView(mesh, o).coverage());
@@ -123,7 +123,7 @@ TEST(Render, ZUpIsTheSamePictureOfATurnedMesh) {
   Mesh turned = mesh;
   for (Vec3& p : turned.positions) p = Vec3(p.x(), -p.z(), p.y());
   for (Vec3& n : turned.normals) n = Vec3(n.x(), -n.z(), n.y());
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_one_sample();
   o.light = 1.0;
   const ImageF a = render(mesh, kWhite, o);
   o.up = UpAxis::Z;
@@ -160,7 +160,7 @@ float seen(const ImageF& picture, const OrbitCamera& camera, const Vec3& p) {
 }
 
 TEST(Render, CastsTheShadowOfOnePlateOnAnother) {
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_one_sample();
   o.light = 1.0;
   o.light_elevation_deg = 90.0;
   o.elevation_deg = 35.0;
@@ -175,7 +175,7 @@ TEST(Render, CastsTheShadowOfOnePlateOnAnother) {
 // Errors of neighbors that are independent keep a third of their size in the mean of 3 x 3 pixels; those of a dither
 // cancel.
 TEST(Render, NeighborsInAPenumbraMakeUpForEachOther) {
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_one_sample();
   o.light = 1.0;
   o.light_size_deg = 20.0;
   o.light_elevation_deg = 90.0;
@@ -222,7 +222,7 @@ TEST(Render, TheGroundShowsASmoothPenumbra) {
   Mesh roof = plate(kRoof, 1.0);
   for (Vec3& p : roof.positions) p.x() -= 0.5 * kRoof;
   const Mesh mesh = both(std::move(roof), plate(0.01, 0.0));
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_one_sample();
   o.samples = 4;
   o.light = 1.0;
   o.light_size_deg = 20.0;
@@ -253,7 +253,7 @@ TEST(Render, TheGroundShowsASmoothPenumbra) {
 }
 
 TEST(Render, AmbientLightIsWeakerUnderARoof) {
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_one_sample();
   o.ambient = 1.0;
   o.occlusion_samples = 256;
   o.elevation_deg = 20.0;
@@ -268,7 +268,7 @@ TEST(Render, ReadsTheTextureUpright) {
   // v is up: the texture's upper half is the half of the plate with v > 0.5, which is the far one.
   ImageF texture(2, 2, 3, 0.0f);
   texture.at(0, 0, 0) = texture.at(1, 0, 0) = 1.0f;
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_one_sample();
   o.ambient = 1.0;
   o.azimuth_deg = 0.0;
   o.elevation_deg = 90.0;
@@ -282,7 +282,7 @@ TEST(Render, ReadsTheTextureUpright) {
 // A plate in the xy plane, u along x and v along y: its tangent space is the world. Where its normals point to the lamp
 // it is fully lit, whatever its own direction; the lamp's direction is that of the options.
 TEST(Render, NormalsOfATextureAreLitInTheirTangentSpace) {
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_one_sample();
   o.light = 1.0;
   o.azimuth_deg = o.elevation_deg = 0.0;
   const double azimuth = o.light_azimuth_deg * std::numbers::pi / 180.0,
@@ -305,7 +305,7 @@ TEST(Render, NormalsOfATextureAreLitInTheirTangentSpace) {
 }
 
 TEST(Render, FlatDetailIsNoDetail) {
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_one_sample();
   o.light = o.specular = 1.0;
   o.roughness = 0.3;
   SurfaceDetail flat{.normals = ImageF(1, 1, 3), .roughness = ImageF(1, 1, 1, 0.3f)};
@@ -358,19 +358,19 @@ TEST(Render, ShowsTheMarbleBustWhole) {
 
 TEST(Render, RefusesWhatItCannotShow) {
   Mesh mesh = ball(1.0, 12);
-  RenderOptions o = bare();
+  RenderOptions o = bare_of_one_sample();
   o.width = 3;
   EXPECT_THROW((void)render(mesh, kWhite, o), InvalidInput);
-  o = bare();
+  o = bare_of_one_sample();
   o.zoom = std::nan("");
   EXPECT_THROW((void)render(mesh, kWhite, o), InvalidInput);
-  EXPECT_THROW((void)render(mesh, ImageF(), bare()), InvalidInput);
-  o = bare();
+  EXPECT_THROW((void)render(mesh, ImageF(), bare_of_one_sample()), InvalidInput);
+  o = bare_of_one_sample();
   o.width = o.height = 8192;
   o.samples = 256;
   EXPECT_THROW((void)render(mesh, kWhite, o), InvalidInput);
   mesh.uv_triangles.clear();
-  EXPECT_THROW((void)render(mesh, kWhite, bare()), InvalidInput);
+  EXPECT_THROW((void)render(mesh, kWhite, bare_of_one_sample()), InvalidInput);
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ using testing_support::has;
 using testing_support::set_any_amounts;
 using testing_support::unit_plane;
 
-constexpr int kSide = 64;
+constexpr int kAtlasSide = 64;
 
 MaterialAppearance plain_look(const Vec3& color) {
   MaterialAppearance look;
@@ -50,11 +50,11 @@ std::vector<TileIndex> all_tiles(const ComposeScene& scene) {
 
 /// A map with every sRGB code, a texel each.
 ImageF all_codes() {
-  ImageF map(kSide, kSide, 3);
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
+  ImageF map(kAtlasSide, kAtlasSide, 3);
+  for (int y = 0; y < kAtlasSide; ++y) {
+    for (int x = 0; x < kAtlasSide; ++x) {
       for (int c = 0; c < 3; ++c)
-        map.at(x, y, c) = linear_from_srgb(static_cast<float>((y * kSide + x + 85 * c) % 256) / 255.0f);
+        map.at(x, y, c) = linear_from_srgb(static_cast<float>((y * kAtlasSide + x + 85 * c) % 256) / 255.0f);
     }
   }
   return map;
@@ -85,17 +85,17 @@ TEST(Composer, NewSurfacesHaveTheSecondColorWhereTheirPatternIs) {
 }
 
 TEST(Composer, GivesBackTheOriginalsExactlyWhereNothingChanged) {
-  const ComposeScene untouched(unit_plane(64.0), kSide, {plain_look({1, 0, 0})}, [](Scene& scene) {
+  const ComposeScene untouched(unit_plane(64.0), kAtlasSide, {plain_look({1, 0, 0})}, [](Scene& scene) {
     scene.objects[0].color_map = all_codes();
-    scene.objects[0].specular_map = ImageF(kSide, kSide);
-    scene.objects[0].height_map = ImageF(kSide, kSide);
-    for (int i = 0; i < kSide * kSide; ++i) {
+    scene.objects[0].specular_map = ImageF(kAtlasSide, kAtlasSide);
+    scene.objects[0].height_map = ImageF(kAtlasSide, kAtlasSide);
+    for (int i = 0; i < kAtlasSide * kAtlasSide; ++i) {
       scene.objects[0].specular_map.data()[i] = static_cast<float>(i % 256) / 255.0f;
       scene.objects[0].height_map.data()[i] =
           static_cast<float>(i % 77) / 16.0f;  // whole quanta: a texel is 1 mm, a quantum 1/1024
     }
   });
-  ComposeScene touched(unit_plane(64.0), kSide, {plain_look({1, 0, 0})},
+  ComposeScene touched(unit_plane(64.0), kAtlasSide, {plain_look({1, 0, 0})},
                        [&](Scene& scene) { scene.objects = untouched.scene.objects; });
   touched.set(0, [](int x, int, const Vec3&) { return x % 8 == 3 ? 1.0 : 0.0; });  // one column of each tile is aged
   for (const ComposeScene* scene : {&untouched, static_cast<const ComposeScene*>(&touched)}) {
@@ -103,11 +103,11 @@ TEST(Composer, GivesBackTheOriginalsExactlyWhereNothingChanged) {
     (void)composer.compose(*scene->atlas, {});
     const ImageU8 color = composer.color_srgb8(), specular = composer.specular8();
     const ImageF height = composer.height_mm();
-    for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) {
+    for (int y = 0; y < kAtlasSide; ++y) {
+      for (int x = 0; x < kAtlasSide; ++x) {
         if (scene == &touched && x % 8 == 3) continue;
-        for (int c = 0; c < 3; ++c) ASSERT_EQ(color.at(x, y, c), (y * kSide + x + 85 * c) % 256) << x << " " << y;
-        ASSERT_EQ(specular.at(x, y), (y * kSide + x) % 256);
+        for (int c = 0; c < 3; ++c) ASSERT_EQ(color.at(x, y, c), (y * kAtlasSide + x + 85 * c) % 256) << x << " " << y;
+        ASSERT_EQ(specular.at(x, y), (y * kAtlasSide + x) % 256);
         ASSERT_FLOAT_EQ(height.at(x, y), scene->scene.objects[0].height_map.at(x, y));
       }
     }
@@ -156,7 +156,7 @@ TEST(Composer, WeightsSumToOneWhereThePublishedFormDarkensThinLayers) {
 }
 
 TEST(Composer, FormsAgreeWhereMaterialsCoverTheSurface) {
-  ComposeScene scene(unit_plane(64.0), kSide, any_appearance(4, 3));
+  ComposeScene scene(unit_plane(64.0), kAtlasSide, any_appearance(4, 3));
   set_any_amounts(scene, 3);
   scene.scene.appearance[0].strength = 2.0;
   scene.scene.appearance[0].variation = 0.0;
@@ -168,12 +168,12 @@ TEST(Composer, FormsAgreeWhereMaterialsCoverTheSurface) {
 }
 
 TEST(Composer, MoreOfAMaterialIsNeverLessOfItsColor) {
-  ComposeScene scene(unit_plane(64.0), kSide, {plain_look({0.02, 0.9, 0.4}), plain_look({0.5, 0.1, 0.7})});
-  scene.set(0, [](int x, int y, const Vec3&) { return (y * kSide + x) / 1024.0; });
+  ComposeScene scene(unit_plane(64.0), kAtlasSide, {plain_look({0.02, 0.9, 0.4}), plain_look({0.5, 0.1, 0.7})});
+  scene.set(0, [](int x, int y, const Vec3&) { return (y * kAtlasSide + x) / 1024.0; });
   Composer composer = scene.composer();
   (void)composer.compose(*scene.atlas, {});
   const ImageU8 color = composer.color_srgb8();
-  for (int i = 1; i < kSide * kSide; ++i) {
+  for (int i = 1; i < kAtlasSide * kAtlasSide; ++i) {
     EXPECT_LE(color.data()[3 * i], color.data()[3 * (i - 1)]);          // from 0.5 down to 0.02
     EXPECT_GE(color.data()[3 * i + 1], color.data()[3 * (i - 1) + 1]);  // from 0.5 up to 0.9
   }
@@ -183,9 +183,9 @@ TEST(Composer, OrderOfMaterialsDoesNotMatter) {
   std::vector<MaterialAppearance> appearance = any_appearance(3, 8);
   for (MaterialAppearance& look : appearance)
     look.variation = look.specular_variation = look.height_variation = 0.0;  // noise is by material
-  ComposeScene one(unit_plane(64.0), kSide, appearance);
+  ComposeScene one(unit_plane(64.0), kAtlasSide, appearance);
   std::swap(appearance[0], appearance[2]);
-  ComposeScene other(unit_plane(64.0), kSide, appearance);
+  ComposeScene other(unit_plane(64.0), kAtlasSide, appearance);
   const auto amount = [](int m) {
     return [m](int x, int y, const Vec3&) { return (x * (m + 1) % 13 + y % (m + 2)) / 13.0; };
   };
@@ -202,7 +202,7 @@ TEST(Composer, WhatIsTakenAwayLowersTheSurfaceAndLeavesTheColor) {
   MaterialAppearance metal = plain_look({0, 1, 0});
   metal.height_mm = 2.0;
   metal.specular = 0.5;
-  ComposeScene scene(unit_plane(64.0), kSide, {metal}, [](Scene& s) {
+  ComposeScene scene(unit_plane(64.0), kAtlasSide, {metal}, [](Scene& s) {
     s.objects[0].preset.amounts[0] = 1.0;
     s.objects[0].preset.specular = 0.8;
   });
@@ -374,7 +374,7 @@ TEST(Composer, StaysInRangeForTheLargestValuesThatThereAre) {
                      .height_mm = i < 6 ? 1e6 : -1e6,
                      .height_variation = 1.0};
   }
-  ComposeScene scene(unit_plane(1.0), kSide, appearance, [](Scene& s) {
+  ComposeScene scene(unit_plane(1.0), kAtlasSide, appearance, [](Scene& s) {
     s.objects[0].height_map = ImageF(8, 8, 1, std::numeric_limits<float>::infinity());
     s.objects[0].height_map.at(3, 3) = -1e30f;
     s.objects[0].color_map = ImageF(8, 8, 3, std::numeric_limits<float>::quiet_NaN());

@@ -16,7 +16,7 @@ using testing_support::ComposeScene;
 using testing_support::cut_plane;
 using testing_support::unit_plane;
 
-constexpr double kSide = 96.0;
+constexpr double kPlaneSide = 96.0;
 constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kAmountPerMm = 0.125;  // 8 mm by amount 1: a quantum of amount is half a quantum of height
 
@@ -29,7 +29,7 @@ MaterialAppearance relief() {
 
 /// A plane whose UVs are moved by a linear map about (0.5, 0.5).
 Mesh mapped_plane(const Eigen::Matrix2d& map) {
-  Mesh mesh = unit_plane(kSide);
+  Mesh mesh = unit_plane(kPlaneSide);
   for (Vec2& uv : mesh.uvs) uv = map * (uv - Vec2(0.5, 0.5)) + Vec2(0.5, 0.5);
   return mesh;
 }
@@ -46,13 +46,13 @@ struct NamedMesh {
 };
 
 std::vector<NamedMesh> planes() {
-  return {{"plain", unit_plane(kSide)},
+  return {{"plain", unit_plane(kPlaneSide)},
           {"4:1", mapped_plane(matrix(1.0, 0.0, 0.0, 0.25))},
           {"1:4", mapped_plane(matrix(0.25, 0.0, 0.0, 1.0))},
           {"sheared", mapped_plane(matrix(0.6, 0.35, 0.0, 0.5))},
           {"turned", mapped_plane(matrix(0.5, -0.4, 0.4, 0.5))},
           {"mirrored", mapped_plane(matrix(-0.7, 0.2, 0.1, 0.7))},
-          {"cut, half of it turned", cut_plane(kSide)}};
+          {"cut, half of it turned", cut_plane(kPlaneSide)}};
 }
 
 /// Angle between the normal that a composer estimates and another, degrees.
@@ -79,7 +79,7 @@ TEST(ComposedNormals, ARampOfTenDegreesTiltsThemByTen) {
     for (const NamedMesh& plane : planes()) {
       ComposeScene scene(plane.mesh, 96, {relief()});
       scene.set(0, [&](int, int, const Vec3& p) {
-        return kAmountPerMm * (15.0 + slope * uphill.dot(p - Vec3(kSide / 2, kSide / 2, 0)));
+        return kAmountPerMm * (15.0 + slope * uphill.dot(p - Vec3(kPlaneSide / 2, kPlaneSide / 2, 0)));
       });
       Composer composer = scene.composer();
       (void)composer.compose(*scene.atlas, {});
@@ -111,7 +111,7 @@ TEST(ComposedNormals, FollowTheConventionOfGltf) {
   // Uphill along +u: the normal leans to -u, and red is below 128. Uphill along +v (up in the picture): green is below
   // 128.
   for (const bool is_along_u : {true, false}) {
-    ComposeScene scene(unit_plane(kSide), 96, {relief()});
+    ComposeScene scene(unit_plane(kPlaneSide), 96, {relief()});
     scene.set(0, [&](int, int, const Vec3& p) { return kAmountPerMm * 0.2 * (is_along_u ? p.x() : p.y()); });
     Composer composer = scene.composer();
     (void)composer.compose(*scene.atlas, {});
@@ -126,7 +126,7 @@ TEST(ComposedNormals, FollowTheConventionOfGltf) {
 TEST(ComposedNormals, AFlatSurfaceIsExactlyBlue) {
   MaterialAppearance paint = relief();
   paint.strength = 1.0;
-  ComposeScene scene(cut_plane(kSide), 96, {paint});
+  ComposeScene scene(cut_plane(kPlaneSide), 96, {paint});
   scene.set(0, [](int, int, const Vec3&) { return 0.37; });  // raised alike everywhere
   Composer composer = scene.composer();
   (void)composer.compose(*scene.atlas, {});
@@ -141,7 +141,7 @@ TEST(ComposedNormals, AFlatSurfaceIsExactlyBlue) {
 /// Largest difference (degrees) to the normals of waves of 24 mm and 1 mm: of texels at the cut, and of all others but
 /// the plane's own edge.
 std::pair<double, double> wave_errors(int resolution) {
-  ComposeScene scene(cut_plane(kSide), resolution, {relief()});
+  ComposeScene scene(cut_plane(kPlaneSide), resolution, {relief()});
   const double k = 2.0 * std::numbers::pi / 24.0;
   scene.set(0,
             [&](int, int, const Vec3& p) { return kAmountPerMm * (4.0 + std::sin(k * p.x()) * std::cos(k * p.y())); });
@@ -156,10 +156,10 @@ std::pair<double, double> wave_errors(int resolution) {
                         0.0);
     const double error = angle_deg(scene, composer, t, (Vec3(0, 0, 1) - gradient).normalized());
     const double texel = scene.surface->median_texel_size_mm();
-    const double from_edge = std::min({p.x(), p.y(), kSide - p.x(), kSide - p.y()});
+    const double from_edge = std::min({p.x(), p.y(), kPlaneSide - p.x(), kPlaneSide - p.y()});
     if (from_edge < 1.5 * texel) continue;
-    (std::abs(p.x() - kSide / 2) < texel ? at_seam : inside) =
-        std::max(std::abs(p.x() - kSide / 2) < texel ? at_seam : inside, error);
+    (std::abs(p.x() - kPlaneSide / 2) < texel ? at_seam : inside) =
+        std::max(std::abs(p.x() - kPlaneSide / 2) < texel ? at_seam : inside, error);
   }
   return {at_seam, inside};
 }
@@ -175,7 +175,7 @@ TEST(ComposedNormals, OfWavesConvergeAtSeamsAsTheyDoInside) {
 }
 
 TEST(ComposedNormals, ANeighborOverASeamCountsWhereItIs) {
-  const ComposeScene scene(cut_plane(kSide), 96, {relief()});
+  const ComposeScene scene(cut_plane(kPlaneSide), 96, {relief()});
   for (const TexelIndex t : scene.surface->border()) {
     const std::array<Vec2, 4> steps = composition::neighbor_steps(scene.scene_mesh, *scene.surface, t);
     const std::array<TexelIndex, 4> around = scene.surface->neighbors(t);

@@ -2,10 +2,13 @@
 #include <gtest/gtest.h>
 
 #include "patinate/simulation/engine.h"
+#include "tests/simulation/engine/run_iterations.h"
 #include "tests/support/plate_scene.h"
 
 namespace patinate::simulation {
 namespace {
+
+using testing_support::run_iterations;
 
 /// Drops that bounce on a plate on which steep rust grows.
 Scene rough_plate(BounceNormal bounce_normal) {
@@ -18,16 +21,12 @@ Scene rough_plate(BounceNormal bounce_normal) {
   return scene;
 }
 
-void run(Simulation& simulation, int num_iterations) {
-  for (int i = 0; i < num_iterations; ++i) simulation.step();
-}
-
 TEST(BounceNormal, OfTheMeshHeightsChangeNothing) {
   Scene flat = rough_plate(BounceNormal::Mesh);
   flat.appearance[2].height_mm = 0.0;
   Simulation a(rough_plate(BounceNormal::Mesh)), b(flat);
-  run(a, 60);
-  run(b, 60);
+  run_iterations(a, 60);
+  run_iterations(b, 60);
   EXPECT_EQ(a.atlas().hash(), b.atlas().hash());
 }
 
@@ -35,9 +34,9 @@ TEST(BounceNormal, OfTheComposedHeightsTurnsDropsAway) {
   Scene flat = rough_plate(BounceNormal::Composed);
   flat.appearance[2].height_mm = 0.0;
   Simulation a(rough_plate(BounceNormal::Composed)), b(flat), mesh(rough_plate(BounceNormal::Mesh));
-  run(a, 60);
-  run(b, 60);
-  run(mesh, 60);
+  run_iterations(a, 60);
+  run_iterations(b, 60);
+  run_iterations(mesh, 60);
   EXPECT_NE(a.atlas().hash(), b.atlas().hash());
   EXPECT_EQ(b.atlas().hash(), mesh.atlas().hash()) << "without heights both normals are the mesh's";
   EXPECT_EQ(a.audit(), "");
@@ -46,14 +45,14 @@ TEST(BounceNormal, OfTheComposedHeightsTurnsDropsAway) {
 TEST(BounceNormal, LookingAndGoingOnFromASnapshotChangeNothing) {
   const Scene scene = rough_plate(BounceNormal::Composed);
   Simulation whole(scene), seen(scene);
-  run(whole, 50);
+  run_iterations(whole, 50);
   for (int i = 0; i < 23; ++i) {
     seen.step();
     if (i % 3 == 0) (void)seen.compose();
   }
   Simulation resumed(scene);
   resumed.restore(seen.snapshot());
-  run(resumed, 27);
+  run_iterations(resumed, 27);
   EXPECT_TRUE(resumed.snapshot() == whole.snapshot());
 }
 
@@ -62,7 +61,7 @@ TEST(BounceNormal, WhoHoldsACopyOfThePictureIsToldOfAllThatTheEngineComposed) {
   (void)simulation.compose();
   std::vector<std::uint32_t> copy(simulation.compose().codes().begin(), simulation.compose().codes().end());
   for (int look = 0; look < 5; ++look) {
-    run(simulation, 7);
+    run_iterations(simulation, 7);
     const std::span<const std::uint32_t> codes = simulation.compose().codes();
     for (const TileIndex tile : simulation.composed_tiles()) {
       for (std::uint32_t i = 0; i < TileGrid::kTileTexels; ++i) {

@@ -6,6 +6,7 @@
 
 #include "patinate/core/error.h"
 #include "simulation/tracing/gammatons.h"
+#include "tests/simulation/engine/run_iterations.h"
 #include "tests/support/errors.h"
 #include "tests/support/meshes.h"
 #include "tests/support/plate_scene.h"
@@ -15,6 +16,7 @@ namespace {
 
 using testing_support::error_of;
 using testing_support::has;
+using testing_support::run_iterations;
 using testing_support::rust_rule;
 
 /// The plate with relief of rust, in denser rain that washes a little of it on.
@@ -26,12 +28,6 @@ Scene plate(int resolution = 96) {
   scene.exchange.rates[2] = 0.02;
   scene.rules.push_back(rust_rule(0.5));
   return scene;
-}
-
-void run(Simulation& simulation, int num_iterations, int num_threads = 0) {
-  RunControl control;
-  control.num_threads = num_threads;
-  for (int i = 0; i < num_iterations; ++i) simulation.step(control);
 }
 
 TEST(Simulation, BooksBalanceExactlyInEveryIteration) {
@@ -53,7 +49,7 @@ TEST(Simulation, BooksBalanceExactlyInEveryIteration) {
 TEST(Simulation, RainMakesIronRust) {
   Simulation simulation(plate());
   EXPECT_EQ(simulation.atlas().mass(2), 0);
-  run(simulation, 100);
+  run_iterations(simulation, 100);
   EXPECT_GT(simulation.atlas().mass(0), 0);
   EXPECT_GT(simulation.atlas().mass(2), 0);
   EXPECT_EQ(simulation.audit(), "");
@@ -61,11 +57,11 @@ TEST(Simulation, RainMakesIronRust) {
 
 TEST(Simulation, GivesTheSameBitsForAnyNumberOfThreads) {
   Simulation one(plate());
-  run(one, 60, 1);
+  run_iterations(one, 60, 1);
   const std::vector<std::byte> expected = one.snapshot();
   for (const int threads : {2, 3, 8}) {
     Simulation other(plate());
-    run(other, 60, threads);
+    run_iterations(other, 60, threads);
     EXPECT_EQ(other.atlas().hash(), one.atlas().hash());
     EXPECT_TRUE(other.snapshot() == expected) << threads << " threads";
   }
@@ -82,7 +78,7 @@ TEST(Simulation, LookingChangesNothing) {
     (void)seen.parameter_map("hits");
     (void)seen.dirty_since(i);
   }
-  run(unseen, 50);
+  run_iterations(unseen, 50);
   EXPECT_TRUE(seen.snapshot() == unseen.snapshot());
   EXPECT_EQ(seen.compose().color_srgb8(), unseen.compose().color_srgb8());
 }
@@ -91,15 +87,15 @@ TEST(Simulation, GoesOnFromASnapshotAsIfNothingHadHappened) {
   SimulationOptions options;
   options.parameter_maps = {"hits", "last_hit", "residence", "rust.deposited"};
   Simulation whole(plate(), options);
-  run(whole, 37);
+  run_iterations(whole, 37);
   const std::vector<std::byte> half_way = whole.snapshot();
-  run(whole, 43);
+  run_iterations(whole, 43);
   Simulation resumed(plate(), options);
-  run(resumed, 5);
+  run_iterations(resumed, 5);
   resumed.restore(half_way);
   EXPECT_EQ(resumed.iteration(), 37);
   EXPECT_TRUE(resumed.snapshot() == half_way);
-  run(resumed, 43);
+  run_iterations(resumed, 43);
   EXPECT_TRUE(resumed.snapshot() == whole.snapshot());
   EXPECT_EQ(resumed.compose().color_srgb8(), whole.compose().color_srgb8());
   EXPECT_EQ(resumed.audit(), "");
@@ -116,15 +112,15 @@ TEST(Simulation, ASnapshotGoesOnInASceneWithOneMoreEmitterThatWaits) {
   brush.is_on = false;
   with_brush.emitters.push_back(brush);
   Simulation finished(plate()), whole(with_brush), resumed(with_brush);
-  run(finished, 25);
-  run(whole, 25);
+  run_iterations(finished, 25);
+  run_iterations(whole, 25);
   resumed.restore(finished.snapshot());
   EXPECT_TRUE(resumed.snapshot() == whole.snapshot());
   const SceneEvent on{.what = SwitchEvent{.emitter = "brush", .is_on = true}};
   whole.apply(on);
   resumed.apply(on);
-  run(whole, 15);
-  run(resumed, 15);
+  run_iterations(whole, 15);
+  run_iterations(resumed, 15);
   EXPECT_TRUE(resumed.snapshot() == whole.snapshot());
   EXPECT_EQ(resumed.audit(), "");
   EXPECT_THROW(finished.restore(whole.snapshot()), InvalidInput);  // not the other way
@@ -132,7 +128,7 @@ TEST(Simulation, ASnapshotGoesOnInASceneWithOneMoreEmitterThatWaits) {
 
 TEST(Simulation, ADamagedOrForeignSnapshotIsRefusedAndChangesNothing) {
   Simulation simulation(plate());
-  run(simulation, 10);
+  run_iterations(simulation, 10);
   const std::vector<std::byte> good = simulation.snapshot();
   Simulation other(plate(128));
   EXPECT_TRUE(has(error_of([&] { simulation.restore(other.snapshot()); }), "snapshot"));
@@ -144,14 +140,14 @@ TEST(Simulation, ADamagedOrForeignSnapshotIsRefusedAndChangesNothing) {
 
 TEST(Simulation, ASnapshotWithFlippedBitsIsRefusedOrRuns) {
   Simulation simulation(plate());
-  run(simulation, 10);
+  run_iterations(simulation, 10);
   const std::vector<std::byte> good = simulation.snapshot();
   for (std::size_t i = 0; i < 400; ++i) {
     std::vector<std::byte> bad = good;
     bad[i < 200 ? i * 3 : i * (good.size() / 400)] ^= std::byte{0x41};
     try {
       simulation.restore(bad);
-      run(simulation, 2);
+      run_iterations(simulation, 2);
     } catch (const InvalidInput&) {
     }
   }
@@ -163,12 +159,12 @@ TEST(Simulation, EventsOfTheSceneAreWhatAnArtistWouldDo) {
   Scene written = plate();
   written.events = {move, ratio};
   Simulation replayed(written), live(plate());
-  run(replayed, 50);
-  run(live, 20);
+  run_iterations(replayed, 50);
+  run_iterations(live, 20);
   live.apply(move);
-  run(live, 10);
+  run_iterations(live, 10);
   live.apply(ratio);
-  run(live, 20);
+  run_iterations(live, 20);
   EXPECT_EQ(live.atlas().hash(), replayed.atlas().hash());
   EXPECT_TRUE(has(error_of([&] {
                     live.apply({.iteration = 20, .what = MoveEvent{.target = "plat", .position_mm = Vec3(30, 0, 0)}});
@@ -204,8 +200,8 @@ TEST(Simulation, ChangedRulesAreTheSameAtOnceFromAFileAndAcrossSnapshots) {
     for (const SceneEvent& event : written.events) {
       if (event.iteration == i) live.apply(event);
     }
-    run(live, 1);
-    run(replayed, 1);
+    run_iterations(live, 1);
+    run_iterations(replayed, 1);
     if (i == 25) half_way = replayed.snapshot();
   }
   EXPECT_EQ(live.atlas().hash(), replayed.atlas().hash());
@@ -214,34 +210,34 @@ TEST(Simulation, ChangedRulesAreTheSameAtOnceFromAFileAndAcrossSnapshots) {
   EXPECT_EQ(live.scene().rules[1].driver, "slope");
   Simulation resumed(written);  // its plate stands elsewhere when the maps of the new rule are made again
   resumed.restore(half_way);
-  run(resumed, 19);
+  run_iterations(resumed, 19);
   EXPECT_TRUE(resumed.snapshot() == replayed.snapshot());
   EXPECT_EQ(resumed.audit(), "");
   Simulation back(written);
   const std::vector<std::byte> start = back.snapshot();
-  run(back, 45);
+  run_iterations(back, 45);
   back.restore(start);
   EXPECT_EQ(back.scene().rules.size(), 1U);
-  run(back, 45);
+  run_iterations(back, 45);
   EXPECT_EQ(back.atlas().hash(), replayed.atlas().hash());
 }
 
 TEST(Simulation, ARuleOfAlphaZeroMakesNothingMore) {
   Simulation simulation(plate());
-  run(simulation, 30);
+  run_iterations(simulation, 30);
   const MassSum made = simulation.ledger().account(2).made;
   EXPECT_GT(made.value(), 0.0);
   simulation.apply(rule_event(0, "rust", {.driver = {}, .rate = 0.0, .products = {}, .reactants = {}, .begins = {}}));
-  run(simulation, 30);
+  run_iterations(simulation, 30);
   EXPECT_EQ(simulation.ledger().account(2).made.value(), made.value());
   simulation.apply(rule_event(0, "rust", {.driver = {}, .rate = 0.5, .products = {}, .reactants = {}, .begins = {}}));
-  run(simulation, 10);
+  run_iterations(simulation, 10);
   EXPECT_GT(simulation.ledger().account(2).made.value(), made.value());
 }
 
 TEST(Simulation, ARuleThatCannotBeIsRefusedAndChangesNothing) {
   Simulation simulation(plate());
-  run(simulation, 10);
+  run_iterations(simulation, 10);
   const std::vector<std::byte> before = simulation.snapshot();
   const auto refused = [&](const std::string& name, RuleChange change) {
     return error_of([&] { simulation.apply(rule_event(0, name, std::move(change))); });
@@ -267,13 +263,13 @@ TEST(Simulation, ARuleThatCannotBeIsRefusedAndChangesNothing) {
 TEST(Simulation, AnEmitterThatIsSwitchedOffEmitsNoMore) {
   const auto rain = [](bool is_on) { return SceneEvent{.what = SwitchEvent{.emitter = "rain", .is_on = is_on}}; };
   Simulation simulation(plate());
-  run(simulation, 10);
+  run_iterations(simulation, 10);
   simulation.apply(rain(false));
   const std::int64_t emitted = simulation.counters().emitted;
-  run(simulation, 10);
+  run_iterations(simulation, 10);
   EXPECT_EQ(simulation.counters().emitted, emitted);
   simulation.apply(rain(true));
-  run(simulation, 10);
+  run_iterations(simulation, 10);
   EXPECT_GT(simulation.counters().emitted, emitted);
   EXPECT_TRUE(
       has(error_of([&] { simulation.apply({.what = SwitchEvent{.emitter = "rian"}}); }), "no emitter called 'rian'"));
@@ -281,7 +277,7 @@ TEST(Simulation, AnEmitterThatIsSwitchedOffEmitsNoMore) {
 
 TEST(Simulation, DirtyTilesAreThoseThatChanged) {
   Simulation simulation(plate());
-  run(simulation, 20);
+  run_iterations(simulation, 20);
   const Composer& before = simulation.compose();
   std::vector<std::uint32_t> codes(before.codes().begin(), before.codes().end());
   simulation.step();
@@ -298,7 +294,7 @@ TEST(Simulation, HitsTimesAreaAreOneAContact) {
   SimulationOptions options;
   options.parameter_maps = {"hits"};
   Simulation simulation(plate(), options);
-  run(simulation, 40);
+  run_iterations(simulation, 40);
   double sum = 0.0;
   const ParameterMap hits = simulation.parameter_map("hits");
   const SurfaceAtlas& surface = simulation.atlas().surface();
@@ -339,14 +335,14 @@ TEST(Simulation, WithoutRatesHitsAreCountedAndNothingIsExchanged) {
   options.parameter_maps = {"hits"};
   Simulation simulation(scene, options);
   const std::string before = simulation.atlas().hash();
-  run(simulation, 20);
+  run_iterations(simulation, 20);
   EXPECT_GT(simulation.counters().contacts, 500);
   EXPECT_EQ(simulation.atlas().hash(), before);
 }
 
 TEST(Simulation, OtherLooksChangeNoAmounts) {
   Simulation simulation(plate());
-  run(simulation, 60);
+  run_iterations(simulation, 60);
   const std::string hash = simulation.atlas().hash();
   const ImageU8 rusty = simulation.compose().color_srgb8();
   std::vector<MaterialAppearance> appearance = simulation.scene().appearance;

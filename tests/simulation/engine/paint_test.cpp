@@ -8,6 +8,7 @@
 #include "patinate/simulation/engine.h"
 #include "simulation/files/scene_json.h"
 #include "simulation/tracing/gammatons.h"
+#include "tests/simulation/engine/run_iterations.h"
 #include "tests/support/errors.h"
 #include "tests/support/plate_scene.h"
 
@@ -16,6 +17,7 @@ namespace {
 
 using testing_support::error_of;
 using testing_support::has;
+using testing_support::run_iterations;
 
 constexpr std::int64_t kBrushGammatons = 70;
 
@@ -50,13 +52,9 @@ void paint(Simulation& simulation, const std::vector<BrushStop>& stops, int num_
   }
 }
 
-void run(Simulation& simulation, int num_iterations) {
-  for (int i = 0; i < num_iterations; ++i) simulation.step();
-}
-
 TEST(Paint, LeavesTimeRulesAndAllOtherGammatonsWhereTheyAre) {
   Simulation simulation(painted_plate());
-  run(simulation, 30);
+  run_iterations(simulation, 30);
   const Gammatons before = simulation.gammatons();
   const std::int64_t rust = simulation.atlas().mass(2), water = simulation.atlas().mass(0);
   const MassLedger ledger = simulation.ledger();
@@ -80,44 +78,44 @@ TEST(Paint, LeavesTimeRulesAndAllOtherGammatonsWhereTheyAre) {
 
 TEST(Paint, GivesTheSameBitsForAnyNumberOfThreads) {
   Simulation one(painted_plate());
-  run(one, 10);
+  run_iterations(one, 10);
   paint(one, stroke(), 1);
-  run(one, 10);
+  run_iterations(one, 10);
   for (const int threads : {2, 7}) {
     Simulation other(painted_plate());
-    run(other, 10);
+    run_iterations(other, 10);
     paint(other, stroke(), threads);
-    run(other, 10);
+    run_iterations(other, 10);
     EXPECT_TRUE(other.snapshot() == one.snapshot()) << threads << " threads";
   }
 }
 
 TEST(Paint, AnEventOfAFileGivesTheBytesOfTheCallsThatItRecords) {
   Simulation live(painted_plate(), {.parameter_maps = {"hits", "residence"}});
-  run(live, 12);
+  run_iterations(live, 12);
   paint(live, stroke());
   paint(live, stroke());
-  run(live, 8);
+  run_iterations(live, 8);
   Scene scene = painted_plate();
   for (int i = 0; i < 2; ++i)
     scene.events.push_back({.iteration = 12, .what = PaintEvent{.emitter = "brush", .stops = stroke()}});
   Simulation replayed(scene, {.parameter_maps = {"hits", "residence"}});
-  run(replayed, 20);
+  run_iterations(replayed, 20);
   EXPECT_EQ(replayed.atlas().hash(), live.atlas().hash());
   EXPECT_EQ(replayed.parameter_map("residence").values, live.parameter_map("residence").values);
   Simulation at_its_end(scene);
-  run(at_its_end, 12);
+  run_iterations(at_its_end, 12);
   const std::uint64_t steps = static_cast<std::uint64_t>(at_its_end.num_paint_steps());
   EXPECT_EQ(steps, 0u);
   at_its_end.apply_due();  // a run that ends here has the strokes in its picture, and continues to the same bytes
   EXPECT_EQ(at_its_end.num_paint_steps(), 32);
-  run(at_its_end, 8);
+  run_iterations(at_its_end, 8);
   EXPECT_EQ(at_its_end.atlas().hash(), live.atlas().hash());
 }
 
 TEST(Paint, EveryPlaceOfAStrokeGetsAsManyGammatons) {
   Simulation simulation(painted_plate());
-  run(simulation, 30);
+  run_iterations(simulation, 30);
   std::int64_t before = simulation.counters().emitted;
   for (int step = 0; step < 60; ++step) {  // Fast: no place is met twice.
     simulation.paint("brush", Vec3(-30.0 + step, 0, 0));
@@ -151,16 +149,16 @@ TEST(Paint, StepsAtOnePlaceRollDiceOfTheirOwn) {
 
 TEST(Paint, ASnapshotBetweenStrokesGoesOnAsIfNothingHadHappened) {
   Simulation whole(painted_plate());
-  run(whole, 5);
+  run_iterations(whole, 5);
   paint(whole, stroke());
   const std::vector<std::byte> between = whole.snapshot();
   paint(whole, stroke());
-  run(whole, 5);
+  run_iterations(whole, 5);
   Simulation resumed(painted_plate());
   resumed.restore(between);
   EXPECT_EQ(resumed.num_paint_steps(), 16);
   paint(resumed, stroke());
-  run(resumed, 5);
+  run_iterations(resumed, 5);
   EXPECT_TRUE(resumed.snapshot() == whole.snapshot());
 }
 
@@ -189,7 +187,7 @@ std::vector<std::byte> before_weather(std::vector<std::byte> bytes, const char* 
 
 TEST(Paint, SnapshotsFromBeforeThereWasPaintingOrWeatherAreRead) {
   Simulation simulation(painted_plate());
-  run(simulation, 5);
+  run_iterations(simulation, 5);
   ASSERT_TRUE(simulation.met());
   const std::vector<std::byte> now = simulation.snapshot();
   // Before the magic at the end: trails, which are their number and 17 words each, and a bit for each texel that was

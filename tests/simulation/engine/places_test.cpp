@@ -6,6 +6,7 @@
 #include "patinate/core/error.h"
 #include "patinate/simulation/engine.h"
 #include "simulation/tracing/gammatons.h"
+#include "tests/simulation/engine/run_iterations.h"
 #include "tests/support/errors.h"
 #include "tests/support/plate_scene.h"
 
@@ -15,6 +16,7 @@ namespace {
 using testing_support::error_of;
 using testing_support::has;
 using testing_support::plate_scene;
+using testing_support::run_iterations;
 using testing_support::rust_rule;
 
 Scene rusting_plate() {
@@ -22,10 +24,6 @@ Scene rusting_plate() {
   scene.exchange.rates[2] = 0.02;
   scene.rules.push_back(rust_rule(0.5));
   return scene;
-}
-
-void run(Simulation& simulation, int num_iterations) {
-  for (int i = 0; i < num_iterations; ++i) simulation.step();
 }
 
 constexpr int kEpoch = 8;  // iterations: of rules
@@ -42,7 +40,7 @@ double contacts_times_area(const Simulation& simulation, double mm2_a_texel) {
 
 TEST(Places, AnObjectThatGrowsKeepsItsAmountsAndTheBooksBalance) {
   Simulation simulation(rusting_plate(), {.parameter_maps = {"hits"}});
-  run(simulation, 40);
+  run_iterations(simulation, 40);
   const std::string amounts = simulation.atlas().hash();
   const std::int64_t mass = simulation.atlas().mass(2);
   const double made = simulation.ledger().account(2).made.value();
@@ -52,7 +50,7 @@ TEST(Places, AnObjectThatGrowsKeepsItsAmountsAndTheBooksBalance) {
   EXPECT_EQ(simulation.atlas().mass(2), 4 * mass) << "four times the area";
   EXPECT_EQ(simulation.ledger().account(2).made.value() - made, 3.0 * static_cast<double>(mass));
   EXPECT_EQ(simulation.audit(), "");
-  run(simulation, 40);
+  run_iterations(simulation, 40);
   EXPECT_EQ(simulation.audit(), "");
   // Texels of 4 * (100 / 96)^2 mm2, as the map has them.
   const double texel = 100.0 / 96.0;
@@ -70,12 +68,12 @@ TEST(Places, GoOnFromASnapshotAsIfNothingHadHappened) {
                   {.iteration = 15, .what = TurnEvent{.object = "plate", .rotate_deg = Vec3(0, 0, 40)}},
                   scaled(0.5, 25)};
   Simulation whole(scene);
-  run(whole, 40);
+  run_iterations(whole, 40);
   for (const int cut : {5, 15, 20}) {
     Simulation first(scene), second(scene);
-    run(first, cut);
+    run_iterations(first, cut);
     second.restore(first.snapshot());
-    run(second, 40 - cut);
+    run_iterations(second, 40 - cut);
     EXPECT_EQ(second.atlas().hash(), whole.atlas().hash()) << "cut at " << cut;
     EXPECT_EQ(second.audit(), "");
     EXPECT_EQ(second.snapshot(), whole.snapshot()) << "cut at " << cut;
@@ -90,11 +88,11 @@ TEST(Places, ASlopeThatARuleAsksForIsThatOfTheObjectAsItStandsNow) {
   const auto grown_after_turn = [&](const Vec3& from, const Vec3& to) {
     scene.objects[0].rotate_deg = from;
     Simulation simulation(scene);
-    run(simulation, kEpoch);
+    run_iterations(simulation, kEpoch);
     simulation.apply({.iteration = 0, .what = TurnEvent{.object = "plate", .rotate_deg = to}});
-    run(simulation, kEpoch);  // times of rules overlap by an epoch
+    run_iterations(simulation, kEpoch);  // times of rules overlap by an epoch
     const std::int64_t before = simulation.atlas().mass(2);
-    run(simulation, 40);
+    run_iterations(simulation, 40);
     return simulation.atlas().mass(2) - before;
   };
   const Vec3 one(-60, 0, 0), other(20, 0, 0);

@@ -13,7 +13,7 @@
 namespace patinate::simulation {
 namespace {
 
-constexpr int kSide = 1024, kIterations = 60;
+constexpr int kSide = 1024, kBlurredIterations = 60;
 
 /// The wall with sills under which dirt runs down. @param attraction  Of wet paths.
 Scene wall(int resolution, double attraction, std::uint64_t seed) {
@@ -24,7 +24,7 @@ Scene wall(int resolution, double attraction, std::uint64_t seed) {
 }
 
 /// Linear color after a while, averaged to kSide; texels that are not covered have none.
-ImageF blurred_picture(const Scene& scene, int num_iterations = kIterations) {
+ImageF blurred_picture(const Scene& scene, int num_iterations = kBlurredIterations) {
   Simulation simulation(scene);
   for (int i = 0; i < num_iterations; ++i) simulation.step();
   const ImageF color = simulation.compose().color_linear();

@@ -15,11 +15,11 @@ namespace {
 using testing_support::error_of;
 using testing_support::has;
 
-const std::vector<std::string> kNames{"water", "metal", "rust", "dirt"};
+const std::vector<std::string> kSceneMaterials{"water", "metal", "rust", "dirt"};
 
 Rule read(const std::string& text, const std::filesystem::path& file = "scene.json") {
   const Json json = Json::parse(text);
-  return read_scene_rule(JsonReader(file.string(), json, "/rules/0"), kNames);
+  return read_scene_rule(JsonReader(file.string(), json, "/rules/0"), kSceneMaterials);
 }
 std::string says(const std::string& text) {
   return error_of([&] { (void)read(text); });

@@ -23,7 +23,7 @@ using testing_support::squeezed_plane;
 using testing_support::TransportScene;
 
 constexpr double kSigmas = 4.0;
-const std::vector<std::string> kNames{"water", "metal", "rust"};
+const std::vector<std::string> kRustMaterials{"water", "metal", "rust"};
 
 Rule rule_of(const std::string& driver, double rate, MaterialValues products, MaterialValues reactants = {}) {
   return {.name = "test", .driver = driver, .rate = rate, .products = products, .reactants = reactants};
@@ -46,7 +46,7 @@ TransportScene filled(int resolution, std::array<std::uint16_t, 3> amounts) {
 TransportScene aged(std::vector<Rule> rules, int resolution, std::array<std::uint16_t, 3> amounts, double dt,
                     int iterations, std::uint64_t seed = 5) {
   TransportScene scene = filled(resolution, amounts);
-  RuleEngine engine(rules, kNames, *scene.surface, dt, seed);
+  RuleEngine engine(rules, kRustMaterials, *scene.surface, dt, seed);
   for (int i = 0; i < iterations; ++i) (void)engine.step(i, *scene.atlas);
   return scene;
 }
@@ -204,7 +204,7 @@ Outcome outcome_of(int num_threads, InstructionSet set) {
   }
   const std::vector<Rule> rules{
       kConsuming, rule_of("pow(rust, 1.5)/(0.1 + smoothstep(0, 1, water)) + 0.01*age", 0.1, {0.2, 0.1}), kEvaporation};
-  RuleEngine engine(rules, kNames, *scene.surface, 0.02, 7, {}, set);
+  RuleEngine engine(rules, kRustMaterials, *scene.surface, 0.02, 7, {}, set);
   RunControl control;
   control.num_threads = num_threads;
   Outcome out{};
@@ -239,7 +239,7 @@ TEST(RuleEngine, HasTheSameBitsWithAvx512) {
 TEST(RuleEngine, SleepSavesWorkAndChangesNothing) {
   TransportScene scene = filled(128, {0, 16384, 0}), awake = filled(128, {0, 16384, 0});
   const std::vector<Rule> rules{kRust, kEvaporation};
-  RuleEngine engine(rules, kNames, *scene.surface, 0.5, 7);
+  RuleEngine engine(rules, kRustMaterials, *scene.surface, 0.5, 7);
   const auto pour = [&](TransportScene& into, std::size_t i) {
     const TexelIndex t = into.covered[i * 377 % into.covered.size()];
     into.atlas->writable_tile(0, TileGrid::tile_of(t))[t % 64] = 500;
@@ -252,7 +252,7 @@ TEST(RuleEngine, SleepSavesWorkAndChangesNothing) {
       (void)pour(awake, static_cast<std::size_t>(i));
     }
     (void)engine.step(i, *scene.atlas);
-    RuleEngine fresh(rules, kNames, *awake.surface, 0.5, 7);  // as after resuming: all tiles awake
+    RuleEngine fresh(rules, kRustMaterials, *awake.surface, 0.5, 7);  // as after resuming: all tiles awake
     (void)fresh.step(i, *awake.atlas);
     if (i == 199) {
       EXPECT_GT(fresh.num_awake(), 10 * engine.num_awake());
@@ -281,7 +281,7 @@ TEST(CompiledRules, KnowWithoutWhichMaterialsNothingHappens) {
       {"min(abs(slope), metal) * smoothstep(0, 1, water)", kMetal},
       {"1 - water", 0}};
   for (const auto& [driver, needs] : cases) {
-    const CompiledRules rules = compile_rules(std::vector<Rule>{rule_of(driver, 1.0, {1.0})}, kNames, slope);
+    const CompiledRules rules = compile_rules(std::vector<Rule>{rule_of(driver, 1.0, {1.0})}, kRustMaterials, slope);
     std::uint32_t found = 0;
     for (std::size_t k = 0; k < rules.materials.size(); ++k) {
       if ((rules.rules[0].needs >> k & 1) != 0) found |= std::uint32_t{1} << rules.materials[k];
@@ -305,17 +305,18 @@ TEST(CompiledRules, KnowWithoutWhichMaterialsNothingHappens) {
         slots[static_cast<std::size_t>(constant.slot)].values.fill(constant.value);
       run_expression(rules.rules[0].driver, slots[0].values.data(), InstructionSet::Baseline);
       for (const float v : slots[static_cast<std::size_t>(rules.rules[0].driver.result)].values)
-        ASSERT_EQ(v, 0.0F) << driver << " without " << kNames[static_cast<std::size_t>(rules.materials[without])];
+        ASSERT_EQ(v, 0.0F) << driver << " without "
+                           << kRustMaterials[static_cast<std::size_t>(rules.materials[without])];
     }
   }
-  EXPECT_EQ(compile_rules(std::vector<Rule>{rule_of("1", 1.0, {}, {0.0, 1.0})}, kNames, {}).rules[0].needs, 1u)
+  EXPECT_EQ(compile_rules(std::vector<Rule>{rule_of("1", 1.0, {}, {0.0, 1.0})}, kRustMaterials, {}).rules[0].needs, 1u)
       << "what a rule uses has to be there";
 }
 
 TEST(RuleEngine, ReportsWhatItMadeAndUsed) {
   TransportScene scene = filled(64, {4000, 16384, 65500});
   const std::vector<Rule> rules{kConsuming, kEvaporation};
-  RuleEngine engine(rules, kNames, *scene.surface, 0.1, 7);
+  RuleEngine engine(rules, kRustMaterials, *scene.surface, 0.1, 7);
   std::array<std::int64_t, 3> balance{};
   for (int m = 0; m < 3; ++m) balance[static_cast<std::size_t>(m)] = scene.atlas->mass(m);
   for (int i = 0; i < 50; ++i) {
@@ -346,11 +347,11 @@ TEST(RuleEngine, DriversMayAskForAgeAndSurfaceParameters) {
   TransportScene scene = filled(64, {0, 0, 0});
   const ImageF map(64, 64, 1, 0.25F);
   const std::vector<Rule> rules{rule_of("exposure*(1 - slope)", 0.5, {1.0})};
-  EXPECT_TRUE(has(error_of([&] { (void)RuleEngine(rules, kNames, *scene.surface, 1.0, 1); }),
+  EXPECT_TRUE(has(error_of([&] { (void)RuleEngine(rules, kRustMaterials, *scene.surface, 1.0, 1); }),
                   "rule 'test' asks for `exposure`, of which there is no map"));
-  EXPECT_EQ(parameters_of(rules[0], kNames), (std::vector<std::string>{"exposure", "slope"}));
+  EXPECT_EQ(parameters_of(rules[0], kRustMaterials), (std::vector<std::string>{"exposure", "slope"}));
   const std::vector<float> slopes(scene.surface->grid().num_texels(), 0.5F);
-  RuleEngine engine(rules, kNames, *scene.surface, 1.0 / 8, 1,
+  RuleEngine engine(rules, kRustMaterials, *scene.surface, 1.0 / 8, 1,
                     {map_parameter("exposure", map, *scene.surface), {.name = "slope", .values = slopes}});
   for (int i = 0; i < 8; ++i) (void)engine.step(i, *scene.atlas);
   const TexelIndex t = *std::find_if(scene.covered.begin(), scene.covered.end(),
@@ -362,7 +363,7 @@ TEST(RuleEngine, NamesTheDriverThatCannotBeRead) {
   const TransportScene scene = squeezed_plane(64);
   const auto says = [&](const std::string& driver) {
     const std::vector<Rule> rules{rule_of(driver, 1.0, {1.0})};
-    return error_of([&] { (void)RuleEngine(rules, kNames, *scene.surface, 1.0, 1); });
+    return error_of([&] { (void)RuleEngine(rules, kRustMaterials, *scene.surface, 1.0, 1); });
   };
   EXPECT_EQ(says("min(watr, metal)"),
             "rule 'test': driver `min(watr, metal)`: position 5: unknown material or parameter `watr`; did you mean "

@@ -24,7 +24,7 @@ using testing_support::seamed_plane;
 using testing_support::squeezed_plane;
 using testing_support::TransportScene;
 
-constexpr std::uint64_t kSeed = 11;
+constexpr std::uint64_t kDepositSeed = 11;
 
 std::vector<Ending> endings_of(const std::vector<Contact>& contacts) {
   std::vector<Ending> endings;
@@ -93,7 +93,7 @@ TEST(Deposit, IsDarkestWhereTheWayEnds) {
   ASSERT_GT(num_steps, 5);
   Cargo cargo;
   cargo.mass.push_back({kAmountOne * 256u});
-  Exchanger exchanger(1, kSeed);
+  Exchanger exchanger(1, kDepositSeed);
   const std::array one{ending};
   (void)exchanger.deposit(one, {.rates = {0.1}, .splat_texels = 1}, 0, cargo, *scene.atlas);
   for (int i = 0; i < num_steps; ++i) {
@@ -117,7 +117,7 @@ TEST(Deposit, LeavesAllThatFitsWhereGammatonsEnd) {
     contacts[7].texel = full;
     const std::int64_t total = scene.atlas->mass(0) + cargo_mass(cargo, 0), idle = cargo_mass(cargo, 1);
     ParameterMaps maps(scene.surface->grid(), {.hits = true, .deposited = {true}});
-    Exchanger exchanger(3, kSeed);
+    Exchanger exchanger(3, kDepositSeed);
     const ExchangeReport report =
         exchanger.deposit(endings_of(contacts), {.ratio = 0.1, .rates = {0.01, 0.0, 0.5}, .splat_mm = splat_mm}, 3,
                           cargo, *scene.atlas, &maps);
@@ -146,7 +146,7 @@ TEST(Deposit, HasTheSameBitsForAnyNumberOfThreads) {
   const auto outcome = [](int num_threads) {
     TransportScene scene = squeezed_plane(128);
     Cargo cargo = random_cargo(5000, 1.0, 1);
-    Exchanger exchanger(3, kSeed);
+    Exchanger exchanger(3, kDepositSeed);
     RunControl control;
     control.num_threads = num_threads;
     (void)exchanger.deposit(endings_of(random_contacts(scene, 5000, 2, 3)),

@@ -24,7 +24,7 @@ using testing_support::seamed_plane;
 using testing_support::squeezed_plane;
 using testing_support::TransportScene;
 
-constexpr std::uint64_t kSeed = 11;
+constexpr std::uint64_t kExchangeSeed = 11;
 const ExchangeOptions kOptions{.ratio = 0.6, .rates = {0.5, 0.0, 0.02}, .contact = 1.0, .splat_texels = 1};
 
 RunControl threads(int n) {
@@ -42,7 +42,7 @@ void exchange_slowly(std::vector<Contact> contacts, const ExchangeOptions& optio
   for (const Contact& contact : contacts) {
     const std::uint32_t weight = surface.weight(contact.texel);
     std::size_t active = 0;
-    const auto randoms = transfer_randoms(kSeed, contact.gammaton, iteration, 0, 8);
+    const auto randoms = transfer_randoms(kExchangeSeed, contact.gammaton, iteration, 0, 8);
     for (int m = 0; m < 3; ++m) {
       const double rate = options.rates[static_cast<std::size_t>(m)];
       if (rate == 0.0) continue;
@@ -65,7 +65,7 @@ TEST(Exchanger, EqualsOneContactAfterAnother) {
       for (const TexelIndex t : scene.covered) amounts[{m, t}] = scene.atlas->amount(m, t);
     }
     Cargo cargo = random_cargo(n, 1.0, 1), slow_cargo = cargo;
-    Exchanger exchanger(3, kSeed);
+    Exchanger exchanger(3, kExchangeSeed);
     for (int iteration = 0; iteration < 4; ++iteration) {
       const std::vector<Contact> contacts = random_contacts(scene, n, static_cast<std::uint64_t>(iteration), 5);
       std::set<TileIndex> dirty;
@@ -91,7 +91,7 @@ void exchange_splats_slowly(std::vector<Contact> contacts, const ExchangeOptions
   for (const Contact& contact : contacts) {
     std::vector<SplatPart> parts;
     (void)shape.append(contact.texel, parts);
-    const auto randoms = transfer_randoms(kSeed, contact.gammaton, iteration, 0, 8);
+    const auto randoms = transfer_randoms(kExchangeSeed, contact.gammaton, iteration, 0, 8);
     std::size_t active = 0;
     for (int m = 0; m < 3; ++m) {
       const double rate = options.rates[static_cast<std::size_t>(m)];
@@ -130,7 +130,7 @@ struct SplatCase {
   bool is_in_mm;
 };
 
-TransportScene scene_of(const SplatCase& of) {
+TransportScene splat_scene(const SplatCase& of) {
   return of.is_squeezed ? squeezed_plane(of.resolution) : seamed_plane(of.resolution);
 }
 
@@ -142,7 +142,7 @@ TEST(Exchanger, EqualsOnePartOfASplatAfterAnother) {
                                {false, 1024, 24.0, 64.0, true},
                                {false, 256, SplatShape::kWidest, 1000.0, true},
                                {true, 256, SplatShape::kWidest, 1000.0, true}}) {
-    TransportScene slow = scene_of(one);
+    TransportScene slow = splat_scene(one);
     ASSERT_GT(slow.surface->grid().num_pages(), 4u);
     const auto gammatons = static_cast<std::uint32_t>(one.is_in_mm ? 1000 : 4000);
     ExchangeOptions options = kOptions;
@@ -158,9 +158,9 @@ TEST(Exchanger, EqualsOnePartOfASplatAfterAnother) {
       exchange_splats_slowly(contacts[i], options, width, static_cast<std::int64_t>(i), slow_cargo, *slow.atlas);
     for (const InstructionSet set : {InstructionSet::Baseline, InstructionSet::Avx2, InstructionSet::Avx512}) {
       if (!has_instruction_set(set)) continue;
-      TransportScene scene = scene_of(one);
+      TransportScene scene = splat_scene(one);
       Cargo cargo = start;
-      Exchanger exchanger(3, kSeed, set);
+      Exchanger exchanger(3, kExchangeSeed, set);
       for (std::size_t i = 0; i < contacts.size(); ++i)
         (void)exchanger.exchange(contacts[i], options, static_cast<std::int64_t>(i), cargo, *scene.atlas, nullptr,
                                  threads(2));
@@ -181,7 +181,7 @@ struct Outcome {
 Outcome outcome_of(std::uint32_t n, int splat, int num_threads, bool is_shuffled) {
   TransportScene scene = squeezed_plane(128);
   Cargo cargo = random_cargo(n, 1.0, 1);
-  Exchanger exchanger(3, kSeed);
+  Exchanger exchanger(3, kExchangeSeed);
   ParameterMaps maps(scene.surface->grid(), {.hits = true, .residence = true});
   ExchangeOptions options = kOptions;
   options.splat_texels = splat;
@@ -215,7 +215,7 @@ TEST(Exchanger, ConservesEveryQuantumForEveryRatioAndRate) {
   for (const int splat : {1, 5}) {
     TransportScene scene = squeezed_plane(64);
     Cargo cargo = random_cargo(kGammatons, 16.0, 2);
-    Exchanger exchanger(3, kSeed);
+    Exchanger exchanger(3, kExchangeSeed);
     std::array<std::int64_t, 3> total{};
     for (int m = 0; m < 3; ++m)
       total[static_cast<std::size_t>(m)] = scene.atlas->mass(m) + cargo_mass(cargo, static_cast<std::size_t>(m));
@@ -246,7 +246,7 @@ TEST(Exchanger, AFullTexelTakesNoMoreAndLosesNothing) {
   const Cargo before = cargo;
   std::vector<Contact> contacts;
   for (std::uint32_t g = 0; g < 50; ++g) contacts.push_back({texel, g});
-  Exchanger exchanger(1, kSeed);
+  Exchanger exchanger(1, kExchangeSeed);
   const ExchangeReport report = exchanger.exchange(contacts, {.ratio = 1.0, .rates = {1.0}}, 0, cargo, *scene.atlas);
   EXPECT_EQ(scene.atlas->amount(0, texel), kMaxAmount);
   EXPECT_EQ(cargo.mass, before.mass);
@@ -256,7 +256,7 @@ TEST(Exchanger, AFullTexelTakesNoMoreAndLosesNothing) {
 TEST(Exchanger, WashingClearsAWetPlaceAndRainFillsADryOne) {
   // Many light gammatons over one texel: picking up alone leaves (1 - up)^n of it, in the mean over texels.
   TransportScene scene = squeezed_plane(64);
-  Exchanger exchanger(3, kSeed);
+  Exchanger exchanger(3, kExchangeSeed);
   const ExchangeOptions washing{.ratio = 0.0, .rates = {0.0, 0.05, 0.0}};
   const auto n = static_cast<std::uint32_t>(scene.covered.size());
   std::vector<Contact> contacts;
@@ -276,7 +276,7 @@ TEST(Exchanger, WashingClearsAWetPlaceAndRainFillsADryOne) {
 TEST(Exchanger, WakesAndWritesOnlyWhereSomethingChanged) {
   TransportScene scene = squeezed_plane(128);
   Cargo cargo = random_cargo(100, 0.0, 1);  // dry gammatons on a dry surface
-  Exchanger exchanger(3, kSeed);
+  Exchanger exchanger(3, kExchangeSeed);
   const ExchangeReport report =
       exchanger.exchange(random_contacts(scene, 100, 1), {.ratio = 0.5, .rates = {1.0}}, 0, cargo, *scene.atlas);
   EXPECT_TRUE(report.dirty_tiles.empty());
@@ -287,7 +287,7 @@ TEST(ParameterMaps, CountWhatTheExchangeDoes) {
   TransportScene scene = squeezed_plane(64);
   ParameterMaps maps(scene.surface->grid(),
                      {.hits = true, .last_hit = true, .residence = true, .deposited = {true, false, true}});
-  Exchanger exchanger(3, kSeed);
+  Exchanger exchanger(3, kExchangeSeed);
   Cargo cargo = random_cargo(2000, 1.0, 1);
   std::map<TexelIndex, std::uint32_t> hits, last, residence;
   std::int64_t dropped = 0;

@@ -20,7 +20,7 @@ using testing_support::seamed_plane;
 using testing_support::squeezed_plane;
 using testing_support::TransportScene;
 
-constexpr std::uint64_t kSeed = 11;
+constexpr std::uint64_t kSplatSeed = 11;
 
 /// Texels that a walk may come to: those nearest by links, as far as there is room for them.
 std::set<TexelIndex> reachable(const SurfaceAtlas& surface, TexelIndex middle, int depth) {
@@ -183,7 +183,7 @@ TEST(Splat, DealsOutLessThanAQuantumForEachPartWithoutBias) {
   const TransportScene scene = seamed_plane(128);
   const TexelIndex middle = scene.surface->grid().index(40, 60);
   constexpr int kRuns = 20'000;
-  Exchanger exchanger(1, kSeed);
+  Exchanger exchanger(1, kSplatSeed);
   for (int i = 0; i < kRuns; ++i) {
     Cargo cargo;
     cargo.mass.push_back({scene.surface->weight(middle)});

@@ -15,13 +15,13 @@
 namespace patinate::transfer {
 namespace {
 
-constexpr int kSide = 160;
+constexpr int kPictureSide = 160;
 constexpr int kCell = 32;
 
 ImageF picture(const std::function<float(int x, int y)>& lightness) {
-  ImageF image(kSide, kSide);
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) image.at(x, y) = lightness(x, y);
+  ImageF image(kPictureSide, kPictureSide);
+  for (int y = 0; y < kPictureSide; ++y) {
+    for (int x = 0; x < kPictureSide; ++x) image.at(x, y) = lightness(x, y);
   }
   return image;
 }
@@ -30,13 +30,13 @@ ImageF picture(const std::function<float(int x, int y)>& lightness) {
 bool is_on_line(int x, int y) { return x % kCell < 2 || y % kCell < 2; }
 float noise(int x, int y) {
   return static_cast<float>(
-      RandomStream(1, static_cast<std::uint64_t>(y) * kSide + static_cast<std::uint64_t>(x)).uniform());
+      RandomStream(1, static_cast<std::uint64_t>(y) * kPictureSide + static_cast<std::uint64_t>(x)).uniform());
 }
 ImageF grid(float line, float cell) {
   return picture([=](int x, int y) { return (is_on_line(x, y) ? line : cell) + noise(x, y); });
 }
 
-ImageU8 everything() { return ImageU8(kSide, kSide, 1, 255); }
+ImageU8 everything() { return ImageU8(kPictureSide, kPictureSide, 1, 255); }
 
 TEST(Structure, OfAGridAreItsLines) {
   for (bool dark : {true, false}) {
@@ -59,8 +59,8 @@ TEST(Structure, OfAGridAreItsLines) {
 
 TEST(Structure, ChannelsKeepTheirRange) {
   const SourceStructure structure = line_structure(grid(20, 90), everything());
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
+  for (int y = 0; y < kPictureSide; ++y) {
+    for (int x = 0; x < kPictureSide; ++x) {
       for (int c = 0; c < kStructureSize; ++c) {
         ASSERT_GE(structure.channels.at(x, y, c), 0.0f);
         ASSERT_LE(structure.channels.at(x, y, c), c < 2 ? 2.0f : 1.0f);
@@ -82,8 +82,8 @@ TEST(Structure, NeitherNoiseNorSpotsNorAFlatPictureHaveAny) {
 TEST(Structure, LinesAmongGrainAreFoundAndGrainAloneHasNone) {
   // Dark specks of two pixels, as many as a tenth of the surface, as dark as the lines.
   const auto grain = [](int x, int y) {
-    return RandomStream(2, static_cast<std::uint64_t>(y / 2) * kSide + static_cast<std::uint64_t>(x / 2)).uniform() <
-           0.1;
+    return RandomStream(2, static_cast<std::uint64_t>(y / 2) * kPictureSide + static_cast<std::uint64_t>(x / 2))
+               .uniform() < 0.1;
   };
   const auto among = [&](bool lines) {
     return picture(
@@ -96,7 +96,8 @@ TEST(Structure, LinesAmongGrainAreFoundAndGrainAloneHasNone) {
 }
 
 TEST(Structure, AControlOfTheHistorySaysWhereItIs) {
-  MemoryHistoryImages images = testing_support::half_images(kSide, kSide, 1, [](int, int, int, int) { return 0.5f; });
+  MemoryHistoryImages images =
+      testing_support::half_images(kPictureSide, kPictureSide, 1, [](int, int, int, int) { return 0.5f; });
   MemoryControl cracks{.facts = {.name = "cracks"},
                        .values = picture([](int x, int y) { return is_on_line(x, y) ? 1.0f : 0.0f; })};
   images.controls.push_back(cracks);
@@ -115,20 +116,20 @@ TEST(Structure, AControlOfTheHistorySaysWhereItIs) {
 
 TEST(Structure, WhatLiesOutsideOfTheMaskIsNotLookedAt) {
   ImageU8 mask = everything();
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = kSide / 2; x < kSide; ++x) mask.at(x, y) = 0;
+  for (int y = 0; y < kPictureSide; ++y) {
+    for (int x = kPictureSide / 2; x < kPictureSide; ++x) mask.at(x, y) = 0;
   }
   const ImageF half =
-      picture([](int x, int y) { return x >= kSide / 2 && is_on_line(x, y) ? 30.0f : 70.0f + noise(x, y); });
+      picture([](int x, int y) { return x >= kPictureSide / 2 && is_on_line(x, y) ? 30.0f : 70.0f + noise(x, y); });
   EXPECT_TRUE(line_structure(half, mask).empty());
   EXPECT_FALSE(line_structure(half, everything()).empty());
 }
 
 /// Round patches of one color on another, and noise.
 ImageF patches(int radius, float contrast) {
-  ImageF image(kSide, kSide, 3);
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
+  ImageF image(kPictureSide, kPictureSide, 3);
+  for (int y = 0; y < kPictureSide; ++y) {
+    for (int x = 0; x < kPictureSide; ++x) {
       const int dx = x % 40 - 20, dy = y % 40 - 20;
       const float patch = dx * dx + dy * dy < radius * radius ? contrast : 0.0f;
       const std::array<float, 3> color{0.3f + patch, 0.3f, 0.3f - 0.5f * patch};
@@ -149,11 +150,11 @@ TEST(Regions, OfPatchesAreTheirInside) {
 TEST(Regions, NeitherNoiseNorAGradientNorSpecklesHaveAny) {
   EXPECT_TRUE(find_regions(patches(10, 0.0f), everything()).is_second.empty());
   EXPECT_TRUE(find_regions(patches(3, 0.3f), everything()).is_second.empty()) << "a neighborhood sees them whole";
-  ImageF gradient(kSide, kSide, 3);
-  for (int y = 0; y < kSide; ++y) {
-    for (int x = 0; x < kSide; ++x) {
+  ImageF gradient(kPictureSide, kPictureSide, 3);
+  for (int y = 0; y < kPictureSide; ++y) {
+    for (int x = 0; x < kPictureSide; ++x) {
       for (int c = 0; c < 3; ++c)
-        gradient.at(x, y, c) = 0.1f + 0.8f * static_cast<float>(x) / kSide + 0.1f * noise(x, y);
+        gradient.at(x, y, c) = 0.1f + 0.8f * static_cast<float>(x) / kPictureSide + 0.1f * noise(x, y);
     }
   }
   EXPECT_TRUE(find_regions(gradient, everything()).is_second.empty());

@@ -34,7 +34,7 @@ ImageF ramp(float low, float high) {
   return values;
 }
 
-TEST(Forecast, EqualUseNeedsAsManyCopiesAsTheSurfaceIsLarger) {
+TEST(TransferForecast, EqualUseNeedsAsManyCopiesAsTheSurfaceIsLarger) {
   const TransferForecast f = forecast_transfer(onto_plane(ramp(0, 1), ControlMapping::Rank));
   EXPECT_EQ(f.num_usable, kSource * kSource);
   EXPECT_NEAR(f.surface_mm2, kSide_mm * kSide_mm, 1e-6 * kSide_mm * kSide_mm);
@@ -44,7 +44,7 @@ TEST(Forecast, EqualUseNeedsAsManyCopiesAsTheSurfaceIsLarger) {
   EXPECT_TRUE(warnings_of(f).empty());
 }
 
-TEST(Forecast, ANarrowControlNeedsMoreCopiesOfLess) {
+TEST(TransferForecast, ANarrowControlNeedsMoreCopiesOfLess) {
   // The source's control "x" runs evenly from 0 to 1: an eighth of it is asked for.
   const TransferForecast f = forecast_transfer(onto_plane(ramp(0.5f, 0.625f), ControlMapping::Physical));
   EXPECT_NEAR(f.asked_share, 0.125, 4.0 / 64.0);  // Half a bin of 1/64 and one more to each side serve as well.
@@ -56,7 +56,7 @@ TEST(Forecast, ANarrowControlNeedsMoreCopiesOfLess) {
   EXPECT_NE(warnings[1].find("copies"), std::string::npos) << warnings[1];
 }
 
-TEST(Forecast, AMaskThatLeavesLittleIsSaid) {
+TEST(TransferForecast, AMaskThatLeavesLittleIsSaid) {
   TransferInput input = onto_plane(ramp(0, 1), ControlMapping::Rank);
   input.source_mask = ImageU8(kSource, kSource, 1);
   for (int y = 0; y < kSource / 4; ++y) {
@@ -69,7 +69,7 @@ TEST(Forecast, AMaskThatLeavesLittleIsSaid) {
   EXPECT_NE(warnings_of(f)[0].find("512 of 4096 pixels"), std::string::npos) << warnings_of(f)[0];
 }
 
-TEST(Forecast, OnlyPixelsWithTheirWholeNeighborhoodCount) {
+TEST(TransferForecast, OnlyPixelsWithTheirWholeNeighborhoodCount) {
   TransferInput input = onto_plane(ramp(0, 1), ControlMapping::Rank);
   const TransferForecast whole = forecast_transfer(input);
   EXPECT_EQ(whole.num_whole, (kSource - 6) * (kSource - 6));
@@ -87,7 +87,7 @@ TEST(Forecast, OnlyPixelsWithTheirWholeNeighborhoodCount) {
   EXPECT_THROW((void)transfer(input), InvalidInput);
 }
 
-TEST(Forecast, ASourceOfFewerPixelsThanAWindowHasIsRefused) {
+TEST(TransferForecast, ASourceOfFewerPixelsThanAWindowHasIsRefused) {
   TransferInput input = onto_plane(ramp(0, 1), ControlMapping::Rank);
   const auto keep = [&](int width, int height) {
     input.source_mask = ImageU8(kSource, kSource, 1);

@@ -26,17 +26,17 @@ namespace {
 using device::Device;
 using device::DeviceInfo;
 
-constexpr int kSource = 16, kFrames = 5, kWidth = 61, kHeight = 33;
+constexpr int kDeviceSource = 16, kFrames = 5, kWidth = 61, kHeight = 33;
 
 /// An atlas that shows any pixels, some texels none, at any times; some are those of frames, some before and after all.
 class LookupsOnDevices : public testing::Test {
  protected:
   void SetUp() override {
     if (all.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
-    testing_support::write_history(folder.path(), kSource, kSource, kFrames, testing_support::blotches);
+    testing_support::write_history(folder.path(), kDeviceSource, kDeviceSource, kFrames, testing_support::blotches);
     RandomStream random(5, 0);
     for (std::uint32_t& index : indices.values())
-      index = random.below(8) == 0 ? kNoValue : random.below(kSource * kSource);
+      index = random.below(8) == 0 ? kNoValue : random.below(kDeviceSource * kDeviceSource);
     for (float& time : times.values()) {
       const std::uint32_t kind = random.below(4);
       time = kind == 0 ? static_cast<float>(random.below(kFrames)) : static_cast<float>(6.0 * random.uniform() - 1.0);
@@ -45,7 +45,8 @@ class LookupsOnDevices : public testing::Test {
 
   [[nodiscard]] ImageF colors(Between between, std::shared_ptr<const LookupDevice> device,
                               int frames_at_once = 2) const {
-    const std::int64_t frame_bytes = std::int64_t{kSource} * kSource * 4 * static_cast<std::int64_t>(sizeof(float));
+    const std::int64_t frame_bytes =
+        std::int64_t{kDeviceSource} * kDeviceSource * 4 * static_cast<std::int64_t>(sizeof(float));
     return gather_at_times(HistoryReader(folder.path()), indices, times, between, {},
                            {.frame_bytes = frames_at_once * frame_bytes, .device = std::move(device)});
   }
@@ -67,8 +68,8 @@ TEST_F(LookupsOnDevices, OfSourcesWithAnyNumberOfChannelsAreTheCpus) {
   for (const DeviceInfo& info : all) {
     const Device device(info);
     for (int channels = 1; channels <= 4; ++channels) {
-      ImageF values(kSource, kSource, channels);
-      ImageU8 codes(kSource, kSource, channels);
+      ImageF values(kDeviceSource, kDeviceSource, channels);
+      ImageU8 codes(kDeviceSource, kDeviceSource, channels);
       for (std::size_t i = 0; i < values.values().size(); ++i) {
         values.data()[i] = static_cast<float>(i) - 100.5f;
         codes.data()[i] = static_cast<std::uint8_t>(7 * i + 1);
@@ -128,7 +129,7 @@ TEST_F(LookupsOnDevices, OfFiveChannelsAreRefused) {
 }
 
 TEST_F(LookupsOnDevices, OfWholeImagesGoOnWithoutOneThatIsLost) {
-  const ImageF source(kSource, kSource, 3, 0.5f);
+  const ImageF source(kDeviceSource, kDeviceSource, 3, 0.5f);
   std::string failure;
   const LookupDevice device(Device(all[0], testing_support::driver_with_launches(0)),
                             [&](const device::DeviceError& error) { failure = error.what(); });

@@ -14,7 +14,7 @@
 namespace patinate::transfer {
 namespace {
 
-constexpr int kSource = 37;
+constexpr int kPackedSource = 37;
 
 /// Pieces that continue for a few texels, single texels, and gaps; the width is no multiple of anything.
 ImageF pieces() {
@@ -22,11 +22,11 @@ ImageF pieces() {
   RandomStream random(11, 0);
   for (int y = 0; y < coordinates.height(); ++y) {
     for (int x = 0; x < coordinates.width();) {
-      const int length = 1 + static_cast<int>(random.below(30)), sx = static_cast<int>(random.below(kSource)),
-                sy = static_cast<int>(random.below(kSource));
+      const int length = 1 + static_cast<int>(random.below(30)), sx = static_cast<int>(random.below(kPackedSource)),
+                sy = static_cast<int>(random.below(kPackedSource));
       const bool is_gap = random.below(5) == 0;
       for (int k = 0; k < length && x < coordinates.width(); ++k, ++x) {
-        if (is_gap || sx + k >= kSource) continue;
+        if (is_gap || sx + k >= kPackedSource) continue;
         coordinates.at(x, y, 0) = static_cast<float>(sx + k);
         coordinates.at(x, y, 1) = static_cast<float>(sy);
       }
@@ -37,10 +37,10 @@ ImageF pieces() {
 
 TEST(PackedLookup, EqualsTheSimpleOneToTheBit) {
   const ImageF coordinates = pieces();
-  const PackedCoordinates indices = pack_coordinates(coordinates, kSource);
+  const PackedCoordinates indices = pack_coordinates(coordinates, kPackedSource);
   for (int channels : {1, 2, 3, 4}) {
-    ImageF source(kSource, kSource, channels);
-    ImageU8 codes(kSource, kSource, channels);
+    ImageF source(kPackedSource, kPackedSource, channels);
+    ImageU8 codes(kPackedSource, kPackedSource, channels);
     for (std::size_t i = 0; i < source.values().size(); ++i) {
       source.data()[i] = static_cast<float>(i) * 0.37f;
       codes.data()[i] = static_cast<std::uint8_t>(i % 251);

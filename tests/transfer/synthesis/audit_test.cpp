@@ -20,8 +20,8 @@
 namespace patinate::transfer {
 namespace {
 
-constexpr int kSide = 64;
-constexpr double kShare = 0.75;
+constexpr int kAuditSide = 64;
+constexpr double kAuditShare = 0.75;
 
 /// A blotchy history, and a plane on which a control that rises along x is wanted.
 struct Task {
@@ -31,7 +31,7 @@ struct Task {
   TransferControl control;
 
   explicit Task(int resolution = 40, double side_mm = 40.0) {
-    testing_support::write_history(folder.path(), kSide, kSide, 3, testing_support::blotches);
+    testing_support::write_history(folder.path(), kAuditSide, kAuditSide, 3, testing_support::blotches);
     history = std::make_shared<const HistoryReader>(folder.path());
     map = std::make_shared<TexelMap>(testing_support::unit_plane(side_mm), resolution, resolution);
     ImageF wanted(resolution, resolution);
@@ -73,18 +73,18 @@ struct Level {
   CoordinateMap coordinates;
 
   Level() {
-    AppearanceImage appearance(kSide, kSide, kAppearanceSize);
-    ControlImage controls(kSide, kSide, 1);
-    for (int y = 0; y < kSide; ++y) {
-      for (int x = 0; x < kSide; ++x) {
+    AppearanceImage appearance(kAuditSide, kAuditSide, kAppearanceSize);
+    ControlImage controls(kAuditSide, kAuditSide, 1);
+    for (int y = 0; y < kAuditSide; ++y) {
+      for (int x = 0; x < kAuditSide; ++x) {
         for (int c = 0; c < kAppearanceSize; ++c)
           appearance.at(x, y, c) =
               static_cast<std::int16_t>((x * (13 + c) + y * (29 - 3 * c)) % (600 >> c) - (300 >> c));
         controls.at(x, y) = static_cast<std::uint16_t>((x * 60 + y * 11) % (kControlSteps + 1));
       }
     }
-    level.source = make_source_level(std::move(appearance), std::move(controls), ImageU8(kSide, kSide, 1, 255), 20000.0,
-                                     neighborhood);
+    level.source = make_source_level(std::move(appearance), std::move(controls),
+                                     ImageU8(kAuditSide, kAuditSide, 1, 255), 20000.0, neighborhood);
     auto map = std::make_shared<TexelMap>(testing_support::cut_plane(24.0), 64, 64);
     ControlImage wanted(64, 64, 1);
     for (std::int64_t i = 0; i < wanted.num_pixels(); ++i)
@@ -106,23 +106,23 @@ struct Level {
 TEST(OptimumAudit, FindsWhatLookingAtEveryPixelFinds) {
   const Level task;
   const std::vector<double> weights{1.0};
-  const WindowSearch search(task.level.source, task.neighborhood, kSide);
+  const WindowSearch search(task.level.source, task.neighborhood, kAuditSide);
   TexelCost cost(task.level.source, task.level.destination, task.neighborhood);
   double own = 0.0, least = 0.0;
   std::vector<double> ratios;
   for (TexelId t : task.level.destination.texels) {
-    cost.prepare(t, task.coordinates, EnergyScale::make(task.level.source, kShare, weights));
+    cost.prepare(t, task.coordinates, EnergyScale::make(task.level.source, kAuditShare, weights));
     const auto mine = static_cast<double>(
         cost.total(task.coordinates[static_cast<std::size_t>(t)], std::numeric_limits<std::int64_t>::max()));
-    const auto best =
-        static_cast<double>(search.find_exhaustively(cost, {.x0 = 0, .y0 = 0, .x1 = kSide, .y1 = kSide}).cost);
+    const auto best = static_cast<double>(
+        search.find_exhaustively(cost, {.x0 = 0, .y0 = 0, .x1 = kAuditSide, .y1 = kAuditSide}).cost);
     own += mine;
     least += best;
     ratios.push_back(mine / best);
   }
   std::sort(ratios.begin(), ratios.end());
   const OptimumAudit audit =
-      audit_optimum(task.level, task.neighborhood, task.coordinates, kShare, weights, 1'000'000, 1);
+      audit_optimum(task.level, task.neighborhood, task.coordinates, kAuditShare, weights, 1'000'000, 1);
   EXPECT_EQ(audit.num_audited, static_cast<std::int64_t>(task.level.destination.texels.size()));
   EXPECT_EQ(audit.ratio, own / least);
   EXPECT_EQ(audit.median_ratio, ratios[ratios.size() / 2]);
@@ -132,14 +132,14 @@ TEST(OptimumAudit, FindsWhatLookingAtEveryPixelFinds) {
 TEST(OptimumAudit, TheBestPixelOfEveryTexelIsOptimal) {
   const Level task;
   const std::vector<double> weights{1.0};
-  const WindowSearch search(task.level.source, task.neighborhood, kSide);
+  const WindowSearch search(task.level.source, task.neighborhood, kAuditSide);
   TexelCost cost(task.level.source, task.level.destination, task.neighborhood);
   // Control alone: no texel's best pixel depends on its neighbors.
   CoordinateMap best = task.coordinates;
   for (TexelId t : task.level.destination.texels) {
     cost.prepare(t, task.coordinates, EnergyScale::make(task.level.source, 0.0, weights));
     best[static_cast<std::size_t>(t)] =
-        search.find_exhaustively(cost, {.x0 = 0, .y0 = 0, .x1 = kSide, .y1 = kSide}).pixel;
+        search.find_exhaustively(cost, {.x0 = 0, .y0 = 0, .x1 = kAuditSide, .y1 = kAuditSide}).pixel;
   }
   const OptimumAudit audit = audit_optimum(task.level, task.neighborhood, best, 0.0, weights, 1'000'000, 1);
   EXPECT_EQ(audit.optimal_share, 1.0);
@@ -154,7 +154,7 @@ TEST(OptimumAudit, AFewTexelsEstimateAllOfThemTheSameWayOnAnyThread) {
   const auto audited = [&](std::int64_t count, std::uint64_t seed, int threads) {
     RunControl control;
     control.num_threads = threads;
-    return audit_optimum(task.level, task.neighborhood, task.coordinates, kShare, weights, count, seed, control);
+    return audit_optimum(task.level, task.neighborhood, task.coordinates, kAuditShare, weights, count, seed, control);
   };
   const OptimumAudit all = audited(1'000'000, 1, 1), few = audited(300, 1, 1), again = audited(300, 1, 3),
                      other = audited(300, 2, 1);
@@ -171,13 +171,14 @@ TEST(OptimumAudit, PixelsAtTheBorderHaveNoCost) {
   const std::size_t n = task.level.destination.texels.size();
   for (std::size_t i = 0; i < n / 2; ++i)
     task.coordinates[static_cast<std::size_t>(task.level.destination.texels[i])] = 2;
-  const OptimumAudit audit =
-      audit_optimum(task.level, task.neighborhood, task.coordinates, kShare, std::vector<double>{1.0}, 1'000'000, 1);
+  const OptimumAudit audit = audit_optimum(task.level, task.neighborhood, task.coordinates, kAuditShare,
+                                           std::vector<double>{1.0}, 1'000'000, 1);
   EXPECT_EQ(audit.num_excluded, static_cast<std::int64_t>(n / 2));
   EXPECT_EQ(audit.num_audited, static_cast<std::int64_t>(n - n / 2));
   std::fill(task.coordinates.begin(), task.coordinates.end(), 2);
   EXPECT_FALSE(
-      audit_optimum(task.level, task.neighborhood, task.coordinates, kShare, std::vector<double>{1.0}, 100, 1).ratio);
+      audit_optimum(task.level, task.neighborhood, task.coordinates, kAuditShare, std::vector<double>{1.0}, 100, 1)
+          .ratio);
 }
 
 // The energy that transfer() reports and the audit's, of all texels, differ by the rounding of two integer scales.
@@ -187,10 +188,10 @@ TEST(MapAudit, OfAllTexelsHasTheEnergyThatTheTransferReports) {
        {std::pair{40, 40.0}, std::pair{32, 128.0}}) {  // Texels of a pixel, and of four: the history is halved twice.
     const Task task(resolution, side_mm);
     TransferOptions options;
-    options.coherence_share = kShare;
+    options.coherence_share = kAuditShare;
     const TransferResult made =
         transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = {task.control}}, options);
-    const ImageF coordinates = coordinate_image(made.coordinates, resolution, resolution, kSide);
+    const ImageF coordinates = coordinate_image(made.coordinates, resolution, resolution, kAuditSide);
     const OptimumAudit audit =
         audit_map(*task.history, task.audited(coordinates, matched_values(made)), options, 1'000'000, 1);
     EXPECT_EQ(audit.num_excluded, 0);
@@ -199,7 +200,7 @@ TEST(MapAudit, OfAllTexelsHasTheEnergyThatTheTransferReports) {
     EXPECT_GE(audit.ratio.value(), 1.0);
     const ImageF elsewhere = coordinates_of(*task.map, [&](TexelId t) {
       RandomStream random(3, static_cast<std::uint64_t>(t));
-      return std::pair{8 + random.below(kSide - 16), 8 + random.below(kSide - 16)};
+      return std::pair{8 + random.below(kAuditSide - 16), 8 + random.below(kAuditSide - 16)};
     });
     EXPECT_GT(audit_map(*task.history, task.audited(elsewhere, matched_values(made)), options, 1'000'000, 1).energy,
               1.5 * audit.energy)

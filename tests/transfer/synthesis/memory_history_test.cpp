@@ -19,7 +19,7 @@
 namespace patinate::transfer {
 namespace {
 
-constexpr int kSource = 56, kAtlas = 64;
+constexpr int kMemorySource = 56, kAtlas = 64;
 
 /// The same history twice. Its values are half floats, as a folder keeps them.
 struct Both {
@@ -27,7 +27,7 @@ struct Both {
   std::shared_ptr<const History> memory, disk;
   std::shared_ptr<const TexelMap> map = std::make_shared<TexelMap>(testing_support::cut_plane(kAtlas), kAtlas, kAtlas);
 
-  explicit Both(MemoryHistoryImages images = testing_support::half_images(kSource, kSource, 4,
+  explicit Both(MemoryHistoryImages images = testing_support::half_images(kMemorySource, kMemorySource, 4,
                                                                           testing_support::blotches)) {
     memory = std::make_shared<const MemoryHistory>(std::move(images));
     write_history(folder.path(), *memory);
@@ -63,7 +63,7 @@ TEST(MemoryTransfer, EqualsTheAudit) {
   const Both both;
   const TransferResult made = transfer(both.input(both.memory));
   MapToAudit map{.surface = both.map,
-                 .coordinates = coordinate_image(made.coordinates, kAtlas, kAtlas, kSource),
+                 .coordinates = coordinate_image(made.coordinates, kAtlas, kAtlas, kMemorySource),
                  .pixel_mm = 1.0,
                  .controls = {{"x", both.ramp()}}};
   const OptimumAudit memory = audit_map(*both.memory, map, {}, 200, 1), disk = audit_map(*both.disk, map, {}, 200, 1);
@@ -74,10 +74,11 @@ TEST(MemoryTransfer, EqualsTheAudit) {
 
 TEST(MemoryTransfer, EqualsTheLookupAtATimeOfItsOwnPerTexel) {
   const Both both;
-  const ImageF coordinates = coordinate_image(transfer(both.input(both.memory)).coordinates, kAtlas, kAtlas, kSource);
+  const ImageF coordinates =
+      coordinate_image(transfer(both.input(both.memory)).coordinates, kAtlas, kAtlas, kMemorySource);
   ImageF times = both.ramp();
   for (float& t : times.values()) t *= 9.0f;  // From the first frame to the last.
-  const PackedCoordinates indices = pack_coordinates(coordinates, kSource);
+  const PackedCoordinates indices = pack_coordinates(coordinates, kMemorySource);
   EXPECT_EQ(gather_at_times(*both.memory, indices, times, Between::Blend),
             gather_at_times(*both.disk, indices, times, Between::Blend));
 }
@@ -93,14 +94,15 @@ TEST(MemoryTransfer, AgesAMeshAsTheFolderDoes) {
 
 // A library's parts are known to the value: nobody reads a file for them.
 TEST(MemoryTransfer, KnowsThePartsOfALibrary) {
-  MemoryHistoryImages images = testing_support::half_images(kSource, kSource, 3, testing_support::blotches);
-  ImageF which(kSource, kSource);
-  for (int y = 0; y < kSource; ++y) {
-    for (int x = kSource / 2; x < kSource; ++x) which.at(x, y) = 1.0f;
+  MemoryHistoryImages images = testing_support::half_images(kMemorySource, kMemorySource, 3, testing_support::blotches);
+  ImageF which(kMemorySource, kMemorySource);
+  for (int y = 0; y < kMemorySource; ++y) {
+    for (int x = kMemorySource / 2; x < kMemorySource; ++x) which.at(x, y) = 1.0f;
   }
   images.controls.push_back({{.name = kLibraryControl, .unit = kLibraryControlUnit}, which});
-  images.parts = {{.name = "left", .x = 0, .width = kSource / 2, .height = kSource, .key = "l"},
-                  {.name = "right", .x = kSource / 2, .width = kSource / 2, .height = kSource, .key = "r"}};
+  images.parts = {
+      {.name = "left", .x = 0, .width = kMemorySource / 2, .height = kMemorySource, .key = "l"},
+      {.name = "right", .x = kMemorySource / 2, .width = kMemorySource / 2, .height = kMemorySource, .key = "r"}};
   const Both both(std::move(images));
   ASSERT_EQ(both.disk->facts().parts, both.memory->facts().parts);
   const auto of = [&](const std::shared_ptr<const History>& history) {
@@ -115,7 +117,7 @@ TEST(MemoryTransfer, KnowsThePartsOfALibrary) {
   for (TexelId t = 0; t < both.map->num_texels(); ++t) {
     if (!both.map->is_covered(t) || t % kAtlas < kAtlas - 12) continue;
     ++num_asked;
-    num_right += memory.coordinates[static_cast<std::size_t>(t)] % kSource >= kSource / 2;
+    num_right += memory.coordinates[static_cast<std::size_t>(t)] % kMemorySource >= kMemorySource / 2;
   }
   EXPECT_GE(num_right, 0.99 * num_asked);
 }

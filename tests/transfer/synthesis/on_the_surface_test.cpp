@@ -17,7 +17,7 @@
 namespace patinate::transfer {
 namespace {
 
-constexpr int kSource = 128;  // Pixels, of 1 mm.
+constexpr int kSurfaceSource = 128;  // Pixels, of 1 mm.
 
 std::shared_ptr<const FlowFrames> downward(const TexelMap& map) {
   return std::make_shared<const FlowFrames>(direction_frames(map, DirectionKind::Gravity, Vec3(0, 1, 0)));
@@ -35,10 +35,10 @@ std::vector<TransferControl> place_controls(const TexelMap& map, double side_mm)
   for (TexelId t = 0; t < map.num_texels(); ++t) {
     if (!map.is_covered(t)) continue;
     const Vec2 place = place_on_plane(map, t, side_mm);
-    xs.data()[t] = static_cast<float>(place.x() / (kSource - 1));
-    ys.data()[t] = static_cast<float>(place.y() / (kSource - 1));
+    xs.data()[t] = static_cast<float>(place.x() / (kSurfaceSource - 1));
+    ys.data()[t] = static_cast<float>(place.y() / (kSurfaceSource - 1));
   }
-  const ControlRange range{0.0, kSource - 1.0, "px"};
+  const ControlRange range{0.0, kSurfaceSource - 1.0, "px"};
   return {{"x", "x", xs, range, 1.0, ControlMapping::Physical}, {"y", "y", ys, range, 1.0, ControlMapping::Physical}};
 }
 
@@ -60,7 +60,8 @@ Coherence measure_coherence(const TexelMap& map, const std::shared_ptr<const Flo
       const std::size_t kind = map.chart(n.texel) == map.chart(t) ? 1 : 0;
       const std::int32_t other = coordinates[static_cast<std::size_t>(n.texel)];
       const Vec2 error =
-          Vec2(other % kSource - s % kSource, other / kSource - s / kSource) - Vec2(n.x, n.y) / PixelNeighbor::kOne;
+          Vec2(other % kSurfaceSource - s % kSurfaceSource, other / kSurfaceSource - s / kSurfaceSource) -
+          Vec2(n.x, n.y) / PixelNeighbor::kOne;
       ++pairs[kind];
       coherent[kind] += error.cwiseAbs().maxCoeff() < 0.99 ? 1 : 0;  // Both places are rounded.
     }
@@ -73,9 +74,9 @@ Coherence measure_coherence(const TexelMap& map, const std::shared_ptr<const Flo
 // other.
 TEST(OnTheSurface, TheGuidesPlacesComeThroughAnyCharts) {
   testing_support::TempFolder folder;
-  testing_support::write_history(folder.path(), kSource, kSource, 3, testing_support::blotches);
+  testing_support::write_history(folder.path(), kSurfaceSource, kSurfaceSource, 3, testing_support::blotches);
   const auto history = std::make_shared<const HistoryReader>(folder.path());
-  const auto map = std::make_shared<const TexelMap>(testing_support::patchwork_plane(kSource, 3), 256, 256);
+  const auto map = std::make_shared<const TexelMap>(testing_support::patchwork_plane(kSurfaceSource, 3), 256, 256);
   for (TransferMethod method : {TransferMethod::Fast, TransferMethod::Reference}) {
     TransferOptions options;
     options.method = method;
@@ -85,18 +86,18 @@ TEST(OnTheSurface, TheGuidesPlacesComeThroughAnyCharts) {
     const TransferResult result = transfer({.history = history,
                                             .map = map,
                                             .texel_size_mm = 1.0,
-                                            .controls = place_controls(*map, kSource),
+                                            .controls = place_controls(*map, kSurfaceSource),
                                             .frames = downward(*map)},
                                            options);
     double sum = 0.0;
     std::int64_t count = 0;
     for (TexelId t = 0; t < map->num_texels(); ++t) {
       if (!map->is_covered(t)) continue;
-      const Vec2 place = place_on_plane(*map, t, kSource);
+      const Vec2 place = place_on_plane(*map, t, kSurfaceSource);
       constexpr double kBorder = 4.0;  // The source's neighborhood ends there.
-      if (place.minCoeff() < kBorder || place.maxCoeff() > kSource - 1 - kBorder) continue;
+      if (place.minCoeff() < kBorder || place.maxCoeff() > kSurfaceSource - 1 - kBorder) continue;
       const std::int32_t s = result.coordinates[static_cast<std::size_t>(t)];
-      sum += (Vec2(s % kSource, s / kSource) - place).cwiseAbs().maxCoeff();
+      sum += (Vec2(s % kSurfaceSource, s / kSurfaceSource) - place).cwiseAbs().maxCoeff();
       ++count;
     }
     EXPECT_LT(sum / static_cast<double>(count), 0.8) << static_cast<int>(method);
@@ -108,10 +109,10 @@ TEST(OnTheSurface, TheGuidesPlacesComeThroughAnyCharts) {
 // chart's texels are larger.)
 TEST(OnTheSurface, PiecesGoOnOverSeams) {
   testing_support::TempFolder folder;
-  testing_support::write_history(folder.path(), kSource, kSource, 3, testing_support::blotches);
+  testing_support::write_history(folder.path(), kSurfaceSource, kSurfaceSource, 3, testing_support::blotches);
   const auto history = std::make_shared<const HistoryReader>(folder.path());
-  const auto map = std::make_shared<const TexelMap>(testing_support::patchwork_plane(kSource, 3), 256, 256);
-  TransferControl guide = place_controls(*map, kSource)[0];
+  const auto map = std::make_shared<const TexelMap>(testing_support::patchwork_plane(kSurfaceSource, 3), 256, 256);
+  TransferControl guide = place_controls(*map, kSurfaceSource)[0];
   guide.mapping = ControlMapping::Rank;
   const std::shared_ptr<const FlowFrames> frames = downward(*map);
   const Coherence with = measure_coherence(
@@ -134,18 +135,19 @@ TEST(OnTheSurface, ACheckerKeepsItsPitchOnAStretchedAtlas) {
   constexpr int kPitch = 8;
   const auto is_light = [](int x, int y) { return ((x / kPitch + y / kPitch) & 1) != 0; };
   testing_support::TempFolder folder;
-  testing_support::write_history(folder.path(), kSource, kSource, 2,
+  testing_support::write_history(folder.path(), kSurfaceSource, kSurfaceSource, 2,
                                  [&](int x, int y, int, int) { return is_light(x, y) ? 0.9f : 0.1f; });
   const auto history = std::make_shared<const HistoryReader>(folder.path());
-  const auto map = std::make_shared<const TexelMap>(testing_support::unit_plane(kSource), 2 * kSource, kSource / 2);
-  TransferControl guide = place_controls(*map, kSource)[0];
+  const auto map = std::make_shared<const TexelMap>(testing_support::unit_plane(kSurfaceSource), 2 * kSurfaceSource,
+                                                    kSurfaceSource / 2);
+  TransferControl guide = place_controls(*map, kSurfaceSource)[0];
   guide.mapping = ControlMapping::Rank;
   const TransferResult result =
       transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {guide}, .frames = downward(*map)},
                {.coherence_share = 0.9});
   const auto light_at = [&](int x, int y) {
     const std::int32_t s = result.coordinates[static_cast<std::size_t>(y * map->width() + x)];
-    return is_light(s % kSource, s / kSource);
+    return is_light(s % kSurfaceSource, s / kSurfaceSource);
   };
   // The median length of a run: pieces that end inside a square make shorter ones, and at the source's borders
   // something else stands.

@@ -13,7 +13,7 @@
 namespace patinate::transfer {
 namespace {
 
-constexpr int kSide = 96, kReach = 9;
+constexpr int kTilesSide = 96, kReach = 9;
 
 /// Four tiles of a level, with the zones along their borders.
 struct FourTiles {
@@ -23,14 +23,14 @@ struct FourTiles {
   std::vector<std::vector<BorderTexel>> border;
 
   explicit FourTiles(const Mesh& mesh)
-      : map(std::make_shared<TexelMap>(mesh, kSide, kSide)),
-        grid(make_sheet({"a", "b", "c", "d"}, kSide / 2 - 2 * make_sheet({"a", "b"}, 16).margin())),
+      : map(std::make_shared<TexelMap>(mesh, kTilesSide, kTilesSide)),
+        grid(make_sheet({"a", "b", "c", "d"}, kTilesSide / 2 - 2 * make_sheet({"a", "b"}, 16).margin())),
         beside(*map, {}, place_source(*map, nullptr, 1.0, 0).frames, map->median_texel_size_mm()) {
     for (int tile = 0; tile < grid.num_tiles(); ++tile)
       border.push_back(find_border_texels(*map, grid, 0, tile, beside, kReach));
   }
   [[nodiscard]] int tile_of(TexelId t) const {
-    return grid.tile_of(0, static_cast<int>(t % kSide), static_cast<int>(t / kSide));
+    return grid.tile_of(0, static_cast<int>(t % kTilesSide), static_cast<int>(t / kTilesSide));
   }
   [[nodiscard]] BorderZones zones() const { return {grid, 0, {border.begin(), border.end()}}; }
   template <class Visit>
@@ -43,8 +43,8 @@ struct FourTiles {
 };
 
 TEST(BorderZones, OfAPlaneAreTheTexelsWithinReachOfTheirNearestOtherTile) {
-  const FourTiles four(testing_support::unit_plane(kSide));
-  ASSERT_EQ(four.grid.width(0), kSide);
+  const FourTiles four(testing_support::unit_plane(kTilesSide));
+  ASSERT_EQ(four.grid.width(0), kTilesSide);
   for (int tile = 0; tile < 4; ++tile) {
     const auto& border = four.border[static_cast<std::size_t>(tile)];
     std::map<TexelId, std::int64_t> found;
@@ -53,9 +53,9 @@ TEST(BorderZones, OfAPlaneAreTheTexelsWithinReachOfTheirNearestOtherTile) {
     for (int y = rect.y0; y < rect.y1; ++y) {
       for (int x = rect.x0; x < rect.x1; ++x) {
         // Between a texel and the tile beside or below: whole squares of eight neighbors.
-        const int right = x < kSide / 2 ? kSide / 2 - 1 - x : x - kSide / 2;
-        const int down = y < kSide / 2 ? kSide / 2 - 1 - y : y - kSide / 2;
-        const auto at = found.find(TexelId{y} * kSide + x);
+        const int right = x < kTilesSide / 2 ? kTilesSide / 2 - 1 - x : x - kTilesSide / 2;
+        const int down = y < kTilesSide / 2 ? kTilesSide / 2 - 1 - y : y - kTilesSide / 2;
+        const auto at = found.find(TexelId{y} * kTilesSide + x);
         ASSERT_EQ(at != found.end(), std::min(right, down) <= kReach) << x << " " << y;
         if (at == found.end() || std::abs(right - down) <= 1) continue;  // Three tiles meet there.
         EXPECT_EQ(at->second, right < down ? tile ^ 1 : tile ^ 2) << x << " " << y;
@@ -68,8 +68,8 @@ TEST(BorderZones, OfAPlaneAreTheTexelsWithinReachOfTheirNearestOtherTile) {
 
 /// What makes the order of regions unimportant: who is moved is seen by nobody who is moved in another region.
 TEST(RefinedRegions, NoMemberSeesATexelOfAnotherRegion) {
-  for (const Mesh& mesh : {testing_support::unit_plane(kSide), testing_support::patchwork_plane(kSide, 5),
-                           testing_support::quilt_plane(kSide, 3)}) {
+  for (const Mesh& mesh : {testing_support::unit_plane(kTilesSide), testing_support::patchwork_plane(kTilesSide, 5),
+                           testing_support::quilt_plane(kTilesSide, 3)}) {
     const FourTiles four(mesh);
     const BorderZones zones = four.zones();
     std::map<TexelId, int> zone_of;
@@ -101,7 +101,7 @@ TEST(RefinedRegions, NoMemberSeesATexelOfAnotherRegion) {
     EXPECT_GT(num_members, num_border / 2);
     for (int tile = 0; tile < 4; ++tile) {
       const RefinedRegion region = region_of_tile(*four.map, four.grid, 0, tile, four.beside);
-      for (TexelId t = 0; t < kSide * kSide; ++t) {
+      for (TexelId t = 0; t < kTilesSide * kTilesSide; ++t) {
         if (!four.map->is_covered(t) || !region.has(t)) continue;
         ASSERT_EQ(four.tile_of(t), tile);
         four.for_each_beside(t, [&](TexelId n) { EXPECT_EQ(four.tile_of(n), tile); });

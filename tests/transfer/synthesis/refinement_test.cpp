@@ -19,7 +19,7 @@
 namespace patinate::transfer {
 namespace {
 
-constexpr int kSource = 96, kSide = 64, kBlock = 16;
+constexpr int kLinesSource = 96, kLinesSide = 64, kBlock = 16;
 constexpr std::int32_t kOne = PixelNeighbor::kOne;
 
 /// Cells between dark lines, laid on a plane in blocks from anywhere: almost every line is broken.
@@ -30,33 +30,34 @@ struct BrokenLines {
   PlaceMap places;
   std::vector<double> weights{1.0};
 
-  explicit BrokenLines(const Mesh& mesh = testing_support::unit_plane(kSide)) : places(kSide * kSide, kSource) {
-    AppearanceImage appearance(kSource, kSource, kAppearanceSize);
-    ControlImage known(kSource, kSource, 1), asked(kSide, kSide, 1);
-    ImageF lightness(kSource, kSource);
-    for (int y = 0; y < kSource; ++y) {
-      for (int x = 0; x < kSource; ++x) {
+  explicit BrokenLines(const Mesh& mesh = testing_support::unit_plane(kLinesSide))
+      : places(kLinesSide * kLinesSide, kLinesSource) {
+    AppearanceImage appearance(kLinesSource, kLinesSource, kAppearanceSize);
+    ControlImage known(kLinesSource, kLinesSource, 1), asked(kLinesSide, kLinesSide, 1);
+    ImageF lightness(kLinesSource, kLinesSource);
+    for (int y = 0; y < kLinesSource; ++y) {
+      for (int x = 0; x < kLinesSource; ++x) {
         const bool on_line = (x + y / 4) % 19 < 2 || (y + x / 5) % 17 < 2;
         lightness.at(x, y) = on_line ? 30.0f : 70.0f;
         appearance.at(x, y, 0) = on_line ? -300 : 100;
-        known.at(x, y) = static_cast<std::uint16_t>(x * kControlSteps / kSource);
+        known.at(x, y) = static_cast<std::uint16_t>(x * kControlSteps / kLinesSource);
       }
     }
-    for (int i = 0; i < kSide * kSide; ++i)
-      asked.data()[i] = static_cast<std::uint16_t>(i % kSide * kControlSteps / kSide);
-    const ImageU8 mask(kSource, kSource, 1, 255);
+    for (int i = 0; i < kLinesSide * kLinesSide; ++i)
+      asked.data()[i] = static_cast<std::uint16_t>(i % kLinesSide * kControlSteps / kLinesSide);
+    const ImageU8 mask(kLinesSource, kLinesSource, 1, 255);
     structure = line_structure(lightness, mask);
     const Neighborhood neighborhood = Neighborhood::square(2);
-    const auto map = std::make_shared<TexelMap>(mesh, kSide, kSide);
+    const auto map = std::make_shared<TexelMap>(mesh, kLinesSide, kLinesSide);
     level = {make_source_level(std::move(appearance), std::move(known), mask, 170.0 * 170.0, neighborhood),
              make_destination_level(map, std::move(asked), neighborhood, place_source(*map, nullptr, 1.0, 0))};
     similar = find_similar_pixels(level.source);
     for (TexelId t : level.destination.texels) {
-      const int x = static_cast<int>(t % kSide), y = static_cast<int>(t / kSide);
-      RandomStream random(7, static_cast<std::uint64_t>(y / kBlock * kSide + x / kBlock));
-      const auto begin = [&] { return 2 + static_cast<int>(random.below(kSource - kBlock - 4)); };
+      const int x = static_cast<int>(t % kLinesSide), y = static_cast<int>(t / kLinesSide);
+      RandomStream random(7, static_cast<std::uint64_t>(y / kBlock * kLinesSide + x / kBlock));
+      const auto begin = [&] { return 2 + static_cast<int>(random.below(kLinesSource - kBlock - 4)); };
       const int left = begin(), top = begin();
-      places.set(t, place_of(level.source, (top + y % kBlock) * kSource + left + x % kBlock));
+      places.set(t, place_of(level.source, (top + y % kBlock) * kLinesSource + left + x % kBlock));
     }
   }
   [[nodiscard]] SeamFeatures features() const { return {level.source, structure.channels, 1000.0}; }
@@ -66,7 +67,7 @@ struct BrokenLines {
     TexelNeighborhood::Cursor cursor(*level.destination.neighbors);
     std::int64_t sum = 0;
     for (TexelId t : level.destination.texels) {
-      for_each_pair(t, cursor.at(t).subspan(level.destination.neighbors->first_adjacent()), kSide,
+      for_each_pair(t, cursor.at(t).subspan(level.destination.neighbors->first_adjacent()), kLinesSide,
                     [&](const PixelNeighbor& n, bool is_earlier, int weight) {
                       if (!is_earlier) sum += weight * f.seam(of.point(t), of.point(n.texel), {n.x, n.y});
                     });
@@ -115,7 +116,7 @@ TEST(SeamFeatures, AStepToWhereNothingCanBeCopiedIsDear) {
 TEST(ControlCost, IsFreeWithinAHundredthAndRisesBeyond) {
   const BrokenLines task;
   const ControlCost cost(task.level.source, task.weights, 1.0);
-  const std::int32_t pixel = 50 * kSource + 50;
+  const std::int32_t pixel = 50 * kLinesSource + 50;
   const std::uint16_t has = task.level.source.controls.at(50, 50);
   const auto at = [&](int beside) {
     const auto target = static_cast<std::uint16_t>(has + beside);
@@ -134,15 +135,15 @@ TEST(SurfacePatch, OnAPlaneIsASquareWithItsPairs) {
   const BrokenLines task;
   PatchFinder finder(*task.level.destination.map, *task.level.destination.neighbors);
   SurfacePatch patch;
-  const TexelId center = 30 * kSide + 30;
+  const TexelId center = 30 * kLinesSide + 30;
   finder.find_texels(center, 3, patch);
   finder.find_edges(patch);
   ASSERT_EQ(patch.texels.size(), 49u);
   EXPECT_EQ(patch.texels[0].texel, center);
   // Row y of the atlas goes down, as the history's does.
   for (const PatchTexel& t : patch.texels) {
-    EXPECT_NEAR(t.offset.x, static_cast<int>(t.texel % kSide - 30) * kOne, 3);
-    EXPECT_NEAR(std::abs(t.offset.y), std::abs(static_cast<int>(t.texel / kSide - 30)) * kOne, 3);
+    EXPECT_NEAR(t.offset.x, static_cast<int>(t.texel % kLinesSide - 30) * kOne, 3);
+    EXPECT_NEAR(std::abs(t.offset.y), std::abs(static_cast<int>(t.texel / kLinesSide - 30)) * kOne, 3);
   }
   const auto inner =
       std::count_if(patch.edges.begin(), patch.edges.end(), [](const PatchEdge& e) { return e.second >= 0; });
@@ -153,9 +154,9 @@ TEST(SurfacePatch, OnAPlaneIsASquareWithItsPairs) {
 
 /// A dome over a square, its texture seen from above.
 Mesh dome(double radius) {
-  Mesh mesh = testing_support::unit_plane(kSide, kSide);
+  Mesh mesh = testing_support::unit_plane(kLinesSide, kLinesSide);
   for (Vec3& p : mesh.positions) {
-    const double x = p.x() - 0.5 * kSide, y = p.y() - 0.5 * kSide;
+    const double x = p.x() - 0.5 * kLinesSide, y = p.y() - 0.5 * kLinesSide;
     p.z() = std::sqrt(radius * radius - x * x - y * y);
   }
   return mesh;
@@ -166,7 +167,7 @@ TEST(SurfacePatch, OnADomeIsNowhereTorn) {
   const BrokenLines task(dome(60.0));
   PatchFinder finder(*task.level.destination.map, *task.level.destination.neighbors);
   SurfacePatch patch;
-  finder.find_texels(kSide / 2 * kSide + kSide / 2, 30, patch);
+  finder.find_texels(kLinesSide / 2 * kLinesSide + kLinesSide / 2, 30, patch);
   finder.find_edges(patch);
   ASSERT_GT(patch.texels.size(), 2000u);
   int most = 0;
@@ -192,7 +193,7 @@ TEST(PatchCut, FindsTheCheapestOfAllBorders) {
                          .amounts = amounts};
   PatchFinder finder(*task.level.destination.map, *task.level.destination.neighbors);
   SurfacePatch patch;
-  finder.find_texels(16 * kSide + 16, 1, patch);  // Where four blocks meet.
+  finder.find_texels(16 * kLinesSide + 16, 1, patch);  // Where four blocks meet.
   finder.find_edges(patch);
   ASSERT_EQ(patch.texels.size(), 9u);
   RandomStream random(5, 5);
@@ -243,8 +244,8 @@ TEST(Refinement, LowersTheSumRoundByRound) {
 
 /// The level as four tiles, whose borders are no seams.
 TileGrid four_tiles() {
-  TileGrid grid(make_sheet({"a", "b", "c", "d"}, kSide / 2 - 2 * make_sheet({"a", "b"}, 16).margin()));
-  EXPECT_EQ(grid.width(0), kSide);
+  TileGrid grid(make_sheet({"a", "b", "c", "d"}, kLinesSide / 2 - 2 * make_sheet({"a", "b"}, 16).margin()));
+  EXPECT_EQ(grid.width(0), kLinesSide);
   return grid;
 }
 
@@ -254,13 +255,14 @@ TEST(Refinement, TileByTileLowersTheSumRoundByRoundOverBordersOfTilesToo) {
   const auto over_borders = [&](const PlaceMap& places) {
     const SeamFeatures features = task.features();
     std::int64_t sum = 0;
-    for (int i = 0; i < kSide; ++i) {
+    for (int i = 0; i < kLinesSide; ++i) {
       const auto pair = [&](int x, int y, int dx, int dy) {
-        sum += features.seam(places.point(TexelId{y} * kSide + x), places.point(TexelId{y + dy} * kSide + x + dx),
+        sum += features.seam(places.point(TexelId{y} * kLinesSide + x),
+                             places.point(TexelId{y + dy} * kLinesSide + x + dx),
                              {static_cast<std::int16_t>(dx * kOne), static_cast<std::int16_t>(dy * kOne)});
       };
-      pair(kSide / 2 - 1, i, 1, 0);
-      pair(i, kSide / 2 - 1, 0, 1);
+      pair(kLinesSide / 2 - 1, i, 1, 0);
+      pair(i, kLinesSide / 2 - 1, 0, 1);
     }
     return sum;
   };
@@ -279,14 +281,14 @@ TEST(Refinement, TileByTileLowersTheSumRoundByRoundOverBordersOfTilesToo) {
 
 TEST(Refinement, GivesTheSamePlacesTileByTileForAnyNumberOfThreads) {
   const TileGrid grid = four_tiles();
-  for (const Mesh& mesh : {testing_support::unit_plane(kSide), testing_support::patchwork_plane(kSide, 3)}) {
+  for (const Mesh& mesh : {testing_support::unit_plane(kLinesSide), testing_support::patchwork_plane(kLinesSide, 3)}) {
     const BrokenLines task(mesh);
     EXPECT_EQ(task.refined(4, 1, 1, &grid).pixels, task.refined(4, 3, 1, &grid).pixels);
   }
 }
 
 TEST(Refinement, GivesTheSamePlacesForAnyNumberOfThreads) {
-  for (const Mesh& mesh : {testing_support::unit_plane(kSide), testing_support::patchwork_plane(kSide, 3)}) {
+  for (const Mesh& mesh : {testing_support::unit_plane(kLinesSide), testing_support::patchwork_plane(kLinesSide, 3)}) {
     const BrokenLines task(mesh);
     const CoordinateMap one = task.refined(4, 1).pixels;
     EXPECT_EQ(one, task.refined(4, 3).pixels);
@@ -295,9 +297,9 @@ TEST(Refinement, GivesTheSamePlacesForAnyNumberOfThreads) {
 }
 
 TEST(Refinement, OnlyUsesWhatCanBeCopiedAndLeavesNothingOut) {
-  const BrokenLines task(testing_support::quilt_plane(kSide, 3));
+  const BrokenLines task(testing_support::quilt_plane(kLinesSide, 3));
   const PlaceMap refined = task.refined(4, 0);
-  for (TexelId t = 0; t < kSide * kSide; ++t) {
+  for (TexelId t = 0; t < kLinesSide * kLinesSide; ++t) {
     const std::int32_t pixel = refined.pixels[static_cast<std::size_t>(t)];
     if (!task.level.destination.map->is_covered(t)) {
       EXPECT_EQ(pixel, -1);

@@ -20,19 +20,19 @@ namespace {
 using device::Device;
 using device::DeviceInfo;
 
-constexpr int kSource = 48, kSize = 64;
+constexpr int kAnySource = 48, kSize = 64;
 
 /// Colors of few values, so that costs tie, one of them everywhere in some.
 std::shared_ptr<const History> any_history(RandomStream& random) {
   MemoryHistoryImages images{.name = "any", .frames = {}};
   const int num_frames = 1 + static_cast<int>(random.below(3)), num_values = 1 + static_cast<int>(random.below(4));
   for (int f = 0; f < num_frames; ++f) {
-    ImageF color(kSource, kSource, 3);
+    ImageF color(kAnySource, kAnySource, 3);
     for (float& c : color.values())
       c = static_cast<float>(random.below(static_cast<std::uint32_t>(num_values))) / static_cast<float>(num_values);
     images.frames.push_back({.time = static_cast<double>(f), .color = std::move(color)});
   }
-  ImageF control(kSource, kSource);
+  ImageF control(kAnySource, kAnySource);
   for (float& c : control.values()) c = static_cast<float>(random.uniform());
   images.controls.push_back(
       {.facts = {.name = "x", .low = 0.0, .high = 1.0, .unit = ""}, .values = std::move(control)});

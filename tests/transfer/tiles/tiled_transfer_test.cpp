@@ -164,7 +164,7 @@ TEST(TiledTransfer, RefusesWhatLooksAtTheWholeAtlas) {
 }
 
 // Every rectangle of a level is a tile's, and only its.
-TEST(TileGrid, CoversEveryLevelOnce) {
+TEST(TransferTileGrid, CoversEveryLevelOnce) {
   const TileGrid grid(make_sheet({"a", "b", "c", "d", "e", "f", "g", "h", "i"}, 41));
   for (std::size_t level = 0; level <= 4; ++level) {
     std::int64_t covered = 0;

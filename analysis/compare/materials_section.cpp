@@ -14,7 +14,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::size_t kMostTimes = 9;
+constexpr std::size_t kMostMaterialTimes = 9;
 constexpr std::size_t kMostPlaces = 4096;  ///< Of a side and time, whose BRDFs are told.
 constexpr std::uint32_t kBrdfPurpose = 301, kMapPurpose = 310;
 
@@ -63,7 +63,7 @@ std::vector<BlockValue> sorted(const Side& side, const Quantity& quantity, std::
   return values;
 }
 
-std::optional<double> mean(const std::vector<BlockValue>& values) {
+std::optional<double> mean_value(const std::vector<BlockValue>& values) {
   double sum = 0.0;
   for (const BlockValue& v : values) sum += static_cast<double>(v.value);
   return values.empty() ? std::nullopt : std::optional(sum / static_cast<double>(values.size()));
@@ -100,7 +100,7 @@ void add_quantity(const ComparedPair& pair, const Side& a, const Side& b, const 
               .columns = {}};
   for (const auto* side : {&of_a, &of_b}) {
     CurveColumn column{side == &of_a ? "A" : "B", {}};
-    for (const std::vector<BlockValue>& values : *side) column.values.push_back(mean(values));
+    for (const std::vector<BlockValue>& values : *side) column.values.push_back(mean_value(values));
     curve.columns.push_back(std::move(column));
   }
   section.curves.push_back(std::move(curve));
@@ -210,7 +210,7 @@ void add_brdf_by_place(const Side& a, const Side& b, std::size_t num_times, cons
 
 Section materials_section(const ComparedPair& pair, const CompareOptions& options, const RunControl& control) {
   Section section{.name = "materials", .title = "Material beside color"};
-  const std::vector<std::size_t> indices = spread_indices(pair.a.num_times(), kMostTimes);
+  const std::vector<std::size_t> indices = spread_indices(pair.a.num_times(), kMostMaterialTimes);
   std::vector<double> times;
   for (const std::size_t i : indices) times.push_back(pair.a.times[i]);
   Side a{pair.a, pair.blocks_a, load_materials(pair.series_a, pair.a, indices, control.part(0.0, 0.15))};

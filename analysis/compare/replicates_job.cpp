@@ -25,14 +25,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 4;  ///< Raised when the same input gives other figures.
+constexpr std::int64_t kReplicatesVersion = 4;  ///< Raised when the same input gives other figures.
 constexpr std::size_t kStackBytes = std::size_t{1} << 30;
-constexpr int kPictureSide = 160, kPictureColumns = 6;
+constexpr int kReplicateSide = 160, kPictureColumns = 6;
 
 /// Pixels of both surfaces as they are compared, at all times; of all surfaces at one. Measured in November 2026 on
 /// histories of 128 x 96, 256 x 192 and 512 x 384 at three and eight times (docs/scaling.md).
 constexpr CostModel kPairCost{0.06, 2.1e-6, 25.0, 70.0}, kLookCost{0.04, 1.2e-7, 25.0, 6.0};
-constexpr double kReadPixel_seconds = 1.7e-7;  ///< Of a surface as it is stored, at all times.
+constexpr double kReadSurface_seconds = 1.7e-7;  ///< Of a surface as it is stored, at all times.
 
 const fs::path kLookFile = fs::path(kJobWorkFolder) / "look.json";
 
@@ -150,7 +150,7 @@ fs::path pair_file(const std::string& name) { return fs::path(kJobWorkFolder) / 
 std::string pair_key(const Replicates& all, std::size_t i, std::size_t j) {
   const auto [one, other] = ordered(all, i, j);
   ContentHash hash;
-  hash.add("compare_pair").add(kStageVersion);
+  hash.add("compare_pair").add(kReplicatesVersion);
   for (const auto& [name, value] : option_values(all.task.options)) hash.add(name).add(value);
   hash.add(std::to_string(all.task.options.seed)).add(time_unit_text(all.time_unit()));
   for (const double t : all.times.clock) hash.add(t);
@@ -172,7 +172,7 @@ JobCost pair_cost(const Replicates& all, std::size_t i, std::size_t j) {
     compared += scale * scale * all.num_pixels(k) * num_times;
   }
   JobCost cost = kPairCost.of(compared);
-  cost.core_seconds += kReadPixel_seconds * read;
+  cost.core_seconds += kReadSurface_seconds * read;
   return cost;
 }
 
@@ -207,7 +207,7 @@ Section looks(const Replicates& all, const RunControl& control) {
     std::vector<std::string> labels;
     for (std::size_t k = 0; k < all.count(); ++k) {
       if (all.is_a(k) != is_a) continue;
-      images.push_back(load_stack(all.files[k].series, {all.times.of[k].back()}, kPictureSide, control).rgb_image(0));
+      images.push_back(load_stack(all.files[k].series, {all.times.of[k].back()}, kReplicateSide, control).rgb_image(0));
       labels.push_back(all.task.names[k]);
     }
     section.pictures.push_back({is_a ? "a" : "b", is_a ? "A" : "B",
@@ -231,7 +231,7 @@ JobItem look_item(const std::shared_ptr<const Replicates>& all) {
 }
 
 JobInputs replicates_inputs(const Replicates& all) {
-  JobInputs inputs("compare_replicates", kStageVersion);
+  JobInputs inputs("compare_replicates", kReplicatesVersion);
   for (std::size_t k = 0; k < all.count(); ++k) {
     inputs.add_content(all.is_a(k) ? "a" : "b", all.task.names[k], all.keys[k]);
     inputs.add_value((all.is_a(k) ? "A: " : "B: ") + std::to_string(k), all.task.names[k]);

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double kLevel = 0.05;
+constexpr double kReportedLevel = 0.05;
 
 std::string number(double v) { return short_number_text(rounded(v, 3) + 0.0); }
 std::string number(const std::optional<double>& v) { return v ? number(*v) : "-"; }
@@ -69,7 +69,7 @@ void add_figures(HtmlPage& page, const ReplicateComparison& comparison) {
   page.table({"figure", "why"}, undefined);
 }
 
-void add_methods(HtmlPage& page) {
+void add_methods_of_replicates(HtmlPage& page) {
   page.heading("Methods");
   page.paragraph(
       "Permutation test on mean squared distances: M. J. Anderson, A new method for non-parametric multivariate "
@@ -106,7 +106,7 @@ std::vector<std::string> replicate_verdict(const ReplicateComparison& c) {
   std::string names;
   std::size_t count = 0;
   for (const ReplicateFigure& f : c.figures) {
-    if (!f.difference || f.p_corrected > kLevel) continue;
+    if (!f.difference || f.p_corrected > kReportedLevel) continue;
     names += (count++ == 0 ? "" : ", ") + f.what.name;
   }
   text.push_back("p of all figures together, that none differs: " + number(c.overall_p) + "; the smallest that " +
@@ -118,7 +118,7 @@ std::vector<std::string> replicate_verdict(const ReplicateComparison& c) {
   const std::string of = std::to_string(c.num_defined) + (c.num_defined == 1 ? " figure" : " figures");
   text.push_back(count == 0 ? "none of " + of + " differs at 5 %, corrected for their number"
                             : std::to_string(count) + " of " + of + " at 5 %, corrected for their number: " + names);
-  if (c.smallest_p_corrected > kLevel)
+  if (c.smallest_p_corrected > kReportedLevel)
     text.push_back("one figure alone cannot be below " + number(c.smallest_p_corrected) +
                    " after the correction, however far apart A and B are; " +
                    against(c.enough_a_side, c.enough_a_side) + " replicates could show it");
@@ -144,7 +144,7 @@ void write_replicates_report(const fs::path& folder, const ReplicatesProvenance&
   add_figures(page, comparison);
   add_section(page, look, folder, "");
   add_replicates(page, provenance, comparison.size_a);
-  add_methods(page);
+  add_methods_of_replicates(page);
   page.heading("Provenance");
   page.paragraph("This page is repeated, byte for byte, by");
   page.code(provenance.command);

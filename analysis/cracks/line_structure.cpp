@@ -10,7 +10,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr double kSmallestCell = 16.0, kJunctionReach = 3.0;
+constexpr double kSmallestLineCell = 16.0, kLineJunctionReach = 3.0;
 
 /// The tip of a line, not a lone pixel: its neighbors are one, or two that touch each other.
 bool is_end(const ImageU8& lines, int x, int y) {
@@ -86,7 +86,7 @@ void add_cells(const ImageU8& lines, const ImageU8& mask, LineStructure& out) {
              !is_inside(mask, p.x, p.y);
     });
     const auto area = static_cast<double>(cell.size());
-    if (is_open || area < kSmallestCell) continue;
+    if (is_open || area < kSmallestLineCell) continue;
     out.closed_px += area;
     out.cells_px.push_back(area);
   }
@@ -182,7 +182,7 @@ LineStructure measure_structure(const ImageU8& lines, const ImageU8& mask, const
     }
   }
   std::vector<std::vector<PixelPlace>> groups;
-  out.num_junctions = static_cast<std::int64_t>(junction_centers(centers, kJunctionReach, groups).size());
+  out.num_junctions = static_cast<std::int64_t>(junction_centers(centers, kLineJunctionReach, groups).size());
   control.throw_if_stopped();
   add_cells(centers, mask, out);
   return out;

@@ -12,7 +12,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::int64_t kChunk = 16384;
+constexpr std::int64_t kCoherenceChunk = 16384;
 constexpr int kNear = 4, kFar = 64;                  // Of rep64.
 constexpr int kShortestSpan = 8, kLongestSpan = 32;  // Texels: whole pixels measure the longest to a few percent.
 constexpr double kLargestStep = 5.0;  // Source pixels of a step inside a piece: UVs squeezed by 4, and rounding.
@@ -231,7 +231,7 @@ SeamSums measure_seams(const MapPart& part, std::span<const TexelPair> seams, co
     if (const auto bin = distance_bin(pair, texel_mm)) sums.over[*bin].add(pair, part.indices, frames, scale);
   }
   sums.inside = parallel_reduce(
-      part.num_texels(), kChunk, control, PairsByDistance{},
+      part.num_texels(), kCoherenceChunk, control, PairsByDistance{},
       [&](std::int64_t begin, std::int64_t end) {
         PairsByDistance inside{};
         for (std::int64_t i = begin; i < end; ++i) {
@@ -260,7 +260,7 @@ ValueCounts measure_foreshortening(const MapPart& part, const SourceScale& scale
     const std::int64_t first = std::int64_t{row} * part.rect.width(),
                        last = std::min(first + kRows * part.rect.width(), part.num_texels());
     const Logarithms found = parallel_reduce(
-        last - first, kChunk, control, Logarithms{},
+        last - first, kCoherenceChunk, control, Logarithms{},
         [&](std::int64_t begin, std::int64_t end) {
           Logarithms some;
           for (std::int64_t i = first + begin; i < first + end; ++i) {

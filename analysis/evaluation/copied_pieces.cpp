@@ -12,7 +12,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::int64_t kChunk = 16384;
+constexpr std::int64_t kPieceChunk = 16384;
 constexpr int kFeatures = 5;
 constexpr std::pair<int, int> kBeside[] = {{1, 0}, {0, 1}};
 
@@ -95,7 +95,7 @@ BorderSums measure_borders(const MapPart& part, const SynthesisSource& frames, c
   const SourceFeatures features(frames);
   const SourceIndices& source = part.indices;
   return parallel_reduce(
-      part.num_texels(), kChunk, control, BorderSums{},
+      part.num_texels(), kPieceChunk, control, BorderSums{},
       [&](std::int64_t begin, std::int64_t end) {
         BorderSums sums;
         for (std::int64_t i = begin; i < end; ++i) {

@@ -13,8 +13,8 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr int kLongestPicture = 1600;  ///< Of the whole sheet, pixels.
-constexpr float kGray = 0.18f;         ///< Between tiles.
+constexpr int kLongestPicture = 1600;       ///< Of the whole sheet, pixels.
+constexpr float kGrayBetweenTiles = 0.18f;  ///< Between tiles.
 constexpr int kGap = 2;
 
 /// Bytes as they lie in memory; of whole numbers, runs of zeros are told by their length.
@@ -139,7 +139,7 @@ std::vector<Picture> sheet_pictures(std::vector<std::vector<Picture>> parts, con
     Picture whole{.name = parts.front()[p].name,
                   .caption = parts.front()[p].caption,
                   .image = ImageF(sheet.columns * (size.width + kGap) - kGap,
-                                  sheet.rows() * (size.height + kGap) - kGap, 3, kGray)};
+                                  sheet.rows() * (size.height + kGap) - kGap, 3, kGrayBetweenTiles)};
     if (size.width < sheet.tile_width)
       whole.caption += " (tiles of " + size_text(sheet.tile_width, sheet.tile_height) + ", shown at " +
                        size_text(size.width, size.height) + ")";

@@ -207,7 +207,7 @@ double luma_of(const ImageF& frame, std::int64_t pixel) {
   return static_cast<double>(luminance(std::span<const float>(frame.data() + 3 * pixel, 3)));
 }
 
-float lightness_of(const ImageF& frame, std::int64_t pixel) {
+float texture_lightness(const ImageF& frame, std::int64_t pixel) {
   std::array<double, 3> linear{};
   for (std::size_t c = 0; c < 3; ++c)
     linear[c] = static_cast<double>(linear_from_srgb(frame.data()[3 * pixel + static_cast<std::int64_t>(c)] / 255.0f));
@@ -225,7 +225,7 @@ SpectrumSums spectrum_of(int width, int height, const ImageF& frame, const Pixel
     const std::int64_t pixel = pixel_of(i);
     if (pixel < 0) continue;
     stack.texels.push_back(static_cast<std::uint32_t>(i));
-    stack.lab.insert(stack.lab.end(), {lightness_of(frame, pixel), 0.0f, 0.0f});
+    stack.lab.insert(stack.lab.end(), {texture_lightness(frame, pixel), 0.0f, 0.0f});
   }
   if (stack.texels.empty()) return {};
   const BlockGrid grid = make_blocks(stack, 1);

@@ -114,12 +114,6 @@ class TileWork {
   std::size_t index_;
 };
 
-RunControl silenced(const RunControl& control) {
-  RunControl silent = control;
-  silent.on_progress = nullptr;
-  return silent;
-}
-
 }  // namespace
 
 void add_tile_items(
@@ -134,7 +128,7 @@ void add_tile_items(
                           .outputs = work->survey_files(tile),
                           .run =
                               [=](const fs::path& folder, const RunControl& control) {
-                                work->survey(tile, folder, silenced(control));
+                                work->survey(tile, folder, control.silent());
                                 control.report(1.0);
                               },
                           .stage = kSurvey,
@@ -143,7 +137,7 @@ void add_tile_items(
                           .outputs = work->measure_files(tile),
                           .run =
                               [=](const fs::path& folder, const RunControl& control) {
-                                work->measure(tile, folder, silenced(control));
+                                work->measure(tile, folder, control.silent());
                                 control.report(1.0);
                               },
                           .stage = kMeasure,
@@ -154,7 +148,7 @@ void add_tile_items(
                         .outputs = std::move(outputs),
                         .run =
                             [=](const fs::path& folder, const RunControl& control) {
-                              conclude(folder, work->conclude(folder, silenced(control)), control);
+                              conclude(folder, work->conclude(folder, control.silent()), control);
                               control.report(1.0);
                             },
                         .stage = kConclude,

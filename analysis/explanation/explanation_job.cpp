@@ -58,7 +58,7 @@ std::string message_without_subject(std::string text) {
   return text.starts_with(kSubject) ? text.substr(kSubject.size()) : text;
 }
 
-void check(const ExplanationTask& task) {
+void check_task(const ExplanationTask& task) {
   check_ranges(task.options);
   check_shuffles(task.options, task.controls.size());
   if (task.controls.empty()) throw InvalidInput("there is no control to explain it with");
@@ -138,7 +138,7 @@ constexpr CostModel kJoinCost{.seconds = 5.5, .megabytes = 128.0};
 }  // namespace
 
 JobPlan plan_explanation(ExplanationTask task, const fs::path& output) {
-  check(task);
+  check_task(task);
   JobInputs inputs("explain", kStageVersion);
   inputs.add_content("reference", task.reference.name, task.reference.key);
   inputs.add_content("mesh", task.mesh_name, task.mesh_key);

@@ -13,7 +13,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::array<std::string_view, 2> kClockNames{"shared", "channels"};
+constexpr std::array<std::string_view, 2> kFactorClockNames{"shared", "channels"};
 constexpr std::int64_t kChunk = 32;
 
 void check(const PlaceSeries& places) {
@@ -42,7 +42,7 @@ void check(const PlaceSeries& places) {
 
 void describe(OptionVisitor& v, FactorizationOptions& o) {
   v.visit_choice({"clock", "One rate and offset of a place for all channels, or one for each channel"}, o.clock,
-                 kClockNames);
+                 kFactorClockNames);
   v.visit({"num_intervals", "Pieces of the curve's spline; more follow faster changes", "", between(2, 400)},
           o.num_intervals);
   v.visit({"max_rate", "Places age at most so many times faster or slower than the median one", "", between(1.1, 20)},

@@ -9,7 +9,7 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr double kBending = 1e-7;  ///< Of one value's weight, per coefficient.
+constexpr double kBendingAtStart = 1e-7;  ///< Of one value's weight, per coefficient.
 constexpr int kSamplesPerInterval = 8;
 
 TemporalCurve domain_only(double low, double high, int num_intervals) {
@@ -62,7 +62,7 @@ std::vector<double> fitted_curve(double low, double high, int num_intervals, std
         normal(row, static_cast<Eigen::Index>(b.first + q)) += b.weights[p] * b.weights[q];
     }
   }
-  const double bending = kBending * static_cast<double>(clocks.size());
+  const double bending = kBendingAtStart * static_cast<double>(clocks.size());
   constexpr std::array<double, 3> kSecond{1.0, -2.0, 1.0};
   for (Eigen::Index k = 0; k + 2 < size; ++k) {
     for (Eigen::Index p = 0; p < 3; ++p) {

@@ -14,7 +14,6 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::array<std::string_view, 2> kClockNames{"absolute", "span"};
 constexpr std::array<std::string_view, 3> kPlacesNames{"auto", "equal", "never"};
 
 std::string span_text(const HistoryFacts& m) {

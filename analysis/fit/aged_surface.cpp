@@ -16,7 +16,7 @@ ImageF as_halves(ImageF colors) {
 }
 
 /// Two frames blended; the ends held.
-ImageF sample(const AgedSurface& frames, double time) {
+ImageF sample_surface(const AgedSurface& frames, double time) {
   const auto after = std::lower_bound(frames.times.begin(), frames.times.end(), time);
   if (after == frames.times.end()) return as_halves(frames.colors.back());
   const auto k = static_cast<std::size_t>(after - frames.times.begin());
@@ -36,7 +36,7 @@ ColorStack stack_of(const AgedSurface& frames, const std::vector<double>& times,
     throw InvalidInput("surface: there is not one frame a time");
   const SurfaceSource source{
       .name = frames.name, .mask = frames.mask, .pixel_mm = frames.texel_size_mm, .sample = [&frames](double time) {
-        return sample(frames, time);
+        return sample_surface(frames, time);
       }};
   return make_stack(source, times, stack_size(frames.mask.width(), frames.mask.height(), size), control);
 }

@@ -25,16 +25,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 1;  ///< Raised when the same input gives other fields or another report.
+constexpr std::int64_t kFieldVersion = 1;  ///< Raised when the same input gives other fields or another report.
 constexpr CostModel kColorsCost{0.1, 2e-6, 40.0, 200.0}, kSolveCost{2.0, 0.0, 120.0, 0.0};
-constexpr std::array<std::string_view, 2> kClockNames{"absolute", "span"};
 constexpr int kMapSide = 360;    ///< Of a field on the page, px.
 constexpr int kShownSide = 200;  ///< Of a picture on the page, px.
-
-RunControl silent(RunControl control) {
-  control.on_progress = {};
-  return control;
-}
 
 /// Masks alone, for have_same_charts().
 ColorStack masked(const ImageU8& mask) {
@@ -71,7 +65,7 @@ void check_places(const FieldTask& task, const TextureSeries& captured) {
 /// Colors of a level, at the places and times that are compared: a row a time, and each place's texel.
 void save_colors(FieldWork& work, const FieldStep& step, int level, const fs::path& folder, const RunControl& control) {
   const AgedSurface surface = work.task.age(work.maps_of_level(folder, step, level), control.part(0.0, 0.9));
-  const ColorStack stack = work.simulated(surface, FitFrames::Seen, silent(control));
+  const ColorStack stack = work.simulated(surface, FitFrames::Seen, control.silent());
   ImageF image(static_cast<int>(stack.num_texels()), static_cast<int>(stack.num_times()), 4);
   for (std::size_t t = 0; t < stack.num_times(); ++t) {
     for (std::size_t i = 0; i < stack.num_texels(); ++i) {
@@ -118,7 +112,7 @@ void add_items(const std::shared_ptr<FieldWork>& work, JobPlan& plan) {
 /// How far surfaces are, place by place and by their colors.
 class Judge {
  public:
-  Judge(FieldWork& work, const RunControl& control) : work_(work), control_(silent(control)) {
+  Judge(FieldWork& work, const RunControl& control) : work_(work), control_(control.silent()) {
     const SeriesFile file = open_series(work.task.history);
     const std::vector<FitTerm> terms{{}};
     seen_.emplace(file.series, work.task.outline, terms, objective_options(work.task.options), FitFrames::Seen,
@@ -206,10 +200,10 @@ std::vector<Picture> frame_pictures(FieldWork& work, const AgedSurface& single, 
   return pictures;
 }
 
-FieldOutcome outcome_of(FieldWork& work, const fs::path& folder, AgedSurface& after, std::vector<ImageF>& maps,
-                        const RunControl& control) {
+FieldOutcome field_outcome(FieldWork& work, const fs::path& folder, AgedSurface& after, std::vector<ImageF>& maps,
+                           const RunControl& control) {
   const FieldTask& task = work.task;
-  const RunControl quiet = silent(control);
+  const RunControl quiet = control.silent();
   FieldOutcome o;
   const Judge judge(work, control);
   const auto age = [&](const std::vector<PlaceField>& fields) {
@@ -260,7 +254,7 @@ FieldOutcome outcome_of(FieldWork& work, const fs::path& folder, AgedSurface& af
 void join_field(FieldWork& work, const fs::path& folder, const std::string& key, const RunControl& control) {
   AgedSurface after;
   std::vector<ImageF> maps;
-  FieldOutcome outcome = outcome_of(work, folder, after, maps, control);
+  FieldOutcome outcome = field_outcome(work, folder, after, maps, control);
   for (std::vector<Picture>* list : {&outcome.maps, &outcome.pictures})
     embed_pictures(*list, folder / kJobWorkFolder / "picture.png");
   work.task.write_model(folder, maps);
@@ -307,7 +301,7 @@ JobPlan plan_field(FieldTask task, const fs::path& output) {
   }
   const SeriesFile file = open_series(task.history);
   check_places(task, file.series);
-  JobInputs inputs("field", kStageVersion);
+  JobInputs inputs("field", kFieldVersion);
   inputs.add_content("history", "HISTORY", file.key());
   task.add_inputs(inputs);
   for (const FitParameter& p : task.parameters)

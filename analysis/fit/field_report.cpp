@@ -16,11 +16,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string number(double v) { return short_number_text(rounded(v, 4) + 0.0); }
-std::string number(const std::optional<double>& v) { return v ? number(*v) : "-"; }
-std::string percent(const std::optional<double>& v) { return v ? number(rounded(100.0 * *v, 3)) + " %" : "-"; }
-
-Json optional_json(const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); }
+std::string percent(const std::optional<double>& v) { return v ? figure_text(rounded(100.0 * *v, 3)) + " %" : "-"; }
 
 std::optional<double> explained_at(const FieldMisfits& with, const FieldMisfits& without, bool is_held_out) {
   if (!is_held_out) return explained_share(with.seen.by_place, without.seen.by_place);
@@ -60,16 +56,17 @@ Json field_json(const FieldTask& task, const FieldOutcome& o, std::size_t i) {
       {"explained_held_out", f.without ? optional_json(explained_at(o.after, *f.without, true)) : Json(nullptr)}};
 }
 
-void add_misfit(HtmlPage& page, const FieldTask& task, const FieldOutcome& o) {
+void add_misfit_of_fields(HtmlPage& page, const FieldTask& task, const FieldOutcome& o) {
   const bool is_held_out = o.after.held_out.has_value();
   std::vector<std::string> header{"", "by place, seen", "colors, seen"};
   const std::string after = is_held_out ? ", after " + until_text(*task.options.until, o.time_unit) : "";
   if (is_held_out) header.insert(header.end(), {"by place" + after, "colors" + after});
   std::vector<std::vector<std::string>> rows;
   const auto add = [&](const std::string& name, const FieldMisfits& m) {
-    rows.push_back({name, number(m.seen.by_place), number(m.seen.color_distribution)});
+    rows.push_back({name, figure_text(m.seen.by_place), figure_text(m.seen.color_distribution)});
     if (is_held_out)
-      rows.back().insert(rows.back().end(), {number(m.held_out->by_place), number(m.held_out->color_distribution)});
+      rows.back().insert(rows.back().end(),
+                         {figure_text(m.held_out->by_place), figure_text(m.held_out->color_distribution)});
   };
   add("the scene's own numbers", o.before);
   add("the best numbers for all places", o.single);
@@ -77,7 +74,7 @@ void add_misfit(HtmlPage& page, const FieldTask& task, const FieldOutcome& o) {
   for (std::size_t i = 0; i < o.fields.size(); ++i) {
     if (o.fields[i].without) add("fields, but for " + shown_name(task.parameters[i]), *o.fields[i].without);
   }
-  if (is_held_out) rows.push_back({"the last frame seen, held", "-", "-", "-", number(o.last_frame)});
+  if (is_held_out) rows.push_back({"the last frame seen, held", "-", "-", "-", figure_text(o.last_frame)});
   page.heading("How far the model is");
   page.paragraph(
       "Delta E 1976. By place: root mean square over places and times, places being means over the surface at " +
@@ -98,9 +95,11 @@ void add_fields(HtmlPage& page, const FieldTask& task, const FieldOutcome& o) {
     const FitParameter& p = task.parameters[i];
     const FoundField& f = o.fields[i];
     const bool is_flat = f.fitted.field.num_waves == 1;
-    rows.push_back({shown_name(p), p.unit, number(p.range.low) + " to " + number(p.range.high), number(p.start),
-                    number(f.single), is_flat ? number(f.low) + " everywhere" : number(f.low) + " to " + number(f.high),
-                    std::to_string(f.fitted.field.coefficients.size()), number(rounded(f.fitted.num_effective, 3))});
+    rows.push_back({shown_name(p), p.unit, figure_text(p.range.low) + " to " + figure_text(p.range.high),
+                    figure_text(p.start), figure_text(f.single),
+                    is_flat ? figure_text(f.low) + " everywhere" : figure_text(f.low) + " to " + figure_text(f.high),
+                    std::to_string(f.fitted.field.coefficients.size()),
+                    figure_text(rounded(f.fitted.num_effective, 3))});
   }
   page.table({"number", "unit", "range", "before", "best for all places", "field", "numbers", "that the data decide"},
              rows);
@@ -129,12 +128,12 @@ void add_fields(HtmlPage& page, const FieldTask& task, const FieldOutcome& o) {
   }
 }
 
-void add_summary(HtmlPage& page, const FieldTask& task, const FieldOutcome& o) {
+void add_summary_of_fields(HtmlPage& page, const FieldTask& task, const FieldOutcome& o) {
   const auto sentence = [&](bool is_held_out) {
     const double from = is_held_out ? o.single.held_out->by_place : o.single.seen.by_place,
                  to = is_held_out ? o.after.held_out->by_place : o.after.seen.by_place;
-    return number(from) + " to " + number(to) + " Delta E (" + percent(explained_at(o.after, o.single, is_held_out)) +
-           " of its square)";
+    return figure_text(from) + " to " + figure_text(to) + " Delta E (" +
+           percent(explained_at(o.after, o.single, is_held_out)) + " of its square)";
   };
   page.paragraph("Place by place the misfit goes from " + sentence(false) +
                  " on the frames seen, when the best numbers for all places become fields" +
@@ -148,7 +147,7 @@ void add_summary(HtmlPage& page, const FieldTask& task, const FieldOutcome& o) {
       "as well.");
 }
 
-void add_methods(HtmlPage& page, const FieldTask& task) {
+void add_methods_of_fields(HtmlPage& page, const FieldTask& task) {
   page.heading("Methods");
   page.paragraph(
       "A field is a sum of " + std::to_string(task.options.waves) + " x " + std::to_string(task.options.waves) +
@@ -177,12 +176,12 @@ std::optional<double> explained_share(double with, double without) {
 void write_field_report(const fs::path& folder, const FieldTask& task, const FieldOutcome& o, const std::string& key) {
   const SeriesFile file = open_series(task.history);
   HtmlPage page("Where " + task.model_name + " differs from place to place, by " + file.series.name());
-  add_summary(page, task, o);
-  add_misfit(page, task, o);
+  add_summary_of_fields(page, task, o);
+  add_misfit_of_fields(page, task, o);
   add_fields(page, task, o);
   page.heading("Frames");
   for (const Picture& p : o.pictures) page.picture({p.source, p.caption});
-  add_methods(page, task);
+  add_methods_of_fields(page, task);
   page.heading("Provenance");
   page.paragraph("This page is repeated, byte for byte, by");
   page.code(task.command);

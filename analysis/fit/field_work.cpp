@@ -20,8 +20,7 @@ constexpr int kNearLevels = 5;  ///< From one level of a range below the field t
 
 PlaceField everywhere(double unit) { return {.num_waves = 1, .coefficients = {unit}}; }
 
-Json optional_json(const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); }
-std::optional<double> read_optional(const JsonReader& v) {
+std::optional<double> read_positive_or_null(const JsonReader& v) {
   return v.is_null() ? std::nullopt : std::optional<double>(v.number(above(0)));
 }
 
@@ -174,10 +173,10 @@ FittedField read_field(const fs::path& file) {
   f.field.coefficients =
       json.member("coefficients")
           .numbers(static_cast<std::size_t>(f.field.num_waves) * static_cast<std::size_t>(f.field.num_waves));
-  f.smoothness = read_optional(json.member("smoothness"));
+  f.smoothness = read_positive_or_null(json.member("smoothness"));
   for (JsonReader& t : json.member("trials").elements(100))
-    f.trials.push_back(
-        {.smoothness = read_optional(t.member("smoothness")), .left_out = t.member("left_out").number(at_least(0))});
+    f.trials.push_back({.smoothness = read_positive_or_null(t.member("smoothness")),
+                        .left_out = t.member("left_out").number(at_least(0))});
   f.misfit = json.member("misfit").number(at_least(0));
   f.flat_misfit = json.member("flat_misfit").number(at_least(0));
   f.flat_value = json.member("flat_value").number();

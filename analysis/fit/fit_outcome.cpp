@@ -110,7 +110,7 @@ FitOutcome outcome_of(FitWork& work, const fs::path& folder) {
 }
 
 /// Over captures; nothing where one has none.
-std::optional<double> mean_of(const std::vector<std::optional<double>>& values) {
+std::optional<double> mean_of_defined(const std::vector<std::optional<double>>& values) {
   double sum = 0.0;
   for (const std::optional<double>& v : values) {
     if (!v) return std::nullopt;
@@ -137,9 +137,9 @@ HeldOut held_out_of(FitWork& work, const FitOutcome& outcome, const std::vector<
                             .last_frame = last.back(),
                             .shown = after[c].last_time});
   }
-  out.before = mean_of(start);
-  out.after = mean_of(best);
-  out.last_frame = mean_of(last);
+  out.before = mean_of_defined(start);
+  out.after = mean_of_defined(best);
+  out.last_frame = mean_of_defined(last);
   for (const FitEvaluation& e : outcome.seeds) out.other_seeds.push_back(e.held_out);
   return out;
 }

@@ -20,9 +20,6 @@ namespace {
 
 constexpr double kStrongCorrelation = 0.8;
 
-std::string number(double v) { return short_number_text(rounded(v, 4) + 0.0); }
-std::string number(const std::optional<double>& v) { return v ? number(*v) : "-"; }
-
 const std::string& name_of(const FitTask& task, std::size_t i) { return shown_name(task.parameters[i]); }
 
 /// A scan found something better than the search.
@@ -82,8 +79,8 @@ const Curve* curve_of(std::span<const Section> sections, const std::string& name
 std::string start_text(const std::string& name, std::span<const Section> before, std::span<const Section> after) {
   const Curve *first = curve_of(before, name), *last = curve_of(after, name);
   if (first == nullptr || last == nullptr || first->columns.front().values.empty()) return "";
-  const std::string was = number(first->columns.front().values.front()),
-                    is = number(last->columns.front().values.front());
+  const std::string was = figure_text(first->columns.front().values.front()),
+                    is = figure_text(last->columns.front().values.front());
   if (was != is || was == "-" || was == "0") return "";
   return "At the first compared time the distance is " + is +
          ", with the starting values and with the best alike: so far off is the surface that the scene begins with, "
@@ -180,7 +177,7 @@ std::vector<std::string> correlated_pairs(const FitTask& task, const FitOutcome&
       const double r = o.valley->correlation[i][j];
       const auto has_effect = [&](std::size_t k) { return o.verdicts[k].effect > o.threshold; };
       if (std::abs(r) < kStrongCorrelation || !has_effect(i) || !has_effect(j)) continue;
-      const std::string both = name_of(task, i) + " and " + name_of(task, j), how_much = number(rounded(r, 2));
+      const std::string both = name_of(task, i) + " and " + name_of(task, j), how_much = figure_text(rounded(r, 2));
       const std::optional<std::size_t> first = task.parameters[i].capture, second = task.parameters[j].capture;
       if (first && second && first != second) {
         out.push_back(both + " are tied through what the captures share (" + how_much + "): " +
@@ -224,9 +221,9 @@ void add_comparison(HtmlPage& page, const std::string& of_whom, const Section& l
   page.picture({look_before.pictures.at(1).source, "simulated, before"});
   page.picture({look_after.pictures.at(1).source, "simulated, after"});
   std::vector<std::vector<std::string>> rows;
-  const auto cell = [](const std::optional<double>& v) { return v ? number(*v) : "undefined"; };
+  const auto cell = [](const std::optional<double>& v) { return v ? figure_text(*v) : "undefined"; };
   for (const auto& [f, after] : changes)
-    rows.push_back({f.title, cell(f.value), cell(after), f.split ? number(*f.split) : "", f.unit});
+    rows.push_back({f.title, cell(f.value), cell(after), f.split ? figure_text(*f.split) : "", f.unit});
   page.table({"figure (A captured, B simulated)", "before", "after", "A split in two", "unit"}, rows);
   page.paragraph(
       "\"A split in two\": what equal surfaces would show, the squares of a chess board over the captured one, the "
@@ -263,8 +260,8 @@ void add_captures(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   if (task.captures.size() == 1) return;
   std::vector<std::vector<std::string>> rows;
   for (std::size_t c = 0; c < task.captures.size(); ++c)
-    rows.push_back({task.captures[c].name, number(o.initial.captures[c]), number(o.best.captures[c]),
-                    number(1.0 / static_cast<double>(task.captures.size()))});
+    rows.push_back({task.captures[c].name, figure_text(o.initial.captures[c]), figure_text(o.best.captures[c]),
+                    figure_text(1.0 / static_cast<double>(task.captures.size()))});
   page.heading("Capture by capture");
   page.paragraph(
       "One search for all captures: the objective is the mean of theirs, each of equal weight. Numbers without a "
@@ -277,10 +274,11 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   const std::string tried = std::to_string(count_agings(o)) + " simulations " +
                             (task.captures.size() > 1 ? "of each capture " : "") + "and " +
                             std::to_string(count_points(o)) + " appearances of them";
-  page.paragraph("The objective fell from " + number(o.initial.result.objective) + " to " +
-                 number(o.best.result.objective) + " in " + tried + (o.is_converged ? "; the search converged." : ".") +
-                 (o.lately_gained ? " Its last generations brought it down by " + number(*o.lately_gained) +
-                                        "; a rise of " + number(o.threshold) + " cannot be told from chance."
+  page.paragraph("The objective fell from " + figure_text(o.initial.result.objective) + " to " +
+                 figure_text(o.best.result.objective) + " in " + tried +
+                 (o.is_converged ? "; the search converged." : ".") +
+                 (o.lately_gained ? " Its last generations brought it down by " + figure_text(*o.lately_gained) +
+                                        "; a rise of " + figure_text(o.threshold) + " cannot be told from chance."
                                   : ""));
   if (!o.is_converged)
     page.paragraph(
@@ -293,10 +291,10 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < task.parameters.size(); ++i) {
     const FitParameter& p = task.parameters[i];
-    rows.push_back(
-        {name_of(task, i), p.unit,
-         number(p.range.low) + " to " + number(p.range.high) + (p.range.scale == FitScale::Log ? " (log)" : ""),
-         number(o.initial.values[i]), number(o.best.values[i]), verdict_text(task, o, i)});
+    rows.push_back({name_of(task, i), p.unit,
+                    figure_text(p.range.low) + " to " + figure_text(p.range.high) +
+                        (p.range.scale == FitScale::Log ? " (log)" : ""),
+                    figure_text(o.initial.values[i]), figure_text(o.best.values[i]), verdict_text(task, o, i)});
   }
   page.table({"parameter", "unit", "range", "before", "best", "what the data say"}, rows);
   const bool is_examined = std::any_of(o.verdicts.begin(), o.verdicts.end(), [](const ParameterVerdict& v) {
@@ -306,7 +304,7 @@ void add_summary(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
     page.paragraph(
         "An interval holds the values that the figures cannot tell from the best: the objective rises by no more "
         "than " +
-        number(o.threshold) + ", " +
+        figure_text(o.threshold) + ", " +
         (o.chances.empty() ? "a hundredth of the best."
                            : "as chance has it when the simulation with another seed takes the capture's place: all "
                              "intervals together "
@@ -352,10 +350,10 @@ void add_methods(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
       "least squares problems whose variables separate, SIAM Journal on Numerical Analysis 10(2), 1973.");
 }
 
-std::string interval_text(const FitTask& task, const FitOutcome& o, std::size_t i) {
+std::string determination_text(const FitTask& task, const FitOutcome& o, std::size_t i) {
   const FitParameter& p = task.parameters[i];
   const ParameterVerdict& v = o.verdicts[i];
-  const std::string low = number(value_at(p, v.low)), high = number(value_at(p, v.high));
+  const std::string low = figure_text(value_at(p, v.low)), high = figure_text(value_at(p, v.high));
   switch (v.determination) {
     case Determination::Determined:
       return "determined: " + low + " to " + high;
@@ -377,7 +375,7 @@ std::string interval_text(const FitTask& task, const FitOutcome& o, std::size_t 
 
 std::string verdict_text(const FitTask& task, const FitOutcome& o, std::size_t i) {
   const bool is_examined = o.verdicts[i].determination != Determination::NotExamined;
-  return interval_text(task, o, i) + (o.is_converged || !is_examined ? "" : " (not converged)");
+  return determination_text(task, o, i) + (o.is_converged || !is_examined ? "" : " (not converged)");
 }
 
 void write_fit_page(const std::filesystem::path& folder, const std::string& title, const FitTask& task,
@@ -394,8 +392,8 @@ void write_fit_page(const std::filesystem::path& folder, const std::string& titl
   std::vector<std::vector<std::string>> rows;
   for (std::size_t i = 0; i < task.terms.size(); ++i) {
     const auto which = static_cast<std::size_t>(task.terms[i].figure);
-    rows.push_back({std::string(kFitFigureNames[which]), number(task.terms[i].weight),
-                    number(o.initial.result.figures[i]), number(o.best.result.figures[i]),
+    rows.push_back({std::string(kFitFigureNames[which]), figure_text(task.terms[i].weight),
+                    figure_text(o.initial.result.figures[i]), figure_text(o.best.result.figures[i]),
                     std::string(kFitFigureUnits[which])});
   }
   page.table({"fitted figure", "weight", "before", "after", "unit"}, rows);

@@ -34,7 +34,7 @@ struct Mean {
   }
 };
 
-Mean mean_of(std::span<const double> values) {
+Mean mean_over_seeds(std::span<const double> values) {
   const auto n = static_cast<double>(values.size());
   Mean mean{.value = std::accumulate(values.begin(), values.end(), 0.0) / n};
   mean.is_known = values.size() > 1;
@@ -129,9 +129,8 @@ std::string unit_of(const FitManifest& fit) {
   return units.size() == 1 ? std::string(*units.begin()) : "";
 }
 
-std::string number(double v) { return short_number_text(rounded(v, 4) + 0.0); }
 std::string interval_text(const Estimate& e) {
-  return e.has_interval() ? " (" + number(*e.low) + " to " + number(*e.high) + ")" : "";
+  return e.has_interval() ? " (" + figure_text(*e.low) + " to " + figure_text(*e.high) + ")" : "";
 }
 
 }  // namespace
@@ -159,7 +158,8 @@ Ranking rank_fits(std::span<const RankedFit> fits) {
   std::map<std::string, Mean> means;
   for (RankedModel& model : ranking.models) {
     Mean mean;
-    for (const std::size_t i : model.fits) mean = mean.plus(mean_of(held_out(fits[i]).other_seeds).times(share));
+    for (const std::size_t i : model.fits)
+      mean = mean.plus(mean_over_seeds(held_out(fits[i]).other_seeds).times(share));
     means[model.name] = mean;
     model.held_out = estimate(mean, kLevel);
     if (is_last_known) model.beyond_last = estimate(mean.plus({.value = -*ranking.last_frame}), kLevel);
@@ -180,20 +180,20 @@ std::vector<std::string> ranking_verdict(const Ranking& ranking, std::span<const
   const std::string unit = ranking.unit.empty() ? "" : " " + ranking.unit;
   if (ranking.last_frame) {
     const Estimate& beyond = *best.beyond_last;
-    const std::string last = "holding the last frame seen (" + number(*ranking.last_frame) + unit + ")";
+    const std::string last = "holding the last frame seen (" + figure_text(*ranking.last_frame) + unit + ")";
     const bool is_nearer = beyond.has_interval() && *beyond.high < 0.0;
     const bool is_farther = beyond.has_interval() && *beyond.low > 0.0;
     text.push_back(is_nearer    ? best.name + " is nearer than " + last
                    : is_farther ? "no model is as near as " + last
                                 : best.name + " cannot be told from " + last);
   }
-  text.push_back("of the models " + best.name + " is the nearest: " + number(best.held_out.value) + unit +
+  text.push_back("of the models " + best.name + " is the nearest: " + figure_text(best.held_out.value) + unit +
                  interval_text(best.held_out));
   for (const RankedModel& m : ranking.models) {
     if (!m.behind) continue;
     const Estimate& by = *m.behind;
     const bool is_told = by.has_interval() && *by.low > 0.0;
-    text.push_back(m.name + " is farther by " + number(by.value) + interval_text(by) +
+    text.push_back(m.name + " is farther by " + figure_text(by.value) + interval_text(by) +
                    (is_told             ? ""
                     : by.has_interval() ? ": the two cannot be told apart"
                                         : ": one seed says nothing of chance; `fit --seeds 8` tries eight"));

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 6;  ///< Raised when the same fits give other figures.
+constexpr std::int64_t kRankingVersion = 6;  ///< Raised when the same fits give other figures.
 
 struct Ranked {
   RankingTask task;
@@ -27,10 +27,9 @@ struct Ranked {
   Ranking ranking;
 };
 
-std::string number(double v) { return short_number_text(rounded(v, 4) + 0.0); }
-std::string number(const std::optional<double>& v) { return v ? number(*v) : "-"; }
 std::string cell(const Estimate& e) {
-  return number(e.value) + (e.has_interval() ? " (" + number(*e.low) + " to " + number(*e.high) + ")" : "");
+  return figure_text(e.value) +
+         (e.has_interval() ? " (" + figure_text(*e.low) + " to " + figure_text(*e.high) + ")" : "");
 }
 std::string cell(const std::optional<Estimate>& e) { return e ? cell(*e) : "-"; }
 Json number_json(const std::optional<double>& v) { return v ? Json(rounded(*v, 9) + 0.0) : Json(nullptr); }
@@ -69,7 +68,7 @@ std::vector<HtmlPicture> pictures_of(const Ranked& all, std::size_t k, std::size
     if (pictures.empty())
       pictures.push_back(
           {data_uri(file(kHeldOutCaptured)), (held_out.name.empty() ? "captured" : held_out.name + ", captured") + at});
-    pictures.push_back({data_uri(file(kHeldOutSimulated)), m.name + at + ": " + number(held_out.after)});
+    pictures.push_back({data_uri(file(kHeldOutSimulated)), m.name + at + ": " + figure_text(held_out.after)});
   }
   return pictures;
 }
@@ -128,7 +127,7 @@ void add_numbers(HtmlPage& page, const Ranked& all) {
         std::vector<std::string>& row = rows.emplace_back();
         row = {std::exchange(number_cell, ""), fit.units[p], m.name};
         if (are_several) row.push_back(case_text(r.cases[k]));
-        row.insert(row.end(), {number(fit.best[p]), fit.verdicts[p]});
+        row.insert(row.end(), {figure_text(fit.best[p]), fit.verdicts[p]});
       }
     }
   }
@@ -152,9 +151,9 @@ void write_page(const fs::path& folder, const Ranked& all) {
   for (const std::string& sentence : ranking_verdict(r, all.fits)) page.paragraph(as_sentence(sentence, r));
   std::vector<std::vector<std::string>> rows;
   for (const RankedModel& m : r.models)
-    rows.push_back({m.name, std::to_string(num_numbers(all.fits, m)), number(seen(all.fits, m)), cell(m.held_out),
+    rows.push_back({m.name, std::to_string(num_numbers(all.fits, m)), figure_text(seen(all.fits, m)), cell(m.held_out),
                     cell(m.behind), cell(m.beyond_last), is_converged(all, m) ? "yes" : "no"});
-  if (r.last_frame) rows.push_back({"last frame, held", "0", "-", number(*r.last_frame), "-", "-", "-"});
+  if (r.last_frame) rows.push_back({"last frame, held", "0", "-", figure_text(*r.last_frame), "-", "-", "-"});
   page.heading("Models");
   const std::string first = r.models.front().name;
   page.table({"model", "parameters", "seen", "held out", "more than " + first, "more than the last frame", "converged"},
@@ -172,10 +171,10 @@ void write_page(const fs::path& folder, const Ranked& all) {
   rows.clear();
   for (const RankedModel& m : r.models) {
     std::vector<std::string>& row = rows.emplace_back(std::vector<std::string>{m.name});
-    for (const std::size_t i : m.fits) row.push_back(number(all.fits[i].fit.held_out->after));
+    for (const std::size_t i : m.fits) row.push_back(figure_text(all.fits[i].fit.held_out->after));
   }
   std::vector<std::string>& held = rows.emplace_back(std::vector<std::string>{"the last frame seen, held"});
-  for (const RankingCase& c : r.cases) held.push_back(number(c.last_frame));
+  for (const RankingCase& c : r.cases) held.push_back(figure_text(c.last_frame));
   page.heading("Case by case, the best values with the fit's own seed");
   page.table(header, rows);
   rows.clear();
@@ -268,7 +267,7 @@ Json ranking_json(const Ranking& ranking, std::span<const RankedFit> fits) {
 
 JobPlan plan_ranking(RankingTask task, const fs::path& output) {
   const auto all = std::make_shared<Ranked>(Ranked{.task = std::move(task), .fits = {}, .ranking = {}});
-  JobInputs inputs("rank", kStageVersion);
+  JobInputs inputs("rank", kRankingVersion);
   all->fits = read_ranked_fits(all->task.fits, all->task.names);
   for (std::size_t i = 0; i < all->fits.size(); ++i) {
     inputs.add_content("fit", all->task.names[i], all->fits[i].fit.key);

@@ -11,9 +11,7 @@ namespace {
 
 constexpr std::size_t kMostPoints = 1'000'000, kMostCaptures = 1000;
 
-Json optional_json(const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); }
-
-std::optional<double> read_optional(const JsonReader& json) {
+std::optional<double> read_number_or_null(const JsonReader& json) {
   return json.is_null() ? std::nullopt : std::optional(json.number());
 }
 
@@ -51,19 +49,19 @@ FitEvaluation read_evaluation(const std::filesystem::path& file, std::size_t num
   JsonReader json(file.string(), root);
   FitEvaluation evaluation{.name = json.member("name").string(),
                            .points = {},
-                           .chance = read_optional(json.member("chance")),
-                           .held_out = read_optional(json.member("held_out")),
+                           .chance = read_number_or_null(json.member("chance")),
+                           .held_out = read_number_or_null(json.member("held_out")),
                            .is_converged = json.member("converged").boolean(),
                            .is_skipped = json.member("skipped").boolean()};
   for (JsonReader& point : json.member("points").elements(kMostPoints)) {
     FitPoint p{.values = point.member("values").numbers(num_parameters), .result = {}};
-    p.result.objective = read_optional(point.member("objective"));
+    p.result.objective = read_number_or_null(point.member("objective"));
     const JsonReader figures = point.member("figures");
-    for (const JsonReader& f : figures.elements(num_terms)) p.result.figures.push_back(read_optional(f));
+    for (const JsonReader& f : figures.elements(num_terms)) p.result.figures.push_back(read_number_or_null(f));
     if (p.result.figures.size() != num_terms) figures.fail("an array of " + std::to_string(num_terms));
     if (point.has("captures")) {
       for (const JsonReader& c : point.member("captures").elements(kMostCaptures))
-        p.captures.push_back(read_optional(c));
+        p.captures.push_back(read_number_or_null(c));
     }
     if (point.has("problem")) p.result.problem = point.member("problem").string();
     point.finish();

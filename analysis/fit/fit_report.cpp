@@ -32,8 +32,6 @@ std::vector<FigureChange> figure_changes(const CaptureSections& capture) {
 
 constexpr std::string_view kUntilOption = "until";  ///< ObjectiveOptions::until.
 
-Json optional_json(const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); }
-
 Json change_json(const FigureChange& change) {
   const Figure& f = change.before;
   return Json{{"name", f.name},

@@ -15,7 +15,7 @@ constexpr std::uint32_t kLookPurpose = 1u << 20;          ///< Plus the evaluati
 constexpr std::uint64_t kDeviationsOfCapture = 1u << 24;  ///< Draws of one capture's deviations, apart from another's.
 
 /// Of objectives, figure by figure; undefined where one of them is.
-ObjectiveValue mean_of(std::span<const ObjectiveValue> values) {
+ObjectiveValue mean_objective(std::span<const ObjectiveValue> values) {
   ObjectiveValue mean = values.front();
   const auto add = [](std::optional<double>& sum, const std::optional<double>& x) {
     sum = sum && x ? std::optional(*sum + *x) : std::nullopt;
@@ -43,7 +43,7 @@ FitPoint point_of(const FitModel& model, const std::vector<double>& values, std:
       if (!v.problem.empty()) v.problem = model.captures[c].name + ": " + v.problem;
     }
   }
-  point.result = mean_of(of_captures);
+  point.result = mean_objective(of_captures);
   return point;
 }
 
@@ -77,7 +77,7 @@ class AgedModel {
       std::vector<ObjectiveValue> of_seeds;
       for (const ComposeWith& compose : composers_[c])
         of_seeds.push_back((*objectives[c])(compose(model_.values_of(c, values), control), control));
-      of_captures.push_back(mean_of(of_seeds));
+      of_captures.push_back(mean_objective(of_seeds));
     }
     return point_of(model_, values, std::move(of_captures));
   }
@@ -92,11 +92,6 @@ FitPoint undefined_point(const FitModel& model, const std::vector<double>& value
           {.objective = std::nullopt,
            .figures = std::vector<std::optional<double>>(model.captures.front().objective->terms().size()),
            .problem = problem}};
-}
-
-RunControl silent(RunControl control) {
-  control.on_progress = {};
-  return control;
 }
 
 }  // namespace
@@ -121,7 +116,7 @@ FitEvaluation evaluate(const FitModel& model, const std::string& name, const std
                        const AppearanceSearch& search, std::uint64_t seed_shift, const RunControl& control) try {
   FitEvaluation evaluation{.name = name, .points = {}};
   const AgedModel aged(model, values, seed_shift, control.part(0.0, search.num_appearance > 1 ? 0.6 : 0.95));
-  evaluation.points.push_back(aged.compose(values, silent(control)));
+  evaluation.points.push_back(aged.compose(values, control.silent()));
   const std::vector<std::size_t> appearance = model.indices(true);
   if (appearance.empty() || search.num_appearance <= 1) return evaluation;
   std::vector<double> start;
@@ -132,7 +127,7 @@ FitEvaluation evaluate(const FitModel& model, const std::string& name, const std
       std::vector<double> tried = values;
       for (std::size_t k = 0; k < appearance.size(); ++k)
         tried[appearance[k]] = value_at(model.parameters[appearance[k]], unit[k]);
-      evaluation.points.push_back(aged.compose(tried, silent(control)));
+      evaluation.points.push_back(aged.compose(tried, control.silent()));
       control.report(0.6 + 0.4 * static_cast<double>(evaluation.points.size()) /
                                static_cast<double>(search.num_appearance + 1));
     }
@@ -158,7 +153,7 @@ FitEvaluation evaluate_appearances(const FitModel& model, const std::string& nam
   FitEvaluation evaluation{.name = name, .points = {}};
   if (values.empty()) return evaluation;
   const AgedModel aged(model, values.front(), seed_shift, control.part(0.0, 0.7));
-  for (const std::vector<double>& v : values) evaluation.points.push_back(aged.compose(v, silent(control)));
+  for (const std::vector<double>& v : values) evaluation.points.push_back(aged.compose(v, control.silent()));
   return evaluation;
 } catch (const InputError& e) {
   FitEvaluation evaluation{.name = name, .points = {}};
@@ -177,18 +172,18 @@ FitEvaluation draw_chance(const FitModel& model, const std::string& name, const 
     const std::vector<double> own = model.values_of(c, values);
     const auto at = static_cast<double>(c);
     const AgedSurface other =
-        capture.age(own, shift, control.part(0.4 * at / n, 0.4 * (at + 1.0) / n))(own, silent(control));
-    seen.push_back((*capture.objective)(other, silent(control)));
-    if (capture.held_out) held_out.push_back((*capture.held_out)(other, silent(control)));
-    captured.push_back(capture.objective->with_captured(other, draw + c * kDeviationsOfCapture, silent(control)));
+        capture.age(own, shift, control.part(0.4 * at / n, 0.4 * (at + 1.0) / n))(own, control.silent());
+    seen.push_back((*capture.objective)(other, control.silent()));
+    if (capture.held_out) held_out.push_back((*capture.held_out)(other, control.silent()));
+    captured.push_back(capture.objective->with_captured(other, draw + c * kDeviationsOfCapture, control.silent()));
   }
   std::vector<const FitObjective*> objectives;
   for (const FitObjective& o : captured) objectives.push_back(&o);
   const AgedModel aged(model, values, 0, control.part(0.4, 0.95));
   FitEvaluation evaluation{.name = name,
                            .points = {point_of(model, values, std::move(seen))},
-                           .chance = aged.compose(values, objectives, silent(control)).result.objective};
-  if (!held_out.empty()) evaluation.held_out = mean_of(held_out).objective;
+                           .chance = aged.compose(values, objectives, control.silent()).result.objective};
+  if (!held_out.empty()) evaluation.held_out = mean_objective(held_out).objective;
   return evaluation;
 } catch (const InputError& e) {
   return {.name = name, .points = {undefined_point(model, values, e.what())}};

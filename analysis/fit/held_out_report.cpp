@@ -10,17 +10,14 @@ namespace patinate::analysis {
 
 namespace {
 
-std::string number(const std::optional<double>& v) { return v ? short_number_text(rounded(*v, 4) + 0.0) : "-"; }
-
-Json optional_json(const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); }
-std::optional<double> read_optional(const JsonReader& v) {
+std::optional<double> read_misfit_or_null(const JsonReader& v) {
   return v.is_null() ? std::nullopt : std::optional<double>(v.number(at_least(0)));
 }
 
 }  // namespace
 
 std::string until_text(double until, const std::string& time_unit) {
-  return number(until) + (time_unit.empty() ? "" : " " + time_unit);
+  return figure_text(until) + (time_unit.empty() ? "" : " " + time_unit);
 }
 
 void add_held_out(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
@@ -38,16 +35,16 @@ void add_held_out(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
   }
   std::vector<std::string> header{"", "objective after " + until};
   std::vector<std::vector<std::string>> rows{
-      {"starting values", number(h.before)},
-      {"best values", number(h.after)},
-      {"best values, other seeds", least <= most ? number(least) + " to " + number(most) : "-"},
-      {"the last frame seen, held", number(h.last_frame)}};
+      {"starting values", figure_text(h.before)},
+      {"best values", figure_text(h.after)},
+      {"best values, other seeds", least <= most ? figure_text(least) + " to " + figure_text(most) : "-"},
+      {"the last frame seen, held", figure_text(h.last_frame)}};
   if (h.captures.size() > 1) {
     header.back() += ", mean";
     for (const HeldOutCapture& c : h.captures) {
       header.push_back(c.name);
       for (const auto& [row, value] : {std::pair{0, c.before}, {1, c.after}, {3, c.last_frame}})
-        rows[static_cast<std::size_t>(row)].push_back(number(value));
+        rows[static_cast<std::size_t>(row)].push_back(figure_text(value));
       rows[2].emplace_back("-");  // Seeds are drawn for all captures together.
     }
   }
@@ -85,11 +82,11 @@ std::optional<HeldOutFrames> read_held_out(JsonReader json) {
   if (json.is_null()) return std::nullopt;
   HeldOutFrames frames{.until = json.member("until").number(),
                        .num_times = static_cast<int>(json.member("times").integer(at_least(1))),
-                       .after = read_optional(json.member("after")),
+                       .after = read_misfit_or_null(json.member("after")),
                        .other_seeds = {},
-                       .last_frame = read_optional(json.member("last_frame"))};
+                       .last_frame = read_misfit_or_null(json.member("last_frame"))};
   for (const JsonReader& seed : json.member("other_seeds").elements()) {
-    if (const std::optional<double> v = read_optional(seed)) frames.other_seeds.push_back(*v);
+    if (const std::optional<double> v = read_misfit_or_null(seed)) frames.other_seeds.push_back(*v);
   }
   // Fits of earlier versions have none of these.
   if (json.has("unit")) frames.time_unit = json.member("unit").string();
@@ -98,8 +95,8 @@ std::optional<HeldOutFrames> read_held_out(JsonReader json) {
   if (json.has("captures")) {
     for (JsonReader& c : json.member("captures").elements())
       frames.captures.push_back({.name = c.member("name").string(),
-                                 .after = read_optional(c.member("after")),
-                                 .last_frame = read_optional(c.member("last_frame")),
+                                 .after = read_misfit_or_null(c.member("after")),
+                                 .last_frame = read_misfit_or_null(c.member("last_frame")),
                                  .shown = c.member("shown").string()});
   }
   return frames;

@@ -16,7 +16,7 @@ constexpr int kMostDesignGenerations = 6;
 constexpr std::uint32_t kDesignPurpose = 0xde5160;
 constexpr std::uint32_t kChainPurpose = 1u << 24;  ///< Between the random numbers of one descent and the next.
 constexpr double kApart = 0.2;                     ///< Least distance of two starts, root mean square of a coordinate.
-constexpr double kSamePlace = 0.01;                ///< Of every coordinate: nearer is the same valley.
+constexpr double kSameValley = 0.01;               ///< Of every coordinate: nearer is the same valley.
 constexpr double kLeastFirstStep = 0.1;
 constexpr int kMostHalvings = 20;
 
@@ -127,7 +127,7 @@ void MultiStart::tell(std::span<const double> values) {
   chain.found.is_converged = chain.search.is_done();
   for (const Chain& other : chains_) {
     if (other.found.is_converged && !chain.found.is_converged && other.found.value <= chain.found.value &&
-        largest_distance(other.found.at, chain.found.at) < kSamePlace)
+        largest_distance(other.found.at, chain.found.at) < kSameValley)
       chain.found.is_given_up = true;
   }
   choose_next();

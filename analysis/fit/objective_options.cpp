@@ -10,8 +10,6 @@ namespace patinate::analysis {
 
 namespace {
 
-constexpr std::array<std::string_view, 2> kClockNames{"absolute", "span"};
-
 HistoryFacts facts_of(const SurfaceOutline& outline) {
   HistoryFacts m;
   m.time_unit = outline.time_unit;
@@ -20,7 +18,7 @@ HistoryFacts facts_of(const SurfaceOutline& outline) {
 }
 
 /// The times up to `until`, or those after it.
-CommonTimes times_of(const CommonTimes& all, double until, FitFrames frames, const std::string& name) {
+CommonTimes times_until(const CommonTimes& all, double until, FitFrames frames, const std::string& name) {
   CommonTimes kept;
   for (std::size_t i = 0; i < all.clock.size(); ++i) {
     if ((all.times_a[i] <= until) != (frames == FitFrames::Seen)) continue;
@@ -71,7 +69,7 @@ void describe(OptionVisitor& v, ObjectiveOptions& o) {
 CommonTimes fit_times(const HistoryFacts& captured, const SurfaceOutline& outline, const ObjectiveOptions& options,
                       FitFrames frames, const std::string& name) {
   CommonTimes times = common_times(captured, facts_of(outline), compare_options(options));
-  return options.until ? times_of(times, *options.until, frames, name) : times;
+  return options.until ? times_until(times, *options.until, frames, name) : times;
 }
 
 CompareOptions compare_options(const ObjectiveOptions& o) {

@@ -22,8 +22,6 @@ std::optional<double> stated(const std::optional<double>& v, const std::string& 
   return v ? std::optional(stated(*v, of)) : std::nullopt;
 }
 
-Json number_json(const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); }
-
 std::optional<double> number_of(const Json& json) {
   return json.is_number() ? std::optional(json.get<double>()) : std::nullopt;
 }
@@ -49,7 +47,7 @@ Curve as_stated(Curve curve) {
 
 Json figure_json(const Figure& figure) {
   const Figure f = as_stated(figure);
-  Json json{{"name", f.name}, {"title", f.title}, {"unit", f.unit}, {"value", number_json(f.value)}};
+  Json json{{"name", f.name}, {"title", f.title}, {"unit", f.unit}, {"value", optional_json(f.value)}};
   if (f.low) json["low"] = *f.low;
   if (f.high) json["high"] = *f.high;
   if (f.split) json["split"] = *f.split;
@@ -94,7 +92,7 @@ Json section_json(const Section& section) {
     Json columns = Json::array();
     for (const CurveColumn& column : c.columns) {
       Json values = Json::array(), band = Json::array();
-      for (const auto& v : column.values) values.push_back(number_json(v));
+      for (const auto& v : column.values) values.push_back(optional_json(v));
       for (const auto& [low, high] : column.band) band.push_back(Json{low, high});
       columns.push_back(
           {{"name", column.name}, {"values", values}, {"band", band}, {"is_reference", column.is_reference}});

@@ -160,6 +160,8 @@ Json respelled(const Json& value, std::initializer_list<OldSpelling> words) {
 
 }  // namespace
 
+Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
+
 void update_spelling(Json& document, int version, std::initializer_list<OldSpelling> words) {
   if (!document.is_object() || !document.contains("version") || document["version"] != version) return;
   document = respelled(document, words);

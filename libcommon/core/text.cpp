@@ -60,6 +60,10 @@ double smallest_gap(std::vector<double> values) {
 
 std::string short_number_text(double value) { return plain_number_text(value, kShortDigits); }
 
+std::string figure_text(double value) { return short_number_text(rounded(value, 4) + 0.0); }  // No -0.
+
+std::string figure_text(const std::optional<double>& value) { return value ? figure_text(*value) : "-"; }
+
 std::vector<std::string> short_number_texts(std::span<const double> values) {
   const double gap = smallest_gap({values.begin(), values.end()});
   const double tolerance = 0.003 * gap;

@@ -19,6 +19,9 @@ namespace patinate {
 [[nodiscard]] double rounded(double value, int digits);
 /// For people: at most six significant digits, and an exponent only where the number would be very long.
 [[nodiscard]] std::string short_number_text(double value);
+/// A figure of a report: at most four significant digits; "-" where there is none.
+[[nodiscard]] std::string figure_text(double value);
+[[nodiscard]] std::string figure_text(const std::optional<double>& value);
 /// Labels of a series: at least 3 digits, and as many more as it takes to be within 0.3 % of the smallest gap; values
 /// that are all equal as by short_number_text().
 [[nodiscard]] std::vector<std::string> short_number_texts(std::span<const double> values);

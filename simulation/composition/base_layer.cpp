@@ -17,7 +17,7 @@ constexpr std::int32_t kNoHeights[kTile] = {};
 constexpr std::size_t kFirstGrain = kMaxMaterials;  ///< Of objects: other noise than that of materials.
 
 /// Bilinear, ends repeated; 0 where the map is not finite. @param x,y  In pixels, centers at integers.
-double sample(const ImageF& map, double x, double y, int channel) {
+double sample_map(const ImageF& map, double x, double y, int channel) {
   const double cx = std::clamp(x, 0.0, map.width() - 1.0), cy = std::clamp(y, 0.0, map.height() - 1.0);
   const int x0 = static_cast<int>(cx), y0 = static_cast<int>(cy);
   const int x1 = std::min(x0 + 1, map.width() - 1), y1 = std::min(y0 + 1, map.height() - 1);
@@ -36,7 +36,7 @@ struct MapPlace {
   double v = 0.0;  ///< From its top.
 
   [[nodiscard]] double sample(const ImageF& map, int channel) const {
-    return composition::sample(map, u * map.width() - 0.5, v * map.height() - 0.5, channel);
+    return sample_map(map, u * map.width() - 0.5, v * map.height() - 0.5, channel);
   }
 };
 

@@ -13,7 +13,7 @@ const Json& library() {
   return json;
 }
 
-Vec3 read_color(JsonReader json) {
+Vec3 read_material_color(JsonReader json) {
   const std::vector<double> rgb = json.numbers(3, between(0, 1));
   return {rgb[0], rgb[1], rgb[2]};
 }
@@ -26,8 +26,8 @@ std::vector<ColorStop> read_color_stops(JsonReader json) {
   for (JsonReader& one : elements) {
     const double least = stops.empty() ? 0.0 : stops.back().amount + kLeastColorStep;
     ColorStop stop{.amount = one.member("amount").number(between(least, kMostAmount)),
-                   .color = read_color(one.member("color"))};
-    if (one.has("second_color")) stop.second_color = read_color(one.member("second_color"));
+                   .color = read_material_color(one.member("color"))};
+    if (one.has("second_color")) stop.second_color = read_material_color(one.member("second_color"));
     one.finish();
     stops.push_back(stop);
   }
@@ -49,7 +49,7 @@ void read_colors(JsonReader& json, MaterialAppearance& look, const SceneContext&
     look.color = read_color_source(json.member("color"), context);
     look.second_color.reset();
   }
-  if (json.has("second_color")) look.second_color = read_color(json.member("second_color"));
+  if (json.has("second_color")) look.second_color = read_material_color(json.member("second_color"));
 }
 
 }  // namespace
@@ -63,7 +63,7 @@ ColorSource read_color_source(JsonReader json, const SceneContext& context) {
     source.image_mm = json.member("width_mm").number(between(1e-6, 1e9));
     json.finish();
   } else {
-    source.color = read_color(json);
+    source.color = read_material_color(json);
   }
   return source;
 }
@@ -103,7 +103,7 @@ Preset read_preset(JsonReader json, const SceneContext& context, bool may_have_o
         "that "
         "does, or none of them");
   }
-  if (json.has("second_color")) preset.second_color = read_color(json.member("second_color"));
+  if (json.has("second_color")) preset.second_color = read_material_color(json.member("second_color"));
   if (json.has("pattern")) preset.pattern = json.member("pattern").string();
   if (json.has("grain")) preset.grain_mm = json.member("grain").number(above(0));
   if (json.has("specular")) preset.specular = json.member("specular").number(between(0, 1));

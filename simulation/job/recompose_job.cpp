@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 3;
+constexpr std::int64_t kRecomposeVersion = 3;
 
 struct LookNumber {
   std::string_view name;  ///< In scene files too.
@@ -100,7 +100,7 @@ JobItem frame_item(const std::shared_ptr<RecomposeWork>& work, int index) {
 }
 
 /// Frames are there; controls and mask are those of the source.
-void write_history(const RecomposeWork& work, const fs::path& folder) {
+void write_recomposed_history(const RecomposeWork& work, const fs::path& folder) {
   HistoryManifest manifest = work.frames;
   manifest.key = work.key;
   manifest.frames.clear();
@@ -160,12 +160,12 @@ void write_manifest(const RecomposeWork& work, Simulation& simulation, const fs:
   save_json(folder / "simulation.json", json);
 }
 
-void join(RecomposeWork& work, const fs::path& folder, const RunControl& control) {
+void join_recomposed(RecomposeWork& work, const fs::path& folder, const RunControl& control) {
   Simulation& simulation = work.composed(control.part(0.0, 0.5));
   read_atlas_file(work.source, simulation);
   write_composed_files(folder, work.record.at("name").get<std::string>(), simulation, work.key, control.part(0.5, 0.9));
   if (work.has_course) {
-    write_history(work, folder / "history");
+    write_recomposed_history(work, folder / "history");
     copy_from_source(work, folder);
     write_scene_copy(work.copy, folder / kSceneFolder);
     write_manifest(work, simulation, folder, control.part(0.9, 1.0));
@@ -186,7 +186,7 @@ Json changed_scene(const SceneFile& scene, const std::vector<LookChange>& change
 
 JobInputs recompose_inputs(const RecomposeWork& work, const std::vector<LookChange>& changes) {
   const SceneFile& scene = work.file;
-  JobInputs inputs("recompose", kStageVersion);
+  JobInputs inputs("recompose", kRecomposeVersion);
   inputs.add_file("atlas", work.source / "atlas.exr", work.source);
   for (const HistoryFrame& frame : work.frames.frames) {
     if (frame.amounts)
@@ -266,7 +266,7 @@ JobPlan plan_recompose(const fs::path& source, SceneFile scene, const std::vecto
   for (std::size_t i = 0; work->has_course && i < work->frames.frames.size(); ++i)
     plan.items.push_back(frame_item(work, static_cast<int>(i)));
   plan.join_cost = kJoinCost.of(num_texels(work->file.scene));
-  plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
+  plan.join = [work](const fs::path& folder, const RunControl& control) { join_recomposed(*work, folder, control); };
   return plan;
 }
 

@@ -166,8 +166,8 @@ Json counters_json(const TraceCounters& c) {
           {"alive", c.alive},     {"segments", c.segments}, {"contacts", c.contacts}};
 }
 
-void write_history(const SimulationWork& work, const Simulation& simulation, const fs::path& folder,
-                   const std::vector<ParameterControl>& controls) {
+void write_simulated_history(const SimulationWork& work, const Simulation& simulation, const fs::path& folder,
+                             const std::vector<ParameterControl>& controls) {
   HistoryWriter writer(folder / "history", history_manifest(work, simulation));
   for (const std::int64_t end : item_ends(work.file)) {
     if (!work.file.is_frame(end)) continue;
@@ -191,7 +191,7 @@ std::vector<std::string> object_names(const Scene& scene) {
   return names;
 }
 
-void join(SimulationWork& work, const fs::path& folder, const RunControl& control) {
+void join_simulated(SimulationWork& work, const fs::path& folder, const RunControl& control) {
   const SceneFile& file = work.file;
   Simulation& simulation = work.at(file.iterations, file.iterations, folder, control.part(0.0, 0.1));
   RunControl quiet = control;
@@ -217,7 +217,7 @@ void join(SimulationWork& work, const fs::path& folder, const RunControl& contro
       entry["objects"][object] = own.generic_string();
     controls_list.push_back(std::move(entry));
   }
-  write_history(work, simulation, folder, controls);
+  write_simulated_history(work, simulation, folder, controls);
   Json json{{"format", "patinate.simulation"},
             {"version", 2},
             {"name", file.name},
@@ -291,7 +291,7 @@ JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const
     begin = end;
   }
   plan.join_cost = outcome_cost(work->file.scene);
-  plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
+  plan.join = [work](const fs::path& folder, const RunControl& control) { join_simulated(*work, folder, control); };
   return plan;
 }
 

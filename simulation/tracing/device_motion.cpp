@@ -18,10 +18,10 @@ using device::Device;
 
 namespace {
 
-constexpr std::size_t kGroup = 64;
-constexpr std::size_t kBatch = std::size_t{1} << 16;  // Gammatons of one launch, which stays short.
+constexpr std::size_t kGammatonGroup = 64;
+constexpr std::size_t kGammatonBatch = std::size_t{1} << 16;  // Gammatons of one launch, which stays short.
 
-device::Program build(const Device& device) {
+device::Program build_motion_program(const Device& device) {
   const std::array<std::string_view, 20> sources{
       kPhiloxKernel,    kPortableMath,   kRayTypes,     kRayLanes,     kRayKernel,   kMotionTypes,    kMotionVectors,
       kRandomDirection, kPlaceKernel,    kMotionArrays, kFlightKernel, kWalkKernel,  kFloatingKernel, kBirthKernel,
@@ -30,7 +30,7 @@ device::Program build(const Device& device) {
 }
 
 template <class T>
-bool is_same(std::span<const T> a, std::span<const T> b) {
+bool is_bytewise_same(std::span<const T> a, std::span<const T> b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size_bytes()) == 0;
 }
 
@@ -39,7 +39,7 @@ bool is_same(std::span<const T> a, std::span<const T> b) {
 struct DeviceMotion::State {
   State(const Device& its_device, const MotionScene& scene, const SurfaceAtlas& surface, const RunControl& control)
       : device(its_device),
-        program(build(device)),
+        program(build_motion_program(device)),
         trace(program.kernel("trace_drops")),
         respond(program.kernel("respond_drops")),
         end(program.kernel("end_lives")),
@@ -60,9 +60,11 @@ struct DeviceMotion::State {
   /// Calls launch(items) for the drops of each batch.
   template <class Launch>
   void in_batches(std::size_t num, Launch&& launch) {
-    for (std::size_t begin = 0; begin < num; begin += kBatch) {
-      const std::size_t size = std::min(kBatch, num - begin);
-      launch(device::Items{.first = begin, .num = (size + kGroup - 1) / kGroup * kGroup, .group = kGroup});
+    for (std::size_t begin = 0; begin < num; begin += kGammatonBatch) {
+      const std::size_t size = std::min(kGammatonBatch, num - begin);
+      launch(device::Items{.first = begin,
+                           .num = (size + kGammatonGroup - 1) / kGammatonGroup * kGammatonGroup,
+                           .group = kGammatonGroup});
     }
   }
 
@@ -95,12 +97,12 @@ DeviceMotion::~DeviceMotion() = default;
 void DeviceMotion::trace(const MotionScene& scene, const MotionCall& call, std::span<const EmitterFacts> emitters,
                          const LifeCall& life, DeviceArrays& a) {
   State& s = *state_;
-  if (!is_same(emitters, std::span<const EmitterFacts>(s.emitters))) {
+  if (!is_bytewise_same(emitters, std::span<const EmitterFacts>(s.emitters))) {
     if (s.emitters_there.size() != emitters.size()) s.emitters_there = s.device.allocate<EmitterFacts>(emitters.size());
     s.emitters.assign(emitters.begin(), emitters.end());
     s.device.write_soon(emitters, s.emitters_there);
   }
-  if (!is_same(life.loads, std::span<const std::uint32_t>(s.loads))) {
+  if (!is_bytewise_same(life.loads, std::span<const std::uint32_t>(s.loads))) {
     if (s.loads_there.size() != life.loads.size()) s.loads_there = s.device.allocate<std::uint32_t>(life.loads.size());
     s.loads.assign(life.loads.begin(), life.loads.end());
     s.device.write_soon(life.loads, s.loads_there);

@@ -21,7 +21,7 @@ namespace patinate::simulation {
 namespace {
 
 constexpr std::int64_t kPlaceChunk = 4096;  ///< Contacts.
-constexpr std::int64_t kAhead = 16;         ///< Contacts that memory is asked for before their turn.
+constexpr std::int64_t kShapesAhead = 16;   ///< Contacts that memory is asked for before their turn.
 constexpr std::size_t kFew = 64;            ///< Contacts or pieces that one thread is done with before another begins.
 
 /// Of a splat, in texels of the median size: 3 and 5 are those that one and two steps of a walk reach.
@@ -64,7 +64,7 @@ void Exchanger::State::place(std::span<const Contact> contacts, const SplatShape
                [&](std::int64_t begin, std::int64_t end) {
                  for (std::int64_t i = begin; i < end; ++i) {
                    const auto c = static_cast<std::size_t>(i);
-                   if (i + kAhead < end) shape.prefetch(contacts[c + kAhead].texel);
+                   if (i + kShapesAhead < end) shape.prefetch(contacts[c + kShapesAhead].texel);
                    const TexelIndex texel = contacts[c].texel;
                    const int size = shape.size_at(texel), x = grid.x(texel), y = grid.y(texel);
                    const int reach = size == 0 ? 0 : SplatShape::stencil_of(size).reach;

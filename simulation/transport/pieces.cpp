@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t kSplatChunk = 256;  ///< Contacts.
 constexpr std::int64_t kTrailChunk = 16;   ///< Endings, each with a splat for every contact of its trail.
-constexpr std::size_t kAhead = 16;         ///< Contacts that memory is asked for before their turn.
+constexpr std::size_t kPiecesAhead = 16;   ///< Contacts that memory is asked for before their turn.
 
 std::int64_t chunk_of(const WideContacts& of) { return of.endings.empty() ? kSplatChunk : kTrailChunk; }
 
@@ -58,8 +58,8 @@ void Pieces::append_parts(const WideContacts& of, std::size_t begin, std::size_t
       for (std::size_t k = 0; k < trail.size(); ++k) shape.prefetch(trail.texel(k));
       first_piece_[i + 1] = static_cast<std::uint32_t>(append_trail(shape, trail, sums, parts));
     } else {
-      const std::size_t from = i == begin ? i : i + kAhead - 1;
-      for (std::size_t k = from; k < std::min(i + kAhead, end); ++k) shapes_[0]->prefetch(of.contacts[k].texel);
+      const std::size_t from = i == begin ? i : i + kPiecesAhead - 1;
+      for (std::size_t k = from; k < std::min(i + kPiecesAhead, end); ++k) shapes_[0]->prefetch(of.contacts[k].texel);
       first_piece_[i + 1] = static_cast<std::uint32_t>(shapes_[0]->append(of.contacts[i].texel, parts));
     }
     randoms_[i] = transfer_randoms(of.seed, of.contacts[i].gammaton, of.random_key, is_deposit ? kDepositPiece : 0,

@@ -17,9 +17,9 @@ namespace {
 constexpr std::array kRadii_px{1, 2, 4};
 constexpr double kLeastSeparation = 0.8;
 constexpr double kLeastSharpness = 0.9;
-constexpr double kLeastShare = 0.05;
-constexpr double kLeastWidth_px = 8.0;  // A neighborhood sees seven.
-constexpr double kLeastContrast = 6.0;  // Twice what is hardly seen.
+constexpr double kLeastRegionShare = 0.05;
+constexpr double kLeastWidth_px = 8.0;        // A neighborhood sees seven.
+constexpr double kLeastRegionContrast = 6.0;  // Twice what is hardly seen.
 constexpr int kBins = 512;
 
 /// About as evenly spaced as lightness, [0, 100].
@@ -67,7 +67,7 @@ cv::Mat principal_value(const ImageF& colors, const ImageU8& mask, const RunCont
 void separate(const cv::Mat& value, const ImageU8& mask, Regions& regions) {
   double low = 0.0, high = 0.0;
   cv::minMaxLoc(value, &low, &high);
-  if (!(high - low >= kLeastContrast)) return;
+  if (!(high - low >= kLeastRegionContrast)) return;
   std::array<double, kBins> counts{};
   double total = 0.0, sum = 0.0, squares = 0.0;
   const double per_bin = (high - low) / kBins;
@@ -148,7 +148,8 @@ Regions find_regions(const ImageF& colors, const ImageU8& mask, const RunControl
     cv::Mat smooth;
     cv::blur(value, smooth, cv::Size(2 * radius + 1, 2 * radius + 1), cv::Point(-1, -1), cv::BORDER_REFLECT);
     separate(smooth, mask, regions);
-    if (regions.separation < kLeastSeparation || regions.share < kLeastShare || regions.contrast < kLeastContrast)
+    if (regions.separation < kLeastSeparation || regions.share < kLeastRegionShare ||
+        regions.contrast < kLeastRegionContrast)
       continue;
     const cv::Mat is_second = smooth >= regions.threshold;
     regions.width_px = width_of(is_second, mask, regions.share);

@@ -9,7 +9,8 @@ namespace patinate::transfer {
 namespace {
 
 constexpr std::int64_t kFewestPixels = 256;  // Of a control value: fewer say nothing about shares.
-constexpr std::int32_t kOne = 256, kMost = 2 * kOne, kMostReuse = 3 * kOne, kMostPrice = 8 * kOne;
+constexpr std::int32_t kAmountUnit = 256, kMost = 2 * kAmountUnit, kMostReuse = 3 * kAmountUnit,
+                       kMostPrice = 8 * kAmountUnit;
 
 }  // namespace
 
@@ -88,7 +89,8 @@ void Amounts::set(const Counts& counts) {
       }
       // has / all_has over wanted / all_wanted, less one; one more pixel stands for looks that the source has not.
       const std::int64_t share = has[c] * all_wanted, due = (wanted_[c] + 1) * all_has;
-      excess_[c] = static_cast<std::int32_t>(std::clamp<std::int64_t>((share - due) * kOne / due, -kOne, kMost));
+      excess_[c] =
+          static_cast<std::int32_t>(std::clamp<std::int64_t>((share - due) * kAmountUnit / due, -kAmountUnit, kMost));
     }
   }
   for (std::size_t c = 0; c < price_.size(); ++c) {
@@ -103,8 +105,8 @@ void Amounts::set_reuse(const Counts& counts) {
   for (std::size_t c = 0; c < counts.uses.size(); ++c) {
     const std::int64_t share = counts.num_texels * usable_in_[c] / num_usable,
                        unit = std::max<std::int64_t>({1, share, usable_in_[c]});
-    reuse_[c] =
-        static_cast<std::int32_t>(std::clamp<std::int64_t>((counts.uses[c] - unit) * kOne / unit, 0, kMostReuse));
+    reuse_[c] = static_cast<std::int32_t>(
+        std::clamp<std::int64_t>((counts.uses[c] - unit) * kAmountUnit / unit, 0, kMostReuse));
   }
 }
 

@@ -15,7 +15,7 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr std::int64_t kChunk = 4;       // Texels: some ms each in a large source.
+constexpr std::int64_t kAuditChunk = 4;  // Texels: some ms each in a large source.
 constexpr std::uint32_t kPurpose = 500;  // Of RandomStream.
 
 /// The texel's own pixel and those to which its neighbors lead: they bound the search.
@@ -127,7 +127,7 @@ std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighb
   silent.on_progress = nullptr;
   const WindowSearch search(source, neighborhood, std::max(source.width(), source.height()), silent);
   const SearchWindow whole{.x0 = 0, .y0 = 0, .x1 = source.width(), .y1 = source.height()};
-  parallel_for(static_cast<std::int64_t>(audited.size() - done), kChunk,
+  parallel_for(static_cast<std::int64_t>(audited.size() - done), kAuditChunk,
                control.part(static_cast<double>(done) / static_cast<double>(audited.size()), 1.0),
                [&](std::int64_t begin, std::int64_t end) {
                  TexelCost cost(source, level.destination, neighborhood);

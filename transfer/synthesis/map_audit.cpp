@@ -86,12 +86,6 @@ CoordinateMap level_pixels(const MapToAudit& made, const HistoryFacts& history, 
   return pixels;
 }
 
-RunControl silenced(const RunControl& control) {
-  RunControl silent = control;
-  silent.on_progress = nullptr;
-  return silent;
-}
-
 }  // namespace
 
 OptimumAudit audit_map(const History& history, const MapToAudit& made, const TransferOptions& asked,
@@ -103,11 +97,11 @@ OptimumAudit audit_map(const History& history, const MapToAudit& made, const Tra
   if (auditor.level.source.usable.empty()) return {};
   const TexelMap& surface = *made.surface;
   auditor.level.destination = make_destination_level(made.surface, interleave(auditor.wanted), auditor.neighborhood,
-                                                     auditor.placement, silenced(control));
+                                                     auditor.placement, control.silent());
   std::vector<TexelId> drawn;
   std::int64_t before = 0;
   for (int tile = 0; tile < surface.sheet().num_tiles(); ++tile) {
-    const TexelSet texels = texels_of(surface, tile, silenced(control));
+    const TexelSet texels = texels_of(surface, tile, control.silent());
     const std::vector<TexelId> here = drawn_texels(texels, before, surface.num_covered(), num_audits, seed);
     drawn.insert(drawn.end(), here.begin(), here.end());
     before += static_cast<std::int64_t>(texels.size());
@@ -120,7 +114,7 @@ OptimumAudit audit_map(const History& history, const MapToAudit& made, const Tra
 std::vector<AuditedTexel> audit_tile(const History& history, const MapToAudit& made, const TileToAudit& tile,
                                      const TransferOptions& asked, std::int64_t num_audits, std::uint64_t seed,
                                      const RunControl& control, const AppearanceSource& appearance) {
-  const RunControl silent = silenced(control);
+  const RunControl silent = control.silent();
   Auditor auditor(history, made, asked, appearance, silent);
   if (auditor.level.source.usable.empty()) return {};
   const TexelMap& surface = *made.surface;

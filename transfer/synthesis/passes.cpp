@@ -15,19 +15,19 @@ namespace {
 constexpr int kCell_px = 4;
 constexpr std::int32_t kQuarters = search_kernel::kReuseQuarters, kMaxReuse = 8;
 
-std::size_t cell_of(const SourceLevel& source, int x, int y) {
+std::size_t pass_cell_of(const SourceLevel& source, int x, int y) {
   const int num_columns = (source.width() + kCell_px - 1) / kCell_px;
   return static_cast<std::size_t>(y / kCell_px * num_columns + x / kCell_px);
 }
 
 template <class Sums, class More>
-void add_each(Sums& sums, const More& more) {
+void add_pass(Sums& sums, const More& more) {
   std::transform(more.begin(), more.end(), sums.begin(), sums.begin(), std::plus<>());
 }
 
 std::vector<std::int64_t> count_uses(const SynthesisLevel& level, const PlaceMap& places, const RunControl& control) {
   const TexelSet& texels = level.destination.texels;
-  const std::vector<std::int64_t> none(cell_of(level.source, 0, level.source.height() - 1 + kCell_px));
+  const std::vector<std::int64_t> none(pass_cell_of(level.source, 0, level.source.height() - 1 + kCell_px));
   return parallel_reduce(
       static_cast<std::int64_t>(texels.size()), texels_a_count(none.size()), control, none,
       [&](std::int64_t begin, std::int64_t end) {
@@ -35,12 +35,12 @@ std::vector<std::int64_t> count_uses(const SynthesisLevel& level, const PlaceMap
         auto at = texels.from(static_cast<std::size_t>(begin));
         for (std::int64_t i = begin; i < end; ++i, ++at) {
           const FixedPoint p = places.point(*at);
-          ++uses[cell_of(level.source, whole_pixels(p.x), whole_pixels(p.y))];
+          ++uses[pass_cell_of(level.source, whole_pixels(p.x), whole_pixels(p.y))];
         }
         return uses;
       },
       [](std::vector<std::int64_t> all, const std::vector<std::int64_t>& uses) {
-        add_each(all, uses);
+        add_pass(all, uses);
         return all;
       });
 }
@@ -56,7 +56,7 @@ std::vector<std::uint8_t> reuse_of(const SourceLevel& source, const PlaceCounts&
   for (int y = 0; y < source.height(); ++y) {
     for (int x = 0; x < source.width(); ++x) {
       reuse.push_back(static_cast<std::uint8_t>(std::clamp<std::int64_t>(
-          kQuarters * (counts.uses[cell_of(source, x, y)] - share) / unit, 0, kQuarters * kMaxReuse)));
+          kQuarters * (counts.uses[pass_cell_of(source, x, y)] - share) / unit, 0, kQuarters * kMaxReuse)));
     }
   }
   return reuse;
@@ -76,9 +76,9 @@ Preferences preferences_of(const MultiLevelOptions& o) {
 void PlaceCounts::add(const PlaceCounts& other) {
   uses.resize(other.uses.size());
   amounts.uses.resize(other.amounts.uses.size());
-  add_each(uses, other.uses);
-  add_each(amounts.uses, other.amounts.uses);
-  add_each(amounts.has, other.amounts.has);
+  add_pass(uses, other.uses);
+  add_pass(amounts.uses, other.amounts.uses);
+  add_pass(amounts.has, other.amounts.has);
   amounts.num_texels += other.amounts.num_texels;
 }
 

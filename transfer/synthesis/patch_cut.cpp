@@ -11,7 +11,7 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr std::int32_t kOne = PixelNeighbor::kOne;
+constexpr std::int32_t kOnePixel = PixelNeighbor::kOne;
 constexpr int kNumRim = 160, kNumSpread = 16;
 constexpr int kApart_px = 4;             // Candidates nearer to each other are one.
 constexpr int kNumCommon = 4;            // Pieces that are in the patch already.
@@ -26,7 +26,9 @@ FixedPoint operator-(const FixedPoint& a, const FixedPoint& b) { return {a.x - b
 bool is_near(const FixedPoint& a, const FixedPoint& b, std::int32_t most) {
   return std::abs(a.x - b.x) <= most && std::abs(a.y - b.y) <= most;
 }
-FixedPoint middle_of(std::int32_t pixel, std::int32_t width) { return {pixel % width * kOne, pixel / width * kOne}; }
+FixedPoint middle_of(std::int32_t pixel, std::int32_t width) {
+  return {pixel % width * kOnePixel, pixel / width * kOnePixel};
+}
 
 /// Every count-th of n things, evenly.
 template <class Visit>
@@ -80,12 +82,12 @@ void PatchCut::consider(const FixedPoint& center) {
   const auto num_kept = static_cast<std::size_t>(task_.num_tried);
   const std::int64_t bound = best_.size() < num_kept ? std::numeric_limits<std::int64_t>::max() : best_.back().score;
   for (const Candidate& c : best_) {
-    if (is_near(c.center, center, kOne / 2)) return;
+    if (is_near(c.center, center, kOnePixel / 2)) return;
   }
   const Candidate candidate{center, score(center, bound)};
   if (candidate.score >= bound) return;
   for (auto it = best_.begin(); it != best_.end(); ++it) {
-    if (!is_near(it->center, center, kApart_px * kOne)) continue;
+    if (!is_near(it->center, center, kApart_px * kOnePixel)) continue;
     if (it->score <= candidate.score) return;
     best_.erase(it);
     break;
@@ -105,7 +107,7 @@ void PatchCut::settle(Candidate& candidate) const {
       const FixedPoint from = candidate.center;
       for (const FixedPoint& d :
            {FixedPoint{step, 0}, FixedPoint{-step, 0}, FixedPoint{0, step}, FixedPoint{0, -step}}) {
-        const FixedPoint center{from.x + d.x * kOne, from.y + d.y * kOne};
+        const FixedPoint center{from.x + d.x * kOnePixel, from.y + d.y * kOnePixel};
         const std::int64_t s = score(center, candidate.score);
         if (s >= candidate.score) continue;
         candidate = {center, s};
@@ -147,7 +149,7 @@ void PatchCut::find_candidates(const SurfacePatch& patch, RandomStream random) {
   spread_.clear();
   best_.clear();
   std::vector<std::size_t> rim;
-  const std::int32_t inner = patch.half_px * kOne * 3 / 5;
+  const std::int32_t inner = patch.half_px * kOnePixel * 3 / 5;
   for (std::size_t i = 0; i < patch.texels.size(); ++i) {
     const FixedPoint& o = patch.texels[i].offset;
     if (std::max(std::abs(o.x), std::abs(o.y)) >= inner) rim.push_back(i);

@@ -27,7 +27,7 @@ void describe(OptionVisitor& v, ReferenceOptions& o) {
 
 namespace {
 
-constexpr std::int64_t kChunk = 16;  // Texels: about a millisecond.
+constexpr std::int64_t kReferenceChunk = 16;  // Texels: about a millisecond.
 
 struct Position {
   std::int64_t x = 0, y = 0;
@@ -151,14 +151,16 @@ class FrontSearch {
   /// The texels of a front get places.
   void place(const std::vector<TexelId>& front, const EnergyScale& scale, int pass, PlaceMap& places) {
     if (!search_) search_.emplace(source_, neighborhood_, options_.window_px, control_);
-    parallel_for(static_cast<std::int64_t>(front.size()), kChunk, control_, [&](std::int64_t begin, std::int64_t end) {
-      Worker worker{.cost = TexelCost(source_, destination_, neighborhood_)};
-      for (std::int64_t i = begin; i < end; ++i) {
-        const TexelId t = front[static_cast<std::size_t>(i)];
-        worker.cost.prepare(t, places.pixels, scale);
-        place(t, RandomStream(seed_, static_cast<std::uint64_t>(t), static_cast<std::uint32_t>(pass)), worker, places);
-      }
-    });
+    parallel_for(static_cast<std::int64_t>(front.size()), kReferenceChunk, control_,
+                 [&](std::int64_t begin, std::int64_t end) {
+                   Worker worker{.cost = TexelCost(source_, destination_, neighborhood_)};
+                   for (std::int64_t i = begin; i < end; ++i) {
+                     const TexelId t = front[static_cast<std::size_t>(i)];
+                     worker.cost.prepare(t, places.pixels, scale);
+                     place(t, RandomStream(seed_, static_cast<std::uint64_t>(t), static_cast<std::uint32_t>(pass)),
+                           worker, places);
+                   }
+                 });
   }
 
  private:

@@ -12,7 +12,7 @@ namespace {
 struct TexelPlace {
   int x, y;
 };
-TexelPlace place_of(TexelId texel, int width) {
+TexelPlace region_place_of(TexelId texel, int width) {
   return {static_cast<int>(texel % width), static_cast<int>(texel / width)};
 }
 
@@ -40,7 +40,7 @@ TexelRect bounds_of(std::span<const TexelId> texels, int width) {
   if (texels.empty()) return {};
   TexelRect bounds{std::numeric_limits<int>::max(), std::numeric_limits<int>::max(), 0, 0};
   for (const TexelId t : texels) {
-    const TexelPlace p = place_of(t, width);
+    const TexelPlace p = region_place_of(t, width);
     bounds = {std::min(bounds.x0, p.x), std::min(bounds.y0, p.y), std::max(bounds.x1, p.x + 1),
               std::max(bounds.y1, p.y + 1)};
   }
@@ -56,7 +56,7 @@ std::size_t RefinedRegion::num_texels() const {
 }
 
 std::optional<std::size_t> RefinedRegion::index_of(TexelId texel) const {
-  const TexelPlace p = place_of(texel, width);
+  const TexelPlace p = region_place_of(texel, width);
   std::size_t before = 0;
   for (const TexelRect& r : rects) {
     if (r.contains(p.x, p.y))
@@ -92,7 +92,7 @@ std::vector<BorderTexel> find_border_texels(const TexelMap& map, const TileGrid&
     int& mine = other[*whole.index_of(t)];
     for_each_beside(t, cursor, neighbors, [&](TexelId n) {
       if (whole.index_of(n)) return;
-      const TexelPlace p = place_of(n, map.width());
+      const TexelPlace p = region_place_of(n, map.width());
       mine = std::min(mine, grid.tile_of(level, p.x, p.y));
     });
     if (mine != kNone) found.push_back(t);
@@ -161,7 +161,7 @@ RefinedRegion BorderZones::region_of(const TexelMap& map, const BorderZone& zone
 }
 
 int BorderZones::tile_of(TexelId texel) const {
-  const TexelPlace p = place_of(texel, grid_.width(level_));
+  const TexelPlace p = region_place_of(texel, grid_.width(level_));
   return grid_.tile_of(level_, p.x, p.y);
 }
 

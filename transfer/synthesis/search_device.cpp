@@ -15,7 +15,7 @@ using device::Items;
 
 namespace {
 
-device::Program build_program(const Device& device, int num_neighbors) {
+device::Program build_search_program(const Device& device, int num_neighbors) {
   const std::string size = "#define PATINATE_MOST_NEIGHBORS " + std::to_string(num_neighbors) + "\n";
   const std::array<std::string_view, 6> sources{size,        kPhiloxKernel, kNeighborKernel,
                                                 kCostKernel, kSearchKernel, kSearchEntries};
@@ -33,7 +33,7 @@ struct SearchDevice::Level::State {
         const SimilarPixels& similar, const EnergyScale& scale, const RunControl& control)
       : device(search_device.device()),
         level(synthesis_level),
-        program(build_program(device, num_neighbors_of(neighborhood))),
+        program(build_search_program(device, num_neighbors_of(neighborhood))),
         list(program.kernel("list_due")),
         search(program.kernel("search_due")),
         take(program.kernel("take_due")),

@@ -21,7 +21,7 @@ namespace {
 /// after the other, and keep what all have on a stack.
 std::uint64_t items_a_texel(const Device& device) { return device.info().is_gpu ? 256 : 64; }
 
-device::Program build_program(const Device& device, const Neighborhood& neighborhood) {
+device::Program build_window_program(const Device& device, const Neighborhood& neighborhood) {
   const std::string sizes = "#define PATINATE_MOST_NEIGHBORS " +
                             std::to_string(neighborhood.weights.size() + TexelNeighborhood::kNumAdjacent) +
                             "\n#define PATINATE_WINDOW_ITEMS " + std::to_string(items_a_texel(device)) + "\n";
@@ -78,12 +78,6 @@ std::vector<std::int16_t> rows_of(const NeighborhoodProjection& projection) {
   return turned;
 }
 
-RunControl silenced(const RunControl& control) {
-  RunControl silent = control;
-  silent.on_progress = nullptr;
-  return silent;
-}
-
 /// What all searches of a source read, and how launches are paced.
 struct SourceOnDevice {
   Device device;
@@ -103,7 +97,7 @@ struct SourceOnDevice {
   SourceOnDevice(const Device& opened, const SourceLevel& source, const Neighborhood& neighborhood, int num_controls,
                  const RunControl& control)
       : device(opened),
-        program(build_program(device, neighborhood)),
+        program(build_window_program(device, neighborhood)),
         appearance(device.upload(source.appearance.values())),
         controls(device.upload(source.controls.values())),
         is_usable(device.upload(source.is_usable)),
@@ -190,7 +184,7 @@ ReferenceOnDevice::ReferenceOnDevice(const SearchDevice& device, const SourceLev
                                      const DestinationLevel& destination, const Neighborhood& neighborhood,
                                      std::span<const std::vector<TexelId>> fronts, std::uint64_t seed,
                                      const ReferenceOptions& options, const RunControl& control)
-    : state_(std::make_unique<State>(device.device(), source, destination, neighborhood, options, silenced(control))) {
+    : state_(std::make_unique<State>(device.device(), source, destination, neighborhood, options, control.silent())) {
   State& s = *state_;
   std::vector<std::uint32_t> texels;
   for (const std::vector<TexelId>& front : fronts) {
@@ -242,7 +236,7 @@ struct AuditOnDevice::State {
 
 AuditOnDevice::AuditOnDevice(const SearchDevice& device, const SynthesisLevel& level, const Neighborhood& neighborhood,
                              const EnergyScale& scale, const RunControl& control)
-    : state_(std::make_unique<State>(device.device(), level, neighborhood, silenced(control))) {
+    : state_(std::make_unique<State>(device.device(), level, neighborhood, control.silent())) {
   state_->source.set(scale);
 }
 AuditOnDevice::~AuditOnDevice() = default;

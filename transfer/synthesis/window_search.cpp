@@ -42,7 +42,7 @@ class Reach {
 bool meets(const SearchWindow& extent, const SearchWindow& window) {
   return extent.x0 < window.x1 && extent.x1 > window.x0 && extent.y0 < window.y1 && extent.y1 > window.y0;
 }
-bool is_inside(const SearchWindow& extent, const SearchWindow& window) {
+bool is_in_window(const SearchWindow& extent, const SearchWindow& window) {
   return extent.x0 >= window.x0 && extent.x1 <= window.x1 && extent.y0 >= window.y0 && extent.y1 <= window.y1;
 }
 
@@ -174,7 +174,7 @@ void WindowSearch::search_by_control(const TexelCost& cost, const SearchWindow& 
   for (int sy = window.y0 / kSide; sy * kSide < window.y1; ++sy) {
     for (int sx = window.x0 / kSide; sx * kSide < window.x1; ++sx) {
       const auto square = static_cast<std::size_t>(sy * squares_.squares_x + sx);
-      const bool is_whole = is_inside({sx * kSide, sy * kSide, (sx + 1) * kSide, (sy + 1) * kSide}, window);
+      const bool is_whole = is_in_window({sx * kSide, sy * kSide, (sx + 1) * kSide, (sy + 1) * kSide}, window);
       const auto first = squares_.controls.begin() + squares_.begin[square],
                  last = squares_.controls.begin() + squares_.begin[square + 1];
       const ControlInterval allowed = cost.first_control_within(best.optimum.cost);
@@ -241,7 +241,7 @@ void WindowSearch::search_by_projection(const Table& table, const TexelCost& cos
       fetch_block(n + 3);
       if (blocks[n].distance > query.reach().limit()) continue;
       const PixelBlock& block = all.blocks[static_cast<std::size_t>(blocks[n].index)];
-      const bool is_whole = is_inside(block.extent, window);
+      const bool is_whole = is_in_window(block.extent, window);
       const int size = block.end - block.begin, num_groups = (size + kGroupSize - 1) / kGroupSize;
       kernel_.points(all.groups.data() + std::ptrdiff_t{blocks[n].index} * kGroupsPerBlock, num_groups, query.values(),
                      query.counts(), query.limit(), distances.data(), masks.data());

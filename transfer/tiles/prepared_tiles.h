@@ -67,11 +67,4 @@ struct TiledTransfer::Prepared {
 /// Of the level, as synthesize_coarse() wrote them.
 [[nodiscard]] SimilarPixels read_similar(const std::filesystem::path& folder, std::size_t level);
 
-/// The same without progress.
-[[nodiscard]] inline RunControl silenced(const RunControl& control) {
-  RunControl silent = control;
-  silent.on_progress = nullptr;
-  return silent;
-}
-
 }  // namespace patinate::transfer

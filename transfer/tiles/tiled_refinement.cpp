@@ -113,7 +113,7 @@ void TiledTransfer::write_borders(std::size_t level, int tile, const Folder& fol
 
 void TiledTransfer::refine_borders(std::size_t level, int round, int tile, const Folder& folder,
                                    const RunControl& control) {
-  const RunControl silent = silenced(control);
+  const RunControl silent = control.silent();
   const Prepared& p = prepare(folder, silent);
   const StoredBorders borders(folder, level, grid_.num_tiles());
   const BorderZones all = borders.zones(grid_, level);
@@ -136,7 +136,7 @@ void TiledTransfer::refine_borders(std::size_t level, int round, int tile, const
 }
 
 void TiledTransfer::refine(std::size_t level, int round, int tile, const Folder& folder, const RunControl& control) {
-  const RunControl silent = silenced(control);
+  const RunControl silent = control.silent();
   const Prepared& p = prepare(folder, silent);
   const TexelRect rect = grid_.rect(level, tile);
   const int before = num_passes(level) + round;

@@ -127,7 +127,7 @@ const TiledTransfer::Prepared& TiledTransfer::prepare(const Folder& folder, cons
 }
 
 void TiledTransfer::survey(int tile, const Folder& folder, const RunControl& control) {
-  const RunControl silent = silenced(control);
+  const RunControl silent = control.silent();
   const TransferTask& t = task_.transfer;
   const TexelMap map = t.input.map->unsearched(silent);
   const TexelRect rect = grid_.rect(0, tile);
@@ -150,7 +150,7 @@ void TiledTransfer::survey(int tile, const Folder& folder, const RunControl& con
 }
 
 void TiledTransfer::match(int tile, const Folder& folder, const RunControl& control) {
-  const RunControl silent = silenced(control);
+  const RunControl silent = control.silent();
   const Prepared& p = prepare(folder, silent);
   const TransferTask& t = task_.transfer;
   const TexelRect rect = grid_.rect(0, tile);
@@ -173,7 +173,7 @@ void TiledTransfer::match(int tile, const Folder& folder, const RunControl& cont
 }
 
 void TiledTransfer::halve(std::size_t level, int tile, const Folder& folder, const RunControl& control) {
-  const RunControl silent = silenced(control);
+  const RunControl silent = control.silent();
   const Prepared& p = prepare(folder, silent);
   const auto fine_map = p.map_on(level - 1, silent), map = p.map_on(level, silent);
   StoredTargets fine(folder, grid_, level - 1, static_cast<int>(p.weights.size()));
@@ -183,7 +183,7 @@ void TiledTransfer::halve(std::size_t level, int tile, const Folder& folder, con
 }
 
 void TiledTransfer::synthesize_coarse(const Folder& folder, const RunControl& control) {
-  const RunControl silent = silenced(control);
+  const RunControl silent = control.silent();
   const Prepared& p = prepare(folder, silent);
   const std::size_t finest = num_tiled_levels();
   TexelMap map = p.map->unsearched(silent);
@@ -207,7 +207,7 @@ void TiledTransfer::synthesize_coarse(const Folder& folder, const RunControl& co
 }
 
 void TiledTransfer::start(std::size_t level, int tile, const Folder& folder, const RunControl& control) {
-  const RunControl silent = silenced(control);
+  const RunControl silent = control.silent();
   const Prepared& p = prepare(folder, silent);
   const std::size_t coarser = level + 1;
   const TexelRect rect = grid_.rect(level, tile);
@@ -240,7 +240,7 @@ void TiledTransfer::start(std::size_t level, int tile, const Folder& folder, con
 }
 
 void TiledTransfer::pass(std::size_t level, int pass, int tile, const Folder& folder, const RunControl& control) {
-  const RunControl silent = silenced(control);
+  const RunControl silent = control.silent();
   const Prepared& p = prepare(folder, silent);
   const std::size_t num_levels = read_num_levels(folder);
   const TexelRect rect = grid_.rect(level, tile);
@@ -285,7 +285,7 @@ void TiledTransfer::pass(std::size_t level, int pass, int tile, const Folder& fo
 }
 
 void TiledTransfer::finish(int tile, const Folder& folder, const RunControl& control) {
-  const RunControl silent = silenced(control);
+  const RunControl silent = control.silent();
   const Prepared& p = prepare(folder, silent);
   const TexelRect rect = grid_.rect(0, tile);
   const auto map = p.map_on(0, silent);
@@ -317,7 +317,7 @@ void TiledTransfer::finish(int tile, const Folder& folder, const RunControl& con
 
 void TiledTransfer::join(const Folder& folder, const Folder& final_folder, const std::string& key,
                          const RunControl& control) {
-  const Prepared& p = prepare(folder, silenced(control));
+  const Prepared& p = prepare(folder, control.silent());
   EnergyFigures figures;
   for (int tile = 0; tile < grid_.num_tiles(); ++tile) figures.add(read_figures(folder / tile_file::figures(tile)));
   TransferResult result;

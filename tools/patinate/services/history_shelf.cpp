@@ -11,11 +11,7 @@
 
 namespace patinate::cli {
 
-namespace {
-
-Json optional_json(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
-
-}  // namespace
+namespace {}  // namespace
 
 Json ShelfEntry::json() const {
   Json controls = Json::array();

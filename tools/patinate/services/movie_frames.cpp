@@ -39,15 +39,10 @@ PlannedWork planned_frames(const MovieFrames& movie) {
   return work;
 }
 
-RunControl silenced(RunControl control) {
-  control.on_progress = {};
-  return control;
-}
-
 /// @returns how many were made.
 std::size_t make_frames(const MovieFrames& movie, const PlannedWork& work, const std::vector<std::size_t>& items,
                         const RunControl& control) {
-  const RunControl silent = silenced(control);
+  const RunControl silent = control.silent();
   std::size_t num_made = 0;
   fs::create_directories(items_folder(movie));
   for (std::size_t k = 0; k < items.size(); ++k) {

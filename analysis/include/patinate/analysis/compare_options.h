@@ -2,13 +2,16 @@
 /// Settings of a comparison.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <string_view>
 
 #include "patinate/core/options.h"
 
 namespace patinate::analysis {
 
 enum class Clock { Absolute, Span };
+inline constexpr std::array<std::string_view, 2> kClockNames{"absolute", "span"};
 enum class Places { Auto, Equal, Never };
 
 struct CompareOptions {

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <initializer_list>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -23,6 +24,9 @@ using Json = nlohmann::ordered_json;  ///< Members keep the order they were writ
 [[nodiscard]] Json load_json(const std::filesystem::path& path);
 /// Indented by two, ends with a newline; replaced atomically. @throws CannotComplete
 void save_json(const std::filesystem::path& path, const Json& json);
+
+/// The number, or null.
+[[nodiscard]] Json optional_json(const std::optional<double>& value);
 
 /// A word of a format that an older version spelled otherwise.
 struct OldSpelling {

@@ -29,6 +29,8 @@ struct RunControl {
     }
     return inner;
   }
+  /// The same control that reports nothing: for parts of a step that reports as a whole.
+  [[nodiscard]] RunControl silent() const { return {.on_progress = {}, .stop = stop, .num_threads = num_threads}; }
 };
 
 }  // namespace patinate

@@ -128,15 +128,59 @@ def _inline_variable(head):
     return declared[-1] if len(declared) > 2 and "(" not in declared and re.match(r"[A-Za-z_]\w*$", declared[-1]) else None
 
 
+def _local_names(head):
+    """The names that a declaration at namespace scope brings: of a type, a function, an alias, or of variables."""
+    name = _local_name(head)
+    if name:
+        yield name
+    plain = _without_attributes(_without_template(head))
+    if not name or _type_name(plain) is not None or _function_name(plain) or plain[0] == "using":
+        return
+    depth = 0
+    for before, token, after in zip(plain, plain[1:], plain[2:] + [";"]):
+        depth += (before in "<([") - (before in ">)]")
+        if depth == 0 and before == "," and after in {"=", ",", ";", "["}:
+            yield token
+
+
+def _local_name(head):
+    """The first of them; None when there is none."""
+    plain = _without_attributes(_without_template(_without_attributes(head)))
+    if not plain or plain[0] in {"friend", "static_assert"} or plain[:2] == ["using", "namespace"]:
+        return None
+    if plain[0] == "using":
+        return plain[1] if plain[2:3] == ["="] else None
+    if plain[0] == "namespace":
+        return None
+    if _type_name(plain) is not None:
+        return _type_name(plain).split("<")[0]
+    function = _function_name(plain)
+    if function:
+        name = function.split("(")[0]
+        return None if "::" in name or name.startswith("operator") or re.match(r"[A-Z][A-Z0-9_]+$", name) else name  # TEST(...)
+    declared = plain[:min([i for i, token in enumerate(plain) if token in {"=", "[", "(", "{"}] + [len(plain)])]
+    return declared[-1] if len(declared) > 1 and re.match(r"[A-Za-z_]\w*$", declared[-1]) else None
+
+
+def local_definitions(text):
+    """{name: line of its first} of all that this file alone knows: what stands in its unnamed namespaces, `static` functions and variables, constants."""
+    return {name: line for kind, name, line in reversed(list(_definitions(text))) if kind == "local"}
+
+
 def external_definitions(text):
     """Yields (kind, qualified name, line) of all that has a body here and that another file could define, too: types, functions, inline variables.
 
     What stands in unnamed namespaces or in functions, and `static` functions, no other file can meet.
     """
+    return (found for found in _definitions(text) if found[0] != "local")
+
+
+def _definitions(text):
     code = _HIDDEN.sub(lambda match: re.sub(r"[^\n]", " ", match.group()), text)
     tokens = [(m.group(), m.start()) for m in _TOKEN.finditer(code)]
     words = [token for token, _ in tokens]
     scopes = []  # A name; "" where a scope gives none; None where nothing is external any more.
+    rooms = []  # For each of them "named", "unnamed" (namespaces) or "body" (of a type, function or value).
     head = []
     i = 0
     while i < len(tokens):
@@ -148,15 +192,22 @@ def external_definitions(text):
         prefix = "".join(s + "::" for s in scopes if s)
         is_external = None not in scopes
         plain = _without_attributes(_without_template(_without_attributes(head))) if is_external and token in "{;" else head
+        is_value = head and _type_name(plain) is None and (_opens_an_initializer(plain) or _inline_variable(plain))
+        if token in "{;" and head and "body" not in rooms and not (token == "{" and is_value):
+            words_before = head[:head.index("(")] if "(" in head else head
+            is_local = "unnamed" in rooms or "static" in words_before or ("inline" not in words_before and {"const", "constexpr"} & set(words_before) and "(" not in words_before[-1:] and _function_name(_without_template(head)) is None and "=" in head)
+            for name in _local_names(head) if is_local else ():
+                yield "local", name, code.count("\n", 0, at) + 1
         if token in {";", "}"} or (token == ":" and head[-1:] in (["public"], ["private"], ["protected"])):
             if token == ";" and is_external and _inline_variable(plain):
                 yield "variable", prefix + _inline_variable(plain), code.count("\n", 0, at) + 1
             if token == "}" and scopes:
                 scopes.pop()
+                rooms.pop()
             head = []
         elif token != "{":
             head.append(token)
-        elif head and _type_name(plain) is None and (_opens_an_initializer(plain) or _inline_variable(plain)):
+        elif is_value:
             i = _skip(words, i - 1, "{", "}")
             head += ["=", "0"]
         else:
@@ -175,4 +226,5 @@ def external_definitions(text):
             if is_external and name:
                 yield kind, prefix + name, code.count("\n", 0, at) + 1
             scopes.append(scope)
+            rooms.append(("named" if scope is not None else "unnamed") if "namespace" in plain[:2] or kind is None and scope == "" else "body")
             head = []

@@ -9,7 +9,7 @@ import pathlib
 import sys
 import unittest
 
-from definitions import external_definitions
+from definitions import external_definitions, local_definitions
 
 ROOT = pathlib.Path(sys.argv.pop(1)) if len(sys.argv) > 1 else pathlib.Path(__file__).parents[2]
 FOLDERS = ["libcommon", "capture", "transfer", "simulation", "analysis", "datasets_synthetic", "tools", "tests"]
@@ -35,6 +35,40 @@ class Names(unittest.TestCase):
         for (kind, name), files in sorted(twice.items()):
             with self.subTest(kind=kind, name=name, files=files):
                 self.fail(f"{kind} {name} is defined in {' and '.join(files)}: name them apart, or put what one file needs in an unnamed namespace")
+
+
+OVERLOADED = {"describe"}  # One for each options struct of a command: the struct chooses.
+
+
+def met_in_a_folder(texts):
+    """{(folder, name): [file:line, ...]} of local names that stand in more than one .cpp of a folder, of {file: text}."""
+    places = collections.defaultdict(list)
+    for file, text in texts.items():
+        for name, line in local_definitions(text).items():
+            if name not in OVERLOADED:
+                places[str(pathlib.PurePath(file).parent), name].append(f"{file}:{line}")
+    return {key: files for key, files in places.items() if len(files) > 1}
+
+
+class LocalNames(unittest.TestCase):
+    """Several sources of a folder are compiled as one (PATINATE_UNITY): what each calls its own must have a name of its own."""
+
+    def test_no_local_name_stands_twice_in_a_folder(self):
+        texts = {str(path.relative_to(ROOT)): path.read_text() for folder in FOLDERS + ["python"] for path in sorted((ROOT / folder).rglob("*.cpp"))
+                 if not {"node_modules", "benchmarks"} & set(path.parts)}  # Benchmarks are compiled source by source.
+        for (folder, name), files in sorted(met_in_a_folder(texts).items()):
+            with self.subTest(name=name, files=files):
+                self.fail(f"{name} is local to {' and '.join(files)}: give a shared helper one home in {folder}, and others names that say what they are")
+
+    def test_what_is_local(self):
+        for text in ("namespace {\nint half(int x) {\n  return x;\n}\n}", "namespace {\nconstexpr int kHalf = 1;\n}", "static int half(int x) { return x; }", "constexpr double kHalf = 0.5;",
+                     "namespace {\nstruct Half {\n  int a = 0;\n};\n}", "namespace {\nusing Half = int;\n}", "namespace {\nconstexpr int kQuarter = 1, kHalf = 2;\n}", "namespace {\ntemplate <class T>\nT half(T x) {\n  return x;\n}\n}"):
+            with self.subTest(text=text):
+                self.assertIn("half", {name.lower().removeprefix("k") for _, name in met_in_a_folder({"x/a.cpp": text, "x/b.cpp": text})})
+                self.assertEqual(met_in_a_folder({"x/a.cpp": text, "y/b.cpp": text}), {})
+        for text in ("int half(int x) { return x; }", "namespace {\nTEST(Half, IsHalf) {\n  const int x = 1;\n}\n}", "void f() {\n  constexpr int kHalf = 1;\n}", "namespace fs = std::filesystem;"):
+            with self.subTest(text=text):
+                self.assertEqual(met_in_a_folder({"x/a.cpp": text, "x/b.cpp": text}), {})
 
 
 class WhatIsFound(unittest.TestCase):

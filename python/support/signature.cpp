@@ -15,7 +15,7 @@ std::string& all_stubs() {
   return text;
 }
 
-std::string quoted(std::string_view text) { return "'" + std::string(text) + "'"; }
+std::string in_quotes(std::string_view text) { return "'" + std::string(text) + "'"; }
 
 /// Options as parameters.
 class Texts final : public OptionVisitor {
@@ -25,7 +25,7 @@ class Texts final : public OptionVisitor {
   void visit(const OptionInfo& info, int& value) override { add(info, "int", std::to_string(value)); }
   void visit(const OptionInfo& info, std::int64_t& value) override { add(info, "int", std::to_string(value)); }
   void visit(const OptionInfo& info, bool& value) override { add(info, "bool", value ? "True" : "False"); }
-  void visit(const OptionInfo& info, std::string& value) override { add(info, "str", quoted(value)); }
+  void visit(const OptionInfo& info, std::string& value) override { add(info, "str", in_quotes(value)); }
   void visit(const OptionInfo& info, std::optional<double>& value) override {
     add(info, "float | None", value ? number_text(*value) : "None");
   }
@@ -36,8 +36,8 @@ class Texts final : public OptionVisitor {
   }
   void visit_choice_index(const OptionInfo& info, int& index, std::span<const std::string_view> names) override {
     std::string type;
-    for (const std::string_view name : names) type += (type.empty() ? "" : ", ") + quoted(name);
-    add(info, "Literal[" + type + "]", quoted(names[static_cast<std::size_t>(index)]));
+    for (const std::string_view name : names) type += (type.empty() ? "" : ", ") + in_quotes(name);
+    add(info, "Literal[" + type + "]", in_quotes(names[static_cast<std::size_t>(index)]));
   }
 
  private:

@@ -21,6 +21,7 @@
 #include "tests/benchmarks/timing.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/threads.h"
 #include "transfer/lookup/lookup_device.h"
 #include "transfer/lookup/texture_files.h"
 
@@ -29,12 +30,6 @@ namespace {
 
 constexpr int kAtlas = 4096, kSource = benchmarks::kPatchSource;
 constexpr double kTexels = 1.0 * kAtlas * kAtlas;
-
-RunControl with_threads(int num_threads) {
-  RunControl control;
-  control.num_threads = num_threads;
-  return control;
-}
 
 /// A gather with nothing around it. @param out  Of texels x channels.
 template <class T>
@@ -58,7 +53,7 @@ template <class T>
 void compare_gathers(const char* name, const Image<T>& source, const transfer::PackedCoordinates& indices) {
   Image<T> out(kAtlas, kAtlas, 3), copy(kAtlas, kAtlas, 3);  // Touched already, as the plain loops need it.
   for (int threads : {1, 2}) {
-    const RunControl control = with_threads(threads);
+    const RunControl control = testing_support::with_threads(threads);
     const double copied = benchmarks::median_of_five([&] {
       parallel_for(out.height(), 64, control, [&](std::int64_t begin, std::int64_t end) {
         std::memcpy(copy.row(static_cast<int>(begin)).data(), out.row(static_cast<int>(begin)).data(),
@@ -118,7 +113,7 @@ void compare_speed() {
   look_up_on_devices(history, frame, indices);
   ImageF out;
   for (int threads : {1, 2}) {
-    const RunControl control = with_threads(threads);
+    const RunControl control = testing_support::with_threads(threads);
     const double simple =
         benchmarks::median_of_five([&] { out = transfer::gather(frame, coordinates, 0.0f, control); });
     const double image =

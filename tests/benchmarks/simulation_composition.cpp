@@ -8,6 +8,7 @@
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/meshes.h"
+#include "tests/support/threads.h"
 
 namespace patinate::benchmarks {
 
@@ -56,12 +57,6 @@ void set_amounts(simulation::MaterialAtlas& atlas, double phase) {
   }
 }
 
-RunControl two_threads() {
-  RunControl control;
-  control.num_threads = kThreads;
-  return control;
-}
-
 void one_resolution(int resolution, double goal_ms) {
   const simulation::Scene scene = aged_plane(resolution);
   const simulation::SceneMesh mesh = simulation::make_scene_mesh(scene);
@@ -75,7 +70,7 @@ void one_resolution(int resolution, double goal_ms) {
     if (!has_instruction_set(set)) continue;
     simulation::Composer composer(scene, mesh, surface);
     composer.use(set);
-    (void)composer.compose(atlas, {}, two_threads());
+    (void)composer.compose(atlas, {}, testing_support::with_threads(kThreads));
     std::vector<simulation::MaterialAppearance> appearance = scene.appearance;
     double turned = 1.0;
     const double dense = median_of_five([&] {
@@ -83,13 +78,13 @@ void one_resolution(int resolution, double goal_ms) {
       appearance[5].height_mm = 0.25 * turned;  // heights move too, so that all normals are made again
       appearance[5].strength = 1.2 * turned;
       composer.set_appearance(appearance);
-      (void)composer.compose(atlas, {}, two_threads());
+      (void)composer.compose(atlas, {}, testing_support::with_threads(kThreads));
     });
     const double color = median_of_five([&] {
       turned *= 0.97;
       appearance[5].strength = 1.2 * turned;
       composer.set_appearance(appearance);
-      (void)composer.compose(atlas, {}, two_threads());
+      (void)composer.compose(atlas, {}, testing_support::with_threads(kThreads));
     });
     std::vector<simulation::TileIndex> dirty;
     for (simulation::TileIndex tile = 0; tile < surface.grid().num_tiles(); tile += 10) dirty.push_back(tile);
@@ -98,7 +93,7 @@ void one_resolution(int resolution, double goal_ms) {
       bump += 1.0;
       for (const simulation::TileIndex tile : dirty)
         atlas.writable_tile(5, tile)[0] = static_cast<std::uint16_t>(100.0 * bump);
-      (void)composer.compose(atlas, dirty, two_threads());
+      (void)composer.compose(atlas, dirty, testing_support::with_threads(kThreads));
     });
     std::printf(" %s %.2f ms, colors only %.2f, a tenth of the tiles %.2f;",
                 kInstructionSetNames[static_cast<std::size_t>(set)].data(), 1e3 * dense, 1e3 * color, 1e3 * tenth);

@@ -10,18 +10,13 @@
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/benchmarks/wall_scene.h"
+#include "tests/support/threads.h"
 
 namespace patinate::benchmarks {
 
 namespace {
 
 constexpr int kIterations = 64;  // Whole epochs.
-
-RunControl two_threads() {
-  RunControl control;
-  control.num_threads = 2;
-  return control;
-}
 
 simulation::SimulationOptions on(const device::Device& device) {
   simulation::SimulationOptions options;
@@ -30,7 +25,7 @@ simulation::SimulationOptions on(const device::Device& device) {
 }
 
 void iterations(const device::Device& device, int resolution, const char* goal_ms) {
-  const RunControl control = two_threads();
+  const RunControl control = testing_support::with_threads(2);
   simulation::Simulation simulation(slow_wall(resolution), on(device), control);
   make_wet(simulation, 0.5);
   for (int i = 0; i < 24; ++i) simulation.step(control);
@@ -62,7 +57,7 @@ void iterations(const device::Device& device, int resolution, const char* goal_m
 
 /// Everything composed anew, by the device's clock.
 void composition(const device::Device& device, int resolution) {
-  const RunControl control = two_threads();
+  const RunControl control = testing_support::with_threads(2);
   simulation::Simulation simulation(wall(resolution), on(device), control);
   (void)simulation.compose(control);
   make_wet(simulation, 1.0);
@@ -75,7 +70,7 @@ void composition(const device::Device& device, int resolution) {
 }
 
 void many_gammatons(const device::Device& device, std::int64_t num) {
-  const RunControl control = two_threads();
+  const RunControl control = testing_support::with_threads(2);
   simulation::Scene scene = wall(1024);
   scene.emitters[0].gammatons = num * 4 / 5;
   scene.emitters[1].gammatons = num / 5;

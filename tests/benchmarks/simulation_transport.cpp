@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "libcommon/core/random.h"
-#include "patinate/core/run_control.h"
 #include "simulation/rules/rules.h"
 #include "simulation/transport/exchange.h"
 #include "tests/benchmarks/simulation_parts.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/meshes.h"
+#include "tests/support/threads.h"
 
 namespace patinate::benchmarks {
 
@@ -58,12 +58,6 @@ double median_ms(int runs, Work&& work) {
   return times[times.size() / 2];
 }
 
-RunControl threads(int n) {
-  RunControl control;
-  control.num_threads = n;
-  return control;
-}
-
 double exchange_ms(World& world, std::uint32_t n, int splat, int num_threads) {
   std::vector<std::vector<simulation::Contact>> contacts;
   for (std::uint64_t i = 0; i < 8; ++i) contacts.push_back(contacts_on(world, n, i));
@@ -73,7 +67,7 @@ double exchange_ms(World& world, std::uint32_t n, int splat, int num_threads) {
   const simulation::ExchangeOptions options{.ratio = 0.5, .rates = {0.3, 0.0, 0.0, 0.1}, .splat_texels = splat};
   const auto run = [&](int i) {
     (void)exchanger.exchange(contacts[static_cast<std::size_t>(i % 8)], options, i, cargo, *world.atlas, nullptr,
-                             threads(num_threads));
+                             testing_support::with_threads(num_threads));
   };
   for (int i = 0; i < 8; ++i) run(i);
   return median_ms(n > 100'000 ? 7 : 41, run);
@@ -91,8 +85,9 @@ double rules_ms(World& world, double wet, int num_threads, InstructionSet set) {
   three[1] = {.name = "growth", .driver = "min(water, dirt)", .rate = 0.1, .products = {0, 0, 0, 0, 1.0}};
   three[2] = {.name = "evaporation", .driver = "water", .rate = 0.1, .reactants = {1.0}};
   simulation::RuleEngine engine(three, kMaterials, *world.surface, 0.01, 1, {}, set);
-  for (int i = 0; i < 16; ++i) (void)engine.step(i, *world.atlas, threads(num_threads));
-  return median_ms(21, [&](int i) { (void)engine.step(16 + i, *world.atlas, threads(num_threads)); });
+  for (int i = 0; i < 16; ++i) (void)engine.step(i, *world.atlas, testing_support::with_threads(num_threads));
+  return median_ms(21,
+                   [&](int i) { (void)engine.step(16 + i, *world.atlas, testing_support::with_threads(num_threads)); });
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "analysis/explanation/ranks.h"
 #include "libcommon/core/random.h"
 #include "patinate/core/error.h"
+#include "tests/support/threads.h"
 
 namespace patinate::analysis {
 namespace {
@@ -75,12 +76,6 @@ const ExplainedCandidate& find(const Explanation& e, const std::string& name) {
 }
 
 constexpr ExplanationOptions kQuick{.num_samples = 3000, .resamples = 60, .shuffles = 199};
-
-RunControl on_threads(int count) {
-  RunControl control;
-  control.num_threads = count;
-  return control;
-}
 
 TEST(Explanation, AMixOfTwoIsFoundWithItsWeightsUnderNoise) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
@@ -185,7 +180,8 @@ TEST(Explanation, TooFewShufflesToCallAnythingAreRefused) {
 TEST(Explanation, TheNumberOfThreadsChangesNothing) {
   ExplanationInput input = surface(1000, 6);
   input.reference = field(input.positions_mm, 10.0, 17);
-  const Explanation one = explain(input, kQuick, 1, on_threads(1)), many = explain(input, kQuick, 1, on_threads(5));
+  const Explanation one = explain(input, kQuick, 1, testing_support::with_threads(1)),
+                    many = explain(input, kQuick, 1, testing_support::with_threads(5));
   EXPECT_EQ(one.candidates[0].figures.p, many.candidates[0].figures.p);
   EXPECT_EQ(one.candidates[0].figures.low, many.candidates[0].figures.low);
   EXPECT_EQ(one.mix.figures.p, many.mix.figures.p);

@@ -13,6 +13,7 @@
 #include "tests/libcommon/job/job_tree.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/threads.h"
 
 namespace patinate {
 namespace {
@@ -20,8 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing_support::error_of;
 using testing_support::TempFolder;
-using testing_support::threads;
 using testing_support::tree_of;
+using testing_support::with_threads;
 
 JobItem writer_of(const std::string& name, const std::vector<fs::path>& written, int stage = 0) {
   return {.name = name,
@@ -72,7 +73,7 @@ TEST(JobOutputs, AnItemThatWritesWhatItDidNotDeclareIsRefused) {
       }
       for (const int n : {1, 3}) {
         const std::string said =
-            error_of<CannotComplete>([&] { (void)run_job(plan_of(temp / "out", items), {}, threads(n)); });
+            error_of<CannotComplete>([&] { (void)run_job(plan_of(temp / "out", items), {}, with_threads(n)); });
         EXPECT_NE(said.find("controls/rate.exr: was written by a step that does not declare it"), std::string::npos)
             << said;
         EXPECT_TRUE(fs::is_empty(temp.path())) << "what is left would vouch for too little";

@@ -11,15 +11,16 @@
 #include "libcommon/job/job_report.h"
 #include "tests/libcommon/job/job_tree.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/threads.h"
 
 namespace patinate {
 namespace {
 
 namespace fs = std::filesystem;
 using testing_support::TempFolder;
-using testing_support::threads;
 using testing_support::Tree;
 using testing_support::tree_of;
+using testing_support::with_threads;
 using Photos = std::vector<std::pair<std::string, std::string>>;  ///< Name and content.
 
 /// A frame for each photograph, and a summary of all: as ingest. Adds the names of the frames it makes to `runs`.
@@ -62,7 +63,7 @@ TEST(JobReuse, AnAppendedPhotographCostsOneFrameAndNeedsNoForce) {
   (void)run_job(album(temp / "fresh", kFour), {}, {});
   (void)run_job(album(temp / "out", kThree), {}, {});
   std::vector<std::string> runs;
-  EXPECT_EQ(run_job(album(temp / "out", kFour, "20", &runs), {}, threads(1)), JobStatus::Done);
+  EXPECT_EQ(run_job(album(temp / "out", kFour, "20", &runs), {}, with_threads(1)), JobStatus::Done);
   EXPECT_EQ(runs, std::vector<std::string>{"frame3"});
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "fresh"));
   EXPECT_FALSE(fs::exists(temp / "out.partial"));
@@ -79,7 +80,7 @@ TEST(JobReuse, AnotherOptionOrAnotherPhotographNeedsForceAndKeepsTheFramesThatAr
   EXPECT_THROW((void)run_job(album(temp / "out", {{"1.jpg", "a"}, {"2.jpg", "b"}}), {}, {}), CannotComplete);
   EXPECT_EQ(tree_of(temp / "out"), before);
   std::vector<std::string> runs;
-  (void)run_job(album(temp / "out", changed, "30", &runs), {.force = true}, threads(1));
+  (void)run_job(album(temp / "out", changed, "30", &runs), {.force = true}, with_threads(1));
   EXPECT_EQ(runs, (std::vector<std::string>{"frame1", "frame3"}));
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "fresh"));
 }
@@ -94,7 +95,7 @@ TEST(JobReuse, AFileThatWasChangedSinceIsMadeAgain) {
     else
       std::ofstream(temp / "out/frames/frame1.txt") << "scribble";
     std::vector<std::string> runs;
-    (void)run_job(album(temp / "out", kFour, "20", &runs), {}, threads(1));
+    (void)run_job(album(temp / "out", kFour, "20", &runs), {}, with_threads(1));
     EXPECT_EQ(runs, (std::vector<std::string>{"frame1", "frame3"}));
     EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "fresh"));
     fs::remove_all(temp / "out");
@@ -110,7 +111,7 @@ TEST(JobReuse, WithoutARecordEverythingIsMadeAgain) {
     write_atomically(temp / "out/job.json", damage);
     EXPECT_THROW((void)run_job(album(temp / "out", kFour), {}, {}), CannotComplete) << damage;
     std::vector<std::string> runs;
-    (void)run_job(album(temp / "out", kFour, "20", &runs), {.force = true}, threads(1));
+    (void)run_job(album(temp / "out", kFour, "20", &runs), {.force = true}, with_threads(1));
     EXPECT_EQ(runs.size(), 4u);
     EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "fresh"));
     fs::remove_all(temp / "out");
@@ -129,10 +130,10 @@ TEST(JobReuse, AnInterruptedAppendLeavesTheOldOutputWholeAndGoesOn) {
   (void)run_job(album(temp / "fresh", kFour), {}, {});
   (void)run_job(album(temp / "out", kThree), {}, {});
   const Tree before = tree_of(temp / "out");
-  EXPECT_THROW((void)run_job(failing_append(temp / "out"), {}, threads(1)), IoError);
+  EXPECT_THROW((void)run_job(failing_append(temp / "out"), {}, with_threads(1)), IoError);
   EXPECT_EQ(tree_of(temp / "out"), before);
   std::vector<std::string> runs;
-  (void)run_job(album(temp / "out", kFour, "20", &runs), {}, threads(1));
+  (void)run_job(album(temp / "out", kFour, "20", &runs), {}, with_threads(1));
   EXPECT_EQ(runs, std::vector<std::string>{"frame3"});
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "fresh"));
 }
@@ -141,9 +142,9 @@ TEST(JobReuse, AFileEditedInPlaceBetweenTwoRunsOfAnAppendIsMadeAgain) {
   TempFolder temp;
   (void)run_job(album(temp / "fresh", kFour), {}, {});
   (void)run_job(album(temp / "out", kThree), {}, {});
-  EXPECT_THROW((void)run_job(failing_append(temp / "out"), {}, threads(1)), IoError);
+  EXPECT_THROW((void)run_job(failing_append(temp / "out"), {}, with_threads(1)), IoError);
   std::ofstream(temp / "out/frames/frame1.txt") << "scribble";  // The partial folder holds a link to it.
-  (void)run_job(album(temp / "out", kFour), {}, threads(1));
+  (void)run_job(album(temp / "out", kFour), {}, with_threads(1));
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "fresh"));
 }
 
@@ -165,9 +166,9 @@ TEST(JobReuse, WorkFilesServeAResumedRunAndAreNotInTheOutput) {
                               write_atomically(folder / "late.txt", read_file(folder / work) + " and half");
                             },
                         .stage = 1});
-  EXPECT_THROW((void)run_job(plan, {}, threads(1)), CannotComplete);
+  EXPECT_THROW((void)run_job(plan, {}, with_threads(1)), CannotComplete);
   is_failing = false;
-  (void)run_job(plan, {}, threads(1));
+  (void)run_job(plan, {}, with_threads(1));
   EXPECT_EQ(num_early, 1);
   const Tree tree = tree_of(temp / "out");
   EXPECT_EQ(tree.at("late.txt"), "half and half");
@@ -207,7 +208,7 @@ TEST(JobReport, SaysWhatIsMissingWhatChangedAndWhatWouldBeKept) {
 TEST(JobReport, TellsThePredictedItemsAndTouchesNothing) {
   TempFolder temp;
   (void)run_job(album(temp / "out", kThree), {}, {});
-  EXPECT_THROW((void)run_job(failing_append(temp / "out"), {}, threads(1)), IoError);
+  EXPECT_THROW((void)run_job(failing_append(temp / "out"), {}, with_threads(1)), IoError);
   const auto times = [&] {
     std::map<std::string, fs::file_time_type> result{{".", fs::last_write_time(temp.path())}};
     for (const auto& e : fs::recursive_directory_iterator(temp.path()))

@@ -17,6 +17,7 @@
 #include "tests/libcommon/job/job_tree.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/threads.h"
 
 namespace patinate {
 namespace {
@@ -24,9 +25,9 @@ namespace {
 namespace fs = std::filesystem;
 using testing_support::error_of;
 using testing_support::TempFolder;
-using testing_support::threads;
 using testing_support::Tree;
 using testing_support::tree_of;
+using testing_support::with_threads;
 
 /// Eight items of one file each; `hook(i)` is called before item i writes.
 JobPlan sample_plan(const fs::path& output, const std::string& key, const std::function<void(int)>& hook = {}) {
@@ -57,7 +58,7 @@ TEST(Job, MakesOutputsAndManifestAndNothingElse) {
   TempFolder temp;
   for (int n : {1, 3}) {
     const fs::path out = temp / ("out" + std::to_string(n));
-    EXPECT_EQ(run_job(sample_plan(out, "k"), {}, threads(n)), JobStatus::Done);
+    EXPECT_EQ(run_job(sample_plan(out, "k"), {}, with_threads(n)), JobStatus::Done);
     const Tree tree = tree_of(out);
     EXPECT_EQ(tree.size(), 11u);  // 8 files, their folder, the manifest, job.json
     EXPECT_EQ(tree.at("parts/3.txt"), "k3");
@@ -78,7 +79,7 @@ TEST(Job, AStageBeginsWhenTheEarlierOnesAreFinished) {
       if (!late) ++num_early;
     };
   }
-  EXPECT_EQ(run_job(plan, {}, threads(3)), JobStatus::Done);
+  EXPECT_EQ(run_job(plan, {}, with_threads(3)), JobStatus::Done);
   EXPECT_EQ(num_too_soon, 0);
 }
 
@@ -132,7 +133,7 @@ TEST(Job, GoesOnWithFinishedItemsAfterCanceling) {
   TempFolder temp;
   (void)run_job(sample_plan(temp / "whole", "k"), {}, {});
   std::stop_source stop;
-  RunControl control = threads(1);
+  RunControl control = with_threads(1);
   control.stop = stop.get_token();
   const auto stop_at_5 = [&](int i) {
     if (i == 5) stop.request_stop();
@@ -145,7 +146,7 @@ TEST(Job, GoesOnWithFinishedItemsAfterCanceling) {
   options.on_resume = [&](std::size_t done, std::size_t items, const std::string&) {
     num_done = done, num_items = items;
   };
-  EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int i) { runs.push_back(i); }), options, threads(1)),
+  EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int i) { runs.push_back(i); }), options, with_threads(1)),
             JobStatus::Done);
   // What was written when the stop came is brought to the disk now, not made again.
   EXPECT_EQ(runs, (std::vector<int>{6, 7}));
@@ -157,7 +158,7 @@ TEST(Job, GoesOnWithFinishedItemsAfterCanceling) {
 /// A run that is stopped when item 0 of `plan` is written and not yet marked. @returns where that is noted.
 fs::path stopped_when_written(const fs::path& output) {
   std::stop_source stop;
-  RunControl control = threads(1);
+  RunControl control = with_threads(1);
   control.stop = stop.get_token();
   const auto stop_at_0 = [&](int i) {
     if (i == 0) stop.request_stop();
@@ -171,7 +172,7 @@ fs::path stopped_when_written(const fs::path& output) {
 
 std::vector<int> items_run(const fs::path& output) {
   std::vector<int> runs;
-  EXPECT_EQ(run_job(sample_plan(output, "k", [&](int i) { runs.push_back(i); }), {}, threads(1)), JobStatus::Done);
+  EXPECT_EQ(run_job(sample_plan(output, "k", [&](int i) { runs.push_back(i); }), {}, with_threads(1)), JobStatus::Done);
   return runs;
 }
 
@@ -208,7 +209,7 @@ TEST(Job, WhatWasWrittenDoesNotVouchForWhatAnotherPlanMadeOfIt) {
   const auto fail_at_1 = [](int i) {
     if (i == 1) throw CannotComplete("disk full");
   };
-  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "other", fail_at_1), {}, threads(1)), CannotComplete);
+  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "other", fail_at_1), {}, with_threads(1)), CannotComplete);
   EXPECT_EQ(items_run(temp / "out").front(), 0);
   EXPECT_EQ(read_file(temp / "out/parts/0.txt"), "k0");
 }
@@ -218,7 +219,7 @@ TEST(Job, DiscardsAPartialResultOfAnotherKey) {
   const auto fail_at_4 = [](int i) {
     if (i == 4) throw CannotComplete("disk full");
   };
-  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "old", fail_at_4), {}, threads(1)), CannotComplete);
+  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "old", fail_at_4), {}, with_threads(1)), CannotComplete);
   EXPECT_TRUE(fs::exists(temp / "out.partial"));
   EXPECT_EQ(run_job(sample_plan(temp / "out", "new"), {}, {}), JobStatus::Done);
   EXPECT_EQ(tree_of(temp / "out").at("parts/0.txt"), "new0");
@@ -227,7 +228,7 @@ TEST(Job, DiscardsAPartialResultOfAnotherKey) {
 TEST(Job, LeavesNothingBehindWhenNothingIsFinished) {
   TempFolder temp;
   const auto bad_photo = [](int) { throw IoError("a.jpg", "is truncated"); };
-  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "k", bad_photo), {}, threads(1)), IoError);
+  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "k", bad_photo), {}, with_threads(1)), IoError);
   EXPECT_TRUE(fs::is_empty(temp.path()));
 }
 
@@ -237,10 +238,10 @@ TEST(Job, GoesOnWithFinishedItemsAfterWrongInput) {
   const auto bad_photo = [](int i) {
     if (i == 4) throw IoError("a.jpg", "is truncated");
   };
-  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "k", bad_photo), {}, threads(1)), IoError);
+  EXPECT_THROW((void)run_job(sample_plan(temp / "out", "k", bad_photo), {}, with_threads(1)), IoError);
   EXPECT_FALSE(fs::exists(temp / "out"));
   std::vector<int> runs;
-  (void)run_job(sample_plan(temp / "out", "k", [&](int i) { runs.push_back(i); }), {}, threads(1));
+  (void)run_job(sample_plan(temp / "out", "k", [&](int i) { runs.push_back(i); }), {}, with_threads(1));
   EXPECT_EQ(runs, (std::vector<int>{4, 5, 6, 7}));
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "whole"));
 }
@@ -270,9 +271,10 @@ TEST(Job, AnotherPlanKeepsFinishedItemsWhoseOwnKeyIsTheSame) {
   const auto fail_at_4 = [](int i) {
     if (i == 4) throw IoError("e.jpg", "is truncated");
   };
-  EXPECT_THROW((void)run_job(keyed_plan(temp / "out", {"a", "b", "c", "d", "e"}, fail_at_4), {}, threads(1)), IoError);
+  EXPECT_THROW((void)run_job(keyed_plan(temp / "out", {"a", "b", "c", "d", "e"}, fail_at_4), {}, with_threads(1)),
+               IoError);
   std::vector<int> runs;
-  (void)run_job(keyed_plan(temp / "out", changed, [&](int i) { runs.push_back(i); }), {}, threads(1));
+  (void)run_job(keyed_plan(temp / "out", changed, [&](int i) { runs.push_back(i); }), {}, with_threads(1));
   EXPECT_EQ(runs, (std::vector<int>{2, 4, 5}));
   EXPECT_EQ(tree_of(temp / "out"), tree_of(temp / "whole"));
 }
@@ -285,16 +287,17 @@ TEST(Job, AMarkerDoesNotVouchForWhatAnotherPlanWroteOverItsFile) {
     };
   };
   const std::vector<std::string> keys{"a", "b", "c"};
-  EXPECT_THROW((void)run_job(keyed_plan(temp / "out", keys, fail_at(2)), {}, threads(1)), CannotComplete);
-  EXPECT_THROW((void)run_job(keyed_plan(temp / "out", {"a", "B", "c"}, fail_at(1)), {}, threads(1)), CannotComplete);
-  (void)run_job(keyed_plan(temp / "out", keys), {}, threads(1));
+  EXPECT_THROW((void)run_job(keyed_plan(temp / "out", keys, fail_at(2)), {}, with_threads(1)), CannotComplete);
+  EXPECT_THROW((void)run_job(keyed_plan(temp / "out", {"a", "B", "c"}, fail_at(1)), {}, with_threads(1)),
+               CannotComplete);
+  (void)run_job(keyed_plan(temp / "out", keys), {}, with_threads(1));
   EXPECT_EQ(tree_of(temp / "out").at("parts/1.txt"), "b");
 }
 
 TEST(Job, ReportsRisingFractionsThatEndAtOne) {
   TempFolder temp;
   std::vector<double> fractions;
-  RunControl control = threads(2);
+  RunControl control = with_threads(2);
   control.on_progress = [&](double f) { fractions.push_back(f); };
   (void)run_job(sample_plan(temp / "out", "k"), {}, control);
   ASSERT_GE(fractions.size(), 9u);
@@ -308,7 +311,7 @@ TEST(Job, ReportsRisingFractionsThatEndAtOne) {
 TEST(Job, ItemsCountByTheirWeights) {
   TempFolder temp;
   std::vector<double> fractions;
-  RunControl control = threads(1);
+  RunControl control = with_threads(1);
   control.on_progress = [&](double f) { fractions.push_back(f); };
   JobPlan plan = sample_plan(temp / "out", "k");
   plan.items.resize(2);
@@ -341,7 +344,7 @@ void kill_after_items(const JobPlan& plan, int ready) {
   ASSERT_GE(child, 0);
   if (child == 0) {
     try {
-      (void)run_job(plan, {}, threads(1));
+      (void)run_job(plan, {}, with_threads(1));
     } catch (...) {
     }
     ::_exit(0);
@@ -373,7 +376,7 @@ TEST(Job, KilledAnywhereItFinishesWithTheSameBytes) {
     };
     kill_after_items(sample_plan(out, "k", hang), kill_at);
     std::vector<int> runs;
-    EXPECT_EQ(run_job(sample_plan(out, "k", [&](int i) { runs.push_back(i); }), {}, threads(1)), JobStatus::Done);
+    EXPECT_EQ(run_job(sample_plan(out, "k", [&](int i) { runs.push_back(i); }), {}, with_threads(1)), JobStatus::Done);
     EXPECT_EQ(static_cast<int>(runs.size()), 8 - kill_at);
     EXPECT_EQ(tree_of(out), tree_of(temp / "whole"));
   }
@@ -396,7 +399,7 @@ TEST(Job, TwoProcessesDoNotMakeTheSameOutput) {
   const pid_t child = ::fork();
   ASSERT_GE(child, 0);
   if (child == 0) {
-    (void)run_job(plan, {}, threads(1));
+    (void)run_job(plan, {}, with_threads(1));
     ::_exit(0);
   }
   while (!fs::exists(temp / "out.partial" / ".job" / "key")) std::this_thread::sleep_for(std::chrono::milliseconds(5));

@@ -1,5 +1,5 @@
 /// \file
-/// What jobs left behind, and on how many threads they run.
+/// What jobs left behind.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,6 @@
 #include <string>
 
 #include "libcommon/core/files.h"
-#include "patinate/core/run_control.h"
 
 namespace patinate::testing_support {
 
@@ -18,12 +17,6 @@ using Tree = std::map<std::string, std::string>;  ///< Relative path -> bytes ("
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
     tree[entry.path().lexically_relative(folder).string()] = entry.is_directory() ? "/" : read_file(entry.path());
   return tree;
-}
-
-[[nodiscard]] inline RunControl threads(int n) {
-  RunControl control;
-  control.num_threads = n;
-  return control;
 }
 
 }  // namespace patinate::testing_support

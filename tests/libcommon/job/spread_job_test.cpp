@@ -20,6 +20,7 @@
 #include "tests/libcommon/job/job_tree.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/threads.h"
 
 namespace patinate {
 namespace {
@@ -27,9 +28,9 @@ namespace {
 namespace fs = std::filesystem;
 using testing_support::error_of;
 using testing_support::TempFolder;
-using testing_support::threads;
 using testing_support::Tree;
 using testing_support::tree_of;
+using testing_support::with_threads;
 
 constexpr std::size_t kParts = 6;
 
@@ -110,7 +111,7 @@ TEST(SpreadJob, AFinishedItemIsNeverRunAgain) {
   std::vector<std::size_t> runs;
   const JobPlan plan = staged_plan(temp / "out", "k", [&](std::size_t i) { runs.push_back(i); });
   EXPECT_EQ(run_some(plan, {2, 4}), 2u);
-  EXPECT_EQ(run_spread_items(plan, all_items(plan), {}, threads(1)), plan.items.size() - 2);
+  EXPECT_EQ(run_spread_items(plan, all_items(plan), {}, with_threads(1)), plan.items.size() - 2);
   std::sort(runs.begin(), runs.end());
   EXPECT_EQ(runs, all_items(plan));
   (void)join_spread_items(plan, {}, {});
@@ -167,8 +168,8 @@ TEST(SpreadJob, ProcessesThatDoTheSameAtOnceAllEndWell) {
     for (int c = 0; c < 4; ++c) {
       children.push_back(in_another_process([&] {
         const JobPlan plan = staged_plan(out, "k");
-        (void)run_spread_items(plan, all_items(plan), {}, threads(1));
-        (void)join_spread_items(plan, {}, threads(1));
+        (void)run_spread_items(plan, all_items(plan), {}, with_threads(1));
+        (void)join_spread_items(plan, {}, with_threads(1));
       }));
     }
     for (const pid_t child : children) EXPECT_EQ(code_of(child), 0);
@@ -186,7 +187,7 @@ TEST(SpreadJob, KilledAnywhereItLeavesNoHalfItemAndTheOthersGoOn) {
       const JobPlan plan = staged_plan(out, "k", [&](std::size_t i) {
         if (i == kill_at) ::raise(SIGKILL);
       });
-      (void)run_spread_items(plan, all_items(plan), {}, threads(1));
+      (void)run_spread_items(plan, all_items(plan), {}, with_threads(1));
     });
     EXPECT_EQ(code_of(child), -1);
     std::atomic<std::size_t> runs{0};

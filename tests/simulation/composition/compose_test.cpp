@@ -14,6 +14,7 @@
 #include "tests/simulation/composition/compose_scene.h"
 #include "tests/support/errors.h"
 #include "tests/support/meshes.h"
+#include "tests/support/threads.h"
 
 namespace patinate::simulation {
 namespace {
@@ -35,12 +36,6 @@ MaterialAppearance plain_look(const Vec3& color) {
 }
 
 double linear_of(std::uint8_t code) { return static_cast<double>(linear_from_srgb(static_cast<float>(code) / 255.0f)); }
-
-RunControl with_threads(int num_threads) {
-  RunControl control;
-  control.num_threads = num_threads;
-  return control;
-}
 
 std::vector<TileIndex> all_tiles(const ComposeScene& scene) {
   std::vector<TileIndex> tiles(scene.surface->grid().num_tiles());
@@ -294,7 +289,7 @@ TEST(Composer, GivesTheSameBytesForAnyNumberOfThreadsAndInstructionSet) {
   set_any_amounts(scene, 5);
   Composer plain = scene.composer();
   plain.use(InstructionSet::Baseline);
-  (void)plain.compose(*scene.atlas, {}, with_threads(1));
+  (void)plain.compose(*scene.atlas, {}, testing_support::with_threads(1));
   std::string missing;
   for (const InstructionSet set : {InstructionSet::Baseline, InstructionSet::Avx2, InstructionSet::Avx512}) {
     if (!has_instruction_set(set)) {
@@ -304,7 +299,7 @@ TEST(Composer, GivesTheSameBytesForAnyNumberOfThreadsAndInstructionSet) {
     for (const int threads : {1, 2, 3, 8}) {
       Composer composer = scene.composer();
       composer.use(set);
-      (void)composer.compose(*scene.atlas, {}, with_threads(threads));
+      (void)composer.compose(*scene.atlas, {}, testing_support::with_threads(threads));
       EXPECT_TRUE(std::equal(plain.codes().begin(), plain.codes().end(), composer.codes().begin()));
       EXPECT_TRUE(std::equal(plain.normals().begin(), plain.normals().end(), composer.normals().begin()));
       EXPECT_EQ(plain.height_mm(), composer.height_mm());

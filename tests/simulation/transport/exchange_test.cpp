@@ -13,6 +13,7 @@
 #include "simulation/transport/splat.h"
 #include "simulation/transport/transfer.h"
 #include "tests/simulation/transport/transport_scene.h"
+#include "tests/support/threads.h"
 
 namespace patinate::simulation {
 namespace {
@@ -26,12 +27,6 @@ using testing_support::TransportScene;
 
 constexpr std::uint64_t kExchangeSeed = 11;
 const ExchangeOptions kOptions{.ratio = 0.6, .rates = {0.5, 0.0, 0.02}, .contact = 1.0, .splat_texels = 1};
-
-RunControl threads(int n) {
-  RunControl control;
-  control.num_threads = n;
-  return control;
-}
 
 /// One contact after another, by gammaton, on a map of texels: what Exchanger must equal for splats of one texel.
 void exchange_slowly(std::vector<Contact> contacts, const ExchangeOptions& options, std::int64_t iteration,
@@ -71,8 +66,8 @@ TEST(Exchanger, EqualsOneContactAfterAnother) {
       std::set<TileIndex> dirty;
       exchange_slowly(contacts, kOptions, iteration, slow_cargo, *scene.surface, amounts, dirty);
       const std::int64_t before = scene.atlas->mass(0);
-      const ExchangeReport report =
-          exchanger.exchange(contacts, kOptions, iteration, cargo, *scene.atlas, nullptr, threads(2));
+      const ExchangeReport report = exchanger.exchange(contacts, kOptions, iteration, cargo, *scene.atlas, nullptr,
+                                                       testing_support::with_threads(2));
       EXPECT_EQ(scene.atlas->mass(0) - before, report.dropped[0] - report.picked_up[0]);
       EXPECT_TRUE(std::equal(report.dirty_tiles.begin(), report.dirty_tiles.end(), dirty.begin(), dirty.end()));
     }
@@ -163,7 +158,7 @@ TEST(Exchanger, EqualsOnePartOfASplatAfterAnother) {
       Exchanger exchanger(3, kExchangeSeed, set);
       for (std::size_t i = 0; i < contacts.size(); ++i)
         (void)exchanger.exchange(contacts[i], options, static_cast<std::int64_t>(i), cargo, *scene.atlas, nullptr,
-                                 threads(2));
+                                 testing_support::with_threads(2));
       EXPECT_EQ(cargo.mass, slow_cargo.mass) << one.width << " " << static_cast<int>(set);
       EXPECT_EQ(scene.atlas->hash(), slow.atlas->hash()) << one.width << " " << static_cast<int>(set);
       EXPECT_EQ(scene.atlas->memory(), slow.atlas->memory());
@@ -189,7 +184,8 @@ Outcome outcome_of(std::uint32_t n, int splat, int num_threads, bool is_shuffled
     std::vector<Contact> contacts = random_contacts(scene, n, static_cast<std::uint64_t>(iteration), 3);
     RandomStream random(static_cast<std::uint64_t>(num_threads), 9);
     for (std::uint32_t i = n; is_shuffled && i > 1; --i) std::swap(contacts[i - 1], contacts[random.below(i)]);
-    (void)exchanger.exchange(contacts, options, iteration, cargo, *scene.atlas, &maps, threads(num_threads));
+    (void)exchanger.exchange(contacts, options, iteration, cargo, *scene.atlas, &maps,
+                             testing_support::with_threads(num_threads));
   }
   Outcome out{scene.atlas->hash(), cargo.mass, {}};
   for (const TexelIndex t : scene.covered)

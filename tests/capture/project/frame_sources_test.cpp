@@ -52,7 +52,7 @@ std::vector<double> times_of(const CaptureProject& project) {
   return times;
 }
 
-HistoryReader ingest(const CaptureProject& project, const fs::path& out, int num_threads = 0) {
+HistoryReader ingest_project(const CaptureProject& project, const fs::path& out, int num_threads = 0) {
   RunControl control;
   control.num_threads = num_threads;
   (void)run_job(plan_ingest(project, {}, out), {}, control);
@@ -63,7 +63,7 @@ TEST(FrameSources, EveryImageOfAMovieIsAFrame) {
   const TempFolder folder;
   write_movie(folder / "clip.avi");
   const CaptureProject project = project_of(folder, R"({"pattern": "clip.avi", "interval": 4.85})");
-  const HistoryReader history = ingest(project, folder / "out");
+  const HistoryReader history = ingest_project(project, folder / "out");
   ASSERT_EQ(history.num_frames(), kNumFrames);
   EXPECT_EQ(history.manifest().frames[3].time, 14.55);
   for (int i = 0; i < kNumFrames; ++i) {
@@ -86,7 +86,7 @@ TEST(FrameSources, ChosenImagesKeepTheirTimes) {
   const CaptureProject project = project_of(
       folder, R"({"pattern": "clip.avi", "interval": 2, "from": 1, "to": 10, "every": 3})", R"("exclude": [4])");
   EXPECT_EQ(times_of(project), (std::vector<double>{2.0, 14.0, 20.0}));  // Images 1, 7, 10.
-  const HistoryReader history = ingest(project, folder / "out");
+  const HistoryReader history = ingest_project(project, folder / "out");
   const float expected = linear_from_srgb(static_cast<float>(movie_frame(7).at(5, 2, 1)) / 255.0f);
   EXPECT_NEAR(history.read_frame(1).at(5, 2, 1), expected, expected / 2048.0f);
 }
@@ -96,7 +96,7 @@ TEST(FrameSources, AListNamesImagesOfAMovie) {
   write_movie(folder / "clip.avi");
   const CaptureProject project = project_of(
       folder, R"([{"time": 0, "photo": "clip.avi", "image": 9}, {"time": 1, "photo": "clip.avi", "image": 2}])");
-  const HistoryReader history = ingest(project, folder / "out");
+  const HistoryReader history = ingest_project(project, folder / "out");
   const float expected = linear_from_srgb(static_cast<float>(movie_frame(9).at(5, 2, 1)) / 255.0f);
   EXPECT_NEAR(history.read_frame(0).at(5, 2, 1), expected, expected / 2048.0f);
 }
@@ -112,7 +112,7 @@ TEST(FrameSources, CropScaleAndMaskWorkOnMovies) {
   const CaptureProject project =
       project_of(folder, R"({"pattern": "clip.avi", "interval": 2})",
                  R"("response": "linear", "roi": [4, 2, 8, 4], "scale": 0.5, "mask": "mask.png")");
-  const HistoryReader history = ingest(project, folder / "out", 1);
+  const HistoryReader history = ingest_project(project, folder / "out", 1);
   ASSERT_EQ(history.manifest().width, 4);
   ASSERT_EQ(history.manifest().height, 2);
   double sum = 0.0;
@@ -168,7 +168,7 @@ TEST(FrameSources, CameraRawIsTakenAsLight) {
   testing_support::write_dng(folder / "day_2024-05-06.dng", light);
   const CaptureProject project = project_of(folder, R"({"pattern": "*.dng"})");
   EXPECT_TRUE(project.has_raw_frames);
-  EXPECT_NEAR(ingest(project, folder / "out").read_frame(0).at(20, 20, 1), 0.25f, 0.004f);
+  EXPECT_NEAR(ingest_project(project, folder / "out").read_frame(0).at(20, 20, 1), 0.25f, 0.004f);
 }
 
 TEST(FrameSourcesRealData, EveryTimeLapseIsReadAsAMovie) {
@@ -178,7 +178,7 @@ TEST(FrameSourcesRealData, EveryTimeLapseIsReadAsAMovie) {
     const fs::path movie = data / name / (std::string(name) + ".webp");
     const CaptureProject project = project_of(folder, R"({"pattern": ")" + movie.string() + R"(", "interval": 4.85})");
     ASSERT_EQ(static_cast<int>(project.frames.size()), count);
-    EXPECT_EQ(ingest(project, folder / "out").num_frames(), count);
+    EXPECT_EQ(ingest_project(project, folder / "out").num_frames(), count);
   }
 }
 

@@ -29,7 +29,7 @@ TexelMap plane_map(int size) {
 
 /// A height field over [-5, 5]^2 mm that fills the atlas, facing +z.
 template <class Height>
-TexelMap height_map(int size, int cells, Height&& height) {
+TexelMap relief_map(int size, int cells, Height&& height) {
   return TexelMap(make_patch(cells, cells,
                              [&](double u, double v) {
                                const double x = 10 * u - 5, y = 10 * v - 5;
@@ -50,7 +50,7 @@ void expect_valid(const ControlMap& control, const TexelMap& map) {
 }
 
 TEST(AccessibilityMap, IsOneInAGrooveAndZeroOnARidge) {
-  const TexelMap map = height_map(64, 40, [](double x, double) {
+  const TexelMap map = relief_map(64, 40, [](double x, double) {
     return 0.6 * std::exp(-(x + 2.5) * (x + 2.5)) - 0.6 * std::exp(-(x - 2.5) * (x - 2.5));
   });
   const ControlMap control = accessibility_map(map, {.scale_mm = 0.4});
@@ -65,7 +65,7 @@ TEST(AccessibilityMap, IsOneInAGrooveAndZeroOnARidge) {
 TEST(AccessibilityMap, RangeIsTheMeanCurvatureInReciprocalMillimetres) {
   // Bottom of a shallow wave a cos(k x): curvature a k^2 / 2, of which the step keeps 1 / (1 + t k^2).
   constexpr double kHeight = 0.05, kWave = std::numbers::pi / 2.5, kScale = 0.5;
-  const TexelMap map = height_map(64, 80, [](double x, double) { return kHeight * std::cos(kWave * x); });
+  const TexelMap map = relief_map(64, 80, [](double x, double) { return kHeight * std::cos(kWave * x); });
   const ControlMap control = accessibility_map(map, {.scale_mm = kScale, .low_percent = 0, .high_percent = 100});
   const double expected = kHeight * kWave * kWave / 2 / (1 + kScale * kScale / 2 * kWave * kWave);
   EXPECT_NEAR(control.high, expected, 0.03 * expected);
@@ -310,7 +310,7 @@ TEST(MakeControl, EvaluatesExpressionsOfKindsAndFiles) {
 }
 
 TEST(ControlMaps, AreTheSameForAnyNumberOfThreads) {
-  const TexelMap map = height_map(48, 10, [](double x, double y) { return std::sin(x) * std::cos(y); });
+  const TexelMap map = relief_map(48, 10, [](double x, double y) { return std::sin(x) * std::cos(y); });
   RunControl one, three;
   one.num_threads = 1;
   three.num_threads = 3;

@@ -14,13 +14,13 @@ namespace patinate {
 namespace {
 
 constexpr double kAmplitude = 1.0, kPeriod = 12.0, kSide = 48.0;
-constexpr double kWave = 2.0 * std::numbers::pi / kPeriod;
+constexpr double kWaveNumber = 2.0 * std::numbers::pi / kPeriod;
 
 /// Furrows along y.
 Mesh furrows() {
   return testing_support::make_patch(192, 24, [](double u, double v) {
     const double x = kSide * (u - 0.5), y = kSide * (v - 0.5);
-    return Vec3(x, y, kAmplitude * std::cos(kWave * x));
+    return Vec3(x, y, kAmplitude * std::cos(kWaveNumber * x));
   });
 }
 
@@ -40,7 +40,7 @@ TEST(HeightAccessibility, BottomsAndCrestsOfFurrowsHaveTheirClosedForms) {
   const HeightAccessibility found = height_accessibility(furrows(), Vec3::UnitZ(), fine());
   // The radius of curvature is 1 / (A k^2): a cylinder, so half of that is the mean curvature; the largest sphere at
   // the bottom has that radius.
-  const double bend = kAmplitude * kWave * kWave;
+  const double bend = kAmplitude * kWaveNumber * kWaveNumber;
   const Vec3 bottom(0.5 * kPeriod, 0.0, 0.0), crest(0.0, 0.0, 0.0);
   constexpr double kDiscretization = 0.05;  // Smoothing 0.5 mm takes 1 - exp(-(k s)^2 / 2) = 3.4 % of the curvature.
   EXPECT_NEAR(at(found, 0, bottom) / (0.5 * bend), 1.0, kDiscretization);

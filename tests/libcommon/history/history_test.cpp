@@ -50,7 +50,7 @@ HistoryManifest make_manifest() {
 }
 
 /// Three frames at uneven times, a control and a mask.
-void write_history(const fs::path& folder) {
+void write_three_frames(const fs::path& folder) {
   HistoryWriter writer(folder, make_manifest());
   writer.write_frame(2, 10.0, make_frame(0.5f));
   writer.write_frame(0, 0.0, make_frame(0.0f));
@@ -85,7 +85,7 @@ void replace_in_manifest(const fs::path& folder, const std::string& from, const 
 
 TEST(History, ReadsBackWhatWasWritten) {
   const TempFolder folder;
-  write_history(folder.path());
+  write_three_frames(folder.path());
   for (const fs::path& path : {folder.path(), folder / "history.json"}) {
     const HistoryReader reader(path);
     const HistoryManifest& m = reader.manifest();
@@ -128,7 +128,7 @@ TEST(History, AFramesOwnMaskAddsToTheHistorysMask) {
 
 TEST(History, ControlsAreNormalizedByTheirRangeAndClamped) {
   const TempFolder folder;
-  write_history(folder.path());
+  write_three_frames(folder.path());
   const ImageF control = HistoryReader(folder.path()).read_control("thickness");
   // Written: x - 1 with range [0, 4].
   EXPECT_EQ(control.at(0, 0), 0.0f);
@@ -139,7 +139,7 @@ TEST(History, ControlsAreNormalizedByTheirRangeAndClamped) {
 
 TEST(History, SampleAtFrameTimesIsThatFrameToTheBit) {
   const TempFolder folder;
-  write_history(folder.path());
+  write_three_frames(folder.path());
   const HistoryReader reader(folder.path());
   for (int i = 0; i < reader.num_frames(); ++i) {
     const double time = reader.manifest().frames[static_cast<std::size_t>(i)].time;
@@ -151,7 +151,7 @@ TEST(History, SampleAtFrameTimesIsThatFrameToTheBit) {
 
 TEST(History, SampleBetweenFramesIsLinearInTime) {
   const TempFolder folder;
-  write_history(folder.path());
+  write_three_frames(folder.path());
   const HistoryReader reader(folder.path());
   // Offsets 0 at time 0 and 0.25 at time 2.5: 0.1 at time 1.
   const ImageF sampled = reader.sample(1.0), first = reader.read_frame(0);
@@ -163,8 +163,8 @@ TEST(History, SampleBetweenFramesIsLinearInTime) {
 
 TEST(History, EqualWorkGivesEqualBytes) {
   const TempFolder a, b;
-  write_history(a.path());
-  write_history(b.path());
+  write_three_frames(a.path());
+  write_three_frames(b.path());
   for (const char* file : {"history.json", "frames/0001.exr", "controls/thickness.exr", "mask.png"}) {
     EXPECT_EQ(read_file(a / file), read_file(b / file)) << file;
   }
@@ -172,13 +172,13 @@ TEST(History, EqualWorkGivesEqualBytes) {
 
 TEST(History, ManifestKeepsUnknownTexelSizeAsNull) {
   const TempFolder folder;
-  write_history(folder.path());
+  write_three_frames(folder.path());
   EXPECT_TRUE(has(read_file(folder / "history.json"), "\"texel_size_mm\": null"));
 }
 
 TEST(History, AcceptsTheOptionalImagesOfTheFormat) {
   const TempFolder folder;
-  write_history(folder.path());
+  write_three_frames(folder.path());
   replace_in_manifest(folder.path(), "\"file\": \"frames/0001.exr\"",
                       "\"file\": \"frames/0001.exr\", \"stddev\": \"s.exr\", \"mask\": \"mask.png\" // later\n");
   replace_in_manifest(folder.path(), "\"key\"", "\"maps\": {\"height\": \"h.exr\"}, \"key\"");
@@ -203,7 +203,7 @@ TEST(History, WarningsAreKeptTheWorstFirst) {
 
 TEST(History, FramesCarryMoreThanColor) {
   const TempFolder folder;
-  write_history(folder.path());
+  write_three_frames(folder.path());
   HistoryManifest manifest = read_history_manifest(folder.path());
   HistoryWriter writer(folder.path(), manifest);
   const ImageF deviation(manifest.width, manifest.height, 3, 0.25f), lobe(manifest.width, manifest.height, 2, 0.5f);
@@ -224,7 +224,7 @@ TEST(History, FramesCarryMoreThanColor) {
 
 TEST(History, UnknownKeysAreErrorsWithASuggestion) {
   const TempFolder folder;
-  write_history(folder.path());
+  write_three_frames(folder.path());
   replace_in_manifest(folder.path(), "\"origin\"", "\"origin\": \"captured\", \"orign\"");
   EXPECT_TRUE(has(reading_error(folder.path()), "history.json: /orign: unknown key; did you mean `origin`?"))
       << reading_error(folder.path());
@@ -234,7 +234,7 @@ TEST(History, GarbageManifestsAreOneLineErrors) {
   const TempFolder folder;
   EXPECT_TRUE(has(reading_error(folder / "nothing"), "nothing"));
   EXPECT_TRUE(has(reading_error(folder.path()), "history.json: does not exist"));
-  write_history(folder.path());
+  write_three_frames(folder.path());
   const std::string good = read_file(folder / "history.json");
   for (std::size_t length = 0; length + 2 < good.size(); length += 7) {
     write_atomically(folder / "history.json", good.substr(0, length));
@@ -261,7 +261,7 @@ TEST(History, GarbageManifestsAreOneLineErrors) {
 
 TEST(History, EqualOrUnsortedTimesAreErrors) {
   const TempFolder folder;
-  write_history(folder.path());
+  write_three_frames(folder.path());
   replace_in_manifest(folder.path(), "\"time\": 2.5", "\"time\": 10");
   EXPECT_TRUE(has(reading_error(folder.path()), "times must be strictly increasing"));
   replace_in_manifest(folder.path(), "\"time\": 10", "\"time\": 11");
@@ -280,7 +280,7 @@ TEST(History, EqualOrUnsortedTimesAreErrors) {
 // Spans and steps are divided by and multiplied with in many places: 1e308 - -1e308 is infinite, 1 / 5e-324 too.
 TEST(History, TimesThatCannotBeComputedWithAreErrors) {
   const TempFolder folder;
-  write_history(folder.path());
+  write_three_frames(folder.path());
   const std::string good = read_file(folder / "history.json");
   const auto error_with = [&](const std::string& first, const std::string& last) {
     write_atomically(folder / "history.json", good);
@@ -304,7 +304,7 @@ TEST(History, TimesThatCannotBeComputedWithAreErrors) {
 
 TEST(History, ControlsHaveNamesThatAreFilesOfTheirFolder) {
   const TempFolder folder;
-  write_history(folder.path());
+  write_three_frames(folder.path());
   const std::string good = read_file(folder / "history.json");
   for (const char* name : {"../../evil", "a/b", "", ".hidden", "two words"}) {
     write_atomically(folder / "history.json", good);
@@ -318,7 +318,7 @@ TEST(History, ControlsHaveNamesThatAreFilesOfTheirFolder) {
 TEST(History, BrokenFilesAreNamed) {
   for (const std::string file : {"frames/0001.exr", "controls/thickness.exr", "mask.png"}) {
     const TempFolder folder;
-    write_history(folder.path());
+    write_three_frames(folder.path());
     const std::string good = read_file(folder / file);
     fs::remove(folder / file);
     EXPECT_TRUE(has(reading_error(folder.path()), file)) << file;
@@ -336,7 +336,7 @@ TEST(History, BrokenFilesAreNamed) {
 
 TEST(History, ControlsOutsideTheUnitIntervalAndEmptyMasksAreErrors) {
   const TempFolder folder;
-  write_history(folder.path());
+  write_three_frames(folder.path());
   write_codes(folder / "mask.png", ImageU8(kFolderWidth, kFolderHeight));
   EXPECT_TRUE(has(reading_error(folder.path()), "mask.png: is 0 everywhere"));
   write_codes(folder / "mask.png", ImageU8(kFolderWidth, kFolderHeight, 1, 255));
@@ -365,7 +365,7 @@ TEST(History, WriterRefusesWhatTheFormatDoesNotAllow) {
 
 TEST(History, UnknownControlsAreListed) {
   const TempFolder folder;
-  write_history(folder.path());
+  write_three_frames(folder.path());
   try {
     (void)HistoryReader(folder.path()).control("thicknes");
     FAIL();

@@ -20,7 +20,7 @@
 namespace patinate::transfer {
 namespace {
 
-constexpr double kSide = 48.0;  // mm, and pixels of the source.
+constexpr double kSourceSide = 48.0;  // mm, and pixels of the source.
 constexpr int kAtlas = 96;
 
 /// A relief of waves over the source's pixels; x right, y up, z out.
@@ -36,7 +36,7 @@ class TurnedCharts : public testing::TestWithParam<bool> {
  protected:
   void SetUp() override {
     std::filesystem::create_directory(folder_ / "history");
-    const int size = static_cast<int>(kSide);
+    const int size = static_cast<int>(kSourceSide);
     testing_support::write_history(folder_ / "history", size, size, 2, testing_support::blotches);
     HistoryWriter writer(folder_ / "history", HistoryReader(folder_ / "history").manifest());
     ImageF normals(size, size, 3);
@@ -48,7 +48,7 @@ class TurnedCharts : public testing::TestWithParam<bool> {
     HistoryWriter::write_frame_extra(folder_ / "history", 0, "normal", normals);
     writer.add_written_frame_extra(0, "normal");
     writer.finish();
-    Mesh mesh = testing_support::quilt_plane(kSide, 3);
+    Mesh mesh = testing_support::quilt_plane(kSourceSide, 3);
     if (GetParam()) {
       for (Vec2& uv : mesh.uvs) uv.x() = 1.0 - uv.x();  // Mirror images of the surface.
     }
@@ -71,8 +71,9 @@ class TurnedCharts : public testing::TestWithParam<bool> {
         const TexelId t = std::int64_t{y} * kAtlas + x;
         if (!map_->is_covered(t)) continue;
         const Vec3 p = map_->position_mm(t);
-        coordinates.at(x, y, 0) = static_cast<float>(std::clamp(std::floor(p.x()), 0.0, kSide - 1.0));
-        coordinates.at(x, y, 1) = static_cast<float>(std::clamp(kSide - 1.0 - std::floor(p.y()), 0.0, kSide - 1.0));
+        coordinates.at(x, y, 0) = static_cast<float>(std::clamp(std::floor(p.x()), 0.0, kSourceSide - 1.0));
+        coordinates.at(x, y, 1) =
+            static_cast<float>(std::clamp(kSourceSide - 1.0 - std::floor(p.y()), 0.0, kSourceSide - 1.0));
         const auto [along_u, along_v] = uv_axes(t);
         coordinates.at(x, y, 2) = static_cast<float>(std::atan2(along_v.x(), along_u.x()));  // World x in the UV frame.
         coordinates.at(x, y, 3) = GetParam() ? 1.0f : 0.0f;

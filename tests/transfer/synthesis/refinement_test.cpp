@@ -20,7 +20,7 @@ namespace patinate::transfer {
 namespace {
 
 constexpr int kLinesSource = 96, kLinesSide = 64, kBlock = 16;
-constexpr std::int32_t kOne = PixelNeighbor::kOne;
+constexpr std::int32_t kOnePixel = PixelNeighbor::kOne;
 
 /// Cells between dark lines, laid on a plane in blocks from anywhere: almost every line is broken.
 struct BrokenLines {
@@ -91,11 +91,11 @@ TEST(SeamFeatures, AreFreeInsideAPieceAndAMetricBetweenPieces) {
   const SeamFeatures features = task.features();
   RandomStream random(3, 3);
   const auto place = [&] {
-    return FixedPoint{static_cast<std::int32_t>(10 + random.below(70)) * kOne,
-                      static_cast<std::int32_t>(10 + random.below(70)) * kOne};
+    return FixedPoint{static_cast<std::int32_t>(10 + random.below(70)) * kOnePixel,
+                      static_cast<std::int32_t>(10 + random.below(70)) * kOnePixel};
   };
   for (int i = 0; i < 1000; ++i) {
-    const FixedPoint a = place(), b = place(), c = place(), step{kOne, i % 2 * kOne};
+    const FixedPoint a = place(), b = place(), c = place(), step{kOnePixel, i % 2 * kOnePixel};
     EXPECT_EQ(features.seam(a, {a.x + step.x, a.y + step.y}, step), 0);
     // Labels are offsets: a, b and c at the first texel; each distance is rounded down.
     const auto seam = [&](const FixedPoint& p, const FixedPoint& q) {
@@ -108,9 +108,9 @@ TEST(SeamFeatures, AreFreeInsideAPieceAndAMetricBetweenPieces) {
 
 TEST(SeamFeatures, AStepToWhereNothingCanBeCopiedIsDear) {
   const BrokenLines task;
-  const FixedPoint corner{2 * kOne, 2 * kOne}, inside{40 * kOne, 40 * kOne};
-  EXPECT_EQ(task.features().pixel_at(kOne, kOne), -1) << "the neighborhood's radius is 2";
-  EXPECT_GE(task.features().seam(corner, inside, {-kOne, 0}), SeamFeatures::kOutside);
+  const FixedPoint corner{2 * kOnePixel, 2 * kOnePixel}, inside{40 * kOnePixel, 40 * kOnePixel};
+  EXPECT_EQ(task.features().pixel_at(kOnePixel, kOnePixel), -1) << "the neighborhood's radius is 2";
+  EXPECT_GE(task.features().seam(corner, inside, {-kOnePixel, 0}), SeamFeatures::kOutside);
 }
 
 TEST(ControlCost, IsFreeWithinAHundredthAndRisesBeyond) {
@@ -142,8 +142,8 @@ TEST(SurfacePatch, OnAPlaneIsASquareWithItsPairs) {
   EXPECT_EQ(patch.texels[0].texel, center);
   // Row y of the atlas goes down, as the history's does.
   for (const PatchTexel& t : patch.texels) {
-    EXPECT_NEAR(t.offset.x, static_cast<int>(t.texel % kLinesSide - 30) * kOne, 3);
-    EXPECT_NEAR(std::abs(t.offset.y), std::abs(static_cast<int>(t.texel / kLinesSide - 30)) * kOne, 3);
+    EXPECT_NEAR(t.offset.x, static_cast<int>(t.texel % kLinesSide - 30) * kOnePixel, 3);
+    EXPECT_NEAR(std::abs(t.offset.y), std::abs(static_cast<int>(t.texel / kLinesSide - 30)) * kOnePixel, 3);
   }
   const auto inner =
       std::count_if(patch.edges.begin(), patch.edges.end(), [](const PatchEdge& e) { return e.second >= 0; });
@@ -177,7 +177,7 @@ TEST(SurfacePatch, OnADomeIsNowhereTorn) {
                      &b = patch.texels[static_cast<std::size_t>(e.second)].offset;
     most = std::max({most, std::abs(b.x - a.x - e.step.x), std::abs(b.y - a.y - e.step.y)});
   }
-  EXPECT_LT(most, kOne / 2);
+  EXPECT_LT(most, kOnePixel / 2);
 }
 
 TEST(PatchCut, FindsTheCheapestOfAllBorders) {
@@ -199,8 +199,8 @@ TEST(PatchCut, FindsTheCheapestOfAllBorders) {
   RandomStream random(5, 5);
   int num_better = 0;
   for (int i = 0; i < 60; ++i) {
-    const FixedPoint center{static_cast<std::int32_t>(10 + random.below(70)) * kOne,
-                            static_cast<std::int32_t>(10 + random.below(70)) * kOne};
+    const FixedPoint center{static_cast<std::int32_t>(10 + random.below(70)) * kOnePixel,
+                            static_cast<std::int32_t>(10 + random.below(70)) * kOnePixel};
     const auto cost = [&](unsigned labels) {
       const auto place = [&](std::int32_t n) {
         const PatchTexel& t = patch.texels[static_cast<std::size_t>(n)];
@@ -259,7 +259,7 @@ TEST(Refinement, TileByTileLowersTheSumRoundByRoundOverBordersOfTilesToo) {
       const auto pair = [&](int x, int y, int dx, int dy) {
         sum += features.seam(places.point(TexelId{y} * kLinesSide + x),
                              places.point(TexelId{y + dy} * kLinesSide + x + dx),
-                             {static_cast<std::int16_t>(dx * kOne), static_cast<std::int16_t>(dy * kOne)});
+                             {static_cast<std::int16_t>(dx * kOnePixel), static_cast<std::int16_t>(dy * kOnePixel)});
       };
       pair(kLinesSide / 2 - 1, i, 1, 0);
       pair(i, kLinesSide / 2 - 1, 0, 1);

@@ -20,7 +20,7 @@ namespace {
 using device::Device;
 using device::DeviceInfo;
 
-constexpr int kAnySource = 48, kSize = 64;
+constexpr int kAnySource = 48, kAnySize = 64;
 
 /// Colors of few values, so that costs tie, one of them everywhere in some.
 std::shared_ptr<const History> any_history(RandomStream& random) {
@@ -42,7 +42,7 @@ std::shared_ptr<const History> any_history(RandomStream& random) {
 /// Charts of several densities, some of whose triangles have no area: a corner twice, three on a line, or none in the
 /// atlas; some are as small or as large as numbers get, and some lie over one another.
 Mesh any_mesh(RandomStream& random) {
-  Mesh mesh = testing_support::patchwork_plane(kSize, 1 + static_cast<int>(random.below(5)));
+  Mesh mesh = testing_support::patchwork_plane(kAnySize, 1 + static_cast<int>(random.below(5)));
   const auto any_corner = [&] { return random.below(3); };
   for (Triangle& triangle : mesh.triangles) {
     if (random.below(9) == 0) triangle[any_corner()] = triangle[any_corner()];
@@ -69,7 +69,7 @@ Mesh any_mesh(RandomStream& random) {
 }
 
 ImageF any_control(RandomStream& random) {
-  ImageF values(kSize, kSize);
+  ImageF values(kAnySize, kAnySize);
   const std::uint32_t kind = random.below(4);
   for (float& v : values.values()) {
     v = kind == 0   ? 0.5f
@@ -82,7 +82,7 @@ ImageF any_control(RandomStream& random) {
 
 TransferInput any_input(RandomStream& random) {
   TransferInput input{.history = any_history(random),
-                      .map = std::make_shared<const TexelMap>(any_mesh(random), kSize, kSize),
+                      .map = std::make_shared<const TexelMap>(any_mesh(random), kAnySize, kAnySize),
                       .texel_size_mm = random.below(4) == 0 ? 0.3 : 1.0,
                       .controls = {}};
   input.controls.push_back({"x", "any", any_control(random), {}, 1.0, ControlMapping::Rank});
@@ -118,11 +118,12 @@ TEST_F(SearchOfAnything, GivesTheCpusCoordinatesOrIsRefused) {
 TEST(TransferOfNumbersThatAreNone, IsRefusedNamingThem) {
   RandomStream random(48, 0);
   const float none = std::nanf(""), infinity = std::numeric_limits<float>::infinity();
-  TransferInput input{.history = any_history(random),
-                      .map = std::make_shared<const TexelMap>(testing_support::unit_plane(kSize), kSize, kSize),
-                      .texel_size_mm = 1.0,
-                      .controls = {}};
-  input.controls.push_back({"x", "any", ImageF(kSize, kSize, 1, 0.5f), {}, 1.0, ControlMapping::Rank});
+  TransferInput input{
+      .history = any_history(random),
+      .map = std::make_shared<const TexelMap>(testing_support::unit_plane(kAnySize), kAnySize, kAnySize),
+      .texel_size_mm = 1.0,
+      .controls = {}};
+  input.controls.push_back({"x", "any", ImageF(kAnySize, kAnySize, 1, 0.5f), {}, 1.0, ControlMapping::Rank});
   const auto said = [&](const auto& change) {
     TransferInput changed = input;
     change(changed);

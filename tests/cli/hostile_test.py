@@ -35,7 +35,7 @@ def in_shared(*arguments):
 
 
 def setUpModule():
-    make_small_scene(in_shared)
+    make_small_scene(PATINATE, SHARED)
     (SHARED / "plate.obj").write_text(PLATE)
     (SHARED / "scene.json").write_text(json.dumps(SCENE))
     result = in_shared("synth", "crackle", "--width", "32", "--height", "32", "--num-frames", "8", "-o", "long_capture")

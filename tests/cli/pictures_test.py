@@ -22,7 +22,7 @@ def run(*arguments, cwd=SHARED, **more):
 
 
 def setUpModule():
-    make_small_scene(run)
+    make_small_scene(PATINATE, SHARED)
 
 
 def tearDownModule():

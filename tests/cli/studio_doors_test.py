@@ -28,7 +28,7 @@ class NamedOutside(unittest.TestCase):
         cls.outside, cls.served = cls.folder / "outside", cls.folder / "served"
         cls.outside.mkdir()
         cls.served.mkdir()
-        make_small_scene(lambda *arguments: cls.run_in(cls.outside, *arguments))
+        make_small_scene(PATINATE, cls.outside)
         cls.run_in(cls.outside, "synth", "ledge", "--cells", "4", "-o", "ledge", check=True)
         scene = json.loads((cls.outside / "ledge/scene.json").read_text())
         scene["atlas"] = {"resolution": 64}

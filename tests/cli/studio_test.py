@@ -37,7 +37,7 @@ class Studio(unittest.TestCase):
         cls.outside = pathlib.Path(tempfile.mkdtemp(prefix="patinate_studio_"))
         cls.folder = cls.outside / "served"
         cls.folder.mkdir()
-        make_small_scene(cls.run_in)
+        make_small_scene(PATINATE, cls.folder)
         (cls.folder / "stated.json").write_text(json.dumps({"format": "patinate.appearance", "version": 1, "materials": [
             {"color": "#f0e8d8", "metalness": 0, "roughness": 0.9, "specular": 0.06}, {"color": "#302010", "metalness": 1, "roughness": 0.25, "tint": "#f0ae8c"}]}))
         for arguments in (["lookup", "aged", "--time", "11", "-o", "aged_11.png"], ["lookup", "aged", "--time", "7.5", "-o", "aged_frame.png"],

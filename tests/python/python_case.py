@@ -52,7 +52,7 @@ def main():
     PythonCase.package = pathlib.Path(sys.argv.pop(1)).resolve()
     PythonCase.work = pathlib.Path(tempfile.mkdtemp(prefix="patinate_python_"))
     try:
-        make_small_scene(lambda *arguments: subprocess.run([PythonCase.patinate, *arguments], cwd=PythonCase.work, capture_output=True, text=True))
+        make_small_scene(PythonCase.patinate, PythonCase.work)
         (PythonCase.work / "plate.obj").write_text(PLATE)
         (PythonCase.work / "scene.json").write_text(json.dumps(SCENE))
         program = unittest.main(module="__main__", exit=False)

@@ -12,4 +12,9 @@ std::optional<std::filesystem::path> real_data(const std::filesystem::path& name
   return path;
 }
 
+bool is_nightly() {
+  const char* set = std::getenv("PATINATE_NIGHTLY");
+  return set != nullptr && *set != '\0';
+}
+
 }  // namespace patinate::testing_support

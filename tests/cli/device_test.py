@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`patinate devices` and `--device`: the same bytes everywhere, and what is said where there is nothing. Usage: device_cli_test.py PATINATE [unittest arguments]"""
+"""`patinate devices` and `--device`: the same bytes everywhere, and what is said where there is nothing. Usage: device_test.py PATINATE [unittest arguments]"""
 import json
 import os
 import pathlib

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a finished or interrupted output is worth to the next command, and what --dry-run says. Usage: job_cli_test.py PATINATE [unittest arguments]"""
+"""What a finished or interrupted output is worth to the next command, and what --dry-run says. Usage: job_test.py PATINATE [unittest arguments]"""
 import json
 import os
 import pathlib
@@ -20,7 +20,7 @@ def run(*arguments, cwd=SHARED):
 
 
 def setUpModule():
-    make_small_scene(run)
+    make_small_scene(PATINATE, SHARED)
 
 
 def tearDownModule():

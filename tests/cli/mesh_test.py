@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Meshes as laboratories have them, through the commands. Usage: mesh_cli_test.py PATINATE"""
+"""Meshes as laboratories have them, through the commands. Usage: mesh_test.py PATINATE"""
 import json
 import pathlib
 import shutil

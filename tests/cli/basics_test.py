@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs the binary as a user does, on bad input above all. Usage: cli_test.py PATINATE [unittest arguments]
+"""Runs the binary as a user does, on bad input above all. Usage: basics_test.py PATINATE [unittest arguments]
 
 Every failure is one line `patinate: error: ...` and the right exit code, leaves nothing half-written, and the repaired command
 succeeds. What becomes of outputs, and of commands that are stopped, is outputs_test.py's.

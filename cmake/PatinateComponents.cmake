@@ -19,7 +19,7 @@ set(patinate_metrics_needs core image)
 set(patinate_history_needs core geometry image)
 set(patinate_controls_needs atlas core geometry image metrics)
 set(patinate_job_needs core)
-set(patinate_output_needs core geometry image metrics)
+set(patinate_output_needs core geometry image mesh_files metrics)
 set(patinate_output_libraries opencv zlib)
 
 set(patinate_calibration_needs core geometry image mesh_files)

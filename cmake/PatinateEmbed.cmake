@@ -7,6 +7,7 @@ function(patinate_embed target embedded_namespace symbol file)
   file(READ "${file}" text)
   set(source "${CMAKE_CURRENT_BINARY_DIR}/embedded_${symbol}.cpp")
   configure_file("${patinate_embed_template}" "${source}" @ONLY)
+  set_source_files_properties("${source}" PROPERTIES UNITY_GROUP embedded)
   target_sources(${target} PRIVATE "${source}")
 endfunction()
 
@@ -18,5 +19,6 @@ function(patinate_embed_built target embedded_namespace symbol file)
     COMMAND "${CMAKE_COMMAND}" -Dembedded_namespace=${embedded_namespace} -Dsymbol=${symbol} "-Dfile=${file}" "-Dsource=${source}" -P "${patinate_embed_script}"
     DEPENDS "${file}" "${patinate_embed_script}" "${patinate_embed_template}"
     COMMENT "Embedding ${symbol}" VERBATIM)
+  set_source_files_properties("${source}" PROPERTIES UNITY_GROUP embedded)
   target_sources(${target} PRIVATE "${source}")
 endfunction()

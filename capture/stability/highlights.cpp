@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kWhiteShare = 0.6;  ///< Of a window that is white material.
 constexpr int kMaxLookedFrames = 16;
-constexpr int kLookSide = 512;  ///< Pixels of the longer side at which the standing highlight is looked for.
+constexpr int kHighlightSide = 512;  ///< Pixels of the longer side at which the standing highlight is looked for.
 constexpr int kLeastEarly = 2;
 constexpr int kEarlyPart = 32;        ///< One in so many frames, the first ones: what grows is not there yet.
 constexpr double kLeastCore = 0.016;  ///< Of the shorter side, across: wet grains glint in smaller spots.
@@ -187,7 +187,7 @@ EarlyLook look_at_start(int num_frames, const std::function<ImageF(int)>& read_f
     const ImageF frame = read_frame(count == 1 ? 0 : static_cast<int>(std::int64_t{k} * (span - 1) / (count - 1)));
     look.full_width = frame.width();
     look.full_height = frame.height();
-    const double factor = std::min(1.0, static_cast<double>(kLookSide) / std::max(frame.width(), frame.height()));
+    const double factor = std::min(1.0, static_cast<double>(kHighlightSide) / std::max(frame.width(), frame.height()));
     const int width = std::max(1, static_cast<int>(std::lround(frame.width() * factor)));
     const int height = std::max(1, static_cast<int>(std::lround(frame.height() * factor)));
     const ImageF low = downscale_area(frame, width, height);

@@ -44,9 +44,9 @@ ImageU8 codes_of(const TextureFile& texture) {
 
 /// Texels that are looked up and written while in the cache: rows that EXR compresses together.
 std::size_t piece_size(const CoordinateStrips& strips) {
-  constexpr std::size_t kTexels = 1 << 16, kRows = kExrChunkRows;
+  constexpr std::size_t kPieceTexels = 1 << 16, kRows = kExrChunkRows;
   const auto width = static_cast<std::size_t>(strips.width());
-  return (kTexels / width / kRows + 1) * kRows * width;
+  return (kPieceTexels / width / kRows + 1) * kRows * width;
 }
 
 /// The rows of a strip on a device, for all textures.

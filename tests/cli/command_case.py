@@ -16,6 +16,11 @@ CANNOT, USAGE, INPUT, INTERRUPTED = 1, 2, 3, 130
 nightly = unittest.skipUnless(os.environ.get("PATINATE_NIGHTLY"), "runs nightly")
 
 
+def four_per_commit(commands):
+    """Of {name: command line}: all of them nightly, and per commit those whose jobs differ most."""
+    return commands if os.environ.get("PATINATE_NIGHTLY") else {name: commands[name] for name in ("ingest", "transfer", "simulate", "glb")}
+
+
 def tree_of(folder):
     """Relative path -> bytes of every file but run.json, which differs from run to run, and what a transfer keeps of its history's analysis."""
     return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file() and p.name != "run.json" and ".cache" not in p.parts}

@@ -2,7 +2,7 @@
 """kill -9 at random times: the same command, run again, ends in the bytes of an uninterrupted run.
 Usage: kill_test.py PATINATE [--kills N] [--seed S] [unittest arguments]
 
-Every command is killed N times (2 unless told), at times drawn evenly over how long it takes, in groups: some kills hit a fresh start, others a
+Every command (per commit four of them) is killed N times (2 unless told), at times drawn evenly over how long it takes, in groups: some kills hit a fresh start, others a
 run that resumes after kills. tools/nightly runs 50 of each. Then a disk that is full: exit code 1, one line, and the same end once there is
 space.
 """
@@ -17,6 +17,8 @@ import sys
 import tempfile
 import time
 import unittest
+
+from command_case import four_per_commit, nightly
 
 
 def take_argument(name, default):
@@ -139,7 +141,7 @@ class Killed(unittest.TestCase):
             print(f"{name}: {num_killed} kills of a run of {duration:.2f} s", file=sys.stderr)
 
 
-for command in COMMANDS:
+for command in four_per_commit(COMMANDS):
     setattr(Killed, f"test_{command}", lambda self, name=command: self.check(name))
 
 
@@ -150,7 +152,7 @@ class FileSizeLimit(unittest.TestCase):
         def limit():
             signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
             resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
-        for name, arguments in COMMANDS.items():
+        for name, arguments in {**four_per_commit(COMMANDS), "lookup": COMMANDS["lookup"]}.items():
             with self.subTest(command=name), tempfile.TemporaryDirectory() as folder:
                 process = start(arguments, folder, preexec_fn=limit)
                 errors = process.communicate(timeout=300)[1]
@@ -162,6 +164,7 @@ class FileSizeLimit(unittest.TestCase):
                     self.assertEqual([p.name for p in pathlib.Path(folder).iterdir()], [arguments[-1]])
 
 
+@nightly
 class FullDisk(unittest.TestCase):
     """A small tmpfs; needs root (or skips), as only a mount is full in the way that disks are."""
 

@@ -9,7 +9,7 @@ import subprocess
 import sys
 import unittest
 
-from command_case import CANNOT, INPUT, USAGE, CommandCase, tree_of, use
+from command_case import CANNOT, INPUT, USAGE, CommandCase, four_per_commit, nightly, tree_of, use
 
 PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 
@@ -33,7 +33,8 @@ class PlanCase(CommandCase):
 
 
 class SameBytes(PlanCase):
-    """Every command that can be planned, or a use of it that is quick."""
+    """Every command that can be planned, or a use of it that is quick. Per commit, processes of their own run four of them: tests/tools/patinate/job_plans_test.cpp
+    asks all of them in one process."""
     COMMANDS = {
         "ingest": ["ingest", "capture", "--progress", "-o", "out"],
         "relit": ["ingest", "mold", "-o", "out"],
@@ -76,7 +77,7 @@ class SameBytes(PlanCase):
         return result.stdout
 
     def test_items_one_by_one_and_joined_give_the_bytes_of_the_command(self):
-        for name, command in self.COMMANDS.items():
+        for name, command in four_per_commit(self.COMMANDS).items():
             with self.subTest(command=name):
                 self.run_in(self.here, *command)
                 plan = json.loads(self.run_in(self.spread, "plan", *command, "--json"))
@@ -93,7 +94,7 @@ class SameBytes(PlanCase):
                     shutil.rmtree(made) if made.is_dir() else made.unlink()
 
     def test_a_command_run_whole_gives_the_same_bytes_and_says_when_it_is_up_to_date(self):
-        for name in ("ingest", "transfer", "lookup", "simulate", "glb"):
+        for name in four_per_commit(self.COMMANDS):
             with self.subTest(command=name):
                 self.run_in(self.here, *self.COMMANDS[name])
                 self.run_in(self.spread, "run", *self.COMMANDS[name])
@@ -105,7 +106,7 @@ class SameBytes(PlanCase):
                     shutil.rmtree(made) if made.is_dir() else made.unlink()
 
     def test_a_dry_run_makes_nothing(self):
-        for name, command in self.COMMANDS.items():
+        for name, command in four_per_commit(self.COMMANDS).items():
             for before in (["run"], ["plan"]):
                 with self.subTest(command=name, before=before):
                     self.run_in(self.spread, *before, *command, "--dry-run")
@@ -289,6 +290,7 @@ class Cost(PlanCase):
         cost = self.plan(*command)["join"]["cost"]
         return cost["core_seconds"], cost["megabytes"], self.spent("run", *command)
 
+    @nightly
     def test_it_grows_with_size_and_is_right_to_a_factor_of_three(self):
         for name, of in (("frames", [self.frames(256, 200), self.frames(600, 480)]), ("transfer", [self.transfer(256), self.transfer(600)])):
             with self.subTest(name):
@@ -312,6 +314,7 @@ class Cost(PlanCase):
             spent += self.spent("join", "plan.json")
         return sum(cost["core_seconds"] for cost in [*costs, *([join] if join else [])]), max(cost["megabytes"] for cost in costs), spent
 
+    @nightly
     def test_other_commands_items_are_right_to_a_factor_of_three(self):
         for width, height in ((200, 160), (520, 400)):
             self.succeeds("synth", "crackle", "--width", width, "--height", height, "--num-frames", "4", "-o", f"paint{width}")

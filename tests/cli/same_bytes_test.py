@@ -2,7 +2,7 @@
 """Equal work gives equal bytes: another number of threads, another name of the output, other spellings of the paths.
 Usage: same_bytes_test.py PATINATE [unittest arguments]
 
-run.json is the file for what differs from run to run.
+run.json is the file for what differs from run to run. Per commit four commands; job_plans_test.cpp asks all of them in one process.
 """
 import os
 import pathlib
@@ -12,6 +12,8 @@ import subprocess
 import sys
 import tempfile
 import unittest
+
+from command_case import four_per_commit
 
 PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_same_"))
@@ -60,7 +62,7 @@ COMMANDS = {
     "factorize": ["factorize", "@history", "--num-intervals", "16", "--num-training", "48"],
     "simulate": ["simulate", "@ledge/scene.json", "--resolution", "64", "--iterations", "20"],
     "recompose": ["recompose", "@rain"],
-    "export_glb": ["export", "@aged", ".glb"],
+    "glb": ["export", "@aged", ".glb"],
     "export_gif": ["export", "@aged", "--num-times", "3", ".gif"],
     "export_sequence": ["export", "@aged", "--num-times", "3"],
     "lookup": ["lookup", "@aged", "--time", "20", ".png"],
@@ -90,7 +92,7 @@ class SameBytes(unittest.TestCase):
         self.assertEqual([file for file in one if one[file] != another[file]], [])
 
 
-for command in COMMANDS:
+for command in four_per_commit(COMMANDS):
     setattr(SameBytes, f"test_{command}", lambda self, name=command: self.check(name))
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@
 #include "tests/simulation/tracing/chi_square.h"
 #include "tests/simulation/tracing/tracing_scene.h"
 #include "tests/support/errors.h"
+#include "tests/support/test_data.h"
 
 namespace patinate::simulation {
 namespace {
@@ -25,7 +26,7 @@ using testing_support::scene_with;
 using testing_support::TracedScene;
 using testing_support::with_any_uvs;
 
-constexpr std::uint32_t kBirths = 100000;
+const std::uint32_t kBirths = testing_support::sample_count(100000u);
 
 Mesh floor_of(double side) {
   return make_patch(2, 2, [&](double u, double v) { return Vec3((u - 0.5) * side, 0.0, (0.5 - v) * side); });

@@ -13,6 +13,7 @@
 #include "tests/simulation/tracing/chi_square.h"
 #include "tests/simulation/tracing/tracing_scene.h"
 #include "tests/support/meshes.h"
+#include "tests/support/test_data.h"
 
 namespace patinate::simulation {
 namespace {
@@ -66,10 +67,11 @@ TEST(GammatonTracer, ParallelRainHitsASphereByTheCosineAndNeverBehind) {
 
 TEST(GammatonTracer, InAClosedBoxHitsAreGeometric) {
   constexpr double kSurvival = 0.8;
+  const std::uint32_t num_gammatons = testing_support::sample_count(100000u);
   Scene scene = scene_with(with_any_uvs(make_cube(100.0)));
   scene.emitters[0].position_mm = {50, 40, 60};
   scene.emitters[0].spread_deg = 180;
-  scene.emitters[0].gammatons = 100000;
+  scene.emitters[0].gammatons = num_gammatons;
   scene.behavior = {.bounce = kSurvival,
                     .floating = 0.0,
                     .absorb = 1.0 - kSurvival,
@@ -87,7 +89,7 @@ TEST(GammatonTracer, InAClosedBoxHitsAreGeometric) {
   }
   EXPECT_EQ(run.sum.left, 0) << "through a wall";
   EXPECT_EQ(run.sum.alive, 0);
-  double n = 100000.0, mean = 0.0, chi_square = 0.0, freedom = -1.0, rest = n, expected_rest = n;
+  double n = num_gammatons, mean = 0.0, chi_square = 0.0, freedom = -1.0, rest = n, expected_rest = n;
   for (std::size_t k = 0; k < deaths.size(); ++k) {
     mean += static_cast<double>(k + 1) * deaths[k] / n;
     const double expected = n * (1.0 - kSurvival) * std::pow(kSurvival, static_cast<double>(k));
@@ -147,9 +149,10 @@ TEST(GammatonTracer, FreeFallIsExactForAnyNumberOfPieces) {
 }
 
 TEST(GammatonTracer, RouletteSharesAreThoseOfTheBehavior) {
+  const std::uint32_t num_gammatons = testing_support::sample_count(100000u);
   Scene scene = scene_with(incline(1000, 0));
   scene.emitters[0].position_mm = {0, 100, 0};
-  scene.emitters[0].gammatons = 100000;
+  scene.emitters[0].gammatons = num_gammatons;
   scene.behavior = {
       .bounce = 0.2, .floating = 0.5, .absorb = 0.3, .deceleration_bounce = 0.0, .deceleration_float = 0.0};
   scene.tracing.rest_speed_mm_s = 0.0;
@@ -160,10 +163,11 @@ TEST(GammatonTracer, RouletteSharesAreThoseOfTheBehavior) {
     bounced += s == GammatonState::Flying ? 1.0 : 0.0;
     floats += s == GammatonState::Floating ? 1.0 : 0.0;
   }
-  const auto four_sigma = [](double p) { return 4.0 * std::sqrt(p * (1.0 - p) * 100000.0); };
-  EXPECT_NEAR(bounced, 20000, four_sigma(0.2));
-  EXPECT_NEAR(floats, 50000, four_sigma(0.5));
-  EXPECT_NEAR(static_cast<double>(run.sum.absorbed), 30000, four_sigma(0.3));
+  const double n = num_gammatons;
+  const auto four_sigma = [n](double p) { return 4.0 * std::sqrt(p * (1.0 - p) * n); };
+  EXPECT_NEAR(bounced, 0.2 * n, four_sigma(0.2));
+  EXPECT_NEAR(floats, 0.5 * n, four_sigma(0.5));
+  EXPECT_NEAR(static_cast<double>(run.sum.absorbed), 0.3 * n, four_sigma(0.3));
 }
 
 TEST(GammatonTracer, DropsRunDownAnInclineAlongTheSteepestDescent) {

@@ -8,6 +8,7 @@
 
 #include "libcommon/core/random.h"
 #include "tests/simulation/tracing/chi_square.h"
+#include "tests/support/test_data.h"
 
 namespace patinate::simulation {
 namespace {
@@ -17,7 +18,7 @@ using testing_support::chi_square_of_equal;
 
 TEST(RandomDirection, FastFunctionsAreThoseOfLibm) {
   RandomStream random(1, 0);
-  for (int i = 0; i < 100000; ++i) {
+  for (int i = 0; i < testing_support::sample_count(100000); ++i) {
     const std::uint32_t n = i < 4 ? static_cast<std::uint32_t>(i) << 30 : random.next_u32();
     const double angle = 2.0 * std::numbers::pi * n * 0x1.0p-32;
     EXPECT_NEAR(sine_cosine_of(n).sine, std::sin(angle), 1e-11);
@@ -75,7 +76,7 @@ TEST(RandomDirection, ConeIsUniformInSolidAngle) {
     const Vec3 axis = Vec3(-0.1, 0.2, -0.97).normalized();
     RandomStream random(4, static_cast<std::uint64_t>(half_angle));
     std::array<double, 20> by_cosine{};
-    for (int i = 0; i < 100000; ++i) {
+    for (int i = 0; i < testing_support::sample_count(100000); ++i) {
       const std::uint32_t a = random.next_u32();
       const double cosine = cone_direction(axis, least, a, random.next_u32()).dot(axis);
       ASSERT_GE(cosine, least - 1e-12);

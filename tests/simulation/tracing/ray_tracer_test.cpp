@@ -80,7 +80,7 @@ TEST(RayTracer, NothingPassesThroughEdgesAndCornersOfAClosedMesh) {
   const RayTracer tracer(mesh);
   RandomStream random(3, 0);
   int num_lost = 0;
-  for (int i = 0; i < 1000000; ++i) {
+  for (int i = 0; i < testing_support::sample_count(1000000); ++i) {
     const auto t = static_cast<std::size_t>(random.below(static_cast<std::uint32_t>(mesh.num_triangles())));
     const auto corner = [&](std::size_t k) { return mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])]; };
     const double s = i % 4 == 0 ? 0.0 : random.uniform();
@@ -97,7 +97,7 @@ TEST(RayTracer, GrazingRaysHitABoxAsOftenAsTheyEnterIt) {
   const Mesh mesh = make_cube(10.0);
   const RayTracer tracer(mesh);
   RandomStream random(4, 0);
-  for (int i = 0; i < 100000; ++i) {
+  for (int i = 0; i < testing_support::sample_count(100000); ++i) {
     const Vec3 inside(10.0 * random.uniform(), 10.0 * random.uniform(), i % 2 == 0 ? 0.0 : 10.0);  // in a face
     const Vec3 outside(i % 4 < 2 ? -5.0 : 15.0, inside.y(), inside.z());
     ASSERT_GE(tracer.first_hit(outside, inside - outside, 0.0, 1.0).triangle, 0) << i;

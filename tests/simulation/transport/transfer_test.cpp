@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libcommon/core/random.h"
+#include "tests/support/test_data.h"
 
 namespace patinate::simulation {
 namespace {
@@ -101,7 +102,7 @@ TEST(Transfer, SmallestRateAndAmountsHaveNoDeadZone) {
 TEST(Transfer, NeverTakesWhatIsNotThere) {
   RandomStream random(3, 0);
   constexpr double kRatios[] = {0.0, 0.5, 1.0}, kRates[] = {0.0, 0.3, 1.0}, kContacts[] = {0.01, 1.0, 1e6};
-  for (int i = 0; i < 1'000'000; ++i) {
+  for (int i = 0; i < testing_support::sample_count(1'000'000); ++i) {
     const std::uint32_t weight = 1 + random.below(random.below(2) == 0 ? 300 : SurfaceAtlas::kMaxWeight);
     const std::uint32_t amount =
         random.below(3) == 0 ? kMaxAmount - random.below(3) : random.below(random.below(2) == 0 ? 4 : kMaxAmount + 1);
@@ -118,7 +119,7 @@ TEST(Transfer, NeverTakesWhatIsNotThere) {
 
 TEST(Transfer, RatioZeroOnlyPicksUpAndOneOnlyDrops) {
   RandomStream random(4, 0);
-  for (int i = 0; i < 100'000; ++i) {
+  for (int i = 0; i < testing_support::sample_count(100'000); ++i) {
     const std::uint32_t weight = 1 + random.below(2000), amount = random.below(kMaxAmount + 1),
                         mass = random.next_u32();
     const double rate = random.uniform();

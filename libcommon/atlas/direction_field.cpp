@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "libcommon/core/parallel.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "libcommon/geometry/nearest_points.h"
 #include "patinate/core/error.h"
 
@@ -160,7 +161,7 @@ std::vector<DirectionGuide> curvature_guides(const Mesh& mesh, const Vec3& down,
       left += first * first.transpose() + second * second.transpose();
       right += first * d.real() + second * d.imag();
     }
-    const Vec3 s = left.ldlt().solve(right);
+    const Vec3 s = solve_ldlt(left, right);
     if (!s.allFinite()) continue;
     const double half = 0.5 * (s[0] - s[2]), spread = std::sqrt(half * half + s[1] * s[1]);
     if (!(spread > 0.0)) continue;

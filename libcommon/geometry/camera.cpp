@@ -1,13 +1,13 @@
 #include "patinate/geometry/camera.h"
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
 
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
@@ -105,8 +105,7 @@ Camera::Camera(const CameraParameters& parameters) : parameters_(parameters) {
   constexpr double kRounding = 4e-15;
   const Eigen::Matrix3d& r = parameters.rotation;
   if ((r * r.transpose() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > kRounding) {
-    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(r, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    parameters_.rotation = svd.matrixU() * svd.matrixV().transpose();
+    parameters_.rotation = nearest_orthonormal(r);
   }
   center_ = -(parameters_.rotation.transpose() * parameters_.translation);
   const auto& d = parameters_.distortion;

@@ -1,7 +1,6 @@
 #include "libcommon/geometry/camera_text_io.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +9,7 @@
 
 #include "libcommon/core/text.h"
 #include "libcommon/core/text_lines.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
@@ -126,8 +126,7 @@ Eigen::Matrix3d nearest_rotation(const TextLines& text, const Line& line, const 
       printed.determinant() < 0) {
     text.fail(line, "R is no rotation; expected nine numbers, row by row");
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(printed, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return svd.matrixU() * svd.matrixV().transpose();
+  return nearest_orthonormal(printed);
 }
 
 }  // namespace

@@ -1,9 +1,9 @@
 #include "patinate/geometry/rigid_transform.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <cmath>
 
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
@@ -32,8 +32,7 @@ RigidTransform rigid_transform(const Eigen::Matrix4d& matrix) {
   if (!(linear * linear.transpose() - Eigen::Matrix3d::Identity()).isZero(kTolerance)) {
     throw InvalidInput("a transform scales or shears; a rotation and a translation are expected");
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(linear, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  return {svd.matrixU() * svd.matrixV().transpose(), matrix.topRightCorner<3, 1>()};
+  return {nearest_orthonormal(linear), matrix.topRightCorner<3, 1>()};
 }
 
 Eigen::Matrix3d rotation_of(const Vec3& axis_angle) {

@@ -1,10 +1,10 @@
 #include "analysis/explanation/block_shuffle.h"
 
-#include <Eigen/Eigenvalues>
 #include <numeric>
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::analysis {
 
@@ -22,8 +22,8 @@ std::vector<Vec2> flattened(std::span<const Vec3> positions_mm, const std::vecto
     const Vec3 d = positions_mm[i] - middle;
     spread += d * d.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(spread);
-  const Vec3 first = solver.eigenvectors().col(2), second = solver.eigenvectors().col(1);
+  const SymmetricEigen<Eigen::Matrix3d> solver = symmetric_eigen(spread);
+  const Vec3 first = solver.vectors.col(2), second = solver.vectors.col(1);
   std::vector<Vec2> flat;
   flat.reserve(members.size());
   for (const std::uint32_t i : members) {

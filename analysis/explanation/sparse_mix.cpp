@@ -1,6 +1,5 @@
 #include "analysis/explanation/sparse_mix.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -8,6 +7,7 @@
 
 #include "libcommon/core/random.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::analysis {
 
@@ -95,8 +95,8 @@ MixProblem::Fit MixProblem::grown(const Sums& sums, const Fit& from) const {
       for (Eigen::Index j = 0; j < m; ++j)
         a(i, j) = sums.covariance(members[static_cast<std::size_t>(i)], members[static_cast<std::size_t>(j)]);
     }
-    const Eigen::LDLT<Eigen::MatrixXd> solver(a);
-    if (!(solver.vectorD().minCoeff() > kLeastOwn * a.diagonal().maxCoeff())) continue;
+    const LdltFactors solver(a);
+    if (!(solver.least_pivot() > kLeastOwn * a.diagonal().maxCoeff())) continue;
     const Eigen::VectorXd x = solver.solve(b);
     if (!(x.dot(b) > best.explained)) continue;
     // A slope against its own relation would only correct the others.
@@ -191,7 +191,8 @@ Mix weighted_mix(const Mix& chosen, const std::vector<std::vector<double>>& valu
     const double mean = std::accumulate(own.begin(), own.end(), 0.0) / n, sign = member.is_inverse ? -1.0 : 1.0;
     for (Eigen::Index s = 0; s < target.size(); ++s) centered(s, i) = sign * (own[static_cast<std::size_t>(s)] - mean);
   }
-  Eigen::VectorXd weights = (centered.transpose() * centered).ldlt().solve(centered.transpose() * target);
+  Eigen::VectorXd weights =
+      solve_ldlt(Eigen::MatrixXd(centered.transpose() * centered), Eigen::VectorXd(centered.transpose() * target));
   if (!(weights.array() > 0.0).all()) {  // Their ranks agree, their values do not: as strong as among ranks.
     for (Eigen::Index i = 0; i < m; ++i)
       weights(i) = chosen[static_cast<std::size_t>(i)].weight / centered.col(i).norm();

@@ -1,9 +1,10 @@
 #include "analysis/factorization/temporal_curve.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::analysis {
 
@@ -71,7 +72,7 @@ std::vector<double> fitted_curve(double low, double high, int num_intervals, std
     }
   }
   normal.diagonal().array() += 1e-12 * static_cast<double>(clocks.size());
-  const Eigen::VectorXd solution = normal.ldlt().solve(right);
+  const Eigen::VectorXd solution = solve_ldlt(normal, right);
   return {solution.data(), solution.data() + solution.size()};
 }
 

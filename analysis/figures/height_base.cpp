@@ -1,7 +1,8 @@
 #include "analysis/figures/height_base.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
+
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::analysis {
 
@@ -32,7 +33,7 @@ TakenBase take_base(std::vector<float>& height, const ColorStack& stack, HeightB
       with_height += d * (static_cast<double>(height[i]) - taken.mean_mm);
     }
     // A row of texels has no slope across it.
-    slope = spread.completeOrthogonalDecomposition().solve(with_height);
+    slope = shortest_least_squares(spread, with_height);
   }
   double low = 0.0, high = 0.0;
   for (std::size_t i = 0; i < n; ++i) {

@@ -1,10 +1,10 @@
 #include "analysis/fit/determined.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 
 namespace patinate::analysis {
@@ -64,7 +64,7 @@ std::optional<Quadratic> fitted_quadratic(const BoxPoint& best, std::span<const 
     }
     y[r] = p.objective;
   }
-  const Eigen::VectorXd x = a.completeOrthogonalDecomposition().solve(y);
+  const Eigen::VectorXd x = shortest_least_squares(a, y);
   const double variance = (y.array() - y.mean()).square().sum();
   // Per degree of freedom: as many coefficients as these explain a part of any noise.
   const double freedom = static_cast<double>(m - 1) / static_cast<double>(m - num_coefficients);
@@ -176,11 +176,9 @@ std::vector<double> scan_places(double best, int count) {
 std::optional<Valley> valley_of(const BoxPoint& best, std::span<const BoxPoint> points, std::string& problem) {
   const std::optional<Quadratic> q = fitted_quadratic(best, points, problem);
   if (!q) return std::nullopt;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(q->curvature);
-  const Eigen::VectorXd values =
-      eigen.eigenvalues().cwiseMax(std::max(kFlattest * eigen.eigenvalues().maxCoeff(), 1e-300));
-  const Eigen::MatrixXd covariance =
-      eigen.eigenvectors() * values.cwiseInverse().asDiagonal() * eigen.eigenvectors().transpose();
+  const SymmetricEigen<Eigen::MatrixXd> eigen = symmetric_eigen(q->curvature);
+  const Eigen::VectorXd values = eigen.values.cwiseMax(std::max(kFlattest * eigen.values.maxCoeff(), 1e-300));
+  const Eigen::MatrixXd covariance = eigen.vectors * values.cwiseInverse().asDiagonal() * eigen.vectors.transpose();
   const std::size_t n = best.at.size();
   Valley valley{.correlation = {n, std::vector<double>(n, 1.0)},
                 .slopes = {n, std::vector<double>(n, 1.0)},

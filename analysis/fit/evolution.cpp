@@ -1,12 +1,12 @@
 #include "analysis/fit/evolution.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 
 #include "libcommon/core/random.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 
 namespace patinate::analysis {
@@ -130,9 +130,9 @@ void Evolution::adapt(const std::vector<Eigen::VectorXd>& best) {
   step_ = std::min(step_ * std::exp(std::min(1.0, c_step / damping * (length / expected_length - 1.0))), kLargestStep);
 
   shape_ = 0.5 * (shape_ + shape_.transpose()).eval();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(shape_);
-  axes_ = eigen.eigenvectors();
-  scales_ = eigen.eigenvalues().cwiseMax(kSmallestScale * kSmallestScale).cwiseSqrt();
+  const SymmetricEigen<Eigen::MatrixXd> eigen = symmetric_eigen(shape_);
+  axes_ = eigen.vectors;
+  scales_ = eigen.values.cwiseMax(kSmallestScale * kSmallestScale).cwiseSqrt();
 }
 
 int Evolution::patience_of(std::size_t n) { return kStaleGenerations + 2 * static_cast<int>(n); }

@@ -2,13 +2,14 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <numbers>
 
 #include "libcommon/core/silent_log.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 
 namespace patinate::analysis {
@@ -239,7 +240,7 @@ class FieldSearch {
     const Eigen::MatrixXd full = h.selfadjointView<Eigen::Lower>();
     Eigen::MatrixXd bent = full;
     bent.diagonal() += penalty;
-    return bent.completeOrthogonalDecomposition().solve(full).trace();
+    return shortest_least_squares(bent, full).trace();
   }
 
  private:
@@ -261,7 +262,7 @@ class FieldSearch {
       a.diagonal() += kAsMuch * static_cast<double>(kept.size()) * weights;
     }
     const Eigen::MatrixXd full = a.selfadjointView<Eigen::Lower>();
-    return full.ldlt().solve(b);
+    return solve_ldlt(full, b);
   }
 
   const FieldColors& colors_;

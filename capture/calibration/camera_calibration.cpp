@@ -1,6 +1,5 @@
 #include "patinate/capture/camera_calibration.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <optional>
 
 #include "capture/calibration/camera_problem.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {
@@ -26,7 +26,7 @@ Vec3 extents_of(const std::vector<Vec3>& points) {
   for (const Vec3& p : points) mean += p / static_cast<double>(points.size());
   Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
   for (const Vec3& p : points) moments += (p - mean) * (p - mean).transpose() / static_cast<double>(points.size());
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(moments).eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  return symmetric_eigen(moments).values.cwiseMax(0.0).cwiseSqrt();
 }
 
 std::string view_name(const PointView& view, std::size_t index) {

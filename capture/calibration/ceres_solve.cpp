@@ -2,11 +2,11 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "libcommon/core/median.h"
 #include "libcommon/core/silent_log.h"
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::capture {
 
@@ -57,18 +57,19 @@ Information information_of(ceres::Problem& problem, const std::vector<double*>& 
   if (n == 0 || !normal.allFinite()) return info;
   Eigen::VectorXd scale(n);
   for (int i = 0; i < n; ++i) scale[i] = normal(i, i) > 0 ? 1.0 / std::sqrt(normal(i, i)) : 0.0;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * normal * scale.asDiagonal());
-  info.condition = eigen.eigenvalues()[0] / eigen.eigenvalues()[n - 1];
-  info.weakest = eigen.eigenvectors().col(0);
+  const SymmetricEigen<Eigen::MatrixXd> eigen =
+      symmetric_eigen(Eigen::MatrixXd(scale.asDiagonal() * normal * scale.asDiagonal()));
+  info.condition = eigen.values[0] / eigen.values[n - 1];
+  info.weakest = eigen.vectors.col(0);
   // A parameter that nothing depends on is the weakest.
   for (int i = 0; i < n; ++i) {
     if (!(scale[i] > 0)) info.weakest = Eigen::VectorXd::Unit(n, i), info.condition = 0.0;
   }
   info.is_determined = info.condition > kMinCondition;
   if (!info.is_determined) return info;
-  const Eigen::VectorXd inverse = eigen.eigenvalues().cwiseInverse();
-  info.covariance = scale.asDiagonal() * eigen.eigenvectors() * inverse.asDiagonal() *
-                    eigen.eigenvectors().transpose() * scale.asDiagonal();
+  const Eigen::VectorXd inverse = eigen.values.cwiseInverse();
+  info.covariance =
+      scale.asDiagonal() * eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose() * scale.asDiagonal();
   return info;
 }
 

@@ -1,12 +1,11 @@
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "libcommon/core/median.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/capture/sphere_lights.h"
 #include "patinate/core/error.h"
 
@@ -143,7 +142,7 @@ SphereFit fit_sphere(const Camera& camera, const MirrorSphere& sphere) {
     extent_px += (p - middle).norm() / static_cast<double>(sphere.outline_px.size());
     moments += (p - middle) * (p - middle).transpose();
   }
-  const Vec2 widths = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(moments).eigenvalues();
+  const Vec2 widths = symmetric_eigen(moments).values;
   constexpr double kLine = 1e-6;  // Of an arc of 13 degrees.
   if (rays.size() < sphere.outline_px.size()) {
     if (!is_in_picture(camera, middle)) fit.status = SphereFitStatus::OutOfPicture;
@@ -154,9 +153,9 @@ SphereFit fit_sphere(const Camera& camera, const MirrorSphere& sphere) {
   for (const Vec3& ray : rays) mean += ray / static_cast<double>(rays.size());
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   for (const Vec3& ray : rays) spread += (ray - mean) * (ray - mean).transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> plane(spread);
+  const SymmetricEigen<Eigen::Matrix3d> plane = symmetric_eigen(spread);
   if (!(widths[0] > kLine * widths[1]) || !(extent_px > 1e-3)) return fit;
-  Cone cone{plane.eigenvectors().col(0), 0.0};
+  Cone cone{plane.vectors.col(0), 0.0};
   if (cone.axis.dot(mean) < 0) cone.axis = -cone.axis;
   for (const Vec3& ray : rays) cone.angle += angle_between(ray, cone.axis) / static_cast<double>(rays.size());
   for (int round = 0; round < 30; ++round) {
@@ -174,9 +173,9 @@ SphereFit fit_sphere(const Camera& camera, const MirrorSphere& sphere) {
       sum += residual * residual;
     }
     fit.rms_px = std::sqrt(sum / static_cast<double>(rays.size()));
-    const Eigen::FullPivLU<Eigen::Matrix3d> lu(normal);
-    if (!(lu.rcond() > 1e-12)) return fit;
-    const Vec3 step = lu.solve(-gradient);
+    const std::optional<Vec3> solution = solve_full_lu(normal, -gradient, 1e-12);
+    if (!solution) return fit;
+    const Vec3 step = *solution;
     cone.axis = (cone.axis + basis * step.head<2>()).normalized();
     cone.angle += step[2];
     if (!(cone.angle > 0 && cone.angle < 0.5 * std::numbers::pi)) return fit;

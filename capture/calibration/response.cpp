@@ -1,12 +1,12 @@
 #include "capture/calibration/response.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {
@@ -134,7 +134,7 @@ ResponseCurve recover_response(const std::vector<ImageU8>& photos, const std::ve
       for (int b = 0; b < 3; ++b) normal(code - 1 + a, code - 1 + b) += w2 * d[a] * d[b];
     }
   }
-  const Eigen::VectorXd g = normal.ldlt().solve(right);
+  const Eigen::VectorXd g = solve_ldlt(normal, right);
   ResponseCurve curve;
   curve.low_code = 255, curve.high_code = 0;
   for (int code = 0; code < kNumCodes; ++code) {

@@ -1,10 +1,10 @@
 #include "patinate/capture/sphere_lights.h"
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 
 #include "capture/calibration/sphere_lights_problem.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {
@@ -44,11 +44,11 @@ Meeting meet(const std::vector<MirroredRay>& rays) {
     normal += across;
     right += across * ray.point;
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(normal);
+  const SymmetricEigen<Eigen::Matrix3d> eigen = symmetric_eigen(normal);
   constexpr double kParallel = 1e-10;
   Meeting meeting;
-  if (!(eigen.eigenvalues()[0] > kParallel)) return meeting;
-  meeting.point = normal.ldlt().solve(right);
+  if (!(eigen.values[0] > kParallel)) return meeting;
+  meeting.point = solve_ldlt(normal, right);
   meeting.is_ahead = true;
   for (const MirroredRay& ray : rays)
     meeting.is_ahead = meeting.is_ahead && (meeting.point - ray.point).dot(ray.direction) > 0;
@@ -62,7 +62,7 @@ Vec3 mean_direction(const std::vector<MirroredRay>& rays) {
 }
 
 double worst_sd(const Eigen::Matrix3d& covariance) {
-  return std::sqrt(std::max(0.0, Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvalues()[2]));
+  return std::sqrt(std::max(0.0, symmetric_eigen(covariance).values[2]));
 }
 
 /// How well a near light's distance and direction are known from `eye`.

@@ -1,12 +1,13 @@
 #include "capture/handheld/outline.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <opencv2/imgproc.hpp>
+
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::capture {
 
@@ -96,7 +97,7 @@ Matrix3d step_of(const std::vector<Match>& matches, const PhotoOutline& b) {
     normal += row * row.transpose();
     right += row * n.dot(b.points[m.in_b]);
   }
-  const Eigen::Vector4d s = normal.ldlt().solve(right);
+  const Eigen::Vector4d s = solve_ldlt(normal, right);
   Matrix3d h;
   h << s[0], -s[1], s[2], s[1], s[0], s[3], 0, 0, 1;
   return h;

@@ -2,13 +2,14 @@
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <complex>
 #include <numbers>
 #include <opencv2/calib3d.hpp>
+
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::capture {
 
@@ -223,9 +224,9 @@ Eigen::Matrix3d fit_homography(const std::vector<PointMatch>& matches) {
     rows.block<1, 3>(1, 6) = -q.y() * p.transpose();
     normal += rows.transpose() * rows;
   }
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(normal, Eigen::ComputeFullV);
-  if (!(svd.singularValues()(7) > 1e-12 * svd.singularValues()(0))) return invalid();
-  const Eigen::VectorXd v = svd.matrixV().col(8);
+  const RightSingular svd = right_singular(normal);
+  if (!(svd.values(7) > 1e-12 * svd.values(0))) return invalid();
+  const Eigen::VectorXd v = svd.vectors.col(8);
   Eigen::Matrix3d h;
   h << v(0), v(1), v(2), v(3), v(4), v(5), v(6), v(7), v(8);
   h = cb.inverse() * h * ca;
@@ -327,7 +328,7 @@ double carried_error_px(const PhotoPair& pair, double width, double height) {
     const Eigen::MatrixXd rows = rows_at(m.in_a);
     information += rows.transpose() * rows;
   }
-  const Eigen::MatrixXd covariance = pair.error_px * pair.error_px * information.inverse();
+  const Eigen::MatrixXd covariance = pair.error_px * pair.error_px * inverse_by_lu(information);
   double sum = 0.0;
   for (const double x : {0.0, width - 1.0}) {
     for (const double y : {0.0, height - 1.0}) {

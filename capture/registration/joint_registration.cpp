@@ -1,6 +1,5 @@
 #include "capture/registration/joint_registration.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -8,6 +7,7 @@
 #include "capture/registration/prepared_scan.h"
 #include "capture/registration/reference_methods.h"
 #include "capture/registration/unconstrained_dof.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {
@@ -225,13 +225,12 @@ class JointSolver {
       const SurfelAlignment a = look_at_pose(scan(e.target), scan(e.source), at, quiet);
       PoseEdge edge{e.target, e.source, at, information_of(a, scan(e.target), scan(e.source))};
       if (!is_first) {
-        const Eigen::SelfAdjointEigenSolver<Matrix6> solver(a.sums.information);
+        const SymmetricEigen<Matrix6> solver = symmetric_eigen(a.sums.information);
         Vec6 move = Vec6::Zero();
         for (int k = 0; k < 6; ++k) {
-          const double value = solver.eigenvalues()[k];
-          const Vec6 direction = solver.eigenvectors().col(k);
-          if (value > kFreeShare * solver.eigenvalues()[5])
-            move -= direction * (direction.dot(a.sums.gradient) / value);
+          const double value = solver.values[k];
+          const Vec6 direction = solver.vectors.col(k);
+          if (value > kFreeShare * solver.values[5]) move -= direction * (direction.dot(a.sums.gradient) / value);
         }
         edge.target_from_source = RigidTransform{rotation_of(move.head<3>()), move.tail<3>()} * at;
       }
@@ -330,12 +329,12 @@ class JointSolver {
       const Matrix6 to_target = adjoint(pose(e.target).inverse());
       information += to_target.transpose() * e.information * to_target;
     }
-    const Eigen::SelfAdjointEigenSolver<Matrix6> solver(information);
+    const SymmetricEigen<Matrix6> solver = symmetric_eigen(information);
     Eigen::Matrix<double, 6, Eigen::Dynamic> open(6, 0);
     for (int d = 0; d < 6; ++d) {
-      if (solver.eigenvalues()[d] > kFreeShare * solver.eigenvalues()[5]) continue;
+      if (solver.values[d] > kFreeShare * solver.values[5]) continue;
       open.conservativeResize(6, open.cols() + 1);
-      open.col(open.cols() - 1) = solver.eigenvectors().col(d);
+      open.col(open.cols() - 1) = solver.vectors.col(d);
     }
     if (open.cols() == 0) return;
     s.status = RegistrationStatus::Degenerate;

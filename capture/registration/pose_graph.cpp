@@ -3,8 +3,9 @@
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
 
-#include <Eigen/Eigenvalues>
 #include <array>
+
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::capture {
 
@@ -37,8 +38,8 @@ struct EdgeCost {
 };
 
 Matrix6 root_of(const Matrix6& information) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(information);
-  return solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() * solver.eigenvectors().transpose();
+  const SymmetricEigen<Matrix6> solver = symmetric_eigen(information);
+  return solver.values.cwiseMax(0.0).cwiseSqrt().asDiagonal() * solver.vectors.transpose();
 }
 
 }  // namespace
@@ -104,11 +105,11 @@ std::vector<Matrix6> pose_covariances(std::span<const RigidTransform> world_from
   }
   normal.middleRows<6>(6 * fixed).setZero();
   normal.middleCols<6>(6 * fixed).setZero();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(normal);
-  Eigen::VectorXd inverse = solver.eigenvalues();
+  const SymmetricEigen<Eigen::MatrixXd> solver = symmetric_eigen(normal);
+  Eigen::VectorXd inverse = solver.values;
   const double most = inverse.maxCoeff();
   for (double& value : inverse) value = value > kFree * most ? 1.0 / value : 0.0;
-  const Eigen::MatrixXd covariance = solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose();
+  const Eigen::MatrixXd covariance = solver.vectors * inverse.asDiagonal() * solver.vectors.transpose();
   std::vector<Matrix6> blocks;
   for (Eigen::Index k = 0; k < n; k += 6) blocks.emplace_back(covariance.block<6, 6>(k, k));
   return blocks;

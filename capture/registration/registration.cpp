@@ -1,6 +1,5 @@
 #include "patinate/capture/registration.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include "capture/registration/prepared_scan.h"
 #include "capture/registration/rotation_search.h"
 #include "capture/registration/unconstrained_dof.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {
@@ -112,12 +112,12 @@ Local align_fully(const PreparedScan& target, const PreparedScan& source, const 
 /// Directions that the surface does not constrain: little information, or such as comes from noise of the normals
 /// alone.
 Eigen::Matrix<double, 6, Eigen::Dynamic> open_directions(const PairSums& sums) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(sums.information);
+  const SymmetricEigen<Matrix6> solver = symmetric_eigen(sums.information);
   Eigen::Matrix<double, 6, Eigen::Dynamic> open(6, 0);
   for (int k = 0; k < 6; ++k) {
-    const Vec6 direction = solver.eigenvectors().col(k);
-    const double value = solver.eigenvalues()[k];
-    if (value > kFreeShare * solver.eigenvalues()[5] && direction.dot(sums.crossed * direction) > kCrossedShare * value)
+    const Vec6 direction = solver.vectors.col(k);
+    const double value = solver.values[k];
+    if (value > kFreeShare * solver.values[5] && direction.dot(sums.crossed * direction) > kCrossedShare * value)
       continue;
     open.conservativeResize(6, open.cols() + 1);
     open.col(open.cols() - 1) = direction;
@@ -136,12 +136,13 @@ double weight_of_information(const PairSums& sums, const PreparedScan& target, c
 }
 
 Matrix6 covariance_of(const PairSums& sums, const PreparedScan& target, const PreparedScan& source) {
-  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(sums.information * weight_of_information(sums, target, source));
+  const SymmetricEigen<Matrix6> solver =
+      symmetric_eigen(Matrix6(sums.information * weight_of_information(sums, target, source)));
   Matrix6 covariance = Matrix6::Zero();
   for (int k = 0; k < 6; ++k) {
-    if (!(solver.eigenvalues()[k] > kFreeShare * solver.eigenvalues()[5])) continue;
-    const Vec6 direction = solver.eigenvectors().col(k);
-    covariance += direction * direction.transpose() / solver.eigenvalues()[k];
+    if (!(solver.values[k] > kFreeShare * solver.values[5])) continue;
+    const Vec6 direction = solver.vectors.col(k);
+    covariance += direction * direction.transpose() / solver.values[k];
   }
   Vec6 unit;
   unit << 1, 1, 1, target.scale(), target.scale(), target.scale();

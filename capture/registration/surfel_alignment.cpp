@@ -1,6 +1,5 @@
 #include "capture/registration/surfel_alignment.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -8,6 +7,7 @@
 
 #include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {
@@ -222,17 +222,17 @@ class Aligner {
   }
 
   void step() {
-    const Eigen::SelfAdjointEigenSolver<Matrix6> solver(result_.sums.information);
-    const double least = kFreeShare * solver.eigenvalues()[5];
+    const SymmetricEigen<Matrix6> solver = symmetric_eigen(result_.sums.information);
+    const double least = kFreeShare * solver.values[5];
     Vec6 move = Vec6::Zero();
     result_.num_held = 0;
     for (int k = 0; k < 6; ++k) {
-      const double value = solver.eigenvalues()[k];
+      const double value = solver.values[k];
       if (!(value > least)) {
         ++result_.num_held;
         continue;
       }
-      const Vec6 direction = solver.eigenvectors().col(k);
+      const Vec6 direction = solver.vectors.col(k);
       move -= direction * (direction.dot(result_.sums.gradient) / value);
     }
     RigidTransform moved{rotation_of(move.head<3>()), move.tail<3>()};

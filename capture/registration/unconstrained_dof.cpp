@@ -1,10 +1,10 @@
 #include "capture/registration/unconstrained_dof.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <cmath>
 
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::capture {
 
@@ -45,19 +45,19 @@ std::vector<UnconstrainedDof> unconstrained_dofs(const Eigen::Matrix<double, 6, 
   if (directions.cols() == 0) return motions;
   // Rotations of the span, largest first; what has none of it left is a shift.
   const Eigen::Matrix<double, 3, Eigen::Dynamic> turns = directions.topRows<3>();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(turns, Eigen::ComputeFullV);
+  const RightSingular svd = right_singular(turns);
   std::vector<Vec3> shifts;
   const Eigen::Index num = directions.cols();
-  const auto value = [&](Eigen::Index k) { return k < svd.singularValues().size() ? svd.singularValues()[k] : 0.0; };
+  const auto value = [&](Eigen::Index k) { return k < svd.values.size() ? svd.values[k] : 0.0; };
   for (Eigen::Index k = num - 1; k >= 0 && value(k) < kNoRotation; --k) {
-    Vec3 shift = directions.bottomRows<3>() * svd.matrixV().col(k);
+    Vec3 shift = directions.bottomRows<3>() * svd.vectors.col(k);
     for (const Vec3& other : shifts) shift -= other * other.dot(shift);
     if (!(shift.norm() > 1e-6)) continue;
     shifts.push_back(shift.normalized());
     motions.push_back({UnconstrainedDof::Kind::Shift, with_sign(shift.normalized())});
   }
   for (Eigen::Index k = 0; k < num && value(k) >= kNoRotation; ++k) {
-    const Vec6 twist = directions * svd.matrixV().col(k);
+    const Vec6 twist = directions * svd.vectors.col(k);
     const Vec3 axis = twist.head<3>();
     Vec3 shift = twist.tail<3>();
     for (const Vec3& other : shifts) shift -= other * other.dot(shift);

@@ -1,6 +1,5 @@
 #include "capture/relief/height_probe.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "libcommon/core/median.h"
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::capture {
 
@@ -36,8 +36,7 @@ Plane plane_of(const std::vector<Sample>& samples) {
     normal += row * row.transpose();
     right += row * p.along;
   }
-  const Eigen::LDLT<Eigen::Matrix3d> solver(normal);
-  return {solver.solve(right), solver.solve(Eigen::Vector3d::UnitX()).x()};
+  return {solve_ldlt(normal, right), solve_ldlt(normal, Eigen::Vector3d(Eigen::Vector3d::UnitX())).x()};
 }
 
 double off(const Plane& plane, const Sample& p) {

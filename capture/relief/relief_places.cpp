@@ -1,6 +1,5 @@
 #include "capture/relief/relief_places.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -10,6 +9,7 @@
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history_value.h"
 
@@ -30,7 +30,7 @@ Vec3 across_best_plane(std::span<const Vec3> points) {
   const Vec3 mean = mean_of(points);
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   for (const Vec3& p : points) spread += (p - mean) * (p - mean).transpose();
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(0);
+  return symmetric_eigen(spread).vectors.col(0);
 }
 
 /// Towards the outside, on the whole; nothing when the file does not say.

@@ -1,8 +1,5 @@
 #include "capture/relief/stable_pose.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +8,7 @@
 
 #include "libcommon/core/median.h"
 #include "libcommon/core/random.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {
@@ -47,11 +45,11 @@ System constrained_system(std::span<const HeightDifference> differences, double 
     all.row(i) = row.transpose() / std::sqrt(d.variance);
     right[i] = -d.change / std::sqrt(d.variance);
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix6> solver(Matrix6(all.transpose() * all));
-  const double most = solver.eigenvalues()[5];
+  const SymmetricEigen<Matrix6> solver = symmetric_eigen(Matrix6(all.transpose() * all));
+  const double most = solver.values[5];
   Eigen::Index first = 0;
-  while (first < 5 && solver.eigenvalues()[first] < kLeastConstraint * most) ++first;
-  Rows basis = solver.eigenvectors().rightCols(6 - first);
+  while (first < 5 && solver.values[first] < kLeastConstraint * most) ++first;
+  Rows basis = solver.vectors.rightCols(6 - first);
   System system{all * basis, right, basis};
   system.motion_from_dofs.topRows<3>() /= size;
   return system;
@@ -86,7 +84,7 @@ HalfFit concentrated(const System& system, const Eigen::VectorXd& start, int num
       normal += system.rows.row(i).transpose() * system.rows.row(i);
       right += system.rows.row(i).transpose() * system.right[i];
     }
-    if (step < num_steps) fit.solution = normal.ldlt().solve(right);
+    if (step < num_steps) fit.solution = solve_ldlt(normal, right);
   }
   return fit;
 }
@@ -103,8 +101,7 @@ Eigen::VectorXd least_trimmed_squares(const System& system, std::uint64_t seed) 
       rows.row(k) = system.rows.row(i);
       right[k] = system.right[i];
     }
-    const Eigen::PartialPivLU<Rows> solver(rows);
-    const Eigen::VectorXd start = solver.solve(right);
+    const Eigen::VectorXd start = solve_lu(rows, right);
     if (!start.allFinite()) continue;
     HalfFit fit = concentrated(system, start, kFirstSteps);
     if (fit.solution.allFinite() && std::isfinite(fit.squares)) best.push_back(std::move(fit));
@@ -151,8 +148,7 @@ StablePose find_stable_pose(std::span<const HeightDifference> differences, doubl
       weights[i] = std::abs(u) < 1.0 ? (1.0 - u * u) * (1.0 - u * u) : 0.0;
     }
     normal = system.rows.transpose() * weights.asDiagonal() * system.rows;
-    const Eigen::LDLT<Rows> solver(normal);
-    x = solver.solve(system.rows.transpose() * weights.asDiagonal() * system.right);
+    x = solve_ldlt(normal, Eigen::VectorXd(system.rows.transpose() * weights.asDiagonal() * system.right));
   }
   const Eigen::VectorXd residual = system.right - system.rows * x;
   std::vector<double> agreeing;
@@ -163,8 +159,7 @@ StablePose find_stable_pose(std::span<const HeightDifference> differences, doubl
   pose.noise_factor = kSigmaOfMad * correction * median(std::move(agreeing));
   pose.num_dofs = static_cast<int>(dofs);
   pose.motion = system.motion_from_dofs * x;
-  const Rows of_dofs =
-      Eigen::LDLT<Rows>(normal).solve(Rows::Identity(dofs, dofs)) * (pose.noise_factor * pose.noise_factor);
+  const Rows of_dofs = solve_ldlt(normal, Rows(Rows::Identity(dofs, dofs))) * (pose.noise_factor * pose.noise_factor);
   pose.covariance = system.motion_from_dofs * of_dofs * system.motion_from_dofs.transpose();
   return pose;
 }

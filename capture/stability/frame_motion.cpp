@@ -1,12 +1,13 @@
 #include "capture/stability/frame_motion.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
 #include "libcommon/core/median.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
 
@@ -132,10 +133,9 @@ Eigen::Affine2d refine(const Pair& pair, Eigen::Affine2d motion, double& shift_e
     accumulate_step(pair, motion, fit, normal, right);
     const double ridge = 1e-9 * normal.trace() + 1e-300;
     normal.diagonal().array() += ridge;
-    const Eigen::LDLT<Matrix6> solver(normal);
-    const Vector6 step = solver.solve(right);
+    const Vector6 step = solve_ldlt(normal, right);
     if (!step.allFinite()) break;
-    shift_error = fit.spread * std::sqrt(std::max(0.0, solver.solve(Vector6::Unit(0))[0]));
+    shift_error = fit.spread * std::sqrt(std::max(0.0, solve_ldlt(normal, Vector6(Vector6::Unit(0)))[0]));
     Eigen::Affine2d next = motion;
     next.linear()(0, 0) += step[1] / half_w;
     next.linear()(0, 1) += step[2] / half_h;

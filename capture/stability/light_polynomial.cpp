@@ -1,10 +1,10 @@
 #include "capture/stability/light_polynomial.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "libcommon/core/median.h"
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::capture {
 
@@ -34,7 +34,7 @@ Eigen::VectorXd fit_polynomial(const std::vector<Eigen::VectorXd>& terms, const 
       normal.noalias() += weights[i] * terms[i] * terms[i].transpose();
       right.noalias() += weights[i] * values[i] * terms[i];
     }
-    coefficients = normal.ldlt().solve(right);
+    coefficients = solve_ldlt(normal, right);
     std::vector<double> residuals;
     for (std::size_t i = 0; i < values.size(); ++i) residuals.push_back(values[i] - coefficients.dot(terms[i]));
     std::vector<double> sizes = residuals;

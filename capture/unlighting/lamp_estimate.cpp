@@ -1,15 +1,13 @@
 #include "capture/unlighting/lamp_estimate.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::capture {
 
@@ -93,8 +91,8 @@ class TexelEquations {
         }
       }
     }
-    const Eigen::LDLT<Eigen::MatrixXd> solver(local);
-    if (solver.info() != Eigen::Success) return;
+    const LdltFactors solver(local);
+    if (!solver.is_factored()) return;
     sums.matrix -= mixed.transpose() * solver.solve(mixed);
     sums.right -= mixed.transpose() * solver.solve(local_right);
   }
@@ -173,8 +171,7 @@ bool is_singular(const Eigen::MatrixXd& matrix) {
   const Eigen::VectorXd scale = matrix.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
   constexpr double kLeast = 1e-7;
-  return !(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly).eigenvalues().minCoeff() >
-           kLeast);
+  return !(symmetric_eigenvalues(scaled).minCoeff() > kLeast);
 }
 
 /// @returns how far it went, in shares of a strength or of the mean light.
@@ -231,7 +228,7 @@ LampEstimate estimate_lamps(UnlightWork& work, const RunControl& control) {
     add_gauge(work, columns, equations.matrix);
     hold_unseen(equations.matrix);
     result.is_determined = !is_singular(equations.matrix);
-    const Eigen::VectorXd step = equations.matrix.ldlt().solve(equations.right);
+    const Eigen::VectorXd step = solve_ldlt(equations.matrix, equations.right);
     if (!step.allFinite()) return result;
     result.is_converged = apply(work, columns, step, mean_light) < kSmallStep;
     const double middle = median(std::move(equations.chi2));

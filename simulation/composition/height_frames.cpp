@@ -1,12 +1,12 @@
 #include "simulation/composition/height_frames.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "libcommon/core/parallel.h"
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::simulation::composition {
 
@@ -102,11 +102,11 @@ std::array<Vec2, 4> neighbor_steps(const SceneMesh& scene_mesh, const SurfaceAtl
 Eigen::Matrix<double, 2, 4> gradient_weights(const std::array<Vec2, 4>& steps) {
   Eigen::Matrix<double, 2, 4> d;
   for (std::size_t k = 0; k < 4; ++k) d.col(static_cast<int>(k)) = steps[k].allFinite() ? steps[k] : Vec2(0, 0);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> spread(Eigen::Matrix2d(d * d.transpose()));
+  const SymmetricEigen<Eigen::Matrix2d> spread = symmetric_eigen(Eigen::Matrix2d(d * d.transpose()));
   Eigen::Matrix<double, 2, 4> weights = Eigen::Matrix<double, 2, 4>::Zero();
   for (int i = 0; i < 2; ++i) {
-    const Vec2 axis = spread.eigenvectors().col(i);
-    if (spread.eigenvalues()[i] > kLeastSpread) weights += axis * (axis.transpose() * d) / spread.eigenvalues()[i];
+    const Vec2 axis = spread.vectors.col(i);
+    if (spread.values[i] > kLeastSpread) weights += axis * (axis.transpose() * d) / spread.values[i];
   }
   return weights;
 }

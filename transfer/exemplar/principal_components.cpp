@@ -1,12 +1,12 @@
 #include "transfer/exemplar/principal_components.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::transfer {
 
@@ -98,14 +98,14 @@ std::vector<double> rotate_to_eigenvectors(const SampleMatrix& matrix, std::vect
     for (Index a = 0; a < size; ++a) small(a, b) = dot(columns[static_cast<std::size_t>(a)], image);
   }
   // 16 x 16 at most: below the size at which Eigen works in blocks.
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(small);
+  const SymmetricEigen<Eigen::MatrixXd> solver = symmetric_eigen(small);
   std::vector<Eigen::VectorXd> rotated;
   std::vector<double> values;
   for (Index k = size; k-- > 0;) {
     Eigen::VectorXd column = Eigen::VectorXd::Zero(matrix.rows());
-    for (Index a = 0; a < size; ++a) column += solver.eigenvectors()(a, k) * columns[static_cast<std::size_t>(a)];
+    for (Index a = 0; a < size; ++a) column += solver.vectors(a, k) * columns[static_cast<std::size_t>(a)];
     rotated.push_back(std::move(column));
-    values.push_back(std::max(0.0, solver.eigenvalues()[k]));
+    values.push_back(std::max(0.0, solver.values[k]));
   }
   columns = std::move(rotated);
   return values;

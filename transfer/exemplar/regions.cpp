@@ -1,6 +1,5 @@
 #include "transfer/exemplar/regions.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -8,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "libcommon/core/portable_math.h"
+#include "libcommon/geometry/dense_solve.h"
 #include "transfer/exemplar/matrices.h"
 
 namespace patinate::transfer {
@@ -47,8 +47,9 @@ cv::Mat principal_value(const ImageF& colors, const ImageU8& mask, const RunCont
   }
   if (count == 0.0) return {};
   const Eigen::Vector3d mean = sum / count;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(squares / count - mean * mean.transpose());
-  Eigen::Vector3d axis = solver.eigenvectors().col(2);
+  const SymmetricEigen<Eigen::Matrix3d> solver =
+      symmetric_eigen(Eigen::Matrix3d(squares / count - mean * mean.transpose()));
+  Eigen::Vector3d axis = solver.vectors.col(2);
   if (axis.sum() < 0.0) axis = -axis;  // Brighter is more.
   axis /= std::sqrt(3.0);              // From black to white it is 100.
   cv::Mat value(color.size(), CV_32F);

@@ -1,11 +1,11 @@
 #include "transfer/synthesis/neighborhood_projection.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
 #include "libcommon/core/random.h"
+#include "libcommon/geometry/dense_solve.h"
 
 namespace patinate::transfer {
 
@@ -24,16 +24,10 @@ Eigen::MatrixXf leading_axes(const Eigen::MatrixXf& matrix, Eigen::Index count) 
     RandomStream random(0, static_cast<std::uint64_t>(k), 61);
     for (Eigen::Index i = 0; i < n; ++i) basis(i, k) = static_cast<float>(random.uniform() - 0.5);
   }
-  const auto orthonormalize = [&] {
-    basis = Eigen::HouseholderQR<Eigen::MatrixXf>(basis).householderQ() * Eigen::MatrixXf::Identity(n, columns);
-  };
-  orthonormalize();
-  for (int i = 0; i < kIterations; ++i) {
-    basis = (matrix * basis).eval();
-    orthonormalize();
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXf> solver(basis.transpose() * matrix * basis);
-  return (basis * solver.eigenvectors()).rowwise().reverse().leftCols(std::min(count, columns));
+  basis = orthonormal_columns(basis);
+  for (int i = 0; i < kIterations; ++i) basis = orthonormal_columns(matrix * basis);
+  const SymmetricEigen<Eigen::MatrixXf> solver = symmetric_eigen(Eigen::MatrixXf(basis.transpose() * matrix * basis));
+  return (basis * solver.vectors).rowwise().reverse().leftCols(std::min(count, columns));
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 """Definitions with external linkage in C++ text, found without a compiler: enough of a parser for the way this house writes."""
+import functools
 import re
 
 # Comments, literals and preprocessor lines hide braces; attributes and alignas stand before names.
@@ -164,7 +165,7 @@ def _local_name(head):
 
 def local_definitions(text):
     """{name: line of its first} of all that this file alone knows: what stands in its unnamed namespaces, `static` functions and variables, constants."""
-    return {name: line for kind, name, line in reversed(list(_definitions(text))) if kind == "local"}
+    return {name: line for kind, name, line in reversed(_definitions(text)) if kind == "local"}
 
 
 def external_definitions(text):
@@ -175,7 +176,12 @@ def external_definitions(text):
     return (found for found in _definitions(text) if found[0] != "local")
 
 
+@functools.lru_cache(maxsize=None)
 def _definitions(text):
+    return list(_found_definitions(text))
+
+
+def _found_definitions(text):
     code = _HIDDEN.sub(lambda match: re.sub(r"[^\n]", " ", match.group()), text)
     tokens = [(m.group(), m.start()) for m in _TOKEN.finditer(code)]
     words = [token for token, _ in tokens]

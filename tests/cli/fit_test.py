@@ -12,6 +12,7 @@ import time
 import unittest
 
 from small_scene import PLATE, PLATE_SCENE
+from studio_client import kill_when_there_is
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
@@ -177,16 +178,10 @@ class Fit(unittest.TestCase):
     def test_same_bytes_for_any_number_of_threads_and_after_kills(self):
         for threads in (1, 2):
             self.assertEqual(patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", f"out{threads}", "--threads", threads).returncode, 0)
-        num_killed = 0
-        for wait in (0.2, 0.3, 0.4):
+        for finished in ("initial", "evaluation-00004", "scan-0-0"):
             process = subprocess.Popen([PATINATE, "fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", "out3"], cwd=WORK, stderr=subprocess.DEVNULL)
-            time.sleep(wait)
-            if process.poll() is None:
-                process.send_signal(signal.SIGKILL)
-                num_killed += 1
-            process.wait()
+            kill_when_there_is(WORK / "out3.partial/.job/done" / finished, process)
         self.assertEqual(patinate("fit", "scenes/start.json", "captured", *VARY, *SHORT, "-o", "out3").returncode, 0)
-        self.assertGreater(num_killed, 0)
         self.assertEqual(tree_hash("out2"), tree_hash("out1"))
         self.assertEqual(tree_hash("out3"), tree_hash("out1"))
 

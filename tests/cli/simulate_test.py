@@ -5,14 +5,14 @@ import json
 import os
 import pathlib
 import shutil
-import signal
 import struct
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 import zlib
+
+from studio_client import kill_when_there_is
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
@@ -148,16 +148,10 @@ class Simulate(unittest.TestCase):
         scene = dict(self.scene, run={"iterations": 400, "history_every": 20}, atlas={"resolution": 256})
         self.write("ledge/long.json", scene)
         self.run_in(["simulate", "ledge/long.json", "-o", "whole"], check=True)
-        num_killed = 0
-        for wait in (0.3, 0.5, 0.8, 1.1):
+        for file in (".job/key", *(f"history/frames/{frame:04}.exr" for frame in (1, 4, 8, 13))):
             process = subprocess.Popen([PATINATE, "simulate", "ledge/long.json", "-o", "pieces"], cwd=self.folder, stderr=subprocess.DEVNULL)
-            time.sleep(wait)
-            if process.poll() is None:
-                process.send_signal(signal.SIGKILL)
-                num_killed += 1
-            process.wait()
+            kill_when_there_is(self.folder / "pieces.partial" / file, process)
         self.run_in(["simulate", "ledge/long.json", "-o", "pieces"], check=True)
-        self.assertGreater(num_killed, 0)
         self.assertEqual(tree_hash(self.folder / "pieces"), tree_hash(self.folder / "whole"))
 
     def test_recompose_changes_the_look_and_nothing_else(self):
@@ -294,9 +288,7 @@ class Simulate(unittest.TestCase):
         shutil.copy(self.folder / "ledge/mesh.obj", self.folder / "changing/mesh.obj")
         self.write("changing/scene.json", scene)
         process = subprocess.Popen([PATINATE, "simulate", "changing/scene.json", "-o", "changed"], cwd=self.folder, stderr=subprocess.DEVNULL)
-        time.sleep(0.6)
-        process.send_signal(signal.SIGKILL)
-        process.wait()
+        kill_when_there_is(self.folder / "changed.partial/history/frames/0001.exr", process)
         self.write("changing/scene.json", dict(scene, run={"iterations": 20, "history_every": 10}))
         self.run_in(["simulate", "changing/scene.json", "-o", "changed"], check=True)
         self.assertEqual(json.loads((self.folder / "changed/scene/scene.json").read_text())["run"]["iterations"], 20)

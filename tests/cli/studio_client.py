@@ -220,6 +220,14 @@ class Client:
         self.until(lambda: len(self.updates) > count)
         return self.hashes[-1]
 
+    def leave(self):
+        """Hangs up; afterwards the scene knows."""
+        self.acknowledges = False
+        self.socket.socket.shutdown(socket.SHUT_WR)
+        while self.listen(60):
+            pass
+        self.close()
+
     def surface(self):
         return hashlib.sha256(bytes(self.planes["surface"])).hexdigest()
 
@@ -227,10 +235,18 @@ class Client:
         self.socket.close()
 
 
-def wait_until(condition, seconds=20):
+def wait_until(condition, what, seconds=60):
+    """@returns what the condition says once that is true."""
     end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.02)
-    return False
+    while not (said := condition()):
+        if time.monotonic() > end:
+            raise AssertionError(f"no {what} in {seconds} s")
+        time.sleep(0.01)
+    return said
+
+
+def kill_when_there_is(path, process):
+    wait_until(lambda: path.exists() or process.poll() is not None, path)
+    assert process.poll() is None, f"ended before there was {path}"
+    process.kill()
+    process.wait()

@@ -301,12 +301,11 @@ class Live(LiveCase):
         client.step(60)
         client.do("export", path="counted", what=["controls"])
         client.until(lambda: hits()["range"] != before)
-        time.sleep(0.7)  # the range follows a little later
-        client.settle()
-        while client.listen(0.3):
-            pass
         # A byte stands for a root: the largest of them, and the range, are those of the counts, and no power of ten above.
-        most = hits()["high"] * (max(client.planes["overlay"]) / 255) ** 2
+        shown = lambda: hits()["high"] * (max(client.planes["overlay"]) / 255) ** 2
+        client.until(lambda: abs(shown() - hits()["most"]) <= 0.02 * shown())  # the range follows a little later
+        client.settle()
+        most = shown()
         self.assertAlmostEqual(most, hits()["most"], delta=0.02 * most)
         self.assertLess(hits()["high"], 4 * most)
         self.assertTrue(0 == hits()["range"][0] < hits()["range"][1] <= hits()["most"], hits())
@@ -358,12 +357,11 @@ class Live(LiveCase):
         client = self.client()
         client.do("run")
         client.until(lambda: client.status and client.status["iteration"] > 5)
-        client.close()
-        time.sleep(0.5)
+        client.leave()
         again = self.client_without_reset()
         again.settle()
         first = again.hashes[-1]["iteration"]
-        time.sleep(0.3)
+        time.sleep(0.1)  # many iterations, were it running
         self.assertEqual(again.settle()["iteration"], first)
         self.assertGreater(first, 5)
 

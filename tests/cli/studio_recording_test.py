@@ -10,10 +10,12 @@ import tempfile
 import time
 import unittest
 
-from studio_client import Client, Server
+from studio_client import Client, Server, wait_until
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
+# From one writing of a recording to the next the program lets 0.4 s pass: what it has not written after this it does not write.
+NOT_WRITTEN = 0.6
 
 
 class Recordings(unittest.TestCase):
@@ -54,6 +56,22 @@ class Recordings(unittest.TestCase):
     def recordings(self):
         return sorted(p.name for p in (self.folder / ".studio").glob("[!.]*.json"))  # those that are being written begin with a dot
 
+    def kept(self):
+        """The recording of the scene that is open, or None."""
+        name = next((n for n in self.recordings() if not n.endswith(".previous.json")), None)
+        try:
+            return json.loads((self.folder / ".studio" / name).read_text()) if name else None
+        except FileNotFoundError:  # it has just been put aside
+            return None
+
+    def wait_until_kept(self, client):
+        """What is on the disk ends where a client is: in the scene file that `save` gives it. @returns the recording."""
+        (self.folder / "now").mkdir(exist_ok=True)  # as deep as .studio, so that meshes have the same path
+        client.do("save", path="now/saved.json")
+        saved = json.loads((self.folder / "now/saved.json").read_text())
+        shutil.rmtree(self.folder / "now")
+        return wait_until(lambda: (kept := self.kept()) and kept["scene"] == saved and kept, "recording of all that was done")
+
     def paint(self, client):
         """Something of everything that is recorded. @returns the picture at its end."""
         middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]
@@ -84,7 +102,7 @@ class Recordings(unittest.TestCase):
         client = self.open(server)
         self.assertIsNone(client.scene["recording"])
         picture, iterations = self.paint(client)
-        time.sleep(1.0)
+        self.wait_until_kept(client)
         server.process.send_signal(signal.SIGKILL)
         server.process.wait()
         again = self.open(self.server())
@@ -115,8 +133,9 @@ class Recordings(unittest.TestCase):
 
     def test_it_goes_on_after_it_was_resumed(self):
         server = self.server()
-        picture, iterations = self.paint(self.open(server))
-        time.sleep(1.0)
+        client = self.open(server)
+        picture, iterations = self.paint(client)
+        self.wait_until_kept(client)
         server.process.send_signal(signal.SIGKILL)
         server.process.wait()
         server = self.server()
@@ -127,7 +146,7 @@ class Recordings(unittest.TestCase):
         client.settle()
         more = client.surface()
         self.assertNotEqual(more, picture)
-        time.sleep(1.0)
+        self.wait_until_kept(client)
         server.process.send_signal(signal.SIGKILL)
         server.process.wait()
         self.assertEqual(self.resume(self.open(self.server()), iterations + 3), more)
@@ -139,16 +158,14 @@ class Recordings(unittest.TestCase):
         old = (self.folder / ".studio" / self.recordings()[0]).read_text()
         client = self.open(self.server())
         self.assertIsNotNone(client.scene["recording"])
-        time.sleep(1.0)
+        time.sleep(NOT_WRITTEN)
         self.assertEqual((self.folder / ".studio" / self.recordings()[0]).read_text(), old)  # looking at it changes nothing
         client.do("event", event={"op": "ratio", "ratio": 0.1})
-        time.sleep(1.0)
+        wait_until(lambda: len(self.recordings()) == 2, "second recording")
         previous = [name for name in self.recordings() if name.endswith(".previous.json")]
         self.assertEqual((self.folder / ".studio" / previous[0]).read_text(), old)
-        self.assertEqual(len(self.recordings()), 2)
         client.do("reset")
-        time.sleep(1.0)
-        self.assertEqual(self.recordings(), previous)
+        wait_until(lambda: self.recordings() == previous, "end of the second recording")
         self.assertEqual((self.folder / ".studio" / previous[0]).read_text(), old)  # and not what was gone back from
         self.assertIsNotNone(client.scene["recording"])
 
@@ -158,9 +175,7 @@ class Recordings(unittest.TestCase):
         for op, strokes in (("undo", 1), ("redo", 2)):
             client.do(op)
             client.settle()
-            time.sleep(1.0)
-            main = next(name for name in self.recordings() if not name.endswith(".previous.json"))
-            kept = json.loads((self.folder / ".studio" / main).read_text())
+            kept = self.wait_until_kept(client)
             self.assertEqual([e["op"] for e in kept["events"]].count("paint"), strokes)
             self.assertEqual(kept["iterations"], client.status["iteration"])
 
@@ -210,8 +225,7 @@ class Recordings(unittest.TestCase):
                 client.do("event", event={"op": "behavior", "behavior": {"slider": ratio}})
             server.process.send_signal(end)
             self.assertEqual(server.process.wait(timeout=30), 130)
-            name = next(n for n in self.recordings() if not n.endswith(".previous.json"))
-            kept = json.loads((self.folder / ".studio" / name).read_text())
+            kept = self.kept()
             self.assertEqual([e["ratio"] for e in kept["events"] if e["op"] == "ratio"][-1], 0.3)
             self.assertEqual(kept["events"][-1]["behavior"], {"slider": 0.3})
 
@@ -219,7 +233,7 @@ class Recordings(unittest.TestCase):
         clients = [self.open(self.server()), self.open(self.server())]
         for ratio, client in zip((0.1, 0.2), clients):
             client.do("event", event={"op": "ratio", "ratio": ratio})
-            time.sleep(1.0)
+            wait_until(lambda: (kept := self.kept()) and kept["events"][0]["ratio"] == ratio, f"recording of ratio {ratio}")
         kept = {name.endswith(".previous.json"): json.loads((self.folder / ".studio" / name).read_text())["events"][0]["ratio"] for name in self.recordings()}
         self.assertEqual(kept, {True: 0.1, False: 0.2})
 
@@ -230,7 +244,7 @@ class Recordings(unittest.TestCase):
         client = self.open(server, ".")
         self.assertTrue(any("not kept on the disk" in n for n in client.scene["notes"]), client.scene["notes"])
         client.do("event", event={"op": "ratio", "ratio": 0.1})
-        time.sleep(1.0)
+        time.sleep(NOT_WRITTEN)
         self.assertFalse((self.folder / "ran/.studio").exists())
 
     def test_a_link_out_of_the_folder_is_not_followed(self):
@@ -267,7 +281,7 @@ class Recordings(unittest.TestCase):
         client = self.open(server, "ran")
         picture, iterations = self.paint(client)
         self.assertEqual(iterations, 12 + 7)
-        time.sleep(1.0)
+        self.wait_until_kept(client)
         server.process.send_signal(signal.SIGKILL)
         server.process.wait()
         again = self.open(self.server(), "ran")
@@ -285,24 +299,22 @@ class Recordings(unittest.TestCase):
         self.assertIsNone(client.scene["recording"])
         self.assertTrue(any("cannot be read" in n for n in client.scene["notes"]), client.scene["notes"])
         client.do("event", event={"op": "ratio", "ratio": 0.1})
-        time.sleep(1.0)
-        self.assertEqual(len(self.recordings()), 2)
+        wait_until(lambda: len(self.recordings()) == 2, "second recording")
 
     def test_what_cannot_be_kept_is_said(self):
         (self.folder / ".studio").write_text("a file in the way")
         client = self.open(self.server())
         client.do("event", event={"op": "ratio", "ratio": 0.1})
         client.do("event", event={"op": "ratio", "ratio": 0.2})
-        time.sleep(0.6)
-        client.do("event", event={"op": "ratio", "ratio": 0.3})
         client.until(lambda: client.notices, 10)
         self.assertIn("cannot be kept", client.notices[0])
 
     def test_recordings_are_no_places(self):
         server = self.server()
         self.assertEqual(server.said["recordings"], str(self.folder.resolve() / ".studio"))
-        self.paint(self.open(server))
-        time.sleep(1.0)
+        client = self.open(server)
+        self.paint(client)
+        self.wait_until_kept(client)
         self.assertEqual([p["place"] for p in server.get_json("/api/places")["places"]], ["ledge/mesh.obj", "ledge/scene.json"])
 
 

@@ -53,7 +53,8 @@ class Strokes(LiveCase):
         at = client.status["iteration"]
         for _ in range(3):
             client.do("stroke", emitter="brush", positions=[[middle[0] + 5, *middle[1:]], middle], phase="move")
-            time.sleep(0.3)
+            emitted = client.status["counters"]["emitted"]
+            client.until(lambda: client.status["counters"]["emitted"] > emitted)
             client.settle()
         self.assertEqual((client.status["iteration"], client.status["painting"]), (at, True))
         client.do("stroke", emitter="brush", phase="end")

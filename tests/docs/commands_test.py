@@ -17,7 +17,7 @@ sys.path.insert(0, str(ROOT / "tools/docs"))
 import blocks  # noqa: E402
 
 PATINATE = pathlib.Path(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate").resolve()
-PER_COMMIT = {"photographs.md", "scene_in_the_studio.md"}  # A newcomer's first ones.
+PER_COMMIT = {"photographs.md", "scans_and_lamps.md"}  # A newcomer's first ones.
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 

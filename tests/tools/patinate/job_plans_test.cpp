@@ -27,7 +27,7 @@ using testing_support::TempFolder;
 using Wanted = PlanRequest::Wanted;
 using Outputs = std::map<std::string, std::string>;  // Relative path -> bytes.
 
-std::vector<std::string> words_of(const std::string& text) {
+std::vector<std::string> command_words(const std::string& text) {
   std::vector<std::string> words;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find(' ', begin), text.size());
@@ -41,7 +41,7 @@ std::vector<std::string> words_of(const std::string& text) {
 PlanRequest ask(const fs::path& folder, const std::string& command, int num_threads, PlanRequest request,
                 std::stop_token stop = {}) {
   fs::current_path(folder);
-  std::vector<std::string> words = words_of(command);
+  std::vector<std::string> words = command_words(command);
   for (const std::string& word : {std::string("--quiet"), std::string("--threads"), std::to_string(num_threads)})
     words.push_back(word);
   bool is_json = false;

@@ -162,7 +162,7 @@ int cmd_fit(CommandRun& run) {
                            given.histories);
   run.line.output("FOLDER", "Folder to make: scene.json, report.html, report.json, evaluations.csv, before, after",
                   given.output);
-  run.line.repeated("vary", "POINTER=LOW:HIGH[:log]", "A fit_figure of the scene, by its JSON pointer, and its range",
+  run.line.repeated("vary", "POINTER=LOW:HIGH[:log]", "A number of the scene, by its JSON pointer, and its range",
                     given.vary);
   run.line.repeated("own", "POINTER=LOW:HIGH[:log]", "The same, where each of several histories has a value of its own",
                     given.own);

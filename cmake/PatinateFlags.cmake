@@ -40,17 +40,17 @@ if(CCACHE_PROGRAM)
   set(CMAKE_CXX_COMPILER_LAUNCHER "${CMAKE_COMMAND}" -E env "CCACHE_BASEDIR=${PROJECT_SOURCE_DIR}" CCACHE_NOHASHDIR=1 "${CCACHE_PROGRAM}")
 endif()
 
-# patinate_unity(TARGET): with PATINATE_UNITY, several sources of a folder are compiled as one, because most of a compile is reading headers. A batch
-# ends where it holds PATINATE_UNITY_BYTES of source: a compile then needs less than 1.2 GB. Sources with flags of their own are compiled alone, and
-# those that patinate_alone() names.
+# patinate_unity(TARGET): with PATINATE_UNITY, several sources of a folder are compiled as one, because most of a compile is reading headers. Batches of
+# a folder are of about one size and hold at most PATINATE_UNITY_BYTES of source: a compile then needs less than 1.2 GB. Sources with flags of their own
+# are compiled alone, and those that patinate_alone() names.
 option(PATINATE_UNITY "Compile several sources of a folder as one (presets that look for missing includes do not)" ON)
 set(PATINATE_UNITY_BYTES 100000 CACHE STRING "How much of a folder's source is compiled as one, in bytes")
 mark_as_advanced(PATINATE_UNITY_BYTES)
 #
-# patinate_light(FOLDER ...), called before: folders (by their last name) of the targets made here in which no pixel and no particle is computed: pages,
-# JSON, jobs. -O1 compiles them in two thirds of the time.
-macro(patinate_light)
-  set(patinate_light_folders ${ARGN})
+# patinate_fast(FOLDER ...), called before: folders (by their last name) of the targets made here whose loops run over pixels, texels, triangles or
+# particles. All others are compiled with -O1, in two thirds of the time.
+macro(patinate_fast)
+  set(patinate_fast_folders ${ARGN})
 endmacro()
 function(patinate_unity target)
   if(NOT PATINATE_UNITY)
@@ -64,18 +64,25 @@ function(patinate_unity target)
   get_target_property(sources ${target} SOURCES)
   list(FILTER sources INCLUDE REGEX "\\.cpp$")
   foreach(source ${sources})
+    get_source_file_property(is_alone "${source}" SKIP_UNITY_BUILD_INCLUSION)
+    if(is_alone)
+      list(REMOVE_ITEM sources "${source}")
+      continue()
+    endif()
     cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" OUTPUT_VARIABLE file)
     cmake_path(GET file PARENT_PATH folder)
     cmake_path(GET folder FILENAME name)
-    get_source_file_property(is_alone "${source}" SKIP_UNITY_BUILD_INCLUSION)
-    if(is_alone)
-      continue()
-    endif()
     file(SIZE "${file}" bytes)
-    math(EXPR filled_${name} "0${filled_${name}} + ${bytes}")
-    math(EXPR batch "${filled_${name}} / ${PATINATE_UNITY_BYTES}")
+    set(folder_of_${source} ${name})
+    set(begin_of_${source} "${held_${name}}")
+    math(EXPR held_${name} "0${held_${name}} + ${bytes}")
+  endforeach()
+  foreach(source ${sources})  # Batches of a folder are of about the same size.
+    set(name ${folder_of_${source}})
+    math(EXPR batches "(${held_${name}} + ${PATINATE_UNITY_BYTES} - 1) / ${PATINATE_UNITY_BYTES}")
+    math(EXPR batch "0${begin_of_${source}} * ${batches} / ${held_${name}}")
     set_source_files_properties("${source}" PROPERTIES UNITY_GROUP ${name}_${batch})
-    if(name IN_LIST patinate_light_folders)
+    if(NOT name IN_LIST patinate_fast_folders)
       set_source_files_properties("${CMAKE_CURRENT_BINARY_DIR}/CMakeFiles/${target}.dir/Unity/unity_${name}_${batch}_cxx.cxx" PROPERTIES
         COMPILE_OPTIONS "$<$<CONFIG:Release>:-O1>")
     endif()

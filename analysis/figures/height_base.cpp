@@ -33,7 +33,7 @@ TakenBase take_base(std::vector<float>& height, const ColorStack& stack, HeightB
       with_height += d * (static_cast<double>(height[i]) - taken.mean_mm);
     }
     // A row of texels has no slope across it.
-    slope = shortest_least_squares(spread, with_height);
+    slope = shortest_least_squares(Eigen::MatrixXd(spread), Eigen::VectorXd(with_height));
   }
   double low = 0.0, high = 0.0;
   for (std::size_t i = 0; i < n; ++i) {

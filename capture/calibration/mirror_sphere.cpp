@@ -173,9 +173,9 @@ SphereFit fit_sphere(const Camera& camera, const MirrorSphere& sphere) {
       sum += residual * residual;
     }
     fit.rms_px = std::sqrt(sum / static_cast<double>(rays.size()));
-    const std::optional<Vec3> solution = solve_full_lu(normal, -gradient, 1e-12);
-    if (!solution) return fit;
-    const Vec3 step = *solution;
+    const SymmetricEigen<Eigen::Matrix3d> eigen = symmetric_eigen(normal);
+    if (!eigen.is_converged || !(eigen.values[0] > 1e-12 * eigen.values[2])) return fit;
+    const Vec3 step = -eigen.vectors * (eigen.vectors.transpose() * gradient).cwiseQuotient(eigen.values);
     cone.axis = (cone.axis + basis * step.head<2>()).normalized();
     cone.angle += step[2];
     if (!(cone.angle > 0 && cone.angle < 0.5 * std::numbers::pi)) return fit;

@@ -1,13 +1,11 @@
 /// \file
 /// Decompositions of dense matrices, compiled once: each costs seconds in every source that instantiates it. All are
-/// Eigen's own, of the same class and for the same type of matrix as where they would be written in place, so that
-/// results are the same to the bit. They lie in dense_eigen.cpp, dense_ldlt.cpp and dense_solve.cpp: in one, they would
+/// Eigen's own. They lie in dense_eigen.cpp, dense_ldlt.cpp and dense_solve.cpp: in one, they would
 /// take 2 GB of memory to compile.
 #pragma once
 
 #include <Eigen/Core>
 #include <memory>
-#include <optional>
 
 namespace patinate {
 
@@ -67,16 +65,10 @@ class LdltFactors {
 [[nodiscard]] Eigen::VectorXd solve_lu(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right);
 /// By the same. @param matrix  n x n, n >= 1.
 [[nodiscard]] Eigen::MatrixXd inverse_by_lu(const Eigen::MatrixXd& matrix);
-/// Solution of matrix x = right by LU with pivots of rows and columns; nothing unless the estimate of 1 / (the matrix'
-/// condition) is above least_rcond.
-[[nodiscard]] std::optional<Eigen::Vector3d> solve_full_lu(const Eigen::Matrix3d& matrix, const Eigen::Vector3d& right,
-                                                           double least_rcond);
-
 /// Of the x with least |matrix x - right| the shortest, by a complete orthogonal decomposition, for any rank.
 /// @param matrix  m x n. @param right  m, or m x k. @returns n, or n x k.
 [[nodiscard]] Eigen::VectorXd shortest_least_squares(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& right);
 [[nodiscard]] Eigen::MatrixXd shortest_least_squares(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right);
-[[nodiscard]] Eigen::Vector2d shortest_least_squares(const Eigen::Matrix2d& matrix, const Eigen::Vector2d& right);
 
 /// Of an m x n matrix.
 struct RightSingular {

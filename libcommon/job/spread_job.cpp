@@ -205,7 +205,9 @@ std::size_t run_spread_items(const JobPlan& plan, std::span<const std::size_t> i
                              const RunControl& control) try {
   check_plan(plan);
   return run_items_now(plan, items, options, control);
-} catch (const CannotComplete&) {
+} catch (const Canceled&) {
+  throw;
+} catch (const Error&) {
   if (look_at_output(plan).found != FoundOutput::Same) throw;
   return 0;  // Another process has joined meanwhile, and removed the items.
 }
@@ -213,7 +215,9 @@ std::size_t run_spread_items(const JobPlan& plan, std::span<const std::size_t> i
 JobStatus join_spread_items(const JobPlan& plan, const JobOptions& options, const RunControl& control) try {
   check_plan(plan);
   return join_now(plan, options, control);
-} catch (const CannotComplete&) {
+} catch (const Canceled&) {
+  throw;
+} catch (const Error&) {
   if (look_at_output(plan).found != FoundOutput::Same) throw;
   return JobStatus::UpToDate;  // As above.
 }

@@ -146,7 +146,7 @@ BROKEN = {
                        drop("lights", 0, "position"), put("camera", "matrix", [[1, 0, 0]]), drop("camera", "translation"), put("reference_patch", "polygon", [[1, 1], [2, 2]]),
                        put("reference_patch", "albedo", [1, 1]), put("reference", -1), drop("steps", 0, "time"), put("steps", 0, "photos", []), put("steps", 1, "transform", [[1, 0, 0, 0]]),
                        put("steps", 0, "albedo", "a.exr"), put("steps", 0, "surplus", 1), put("frames", []), put("kind", "fixed")],
-    "transfer": COMMON + [put("width", 0), put("subpixel", True), put("mesh", "mm_per_mesh_unit", 0), drop("history", "key"), drop("coordinates"),
+    "transfer": COMMON + [put("width", 0), put("subpixel", 1), put("mesh", "mm_per_mesh_unit", 0), drop("history", "key"), drop("coordinates"),
                           put("energy", {}), drop("energy", "used_share"), put("controls", 5), drop("key"), put("mesh", "color", "red"), put("history", 1)],
     "factorization": COMMON + [put("width", 0), put("curves", []), put("curves", 0, "noise", [0, 1, 1]), put("curves", 0, "coefficients", 0, ["a"]), put("frames", 0, "time", "now"),
                                put("frames", 0, "rmse", -1), put("maps", {}), drop("maps", "rate"), drop("history"), drop("key"), put("curves", 0, "correlation", 2)],

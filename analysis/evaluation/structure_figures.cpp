@@ -207,7 +207,7 @@ StructureSums SourceStructure::measure(const MapPart& part, const PartCounts& be
   if (found_->has_quarters) sums.wanted = count_wanted(part);
   if (found_->kinds.empty()) return sums;
   const std::vector<Ground> charts =
-      charts_of(part, part.gathered(found_->lightness),
+      charts_of(part, part.looked_up(found_->lightness),
                 found_->has_quarters ? in_quarters(part.control, found_->ends) : ImageU8());
   for (const SourceLines& lines : found_->kinds) {
     const CutSource cut =

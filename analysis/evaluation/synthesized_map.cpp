@@ -64,6 +64,9 @@ void SourceIndices::set(const TexelMap& surface, TexelId t, const float* xy) {
                        ", which is not in the source of " + size_text(width_, height_));
   }
   index_[static_cast<std::size_t>(t)] = static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x) + 1;
+  const BesidePixel beside = nearest_pixel(xy[0], xy[1]).beside;
+  beside_[2 * static_cast<std::size_t>(t)] = beside.x;
+  beside_[2 * static_cast<std::size_t>(t) + 1] = beside.y;
 }
 
 void SourceIndices::read(const TexelMap& surface, const TexelRect& rect, const CoordinateReader& reader) {
@@ -106,6 +109,15 @@ ImageF MapPart::gathered(const ImageF& source) const {
   const auto channels = static_cast<std::int64_t>(source.channels());
   for_each_covered([&](TexelId t, std::int64_t i) {
     std::copy_n(source.data() + indices.of(t) * channels, channels, out.data() + i * channels);
+  });
+  return out;
+}
+
+ImageF MapPart::looked_up(const ImageF& source) const {
+  ImageF out(rect.width(), rect.height());
+  for_each_covered([&](TexelId t, std::int64_t i) {
+    look_between<1>(source.data(), source.width(), source.height(), indices.x(t), indices.y(t), indices.beside(t),
+                    out.data() + i);
   });
   return out;
 }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "libcommon/atlas/sheet_cells.h"
+#include "libcommon/image/between_pixels.h"
 #include "patinate/atlas/texel_map.h"
 #include "patinate/core/run_control.h"
 #include "patinate/core/zeroed_vector.h"
@@ -34,7 +35,8 @@ struct SynthesisSource {
 struct SynthesizedMap {
   std::string name;
   std::shared_ptr<const TexelMap> surface;  ///< In mm; flat_surface() for a picture.
-  ImageF coordinates;  ///< H x W x 2: source pixels; -1 outside. Fractions are rounded to the nearest pixel.
+  ImageF coordinates;  ///< H x W x 2: places in the source in pixels; -1 outside. Lines are looked for in the picture
+                       ///< between pixels, all else goes by the nearest one.
   ImageF control;      ///< H x W x 1, the wanted control in the source's values; may be empty.
   std::shared_ptr<const FlowFrames> frames =
       nullptr;  ///< How the source was laid on the surface; none: as the UVs run.
@@ -57,13 +59,15 @@ struct TexelPair {
   Vec2 offset_mm{0, 0};  ///< From first to second, in the frame of the first.
 };
 
-/// Index into the source (y * width + x) of texels, -1 where none was read. Takes memory only where it was.
+/// Places in the source of texels: index (y * width + x) of the nearest pixel, -1 where none was read, and what lies
+/// beside its middle. Takes memory only where texels were read.
 class SourceIndices {
  public:
   /// @param name  Of the map, for what is wrong with it.
   SourceIndices(std::string name, std::int64_t num_texels, int source_width, int source_height)
       : name_(std::move(name)),
         index_(static_cast<std::size_t>(num_texels)),
+        beside_(2 * static_cast<std::size_t>(num_texels)),
         width_(source_width),
         height_(source_height) {}
   /// The covered texels of a rectangle. @throws InvalidInput if one has no coordinates, or some outside the source.
@@ -74,12 +78,16 @@ class SourceIndices {
   [[nodiscard]] std::int32_t of(TexelId t) const { return index_[static_cast<std::size_t>(t)] - 1; }
   [[nodiscard]] int x(TexelId t) const { return of(t) % width_; }
   [[nodiscard]] int y(TexelId t) const { return of(t) / width_; }
+  [[nodiscard]] BesidePixel beside(TexelId t) const {
+    return {beside_[2 * static_cast<std::size_t>(t)], beside_[2 * static_cast<std::size_t>(t) + 1]};
+  }
 
  private:
   void set(const TexelMap& surface, TexelId t, const float* xy);
 
   std::string name_;
   ZeroedVector<std::int32_t> index_;  ///< From 1 on; 0 = none.
+  ZeroedVector<std::int8_t> beside_;  ///< x and y of each.
   int width_, height_;
 };
 
@@ -119,8 +127,10 @@ struct MapPart {
   }
   /// 0 / 255, of the rectangle.
   [[nodiscard]] ImageU8 coverage() const;
-  /// A value of the source's for each texel of the rectangle, 0 where none is covered.
+  /// The value of the source's nearest pixel for each texel of the rectangle, 0 where none is covered.
   [[nodiscard]] ImageF gathered(const ImageF& source) const;
+  /// The same between pixels, as lookups show it. @param source  Of one channel.
+  [[nodiscard]] ImageF looked_up(const ImageF& source) const;
 };
 
 /// The texel one step away in the atlas and in the same chart. @returns nothing if there is none.

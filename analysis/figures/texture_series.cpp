@@ -9,6 +9,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/history/footprint.h"
+#include "libcommon/image/between_pixels.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/history/history_sampling.h"
@@ -52,8 +53,8 @@ std::optional<std::string> find_outside(const ImageF& coordinates, const History
   for (std::int64_t i = 0; i < coordinates.num_pixels(); ++i) {
     const float x = coordinates.data()[2 * i], y = coordinates.data()[2 * i + 1];
     const bool is_outside = x == -1.0f && y == -1.0f;
-    if (is_outside ||
-        (x >= 0.0f && y >= 0.0f && x < static_cast<float>(history.width) && y < static_cast<float>(history.height)))
+    if (is_outside || (x >= 0.0f && y >= 0.0f && x <= static_cast<float>(history.width - 1) &&
+                       y <= static_cast<float>(history.height - 1)))
       continue;
     return "points outside its history at " + number_text(static_cast<double>(x)) + "," +
            number_text(static_cast<double>(y));
@@ -125,19 +126,22 @@ TextureSeries::TextureSeries(std::shared_ptr<const History> history, SeriesAtlas
 int TextureSeries::width() const { return coordinates_.empty() ? facts().width : coordinates_.width(); }
 int TextureSeries::height() const { return coordinates_.empty() ? facts().height : coordinates_.height(); }
 
-template <class T>
-Image<T> TextureSeries::looked_up(Image<T> image) const {
-  if (coordinates_.empty()) return image;
-  Image<T> out(width(), height(), image.channels());
+ImageU8 TextureSeries::looked_up(ImageU8 codes) const {
+  if (coordinates_.empty()) return codes;
+  ImageU8 out(width(), height(), codes.channels());
   for (int y = 0; y < out.height(); ++y) {
     for (int x = 0; x < out.width(); ++x) {
-      const float u = coordinates_.at(x, y, 0), v = coordinates_.at(x, y, 1);
-      if (u < 0.0f) continue;
-      const auto from = image.pixel(static_cast<int>(u), static_cast<int>(v));
+      if (coordinates_.at(x, y, 0) < 0.0f) continue;
+      const NearestPixel at = nearest_pixel(coordinates_.at(x, y, 0), coordinates_.at(x, y, 1));
+      const auto from = codes.pixel(at.x, at.y);
       std::copy(from.begin(), from.end(), out.pixel(x, y).begin());
     }
   }
   return out;
+}
+
+ImageF TextureSeries::looked_up(ImageF values) const {
+  return coordinates_.empty() ? values : look_up(values, coordinates_);
 }
 
 ImageU8 TextureSeries::mask(double time) const {

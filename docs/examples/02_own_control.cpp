@@ -48,8 +48,7 @@ int main(int argc, char** argv) try {
   std::printf("energy %.3f, control error %.3f\n", result.energy.energy, result.energy.control_error_mean);
 
   // The search was for all times at once: any frame is a gather through the coordinates.
-  const ImageF coordinates =
-      transfer::coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width);
+  const ImageF coordinates = transfer::coordinate_image(result, map->width(), map->height(), history->facts().width);
   write_color(argv[3], transfer::gather(history->sample(history->times().back()), coordinates));
   return 0;
 } catch (const std::exception& e) {

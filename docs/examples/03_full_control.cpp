@@ -103,8 +103,7 @@ int main(int argc, char** argv) try {
               result.energy.energy, result.energy.coherence, result.energy.control_mismatch,
               100.0 * result.energy.coherent_share);
 
-  const ImageF coordinates =
-      transfer::coordinate_image(result.coordinates, map->width(), map->height(), history->facts().width);
+  const ImageF coordinates = transfer::coordinate_image(result, map->width(), map->height(), history->facts().width);
   ImageF texture = aged_by_map(*history, coordinates, guide.values, control);
   dilate(texture, map->coverage(), 8);  // Filtering must not bleed at the charts' borders.
   write_color(argv[1], texture);

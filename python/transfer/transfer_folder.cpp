@@ -139,7 +139,8 @@ void bind_transfer_folder(py::module_& module) {
       module,
       FunctionText("gather_at_times", "The history's color at every texel's own time.")
           .takes("history", "History", "")
-          .takes("coordinates", "npt.ArrayLike", "H x W x 2: whole numbers inside its frames, or -1")
+          .takes("coordinates", "npt.ArrayLike",
+                 "H x W x 2: places inside its frames in pixels, whole numbers in their middles, or -1")
           .takes("times", "npt.ArrayLike", "H x W, in its unit, clamped to its ends")
           .options<SamplingOptions>()
           .options<device::DeviceOptions>()

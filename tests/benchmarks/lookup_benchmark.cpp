@@ -91,13 +91,17 @@ void look_up_on_devices(const HistoryReader& history, const ImageF& frame, const
     ImageF out(kAtlas, kAtlas, 3);
     transfer::TimeMapLookup lookup(history, Between::Blend, {.device = there});
     const benchmarks::DeviceShare map_share(device);
-    const double mapped = benchmarks::median_of_five([&] { lookup.look_up(indices.values(), times.values(), 0, out); });
+    const double mapped = benchmarks::median_of_five([&] {
+      lookup.look_up({indices.values(), {}}, times.values(), 0, out);
+    });
     std::printf("4k, %s: 8-bit RGB %.0f ms, %s; time map over 4 frames %.0f ms, %s\n", info.name.c_str(),
                 1e3 * gathered, gather_text.c_str(), 1e3 * mapped, map_share.text(5).c_str());
   }
   transfer::TimeMapLookup lookup(history, Between::Blend);
   ImageF out(kAtlas, kAtlas, 3);
-  const double mapped = benchmarks::median_of_five([&] { lookup.look_up(indices.values(), times.values(), 0, out); });
+  const double mapped = benchmarks::median_of_five([&] {
+    lookup.look_up({indices.values(), {}}, times.values(), 0, out);
+  });
   std::printf("4k, the CPU: time map over 4 frames %.0f ms\n", 1e3 * mapped);
 }
 
@@ -107,7 +111,7 @@ void compare_speed() {
   const HistoryReader history(folder.path());
   const ImageF coordinates = benchmarks::patch_coordinates(kAtlas, false), frame = history.read_frame(0),
                next = history.read_frame(1);
-  const transfer::PackedCoordinates indices = transfer::pack_coordinates(coordinates, kSource);
+  const transfer::PackedCoordinates indices = transfer::pack_coordinates(coordinates, kSource, kSource).pixels;
   compare_gathers("8-bit RGB", srgb8_from_linear(frame), indices);
   compare_gathers("float RGB", frame, indices);
   look_up_on_devices(history, frame, indices);

@@ -89,7 +89,7 @@ struct Places {
 /// Pieces of 32 x 32 of a small source, as transfers are; and any pixel of a source that no cache holds.
 std::vector<Places> all_places() {
   const transfer::PackedCoordinates patches =
-      transfer::pack_coordinates(patch_coordinates(kAtlas, false), kPatchSource);
+      transfer::pack_coordinates(patch_coordinates(kAtlas, false), kPatchSource, kPatchSource).pixels;
   std::vector<Places> all{
       {"pieces of 32 x 32", kPatchSource, {patches.values().begin(), patches.values().end()}},
       {"any pixels of a 4k source", kLargeSource, std::vector<std::uint32_t>(kTexels)},

@@ -122,8 +122,7 @@ void kept_analysis(int num_frames) {
 void lookup_against_copy() {
   const Setting setting(512, 1, 2048);
   const ImageF frame = setting.history->read_frame(0);
-  const ImageF coordinates =
-      transfer::coordinate_image(setting.run(transfer::TransferMethod::Fast).coordinates, 2048, 2048, 512);
+  const ImageF coordinates = transfer::coordinate_image(setting.run(transfer::TransferMethod::Fast), 2048, 2048, 512);
   ImageF copy(2048, 2048, 3);
   const ImageF original(2048, 2048, 3, 0.5f);
   const double copy_s =
@@ -141,7 +140,9 @@ void write_files() {
   task.history = setting.history;
   task.input = {.history = setting.history, .map = setting.map, .controls = setting.controls};
   const transfer::PackedCoordinates pieces =
-      transfer::pack_coordinates(benchmarks::patch_coordinates(kAtlas, true), benchmarks::kPatchSource);
+      transfer::pack_coordinates(benchmarks::patch_coordinates(kAtlas, true), benchmarks::kPatchSource,
+                                 benchmarks::kPatchSource)
+          .pixels;
   transfer::TransferResult result;
   for (const std::uint32_t pixel : pieces.values())
     result.coordinates.push_back(pixel == kNoValue ? -1 : static_cast<std::int32_t>(pixel));

@@ -19,9 +19,9 @@ using FillStrip = std::function<void(int x, int y, ImageF& strip)>;
 /// A few rows at a time: an atlas may be larger than what there is beside it. @param fill  Called by several threads.
 void write_control_tile(const std::filesystem::path& folder, const TransferTask& task, std::size_t control, int tile,
                         const FillStrip& fill, const RunControl& run);
-/// @param pixel_of  The history's pixel of a texel; -1 = none. Called by several threads.
+/// @param place_of  Called by several threads.
 void write_coordinate_tile(const std::filesystem::path& folder, const TransferTask& task, int tile, const TexelMap& map,
-                           const std::function<std::int32_t(TexelId t)>& pixel_of, const RunControl& run);
+                           const std::function<SourcePlace(TexelId t)>& place_of, const RunControl& run);
 /// Mesh and source mask.
 void write_surface_files(const std::filesystem::path& folder, const TransferTask& task);
 

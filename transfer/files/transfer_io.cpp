@@ -21,6 +21,7 @@
 #include "patinate/mesh_files/mesh_io.h"
 #include "transfer/files/flow_io.h"
 #include "transfer/files/transfer_files.h"
+#include "transfer/synthesis/open_options.h"
 
 namespace patinate::transfer {
 
@@ -237,14 +238,21 @@ std::string history_content_key(const HistoryReader& history) {
   return hash.hex();
 }
 
-ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height, int source_width) {
-  ImageF image(width, height, 2, -1.0f);
-  for (std::size_t t = 0; t < coordinates.size(); ++t) {
-    if (coordinates[t] < 0) continue;
-    const auto column = coordinates[t] % source_width, line = coordinates[t] / source_width;
-    image.values()[2 * t] = static_cast<float>(column);
-    image.values()[2 * t + 1] = static_cast<float>(line);
-  }
+namespace {
+
+/// x and y in pixels; -1 for none.
+void put_place(const SourcePlace& place, int source_width, float* xy) {
+  constexpr float kStep = 1.0f / 256.0f;
+  const std::int32_t column = place.pixel % source_width, line = place.pixel / source_width;
+  xy[0] = place.pixel < 0 ? -1.0f : static_cast<float>(column) + kStep * static_cast<float>(place.beside_x);
+  xy[1] = place.pixel < 0 ? -1.0f : static_cast<float>(line) + kStep * static_cast<float>(place.beside_y);
+}
+
+}  // namespace
+
+ImageF coordinate_image(const TransferResult& result, int width, int height, int source_width) {
+  ImageF image(width, height, 2);
+  for (TexelId t = 0; t < image.num_pixels(); ++t) put_place(result.place(t), source_width, image.data() + 2 * t);
   return image;
 }
 
@@ -252,14 +260,11 @@ namespace {
 
 /// As coordinate_image(), of a part of the atlas. @param strip  Its first texel is (x, y); its first two channels are
 /// set.
-void put_coordinates(ImageF& strip, int x, int y, const std::function<std::int32_t(TexelId t)>& pixel_of, int width,
+void put_coordinates(ImageF& strip, int x, int y, const std::function<SourcePlace(TexelId t)>& place_of, int width,
                      int source_width) {
   for (int row = 0; row < strip.height(); ++row) {
     for (int column = 0; column < strip.width(); ++column) {
-      const std::int32_t s = pixel_of(TexelId{y + row} * width + x + column);
-      const std::int32_t source_x = s % source_width, source_y = s / source_width;
-      strip.at(column, row, 0) = s < 0 ? -1.0f : static_cast<float>(source_x);
-      strip.at(column, row, 1) = s < 0 ? -1.0f : static_cast<float>(source_y);
+      put_place(place_of(TexelId{y + row} * width + x + column), source_width, strip.pixel(column, row).data());
     }
   }
 }
@@ -299,14 +304,14 @@ void write_surface_files(const fs::path& folder, const TransferTask& task) {
 }
 
 void write_coordinate_tile(const fs::path& folder, const TransferTask& task, int tile, const TexelMap& map,
-                           const std::function<std::int32_t(TexelId t)>& pixel_of, const RunControl& run) {
+                           const std::function<SourcePlace(TexelId t)>& place_of, const RunControl& run) {
   const HistoryFacts& history = task.history->facts();
   const std::vector<LibraryPart>& parts = history.parts;
   std::vector<std::string> channels{kCoordinateChannels[0], kCoordinateChannels[1]};
   if (task.input.frames) channels.insert(channels.end(), {kPatchChannels[0], kPatchChannels[1]});
   if (!parts.empty()) channels.emplace_back(kIndexChannel);
   const auto fill = [&](int x, int y, ImageF& strip) {
-    put_coordinates(strip, x, y, pixel_of, map.width(), history.width);
+    put_coordinates(strip, x, y, place_of, map.width(), history.width);
     if (task.input.frames) put_patch(strip, x, y, map, *task.input.frames);
     if (!parts.empty()) put_index(strip, parts);
   };
@@ -323,8 +328,8 @@ void write_transfer_files(const fs::path& folder, const TransferTask& task, cons
       };
       write_control_tile(folder, task, i, tile, fill, run);
     }
-    const auto pixel_of = [&](TexelId t) { return result.coordinates[static_cast<std::size_t>(t)]; };
-    write_coordinate_tile(folder, task, tile, *task.input.map, pixel_of, run);
+    write_coordinate_tile(
+        folder, task, tile, *task.input.map, [&](TexelId t) { return result.place(t); }, run);
   }
   write_surface_files(folder, task);
 }
@@ -367,7 +372,7 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
   } else {
     json["tiles"] = tiles_json(task);
   }
-  json["subpixel"] = false;
+  json["subpixel"] = keeps_fractions(result.used, history.facts());
   if (!task.input.source_mask.empty()) json["source_mask"] = kSourceMaskFile;
   json["controls"] = controls_json(task);
   json["options"] = options;
@@ -402,7 +407,7 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   manifest.width = static_cast<int>(reader.member("width").integer(between(1, 65536)));
   manifest.height = static_cast<int>(reader.member("height").integer(between(1, 65536)));
   read_tiles(reader, manifest);
-  if (const JsonReader subpixel = reader.member("subpixel"); subpixel.boolean()) subpixel.fail("false");
+  manifest.is_subpixel = reader.member("subpixel").boolean();
   if (reader.has("source_mask")) manifest.source_mask = reader.member("source_mask").path();
   manifest.texel_size_mm = reader.member("texel_size_mm").number(between(kLeastTexel_mm, kLargestTexel_mm));
   if (reader.has("footprint_px"))

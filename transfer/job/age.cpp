@@ -51,8 +51,10 @@ void describe(OptionVisitor& v, AgeOptions& o) {
 ImageF AgedMesh::texture(double time, Between between, const RunControl& control,
                          const std::shared_ptr<const LookupDevice>& device) const {
   const ImageF source = sample(*shown, time, between);
-  ImageF out = device ? gather_on(device.get(), source, pack_coordinates(coordinates, source.width(), control), control)
-                      : gather(source, coordinates, 0.0f, control);
+  ImageF out =
+      device ? gather_on(device.get(), source,
+                         pack_coordinates(coordinates, source.width(), source.height(), control.silent()), control)
+             : gather(source, coordinates, 0.0f, control);
   dilate(out, coverage, kGutter);
   return out;
 }
@@ -105,7 +107,7 @@ AgedMesh age_surface(const std::shared_ptr<const History>& history, const AgingS
   TransferResult result = transfer(input, options.transfer, run.part(0.05, 1.0));
   const double pixels = footprint_px(map, surface.texel_size_mm, options.transfer.footprint);
   return {.mesh = map.mesh(),
-          .coordinates = coordinate_image(result.coordinates, map.width(), map.height(), history->facts().width),
+          .coordinates = coordinate_image(result, map.width(), map.height(), history->facts().width),
           .coverage = map.coverage(),
           .energy = result.energy,
           .history = history,

@@ -32,107 +32,129 @@ CoordinateStrips::CoordinateStrips(std::filesystem::path file, int width, int he
       width_(width),
       height_(height),
       source_width_(source_width),
-      source_height_(source_height),
-      gutters_(width, height, rows_of_strip(options.strip_texels, width)) {
+      source_height_(source_height) {
+  std::vector<Kind> kinds{kPixels};
+  if (options.is_subpixel) kinds.push_back(kBeside);
   if (options.with_turns) {
     const std::vector<std::string> there = probe_image(file_).channels;
-    has_turns_ = std::all_of(std::begin(kPatchChannels), std::end(kPatchChannels), [&](const char* name) {
-      return std::find(there.begin(), there.end(), name) != there.end();
-    });
-    if (has_turns_) turn_gutters_.emplace(width, height, gutters_.end(0));
-  }
-  ImageRowReader rows(file_, channels());
-  if (rows.width() != width_ || rows.height() != height_) {
-    throw IoError(file_.string(),
-                  "is " + size_text(rows.width(), rows.height()) + "; expected " + size_text(width_, height_));
+    if (std::all_of(std::begin(kPatchChannels), std::end(kPatchChannels),
+                    [&](const char* name) { return std::find(there.begin(), there.end(), name) != there.end(); }))
+      kinds.push_back(kTurns);
   }
   const bool is_kept = std::int64_t{width} * height <= options.kept_texels;
-  if (is_kept) kept_ = PackedCoordinates(width, height);
-  if (is_kept && has_turns_) kept_turns_ = Image<std::uint32_t>(width, height);
-  std::vector<std::uint32_t> strip(is_kept ? 0 : strip_size(0)), turn_strip(is_kept || !has_turns_ ? 0 : strip_size(0));
-  const auto rows_of = [&](Image<std::uint32_t>& kept, std::vector<std::uint32_t>& one, int s) {
-    return is_kept ? std::span(kept.row(gutters_.begin(s)).data(), strip_size(s)) : std::span(one).first(strip_size(s));
-  };
-  for (int s = 0; s < gutters_.num_strips(); ++s) {
-    control.throw_if_stopped();
-    const std::span<std::uint32_t> indices = rows_of(kept_, strip, s);
-    const std::span<std::uint32_t> turns =
-        has_turns_ ? rows_of(kept_turns_, turn_strip, s) : std::span<std::uint32_t>();
-    read(rows, s, indices, turns);
-    gutters_.look(indices);
-    if (has_turns_) turn_gutters_->look(turns);
-    control.report((s + 1.0) / gutters_.num_strips());
+  for (const Kind kind : kinds) {
+    layers_[kind].emplace(Layer{GutterFill(width, height, rows_of_strip(options.strip_texels, width))});
+    if (is_kept) layers_[kind]->kept = Image<std::uint32_t>(width, height);
   }
+  ImageRowReader file_rows(file_, channels());
+  if (file_rows.width() != width_ || file_rows.height() != height_) {
+    throw IoError(file_.string(), "is " + size_text(file_rows.width(), file_rows.height()) + "; expected " +
+                                      size_text(width_, height_));
+  }
+  Room room;
+  bool is_between = false;
+  const int num_strips = layers_[kPixels]->gutters.num_strips();
+  for (int s = 0; s < num_strips; ++s) {
+    control.throw_if_stopped();
+    const Rows rows = rows_in(room, s);
+    is_between = read(file_rows, s, rows) || is_between;
+    for (const Kind kind : kinds) {
+      Layer& layer = *layers_[kind];
+      layer.gutters.look(rows[kind]);
+      if (is_kept) std::copy(rows[kind].begin(), rows[kind].end(), layer.kept.row(layer.gutters.begin(s)).data());
+    }
+    control.report((s + 1.0) / num_strips);
+  }
+  if (!is_between) layers_[kBeside].reset();
   if (!is_kept) return;
-  GutterFill::Sweep sweep, turn_sweep;
-  for (int s = 0; s < gutters_.num_strips(); ++s) {
-    gutters_.fill(rows_of(kept_, strip, s), sweep, control);
-    if (has_turns_) turn_gutters_->fill(rows_of(kept_turns_, turn_strip, s), turn_sweep, control);
+  for (std::optional<Layer>& layer : layers_) {
+    GutterFill::Sweep sweep;
+    for (int s = 0; layer && s < num_strips; ++s) {
+      const std::span<std::uint32_t> rows(layer->kept.row(layer->gutters.begin(s)).data(), strip_size(s));
+      layer->gutters.fill(rows, sweep, control);
+    }
   }
 }
 
 std::vector<std::string> CoordinateStrips::channels() const {
   std::vector<std::string> names{kCoordinateChannels[0], kCoordinateChannels[1]};
-  if (has_turns_) names.insert(names.end(), std::begin(kPatchChannels), std::end(kPatchChannels));
+  if (layers_[kTurns]) names.insert(names.end(), std::begin(kPatchChannels), std::end(kPatchChannels));
   return names;
 }
 
 std::size_t CoordinateStrips::strip_size(int strip) const {
-  return static_cast<std::size_t>(gutters_.end(strip) - gutters_.begin(strip)) * static_cast<std::size_t>(width_);
+  const GutterFill& gutters = layers_[kPixels]->gutters;
+  return static_cast<std::size_t>(gutters.end(strip) - gutters.begin(strip)) * static_cast<std::size_t>(width_);
 }
 
-void CoordinateStrips::read(ImageRowReader& file, int strip, std::span<std::uint32_t> indices,
-                            std::span<std::uint32_t> turns) const {
+CoordinateStrips::Rows CoordinateStrips::rows_in(Room& room, int strip) const {
+  Rows rows;
+  for (std::size_t kind = 0; kind < kNumKinds; ++kind) {
+    if (!layers_[kind]) continue;
+    room[kind].resize(strip_size(0));
+    rows[kind] = std::span(room[kind]).first(strip_size(strip));
+  }
+  return rows;
+}
+
+bool CoordinateStrips::read(ImageRowReader& file, int strip, const Rows& rows) const {
   constexpr int kRows = 16;  // What EXR compresses together.
+  const GutterFill& gutters = layers_[kPixels]->gutters;
   std::vector<float> pair;
   const auto pick = [&](const ImageF& values, std::size_t first) {
     const auto channels = static_cast<std::size_t>(values.channels());
     pair.resize(2 * static_cast<std::size_t>(values.num_pixels()));
     for (std::size_t i = 0; i < pair.size(); ++i) pair[i] = values.data()[i / 2 * channels + first + i % 2];
   };
-  for (int y = gutters_.begin(strip); y < gutters_.end(strip); y += kRows) {
-    const int end = std::min(y + kRows, gutters_.end(strip));
+  bool is_between = false;
+  for (int y = gutters.begin(strip); y < gutters.end(strip); y += kRows) {
+    const int end = std::min(y + kRows, gutters.end(strip));
     const ImageF values = file.read(y, end);
-    const auto offset = static_cast<std::size_t>(y - gutters_.begin(strip)) * static_cast<std::size_t>(width_);
-    const auto rows = indices.subspan(offset, static_cast<std::size_t>(values.num_pixels()));
+    const auto offset = static_cast<std::size_t>(y - gutters.begin(strip)) * static_cast<std::size_t>(width_);
+    const auto part = [&](Kind kind) {
+      return rows[kind].empty() ? rows[kind]
+                                : rows[kind].subspan(offset, static_cast<std::size_t>(values.num_pixels()));
+    };
     pick(values, 0);
-    pack_checked_rows(file_, pair, y, width_, source_width_, source_height_, rows);
-    if (!has_turns_) continue;
+    is_between =
+        pack_checked_rows(file_, pair, y, width_, source_width_, source_height_, part(kPixels), part(kBeside)) ||
+        is_between;
+    if (rows[kTurns].empty()) continue;
     pick(values, 2);
-    pack_checked_turns(file_, pair, y, width_, rows, turns.subspan(offset, rows.size()));
+    pack_checked_turns(file_, pair, y, width_, part(kPixels), part(kTurns));
   }
+  return is_between;
 }
 
 void CoordinateStrips::visit(const Visitor& visitor, const RunControl& control) const {
-  RunControl quiet = control;
-  quiet.on_progress = {};
-  GutterFill::Sweep sweep, turn_sweep;
-  std::unique_ptr<ImageRowReader> rows;
-  std::vector<std::uint32_t> strip, turn_strip;
-  if (kept_.empty()) {
-    rows = std::make_unique<ImageRowReader>(file_, channels());
-    if (rows->width() != width_ || rows->height() != height_)
+  const RunControl quiet = control.silent();
+  std::array<GutterFill::Sweep, kNumKinds> sweeps;
+  std::unique_ptr<ImageRowReader> file_rows;
+  Room room;
+  if (layers_[kPixels]->kept.empty()) {
+    file_rows = std::make_unique<ImageRowReader>(file_, channels());
+    if (file_rows->width() != width_ || file_rows->height() != height_)
       throw IoError(file_.string(), "has changed meanwhile; try again");
-    strip.resize(strip_size(0));
-    turn_strip.resize(has_turns_ ? strip_size(0) : 0);
   }
-  for (int s = 0; s < gutters_.num_strips(); ++s) {
+  const int num_strips = layers_[kPixels]->gutters.num_strips();
+  for (int s = 0; s < num_strips; ++s) {
     control.throw_if_stopped();
-    if (rows) {
-      const std::span<std::uint32_t> indices = std::span(strip).first(strip_size(s));
-      const std::span<std::uint32_t> turns = std::span(turn_strip).first(has_turns_ ? strip_size(s) : 0);
-      read(*rows, s, indices, turns);
-      gutters_.fill(indices, sweep, quiet);
-      if (has_turns_) turn_gutters_->fill(turns, turn_sweep, quiet);
-      visitor(gutters_.begin(s), indices, turns);
+    std::array<std::span<const std::uint32_t>, kNumKinds> shown;
+    if (file_rows) {
+      const Rows rows = rows_in(room, s);
+      read(*file_rows, s, rows);
+      for (std::size_t kind = 0; kind < kNumKinds; ++kind) {
+        if (layers_[kind]) layers_[kind]->gutters.fill(rows[kind], sweeps[kind], quiet);
+        shown[kind] = rows[kind];
+      }
     } else {
-      const auto kept_rows = [&](const Image<std::uint32_t>& kept) {
-        return std::span(kept.row(gutters_.begin(s)).data(), strip_size(s));
-      };
-      visitor(gutters_.begin(s), kept_rows(kept_),
-              has_turns_ ? kept_rows(kept_turns_) : std::span<const std::uint32_t>());
+      for (std::size_t kind = 0; kind < kNumKinds; ++kind) {
+        if (layers_[kind])
+          shown[kind] = {layers_[kind]->kept.row(layers_[kind]->gutters.begin(s)).data(), strip_size(s)};
+      }
     }
-    control.report((s + 1.0) / gutters_.num_strips());
+    visitor(layers_[kPixels]->gutters.begin(s), {shown[kPixels], shown[kBeside]}, shown[kTurns]);
+    control.report((s + 1.0) / num_strips);
   }
 }
 

@@ -77,7 +77,7 @@ device::CheckResult check_lookups(const device::Device& device) {
   // Three frames have room at once.
   constexpr std::int64_t kThreeFrames = std::int64_t{3} * kSource_px * kSource_px * 4 * sizeof(float);
   const auto at_times = [&](std::shared_ptr<const LookupDevice> looked_up_by) {
-    return gather_at_times(history, texels.indices, texels.times, Between::Blend, {},
+    return gather_at_times(history, PackedPlaces{texels.indices, {}}, texels.times, Between::Blend, {},
                            {.frame_bytes = kThreeFrames, .device = std::move(looked_up_by)});
   };
   const auto there =

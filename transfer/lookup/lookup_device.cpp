@@ -91,17 +91,17 @@ void DeviceGather<T>::gather(const Buffer<std::uint32_t>& indices, std::span<T> 
 template class DeviceGather<float>;
 template class DeviceGather<std::uint8_t>;
 
-template <class T>
-Image<T> gather_on(const LookupDevice* device, const Image<T>& source, const PackedCoordinates& indices,
-                   const RunControl& control) {
+ImageF gather_on(const LookupDevice* device, const ImageF& source, const PackedPlaces& places,
+                 const RunControl& control) {
   constexpr std::size_t kStripTexels = std::size_t{1} << 24;
-  if (device == nullptr || device->has_failed()) return gather_packed(source, indices, T{}, control);
+  if (device == nullptr || device->has_failed() || !places.beside.empty())
+    return gather_packed(source, places, 0.0f, control);
   try {
     const auto turn = device->turn();
     const auto channels = static_cast<std::size_t>(source.channels());
-    Image<T> out(indices.width(), indices.height(), source.channels());
-    DeviceGather<T> gatherer(device->device(), source);
-    const std::span<const std::uint32_t> all = indices.values();
+    ImageF out(places.pixels.width(), places.pixels.height(), source.channels());
+    DeviceGather<float> gatherer(device->device(), source);
+    const std::span<const std::uint32_t> all = places.pixels.values();
     for (std::size_t begin = 0; begin < all.size(); begin += kStripTexels) {
       control.throw_if_stopped();
       const auto strip = all.subspan(begin, std::min(kStripTexels, all.size() - begin));
@@ -111,13 +111,9 @@ Image<T> gather_on(const LookupDevice* device, const Image<T>& source, const Pac
     return out;
   } catch (const device::DeviceError& error) {
     device->report_failure(error);
-    return gather_packed(source, indices, T{}, control);
+    return gather_packed(source, places, 0.0f, control);
   }
 }
-
-template Image<float> gather_on(const LookupDevice*, const Image<float>&, const PackedCoordinates&, const RunControl&);
-template Image<std::uint8_t> gather_on(const LookupDevice*, const Image<std::uint8_t>&, const PackedCoordinates&,
-                                       const RunControl&);
 
 struct DeviceTimes::State {
   State(const Device& its_device, const FrameLocator& locator, std::int64_t num_pixels, int frames_of_block)

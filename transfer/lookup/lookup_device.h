@@ -52,10 +52,10 @@ class DeviceGather {
   device::Buffer<T> source_, values_;
 };
 
-/// gather_packed() of a whole image, there or, where `device` is null or fails, here. @param outside  0.
-template <class T>
-[[nodiscard]] Image<T> gather_on(const LookupDevice* device, const Image<T>& source, const PackedCoordinates& indices,
-                                 const RunControl& control = {});
+/// gather_packed() of a whole image, there or, where `device` is null or fails, or places lie between pixels, here.
+/// Outside, 0.
+[[nodiscard]] ImageF gather_on(const LookupDevice* device, const ImageF& source, const PackedPlaces& places,
+                               const RunControl& control = {});
 
 /// Colors of texels with a time of their own (time_map.h), between frames that stay in a device's memory.
 class DeviceTimes {

@@ -1,6 +1,8 @@
 #include "transfer/lookup/packed_lookup.h"
 
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <optional>
@@ -58,6 +60,27 @@ void gather_any(const Image<T>& source, std::span<const std::uint32_t> indices, 
   }
 }
 
+template <std::size_t kChannels>
+void gather_between(const ImageF& source, const PlacesView& places, float outside, float* out) {
+  const float* const pixels = source.data();
+  const auto width = static_cast<std::uint32_t>(source.width());
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    float* const to = out + kChannels * i;
+    const std::uint32_t pixel = places.pixels[i];
+    if (pixel == kNoValue) {
+      std::fill_n(to, kChannels, outside);
+      continue;
+    }
+    const BesidePixel beside = unpack_beside(places.beside[i]);
+    if (beside.is_middle()) {
+      std::copy_n(pixels + kChannels * std::size_t{pixel}, kChannels, to);
+    } else {
+      look_between<kChannels>(pixels, source.width(), source.height(), static_cast<int>(pixel % width),
+                              static_cast<int>(pixel / width), beside, to);
+    }
+  }
+}
+
 template <class T>
 Image<T> gather_image(const Image<T>& source, const PackedCoordinates& indices, T outside, const RunControl& control) {
   Image<T> out(indices.width(), indices.height(), source.channels());
@@ -70,25 +93,6 @@ Image<T> gather_image(const Image<T>& source, const PackedCoordinates& indices, 
 
 }  // namespace
 
-PackedCoordinates pack_coordinates(const ImageF& coordinates, int source_width, const RunControl& control) {
-  if (coordinates.channels() != 2 || !(source_width > 0))
-    throw InvalidInput("coordinates: expected two numbers a texel and a source");
-  PackedCoordinates indices(coordinates.width(), coordinates.height());
-  parallel_for(coordinates.height(), 64, control, [&](std::int64_t begin, std::int64_t end) {
-    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-      const auto from = coordinates.row(y);
-      const auto to = indices.row(y);
-      for (std::size_t x = 0; x < to.size(); ++x) {
-        const bool is_outside = from[2 * x] < 0.0f;
-        to[x] = is_outside ? kNoValue
-                           : static_cast<std::uint32_t>(static_cast<std::int64_t>(from[2 * x + 1]) * source_width +
-                                                        static_cast<std::int64_t>(from[2 * x]));
-      }
-    }
-  });
-  return indices;
-}
-
 namespace {
 
 /// A texel that cannot be packed, and what is wrong with it.
@@ -97,21 +101,26 @@ struct PackProblem {
   const char* text;
 };
 
+/// @param is_between  Set if a place is not the middle of its pixel.
 std::optional<PackProblem> pack(std::span<const float> xy, int source_width, int source_height,
-                                std::span<std::uint32_t> indices) {
-  const auto source_w = static_cast<float>(source_width), source_h = static_cast<float>(source_height);
-  for (std::size_t i = 0; i < indices.size(); ++i) {
+                                std::span<std::uint32_t> pixels, std::span<std::uint32_t> beside, bool& is_between) {
+  const auto last_column = static_cast<float>(source_width - 1), last_row = static_cast<float>(source_height - 1);
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
     const float x = xy[2 * i], y = xy[2 * i + 1];
     if (x == -1.0f && y == -1.0f) {
-      indices[i] = kNoValue;
+      pixels[i] = kNoValue;
+      if (!beside.empty()) beside[i] = kNoValue;
       continue;
     }
-    const bool is_inside = x >= 0.0f && y >= 0.0f && x < source_w && y < source_h;  // No NaN either.
+    const bool is_inside = x >= 0.0f && y >= 0.0f && x <= last_column && y <= last_row;  // No NaN either.
     if (!is_inside) return PackProblem{i, "points outside the history"};
-    const auto column = static_cast<std::int64_t>(x), row = static_cast<std::int64_t>(y);
-    if (static_cast<float>(column) != x || static_cast<float>(row) != y)
-      return PackProblem{i, "points between the history's pixels"};
-    indices[i] = static_cast<std::uint32_t>(row * source_width + column);
+    const NearestPixel place = nearest_pixel(x, y);
+    const bool is_middle = place.beside.is_middle() && x == std::floor(x) && y == std::floor(y);
+    if (!is_middle && beside.empty()) return PackProblem{i, "points between the history's pixels"};
+    is_between = is_between || !place.beside.is_middle();
+    pixels[i] = static_cast<std::uint32_t>(place.y) * static_cast<std::uint32_t>(source_width) +
+                static_cast<std::uint32_t>(place.x);
+    if (!beside.empty()) beside[i] = pack_beside(place.beside);
   }
   return std::nullopt;
 }
@@ -124,25 +133,33 @@ std::string text_of(const PackProblem& problem, int first_row, int width) {
 
 }  // namespace
 
-PackedCoordinates pack_checked_coordinates(const ImageF& coordinates, int source_width, int source_height,
-                                           const RunControl& control) {
-  if (coordinates.channels() != 2) throw InvalidInput("coordinates: expected two numbers a texel");
-  PackedCoordinates indices(coordinates.width(), coordinates.height());
-  RunControl silent = control;
-  silent.on_progress = {};
-  parallel_for(coordinates.height(), 64, silent, [&](std::int64_t begin, std::int64_t end) {
+PackedPlaces pack_coordinates(const ImageF& coordinates, int source_width, int source_height,
+                              const RunControl& control) {
+  if (coordinates.channels() != 2 || !(source_width > 0) || !(source_height > 0))
+    throw InvalidInput("coordinates: expected two numbers a texel and a source");
+  PackedPlaces places{PackedCoordinates(coordinates.width(), coordinates.height()),
+                      Image<std::uint32_t>(coordinates.width(), coordinates.height())};
+  std::atomic<bool> is_any_between = false;
+  parallel_for(coordinates.height(), 64, control.silent(), [&](std::int64_t begin, std::int64_t end) {
+    bool is_between = false;
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-      const auto problem = pack(coordinates.row(y), source_width, source_height, indices.row(y));
+      const auto problem =
+          pack(coordinates.row(y), source_width, source_height, places.pixels.row(y), places.beside.row(y), is_between);
       if (problem) throw InvalidInput("coordinates: " + text_of(*problem, y, coordinates.width()));
     }
+    if (is_between) is_any_between = true;
   });
-  return indices;
+  if (!is_any_between) places.beside = {};
+  return places;
 }
 
-void pack_checked_rows(const std::filesystem::path& file, std::span<const float> xy, int first_row, int width,
-                       int source_width, int source_height, std::span<std::uint32_t> indices) {
-  if (const auto problem = pack(xy, source_width, source_height, indices))
+bool pack_checked_rows(const std::filesystem::path& file, std::span<const float> xy, int first_row, int width,
+                       int source_width, int source_height, std::span<std::uint32_t> pixels,
+                       std::span<std::uint32_t> beside) {
+  bool is_between = false;
+  if (const auto problem = pack(xy, source_width, source_height, pixels, beside, is_between))
     throw IoError(file.string(), text_of(*problem, first_row, width) + "; make the transfer again");
+  return is_between;
 }
 
 void gather_packed(const ImageF& source, std::span<const std::uint32_t> indices, float outside, std::span<float> out) {
@@ -151,6 +168,32 @@ void gather_packed(const ImageF& source, std::span<const std::uint32_t> indices,
 void gather_packed(const ImageU8& source, std::span<const std::uint32_t> indices, std::uint8_t outside,
                    std::span<std::uint8_t> out) {
   gather_any<std::uint8_t>(source, indices, outside, out);
+}
+void gather_packed(const ImageF& source, const PlacesView& places, float outside, std::span<float> out) {
+  if (places.beside.empty()) return gather_packed(source, places.pixels, outside, out);
+  if (out.size() != places.size() * static_cast<std::size_t>(source.channels()))
+    throw InvalidInput("lookup: as many values are expected as texels have channels");
+  switch (source.channels()) {
+    case 1:
+      return gather_between<1>(source, places, outside, out.data());
+    case 2:
+      return gather_between<2>(source, places, outside, out.data());
+    case 3:
+      return gather_between<3>(source, places, outside, out.data());
+    case 4:
+      return gather_between<4>(source, places, outside, out.data());
+    default:
+      throw InvalidInput("lookup: a source of " + std::to_string(source.channels()) + " channels; use 1 to 4");
+  }
+}
+ImageF gather_packed(const ImageF& source, const PackedPlaces& places, float outside, const RunControl& control) {
+  if (places.beside.empty()) return gather_packed(source, places.pixels, outside, control);
+  ImageF out(places.pixels.width(), places.pixels.height(), source.channels());
+  parallel_for(out.height(), 64, control, [&](std::int64_t begin, std::int64_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y)
+      gather_packed(source, PlacesView{places.pixels.row(y), places.beside.row(y)}, outside, out.row(y));
+  });
+  return out;
 }
 ImageF gather_packed(const ImageF& source, const PackedCoordinates& indices, float outside, const RunControl& control) {
   return gather_image<float>(source, indices, outside, control);

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "libcommon/atlas/gutter_fill.h"
+#include "libcommon/image/between_pixels.h"
 #include "patinate/core/run_control.h"
 #include "patinate/image/image.h"
 
@@ -16,20 +17,48 @@ namespace patinate::transfer {
 /// y * width + x of a pixel of the history; kNoValue outside the charts.
 using PackedCoordinates = Image<std::uint32_t>;
 
-/// @param coordinates  H x W x 2, whole numbers inside the source, or -1. @param source_width  > 0.
-[[nodiscard]] PackedCoordinates pack_coordinates(const ImageF& coordinates, int source_width,
-                                                 const RunControl& control = {});
+/// A BesidePixel as one number, so that gutters are filled with it; kNoValue outside the charts.
+[[nodiscard]] constexpr std::uint32_t pack_beside(BesidePixel b) {
+  return std::uint32_t{static_cast<std::uint8_t>(b.x)} | std::uint32_t{static_cast<std::uint8_t>(b.y)} << 8;
+}
+[[nodiscard]] constexpr BesidePixel unpack_beside(std::uint32_t packed) {
+  return {static_cast<std::int8_t>(packed & 0xFFu), static_cast<std::int8_t>(packed >> 8 & 0xFFu)};
+}
 
-/// The same of anyone's numbers, each checked. @throws InvalidInput naming the first texel that points outside the
-/// source or between its pixels.
-[[nodiscard]] PackedCoordinates pack_checked_coordinates(const ImageF& coordinates, int source_width, int source_height,
-                                                         const RunControl& control = {});
+/// Where some texels look.
+struct PlacesView {
+  std::span<const std::uint32_t> pixels;  ///< As PackedCoordinates.
+  std::span<const std::uint32_t> beside;  ///< As many, pack_beside(); empty: all look at the middles of pixels.
+
+  [[nodiscard]] std::size_t size() const { return pixels.size(); }
+  [[nodiscard]] PlacesView part(std::size_t begin, std::size_t size) const {
+    return {pixels.subspan(begin, size), beside.empty() ? beside : beside.subspan(begin, size)};
+  }
+};
+
+/// Where all texels of an image look.
+struct PackedPlaces {
+  PackedCoordinates pixels;
+  Image<std::uint32_t> beside;  ///< Of the same size, pack_beside(); empty: all look at the middles of pixels.
+
+  [[nodiscard]] PlacesView view() const { return {pixels.values(), beside.values()}; }
+  friend bool operator==(const PackedPlaces&, const PackedPlaces&) = default;
+};
+
+/// @param coordinates   H x W x 2: places inside the source, whole numbers in the middles of pixels, or -1. Each is
+/// checked. @param source_width,source_height  > 0.
+/// @throws InvalidInput naming the first texel that points outside the source.
+[[nodiscard]] PackedPlaces pack_coordinates(const ImageF& coordinates, int source_width, int source_height,
+                                            const RunControl& control = {});
 
 /// The same of rows as a file has them.
 /// @param xy  Two a texel. @param first_row,width  Where the rows stand in the file, for the message.
-/// @throws IoError naming the texel that points outside the source or between its pixels.
-void pack_checked_rows(const std::filesystem::path& file, std::span<const float> xy, int first_row, int width,
-                       int source_width, int source_height, std::span<std::uint32_t> indices);
+/// @param beside  As many as pixels; empty: places must be middles of pixels.
+/// @returns whether a place lies beside the middle of its pixel.
+/// @throws IoError naming the texel that points outside the source, or between pixels that it must not.
+bool pack_checked_rows(const std::filesystem::path& file, std::span<const float> xy, int first_row, int width,
+                       int source_width, int source_height, std::span<std::uint32_t> pixels,
+                       std::span<std::uint32_t> beside);
 
 /// The source's pixel for every texel of `indices`; `outside` where it is kNoValue. Equal to gather() of
 /// transfer_reader.h, the simple version.
@@ -40,8 +69,13 @@ void gather_packed(const ImageF& source, std::span<const std::uint32_t> indices,
 void gather_packed(const ImageU8& source, std::span<const std::uint32_t> indices, std::uint8_t outside,
                    std::span<std::uint8_t> out);
 
+/// The same between pixels (look_between()); where a place is the middle of its pixel, the pixel's own values.
+void gather_packed(const ImageF& source, const PlacesView& places, float outside, std::span<float> out);
+
 /// The same for a whole image.
 [[nodiscard]] ImageF gather_packed(const ImageF& source, const PackedCoordinates& indices, float outside = 0.0f,
+                                   const RunControl& control = {});
+[[nodiscard]] ImageF gather_packed(const ImageF& source, const PackedPlaces& places, float outside = 0.0f,
                                    const RunControl& control = {});
 [[nodiscard]] ImageU8 gather_packed(const ImageU8& source, const PackedCoordinates& indices, std::uint8_t outside = 0,
                                     const RunControl& control = {});

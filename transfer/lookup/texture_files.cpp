@@ -29,14 +29,16 @@ RowFormat format_of(const TextureFile& texture, int num_threads) {
   return format;
 }
 
-/// What the source's pixels are in files of codes; nothing for normals, which turn first.
-ImageU8 codes_of(const TextureFile& texture) {
-  if (texture.kind == TextureKind::Color) return srgb8_from_linear(texture.source);
-  ImageU8 codes;
-  if (texture.kind == TextureKind::Normal) return codes;
-  codes = ImageU8(texture.source.width(), texture.source.height(), texture.source.channels());
+/// What files of codes have for values.
+ImageU8 codes_of(TextureKind kind, const ImageF& values) {
+  if (kind == TextureKind::Color) return color_codes(values);
+  ImageU8 codes(values.width(), values.height(), values.channels());
+  if (kind == TextureKind::Normal) {
+    normal_codes(values.values(), codes.values());
+    return codes;
+  }
   for (std::size_t i = 0; i < codes.values().size(); ++i) {
-    codes.data()[i] = static_cast<std::uint8_t>(255.0f * std::clamp(texture.source.data()[i], 0.0f, 1.0f) +
+    codes.data()[i] = static_cast<std::uint8_t>(255.0f * std::clamp(values.data()[i], 0.0f, 1.0f) +
                                                 0.5f);  // NOLINT(bugprone-incorrect-roundings)
   }
   return codes;
@@ -54,8 +56,11 @@ class StripOnDevice {
  public:
   explicit StripOnDevice(const LookupDevice* device) : device_(device) {}
 
-  void begin(std::span<const std::uint32_t> indices) {
+  /// Places between pixels are left to the CPU.
+  void begin(const PlacesView& places) {
+    is_whole_ = places.beside.empty();
     if (!is_used()) return;
+    const std::span<const std::uint32_t> indices = places.pixels;
     try {
       const auto turn = device_->turn();
       const device::Device& there = device_->device();
@@ -84,9 +89,10 @@ class StripOnDevice {
   }
 
  private:
-  [[nodiscard]] bool is_used() const { return device_ != nullptr && !device_->has_failed(); }
+  [[nodiscard]] bool is_used() const { return is_whole_ && device_ != nullptr && !device_->has_failed(); }
 
   const LookupDevice* device_;
+  bool is_whole_ = true;
   device::Buffer<std::uint32_t> indices_;
 };
 
@@ -103,49 +109,49 @@ class TileOfTexture {
     if (!writer_.takes_codes() && num_threads > 1) piece_ *= 2 * static_cast<std::size_t>(num_threads);
   }
 
-  void write(std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns, const StripOnDevice& there) {
-    if (is_of_codes()) {
-      code_rows_ = there.gather(codes_, indices.size(), code_gather_, all_codes_);
+  void write(const PlacesView& places, std::span<const std::uint32_t> turns, const StripOnDevice& there) {
+    // Codes of the source's pixels are those of the texels that show them, and there are fewer of them.
+    is_of_codes_ = writer_.takes_codes() && texture_.kind != TextureKind::Normal && places.beside.empty();
+    if (is_of_codes_) {
+      code_rows_ = there.gather(codes_, places.size(), code_gather_, all_codes_);
     } else {
-      value_rows_ = there.gather(texture_.source, indices.size(), value_gather_, all_values_);
+      value_rows_ = there.gather(texture_.source, places.size(), value_gather_, all_values_);
     }
-    for (std::size_t i = 0; i < indices.size(); i += piece_) {
-      const std::size_t size = std::min(piece_, indices.size() - i);
-      write_piece(i, indices.subspan(i, size), turns.empty() ? turns : turns.subspan(i, size));
+    for (std::size_t i = 0; i < places.size(); i += piece_) {
+      const std::size_t size = std::min(piece_, places.size() - i);
+      write_piece(i, places.part(i, size), turns.empty() ? turns : turns.subspan(i, size));
     }
   }
   void finish() { writer_.finish(); }
 
  private:
-  [[nodiscard]] bool is_of_codes() const { return writer_.takes_codes() && texture_.kind != TextureKind::Normal; }
-
   /// @param first  Texel of the strip that the piece begins at.
-  void write_piece(std::size_t first, std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
-    const std::size_t size = channels_of(texture_.kind) * indices.size(), begin = channels_of(texture_.kind) * first;
-    if (is_of_codes()) {
+  void write_piece(std::size_t first, const PlacesView& places, std::span<const std::uint32_t> turns) {
+    const std::size_t size = channels_of(texture_.kind) * places.size(), begin = channels_of(texture_.kind) * first;
+    if (is_of_codes_) {
       if (!code_rows_.empty()) return writer_.write(code_rows_.subspan(begin, size));
       bytes_.resize(size);
-      gather_packed(codes_, indices, std::uint8_t{0}, bytes_);
+      gather_packed(codes_, places.pixels, std::uint8_t{0}, bytes_);
       return writer_.write(bytes_);
     }
-    values_.resize(size);
+    if (values_.num_pixels() != static_cast<std::int64_t>(places.size()))
+      values_ = ImageF(static_cast<int>(places.size()), 1, static_cast<int>(channels_of(texture_.kind)));
     if (value_rows_.empty()) {
-      gather_packed(texture_.source, indices, 0.0f, values_);
+      gather_packed(texture_.source, places, 0.0f, values_.values());
     } else {
-      std::copy_n(value_rows_.begin() + static_cast<std::ptrdiff_t>(begin), size, values_.begin());
+      std::copy_n(value_rows_.begin() + static_cast<std::ptrdiff_t>(begin), size, values_.data());
     }
-    if (texture_.kind == TextureKind::Normal) turn_normals(turns, values_);
-    if (!writer_.takes_codes()) return writer_.write(values_);
-    bytes_.resize(size);
-    normal_codes(values_, bytes_);
-    writer_.write(bytes_);
+    if (texture_.kind == TextureKind::Normal) turn_normals(turns, values_.values());
+    if (!writer_.takes_codes()) return writer_.write(values_.values());
+    writer_.write(codes_of(texture_.kind, values_).values());
   }
   const TextureFile& texture_;
   const ImageU8& codes_;
   ImageRowWriter writer_;
   std::size_t piece_;
+  bool is_of_codes_ = false;
   std::vector<std::uint8_t> bytes_;
-  std::vector<float> values_;
+  ImageF values_;
   // What a device has looked up of the strip; empty where the CPU does.
   std::optional<DeviceGather<std::uint8_t>> code_gather_;
   std::optional<DeviceGather<float>> value_gather_;
@@ -157,6 +163,8 @@ class TileOfTexture {
 
 }  // namespace
 
+ImageU8 color_codes(const ImageF& linear) { return srgb8_from_linear(linear); }
+
 TextureWriter::TextureWriter(const TransferFolder& transfer, const CoordinateStripsOptions& options,
                              const RunControl& control)
     : source_width_(transfer.history().manifest().width),
@@ -165,6 +173,7 @@ TextureWriter::TextureWriter(const TransferFolder& transfer, const CoordinateStr
   const TransferManifest& m = transfer.manifest();
   CoordinateStripsOptions share = options;
   share.kept_texels /= static_cast<std::int64_t>(m.tiles.size());
+  share.is_subpixel = m.is_subpixel;
   for (std::size_t i = 0; i < m.tiles.size(); ++i) {
     const auto num_tiles = static_cast<double>(m.tiles.size());
     tiles_.emplace_back(m.tiles[i].coordinates, m.width, m.height, source_width_, source_height_, share,
@@ -182,9 +191,9 @@ void TextureWriter::write(std::span<const TextureFile> textures, const RunContro
     }
     if (texture.kind == TextureKind::Normal && !with_turns_)
       throw InvalidInput("textures: normals need to know how patches lie");
-    // Codes of the source's pixels are those of the texels that show them, and there are fewer of them.
     const bool is_coded = std::any_of(texture.files.begin(), texture.files.end(), is_coded_image);
-    codes.push_back(is_coded ? codes_of(texture) : ImageU8());
+    codes.push_back(is_coded && texture.kind != TextureKind::Normal ? codes_of(texture.kind, texture.source)
+                                                                    : ImageU8());
   }
   for (std::size_t t = 0; t < tiles_.size(); ++t) {
     std::vector<std::unique_ptr<TileOfTexture>> open;
@@ -197,10 +206,10 @@ void TextureWriter::write(std::span<const TextureFile> textures, const RunContro
     const auto num_tiles = static_cast<double>(tiles_.size());
     StripOnDevice there(device_.get());
     tiles_[t].visit(
-        [&](int, std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
-          there.begin(indices);
+        [&](int, const PlacesView& places, std::span<const std::uint32_t> turns) {
+          there.begin(places);
           parallel_for(static_cast<std::int64_t>(open.size()), 1, quiet, [&](std::int64_t begin, std::int64_t) {
-            open[static_cast<std::size_t>(begin)]->write(indices, turns, there);
+            open[static_cast<std::size_t>(begin)]->write(places, turns, there);
           });
         },
         control.part(static_cast<double>(t) / num_tiles, (static_cast<double>(t) + 1.0) / num_tiles));
@@ -213,27 +222,33 @@ void TextureWriter::check_size(int width, int height) const {
     throw InvalidInput("textures: expected a source of the history's size");
 }
 
-void TextureWriter::gather_rows(std::size_t tile, const ImageU8& codes, const TakeRows& take,
+void TextureWriter::gather_rows(std::size_t tile, const ImageF& values, const Encode& encode, const TakeRows& take,
                                 const RunControl& control) const {
-  check_size(codes.width(), codes.height());
-  const std::size_t piece = piece_size(tiles_.at(tile)), channels = static_cast<std::size_t>(codes.channels());
+  check_size(values.width(), values.height());
+  const std::size_t piece = piece_size(tiles_.at(tile));
+  const ImageU8 codes = encode(values);
+  const auto channels = static_cast<std::size_t>(codes.channels());
   StripOnDevice there(device_.get());
   std::optional<DeviceGather<std::uint8_t>> gatherer;
   std::vector<std::uint8_t> bytes, strip;
   tiles_[tile].visit(
-      [&](int, std::span<const std::uint32_t> indices, std::span<const std::uint32_t>) {
-        there.begin(indices);
-        const std::span<const std::uint8_t> found = there.gather(codes, indices.size(), gatherer, strip);
-        for (std::size_t i = 0; i < indices.size(); i += piece) {
+      [&](int, const PlacesView& places, std::span<const std::uint32_t>) {
+        there.begin(places);
+        const std::span<const std::uint8_t> found = there.gather(codes, places.size(), gatherer, strip);
+        for (std::size_t i = 0; i < places.size(); i += piece) {
           control.throw_if_stopped();  // Whoever takes the rows packs them, which is slower than finding them.
-          const auto part = indices.subspan(i, std::min(piece, indices.size() - i));
+          const PlacesView part = places.part(i, std::min(piece, places.size() - i));
           if (!found.empty()) {
             take(found.subspan(channels * i, channels * part.size()));
-            continue;
+          } else if (part.beside.empty()) {
+            bytes.resize(channels * part.size());
+            gather_packed(codes, part.pixels, std::uint8_t{0}, bytes);
+            take(bytes);
+          } else {
+            ImageF between(static_cast<int>(part.size()), 1, values.channels());
+            gather_packed(values, part, 0.0f, between.values());
+            take(encode(between).values());
           }
-          bytes.resize(channels * part.size());
-          gather_packed(codes, part, std::uint8_t{0}, bytes);
-          take(bytes);
         }
       },
       control);
@@ -250,16 +265,16 @@ void TextureWriter::normal_rows(std::size_t tile, const ImageF& normals, const T
   std::vector<float> values, strip;
   std::vector<std::uint8_t> bytes;
   tiles_[tile].visit(
-      [&](int, std::span<const std::uint32_t> indices, std::span<const std::uint32_t> turns) {
-        there.begin(indices);
-        const std::span<const float> found = there.gather(normals, indices.size(), gatherer, strip);
-        for (std::size_t i = 0; i < indices.size(); i += piece) {
+      [&](int, const PlacesView& places, std::span<const std::uint32_t> turns) {
+        there.begin(places);
+        const std::span<const float> found = there.gather(normals, places.size(), gatherer, strip);
+        for (std::size_t i = 0; i < places.size(); i += piece) {
           control.throw_if_stopped();
-          const std::size_t size = std::min(piece, indices.size() - i);
+          const std::size_t size = std::min(piece, places.size() - i);
           values.resize(3 * size);
           bytes.resize(3 * size);
           if (found.empty())
-            gather_packed(normals, indices.subspan(i, size), 0.0f, values);
+            gather_packed(normals, places.part(i, size), 0.0f, values);
           else
             std::copy_n(found.begin() + static_cast<std::ptrdiff_t>(3 * i), 3 * size, values.begin());
           turn_normals(turns.empty() ? turns : turns.subspan(i, size), values);

@@ -38,6 +38,9 @@ struct TextureFile {
   std::string unit = "";  ///< Of a value, for the header of an EXR.
 };
 
+/// TextureWriter::Encode of colors: sRGB.
+[[nodiscard]] ImageU8 color_codes(const ImageF& linear);
+
 /// Writes what TransferReader::gather_tiles() (of normals normal_tiles()) and write_color() would, byte for byte, in
 /// strips: memory does not grow with the atlas but for 8 bytes a column and strip. Thread-safe.
 class TextureWriter {
@@ -56,9 +59,12 @@ class TextureWriter {
 
   /// Takes rows of codes, whole ones from top to bottom.
   using TakeRows = std::function<void(std::span<const std::uint8_t> codes)>;
-  /// The texels of a tile, by codes of the history's pixels. @throws InvalidInput if `codes` are not of the history's
-  /// size.
-  void gather_rows(std::size_t tile, const ImageU8& codes, const TakeRows& take, const RunControl& control = {}) const;
+  /// What a file of codes has for values, pixel by pixel: an image of the same size, of 1 to 4 channels.
+  using Encode = std::function<ImageU8(const ImageF& values)>;
+  /// The texels of a tile in codes. @param values  Of the history's pixels. @throws InvalidInput if they are not of the
+  /// history's size.
+  void gather_rows(std::size_t tile, const ImageF& values, const Encode& encode, const TakeRows& take,
+                   const RunControl& control = {}) const;
   /// The same of normals, turned, as TextureKind::Normal has them in codes.
   void normal_rows(std::size_t tile, const ImageF& normals, const TakeRows& take, const RunControl& control = {}) const;
 

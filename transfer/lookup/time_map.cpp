@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <memory>
 #include <mutex>
@@ -60,10 +61,11 @@ class FrameBlock {
 
 /// Texels of one thread.
 struct Texels {
-  std::span<const std::uint32_t> indices;
+  PlacesView places;
   std::span<const float> times;
   int first_row;  ///< Of both.
   ImageF& result;
+  int source_width, source_height;
   const FrameLocator& locate;
   FrameBlock& frames;
   int first, end;  ///< Frames that this block answers for.
@@ -71,13 +73,35 @@ struct Texels {
   int known = -1;  ///< Neighbors mostly lie between the same two.
   const float *before = nullptr, *after = nullptr;
 
+  using Pixel = std::array<float, kPadded>;
+
+  /// The color at a time, which pixels have before one looks between them.
+  Pixel look(std::uint32_t pixel, BesidePixel beside, double fraction) const {
+    const auto blended = [&](std::size_t at) {
+      Pixel color;
+      if (fraction == 0.0)
+        std::copy_n(before + kPadded * at, kPadded, color.begin());
+      else
+        lookup_kernel::blend_pixels(before + kPadded * at, after + kPadded * at, fraction, color.data());
+      return color;
+    };
+    if (beside.is_middle()) return blended(pixel);
+    const auto width = static_cast<std::uint32_t>(source_width);
+    between_pixels::Block block;
+    between_pixels::for_each_around(
+        source_width, source_height, static_cast<int>(pixel % width), static_cast<int>(pixel / width), beside,
+        [&](std::size_t k, std::size_t at) { block[k] = std::bit_cast<between_pixels::Lanes>(blended(at)); });
+    return std::bit_cast<Pixel>(between_pixels::value_in(block, beside));
+  }
+
   void look_up(int y) {
     const auto width = static_cast<std::size_t>(result.width());
-    const auto row_indices = indices.subspan(static_cast<std::size_t>(y) * width, width);
+    const PlacesView row = places.part(static_cast<std::size_t>(y) * width, width);
     const auto row_times = times.subspan(static_cast<std::size_t>(y) * width, width);
     const auto out = result.row(y);
-    for (std::size_t x = 0; x < row_indices.size(); ++x) {
-      if (row_indices[x] == kNoValue) continue;
+    for (std::size_t x = 0; x < width; ++x) {
+      const std::uint32_t pixel = row.pixels[x];
+      if (pixel == kNoValue) continue;
       if (std::isnan(row_times[x])) refuse_time(x, first_row + y);
       const TimePosition position = locate(static_cast<double>(row_times[x]), hint);
       hint = position.index;
@@ -87,16 +111,10 @@ struct Texels {
         before = frames[known];
         after = nullptr;
       }
-      const float* const a = before + kPadded * row_indices[x];
-      float* const color = out.data() + 3 * x;
-      if (position.fraction == 0.0) {
-        std::copy_n(a, 3, color);
-        continue;
-      }
-      if (after == nullptr) after = frames[known + 1];
-      std::array<float, kPadded> blend;
-      lookup_kernel::blend_pixels(a, after + kPadded * row_indices[x], position.fraction, blend.data());
-      std::copy_n(blend.begin(), 3, color);
+      if (position.fraction != 0.0 && after == nullptr) after = frames[known + 1];
+      const BesidePixel beside = row.beside.empty() ? BesidePixel{} : unpack_beside(row.beside[x]);
+      const Pixel color = look(pixel, beside, position.fraction);
+      std::copy_n(color.begin(), 3, out.data() + 3 * x);
     }
   }
 };
@@ -121,12 +139,13 @@ struct TimeMapLookup::Impl {
   }
 
   /// @returns false where there is no device, or it cannot.
-  bool look_up_there(std::span<const std::uint32_t> indices, std::span<const float> times, int first_row, ImageF& out);
+  bool look_up_there(const PlacesView& places, std::span<const float> times, int first_row, ImageF& out);
 };
 
-bool TimeMapLookup::Impl::look_up_there(std::span<const std::uint32_t> indices, std::span<const float> times,
-                                        int first_row, ImageF& out) {
-  if (!device || device->has_failed()) return false;
+bool TimeMapLookup::Impl::look_up_there(const PlacesView& places, std::span<const float> times, int first_row,
+                                        ImageF& out) {
+  if (!device || device->has_failed() || !places.beside.empty()) return false;
+  const std::span<const std::uint32_t> indices = places.pixels;
   const auto width = static_cast<std::size_t>(out.width());
   for (std::size_t i = 0; i < indices.size(); ++i) {
     if (indices[i] != kNoValue && std::isnan(times[i])) refuse_time(i % width, first_row + static_cast<int>(i / width));
@@ -151,13 +170,13 @@ TimeMapLookup::TimeMapLookup(const History& history, Between between, const Time
     : impl_(std::make_unique<Impl>(history, between, options)) {}
 TimeMapLookup::~TimeMapLookup() = default;
 
-void TimeMapLookup::look_up(std::span<const std::uint32_t> indices, std::span<const float> times, int first_row,
-                            ImageF& out, const RunControl& control) {
-  if (indices.size() != times.size() || static_cast<std::int64_t>(indices.size()) != out.num_pixels() ||
+void TimeMapLookup::look_up(const PlacesView& places, std::span<const float> times, int first_row, ImageF& out,
+                            const RunControl& control) {
+  if (places.size() != times.size() || static_cast<std::int64_t>(places.size()) != out.num_pixels() ||
       out.channels() != 3) {
     throw InvalidInput("time map: expected one time for every texel of the coordinates");
   }
-  if (impl_->look_up_there(indices, times, first_row, out)) return control.report(1.0);
+  if (impl_->look_up_there(places, times, first_row, out)) return control.report(1.0);
   std::fill(out.values().begin(), out.values().end(), 0.0f);
   const History& history = impl_->history;
   RunControl quiet = control;
@@ -169,27 +188,27 @@ void TimeMapLookup::look_up(std::span<const std::uint32_t> indices, std::span<co
       some = std::make_unique<FrameBlock>(history, first, std::min(history.num_frames(), end + 1) - first);
     FrameBlock& frames = impl_->all ? *impl_->all : *some;
     parallel_for(out.height(), 16, quiet, [&](std::int64_t from, std::int64_t to) {
-      Texels texels{indices, times, first_row, out, impl_->locate, frames, first, end};
+      Texels texels{places,        times,  first_row, out, history.facts().width, history.facts().height,
+                    impl_->locate, frames, first,     end};
       for (int y = static_cast<int>(from); y < static_cast<int>(to); ++y) texels.look_up(y);
     });
     control.report(static_cast<double>(end) / history.num_frames());
   }
 }
 
-ImageF gather_at_times(const History& history, const PackedCoordinates& indices, const ImageF& times, Between between,
+ImageF gather_at_times(const History& history, const PackedPlaces& places, const ImageF& times, Between between,
                        const RunControl& control, const TimeMapOptions& options) {
-  if (!times.same_size(indices) || times.channels() != 1)
+  if (!times.same_size(places.pixels) || times.channels() != 1)
     throw InvalidInput("time map: expected one time for every texel of the coordinates");
-  ImageF result(indices.width(), indices.height(), 3);
-  TimeMapLookup(history, between, options).look_up(indices.values(), times.values(), 0, result, control);
+  ImageF result(times.width(), times.height(), 3);
+  TimeMapLookup(history, between, options).look_up(places.view(), times.values(), 0, result, control);
   return result;
 }
 
 ImageF gather_at_times(const History& history, const ImageF& coordinates, const ImageF& times, Between between,
                        const RunControl& control, const TimeMapOptions& options) {
-  const PackedCoordinates indices =
-      pack_checked_coordinates(coordinates, history.facts().width, history.facts().height, control);
-  return gather_at_times(history, indices, times, between, control, options);
+  return gather_at_times(history, pack_coordinates(coordinates, history.facts().width, history.facts().height, control),
+                         times, between, control, options);
 }
 
 }  // namespace patinate::transfer

@@ -45,6 +45,8 @@ void write_time_map(const TransferFolder& transfer, ImageF times, Between betwee
   RunControl quiet = control;
   quiet.on_progress = {};
   TimeMapLookup lookup(transfer.history(), between, frames);
+  CoordinateStripsOptions strip_options = options;
+  strip_options.is_subpixel = m.is_subpixel;
   ImageF tile;
   for (int i = 0; i < sheet.num_tiles(); ++i) {
     const auto part = [&](double from, double to) {
@@ -55,16 +57,16 @@ void write_time_map(const TransferFolder& transfer, ImageF times, Between betwee
     ImageF& own = sheet.num_tiles() > 1 ? tile : times;
     // A texel beside the charts has the color of the nearest one on them: its coordinates, and its time.
     dilate(own, covered(coordinates, m.width, m.height, quiet), -1);
-    const CoordinateStrips strips(coordinates, m.width, m.height, history.width, history.height, options,
+    const CoordinateStrips strips(coordinates, m.width, m.height, history.width, history.height, strip_options,
                                   part(0.0, 0.3));
     ImageRowWriter writer(files[static_cast<std::size_t>(i)], m.width, m.height,
                           {.key = key, .num_threads = thread_count(control)});
     ImageF colors;
     strips.visit(
-        [&](int first_row, std::span<const std::uint32_t> indices, std::span<const std::uint32_t>) {
-          const int num_rows = static_cast<int>(indices.size() / static_cast<std::size_t>(m.width));
+        [&](int first_row, const PlacesView& places, std::span<const std::uint32_t>) {
+          const int num_rows = static_cast<int>(places.size() / static_cast<std::size_t>(m.width));
           if (colors.height() != num_rows) colors = ImageF(m.width, num_rows, 3);
-          lookup.look_up(indices, std::span<const float>(own.row(first_row).data(), indices.size()), first_row, colors,
+          lookup.look_up(places, std::span<const float>(own.row(first_row).data(), places.size()), first_row, colors,
                          quiet);
           if (writer.takes_codes()) return writer.write(srgb8_from_linear(colors).values());
           writer.write(colors.values());

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <utility>
 
-#include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
+#include "libcommon/image/between_pixels.h"
 #include "patinate/atlas/dilate.h"
 #include "patinate/image/image_io.h"
 #include "patinate/transfer/time_map.h"
@@ -20,38 +20,18 @@ namespace patinate::transfer {
 namespace {
 
 /// @throws IoError
-void check_coordinates(const std::filesystem::path& file, const ImageF& coordinates, const HistoryFacts& history) {
-  std::vector<std::uint32_t> indices(static_cast<std::size_t>(coordinates.width()));
+void check_coordinates(const std::filesystem::path& file, const ImageF& coordinates, const HistoryFacts& history,
+                       bool is_subpixel) {
+  std::vector<std::uint32_t> pixels(static_cast<std::size_t>(coordinates.width())),
+      beside(is_subpixel ? pixels.size() : 0);
   for (int y = 0; y < coordinates.height(); ++y)
-    pack_checked_rows(file, coordinates.row(y), y, coordinates.width(), history.width, history.height, indices);
+    pack_checked_rows(file, coordinates.row(y), y, coordinates.width(), history.width, history.height, pixels, beside);
 }
 
 }  // namespace
 
 ImageF gather(const ImageF& source, const ImageF& coordinates, float outside, const RunControl& control) {
-  ImageF result(coordinates.width(), coordinates.height(), source.channels(), outside);
-  const auto channels = static_cast<std::size_t>(source.channels());
-  parallel_for(coordinates.height(), 64, control, [&](std::int64_t begin, std::int64_t end) {
-    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-      const auto row = coordinates.row(y);
-      const auto out = result.row(y);
-      for (std::size_t x = 0; x < static_cast<std::size_t>(result.width()); ++x) {
-        if (row[2 * x] < 0.0f) continue;
-        const auto pixel =
-            static_cast<std::int64_t>(static_cast<int>(row[2 * x + 1])) * source.width() + static_cast<int>(row[2 * x]);
-        const float* from = source.data() + pixel * source.channels();
-        float* to = out.data() + channels * x;
-        if (channels == 3) {  // Color; a copy of unknown length takes four times as long.
-          to[0] = from[0];
-          to[1] = from[1];
-          to[2] = from[2];
-        } else {
-          std::copy_n(from, channels, to);
-        }
-      }
-    }
-  });
-  return result;
+  return look_up(source, coordinates, outside, control);
 }
 
 TransferReader::TransferReader(const std::filesystem::path& path)
@@ -91,7 +71,8 @@ void TransferReader::read_coordinates() {
   coordinates_ = read_sheet(files, {kCoordinateChannels[0], kCoordinateChannels[1]}, -1.0f);
   for (int i = 0; i < sheet().num_tiles(); ++i) {
     check_coordinates(files[static_cast<std::size_t>(i)],
-                      sheet().num_tiles() == 1 ? coordinates_ : cut_tile(coordinates_, sheet(), i), history().facts());
+                      sheet().num_tiles() == 1 ? coordinates_ : cut_tile(coordinates_, sheet(), i), history().facts(),
+                      manifest().is_subpixel);
   }
 }
 
@@ -136,12 +117,15 @@ void fill_sheet(Image<std::uint32_t>& values, const Sheet& sheet) {
 
 }  // namespace
 
-const PackedCoordinates& TransferReader::filled_indices() const {
+const PackedPlaces& TransferReader::filled_places() const {
   std::call_once(filled_once_, [&] {
-    filled_ = pack_coordinates(coordinates_, history().facts().width);
-    fill_sheet(filled_, sheet());
+    auto places = std::make_shared<PackedPlaces>(
+        pack_coordinates(coordinates_, history().facts().width, history().facts().height));
+    fill_sheet(places->pixels, sheet());
+    if (!places->beside.empty()) fill_sheet(places->beside, sheet());
+    filled_ = std::move(places);
   });
-  return filled_;
+  return *filled_;
 }
 
 const Image<std::uint32_t>& TransferReader::filled_turns() const {
@@ -155,7 +139,8 @@ const Image<std::uint32_t>& TransferReader::filled_turns() const {
       files.push_back(tile.coordinates);
     }
     const ImageF angle_mirror = read_sheet(files, {kPatchChannels[0], kPatchChannels[1]}, 0.0f);
-    const PackedCoordinates indices = pack_coordinates(coordinates_, history().facts().width);
+    const PackedCoordinates indices =
+        pack_coordinates(coordinates_, history().facts().width, history().facts().height).pixels;
     Image<std::uint32_t> turns(indices.width(), indices.height());
     for (int y = 0; y < turns.height(); ++y)
       pack_checked_turns(files.front(), angle_mirror.row(y), y, turns.width(), indices.row(y), turns.row(y));
@@ -188,7 +173,7 @@ std::vector<ImageF> TransferReader::gather_tiles(const ImageF& source, const Run
 
 ImageF TransferReader::gather_sheet(const ImageF& source, const RunControl& control,
                                     const std::shared_ptr<const LookupDevice>& device) const {
-  return gather_on(device.get(), source, filled_indices(), control);
+  return gather_on(device.get(), source, filled_places(), control);
 }
 
 std::vector<ImageF> TransferReader::filled_tiles(const ImageF& values) const {
@@ -209,8 +194,7 @@ std::vector<ImageF> TransferReader::sample_tiles(double time, Between between, c
 
 std::vector<ImageF> TransferReader::sample_tiles(const ImageF& times, Between between, const RunControl& control,
                                                  const std::shared_ptr<const LookupDevice>& device) const {
-  return filled_tiles(gather_at_times(history(), pack_coordinates(coordinates_, history().facts().width, control),
-                                      times, between, control, {.device = device}));
+  return filled_tiles(gather_at_times(history(), coordinates_, times, between, control, {.device = device}));
 }
 
 ImageF TransferReader::sample(double time, const RunControl& control,

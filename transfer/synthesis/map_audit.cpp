@@ -44,7 +44,8 @@ struct Auditor {
     check_ranges(asked);
     if (made.controls.empty()) throw InvalidInput("an audit needs a control that the map followed");
     const ImageU8 mask = made.source_mask.empty() ? history.read_mask() : made.source_mask;
-    options = with_defaults(asked, !find_structure(history, mask, asked.appearance, control).empty());
+    options = with_defaults(asked, !find_structure(history, mask, asked.appearance, control).empty(),
+                            !history.facts().parts.empty());
     const int wished = source_halvings(made.surface->median_texel_size_mm(), made.pixel_mm, smallest_side(history));
     const AppearanceSpace appearance =
         appearance_of(history, appearance_source, wished + 1, options.appearance, control, made.source_mask);

@@ -16,6 +16,29 @@ std::int32_t rounded_to_step(double v) { return static_cast<std::int32_t>(std::f
 
 constexpr std::int64_t kPlaceChunk = 16384;  // Texels.
 
+/// The coarse texel that a fine one lies in; at a chart's border, where that has no place, the nearest beside it that
+/// has one and is of the same chart; -1 if there is none.
+TexelId parent_of(const TexelMap& fine, const TexelMap& coarse, const PlaceMap& places, TexelId t) {
+  const int x = static_cast<int>(t % fine.width()), y = static_cast<int>(t / fine.width());
+  const int px = std::min(x / 2, coarse.width() - 1), py = std::min(y / 2, coarse.height() - 1);
+  const auto has_place = [&](TexelId p) { return places.pixels[static_cast<std::size_t>(p)] >= 0; };
+  const TexelId above = TexelId{py} * coarse.width() + px;
+  if (has_place(above)) return above;
+  TexelId nearest = -1;
+  int least = 0;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const int u = px + dx, v = py + dy;
+      if (u < 0 || v < 0 || u >= coarse.width() || v >= coarse.height()) continue;
+      const TexelId p = TexelId{v} * coarse.width() + u;
+      if (!coarse.is_covered(p) || !has_place(p) || coarse.chart(p) != fine.chart(t)) continue;
+      const int across = 2 * (x - 2 * u) - 1, down = 2 * (y - 2 * v) - 1, distance = across * across + down * down;
+      if (nearest < 0 || distance < least) nearest = p, least = distance;
+    }
+  }
+  return nearest;
+}
+
 }  // namespace
 
 PlaceMap initial_places(const SynthesisLevel& level, std::uint64_t seed, const RunControl& control) {
@@ -46,9 +69,10 @@ PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level, co
     for (std::int64_t i = begin; i < end; ++i, ++at) {
       const TexelId t = *at;
       const int x = static_cast<int>(t % fine_map.width()), y = static_cast<int>(t / fine_map.width());
-      const int px = std::min(x / 2, coarse_map.width() - 1), py = std::min(y / 2, coarse_map.height() - 1);
-      const Place parent = coarse.at(TexelId{py} * coarse_map.width() + px);
-      if (parent.pixel < 0) continue;
+      const TexelId above = parent_of(fine_map, coarse_map, coarse, t);
+      if (above < 0) continue;
+      const int px = static_cast<int>(above % coarse_map.width()), py = static_cast<int>(above / coarse_map.width());
+      const Place parent = coarse.at(above);
       if (fine_map.triangle(t) != triangle) {
         triangle = fine_map.triangle(t);
         half_step =

@@ -55,6 +55,11 @@ class PlaceMap {
     const std::int32_t pixel = pixels[static_cast<std::size_t>(t)];
     return pixel < 0 ? Place{} : Place{pixel, point(t)};
   }
+  /// As results have it.
+  [[nodiscard]] SourcePlace source_place(TexelId t) const {
+    const auto i = static_cast<std::size_t>(t);
+    return {pixels[i], beside_[2 * i], beside_[2 * i + 1]};
+  }
   void set(TexelId t, std::int32_t pixel, Beside beside) {
     pixels[static_cast<std::size_t>(t)] = pixel;
     beside_[2 * static_cast<std::size_t>(t)] = beside.x;

@@ -6,6 +6,7 @@
 
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "transfer/synthesis/places.h"
 #include "transfer/synthesis/source_levels.h"
 #include "transfer/synthesis/whole_windows.h"
 
@@ -36,6 +37,15 @@ std::int32_t to_full_size(std::int32_t pixel, int coarse_width, int halvings, in
   if (halvings == 0 || pixel < 0) return pixel;
   const int middle = 1 << (halvings - 1);
   return ((pixel / coarse_width << halvings) + middle) * full_width + ((pixel % coarse_width << halvings) + middle);
+}
+
+SourcePlace to_full_size(const SourcePlace& place, int coarse_width, int halvings, int full_width) {
+  if (halvings == 0 || place.pixel < 0) return place;
+  const std::int32_t middle = to_full_size(place.pixel, coarse_width, halvings, full_width);
+  const FixedPoint point{middle % full_width * PixelNeighbor::kOne + (place.beside_x << halvings),
+                         middle / full_width * PixelNeighbor::kOne + (place.beside_y << halvings)};
+  const PlaceMap::Beside beside = PlaceMap::beside_of({0, point});
+  return {whole_pixels(point.y) * full_width + whole_pixels(point.x), beside.x, beside.y};
 }
 
 void for_each_uncovered(const TexelMap& coarse, const TexelMap& fine, const TexelRect& part,

@@ -38,5 +38,7 @@ void append_levels(std::vector<SynthesisLevel>& levels, const AppearanceSpace& a
 
 /// A place on a halved level as the history's own pixel: the middle of what it covers.
 [[nodiscard]] std::int32_t to_full_size(std::int32_t pixel, int coarse_width, int halvings, int full_width);
+/// The same with what lies beside the middle.
+[[nodiscard]] SourcePlace to_full_size(const SourcePlace& place, int coarse_width, int halvings, int full_width);
 
 }  // namespace patinate::transfer

@@ -22,7 +22,9 @@ void describe(OptionVisitor& v, ReferenceOptions& o) {
   v.visit({"reference_passes", "reference: passes over the atlas", "", between(1, 8)}, o.num_passes);
   v.visit({"epsilon", "reference: a texel takes any pixel that costs at most 1 + this of the least", "", between(0, 1)},
           o.epsilon);
-  v.visit({"first_coherence", "reference: coherence share of the first pass", "", between(0, 1)}, o.first_coherence);
+  v.visit(
+      {"first_coherence", "reference: coherence share of the first pass; default: the final one", "", between(0, 1)},
+      o.first_coherence);
 }
 
 namespace {
@@ -218,10 +220,11 @@ CoordinateMap synthesize_reference(const SourceLevel& source, const DestinationL
   };
   // A device is given an eighth of a pass at a time: so much is lost with it.
   const std::size_t some = (fronts.size() + 7) / 8;
+  const double first_coherence = options.first_coherence.value_or(coherence_share);
   for (int pass = 0; pass < options.num_passes; ++pass) {
     const double ramp = options.num_passes == 1 ? 1.0 : pass / (options.num_passes - 1.0);
-    const EnergyScale scale = EnergyScale::make(
-        source, options.first_coherence + (coherence_share - options.first_coherence) * ramp, control_weights);
+    const EnergyScale scale =
+        EnergyScale::make(source, first_coherence + (coherence_share - first_coherence) * ramp, control_weights);
     const auto report = [&](std::size_t done) {
       control.report((pass + static_cast<double>(done) / static_cast<double>(fronts.size() + 1)) / options.num_passes);
     };

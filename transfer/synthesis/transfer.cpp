@@ -25,7 +25,7 @@ void describe(OptionVisitor& v, TransferOptions& o) {
   v.visit_choice({"method", "fast, or the source's own exhaustive search (slow)"}, o.method, kTransferMethodNames);
   v.visit({"coherence",
            "Weight of texture against control: 1 = texture only, 0 = control only; default 0.65, 0.85 where the source "
-           "has structure (lines or regions)",
+           "has structure (lines or regions), 0.995 with reference",
            "", between(0, 1)},
           o.coherence_share);
   v.visit({"neighborhood", "Radius of the neighborhood that is compared; 0 = 3, or 4 where the source has structure",
@@ -103,15 +103,13 @@ void check_usable(const History& history, const std::vector<std::size_t>& asked,
 
 /// The fast synthesis; borders are refined on every level that shows the source's structure: large cells are made whole
 /// on coarse ones, lines on fine ones.
-CoordinateMap synthesize_fast(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
-                              const std::vector<double>& weights, const std::vector<SourceStructure>& structure,
-                              const TransferOptions& options, const SearchDevice* device, const TileGrid* grid,
-                              std::unique_ptr<SearchDevice::Level>& kept, const RunControl& control) {
+PlaceMap synthesize_fast(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
+                         const std::vector<double>& weights, const std::vector<SourceStructure>& structure,
+                         const TransferOptions& options, const SearchDevice* device, const TileGrid* grid,
+                         std::unique_ptr<SearchDevice::Level>& kept, const RunControl& control) {
   const auto seed = static_cast<std::uint64_t>(options.seed);
-  return std::move(synthesize_multi_level(levels, neighborhood, *options.coherence_share, weights, seed,
-                                          options.multi_level, control,
-                                          refinement_of(structure, options, weights, grid), device, 0, &kept)
-                       .pixels);
+  return synthesize_multi_level(levels, neighborhood, *options.coherence_share, weights, seed, options.multi_level,
+                                control, refinement_of(structure, options, weights, grid), device, 0, &kept);
 }
 
 /// Nothing where the device has no tables of the level, or fails.
@@ -141,7 +139,7 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   TransferOptions open = asked;
   if (open.method == TransferMethod::Reference) open.appearance.structure = 0.0;  // The paper's knows none.
   const SourceStructure structure = find_structure(history, mask, open.appearance, silent);
-  const TransferOptions options = with_defaults(open, !structure.empty());
+  const TransferOptions options = with_defaults(open, !structure.empty(), !history.facts().parts.empty());
   check_large_enough(history, mask, options.neighborhood_radius_px);
   result.used = options;
   result.structure = facts_of(structure);
@@ -173,20 +171,34 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   if (map->sheet().num_tiles() > 1) grid.emplace(map->sheet());
   if (options.method == TransferMethod::Reference) find_neighbors(levels[0].destination, neighborhood, silent);
   std::unique_ptr<SearchDevice::Level> on_device;
-  result.coordinates =
-      options.method == TransferMethod::Reference
-          ? synthesize_reference(levels[0].source, levels[0].destination, neighborhood, *options.coherence_share,
-                                 weights, seed, options.reference, synthesis_control, input.device.get())
-          : synthesize_fast(levels, neighborhood, weights, structure_levels(structure, first, levels.size(), silent),
-                            options, input.device.get(), grid ? &*grid : nullptr, on_device, synthesis_control);
-  const std::optional<CostSums> sums = sums_on_device(
-      input.device.get(), on_device.get(), full_scale(levels[0].source, weights), result.coordinates, silent);
+  PlaceMap places(0, levels[0].source.width());
+  if (options.method == TransferMethod::Reference) {
+    places.pixels =
+        synthesize_reference(levels[0].source, levels[0].destination, neighborhood, *options.coherence_share, weights,
+                             seed, options.reference, synthesis_control, input.device.get());
+  } else {
+    places = synthesize_fast(levels, neighborhood, weights, structure_levels(structure, first, levels.size(), silent),
+                             options, input.device.get(), grid ? &*grid : nullptr, on_device, synthesis_control);
+  }
+  const std::optional<CostSums> sums =
+      sums_on_device(input.device.get(), on_device.get(), full_scale(levels[0].source, weights), places.pixels, silent);
   on_device.reset();
-  result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, result.coordinates,
+  result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, places.pixels,
                                  *options.coherence_share, weights, silent, sums ? &*sums : nullptr);
   result.matched_controls = std::move(levels[0].destination.controls);
-  for (std::int32_t& s : result.coordinates)
-    s = to_full_size(s, levels[0].source.width(), static_cast<int>(first), history.facts().width);
+  const bool is_subpixel = keeps_fractions(options, history.facts());
+  if (is_subpixel) result.fractions.resize(2 * places.pixels.size());
+  for (std::size_t t = 0; t < places.pixels.size(); ++t) {
+    const SourcePlace kept =
+        is_subpixel ? places.source_place(static_cast<TexelId>(t)) : SourcePlace{places.pixels[t], 0, 0};
+    const SourcePlace place =
+        to_full_size(kept, levels[0].source.width(), static_cast<int>(first), history.facts().width);
+    places.pixels[t] = place.pixel;
+    if (!is_subpixel) continue;
+    result.fractions[2 * t] = place.beside_x;
+    result.fractions[2 * t + 1] = place.beside_y;
+  }
+  result.coordinates = std::move(places.pixels);
   control.report(1.0);
   return result;
 }

@@ -95,7 +95,8 @@ const TiledTransfer::Prepared& TiledTransfer::prepare(const Folder& folder, cons
     throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
   const ImageU8 mask = usable_mask(history, input.source_mask);
   p->structure = facts_of(structure_);
-  p->options = with_defaults(task_.transfer.options, !structure_.empty());
+  p->options =
+      with_defaults(task_.transfer.options, !structure_.empty(), !task_.transfer.history->facts().parts.empty());
   check_large_enough(history, mask, p->options.neighborhood_radius_px);
   for (const TransferControl& c : input.controls) p->weights.push_back(c.weight);
   p->neighborhood = Neighborhood::square(p->options.neighborhood_radius_px);
@@ -107,7 +108,8 @@ const TiledTransfer::Prepared& TiledTransfer::prepare(const Folder& folder, cons
   p->first = std::min(static_cast<std::size_t>(halvings), p->appearance.levels.size() - 1);
   p->placement = place_source(*p->map, input.frames, input.texel_size_mm, static_cast<int>(p->first));
   std::vector<ImageF> controls;
-  for (const TransferControl& c : input.controls) controls.push_back(history.read_control(c.source));
+  for (const TransferControl& c : input.controls)
+    controls.push_back(history.read_control(c.source));
   p->source_controls = source_control_levels(p->appearance, controls, control);
   for (std::size_t l = p->first; l < p->appearance.levels.size(); ++l) {
     p->sources.push_back(make_pyramid_source(p->appearance, p->source_controls, l, p->first, p->neighborhood));
@@ -307,11 +309,13 @@ void TiledTransfer::finish(int tile, const Folder& folder, const RunControl& con
   write_figures(folder / tile_file::figures(tile), measure_figures(synthesis.source, synthesis.destination,
                                                                    p.neighborhood, places.pixels, p.weights, silent));
   const int source_width = synthesis.source.width(), full_width = task_.transfer.history->facts().width;
-  const auto pixel_of = [&](TexelId t) {
-    return to_full_size(places.pixels[static_cast<std::size_t>(t)], source_width, static_cast<int>(p.first),
-                        full_width);
+  const bool is_subpixel = keeps_fractions(p.options, task_.transfer.history->facts());
+  const auto place_of = [&](TexelId t) {
+    SourcePlace place = places.source_place(t);
+    if (!is_subpixel) place.beside_x = place.beside_y = 0;
+    return to_full_size(place, source_width, static_cast<int>(p.first), full_width);
   };
-  write_coordinate_tile(folder, task_.transfer, tile, *map, pixel_of, silent);
+  write_coordinate_tile(folder, task_.transfer, tile, *map, place_of, silent);
   control.report(1.0);
 }
 

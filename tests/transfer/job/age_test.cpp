@@ -3,10 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
 
+#include "libcommon/image/between_pixels.h"
 #include "patinate/core/error.h"
 #include "patinate/transfer/transfer_io.h"
 #include "tests/support/histories.h"
@@ -30,9 +32,10 @@ TEST(AgeMesh, GivesATextureOfTheHistorysColorsAtAnyTime) {
     for (int x = 0; x < 64; ++x) {
       if (aged.coverage.at(x, y) == 0) continue;
       ++num_covered;
-      const int sx = static_cast<int>(aged.coordinates.at(x, y, 0)),
-                sy = static_cast<int>(aged.coordinates.at(x, y, 1));
-      for (int c = 0; c < 3; ++c) ASSERT_EQ(texture.at(x, y, c), frame.at(sx, sy, c));
+      std::array<float, 3> color{};
+      look_at<3>(frame.data(), frame.width(), frame.height(), aged.coordinates.at(x, y, 0),
+                 aged.coordinates.at(x, y, 1), color.data());
+      for (int c = 0; c < 3; ++c) ASSERT_EQ(texture.at(x, y, c), color[static_cast<std::size_t>(c)]);
     }
   }
   EXPECT_GT(num_covered, 1000);

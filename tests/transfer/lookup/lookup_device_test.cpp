@@ -47,7 +47,7 @@ class LookupsOnDevices : public testing::Test {
                               int frames_at_once = 2) const {
     const std::int64_t frame_bytes =
         std::int64_t{kDeviceSource} * kDeviceSource * 4 * static_cast<std::int64_t>(sizeof(float));
-    return gather_at_times(HistoryReader(folder.path()), indices, times, between, {},
+    return gather_at_times(HistoryReader(folder.path()), PackedPlaces{indices, {}}, times, between, {},
                            {.frame_bytes = frames_at_once * frame_bytes, .device = std::move(device)});
   }
 
@@ -97,7 +97,9 @@ Image<T> any_bits(RandomStream& random, int width, int height, int channels) {
 
 template <class T>
 void expect_same_bits(const LookupDevice& device, const Image<T>& source, const PackedCoordinates& indices) {
-  const Image<T> here = gather_packed(source, indices), there = gather_on(&device, source, indices);
+  const Image<T> here = gather_packed(source, indices);
+  Image<T> there(indices.width(), indices.height(), source.channels());
+  DeviceGather<T>(device.device(), source).gather(device.device().upload(indices.values()), there.values());
   ASSERT_EQ(there.values().size(), here.values().size());
   EXPECT_EQ(std::memcmp(there.data(), here.data(), here.values().size_bytes()), 0)
       << indices.num_pixels() << " texels of " << source.width() << " x " << source.height() << " x "
@@ -124,6 +126,14 @@ TEST_F(LookupsOnDevices, OfAnyBitsAnyTexelsAndAnySourceAreTheCpus) {
   }
 }
 
+TEST_F(LookupsOnDevices, BetweenPixelsAreMadeByTheCpu) {
+  const ImageF source(kDeviceSource, kDeviceSource, 3, 0.5f);
+  const LookupDevice device(Device(all.front()),
+                            [](const device::DeviceError& error) { ADD_FAILURE() << error.what(); });
+  const PackedPlaces places{indices, Image<std::uint32_t>(kWidth, kHeight, 1, pack_beside({-3, 90}))};
+  EXPECT_EQ(gather_on(&device, source, places), gather_packed(source, places));
+}
+
 TEST_F(LookupsOnDevices, OfFiveChannelsAreRefused) {
   EXPECT_THROW(DeviceGather<float>(Device(all[0]), ImageF(4, 4, 5)), InvalidInput);
 }
@@ -133,7 +143,7 @@ TEST_F(LookupsOnDevices, OfWholeImagesGoOnWithoutOneThatIsLost) {
   std::string failure;
   const LookupDevice device(Device(all[0], testing_support::driver_with_launches(0)),
                             [&](const device::DeviceError& error) { failure = error.what(); });
-  EXPECT_EQ(gather_on(&device, source, indices), gather_packed(source, indices));
+  EXPECT_EQ(gather_on(&device, source, PackedPlaces{indices, {}}), gather_packed(source, indices));
   EXPECT_NE(failure.find("CL_OUT_OF_RESOURCES"), std::string::npos) << failure;
 }
 

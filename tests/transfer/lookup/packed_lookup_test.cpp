@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -37,7 +38,7 @@ ImageF pieces() {
 
 TEST(PackedLookup, EqualsTheSimpleOneToTheBit) {
   const ImageF coordinates = pieces();
-  const PackedCoordinates indices = pack_coordinates(coordinates, kPackedSource);
+  const PackedCoordinates indices = pack_coordinates(coordinates, kPackedSource, kPackedSource).pixels;
   for (int channels : {1, 2, 3, 4}) {
     ImageF source(kPackedSource, kPackedSource, channels);
     ImageU8 codes(kPackedSource, kPackedSource, channels);
@@ -62,6 +63,21 @@ TEST(PackedLookup, EqualsTheSimpleOneToTheBit) {
   }
 }
 
+TEST(PackedLookup, BetweenPixelsEqualsTheSimpleOneToTheBit) {
+  ImageF coordinates = pieces();
+  RandomStream random(12, 0);
+  for (float& place : coordinates.values()) {
+    if (place < 0.0f || random.below(4) == 0) continue;
+    place = std::clamp(place + (static_cast<float>(random.below(256)) - 128.0f) / 256.0f, 0.0f, kPackedSource - 1.0f);
+  }
+  const PackedPlaces places = pack_coordinates(coordinates, kPackedSource, kPackedSource);
+  for (int channels : {1, 2, 3, 4}) {
+    ImageF source(kPackedSource, kPackedSource, channels);
+    for (float& value : source.values()) value = static_cast<float>(random.uniform());
+    EXPECT_EQ(gather_packed(source, places, 0.25f), gather(source, coordinates, 0.25f)) << channels;
+  }
+}
+
 TEST(PackedLookup, EightNeighborsWithoutSourceAreNoPiece) {
   const ImageF source(4, 4, 3, 1.0f);
   EXPECT_EQ(gather_packed(source, PackedCoordinates(16, 1, 1, kNoValue), 0.5f), ImageF(16, 1, 3, 0.5f));
@@ -71,7 +87,7 @@ TEST(PackedLookup, RefusesOtherChannelsAndSizes) {
   EXPECT_THROW((void)gather_packed(ImageF(2, 2, 5), PackedCoordinates(2, 2)), InvalidInput);
   std::vector<float> out(5);
   EXPECT_THROW(gather_packed(ImageF(2, 2, 3), std::vector<std::uint32_t>{0, 1}, 0.0f, out), InvalidInput);
-  EXPECT_THROW((void)pack_coordinates(ImageF(2, 2, 3), 4), InvalidInput);
+  EXPECT_THROW((void)pack_coordinates(ImageF(2, 2, 3), 4, 4), InvalidInput);
 }
 
 // What a file may hold instead of pixels of the history; each is said with its texel.
@@ -80,11 +96,11 @@ TEST(PackedLookup, RefusesCoordinatesThatLieBesideTheSource) {
   ImageF coordinates(3, 2, 2, -1.0f);
   coordinates.at(1, 1, 0) = 6.0f;
   coordinates.at(1, 1, 1) = 3.0f;
-  EXPECT_EQ(pack_checked_coordinates(coordinates, 7, 4), pack_coordinates(coordinates, 7));
-  for (const float wrong : {7.0f, 1e9f, -2.0f, std::nanf(""), std::numeric_limits<float>::infinity(), 2.5f}) {
+  EXPECT_EQ(pack_coordinates(coordinates, 7, 4).pixels.at(1, 1), 27u);
+  for (const float wrong : {6.25f, 7.0f, 1e9f, -2.0f, std::nanf(""), std::numeric_limits<float>::infinity()}) {
     coordinates.at(1, 1, 0) = wrong;
     const std::string said =
-        testing_support::error_of<InvalidInput>([&] { (void)pack_checked_coordinates(coordinates, 7, 4); });
+        testing_support::error_of<InvalidInput>([&] { (void)pack_coordinates(coordinates, 7, 4); });
     EXPECT_NE(said.find("texel (1, 1) points"), std::string::npos) << wrong << ": " << said;
   }
 }
@@ -94,7 +110,7 @@ TEST(PackedLookup, SaysWhichTexelPointsNowhere) {
     const std::vector<float> xy{0.0f, 0.0f, -1.0f, -1.0f, 3.0f, 4.0f, x, y};
     std::vector<std::uint32_t> indices(4);
     try {
-      pack_checked_rows("coordinates.exr", xy, 6, 2, 5, 7, indices);
+      (void)pack_checked_rows("coordinates.exr", xy, 6, 2, 5, 7, indices, {});
     } catch (const IoError& e) {
       return e.what();
     }
@@ -114,7 +130,7 @@ TEST(PackedLookup, SaysWhichTexelPointsNowhere) {
                              {-INFINITY, 1.0f}}) {
     EXPECT_NE(message(x, y).find("texel (1, 7) points outside the history"), std::string::npos) << x << ' ' << y;
   }
-  for (const auto& [x, y] : {std::pair{0.5f, 0.0f}, {1.0f, 6.25f}}) {
+  for (const auto& [x, y] : {std::pair{0.5f, 0.0f}, {1.0f, 5.25f}}) {
     EXPECT_NE(message(x, y).find("texel (1, 7) points between the history's pixels"), std::string::npos)
         << x << ' ' << y;
   }

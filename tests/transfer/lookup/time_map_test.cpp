@@ -30,7 +30,7 @@ class TimeMap : public testing::Test {
     }
     return s;
   }
-  static PackedCoordinates indices() { return pack_coordinates(coordinates(), 16); }
+  static PackedPlaces indices() { return pack_coordinates(coordinates(), 16, 16); }
   testing_support::TempFolder folder_;
 };
 
@@ -44,6 +44,19 @@ TEST_F(TimeMap, OneTimeEverywhereIsAPlainLookupToTheBit) {
                 gather(sample(history, exact, between), coordinates()))
           << t;
     }
+  }
+}
+
+TEST_F(TimeMap, BetweenPixelsOneTimeEverywhereIsAPlainLookupToTheBit) {
+  const HistoryReader history(folder_.path());
+  ImageF between = coordinates();
+  for (float& place : between.values()) {
+    if (place >= 1.0f && place < 15.0f) place += 0.375f;
+  }
+  for (double t : {0.0, 1.25, 2.5}) {
+    EXPECT_EQ(gather_at_times(history, between, ImageF(32, 16, 1, static_cast<float>(t)), Between::Blend),
+              gather(history.sample(t), between))
+        << t;
   }
 }
 

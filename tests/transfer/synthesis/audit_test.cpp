@@ -191,7 +191,7 @@ TEST(MapAudit, OfAllTexelsHasTheEnergyThatTheTransferReports) {
     options.coherence_share = kAuditShare;
     const TransferResult made =
         transfer({.history = task.history, .map = task.map, .texel_size_mm = 1.0, .controls = {task.control}}, options);
-    const ImageF coordinates = coordinate_image(made.coordinates, resolution, resolution, kAuditSide);
+    const ImageF coordinates = coordinate_image(made, resolution, resolution, kAuditSide);
     const OptimumAudit audit =
         audit_map(*task.history, task.audited(coordinates, matched_values(made)), options, 1'000'000, 1);
     EXPECT_EQ(audit.num_excluded, 0);

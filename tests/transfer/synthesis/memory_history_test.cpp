@@ -63,7 +63,7 @@ TEST(MemoryTransfer, EqualsTheAudit) {
   const Both both;
   const TransferResult made = transfer(both.input(both.memory));
   MapToAudit map{.surface = both.map,
-                 .coordinates = coordinate_image(made.coordinates, kAtlas, kAtlas, kMemorySource),
+                 .coordinates = coordinate_image(made, kAtlas, kAtlas, kMemorySource),
                  .pixel_mm = 1.0,
                  .controls = {{"x", both.ramp()}}};
   const OptimumAudit memory = audit_map(*both.memory, map, {}, 200, 1), disk = audit_map(*both.disk, map, {}, 200, 1);
@@ -74,13 +74,12 @@ TEST(MemoryTransfer, EqualsTheAudit) {
 
 TEST(MemoryTransfer, EqualsTheLookupAtATimeOfItsOwnPerTexel) {
   const Both both;
-  const ImageF coordinates =
-      coordinate_image(transfer(both.input(both.memory)).coordinates, kAtlas, kAtlas, kMemorySource);
+  const ImageF coordinates = coordinate_image(transfer(both.input(both.memory)), kAtlas, kAtlas, kMemorySource);
   ImageF times = both.ramp();
   for (float& t : times.values()) t *= 9.0f;  // From the first frame to the last.
-  const PackedCoordinates indices = pack_coordinates(coordinates, kMemorySource);
-  EXPECT_EQ(gather_at_times(*both.memory, indices, times, Between::Blend),
-            gather_at_times(*both.disk, indices, times, Between::Blend));
+  const PackedPlaces places = pack_coordinates(coordinates, kMemorySource, kMemorySource);
+  EXPECT_EQ(gather_at_times(*both.memory, places, times, Between::Blend),
+            gather_at_times(*both.disk, places, times, Between::Blend));
 }
 
 TEST(MemoryTransfer, AgesAMeshAsTheFolderDoes) {

@@ -24,26 +24,31 @@ namespace patinate::cli {
 
 namespace {
 
-/// [0, 1] in codes.
-ImageU8 unit_codes(const ImageF& values) {
-  ImageU8 codes(values.width(), values.height());
-  for (std::size_t i = 0; i < codes.values().size(); ++i)
-    codes.data()[i] = static_cast<std::uint8_t>(std::clamp(255.0f * values.data()[i] + 0.5f, 0.0f, 255.0f));
-  return codes;
+/// [0, 1] as a code.
+std::uint8_t unit_code(float value) {
+  return static_cast<std::uint8_t>(std::clamp(255.0f * value + 0.5f, 0.0f, 255.0f));
+}
+/// 1 - roughness as a code.
+std::uint8_t gloss_code(float roughness) {
+  return static_cast<std::uint8_t>(std::clamp(255.5f - 255.0f * roughness, 0.0f, 255.0f));
 }
 
-/// 1 - roughness, in codes.
+/// Of one channel.
+ImageU8 unit_codes(const ImageF& values) {
+  ImageU8 codes(values.width(), values.height());
+  std::transform(values.values().begin(), values.values().end(), codes.data(), unit_code);
+  return codes;
+}
 ImageU8 gloss_codes(const ImageF& roughness) {
   ImageU8 gloss(roughness.width(), roughness.height());
-  for (std::size_t i = 0; i < gloss.values().size(); ++i)
-    gloss.data()[i] = static_cast<std::uint8_t>(std::clamp(255.5f - 255.0f * roughness.data()[i], 0.0f, 255.0f));
+  std::transform(roughness.values().begin(), roughness.values().end(), gloss.data(), gloss_code);
   return gloss;
 }
 
 /// What of dielectrics differs from what viewers assume, at a time.
 struct Reflectance {
   double most = 0.04;
-  ImageU8 colors;  ///< Shares of `most`; empty: all of it everywhere.
+  ImageF colors;  ///< Shares of `most`; empty: all of it everywhere.
 };
 
 Reflectance reflectance_at(const History& history, double time) {
@@ -56,21 +61,28 @@ Reflectance reflectance_at(const History& history, double time) {
   Reflectance out{.most = std::min(high, kLargest), .colors = {}};
   if (high - low < kRounding || high == 0.0) return out;
   for (float& v : f0.values()) v = static_cast<float>(static_cast<double>(v) / high);
-  out.colors = srgb8_from_linear(f0);
+  out.colors = std::move(f0);
   return out;
 }
 
-/// Both in codes, side by side. @param roughness  Empty: nobody knows it.
-ImageU8 gloss_and_metal_codes(const ImageF& roughness, const ImageF& metalness) {
-  const ImageU8 metal = unit_codes(metalness);
-  const ImageU8 gloss =
-      gloss_codes(roughness.empty() ? ImageF(metal.width(), metal.height(), 1, kUnknownRoughness) : roughness);
-  ImageU8 both(metal.width(), metal.height(), 2);
-  for (std::size_t i = 0; i < metal.values().size(); ++i) {
-    both.data()[2 * i] = gloss.data()[i];
-    both.data()[2 * i + 1] = metal.data()[i];
+/// Both side by side. @param roughness  Empty: nobody knows it.
+ImageF roughness_and_metalness(const ImageF& roughness, const ImageF& metalness) {
+  ImageF both(metalness.width(), metalness.height(), 2, kUnknownRoughness);
+  for (std::int64_t i = 0; i < both.num_pixels(); ++i) {
+    if (!roughness.empty()) both.data()[2 * i] = roughness.data()[i];
+    both.data()[2 * i + 1] = metalness.data()[i];
   }
   return both;
+}
+
+/// Of roughness_and_metalness(): 1 - roughness and metalness, in codes.
+ImageU8 gloss_and_metal_codes(const ImageF& both) {
+  ImageU8 codes(both.width(), both.height(), 2);
+  for (std::size_t i = 0; i < codes.values().size(); i += 2) {
+    codes.data()[i] = gloss_code(both.data()[i]);
+    codes.data()[i + 1] = unit_code(both.data()[i + 1]);
+  }
+  return codes;
 }
 
 using Write = std::function<void(std::span<const std::uint8_t> rows)>;
@@ -112,11 +124,9 @@ std::vector<GlbAppearance> appearances_of_transfer(const std::shared_ptr<const t
     const double t = times[i];
     GlbAppearance& look = appearance.emplace_back();
     look.name = labels[i];
-    // Codes of the history's pixels are those of the texels that show them.
     look.base_colors = textures->tiles(3, [textures, t](std::size_t tile, const Write& write) {
-      textures->writer.gather_rows(
-          tile, srgb8_from_linear(sample_base_color(textures->transfer->history(), t, Between::Blend)), write,
-          textures->silent);
+      textures->writer.gather_rows(tile, sample_base_color(textures->transfer->history(), t, Between::Blend),
+                                   transfer::color_codes, write, textures->silent);
     });
     if (has(MaterialMap::Normal)) {
       look.normals = textures->tiles(3, [textures, map_at, t](std::size_t tile, const Write& write) {
@@ -125,12 +135,12 @@ std::vector<GlbAppearance> appearances_of_transfer(const std::shared_ptr<const t
     }
     if (has(MaterialMap::Roughness)) {
       look.speculars = textures->tiles(1, [textures, map_at, t](std::size_t tile, const Write& write) {
-        textures->writer.gather_rows(tile, gloss_codes(map_at(MaterialMap::Roughness, t)), write, textures->silent);
+        textures->writer.gather_rows(tile, map_at(MaterialMap::Roughness, t), gloss_codes, write, textures->silent);
       });
     }
     if (has(MaterialMap::Metalness)) {
       look.metalness = textures->tiles(1, [textures, map_at, t](std::size_t tile, const Write& write) {
-        textures->writer.gather_rows(tile, unit_codes(map_at(MaterialMap::Metalness, t)), write, textures->silent);
+        textures->writer.gather_rows(tile, map_at(MaterialMap::Metalness, t), unit_codes, write, textures->silent);
       });
     }
     if (has(MaterialMap::Metalness)) {
@@ -138,16 +148,16 @@ std::vector<GlbAppearance> appearances_of_transfer(const std::shared_ptr<const t
       look.gloss_and_metal =
           textures->tiles(2, [textures, map_at, has_roughness, t](std::size_t tile, const Write& write) {
             const ImageF roughness = has_roughness ? map_at(MaterialMap::Roughness, t) : ImageF();
-            textures->writer.gather_rows(tile, gloss_and_metal_codes(roughness, map_at(MaterialMap::Metalness, t)),
-                                         write, textures->silent);
+            textures->writer.gather_rows(tile, roughness_and_metalness(roughness, map_at(MaterialMap::Metalness, t)),
+                                         gloss_and_metal_codes, write, textures->silent);
           });
     }
     const Reflectance reflectance = reflectance_at(transfer->history(), t);
     look.reflectance = reflectance.most;
     if (!reflectance.colors.empty()) {
       look.reflectance_colors = textures->tiles(3, [textures, t](std::size_t tile, const Write& write) {
-        textures->writer.gather_rows(tile, reflectance_at(textures->transfer->history(), t).colors, write,
-                                     textures->silent);
+        textures->writer.gather_rows(tile, reflectance_at(textures->transfer->history(), t).colors,
+                                     transfer::color_codes, write, textures->silent);
       });
     }
   }
@@ -311,7 +321,8 @@ AgingGlb glb_of_simulation(const std::filesystem::path& path, const GlbPlantOpti
         look.metalness = {texture(1, [map_at] { return unit_codes(map_at(MaterialMap::Metalness)); })};
       if (has(MaterialMap::Metalness)) {  // A simulation's frames have gloss always.
         look.gloss_and_metal = {texture(2, [map_at] {
-          return gloss_and_metal_codes(map_at(MaterialMap::Roughness), map_at(MaterialMap::Metalness));
+          return gloss_and_metal_codes(
+              roughness_and_metalness(map_at(MaterialMap::Roughness), map_at(MaterialMap::Metalness)));
         })};
       }
     }

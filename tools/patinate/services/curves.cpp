@@ -6,6 +6,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "libcommon/image/between_pixels.h"
 #include "libcommon/metrics/color_curves.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
@@ -38,7 +39,9 @@ std::vector<std::uint32_t> pixels_of(const HistoryReader& history) {
 /// -1 outside the charts.
 std::int64_t pixel_of(const ImageF& coordinates, int width, std::int64_t texel) {
   const float x = coordinates.data()[2 * texel], y = coordinates.data()[2 * texel + 1];
-  return x < 0.0f ? -1 : static_cast<std::int64_t>(y) * width + static_cast<std::int64_t>(x);
+  if (x < 0.0f) return -1;
+  const NearestPixel at = nearest_pixel(x, y);
+  return std::int64_t{at.y} * width + at.x;
 }
 
 std::vector<std::uint32_t> pixels_of(const transfer::TransferReader& transfer) {

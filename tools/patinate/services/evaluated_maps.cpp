@@ -263,6 +263,7 @@ analysis::EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptio
                                            .codes = codes_of(read_color(foreign.picture))};
         out.map.name = map.filename().string();
         out.map.coordinates = read_coordinates(map, !wanted.empty() ? wanted : out.made ? out.made->codes : ImageF());
+        for (float& place : out.map.coordinates.values()) place = std::floor(place + 0.5f);  // Copied pixel by pixel.
         out.map.surface = analysis::flat_surface(out.map.coordinates.width(), out.map.coordinates.height(), 1.0);
         if (!spec) {
           if (options.num_audits > 0) add_audit(out.more, {}, "no control was given");

@@ -150,7 +150,7 @@ PictureSeries texture_series(const std::shared_ptr<const transfer::TransferFolde
     ImageU8 picture(transfer->manifest().width, transfer->manifest().height, 3);
     std::size_t done = 0;
     writer->open(control).gather_rows(
-        0, srgb8_from_linear(transfer->history().sample(t)),
+        0, transfer->history().sample(t), transfer::color_codes,
         [&](std::span<const std::uint8_t> rows) {
           std::copy(rows.begin(), rows.end(), picture.values().subspan(done).begin());
           done += rows.size();

@@ -31,7 +31,7 @@ ImageF ReducedTransfer::sample(double time, const RunControl& control) const {
   for (std::size_t code = 0; code < light.size(); ++code)
     light[code] = linear_from_srgb(static_cast<float>(code) / 255.0f);
   const Sheet& full = transfer_->sheet();
-  const ImageU8 codes = srgb8_from_linear(transfer_->history().sample(time));
+  const ImageF colors = transfer_->history().sample(time);
   const auto width = static_cast<std::size_t>(full.tile_width);
   // Which reduced column and row a texel counts for.
   std::vector<std::size_t> column(width);
@@ -43,7 +43,7 @@ ImageF ReducedTransfer::sample(double time, const RunControl& control) const {
     ImageF sums(sheet_.tile_width, sheet_.tile_height, 3), counts(sheet_.tile_width, sheet_.tile_height);
     std::int64_t row = 0;
     textures_.gather_rows(
-        static_cast<std::size_t>(tile), codes,
+        static_cast<std::size_t>(tile), colors, transfer::color_codes,
         [&](std::span<const std::uint8_t> rows) {
           for (std::size_t at = 0; at < rows.size(); at += 3 * width, ++row) {
             const auto y = static_cast<int>(row * sheet_.tile_height / full.tile_height);

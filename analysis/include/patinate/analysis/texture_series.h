@@ -15,7 +15,7 @@ namespace patinate::analysis {
 /// An atlas on which a history is looked up.
 struct SeriesAtlas {
   std::string name;                ///< "bust.obj"
-  ImageF coordinates;              ///< H x W x 2: pixels of the history, -1 outside.
+  ImageF coordinates;              ///< H x W x 2: places in the history in pixels, -1 outside.
   std::optional<double> texel_mm;  ///< Surface length of a pixel of the history, when known.
 };
 
@@ -45,14 +45,14 @@ class TextureSeries {
   [[nodiscard]] bool has_deviation() const;
   /// Standard deviation of sample(): H x W x 3, linear; 0 where not known. @throws InvalidInput unless has_deviation().
   [[nodiscard]] ImageF deviation(double time) const;
-  /// A map of the history where its places are on this surface. @param image  Of the history's size; any channels.
+  /// A map of the history where its places are on this surface. @param image  Of the history's size; 1 to 4 channels.
   [[nodiscard]] ImageF on_surface(ImageF image) const { return looked_up(std::move(image)); }
   /// H x W x 1 in [0, 1], normalized as the history's control. @throws InvalidInput if there is no such control.
   [[nodiscard]] ImageF control(const std::string& name) const;
 
  private:
-  template <class T>
-  [[nodiscard]] Image<T> looked_up(Image<T> image) const;
+  [[nodiscard]] ImageU8 looked_up(ImageU8 codes) const;  ///< Of the nearest pixel.
+  [[nodiscard]] ImageF looked_up(ImageF values) const;
 
   std::shared_ptr<const History> history_;
   std::string name_;

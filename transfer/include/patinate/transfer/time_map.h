@@ -13,6 +13,8 @@
 namespace patinate::transfer {
 
 class LookupDevice;
+struct PackedPlaces;
+struct PlacesView;
 
 struct TimeMapOptions {
   std::int64_t frame_bytes = std::int64_t{256}
@@ -29,10 +31,10 @@ class TimeMapLookup {
   TimeMapLookup(const TimeMapLookup&) = delete;
   TimeMapLookup& operator=(const TimeMapLookup&) = delete;
 
-  /// @param indices,times  Whole rows of an atlas, as gather_at_times() takes them. @param first_row  Where they stand,
+  /// @param places,times  Whole rows of an atlas, as gather_at_times() takes them. @param first_row  Where they stand,
   /// for the message.
-  /// @param out  As many rows, 3 channels: 0 where indices are kNoValue.
-  void look_up(std::span<const std::uint32_t> indices, std::span<const float> times, int first_row, ImageF& out,
+  /// @param out  As many rows, 3 channels: 0 where texels have no place.
+  void look_up(const PlacesView& places, std::span<const float> times, int first_row, ImageF& out,
                const RunControl& control = {});
 
  private:
@@ -45,16 +47,16 @@ class TimeMapLookup {
 /// Texels are visited in the atlas's order, once for as many frames as fit into options.frame_bytes: memory does not
 /// grow with the number of frames. Frames are read when a texel first asks for them. With one time everywhere the
 /// result equals gather() of sample() to the bit.
-/// @param indices  H x W, pixels of the history's frames as packed_lookup.h has them, or kNoValue.
-/// @param times    H x W x 1, in the history's unit, clamped to its ends; not looked at where indices are kNoValue.
-/// @returns H x W x 3, linear; 0 where indices are kNoValue.
+/// @param places  H x W, in the history's frames (packed_lookup.h).
+/// @param times   H x W x 1, in the history's unit, clamped to its ends; not looked at where texels have no place.
+/// @returns H x W x 3, linear; 0 where texels have no place.
 /// @throws InvalidInput if sizes differ or a time is NaN (naming the texel); IoError of the history.
 /// Cost: two pixels a texel; each frame that any texel needs is read once, those at the ends of a block perhaps twice.
-[[nodiscard]] ImageF gather_at_times(const History& history, const Image<std::uint32_t>& indices, const ImageF& times,
+[[nodiscard]] ImageF gather_at_times(const History& history, const PackedPlaces& places, const ImageF& times,
                                      Between between, const RunControl& control = {},
                                      const TimeMapOptions& options = {});
-/// The same. @param coordinates  H x W x 2, whole numbers inside the history's frames, or -1. @throws InvalidInput also
-/// where they are not, naming the texel.
+/// The same. @param coordinates  H x W x 2, places inside the history's frames, in pixels, or -1. @throws InvalidInput
+/// also where they are not, naming the texel.
 [[nodiscard]] ImageF gather_at_times(const History& history, const ImageF& coordinates, const ImageF& times,
                                      Between between, const RunControl& control = {},
                                      const TimeMapOptions& options = {});

@@ -38,11 +38,12 @@ void describe(OptionVisitor& v, MultiLevelOptions& o);
 
 /// Of TransferMethod::Reference.
 struct ReferenceOptions {
-  int window_px = 100;           ///< [8, 4096]. Side of the search window.
-  double tolerance = 0.05;       ///< [0, 1]. How near a window's center must be in control value.
-  double epsilon = 0.1;          ///< [0, 1]. Chosen at random among those that cost at most 1 + this of the least.
-  int num_passes = 3;            ///< [1, 8]. The first sees only texels done before; later ones see all.
-  double first_coherence = 0.1;  ///< [0, 1]. Coherence share of the first pass; rises linearly to the final one.
+  int window_px = 100;      ///< [8, 4096]. Side of the search window.
+  double tolerance = 0.05;  ///< [0, 1]. How near a window's center must be in control value.
+  double epsilon = 0.02;    ///< [0, 1]. Chosen at random among those that cost at most 1 + this of the least.
+  int num_passes = 1;       ///< [1, 8]. The first sees only texels done before; later ones see all.
+  std::optional<double> first_coherence =
+      {};  ///< [0, 1]. Coherence share of the first pass; rises linearly to the final one. None: the final one.
 };
 void describe(OptionVisitor& v, ReferenceOptions& o);
 
@@ -62,7 +63,8 @@ inline constexpr std::array<std::string_view, 2> kFootprintNames{"mean", "pixel"
 
 struct TransferOptions {
   TransferMethod method = TransferMethod::Fast;
-  /// [0, 1]. a of the energy: 1 = texture only, 0 = control only. None: 0.65, with structure 0.85.
+  /// [0, 1]. a of the energy: 1 = texture only, 0 = control only. None: 0.65, with structure 0.85;
+  /// Reference 0.995, of a library 0.65.
   std::optional<double> coherence_share = {};
   int neighborhood_radius_px = 0;  ///< [0, 5]. 3 = the 48 nearest neighbors. 0: 3, with structure 4.
   TransferQuality quality = TransferQuality::Good;
@@ -104,13 +106,27 @@ struct EnergyReport {
   double used_share = 0.0;  ///< Usable source pixels that appear in the result.
 };
 
+/// Where a texel looks: a pixel of the history, and how far beside its middle, in 1/256 pixel.
+struct SourcePlace {
+  std::int32_t pixel = -1;  ///< y * width + x; -1 = none.
+  std::int8_t beside_x = 0, beside_y = 0;
+};
+
 struct TransferResult {
-  CoordinateMap coordinates;      ///< Per texel of the atlas, index into the history's pixels; -1 outside.
-  ControlImage matched_controls;  ///< H x W x a channel for each control, in the history's values.
+  CoordinateMap coordinates;            ///< Per texel of the atlas, index into the history's pixels; -1 outside.
+  ZeroedVector<std::int8_t> fractions;  ///< x and y per texel, how far it looks beside the middle of its pixel, in
+                                        ///< 1/256 pixel; empty: nowhere.
+  ControlImage matched_controls;        ///< H x W x a channel for each control, in the history's values.
   EnergyReport energy;
   double explained_variance = 0.0;          ///< Of the history's colors, by the appearance that was compared.
   TransferOptions used;                     ///< With a value for everything that was left open.
   std::optional<StructureFacts> structure;  ///< None: the source has none, or none was looked for.
+
+  [[nodiscard]] SourcePlace place(TexelId t) const {
+    const auto i = static_cast<std::size_t>(t);
+    if (fractions.empty()) return {coordinates[i], 0, 0};
+    return {coordinates[i], fractions[2 * i], fractions[2 * i + 1]};
+  }
 };
 
 class SearchDevice;

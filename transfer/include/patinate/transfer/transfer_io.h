@@ -23,8 +23,8 @@ inline constexpr const char* kIndexChannel =
 /// The history's own content key, or one made of its files when it has none.
 [[nodiscard]] std::string history_content_key(const HistoryReader& history);
 
-/// H x W x 2 source pixel coordinates, -1 outside, of a coordinate map.
-[[nodiscard]] ImageF coordinate_image(const CoordinateMap& coordinates, int width, int height, int source_width);
+/// H x W x 2 source coordinates in pixels, whole numbers in their middles, -1 outside.
+[[nodiscard]] ImageF coordinate_image(const TransferResult& result, int width, int height, int source_width);
 
 /// Pixels along the side of what lookups show in a texel, to a hundredth; 1: one pixel. @param pixel_mm  Of the
 /// history.
@@ -78,6 +78,7 @@ struct TransferManifest {
   int height = 0;
   double texel_size_mm = 1.0;  ///< Surface length of one pixel of the history.
   double footprint_px = 1.0;   ///< Pixels along the side of what lookups average for a texel (mean_over_footprint()).
+  bool is_subpixel = false;    ///< Coordinates lie between pixels, too.
   std::string flow = "uv";     ///< What the history's direction on the surface was made from.
   std::vector<RecordedControl> controls;
   std::optional<std::filesystem::path> source_mask;  ///< What may be copied, beside the history's own mask.

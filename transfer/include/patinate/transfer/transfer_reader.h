@@ -21,6 +21,7 @@
 namespace patinate::transfer {
 
 class LookupDevice;
+struct PackedPlaces;
 
 /// What `transfer.json` says, with the history that it names. Thread-safe.
 class TransferFolder {
@@ -46,9 +47,10 @@ class TransferFolder {
   return manifest.unit ? 0.001 : 1.0 / manifest.mm_per_mesh_unit;
 }
 
-/// Value of the source at every texel's coordinates; `outside` where they are -1. The simple version, and the truth, of
-/// gather_packed().
-/// @param coordinates  H x W x 2, whole numbers inside the source, or -1.
+/// Value of the source at every texel's coordinates; `outside` where they are -1. Between pixels, that of a cubic
+/// through 4 x 4 of them (look_between()). The simple version, and the truth, of gather_packed().
+/// @param source       1 to 4 channels.
+/// @param coordinates  H x W x 2, places inside the source in pixels, or -1.
 [[nodiscard]] ImageF gather(const ImageF& source, const ImageF& coordinates, float outside = 0.0f,
                             const RunControl& control = {});
 
@@ -70,9 +72,9 @@ class TransferReader {
   [[nodiscard]] const Sheet& sheet() const { return folder_.sheet(); }
   /// H x W x 2, over the sheet.
   [[nodiscard]] const ImageF& coordinates() const { return coordinates_; }
-  /// The same as one number a texel (packed_lookup.h), gutters filled and borders repeated over the margins tile by
-  /// tile; made when first asked for.
-  [[nodiscard]] const Image<std::uint32_t>& filled_indices() const;
+  /// The same as packed_lookup.h has them, gutters filled and borders repeated over the margins tile by tile; made when
+  /// first asked for.
+  [[nodiscard]] const PackedPlaces& filled_places() const;
   [[nodiscard]] ImageU8 coverage() const;
   /// What was asked for: a control of the destination over the sheet, H x W x 1, in the values of the history's control
   /// (match_controls()).
@@ -109,7 +111,7 @@ class TransferReader {
 
  private:
   void read_coordinates();
-  /// How patches lie, filled as filled_indices(); empty when coordinates do not say it.
+  /// How patches lie, filled as filled_places(); empty when coordinates do not say it.
   [[nodiscard]] const Image<std::uint32_t>& filled_turns() const;
   /// An image over the sheet from a file a tile; margins hold `outside`.
   [[nodiscard]] ImageF read_sheet(const std::vector<std::filesystem::path>& files,
@@ -122,7 +124,7 @@ class TransferReader {
   Mesh mesh_;
   ImageF coordinates_;
   mutable std::once_flag filled_once_, turns_once_;
-  mutable Image<std::uint32_t> filled_;
+  mutable std::shared_ptr<const PackedPlaces> filled_;
   mutable Image<std::uint32_t> turns_;
 };
 

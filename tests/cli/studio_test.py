@@ -221,9 +221,9 @@ class Studio(unittest.TestCase):
         inside = next(i for i in range(64 * 64) if coordinates[2 * i] >= 0)
         outside = next(i for i in range(64 * 64) if coordinates[2 * i] < 0)
         curve = self.server.get_json(f"/api/curve?place=aged&x={inside % 64}&y={inside // 64}")
-        x, y = int(coordinates[2 * inside]), int(coordinates[2 * inside + 1])
+        x, y = int(coordinates[2 * inside] + 0.5), int(coordinates[2 * inside + 1] + 0.5)  # The nearest pixel; colors are those of the place itself.
         self.assertEqual(curve["source"], {"place": "history", "x": x, "y": y})
-        self.assertEqual({k: curve[k] for k in ("times", "srgb", "lab")}, self.server.get_json(f"/api/curve?place=history&x={x}&y={y}"))
+        self.assertEqual(curve["times"], self.server.get_json(f"/api/curve?place=history&x={x}&y={y}")["times"])
         raw = self.server.request("/api/texture?place=aged&time=7.5")[2]
         self.assertEqual(list(raw[4 * inside:4 * inside + 3]), curve["srgb"][1])
         self.assertIsNone(self.server.get_json(f"/api/curve?place=aged&x={outside % 64}&y={outside // 64}")["source"])

@@ -1,5 +1,6 @@
 # cmake -Dname=NAME -Dprogram=FILE -Dtimeout=SECONDS -Dnightly=SUITE,SUITE -Dfile=FILE -P list_suites.cmake: writes a ctest entry for each suite of a GoogleTest program.
 # Parametrized and typed suites are one entry each, whatever their instances are called.
+cmake_minimum_required(VERSION 3.25)  # IN_LIST
 execute_process(COMMAND "${program}" --gtest_list_tests OUTPUT_VARIABLE listed COMMAND_ERROR_IS_FATAL ANY)
 string(REPLACE "\n" ";" lines "${listed}")
 foreach(line ${lines})
@@ -18,7 +19,7 @@ set(text "")
 foreach(suite ${suites})
   set(labels ${name})
   if(suite IN_LIST nightly)
-    string(APPEND labels "\\;nightly")
+    list(APPEND labels nightly)
   endif()
   string(APPEND text "add_test(${suite} \"${program}\" --gtest_filter=${suite}.*:*/${suite}.*:${suite}/*:*/${suite}/*)\n"
     "set_tests_properties(${suite} PROPERTIES TIMEOUT ${timeout} LABELS \"${labels}\")\n")

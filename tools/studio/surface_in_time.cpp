@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "libcommon/core/text.h"
+#include "libcommon/image/between_pixels.h"
 #include "libcommon/metrics/color_curves.h"
 #include "patinate/atlas/dilate.h"
 #include "patinate/atlas/sheet.h"
@@ -171,10 +172,10 @@ NamedMap SurfaceInTime::map(const std::string& name) const {
 }
 
 /// -1, -1 outside the charts.
-std::array<int, 2> SurfaceInTime::source_of(int x, int y) const {
-  if (!transfer_) return {x, y};
+std::array<float, 2> SurfaceInTime::source_of(int x, int y) const {
+  if (!transfer_) return {static_cast<float>(x), static_cast<float>(y)};
   const ImageF& c = transfer_->coordinates();
-  return {static_cast<int>(c.at(x, y, 0)), static_cast<int>(c.at(x, y, 1))};
+  return {c.at(x, y, 0), c.at(x, y, 1)};
 }
 
 TexelCurve SurfaceInTime::curve(int x, int y, const RunControl& control) const {
@@ -183,13 +184,16 @@ TexelCurve SurfaceInTime::curve(int x, int y, const RunControl& control) const {
                        size_text(width(), height()));
   }
   TexelCurve curve;
-  const std::array<int, 2> source = source_of(x, y);
-  if (transfer_) curve.source = source;
-  if (source[0] < 0) return curve;  // outside the charts: no color of its own
+  const auto [source_x, source_y] = source_of(x, y);
+  const bool is_outside = source_x < 0.0f;  // Of the charts: no color of its own.
+  const NearestPixel nearest = is_outside ? NearestPixel{-1, -1, {}} : nearest_pixel(source_x, source_y);
+  if (transfer_) curve.source = {nearest.x, nearest.y};
+  if (is_outside) return curve;
   for (int f = 0; f < history_->num_frames(); ++f) {
     control.throw_if_stopped();
     const std::shared_ptr<const ImageF> image = frame(f);
-    const auto rgb = image->pixel(source[0], source[1]);
+    std::array<float, 3> rgb{};
+    look_at<3>(image->data(), image->width(), image->height(), source_x, source_y, rgb.data());
     curve.times.push_back(history_->manifest().frames[static_cast<std::size_t>(f)].time);
     curve.srgb.push_back({srgb8_from_linear(rgb[0]), srgb8_from_linear(rgb[1]), srgb8_from_linear(rgb[2])});
     curve.lab.push_back(

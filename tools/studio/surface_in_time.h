@@ -80,7 +80,7 @@ class SurfaceInTime {
   [[nodiscard]] ImageF material_sample(SurfaceMap map, double time, Between between) const;
   /// A history's image as it lies on the surface, gutters filled.
   [[nodiscard]] ImageF spread(const ImageF& source, const RunControl& control) const;
-  [[nodiscard]] std::array<int, 2> source_of(int x, int y) const;
+  [[nodiscard]] std::array<float, 2> source_of(int x, int y) const;
 
   std::filesystem::path path_;
   PlaceKind kind_;

@@ -7,6 +7,7 @@
 #include "libcommon/atlas/sheet_cells.h"
 #include "libcommon/core/text.h"
 #include "transfer/exemplar/structure.h"
+#include "transfer/guidance/compared_control.h"
 #include "transfer/synthesis/open_options.h"
 #include "transfer/synthesis/source_levels.h"
 
@@ -53,7 +54,7 @@ struct Auditor {
     halvings = static_cast<int>(first);
     std::vector<ImageF> known;
     for (const FollowedControl& c : made.controls) {
-      known.push_back(history.read_control(c.source));
+      known.push_back(compared_control(history, c.source, mask, control));
       wanted.push_back(c.wanted);
       weights.push_back(c.weight);
     }

@@ -7,6 +7,7 @@
 
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "transfer/guidance/compared_control.h"
 
 namespace patinate::transfer {
 
@@ -100,7 +101,8 @@ MatchedControls match_controls(const History& history, const ImageU8& source_mas
                                const std::vector<TransferControl>& controls, const ImageU8& coverage,
                                const RunControl& control) {
   MatchedControls out;
-  for (const TransferControl& c : controls) out.source.push_back(history.read_control(c.source));
+  for (const TransferControl& c : controls)
+    out.source.push_back(compared_control(history, c.source, source_mask, control));
   out.destination.resize(controls.size());
   const auto range_of = [&](const TransferControl& c) -> ControlRange {
     const ControlFacts& parameter = history.control(c.source);

@@ -4,6 +4,7 @@
 
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
+#include "transfer/guidance/compared_control.h"
 #include "transfer/guidance/control_matcher.h"
 #include "transfer/synthesis/pyramid.h"
 #include "transfer/synthesis/source_levels.h"
@@ -76,8 +77,8 @@ ImageF match_tile(const ControlFiles& files, int tile, int num_tiles, const Texe
     ranks.add(sorted);
   }
   const ControlFacts& facts = history.control(control.source);
-  const ControlMatcher matched(all, control.range, history.read_control(control.source), source_mask,
-                               {facts.low, facts.high, facts.unit}, control.mapping, run);
+  const ControlMatcher matched(all, control.range, compared_control(history, control.source, source_mask, run),
+                               source_mask, {facts.low, facts.high, facts.unit}, control.mapping, run);
   const MappedFile value_file(files.values(tile));
   const auto values = value_file.values<float>(0, static_cast<std::size_t>(rect.num_texels()));
   ImageF out(rect.width(), rect.height());

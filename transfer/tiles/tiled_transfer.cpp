@@ -8,6 +8,7 @@
 #include "libcommon/controls/part_controls.h"
 #include "libcommon/core/text.h"
 #include "transfer/files/transfer_files.h"
+#include "transfer/guidance/compared_control.h"
 #include "transfer/guidance/control_matcher.h"
 #include "transfer/synthesis/multi_level.h"
 #include "transfer/synthesis/open_options.h"
@@ -109,7 +110,7 @@ const TiledTransfer::Prepared& TiledTransfer::prepare(const Folder& folder, cons
   p->placement = place_source(*p->map, input.frames, input.texel_size_mm, static_cast<int>(p->first));
   std::vector<ImageF> controls;
   for (const TransferControl& c : input.controls)
-    controls.push_back(history.read_control(c.source));
+    controls.push_back(compared_control(history, c.source, mask, control));
   p->source_controls = source_control_levels(p->appearance, controls, control);
   for (std::size_t l = p->first; l < p->appearance.levels.size(); ++l) {
     p->sources.push_back(make_pyramid_source(p->appearance, p->source_controls, l, p->first, p->neighborhood));

@@ -12,7 +12,7 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr double kFine_px = 15.0, kMostFine = 0.2;
+constexpr double kFine_px = 15.0, kMostFine = 0.1;
 constexpr std::array<double, 7> kBlurs_px{2.0, 2.8, 4.0, 5.7, 8.0, 11.3, 16.0};
 
 struct Variances {
@@ -44,7 +44,8 @@ ImageF without_fine_texture(const ImageF& values, const ImageU8& mask, double& b
   for (const double sigma : kBlurs_px) {
     blur_px = sigma;
     blurred = gaussian_blur(values, mask, sigma, silent);
-    if (variances_of(blurred, mask, silent).fine <= kMostFine * own.all) break;
+    const Variances left = variances_of(blurred, mask, silent);
+    if (left.fine <= kMostFine * left.all) break;
   }
   return match_control(blurred, mask, {}, values, mask, {}, ControlMapping::Rank, silent);
 }

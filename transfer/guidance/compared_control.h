@@ -13,7 +13,7 @@ namespace patinate::transfer {
 /// A control is often a texture itself: half of the variance of a rusty sheet's height lies within 15 pixels. What a
 /// surface asks for is smooth, so that inside a copied piece the two differ from pixel to pixel, and the search tears
 /// pieces apart to make up for it. Such a control is blurred by the least Gaussian, of 2, 2.8, 4 ... 16 pixels, that
-/// leaves at most a fifth of the variance within 15 pixels, and gets its distribution back by rank. Others stay as they
+/// leaves at most a tenth of the variance within 15 pixels, and gets its distribution back by rank. Others stay as they
 /// are, to the bit, and so does kLibraryControl. In a library each history is looked at by itself.
 /// @param mask  Of the history's size: what counts, and what is blurred.
 /// @returns the control, [0, 1].

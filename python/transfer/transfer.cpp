@@ -130,7 +130,8 @@ void define_aged(AgedClass& type) {
                   [](const PyAged& aged) { return PyHistory{aged.value->history}; });
   define_property(
       type, "coordinates", "npt.NDArray[np.float32]",
-      "H x W x 2: x and y of the history's pixel that a texel shows; -1 outside; cannot be written.",
+      "H x W x 2: where in the history a texel looks, x and y in pixels, whole numbers in their middles; -1 outside; "
+      "cannot be written.",
       [](const py::object& self) { return read_only(py::cast<const PyAged&>(self).value->coordinates, self); });
   define_property(
       type, "coverage", "npt.NDArray[np.uint8]", "H x W, 0 or 255: where texels show the surface.",

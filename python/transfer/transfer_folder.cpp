@@ -49,7 +49,8 @@ void define_facts(TransferClass& type) {
   });
   define_property(
       type, "coordinates", "npt.NDArray[np.float32]",
-      "H x W x 2 over the sheet: x and y of the history's pixel that a texel shows; -1 outside; cannot be written.",
+      "H x W x 2 over the sheet: where in the history a texel looks, x and y in pixels, whole numbers in their "
+      "middles; -1 outside; cannot be written.",
       [](const py::object& self) { return read_only(py::cast<const PyTransfer&>(self).value->coordinates(), self); });
   define_property(type, "energy", "dict[str, Any]", "The figures of transfer.json.",
                   [](const PyTransfer& t) { return object_of(energy_json(t.value->manifest().energy)); });

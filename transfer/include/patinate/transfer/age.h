@@ -51,7 +51,7 @@ struct AgingSurface {
 /// A mesh and where each of its texels takes its color from, at all times.
 struct AgedMesh {
   Mesh mesh;           ///< In mm, with UVs over the whole texture.
-  ImageF coordinates;  ///< H x W x 2: pixel of the history; -1 outside the charts.
+  ImageF coordinates;  ///< H x W x 2: places in the history in pixels; -1 outside the charts.
   ImageU8 coverage;    ///< H x W: 0 / 255.
   EnergyReport energy;
   std::shared_ptr<const History> history;  ///< That coordinates are of.

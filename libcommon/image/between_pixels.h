@@ -25,6 +25,7 @@ struct BesidePixel {
 
 namespace between_pixels {
 
+/// A pixel's values.
 using Lanes = float __attribute__((vector_size(16)));
 
 /// Of the pixels -1, 0, 1 and 2 at t between 0 and 1.
@@ -40,7 +41,6 @@ constexpr std::array<std::array<float, 4>, kPixelSteps> make_weights() {
 }
 inline constexpr std::array<std::array<float, 4>, kPixelSteps> kWeights = make_weights();
 
-/// A pixel's values, one a lane.
 using Block = std::array<Lanes, 16>;  ///< 4 x 4 pixels around a place, row by row.
 
 inline Lanes weighted(const Lanes* pixels, const std::array<float, 4>& w) {

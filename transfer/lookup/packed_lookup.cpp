@@ -186,6 +186,14 @@ void gather_packed(const ImageF& source, const PlacesView& places, float outside
       throw InvalidInput("lookup: a source of " + std::to_string(source.channels()) + " channels; use 1 to 4");
   }
 }
+void make_unit_between(const PlacesView& places, std::span<float> xyz) {
+  for (std::size_t i = 0; i < places.beside.size(); ++i) {
+    if (places.pixels[i] == kNoValue || unpack_beside(places.beside[i]).is_middle()) continue;
+    float* const n = &xyz[3 * i];
+    const float length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    for (int c = 0; c < 3 && length > 0.0f; ++c) n[c] /= length;
+  }
+}
 ImageF gather_packed(const ImageF& source, const PackedPlaces& places, float outside, const RunControl& control) {
   if (places.beside.empty()) return gather_packed(source, places.pixels, outside, control);
   ImageF out(places.pixels.width(), places.pixels.height(), source.channels());

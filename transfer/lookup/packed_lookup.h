@@ -72,7 +72,10 @@ void gather_packed(const ImageU8& source, std::span<const std::uint32_t> indices
 /// The same between pixels (look_between()); where a place is the middle of its pixel, the pixel's own values.
 void gather_packed(const ImageF& source, const PlacesView& places, float outside, std::span<float> out);
 
-/// The same for a whole image.
+/// Makes normals unit again where gather_packed() has made them between pixels. @param xyz  3 a texel.
+void make_unit_between(const PlacesView& places, std::span<float> xyz);
+
+/// gather_packed() for a whole image.
 [[nodiscard]] ImageF gather_packed(const ImageF& source, const PackedCoordinates& indices, float outside = 0.0f,
                                    const RunControl& control = {});
 [[nodiscard]] ImageF gather_packed(const ImageF& source, const PackedPlaces& places, float outside = 0.0f,

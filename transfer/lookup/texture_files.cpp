@@ -141,7 +141,10 @@ class TileOfTexture {
     } else {
       std::copy_n(value_rows_.begin() + static_cast<std::ptrdiff_t>(begin), size, values_.data());
     }
-    if (texture_.kind == TextureKind::Normal) turn_normals(turns, values_.values());
+    if (texture_.kind == TextureKind::Normal) {
+      make_unit_between(places, values_.values());
+      turn_normals(turns, values_.values());
+    }
     if (!writer_.takes_codes()) return writer_.write(values_.values());
     writer_.write(codes_of(texture_.kind, values_).values());
   }
@@ -277,6 +280,7 @@ void TextureWriter::normal_rows(std::size_t tile, const ImageF& normals, const T
             gather_packed(normals, places.part(i, size), 0.0f, values);
           else
             std::copy_n(found.begin() + static_cast<std::ptrdiff_t>(3 * i), 3 * size, values.begin());
+          make_unit_between(places.part(i, size), values);
           turn_normals(turns.empty() ? turns : turns.subspan(i, size), values);
           normal_codes(values, bytes);
           take(bytes);

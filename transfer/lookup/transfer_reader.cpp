@@ -153,6 +153,7 @@ const Image<std::uint32_t>& TransferReader::filled_turns() const {
 ImageF TransferReader::sample_map(MaterialMap map, double time, Between between, const RunControl& control,
                                   const std::shared_ptr<const LookupDevice>& device) const {
   ImageF values = gather_sheet(sample_material_map(history(), map, time, between), control, device);
+  if (map == MaterialMap::Normal) make_unit_between(filled_places().view(), values.values());
   if (map == MaterialMap::Normal && !filled_turns().empty()) turn_normals(filled_turns().values(), values.values());
   return values;
 }

@@ -78,6 +78,13 @@ TEST(PackedLookup, BetweenPixelsEqualsTheSimpleOneToTheBit) {
   }
 }
 
+TEST(PackedLookup, NormalsMadeBetweenPixelsAreUnit) {
+  const std::vector<std::uint32_t> pixels{3, 3, kNoValue}, beside{pack_beside({40, 0}), pack_beside({0, 0}), kNoValue};
+  std::vector<float> xyz{0.0f, 0.3f, 0.4f, 0.0f, 0.3f, 0.4f, 0.0f, 0.0f, 0.0f};
+  make_unit_between({pixels, beside}, xyz);
+  EXPECT_EQ(xyz, (std::vector<float>{0.0f, 0.6f, 0.8f, 0.0f, 0.3f, 0.4f, 0.0f, 0.0f, 0.0f}));
+}
+
 TEST(PackedLookup, EightNeighborsWithoutSourceAreNoPiece) {
   const ImageF source(4, 4, 3, 1.0f);
   EXPECT_EQ(gather_packed(source, PackedCoordinates(16, 1, 1, kNoValue), 0.5f), ImageF(16, 1, 3, 0.5f));

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <cstdio>
 #include <ctime>
+#include <mutex>
 #include <thread>
 
 #include "libcommon/core/files.h"
@@ -33,10 +34,11 @@ std::timespec patience_as_timespec() {
 }  // namespace
 
 int report_interruption() {
-  static std::atomic<bool> is_said = false;
-  if (is_said.exchange(true)) return kInterruptedExitCode;
-  if (::isatty(::fileno(message_stream())) != 0) std::fputs("\r\033[K", message_stream());  // Over a progress line.
-  print_error("interrupted; nothing half-written is left, and the same command finishes the work");
+  static std::once_flag is_said;  // Whoever comes second waits for the line, and may end the process then.
+  std::call_once(is_said, [] {
+    if (::isatty(::fileno(message_stream())) != 0) std::fputs("\r\033[K", message_stream());  // Over a progress line.
+    print_error("interrupted; nothing half-written is left, and the same command finishes the work");
+  });
   return kInterruptedExitCode;
 }
 

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "analysis/evaluation/source_lines.h"
+#include "analysis/evaluation/surface_windows.h"
 #include "libcommon/core/text.h"
 
 namespace patinate::analysis {
@@ -115,8 +116,9 @@ std::optional<double> mean_of(const WantedShares& shares) {
   return sum;
 }
 
-void add_figures(const SourceLines& source, const Structures& made, const Structures& crops, const WantedShares& wanted,
-                 double texel_mm, bool has_quarters, StructureFigures& out) {
+void add_figures(const SourceLines& source, const LineSums& sums, const WantedShares& wanted, double texel_mm,
+                 bool has_quarters, StructureFigures& out) {
+  const Structures &made = sums.made, &crops = sums.crops;
   const bool is_dark = source.kind == LineKind::Dark;
   const std::string prefix = is_dark ? "" : "bright_", kind = is_dark ? "Dark lines" : "Bright lines";
   std::string at;
@@ -129,12 +131,17 @@ void add_figures(const SourceLines& source, const Structures& made, const Struct
       return kind + ", " + f.title + of + " (M11, " + where + " L*)";
     };
     const bool has_crops = f.name == "dead_ends" || f.name == "closed_share" || f.name == "median_cell";
-    const std::string cut = " of the source cut to the same charts";
+    const bool has_windows = f.name == "line_share" || f.name == "dead_ends" || f.name == "closed_share";
+    const std::string cut = " of the source cut to the same charts", across = " in windows across seams";
     const auto [value, split] = means_of(f, made, source.structures);
     out.figures.push_back(one_figure(named(f, ""), title("", "mean at " + at), f, value, split));
     if (has_crops)
       out.figures.push_back(
           one_figure(named(f, "_crops"), title(cut, "mean at " + at), f, means_of(f, crops, crops)[0], {}));
+    if (has_windows) {
+      const auto [on_surface, in_source] = means_of(f, sums.windows, sums.source_windows);
+      out.figures.push_back(one_figure(named(f, "_surface"), title(across, "mean at " + at), f, on_surface, in_source));
+    }
     const std::string as_wanted = " if they were as frequent as in the source where the same control is wanted";
     if (f.name == "line_share")
       out.figures.push_back(wanted_figure(prefix, title(as_wanted, "mean at " + at), mean_of(wanted)));
@@ -144,6 +151,9 @@ void add_figures(const SourceLines& source, const Structures& made, const Struct
           one_figure(named(f, ""), title("", where), f, f.value(made[i]), f.value(source.structures[i])));
       if (has_crops)
         apart[i].figures.push_back(one_figure(named(f, "_crops"), title(cut, where), f, f.value(crops[i]), {}));
+      if (has_windows)
+        apart[i].figures.push_back(one_figure(named(f, "_surface"), title(across, where), f, f.value(sums.windows[i]),
+                                              f.value(sums.source_windows[i])));
       if (f.name == "line_share") apart[i].figures.push_back(wanted_figure(prefix, title(as_wanted, where), wanted[i]));
     }
   }
@@ -156,6 +166,8 @@ void LineSums::add(const LineSums& other) {
   for (std::size_t i = 0; i < kNumLineThresholds; ++i) {
     made[i] += other.made[i];
     crops[i] += other.crops[i];
+    windows[i] += other.windows[i];
+    source_windows[i] += other.source_windows[i];
     lines_there[i] += other.lines_there[i];
     lines_found[i] += other.lines_found[i];
   }
@@ -168,6 +180,8 @@ void StructureSums::add(const StructureSums& other) {
 }
 
 struct SourceStructure::Found {
+  const SynthesisSource& source;
+  double pixels_per_texel;
   LineScale scale;
   bool has_quarters = false;
   std::array<float, 3> ends = {};  ///< Of the control's quarters.
@@ -176,13 +190,13 @@ struct SourceStructure::Found {
   ImageF control;                  ///< The same.
   std::vector<SourceLines> kinds;
 
-  explicit Found(double pixels_per_texel) : scale(pixels_per_texel) {}
+  Found(const SynthesisSource& from, double pixels) : source(from), pixels_per_texel(pixels), scale(pixels) {}
 };
 
 SourceStructure::SourceStructure(const SynthesisSource& source, double texel_size_px, bool has_wanted,
                                  const RunControl& control) {
   const double pixels_per_texel = rounded(texel_size_px, kScaleDigits);
-  auto found = std::make_unique<Found>(pixels_per_texel);
+  auto found = std::make_unique<Found>(source, pixels_per_texel);
   found->has_quarters = !source.control.empty() && has_wanted;
   if (found->has_quarters) {
     found->ends = quarters_of(source.control, source.mask);
@@ -206,14 +220,22 @@ StructureSums SourceStructure::measure(const MapPart& part, const PartCounts& be
   StructureSums sums;
   if (found_->has_quarters) sums.wanted = count_wanted(part);
   if (found_->kinds.empty()) return sums;
+  const ImageF lightness = part.looked_up(found_->lightness), no_control;
   const std::vector<Ground> charts =
-      charts_of(part, part.looked_up(found_->lightness),
-                found_->has_quarters ? in_quarters(part.control, found_->ends) : ImageU8());
+      charts_of(part, lightness, found_->has_quarters ? in_quarters(part.control, found_->ends) : ImageU8());
+  const SurfaceWindows windows = cut_windows(part, lightness,
+                                             {.lightness = found_->lightness,
+                                              .mask = found_->source.mask,
+                                              .control = found_->has_quarters ? found_->source.control : no_control,
+                                              .pixels_per_texel = found_->pixels_per_texel},
+                                             before, all, control);
   for (const SourceLines& lines : found_->kinds) {
     const CutSource cut =
         measured_crops(charts, before.charts, all.charts, found_->ground, lines, found_->scale, control);
     sums.kinds.push_back({.made = measured(charts, lines, found_->scale, control),
                           .crops = cut.structures,
+                          .windows = measured(windows.made, lines, found_->scale, control),
+                          .source_windows = measured(windows.source, lines, found_->scale, control),
                           .lines_there = cut.there,
                           .lines_found = cut.found});
     pictures.push_back(line_picture(charts, lines, part.rect, found_->scale, control));
@@ -232,7 +254,7 @@ StructureFigures SourceStructure::figures(const StructureSums& sums, double texe
       if (wanted[i] && made.lines_there[i] > 0)
         *wanted[i] *= static_cast<double>(made.lines_found[i]) / static_cast<double>(made.lines_there[i]);
     }
-    add_figures(lines, made.made, made.crops, wanted, texel_mm, found_->has_quarters, out);
+    add_figures(lines, made, wanted, texel_mm, found_->has_quarters, out);
   }
   const bool has_dark = !out.lines.empty() && out.lines.front().kind == LineKind::Dark;
   if (has_dark) return out;

@@ -27,14 +27,16 @@ struct StructureFigures {
 
 /// Of one kind of lines in a part.
 struct LineSums {
-  LineStructures made, crops;  ///< By threshold; of charts cut out of the source's corners.
+  LineStructures made, crops;              ///< By threshold; of charts cut out of the source's corners.
+  LineStructures windows, source_windows;  ///< Of windows on the surface, and of the source's (surface_windows.h).
   std::array<std::int64_t, kNumLineThresholds> lines_there = {}, lines_found = {};  ///< CutSource of these charts.
 
   void add(const LineSums& other);
   template <class Visit>
   void visit_members(const Visit& visit) {
-    for (LineStructure& s : made) s.visit_members(visit);
-    for (LineStructure& s : crops) s.visit_members(visit);
+    for (LineStructures* all : {&made, &crops, &windows, &source_windows}) {
+      for (LineStructure& s : *all) s.visit_members(visit);
+    }
     for (auto* counts : {&lines_there, &lines_found}) {
       for (std::int64_t& n : *counts) visit(n);
     }
@@ -63,8 +65,10 @@ struct StructureSums {
 /// source; with controls on both sides), dead_ends (1/mm), closed_share (area of cells that touch no border of a
 /// chart), dead_ends_crops and closed_share_crops (the same of charts cut out of the source's corners), line_length
 /// (mm/mm2), line_length_q1 .. q4 (where the control is in the source's first .. fourth quarter; with controls on both
-/// sides), junctions (1/mm2), median_cell (mm2), median_cell_crops. Dark lines; for bright ones, where the source has
-/// them, the same as bright_*.
+/// sides), junctions (1/mm2), median_cell (mm2), median_cell_crops; line_share_surface, dead_ends_surface (1/mm) and
+/// closed_share_surface of windows that lie across seams, with windows of the source as `split`: turned alike, of the
+/// same shape, where the control is the same. Dark lines; for bright ones, where the source has them, the same as
+/// bright_*.
 ///
 /// The source has lines of a kind if at each threshold they take up 0.3 to 25 % of it and have at most one dead end
 /// every 40 px: thresholds are 7, 10 and 16 L*, or, where those see noise or nothing, multiples by a power of the root
@@ -72,7 +76,8 @@ struct StructureSums {
 /// Same bits for any number of threads.
 class SourceStructure {
  public:
-  /// @param texel_size_px  Source pixels along a texel's side. @param has_wanted  Maps have controls.
+  /// @param source  Must outlive this. @param texel_size_px  Pixels along a texel's side. @param has_wanted  Maps have
+  /// controls.
   SourceStructure(const SynthesisSource& source, double texel_size_px, bool has_wanted, const RunControl& control = {});
   ~SourceStructure();
   SourceStructure(const SourceStructure&) = delete;

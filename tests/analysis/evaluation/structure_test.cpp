@@ -86,6 +86,42 @@ TEST(StructureFigures, TheSourceItselfKeepsItsLines) {
       std::any_of(e.pictures.begin(), e.pictures.end(), [](const Picture& p) { return p.name == "plane_lines"; }));
 }
 
+/// Rings: a texture that looks the same however it is turned, so that windows of it have no favorite.
+SynthesisSource ring_source() {
+  SynthesisSource source;
+  source.frames = {ImageF(400, 400, 3)};
+  for (int y = 0; y < 400; ++y) {
+    for (int x = 0; x < 400; ++x) {
+      const int dx = x % 40 - 20, dy = y % 40 - 20;
+      const double r = std::sqrt(dx * dx + dy * dy);
+      for (int c = 0; c < 3; ++c) source.frames[0].at(x, y, c) = r > 13.0 && r < 16.5 ? kLine : kGround;
+    }
+  }
+  return source;
+}
+
+// Windows across seams have as many closed rings as the source's windows; charts alone have cut them.
+TEST(StructureFigures, WindowsLieAcrossSeamsOfTurnedCharts) {
+  const SynthesisSource source = ring_source();
+  constexpr int kCharts = 12, kSide = 400;
+  SynthesizedMap map{.name = "quilt",
+                     .surface = std::make_shared<TexelMap>(testing_support::quilt_plane(kSide, kCharts), 600, 600),
+                     .coordinates = ImageF(600, 600, 2),
+                     .control = {}};
+  for (TexelId t = 0; t < map.surface->num_texels(); ++t) {
+    if (!map.surface->is_covered(t)) continue;
+    const Vec3 p = map.surface->position_mm(t);  // Mm are source pixels.
+    map.coordinates.data()[2 * t] = static_cast<float>(std::clamp(p.x() - 0.5, 0.0, kSide - 1.0));
+    map.coordinates.data()[2 * t + 1] = static_cast<float>(std::clamp(kSide - p.y() - 0.5, 0.0, kSide - 1.0));
+  }
+  const Evaluation e = evaluate(source, map, few_samples(), 1);
+  EXPECT_LT(value_in(e, "closed_share"), 0.8 * split_in(e, "closed_share")) << "cut by charts";
+  EXPECT_NEAR(value_in(e, "closed_share_surface"), split_in(e, "closed_share_surface"),
+              0.15 * split_in(e, "closed_share_surface"));
+  EXPECT_NEAR(value_in(e, "line_share_surface"), split_in(e, "line_share_surface"),
+              0.1 * split_in(e, "line_share_surface"));
+}
+
 /// The plane of the source in strips of 19 texels with one left out between, all charts of their own.
 SynthesizedMap strips(const SynthesisSource& source) {
   SynthesizedMap map = identity(source);

@@ -77,7 +77,7 @@ std::optional<double> span_ratio(const TexelMap& surface, const SourceIndices& s
   double length_mm = 0.0;
   TexelId at = t;
   for (int k = 0; k < kLongestSpan; ++k) {
-    const std::optional<TexelPair> pair = interior_pair(surface, scale.frames, at, dx, dy);
+    const std::optional<TexelPair> pair = interior_pair(surface, scale.axes, at, dx, dy);
     const Vec2 made = pair ? source_step(source, pair->first, pair->second) : Vec2(0, 0);
     const bool leaves =
         !pair || made.cwiseAbs().maxCoeff() > kLargestStep * scale.unit_px ||
@@ -115,7 +115,7 @@ CoherenceSums measure_coherence(const MapPart& part, const SourceScale& scale) {
   CoherenceSums sums;
   part.for_each_covered([&](TexelId t, std::int64_t i) {
     for (const auto& [dx, dy] : kSteps) {
-      const std::optional<TexelPair> pair = interior_pair(part.surface, scale.frames, t, dx, dy);
+      const std::optional<TexelPair> pair = interior_pair(part.surface, scale.axes, t, dx, dy);
       if (!pair) continue;
       ++sums.pairs;
       if (!follows_surface(part.indices, *pair, scale)) continue;
@@ -238,7 +238,7 @@ SeamSums measure_seams(const MapPart& part, std::span<const TexelPair> seams, co
           const TexelId t = part.texel(i);
           if (!part.surface.is_covered(t)) continue;
           for (const auto& [dx, dy] : kFartherSteps) {
-            const auto pair = interior_pair(part.surface, scale.frames, t, dx, dy);
+            const auto pair = interior_pair(part.surface, scale.axes, t, dx, dy);
             if (!pair) continue;
             if (const auto bin = distance_bin(*pair, texel_mm)) inside[*bin].add(*pair, part.indices, frames, scale);
           }

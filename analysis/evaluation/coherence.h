@@ -16,8 +16,8 @@ namespace patinate::analysis {
 
 /// How steps on the surface are compared with steps in the source.
 struct SourceScale {
-  const FlowFrames& frames;  ///< Which way the source lies.
-  double pixel_mm = 1.0;     ///< Surface length of a source pixel.
+  SourceAxes axes;
+  double pixel_mm = 1.0;  ///< Surface length of a source pixel.
   double unit_px = 1.0;  ///< What a place in the source is known to: 2^k pixels where the source was halved k times, or
                          ///< a texel where that is more.
 };

@@ -102,7 +102,7 @@ BorderSums measure_borders(const MapPart& part, const SynthesisSource& frames, c
           const TexelId t = part.texel(i);
           if (!part.surface.is_covered(t)) continue;
           for (const auto& [dx, dy] : kBeside) {
-            const auto pair = interior_pair(part.surface, scale.frames, t, dx, dy);
+            const auto pair = interior_pair(part.surface, scale.axes, t, dx, dy);
             if (!pair || follows_surface(source, *pair, scale)) continue;
             const PixelStep a{source.x(pair->first), source.y(pair->first)},
                 b{source.x(pair->second), source.y(pair->second)};

@@ -184,7 +184,8 @@ Evaluation evaluate(const SynthesisSource& source, const SynthesizedMap& map, co
   const auto frames = map.frames ? map.frames : std::make_shared<const FlowFrames>(uv_frames(surface));
   if (frames->size() != surface.mesh().triangles.size())
     throw InvalidInput(map.name + ": expected one frame a triangle");
-  const MapFigures figures(source, {map.name, map.surface, frames, !map.control.empty()}, options, seed, control);
+  const MapFigures figures(source, {map.name, map.surface, frames, !map.control.empty(), map.turns}, options, seed,
+                           control);
   const Sheet& sheet = surface.sheet();
   std::vector<PartCounts> before{{}};
   for (int tile = 0; tile < sheet.num_tiles(); ++tile) {

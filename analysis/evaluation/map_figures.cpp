@@ -21,11 +21,11 @@ namespace {
 constexpr double kSmallControl = 3.0;  // Sigma of M2's P@s3, pixels.
 
 /// @param wanted  Source pixels of a texel; 0: what sizes say.
-SourceScale scale_of(const FlowFrames& frames, double pixel_mm, const TexelMap& surface, int wanted) {
+SourceScale scale_of(const SourceAxes& axes, double pixel_mm, const TexelMap& surface, int wanted) {
   const double ratio = surface.median_texel_size_mm() / pixel_mm;
-  if (wanted > 0) return {frames, surface.median_texel_size_mm() / wanted, static_cast<double>(wanted)};
+  if (wanted > 0) return {axes, surface.median_texel_size_mm() / wanted, static_cast<double>(wanted)};
   const double halved = ratio <= 1.0 ? 1.0 : std::exp2(std::round(std::log2(ratio)));
-  return {frames, pixel_mm, std::max(halved, ratio)};
+  return {axes, pixel_mm, std::max(halved, ratio)};
 }
 
 const SynthesisSource& checked(const SynthesisSource& source) {
@@ -101,7 +101,7 @@ MapFigures::MapFigures(const SynthesisSource& source, MapFacts map, const Evalua
       map_(std::move(map)),
       options_(options),
       seed_(seed),
-      scale_(scale_of(*map_.frames, source.pixel_mm, *map_.surface, options.source_step)),
+      scale_(scale_of({*map_.frames, map_.turns}, source.pixel_mm, *map_.surface, options.source_step)),
       structure_(source, map_.surface->median_texel_size_mm() / scale_.pixel_mm, map_.has_control, control) {}
 
 TextureDistanceOptions MapFigures::draw_options() const {
@@ -143,7 +143,7 @@ MapSums MapFigures::measure(int tile, const CoordinateReader& coordinates, Image
                .indices = SourceIndices(map_.name, surface.num_texels(), source_.width(), source_.height()),
                .control = std::move(wanted)};
   part.indices.read(surface, part.rect, coordinates);
-  const std::vector<TexelPair> seams = seam_pairs(surface, *map_.frames, part.rect, control);
+  const std::vector<TexelPair> seams = seam_pairs(surface, scale_.axes, part.rect, control);
   std::vector<TexelId> over_seams;
   for (const TexelPair& pair : seams) over_seams.push_back(pair.second);
   part.indices.read(surface, std::move(over_seams), coordinates);

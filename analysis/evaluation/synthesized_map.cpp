@@ -1,9 +1,11 @@
 #include "analysis/evaluation/synthesized_map.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <numbers>
 #include <utility>
 
 #include "libcommon/core/parallel.h"
@@ -122,21 +124,27 @@ ImageF MapPart::looked_up(const ImageF& source) const {
   return out;
 }
 
-std::optional<TexelPair> interior_pair(const TexelMap& surface, const FlowFrames& frames, TexelId t, int dx, int dy) {
-  const TexelId n = beside(surface, t, dx, dy);
-  if (n < 0) return std::nullopt;
-  return TexelPair{t, n, step_mm(surface, frames, t, dx, dy)};
+Vec2 SourceAxes::along_source(TexelId t, const Vec2& step_mm) const {
+  if (turns.empty() || turns[static_cast<std::size_t>(t)] == 0) return step_mm;
+  constexpr double kTurn = 2.0 * std::numbers::pi / 65536.0;
+  return Eigen::Rotation2Dd(kTurn * turns[static_cast<std::size_t>(t)]) * step_mm;
 }
 
-Pairs seam_pairs(const TexelMap& surface, const FlowFrames& frames, const TexelRect& rect, const RunControl& control) {
+std::optional<TexelPair> interior_pair(const TexelMap& surface, const SourceAxes& axes, TexelId t, int dx, int dy) {
+  const TexelId n = beside(surface, t, dx, dy);
+  if (n < 0) return std::nullopt;
+  return TexelPair{t, n, axes.along_source(t, step_mm(surface, axes.frames, t, dx, dy))};
+}
+
+Pairs seam_pairs(const TexelMap& surface, const SourceAxes& axes, const TexelRect& rect, const RunControl& control) {
   const auto add = [&](TexelId t, Pairs& out) {
     for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}}) {
       if (beside(surface, t, dx, dy) >= 0) continue;
-      const std::array<Vec2, 1> offset{step_mm(surface, frames, t, dx, dy)};
+      const std::array<Vec2, 1> offset{step_mm(surface, axes.frames, t, dx, dy)};
       std::array<TexelNeighbor, 1> n;
-      surface.gather(t, frames, offset, n);
+      surface.gather(t, axes.frames, offset, n);
       if (n[0].texel < 0 || n[0].texel == t) continue;
-      if (n[0].offset_mm.squaredNorm() > 0.0) out.push_back({t, n[0].texel, n[0].offset_mm});
+      if (n[0].offset_mm.squaredNorm() > 0.0) out.push_back({t, n[0].texel, axes.along_source(t, n[0].offset_mm)});
     }
   };
   return parallel_reduce(

@@ -39,7 +39,17 @@ struct SynthesizedMap {
                        ///< between pixels, all else goes by the nearest one.
   ImageF control;      ///< H x W x 1, the wanted control in the source's values; may be empty.
   std::shared_ptr<const FlowFrames> frames =
-      nullptr;  ///< How the source was laid on the surface; none: as the UVs run.
+      nullptr;                           ///< How the source was laid on the surface; none: as the UVs run.
+  std::vector<std::int16_t> turns = {};  ///< Of each texel's piece against them (transfer::SourcePlace); empty: all 0.
+};
+
+/// Which way the source lies on a surface. What it is made of must outlive it.
+struct SourceAxes {
+  const FlowFrames& frames;                  ///< One a triangle.
+  std::span<const std::int16_t> turns = {};  ///< One a texel; empty: all 0.
+
+  /// A step from a texel along the source's axes there. @param step_mm  In the frame of its triangle.
+  [[nodiscard]] Vec2 along_source(TexelId t, const Vec2& step_mm) const;
 };
 
 /// A plane of `width` x `height` texels of `texel_mm`, all covered.
@@ -56,7 +66,7 @@ using CoordinateReader = std::function<void(const TexelRect& rect, const Coordin
 struct TexelPair {
   TexelId first = -1;
   TexelId second = -1;
-  Vec2 offset_mm{0, 0};  ///< From first to second, in the frame of the first.
+  Vec2 offset_mm{0, 0};  ///< From first to second, along the source's axes at the first.
 };
 
 /// Places in the source of texels: index (y * width + x) of the nearest pixel, -1 where none was read, and what lies
@@ -134,11 +144,11 @@ struct MapPart {
 };
 
 /// The texel one step away in the atlas and in the same chart. @returns nothing if there is none.
-[[nodiscard]] std::optional<TexelPair> interior_pair(const TexelMap& surface, const FlowFrames& frames, TexelId t,
-                                                     int dx, int dy);
+[[nodiscard]] std::optional<TexelPair> interior_pair(const TexelMap& surface, const SourceAxes& axes, TexelId t, int dx,
+                                                     int dy);
 /// Texels on two sides of a seam: a step of one texel (of the first one's size) over a border of its chart. Each side
 /// is seen from both. @param rect  Of the first ones; the second may lie outside.
-[[nodiscard]] std::vector<TexelPair> seam_pairs(const TexelMap& surface, const FlowFrames& frames,
-                                                const TexelRect& rect, const RunControl& control = {});
+[[nodiscard]] std::vector<TexelPair> seam_pairs(const TexelMap& surface, const SourceAxes& axes, const TexelRect& rect,
+                                                const RunControl& control = {});
 
 }  // namespace patinate::analysis

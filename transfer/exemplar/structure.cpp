@@ -21,7 +21,7 @@ constexpr double kRegionWeight = 0.3;  // Against lines: tone shows regions as w
 constexpr double kMostLines = 0.25;    // Of a map: more are regions.
 
 /// L* of a luminance in [0, 1] [CIE 15].
-float lightness_of(float luminance) {
+float lightness_of_luminance(float luminance) {
   const double y = std::max(0.0, static_cast<double>(luminance));
   return static_cast<float>(y > 216.0 / 24389.0 ? 116.0 * portable_pow(y, 1.0 / 3.0) - 16.0 : y * 24389.0 / 27.0);
 }
@@ -143,6 +143,14 @@ SourceStructure structure_of_map(const ImageF& map, const ImageF& lightness, con
 
 }  // namespace
 
+ImageF lightness_of(const ImageF& frame) {
+  ImageF lightness(frame.width(), frame.height());
+  for (int y = 0; y < frame.height(); ++y) {
+    for (int x = 0; x < frame.width(); ++x) lightness.at(x, y) = lightness_of_luminance(luminance(frame.pixel(x, y)));
+  }
+  return lightness;
+}
+
 SourceStructure line_structure(const ImageF& lightness, const ImageU8& mask, const RunControl& control) {
   return structure_of(find_lines(lightness, mask, control), mask, control);
 }
@@ -150,11 +158,7 @@ SourceStructure line_structure(const ImageF& lightness, const ImageU8& mask, con
 SourceStructure find_structure(const History& history, const ImageU8& mask, const AppearanceOptions& options,
                                const RunControl& control) {
   if (options.structure == 0.0) return {};
-  const ImageF frame = history.read_frame(history.num_frames() - 1);
-  ImageF lightness(frame.width(), frame.height());
-  for (int y = 0; y < frame.height(); ++y) {
-    for (int x = 0; x < frame.width(); ++x) lightness.at(x, y) = lightness_of(luminance(frame.pixel(x, y)));
-  }
+  const ImageF frame = history.read_frame(history.num_frames() - 1), lightness = lightness_of(frame);
   if (!options.structure_map.empty())
     return structure_of_map(history.read_control(options.structure_map), lightness, mask, control);
   SourceStructure lines = line_structure(lightness, mask, control);

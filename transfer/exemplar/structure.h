@@ -42,6 +42,8 @@ struct SourceStructure {
 /// @param mask  H x W, 0 = outside. @throws InvalidInput if there is no such control.
 [[nodiscard]] SourceStructure find_structure(const History& history, const ImageU8& mask,
                                              const AppearanceOptions& options = {}, const RunControl& control = {});
+/// H x W, L* of a frame's luminance [CIE 15]. The same bits everywhere.
+[[nodiscard]] ImageF lightness_of(const ImageF& frame);
 /// Lines of one picture. @param lightness  H x W, L*.
 [[nodiscard]] SourceStructure line_structure(const ImageF& lightness, const ImageU8& mask,
                                              const RunControl& control = {});

@@ -2,7 +2,10 @@
 /// How a history lies on a surface, kept beside the coordinates: channels `source.angle` and `source.mirror`.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "patinate/atlas/texel_map.h"
 #include "patinate/image/image.h"
@@ -12,18 +15,25 @@ namespace patinate::transfer {
 
 inline constexpr const char* kPatchChannels[2] = {"source.angle", "source.mirror"};  ///< As FrameInUv.
 
-/// Of the covered texels the frame in their UVs: angle, and 1 where mirrored. 0 outside.
+/// Of the covered texels the frame in their UVs, turned as their pieces are: angle, and 1 where mirrored. 0 outside.
 /// @param strip  A part of the atlas whose first texel is (x, y); its channels 2 and 3 are set.
-void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrames& frames);
+/// @param place_of  As results have it.
+void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrames& frames,
+               const std::function<SourcePlace(TexelId t)>& place_of);
 
 /// Sets the frames of the triangles that have texels in a tile. @throws IoError
 void read_flow_tile(const TransferManifest& manifest, const TexelMap& map, int tile, FlowFrames& frames);
 
-/// What read_flow_frames() gives of frames that were written: angles as floats. Nothing of nothing.
-[[nodiscard]] std::shared_ptr<const FlowFrames> as_stored(const std::shared_ptr<const FlowFrames>& frames,
-                                                          const TexelMap& map);
-/// The frames of a finished transfer. @param map  Over its sheet. @returns nothing where its history lies as the UVs
-/// do. @throws IoError
-[[nodiscard]] std::shared_ptr<const FlowFrames> read_flow_frames(const TransferManifest& manifest, const TexelMap& map);
+/// How a history lies on a surface.
+struct LaidFlow {
+  std::shared_ptr<const FlowFrames> frames = nullptr;  ///< Null: as the UVs run.
+  std::vector<std::int16_t> turns = {};                ///< Of each texel, as SourcePlace's; empty: all 0.
+};
+/// What read_flow() gives of a result that was written: angles as floats.
+[[nodiscard]] LaidFlow as_stored(const std::shared_ptr<const FlowFrames>& frames, std::span<const std::int16_t> turns,
+                                 const TexelMap& map);
+/// Of a finished transfer. Files keep frame and turn as one angle: a triangle's frame is that of its first texel.
+/// @param map  Over its sheet. @throws IoError
+[[nodiscard]] LaidFlow read_flow(const TransferManifest& manifest, const TexelMap& map);
 
 }  // namespace patinate::transfer

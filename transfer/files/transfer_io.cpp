@@ -312,7 +312,7 @@ void write_coordinate_tile(const fs::path& folder, const TransferTask& task, int
   if (!parts.empty()) channels.emplace_back(kIndexChannel);
   const auto fill = [&](int x, int y, ImageF& strip) {
     put_coordinates(strip, x, y, place_of, map.width(), history.width);
-    if (task.input.frames) put_patch(strip, x, y, map, *task.input.frames);
+    if (task.input.frames) put_patch(strip, x, y, map, *task.input.frames, place_of);
     if (!parts.empty()) put_index(strip, parts);
   };
   write_tile(folder / coordinate_tile_file(task, tile), map.sheet(), tile, channels, fill, run);

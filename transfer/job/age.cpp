@@ -115,7 +115,8 @@ AgedMesh age_surface(const std::shared_ptr<const History>& history, const AgingS
           .surface = surface,
           .controls = std::move(input.controls),
           .used = result.used,
-          .frames = std::move(frames)};
+          .frames = std::move(frames),
+          .turns = std::move(result.turns)};
 }
 
 AgedMesh age_mesh(const std::shared_ptr<const History>& history, Mesh mesh, std::string_view control,

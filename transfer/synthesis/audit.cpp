@@ -111,7 +111,8 @@ std::size_t audit_on_device(const SearchDevice* device, const SynthesisLevel& le
 std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighborhood& neighborhood,
                                        const CoordinateMap& coordinates, std::span<const TexelId> texels,
                                        double coherence_share, std::span<const double> control_weights,
-                                       const RunControl& control, const SearchDevice* device) {
+                                       const RunControl& control, const SearchDevice* device,
+                                       std::span<const Turn> turns) {
   const SourceLevel& source = level.source;
   const EnergyScale scale = EnergyScale::make(source, coherence_share, control_weights);
   std::vector<AuditedTexel> costs(texels.size());
@@ -120,8 +121,8 @@ std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighb
     const std::int32_t own = coordinates[static_cast<std::size_t>(texels[i])];
     if (own >= 0 && source.is_usable[static_cast<std::size_t>(own)] != 0) audited.push_back(i);
   }
-  const std::size_t done =
-      audit_on_device(device, level, neighborhood, coordinates, texels, audited, scale, control, costs);
+  const std::size_t done = audit_on_device(turns.empty() ? device : nullptr, level, neighborhood, coordinates, texels,
+                                           audited, scale, control, costs);
   if (done == audited.size()) return costs;
   RunControl silent = control;
   silent.on_progress = nullptr;
@@ -134,7 +135,8 @@ std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighb
                  for (std::int64_t k = begin; k < end; ++k) {
                    const std::size_t i = audited[done + static_cast<std::size_t>(k)];
                    const std::int32_t own = coordinates[static_cast<std::size_t>(texels[i])];
-                   cost.prepare(texels[i], coordinates, scale);
+                   cost.prepare(texels[i], coordinates, scale,
+                                turns.empty() ? Turn{0} : turns[static_cast<std::size_t>(texels[i])]);
                    costs[i] = {.own = cost.total(own, std::numeric_limits<std::int64_t>::max()),
                                .least = search.find(cost, whole, likely_pixels(source, cost, coordinates, own)).cost};
                  }

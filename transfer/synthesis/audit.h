@@ -43,11 +43,13 @@ struct AuditedTexel {
 /// The least cost is that over all usable pixels of the source; WindowSearch finds it without looking at every one.
 /// @param coordinates  Pixels of level.source for those texels and what they look at; -1 = none, as outside.
 /// @param device  Searches, some thousand texels at a time; what it fails at the CPU does. Null: the CPU alone.
+/// @param turns  Of the texels' pieces: a texel is compared as its own is turned, on the CPU. Empty: all 0.
 [[nodiscard]] std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighborhood& neighborhood,
                                                      const CoordinateMap& coordinates, std::span<const TexelId> texels,
                                                      double coherence_share, std::span<const double> control_weights,
                                                      const RunControl& control = {},
-                                                     const SearchDevice* device = nullptr);
+                                                     const SearchDevice* device = nullptr,
+                                                     std::span<const Turn> turns = {});
 /// Of the texels of all parts, in their order. All ratios are at least 1.
 [[nodiscard]] OptimumAudit summary_of(std::span<const AuditedTexel> texels);
 

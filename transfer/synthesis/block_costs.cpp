@@ -18,7 +18,11 @@ int num_blocks(int texels) { return (texels + kBlock - 1) / kBlock; }
 
 BlockCosts::BlockCosts(const DestinationLevel& destination, const RefinedRegion& region,
                        const TexelNeighborhood& beside, const SeamFeatures& features)
-    : map_(*destination.map), region_(region), beside_(beside), features_(features) {
+    : map_(*destination.map),
+      turns_(destination.placement.turns.get()),
+      region_(region),
+      beside_(beside),
+      features_(features) {
   std::size_t num = 0;
   for (const TexelRect& rect : region.rects) {
     blocks_.push_back(
@@ -85,11 +89,14 @@ TexelId BlockCosts::texel_in(std::size_t block) const {
 }
 
 std::int64_t BlockCosts::texel_cost(TexelId t, TexelNeighborhood::Cursor& cursor, const PlaceMap& places) const {
-  const FixedPoint here = places.point(t);
+  const Place here = places.at(t);
   std::int64_t sum = 0;
   for_each_pair(t, cursor.at(t).subspan(beside_.first_adjacent()), map_.width(),
                 [&](const PixelNeighbor& n, bool is_earlier, int weight) {
-                  if (!is_earlier) sum += weight * features_.seam(here, places.point(n.texel), {n.x, n.y});
+                  if (is_earlier) return;
+                  const Turn turn =
+                      turns_ == nullptr ? Turn{0} : turns_->between(map_.triangle(t), map_.triangle(n.texel));
+                  sum += weight * features_.seam(here, places.at(n.texel), {n.x, n.y}, turn);
                 });
   return sum;
 }

@@ -38,6 +38,7 @@ class BlockCosts {
   [[nodiscard]] std::int64_t texel_cost(TexelId t, TexelNeighborhood::Cursor& cursor, const PlaceMap& places) const;
 
   const TexelMap& map_;
+  const FrameTurns* turns_;
   const RefinedRegion& region_;
   const TexelNeighborhood& beside_;
   const SeamFeatures& features_;

@@ -1,5 +1,6 @@
 #include "transfer/synthesis/energy.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -56,8 +57,17 @@ void TexelCost::visit(TexelId texel) {
   texel_ = texel;
 }
 
-void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale) {
+void TexelCost::prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale, Turn turn) {
   visit(texel);
+  if (turn != 0) {  // What lies beside the texel lies there turned in the source.
+    turned_.assign(neighbors_.begin(), neighbors_.end());
+    for (PixelNeighbor& n : turned_) {
+      const FixedPoint p = turned({n.x, n.y}, turn);
+      n.x = static_cast<std::int16_t>(p.x), n.y = static_cast<std::int16_t>(p.y);
+    }
+    neighbors_ = turned_;
+    texel_ = -1;
+  }
   cost_tables_ = cost_tables(neighborhood_, scale);
   std::fill(known_at_.begin(), known_at_.end(), -1);
   search_kernel::gather_known(&source_tables_, &cost_tables_, coordinates.data(), texel, neighbors_.data(), &known_,
@@ -175,13 +185,14 @@ std::array<double, 4> error_quarters(const EnergyFigures& figures) {
 
 /// Adds the pairs (t, right) and (t, below) of one texel.
 void count_coherent_pairs(const DestinationLevel& destination, const SourceLevel& source,
-                          const CoordinateMap& coordinates, TexelId t, EnergyFigures& figures) {
+                          const CoordinateMap& coordinates, TexelId t, Turn turn, EnergyFigures& figures) {
   // Of a pixel, or of a texel where that is more: both ends are rounded to half of one.
   const double tolerance =
       0.99 * std::max(1.0, destination.map->median_texel_size_mm() / destination.neighbors->pixel_mm());
   const int w = destination.map->width();
   const auto chart = destination.map->chart(t);
-  const Eigen::Matrix2d steps = destination.neighbors->pixels_per_texel(destination.map->triangle(t));
+  const Eigen::Matrix2d steps =
+      Eigen::Rotation2Dd(radians_of(turn)) * destination.neighbors->pixels_per_texel(destination.map->triangle(t));
   const auto count = [&](TexelId neighbor, int column) {
     if (destination.map->chart(neighbor) != chart) return;
     const std::int32_t a = coordinates[static_cast<std::size_t>(t)],
@@ -206,8 +217,8 @@ EnergyScale full_scale(const SourceLevel& source, std::span<const double> contro
 
 EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel& destination,
                               const Neighborhood& neighborhood, const CoordinateMap& coordinates,
-                              std::span<const double> control_weights, const RunControl& control,
-                              const CostSums* sums) {
+                              std::span<const double> control_weights, const RunControl& control, const CostSums* sums,
+                              std::span<const Turn> turns) {
   const EnergyScale parts = full_scale(source, control_weights);
   EnergyFigures all;
   std::mutex all_mutex;
@@ -219,8 +230,9 @@ EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel&
                  for (std::int64_t i = begin; i < end; ++i, ++at) {
                    const TexelId t = *at;
                    const std::int32_t s = coordinates[static_cast<std::size_t>(t)];
+                   const Turn turn = turns.empty() ? Turn{0} : turns[static_cast<std::size_t>(t)];
                    if (sums == nullptr) {
-                     cost.prepare(t, coordinates, parts);
+                     cost.prepare(t, coordinates, parts, turn);
                      some.coherence.add(cost.coherence(s));
                      some.control.add(cost.control(s));
                    }
@@ -231,7 +243,7 @@ EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel&
                    some.missed[static_cast<std::size_t>(wanted)] += missed;
                    some.difference += missed;
                    ++some.differences[static_cast<std::size_t>(missed)];
-                   count_coherent_pairs(destination, source, coordinates, t, some);
+                   count_coherent_pairs(destination, source, coordinates, t, turn, some);
                  }
                  some.num_texels = end - begin;
                  const std::lock_guard lock(all_mutex);
@@ -268,8 +280,9 @@ EnergyReport EnergyFigures::report(const SourceLevel& source, double coherence_s
 
 EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& destination,
                             const Neighborhood& neighborhood, const CoordinateMap& coordinates, double coherence_share,
-                            std::span<const double> control_weights, const RunControl& control, const CostSums* sums) {
-  return measure_figures(source, destination, neighborhood, coordinates, control_weights, control, sums)
+                            std::span<const double> control_weights, const RunControl& control, const CostSums* sums,
+                            std::span<const Turn> turns) {
+  return measure_figures(source, destination, neighborhood, coordinates, control_weights, control, sums, turns)
       .report(source, coherence_share);
 }
 

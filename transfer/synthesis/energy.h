@@ -23,6 +23,7 @@
 #include "patinate/transfer/transfer.h"
 #include "transfer/synthesis/levels.h"
 #include "transfer/synthesis/search_kernel.h"
+#include "transfer/synthesis/turns.h"
 
 namespace patinate::transfer {
 
@@ -65,8 +66,8 @@ class TexelCost {
   /// Looks up the neighbors of a texel: what neighbor() and adjacent() tell.
   void visit(TexelId texel);
   /// Visits it, and gathers the neighbors that have coordinates and lie within the radius, those of most weight first.
-  /// O(neighborhood).
-  void prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale);
+  /// O(neighborhood). @param turn  Of the pieces that are tried.
+  void prepare(TexelId texel, const CoordinateMap& coordinates, const EnergyScale& scale, Turn turn = 0);
   /// Of the whole energy. Stops early and returns something >= bound when it cannot be below `bound`.
   [[nodiscard]] std::int64_t total(std::int32_t source_pixel, std::int64_t bound) const;
   /// The same of a place beside the middle of its pixel: neighbors are compared with the pixels nearest to where they
@@ -105,6 +106,7 @@ class TexelCost {
   const Neighborhood& neighborhood_;
   TexelNeighborhood::Cursor cursor_;
   TexelId texel_ = -1;
+  std::vector<PixelNeighbor> turned_;
   std::span<const PixelNeighbor> neighbors_;
   mutable search_kernel::KnownNeighbors known_;  ///< Room for what is seen from beside a pixel is scratch.
   std::vector<std::int32_t> known_at_;           ///< By offset: which of them is its neighbor; -1 = not known.
@@ -141,16 +143,18 @@ struct CostSums {
 };
 /// Each part with the full weight, so that figures do not depend on rounding by a share.
 [[nodiscard]] EnergyScale full_scale(const SourceLevel& source, std::span<const double> control_weights);
-/// Of the texels of the level. @param sums  Of full_scale(); null: they are found here.
+/// Of the texels of the level. @param turns  Of their pieces; empty: none is turned. @param sums  Of full_scale();
+/// null: they are found here.
 [[nodiscard]] EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel& destination,
                                             const Neighborhood& neighborhood, const CoordinateMap& coordinates,
                                             std::span<const double> control_weights, const RunControl& control = {},
-                                            const CostSums* sums = nullptr);
+                                            const CostSums* sums = nullptr, std::span<const Turn> turns = {});
 
 /// Every neighbor known, whatever order made the map: figures of different methods can be compared.
 [[nodiscard]] EnergyReport measure_energy(const SourceLevel& source, const DestinationLevel& destination,
                                           const Neighborhood& neighborhood, const CoordinateMap& coordinates,
                                           double coherence_share, std::span<const double> control_weights,
-                                          const RunControl& control = {}, const CostSums* sums = nullptr);
+                                          const RunControl& control = {}, const CostSums* sums = nullptr,
+                                          std::span<const Turn> turns = {});
 
 }  // namespace patinate::transfer

@@ -17,6 +17,8 @@
 
 namespace patinate::transfer {
 
+class FrameTurns;
+
 struct Offset {
   int x = 0, y = 0;
 };
@@ -68,9 +70,10 @@ struct SourceLevel {
 
 /// How a source lies on the surface.
 struct SourcePlacement {
-  std::shared_ptr<const FlowFrames> frames;  ///< Which way its rows and columns run.
-  double pixel_mm = 1.0;                     ///< Surface length of a source pixel of this level.
-  double step_mm = 1.0;                      ///< Of an offset of 1: about a pixel, and about a texel.
+  std::shared_ptr<const FlowFrames> frames;           ///< Which way its rows and columns run.
+  double pixel_mm = 1.0;                              ///< Surface length of a source pixel of this level.
+  double step_mm = 1.0;                               ///< Of an offset of 1: about a pixel, and about a texel.
+  std::shared_ptr<const FrameTurns> turns = nullptr;  ///< Pieces may turn against the frames; null: they follow them.
 };
 
 /// What a process holds of a level of which it works on a part only: arrays over all texels, of zeros where it does not

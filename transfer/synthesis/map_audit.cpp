@@ -110,7 +110,7 @@ OptimumAudit audit_map(const History& history, const MapToAudit& made, const Tra
   }
   return summary_of(audit_texels(auditor.level, auditor.neighborhood, level_pixels(made, history.facts(), auditor),
                                  drawn, *auditor.options.coherence_share, auditor.weights, control.part(0.6, 1.0),
-                                 made.device.get()));
+                                 made.device.get(), made.turns));
 }
 
 std::vector<AuditedTexel> audit_tile(const History& history, const MapToAudit& made, const TileToAudit& tile,

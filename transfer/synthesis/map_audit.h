@@ -30,6 +30,7 @@ struct MapToAudit {
   double pixel_mm = 1.0;                               ///< Surface length of one pixel of the history.
   std::vector<FollowedControl> controls;               ///< At least one.
   std::shared_ptr<const FlowFrames> frames = nullptr;  ///< As TransferInput's.
+  std::vector<std::int16_t> turns = {};                ///< As SourcePlace's; empty: all 0.
   ImageU8 source_mask = {};  ///< What could be copied, instead of the history's mask; empty: that.
   std::shared_ptr<const SearchDevice> device = nullptr;  ///< Searches, with the CPU's figures; none: the CPU.
 };

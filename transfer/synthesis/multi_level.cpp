@@ -51,9 +51,12 @@ PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neigh
   PlaceMap places = initial_places(levels[coarsest], seed, silent);
   SimilarPixels similar;
   double done = 0.0, total = 0.0;
+  const auto passes_on = [&](std::size_t l) {
+    if (l + 1 < refinement.num_levels && levels[l].destination.placement.turns != nullptr) return 0;
+    return l == 0 ? options.fine_passes : options.coarse_passes;
+  };
   const auto work = [&](std::size_t l) {
-    return static_cast<double>(levels[l].destination.texels.size()) *
-           ((l == 0 ? options.fine_passes : options.coarse_passes) + refinement.num_passes);
+    return static_cast<double>(levels[l].destination.texels.size()) * (passes_on(l) + refinement.num_passes);
   };
   for (std::size_t l = 0; l < levels.size(); ++l) total += work(l);
   for (std::size_t l = levels.size(); l-- > finest;) {
@@ -66,7 +69,7 @@ PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neigh
     }
     const EnergyScale scale =
         EnergyScale::make(level.source, coherence_of_level(l, coarsest, coherence_share, options), control_weights);
-    const int num_passes = l == 0 ? options.fine_passes : options.coarse_passes;
+    const int num_passes = passes_on(l);
     Improver improver(level, neighborhood, similar, scale, options.num_random, seed, device);
     for (int pass = 0; pass < num_passes; ++pass) {
       const bool is_last = l == 0 && pass + 1 == num_passes;  // The last word is the energy's.

@@ -25,7 +25,8 @@ struct LevelRefinement {
   std::function<void(std::size_t index, const SynthesisLevel& level, const SimilarPixels& similar, PlaceMap& places,
                      const RunControl& control)>
       refine = {};
-  double num_passes = 0.0;  ///< It takes about as long as so many passes; for progress only.
+  double num_passes = 0.0;     ///< It takes about as long as so many passes; for progress only.
+  std::size_t num_levels = 0;  ///< The finest ones; on the others nothing is done.
 };
 
 /// Starts on the coarsest level from pixels of similar control value. Each pass visits the texels in four interleaved
@@ -37,6 +38,9 @@ struct LevelRefinement {
 /// texel is visited again only if it or one beside it has changed since. A set is decided from the state before it, so
 /// that order and threads do not matter. [Lefebvre and Hoppe 2005, "Parallel controllable texture synthesis"; Tong et
 /// al. 2002]
+///
+/// Where pieces turn against the frames (turns.h), which a pass does not know, only refinement goes on behind the first
+/// level that is refined.
 ///
 /// Cost: on each level one visit of all texels and about half as many again, two on the finest; up to about 50 costs a
 /// visit, fewer in coherent regions. Same bits for any number of threads and instruction set.

@@ -21,10 +21,15 @@ constexpr std::int32_t kAmountCost =
 constexpr std::int32_t kReuseCost = 40;     // Of a piece that is there twice as often as it should be.
 constexpr std::int32_t kNever = 1'000'000;  // Cost of a texel where nothing can be copied.
 
-FixedPoint operator+(const FixedPoint& a, const FixedPoint& b) { return {a.x + b.x, a.y + b.y}; }
 FixedPoint operator-(const FixedPoint& a, const FixedPoint& b) { return {a.x - b.x, a.y - b.y}; }
-bool is_near(const FixedPoint& a, const FixedPoint& b, std::int32_t most) {
-  return std::abs(a.x - b.x) <= most && std::abs(a.y - b.y) <= most;
+bool is_near(const PieceCenter& a, const PieceCenter& b, std::int32_t most) {
+  constexpr int kAlike = kFullTurn / 64;  // Turns by less are one.
+  return std::abs(a.point.x - b.point.x) <= most && std::abs(a.point.y - b.point.y) <= most &&
+         std::abs(difference_of(a.turn, b.turn)) <= kAlike;
+}
+/// The center of the piece that shows a place at a texel of a patch. @param turn  Of the piece at the center.
+PieceCenter center_of(const FixedPoint& point, const FixedPoint& offset, Turn turn) {
+  return {point - turned(offset, turn), turn};
 }
 FixedPoint middle_of(std::int32_t pixel, std::int32_t width) {
   return {pixel % width * kOnePixel, pixel / width * kOnePixel};
@@ -56,29 +61,29 @@ void PatchCut::begin(const SurfacePatch& patch, const PlaceMap& places) {
     unary_cost_.push_back(unary(t.texel, current_.back()));
   }
   for (const PatchEdge& e : patch.edges) {
-    const FixedPoint& first = current_[static_cast<std::size_t>(e.first)].point;
-    outside_.push_back(e.second < 0 ? places.point(e.outside) : FixedPoint{});
-    const FixedPoint& second = e.second < 0 ? outside_.back() : current_[static_cast<std::size_t>(e.second)].point;
-    seam_cost_.push_back(e.weight * task_.features.seam(first, second, e.step));
+    const Place& first = current_[static_cast<std::size_t>(e.first)];
+    outside_.push_back(e.second < 0 ? places.at(e.outside) : Place{});
+    const Place& second = e.second < 0 ? outside_.back() : current_[static_cast<std::size_t>(e.second)];
+    seam_cost_.push_back(e.weight * task_.features.seam(first, second, e.step, e.turn));
   }
 }
 
-std::int64_t PatchCut::score(const FixedPoint& center, std::int64_t bound) const {
+std::int64_t PatchCut::score(const PieceCenter& center, std::int64_t bound) const {
   std::int64_t sum = 0;
   for (const ControlSample& s : spread_) {
-    const FixedPoint at = center + s.offset;
+    const FixedPoint at = center.at(s.offset);
     const std::int32_t pixel = task_.features.pixel_at(at.x, at.y);
     sum += spread_weight_ * (pixel < 0 ? kMostOff : task_.control_cost.at(task_.destination.target(s.texel), pixel));
   }
   for (std::size_t i = 0; i < rim_.size() && sum < bound; ++i) {
-    const FixedPoint at = center + rim_[i].offset;
+    const FixedPoint at = center.at(rim_[i].offset);
     const std::int32_t pixel = task_.features.pixel_at(at.x, at.y);
     sum += rim_weight_ * (pixel < 0 ? 2 * kMostOff : std::min(kMostOff, task_.features.distance(pixel, rim_[i].pixel)));
   }
   return sum;
 }
 
-void PatchCut::consider(const FixedPoint& center) {
+void PatchCut::consider(const PieceCenter& center) {
   const auto num_kept = static_cast<std::size_t>(task_.num_tried);
   const std::int64_t bound = best_.size() < num_kept ? std::numeric_limits<std::int64_t>::max() : best_.back().score;
   for (const Candidate& c : best_) {
@@ -104,10 +109,10 @@ void PatchCut::settle(Candidate& candidate) const {
     bool moved = true;
     for (int round = 0; moved && round < 3; ++round) {
       moved = false;
-      const FixedPoint from = candidate.center;
+      const PieceCenter from = candidate.center;
       for (const FixedPoint& d :
            {FixedPoint{step, 0}, FixedPoint{-step, 0}, FixedPoint{0, step}, FixedPoint{0, -step}}) {
-        const FixedPoint center{from.x + d.x * kOnePixel, from.y + d.y * kOnePixel};
+        const PieceCenter center{{from.point.x + d.x * kOnePixel, from.point.y + d.y * kOnePixel}, from.turn};
         const std::int64_t s = score(center, candidate.score);
         if (s >= candidate.score) continue;
         candidate = {center, s};
@@ -117,14 +122,18 @@ void PatchCut::settle(Candidate& candidate) const {
   }
 }
 
-std::vector<FixedPoint> PatchCut::common_centers(const SurfacePatch& patch) const {
+std::vector<PieceCenter> PatchCut::common_centers(const SurfacePatch& patch) const {
   struct Vote {
     std::int64_t key;
     std::size_t texel;
   };
+  const auto center_at = [&](std::size_t i) {
+    const PatchTexel& t = patch.texels[i];
+    return center_of(current_[i].point, t.offset, difference_of(current_[i].turn, t.turn));
+  };
   std::vector<Vote> votes;
   for_each_of(patch.texels.size(), 1024, [&](std::size_t i) {
-    const FixedPoint center = current_[i].point - patch.texels[i].offset;
+    const FixedPoint center = center_at(i).point;
     votes.push_back({(std::int64_t{whole_pixels(center.y)} << 32) + whole_pixels(center.x), i});
   });
   std::stable_sort(votes.begin(), votes.end(), [](const Vote& a, const Vote& b) { return a.key < b.key; });
@@ -136,10 +145,10 @@ std::vector<FixedPoint> PatchCut::common_centers(const SurfacePatch& patch) cons
     i = end;
   }
   std::stable_sort(counted.begin(), counted.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  std::vector<FixedPoint> centers;
+  std::vector<PieceCenter> centers;
   for (const auto& [count, i] : counted) {
     if (centers.size() == kNumCommon || count < 8) break;
-    centers.push_back(current_[i].point - patch.texels[i].offset);
+    centers.push_back(center_at(i));
   }
   return centers;
 }
@@ -170,25 +179,30 @@ void PatchCut::find_candidates(const SurfacePatch& patch, RandomStream random) {
   const std::int32_t width = task_.source.width();
   for (std::size_t i = 0; i < rim_.size(); ++i) {
     const std::int32_t pixel = rim_[i].pixel;
-    consider(current_[rim_texels[i]].point - rim_[i].offset);
+    const Place& place = current_[rim_texels[i]];
+    const Turn turn = difference_of(place.turn, patch.texels[rim_texels[i]].turn);
+    consider(center_of(place.point, rim_[i].offset, turn));
     for (std::int32_t other : task_.similar[static_cast<std::size_t>(pixel)]) {
-      if (other >= 0) consider(middle_of(other, width) - rim_[i].offset);
+      if (other >= 0) consider(center_of(middle_of(other, width), rim_[i].offset, turn));
     }
   }
   const auto alike = task_.source.similar(task_.destination.target(patch.texels[0].texel), 2 * kSimilarTolerance);
-  for (int i = 0; i < task_.num_random; ++i)
-    consider(middle_of(alike[random.below(static_cast<std::uint32_t>(alike.size()))], width));
+  for (int i = 0; i < task_.num_random; ++i) {
+    const std::size_t like = rim_texels.empty() ? 0 : rim_texels[static_cast<std::size_t>(i) % rim_texels.size()];
+    const FixedPoint point = middle_of(alike[random.below(static_cast<std::uint32_t>(alike.size()))], width);
+    consider({point, difference_of(current_[like].turn, patch.texels[like].turn)});
+  }
   for (Candidate& c : best_) settle(c);
 }
 
-std::int64_t PatchCut::lay(const SurfacePatch& patch, const FixedPoint& center) {
+std::int64_t PatchCut::lay(const SurfacePatch& patch, const PieceCenter& center) {
   const std::size_t n = patch.texels.size(), m = patch.edges.size();
   std::vector<Place> laid(n);
   std::vector<std::int32_t> laid_unary(n);
   std::vector<std::uint8_t> is_same(n);  // As it is: its pairs cost what they cost.
   bool is_new = false;
   for (std::size_t i = 0; i < n; ++i) {
-    laid[i] = place_at(task_.source, center + patch.texels[i].offset);
+    laid[i] = place_at(task_.source, center.at(patch.texels[i].offset), sum_of(center.turn, patch.texels[i].turn));
     is_same[i] = laid[i] == current_[i];
     is_new |= is_same[i] == 0;
     laid_unary[i] = unary(patch.texels[i].texel, laid[i]);
@@ -212,23 +226,21 @@ std::int64_t PatchCut::lay(const SurfacePatch& patch, const FixedPoint& center) 
     const PatchEdge& edge = patch.edges[e];
     const auto i = static_cast<std::size_t>(edge.first);
     const bool is_possible = laid[i].pixel >= 0;
-    const auto seam = [&](const FixedPoint& a, const FixedPoint& b) {
-      return edge.weight * task_.features.seam(a, b, edge.step);
+    const auto seam = [&](const Place& a, const Place& b) {
+      return edge.weight * task_.features.seam(a, b, edge.step, edge.turn);
     };
     if (edge.second < 0) {
-      costs[e].first = is_same[i] != 0 ? seam_cost_[e] : is_possible ? seam(laid[i].point, outside_[e]) : 0;
+      costs[e].first = is_same[i] != 0 ? seam_cost_[e] : is_possible ? seam(laid[i], outside_[e]) : 0;
       keeps[i] += seam_cost_[e];
       takes[i] += costs[e].first;
       continue;
     }
     const auto j = static_cast<std::size_t>(edge.second);
     const bool second_is_possible = laid[j].pixel >= 0;
-    if (is_possible) costs[e].first = is_same[i] != 0 ? seam_cost_[e] : seam(laid[i].point, current_[j].point);
-    if (second_is_possible) costs[e].second = is_same[j] != 0 ? seam_cost_[e] : seam(current_[i].point, laid[j].point);
+    if (is_possible) costs[e].first = is_same[i] != 0 ? seam_cost_[e] : seam(laid[i], current_[j]);
+    if (second_is_possible) costs[e].second = is_same[j] != 0 ? seam_cost_[e] : seam(current_[i], laid[j]);
     if (is_possible && second_is_possible)
-      costs[e].both = is_same[i] != 0   ? costs[e].second
-                      : is_same[j] != 0 ? costs[e].first
-                                        : seam(laid[i].point, laid[j].point);
+      costs[e].both = is_same[i] != 0 ? costs[e].second : is_same[j] != 0 ? costs[e].first : seam(laid[i], laid[j]);
     // E = keep + (first - keep) x_i + (both - first) x_j + (first + second - keep - both) (1 - x_i) x_j
     const std::int32_t keep = seam_cost_[e], first = costs[e].first, second = costs[e].second, both = costs[e].both;
     takes[i] += first - keep;
@@ -265,11 +277,11 @@ std::int64_t PatchCut::improve(const SurfacePatch& patch, const PlaceMap& places
   if (patch.texels.size() < 2) return 0;
   begin(patch, places);
   find_candidates(patch, random);
-  std::vector<FixedPoint> centers;
+  std::vector<PieceCenter> centers;
   for (const Candidate& c : best_) centers.push_back(c.center);
-  for (const FixedPoint& c : common_centers(patch)) centers.push_back(c);
+  for (const PieceCenter& c : common_centers(patch)) centers.push_back(c);
   std::int64_t gain = 0;
-  for (const FixedPoint& center : centers) {
+  for (const PieceCenter& center : centers) {
     control.throw_if_stopped();
     gain += lay(patch, center);
   }

@@ -28,6 +28,18 @@ struct CutTask {
   int num_tried = 4;     ///< The best of all looked at: as many cuts.
 };
 
+/// A piece of the source, by what a patch's center shows of it.
+struct PieceCenter {
+  FixedPoint point;
+  Turn turn = 0;
+
+  /// Where the piece shows what lies at `offset` from the center.
+  [[nodiscard]] FixedPoint at(const FixedPoint& offset) const {
+    const FixedPoint step = turned(offset, turn);
+    return {point.x + step.x, point.y + step.y};
+  }
+};
+
 /// One for each thread.
 class PatchCut {
  public:
@@ -47,24 +59,24 @@ class PatchCut {
   /// The two steps of improve(): takes the patch as it is, ...
   void begin(const SurfacePatch& patch, const PlaceMap& places);
   /// ... and lays one piece over it, so that the patch's center gets the place `center`. @returns as improve().
-  [[nodiscard]] std::int64_t lay(const SurfacePatch& patch, const FixedPoint& center);
+  [[nodiscard]] std::int64_t lay(const SurfacePatch& patch, const PieceCenter& center);
 
  private:
   /// The place of the patch's center if a piece of the source is laid over it.
   struct Candidate {
-    FixedPoint center;
+    PieceCenter center;
     std::int64_t score = 0;
   };
   void find_candidates(const SurfacePatch& patch, RandomStream random);
-  void consider(const FixedPoint& center);
-  [[nodiscard]] std::int64_t score(const FixedPoint& center, std::int64_t bound) const;
+  void consider(const PieceCenter& center);
+  [[nodiscard]] std::int64_t score(const PieceCenter& center, std::int64_t bound) const;
   void settle(Candidate& candidate) const;
-  [[nodiscard]] std::vector<FixedPoint> common_centers(const SurfacePatch& patch) const;
+  [[nodiscard]] std::vector<PieceCenter> common_centers(const SurfacePatch& patch) const;
   [[nodiscard]] std::int32_t unary(TexelId texel, const Place& place) const;
 
   const CutTask& task_;
   std::vector<Place> current_;
-  std::vector<FixedPoint> outside_;       ///< By edge: the place of its texel outside.
+  std::vector<Place> outside_;            ///< By edge: the place of its texel outside.
   std::vector<std::int32_t> seam_cost_;   ///< By edge, of the current places.
   std::vector<std::int32_t> unary_cost_;  ///< By texel.
 

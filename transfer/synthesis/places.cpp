@@ -61,6 +61,8 @@ PlaceMap initial_places(const SynthesisLevel& level, std::uint64_t seed, const R
 PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level, const SynthesisLevel& fine_level,
                   std::uint64_t seed, const RunControl& control) {
   PlaceMap fine = initial_places(fine_level, seed, control);
+  const FrameTurns* const frame_turns = fine_level.destination.placement.turns.get();
+  if (frame_turns != nullptr) fine.keep_turns();
   const TexelMap &fine_map = *fine_level.destination.map, &coarse_map = *coarse_level.destination.map;
   const auto place_some = [&](std::int64_t begin, std::int64_t end) {
     Eigen::Matrix2d half_step = Eigen::Matrix2d::Zero();  // Of half a fine texel.
@@ -80,12 +82,16 @@ PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level, co
       }
       // Middles of pixels are whole numbers, so that a coarse pixel's middle lies half a fine pixel beside one.
       const Vec2 beside = half_step * Vec2(2 * (x - 2 * px) - 1, 2 * (y - 2 * py) - 1);
+      const Turn turn = frame_turns == nullptr
+                            ? Turn{0}
+                            : sum_of(parent.turn, frame_turns->between(coarse_map.triangle(above), triangle));
+      const FixedPoint step = turned({rounded_to_step(beside.x()), rounded_to_step(beside.y())}, turn);
       const auto doubled = [&](std::int32_t along) {
         return 2 * (along - coarse_level.source.margin_px * kPlaceUnit) + kPlaceUnit / 2 +
                fine_level.source.margin_px * kPlaceUnit;
       };
-      const Place place = place_at(fine_level.source, {doubled(parent.point.x) + rounded_to_step(beside.x()),
-                                                       doubled(parent.point.y) + rounded_to_step(beside.y())});
+      const Place place =
+          place_at(fine_level.source, {doubled(parent.point.x) + step.x, doubled(parent.point.y) + step.y}, turn);
       if (place.pixel >= 0) fine.set(t, place);
     }
   };

@@ -9,25 +9,20 @@
 
 #include "transfer/synthesis/energy.h"
 #include "transfer/synthesis/search_kernel.h"
+#include "transfer/synthesis/turns.h"
 
 namespace patinate::transfer {
-
-/// In 1/256 pixel; middles of pixels are multiples of 256. A source is at most kLargestSource_px wide and high.
-struct FixedPoint {
-  std::int32_t x = 0, y = 0;
-  friend bool operator==(const FixedPoint&, const FixedPoint&) = default;
-};
-inline constexpr int kLargestSource_px = 4'000'000;
 
 /// A place in the source. Where texels are turned or scaled against it, a copied piece keeps its shape only if
 /// fractions are carried on from texel to texel.
 struct Place {
   std::int32_t pixel = -1;  ///< y * width + x of the nearest pixel; -1 = none.
   FixedPoint point;
+  Turn turn = 0;  ///< Of the piece against the texel's frame.
   friend bool operator==(const Place&, const Place&) = default;
 };
 
-/// The places of all texels, in 6 bytes each: pixels, and how far beside their middles.
+/// The places of all texels, in 6 bytes each: pixels, and how far beside their middles; 2 more where pieces turn.
 class PlaceMap {
  public:
   /// In 1/256 pixel, [-128, 127].
@@ -53,19 +48,27 @@ class PlaceMap {
   }
   [[nodiscard]] Place at(TexelId t) const {
     const std::int32_t pixel = pixels[static_cast<std::size_t>(t)];
-    return pixel < 0 ? Place{} : Place{pixel, point(t)};
+    return pixel < 0 ? Place{} : Place{pixel, point(t), turn(t)};
   }
   /// As results have it.
   [[nodiscard]] SourcePlace source_place(TexelId t) const {
     const auto i = static_cast<std::size_t>(t);
-    return {pixels[i], beside_[2 * i], beside_[2 * i + 1]};
+    return {pixels[i], beside_[2 * i], beside_[2 * i + 1], turn(t)};
   }
   void set(TexelId t, std::int32_t pixel, Beside beside) {
     pixels[static_cast<std::size_t>(t)] = pixel;
     beside_[2 * static_cast<std::size_t>(t)] = beside.x;
     beside_[2 * static_cast<std::size_t>(t) + 1] = beside.y;
   }
-  void set(TexelId t, const Place& place) { set(t, place.pixel, beside_of(place)); }
+  void set(TexelId t, const Place& place) {
+    set(t, place.pixel, beside_of(place));
+    if (!turns_.empty()) turns_[static_cast<std::size_t>(t)] = place.turn;
+  }
+  /// From now on turns are kept; 0 so far.
+  void keep_turns() { turns_ = ZeroedVector<Turn>(pixels.size()); }
+  [[nodiscard]] Turn turn(TexelId t) const { return turns_.empty() ? Turn{0} : turns_[static_cast<std::size_t>(t)]; }
+  /// Empty: none are kept.
+  [[nodiscard]] std::span<const Turn> turns() const { return turns_; }
   [[nodiscard]] static Beside beside_of(const Place& place) {
     const auto rest = [](std::int32_t fixed) { return static_cast<std::int8_t>(search_kernel::beside_middle(fixed)); };
     return {rest(place.point.x), rest(place.point.y)};
@@ -81,6 +84,7 @@ class PlaceMap {
 
  private:
   ZeroedVector<std::int8_t> beside_;
+  ZeroedVector<Turn> turns_;
   std::int32_t width_;
   int shift_;
   std::uint64_t reciprocal_;
@@ -91,12 +95,12 @@ class PlaceMap {
   return {pixel, {pixel % source.width() * PixelNeighbor::kOne, pixel / source.width() * PixelNeighbor::kOne}};
 }
 /// Pixel -1 where no usable pixel is.
-[[nodiscard]] inline Place place_at(const SourceLevel& source, const FixedPoint& p) {
+[[nodiscard]] inline Place place_at(const SourceLevel& source, const FixedPoint& p, Turn turn = 0) {
   const std::int32_t x = whole_pixels(p.x), y = whole_pixels(p.y);
   if (x < 0 || y < 0 || x >= source.width() || y >= source.height()) return {};
   const std::int32_t pixel = y * source.width() + x;
   if (source.is_usable[static_cast<std::size_t>(pixel)] == 0) return {};
-  return {pixel, p};
+  return {pixel, p, turn};
 }
 
 inline constexpr int kSimilarTolerance = kControlSteps / 50;  ///< How near "similar control value" is.
@@ -104,7 +108,8 @@ inline constexpr int kSimilarTolerance = kControlSteps / 50;  ///< How near "sim
 /// Every covered texel gets a source pixel of similar control value.
 [[nodiscard]] PlaceMap initial_places(const SynthesisLevel& level, std::uint64_t seed, const RunControl& control = {});
 
-/// Doubles places: a fine texel's place lies in its parent's as the texel lies in its parent on the surface. Texels
+/// Doubles places: a fine texel's place lies in its parent's as the texel lies in its parent on the surface, turned as
+/// the parent's is. Texels
 /// whose parent is not covered or leads outside take a pixel of similar control value.
 [[nodiscard]] PlaceMap upsample(const PlaceMap& coarse, const SynthesisLevel& coarse_level,
                                 const SynthesisLevel& fine_level, std::uint64_t seed, const RunControl& control = {});

@@ -45,7 +45,7 @@ SourcePlace to_full_size(const SourcePlace& place, int coarse_width, int halving
   const FixedPoint point{middle % full_width * PixelNeighbor::kOne + (place.beside_x << halvings),
                          middle / full_width * PixelNeighbor::kOne + (place.beside_y << halvings)};
   const PlaceMap::Beside beside = PlaceMap::beside_of({0, point});
-  return {whole_pixels(point.y) * full_width + whole_pixels(point.x), beside.x, beside.y};
+  return {whole_pixels(point.y) * full_width + whole_pixels(point.x), beside.x, beside.y, place.turn};
 }
 
 void for_each_uncovered(const TexelMap& coarse, const TexelMap& fine, const TexelRect& part,

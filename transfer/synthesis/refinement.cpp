@@ -67,7 +67,7 @@ void RegionRefiner::round(int index, PlaceMap& places, const RunControl& control
   parallel_for(static_cast<std::int64_t>(windows_.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
     Window& window = windows_[static_cast<std::size_t>(begin)];
     SurfacePatch patch;
-    PatchFinder finder(map_, shared_.beside_, &region_);
+    PatchFinder finder(map_, shared_.beside_, &region_, shared_.level_.destination.placement.turns.get());
     finder.find_texels(window.center, window.half_px, patch);
     finder.find_edges(patch);
     PatchCut cut(shared_.task_);
@@ -95,7 +95,7 @@ void RegionRefiner::choose_windows(int index, const RunControl& control) {
     if (const std::int64_t cost = costs_.around(b); cost > 0) wishes.push_back({cost * patience_[b], b});
   }
   std::stable_sort(wishes.begin(), wishes.end(), [](const Wish& a, const Wish& b) { return a.priority > b.priority; });
-  PatchFinder finder(map_, shared_.beside_, &region_);
+  PatchFinder finder(map_, shared_.beside_, &region_, shared_.level_.destination.placement.turns.get());
   SurfacePatch patch;
   const std::vector<int>& halves = shared_.halves_;
   for (const Wish& wish : wishes) {

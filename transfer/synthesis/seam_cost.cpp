@@ -46,12 +46,15 @@ std::int32_t SeamFeatures::distance(std::int32_t a, std::int32_t b) const {
   return static_cast<std::int32_t>(std::sqrt(static_cast<float>(squared)));
 }
 
-std::int32_t SeamFeatures::seam(const FixedPoint& a, const FixedPoint& b, const FixedPoint& step) const {
-  const std::int32_t ax = a.x + step.x, ay = a.y + step.y;
+std::int32_t SeamFeatures::seam(const Place& first, const Place& second, const FixedPoint& step,
+                                Turn frame_turn) const {
+  const FixedPoint &a = first.point, &b = second.point, by_first = turned(step, first.turn),
+                   by_second = turned(step, difference_of(second.turn, frame_turn));
+  const std::int32_t ax = a.x + by_first.x, ay = a.y + by_first.y;
   constexpr std::int32_t kSamePiece = PixelNeighbor::kOne / 2;  // Steps and places are rounded.
   if (std::abs(ax - b.x) <= kSamePiece && std::abs(ay - b.y) <= kSamePiece) return 0;
   return distance_or_outside(pixel_at(ax, ay), pixel_at(b.x, b.y)) +
-         distance_or_outside(pixel_at(a.x, a.y), pixel_at(b.x - step.x, b.y - step.y));
+         distance_or_outside(pixel_at(a.x, a.y), pixel_at(b.x - by_second.x, b.y - by_second.y));
 }
 
 ControlCost::ControlCost(const SourceLevel& source, std::span<const double> weights, double share) : source_(source) {

@@ -31,8 +31,9 @@ class SeamFeatures {
 
   /// |F(a) - F(b)|, rounded down; a correctly rounded square root, so the same everywhere.
   [[nodiscard]] std::int32_t distance(std::int32_t a, std::int32_t b) const;
-  /// V of places a (at p) and b (at q) with q at `step` from p.
-  [[nodiscard]] std::int32_t seam(const FixedPoint& a, const FixedPoint& b, const FixedPoint& step) const;
+  /// V of places a (at p) and b (at q) with q at `step` from p, in p's frame.
+  /// @param frame_turn  How far q's frame is turned in p's. Each piece goes by the step as it is turned itself.
+  [[nodiscard]] std::int32_t seam(const Place& a, const Place& b, const FixedPoint& step, Turn frame_turn = 0) const;
   /// The pixel under a place; -1 where none can be copied.
   [[nodiscard]] std::int32_t pixel_at(std::int32_t x, std::int32_t y) const {
     const std::int32_t px = whole_pixels(x), py = whole_pixels(y);

@@ -56,7 +56,7 @@ LevelRefinement refinement_of(const std::vector<SourceStructure>& structures, co
     refine_places(level, structures[l], similar, weights, seed + l, {.num_rounds = num_rounds}, places, control,
                   {grid != nullptr && l < grid->num_tiled_levels() ? grid : nullptr, l});
   };
-  return {.refine = refine, .num_passes = static_cast<double>(num_rounds)};
+  return {.refine = refine, .num_passes = static_cast<double>(num_rounds), .num_levels = structures.size()};
 }
 
 }  // namespace patinate::transfer

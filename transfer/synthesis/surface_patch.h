@@ -9,12 +9,14 @@
 #include "patinate/atlas/texel_map.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/refined_region.h"
+#include "transfer/synthesis/turns.h"
 
 namespace patinate::transfer {
 
 struct PatchTexel {
   TexelId texel = -1;
-  FixedPoint offset;  ///< From the center, along the surface.
+  FixedPoint offset;  ///< From the center, along the surface, in the center's frame.
+  Turn turn = 0;      ///< Of a piece here that is not turned at the center; 0 where pieces follow the frames.
 };
 
 /// Two neighbors, the second at `step` from the first.
@@ -22,7 +24,8 @@ struct PatchEdge {
   std::int32_t first = 0;
   std::int32_t second = -1;  ///< -1: outside of the patch.
   TexelId outside = -1;      ///< Then that texel.
-  FixedPoint step;
+  FixedPoint step;           ///< In the first one's frame.
+  Turn turn = 0;             ///< How far the second one's frame is turned in it; 0 where pieces follow the frames.
   std::int32_t weight =
       0;  ///< 4 beside each other, 2 diagonally; half of that over seams, where both may see the other.
 };
@@ -39,7 +42,9 @@ class PatchFinder {
   static constexpr std::size_t kMostTexels = 16384;
   /// @param map,neighbors,region  Must outlive this. Only the eight beside a texel are looked at: neighbors at no
   /// offsets are the quickest. @param region  That a patch stays inside of; null: all texels may be of one.
-  PatchFinder(const TexelMap& map, const TexelNeighborhood& neighbors, const RefinedRegion* region = nullptr);
+  /// @param turns  Null: pieces follow the frames, and are sheared where those turn.
+  PatchFinder(const TexelMap& map, const TexelNeighborhood& neighbors, const RefinedRegion* region = nullptr,
+              const FrameTurns* turns = nullptr);
 
   /// Texels that lie within half_px to every side of the center, going from neighbor to neighbor. [1, 100] pixels. A
   /// texel lies where those beside it that are laid already would have it, on the mean: on a bent surface ways to a
@@ -54,12 +59,17 @@ class PatchFinder {
     std::int32_t index = -1;
   };
   [[nodiscard]] Slot& slot_of(TexelId texel);
-  [[nodiscard]] FixedPoint mean_offset(TexelId texel, const FixedPoint& otherwise, const SurfacePatch& patch);
+  /// Where those beside a texel would have it. @param otherwise  As the one that it was found from has it.
+  [[nodiscard]] PatchTexel mean_place(const PatchTexel& otherwise, const SurfacePatch& patch);
+  [[nodiscard]] Turn frame_turn(TexelId from, TexelId to) const {
+    return turns_ == nullptr ? Turn{0} : turns_->between(map_.triangle(from), map_.triangle(to));
+  }
 
-  int width_;
+  const TexelMap& map_;
   std::size_t first_adjacent_;
   TexelNeighborhood::Cursor cursor_;
   const RefinedRegion* region_;
+  const FrameTurns* turns_;
   std::vector<Slot> slots_;  ///< A hash table of the texels found last.
   std::vector<std::size_t> used_;
 };

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "libcommon/core/parallel.h"
+#include "transfer/exemplar/directedness.h"
 #include "transfer/exemplar/structure.h"
 #include "transfer/synthesis/multi_level.h"
 #include "transfer/synthesis/open_options.h"
@@ -34,6 +35,11 @@ void describe(OptionVisitor& v, TransferOptions& o) {
   v.visit_choice(
       {"quality", "Time for the borders of copied pieces, where the source has structure that they may break"},
       o.quality, kTransferQualityNames);
+  v.visit_choice(
+      {"turning",
+       "Whether copied pieces may turn against --flow, so that lines close where it turns; auto: where lines "
+       "run every way, as cracks do"},
+      o.turning, kPieceTurningNames);
   v.visit_choice({"footprint", "What a texel shows that covers several pixels: their mean, or the pixel in the middle"},
                  o.footprint, kFootprintNames);
   describe(v, o.appearance);
@@ -112,6 +118,17 @@ PlaceMap synthesize_fast(std::vector<SynthesisLevel>& levels, const Neighborhood
                                 control, refinement_of(structure, options, weights, grid), device, 0, &kept);
 }
 
+/// Whether pieces are turned. Passes over tiles do not know turns, nor do mirrored frames of UVs.
+PieceTurning turning_of(const TransferInput& input, const SourceStructure& structure, const ImageU8& mask,
+                        const TransferOptions& options, const RunControl& control) {
+  const bool has_lines = !structure.empty() && structure.kind != StructureKind::Regions;
+  if (!has_lines || !input.frames || input.map->sheet().num_tiles() > 1 || options.method != TransferMethod::Fast ||
+      options.turning == PieceTurning::Never)
+    return PieceTurning::Never;
+  const bool is_free = options.turning == PieceTurning::Free || directedness(*input.history, mask, control) < kDirected;
+  return is_free ? PieceTurning::Free : PieceTurning::Never;
+}
+
 /// Nothing where the device has no tables of the level, or fails.
 std::optional<CostSums> sums_on_device(const SearchDevice* device, SearchDevice::Level* level, const EnergyScale& scale,
                                        const CoordinateMap& coordinates, const RunControl& control) {
@@ -139,7 +156,8 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   TransferOptions open = asked;
   if (open.method == TransferMethod::Reference) open.appearance.structure = 0.0;  // The paper's knows none.
   const SourceStructure structure = find_structure(history, mask, open.appearance, silent);
-  const TransferOptions options = with_defaults(open, !structure.empty(), !history.facts().parts.empty());
+  TransferOptions options = with_defaults(open, !structure.empty(), !history.facts().parts.empty());
+  options.turning = turning_of(input, structure, mask, open, silent);
   check_large_enough(history, mask, options.neighborhood_radius_px);
   result.used = options;
   result.structure = facts_of(structure);
@@ -152,7 +170,9 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   const auto first = std::min(static_cast<std::size_t>(halvings), appearance.levels.size() - 1);
   result.explained_variance = appearance.explained_variance;
   const Neighborhood neighborhood = Neighborhood::square(options.neighborhood_radius_px);
-  const SourcePlacement placement = place_source(*map, input.frames, input.texel_size_mm, static_cast<int>(first));
+  SourcePlacement placement = place_source(*map, input.frames, input.texel_size_mm, static_cast<int>(first));
+  if (options.turning == PieceTurning::Free)
+    placement.turns = std::make_shared<const FrameTurns>(map->mesh(), *placement.frames);
   std::vector<SynthesisLevel> levels;
   ControlImage targets = interleave(matched.destination, silent);
   matched.destination.clear();
@@ -181,13 +201,15 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
                              options, input.device.get(), grid ? &*grid : nullptr, on_device, synthesis_control);
   }
   const std::optional<CostSums> sums =
-      sums_on_device(input.device.get(), on_device.get(), full_scale(levels[0].source, weights), places.pixels, silent);
+      sums_on_device(input.device.get(), places.turns().empty() ? on_device.get() : nullptr,
+                     full_scale(levels[0].source, weights), places.pixels, silent);
   on_device.reset();
   result.energy = measure_energy(levels[0].source, levels[0].destination, neighborhood, places.pixels,
-                                 *options.coherence_share, weights, silent, sums ? &*sums : nullptr);
+                                 *options.coherence_share, weights, silent, sums ? &*sums : nullptr, places.turns());
   result.matched_controls = std::move(levels[0].destination.controls);
   const bool is_subpixel = keeps_fractions(options, history.facts());
   if (is_subpixel) result.fractions.resize(2 * places.pixels.size());
+  result.turns = {places.turns().begin(), places.turns().end()};
   for (std::size_t t = 0; t < places.pixels.size(); ++t) {
     const SourcePlace kept =
         is_subpixel ? places.source_place(static_cast<TexelId>(t)) : SourcePlace{places.pixels[t], 0, 0};

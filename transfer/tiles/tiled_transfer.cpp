@@ -98,6 +98,7 @@ const TiledTransfer::Prepared& TiledTransfer::prepare(const Folder& folder, cons
   p->structure = facts_of(structure_);
   p->options =
       with_defaults(task_.transfer.options, !structure_.empty(), !task_.transfer.history->facts().parts.empty());
+  p->options.turning = PieceTurning::Never;  // As in every atlas of several tiles.
   check_large_enough(history, mask, p->options.neighborhood_radius_px);
   for (const TransferControl& c : input.controls) p->weights.push_back(c.weight);
   p->neighborhood = Neighborhood::square(p->options.neighborhood_radius_px);

@@ -69,7 +69,7 @@ struct BrokenLines {
     for (TexelId t : level.destination.texels) {
       for_each_pair(t, cursor.at(t).subspan(level.destination.neighbors->first_adjacent()), kLinesSide,
                     [&](const PixelNeighbor& n, bool is_earlier, int weight) {
-                      if (!is_earlier) sum += weight * f.seam(of.point(t), of.point(n.texel), {n.x, n.y});
+                      if (!is_earlier) sum += weight * f.seam(of.at(t), of.at(n.texel), {n.x, n.y});
                     });
     }
     return sum;
@@ -96,10 +96,10 @@ TEST(SeamFeatures, AreFreeInsideAPieceAndAMetricBetweenPieces) {
   };
   for (int i = 0; i < 1000; ++i) {
     const FixedPoint a = place(), b = place(), c = place(), step{kOnePixel, i % 2 * kOnePixel};
-    EXPECT_EQ(features.seam(a, {a.x + step.x, a.y + step.y}, step), 0);
+    EXPECT_EQ(features.seam({0, a}, {0, {a.x + step.x, a.y + step.y}}, step), 0);
     // Labels are offsets: a, b and c at the first texel; each distance is rounded down.
     const auto seam = [&](const FixedPoint& p, const FixedPoint& q) {
-      return features.seam(p, {q.x + step.x, q.y + step.y}, step);
+      return features.seam({0, p}, {0, {q.x + step.x, q.y + step.y}}, step);
     };
     EXPECT_EQ(seam(a, b), seam(b, a));
     EXPECT_LE(seam(a, c), seam(a, b) + seam(b, c) + 4);
@@ -110,7 +110,7 @@ TEST(SeamFeatures, AStepToWhereNothingCanBeCopiedIsDear) {
   const BrokenLines task;
   const FixedPoint corner{2 * kOnePixel, 2 * kOnePixel}, inside{40 * kOnePixel, 40 * kOnePixel};
   EXPECT_EQ(task.features().pixel_at(kOnePixel, kOnePixel), -1) << "the neighborhood's radius is 2";
-  EXPECT_GE(task.features().seam(corner, inside, {-kOnePixel, 0}), SeamFeatures::kOutside);
+  EXPECT_GE(task.features().seam({0, corner}, {0, inside}, {-kOnePixel, 0}), SeamFeatures::kOutside);
 }
 
 TEST(ControlCost, IsFreeWithinAHundredthAndRisesBeyond) {
@@ -214,7 +214,7 @@ TEST(PatchCut, FindsTheCheapestOfAllBorders) {
       }
       for (const PatchEdge& e : patch.edges) {
         const FixedPoint second = e.second >= 0 ? place(e.second) : task.places.point(e.outside);
-        sum += e.weight * features.seam(place(e.first), second, e.step);
+        sum += e.weight * features.seam({0, place(e.first)}, {0, second}, e.step);
       }
       return sum;
     };
@@ -222,7 +222,7 @@ TEST(PatchCut, FindsTheCheapestOfAllBorders) {
     for (unsigned labels = 0; labels < 512; ++labels) least = std::min(least, cost(labels));
     PatchCut cut(cut_task);
     cut.begin(patch, task.places);
-    const std::int64_t gain = cut.lay(patch, center);
+    const std::int64_t gain = cut.lay(patch, {center, 0});
     EXPECT_EQ(gain, cost(0) - least) << i;
     num_better += gain > 0;
   }
@@ -257,8 +257,7 @@ TEST(Refinement, TileByTileLowersTheSumRoundByRoundOverBordersOfTilesToo) {
     std::int64_t sum = 0;
     for (int i = 0; i < kLinesSide; ++i) {
       const auto pair = [&](int x, int y, int dx, int dy) {
-        sum += features.seam(places.point(TexelId{y} * kLinesSide + x),
-                             places.point(TexelId{y + dy} * kLinesSide + x + dx),
+        sum += features.seam(places.at(TexelId{y} * kLinesSide + x), places.at(TexelId{y + dy} * kLinesSide + x + dx),
                              {static_cast<std::int16_t>(dx * kOnePixel), static_cast<std::int16_t>(dy * kOnePixel)});
       };
       pair(kLinesSide / 2 - 1, i, 1, 0);

@@ -171,7 +171,9 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
                            .surface = std::make_shared<TexelMap>(reader.mesh(), reader.sheet(), control.part(0.0, 0.3)),
                            .coordinates = reader.coordinates(),
                            .control = m.controls.empty() ? ImageF() : reader.matched_control(0)};
-                out.map.frames = transfer::read_flow_frames(m, *out.map.surface);
+                transfer::LaidFlow flow = transfer::read_flow(m, *out.map.surface);
+                out.map.frames = std::move(flow.frames);
+                out.map.turns = std::move(flow.turns);
                 out.more = energy_figures(m.energy);
                 if (options.num_audits == 0) return out;
                 const HistoryReader history(reader.history().folder());  // Its pixels, as the transfer compared them.
@@ -179,7 +181,8 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
                                           .coordinates = out.map.coordinates,
                                           .pixel_mm = m.texel_size_mm,
                                           .controls = {},
-                                          .frames = out.map.frames};
+                                          .frames = out.map.frames,
+                                          .turns = out.map.turns};
                 made.source_mask = out.source.mask;
                 made.device = device;
                 for (std::size_t i = 0; i < m.controls.size(); ++i)
@@ -200,7 +203,7 @@ analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMe
   const transfer::MatchedControls matched =
       transfer::match_controls(*aged.history, mask, aged.controls, aged.coverage, control.part(0.0, 0.1));
   // As a folder keeps them, so that figures do not depend on whether there was one.
-  const std::shared_ptr<const FlowFrames> frames = transfer::as_stored(aged.frames, *aged.surface.map);
+  const transfer::LaidFlow flow = transfer::as_stored(aged.frames, aged.turns, *aged.surface.map);
   analysis::MapToEvaluate out;
   out.source =
       evaluated_source(*aged.shown, aged.controls.front().source, aged.surface.texel_size_mm, options.num_times);
@@ -209,14 +212,16 @@ analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMe
              .surface = aged.surface.map,
              .coordinates = aged.coordinates,
              .control = matched.destination.front(),
-             .frames = frames};
+             .frames = flow.frames,
+             .turns = flow.turns};
   out.more = energy_figures(aged.energy);
   if (options.num_audits == 0) return out;
   transfer::MapToAudit made{.surface = aged.surface.map,
                             .coordinates = aged.coordinates,
                             .pixel_mm = aged.surface.texel_size_mm,
                             .controls = {},
-                            .frames = frames,
+                            .frames = flow.frames,
+                            .turns = flow.turns,
                             .source_mask = mask};
   for (std::size_t i = 0; i < aged.controls.size(); ++i)
     made.controls.push_back({aged.controls[i].source, matched.destination[i], aged.controls[i].weight});

@@ -60,6 +60,7 @@ struct AgedMesh {
   std::vector<TransferControl> controls = {};          ///< In the order they were given.
   TransferOptions used = {};                           ///< With a value for everything that was left open.
   std::shared_ptr<const FlowFrames> frames = nullptr;  ///< How the history lies on the surface; none: as UVs run.
+  ZeroedVector<std::int16_t> turns = {};               ///< Of each texel's piece against them (SourcePlace); empty: 0.
 
   /// The texture at a time of the history's unit (clamped to its ends): H x W x 3, linear, gutters filled.
   /// @param device  Looks up; null, or where it fails: the CPU, the same colors.

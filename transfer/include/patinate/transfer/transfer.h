@@ -54,6 +54,15 @@ inline constexpr std::array<std::string_view, 3> kTransferQualityNames{"draft", 
 enum class TransferMethod { Fast, Reference };
 inline constexpr std::array<std::string_view, 2> kTransferMethodNames{"fast", "reference"};
 
+/// Whether copied pieces may be turned against the directions that were asked for. Where those turn, a piece that
+/// follows them is sheared, and its lines break.
+enum class PieceTurning {
+  Auto,   ///< Where the history has lines that run every way, as a net of cracks.
+  Free,   ///< Where it has lines.
+  Never,  ///< Streaks run down.
+};
+inline constexpr std::array<std::string_view, 3> kPieceTurningNames{"auto", "free", "never"};
+
 /// What a texel shows that covers several pixels of the history.
 enum class Footprint {
   Mean,   ///< Their mean: thin lines stay lines.
@@ -68,6 +77,7 @@ struct TransferOptions {
   std::optional<double> coherence_share = {};
   int neighborhood_radius_px = 0;  ///< [0, 5]. 3 = the 48 nearest neighbors. 0: 3, with structure 4.
   TransferQuality quality = TransferQuality::Good;
+  PieceTurning turning = PieceTurning::Auto;  ///< Only in an atlas of one tile.
   Footprint footprint = Footprint::Mean;
   std::int64_t seed = 1;
   AppearanceOptions appearance = {};
@@ -110,12 +120,15 @@ struct EnergyReport {
 struct SourcePlace {
   std::int32_t pixel = -1;  ///< y * width + x; -1 = none.
   std::int8_t beside_x = 0, beside_y = 0;
+  std::int16_t turn = 0;  ///< Of its piece against TransferInput::frames, in 2^-16 of a full turn: the history's x axis
+                          ///< runs along (cos, -sin) of it in the frame.
 };
 
 struct TransferResult {
   CoordinateMap coordinates;            ///< Per texel of the atlas, index into the history's pixels; -1 outside.
   ZeroedVector<std::int8_t> fractions;  ///< x and y per texel, how far it looks beside the middle of its pixel, in
                                         ///< 1/256 pixel; empty: nowhere.
+  ZeroedVector<std::int16_t> turns;     ///< Of each texel (SourcePlace); empty: pieces lie along the frames.
   ControlImage matched_controls;        ///< H x W x a channel for each control, in the history's values.
   EnergyReport energy;
   double explained_variance = 0.0;          ///< Of the history's colors, by the appearance that was compared.
@@ -124,8 +137,10 @@ struct TransferResult {
 
   [[nodiscard]] SourcePlace place(TexelId t) const {
     const auto i = static_cast<std::size_t>(t);
-    if (fractions.empty()) return {coordinates[i], 0, 0};
-    return {coordinates[i], fractions[2 * i], fractions[2 * i + 1]};
+    SourcePlace place{.pixel = coordinates[i]};
+    if (!fractions.empty()) place.beside_x = fractions[2 * i], place.beside_y = fractions[2 * i + 1];
+    if (!turns.empty()) place.turn = turns[i];
+    return place;
   }
 };
 

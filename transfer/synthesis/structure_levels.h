@@ -9,22 +9,23 @@
 #include "patinate/transfer/transfer.h"
 #include "transfer/exemplar/structure.h"
 #include "transfer/synthesis/multi_level.h"
+#include "transfer/synthesis/refinement.h"
 #include "transfer/synthesis/tile_grid.h"
 
 namespace patinate::transfer {
 
-/// Rounds of refinement on every level that shows the structure; 0 for drafts.
-[[nodiscard]] int refinement_rounds(TransferQuality quality);
+/// On every level that is refined; no rounds for drafts. The best quality refines sources without structure as well.
+[[nodiscard]] RefinementOptions refinement_options(const SourceStructure& structure, TransferQuality quality);
 
-/// How many levels show cells of this size, the finest among them.
-/// @param scale_px  SourceStructure::scale_px on the finest level.
-[[nodiscard]] std::size_t levels_with_structure(double scale_px);
+/// How many levels are refined, the finest among them: those that show cells of the structure's size.
+[[nodiscard]] std::size_t num_refined_levels(const SourceStructure& structure, TransferQuality quality);
 
-/// On `first`, which is the finest that is synthesized, and on the coarser ones that still show it; none of an empty
-/// one.
+/// On `first`, which is the finest that is synthesized, and on the coarser ones that are refined; without channels
+/// where the source has no structure.
 /// @param num_levels  At most so many.
-[[nodiscard]] std::vector<SourceStructure> structure_levels(SourceStructure structure, std::size_t first,
-                                                            std::size_t num_levels, const RunControl& control);
+[[nodiscard]] std::vector<SourceStructure> structure_levels(SourceStructure structure, TransferQuality quality,
+                                                            std::size_t first, std::size_t num_levels,
+                                                            const RunControl& control);
 
 /// What synthesize_multi_level() does after the passes of a level: refine_places(), where there are rounds.
 /// @param structures,weights,grid  Must outlive it. @param grid  Null: one tile.

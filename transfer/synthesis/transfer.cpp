@@ -33,7 +33,9 @@ void describe(OptionVisitor& v, TransferOptions& o) {
            "px", between(0, 5)},
           o.neighborhood_radius_px);
   v.visit_choice(
-      {"quality", "Time for the borders of copied pieces, where the source has structure that they may break"},
+      {"quality",
+       "Time for the borders of copied pieces: good cuts them where the source has structure that they may break, best "
+       "everywhere"},
       o.quality, kTransferQualityNames);
   v.visit_choice(
       {"turning",
@@ -197,8 +199,9 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
         synthesize_reference(levels[0].source, levels[0].destination, neighborhood, *options.coherence_share, weights,
                              seed, options.reference, synthesis_control, input.device.get());
   } else {
-    places = synthesize_fast(levels, neighborhood, weights, structure_levels(structure, first, levels.size(), silent),
-                             options, input.device.get(), grid ? &*grid : nullptr, on_device, synthesis_control);
+    places = synthesize_fast(levels, neighborhood, weights,
+                             structure_levels(structure, options.quality, first, levels.size(), silent), options,
+                             input.device.get(), grid ? &*grid : nullptr, on_device, synthesis_control);
   }
   const std::optional<CostSums> sums =
       sums_on_device(input.device.get(), places.turns().empty() ? on_device.get() : nullptr,

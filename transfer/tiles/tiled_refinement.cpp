@@ -8,6 +8,7 @@
 
 #include "libcommon/core/mapped_file.h"
 #include "transfer/synthesis/refinement.h"
+#include "transfer/synthesis/structure_levels.h"
 #include "transfer/tiles/prepared_tiles.h"
 #include "transfer/tiles/tile_controls.h"
 
@@ -74,7 +75,8 @@ struct TiledTransfer::LoadedLevel {
     if (level >= p.structures.size()) return;
     similar = read_similar(folder, level);
     refiner.emplace(synthesis, p.structures[level], similar, p.weights,
-                    static_cast<std::uint64_t>(p.options.seed) + level, RefinementOptions{}, find(texels));
+                    static_cast<std::uint64_t>(p.options.seed) + level,
+                    refinement_options(p.structures[level], p.options.quality), find(texels));
     for (int r = 0; r <= round; ++r) {  // Prices grow from round to round.
       Amounts::Counts counts;
       for (int tile = 0; tile < grid.num_tiles(); ++tile)

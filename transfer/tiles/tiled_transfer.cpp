@@ -60,7 +60,7 @@ TiledTransfer::TiledTransfer(TiledTask task) : task_(std::move(task)), grid_(tas
   }
   for (const TransferControl& c : t.input.controls) require_part_control(c.destination);
   structure_ = find_structure(*t.history, usable_mask(*t.history, t.input.source_mask), o.appearance);
-  if (!structure_.empty()) num_refined_levels_ = levels_with_structure(structure_.scale_px);
+  num_refined_levels_ = num_refined_levels(structure_, o.quality);
   if (const int side = smallest_side(*t.history); side >> num_tiled_levels() < kSmallestSide) {
     throw InvalidInput(t.history->label() + ": is " + std::to_string(side) + " pixels wide; by tile it has to be " +
                        std::to_string(kSmallestSide << num_tiled_levels()) +
@@ -76,7 +76,7 @@ int TiledTransfer::num_passes(std::size_t level) const {
 }
 
 int TiledTransfer::num_rounds(std::size_t level) const {
-  return level < num_refined_levels_ ? refinement_rounds(task_.transfer.options.quality) : 0;
+  return level < num_refined_levels_ ? refinement_options(structure_, task_.transfer.options.quality).num_rounds : 0;
 }
 
 const TiledTransfer::Prepared& TiledTransfer::prepare(const Folder& folder, const RunControl& control) {
@@ -125,7 +125,7 @@ const TiledTransfer::Prepared& TiledTransfer::prepare(const Folder& folder, cons
                        " levels to copy from, and by tile " + std::to_string(num_tiled_levels() + 1) +
                        " are needed; do without --by-tile, or give more texels or a larger history");
   }
-  p->structures = structure_levels(structure_, p->first, p->sources.size(), control);
+  p->structures = structure_levels(structure_, p->options.quality, p->first, p->sources.size(), control);
   prepared_ = std::move(p);
   return *prepared_;
 }

@@ -11,6 +11,9 @@
 #include <stop_token>
 
 #include "libcommon/core/random.h"
+#include "patinate/history/memory_history.h"
+#include "patinate/transfer/transfer.h"
+#include "tests/support/histories.h"
 #include "tests/support/meshes.h"
 #include "transfer/exemplar/structure.h"
 #include "transfer/synthesis/patch_cut.h"
@@ -227,6 +230,25 @@ TEST(PatchCut, FindsTheCheapestOfAllBorders) {
     num_better += gain > 0;
   }
   EXPECT_GT(num_better, 0);
+}
+
+// The search tears a source without lines into pieces of a few texels; cut along the best borders they are larger.
+TEST(Refinement, OfASourceWithoutStructureMakesPiecesLarger) {
+  const auto history =
+      std::make_shared<const MemoryHistory>(testing_support::half_images(128, 128, 2, testing_support::blotches));
+  const auto map = std::make_shared<const TexelMap>(testing_support::unit_plane(128.0), 128, 128);
+  ImageF asked(128, 128);
+  for (int y = 0; y < 128; ++y) {
+    for (int x = 0; x < 128; ++x) asked.at(x, y) = static_cast<float>(x + y) / 254.0f;
+  }
+  const TransferInput input{.history = history,
+                            .map = map,
+                            .controls = {{"x", "diagonal", asked, {0.0, 1.0, ""}, 1.0, ControlMapping::Rank}}};
+  const TransferResult good = transfer(input, {}), best = transfer(input, {.quality = TransferQuality::Best});
+  ASSERT_FALSE(best.structure);
+  EXPECT_GT(best.energy.coherent_share, good.energy.coherent_share) << "fewer neighbors are parted";
+  // A hundredth of the range is free to cuts (ControlCost).
+  EXPECT_LT(best.energy.control_error_mean, good.energy.control_error_mean + 0.01);
 }
 
 TEST(Refinement, LowersTheSumRoundByRound) {

@@ -112,11 +112,17 @@ struct LevelTiles {
   std::size_t level = 0;
 };
 
+/// Spreads what pieces are sheared by: a place becomes the mean of where it lies and where its neighbors of the same
+/// piece would have it, sweep by sweep, each from the state before it. A seam is free up to half a pixel, so that
+/// fractions creep in a few steps and lines there have kinks. Pieces that lie on whole pixels stay there.
+void smooth_places(const SynthesisLevel& level, const TexelNeighborhood& beside, int num_sweeps, PlaceMap& places,
+                   const RunControl& control = {});
+
 /// Lowers the sum of seam costs (seam_cost.h), of control mismatch, and of what is there too often (amounts.h, counted
 /// before each round), window by window where borders cost most (patch_cut.h). Every round chooses windows that do not
 /// touch and improves each from the state before the round; random numbers come from seed, round and window, and counts
-/// are fixed, so that threads do not matter. [Kwatra et al. 2003, "Graphcut textures"; Pritch, Kav-Venaki and Peleg
-/// 2009, "Shift-map image editing"]
+/// are fixed, so that threads do not matter. In the end places are smoothed, but for levels in tiles. [Kwatra et al.
+/// 2003, "Graphcut textures"; Pritch, Kav-Venaki and Peleg 2009, "Shift-map image editing"]
 /// @param structure  Of the level's source, without its margin.
 /// @param places     What is refined.
 void refine_places(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,

@@ -232,6 +232,37 @@ TEST(PatchCut, FindsTheCheapestOfAllBorders) {
   EXPECT_GT(num_better, 0);
 }
 
+TEST(Refinement, SmoothedPiecesSpreadWhatTheyAreShearedBy) {
+  BrokenLines task;
+  // The source as it is, but for a kink of almost half a pixel in the middle.
+  const auto lay = [&](std::int32_t kink) {
+    for (TexelId t : task.level.destination.texels) {
+      const auto x = static_cast<std::int32_t>(t % kLinesSide), y = static_cast<std::int32_t>(t / kLinesSide);
+      const std::int32_t beside = x >= kLinesSide / 2 ? kink : 0;
+      task.places.set(t, place_at(task.level.source, {(x + 8) * kOnePixel + beside, (y + 8) * kOnePixel}));
+    }
+  };
+  const auto largest_kink = [&] {
+    std::int32_t largest = 0;
+    for (TexelId t : task.level.destination.texels) {
+      if (t % kLinesSide == kLinesSide - 1) continue;
+      largest = std::max(largest, std::abs(task.places.point(t + 1).x - task.places.point(t).x - kOnePixel));
+    }
+    return largest;
+  };
+  const TexelNeighborhood& beside = *task.level.destination.neighbors;
+  lay(0);
+  const PlaceMap whole = task.places;
+  smooth_places(task.level, beside, 30, task.places);
+  EXPECT_EQ(task.places.pixels, whole.pixels) << "whole pixels stay";
+  EXPECT_EQ(largest_kink(), 0);
+  lay(120);
+  ASSERT_EQ(largest_kink(), 120);
+  smooth_places(task.level, beside, 30, task.places);
+  // As heat spreads from a step: 120 / sqrt(2 pi s) at its middle, with s = 30 sweeps of variance 6 / 9 of a texel.
+  EXPECT_NEAR(largest_kink(), 120.0 / std::sqrt(2.0 * 3.14159265 * 30.0 * 6.0 / 9.0), 3.0);
+}
+
 // The search tears a source without lines into pieces of a few texels; cut along the best borders they are larger.
 TEST(Refinement, OfASourceWithoutStructureMakesPiecesLarger) {
   const auto history =

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 
 #include "libcommon/atlas/raster.h"
@@ -35,23 +36,20 @@ double texel_area_mm2(const TexelMap& surface, TexelId t) {
 
 double random_turn(RandomStream& random) { return 2.0 * std::numbers::pi * random.uniform(); }
 
-/// Those of kNumWindows whose middle lies in the part: texels are drawn by their number in the whole map, and kept by
-/// their area.
+/// Texels are drawn by their number in the whole map, and kept by their area: kNumWindows where all are of the median
+/// area. Those of them that lie in the part.
 std::vector<DrawnWindow> draw_windows(const MapPart& part, const PartCounts& before, const PartCounts& all) {
   std::vector<TexelId> covered;
   part.for_each_covered([&](TexelId t, std::int64_t) { covered.push_back(t); });
   const double largest = kLargestTexel * std::pow(part.surface.median_texel_size_mm(), 2);
   std::vector<DrawnWindow> drawn;
-  for (int k = 0; k < kNumWindows; ++k) {
-    for (std::uint64_t attempt = 0; attempt < 64; ++attempt) {
-      RandomStream random(kSeed, static_cast<std::uint64_t>(k) * 64 + attempt, kDrawPurpose);
-      const auto number = static_cast<std::int64_t>(random.uniform() * static_cast<double>(all.texels)) - before.texels;
-      if (number < 0 || number >= static_cast<std::int64_t>(covered.size())) continue;
-      const TexelId middle = covered[static_cast<std::size_t>(number)];
-      if (random.uniform() * largest > texel_area_mm2(part.surface, middle)) continue;
+  for (int k = 0; k < static_cast<int>(kLargestTexel * kNumWindows); ++k) {
+    RandomStream random(kSeed, static_cast<std::uint64_t>(k), kDrawPurpose);
+    const auto number = static_cast<std::int64_t>(random.uniform() * static_cast<double>(all.texels)) - before.texels;
+    if (number < 0 || number >= static_cast<std::int64_t>(covered.size())) continue;
+    const TexelId middle = covered[static_cast<std::size_t>(number)];
+    if (random.uniform() * largest < texel_area_mm2(part.surface, middle))
       drawn.push_back({middle, random_turn(random)});
-      break;
-    }
   }
   return drawn;
 }
@@ -163,7 +161,8 @@ class WindowLayer {
   std::vector<int> outward_;  ///< The window's points, the middle first.
 };
 
-/// @param wanted  Is given the mean of the part's control, if that has one.
+/// @param lightness  L* of the part's rectangle. @param wanted  Is given the mean of the part's control, if that has
+/// one.
 Ground cut_made(const MapPart& part, const WindowLayer& layer, const ImageF& lightness, const DrawnWindow& drawn,
                 double& wanted) {
   Ground out{ImageF(kWindowSide, kWindowSide), ImageU8(kWindowSide, kWindowSide), {}, 0, 0};

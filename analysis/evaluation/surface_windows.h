@@ -10,7 +10,7 @@
 namespace patinate::analysis {
 
 inline constexpr int kWindowSide = 113;  ///< Texels. Cells of cracks close within it; few windows meet themselves.
-inline constexpr int kNumWindows = 100;  ///< Of a whole map: two draws differ by a tenth in dead ends.
+inline constexpr int kNumWindows = 100;  ///< Of a whole map, about: two draws differ by a tenth in dead ends.
 
 /// What windows of the source are cut from.
 struct WindowSource {

@@ -54,7 +54,8 @@ std::vector<double> TimesChoice::resolve(const HistoryManifest& history, int def
                     "): its end is used");
   }
   if (!chosen.empty()) return chosen;
-  if (default_count > 0) return evenly(history, default_count);
+  const bool has_span = history.frames.front().time < history.frames.back().time;
+  if (default_count > 0) return evenly(history, has_span ? default_count : 1);  // One photograph is shown once.
   for (const HistoryFrame& frame : history.frames) chosen.push_back(frame.time);
   return chosen;
 }

@@ -82,6 +82,24 @@ class Transfer(unittest.TestCase):
             seen.add((self.folder / "aged/coordinates.exr").read_bytes())
         self.assertEqual(len(seen), 4)
 
+    def test_pieces_that_cannot_turn_are_said_to_follow(self):
+        result = self.transfer("--control", "facing", "--flow", "uv", "--turning", "free")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertIn("--turning free: copied pieces follow --flow", result.stderr)
+        self.assertEqual(json.loads((self.folder / "aged/transfer.json").read_text())["options"]["turning"], "never")
+
+    def test_a_history_of_one_photograph_is_exported(self):
+        capture = self.folder / "capture"
+        shutil.copytree(SHARED / "capture", capture)
+        for frame in sorted((capture / "frames").glob("*.png"))[:-1]:
+            frame.unlink()
+        result = run("ingest", "capture", "-o", "one", cwd=self.folder)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual(self.transfer("--control", "facing", history="one").returncode, 0)
+        for output in ("aged.glb", "aged.png"):  # By default models and pictures show several times.
+            result = run("render" if output == "aged.png" else "export", "aged", "-o", output, cwd=self.folder)
+            self.assertEqual(result.returncode, 0, result.stderr)
+
     def test_a_changed_curve_is_another_transfer(self):
         curve = self.folder / "curve.csv"
         curve.write_text("0,0,50\n0,60,50\n")

@@ -159,6 +159,8 @@ TransferOptions read_measure(JsonReader json) {
   const auto put = [&](const char* name, int& value, const Range& range) {
     if (json.has(name)) value = static_cast<int>(json.member(name).integer(range));
   };
+  o.turning = json.has("turning") ? static_cast<PieceTurning>(json.member("turning").choice(kPieceTurningNames))
+                                  : PieceTurning::Never;
   if (json.has("coherence")) o.coherence_share = json.member("coherence").number(between(0, 1));
   put("neighborhood", o.neighborhood_radius_px, between(1, 5));
   put("spatial_radius", o.appearance.spatial_radius_px, between(0, 3));

@@ -11,7 +11,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "libcommon/atlas/texel_neighborhood.h"
 #include "patinate/atlas/texel_map.h"
 
 namespace patinate::transfer {

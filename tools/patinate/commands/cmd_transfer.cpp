@@ -68,6 +68,14 @@ std::string error_text(const transfer::StructureFacts& s, transfer::TransferQual
   return text + "; --structure 0 does without";
 }
 
+/// Whether they could turn as was asked.
+std::string turning_text(transfer::PieceTurning asked, transfer::PieceTurning made) {
+  if (made == transfer::PieceTurning::Free) return "copied pieces turn where --flow does; --turning never does without";
+  if (asked != transfer::PieceTurning::Free) return "";
+  return "--turning free: copied pieces follow --flow; only those of a history with lines turn, in an atlas of one "
+         "tile, with --method fast, and not with --flow uv";
+}
+
 /// Says what the values of a library's control mean, and that it would help. Candidates are drawn by the first two
 /// controls: it becomes one of them.
 void note_library(const std::vector<LibraryPart>& library, std::vector<transfer::TransferControl>& controls,
@@ -291,6 +299,8 @@ int cmd_transfer(CommandRun& run) {
   if (!status) return 0;
   const transfer::TransferManifest made = transfer::read_transfer_manifest(output);
   if (made.structure) run.note(error_text(*made.structure, options.quality));
+  if (const std::string turning = turning_text(options.turning, made.measured_with.turning); !turning.empty())
+    run.note(turning);
   run.report_output(*status, output, transfer::energy_json(made.energy));
   return 0;
 }

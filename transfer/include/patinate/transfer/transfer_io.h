@@ -86,8 +86,8 @@ struct TransferManifest {
   double mm_per_mesh_unit = 1.0;
   EnergyReport energy;
   std::optional<StructureFacts> structure;
-  TransferOptions measured_with;  ///< Coherence share, neighborhood and appearance of that energy; what an earlier
-                                  ///< version did not write has its default.
+  TransferOptions measured_with;  ///< Coherence share, neighborhood and appearance of that energy, and whether pieces
+                                  ///< are turned; what an earlier version did not write is as it was then.
   std::string key;
   /// The tiles in one grid, as TexelMap sees them.
   [[nodiscard]] Sheet sheet() const;

@@ -3,6 +3,7 @@
 #include <string>
 #include <system_error>
 
+#include "libcommon/core/input_watch.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
@@ -13,7 +14,7 @@ void require_regular_file(const std::filesystem::path& path) {
   std::error_code error;
   switch (std::filesystem::status(path, error).type()) {
     case Type::regular:
-      return;
+      return note_input(path);
     case Type::not_found:
       throw IoError(path.string(), "does not exist");
     case Type::directory:

@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "libcommon/core/files.h"
+#include "libcommon/core/input_watch.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 
@@ -240,11 +241,13 @@ void AtomicFile::finish_unsynced() {
 }
 
 void AtomicFile::move_to_place() {
+  require_unchanged_inputs_of_step();
   std::error_code error;
   fs::rename(temporary_, path_, error);
   if (error) throw CannotComplete(path_.string() + ": cannot be written; " + error.message());
   is_finished_ = true;
   forget(temporary_);
+  forget_input(path_);
 }
 
 void abandon_atomic_files() {

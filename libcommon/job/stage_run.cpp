@@ -5,6 +5,7 @@
 #include <numeric>
 #include <system_error>
 
+#include "libcommon/core/input_watch.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/job/undeclared_output.h"
 
@@ -38,6 +39,7 @@ void run_side_by_side(const JobPlan& plan, std::span<const std::size_t> items, c
                       ItemProgress& progress, const RunControl& control,
                       const std::function<void(const JobItem&)>& finished,
                       const std::function<void(const JobItem&)>& written) {
+  const InputStep looked_at_by_item(InputStep::Look::None);
   UndeclaredSearch undeclared(plan, folder, items.size());
   const int num_threads = thread_count(control);
   const int num_side_by_side =
@@ -56,7 +58,9 @@ void run_side_by_side(const JobPlan& plan, std::span<const std::size_t> items, c
       fs::create_directories((folder / output).parent_path(), error);
       if (error) throw CannotComplete((folder / output).string() + ": cannot be made; " + error.message());
     }
+    const std::size_t begin_of_inputs = num_input_notes();
     item.run(folder, progress.item_control(i, threads_per_item));
+    require_unchanged_inputs(begin_of_inputs);
     if (written) written(item);
     control.throw_if_stopped();  // Before what waits for the disk, which can take long.
     undeclared.finished(item.name, control);

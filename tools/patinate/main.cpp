@@ -1,10 +1,12 @@
 // The one place where errors become a line on stderr and an exit code.
 #include <signal.h>
 
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
 
+#include "libcommon/core/input_watch.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate_commit.h"
@@ -19,6 +21,9 @@ namespace {
 
 constexpr int kDone = 0;
 
+/// Commands that show or run what changes while they do.
+bool lives_on(const std::string& verb) { return verb == "studio" || verb == "study"; }
+
 int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
   if (arguments.empty()) throw UsageError("no command is given; see `patinate --help`");
   const std::string& name = arguments.front();
@@ -32,6 +37,8 @@ int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
   }
   for (const Verb& verb : verbs()) {
     if (name != verb.name) continue;
+    std::optional<InputWatch> watch;
+    if (!lives_on(name)) watch.emplace();
     CommandRun run(name, verb.brief, {arguments.begin() + 1, arguments.end()}, std::move(stop));
     return verb.run(run);
   }

@@ -100,6 +100,7 @@ void ItemStore::drop_shared_work(const JobItem& item) const {
 void ItemStore::remove_all() const {
   std::error_code error;
   for (const JobItem& item : plan_.items) fs::remove_all(path_ / name_of(item), error);
+  remove_abandoned(path_, "");
   fs::remove(path_, error);
 }
 

@@ -36,7 +36,7 @@ class ItemStore {
   void add(const JobItem& item, const std::filesystem::path& folder, const RunControl& control) const;
   /// Removes what an item left of the plan's shared work: a later one has its own.
   void drop_shared_work(const JobItem& item) const;
-  /// Removes the plan's items, and the folder if nothing else is in it.
+  /// Removes the plan's items and what killed processes left, and the folder if nothing else is in it.
   void remove_all() const;
 
  private:

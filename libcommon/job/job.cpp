@@ -12,6 +12,7 @@
 
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
+#include "libcommon/core/input_watch.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/temporary_file.h"
 #include "libcommon/job/output_state.h"
@@ -104,6 +105,7 @@ void run_items(const JobPlan& plan, const OutputState& state, PartialFolder& fol
         [&](const JobItem& item) { folder.mark_written(item, item_key(plan, item)); });
   }
 
+  const InputStep join_step;
   plan.join(folder.path(), progress.item_control(plan.items.size(), thread_count(control)));
   if (manifest_key(folder.path(), plan.manifest) != plan.key) {
     throw CannotComplete((folder.path() / plan.manifest).string() + ": was not written by the last step");
@@ -126,7 +128,8 @@ void remove_leftover(const fs::path& output, const std::string& manifest) {
 
 JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunControl& control) try {
   check_plan(plan);
-  OutputState state = look_at_output(plan);
+  require_unchanged_inputs();  // That the plan is made of.
+  OutputState state = look_at_output(plan, options);
   require_replaceable(state, options);
   if (state.found == FoundOutput::Same) {
     remove_leftover(state.output, plan.manifest);
@@ -135,18 +138,22 @@ JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunContr
   }
   PartialFolder folder(state.output, plan.manifest);
   // Looked at again under the lock: another run may have finished in between.
-  state = look_at_output(plan);
+  state = look_at_output(plan, options);
   require_replaceable(state, options);
   if (state.found == FoundOutput::Same) {
     folder.discard();
     control.report(1.0);
     return JobStatus::UpToDate;
   }
-  if (!is_partial_whole(folder.path(), plan.manifest, plan.key)) {
+  // What is made again does not come from the folder that an earlier run was killed while removing.
+  if (state.is_made_again || !is_partial_whole(folder.path(), plan.manifest, plan.key)) {
     try {
       const bool is_same_plan = folder.begin(plan.key);
       run_items(plan, state, folder, is_same_plan, options, control);
       if (options.add_record) options.add_record(folder.path());
+    } catch (const InputChanged&) {
+      folder.discard();
+      throw;
     } catch (const UndeclaredOutput&) {
       folder.discard();  // Markers of items that wrote more than they said vouch for too little.
       throw;
@@ -159,27 +166,46 @@ JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunContr
   control.report(1.0);
   return JobStatus::Done;
 } catch (const fs::filesystem_error& e) {
-  throw CannotComplete(e.path1().string() + ": cannot be written; " + e.code().message());
+  fail_written(e);
+}
+
+namespace {
+
+JobStatus check_one_output(const OutputFile& file, const std::string& key, const JobOptions& options) {
+  const std::string name = file.path.string();
+  std::error_code error;
+  if (file.is_folder && fs::is_directory(file.path, error) && fs::is_empty(file.path, error)) return JobStatus::Done;
+  if (!fs::exists(file.path, error)) {
+    require_file_place(file.path);  // Before minutes of work, and under the name that was given.
+    return JobStatus::Done;
+  }
+  const bool is_folder = fs::is_directory(file.path, error);
+  if (is_folder && !file.is_folder)
+    throw CannotComplete(name + ": is a folder; the output is a file, give another name");
+  if (!is_folder && file.is_folder) throw CannotComplete(name + ": is no folder; give another name");
+  if (!is_folder && !fs::is_regular_file(file.path, error))
+    throw CannotComplete(name + ": is no regular file; give another name");
+  if (!key.empty() && file.existing_key == key)
+    return file.lacks_files || (options.force && !options.keeps_same) ? JobStatus::Done : JobStatus::UpToDate;
+  if (options.force) return JobStatus::Done;
+  throw CannotComplete(name +
+                       ": exists and was made from other input or options, or is damaged; give --force to replace it, "
+                       "or another output");
+}
+
+}  // namespace
+
+JobStatus check_output_files(const std::vector<OutputFile>& files, const std::string& key, const JobOptions& options) {
+  JobStatus all = JobStatus::UpToDate;
+  for (const OutputFile& file : files) {
+    if (check_one_output(file, key, options) == JobStatus::Done) all = JobStatus::Done;
+  }
+  return all;
 }
 
 JobStatus check_output_file(const fs::path& output, const std::string& existing_key, const std::string& key,
                             const JobOptions& options) {
-  std::error_code error;
-  if (!fs::exists(output, error)) {
-    require_file_place(output);  // Before minutes of work, and under the name that was given.
-    return JobStatus::Done;
-  }
-  if (fs::is_directory(output, error)) {
-    throw CannotComplete(output.string() + ": is a folder; the output is a file, give another name");
-  }
-  if (!fs::is_regular_file(output, error)) {
-    throw CannotComplete(output.string() + ": is no regular file; give another name");
-  }
-  if (!key.empty() && existing_key == key) return JobStatus::UpToDate;
-  if (options.force) return JobStatus::Done;
-  throw CannotComplete(
-      output.string() +
-      ": exists and was made from other input or options; give --force to replace it, or another output");
+  return check_one_output({.path = output, .existing_key = existing_key}, key, options);
 }
 
 void write_run_record(const fs::path& folder, const std::vector<std::string>& command_line, double seconds,

@@ -71,7 +71,9 @@ struct JobPlan {
 enum class JobStatus { Done, UpToDate };
 
 struct JobOptions {
-  bool force = false;  ///< Replace a different existing output (the folders are exchanged atomically).
+  /// Make the output again, in place of a different one or of the same (the folders are exchanged atomically).
+  bool force = false;
+  bool keeps_same = false;  ///< `force` replaces a different output only: others may have made this one just now.
   /// Called with the folder when all is made, before it becomes OUT: for write_run_record(). May be empty.
   std::function<void(const std::filesystem::path& folder)> add_record = {};
   /// Called before the first item runs, when an interrupted run or the output that is replaced has finished some: how
@@ -87,13 +89,26 @@ void check_plan(const JobPlan& plan);
 /// However a run ends, the next resumes with the finished items whose key is still the same; others are discarded.
 /// Where OUT is replaced, its items that have keys of their own and are still planned are taken over (hard links), when
 /// their files are unchanged since. OUT also gets `job.json` (job_record.h).
-/// @throws CannotComplete if OUT exists with another key, may not grow and not `force`, if another process holds the
-/// lock, if it cannot be written, or if an item lacks an output or wrote what no item declares; Canceled.
+/// An OUT of which files were lost is made again, with what is left of it.
+/// @throws CannotComplete if OUT exists with another key, may not grow and not `force`; if a file of it has another
+/// size than it was made with and not `force`; if another process holds the lock, if it cannot be written, or if an
+/// item lacks an output or wrote what no item declares; Canceled.
 JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunControl& control);
 
-/// Single-file outputs: decides by the key that the file carries (EXR, PNG: read_key by the caller).
-/// @returns UpToDate if existing_key equals key. @throws CannotComplete if the file exists with another key and not
-/// force.
+/// A file that is an output, or one of several that are made together.
+struct OutputFile {
+  std::filesystem::path path;
+  std::string existing_key = "";  ///< That it carries; "" if it is missing, damaged or none of ours.
+  bool is_folder = false;         ///< Such as the textures of a model.
+  bool lacks_files = false;       ///< Of a folder: it is made again, as what is missing.
+};
+
+/// Outputs that are no job's folder: decides by the keys that the files carry, before anything is written. Every file
+/// that is going to be written has to be among them.
+/// @returns UpToDate if all carry `key`, and not `force`. @throws CannotComplete if one exists with another key and not
+/// `force`, or is of another type.
+JobStatus check_output_files(const std::vector<OutputFile>& files, const std::string& key, const JobOptions& options);
+/// The same of one file.
 JobStatus check_output_file(const std::filesystem::path& output, const std::string& existing_key,
                             const std::string& key, const JobOptions& options);
 

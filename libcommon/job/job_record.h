@@ -3,6 +3,7 @@
 /// what changed and keep what did not. It holds content only: equal work gives equal bytes.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -14,6 +15,7 @@
 namespace patinate {
 
 inline constexpr const char* kJobRecordFile = "job.json";
+inline constexpr const char* kRunRecordFile = "run.json";  ///< See write_run_record().
 
 /// A finished item: what it was made from, and its files as they were.
 struct DoneItem {
@@ -25,13 +27,26 @@ struct JobRecord {
   std::string key;  ///< The plan's; "" = there is no record.
   std::vector<JobDependency> depends_on;
   std::map<std::string, DoneItem> items;
+  std::map<std::string, std::string> joined = {};   ///< As DoneItem::files, of the files that no item made.
+  std::map<std::string, std::uint64_t> bytes = {};  ///< Size of every file; empty in folders of earlier versions.
 };
 
 /// The record of a folder; an empty one when it has none, it is damaged, or it belongs to another manifest.
 /// @param key  The manifest's.
 [[nodiscard]] JobRecord read_job_record(const std::filesystem::path& folder, const std::string& key);
-/// @throws CannotComplete
-void write_job_record(const std::filesystem::path& folder, const JobRecord& record);
+/// Adds what the folder holds now to the record: sizes, and keys of the files that no item made.
+/// @param manifest  Is left out: it may say where inputs lie. @throws CannotComplete
+void write_job_record(const std::filesystem::path& folder, JobRecord record, const std::string& manifest = "");
+
+/// Files of a finished folder that are not what the record says, each in their order.
+struct FolderDamage {
+  std::vector<std::string> lost;
+  std::vector<std::string> altered;
+  [[nodiscard]] bool any() const { return !lost.empty() || !altered.empty(); }
+};
+enum class Looked { AtSizes, AtContent };
+/// @param looked  AtContent reads every file. Throws nothing: what cannot be read is altered.
+[[nodiscard]] FolderDamage damage_of(const std::filesystem::path& folder, const JobRecord& record, Looked looked);
 
 /// What the item made, as `done` says: all of its outputs and some optional ones; nothing if that is not what it
 /// declares.

@@ -73,8 +73,12 @@ ItemNeed need_of(const JobPlan& plan, const JobItem& item, const OutputState& st
 std::vector<std::string> JobReport::reasons() const {
   std::vector<std::string> lines;
   if (need == OutputNeed::UpToDate) lines.push_back("up to date");
-  if (need == OutputNeed::Missing) lines.push_back("it does not exist");
-  if (need == OutputNeed::Stale && changes.empty()) lines.push_back("it was made from other input or options");
+  if (is_made_again) return {"up to date, and --force makes it again"};
+  if (need == OutputNeed::Missing && !damage.any()) lines.push_back("it does not exist");
+  if (need == OutputNeed::Stale && changes.empty() && !damage.any())
+    lines.push_back("it was made from other input or options");
+  for (const std::string& file : damage.lost) lines.push_back(file + " is lost");
+  for (const std::string& file : damage.altered) lines.push_back(file + " is no longer what was made");
   for (const JobChange& change : changes) lines.push_back(line_of(change));
   return lines;
 }
@@ -104,32 +108,43 @@ Json JobReport::json() const {
 
 JobReport explain_job(const JobPlan& plan, const JobOptions& options) {
   check_plan(plan);
-  const OutputState state = look_at_output(plan);
+  const OutputState state = look_at_output(plan, options);
   JobReport report;
   report.output = state.output;
   report.is_forced = options.force;
   report.changes = state.changes;
+  report.damage = state.damage;
+  report.is_made_again = state.is_made_again;
   if (state.found == FoundOutput::Same) report.need = OutputNeed::UpToDate;
-  if (state.found == FoundOutput::Different) report.need = state.only_grows ? OutputNeed::Grown : OutputNeed::Stale;
+  const bool is_only_lost = state.damage.any() && state.damage.altered.empty();
+  if (state.found == FoundOutput::Different && !is_only_lost)
+    report.need = state.only_grows ? OutputNeed::Grown : OutputNeed::Stale;
   if (state.found == FoundOutput::Same || is_partial_whole(partial_path(state.output), plan.manifest, plan.key))
     return report;
   for (const JobItem& item : plan.items) report.items.push_back({item.name, need_of(plan, item, state)});
   return report;
 }
 
+JobReport explain_output_files(const std::vector<OutputFile>& files, const std::string& key,
+                               const JobOptions& options) {
+  // Everything but a different key is an error of check_output_files() also with `force`.
+  const JobStatus status = check_output_files(files, key, {.force = true, .keeps_same = true});
+  const bool is_other = std::any_of(files.begin(), files.end(), [&](const OutputFile& file) {
+    std::error_code error;
+    return fs::exists(file.path, error) && file.existing_key != key;
+  });
+  JobReport report;
+  report.output = files.front().path;
+  report.is_forced = options.force;
+  report.is_made_again = status == JobStatus::UpToDate && options.force;
+  if (status == JobStatus::UpToDate && !options.force) report.need = OutputNeed::UpToDate;
+  if (is_other || report.is_made_again) report.need = OutputNeed::Stale;
+  return report;
+}
+
 JobReport explain_output_file(const fs::path& output, const std::string& existing_key, const std::string& key,
                               const JobOptions& options) {
-  // Everything but a different key is an error of check_output_file() also with `force`.
-  const JobStatus status = check_output_file(output, existing_key, key, {.force = true});
-  JobReport report;
-  report.output = output;
-  report.is_forced = options.force;
-  std::error_code error;
-  if (status == JobStatus::UpToDate)
-    report.need = OutputNeed::UpToDate;
-  else if (fs::exists(output, error))
-    report.need = OutputNeed::Stale;
-  return report;
+  return explain_output_files({{.path = output, .existing_key = existing_key}}, key, options);
 }
 
 }  // namespace patinate

@@ -30,7 +30,9 @@ struct JobReport {
   std::filesystem::path output;
   OutputNeed need = OutputNeed::Missing;
   bool is_forced = false;
+  bool is_made_again = false;      ///< It is up to date, and forced.
   std::vector<JobChange> changes;  ///< Why a Grown or Stale output is so, as far as it says what it was made from.
+  FolderDamage damage;             ///< Why a Missing or Stale output is so that was made from the same.
   struct Item {
     std::string name;
     ItemNeed need = ItemNeed::Run;
@@ -50,6 +52,9 @@ struct JobReport {
 /// What run_job() would do. Outputs that could be reused are read, because only unchanged ones are.
 /// @throws what run_job() throws before it begins, but for a need of `force`, and but for a folder in use.
 [[nodiscard]] JobReport explain_job(const JobPlan& plan, const JobOptions& options);
+/// What check_output_files() would lead to. @throws as it does, but for a need of `force`.
+[[nodiscard]] JobReport explain_output_files(const std::vector<OutputFile>& files, const std::string& key,
+                                             const JobOptions& options);
 /// What check_output_file() would lead to. @throws as it does, but for a need of `force`.
 [[nodiscard]] JobReport explain_output_file(const std::filesystem::path& output, const std::string& existing_key,
                                             const std::string& key, const JobOptions& options);

@@ -16,6 +16,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
+#include "libcommon/core/input_watch.h"
 #include "libcommon/core/temporary_file.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
@@ -76,6 +77,11 @@ void sync_path(const fs::path& path) {
   if (error != 0 && error != EINVAL) fail(path, "cannot be written", error);
 }
 
+void fail_written(const fs::filesystem_error& error) {
+  const fs::path& path = error.path2().empty() ? error.path1() : error.path2();
+  throw CannotComplete(path.string() + ": cannot be written; " + error.code().message());
+}
+
 std::string marker_text(const DoneItem& done) {
   std::string text = done.key + "\n";
   for (const auto& [file, key] : done.files) text += key + " " + file + "\n";
@@ -126,6 +132,7 @@ void link_or_copy(const fs::path& from, const fs::path& to) {
 }
 
 std::string manifest_key(const fs::path& folder, const std::string& manifest) {
+  const UnwatchedReads of_output;
   std::error_code error;
   if (!fs::is_regular_file(folder / manifest, error)) return "";
   try {
@@ -298,7 +305,7 @@ void PartialFolder::write_record(JobRecord record, const std::set<std::string>& 
     std::erase_if(done.files, [](const auto& file) { return is_work(file.first); });
     if (!done.files.empty()) record.items[item] = std::move(done);
   }
-  write_job_record(path_, record);
+  write_job_record(path_, std::move(record), manifest_);
 }
 
 void PartialFolder::keep_only(const std::set<std::string>& items, const std::set<fs::path>& files,

@@ -28,6 +28,9 @@ namespace patinate {
                                    const std::string& item_key, const RunControl& control);
 /// Forces a file, or what a folder lists, to the disk. @throws CannotComplete
 void sync_path(const std::filesystem::path& path);
+/// What the file system refused in a job, which writes one of the two files that an error of a copy names.
+/// @throws CannotComplete
+[[noreturn]] void fail_written(const std::filesystem::filesystem_error& error);
 /// A hard link, or a copy where the file system has none. @throws CannotComplete, filesystem_error
 void link_or_copy(const std::filesystem::path& from, const std::filesystem::path& to);
 /// What the marker in a partial folder says about an item; an empty key when it is not finished.

@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "libcommon/core/files.h"
+#include "libcommon/core/input_watch.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/temporary_file.h"
 #include "libcommon/core/text.h"
@@ -112,6 +113,7 @@ void require_earlier_items(const JobPlan& plan, const ItemStore& store,
 
 std::size_t run_items_now(const JobPlan& plan, std::span<const std::size_t> items, const JobOptions& options,
                           const RunControl& control) try {
+  require_unchanged_inputs();  // That the plan is made of.
   const OutputState state = look_at_output(plan);
   require_replaceable(state, options);
   if (state.found == FoundOutput::Same) return 0;
@@ -146,13 +148,14 @@ std::size_t run_items_now(const JobPlan& plan, std::span<const std::size_t> item
   control.report(1.0);
   return num_run;
 } catch (const fs::filesystem_error& e) {
-  throw CannotComplete(e.path1().string() + ": cannot be written; " + e.code().message());
+  fail_written(e);
 }
 
 JobStatus join_now(const JobPlan& plan, const JobOptions& options, const RunControl& control) try {
   OutputState state = look_at_output(plan);
   require_replaceable(state, options);
   ItemStore store(plan);
+  remove_abandoned(folder_of(state.output), state.output.filename().string() + ".old.");
   if (state.found == FoundOutput::Same) {
     store.remove_all();
     control.report(1.0);
@@ -165,10 +168,11 @@ JobStatus join_now(const JobPlan& plan, const JobOptions& options, const RunCont
   take_stages(plan, store, std::numeric_limits<int>::min(), std::numeric_limits<int>::max(), folder.path());
   ItemProgress progress(control, plan);
   for (std::size_t i = 0; i < plan.items.size(); ++i) progress.set(i, 1.0);
+  const InputStep join_step;
   plan.join(folder.path(), progress.item_control(plan.items.size(), thread_count(control)));
   if (manifest_key(folder.path(), plan.manifest) != plan.key)
     throw CannotComplete((folder.path() / plan.manifest).string() + ": was not written by the last step");
-  write_job_record(folder.path(), record_of(plan, store));
+  write_job_record(folder.path(), record_of(plan, store), plan.manifest);
   if (options.add_record) options.add_record(folder.path());
   fs::remove_all(folder.path() / fs::path(kJobWorkFolder).parent_path());
   sync_path(folder.path());
@@ -178,7 +182,7 @@ JobStatus join_now(const JobPlan& plan, const JobOptions& options, const RunCont
   control.report(1.0);
   return is_ours ? JobStatus::Done : JobStatus::UpToDate;
 } catch (const fs::filesystem_error& e) {
-  throw CannotComplete(e.path1().string() + ": cannot be written; " + e.code().message());
+  fail_written(e);
 }
 
 }  // namespace

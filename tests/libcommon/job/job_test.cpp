@@ -87,7 +87,9 @@ TEST(Job, RunsNoItemWhenTheOutputIsUpToDate) {
   TempFolder temp;
   (void)run_job(sample_plan(temp / "out", "k"), {}, {});
   std::atomic<int> runs{0};
-  EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int) { ++runs; }), {.force = true}, {}), JobStatus::UpToDate);
+  EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int) { ++runs; }), {}, {}), JobStatus::UpToDate);
+  EXPECT_EQ(run_job(sample_plan(temp / "out", "k", [&](int) { ++runs; }), {.force = true, .keeps_same = true}, {}),
+            JobStatus::UpToDate);
   EXPECT_EQ(run_job(sample_plan(temp / "out/", "k", [&](int) { ++runs; }), {}, {}), JobStatus::UpToDate);
   EXPECT_EQ(runs, 0);
 }

@@ -16,6 +16,7 @@ namespace patinate {
 namespace {
 
 const std::string kObjBegin = "# patinate";
+constexpr const char* kObjEnd = "# end\n";  ///< Of a file with a key, which is so known to be whole.
 
 template <class Number>
 void append(std::string& text, Number value) {
@@ -108,6 +109,7 @@ void write_obj(const std::filesystem::path& path, const Mesh& mesh, const std::s
     }
     text += '\n';
   }
+  if (!key.empty()) text += kObjEnd;
   write_atomically(path, text);
 }
 

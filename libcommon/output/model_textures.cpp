@@ -26,16 +26,24 @@ std::string file_name(const std::string& kind, std::size_t time, std::size_t til
 /// Rows as they come, or their complements: of gloss, roughness.
 enum class Codes { AsTheyAre, Complement };
 
-std::vector<std::string> write_codes_of(const fs::path& folder, const std::string& prefix, std::size_t time,
-                                        const std::string& kind, const std::vector<GlbTexture>& textures,
-                                        Codes codes = Codes::AsTheyAre) {
+/// Where the files of a time go, and the key that they carry.
+struct TexturePlace {
+  const fs::path& folder;
+  const std::string& prefix;
+  std::size_t time;
+  const std::string& key;
+};
+
+std::vector<std::string> write_codes_of(const TexturePlace& place, const std::string& kind,
+                                        const std::vector<GlbTexture>& textures, Codes codes = Codes::AsTheyAre) {
   std::vector<std::string> names;
   for (std::size_t tile = 0; tile < textures.size(); ++tile) {
     const GlbTexture& texture = textures[tile];
-    const std::string name = file_name(kind, time, tile, textures.size(), ".png");
+    const std::string name = file_name(kind, place.time, tile, textures.size(), ".png");
     ImageRowWriter out(
-        folder / name, texture.width, texture.height,
-        {.channels = texture.channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"}});
+        place.folder / name, texture.width, texture.height,
+        {.channels = texture.channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"},
+         .key = place.key});
     std::vector<std::uint8_t> complement;
     texture.make([&](std::span<const std::uint8_t> rows) {
       if (codes == Codes::AsTheyAre) return out.write(rows);
@@ -44,7 +52,7 @@ std::vector<std::string> write_codes_of(const fs::path& folder, const std::strin
       out.write(std::span<const std::uint8_t>(complement));
     });
     out.finish();
-    names.push_back(prefix + name);
+    names.push_back(place.prefix + name);
   }
   return names;
 }
@@ -59,20 +67,20 @@ bool is_ours(const std::string& name) {
 }  // namespace
 
 void write_textures(const fs::path& folder, const std::string& prefix, std::size_t time, const GlbAppearance& look,
-                    TextureFiles& files) {
-  files.base_colors.push_back(write_codes_of(folder, prefix, time, "color", look.base_colors));
-  if (!look.normals.empty()) files.normals.push_back(write_codes_of(folder, prefix, time, "normal", look.normals));
+                    const std::string& key, TextureFiles& files) {
+  const TexturePlace place{folder, prefix, time, key};
+  files.base_colors.push_back(write_codes_of(place, "color", look.base_colors));
+  if (!look.normals.empty()) files.normals.push_back(write_codes_of(place, "normal", look.normals));
   if (!look.speculars.empty())
-    files.roughness.push_back(write_codes_of(folder, prefix, time, "roughness", look.speculars, Codes::Complement));
-  if (!look.metalness.empty())
-    files.metalness.push_back(write_codes_of(folder, prefix, time, "metalness", look.metalness));
+    files.roughness.push_back(write_codes_of(place, "roughness", look.speculars, Codes::Complement));
+  if (!look.metalness.empty()) files.metalness.push_back(write_codes_of(place, "metalness", look.metalness));
   files.reflectances.push_back(look.reflectance);
-  files.reflectance.push_back(write_codes_of(folder, prefix, time, "reflectance", look.reflectance_colors));
+  files.reflectance.push_back(write_codes_of(place, "reflectance", look.reflectance_colors));
   if (look.heights.empty()) return;
   std::vector<std::string> names;
   for (std::size_t tile = 0; tile < look.heights.size(); ++tile) {
     names.push_back(file_name("height", time, tile, look.heights.size(), ".exr"));
-    write_exr(folder / names.back(), look.heights[tile](), {"Y"}, ExrDepth::Float);
+    write_exr(folder / names.back(), look.heights[tile](), {"Y"}, ExrDepth::Float, key);
     names.back().insert(0, prefix);
   }
   files.heights.push_back(std::move(names));
@@ -92,13 +100,18 @@ WorkFolder::~WorkFolder() {
   if (!path_.empty()) fs::remove_all(path_, ignored);
 }
 
-void WorkFolder::keep_as(const fs::path& to) {
+void require_own_textures(const fs::path& folder) {
   std::error_code error;
-  for (fs::directory_iterator it(to, error), end; !error && it != end; it.increment(error)) {
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
     if (!is_ours(it->path().filename().string()))
-      throw CannotComplete(to.string() + ": holds " + it->path().filename().string() +
+      throw CannotComplete(folder.string() + ": holds " + it->path().filename().string() +
                            ", which is none of our textures; move it, or name another output");
   }
+}
+
+void WorkFolder::keep_as(const fs::path& to) {
+  require_own_textures(to);
+  std::error_code error;
   fs::remove_all(to, error);
   fs::rename(path_, to, error);
   if (error) throw CannotComplete(to.string() + ": cannot be written; " + error.message());

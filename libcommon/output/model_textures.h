@@ -27,10 +27,13 @@ struct TextureFiles {
 };
 
 /// Writes the textures of one time into `folder` and names them. @param prefix  Of the names: "bust.textures/".
-/// @param time  Its number, part of the names. @throws CannotComplete
+/// @param time  Its number, part of the names. @param key  Content key that each file carries; "" = none.
+/// @throws CannotComplete
 void write_textures(const std::filesystem::path& folder, const std::string& prefix, std::size_t time,
-                    const GlbAppearance& look, TextureFiles& files);
+                    const GlbAppearance& look, const std::string& key, TextureFiles& files);
 
+/// @throws CannotComplete where a folder holds anything but textures of ours.
+void require_own_textures(const std::filesystem::path& folder);
 /// A material's name for a tile: "material", "material_1001".
 [[nodiscard]] std::string tile_material(const std::string& tile);
 

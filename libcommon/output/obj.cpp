@@ -63,7 +63,7 @@ Mesh grouped(const Mesh& mesh, const GlbTiles& tiles, const ObjOptions& options)
 
 /// The dialect with physical terms that Blender, Maya and others read ("PBR extension": Pr, Pm, norm).
 std::string mtl_text(const GlbTiles& tiles, const TextureFiles& files, const ObjOptions& options) {
-  std::string out = "# patinate\n";
+  std::string out = "# patinate" + (options.key.empty() ? "" : " " + options.key) + "\n";
   for (const std::string& credit : options.credits) out += "# " + credit + "\n";
   for (std::size_t tile = 0; tile < tiles.names.size(); ++tile) {
     const auto map = [&](const std::string& statement, const TextureFiles::Series& series) {
@@ -80,7 +80,7 @@ std::string mtl_text(const GlbTiles& tiles, const TextureFiles& files, const Obj
     map("norm", files.normals);
     map("disp", files.heights);
   }
-  return out;
+  return out + "# end\n";
 }
 
 }  // namespace
@@ -91,7 +91,7 @@ void write_obj_model(const fs::path& path, const Mesh& mesh, const GlbTiles& til
   const std::string stem = path.stem().string(), textures = stem + ".obj.textures";
   WorkFolder work(folder_of(path) / ("." + stem + ".obj.partial"));
   TextureFiles files;
-  write_textures(work.path(), textures + "/", 0, appearance, files);
+  write_textures(work.path(), textures + "/", 0, appearance, options.key, files);
   control.report(0.8);
   control.throw_if_stopped();
   work.keep_as(folder_of(path) / textures);

@@ -63,7 +63,7 @@ void write_usd(const fs::path& path, const Mesh& mesh, const GlbTiles& tiles,
       look.heights.clear();             // A package holds PNG and JPEG.
       look.reflectance_colors.clear();  // Of MaterialX, which a package has not.
     }
-    write_textures(work.path(), textures + "/", i, look, files);
+    write_textures(work.path(), textures + "/", i, look, is_package ? "" : options.key, files);
     control.report(0.9 * static_cast<double>(i + 1) / static_cast<double>(times.size()));
   }
   const std::string text = usd_text(mesh, tiles, files, times, options);

@@ -62,8 +62,8 @@ void define_kind(py::module_& module, CalibrationKind kind, const std::string& b
       const Json content = is_dict ? held : load_json(file);
       capture::CalibrationOutput result =
           capture::calibrate(kind, JsonReader(file.string(), content), options, control);
-      if (!output.empty()) cli::make_output(cli::calibration_work(result, kind, output), force, {});
-      if (!picture.empty()) cli::write_calibration_picture(result, kind, picture);
+      if (!output.empty() || !picture.empty())
+        cli::make_output(cli::calibration_work(result, kind, output, picture), force, {});
       return result;
     });
     return object_of(*calibration.json);

@@ -231,7 +231,7 @@ class Obj(CommandCase):
             self.succeeds("export", self.shared / "aged", "-o", name)
         for suffix in (".obj", ".mtl", ".obj.mtlx"):
             self.assertEqual((self.folder / f"a{suffix}").read_bytes(), (self.folder / f"again/a{suffix}").read_bytes())
-        status = lambda: json.loads(self.succeeds("export", self.shared / "aged", "-o", "a.obj", "--json", "--force"))["status"]
+        status = lambda: json.loads(self.succeeds("export", self.shared / "aged", "-o", "a.obj", "--json"))["status"]
         self.assertEqual(status(), "up to date")
         (self.folder / "a.mtl").unlink()
         self.assertEqual(status(), "done")

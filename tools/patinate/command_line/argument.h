@@ -31,6 +31,7 @@ struct ArgumentInfo {
   bool is_common = false;    ///< An option of every command.
   bool takes_words = false;  ///< An option that may be repeated takes all words up to the next option.
   bool has_no_form = false;  ///< A flag that is on unless `--no-...` is given.
+  bool is_written = false;   ///< An option whose file is an output, as that of -o is.
 
   [[nodiscard]] bool is_positional() const {
     return kind == ArgumentKind::Positional || kind == ArgumentKind::PositionalList;

@@ -14,7 +14,7 @@ void describe(OptionVisitor& v, CommonOptions& o) {
   v.visit({"json", "The result as one JSON object on stdout"}, o.json);
   v.visit({"quiet", "Errors only"}, o.quiet);
   v.visit({"verbose", "More on stderr: decisions, what each stage took"}, o.verbose);
-  v.visit({"force", "Replace an existing, different output"}, o.force);
+  v.visit({"force", "Make the output again, also in place of a different one"}, o.force);
   v.visit({"dry_run", "Say what would be done and why, and do nothing"}, o.dry_run);
 }
 
@@ -134,6 +134,7 @@ void CommandLine::choices(const std::vector<std::string>& words) {
 }
 
 void CommandLine::suggestions(const std::vector<std::string>& words) { arguments_.back()->choices = words; }
+void CommandLine::written() { arguments_.back()->is_written = true; }
 void CommandLine::alias(const std::string& name) { arguments_.back()->alias = dashed(name); }
 void CommandLine::alternatives(const std::vector<std::string>& names) { alternatives_.push_back(names); }
 

@@ -69,6 +69,8 @@ class CommandLine {
 
   /// Marks the argument that was declared last as required, or a positional one as not required.
   void required(bool is_required = true);
+  /// The file of the argument that was declared last is an output.
+  void written();
   /// Nothing else is accepted for the argument that was declared last.
   void choices(const std::vector<std::string>& words);
   /// What shells offer for the argument that was declared last; anything is accepted.
@@ -113,6 +115,10 @@ class CommandLine {
   [[nodiscard]] std::string config() const;
   /// Paths that are read, those of options too; `library:NAME` as the folder. Call after parse().
   [[nodiscard]] std::vector<std::filesystem::path> inputs() const;
+  /// Of a file that is written beside the output; parse() has said it of the output itself.
+  /// @throws UsageError if it is an input, or lies in a finished result.
+  /// @param argument  That names it, as shown.
+  void require_apart(const std::string& argument, const std::filesystem::path& file) const;
   /// Every option in force: {"spatial_sigma": {"value": 20, "from": "default"}, ...}. Call after parse().
   [[nodiscard]] Json effective_options() const;
 

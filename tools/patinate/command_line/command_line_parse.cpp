@@ -45,24 +45,32 @@ Json value_in_force(const ArgumentInfo& argument, const std::vector<std::string>
   return argument.default_text.empty() ? Json(nullptr) : typed(argument, argument.default_text);
 }
 
-bool is_input(const ArgumentInfo& argument) { return argument.type == ValueType::Path && argument.name != "-o"; }
+bool is_output(const ArgumentInfo& argument) { return argument.name == "-o" || argument.is_written; }
+bool is_input(const ArgumentInfo& argument) { return argument.type == ValueType::Path && !is_output(argument); }
 
-/// @throws UsageError if what is made would take the place of what is read.
-void require_output_apart(const std::vector<std::unique_ptr<Argument>>& arguments) {
-  std::string output;
+std::vector<GivenInput> given_inputs(const std::vector<std::unique_ptr<Argument>>& arguments) {
   std::vector<GivenInput> inputs;
   for (const auto& argument : arguments) {
-    for (const std::string& text : argument->found) {
-      if (argument->name == "-o")
-        output = text;
-      else if (argument->kind != ArgumentKind::Flag)
-        inputs.push_back({argument->name, text, argument->type == ValueType::Path});
-    }
+    if (is_output(*argument) || argument->kind == ArgumentKind::Flag) continue;
+    for (const std::string& text : argument->found)
+      inputs.push_back({argument->name, text, argument->type == ValueType::Path});
   }
-  if (!output.empty()) require_apart(output, inputs);
+  return inputs;
+}
+
+/// @throws UsageError if what is made would take the place of what is read.
+void require_outputs_apart(const std::vector<std::unique_ptr<Argument>>& arguments) {
+  for (const auto& argument : arguments) {
+    if (!is_output(*argument)) continue;
+    for (const std::string& text : argument->found) require_apart(argument->name, text, given_inputs(arguments));
+  }
 }
 
 }  // namespace
+
+void CommandLine::require_apart(const std::string& argument, const std::filesystem::path& file) const {
+  cli::require_apart(argument, file, given_inputs(arguments_));
+}
 
 bool CommandLine::parse(const std::vector<std::string>& arguments, const std::function<void()>& supply) {
   bool wants_help = false;
@@ -166,7 +174,7 @@ void CommandLine::assign() {
     if (!argument->is_positional() || argument->type != ValueType::Path) continue;
     for (const std::string& path : argument->found) require_exists(path);
   }
-  require_output_apart(arguments_);
+  require_outputs_apart(arguments_);
   for (const auto& options : described_) {
     assign_choices(*options, [&](const std::string& name) {
       for (const auto& argument : arguments_) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "libcommon/core/input_watch.h"
 #include "libcommon/core/printable.h"
 #include "libcommon/history/history_card.h"
 #include "libcommon/job/spread_job.h"
@@ -15,6 +16,7 @@
 #include "tools/patinate/command_line/option_sources.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/progress_line.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/command_line/verbs.h"
 
 namespace patinate::cli {
@@ -132,12 +134,21 @@ std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std:
   return status;
 }
 
+std::optional<JobStatus> CommandRun::check_files(const std::vector<OutputFile>& files, const std::string& key) {
+  for (const OutputFile& file : files) {
+    line.require_apart(&file == &files.front() ? "-o" : "beside -o", file.path);
+    if (is_noted_input(file.path))
+      throw UsageError(file.path.string() + ": is an input and would be replaced; expected another output");
+  }
+  if (request_ != nullptr) return answer_files(files, key);
+  if (!line.common().dry_run) return check_output_files(files, key, job_options());
+  report_dry_run(explain_output_files(files, key, job_options()));
+  return std::nullopt;
+}
+
 std::optional<JobStatus> CommandRun::check_file(const std::filesystem::path& output, const std::string& existing_key,
                                                 const std::string& key) {
-  if (request_ != nullptr) return answer_file(output, existing_key, key);
-  if (!line.common().dry_run) return check_output_file(output, existing_key, key, job_options());
-  report_dry_run(explain_output_file(output, existing_key, key, job_options()));
-  return std::nullopt;
+  return check_files({{.path = output, .existing_key = existing_key}}, key);
 }
 
 std::optional<JobStatus> CommandRun::answer_folder(const JobPlan& unordered, const JobOptions& options,
@@ -162,25 +173,27 @@ std::optional<JobStatus> CommandRun::answer_folder(const JobPlan& unordered, con
   return std::nullopt;
 }
 
-std::optional<JobStatus> CommandRun::answer_file(const std::filesystem::path& output, const std::string& existing_key,
-                                                 const std::string& key) {
+std::optional<JobStatus> CommandRun::answer_files(const std::vector<OutputFile>& files, const std::string& key) {
   using Wanted = PlanRequest::Wanted;
   if (request_->identity) require_same_work(*request_->identity, key, {});
-  const bool is_made = existing_key == key;
+  const bool is_made =
+      std::all_of(files.begin(), files.end(), [&](const OutputFile& file) { return file.existing_key == key; });
+  std::vector<std::filesystem::path> outputs;
+  for (const OutputFile& file : files) outputs.push_back(file.path);
   const PlannedWork work{
-      .output = output,
+      .output = outputs.front(),
       .key = key,
       .depends_on = {},
-      .items = {{.name = "file", .key = key, .outputs = {output}, .waits_for = {}, .is_finished = is_made}},
+      .items = {{.name = "file", .key = key, .outputs = outputs, .waits_for = {}, .is_finished = is_made}},
       .is_up_to_date = is_made};
   if (request_->wanted == Wanted::Description) {
-    (void)check_output_file(output, existing_key, key, job_options());  // Says what is in the way.
+    (void)check_output_files(files, key, job_options());  // Says what is in the way.
     request_->work = work;
     return std::nullopt;
   }
   if (request_->wanted == Wanted::Items) (void)asked_items(*request_, 1);
   if (request_->wanted == Wanted::Join) require_finished(work);
-  return check_output_file(output, existing_key, key, job_options());
+  return check_output_files(files, key, job_options());
 }
 
 void CommandRun::report_items(const std::filesystem::path& output, std::size_t num_run, std::size_t num_asked) {

@@ -50,7 +50,10 @@ class CommandRun {
   [[nodiscard]] std::vector<std::string> credits() const;
   /// Progress under a label of one or two words, the stop token, --threads.
   [[nodiscard]] RunControl control(const std::string& label);
-  [[nodiscard]] JobOptions job_options() const { return {.force = line.common().force}; }
+  /// What is planned may be made by several at a time: `force` then means other outputs only.
+  [[nodiscard]] JobOptions job_options() const {
+    return {.force = line.common().force, .keeps_same = request_ != nullptr};
+  }
   /// Seconds since the command began.
   [[nodiscard]] double seconds() const;
   /// "patinate", the verb and its arguments, for run.json.
@@ -60,9 +63,13 @@ class CommandRun {
   /// plan are asked for (answer()), runs those.
   /// @returns nothing unless the folder is there in the end: the command then returns 0.
   [[nodiscard]] std::optional<JobStatus> make_folder(const JobPlan& plan, const std::string& label);
-  /// Whether a single-file output is to be made; as check_output_file(). With --dry-run says what would be done
-  /// instead. A file is a plan of one item.
+  /// Whether an output is to be made that is no folder; as check_output_files(). With --dry-run says what would be done
+  /// instead. To a plan all of it is one item.
+  /// @param files  The output, and all that is written with it. Not empty.
   /// @returns nothing after a dry run or when only the plan is asked for: the command then returns 0.
+  /// @throws UsageError if a file is an input.
+  [[nodiscard]] std::optional<JobStatus> check_files(const std::vector<OutputFile>& files, const std::string& key);
+  /// The same of one file.
   [[nodiscard]] std::optional<JobStatus> check_file(const std::filesystem::path& output,
                                                     const std::string& existing_key, const std::string& key);
 
@@ -89,8 +96,7 @@ class CommandRun {
  private:
   void supply_options();
   std::optional<JobStatus> answer_folder(const JobPlan& plan, const JobOptions& options, const std::string& label);
-  std::optional<JobStatus> answer_file(const std::filesystem::path& output, const std::string& existing_key,
-                                       const std::string& key);
+  std::optional<JobStatus> answer_files(const std::vector<OutputFile>& files, const std::string& key);
   /// With --verbose says how long the part of the work took that the last control() began.
   void end_stage();
 

@@ -16,7 +16,8 @@ namespace {
 constexpr int kCannot = 1, kUsage = 2, kInput = 3;
 
 std::string message_of(const std::filesystem::filesystem_error& e) {
-  return (e.path1().empty() ? "the file system" : e.path1().string()) + ": " + e.code().message();
+  const std::filesystem::path& path = e.path2().empty() ? e.path1() : e.path2();  // Of a copy, what is written.
+  return (path.empty() ? "the file system" : path.string()) + ": " + e.code().message();
 }
 
 /// nlohmann's "[json.exception.type_error.302] type must be string, but is null" without what is for programmers.

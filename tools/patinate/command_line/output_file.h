@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "libcommon/job/job.h"
+
 namespace patinate::cli {
 
 /// @throws UsageError unless `output` has one of the extensions (lower case, with the dot).
@@ -19,7 +21,15 @@ void require_folder_name(const std::filesystem::path& output, const std::string&
 void require_no_file_name(const std::filesystem::path& output);
 /// What write_color() can write.
 [[nodiscard]] const std::vector<std::string>& image_extensions();
-/// The key in an image that patinate wrote; "" if the file is absent or carries none.
+/// The key in an image that patinate wrote; "" if the file is absent, carries none, or is cut off.
 [[nodiscard]] std::string image_file_key(const std::filesystem::path& path);
+/// The same of any file that carries a key, by its extension: images, movies, .glb, .usda, .usdz, .obj, .mtl, .mtlx.
+[[nodiscard]] std::string written_key(const std::filesystem::path& path);
+/// A file that is going to be written, with the key that lies there. A folder of images carries what all of them carry.
+[[nodiscard]] OutputFile output_file(const std::filesystem::path& path);
+[[nodiscard]] OutputFile output_folder(const std::filesystem::path& path);
+/// A file that carries no key: up to date under kSameText when it holds just this text.
+[[nodiscard]] OutputFile text_file(const std::filesystem::path& path, const std::string& text);
+inline constexpr const char* kSameText = "same";
 
 }  // namespace patinate::cli

@@ -70,13 +70,13 @@ std::vector<fs::path> places_of_output(const fs::path& output) {
   return places;
 }
 
-[[noreturn]] void refuse(const fs::path& output, const std::string& why) {
-  throw UsageError("-o: found `" + output.string() + "`, " + why + "; expected another place");
+[[noreturn]] void refuse(const std::string& argument, const fs::path& output, const std::string& why) {
+  throw UsageError(argument + ": found `" + output.string() + "`, " + why + "; expected another place");
 }
 
 }  // namespace
 
-void require_apart(const fs::path& output, const std::vector<GivenInput>& inputs) {
+void require_apart(const std::string& argument, const fs::path& output, const std::vector<GivenInput>& inputs) {
   const std::vector<fs::path> places = places_of_output(output);
   for (const GivenInput& input : inputs) {
     const std::vector<fs::path> files = input.is_path ? std::vector<fs::path>{input.text} : files_named_by(input.text);
@@ -84,14 +84,15 @@ void require_apart(const fs::path& output, const std::vector<GivenInput>& inputs
       if (!is_there(file)) continue;
       const fs::path place = place_of(file);
       if (std::find(places.begin(), places.end(), place) != places.end())
-        refuse(output, "which is an input (" + input.argument + ") and would be replaced");
+        refuse(argument, output, "which is an input (" + input.argument + ") and would be replaced");
       if (is_inside(place, places.front()))
-        refuse(output, "which holds an input (" + input.argument + ") and would be replaced");
+        refuse(argument, output, "which holds an input (" + input.argument + ") and would be replaced");
     }
   }
   const fs::path result = result_around(places.front().parent_path());
   if (!result.empty())
-    refuse(output, "which lies inside " + result.string() + ", a finished result, which stays as it was made");
+    refuse(argument, output,
+           "which lies inside " + result.string() + ", a finished result, which stays as it was made");
 }
 
 }  // namespace patinate::cli

@@ -15,8 +15,10 @@ struct GivenInput {
   bool is_path = true;  ///< false: a text that may name files, such as SOURCE=MAP:2 or an expression.
 };
 
+/// @param argument  That names the output, as shown: "-o".
 /// @throws UsageError if `output` is an input, is a folder that holds one, or lies in a folder that patinate made, of
 /// which it is no part.
-void require_apart(const std::filesystem::path& output, const std::vector<GivenInput>& inputs);
+void require_apart(const std::string& argument, const std::filesystem::path& output,
+                   const std::vector<GivenInput>& inputs);
 
 }  // namespace patinate::cli

@@ -29,6 +29,7 @@ int cmd_calibrate(CommandRun& run) {
   if (asked == "lambertian") run.line.options(options.lambertian);
   if (asked == "response") run.line.options(options.response);
   run.line.option("picture", "FILE.png", "Also draw residuals (camera) or outlines and highlights (spheres)", picture);
+  run.line.written();
   run.line.example("calibrate camera board.json -o camera.json --picture residuals.png");
   run.line.example("calibrate spheres rig.json -o lights.json");
   run.line.example("calibrate spheres rti.json -o lights.lp");
@@ -40,11 +41,10 @@ int cmd_calibrate(CommandRun& run) {
   const Json content = load_json(description);
   const capture::CalibrationOutput result = capture::calibrate(kind, JsonReader(description.string(), content), options,
                                                                run.control("calibrate " + kind_name));
-  const OutputWork work = calibration_work(result, kind, output);
-  const std::optional<JobStatus> status = run.check_file(output, work.existing_key, work.key);
+  const OutputWork work = calibration_work(result, kind, output, picture);
+  const std::optional<JobStatus> status = run.check_files(files_of(work), work.key);
   if (!status) return 0;
   if (*status == JobStatus::Done) work.make({});
-  if (!picture.empty()) write_calibration_picture(result, kind, picture);
   for (const std::string& line : result.lines) run.note(line);
   Json more{{"kind", kind_name}, {"report", result.json->at("report")}, {"notes", result.lines}};
   for (const char* part : {"camera", "lights", "response"}) {

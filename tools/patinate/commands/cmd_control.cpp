@@ -71,22 +71,19 @@ std::filesystem::path unwrapped_file(const std::filesystem::path& map_file) {
   return std::filesystem::path(map_file).replace_extension(".obj");
 }
 
-/// Whether the maps, and the mesh beside an unwrapped one, are to be made.
-std::optional<JobStatus> check_outputs(CommandRun& run, const std::vector<std::filesystem::path>& files,
-                                       const AtlasMesh& atlas, const std::string& key) {
-  const std::optional<JobStatus> status = check_tile_files(run, files, key);
-  if (!status || !atlas.is_unwrapped) return status;
-  const std::filesystem::path mesh = unwrapped_file(files.front());
-  const JobStatus mesh_status = check_output_file(mesh, read_obj_key(mesh), key, run.job_options());
-  return *status == JobStatus::UpToDate ? mesh_status : *status;
-}
-
 /// One of the maps that are asked for.
 struct AskedMap {
   std::string kind;
   std::vector<std::filesystem::path> files;  ///< Of its tiles.
   std::string key;
   JobCost cost;
+
+  /// The maps, and the mesh beside an unwrapped one.
+  [[nodiscard]] std::vector<std::filesystem::path> outputs(const AtlasMesh& atlas) const {
+    std::vector<std::filesystem::path> all = files;
+    if (atlas.is_unwrapped) all.push_back(unwrapped_file(files.front()));
+    return all;
+  }
 };
 
 constexpr std::string_view kKindPlace = "<KIND>";
@@ -114,7 +111,7 @@ void require_each_once(std::vector<std::string> kinds) {
 std::optional<std::vector<std::size_t>> maps_to_make(CommandRun& run, const std::filesystem::path& output,
                                                      const AtlasMesh& atlas, const std::vector<AskedMap>& maps) {
   if (maps.size() == 1) {
-    const std::optional<JobStatus> status = check_outputs(run, maps[0].files, atlas, maps[0].key);
+    const std::optional<JobStatus> status = check_tile_files(run, maps[0].outputs(atlas), maps[0].key);
     tell_cost(run, maps[0].cost);
     if (!status) return std::nullopt;
     return *status == JobStatus::UpToDate ? std::vector<std::size_t>{} : std::vector<std::size_t>{0};
@@ -123,7 +120,7 @@ std::optional<std::vector<std::size_t>> maps_to_make(CommandRun& run, const std:
   std::vector<OutputPiece> pieces;
   for (const AskedMap& map : maps) {
     all.add(map.key);
-    pieces.push_back({.files = map.files, .key = map.key, .cost = map.cost});
+    pieces.push_back({.files = map.outputs(atlas), .key = map.key, .cost = map.cost});
   }
   return unfinished_pieces(run, output, all.hex(), pieces);
 }
@@ -186,7 +183,6 @@ int cmd_control(CommandRun& run) {
 
   Mesh mesh = load_mesh(mesh_source, run);
   AtlasMesh atlas = make_atlas(mesh_source, std::move(mesh), options.atlas, run.control("atlas"));
-  note_atlas(mesh_source, atlas, run);
   scale_mesh(atlas.mesh, mm_per_mesh_unit(mesh_source));
   std::vector<AskedMap> maps;
   const double texels = static_cast<double>(options.atlas.resolution) * options.atlas.resolution *
@@ -196,6 +192,7 @@ int cmd_control(CommandRun& run) {
                     control_key(kind, atlas, options), control_cost(kind, atlas.mesh, texels, options.kinds)});
   const std::optional<std::vector<std::size_t>> todo = maps_to_make(run, output, atlas, maps);
   if (!todo) return 0;
+  note_atlas(mesh_source, atlas, run);
   Json more = Json::object();
   if (!todo->empty()) {
     const RunControl control = run.control("control");

@@ -4,6 +4,7 @@
 #include "capture/project/draft_project.h"
 #include "libcommon/core/files.h"
 #include "patinate/core/error.h"
+#include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
@@ -36,11 +37,8 @@ int cmd_init(CommandRun& run) {
   if (output.empty()) output = folder / "capture.json";
 
   const capture::ProjectDraft draft = capture::draft_capture_project(folder, output.parent_path(), only);
-  std::error_code error;
-  const bool exists = std::filesystem::exists(output, error);
-  const bool is_same =
-      exists && std::filesystem::is_regular_file(output, error) && read_file(output, 1 << 26) == draft.text;
-  const std::optional<JobStatus> status = run.check_file(output, is_same ? "same" : "", "same");
+  const std::optional<JobStatus> status =
+      run.check_files({text_file(output, draft.text), text_file(hints_file(output), hints_text(draft))}, kSameText);
   if (!status) return 0;
   if (*status == JobStatus::Done) {
     write_atomically(output, draft.text);

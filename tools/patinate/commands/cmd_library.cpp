@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/output/contact_strip.h"
 #include "libcommon/output/html_page.h"
@@ -22,7 +23,7 @@ constexpr int kThumbnailSide_px = 160;
 constexpr std::size_t kThumbnails = 5;
 
 std::string duration_text(const ShelfEntry& entry) {
-  return short_number_text(rounded(entry.duration(), 4)) + " " + time_unit_text(entry.facts().time_unit);
+  return short_number_text(rounded(entry.duration(), 4)) + " " + shown_time_unit(entry.facts().time_unit);
 }
 
 std::string controls_text(const ShelfEntry& entry) {
@@ -128,7 +129,8 @@ int cmd_library(CommandRun& run) {
                   "places change",
                   like);
   run.line.option("thumbnails", "PAGE.html", "Write a page with pictures of every history", thumbnails);
-  run.line.without({"seed", "dry_run", "force"});
+  run.line.written();
+  run.line.without({"seed", "dry_run"});
   run.line.example("library");
   run.line.example("library --thumbnails library.html");
   run.line.example("library --like rusty_fence.jpg");
@@ -140,6 +142,7 @@ int cmd_library(CommandRun& run) {
   Json json{{"histories", Json::array()}};
   for (const ShelfEntry& entry : entries) json["histories"].push_back(entry.json());
   if (!thumbnails.empty()) {
+    (void)run.check_file(thumbnails, "", "page");
     save_page(thumbnails, entries, run.control("thumbnails"));
     json["thumbnails"] = thumbnails.string();
   }

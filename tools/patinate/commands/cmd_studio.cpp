@@ -51,6 +51,7 @@ struct SessionArgument {
 
   void declare(CommandLine& line) {
     line.option("save", "FILE.html", "Write a place as one page that opens without a server, and end", file);
+    line.written();
     line.option(
         "place", "PLACE",
         "With --save: a history, transfer or simulation, by its name below the folder; default: the folder itself",
@@ -72,9 +73,7 @@ int save_session(CommandRun& run, const fs::path& folder, const SessionArgument&
       throw UsageError("--size: found `" + number_text(*argument.size) + "`; expected an integer [16, 8192]");
     options.size = static_cast<int>(*argument.size);
   }
-  std::error_code error;
-  if (fs::exists(argument.file, error) && !run.line.common().force)
-    throw CannotComplete(argument.file.string() + ": exists; --force replaces it");
+  (void)run.check_file(argument.file, "", "page");
   studio::Studio studio(studio::ServedFolder(folder),
                         {.version = PATINATE_VERSION,
                          .token = {},

@@ -8,6 +8,8 @@
 #include "capture/project/relit_project.h"
 #include "libcommon/core/files.h"
 #include "libcommon/history/history_card.h"
+#include "libcommon/job/job_record.h"
+#include "libcommon/job/partial_folder.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
@@ -174,6 +176,20 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
   rethrow_naming(path);
 }
 
+/// Compares the files of a finished folder with what they were when it was made.
+void check_record(const std::filesystem::path& path, Checks& checks) {
+  std::error_code error;
+  const std::filesystem::path folder = std::filesystem::is_directory(path, error) ? path : folder_of(path);
+  const JobRecord record = read_job_record(folder, manifest_key(folder, kJobRecordFile));
+  const FolderDamage damage = damage_of(folder, record, Looked::AtContent);
+  const auto tell = [&](const std::string& file, const char* what) {
+    checks.run(
+        [&] { throw IoError((folder / file).string(), std::string(what) + "; make the result again with --force"); });
+  };
+  for (const std::string& file : damage.lost) tell(file, "is lost");
+  for (const std::string& file : damage.altered) tell(file, "is no longer what was made");
+}
+
 }  // namespace
 
 int cmd_validate(CommandRun& run) {
@@ -189,6 +205,7 @@ int cmd_validate(CommandRun& run) {
   Checks checks;
   const RunControl control = run.control("checking");
   checks.run([&] { check_path(path, checks, control); });
+  if (checks.problems().empty()) check_record(path, checks);
   control.report(1.0);
 
   if (checks.problems().empty()) {

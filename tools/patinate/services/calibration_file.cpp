@@ -1,11 +1,16 @@
 #include "tools/patinate/services/calibration_file.h"
 
 #include <algorithm>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <string_view>
+#include <vector>
 
 #include "libcommon/core/files.h"
+#include "libcommon/core/hash.h"
 #include "libcommon/geometry/light_io.h"
 #include "patinate/geometry/camera_io.h"
+#include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
@@ -37,6 +42,12 @@ std::string file_text(const capture::CalibrationOutput& result, capture::Calibra
   return result.json->dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
+std::string picture_key(const ImageU8& codes) {
+  ContentHash hash;
+  hash.add("calibration picture").add(std::int64_t{codes.width()}).add(std::int64_t{codes.height()});
+  return hash.add(std::string_view(reinterpret_cast<const char*>(codes.data()), codes.values().size())).hex();
+}
+
 }  // namespace
 
 void require_calibration_names(const std::filesystem::path& output, const std::filesystem::path& picture) {
@@ -45,23 +56,31 @@ void require_calibration_names(const std::filesystem::path& output, const std::f
 }
 
 OutputWork calibration_work(const capture::CalibrationOutput& result, capture::CalibrationKind kind,
-                            const std::filesystem::path& output) {
-  const std::string text = file_text(result, kind, output);
-  std::error_code error;
-  const bool is_same = std::filesystem::is_regular_file(output, error) && read_file(output) == text;
-  OutputWork work{.output = output,
+                            const std::filesystem::path& output, const std::filesystem::path& picture) {
+  std::vector<OutputFile> files;
+  std::vector<std::function<void()>> writes;
+  if (!output.empty()) {
+    const std::string text = file_text(result, kind, output);
+    files.push_back(text_file(output, text));
+    writes.emplace_back([output, text] { write_atomically(output, text); });
+  }
+  if (!picture.empty()) {
+    if (result.picture.empty()) throw UsageError("--picture: `calibrate " + name_of(kind) + "` draws none");
+    const ImageU8 codes = srgb8_from_linear(result.picture);
+    const std::string key = picture_key(codes);
+    files.push_back({.path = picture, .existing_key = image_file_key(picture) == key ? kSameText : ""});
+    writes.emplace_back([picture, codes, key] { write_codes(picture, codes, key); });
+  }
+  OutputWork work{.output = files.front().path,
                   .label = "calibrate " + name_of(kind),
-                  .key = "same",
-                  .existing_key = is_same ? "same" : "",
+                  .key = kSameText,
+                  .existing_key = files.front().existing_key,
                   .report = nullptr};
-  work.make = [output, text](const RunControl&) { write_atomically(output, text); };
+  work.beside.assign(files.begin() + 1, files.end());
+  work.make = [writes](const RunControl&) {
+    for (const auto& write : writes) write();
+  };
   return work;
-}
-
-void write_calibration_picture(const capture::CalibrationOutput& result, capture::CalibrationKind kind,
-                               const std::filesystem::path& picture) {
-  if (result.picture.empty()) throw UsageError("--picture: `calibrate " + name_of(kind) + "` draws none");
-  write_srgb8(picture, result.picture);
 }
 
 }  // namespace patinate::cli

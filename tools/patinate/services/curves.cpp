@@ -6,6 +6,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/image/between_pixels.h"
 #include "libcommon/metrics/color_curves.h"
 #include "patinate/core/error.h"
@@ -98,7 +99,7 @@ std::string row_text(double time, const Region& region, const ColorSummary& now,
 }
 
 std::string csv_of(CommandRun& run, const HistoryReader& history, const std::vector<Region>& regions) {
-  std::string text = "time (" + time_unit_text(history.manifest().time_unit) + "),region,pixels,delta_e";
+  std::string text = "time (" + shown_time_unit(history.manifest().time_unit) + "),region,pixels,delta_e";
   for (const char* channel : {"R", "G", "B", "L", "a", "b"}) {
     for (const char* figure : {"mean", "p05", "p50", "p95"}) text += std::string(",") + channel + "_" + figure;
   }
@@ -148,6 +149,7 @@ std::vector<Region> regions_of(const CurvesArgument& curves, const HistoryReader
 
 void CurvesArgument::declare(CommandLine& line) {
   line.option("curves", "FILE.csv", "Color over time of a history or transfer, as CSV", file);
+  line.written();
   line.option("by", "CONTROL", "Curves by a control of the history too, in bins of equal width", by);
   line.option("bins", "N", "Bins of --by, [1, 1000]; default 5", bins);
   line.repeated("at", "X,Y", "Curves of this pixel (of a transfer: texel) too", at);
@@ -164,13 +166,10 @@ int write_curves(CommandRun& run, const CurvesArgument& curves, const std::files
   const HistoryReader history(transfer ? transfer->history().folder() : subject,
                               transfer ? transfer->manifest().footprint_px : 1.0);
   const std::string text = csv_of(run, history, regions_of(curves, history, transfer.get()));
-  // A CSV carries no key: it is up to date when it holds just this.
-  std::error_code error;
-  const std::string existing =
-      std::filesystem::is_regular_file(curves.file, error) && read_file(curves.file) == text ? "same" : "";
-  const JobStatus status = check_output_file(curves.file, existing, "same", run.job_options());
-  if (status == JobStatus::Done) write_atomically(curves.file, text);
-  run.report_output(status, curves.file);
+  const std::optional<JobStatus> status = run.check_files({text_file(curves.file, text)}, kSameText);
+  if (!status) return 0;
+  if (*status == JobStatus::Done) write_atomically(curves.file, text);
+  run.report_output(*status, curves.file);
   return 0;
 }
 

@@ -5,12 +5,15 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
+#include "libcommon/core/input_watch.h"
 #include "libcommon/history/history_card.h"
-#include "patinate/mesh_files/mesh_io.h"
+#include "libcommon/output/model_textures.h"
 #include "patinate/output/glb.h"
 #include "patinate/output/obj.h"
 #include "patinate/output/usd.h"
+#include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/usage_error.h"
 
@@ -20,35 +23,31 @@ namespace {
 
 constexpr int kModelTimes = 5;
 
-std::string glb_key_of(const std::filesystem::path& path) {
+/// Textures, all of which a MaterialX document beside them names.
+OutputFile textures_beside(const std::filesystem::path& folder, const std::filesystem::path& materials) {
+  require_own_textures(folder);
+  OutputFile textures = output_folder(folder);
   std::error_code error;
-  return std::filesystem::is_regular_file(path, error) ? read_glb_key(path) : "";
+  if (!std::filesystem::is_regular_file(materials, error)) return textures;
+  const UnwatchedReads of_output;
+  const std::string text = read_file(materials), before = "\"" + folder.filename().string() + "/";
+  for (std::size_t at = text.find(before); at != std::string::npos; at = text.find(before, at + 1)) {
+    const std::size_t begin = at + before.size();
+    const std::string name = text.substr(begin, text.find('"', begin) - begin);
+    if (!std::filesystem::exists(folder / name, error)) textures.lacks_files = true;
+  }
+  return textures;
 }
 
-/// Files that lie beside a model under its name.
-bool has_beside(const std::filesystem::path& path, const std::vector<std::string>& extensions) {
-  std::error_code error;
-  return std::all_of(extensions.begin(), extensions.end(), [&](const std::string& extension) {
-    return std::filesystem::exists(std::filesystem::path(path).replace_extension(extension), error);
-  });
-}
-
-/// Of a stage whose textures and materials are there.
-std::string usd_key_of(const std::filesystem::path& path) {
-  std::error_code error;
-  const bool is_whole = path.extension() == ".usdz" || has_beside(path, {".textures", ".mtlx"});
-  return is_whole && std::filesystem::is_regular_file(path, error) ? read_usd_key(path) : "";
-}
-
-std::string obj_key_of(const std::filesystem::path& path) {
-  std::error_code error;
-  const bool is_whole = has_beside(path, {".obj.textures", ".mtl", ".obj.mtlx"});
-  return is_whole && std::filesystem::is_regular_file(path, error) ? read_obj_key(path) : "";
-}
-
-std::string model_key_of(ModelFormat format, const std::filesystem::path& path) {
-  if (format == ModelFormat::Glb) return glb_key_of(path);
-  return format == ModelFormat::Usd ? usd_key_of(path) : obj_key_of(path);
+/// What lies beside a model under its name.
+std::vector<OutputFile> files_beside(ModelFormat format, const std::filesystem::path& path) {
+  const auto named = [&](const char* extension) { return std::filesystem::path(path).replace_extension(extension); };
+  if (format == ModelFormat::Obj)
+    return {textures_beside(named(".obj.textures"), named(".obj.mtlx")), output_file(named(".mtl")),
+            output_file(named(".obj.mtlx"))};
+  if (lower_extension(path) == ".usda")
+    return {textures_beside(named(".textures"), named(".mtlx")), output_file(named(".mtlx"))};
+  return {};
 }
 
 /// z up to y up: a quarter turn about x, which moves no digit.
@@ -173,7 +172,7 @@ OutputWork model_work(const ExportTask& task, ModelFormat format) {
   what->times = task.times.resolve(what->model.history, format == ModelFormat::Obj ? 1 : kModelTimes, notes);
   if (format == ModelFormat::Obj && what->times.size() > 1)
     throw UsageError("-o: an OBJ shows one time; give one --time, or .usda, .usdz or .glb");
-  constexpr std::array<std::string_view, 3> kStages{"export glb 4", "export usd 3", "export obj 3"};
+  constexpr std::array<std::string_view, 3> kStages{"export glb 4", "export usd 4", "export obj 4"};
   ContentHash hash;
   hash.add(kStages[static_cast<std::size_t>(format)]).add(what->model.key);
   if (format == ModelFormat::Glb && what->model.plants) hash.add("plants 2").add(task.plants.plants);
@@ -185,7 +184,8 @@ OutputWork model_work(const ExportTask& task, ModelFormat format) {
                   .label = "export",
                   .key = what->key,
                   .cost = model_cost(*what, kind_of(task.subject) == PathKind::Simulation),
-                  .existing_key = model_key_of(format, task.output),
+                  .existing_key = written_key(task.output),
+                  .beside = files_beside(format, task.output),
                   .notes = std::move(notes),
                   .report = std::make_shared<const Json>(Json{{"times", what->times}})};
   work.make = [what](const RunControl& control) { write_model(*what, control); };

@@ -26,7 +26,7 @@ PlannedWork planned_frames(const MovieFrames& movie) {
   work.has_join = true;
   work.join_cost = movie.join_cost;
   work.join_weight = 0.1 * static_cast<double>(movie.keys.size());
-  work.is_up_to_date = read_movie_key(movie.output) == movie.key;
+  work.is_up_to_date = written_key(movie.output) == movie.key;
   for (std::size_t i = 0; i < movie.keys.size(); ++i) {
     const fs::path file = frame_file(movie, i);
     work.items.push_back({.name = file.filename().string(),
@@ -73,7 +73,7 @@ std::optional<JobStatus> answer_movie(CommandRun& run, const MovieFrames& movie)
   using Wanted = PlanRequest::Wanted;
   PlanRequest& request = *run.request();
   if (request.identity) require_same_work(*request.identity, movie.key, {});
-  const JobStatus status = check_output_file(movie.output, read_movie_key(movie.output), movie.key,
+  const JobStatus status = check_output_file(movie.output, written_key(movie.output), movie.key,
                                              run.job_options());  // What is in the way.
   PlannedWork work = planned_frames(movie);
   if (request.wanted == Wanted::Description) {

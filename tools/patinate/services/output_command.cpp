@@ -14,7 +14,7 @@ std::optional<JobStatus> made(CommandRun& run, const OutputWork& work) {
   if (work.plan) return run.make_folder(*work.plan, work.label);
   if (work.movie && run.request() != nullptr) return answer_movie(run, *work.movie);
   if (work.pieces.empty()) {
-    const std::optional<JobStatus> status = run.check_file(work.output, work.existing_key, work.key);
+    const std::optional<JobStatus> status = run.check_files(files_of(work), work.key);
     tell_cost(run, work.cost);
     if (status == JobStatus::Done) work.make(run.control(work.label));
     return status;

@@ -21,14 +21,13 @@ namespace patinate::cli {
 
 /// One of several outputs, each made, and up to date, by itself: the picture of a time.
 struct OutputPiece {
-  std::vector<std::filesystem::path> files;  ///< Of its tiles.
+  std::vector<std::filesystem::path> files;  ///< Of its tiles, and what is written beside them.
   std::string key;
   std::function<void(const RunControl& control)> make = {};  ///< Empty where the caller makes it.
   JobCost cost = {};
 };
-/// The file that decides whether a piece is to be made, and its key: one in the way, else one missing, else any.
-[[nodiscard]] std::pair<std::filesystem::path, std::string> decisive_file(
-    const std::vector<std::filesystem::path>& files, const std::string& key);
+/// With the keys that lie there.
+[[nodiscard]] std::vector<OutputFile> output_files(const std::vector<std::filesystem::path>& files);
 
 /// What a movie is made of, picture by picture.
 struct MovieFrames {
@@ -44,11 +43,12 @@ struct MovieFrames {
 
 /// Either one file (`make`), several (`pieces`) or a folder (`plan`).
 struct OutputWork {
-  std::filesystem::path output;  ///< As it was asked for.
-  std::string label;             ///< Of progress: "export".
-  std::string key;               ///< Of all that the output depends on.
-  JobCost cost = {};             ///< Of `make`.
-  std::string existing_key;      ///< Of what is there; of a single file alone.
+  std::filesystem::path output;         ///< As it was asked for.
+  std::string label;                    ///< Of progress: "export".
+  std::string key;                      ///< Of all that the output depends on.
+  JobCost cost = {};                    ///< Of `make`.
+  std::string existing_key;             ///< Of what is there; of a single file alone.
+  std::vector<OutputFile> beside = {};  ///< What `make` writes beside it.
   std::function<void(const RunControl& control)> make = {};
   /// The same where it is one image, which need not become a file.
   std::function<ImageF(const RunControl& control)> picture = {};
@@ -59,6 +59,8 @@ struct OutputWork {
   std::shared_ptr<const Json> report;   ///< What a report says beside output and status: an object.
 };
 
+/// The output and what is written beside it, where that is no folder and no several.
+[[nodiscard]] std::vector<OutputFile> files_of(const OutputWork& work);
 /// Makes what is not up to date. @throws CannotComplete if something else lies there, unless `force`; what the work
 /// throws.
 JobStatus make_output(const OutputWork& work, bool force, const RunControl& control);

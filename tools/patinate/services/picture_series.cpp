@@ -50,7 +50,7 @@ OutputWork movie_work(const std::filesystem::path& output, const PictureSeries& 
   OutputWork work{.output = output,
                   .label = series.label,
                   .key = frames->key,
-                  .existing_key = read_movie_key(output),
+                  .existing_key = written_key(output),
                   .report = std::make_shared<const Json>(Json{{"pictures", series.times.size()}, {"fps", movie.fps}})};
   work.movie = frames;
   work.make = [frames](const RunControl& control) {

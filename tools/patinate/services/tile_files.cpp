@@ -23,8 +23,7 @@ PlannedWork planned_pieces(const std::filesystem::path& output, const std::strin
                            const std::vector<OutputPiece>& pieces, const JobOptions& options) {
   PlannedWork work{.output = output, .key = key, .depends_on = {}, .items = {}};
   for (const OutputPiece& piece : pieces) {
-    const auto [file, existing_key] = decisive_file(piece.files, piece.key);
-    const bool is_made = check_output_file(file, existing_key, piece.key, options) == JobStatus::UpToDate;
+    const bool is_made = check_output_files(output_files(piece.files), piece.key, options) == JobStatus::UpToDate;
     work.items.push_back({.name = piece.files.front().filename().string(),
                           .key = piece.key,
                           .outputs = piece.files,
@@ -60,8 +59,7 @@ std::optional<std::vector<std::size_t>> answered_pieces(CommandRun& run, const s
 
 std::optional<JobStatus> check_tile_files(CommandRun& run, const std::vector<std::filesystem::path>& files,
                                           const std::string& key) {
-  const auto [file, existing_key] = decisive_file(files, key);
-  return run.check_file(file, existing_key, key);
+  return run.check_files(output_files(files), key);
 }
 
 std::optional<std::vector<std::size_t>> unfinished_pieces(CommandRun& run, const std::filesystem::path& output,
@@ -73,14 +71,14 @@ std::optional<std::vector<std::size_t>> unfinished_pieces(CommandRun& run, const
     // Tells of the first that would be made.
     const auto is_open = [](const OutputPiece& piece) {
       return std::any_of(piece.files.begin(), piece.files.end(),
-                         [&](const auto& file) { return image_file_key(file) != piece.key; });
+                         [&](const auto& file) { return written_key(file) != piece.key; });
     };
     const auto first = std::find_if(pieces.begin(), pieces.end(), is_open);
     const OutputPiece& told = first == pieces.end() ? pieces.front() : *first;
     (void)check_tile_files(run, told.files, told.key);
     return std::nullopt;
   }
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
+  for (std::size_t i = 0; i < pieces.size(); ++i) {  // All are looked at before anything is written.
     if (*check_tile_files(run, pieces[i].files, pieces[i].key) == JobStatus::Done) todo.push_back(i);
   }
   return todo;

@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "libcommon/core/files.h"
+#include "libcommon/core/temporary_file.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
@@ -74,12 +75,34 @@ PlacedPart read_part(JsonReader json) {
   return part;
 }
 
+/// Nothing is there, a study, or what was left where one was begun.
+bool is_free(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::exists(folder, error) || fs::exists(folder / kCellsFile, error)) return true;
+  if (!fs::is_directory(folder, error)) return false;
+  const auto is_begun = [](const fs::directory_entry& entry) {
+    const fs::path name = entry.path().filename();
+    return is_temporary(name) || name == "cells" || name == "done" || name == "logs";
+  };
+  const fs::directory_iterator entries(folder, error);
+  return !error && std::all_of(begin(entries), end(entries), is_begun);
+}
+
+void make_folders(const StudyPart& part, const fs::path& folder) {
+  for (const StudyCell& cell : part.cells) {
+    make_folder(folder / "cells" / cell.name);
+    if (!cell.scene.file.empty()) write_scene(cell, folder / "cells" / cell.name);
+  }
+  for (const StudyStep& step : part.steps) {
+    make_folder(folder / "done" / step.name);
+    make_folder(folder / "logs" / step.name);
+  }
+}
+
 }  // namespace
 
 StudyFolder place_study(const Study& study, const fs::path& folder) {
-  std::error_code error;
-  const bool is_there = fs::exists(folder, error) && !(fs::is_directory(folder, error) && fs::is_empty(folder, error));
-  if (is_there && !fs::exists(folder / kCellsFile, error)) {
+  if (!is_free(folder)) {
     throw CannotComplete(folder.string() + ": exists and is no study's folder, so it is left untouched; give another");
   }
   StudyFolder placed{.path = folder, .name = study.name, .parts = {}};
@@ -90,16 +113,13 @@ StudyFolder place_study(const Study& study, const fs::path& folder) {
       PlacedCell& c = p.cells.emplace_back(PlacedCell{.name = cell.name, .factors = cell.factors, .commands = {}});
       for (std::size_t s = 0; s < part.steps.size(); ++s)
         c.commands.push_back(command_of(part.steps[s], cell, cell.words[s]));
-      make_folder(folder / "cells" / cell.name);
-      if (!cell.scene.file.empty()) write_scene(cell, folder / "cells" / cell.name);
-    }
-    for (const StudyStep& step : part.steps) {
-      make_folder(folder / "done" / step.name);
-      make_folder(folder / "logs" / step.name);
     }
     parts.push_back(part_json(p));
   }
+  // First, so that a folder that was begun is known to be a study's.
+  make_folder(folder);
   save_json(folder / kCellsFile, Json{{"format", kFormat}, {"version", 1}, {"name", study.name}, {"parts", parts}});
+  for (const StudyPart& part : study.parts) make_folders(part, folder);
   return placed;
 }
 

@@ -8,6 +8,7 @@
 
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "simulation/files/scene_lengths.h"
 #include "simulation/files/weather_json.h"
 #include "simulation/rules/rule_io.h"
 #include "simulation/rules/rules.h"
@@ -24,7 +25,7 @@ Vec3 read_vector(const JsonReader& json) {
 
 Vec3 read_direction(const JsonReader& json) {
   const Vec3 v = read_vector(json);
-  if (!(v.norm() > 0.0)) json.fail("a direction, not [0, 0, 0]");
+  if (!(v.norm() > 0.0 && std::isfinite(v.norm()))) json.fail("a direction, not [0, 0, 0] and not beyond all numbers");
   return v.normalized();
 }
 
@@ -67,7 +68,7 @@ void read_stroke(JsonReader json, const SceneContext& context, const Scene& scen
   const std::int64_t every = json.has("every") ? json.member("every").integer(between(1, 1e6)) : 1;
   std::vector<Vec3> points;
   for (const JsonReader& point : json.member("points").elements(kMostPoints))
-    points.push_back(read_vector(point) * context.mm_per_unit);
+    points.push_back(read_position(point, context.mm_per_unit));
   if (points.empty()) json.member("points").fail("at least one position");
   if (static_cast<std::int64_t>(points.size()) * every > kLongestStroke)
     json.fail("at most " + std::to_string(kLongestStroke) + " iterations");
@@ -90,7 +91,8 @@ std::vector<BrushStop> read_stops(const JsonReader& json, double mm_per_unit) {
   for (const JsonReader& point : json.elements(kMostPoints)) {
     const std::vector<JsonReader> parts = point.elements(4);
     if (parts.size() < 3) point.fail("[x, y, z], or [x, y, z, steps]");
-    BrushStop stop{.position_mm = Vec3(parts[0].number(), parts[1].number(), parts[2].number()) * mm_per_unit};
+    const Vec3 place(parts[0].number(), parts[1].number(), parts[2].number());
+    BrushStop stop{.position_mm = checked_position(point, place * mm_per_unit)};
     if (parts.size() > 3) stop.steps = parts[3].integer(between(1, 1e6));
     num_steps += stop.steps;
     stops.push_back(stop);
@@ -106,7 +108,7 @@ SceneAction read_move(JsonReader& json, const SceneContext& context, const Scene
   const std::vector<std::string> emitters = names_of(scene.emitters);
   movable.insert(movable.end(), emitters.begin(), emitters.end());
   check_target(json.member("target"), event.target, movable, "an object or emitter");
-  event.position_mm = read_vector(json.member("position")) * context.mm_per_unit;
+  event.position_mm = read_position(json.member("position"), context.mm_per_unit);
   return event;
 }
 
@@ -313,22 +315,24 @@ Emitter read_emitter(JsonReader json, const SceneContext& context) {
   e.name = json.member("name").string();
   e.shape = static_cast<EmitterShape>(json.member("shape").choice(kEmitterShapeNames));
   if (e.shape != EmitterShape::Sky)
-    e.position_mm = read_vector(json.member("position")) * context.mm_per_unit;
+    e.position_mm = read_position(json.member("position"), context.mm_per_unit);
   else if (json.has("position"))
     json.member("position").fail("nothing: a sky has no position");
   if (json.has("direction")) e.direction = read_direction(json.member("direction"));
   if (json.has("size")) {
     const JsonReader size = json.member("size");
     if (size.is_number())
-      e.size_mm = {size.number(at_least(0)) * context.mm_per_unit, 0.0};
+      e.size_mm = {size.number(up_to_farthest(context.mm_per_unit)) * context.mm_per_unit, 0.0};
     else {
-      const std::vector<double> two = size.numbers(2, at_least(0));
+      const std::vector<double> two = size.numbers(2, up_to_farthest(context.mm_per_unit));
       e.size_mm = {two[0] * context.mm_per_unit, two[1] * context.mm_per_unit};
     }
   }
   if (json.has("spread_deg")) e.spread_deg = json.member("spread_deg").number(between(0, 180));
-  if (json.has("speed")) e.speed_mm_s = json.member("speed").number(above(0)) * context.mm_per_unit;
-  if (json.has("distance")) e.distance_mm = json.member("distance").number(above(0)) * context.mm_per_unit;
+  if (json.has("speed"))
+    e.speed_mm_s = json.member("speed").number(above_0_up_to_farthest(context.mm_per_unit)) * context.mm_per_unit;
+  if (json.has("distance"))
+    e.distance_mm = json.member("distance").number(above_0_up_to_farthest(context.mm_per_unit)) * context.mm_per_unit;
   if (json.has("gammatons")) e.gammatons = json.member("gammatons").integer(between(1, 1e7));
   if (json.has("carries")) e.carries = read_material_values(json.member("carries"), context.materials, between(0, 16));
   if (json.has("on")) e.is_on = json.member("on").boolean();

@@ -87,6 +87,22 @@ class Strokes(LiveCase):
         one.until(lambda: not one.status["painting"])
         one.step(3)
 
+    def test_a_place_beyond_all_scenes_is_refused_and_the_run_goes_on(self):
+        one, two = self.client(), self.client_without_reset()
+        middle = [(a + b) / 2 for a, b in zip(*one.scene["bounds_mm"])]
+        brush = dict(one.scene["emitters"][2])
+        for far in (1e308, -1e308, 1e200, 1e10):
+            with self.subTest(far=far):
+                self.assertIn("1e9 mm", one.ask("stroke", emitter="brush", position=[far, 0, 0], phase="begin")["message"])
+                one.do("stroke", emitter="brush", position=middle, phase="begin")
+                self.assertIn("1e9 mm", one.ask("stroke", emitter="brush", positions=[middle, [0, far, 0]], phase="move")["message"])
+                one.do("stroke", emitter="brush", phase="end")
+                self.assertEqual(one.ask("event", event={"op": "move", "target": "brush", "position": [far, 0, 0]})["type"], "error")
+                self.assertEqual(one.ask("event", event={"op": "emitter", "emitter": {**brush, "position": [0, 0, far]}})["type"], "error")
+                if far > 0:
+                    self.assertEqual(one.ask("event", event={"op": "emitter", "emitter": {**brush, "size": far}})["type"], "error")
+        two.step(3)
+
     def test_a_saved_scene_gives_the_same_bytes(self):
         client = self.client("ledge/painted.json")
         middle = [(a + b) / 2 for a, b in zip(*client.scene["bounds_mm"])]

@@ -7,6 +7,7 @@
 #include "patinate/core/error.h"
 #include "simulation/files/scene_event.h"
 #include "simulation/files/scene_json.h"
+#include "simulation/files/scene_lengths.h"
 #include "tools/studio/live_client.h"
 #include "tools/studio/outside_json.h"
 #include "tools/studio/scene_text.h"
@@ -43,10 +44,7 @@ std::int64_t integer_member(const Json& request, const char* key, std::int64_t l
 /// "position", or "positions" on the way of a stroke, mm.
 std::vector<Vec3> positions(const Json& request) {
   std::vector<Vec3> way;
-  const auto add = [&](const JsonReader& json) {
-    const std::vector<double> p = json.numbers(3);
-    way.emplace_back(p[0], p[1], p[2]);
-  };
+  const auto add = [&](const JsonReader& json) { way.push_back(simulation::read_position(json, 1.0)); };
   if (request.contains("position")) add(JsonReader("stroke", request.at("position"), "/position"));
   if (!request.contains("positions")) return way;
   for (const JsonReader& position :

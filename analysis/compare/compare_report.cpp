@@ -7,6 +7,7 @@
 #include "analysis/report/report_page.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/history/warning_json.h"
 
 namespace patinate::analysis {
@@ -15,7 +16,7 @@ namespace fs = std::filesystem;
 
 std::string times_text(const HistoryFacts& m) {
   return std::to_string(m.frames.size()) + " frames, " + short_number_text(m.frames.front().time) + " to " +
-         short_number_text(m.frames.back().time) + " " + time_unit_text(m.time_unit);
+         short_number_text(m.frames.back().time) + " " + shown_time_unit(m.time_unit);
 }
 
 Json side_json(const SeriesFile& side) {

@@ -13,6 +13,7 @@
 #include "analysis/report/report_page.h"
 #include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/output/contact_strip.h"
 #include "libcommon/output/map_legend.h"
@@ -83,7 +84,7 @@ std::optional<double> over_frames(const Said& s, double FrameError::*figure, boo
 
 Section figures_section(const Said& s) {
   Section section{.name = "figures", .title = "How much it explains, and how small it is"};
-  const std::string unit = time_unit_text(s.work.history.manifest().time_unit);
+  const std::string unit = shown_time_unit(s.work.history.manifest().time_unit);
   const auto add = [&](const std::string& name, const std::string& title, const std::string& of,
                        std::optional<double> value, const std::string& why) {
     section.figures.push_back(
@@ -151,7 +152,7 @@ Section figures_section(const Said& s) {
 
 Section curve_section(const Said& s) {
   Section section{.name = "curve", .title = "The curve, and the error of every frame"};
-  const std::string unit = time_unit_text(s.work.history.manifest().time_unit);
+  const std::string unit = shown_time_unit(s.work.history.manifest().time_unit);
   for (std::size_t m = 0; m < s.f.models.size(); ++m) {
     const TemporalCurve& c = s.f.models[m].curve;
     const std::string which = s.f.models.size() == 1 ? "" : std::string("_") + kColorNames[m];
@@ -206,7 +207,7 @@ Section look_section(const Said& s) {
     if (s.work.frames[i].source >= 0) seen.push_back(i);
     if (s.work.frames[i].source < 0 && s.work.frames[i].is_extrapolated) extrapolated.push_back(i);
   }
-  const std::string unit = time_unit_text(s.work.history.manifest().time_unit);
+  const std::string unit = shown_time_unit(s.work.history.manifest().time_unit);
   const auto strip = [&](const std::string& name, const std::string& caption, const std::vector<std::size_t>& of,
                          bool is_source) {
     std::vector<ImageF> images;
@@ -276,7 +277,7 @@ Section maps_section(const Said& s) {
                                               {.ramp = kind, .low = low, .high = high, .unit = unit})});
     }
   };
-  const std::string time_unit = time_unit_text(s.work.history.manifest().time_unit);
+  const std::string time_unit = shown_time_unit(s.work.history.manifest().time_unit);
   if (!s.work.is_color()) {
     ramp("base", "Base D: " + name_of(s.work.task.of) + " where the curve is 0", s.work.mask, false, s.unit());
     ramp("gain", "Gain A: what the curve adds where it is 1", s.changes, true, s.unit());

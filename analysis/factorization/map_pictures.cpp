@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/output/contact_strip.h"
 #include "patinate/image/image_io.h"
@@ -39,7 +40,7 @@ ImageF shown(ImageF image) {
 
 void add_map_strips(const FactorizationWork& work, const fs::path& folder, Section& section) {
   const std::string unit = work.task.of == FactorQuantity::Height ? " mm" : "",
-                    time_unit = " " + time_unit_text(work.history.manifest().time_unit);
+                    time_unit = " " + shown_time_unit(work.history.manifest().time_unit);
   std::vector<ImageF> seen, made;
   std::vector<std::string> labels;
   double low = 1e300, high = -1e300;

@@ -8,6 +8,7 @@
 #include "analysis/figures/correspondence.h"
 #include "analysis/figures/pattern_blocks.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "patinate/core/error.h"
 
 namespace patinate::analysis {
@@ -18,7 +19,7 @@ constexpr std::array<std::string_view, 3> kPlacesNames{"auto", "equal", "never"}
 
 std::string span_text(const HistoryFacts& m) {
   return short_number_text(m.frames.front().time) + " to " + short_number_text(m.frames.back().time) + " " +
-         time_unit_text(m.time_unit);
+         shown_time_unit(m.time_unit);
 }
 
 std::vector<double> evenly(double low, double high, int count) {
@@ -174,7 +175,7 @@ ComparedPair load_pair(TextureSeries a, TextureSeries b, const CompareOptions& o
 ComparedPair joined_pair(TextureSeries a, TextureSeries b, ColorStack stack_a, ColorStack stack_b, TimeUnit time_unit,
                          const CompareOptions& options) {
   if (options.num_blocks == 1) throw InvalidInput("num_blocks: found 1; expected 0, or a number in [2, 64]");
-  const std::string unit = options.clock == Clock::Span ? "spans" : time_unit_text(time_unit);
+  const std::string unit = options.clock == Clock::Span ? "spans" : shown_time_unit(time_unit);
   ComparedPair pair{.series_a = std::move(a),
                     .series_b = std::move(b),
                     .a = std::move(stack_a),

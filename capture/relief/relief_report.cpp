@@ -9,6 +9,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/history/warning_json.h"
 #include "libcommon/output/contact_strip.h"
 #include "libcommon/output/html_page.h"
@@ -155,7 +156,7 @@ std::string quoted(std::string text) {
 
 std::string table_text(const ReliefTask& task, const Relief& relief) {
   std::ostringstream out;
-  out << "scan,time [" << time_unit_text(task.time_unit)
+  out << "scan,time [" << shown_time_unit(task.time_unit)
       << "],mean change [um],standard deviation [um],changed share,net volume [mm3],standard deviation [mm3],"
          "gained [mm3],lost [mm3],stable share,measured share\n";
   for (std::size_t k = 0; k < task.scans.size(); ++k) {
@@ -182,7 +183,7 @@ std::string course_chart(const ReliefTask& task, const Relief& relief) {
     mean.band.emplace_back(um - half, um + half);
   }
   return svg_chart({.title = "Height over time",
-                    .x_label = "time [" + time_unit_text(task.time_unit) + "]",
+                    .x_label = "time [" + shown_time_unit(task.time_unit) + "]",
                     .y_label = "um",
                     .series = {mean}});
 }
@@ -210,7 +211,7 @@ void write_page(const fs::path& folder, const ReliefTask& task, const Relief& re
                         task.scans[k].name + ": left all of the change, right what is significant of it; blue -" +
                             shown(end_um) + " um, white 0, orange +" + shown(end_um) + " um; gray: not measured"});
   }
-  page.table({"scan", "time [" + time_unit_text(task.time_unit) + "]", "mean [um] (95 %)", "changed", "gained [mm3]",
+  page.table({"scan", "time [" + shown_time_unit(task.time_unit) + "]", "mean [um] (95 %)", "changed", "gained [mm3]",
               "lost [mm3]", "net [mm3]", "stable", "measured"},
              rows);
   page.drawing(course_chart(task, relief));

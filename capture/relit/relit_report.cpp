@@ -9,6 +9,7 @@
 #include "capture/relit/relit_work.h"
 #include "capture/unlighting/unlight_report.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/output/html_page.h"
 
 namespace patinate::capture {
@@ -106,7 +107,7 @@ RelitFrame frame_of(const Json& json) {
 
 void add_step(HtmlPage& page, const RelitWork& work, std::size_t index, const RelitStepFacts& facts) {
   page.heading("Step " + std::to_string(facts.step) + ", time " + short_number_text(facts.time) + " " +
-               time_unit_text(work.project.time_unit));
+               shown_time_unit(work.project.time_unit));
   if (!facts.frame) {
     page.paragraph("Excluded: " + facts.pose.status + ".");
     return;
@@ -211,7 +212,7 @@ void write_relit_report(const RelitWork& work, const fs::path& folder, const std
                     percent(frame.solution ? std::optional(frame.solution->residual) : std::nullopt)});
     if (f.frame)
       albedos.push_back(
-          {relit_picture_file("albedo", i).generic_string(), time + " " + time_unit_text(work.project.time_unit)});
+          {relit_picture_file("albedo", i).generic_string(), time + " " + shown_time_unit(work.project.time_unit)});
   }
   page.table({"step", "time", "registration", "RMS (um)", "off the reference (um)", "overlap", "seen", "determined",
               "residual of the light"},

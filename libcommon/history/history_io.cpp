@@ -121,9 +121,12 @@ Json warnings_json(const std::vector<HistoryWarning>& warnings) {
 
 std::string time_unit_text(TimeUnit unit) { return std::string(kTimeUnitNames[static_cast<std::size_t>(unit)]); }
 
+std::string shown_time_unit(TimeUnit unit) { return unit == TimeUnit::Years ? "yr" : time_unit_text(unit); }
+
 TimeUnit parse_time_unit(const std::string& text) {
+  if (text == "yr") return TimeUnit::Years;
   const auto it = std::find(kTimeUnitNames.begin(), kTimeUnitNames.end(), text);
-  if (it == kTimeUnitNames.end()) throw InvalidInput("time unit: found `" + text + "`; use s, min, h, d or a");
+  if (it == kTimeUnitNames.end()) throw InvalidInput("time unit: found `" + text + "`; use s, min, h, d or yr");
   return static_cast<TimeUnit>(it - kTimeUnitNames.begin());
 }
 

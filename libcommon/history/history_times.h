@@ -7,6 +7,8 @@
 #include <span>
 #include <string>
 
+#include "patinate/history/history_value.h"
+
 namespace patinate {
 
 inline constexpr double kFarthestTime =
@@ -20,5 +22,8 @@ struct TimeProblem {
 };
 /// Nothing when all are within +-kFarthestTime and each is later than the one before by kLeastTimeStep at least.
 [[nodiscard]] std::optional<TimeProblem> find_time_problem(std::span<const double> times);
+
+/// The unit as people read it: "yr" for years, which files call "a"; else as time_unit_text().
+[[nodiscard]] std::string shown_time_unit(TimeUnit unit);
 
 }  // namespace patinate

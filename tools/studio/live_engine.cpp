@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "simulation/tracing/gammatons.h"
 #include "simulation/transport/ledger_json.h"
 #include "tools/studio/live_client.h"
@@ -140,7 +141,7 @@ Json LiveEngine::scene_json() const {
   for (const std::string& name : simulation_options(file_, options_).parameter_maps) {
     if (name.find(".final") != std::string::npos) continue;  // is the amount
     const std::string unit = simulation_.parameter_map(name).unit;
-    add_overlay(name, unit == "time" ? std::string(time_unit_text(file_.time_unit)) : unit);
+    add_overlay(name, unit == "time" ? std::string(shown_time_unit(file_.time_unit)) : unit);
   }
   std::vector<std::string> notes = file_.notes;
   if (!opened_.empty()) notes.insert(notes.begin(), opened_);
@@ -160,7 +161,7 @@ Json LiveEngine::scene_json() const {
           {"exchange", exchange_json(scene)},
           {"rules", rules_json(scene)},
           {"more_rules", more_rules_json(scene, fitting_rules_)},
-          {"time_unit", time_unit_text(file_.time_unit)},
+          {"time_unit", shown_time_unit(file_.time_unit)},
           {"time_per_iteration", scene.time_per_iteration},
           {"overlays", std::move(overlays)},
           {"relief_mm", {relief_.low_mm, relief_.high_mm}},

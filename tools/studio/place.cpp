@@ -9,6 +9,7 @@
 
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/history/history.h"
@@ -68,7 +69,7 @@ std::size_t size_of(const Json& json, const std::string& key) { return json.cont
 std::string span_text(const HistoryManifest& m) {
   return count_text(m.frames.size(), "frame") + ", " + size_text(m.width, m.height) + ", " +
          short_number_text(m.frames.front().time) + "-" + short_number_text(m.frames.back().time) + " " +
-         time_unit_text(m.time_unit);
+         shown_time_unit(m.time_unit);
 }
 
 void describe_scene(const fs::path& path, PlaceEntry& entry) {

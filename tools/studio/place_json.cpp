@@ -4,6 +4,7 @@
 
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "simulation/job/simulation_job.h"
 #include "tools/studio/registered_scans.h"
@@ -37,7 +38,7 @@ void add_history(const SurfaceInTime& surface, Json& json, FactList& facts) {
   const HistoryManifest& m = surface.history().manifest();
   json["width"] = surface.width();
   json["height"] = surface.height();
-  json["unit"] = time_unit_text(m.time_unit);
+  json["unit"] = shown_time_unit(m.time_unit);
   Json times = Json::array(), controls = Json::array(), maps = Json::array();
   bool has_masks = false;
   for (const HistoryFrame& frame : m.frames) {
@@ -52,7 +53,7 @@ void add_history(const SurfaceInTime& surface, Json& json, FactList& facts) {
   }
   for (const HistoryMap& map : m.maps) maps.push_back(map.name);
   facts.add("Frames", std::to_string(m.frames.size()) + ", " + short_number_text(m.frames.front().time) + " to " +
-                          short_number_text(m.frames.back().time) + " " + time_unit_text(m.time_unit));
+                          short_number_text(m.frames.back().time) + " " + shown_time_unit(m.time_unit));
   facts.add("Size", size_text(surface.width(), surface.height()));
   facts.add("Origin", m.origin);
   if (m.texel_size_mm) facts.add("Pixel", short_number_text(rounded(*m.texel_size_mm, 3)) + " mm");

@@ -6,6 +6,7 @@
 #include "capture/project/relit_project.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "patinate/image/image_io.h"
 #include "tools/studio/routes.h"
 
@@ -40,7 +41,7 @@ Json step(const std::string& name, const std::string& text, Json pictures) {
   return {{"name", name}, {"text", text}, {"pictures", std::move(pictures)}};
 }
 
-std::string time_text(double time, TimeUnit unit) { return short_number_text(time) + " " + time_unit_text(unit); }
+std::string time_text(double time, TimeUnit unit) { return short_number_text(time) + " " + shown_time_unit(unit); }
 
 Json relit_capture_steps(const capture::RelitProject& project, StepPictures& pictures) {
   Json steps = Json::array();

@@ -173,7 +173,7 @@ void merge_times(std::span<const LibrarySource> sources, LibraryClock clock, Lib
     if (shortfall <= tolerance) continue;
     layout.notes.push_back(
         sources[p].shown + ": its frames are of " + short_number_text(times[p].front()) + " to " +
-        short_number_text(times[p].back()) + " " + time_unit_text(first.time_unit) +
+        short_number_text(times[p].back()) + " " + shown_time_unit(first.time_unit) +
         "; before and after it stays as it is then (--clock span maps its span onto that of the first)");
   }
 }

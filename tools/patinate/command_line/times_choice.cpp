@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/output/contact_strip.h"
 #include "tools/patinate/command_line/usage_error.h"
 
@@ -21,7 +22,7 @@ std::vector<double> evenly(const HistoryManifest& history, int count) {
 }
 
 std::vector<std::string> with_unit(std::vector<std::string> texts, TimeUnit unit) {
-  for (std::string& text : texts) text += " " + time_unit_text(unit);
+  for (std::string& text : texts) text += " " + shown_time_unit(unit);
   return texts;
 }
 
@@ -50,7 +51,7 @@ std::vector<double> TimesChoice::resolve(const HistoryManifest& history, int def
   for (double t : chosen) {
     if (t >= history.frames.front().time && t <= history.frames.back().time) continue;
     notes.push_back("time " + number_text(t) + " is outside the history (" + number_text(history.frames.front().time) +
-                    " to " + number_text(history.frames.back().time) + " " + time_unit_text(history.time_unit) +
+                    " to " + number_text(history.frames.back().time) + " " + shown_time_unit(history.time_unit) +
                     "): its end is used");
   }
   if (!chosen.empty()) return chosen;

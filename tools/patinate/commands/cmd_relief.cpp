@@ -39,7 +39,7 @@ int cmd_relief(CommandRun& run) {
                   "White where the surface is known to stay, on a picture change/NNNN.png of a run without it", stable);
   run.line.numbers("times", "T", "When the scans were made; default their numbers from 0", times);
   run.line.option("time_unit", "UNIT", "Of the times", time_unit);
-  run.line.choices({"s", "min", "h", "d", "a"});
+  run.line.choices({"s", "min", "h", "d", "yr", "a"});
   run.line.option("unit", "UNIT", "Length unit of the scans, where the registration does not say it", unit);
   run.line.choices({"um", "mm", "cm", "m"});
   run.line.options(options);

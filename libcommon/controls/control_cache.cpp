@@ -9,6 +9,7 @@
 #include "libcommon/controls/image_control.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
+#include "libcommon/core/input_watch.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
@@ -29,12 +30,20 @@ constexpr const char* kTag =
 fs::path values_file(const fs::path& folder, const std::string& key) { return folder / (kPrefix + key + ".exr"); }
 fs::path facts_file(const fs::path& folder, const std::string& key) { return folder / (kPrefix + key + ".json"); }
 
-std::string values_key(const ImageF& values) { return ContentHash().add(std::as_bytes(values.values())).hex(); }
+/// Of all that is kept, so that what was damaged or edited is made again.
+std::string content_key(const ControlMap& kept) {
+  ContentHash hash;
+  hash.add(std::as_bytes(kept.values.values())).add(kept.low).add(kept.high).add(kept.unit);
+  hash.add(std::int64_t{kept.has_file});
+  for (const std::string& note : kept.notes) hash.add(note);
+  return hash.hex();
+}
 
 std::optional<ControlMap> find_kept(const fs::path& folder, const std::string& key, const TexelMap& map) {
   const fs::path file = values_file(folder, key), facts = facts_file(folder, key);
   std::error_code error;
   if (!fs::exists(facts, error) || !fs::exists(file, error)) return std::nullopt;
+  const UnwatchedReads of_cache;
   try {
     const Json json = load_json(facts);
     ControlMap kept{.values = read_gray(file, "Y"),
@@ -44,7 +53,7 @@ std::optional<ControlMap> find_kept(const fs::path& folder, const std::string& k
                     .has_file = json.at("has_file"),
                     .notes = json.at("notes")};
     if (kept.values.width() != map.width() || kept.values.height() != map.height() ||
-        values_key(kept.values) != json.at("values"))
+        content_key(kept) != json.at("content"))
       return std::nullopt;
     fs::last_write_time(facts, fs::file_time_type::clock::now(), error);  // Used last.
     return kept;
@@ -95,7 +104,7 @@ void keep(const fs::path& folder, const std::string& key, const ControlMap& made
                                             {"unit", made.unit},
                                             {"has_file", made.has_file},
                                             {"notes", made.notes},
-                                            {"values", values_key(made.values)}});
+                                            {"content", content_key(made)}});
   } catch (const CannotComplete&) {
     // Nothing is kept, and nothing lost.
   }

@@ -3,7 +3,9 @@
 #include <utility>
 
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "patinate/core/error.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate {
 
@@ -13,7 +15,7 @@ namespace {
 
 std::string span_text(const HistoryManifest& history) {
   return short_number_text(history.frames.front().time) + " to " + short_number_text(history.frames.back().time) + " " +
-         time_unit_text(history.time_unit);
+         shown_time_unit(history.time_unit);
 }
 
 /// Its files under the names that frame `index` of a history has.
@@ -24,6 +26,11 @@ HistoryFrame renamed(HistoryFrame frame, int index, std::vector<TrimmedHistory::
   for (HistoryImage& extra : frame.extras) take(extra.file, HistoryWriter::frame_extra_file(index, extra.name));
   if (frame.amounts) take(*frame.amounts, HistoryWriter::frame_amounts_file(index));
   return frame;
+}
+
+/// A damaged image is not passed on. @throws IoError naming it.
+void require_whole_image(const fs::path& file) {
+  if (file.extension() == ".exr" || file.extension() == ".png") (void)read_gray(file);
 }
 
 }  // namespace
@@ -65,6 +72,7 @@ void copy_history_files(const fs::path& from, const std::vector<TrimmedHistory::
   for (std::size_t i = 0; i < files.size(); ++i) {
     control.throw_if_stopped();
     fs::create_directories((to / files[i].to).parent_path());
+    require_whole_image(from / files[i].from);
     fs::copy_file(from / files[i].from, to / files[i].to, fs::copy_options::overwrite_existing);
     control.report(static_cast<double>(i + 1) / static_cast<double>(files.size()));
   }

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <new>
+#include <stdexcept>
 #include <utility>
 
 #include "libcommon/core/text.h"
 #include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
+#include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "patinate/transfer/transfer_io.h"
 #include "transfer/library/library_images.h"
@@ -39,6 +42,24 @@ bool has_frame_masks(const OpenLibrary& library) {
   });
 }
 
+/// Runs what holds a whole frame of the library. @throws CannotComplete saying how large it is
+template <class Work>
+void in_memory(const OpenLibrary& library, const Work& work) {
+  const LibraryLayout& layout = library.layout;
+  const auto too_large = [&] {
+    return CannotComplete("side by side the histories are " + size_text(layout.width, layout.height) + " pixels" +
+                          (layout.texel_size_mm ? " of " + number_text(*layout.texel_size_mm) + " mm" : "") +
+                          ", which do not fit into memory; give a larger --texel-size");
+  };
+  try {
+    work();
+  } catch (const std::bad_alloc&) {
+    throw too_large();
+  } catch (const std::length_error&) {
+    throw too_large();
+  }
+}
+
 void make_frame(const OpenLibrary& library, int index, const fs::path& folder) {
   const LibraryFrame& frame = library.layout.frames[static_cast<std::size_t>(index)];
   write_exr(folder / HistoryWriter::frame_file(index), library_frame(library.layout, library.readers, frame),
@@ -56,7 +77,9 @@ JobItem frame_item(const std::shared_ptr<const OpenLibrary>& library, int index)
   if (has_frame_masks(*library)) item.outputs.push_back(HistoryWriter::frame_mask_file(index));
   for (const std::string& name : library_extras(library->readers))
     item.outputs.push_back(HistoryWriter::frame_extra_file(index, name));
-  item.run = [library, index](const fs::path& folder, const RunControl&) { make_frame(*library, index, folder); };
+  item.run = [library, index](const fs::path& folder, const RunControl&) {
+    in_memory(*library, [&] { make_frame(*library, index, folder); });
+  };
   return item;
 }
 
@@ -165,13 +188,16 @@ JobPlan plan_library(const std::shared_ptr<const OpenLibrary>& library, const fs
     plan.items.push_back(
         {.name = "control." + parameter.name,
          .outputs = {parameter.file},
-         .run = [library, c](const fs::path& folder, const RunControl&) { make_control(*library, c, folder); },
+         .run = [library, c](const fs::path& folder,
+                             const RunControl&) { in_memory(*library, [&] { make_control(*library, c, folder); }); },
          .cost = cost});
   }
-  plan.items.push_back({.name = "mask",
-                        .outputs = {HistoryWriter::mask_file()},
-                        .run = [library](const fs::path& folder, const RunControl&) { make_mask(*library, folder); },
-                        .cost = cost});
+  plan.items.push_back(
+      {.name = "mask",
+       .outputs = {HistoryWriter::mask_file()},
+       .run = [library](const fs::path& folder,
+                        const RunControl&) { in_memory(*library, [&] { make_mask(*library, folder); }); },
+       .cost = cost});
   plan.join_cost = kSmallCost.of();
   plan.join = [library, key = plan.key](const fs::path& folder, const RunControl&) {
     write_history_manifest(folder / kHistoryManifestFile, manifest_of(*library, key));

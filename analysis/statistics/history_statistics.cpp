@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "analysis/cracks/crack_network.h"
+#include "analysis/cracks/line_mask.h"
 #include "analysis/figures/aging.h"
 #include "analysis/figures/block_bootstrap.h"
 #include "analysis/figures/spatial.h"
@@ -25,6 +27,12 @@ std::optional<TimeQuartiles> quartiles(const TexelAging& aging, const std::vecto
   return TimeQuartiles{at(0.25), at(0.5), at(0.75)};
 }
 
+CrackFigures cracks_of(const ColorStack& stack, std::size_t time, const ImageU8& mask) {
+  constexpr double kArm_px = 3.0;  // Of junctions, which are not looked at.
+  const CrackNetwork network = measure_cracks(find_cracks(stack.lab_image(time, 0), mask), mask, kArm_px);
+  return {network.share, network.length_px / static_cast<double>(stack.num_texels()) / stack.pixel_mm.value_or(1.0)};
+}
+
 }  // namespace
 
 HistoryStatistics history_statistics(const TextureSeries& series, const std::vector<ColorClass>& classes, int size,
@@ -38,6 +46,7 @@ HistoryStatistics history_statistics(const TextureSeries& series, const std::vec
   s.is_metric = stack.pixel_mm.has_value();
   s.mean_lab.resize(num_times);
   s.correlation_length.resize(num_times);
+  s.cracks.resize(num_times);
   s.class_shares.resize(classes.empty() ? 0 : num_times);
   parallel_for(
       static_cast<std::int64_t>(num_times), 1, control.part(0.6, 1.0), [&](std::int64_t begin, std::int64_t end) {
@@ -48,6 +57,7 @@ HistoryStatistics history_statistics(const TextureSeries& series, const std::vec
           }
           s.correlation_length[t] = SpatialStructure(stack, t, grid).correlation_length(grid.all());
           if (s.correlation_length[t]) *s.correlation_length[t] *= stack.pixel_mm.value_or(1.0);
+          s.cracks[t] = cracks_of(stack, t, mask);
           if (!classes.empty()) s.class_shares[t] = class_shares(stack.rgb_image(t), mask, classes);
         }
       });

@@ -16,6 +16,12 @@ struct TimeQuartiles {
   double q25 = 0.0, median = 0.0, q75 = 0.0;
 };
 
+/// Dark lines of a frame (find_cracks()).
+struct CrackFigures {
+  double share = 0.0;    ///< Of the surface.
+  double density = 0.0;  ///< Length of center lines on an area: per mm when is_metric, else per pixel looked at.
+};
+
 struct HistoryStatistics {
   std::vector<double> times;
   std::vector<std::array<double, 3>> mean_lab;
@@ -23,6 +29,7 @@ struct HistoryStatistics {
   std::vector<std::optional<double>>
       correlation_length;                         ///< Of L*; mm when is_metric, else pixels of the size looked at.
   std::vector<std::vector<double>> class_shares;  ///< [time][class]; empty without classes.
+  std::vector<CrackFigures> cracks;               ///< One a time.
   bool is_metric = false;
   double ages_share = 0.0;                         ///< Places that age visibly.
   std::optional<TimeQuartiles> onset, saturation;  ///< Nothing where nothing ages.

@@ -2,11 +2,13 @@
 """What a history says in numbers and pictures: figures of every frame as table, CSV and charts; years; sizes. Usage: stats_test.py PATINATE [unittest arguments]"""
 import csv
 import json
+import random
 import struct
 import sys
 import unittest
 
-from command_case import CANNOT, USAGE, CommandCase, use
+import calibration_scene as scene
+from command_case import CANNOT, INPUT, USAGE, CommandCase, use
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 
@@ -74,6 +76,22 @@ class Sizes(CommandCase):
         self.succeeds(*render, "low.png", "--height", "20")
         self.assertEqual([self.size(f"{name}.png") for name in ("own", "narrow", "low")], [(48, 40), (24, 20), (24, 20)])
         self.fails(USAGE, "--width", *render, "wide.png", "--width", "480")
+
+
+class Factors(CommandCase):
+    def test_what_no_curve_describes_is_refused_in_one_line(self):
+        (self.folder / "photos").mkdir()
+        numbers = random.Random(1)
+        for i in range(8):  # Every photograph has a bright stripe elsewhere.
+            scene.write_png(self.folder / f"photos/{i}.png", 48, 40, lambda x, y: (0.8 if x // 6 == i else 0.3) + 0.02 * numbers.random())
+        self.succeeds("init", "photos", "--quiet")
+        self.succeeds("ingest", "photos", "-o", "stripes", "--quiet")
+        self.fails(INPUT, "no place changes", "factorize", "stripes", "-o", "factors")
+
+    def test_a_reconstruction_that_follows_its_history_brings_no_warning(self):
+        result = self.run_patinate("factorize", self.shared / "history", "-o", "factors")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertNotIn("reconstruction makes", result.stderr)
 
 
 if __name__ == "__main__":

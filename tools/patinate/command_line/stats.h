@@ -13,6 +13,7 @@ namespace patinate::cli {
 struct StatsArgument {
   bool is_asked = false;
   std::vector<std::string> classes;  ///< "NAME=#RRGGBB"
+  std::filesystem::path csv;
   void declare(CommandLine& line);
 };
 

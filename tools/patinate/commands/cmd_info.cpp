@@ -8,6 +8,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/topology.h"
 #include "libcommon/history/history_card.h"
+#include "libcommon/history/history_times.h"
 #include "libcommon/history/warning_json.h"
 #include "libcommon/image/filters.h"
 #include "patinate/atlas/atlas_mesh.h"
@@ -20,6 +21,7 @@
 #include "tools/patinate/command_line/failure.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/stats.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/capture_results.h"
 #include "tools/patinate/services/curves.h"
@@ -31,7 +33,7 @@ namespace {
 Facts history_facts(const std::filesystem::path& path) {
   const HistoryReader history(path);
   const HistoryManifest& m = history.manifest();
-  const std::string unit = time_unit_text(m.time_unit);
+  const std::string unit = shown_time_unit(m.time_unit);
   Facts facts("history");
   facts.add("name", m.name);
   facts.add("origin", m.origin);
@@ -54,7 +56,7 @@ Facts history_facts(const std::filesystem::path& path) {
             std::to_string(m.frames.size()) + " frames, " + short_number_text(m.frames.front().time) + " to " +
                 short_number_text(m.frames.back().time) + " " + unit);
   if (!extrapolated.empty()) facts.add("extrapolated", extrapolated, unseen + " " + unit + ": seen by nobody");
-  facts.add("time_unit", unit, "");
+  facts.add("time_unit", time_unit_text(m.time_unit), "");
   if (m.texel_size_mm) facts.add("texel_size_mm", *m.texel_size_mm, short_number_text(*m.texel_size_mm));
   std::string shown;
   for (const ControlParameter& c : m.controls) {
@@ -147,7 +149,7 @@ Facts factorization_facts(const std::filesystem::path& path) {
   const analysis::TemporalCurve& curve = m.models.front().curve;
   facts.add("clock", Json{curve.low, curve.high},
             short_number_text(rounded(curve.low, 4)) + " to " + short_number_text(rounded(curve.high, 4)) + " " +
-                time_unit_text(m.time_unit) + ", " +
+                shown_time_unit(m.time_unit) + ", " +
                 (m.models.size() == 1 ? "one for all channels" : "red; others for green and blue"));
   facts.add("frames", m.num_frames);
   facts.add("extrapolated", m.num_extrapolated,
@@ -212,11 +214,11 @@ Facts relit_facts(const capture::RelitProject& project) {
   facts.add("lights", static_cast<std::int64_t>(project.lights.size()));
   Json times = Json::array();
   for (const capture::RelitStep& step : project.steps) times.push_back(step.time);
-  const std::string unit = time_unit_text(project.time_unit);
+  const std::string unit = shown_time_unit(project.time_unit);
   facts.add("times", times,
             std::to_string(project.steps.size()) + " steps, " + short_number_text(project.steps.front().time) + " to " +
                 short_number_text(project.steps.back().time) + " " + unit);
-  facts.add("time_unit", unit, "");
+  facts.add("time_unit", time_unit_text(project.time_unit), "");
   return facts;
 }
 
@@ -224,7 +226,7 @@ Facts capture_facts(const std::filesystem::path& path) {
   if (capture::is_relit_capture(capture::capture_file(path)))
     return relit_facts(capture::read_relit_project(capture::capture_file(path)));
   const capture::CaptureProject project = capture::read_capture_project(capture::capture_file(path));
-  const std::string unit = time_unit_text(project.time_unit);
+  const std::string unit = shown_time_unit(project.time_unit);
   Facts facts("capture");
   facts.add("name", project.name);
   facts.add("photographs", Json{project.photo_width, project.photo_height},
@@ -236,7 +238,7 @@ Facts capture_facts(const std::filesystem::path& path) {
             std::to_string(project.frames.size()) + " frames, " + short_number_text(project.frames.front().time) +
                 " to " + short_number_text(project.frames.back().time) + " " + unit + " (from " + project.time_source +
                 ")");
-  facts.add("time_unit", unit, "");
+  facts.add("time_unit", time_unit_text(project.time_unit), "");
   facts.add("transmission", project.transmission.has_value(), project.transmission ? "yes" : "no");
   return facts;
 }
@@ -358,9 +360,11 @@ int cmd_info(CommandRun& run) {
   run.line.example("info copper");
   run.line.example("info bust.glb --json");
   run.line.example("info crackle --curves curves.csv --by thickness --bins 4 --at 120,80");
+  run.line.example("info crackle --stats --csv crackle.csv");
   run.line.example("info banana --stats --class green=#919e39 --class brown=#5c361f");
   if (!run.parse()) return 0;
   if (!curves.file.empty()) return write_curves(run, curves, path);
+  if (!stats.csv.empty() && !stats.is_asked) throw UsageError("--csv: is of --stats; give both");
   if (stats.is_asked) return report_stats(run, stats, path);
   file_facts(path).report(run);
   return 0;

@@ -38,6 +38,8 @@ int cmd_render(CommandRun& run) {
   run.line.example("render bust.glb --texture albedo.png -o bust.png");
   if (!run.parse()) return 0;
   task.times = times;
+  task.is_width_given = run.line.is_given("width");
+  task.is_height_given = run.line.is_given("height");
   task.devices = output_devices(device, words_of(run));
   return run_output(run, render_work(std::move(task)));
 }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -9,6 +11,7 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_key.h"
+#include "libcommon/image/filters.h"
 #include "libcommon/output/contact_strip.h"
 #include "libcommon/output/key_light.h"
 #include "patinate/atlas/atlas_mesh.h"
@@ -195,6 +198,20 @@ OutputWork aging_mesh_pictures(const SharedTask& task) {
   return work;
 }
 
+/// The size of a picture of a history, which keeps its proportions. @throws UsageError where it would be enlarged
+std::pair<int, int> history_size(const RenderTask& task, const HistoryManifest& history) {
+  double scale = 1.0;
+  if (task.is_width_given || task.is_height_given) scale = std::numeric_limits<double>::infinity();
+  if (task.is_width_given) scale = std::min(scale, static_cast<double>(task.options.width) / history.width);
+  if (task.is_height_given) scale = std::min(scale, static_cast<double>(task.options.height) / history.height);
+  if (scale > 1.0)
+    throw UsageError(std::string(task.is_width_given ? "--width" : "--height") + ": the history has " +
+                     size_text(history.width, history.height) +
+                     " pixels; expected at most that, as it is not enlarged");
+  const auto scaled = [&](int side) { return std::max(1, static_cast<int>(std::lround(scale * side))); };
+  return {scaled(history.width), scaled(history.height)};
+}
+
 OutputWork history_pictures(const SharedTask& task) {
   if (is_series(task->output))
     throw UsageError("-o: a history has no object; `patinate export` makes movies of histories");
@@ -205,14 +222,19 @@ OutputWork history_pictures(const SharedTask& task) {
   ContentHash hash = begin_key(*task, times);
   hash.add(transfer::history_content_key(*history));
   for (const std::string& label : labels) hash.add(label);
-  OutputWork work = picture_work(*task, hash.hex(), [history, times, labels](const RunControl& control) {
-    std::vector<ImageF> pictures;
-    for (double t : times) {
-      control.throw_if_stopped();
-      pictures.push_back(history->sample(t));
-    }
-    return pictures.size() == 1 ? pictures.front() : contact_strip(pictures, labels);
-  });
+  const std::pair<int, int> size = history_size(*task, history->manifest());
+  const bool is_scaled = size != std::pair(history->manifest().width, history->manifest().height);
+  if (is_scaled) hash.add("scaled").add(std::int64_t{size.first}).add(std::int64_t{size.second});
+  OutputWork work =
+      picture_work(*task, hash.hex(), [history, times, labels, size, is_scaled](const RunControl& control) {
+        std::vector<ImageF> pictures;
+        for (double t : times) {
+          control.throw_if_stopped();
+          ImageF picture = history->sample(t);
+          pictures.push_back(is_scaled ? downscale_area(picture, size.first, size.second) : std::move(picture));
+        }
+        return pictures.size() == 1 ? pictures.front() : contact_strip(pictures, labels);
+      });
   work.cost = history_picture_cost(history->manifest(), times.size());
   work.notes = std::move(notes);
   return work;

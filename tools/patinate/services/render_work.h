@@ -44,6 +44,7 @@ struct RenderTask {
   SurfaceFiles files;
   TimesChoice times;
   RenderOptions options;
+  bool is_width_given = false, is_height_given = false;  ///< Else a history is shown in its own size.
   MovieOptions movie;
   TurnOptions turn;
   ShownOptions shown;

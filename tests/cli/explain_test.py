@@ -4,12 +4,14 @@ import csv
 import json
 import os
 import pathlib
+import random
 import shutil
 import subprocess
 import sys
 import tempfile
 import unittest
 
+import calibration_scene as scene
 from command_case import INPUT, USAGE, CommandCase, tree_of, use
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
@@ -30,6 +32,16 @@ class Explain(CommandCase):
     def explain(self, reference, *more, options=QUICK):
         self.succeeds("explain", reference, self.shared / "urn/mesh.obj", "--unit", "mm", *options, *more, "-o", "why")
         return json.loads((self.folder / "why/explanation.json").read_text())
+
+    def test_a_control_that_explains_nothing_is_said_to(self):
+        numbers = random.Random(1)
+        scene.write_png(self.folder / "noise.png", 64, 64, lambda x, y: numbers.random())
+        result = self.run_patinate("explain", "noise.png", self.shared / "urn/mesh.obj", "--unit", "mm", *QUICK, "-o", "why")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        candidates = json.loads((self.folder / "why/explanation.json").read_text())["candidates"]
+        said = {c["name"]: "explains nothing" in line for c in candidates for line in result.stderr.splitlines() if line.startswith(f"  {c['name']}: ")}
+        self.assertEqual({c["name"]: said[c["name"]] for c in candidates if not c["even"]}, {c["name"]: not c["explains"] for c in candidates if not c["even"]})
+        self.assertTrue(any(said.values()))
 
     def test_the_kind_that_a_reference_was_made_of_comes_first(self):
         for kind in ("height", "accessibility"):

@@ -164,6 +164,7 @@ void report_findings(CommandRun& run, const Json& report) {
     std::string line = "  " + name + ": " + two(c.at("correlation"));
     if (!c.at("low").is_null()) line += " [" + two(c.at("low")) + ", " + two(c.at("high")) + "]";
     line += ", corrected p " + short_number_text(rounded(c.at("corrected_p").get<double>(), 2));
+    if (!c.at("explains").get<bool>()) line += ": explains nothing that chance would not";
     run.note(line);
   }
   run.note(report.at("verdict").get<std::string>());

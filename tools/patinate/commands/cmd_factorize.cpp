@@ -1,7 +1,12 @@
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <vector>
 
 #include "analysis/factorization/factorization_job.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
 #include "tools/patinate/command_line/history_warnings.h"
@@ -22,6 +27,60 @@ std::string factorize_command(const analysis::FactorizationTask& task) {
                      changed_options(option_values(task.options), option_values(analysis::FactorizationOptions{}));
   for (std::size_t i = 0; i < task.times.size(); ++i) text += (i == 0 ? " --times " : ",") + number_text(task.times[i]);
   return text + kAnyOutput;
+}
+
+constexpr double kLeastFollowed = 0.5;
+
+/// Of the greatest change of a history since its beginning.
+struct FollowedChange {
+  double time = 0.0;
+  double change = 0.0;    ///< Sum of squares over places and channels.
+  double followed = 0.0;  ///< Of it, what the reconstruction changes by in the same places and direction, in sum.
+};
+
+ImageF frame_of(const HistoryReader& history, int frame, const std::string& of) {
+  if (of.empty() || of == "color") return history.read_frame(frame);
+  return history.read_frame_extra(frame, of).value_or(ImageF());
+}
+
+/// @param made  Has the history's times among others.
+FollowedChange followed_change(const HistoryReader& history, const HistoryReader& made, const std::string& of) {
+  const std::vector<HistoryFrame>&before = history.manifest().frames, &after = made.manifest().frames;
+  const auto made_frame = [&](double time) {
+    const auto at = std::min_element(after.begin(), after.end(), [&](const HistoryFrame& a, const HistoryFrame& b) {
+      return std::abs(a.time - time) < std::abs(b.time - time);
+    });
+    return static_cast<int>(at - after.begin());
+  };
+  const ImageF begin = frame_of(history, 0, of), made_begin = frame_of(made, made_frame(before.front().time), of);
+  const int last = static_cast<int>(before.size()) - 1;
+  FollowedChange greatest;
+  for (const int frame : std::set<int>{last / 4, last / 2, 3 * last / 4, last}) {
+    FollowedChange here{.time = before[static_cast<std::size_t>(frame)].time};
+    const ImageF now = frame_of(history, frame, of), made_now = frame_of(made, made_frame(here.time), of);
+    for (const ImageF* other : {&begin, &made_begin, &made_now}) {
+      if (other->values().size() != now.values().size()) return {};
+    }
+    for (std::size_t i = 0; i < now.values().size(); ++i) {
+      const double change = static_cast<double>(now.values()[i]) - static_cast<double>(begin.values()[i]);
+      here.change += change * change;
+      here.followed +=
+          change * (static_cast<double>(made_now.values()[i]) - static_cast<double>(made_begin.values()[i]));
+    }
+    if (here.change > greatest.change) greatest = here;
+  }
+  return greatest;
+}
+
+/// Says first what makes all else of little use.
+void note_poor_reconstruction(CommandRun& run, const HistoryReader& history, const HistoryReader& made,
+                              const std::string& of) {
+  const FollowedChange found = followed_change(history, made, of);
+  if (!(found.change > 0.0) || found.followed >= kLeastFollowed * found.change) return;
+  run.note("warning: the reconstruction makes " + percent_text(std::max(0.0, found.followed / found.change)) +
+           " of the change that the history has at time " + short_number_text(found.time) + " " +
+           shown_time_unit(history.manifest().time_unit) +
+           ": one curve does not describe it, or it is mostly noise; use the history itself");
 }
 
 }  // namespace
@@ -61,6 +120,7 @@ int cmd_factorize(CommandRun& run) {
       run.make_folder(analysis::plan_factorization(std::move(task), output), "factorize");
   if (!status) return 0;
 
+  note_poor_reconstruction(run, HistoryReader(history), HistoryReader(output / "history"), of);
   note_history_warnings(run, history.string(), read_history_manifest(history).warnings);
   const Json made = load_json(output / analysis::kFactorizationManifestFile);
   const std::string unit = made.at("time_unit").get<std::string>();

@@ -156,7 +156,9 @@ export class HistoryView implements View {
       this.viewer.fit();
       const { times } = this.place;
       const session = window.PATINATE_SESSION?.view as { time?: number; second_time?: number; comparison?: Comparison } | undefined;
-      this.timebar.set_time(session?.time ?? times[0] ?? 0);
+      // A page that was saved without a view of somebody opens aged.
+      const opens_at = window.PATINATE_SESSION ? times[times.length - 1] : times[0];
+      this.timebar.set_time(session?.time ?? opens_at ?? 0);
       this.timebar.set_second_time(session?.second_time ?? times[times.length - 1] ?? 0);
       if (session?.comparison) this.compare_by_key(session.comparison);
       await this.loader_a.settled();

@@ -98,7 +98,7 @@ void note_input(const fs::path& path) {
   Noted& noted = at->second;
   if (noted.is_forgotten) noted = {path, now};
   if (!(noted.state == now)) throw InputChanged(noted.shown);
-  if (notes().opened.empty() || notes().opened.back() != &noted) notes().opened.push_back(&noted);
+  notes().opened.push_back(&noted);
 }
 
 std::size_t num_input_notes() {
@@ -108,13 +108,11 @@ std::size_t num_input_notes() {
 
 void require_unchanged_inputs(std::size_t since) {
   if (!notes().is_watching) return;
-  // The last before is looked at, too: a file that is opened again and again is noted once.
   std::vector<Noted> files;
   {
     const std::lock_guard lock(notes().mutex);
-    std::vector<const Noted*> all(
-        notes().opened.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(since, 1) - 1),
-        notes().opened.end());
+    const std::size_t begin = std::min(since, notes().opened.size());
+    std::vector<const Noted*> all(notes().opened.begin() + static_cast<std::ptrdiff_t>(begin), notes().opened.end());
     std::sort(all.begin(), all.end());
     all.erase(std::unique(all.begin(), all.end()), all.end());
     for (const Noted* noted : all) files.push_back(*noted);

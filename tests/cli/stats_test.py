@@ -75,7 +75,8 @@ class Sizes(CommandCase):
         self.succeeds(*render, "narrow.png", "--width", "24")
         self.succeeds(*render, "low.png", "--height", "20")
         self.assertEqual([self.size(f"{name}.png") for name in ("own", "narrow", "low")], [(48, 40), (24, 20), (24, 20)])
-        self.fails(USAGE, "--width", *render, "wide.png", "--width", "480")
+        self.succeeds(*render, "wide.png", "--width", "480")
+        self.assertEqual(self.size("wide.png"), (480, 400))
 
 
 class Factors(CommandCase):

@@ -198,16 +198,12 @@ OutputWork aging_mesh_pictures(const SharedTask& task) {
   return work;
 }
 
-/// The size of a picture of a history, which keeps its proportions. @throws UsageError where it would be enlarged
+/// The size of a picture of a history, which keeps its proportions.
 std::pair<int, int> history_size(const RenderTask& task, const HistoryManifest& history) {
   double scale = 1.0;
   if (task.is_width_given || task.is_height_given) scale = std::numeric_limits<double>::infinity();
   if (task.is_width_given) scale = std::min(scale, static_cast<double>(task.options.width) / history.width);
   if (task.is_height_given) scale = std::min(scale, static_cast<double>(task.options.height) / history.height);
-  if (scale > 1.0)
-    throw UsageError(std::string(task.is_width_given ? "--width" : "--height") + ": the history has " +
-                     size_text(history.width, history.height) +
-                     " pixels; expected at most that, as it is not enlarged");
   const auto scaled = [&](int side) { return std::max(1, static_cast<int>(std::lround(scale * side))); };
   return {scaled(history.width), scaled(history.height)};
 }
@@ -231,7 +227,10 @@ OutputWork history_pictures(const SharedTask& task) {
         for (double t : times) {
           control.throw_if_stopped();
           ImageF picture = history->sample(t);
-          pictures.push_back(is_scaled ? downscale_area(picture, size.first, size.second) : std::move(picture));
+          if (is_scaled)
+            picture = size.first < picture.width() ? downscale_area(picture, size.first, size.second)
+                                                   : resize_bilinear(picture, size.first, size.second);
+          pictures.push_back(std::move(picture));
         }
         return pictures.size() == 1 ? pictures.front() : contact_strip(pictures, labels);
       });

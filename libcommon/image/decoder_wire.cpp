@@ -53,6 +53,10 @@ ImageInfo read_info(const WireRead& read) {
   }
   exposure.white_balance = static_cast<ImageExposure::WhiteBalance>(bounded(read_number<std::int32_t>(read), 0, 2));
   info.key = read_text(read);
+  ImageFacts& facts = info.facts;
+  for (std::string* text :
+       {&facts.color, &facts.orientation, &facts.alpha, &facts.window, &facts.layer, &facts.page, &facts.problem})
+    *text = read_text(read);
   return info;
 }
 
@@ -70,6 +74,10 @@ void write_info(const WireWrite& write, const ImageInfo& info) {
   for (double value : {exposure.time_s, exposure.f_number, exposure.iso}) write_number(write, value);
   write_number(write, static_cast<std::int32_t>(exposure.white_balance));
   write_text(write, info.key);
+  const ImageFacts& facts = info.facts;
+  for (const std::string* text :
+       {&facts.color, &facts.orientation, &facts.alpha, &facts.window, &facts.layer, &facts.page, &facts.problem})
+    write_text(write, *text);
 }
 
 CodedImage read_coded(const WireRead& read) {

@@ -68,12 +68,27 @@ EncodedFormat code_format(const std::filesystem::path& path, int width, int heig
 
 }  // namespace
 
+std::vector<std::pair<std::string, std::string>> ImageFacts::named() const {
+  std::vector<std::pair<std::string, std::string>> all{
+      {"color", color}, {"orientation", orientation}, {"alpha", alpha}, {"window", window}, {"layer", layer},
+      {"page", page},   {"not_used", problem}};
+  std::erase_if(all, [](const auto& fact) { return fact.second.empty(); });
+  return all;
+}
+
+bool ImageInfo::has_alpha() const {
+  return std::any_of(channels.begin(), channels.end(),
+                     [&](const std::string& name) { return name == "A" || is_color_channel(name, color_layer, "A"); });
+}
+
 ImageInfo probe_image(const std::filesystem::path& path) {
   return is_decoded_apart(path) ? DecoderProcess(path).info() : ImageDecoder(path).info();
 }
 
 ImageF read_color(const std::filesystem::path& path, const Response& response) {
-  return color_of(read_raw(path), response);
+  const DecodedImage raw = read_raw(path);
+  if (!raw.color_problem.empty()) throw IoError(path.string(), raw.color_problem);
+  return color_of(raw, response);
 }
 
 ImageF read_gray(const std::filesystem::path& path, const std::string& channel) {

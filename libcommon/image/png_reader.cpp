@@ -149,7 +149,9 @@ class PngSource final : public ImageSource {
         {{"Y"}, {"Y", "A"}, {"R", "G", "B"}, {"R", "G", "B", "A"}}};
     if (file_.channels() < 1 || file_.channels() > 4) return false;
     info_.channels = kNames[static_cast<std::size_t>(file_.channels() - 1)];
-    return read_words(file_, info_);
+    if (!read_words(file_, info_)) return false;
+    set_color_words(info_, read_file_words(path_));
+    return true;
   }
 
   [[nodiscard]] ImageInfo first_info() const override { return info_; }

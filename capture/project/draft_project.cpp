@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "capture/project/frame_times.h"
+#include "capture/project/photo_facts.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/decoder_process.h"
@@ -285,7 +286,14 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
   }
   if (!frames.excluded.empty()) text.member("exclude", frames.excluded);
   if (first.info.is_raw) draft.found.push_back("camera RAW: taken as linear light");
-  if (!first.info.is_raw) text.member("response", "srgb", "\"linear\" when no curve was applied");
+  std::vector<std::pair<std::string, ImageFacts>> facts;
+  for (const FoundImage& image : group) facts.emplace_back(image.file.filename().string(), image.info.facts);
+  const bool is_color_said = std::any_of(group.begin(), group.end(), [](const FoundImage& i) {
+    return i.info.encoding != nullptr || !i.info.facts.color.empty();
+  });
+  // A response would hold in the place of what the files say.
+  if (!first.info.is_raw && !is_color_said) text.member("response", "srgb", "\"linear\" when no curve was applied");
+  for (const std::string& line : series_facts(facts)) draft.found.push_back(line);
   const FoundImage* transmission = first_of(images, Part::Transmission);
   const FoundImage* blank = first_of(images, Part::Blank);
   if (transmission != nullptr) {

@@ -248,12 +248,14 @@ FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
   const Streams streams(kept, files);
   for (const SourceImage& image : kept) {
     const ImageInfo& info = files.info(image.file);
-    const bool has_alpha = std::find(info.channels.begin(), info.channels.end(), "A") != info.channels.end();
+    if (!info.color_problem.empty()) throw IoError(image.file.string(), info.color_problem);
     sources.photos.push_back({.time = *image.time,
                               .file = image.file,
-                              .has_alpha = has_alpha,
+                              .has_alpha = info.has_alpha(),
                               .has_codes = info.is_integer && !info.is_raw,
                               .is_raw = info.is_raw,
+                              .is_encoded = info.encoding != nullptr,
+                              .facts = info.facts,
                               .exposure = info.exposure,
                               .image = image.image,
                               .width = info.width,

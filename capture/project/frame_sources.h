@@ -23,6 +23,8 @@ struct CapturePhoto {
   bool has_alpha = false;       ///< Transparent pixels are outside the mask.
   bool has_codes = true;        ///< Integers, which become light through the response; not those of camera RAW.
   bool is_raw = false;          ///< Camera RAW: linear light that ends at 1.
+  bool is_encoded = false;      ///< Its color is not sRGB codes or linear Rec. 709, as the file says.
+  ImageFacts facts = {};        ///< What the file says of how it is to be seen.
   ImageExposure exposure = {};  ///< As EXIF says it.
   int image = 0;                ///< Which image of the file.
   int width = 0;                ///< Pixels.

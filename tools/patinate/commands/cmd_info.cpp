@@ -261,6 +261,7 @@ Facts image_facts(const std::filesystem::path& path) {
   for (const std::string& c : info.channels) channels += (channels.empty() ? "" : " ") + c;
   facts.add("channels", info.channels, channels);
   facts.add("values", info.is_integer ? "integer codes" : "floating point");
+  for (const auto& [name, text] : info.facts.named()) facts.add(name, text);
   if (info.num_frames > 1) facts.add("frames", info.num_frames);
   if (!info.date_time.empty()) facts.add("date", info.date_time);
   add_exposure(facts, info.exposure);

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/plan_history.h"
+#include "capture/project/photo_facts.h"
 #include "capture/timelapse/mask_warnings.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/warning_json.h"
@@ -50,6 +51,14 @@ void complete_shares(const HistoryReader& reader, capture::SurveyReport& survey)
   const auto num_masked = std::count(mask.values().begin(), mask.values().end(), 0);
   survey.masked_share = static_cast<double>(num_masked) / static_cast<double>(mask.num_pixels());
   survey.outside_share = survey.masked_share;
+}
+
+/// Says once for all what the photographs' files say of how they are to be seen.
+void note_photo_facts(const capture::CaptureProject& project, CommandRun& run) {
+  std::vector<std::pair<std::string, ImageFacts>> facts;
+  for (const capture::CapturePhoto& photo : project.frames) facts.emplace_back(photo.name(), photo.facts);
+  for (const std::string& line : capture::series_facts(facts)) run.note(line);
+  if (const std::string text = capture::override_text(facts, project.response); !text.empty()) run.note(text);
 }
 
 /// Says what was masked where it is too little for a warning, and with --verbose every photograph that was found.
@@ -138,6 +147,7 @@ int cmd_ingest(CommandRun& run) {
   const std::optional<JobStatus> status = run.make_folder(plan, "ingest");
   if (!status) return 0;
   const HistoryReader reader(output);
+  note_photo_facts(project, run);
   if (project.has_raw_frames)
     run.note("camera RAW: taken as linear light, with daylight white balance; `response` does not apply to it");
   if (project.time_source == "frame rate")

@@ -172,7 +172,9 @@ bool expect_equal_reading(const std::filesystem::path& path) {
   EXPECT_EQ(ours.image.type, truth.image.type) << path;
   const bool has_alpha =
       std::find(ours.info.channels.begin(), ours.info.channels.end(), "A") != ours.info.channels.end();
-  if (has_alpha) EXPECT_EQ(ours.image.associated_alpha, truth.image.associated_alpha) << path;
+  if (has_alpha) {
+    EXPECT_EQ(ours.image.associated_alpha, truth.image.associated_alpha) << path;
+  }
   EXPECT_TRUE(hold_equal_values(ours.image, truth.image)) << path;
   return true;
 }

@@ -10,6 +10,7 @@
 #include "libcommon/history/history_card.h"
 #include "libcommon/history/warning_json.h"
 #include "libcommon/image/filters.h"
+#include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/atlas/atlas_mesh.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
@@ -120,6 +121,12 @@ Facts transfer_facts(const std::filesystem::path& path) {
   return facts;
 }
 
+std::string joined_or_none(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text.empty() ? "none" : text;
+}
+
 Facts simulation_facts(const std::filesystem::path& path) {
   const simulation::SimulationManifest m = simulation::read_simulation_manifest(path);
   Facts facts("simulation");
@@ -128,13 +135,8 @@ Facts simulation_facts(const std::filesystem::path& path) {
   facts.add("iterations", m.iterations);
   facts.add("time", m.time, short_number_text(m.time) + " " + m.time_unit);
   facts.add("atlas", Json{m.resolution, m.resolution}, size_text(m.resolution, m.resolution));
-  const auto joined = [](const std::vector<std::string>& words) {
-    std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-    return text.empty() ? std::string("none") : text;
-  };
-  facts.add("materials", m.materials, joined(m.materials));
-  facts.add("controls", m.controls, joined(m.controls));
+  facts.add("materials", m.materials, joined_or_none(m.materials));
+  facts.add("controls", m.controls, joined_or_none(m.controls));
   facts.add("key", m.key);
   return facts;
 }
@@ -276,7 +278,9 @@ Facts image_facts(const std::filesystem::path& path) {
 }
 
 Facts mesh_facts(const std::filesystem::path& path) {
-  const Mesh mesh = read_mesh(path);
+  std::vector<std::string> notes;
+  std::string shown_notes;
+  const Mesh mesh = read_mesh(path, &notes);
   const Box box = bounding_box(mesh);
   const Vec3 extent = box.high - box.low;
   Facts facts("mesh");
@@ -295,10 +299,18 @@ Facts mesh_facts(const std::filesystem::path& path) {
   facts.add("boundary_loops", topology.num_boundary_loops,
             topology.is_closed() ? "none: closed" : std::to_string(topology.num_boundary_loops));
   facts.add("nonmanifold_triangles", topology.num_nonmanifold_triangles);
-  facts.add("extent", Json{extent.x(), extent.y(), extent.z()},
-            short_number_text(extent.x()) + " x " + short_number_text(extent.y()) + " x " +
-                short_number_text(extent.z()) +
-                (path.extension() == ".gltf" || path.extension() == ".glb" ? " m" : " (the file has no unit)"));
+  facts.add(
+      "extent", Json{extent.x(), extent.y(), extent.z()},
+      short_number_text(extent.x()) + " x " + short_number_text(extent.y()) + " x " + short_number_text(extent.z()));
+  facts.add("unit", is_gltf_file(path) ? Json("m") : Json(),
+            is_gltf_file(path) ? "m" : "none in the file: --unit says it");
+  if (is_gltf_file(path)) {
+    const MeshFileExtensions extensions = mesh_file_extensions(path);
+    facts.add("extensions_read", extensions.read, joined_or_none(extensions.read));
+    facts.add("extensions_not_looked_at", extensions.ignored, joined_or_none(extensions.ignored));
+  }
+  for (const std::string& text : notes) shown_notes += "\n    " + text;
+  facts.add("notes", notes, notes.empty() ? "none" : shown_notes);
   Json surfaces = Json::array();
   std::string shown;
   for (const Mesh::Surface& s : mesh.surfaces) {

@@ -147,7 +147,7 @@ int cmd_ingest(CommandRun& run) {
   capture::SurveyReport survey = capture::read_survey_report(reader.folder());
   complete_shares(reader, survey);
   note_history_warnings(run, reader.label(), reader.facts().warnings);
-  for (const std::string& note : capture::light_notes(survey.light)) run.note(note);
+  run.notes(capture::light_notes(survey.light));
   note_survey(survey, reader.num_frames() == 1, run);
 
   const HistoryManifest& history = reader.manifest();

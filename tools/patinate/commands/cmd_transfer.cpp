@@ -117,7 +117,7 @@ std::vector<transfer::TransferControl> transfer_controls(const std::vector<std::
         throw UsageError("--control: `" + source + "` is given twice; combine them in one expression");
     }
     ControlMap made = make_control_expression(spec.destination, map, kinds, run.control("control " + source), made_by);
-    for (const std::string& note : made.notes) run.note(note);
+    run.notes(made.notes);
     const auto [low, high] = covered_range(made.values, map);
     controls.push_back(transfer::make_transfer_control(history, spec, std::move(made), map.coverage()));
     if (!spec.mapping) note_mapping(controls.back(), map.coverage(), run);

@@ -169,13 +169,13 @@ TEST(ReadPly, NamesWhatIsWrong) {
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
   const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n";
   EXPECT_EQ(error_of("a.ply", header + faces + "0 1 0\n3 0 1 3\n"),
-            "line 12: element `face`, row 0: a vertex index is out of range; there are 3 vertices before it");
+            "line 13: element `face`, row 0: a vertex index is out of range; there are 3 vertices before it");
   EXPECT_EQ(error_of("a.ply", header + faces + "0 1 0\n3 0 1 -1\n"),
-            "line 12: element `face`, row 0: a vertex index is out of range; there are 3 vertices before it");
+            "line 13: element `face`, row 0: a vertex index is out of range; there are 3 vertices before it");
   EXPECT_EQ(error_of("a.ply", header + faces + "0 nan 0\n3 0 1 2\n"),
             "a position is not finite or beyond 1e30; NaN and infinity are not allowed");
   EXPECT_EQ(error_of("a.ply", header + faces + "0 x 0\n3 0 1 2\n"),
-            "line 11: element `vertex`, row 2: `x` is not a number");
+            "line 12: element `vertex`, row 2: `x` is not a number");
   EXPECT_EQ(error_of("a.ply", header + "end_header\n0 0 0\n1 0 0\n0 1 0\n"),
             "no faces, only 3 points (a point cloud); a surface is needed");
   EXPECT_EQ(error_of("a.ply", "ply\nformat ascii 1.0\nelement vertex 99999999999\nproperty float x\nend_header\n"),

@@ -485,6 +485,17 @@ class FarFromTheOrigin(Case):
         self.assertNotIn("xformOp", (self.folder / "aged.usda").read_text())
 
 
+    def test_a_scene_far_away_is_brought_near_or_refused(self):
+        for origin, translate, is_near in ((FAR["map"], None, False), (FAR["map"], [-x for x in FAR["map"]], True), ((4612.5, 5432.25, 3.5), None, True)):
+            self.write("sheet.obj", plate_obj(repr, self.SCALE, origin))
+            thing = {"name": "sheet", "mesh": "sheet.obj", "preset": "copper", **({"translate": translate} if translate else {})}
+            self.write("scene.json", json.dumps({**Speed.SCENE, "unit": "m", "objects": [thing]}))
+            if is_near:
+                self.succeeds("simulate", "scene.json", "-o", "out", "--force", "--quiet")
+            else:
+                self.fails(INPUT, "object 'sheet' lies more than 1000 km from the origin; let its `translate` bring it nearer", "simulate", "scene.json", "-o", "out")
+
+
 class Lines(Case):
     def test_control_characters_of_names_are_written_as_text(self):
         history = self.take("history")

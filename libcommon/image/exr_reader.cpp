@@ -131,7 +131,7 @@ class ExrSource final : public ImageSource {
     info_.height = window.max.y - window.min.y + 1;
     info_.channels = std::move(*names);
     info_.is_integer = false;
-    set_words(info_, text_of(header, "capDate"), text_of(header, kImageKeyAttribute), text_of(header, "comments"));
+    set_words(info_, text_of(header, kImageKeyAttribute), text_of(header, "comments"));
     info_.scale = scale_of(header);
     part_.emplace(file_, 0);
     return true;

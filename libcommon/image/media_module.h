@@ -55,7 +55,7 @@ class MediaModule {
 
 /// The module, loaded by the first call. Thread-safe. @throws CannotComplete naming its file if it cannot be loaded.
 [[nodiscard]] MediaModule& media_module();
-/// The function of the module that gives it: `MediaModule* patinate_media_2()`. The number is that of this interface.
-inline constexpr const char* kMediaEntry = "patinate_media_2";
+/// The function of the module that gives it: `MediaModule* patinate_media_3()`. The number is that of this interface.
+inline constexpr const char* kMediaEntry = "patinate_media_3";
 
 }  // namespace patinate

@@ -33,7 +33,7 @@ class Media final : public MediaModule {
 
 }  // namespace patinate::media
 
-extern "C" [[gnu::visibility("default")]] patinate::MediaModule* patinate_media_2() {
+extern "C" [[gnu::visibility("default")]] patinate::MediaModule* patinate_media_3() {
   static patinate::media::Media module;
   return &module;
 }

@@ -45,10 +45,16 @@ struct ImageInfo {
   bool is_raw = false;                ///< Camera RAW: linear light, no response applies.
   int num_frames = 1;                 ///< Sub-images (movies, animated files, multi-part EXR).
   double frame_rate = 0.0;            ///< Frames per second of playback; 0 = the file does not say.
-  std::string date_time;              ///< EXIF "YYYY:MM:DD HH:MM:SS" or "".
-  ImageExposure exposure;             ///< Of a photograph.
-  std::string key;                    ///< Content key that patinate wrote into the file, or "".
-  std::optional<ValueScale> scale;    ///< What 0 and 1 stand for, in an EXR that write_scaled_exr() made.
+  std::string color;  ///< Of a movie whose colors are not sRGB's: what they are, and what becomes of them; or "".
+  /// When a movie shows its frames, in s from the first one on, rising; empty = the file does not say it of each.
+  std::vector<double> frame_times_s;
+  /// When it was taken, by EXIF: DateTimeOriginal with SubSecTime and OffsetTime, "YYYY:MM:DD HH:MM:SS[.SS][+HH:MM]";
+  /// "" = not said. Dates at which a file was written or changed are none.
+  std::string date_time;
+  std::string digitized;            ///< DateTimeDigitized in the same form.
+  ImageExposure exposure;           ///< Of a photograph.
+  std::string key;                  ///< Content key that patinate wrote into the file, or "".
+  std::optional<ValueScale> scale;  ///< What 0 and 1 stand for, in an EXR that write_scaled_exr() made.
 };
 
 /// At most 65536 x 65536 pixels and 64 channels.

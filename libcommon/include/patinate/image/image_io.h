@@ -71,8 +71,8 @@ struct ImageInfo {
 [[nodiscard]] ImageF read_gray(const std::filesystem::path& path, const std::string& channel = "");
 /// Named channels in the order asked for; raw values. @throws IoError naming a missing channel and those there are.
 [[nodiscard]] ImageF read_channels(const std::filesystem::path& path, const std::vector<std::string>& channels);
-/// 8-bit mask: 0 outside, 255 inside (any code >= 128 of the first channel; alpha when that is the only one that
-/// varies).
+/// 8-bit mask: 0 outside, 255 inside. The opaque part of an object that is cut out; what is not black of labels in
+/// color; else codes from 128 on. @throws IoError also for a picture that is no mask, or says two things.
 [[nodiscard]] ImageU8 read_mask(const std::filesystem::path& path);
 
 enum class ExrDepth { Half, Float };

@@ -4,6 +4,7 @@
 #include "analysis/factorization/factorization_job.h"
 #include "analysis/fit/fit_job.h"
 #include "capture/project/capture_project.h"
+#include "capture/project/frame_times.h"
 #include "capture/project/relit_project.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/topology.h"
@@ -237,7 +238,7 @@ Facts capture_facts(const std::filesystem::path& path) {
   facts.add("times", times,
             std::to_string(project.frames.size()) + " frames, " + short_number_text(project.frames.front().time) +
                 " to " + short_number_text(project.frames.back().time) + " " + unit + " (from " + project.time_source +
-                ")");
+                (project.time_span.empty() ? "" : ", " + project.time_span) + ")");
   facts.add("time_unit", unit, "");
   facts.add("transmission", project.transmission.has_value(), project.transmission ? "yes" : "no");
   return facts;
@@ -264,7 +265,13 @@ Facts image_facts(const std::filesystem::path& path) {
   facts.add("channels", info.channels, channels);
   facts.add("values", info.is_integer ? "integer codes" : "floating point");
   if (info.num_frames > 1) facts.add("frames", info.num_frames);
-  if (!info.date_time.empty()) facts.add("date", info.date_time);
+  if (!info.color.empty()) facts.add("color", info.color);
+  if (!info.frame_times_s.empty()) {
+    facts.add("frame_times_s", info.frame_times_s,
+              "shown from 0 to " + short_number_text(info.frame_times_s.back()) + " s");
+  }
+  const std::string time = capture::photo_time_text(path, info);
+  if (!time.empty()) facts.add("time", time);
   add_exposure(facts, info.exposure);
   if (info.scale) {
     const ValueScale& s = *info.scale;

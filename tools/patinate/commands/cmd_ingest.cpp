@@ -140,8 +140,9 @@ int cmd_ingest(CommandRun& run) {
   const HistoryReader reader(output);
   if (project.has_raw_frames)
     run.note("camera RAW: taken as linear light, with daylight white balance; `response` does not apply to it");
-  if (project.time_source == "frame rate")
-    run.note("times are those of the movie's frame rate: for a time-lapse give `interval`");
+  if (!project.time_span.empty()) run.note("times from " + project.time_source + ", " + project.time_span);
+  if (project.time_source.find("movie") != std::string::npos)
+    run.note("times from " + project.time_source + ": for a time-lapse give `interval`");
   note_alignment(output, run);
   note_doubtful_controls(reader, run);
   capture::SurveyReport survey = capture::read_survey_report(reader.folder());

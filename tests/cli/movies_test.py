@@ -135,8 +135,9 @@ class Movies(unittest.TestCase):
     def test_colors_are_those_that_the_movie_says(self):
         # A code of 8 bits more or less is up to 5 of sRGB's in the dark parts of HLG and PQ (their slopes differ).
         for encode, primaries, transfer, tolerance, said in ((hlg, BT2020, HLG, 3, "HLG with BT.2020"), (pq, BT2020, PQ, 6, "PQ with BT.2020"), (hlg, BT709, HLG, 3, "HLG with BT.709"),
-                                                             (srgb, P3, SRGB, 2, "Display P3"), (srgb, BT2020, BT709, 3, "BT.2020"), (srgb, BT709, BT709, 1, "")):
-            self.history(movie(frames_of(2, encode, primaries), WIDTH, HEIGHT, [100, 100], color=(primaries, transfer, 0)))
+                                                             (srgb, P3, SRGB, 2, "sRGB with Display P3"), (srgb, BT2020, BT709, 3, "sRGB with BT.2020"), (srgb, BT709, BT709, 1, "")):
+            stderr = self.history(movie(frames_of(2, encode, primaries), WIDTH, HEIGHT, [100, 100], color=(primaries, transfer, 0)))
+            self.assertEqual(said != "", f"{said} colors, made linear Rec. 709; `response` does not apply" in stderr, stderr)
             self.expect_scene(tolerance)
             self.expect_scene(tolerance, 1)
             self.assertIn(said, self.run_patinate("info", "m.mov").stdout)

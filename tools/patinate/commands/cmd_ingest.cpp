@@ -140,6 +140,9 @@ int cmd_ingest(CommandRun& run) {
   const HistoryReader reader(output);
   if (project.has_raw_frames)
     run.note("camera RAW: taken as linear light, with daylight white balance; `response` does not apply to it");
+  const capture::CapturePhoto& first = project.frames.front();
+  const std::string color = first.stream && !first.has_codes ? probe_image(first.file).color : "";
+  if (!color.empty()) run.note(first.file.filename().string() + ": " + color + "; `response` does not apply to it");
   if (!project.time_span.empty()) run.note("times from " + project.time_source + ", " + project.time_span);
   if (project.time_source.find("movie") != std::string::npos)
     run.note("times from " + project.time_source + ": for a time-lapse give `interval`");

@@ -59,8 +59,10 @@ struct CaptureProject {
   std::filesystem::path file;  ///< The project file itself.
   std::string name;
   TimeUnit time_unit = TimeUnit::Seconds;
-  std::string time_source;  ///< As FrameSources says it.
-  Response response;        ///< Of codes; camera RAW and float images are light already.
+  std::string time_source;  ///< As FrameSources says them.
+  std::string time_span;
+  std::vector<HistoryWarning> time_warnings;
+  Response response;  ///< Of codes; camera RAW and float images are light already.
   bool has_raw_frames = false;
   std::vector<CapturePhoto> frames;  ///< Strictly increasing time; excluded ones are excluded.
   std::vector<int> excluded;         ///< Their numbers, as `exclude` has them; rising.

@@ -93,6 +93,7 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
     writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : report_alignment(work, folder)) writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : report_patch(work, folder)) writer.add_warning(std::move(warning));
+  for (const HistoryWarning& warning : work.project.time_warnings) writer.add_warning(warning);
   for (HistoryWarning& warning : mask_warnings(given, mask, num_frames)) writer.add_warning(std::move(warning));
   writer.finish();
   if (!work.project.appearance.is_empty()) {

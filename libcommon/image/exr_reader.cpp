@@ -58,8 +58,7 @@ double frame_rate_of(const Imf::Header& header) {
 
 /// What the header says, whoever wrote it.
 void read_exr_words(const Imf::Header& header, ImageInfo& info) {
-  set_words(info, text_of(header, {"Exif:DateTimeOriginal", "DateTime", "capDate"}),
-            text_of(header, {kImageKeyAttribute}), text_of(header, {"ImageDescription", "comments"}));
+  set_words(info, text_of(header, {kImageKeyAttribute}), text_of(header, {"ImageDescription", "comments"}));
   info.scale = scale_of(header);
   info.frame_rate = frame_rate_of(header);
 }

@@ -18,6 +18,7 @@
 #include "libcommon/image/image_decoder.h"
 #include "libcommon/image/image_rows.h"
 #include "libcommon/image/image_source.h"
+#include "libcommon/image/mask_pixels.h"
 #include "libcommon/image/watched_file.h"
 #include "patinate/core/error.h"
 
@@ -122,23 +123,10 @@ ImageF read_channels(const std::filesystem::path& path, const std::vector<std::s
   return picked;
 }
 
-ImageU8 read_mask(const std::filesystem::path& path) {
-  const DecodedImage raw = read_raw(path);
-  int source = 0;
-  const int alpha = channel_index(raw, "A");
-  if (alpha > 0) {
-    const float first = raw.values.at(0, 0, 0);
-    bool color_varies = false;
-    for (int y = 0; y < raw.values.height() && !color_varies; ++y) {
-      for (int x = 0; x < raw.values.width() && !color_varies; ++x) color_varies = raw.values.at(x, y, 0) != first;
-    }
-    if (!color_varies) source = alpha;
-  }
-  ImageU8 mask(raw.values.width(), raw.values.height());
-  for (int y = 0; y < mask.height(); ++y) {
-    for (int x = 0; x < mask.width(); ++x) mask.at(x, y) = raw.values.at(x, y, source) >= 0.5f ? 255 : 0;
-  }
-  return mask;
+ImageU8 read_mask(const std::filesystem::path& path) try {
+  return mask_of(read_raw(path));
+} catch (const InvalidInput& e) {
+  throw IoError(path.string(), e.what());
 }
 
 namespace {

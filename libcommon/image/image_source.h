@@ -120,8 +120,7 @@ void set_color_words(ImageInfo& info, const FileWords& words);
 
 /// Sets what a file's own words mean for a reader. @param key  Of its attribute. @param description  May hold the key
 /// instead.
-inline void set_words(ImageInfo& info, std::string date_time, std::string key, const std::string& description) {
-  info.date_time = date_time == kNoImageDate ? "" : std::move(date_time);
+inline void set_words(ImageInfo& info, std::string key, const std::string& description) {
   info.key = std::move(key);
   const std::string start = kImageKeyDescription;
   if (info.key.empty() && description.starts_with(start)) info.key = description.substr(start.size());

@@ -102,14 +102,7 @@ class PngFile {
 
 /// What the file says in words; false if it says what OpenImageIO understands and this does not.
 bool read_words(const PngFile& file, ImageInfo& info) {
-  std::string date_time, key, description;
-  png_timep time = nullptr;
-  if (png_get_tIME(file.png(), file.info(), &time) != 0) {
-    std::array<char, 32> text{};
-    (void)std::snprintf(text.data(), text.size(), "%4d:%02d:%02d %02d:%02d:%02d", time->year, time->month, time->day,
-                        time->hour, time->minute, time->second);
-    date_time = text.data();
-  }
+  std::string key, description;
   png_textp texts = nullptr;
   const int num_texts = png_get_text(file.png(), file.info(), &texts, nullptr);
   constexpr std::array<std::string_view, 7> kElsewhere{
@@ -127,7 +120,7 @@ bool read_words(const PngFile& file, ImageInfo& info) {
       }
     }
   }
-  set_words(info, std::move(date_time), std::move(key), description);
+  set_words(info, std::move(key), description);
   return true;
 }
 

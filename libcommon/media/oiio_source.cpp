@@ -1,5 +1,6 @@
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
 #include <cmath>
 #include <mutex>
 #include <sstream>
@@ -7,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "libcommon/core/text.h"
 #include "libcommon/media/cmyk_jpeg.h"
 #include "libcommon/media/oiio.h"
 #include "patinate/core/error.h"
@@ -70,6 +72,21 @@ ImageExposure exposure_of(const OIIO::ImageSpec& spec) {
   if (white_balance == 0) exposure.white_balance = ImageExposure::WhiteBalance::Auto;
   if (white_balance == 1) exposure.white_balance = ImageExposure::WhiteBalance::Manual;
   return exposure;
+}
+
+/// DateTimeOriginal or DateTimeDigitized, with its fraction of a second and its offset from UTC.
+std::string exif_date(const OIIO::ImageSpec& spec, const std::string& kind) {
+  const std::string date(spec.get_string_attribute("Exif:DateTime" + kind));
+  if (date.empty()) return "";
+  // The names without a kind belong to the date of the last change, which is this one in an unchanged file.
+  const bool is_unchanged = spec.get_string_attribute("DateTime") == date;
+  const auto companion = [&](const std::string& name) {
+    const std::string own(spec.get_string_attribute(name + kind));
+    return !own.empty() || !is_unchanged ? own : std::string(spec.get_string_attribute(name));
+  };
+  std::string fraction = companion("Exif:SubsecTime"), offset = companion("Exif:OffsetTime");
+  fraction.erase(std::find_if_not(fraction.begin(), fraction.end(), is_digit), fraction.end());
+  return date + (fraction.empty() ? "" : "." + fraction) + offset;
 }
 
 /// What is to be decoded, its bytes made.
@@ -152,9 +169,11 @@ class OiioSource final : public ImageSource {
     info.channels = spec.channelnames;
     info.is_integer = !spec.format.is_floating_point();
     info.is_raw = std::string_view(input_->format_name()) == "raw";
-    const std::string taken = spec.get_string_attribute("Exif:DateTimeOriginal", spec.get_string_attribute("DateTime"));
-    set_words(info, taken, spec.get_string_attribute(kImageKeyAttribute),
-              spec.get_string_attribute("ImageDescription"));
+    set_words(info, spec.get_string_attribute(kImageKeyAttribute), spec.get_string_attribute("ImageDescription"));
+    info.date_time = exif_date(spec, "Original");
+    info.digitized = exif_date(spec, "Digitized");
+    // LibRaw passes on what the camera says, and nothing else.
+    if (info.is_raw && info.date_time.empty()) info.date_time = spec.get_string_attribute("DateTime");
     info.exposure = exposure_of(spec);
     // Set for movies as a rational number.
     const float rate = spec.get_float_attribute("FramesPerSecond");

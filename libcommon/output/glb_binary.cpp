@@ -30,7 +30,7 @@ class Pipe final : public ByteSink {
 
 GlbBinary::GlbBinary(const std::filesystem::path& glb)
     : shown_path_(glb.string()),
-      place_(glb.parent_path() / (glb.stem().string() + ".textures")),
+      place_(glb.parent_path() / (glb.stem().string() + ".glb.textures")),
       file_(std::fopen(place_.temporary().c_str(), "w+b")) {
   if (file_ == nullptr) fail("cannot be written; is the folder writable?");
 }

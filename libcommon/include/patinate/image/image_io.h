@@ -64,10 +64,15 @@ struct ImageInfo {
   bool is_raw = false;                ///< Camera RAW: linear light, no response applies.
   int num_frames = 1;                 ///< Sub-images (movies, animated files, pages).
   double frame_rate = 0.0;            ///< Frames per second of playback; 0 = the file does not say.
-  std::string date_time;              ///< EXIF "YYYY:MM:DD HH:MM:SS" or "".
-  ImageExposure exposure;             ///< Of a photograph.
-  std::string key;                    ///< Content key that patinate wrote into the file, or "".
-  std::optional<ValueScale> scale;    ///< What 0 and 1 stand for, in an EXR that write_scaled_exr() made.
+  /// When a movie shows its frames, in s from the first one on, rising; empty = the file does not say it of each.
+  std::vector<double> frame_times_s;
+  /// When it was taken, by EXIF: DateTimeOriginal with SubSecTime and OffsetTime, "YYYY:MM:DD HH:MM:SS[.SS][+HH:MM]";
+  /// "" = not said. Dates at which a file was written or changed are none.
+  std::string date_time;
+  std::string digitized;            ///< DateTimeDigitized in the same form.
+  ImageExposure exposure;           ///< Of a photograph.
+  std::string key;                  ///< Content key that patinate wrote into the file, or "".
+  std::optional<ValueScale> scale;  ///< What 0 and 1 stand for, in an EXR that write_scaled_exr() made.
   ImageFacts facts;
   std::string color_layer;    ///< "ViewLayer.Combined." before R, G, B and A, where an EXR has its color in a layer.
   std::string color_problem;  ///< Why no picture in color can be told among several; "" = it can.
@@ -91,8 +96,8 @@ struct ImageInfo {
 [[nodiscard]] ImageF read_gray(const std::filesystem::path& path, const std::string& channel = "");
 /// Named channels in the order asked for; raw values. @throws IoError naming a missing channel and those there are.
 [[nodiscard]] ImageF read_channels(const std::filesystem::path& path, const std::vector<std::string>& channels);
-/// 8-bit mask: 0 outside, 255 inside (any code >= 128 of the first channel; alpha when that is the only one that
-/// varies).
+/// 8-bit mask: 0 outside, 255 inside. The opaque part of an object that is cut out; what is not black of labels in
+/// color; else codes from 128 on. @throws IoError also for a picture that is no mask, or says two things.
 [[nodiscard]] ImageU8 read_mask(const std::filesystem::path& path);
 
 enum class ExrDepth { Half, Float };

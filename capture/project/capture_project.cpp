@@ -191,6 +191,8 @@ CaptureProject read_capture_project(const fs::path& file, const AlignOptions& al
   project.frames = std::move(sources.photos);
   project.excluded = std::move(sources.excluded);
   project.time_source = std::move(sources.time_source);
+  project.time_span = std::move(sources.time_span);
+  project.time_warnings = std::move(sources.time_warnings);
   project.has_raw_frames = sources.is_raw;
   project.align = read_align_settings(json, align);
   read_reference(project);

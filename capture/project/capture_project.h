@@ -59,8 +59,10 @@ struct CaptureProject {
   std::filesystem::path file;  ///< The project file itself.
   std::string name;
   TimeUnit time_unit = TimeUnit::Seconds;
-  std::string time_source;  ///< As FrameSources says it.
-  Response response;        ///< Of codes; camera RAW and float images are light already.
+  std::string time_source;  ///< As FrameSources says them.
+  std::string time_span;
+  std::vector<HistoryWarning> time_warnings;
+  Response response;  ///< Of codes; camera RAW and float images are light already.
   bool has_raw_frames = false;
   std::vector<CapturePhoto> frames;  ///< Strictly increasing time; excluded ones are excluded.
   std::vector<int> excluded;         ///< Their numbers, as `exclude` has them; rising.
@@ -95,10 +97,26 @@ struct CaptureProject {
 /// @param image  As large as the photographs or the history. @throws IoError naming `file` if it is neither.
 [[nodiscard]] ImageF to_history_size(const ImageF& image, const CaptureProject& project,
                                      const std::filesystem::path& file);
-/// A frame's photograph in linear color, before roi and scale. @throws IoError
-[[nodiscard]] ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo);
-/// Linear value from which on a channel of read_whole_photo() is saturated: code 254 of 255; infinity for float images.
-[[nodiscard]] float saturation_level(const CaptureProject& project, const CapturePhoto& photo);
+/// Pixels of a photograph that are not as its file has them.
+struct ClippedPixels {
+  std::int64_t num_outside = 0;  ///< Of a color outside of Rec. 709; what was negative is 0.
+  std::int64_t num_beyond = 0;   ///< Brighter than half floats hold; 65504 now.
+};
+/// Whether read_whole_photo() may clip it.
+[[nodiscard]] bool may_be_clipped(const CaptureProject& project, const CapturePhoto& photo);
+/// A frame's photograph in linear color, before roi and scale. @param clipped  Is added to; null = not asked for.
+/// @throws IoError
+[[nodiscard]] ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo,
+                                      ClippedPixels* clipped = nullptr);
+
+/// Where saturation shows.
+struct SaturationPhoto {
+  ImageF photo;
+  float level = 0.0f;  ///< From which on a channel is saturated: code 254 of 255; the largest half for float images.
+};
+/// @param color  read_whole_photo()'s. Other primaries hide it: of such a photograph its codes as they are.
+[[nodiscard]] SaturationPhoto saturation_photo(const CaptureProject& project, const CapturePhoto& photo,
+                                               const ImageF& color);
 /// A frame as the history shows it: linear color, roi, scale. @throws IoError
 [[nodiscard]] ImageF read_photo(const CaptureProject& project, const CapturePhoto& photo);
 /// The same of a photograph that is no frame. @throws IoError

@@ -43,6 +43,10 @@ std::optional<CaptureRig> read_capture_rig(JsonReader& json, const std::optional
   CaptureRig rig;
   rig.lights = read_lights(lights, mm, project.scan ? &project.scan->camera_mm : nullptr);
   expect_strengths_of_all_or_none(rig.lights, lights);
+  std::vector<std::filesystem::path> photos;
+  for (const CapturePhoto& photo : project.frames) photos.push_back(photo.file);
+  // With other names lights go in the order of the photographs.
+  if (rig.lights.size() != 1) (void)are_lights_named_otherwise(rig.lights, photos, lights);
   if (rig.lights.size() != 1 && rig.lights.size() != project.frames.size()) {
     lights.fail("one light, or one for each of the " + std::to_string(project.frames.size()) +
                 " photographs; these are " + std::to_string(rig.lights.size()));

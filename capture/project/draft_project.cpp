@@ -12,7 +12,9 @@
 #include <tuple>
 #include <utility>
 
+#include "capture/project/frame_sources.h"
 #include "capture/project/frame_times.h"
+#include "capture/project/photo_facts.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/decoder_process.h"
@@ -201,12 +203,10 @@ Frames find_frames(const std::vector<FoundImage>& group, std::vector<std::string
   Frames frames;
   frames.pattern = pattern_of(group);
   std::set<fs::path> members;
-  std::vector<fs::path> photos;
-  std::vector<std::string> dates;
+  std::vector<DatedPhoto> photos;
   for (const FoundImage& image : group) {
     members.insert(image.file);
-    photos.push_back(image.file);
-    dates.push_back(image.info.date_time);
+    photos.push_back({image.file, image.info.date_time, image.info.digitized});
   }
   const std::vector<fs::path> matched = list_files(group.front().file.parent_path(), frames.pattern);
   for (std::size_t i = 0; i < matched.size(); ++i) {
@@ -216,13 +216,25 @@ Frames find_frames(const std::vector<FoundImage>& group, std::vector<std::string
                        " matches the names but is another kind of image or cannot be read; excluded (number " +
                        std::to_string(i) + ")");
   }
-  if (has_many(group.front())) return frames;
+  if (has_many(group.front())) {
+    const ImageInfo& info = group.front().info;
+    if (info.frame_times_s.size() != static_cast<std::size_t>(info.num_frames)) return frames;
+    frames.time_source = kPresentationTimes;
+    frames.unit = unit_for(info.frame_times_s.back());
+    to_check.push_back("times are those at which the movie shows its images: for a time-lapse give `interval`");
+    return frames;
+  }
   try {
-    const FrameTimes times = find_frame_times(photos, dates, TimeUnit::Seconds);
+    const FrameTimes times = find_frame_times(photos, TimeUnit::Seconds);
     frames.unit = unit_for(*std::max_element(times.times.begin(), times.times.end()));
-    frames.time_source = times.source;
-  } catch (const InvalidInput&) {
-    // No source of times: the interval's comment says so.
+    frames.time_source = times.source + ", " + times.span;
+    for (const HistoryWarning& warning : times.warnings) to_check.push_back(warning_text(warning));
+  } catch (const InvalidInput& e) {
+    // The interval's own line follows, and says that there is none.
+    const bool has_some = std::any_of(photos.begin(), photos.end(), [](const DatedPhoto& p) {
+      return !p.date_time.empty() || !p.digitized.empty() || times_in_names({p.file.stem().string()}).front();
+    });
+    if (has_some) to_check.emplace_back(e.what());
   }
   return frames;
 }
@@ -285,7 +297,14 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
   }
   if (!frames.excluded.empty()) text.member("exclude", frames.excluded);
   if (first.info.is_raw) draft.found.push_back("camera RAW: taken as linear light");
-  if (!first.info.is_raw) text.member("response", "srgb", "\"linear\" when no curve was applied");
+  std::vector<std::pair<std::string, ImageFacts>> facts;
+  for (const FoundImage& image : group) facts.emplace_back(image.file.filename().string(), image.info.facts);
+  const bool is_color_said = std::any_of(group.begin(), group.end(), [](const FoundImage& i) {
+    return i.info.encoding != nullptr || !i.info.facts.color.empty();
+  });
+  // A response would hold in the place of what the files say.
+  if (!first.info.is_raw && !is_color_said) text.member("response", "srgb", "\"linear\" when no curve was applied");
+  for (const std::string& line : series_facts(facts)) draft.found.push_back(line);
   const FoundImage* transmission = first_of(images, Part::Transmission);
   const FoundImage* blank = first_of(images, Part::Blank);
   if (transmission != nullptr) {

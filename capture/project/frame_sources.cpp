@@ -141,34 +141,76 @@ std::vector<bool> chosen(JsonReader& json, JsonReader* pattern, const std::set<i
   return is_chosen;
 }
 
-/// For images without times. @throws IoError
-std::string find_times(std::vector<SourceImage>& images, Files& files, const JsonReader& json, TimeUnit unit) {
-  const auto many = std::find_if(images.begin(), images.end(),
-                                 [&](const SourceImage& i) { return files.info(i.file).num_frames > 1; });
-  if (many != images.end()) {
-    const double rate = files.info(many->file).frame_rate;
-    const bool is_one_file =
-        std::all_of(images.begin(), images.end(), [&](const SourceImage& i) { return i.file == many->file; });
-    if (!is_one_file || !is_movie(many->file) || !(rate > 0.0)) {
-      throw IoError(json.file(), "frames: no times; " + many->file.filename().string() +
-                                     " does not say when its images were taken; give `interval`, or a list with times");
-    }
-    for (SourceImage& image : images) image.time = rounded(image.image / rate / seconds_per(unit), 12);
-    return "frame rate";
+/// The times of a movie's images, as it shows them. @throws IoError where it is no movie, or does not say
+void set_movie_times(std::vector<SourceImage>& images, const std::vector<bool>& is_kept, const fs::path& file,
+                     Files& files, const JsonReader& json, TimeUnit unit, FrameSources& sources) {
+  const ImageInfo& info = files.info(file);
+  const bool is_timed = info.frame_times_s.size() == static_cast<std::size_t>(info.num_frames);
+  bool is_one_file = true;
+  for (std::size_t i = 0; i < images.size(); ++i) is_one_file = is_one_file && (!is_kept[i] || images[i].file == file);
+  if (!is_one_file || !is_movie(file) || !(is_timed || info.frame_rate > 0.0)) {
+    throw IoError(json.file(), "frames: no times; " + file.filename().string() +
+                                   " does not say when its images were taken; give `interval`, or a list with times");
   }
-  std::vector<fs::path> photos;
-  std::vector<std::string> dates;
-  for (const SourceImage& image : images) {
-    photos.push_back(image.file);
-    dates.push_back(files.info(image.file).date_time);
+  for (SourceImage& image : images) {
+    if (image.file != file) continue;
+    const double seconds =
+        is_timed ? info.frame_times_s[static_cast<std::size_t>(image.image)] : image.image / info.frame_rate;
+    image.time = rounded(seconds / seconds_per(unit), 12);
+  }
+  sources.time_source = is_timed ? kPresentationTimes : "the movie's frame rate";
+}
+
+/// What photographs say of their times; empty where a file holds many images.
+std::vector<DatedPhoto> dated_photos(const std::vector<SourceImage>& images, const std::vector<bool>& is_kept,
+                                     Files& files) {
+  std::vector<DatedPhoto> photos;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    DatedPhoto photo{.file = images[i].file, .is_kept = is_kept[i]};
+    try {
+      const ImageInfo& info = files.info(images[i].file);
+      if (info.num_frames > 1 && is_kept[i]) return {};
+      photo.date_time = info.date_time;
+      photo.digitized = info.digitized;
+    } catch (const IoError&) {
+      if (is_kept[i]) throw;
+    }
+    photos.push_back(std::move(photo));
+  }
+  return photos;
+}
+
+/// For images without times. Excluded photographs count for when the series begins. @throws IoError
+void find_times(std::vector<SourceImage>& images, const std::vector<bool>& is_kept, Files& files,
+                const JsonReader& json, TimeUnit unit, FrameSources& sources) {
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    if (is_kept[i] && files.info(images[i].file).num_frames > 1)
+      return set_movie_times(images, is_kept, images[i].file, files, json, unit, sources);
   }
   try {
-    const FrameTimes found = find_frame_times(photos, dates, unit);
-    for (std::size_t i = 0; i < images.size(); ++i) images[i].time = found.times[i];
-    return found.source;
+    FrameTimes found = find_frame_times(dated_photos(images, is_kept, files), unit);
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      if (is_kept[i]) images[i].time = found.times[next++];
+    }
+    sources.time_source = std::move(found.source);
+    sources.time_span = std::move(found.span);
+    sources.time_warnings = std::move(found.warnings);
   } catch (const InvalidInput& e) {
     throw IoError(json.file(), e.what());
   }
+}
+
+/// Of the photographs that are kept, against what is stated.
+void check_times(const std::vector<SourceImage>& images, const std::vector<bool>& is_kept, Files& files, TimeUnit unit,
+                 FrameSources& sources) {
+  std::vector<DatedPhoto> photos = dated_photos(images, is_kept, files);
+  std::vector<double> times;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    if (is_kept[i]) times.push_back(*images[i].time);
+  }
+  std::erase_if(photos, [](const DatedPhoto& photo) { return !photo.is_kept; });
+  if (!photos.empty()) sources.time_warnings = check_stated_times(photos, times, unit);
 }
 
 /// One stream for each file with many images.
@@ -238,22 +280,26 @@ FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
   sources.excluded.assign(excluded.begin(), excluded.end());
   const std::vector<bool> is_chosen = chosen(json, is_list ? nullptr : &frames, excluded, images.size());
   if (!is_list) frames.finish();
+  if (sources.time_source.empty())
+    find_times(images, is_chosen, files, json, unit, sources);
+  else
+    check_times(images, is_chosen, files, unit, sources);
   std::vector<SourceImage> kept;
   for (std::size_t i = 0; i < images.size(); ++i) {
     images[i].number = static_cast<int>(i);
     if (is_chosen[i]) kept.push_back(std::move(images[i]));
   }
-  for (const SourceImage& image : kept) (void)files.info(image.file);
-  if (sources.time_source.empty()) sources.time_source = find_times(kept, files, json, unit);
   const Streams streams(kept, files);
   for (const SourceImage& image : kept) {
     const ImageInfo& info = files.info(image.file);
-    const bool has_alpha = std::find(info.channels.begin(), info.channels.end(), "A") != info.channels.end();
+    if (!info.color_problem.empty()) throw IoError(image.file.string(), info.color_problem);
     sources.photos.push_back({.time = *image.time,
                               .file = image.file,
-                              .has_alpha = has_alpha,
+                              .has_alpha = info.has_alpha(),
                               .has_codes = info.is_integer && !info.is_raw,
                               .is_raw = info.is_raw,
+                              .is_encoded = info.encoding != nullptr,
+                              .facts = info.facts,
                               .exposure = info.exposure,
                               .image = image.image,
                               .width = info.width,

@@ -23,6 +23,8 @@ struct CapturePhoto {
   bool has_alpha = false;       ///< Transparent pixels are outside the mask.
   bool has_codes = true;        ///< Integers, which become light through the response; not those of camera RAW.
   bool is_raw = false;          ///< Camera RAW: linear light that ends at 1.
+  bool is_encoded = false;      ///< Its color is not sRGB codes or linear Rec. 709, as the file says.
+  ImageFacts facts = {};        ///< What the file says of how it is to be seen.
   ImageExposure exposure = {};  ///< As EXIF says it.
   int image = 0;                ///< Which image of the file.
   int width = 0;                ///< Pixels.
@@ -39,11 +41,16 @@ struct CapturePhoto {
 /// name() of each; where several have one (equal names in different folders), "day07.jpg (number 7)". All different.
 [[nodiscard]] std::vector<std::string> photo_names(const std::vector<CapturePhoto>& photos);
 
+inline constexpr const char* kPresentationTimes = "when the movie shows its images";
+
 struct FrameSources {
   std::vector<CapturePhoto> photos;  ///< By strictly increasing time; one or more.
-  std::string time_source;           ///< "interval", "list", "frame rate", "dates in file names" or "EXIF".
-  bool is_raw = false;               ///< At least one of them is camera RAW.
-  std::vector<int> excluded = {};    ///< What `exclude` says; rising.
+  std::string time_source;  ///< "interval", "list", "when the movie shows its images", "the movie's frame rate", or as
+                            ///< FrameTimes says it.
+  std::string time_span = {};                      ///< As FrameTimes says it; "" where it has no dates.
+  std::vector<HistoryWarning> time_warnings = {};  ///< Where sources of times disagree.
+  bool is_raw = false;                             ///< At least one of them is camera RAW.
+  std::vector<int> excluded = {};                  ///< What `exclude` says; rising.
 };
 
 /// Nine numbers, row by row: an invertible map between pixel centers; its lower right becomes 1. @throws IoError

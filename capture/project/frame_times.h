@@ -1,5 +1,5 @@
 /// \file
-/// When photographs were taken: from dates in their names, or from what the camera wrote into them.
+/// When photographs were taken: by what is stated, by EXIF, or by dates in their names.
 #pragma once
 
 #include <filesystem>
@@ -7,30 +7,45 @@
 #include <string>
 #include <vector>
 
+#include "capture/project/time_stamp.h"
 #include "patinate/history/history.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 
-/// Seconds from 1970-01-01 00:00:00 to a date and time in the proleptic Gregorian calendar, of no time zone; nothing if
-/// there is no such date.
-[[nodiscard]] std::optional<double> seconds_of_date(int year, int month, int day, int hour, int minute, int second);
+/// A photograph as far as its time is concerned.
+struct DatedPhoto {
+  std::filesystem::path file;
+  std::string date_time = "";  ///< As ImageInfo says them.
+  std::string digitized = "";
+  bool is_kept = true;  ///< False: excluded; it only says when the series begins.
+};
 
-/// First date in a file name: year, month, day, then perhaps hour, minute, second and (three digits at once)
-/// milliseconds, e.g. `14_B_2020-05-28_18-20_U.png`, `IMG_20200528_182000.jpg`, `PXL_20200528_182000123.jpg`,
-/// `2020-05-28.png`. Seconds since 1970.
-[[nodiscard]] std::optional<double> time_in_name(const std::string& file_name);
-/// EXIF "YYYY:MM:DD HH:MM:SS". Seconds since 1970.
-[[nodiscard]] std::optional<double> time_in_exif(const std::string& date_time);
+/// What a photograph says of its time, alone, and where: "2020-05-28 18:20:05 (EXIF DateTimeOriginal)"; "" = nothing.
+[[nodiscard]] std::string photo_time_text(const std::filesystem::path& file, const ImageInfo& info);
 
 struct FrameTimes {
-  std::vector<double> times;  ///< In the order of the photographs; from the earliest one, in `unit`; all different.
-  std::string source;         ///< "dates in file names" or "EXIF".
+  std::vector<double> times;  ///< Of the photographs that are kept, in their order; in `unit`, from the earliest of all
+                              ///< photographs on; all different.
+  std::string source;         ///< "EXIF DateTimeOriginal", "EXIF DateTimeDigitized" or "dates in file names".
+  std::string span;           ///< "2023-03-26 01:30:00 +01:00 to 2023-03-26 04:00:00 +02:00".
+  std::vector<HistoryWarning> warnings;  ///< Where sources disagree, with both values.
 };
-/// Names first: image programs overwrite the date in a file when they save it, but keep its name. A source counts only
-/// if it gives every photograph a time of its own.
-/// @param photos,exif_dates  As many; "" = the photograph says nothing.
+
+/// Sources in their order: EXIF DateTimeOriginal, EXIF DateTimeDigitized, dates in file names. A source counts only if
+/// it gives every photograph that is kept a time of its own. Of those that agree with the first one the finest is
+/// taken; of those that do not, a warning says so. Where the offset from UTC changes and is known of every photograph,
+/// it is taken off.
+///
+/// Sources agree if one shift of at most 26 hours (time zones) explains what lies between them, to their resolutions
+/// and 2 s (a name is given when a file is written).
 /// @throws InvalidInput saying what was tried, which photograph it failed for, and what to give instead.
-[[nodiscard]] FrameTimes find_frame_times(const std::vector<std::filesystem::path>& photos,
-                                          const std::vector<std::string>& exif_dates, TimeUnit unit);
+[[nodiscard]] FrameTimes find_frame_times(const std::vector<DatedPhoto>& photos, TimeUnit unit);
+
+/// A warning for each source of find_frame_times() that contradicts stated times: by another order, or by more than
+/// half of the shortest step and 2 % of the span.
+/// @param times  As many as photographs, in `unit`.
+[[nodiscard]] std::vector<HistoryWarning> check_stated_times(const std::vector<DatedPhoto>& photos,
+                                                             const std::vector<double>& times, TimeUnit unit);
 
 }  // namespace patinate::capture

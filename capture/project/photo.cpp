@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <limits>
 #include <mutex>
 
 #include "capture/project/capture_project.h"
@@ -49,15 +48,51 @@ ImageF to_history_size(const ImageF& image, const CaptureProject& project, const
                                    std::to_string(project.photo_height) + ", as the frames");
 }
 
-ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo) {
-  return photo.stream ? color_of(photo.stream->read(photo.image), project.response)
-                      : read_color(photo.file, project.response);
+namespace {
+
+constexpr float kLargestHalf = 65504.0f;
+
+ImageF read_as(const CapturePhoto& photo, const Response& response) {
+  return photo.stream ? color_of(photo.stream->read(photo.image), response) : read_color(photo.file, response);
 }
 
-float saturation_level(const CaptureProject& project, const CapturePhoto& photo) {
+/// Whether codes are decoded by what the file says of its color.
+bool is_decoded_as_said(const CaptureProject& project, const CapturePhoto& photo) {
+  return photo.is_encoded && (!photo.has_codes || project.response.kind == Response::Kind::File);
+}
+
+}  // namespace
+
+bool may_be_clipped(const CaptureProject& project, const CapturePhoto& photo) {
+  return is_decoded_as_said(project, photo) || !(photo.has_codes || photo.is_raw);
+}
+
+ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo, ClippedPixels* clipped) {
+  ImageF color = read_as(photo, project.response);
+  if (!may_be_clipped(project, photo)) return color;
+  const bool is_converted = is_decoded_as_said(project, photo);
+  // What rounding of a profile's numbers leaves below 0 is no color outside.
+  constexpr float kRounding = 1e-3f;
+  for (std::int64_t i = 0; i < color.num_pixels(); ++i) {
+    float* pixel = color.data() + 3 * i;
+    bool is_outside = false, is_beyond = false;
+    for (int c = 0; c < 3; ++c) {
+      is_outside = is_outside || (is_converted && pixel[c] < -kRounding);
+      is_beyond = is_beyond || pixel[c] > kLargestHalf;
+      pixel[c] = std::min(is_converted ? std::max(0.0f, pixel[c]) : pixel[c], kLargestHalf);
+    }
+    if (clipped != nullptr) clipped->num_outside += is_outside, clipped->num_beyond += is_beyond;
+  }
+  return color;
+}
+
+SaturationPhoto saturation_photo(const CaptureProject& project, const CapturePhoto& photo, const ImageF& color) {
   constexpr float kCode = 253.5f / 255.0f;
-  if (photo.is_raw) return kCode;
-  return photo.has_codes ? project.response.linear_from_code(kCode) : std::numeric_limits<float>::infinity();
+  if (photo.is_raw) return {color, kCode};
+  if (!photo.has_codes) return {color, kLargestHalf};
+  if (!is_decoded_as_said(project, photo)) return {color, project.response.linear_from_code(kCode)};
+  constexpr Response kSrgb{.kind = Response::Kind::Srgb};
+  return {read_as(photo, kSrgb), kSrgb.linear_from_code(kCode)};
 }
 
 ImageF read_photo(const CaptureProject& project, const std::filesystem::path& file) {

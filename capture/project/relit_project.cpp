@@ -62,7 +62,19 @@ RelitStep::Ready read_ready(JsonReader& json) {
   return ready;
 }
 
-RelitStep read_step(JsonReader json, int number, double mm_per_unit, std::size_t num_lights) {
+/// Photographs whose names lights have, in the order of the lights.
+void order_photos(std::vector<fs::path>& photos, const std::vector<Light>& lights, const JsonReader& json) {
+  std::vector<Light> ordered = lights;
+  if (are_lights_named_otherwise(ordered, photos, json)) return;
+  const std::vector<fs::path> given = photos;
+  for (std::size_t k = 0; k < given.size(); ++k) {
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+      if (!lights[i].name.empty() && lights[i].name == ordered[k].name) photos[i] = given[k];
+    }
+  }
+}
+
+RelitStep read_step(JsonReader json, int number, double mm_per_unit, const std::vector<Light>& lights) {
   RelitStep step{.number = number};
   step.time = json.member("time").number();
   if (json.has("albedo")) {
@@ -71,10 +83,11 @@ RelitStep read_step(JsonReader json, int number, double mm_per_unit, std::size_t
     if (json.has("scan")) step.scan = json.member("scan").path();
     const JsonReader photos = json.member("photos");
     for (const JsonReader& photo : photos.elements(kMaxLights)) step.photos.push_back(photo.path());
-    if (step.photos.size() != num_lights) {
-      photos.fail(std::to_string(num_lights) + " photographs, one a light in the lights' order; these are " +
+    if (step.photos.size() != lights.size()) {
+      photos.fail(std::to_string(lights.size()) + " photographs, one a light in the lights' order; these are " +
                   std::to_string(step.photos.size()));
     }
+    order_photos(step.photos, lights, photos);
     if (json.has("ambient")) step.ambient = json.member("ambient").path();
   }
   if (json.has("transform")) step.reference_from_scan = read_rigid_transform(json.member("transform"), mm_per_unit);
@@ -211,7 +224,7 @@ RelitProject read_relit_project(const fs::path& file) {
       project.reference = project.steps.size();
       is_reference_there = true;
     }
-    project.steps.push_back(read_step(entries[i], number, mm, project.lights.size()));
+    project.steps.push_back(read_step(entries[i], number, mm, project.lights));
   }
   if (!is_reference_there) steps.fail("one or more steps");
   const std::optional<fs::path> registration =

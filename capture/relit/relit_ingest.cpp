@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 2;
+constexpr std::int64_t kStageVersion = 3;
 constexpr double kStepWeight = 4.0;  ///< For progress: light is taken out more slowly than a scan is placed.
 /// Measured on three steps of 64 x 48 and of 192 x 144 pixels, four lights each, and scans of some thousand points:
 /// poses by step, a step by pixel and photograph.

@@ -50,6 +50,10 @@ fs::path validity_file(int index) {
   return "survey/validity-" + zero_padded(static_cast<std::uint64_t>(index), 4) + ".png";
 }
 
+fs::path clipped_file(int index) {
+  return "survey/clipped-" + zero_padded(static_cast<std::uint64_t>(index), 4) + ".json";
+}
+
 const RepairTables& repair_tables(const IngestWork& work, const fs::path& folder) {
   const std::lock_guard lock(work.repairs->mutex);
   RepairTables& t = *work.repairs;
@@ -99,7 +103,12 @@ ImageF develop_frame(const IngestWork& work, int index, const fs::path& folder) 
   const RepairTables& t = repair_tables(work, folder);
   const Eigen::Affine2d motion =
       t.motions.empty() ? Eigen::Affine2d::Identity() : t.motions[static_cast<std::size_t>(index)];
-  const ImageF whole = read_whole_photo(project, photo);
+  ClippedPixels clipped;
+  const ImageF whole = read_whole_photo(project, photo, &clipped);
+  if (may_be_clipped(project, photo)) {
+    save_json(folder / clipped_file(index),
+              Json{{"outside", clipped.num_outside}, {"beyond", clipped.num_beyond}, {"pixels", whole.num_pixels()}});
+  }
   const auto lay = [&](const ImageF& image, ImageU8& shown) {
     return project.is_handheld() ? lay_in_roi(work, index, folder, image, shown) : in_place(image, roi, motion, shown);
   };
@@ -122,7 +131,8 @@ ImageF develop_frame(const IngestWork& work, int index, const fs::path& folder) 
   if (has_validity(work)) {
     ImageU8 validity(project.width(), project.height(), 1, static_cast<std::uint8_t>(Validity::Valid));
     if (options.highlights == HighlightRule::Mask) {
-      const ImageU8 saturated = find_saturated(whole, saturation_level(project, photo), options.highlight_options);
+      const SaturationPhoto seen_by_sensor = saturation_photo(project, photo, whole);
+      const ImageU8 saturated = find_saturated(seen_by_sensor.photo, seen_by_sensor.level, options.highlight_options);
       ImageU8 unused;
       const ImageF there = lay(as_shares(saturated), unused);
       mark_invalid(there, Validity::Saturated, validity);

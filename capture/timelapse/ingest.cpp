@@ -11,6 +11,7 @@
 #include "capture/timelapse/align_step.h"
 #include "capture/timelapse/align_warnings.h"
 #include "capture/timelapse/background_step.h"
+#include "capture/timelapse/clipping_warnings.h"
 #include "capture/timelapse/gloss_step.h"
 #include "capture/timelapse/ingest_warnings.h"
 #include "capture/timelapse/ingest_work.h"
@@ -81,6 +82,7 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   write_scan(writer, work, folder, mask);
   if (work.options.add_deviations) write_deviations(writer, work, folder, control.part(0.55, 0.65));
   write_ingest_controls(writer, work, transmission, folder, mask, control.part(0.65, 1.0));
+  for (HistoryWarning& warning : clipping_warnings(work.project, folder)) writer.add_warning(std::move(warning));
   const int num_frames = static_cast<int>(work.project.frames.size());
   for (HistoryWarning& warning : survey_warnings(read_survey_report(folder), num_frames, work.project.is_handheld()))
     writer.add_warning(std::move(warning));
@@ -88,6 +90,7 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
     writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : report_alignment(work, folder)) writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : report_patch(work, folder)) writer.add_warning(std::move(warning));
+  for (const HistoryWarning& warning : work.project.time_warnings) writer.add_warning(warning);
   for (HistoryWarning& warning : mask_warnings(given, mask, num_frames)) writer.add_warning(std::move(warning));
   writer.finish();
   if (!work.project.appearance.is_empty()) {
@@ -121,6 +124,8 @@ JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
                .cost = frame_cost(work->project),
                .inputs = {photo_name(work->project, work->project.frames[static_cast<std::size_t>(index)])}};
   if (has_validity(*work)) item.outputs.push_back(validity_file(index));
+  if (may_be_clipped(work->project, work->project.frames[static_cast<std::size_t>(index)]))
+    item.outputs.push_back(clipped_file(index));
   item.run = [work, index](const fs::path& folder, const RunControl& control) {
     const CapturePhoto& frame = work->project.frames[static_cast<std::size_t>(index)];
     HistoryWriter(folder, work->manifest()).write_frame(index, frame.time, develop_frame(*work, index, folder));

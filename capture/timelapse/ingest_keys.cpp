@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Raised whenever the same input gives other output.
-constexpr std::int64_t kStageVersion = 2;
+constexpr std::int64_t kStageVersion = 3;
 /// The same for what a transmission photograph becomes alone.
 constexpr std::int64_t kThicknessVersion = 2;
 
@@ -84,6 +84,8 @@ JobInputs ingest_inputs(const IngestWork& work) {
     inputs.add_value(name, work.photo_keys[i]);
     inputs.add_value("time of " + name, number_text(project.frames[i].time));
   }
+  for (const HistoryWarning& warning : project.time_warnings)
+    inputs.add_value("times that disagree", ContentHash().add(warning_text(warning)).hex());
   if (project.mask) inputs.add_value("mask " + name_of(project, *project.mask), file_key("mask", *project.mask));
   for (const GivenControl& c : project.controls) {
     inputs.add_value("control " + c.name, ContentHash().add(c.name).add(c.unit).add_file(c.file).hex());

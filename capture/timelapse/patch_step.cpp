@@ -61,7 +61,8 @@ std::optional<PatchColor> measure(const IngestWork& work, int index, const fs::p
   const ImageF whole = read_whole_photo(project, photo);
   ImageU8 shown;
   const ImageF color = lay_in_rectangle(work, index, folder, whole, patch, shown);
-  const float saturation = saturation_level(project, photo);
+  const SaturationPhoto by_sensor = saturation_photo(project, photo, whole);
+  const ImageF sensor = lay_in_rectangle(work, index, folder, by_sensor.photo, patch, shown);
   Samples all;
   std::array<Samples, kCells * kCells> cells;
   int num_shown = 0, num_saturated = 0;
@@ -70,7 +71,8 @@ std::optional<PatchColor> measure(const IngestWork& work, int index, const fs::p
       if (shown.at(x, y) == 0) continue;
       ++num_shown;
       const auto rgb = color.pixel(x, y);
-      if (*std::max_element(rgb.begin(), rgb.end()) >= saturation) {
+      const auto codes = sensor.pixel(x, y);
+      if (*std::max_element(codes.begin(), codes.end()) >= by_sensor.level) {
         ++num_saturated;
         continue;
       }

@@ -43,6 +43,8 @@ inline constexpr const char* kFlatFieldFile = "survey/flat_field.exr";
 void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const IngestWork>& work);
 /// survey/validity-0007.png.
 [[nodiscard]] std::filesystem::path validity_file(int index);
+/// survey/clipped-0007.json: ClippedPixels of a photograph that may be clipped.
+[[nodiscard]] std::filesystem::path clipped_file(int index);
 /// Codes of Validity of a finished frame.
 [[nodiscard]] ImageU8 read_validity(const std::filesystem::path& folder, int index);
 /// What of the repairs a frame depends on besides its own photograph; "" = nothing.

@@ -94,10 +94,11 @@ void add_step_notes(const UnlightStep& step, const UnlightOptions& options, cons
   const ResponseCheck check = check_response(scene.input, scene.ambient, step.response, control);
   if (!check.is_doubtful) return;
   const bool is_linear = step.response.kind == Response::Kind::Linear;
-  result.notes.push_back("`response` is " + step.response.text() + ", but decoded as " +
-                         (is_linear ? "srgb" : "linear") + " the photographs agree much better with the lamps (" +
-                         percent_text(check.otherwise, 2) + " off, against " + percent_text(check.as_declared, 2) +
-                         "); check it");
+  // What no file says is sRGB.
+  const std::string declared = step.response.kind == Response::Kind::File ? "srgb" : step.response.text();
+  result.notes.push_back("`response` is " + declared + ", but decoded as " + (is_linear ? "srgb" : "linear") +
+                         " the photographs agree much better with the lamps (" + percent_text(check.otherwise, 2) +
+                         " off, against " + percent_text(check.as_declared, 2) + "); check it");
 }
 
 void run_item(const UnlightStep& step, const UnlightOptions& options, const fs::path& folder,

@@ -185,6 +185,12 @@ UnlightStep read_unlight_step(const fs::path& file) {
   const JsonReader lights = json.member("lights");
   step.lights = read_lights(lights, step.mm_per_unit, &frame);
   expect_strengths_of_all_or_none(step.lights, lights);
+  const bool is_otherwise = are_lights_named_otherwise(step.lights, step.photos, lights);
+  const bool is_own = lights.is_array() || (lights.is_string() && lights.path().extension() == ".json");
+  if (is_otherwise && !is_own) {  // Names that a person gives in a project are no file names.
+    step.notes.push_back("the lights have other names than the photographs, and go by their order: " +
+                         step.lights.front().name + " with " + step.photos.front().filename().string());
+  }
   if (step.lights.size() != step.photos.size()) {
     lights.fail("one light for each of the " + std::to_string(step.photos.size()) + " photographs; these are " +
                 std::to_string(step.lights.size()));

@@ -26,7 +26,8 @@ struct UnlightStep {
   std::optional<std::filesystem::path> ambient = {};
   std::optional<std::filesystem::path> scan = {};
   std::optional<std::filesystem::path> mask = {};
-  int width = 0;  ///< Of every photograph.
+  std::vector<std::string> notes = {};  ///< What was assumed, one line each.
+  int width = 0;                        ///< Of every photograph.
   int height = 0;
   bool is_gray = false;    ///< Every photograph has one channel.
   bool has_codes = false;  ///< Every photograph is of integers, which the response decodes.

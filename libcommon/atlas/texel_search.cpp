@@ -11,19 +11,23 @@ namespace patinate {
 
 namespace {
 
-/// Of all texels, by how many each triangle has of its own size. @param sizes,counts  A triangle each.
-double median_size(const std::vector<float>& sizes, const std::vector<std::int64_t>& counts, std::int64_t num_texels) {
+/// Median over the surface: half of its area has texels of at most this size. @param sizes,counts  A triangle each.
+double median_size(const std::vector<float>& sizes, const std::vector<std::int64_t>& counts) {
   std::vector<std::size_t> order;
+  double total = 0.0;
+  const auto area = [&](std::size_t t) { return static_cast<double>(counts[t]) * std::pow(sizes[t], 2); };
   for (std::size_t t = 0; t < counts.size(); ++t) {
-    if (counts[t] > 0) order.push_back(t);
+    if (counts[t] == 0) continue;
+    order.push_back(t);
+    total += area(t);
   }
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return sizes[a] < sizes[b]; });
-  std::int64_t seen = 0;
+  double seen = 0.0;
   for (std::size_t t : order) {
-    seen += counts[t];
-    if (seen > num_texels / 2) return static_cast<double>(sizes[t]);
+    seen += area(t);
+    if (seen > total / 2.0) return static_cast<double>(sizes[t]);
   }
-  return 0.0;
+  return order.empty() ? 0.0 : static_cast<double>(sizes[order.back()]);
 }
 
 }  // namespace
@@ -70,7 +74,18 @@ std::vector<float> TexelMap::texel_sizes() const {
 
 void TexelMap::count_is(const std::vector<std::int64_t>& counts) {
   num_covered_ = std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
-  median_texel_size_mm_ = median_size(texel_sizes(), counts, num_covered_);
+  median_texel_size_mm_ = median_size(texel_sizes(), counts);
+}
+
+double TexelMap::share_of_larger_texels(double size_mm) const {
+  const std::vector<float> sizes = texel_sizes();
+  double larger = 0.0, total = 0.0;
+  for (int t = 0; t < mesh().num_triangles(); ++t) {
+    const double area = area_vector(mesh(), t).norm();
+    total += area;
+    if (static_cast<double>(sizes[static_cast<std::size_t>(t)]) > size_mm) larger += area;
+  }
+  return total > 0.0 ? larger / total : 0.0;
 }
 
 std::vector<std::int64_t> TexelMap::count_texels(const TexelRect& part, const RunControl& control) const {

@@ -15,23 +15,50 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// Digits compare as numbers, other characters by code; ties by plain comparison.
-bool natural_less(const std::string& a, const std::string& b) {
+/// Digits from `begin` on, and behind a point or comma those of a fraction: "0.25", but no part of "1.2.3".
+struct NumberText {
+  std::string_view whole, fraction;
+  std::size_t end = 0;
+};
+
+NumberText number_at(std::string_view s, std::size_t begin, bool has_fractions) {
+  const auto end_of_digits = [&](std::size_t k) {
+    while (k < s.size() && is_digit(s[k])) ++k;
+    return k;
+  };
+  const auto is_point = [&](std::size_t k) { return k < s.size() && (s[k] == '.' || s[k] == ','); };
+  const std::size_t end = end_of_digits(begin);
+  NumberText number{s.substr(begin, end - begin), {}, end};
+  const std::size_t end_of_fraction = is_point(end) ? end_of_digits(end + 1) : end;
+  const bool is_behind_point = begin > 1 && is_point(begin - 1) && is_digit(s[begin - 2]);
+  const bool is_before_point = is_point(end_of_fraction) && end_of_digits(end_of_fraction + 1) > end_of_fraction + 1;
+  if (!has_fractions || end_of_fraction <= end + 1 || is_behind_point || is_before_point) return number;
+  number.fraction = s.substr(end + 1, end_of_fraction - end - 1);
+  number.end = end_of_fraction;
+  return number;
+}
+
+/// Sign of a - b: as whole numbers, then as fractions.
+int compare_numbers(const NumberText& a, const NumberText& b) {
+  const auto without_zeros = [](std::string_view s) { return s.substr(std::min(s.find_first_not_of('0'), s.size())); };
+  const std::string_view x = without_zeros(a.whole), y = without_zeros(b.whole);
+  if (x.size() != y.size()) return x.size() < y.size() ? -1 : 1;
+  if (const int order = x.compare(y); order != 0) return order;
+  const auto digit = [](std::string_view s, std::size_t k) { return k < s.size() ? s[k] : '0'; };
+  for (std::size_t k = 0; k < std::max(a.fraction.size(), b.fraction.size()); ++k) {
+    if (digit(a.fraction, k) != digit(b.fraction, k)) return digit(a.fraction, k) < digit(b.fraction, k) ? -1 : 1;
+  }
+  return 0;
+}
+
+/// Numbers compare as numbers, other characters by code; ties by plain comparison.
+bool natural_less(const std::string& a, const std::string& b, bool has_fractions) {
   std::size_t i = 0, j = 0;
   while (i < a.size() && j < b.size()) {
     if (is_digit(a[i]) && is_digit(b[j])) {
-      const auto end_of_digits = [](const std::string& s, std::size_t k) {
-        while (k < s.size() && is_digit(s[k])) ++k;
-        return k;
-      };
-      std::size_t i0 = i, j0 = j;
-      i = end_of_digits(a, i);
-      j = end_of_digits(b, j);
-      while (i0 < i && a[i0] == '0') ++i0;
-      while (j0 < j && b[j0] == '0') ++j0;
-      if (i - i0 != j - j0) return i - i0 < j - j0;
-      const int order = a.compare(i0, i - i0, b, j0, j - j0);
-      if (order != 0) return order < 0;
+      const NumberText x = number_at(a, i, has_fractions), y = number_at(b, j, has_fractions);
+      if (const int order = compare_numbers(x, y); order != 0) return order < 0;
+      i = x.end, j = y.end;
     } else {
       if (a[i] != b[j]) return a[i] < b[j];
       ++i, ++j;
@@ -39,6 +66,25 @@ bool natural_less(const std::string& a, const std::string& b) {
   }
   if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
   return a < b;
+}
+
+/// Whether the points in names stand before fractions. They do not where "1.10" stands beside "1.9": that counts on.
+bool have_fractions(const std::vector<fs::path>& files) {
+  bool has_ten = false, has_digit = false;
+  for (const fs::path& file : files) {
+    const std::string name = file.filename().string();
+    for (std::size_t k = 0; k < name.size();) {
+      if (!is_digit(name[k])) {
+        ++k;
+        continue;
+      }
+      const NumberText number = number_at(name, k, true);
+      has_ten = has_ten || number.fraction == "10";
+      has_digit = has_digit || (number.fraction.size() == 1 && number.fraction != "0");
+      k = number.end;
+    }
+  }
+  return !(has_ten && has_digit);
 }
 
 }  // namespace
@@ -96,8 +142,8 @@ std::vector<fs::path> list_files(const fs::path& folder, std::string_view patter
     const fs::path name = entry.path().filename();
     if (!entry.is_directory(error) && matches_pattern(name.string(), pattern)) found.push_back(folder / name);
   }
-  std::sort(found.begin(), found.end(), [](const fs::path& a, const fs::path& b) {
-    return natural_less(a.filename().string(), b.filename().string());
+  std::sort(found.begin(), found.end(), [fractions = have_fractions(found)](const fs::path& a, const fs::path& b) {
+    return natural_less(a.filename().string(), b.filename().string(), fractions);
   });
   return found;
 }

@@ -61,8 +61,8 @@ void write_atomically(const std::filesystem::path& path, std::string_view bytes)
 [[nodiscard]] std::filesystem::path manifest_folder(const std::filesystem::path& path, std::string_view manifest_name);
 /// Whether a name matches a pattern: `*` stands for any characters, `?` for one.
 [[nodiscard]] bool matches_pattern(std::string_view name, std::string_view pattern);
-/// Files of `folder` (empty: the working folder) whose names match `pattern`, in natural order ("2.png" before
-/// "10.png").
+/// Files of `folder` (empty: the working folder) whose names match `pattern`, in natural order: "2.png" before
+/// "10.png", "0.25.png" before "0.5.png"; where names count on from 1.9 to 1.10, a point separates two numbers.
 /// @throws IoError if the folder cannot be listed.
 [[nodiscard]] std::vector<std::filesystem::path> list_files(const std::filesystem::path& folder,
                                                             std::string_view pattern);

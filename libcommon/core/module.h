@@ -12,7 +12,7 @@ namespace patinate {
 /// variable beside the running program, then where an installed program has it, then where the system finds libraries,
 /// which the run path of a program that links our libraries may extend. Thread-safe.
 ///
-/// A symbol's name carries the version of what it gives ("patinate_media_2"), so that a module of another build is
+/// A symbol's name carries the version of what it gives ("patinate_media_3"), so that a module of another build is
 /// refused instead of misunderstood.
 /// @throws CannotComplete naming the file if it is not there, cannot be loaded, or lacks the symbol.
 [[nodiscard]] void* module_function(const std::string& name, const std::string& symbol);

@@ -36,6 +36,9 @@ class TextLines {
   std::vector<Line> lines_;
 };
 
+/// `bytes` without UTF-8's byte order mark. @throws IoError if they begin with that of UTF-16 or UTF-32.
+[[nodiscard]] std::string_view without_byte_order_mark(const std::string& file, std::string_view bytes);
+
 /// Words between blanks, at most `max_words`; the last one is then the rest of the text.
 [[nodiscard]] std::vector<std::string_view> words_of(std::string_view text, std::size_t max_words = 1'000'000);
 

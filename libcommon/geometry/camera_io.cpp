@@ -2,6 +2,8 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
 #include <initializer_list>
 #include <nlohmann/json.hpp>
@@ -21,6 +23,8 @@ namespace {
 
 constexpr std::size_t kMaxElements = 100;
 
+void check_lens_model(const std::string& file, const OpenCvFile& calibration);
+
 class CalibrationFile {
  public:
   explicit CalibrationFile(const std::filesystem::path& path) : name_(path.string()), file_(path) {}
@@ -39,6 +43,8 @@ class CalibrationFile {
     }
     throw IoError(name_, std::string("has no `") + *names.begin() + "`; expected " + what + when_missing);
   }
+
+  void check_lens() const { check_lens_model(name_, file_); }
 
   [[nodiscard]] int size(const char* name) const {
     const double value = numbers({name}, {1}, "a number of pixels").front();
@@ -74,18 +80,64 @@ Eigen::Matrix3d rotation_from_numbers(const std::vector<double>& r) {
                    : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
 }
 
+const char* const kLensModel = "k1 k2 p1 p2 k3 (0 where the lens has none)";
+
+/// Of a name: its letters and digits, small.
+std::string plain_word(const std::string& text) {
+  std::string plain;
+  for (char c : text) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0)
+      plain += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return plain;
+}
+
+/// Refuses a lens model that is said and is not Brown's. @throws IoError naming it
+void check_lens_model(const std::string& file, const OpenCvFile& calibration) {
+  constexpr std::array<std::string_view, 11> kBrown{
+      "plumbbob",           "radtan",  "radialtangential", "brown",         "brownconrady", "opencv",
+      "rationalpolynomial", "pinhole", "perspective",      "pinholeradtan", "none"};
+  const auto refuse = [&](const std::string& key, const std::string& model) {
+    throw IoError(file, "`" + key + "` says " + model + ", a lens model that is not read; expected " + kLensModel +
+                            ": calibrate with that model, or undistort the photographs");
+  };
+  for (const char* key : {"distortion_model", "lens_model", "model_type", "projection_model", "distortion_type"}) {
+    const std::string model = calibration.word(key);
+    if (!model.empty() && std::find(kBrown.begin(), kBrown.end(), plain_word(model)) == kBrown.end())
+      refuse(key, model);
+  }
+  // These may name the camera as well.
+  constexpr std::array<std::string_view, 12> kOthers{"fish",    "omni",         "equi",       "kannala",
+                                                     "mei",     "eucm",         "scaramuzza", "ocam",
+                                                     "unified", "doublesphere", "fov",        "spherical"};
+  for (const char* key : {"camera_model", "camera_type", "model", "projection"}) {
+    const std::string model = calibration.word(key), plain = plain_word(model);
+    if (plain == "ds" || std::any_of(kOthers.begin(), kOthers.end(),
+                                     [&](std::string_view other) { return plain.find(other) != std::string::npos; }))
+      refuse(key, model);
+  }
+  for (const char* key : {"fisheye_model", "fisheye", "is_fisheye"}) {
+    const std::string said = plain_word(calibration.word(key));
+    if (!said.empty() && said != "0" && said != "false" && said != "no") refuse(key, "fisheye");
+  }
+  for (const char* key : {"xi", "mirror_parameters"}) {
+    if (calibration.has(key)) refuse(key, "that the camera is omnidirectional");
+  }
+}
+
 const char* const kMatrixShape = "[[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels";
 
 CameraParameters read_opencv(const std::filesystem::path& path) {
   const std::string file = path.string();
   const CalibrationFile calibration(path);
+  calibration.check_lens();
   CameraParameters p;
   p.width = calibration.size("image_width");
   p.height = calibration.size("image_height");
   if (!set_matrix(calibration.numbers({"camera_matrix"}, {9}, kMatrixShape), p)) {
     throw IoError(file, std::string("`camera_matrix` does not hold what it should; expected ") + kMatrixShape);
   }
-  const std::string model = "k1 k2 p1 p2 k3 (0 where the lens has none)";
+  const std::string model = kLensModel;
   if (!set_distortion(calibration.numbers({"distortion_coefficients", "dist_coeffs"}, {4, 5, 8, 12, 14}, model), p)) {
     throw IoError(file, "`distortion_coefficients` go beyond " + model + "; calibrate with that model");
   }
@@ -151,13 +203,19 @@ std::optional<Camera> read_own(const std::filesystem::path& path) {
   return read_object(camera).scaled(mm);
 }
 
+/// A COLMAP model's folder, or one of its files.
+bool is_colmap_file(const std::filesystem::path& path) {
+  constexpr std::array<std::string_view, 4> kNames{"images.txt", "cameras.txt", "images.bin", "cameras.bin"};
+  std::error_code error;
+  return std::find(kNames.begin(), kNames.end(), path.filename().string()) != kNames.end() ||
+         std::filesystem::is_directory(path, error);
+}
+
 /// {"file", "image", "width", "height"}.
 Camera read_of_image(JsonReader& json, double mm_per_unit) {
   const std::filesystem::path path = json.member("file").path();
   const std::string image = json.has("image") ? json.member("image").string() : "";
-  std::error_code error;
-  const std::string name = path.filename().string();
-  if (name == "images.txt" || name == "cameras.txt" || std::filesystem::is_directory(path, error)) {
+  if (is_colmap_file(path)) {
     json.finish();
     return make_camera(path.string(), read_colmap_camera(path, image)).scaled(mm_per_unit);
   }
@@ -175,8 +233,7 @@ Camera read_of_image(JsonReader& json, double mm_per_unit) {
 
 Camera read_camera(const std::filesystem::path& path, double mm_per_unit) {
   if (const std::optional<Camera> own = read_own(path)) return *own;
-  std::error_code error;
-  if (path.filename() == "images.txt" || std::filesystem::is_directory(path, error)) {
+  if (is_colmap_file(path)) {
     return make_camera(path.string(), read_colmap_camera(path)).scaled(mm_per_unit);
   }
   return make_camera(path.string(), read_opencv(path)).scaled(mm_per_unit);

@@ -9,6 +9,7 @@
 
 #include "libcommon/core/text.h"
 #include "libcommon/core/text_lines.h"
+#include "libcommon/geometry/colmap_model.h"
 #include "libcommon/geometry/dense_solve.h"
 #include "patinate/core/error.h"
 
@@ -18,8 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Line = TextLines::Line;
-
-constexpr double kPixelCenter = 0.5;  ///< Of COLMAP's first pixel.
 
 /// Numbers in words [first, first + count). @throws IoError naming the line.
 std::vector<double> numbers_in(const TextLines& text, const Line& line, const std::vector<std::string_view>& words,
@@ -32,10 +31,6 @@ std::vector<double> numbers_in(const TextLines& text, const Line& line, const st
   }
   if (numbers.size() != count) text.fail(line, "ends too early; expected " + what);
   return numbers;
-}
-
-bool is_named(std::string_view name, const std::string& wanted) {
-  return wanted.empty() || name == wanted || fs::path(name).filename() == wanted;
 }
 
 /// Up to five names for an error.
@@ -51,7 +46,7 @@ class NamedLines {
   explicit NamedLines(std::string wanted) : wanted_(std::move(wanted)) {}
   void add(std::string_view name, const Line& line) {
     names_.emplace_back(name);
-    if (is_named(name, wanted_)) found_.push_back(line);
+    if (is_colmap_image(name, wanted_)) found_.push_back(line);
   }
   [[nodiscard]] const Line& only(const TextLines& text) const {
     if (names_.empty()) throw IoError(text.file(), "holds no image");
@@ -68,22 +63,6 @@ class NamedLines {
   std::vector<Line> found_;
 };
 
-/// A lens model of COLMAP: where its parameters go.
-struct LensModel {
-  std::string_view name;
-  bool has_two_focals;
-  std::vector<int>
-      distortion;  ///< Index into k1 k2 p1 p2 k3 of each parameter after the principal point; -1 must be 0.
-};
-
-const std::vector<LensModel>& lens_models() {
-  static const std::vector<LensModel> models{
-      {"SIMPLE_PINHOLE", false, {}},  {"PINHOLE", true, {}},
-      {"SIMPLE_RADIAL", false, {0}},  {"RADIAL", false, {0, 1}},
-      {"OPENCV", true, {0, 1, 2, 3}}, {"FULL_OPENCV", true, {0, 1, 2, 3, 4, -1, -1, -1}}};
-  return models;
-}
-
 void read_lens(const fs::path& path, std::string_view camera_id, CameraParameters& p) {
   const TextLines text(path);
   for (const Line& line : text.lines()) {
@@ -91,29 +70,17 @@ void read_lens(const fs::path& path, std::string_view camera_id, CameraParameter
     const std::vector<std::string_view> words = words_of(line.text, 64);
     if (words[0] != camera_id) continue;
     if (words.size() < 4) text.fail(line, "expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS");
-    const auto& models = lens_models();
-    const auto model =
-        std::find_if(models.begin(), models.end(), [&](const LensModel& m) { return m.name == words[1]; });
-    if (model == models.end()) {
-      text.fail(line, "the lens model `" + std::string(words[1].substr(0, 40)) +
-                          "` is not read; expected SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL or OPENCV: undistort "
-                          "with `colmap image_undistorter`");
+    const std::size_t num_parameters = num_colmap_parameters(words[1]);
+    if (num_parameters == 0) {
+      text.fail(line, "the lens model `" + std::string(words[1].substr(0, 40)) + "` is not read; " + kColmapLensHelp);
     }
     const std::vector<double> size = numbers_in(text, line, words, 2, 2, "width and height");
     const auto is_size = [](double v) { return v >= 1 && v <= 65536 && v == std::floor(v); };
     if (!is_size(size[0]) || !is_size(size[1])) text.fail(line, "the size is out of range; expected 1 to 65536 pixels");
     p.width = static_cast<int>(size[0]), p.height = static_cast<int>(size[1]);
-    const std::size_t num_focals = model->has_two_focals ? 2 : 1;
-    const std::vector<double> v = numbers_in(text, line, words, 4, num_focals + 2 + model->distortion.size(),
-                                             "the parameters of " + std::string(model->name));
-    p.fx = v[0], p.fy = v[num_focals - 1], p.cx = v[num_focals] - kPixelCenter, p.cy = v[num_focals + 1] - kPixelCenter;
-    for (std::size_t i = 0; i < model->distortion.size(); ++i) {
-      const double k = v[num_focals + 2 + i];
-      const int index = model->distortion[i];
-      if (index >= 0) p.distortion[static_cast<std::size_t>(index)] = k;
-      if (index < 0 && k != 0)
-        text.fail(line, "k4 k5 k6 of FULL_OPENCV are not read; expected 0: calibrate with OPENCV");
-    }
+    const std::string model(words[1]);
+    const std::vector<double> v = numbers_in(text, line, words, 4, num_parameters, "the parameters of " + model);
+    if (const std::string problem = set_colmap_lens(model, v, p); !problem.empty()) text.fail(line, problem);
     return;
   }
   throw IoError(path.string(), "has no camera " + std::string(camera_id.substr(0, 40)) + ", which images.txt names");
@@ -134,6 +101,8 @@ Eigen::Matrix3d nearest_rotation(const TextLines& text, const Line& line, const 
 CameraParameters read_colmap_camera(const fs::path& path, const std::string& image) {
   std::error_code error;
   const fs::path folder = fs::is_directory(path, error) ? path : path.parent_path();
+  if (!fs::exists(folder / "images.txt", error) && fs::exists(folder / "images.bin", error))
+    return read_colmap_binary(folder, image);
   const TextLines text(folder / "images.txt", std::uint64_t{1} << 30);
   NamedLines images(image);
   bool is_points_line = false;

@@ -1,5 +1,5 @@
 /// \file
-/// Cameras from text files of multi-view programs: COLMAP's text model, Middlebury's `_par.txt`. Files are not trusted:
+/// Cameras from files of multi-view programs: COLMAP's models, Middlebury's `_par.txt`. Files are not trusted:
 /// every count is bounded.
 #pragma once
 
@@ -10,11 +10,12 @@
 
 namespace patinate {
 
-/// One image of a COLMAP text model: `images.txt` (two lines an image: IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME,
+/// One image of a COLMAP model. Text: `images.txt` (two lines an image: IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME,
 /// then its 2-D points, which may be an empty line) and the `cameras.txt` beside it. SIMPLE_PINHOLE, PINHOLE,
 /// SIMPLE_RADIAL, RADIAL, OPENCV, and FULL_OPENCV without k4 k5 k6. COLMAP's pixel centers are at halves, ours at
 /// integers: 0.5 is taken off the principal point. Its world has no unit.
-/// @param path   The model's folder, or its images.txt.
+/// Binary, where there is no text: `images.bin` and `cameras.bin`.
+/// @param path   The model's folder, or one of these files.
 /// @param image  NAME, or its last part; "" = the only one.
 /// @throws IoError naming the line, the images there are, or the lens model that is not read.
 [[nodiscard]] CameraParameters read_colmap_camera(const std::filesystem::path& path, const std::string& image = "");

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -170,6 +172,39 @@ Light read_light(JsonReader json, double mm_per_unit) {
   return light;
 }
 
+std::string small_letters(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+/// Without folders, as any system writes them.
+std::string last_part(const std::string& name) {
+  const std::size_t slash = name.find_last_of("/\\");
+  return slash == std::string::npos ? name : name.substr(slash + 1);
+}
+
+/// Lights that a photograph's name means, by the strictest comparison that finds one.
+std::vector<std::size_t> lights_named(const std::vector<Light>& lights, const std::string& photo) {
+  const auto stem = [](const std::string& name) { return std::filesystem::path(name).stem().string(); };
+  const std::array<std::function<bool(const std::string&)>, 4> comparisons{
+      [&](const std::string& name) { return name == photo; },
+      [&](const std::string& name) { return last_part(name) == photo; },
+      [&](const std::string& name) { return small_letters(last_part(name)) == small_letters(photo); },
+      [&](const std::string& name) {
+        const std::string last = small_letters(last_part(name)), plain = small_letters(stem(photo));
+        return !last.empty() && (last == plain || stem(last) == plain);
+      }};
+  std::vector<std::size_t> found;
+  for (const auto& is_same : comparisons) {
+    for (std::size_t k = 0; k < lights.size(); ++k) {
+      if (is_same(lights[k].name)) found.push_back(k);
+    }
+    if (!found.empty()) break;
+  }
+  return found;
+}
+
 std::vector<Light> read_array(const JsonReader& json, double mm_per_unit) {
   std::vector<Light> lights;
   for (const JsonReader& entry : json.elements(kMaxLights)) lights.push_back(read_light(entry, mm_per_unit));
@@ -217,6 +252,34 @@ void expect_strengths_of_all_or_none(const std::vector<Light>& lights, const Jso
   if (unknown != lights.end())
     json.fail("an `intensity` of light " + std::to_string(unknown - lights.begin()) +
               " too, as others have one: all or none");
+}
+
+bool are_lights_named_otherwise(std::vector<Light>& lights, const std::vector<std::filesystem::path>& photos,
+                                const JsonReader& json) {
+  std::optional<std::size_t> unnamed;
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < photos.size(); ++i) {
+    const std::vector<std::size_t> found = lights_named(lights, photos[i].filename().string());
+    if (found.size() > 1)
+      json.fail("one light named `" + photos[i].filename().string() + "`; there are " + std::to_string(found.size()));
+    if (found.empty() && !unnamed) unnamed = i;
+    if (!found.empty()) order.push_back(found.front());
+  }
+  if (order.empty())
+    return std::any_of(lights.begin(), lights.end(), [](const Light& light) { return !light.name.empty(); });
+  if (unnamed) {
+    json.fail("a light for each photograph, as names of lights are those of photographs; none is named `" +
+              photos[*unnamed].filename().string() + "`");
+  }
+  std::vector<Light> ordered;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (std::count(order.begin(), order.end(), order[i]) > 1)
+      json.fail("a light of its own for `" + photos[i].filename().string() + "`; `" + lights[order[i]].name +
+                "` is another photograph's too");
+    ordered.push_back(lights[order[i]]);
+  }
+  lights = std::move(ordered);
+  return false;
 }
 
 Json json_of(const std::vector<Light>& lights) {

@@ -49,6 +49,14 @@ struct LightRows {
 /// @param json  Where the lights are said. @throws IoError naming the first light without strength if another has one.
 void expect_strengths_of_all_or_none(const std::vector<Light>& lights, const JsonReader& json);
 
+/// Puts lights whose names are those of photographs into the photographs' order. Folders, small and capital letters and
+/// the extension do not count, where the names are still different without them. Lights that no photograph needs are
+/// taken away.
+/// @returns whether there are names and none of them is a photograph's: nothing was done
+/// @throws IoError if only some of the photographs are named, or one is named twice.
+[[nodiscard]] bool are_lights_named_otherwise(std::vector<Light>& lights,
+                                              const std::vector<std::filesystem::path>& photos, const JsonReader& json);
+
 /// The array form, in mm; values read back exactly.
 [[nodiscard]] Json json_of(const std::vector<Light>& lights);
 

@@ -97,6 +97,15 @@ OpenCvFile::OpenCvFile(const std::filesystem::path& path) {
   }
 }
 
+std::string OpenCvFile::word(const std::string& name) const {
+  const auto found = values_.find(name);
+  if (found == values_.end()) return "";
+  std::string_view text = trimmed(found->second.text);
+  if (text.size() >= 2 && (text[0] == '"' || text[0] == '\'') && text.back() == text[0])
+    text = text.substr(1, text.size() - 2);
+  return std::string(text);
+}
+
 std::optional<std::vector<double>> OpenCvFile::numbers(const std::string& name) const {
   const auto found = values_.find(name);
   if (found == values_.end()) return std::nullopt;
@@ -211,7 +220,8 @@ void OpenCvFile::read_json(const std::filesystem::path& path) {
     };
     if (is_matrix) value.rows = text_of("rows"), value.columns = text_of("cols");
     const Json& numbers = is_matrix ? content.at("data") : content;
-    value.text = numbers.is_number() || numbers.is_array() ? numbers.dump() : "?";
+    const bool has_text = numbers.is_number() || numbers.is_array() || numbers.is_string() || numbers.is_boolean();
+    value.text = has_text ? numbers.dump() : "?";
     values_.try_emplace(name, std::move(value));
   }
 }

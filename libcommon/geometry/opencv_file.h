@@ -19,6 +19,8 @@ class OpenCvFile {
   explicit OpenCvFile(const std::filesystem::path& path);
 
   [[nodiscard]] bool has(const std::string& name) const { return values_.contains(name); }
+  /// The text that stands there, without quotes; "" = nothing. Of numbers and words.
+  [[nodiscard]] std::string word(const std::string& name) const;
   /// Numbers of a value, of a list (of lists), or of an `opencv-matrix`, row by row. Nothing when something else stands
   /// there, a number is not finite, or rows x cols is another count.
   [[nodiscard]] std::optional<std::vector<double>> numbers(const std::string& name) const;

@@ -68,6 +68,7 @@ std::uint8_t srgb8_from_linear(float linear) { return code_table().code(linear);
 
 float Response::linear_from_code(float code) const {
   switch (kind) {
+    case Kind::File:
     case Kind::Srgb:
       return linear_from_srgb(code);
     case Kind::Linear:
@@ -80,6 +81,8 @@ float Response::linear_from_code(float code) const {
 
 std::string Response::text() const {
   switch (kind) {
+    case Kind::File:
+      return "as the file says";
     case Kind::Srgb:
       return "srgb";
     case Kind::Linear:

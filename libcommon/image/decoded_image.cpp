@@ -1,9 +1,13 @@
 #include "libcommon/image/decoded_image.h"
 
+#include <strings.h>
+
 #include <algorithm>
 #include <array>
+#include <map>
 #include <vector>
 
+#include "libcommon/image/color_encoding.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
@@ -43,23 +47,38 @@ class LinearOfCode {
 
 }  // namespace
 
+bool is_color_channel(const std::string& name, const std::string& layer, const std::string& color) {
+  static const std::map<std::string, const char*> kLongNames{
+      {"R", "Red"}, {"G", "Green"}, {"B", "Blue"}, {"A", "Alpha"}};
+  const auto found = kLongNames.find(color);
+  if (found == kLongNames.end() || !name.starts_with(layer)) return false;
+  const char* suffix = name.c_str() + layer.size();
+  return ::strcasecmp(suffix, color.c_str()) == 0 || ::strcasecmp(suffix, found->second) == 0;
+}
+
 int channel_index(const DecodedImage& image, const std::string& name) {
-  const auto it = std::find(image.channels.begin(), image.channels.end(), name);
+  auto it = std::find(image.channels.begin(), image.channels.end(), name);
+  if (it == image.channels.end()) {
+    it = std::find_if(image.channels.begin(), image.channels.end(),
+                      [&](const std::string& other) { return is_color_channel(other, image.color_layer, name); });
+  }
   return it == image.channels.end() ? -1 : static_cast<int>(it - image.channels.begin());
 }
 
 ImageF color_of(const DecodedImage& image, const Response& response) {
   const std::array<int, 3> source = color_channels(image);
   ImageF color(image.values.width(), image.values.height(), 3);
+  const bool is_encoded = image.encoding != nullptr && (!image.is_integer || response.kind == Response::Kind::File);
   LinearOfCode linear(response);
   for (int y = 0; y < color.height(); ++y) {
     for (int x = 0; x < color.width(); ++x) {
       for (int c = 0; c < 3; ++c) {
         const float value = image.values.at(x, y, source[static_cast<std::size_t>(c)]);
-        color.at(x, y, c) = image.is_integer ? linear(value) : value;
+        color.at(x, y, c) = image.is_integer && !is_encoded ? linear(value) : value;
       }
     }
   }
+  if (is_encoded) image.encoding->to_linear(color);
   return color;
 }
 

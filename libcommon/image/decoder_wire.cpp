@@ -45,7 +45,14 @@ ImageInfo read_info(const WireRead& read) {
   info.num_frames = bounded(read_number<std::int32_t>(read), 1, kMaxImageFrames);
   info.frame_rate = read_number<double>(read);
   expect(std::isfinite(info.frame_rate) && info.frame_rate >= 0.0);
+  const int num_times = bounded(read_number<std::int32_t>(read), 0, info.num_frames);
+  for (int i = 0; i < num_times; ++i) {
+    const double time = read_number<double>(read);
+    expect(std::isfinite(time) && (i == 0 || info.frame_times_s.back() < time));
+    info.frame_times_s.push_back(time);
+  }
   info.date_time = read_text(read);
+  info.digitized = read_text(read);
   ImageExposure& exposure = info.exposure;
   for (double* value : {&exposure.time_s, &exposure.f_number, &exposure.iso}) {
     *value = read_number<double>(read);
@@ -53,6 +60,10 @@ ImageInfo read_info(const WireRead& read) {
   }
   exposure.white_balance = static_cast<ImageExposure::WhiteBalance>(bounded(read_number<std::int32_t>(read), 0, 2));
   info.key = read_text(read);
+  ImageFacts& facts = info.facts;
+  for (std::string* text :
+       {&facts.color, &facts.orientation, &facts.alpha, &facts.window, &facts.layer, &facts.page, &facts.problem})
+    *text = read_text(read);
   return info;
 }
 
@@ -65,11 +76,18 @@ void write_info(const WireWrite& write, const ImageInfo& info) {
   write_number(write, static_cast<std::uint8_t>(info.is_raw));
   write_number(write, std::int32_t{info.num_frames});
   write_number(write, info.frame_rate);
+  write_number(write, static_cast<std::int32_t>(info.frame_times_s.size()));
+  for (double time : info.frame_times_s) write_number(write, time);
   write_text(write, info.date_time);
+  write_text(write, info.digitized);
   const ImageExposure& exposure = info.exposure;
   for (double value : {exposure.time_s, exposure.f_number, exposure.iso}) write_number(write, value);
   write_number(write, static_cast<std::int32_t>(exposure.white_balance));
   write_text(write, info.key);
+  const ImageFacts& facts = info.facts;
+  for (const std::string* text :
+       {&facts.color, &facts.orientation, &facts.alpha, &facts.window, &facts.layer, &facts.page, &facts.problem})
+    write_text(write, *text);
 }
 
 CodedImage read_coded(const WireRead& read) {

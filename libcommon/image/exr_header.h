@@ -7,7 +7,8 @@
 
 namespace patinate {
 
-/// Whether it is an EXR of one part, stored by rows, of at most kMaxImageSide along each side.
+/// Whether it is an EXR without deep pixels whose parts have at most kMaxImageSide along each side, and no more tiles
+/// than the file has place for.
 [[nodiscard]] bool is_plain_exr(const std::filesystem::path& path);
 
 }  // namespace patinate

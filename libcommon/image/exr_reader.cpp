@@ -3,21 +3,28 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputPart.h>
+#include <OpenEXR/ImfIntAttribute.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
-#include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfRationalAttribute.h>
+#include <OpenEXR/ImfRgbaFile.h>
+#include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <strings.h>
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
+#include <cstring>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "libcommon/core/text.h"
+#include "libcommon/image/color_encoding.h"
 #include "libcommon/image/exr_header.h"
+#include "libcommon/image/exr_picture.h"
 #include "libcommon/image/image_source.h"
 #include "patinate/core/error.h"
 
@@ -25,67 +32,15 @@ namespace patinate {
 
 namespace {
 
-/// A channel "layer.suffix", and where it stands among others.
-struct ExrChannel {
-  std::string name;
-  std::string layer;  ///< With its dot.
-  std::string suffix;
-  std::size_t rank = 0;
-};
-
-bool is_suffix(const ExrChannel& channel, const char* suffix) {
-  return ::strcasecmp(channel.suffix.c_str(), suffix) == 0;
-}
-
-/// OpenImageIO's order, which is that of our files' readers: by layer, then color before all else, then by name.
-void sort_channels(std::vector<ExrChannel>& channels) {
-  constexpr std::array kUsual{"R",     "Red", "G",  "Green", "B",  "Blue", "Y",  "real", "imag",  "A",
-                              "Alpha", "AR",  "RA", "AG",    "GA", "AB",   "BA", "Z",    "Depth", "Zback"};
-  constexpr std::array kPlace{"R", "Red",   "G",  "Green", "B",  "Blue", "X",  "Y",  "Z",     "real", "imag",
-                              "A", "Alpha", "AR", "RA",    "AG", "GA",   "AB", "BA", "Depth", "Zback"};
-  std::stable_sort(channels.begin(), channels.end(),
-                   [](const ExrChannel& a, const ExrChannel& b) { return a.layer < b.layer; });
-  for (auto begin = channels.begin(); begin != channels.end();) {
-    const auto end = std::find_if(begin, channels.end(), [&](const ExrChannel& c) { return c.layer != begin->layer; });
-    const auto has = [&](const char* suffix) {
-      return std::any_of(begin, end, [&](const ExrChannel& c) { return is_suffix(c, suffix); });
-    };
-    const bool is_place = has("X") && (has("Y") || has("Z"));
-    const auto rank = [](const auto& names, const ExrChannel& c) {
-      return static_cast<std::size_t>(
-          std::find_if(names.begin(), names.end(), [&](const char* name) { return is_suffix(c, name); }) -
-          names.begin());
-    };
-    for (auto c = begin; c != end; ++c) c->rank = is_place ? rank(kPlace, *c) : rank(kUsual, *c);
-    std::sort(begin, end, [](const ExrChannel& a, const ExrChannel& b) {
-      return a.rank != b.rank ? a.rank < b.rank : a.suffix < b.suffix;
-    });
-    begin = end;
+/// The text of the first attribute with one of the names, whatever their case, up to a zero.
+std::string text_of(const Imf::Header& header, std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    for (auto it = header.begin(); it != header.end(); ++it) {
+      if (::strcasecmp(it.name(), name) != 0 || std::string_view(it.attribute().typeName()) != "string") continue;
+      return static_cast<const Imf::StringAttribute&>(it.attribute()).value().c_str();
+    }
   }
-}
-
-/// Nothing if a channel is one that only OpenImageIO reads as we want it.
-std::optional<std::vector<std::string>> channel_names(const Imf::ChannelList& list) {
-  std::vector<ExrChannel> channels;
-  for (auto it = list.begin(); it != list.end(); ++it) {
-    const Imf::Channel& channel = it.channel();
-    if (channel.xSampling != 1 || channel.ySampling != 1 || (channel.type != Imf::HALF && channel.type != Imf::FLOAT))
-      return std::nullopt;
-    const std::string name = it.name();
-    const std::size_t dot = name.rfind('.');
-    const std::size_t start = dot == std::string::npos ? 0 : dot + 1;
-    channels.push_back({.name = name, .layer = name.substr(0, start), .suffix = name.substr(start)});
-  }
-  if (channels.empty() || channels.size() > static_cast<std::size_t>(kMaxImageChannels)) return std::nullopt;
-  sort_channels(channels);
-  std::vector<std::string> names;
-  for (const ExrChannel& channel : channels) names.push_back(channel.name);
-  return names;
-}
-
-std::string text_of(const Imf::Header& header, const char* name) {
-  const auto* attribute = header.findTypedAttribute<Imf::StringAttribute>(name);
-  return attribute == nullptr ? "" : attribute->value().c_str();  // Up to a zero.
+  return "";
 }
 
 /// What 0 and 1 stand for, unless the header lacks a number or has one that is not finite.
@@ -93,24 +48,31 @@ std::optional<ValueScale> scale_of(const Imf::Header& header) {
   const auto* low = header.findTypedAttribute<Imf::DoubleAttribute>(kImageLowAttribute);
   const auto* high = header.findTypedAttribute<Imf::DoubleAttribute>(kImageHighAttribute);
   if (low == nullptr || high == nullptr || !std::isfinite(low->value()) || !std::isfinite(high->value())) return {};
-  return ValueScale{low->value(), high->value(), text_of(header, kImageUnitAttribute)};
+  return ValueScale{low->value(), high->value(), text_of(header, {kImageUnitAttribute})};
 }
 
-/// Whether the header says what OpenImageIO understands and read_words() does not: other spellings, dates of cameras,
-/// frame rates.
-bool has_other_words(const Imf::Header& header) {
-  constexpr std::array kElsewhere{"DateTime", "Exif:DateTimeOriginal", "ImageDescription", "FramesPerSecond",
-                                  "oiio:UnassociatedAlpha"};
-  for (auto it = header.begin(); it != header.end(); ++it) {
-    const char* name = it.name();
-    const bool is_key = std::string_view(name) == kImageKeyAttribute;
-    if (is_key ? std::string_view(it.attribute().typeName()) != "string" : ::strcasecmp(name, kImageKeyAttribute) == 0)
-      return true;
-    if (std::any_of(kElsewhere.begin(), kElsewhere.end(),
-                    [&](const char* other) { return ::strcasecmp(name, other) == 0; }))
-      return true;
-  }
-  return false;
+double frame_rate_of(const Imf::Header& header) {
+  const auto* rate = header.findTypedAttribute<Imf::RationalAttribute>("framesPerSecond");
+  return rate != nullptr && rate->value().n > 0 && rate->value().d > 0 ? double{rate->value()} : 0.0;
+}
+
+/// What the header says, whoever wrote it.
+void read_exr_words(const Imf::Header& header, ImageInfo& info) {
+  set_words(info, text_of(header, {kImageKeyAttribute}), text_of(header, {"ImageDescription", "comments"}));
+  info.scale = scale_of(header);
+  info.frame_rate = frame_rate_of(header);
+}
+
+/// Colors that are not of Rec. 709 [Kai2013].
+void read_exr_color(const Imf::Header& header, ImageInfo& info) {
+  if (!Imf::hasChromaticities(header)) return;
+  const Imf::Chromaticities& c = Imf::chromaticities(header);
+  const auto xy = [](const Imath::V2f& v) { return std::array{static_cast<double>(v.x), static_cast<double>(v.y)}; };
+  const Chromaticities primaries{{xy(c.red), xy(c.green), xy(c.blue), xy(c.white)}};
+  SaidColor color = light_of_primaries(primaries_name(primaries) + " (EXR chromaticities)", primaries);
+  info.facts.color = color.name;
+  info.encoding = std::move(color.encoding);
+  if (!color.problem.empty()) info.facts.problem = color.problem + " and are not used";
 }
 
 class ExrSource final : public ImageSource {
@@ -119,21 +81,28 @@ class ExrSource final : public ImageSource {
       : path_(path), file_(path.c_str(), 0) {}  // On the thread that calls.
 
   [[nodiscard]] bool open() {
-    if (file_.parts() != 1) return false;
-    const Imf::Header& header = file_.header(0);
-    if ((header.hasType() && header.type() != Imf::SCANLINEIMAGE) || has_other_words(header)) return false;
-    auto names = channel_names(header.channels());
-    if (!names) return false;
-    const Imath::Box2i window = header.dataWindow();
-    left_ = window.min.x;
-    top_ = window.min.y;
-    info_.width = window.max.x - window.min.x + 1;
-    info_.height = window.max.y - window.min.y + 1;
-    info_.channels = std::move(*names);
+    const std::optional<ExrPicture> found = find_exr_picture(file_);
+    if (!found) return false;
+    picture_ = *found;
+    const Imf::Header& header = file_.header(picture_.part);
+    window_ = header.displayWindow();
+    data_ = header.dataWindow();
+    info_.width = window_.max.x - window_.min.x + 1;
+    info_.height = window_.max.y - window_.min.y + 1;
     info_.is_integer = false;
-    set_words(info_, text_of(header, "capDate"), text_of(header, kImageKeyAttribute), text_of(header, "comments"));
-    info_.scale = scale_of(header);
-    part_.emplace(file_, 0);
+    for (const ExrChannel& channel : picture_.channels) info_.channels.push_back(channel.name);
+    info_.color_layer = picture_.layer;
+    info_.color_problem = picture_.problem;
+    info_.facts.layer = picture_.text;
+    read_exr_words(header, info_);
+    read_exr_color(header, info_);
+    find_alpha(header);
+    if (picture_.is_luminance_chroma) {
+      rgba_.emplace(path_.c_str(), picture_.layer.substr(0, picture_.layer.size() - (picture_.layer.empty() ? 0 : 1)),
+                    0);
+    } else {
+      part_.emplace(file_, picture_.part);
+    }
     return true;
   }
 
@@ -146,22 +115,16 @@ class ExrSource final : public ImageSource {
   }
 
   [[nodiscard]] CodedImage read_rows(int begin, int end) override {
-    const std::size_t num_channels = info_.channels.size(), width = static_cast<std::size_t>(info_.width);
-    CodedImage coded{info_.width, end - begin, static_cast<int>(num_channels), CodedImage::Type::Float, -1, {}};
-    const auto alpha = std::find(info_.channels.begin(), info_.channels.end(), "A");
-    if (alpha != info_.channels.end()) coded.associated_alpha = static_cast<int>(alpha - info_.channels.begin());
-    coded.bytes.resize(num_channels * width * static_cast<std::size_t>(end - begin) * sizeof(float));
-    const std::size_t pixel = num_channels * sizeof(float), row = pixel * width;
+    CodedImage coded{info_.width, end - begin, static_cast<int>(info_.channels.size()), CodedImage::Type::Float,
+                     alpha_,      {}};
+    coded.bytes.resize(info_.channels.size() * static_cast<std::size_t>(info_.width) *
+                       static_cast<std::size_t>(end - begin) * sizeof(float));
     try {
-      Imf::FrameBuffer buffer;
-      for (std::size_t c = 0; c < num_channels; ++c) {
-        // OpenEXR wants the place of the pixel (0, 0), which may lie outside.
-        buffer.insert(info_.channels[c],
-                      Imf::Slice::Make(Imf::FLOAT, coded.bytes.data() + c * sizeof(float),
-                                       Imath::V2i(left_, top_ + begin), info_.width, end - begin, pixel, row));
+      if (data_ == window_) {
+        read_data(window_.min.y + begin, window_.min.y + end - 1, coded.bytes.data());
+      } else {
+        read_part_of_window(begin, end, coded);
       }
-      part_->setFrameBuffer(buffer);
-      part_->readPixels(top_ + begin, top_ + end - 1);
     } catch (const std::exception& e) {
       const std::string problem = e.what();
       throw IoError(path_.string(), "is damaged or truncated (" + problem.substr(0, problem.find('\n')) + ")");
@@ -170,11 +133,99 @@ class ExrSource final : public ImageSource {
   }
 
  private:
+  /// Alpha is there, or what the display window shows beside the data is transparent.
+  void find_alpha(const Imf::Header& header) {
+    const bool is_covered = data_.min.x <= window_.min.x && data_.min.y <= window_.min.y &&
+                            data_.max.x >= window_.max.x && data_.max.y >= window_.max.y;
+    if (data_ != window_)
+      info_.facts.window = "display window, " + size_text(info_.width, info_.height) + ", of data of " +
+                           size_text(data_.max.x - data_.min.x + 1, data_.max.y - data_.min.y + 1) + " from (" +
+                           std::to_string(data_.min.x - window_.min.x) + ", " +
+                           std::to_string(data_.min.y - window_.min.y) + ")" +
+                           (is_covered ? "" : "; what no data covers is transparent");
+    auto found = std::find(info_.channels.begin(), info_.channels.end(), info_.color_layer + "A");
+    if (found == info_.channels.end() && picture_.has_color) {
+      found = std::find_if(info_.channels.begin(), info_.channels.end(),
+                           [&](const std::string& name) { return is_color_channel(name, info_.color_layer, "A"); });
+    }
+    const auto* separate = header.findTypedAttribute<Imf::IntAttribute>("oiio:UnassociatedAlpha");
+    const bool is_associated = separate == nullptr || separate->value() == 0;
+    if (found != info_.channels.end()) {
+      if (is_associated) alpha_ = static_cast<int>(found - info_.channels.begin());
+    } else if (!is_covered && picture_.has_color) {
+      info_.channels.push_back(info_.color_layer + "A");
+      has_made_alpha_ = true;
+    }
+  }
+
+  /// Rows of the data, whole. @param first,last  In the file's own count.
+  void read_data(int first, int last, std::byte* to) {
+    const std::size_t num_channels = info_.channels.size();
+    const int width = data_.max.x - data_.min.x + 1;
+    const std::size_t pixel = num_channels * sizeof(float), row = pixel * static_cast<std::size_t>(width);
+    if (picture_.is_luminance_chroma) {
+      read_luminance_chroma(first, last, to);
+      return;
+    }
+    Imf::FrameBuffer buffer;
+    for (std::size_t c = 0; c < picture_.channels.size(); ++c) {
+      // OpenEXR wants the place of the pixel (0, 0), which may lie outside.
+      buffer.insert(picture_.channels[c].name,
+                    Imf::Slice::Make(Imf::FLOAT, to + c * sizeof(float), Imath::V2i(data_.min.x, first), width,
+                                     last - first + 1, pixel, row));
+    }
+    part_->setFrameBuffer(buffer);
+    part_->readPixels(first, last);
+    if (!has_made_alpha_) return;
+    constexpr float kOpaque = 1.0f;
+    const std::size_t num_pixels = static_cast<std::size_t>(last - first + 1) * static_cast<std::size_t>(width);
+    for (std::size_t i = 0; i < num_pixels; ++i)
+      std::memcpy(to + i * pixel + (num_channels - 1) * sizeof(float), &kOpaque, sizeof kOpaque);
+  }
+
+  /// By OpenEXR, which filters the chroma between its samples.
+  void read_luminance_chroma(int first, int last, std::byte* to) {
+    const std::size_t num_channels = info_.channels.size();
+    const int width = data_.max.x - data_.min.x + 1;
+    std::vector<Imf::Rgba> row(static_cast<std::size_t>(width));
+    for (int y = first; y <= last; ++y) {
+      rgba_->setFrameBuffer(row.data() - data_.min.x - std::ptrdiff_t{y} * width, 1, static_cast<std::size_t>(width));
+      rgba_->readPixels(y);
+      for (const Imf::Rgba& value : row) {
+        const std::array<float, 4> four{value.r, value.g, value.b, value.a};
+        std::memcpy(to, four.data(), std::min<std::size_t>(num_channels, 4) * sizeof(float));
+        to += num_channels * sizeof(float);
+      }
+    }
+  }
+
+  /// The rows of the display window, 0 where there are no data.
+  void read_part_of_window(int begin, int end, CodedImage& coded) {
+    const Imath::Box2i seen(
+        Imath::V2i(std::max(data_.min.x, window_.min.x), std::max(data_.min.y, window_.min.y + begin)),
+        Imath::V2i(std::min(data_.max.x, window_.max.x), std::min(data_.max.y, window_.min.y + end - 1)));
+    if (seen.isEmpty()) return;
+    const std::size_t pixel = info_.channels.size() * sizeof(float);
+    const auto width = [&](const Imath::Box2i& box) { return static_cast<std::size_t>(box.max.x - box.min.x + 1); };
+    std::vector<std::byte> row(width(data_) * pixel);
+    for (int y = seen.min.y; y <= seen.max.y; ++y) {
+      read_data(y, y, row.data());
+      const std::size_t to = static_cast<std::size_t>(y - window_.min.y - begin) * width(window_) +
+                             static_cast<std::size_t>(seen.min.x - window_.min.x);
+      std::memcpy(coded.bytes.data() + to * pixel,
+                  row.data() + static_cast<std::size_t>(seen.min.x - data_.min.x) * pixel, width(seen) * pixel);
+    }
+  }
+
   std::filesystem::path path_;
   Imf::MultiPartInputFile file_;
+  ExrPicture picture_;
   std::optional<Imf::InputPart> part_;
-  int left_ = 0, top_ = 0;
+  std::optional<Imf::RgbaInputFile> rgba_;  ///< Of luminance and chroma.
+  Imath::Box2i data_, window_;
   ImageInfo info_;
+  int alpha_ = -1;
+  bool has_made_alpha_ = false;
 };
 
 }  // namespace

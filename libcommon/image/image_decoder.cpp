@@ -1,10 +1,12 @@
 #include "libcommon/image/image_decoder.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,21 +16,23 @@
 #include "libcommon/core/text.h"
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/image_source.h"
-#include "libcommon/image/media_module.h"
+#include "libcommon/image/orientation.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
 
 namespace {
 
-/// Takes alpha out of color where the file has it multiplied in (EXR by its standard).
-void unassociate(ImageF& values, int alpha) {
+/// Takes alpha out of color where the file has it multiplied in (EXR by its standard): of a layer, or of all channels.
+void unassociate(ImageF& values, int alpha, const std::vector<std::string>& channels, const std::string& layer) {
+  std::vector<bool> is_shared;
+  for (const std::string& name : channels) is_shared.push_back(name.starts_with(layer));
   for (int y = 0; y < values.height(); ++y) {
     for (int x = 0; x < values.width(); ++x) {
       const auto pixel = values.pixel(x, y);
       const float a = pixel[static_cast<std::size_t>(alpha)];
       for (std::size_t c = 0; c < pixel.size(); ++c) {
-        if (static_cast<int>(c) != alpha && a > 0.0f) pixel[c] /= a;
+        if (static_cast<int>(c) != alpha && a > 0.0f && is_shared[c]) pixel[c] /= a;
       }
     }
   }
@@ -56,13 +60,18 @@ std::unique_ptr<ImageSource> open_source(const std::filesystem::path& path) {
   std::unique_ptr<ImageSource> source;
   if (!is_decoded_apart(path) && magic == kPng) source = open_png(path);
   if (!is_decoded_apart(path) && magic.starts_with(kExr)) source = open_exr(path);
-  return source ? std::move(source) : media_module().open_image(path);
+  return source ? std::move(source) : open_worded(path);
 }
 
 }  // namespace
 
 DecodedImage decoded(const CodedImage& coded, const ImageInfo& info, const std::filesystem::path& path) {
-  DecodedImage image{ImageF(coded.width, coded.height, coded.channels), info.channels, info.is_integer && !info.is_raw};
+  DecodedImage image{ImageF(coded.width, coded.height, coded.channels),
+                     info.channels,
+                     info.is_integer && !info.is_raw,
+                     info.color_layer,
+                     info.encoding,
+                     info.color_problem};
   switch (coded.type) {
     case CodedImage::Type::UInt8:
       scale_codes<std::uint8_t>(coded.bytes, image.values);
@@ -77,14 +86,27 @@ DecodedImage decoded(const CodedImage& coded, const ImageInfo& info, const std::
   for (float v : image.values.values()) {
     if (!std::isfinite(v)) throw IoError(path.string(), "holds NaN or infinite values; every value must be a number");
   }
-  if (coded.associated_alpha >= 0) unassociate(image.values, coded.associated_alpha);
+  if (coded.associated_alpha >= 0) unassociate(image.values, coded.associated_alpha, info.channels, info.color_layer);
   return image;
+}
+
+void set_color_words(ImageInfo& info, const FileWords& words) {
+  const bool is_rgb = std::find(info.channels.begin(), info.channels.end(), "R") != info.channels.end();
+  SaidColor color = said_color(words, is_rgb ? 3 : 1);
+  info.facts.color = color.name;
+  info.encoding = std::move(color.encoding);
+  for (const std::string& problem : words.problems)
+    info.facts.problem += (info.facts.problem.empty() ? "" : "; ") + problem;
+  if (!color.problem.empty())
+    info.facts.problem += (info.facts.problem.empty() ? "" : "; ") + color.problem + " and is not used";
 }
 
 struct ImageDecoder::Impl {
   std::filesystem::path path;
   std::unique_ptr<ImageSource> source;
-  ImageInfo info;
+  ImageInfo info;  ///< Of the picture upright.
+  int orientation = 1;
+  std::optional<CodedImage> whole;  ///< A picture that had to be turned, of which rows are asked for.
 };
 
 ImageDecoder::ImageDecoder(std::filesystem::path path) : impl_(std::make_unique<Impl>()) {
@@ -95,6 +117,9 @@ ImageDecoder::ImageDecoder(std::filesystem::path path) : impl_(std::make_unique<
     throw IoError(path.string(), "is empty (0 bytes); give an image file");
   impl_->source = open_source(path);
   impl_->info = impl_->source->first_info();
+  impl_->orientation = impl_->source->orientation();
+  if (impl_->orientation != 1) impl_->info.facts.orientation = orientation_text(impl_->orientation);
+  if (is_transposing(impl_->orientation)) std::swap(impl_->info.width, impl_->info.height);
   const ImageInfo& info = impl_->info;
   if (info.width < 1 || info.height < 1 || info.width > kMaxImageSide || info.height > kMaxImageSide) {
     throw IoError(path.string(), "has an unusable size; at most 65536 x 65536 pixels");
@@ -119,7 +144,12 @@ CodedImage ImageDecoder::read_rows(int begin, int end) {
   if (!(begin >= 0 && begin < end && end <= impl_->info.height)) {
     throw IoError(impl_->path.string(), "has no rows " + std::to_string(begin) + " to " + std::to_string(end - 1));
   }
-  return impl_->source->read_rows(begin, end);
+  if (impl_->orientation == 1) return impl_->source->read_rows(begin, end);
+  if (!impl_->whole) impl_->whole = read(0);
+  const CodedImage& whole = *impl_->whole;
+  const std::size_t row = whole.bytes.size() / static_cast<std::size_t>(whole.height);
+  const auto at = [&](int y) { return whole.bytes.begin() + static_cast<std::ptrdiff_t>(row) * y; };
+  return {whole.width, end - begin, whole.channels, whole.type, whole.associated_alpha, {at(begin), at(end)}};
 }
 
 CodedImage ImageDecoder::read(int frame) {
@@ -132,7 +162,7 @@ CodedImage ImageDecoder::read(int frame) {
                                             std::to_string((num_values * sizeof(float)) >> 30) +
                                             " GiB when decoded; at most 4 GiB can be read at once");
   }
-  return impl_->source->read(frame);
+  return upright(impl_->source->read(frame), impl_->orientation);
 }
 
 }  // namespace patinate

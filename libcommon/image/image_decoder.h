@@ -37,8 +37,9 @@ struct CodedImage {
 [[nodiscard]] DecodedImage decoded(const CodedImage& coded, const ImageInfo& info, const std::filesystem::path& path);
 
 /// An open image file. Frames are cheap to read in order; going back may decode from the first one.
-/// Camera RAW is developed to linear Rec.709 light with the camera's daylight white balance, no automatic exposure, no
-/// rotation, and highlights clipped, so that equal light gives equal values in every frame.
+/// Pictures are upright: turned as their file's orientation says. Camera RAW is developed to linear Rec.709 light with
+/// the camera's daylight white balance, no automatic exposure, and highlights clipped, so that equal light gives equal
+/// values in every frame.
 class ImageDecoder {
  public:
   /// @throws IoError if it is missing, empty, no image, or too large.

@@ -18,6 +18,7 @@
 #include "libcommon/image/image_decoder.h"
 #include "libcommon/image/image_rows.h"
 #include "libcommon/image/image_source.h"
+#include "libcommon/image/mask_pixels.h"
 #include "libcommon/image/watched_file.h"
 #include "patinate/core/error.h"
 
@@ -68,12 +69,27 @@ EncodedFormat code_format(const std::filesystem::path& path, int width, int heig
 
 }  // namespace
 
+std::vector<std::pair<std::string, std::string>> ImageFacts::named() const {
+  std::vector<std::pair<std::string, std::string>> all{
+      {"color", color}, {"orientation", orientation}, {"alpha", alpha}, {"window", window}, {"layer", layer},
+      {"page", page},   {"not_used", problem}};
+  std::erase_if(all, [](const auto& fact) { return fact.second.empty(); });
+  return all;
+}
+
+bool ImageInfo::has_alpha() const {
+  return std::any_of(channels.begin(), channels.end(),
+                     [&](const std::string& name) { return name == "A" || is_color_channel(name, color_layer, "A"); });
+}
+
 ImageInfo probe_image(const std::filesystem::path& path) {
   return is_decoded_apart(path) ? DecoderProcess(path).info() : ImageDecoder(path).info();
 }
 
 ImageF read_color(const std::filesystem::path& path, const Response& response) {
-  return color_of(read_raw(path), response);
+  const DecodedImage raw = read_raw(path);
+  if (!raw.color_problem.empty()) throw IoError(path.string(), raw.color_problem);
+  return color_of(raw, response);
 }
 
 ImageF read_gray(const std::filesystem::path& path, const std::string& channel) {
@@ -107,23 +123,10 @@ ImageF read_channels(const std::filesystem::path& path, const std::vector<std::s
   return picked;
 }
 
-ImageU8 read_mask(const std::filesystem::path& path) {
-  const DecodedImage raw = read_raw(path);
-  int source = 0;
-  const int alpha = channel_index(raw, "A");
-  if (alpha > 0) {
-    const float first = raw.values.at(0, 0, 0);
-    bool color_varies = false;
-    for (int y = 0; y < raw.values.height() && !color_varies; ++y) {
-      for (int x = 0; x < raw.values.width() && !color_varies; ++x) color_varies = raw.values.at(x, y, 0) != first;
-    }
-    if (!color_varies) source = alpha;
-  }
-  ImageU8 mask(raw.values.width(), raw.values.height());
-  for (int y = 0; y < mask.height(); ++y) {
-    for (int x = 0; x < mask.width(); ++x) mask.at(x, y) = raw.values.at(x, y, source) >= 0.5f ? 255 : 0;
-  }
-  return mask;
+ImageU8 read_mask(const std::filesystem::path& path) try {
+  return mask_of(read_raw(path));
+} catch (const InvalidInput& e) {
+  throw IoError(path.string(), e.what());
 }
 
 namespace {

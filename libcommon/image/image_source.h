@@ -14,10 +14,14 @@
 #include <utility>
 #include <vector>
 
+#include "libcommon/image/file_words.h"
 #include "libcommon/image/image_decoder.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate {
+
+/// What the numbers of a picture are. Gray counts as RGB.
+enum class ColorModel { Rgb, Cmyk, Lab, IccLab };
 
 /// An open image file: ImageDecoder is one whose size is bounded.
 class ImageSource {
@@ -30,11 +34,20 @@ class ImageSource {
   [[nodiscard]] virtual CodedImage read(int frame) = 0;
   /// @param begin,end  Rows of the first image, within it. @throws IoError if they are damaged.
   [[nodiscard]] virtual CodedImage read_rows(int begin, int end) = 0;
+  /// What the pixels' channels are before they become RGB; of Cmyk and the two of L*a*b* (TIFF's).
+  [[nodiscard]] virtual ColorModel color_model() const { return ColorModel::Rgb; }
+  /// An ICC profile; "" = none.
+  [[nodiscard]] virtual std::string profile() const { return ""; }
+  /// As the picture is stored; EXIF's, [1, 8]. What the other functions say and give is not turned.
+  [[nodiscard]] virtual int orientation() const { return 1; }
 };
 
 /// nullptr if it is no such file, or one with something that only OpenImageIO reads as we want it.
 [[nodiscard]] std::unique_ptr<ImageSource> open_png(const std::filesystem::path& path);
 [[nodiscard]] std::unique_ptr<ImageSource> open_exr(const std::filesystem::path& path);
+
+/// A file by OpenImageIO, with what read_file_words() finds in it. @throws IoError
+[[nodiscard]] std::unique_ptr<ImageSource> open_worded(const std::filesystem::path& path);
 
 /// Where the bytes of an encoder go. It is not told of failures, since libpng would print a line of its own: who writes
 /// asks in the end.
@@ -102,10 +115,12 @@ inline constexpr const char* kImageHighAttribute = "patinate:high";
 inline constexpr const char* kImageUnitAttribute = "patinate:unit";
 inline constexpr const char* kImageKeyDescription = "patinate key ";
 
+/// Sets what a file's words say of its color and alpha. Takes the last channel away where it is no alpha.
+void set_color_words(ImageInfo& info, const FileWords& words);
+
 /// Sets what a file's own words mean for a reader. @param key  Of its attribute. @param description  May hold the key
 /// instead.
-inline void set_words(ImageInfo& info, std::string date_time, std::string key, const std::string& description) {
-  info.date_time = date_time == kNoImageDate ? "" : std::move(date_time);
+inline void set_words(ImageInfo& info, std::string key, const std::string& description) {
   info.key = std::move(key);
   const std::string start = kImageKeyDescription;
   if (info.key.empty() && description.starts_with(start)) info.key = description.substr(start.size());

@@ -40,8 +40,12 @@ struct MovieFormat {
 class MediaModule {
  public:
   virtual ~MediaModule() = default;
-  /// Any image, RAW or movie. @throws IoError if it is none that can be read.
-  [[nodiscard]] virtual std::unique_ptr<ImageSource> open_image(const std::filesystem::path& path) = 0;
+  /// Any image, RAW or movie. @param path  For messages. @param name  By which it is opened, without a question mark.
+  /// @param has_raw_color  CMYK and L*a*b* are given as the file has them.
+  /// @throws IoError if it is none that can be read.
+  [[nodiscard]] virtual std::unique_ptr<ImageSource> open_image(const std::filesystem::path& path,
+                                                                const std::filesystem::path& name,
+                                                                bool has_raw_color) = 0;
   /// As create_encoder(), which asks this for what is neither PNG nor EXR; but those too.
   [[nodiscard]] virtual std::unique_ptr<ImageEncoder> create_encoder(const EncodedFormat& format, ByteSink& sink) = 0;
   /// @throws CannotComplete if there is no encoder or it cannot be written.
@@ -55,7 +59,7 @@ class MediaModule {
 
 /// The module, loaded by the first call. Thread-safe. @throws CannotComplete naming its file if it cannot be loaded.
 [[nodiscard]] MediaModule& media_module();
-/// The function of the module that gives it: `MediaModule* patinate_media_2()`. The number is that of this interface.
-inline constexpr const char* kMediaEntry = "patinate_media_2";
+/// The function of the module that gives it: `MediaModule* patinate_media_3()`. The number is that of this interface.
+inline constexpr const char* kMediaEntry = "patinate_media_3";
 
 }  // namespace patinate

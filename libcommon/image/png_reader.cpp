@@ -102,14 +102,7 @@ class PngFile {
 
 /// What the file says in words; false if it says what OpenImageIO understands and this does not.
 bool read_words(const PngFile& file, ImageInfo& info) {
-  std::string date_time, key, description;
-  png_timep time = nullptr;
-  if (png_get_tIME(file.png(), file.info(), &time) != 0) {
-    std::array<char, 32> text{};
-    (void)std::snprintf(text.data(), text.size(), "%4d:%02d:%02d %02d:%02d:%02d", time->year, time->month, time->day,
-                        time->hour, time->minute, time->second);
-    date_time = text.data();
-  }
+  std::string key, description;
   png_textp texts = nullptr;
   const int num_texts = png_get_text(file.png(), file.info(), &texts, nullptr);
   constexpr std::array<std::string_view, 7> kElsewhere{
@@ -127,7 +120,7 @@ bool read_words(const PngFile& file, ImageInfo& info) {
       }
     }
   }
-  set_words(info, std::move(date_time), std::move(key), description);
+  set_words(info, std::move(key), description);
   return true;
 }
 
@@ -149,7 +142,9 @@ class PngSource final : public ImageSource {
         {{"Y"}, {"Y", "A"}, {"R", "G", "B"}, {"R", "G", "B", "A"}}};
     if (file_.channels() < 1 || file_.channels() > 4) return false;
     info_.channels = kNames[static_cast<std::size_t>(file_.channels() - 1)];
-    return read_words(file_, info_);
+    if (!read_words(file_, info_)) return false;
+    set_color_words(info_, read_file_words(path_));
+    return true;
   }
 
   [[nodiscard]] ImageInfo first_info() const override { return info_; }

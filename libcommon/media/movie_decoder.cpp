@@ -6,12 +6,17 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
+#include "libcommon/media/movie_color.h"
+#include "libcommon/media/movie_geometry.h"
 #include "patinate/core/error.h"
 
 extern "C" {
 #include <libavcodec/avcodec.h>
 #include <libavformat/avformat.h>
+#include <libavutil/display.h>
+#include <libavutil/dovi_meta.h>
 #include <libavutil/pixdesc.h>
 #include <libswscale/swscale.h>
 }
@@ -41,6 +46,19 @@ struct OpenFile {
   AVStream* stream = nullptr;
 };
 
+/// What the container says of color, where the pictures say nothing.
+struct ContainerColor {
+  AVColorPrimaries primaries = AVCOL_PRI_UNSPECIFIED;
+  AVColorTransferCharacteristic transfer = AVCOL_TRC_UNSPECIFIED;
+  AVColorSpace matrix = AVCOL_SPC_UNSPECIFIED;
+};
+
+void complete_color(AVCodecParameters& movie, const ContainerColor& container) {
+  if (movie.color_primaries == AVCOL_PRI_UNSPECIFIED) movie.color_primaries = container.primaries;
+  if (movie.color_trc == AVCOL_TRC_UNSPECIFIED) movie.color_trc = container.transfer;
+  if (movie.color_space == AVCOL_SPC_UNSPECIFIED) movie.color_space = container.matrix;
+}
+
 OpenFile open_movie(const std::filesystem::path& path) {
   const std::string problem = "is no readable image (damaged, or not a movie that is known)";
   AVDictionary* limits = nullptr;
@@ -51,6 +69,11 @@ OpenFile open_movie(const std::filesystem::path& path) {
   av_dict_free(&limits);
   if (result < 0) throw IoError(path.string(), problem);
   OpenFile out{OwnedInput<AVFormatContext>(opened)};
+  std::vector<ContainerColor> colors;
+  for (unsigned i = 0; i < opened->nb_streams; ++i) {
+    const AVCodecParameters& p = *opened->streams[i]->codecpar;
+    colors.push_back({p.color_primaries, p.color_trc, p.color_space});
+  }
   if (avformat_find_stream_info(opened, nullptr) < 0) throw IoError(path.string(), problem);
   const int index = av_find_best_stream(opened, AVMEDIA_TYPE_VIDEO, -1, -1, nullptr, 0);
   if (index < 0) throw IoError(path.string(), "holds no pictures");
@@ -58,6 +81,8 @@ OpenFile open_movie(const std::filesystem::path& path) {
     if (static_cast<int>(i) != index) opened->streams[i]->discard = AVDISCARD_ALL;
   }
   out.stream = opened->streams[index];
+  if (static_cast<std::size_t>(index) < colors.size())
+    complete_color(*out.stream->codecpar, colors[static_cast<std::size_t>(index)]);
   return out;
 }
 
@@ -100,6 +125,43 @@ std::optional<int> count_of_table(const OpenFile& open) {
   return count > 0 ? std::optional(std::min(count, kMaxImageFrames)) : std::nullopt;
 }
 
+/// When frames are shown, in s from the first one on, where the container's table gives all of them one duration: no
+/// other need be read for it.
+std::vector<double> times_of_table(const OpenFile& open, int count) {
+  std::optional<std::int64_t> last, step;
+  for (int i = 0; i < avformat_index_get_entries_count(open.stream); ++i) {
+    const AVIndexEntry* entry = avformat_index_get_entry(open.stream, i);
+    if ((entry->flags & AVINDEX_DISCARD_FRAME) != 0) continue;
+    if (last && step && entry->timestamp - *last != *step) return {};
+    if (last) step = entry->timestamp - *last;
+    last = entry->timestamp;
+  }
+  if (step && *step <= 0) return {};
+  std::vector<double> times;
+  for (int i = 0; i < count; ++i)
+    times.push_back(static_cast<double>(i * step.value_or(1)) * open.stream->time_base.num /
+                    open.stream->time_base.den);
+  return times;
+}
+
+std::vector<double> seconds_of(const FrameTimes& times, AVRational unit) {
+  std::vector<double> seconds;
+  if (!times.is_known) return seconds;
+  for (std::int64_t shown : times.shown)
+    seconds.push_back(static_cast<double>(shown - times.shown.front()) * unit.num / unit.den);
+  return seconds;
+}
+
+/// Dolby Vision whose pictures mean nothing without its own metadata.
+void check_dolby_vision(const AVStream* stream) {
+  std::size_t size = 0;
+  const auto* dovi = reinterpret_cast<const AVDOVIDecoderConfigurationRecord*>(
+      av_stream_get_side_data(stream, AV_PKT_DATA_DOVI_CONF, &size));
+  constexpr int kAlone = 5;
+  if (dovi != nullptr && size >= sizeof *dovi && dovi->dv_profile == kAlone)
+    throw InvalidInput("is Dolby Vision of profile 5, which is not read; convert it to HLG or BT.709");
+}
+
 /// What pixels become: 8 or 16 bits, with alpha where the movie has a plane of it.
 struct Target {
   AVPixelFormat format = AV_PIX_FMT_RGB24;
@@ -107,10 +169,10 @@ struct Target {
   CodedImage::Type type = CodedImage::Type::UInt8;
 };
 
-Target target_of(int format) {
+Target target_of(int format, bool is_light) {
   const AVPixFmtDescriptor* d = av_pix_fmt_desc_get(static_cast<AVPixelFormat>(format));
   if (d == nullptr) return {};
-  const bool is_deep = d->comp[0].depth > 8;
+  const bool is_deep = is_light || d->comp[0].depth > 8;
   const bool has_alpha = (d->flags & AV_PIX_FMT_FLAG_ALPHA) != 0 && (d->flags & AV_PIX_FMT_FLAG_PLANAR) != 0;
   if (has_alpha)
     return {is_deep ? AV_PIX_FMT_RGBA64 : AV_PIX_FMT_RGBA, 4,
@@ -119,9 +181,9 @@ Target target_of(int format) {
           is_deep ? CodedImage::Type::UInt16 : CodedImage::Type::UInt8};
 }
 
-int matrix_of(const AVFrame& frame) {
+int matrix_of(AVColorSpace matrix, AVColorPrimaries primaries, int height) {
   constexpr int kRowsOfHd = 720;
-  switch (frame.colorspace) {
+  switch (matrix) {
     case AVCOL_SPC_BT709:
       return SWS_CS_ITU709;
     case AVCOL_SPC_FCC:
@@ -129,13 +191,13 @@ int matrix_of(const AVFrame& frame) {
     case AVCOL_SPC_SMPTE240M:
       return SWS_CS_SMPTE240M;
     case AVCOL_SPC_BT2020_NCL:
-    case AVCOL_SPC_BT2020_CL:
       return SWS_CS_BT2020;
     case AVCOL_SPC_BT470BG:
     case AVCOL_SPC_SMPTE170M:
       return SWS_CS_ITU601;
     default:
-      return frame.height >= kRowsOfHd ? SWS_CS_ITU709 : SWS_CS_ITU601;
+      if (primaries == AVCOL_PRI_BT2020) return SWS_CS_BT2020;
+      return height >= kRowsOfHd ? SWS_CS_ITU709 : SWS_CS_ITU601;
   }
 }
 
@@ -150,7 +212,11 @@ struct MovieDecoder::Impl {
   OwnedInput<AVFrame> frame{av_frame_alloc()};
   OwnedInput<SwsContext> scaler;
   std::optional<FrameTimes> times;
-  int next = 0;  ///< The frame that the decoder gives next.
+  std::optional<MovieLight> light;  ///< Nothing: codes stay codes.
+  DisplayTurn turn;
+  int width = 0, height = 0;  ///< As they are decoded.
+  int scaled_width = 0;       ///< With square pixels, not yet turned.
+  int next = 0;               ///< The frame that the decoder gives next.
   bool is_drained = false;
 
   [[noreturn]] void fail(const std::string& problem) const { throw IoError(path.string(), problem); }
@@ -174,18 +240,33 @@ struct MovieDecoder::Impl {
     const AVCodecParameters& p = *open.stream->codecpar;
     if (p.width < 1 || p.height < 1 || p.width > kMaxImageSide || p.height > kMaxImageSide)
       fail("has an unusable size; at most 65536 x 65536 pixels");
-    info.width = p.width;
-    info.height = p.height;
+    width = p.width;
+    height = p.height;
+    try {
+      check_dolby_vision(open.stream);
+      light = movie_light(p);
+      turn = display_turn(open.stream);
+      scaled_width = square_width(open.file.get(), open.stream, width);
+    } catch (const InvalidInput& e) {
+      fail(e.what());
+    }
+    if (scaled_width > kMaxImageSide) fail("has an unusable size; at most 65536 x 65536 pixels");
+    info.width = turn.is_swapped ? height : scaled_width;
+    info.height = turn.is_swapped ? scaled_width : height;
     info.channels = {"R", "G", "B"};
-    if (target_of(p.format).channels == 4) info.channels.emplace_back("A");
-    info.is_integer = true;
+    if (target_of(p.format, light.has_value()).channels == 4) info.channels.emplace_back("A");
+    info.is_integer = !light.has_value();
+    info.facts.color = movie_color_text(p);
     const AVRational rate =
         open.stream->avg_frame_rate.num > 0 ? open.stream->avg_frame_rate : open.stream->r_frame_rate;
     if (rate.num > 0 && rate.den > 0) info.frame_rate = static_cast<double>(rate.num) / rate.den;
     const std::optional<int> count = count_of_table(open);
-    if (!count) times = scan(path);
+    if (count) info.frame_times_s = times_of_table(open, *count);
+    if (info.frame_times_s.empty()) times = scan(path);
     info.num_frames = count ? *count : times->count;
     if (info.num_frames < 1) fail("holds no pictures");
+    if (info.frame_times_s.empty() && times->count == info.num_frames)
+      info.frame_times_s = seconds_of(*times, open.stream->time_base);
   }
 
   /// The next frame in the order in which they are shown. @returns false at the end.
@@ -248,22 +329,32 @@ struct MovieDecoder::Impl {
 
   CodedImage coded(int number) {
     const std::string where = "image " + std::to_string(number) + " ";
-    if (frame->width != info.width || frame->height != info.height)
+    const Target target = target_of(frame->format, light.has_value());
+    if (frame->width != width || frame->height != height || target.channels != static_cast<int>(info.channels.size()))
       fail(where + "differs from the first one in size or channels");
     if ((frame->flags & AV_FRAME_FLAG_CORRUPT) != 0 || frame->decode_error_flags != 0)
       fail(where + "is damaged or truncated");
-    const Target target = target_of(frame->format);
-    if (target.channels != static_cast<int>(info.channels.size()))
-      fail(where + "differs from the first one in size or channels");
+    const AVFrameSideData* matrix = av_frame_get_side_data(frame.get(), AV_FRAME_DATA_DISPLAYMATRIX);
+    if (matrix != nullptr && turn_of_matrix(reinterpret_cast<const std::int32_t*>(matrix->data)) != turn)
+      fail(where + "is shown turned otherwise than its file says; convert the movie, so that its pictures lie upright");
+    CodedImage image = scaled(target, where);
+    if (light) image = as_light(image);
+    return turn.is_none() ? std::move(image) : turned(image, turn);
+  }
+
+  /// The frame in R, G, B, with square pixels.
+  CodedImage scaled(const Target& target, const std::string& where) {
     scaler.reset(sws_getCachedContext(scaler.release(), frame->width, frame->height,
-                                      static_cast<AVPixelFormat>(frame->format), frame->width, frame->height,
+                                      static_cast<AVPixelFormat>(frame->format), scaled_width, frame->height,
                                       target.format, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_FULL_CHR_H_INT | SWS_BITEXACT,
                                       nullptr, nullptr, nullptr));
     if (!scaler) fail("its colors cannot be converted");
-    const int* matrix = sws_getCoefficients(matrix_of(*frame));
+    const AVCodecParameters& p = *open.stream->codecpar;
+    const AVColorSpace said = frame->colorspace == AVCOL_SPC_UNSPECIFIED ? p.color_space : frame->colorspace;
+    const int* matrix = sws_getCoefficients(matrix_of(said, p.color_primaries, frame->height));
     (void)sws_setColorspaceDetails(scaler.get(), matrix, frame->color_range == AVCOL_RANGE_JPEG ? 1 : 0, matrix, 1, 0,
                                    1 << 16, 1 << 16);
-    CodedImage image{frame->width, frame->height, target.channels, target.type, -1, {}};
+    CodedImage image{scaled_width, frame->height, target.channels, target.type, -1, {}};
     const std::size_t row =
         static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.channels) * bytes_per_value(image.type);
     // The scaler may write a little beyond a row's end.
@@ -275,6 +366,15 @@ struct MovieDecoder::Impl {
       fail(where + "is damaged or truncated");
     image.bytes.resize(image.bytes.size() - kBeyond);
     return image;
+  }
+
+  [[nodiscard]] CodedImage as_light(const CodedImage& image) const {
+    CodedImage out{image.width, image.height, image.channels, CodedImage::Type::Float, -1, {}};
+    const std::size_t num_pixels = static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+    out.bytes.resize(num_pixels * static_cast<std::size_t>(image.channels) * sizeof(float));
+    light->convert(reinterpret_cast<const std::uint16_t*>(image.bytes.data()), num_pixels, image.channels,
+                   reinterpret_cast<float*>(out.bytes.data()));
+    return out;
   }
 };
 

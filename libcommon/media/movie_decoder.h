@@ -13,7 +13,8 @@ namespace patinate {
 /// An open movie. Frames are cheap to read in order; others begin at the key frame before.
 ///
 /// Color is RGB as the movie says (matrix and range), where it does not say as players take it: ITU-R 601 below 720
-/// rows, else 709.
+/// rows, else 709. HLG, PQ and wide gamuts become light (movie_color.h). Pictures are turned as the file says, and have
+/// square pixels.
 class MovieDecoder {
  public:
   /// @throws IoError if it is missing, holds no movie that can be decoded, or is too large.
@@ -24,7 +25,7 @@ class MovieDecoder {
 
   /// With the frames counted: those that the file holds, whatever its header says.
   [[nodiscard]] const ImageInfo& info() const;
-  /// 8 or 16 bits, RGB or RGBA. @throws IoError if there is no such frame or it is damaged.
+  /// 8 or 16 bits or floats, RGB or RGBA. @throws IoError if there is no such frame or it is damaged.
   [[nodiscard]] CodedImage read(int frame);
 
  private:

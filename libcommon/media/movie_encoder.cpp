@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstddef>
 #include <memory>
 #include <new>
 #include <string>
@@ -61,12 +62,9 @@ class EncodedMovie final : public MovieEncoder {
     stream_->avg_frame_rate = encoder_->framerate;
     check(avio_open(&file_->pb, path.c_str(), AVIO_FLAG_WRITE), "cannot be written");
     check(avformat_write_header(file_.get(), nullptr), "cannot be written");
-    frame_.reset(av_frame_alloc());
     packet_.reset(av_packet_alloc());
-    frame_->format = encoder_->pix_fmt;
-    frame_->width = encoder_->width;
-    frame_->height = encoder_->height;
-    check(av_frame_get_buffer(frame_.get(), 0), "not enough memory");
+    frame_ = blank_frame(encoder_->pix_fmt);
+    source_ = blank_frame(AV_PIX_FMT_RGB24);
     scaler_.reset(sws_getContext(encoder_->width, encoder_->height, AV_PIX_FMT_RGB24, encoder_->width, encoder_->height,
                                  encoder_->pix_fmt, SWS_BICUBIC | SWS_ACCURATE_RND | SWS_BITEXACT, nullptr, nullptr,
                                  nullptr));
@@ -79,12 +77,9 @@ class EncodedMovie final : public MovieEncoder {
     if (codes.width() != width_ || codes.height() != height_ || codes.channels() != 3) {
       throw InvalidInput(shown_path_ + ": a picture of a movie differs from the first in size");
     }
-    const ImageU8 larger = is_even(codes) ? ImageU8() : padded(codes);
-    const ImageU8& even = larger.empty() ? codes : larger;
-    const std::uint8_t* planes[1] = {even.data()};
-    const int strides[1] = {3 * even.width()};
+    fill_source(codes);
     check(av_frame_make_writable(frame_.get()), "not enough memory");
-    sws_scale(scaler_.get(), planes, strides, 0, even.height(), frame_->data, frame_->linesize);
+    sws_scale(scaler_.get(), source_->data, source_->linesize, 0, source_->height, frame_->data, frame_->linesize);
     frame_->pts = num_pictures_++;
     encode(frame_.get());
   }
@@ -130,19 +125,29 @@ class EncodedMovie final : public MovieEncoder {
     check(avcodec_open2(encoder_.get(), codec, nullptr), "the encoder does not take pictures of this size");
   }
 
-  [[nodiscard]] bool is_even(const ImageU8& codes) const {
-    return codes.width() == encoder_->width && codes.height() == encoder_->height;
+  /// A frame whose memory is defined to its end: libswscale reads, and libx264 codes, more than the picture.
+  [[nodiscard]] OwnedOutput<AVFrame> blank_frame(AVPixelFormat format) const {
+    OwnedOutput<AVFrame> frame(av_frame_alloc());
+    if (!frame) throw std::bad_alloc();
+    frame->format = format;
+    frame->width = encoder_->width;
+    frame->height = encoder_->height;
+    check(av_frame_get_buffer(frame.get(), 0), "not enough memory");
+    for (const AVBufferRef* buffer : frame->buf) {
+      if (buffer != nullptr) std::fill_n(buffer->data, buffer->size, std::uint8_t{0});
+    }
+    return frame;
   }
 
-  [[nodiscard]] ImageU8 padded(const ImageU8& codes) const {
-    ImageU8 out(encoder_->width, encoder_->height, 3);
-    for (int y = 0; y < out.height(); ++y) {
-      for (int x = 0; x < out.width(); ++x) {
+  /// The picture, with its last column and row repeated up to even sizes.
+  void fill_source(const ImageU8& codes) {
+    for (int y = 0; y < source_->height; ++y) {
+      std::uint8_t* row = source_->data[0] + std::ptrdiff_t{y} * source_->linesize[0];
+      for (int x = 0; x < source_->width; ++x) {
         const auto from = codes.pixel(std::min(x, codes.width() - 1), std::min(y, codes.height() - 1));
-        std::copy(from.begin(), from.end(), out.pixel(x, y).begin());
+        row = std::copy(from.begin(), from.end(), row);
       }
     }
-    return out;
   }
 
   /// @param frame  nullptr at the end.
@@ -166,7 +171,8 @@ class EncodedMovie final : public MovieEncoder {
   OwnedOutput<AVFormatContext> file_;
   OwnedOutput<AVCodecContext> encoder_;
   AVStream* stream_ = nullptr;
-  OwnedOutput<AVFrame> frame_;
+  OwnedOutput<AVFrame> source_;  ///< R, G, B.
+  OwnedOutput<AVFrame> frame_;   ///< As the encoder takes it.
   OwnedOutput<AVPacket> packet_;
   OwnedOutput<SwsContext> scaler_;
   std::int64_t num_pictures_ = 0;

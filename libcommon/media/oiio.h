@@ -16,7 +16,8 @@ void configure_image_library();
 [[nodiscard]] std::string one_line(std::string text);
 
 /// As MediaModule's functions of these names.
-[[nodiscard]] std::unique_ptr<ImageSource> open_image(const std::filesystem::path& path);
+[[nodiscard]] std::unique_ptr<ImageSource> open_image(const std::filesystem::path& path,
+                                                      const std::filesystem::path& name, bool has_raw_color);
 [[nodiscard]] std::unique_ptr<ImageEncoder> create_image_encoder(const EncodedFormat& format, ByteSink& sink);
 [[nodiscard]] std::unique_ptr<MovieEncoder> create_gif(const std::string& shown_path, double fps, ByteSink& sink);
 

@@ -8,9 +8,11 @@ namespace {
 
 class Media final : public MediaModule {
  public:
-  [[nodiscard]] std::unique_ptr<ImageSource> open_image(const std::filesystem::path& path) override {
+  [[nodiscard]] std::unique_ptr<ImageSource> open_image(const std::filesystem::path& path,
+                                                        const std::filesystem::path& name,
+                                                        bool has_raw_color) override {
     configure_image_library();
-    return media::open_image(path);
+    return media::open_image(path, name, has_raw_color);
   }
   [[nodiscard]] std::unique_ptr<ImageEncoder> create_encoder(const EncodedFormat& format, ByteSink& sink) override {
     configure_image_library();
@@ -33,7 +35,7 @@ class Media final : public MediaModule {
 
 }  // namespace patinate::media
 
-extern "C" [[gnu::visibility("default")]] patinate::MediaModule* patinate_media_2() {
+extern "C" [[gnu::visibility("default")]] patinate::MediaModule* patinate_media_3() {
   static patinate::media::Media module;
   return &module;
 }

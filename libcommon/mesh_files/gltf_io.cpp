@@ -2,176 +2,29 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cstring>
 #include <filesystem>
-#include <new>
-#include <stdexcept>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "libcommon/core/files.h"
-#include "libcommon/core/read_limit.h"
-#include "libcommon/mesh_files/gltf_json.h"
+#include "libcommon/core/text.h"
+#include "libcommon/mesh_files/gltf_accessor.h"
+#include "libcommon/mesh_files/gltf_model.h"
+#include "libcommon/mesh_files/gltf_uvs.h"
 #include "libcommon/mesh_files/mesh_builder.h"
 #include "libcommon/mesh_files/mesh_formats.h"
 #include "patinate/core/error.h"
+#include "patinate/core/json.h"
 
 namespace patinate {
 
 namespace {
 
 using Matrix4 = Eigen::Matrix4d;
-
-bool ignore_image(tinygltf::Image*, int, std::string*, std::string*, int, int, const unsigned char*, int, void*) {
-  return true;
-}
-
-/// What a glTF names is read as everything else is, and its names stand for nothing but themselves.
-tinygltf::FsCallbacks files_beside(std::string* outside) {
-  tinygltf::FsCallbacks callbacks{};
-  callbacks.FileExists = [](const std::string& path, void* kept) {
-    std::error_code error;
-    if (may_read(path)) return std::filesystem::exists(path, error);
-    if (auto& first = *static_cast<std::string*>(kept); first.empty()) first = path;
-    return false;
-  };
-  callbacks.ExpandFilePath = [](const std::string& path, void*) { return path; };
-  callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string* problem, const std::string& path, void*) {
-    try {
-      const std::string bytes = read_file(path, kLargestGltf);
-      out->assign(bytes.begin(), bytes.end());
-      return true;
-    } catch (const IoError& e) {
-      *problem = std::string(e.what()).substr(path.size() + 2);
-      return false;
-    }
-  };
-  callbacks.user_data = outside;
-  return callbacks;
-}
-
-/// tinygltf's errors as one line.
-std::string one_line(std::string text) {
-  while (!text.empty() && (text.back() == '\n' || text.back() == ' ')) text.pop_back();
-  for (std::size_t i = text.find('\n'); i != std::string::npos; i = text.find('\n', i)) text.replace(i, 1, "; ");
-  return text;
-}
-
-tinygltf::Model load_model(const std::filesystem::path& path) {
-  const std::string file = path.string();
-  const std::string bytes = read_file(path, kLargestGltf);
-  const bool is_binary = bytes.compare(0, 4, "glTF") == 0;
-  (void)gltf_json(file, bytes);  // checked
-  tinygltf::TinyGLTF loader;
-  loader.SetImageLoader(&ignore_image, nullptr);
-  std::string outside;
-  loader.SetFsCallbacks(files_beside(&outside));
-  tinygltf::Model model;
-  std::string error, warning;
-  const std::string folder = folder_of(path).string();
-  const auto size = static_cast<unsigned int>(bytes.size());
-  bool ok = false;
-  try {
-    ok = is_binary ? loader.LoadBinaryFromMemory(&model, &error, &warning,
-                                                 reinterpret_cast<const unsigned char*>(bytes.data()), size, folder)
-                   : loader.LoadASCIIFromString(&model, &error, &warning, bytes.data(), size, folder);
-  } catch (const std::bad_alloc&) {
-    throw IoError(file, "is not valid glTF, or larger than memory");
-  } catch (const std::length_error&) {
-    throw IoError(file, "is not valid glTF: it gives a size that nothing can have");
-  } catch (const std::exception&) {
-    throw IoError(file, "is not valid glTF: its JSON does not hold what it should");
-  }
-  if (!ok && !outside.empty()) check_may_read(outside);
-  if (!ok) throw IoError(file, "is not valid glTF: " + one_line(error.empty() ? "its JSON cannot be parsed" : error));
-  return model;
-}
-
-/// One accessor, every bound checked.
-class Values {
- public:
-  Values(const std::string& file, const tinygltf::Model& model, int index, const std::string& what) {
-    const auto fail = [&](const std::string& problem) {
-      throw IoError(file, what + " (accessor " + std::to_string(index) + "): " + problem);
-    };
-    if (index < 0 || static_cast<std::size_t>(index) >= model.accessors.size()) fail("does not exist");
-    const tinygltf::Accessor& a = model.accessors[static_cast<std::size_t>(index)];
-    if (a.sparse.isSparse) fail("is sparse, which is not supported; export it without sparse accessors");
-    if (a.bufferView < 0 || static_cast<std::size_t>(a.bufferView) >= model.bufferViews.size())
-      fail("has no buffer view");
-    const tinygltf::BufferView& view = model.bufferViews[static_cast<std::size_t>(a.bufferView)];
-    if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model.buffers.size()) fail("has no buffer");
-    const std::vector<unsigned char>& bytes = model.buffers[static_cast<std::size_t>(view.buffer)].data;
-    const int component_size = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(a.componentType));
-    num_components_ = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(a.type));
-    if (component_size <= 0 || num_components_ <= 0) fail("has an unknown component type");
-    const auto element_size = static_cast<std::size_t>(component_size * num_components_);
-    stride_ = view.byteStride == 0 ? element_size : view.byteStride;
-    if (stride_ < element_size || stride_ > 65536) fail("has a wrong byteStride");
-    if (view.byteLength > bytes.size() || view.byteOffset > bytes.size() - view.byteLength) {
-      fail("its buffer view ends behind its buffer of " + std::to_string(bytes.size()) + " bytes");
-    }
-    count_ = a.count;
-    if (count_ > view.byteLength || a.byteOffset > view.byteLength ||
-        (count_ > 0 && (count_ - 1) * stride_ + element_size > view.byteLength - a.byteOffset)) {
-      fail(std::to_string(a.count) + " elements do not fit into its buffer view of " + std::to_string(view.byteLength) +
-           " bytes");
-    }
-    data_ = bytes.data() + view.byteOffset + a.byteOffset;
-    component_ = a.componentType;
-    is_normalized_ = a.normalized;
-  }
-
-  [[nodiscard]] std::size_t size() const { return count_; }
-  [[nodiscard]] int num_components() const { return num_components_; }
-  [[nodiscard]] bool is_index() const {
-    return num_components_ == 1 &&
-           (component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
-            component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT || component_ == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT);
-  }
-  template <int N>
-  [[nodiscard]] Eigen::Matrix<double, N, 1> vector(std::size_t i) const {
-    Eigen::Matrix<double, N, 1> v;
-    for (int c = 0; c < N; ++c) v[c] = value(i, c);
-    return v;
-  }
-  [[nodiscard]] double value(std::size_t i, int c) const {
-    const unsigned char* element = data_ + i * stride_;
-    const auto as = [&](auto x) {
-      std::memcpy(&x, element + static_cast<std::size_t>(c) * sizeof(x), sizeof(x));
-      if (!is_normalized_) return static_cast<double>(x);
-      return std::max(static_cast<double>(x) / static_cast<double>(std::numeric_limits<decltype(x)>::max()), -1.0);
-    };
-    switch (component_) {
-      case TINYGLTF_COMPONENT_TYPE_BYTE:
-        return as(std::int8_t{});
-      case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
-        return as(std::uint8_t{});
-      case TINYGLTF_COMPONENT_TYPE_SHORT:
-        return as(std::int16_t{});
-      case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
-        return as(std::uint16_t{});
-      case TINYGLTF_COMPONENT_TYPE_INT:
-        return as(std::int32_t{});
-      case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
-        return as(std::uint32_t{});
-      default:
-        break;
-    }
-    float x = 0.0F;
-    std::memcpy(&x, element + static_cast<std::size_t>(c) * sizeof(x), sizeof(x));
-    return static_cast<double>(x);
-  }
-
- private:
-  const unsigned char* data_ = nullptr;
-  std::size_t count_ = 0;
-  std::size_t stride_ = 0;
-  int num_components_ = 0;
-  int component_ = 0;
-  bool is_normalized_ = false;
-};
 
 Matrix4 parent_from_node(const tinygltf::Node& node) {
   if (node.matrix.size() == 16) return Eigen::Map<const Matrix4>(node.matrix.data());
@@ -194,18 +47,26 @@ Eigen::Matrix3d normal_matrix(const Eigen::Matrix3d& a) {
   return a.determinant() < 0.0 ? Eigen::Matrix3d(-cofactors) : cofactors;
 }
 
+/// What moves the vertices of a node: itself, or the joints of its skin.
+struct Placement {
+  Matrix4 scene_from_node;
+  std::vector<Matrix4> scene_from_bind;  ///< One a joint; empty: there is no skin.
+};
+
+constexpr std::size_t kMaxVertices = 300'000'000;  ///< Of all nodes and instances.
+
 class GltfReader {
  public:
-  explicit GltfReader(const std::filesystem::path& path)
-      : file_(path.string()), model_(load_model(path)), builder_(file_) {}
+  GltfReader(const std::filesystem::path& path, std::vector<std::string>* notes)
+      : file_(path.string()),
+        loaded_(load_gltf_model(path, document_)),
+        model_(*loaded_),
+        builder_(file_),
+        notes_(notes) {}
 
   Mesh read() {
-    for (const std::string& extension : model_.extensionsRequired) {
-      if (extension == "KHR_draco_mesh_compression" || extension == "EXT_meshopt_compression") {
-        throw IoError(file_,
-                      "needs the extension " + extension + ", which is not supported; export it without compression");
-      }
-    }
+    note_what_is_left_out();
+    place_nodes();
     visit_nodes();
     if (num_faces_ == 0) {
       throw IoError(file_, num_other_ > 0 ? "no faces, only points or lines (a point cloud); a surface is needed"
@@ -215,12 +76,18 @@ class GltfReader {
   }
 
  private:
-  [[nodiscard]] std::vector<int> root_nodes() const {
-    if (!model_.scenes.empty()) {
-      const auto scene = static_cast<std::size_t>(std::max(0, model_.defaultScene));
-      if (scene >= model_.scenes.size()) throw IoError(file_, "its default scene does not exist");
-      return model_.scenes[scene].nodes;
-    }
+  void note(const std::string& text) const {
+    if (notes_ != nullptr && std::find(notes_->begin(), notes_->end(), text) == notes_->end()) notes_->push_back(text);
+  }
+
+  void note_what_is_left_out() const {
+    if (model_.scenes.size() > 1)
+      note("of its " + std::to_string(model_.scenes.size()) + " scenes only number " +
+           std::to_string(std::max(0, model_.defaultScene)) + " is read");
+    if (!model_.animations.empty()) note("its animations are not looked at: it is read at rest");
+  }
+
+  [[nodiscard]] std::vector<int> parentless_nodes() const {
     std::vector<bool> is_child(model_.nodes.size(), false);
     for (const tinygltf::Node& node : model_.nodes) {
       for (int child : node.children) {
@@ -235,15 +102,38 @@ class GltfReader {
     return roots;
   }
 
-  void visit_nodes() {
+  [[nodiscard]] std::vector<int> root_nodes() const {
+    if (model_.scenes.empty()) return parentless_nodes();
+    const auto scene = static_cast<std::size_t>(std::max(0, model_.defaultScene));
+    if (scene >= model_.scenes.size()) throw IoError(file_, "its default scene does not exist");
+    return model_.scenes[scene].nodes;
+  }
+
+  /// Of all nodes, as joints may lie outside the scene; those of a ring stay where they are.
+  void place_nodes() {
+    scene_from_node_.assign(model_.nodes.size(), Matrix4::Identity());
+    std::vector<char> is_placed(model_.nodes.size(), 0);
     std::vector<std::pair<int, Matrix4>> waiting;
-    const auto push = [&waiting](const std::vector<int>& nodes, const Matrix4& parent) {
-      for (auto it = nodes.rbegin(); it != nodes.rend(); ++it) waiting.emplace_back(*it, parent);
-    };
-    push(root_nodes(), Matrix4::Identity());
-    std::vector<char> is_visited(model_.nodes.size(), 0);
+    for (int root : parentless_nodes()) waiting.emplace_back(root, Matrix4::Identity());
     while (!waiting.empty()) {
       const auto [index, scene_from_parent] = waiting.back();
+      waiting.pop_back();
+      const auto i = static_cast<std::size_t>(index);
+      if (index < 0 || i >= model_.nodes.size() || std::exchange(is_placed[i], char{1})) continue;
+      scene_from_node_[i] = scene_from_parent * parent_from_node(model_.nodes[i]);
+      for (int child : model_.nodes[i].children) waiting.emplace_back(child, scene_from_node_[i]);
+    }
+  }
+
+  void visit_nodes() {
+    std::vector<int> waiting;
+    const auto push = [&waiting](const std::vector<int>& nodes) {
+      waiting.insert(waiting.end(), nodes.rbegin(), nodes.rend());
+    };
+    push(root_nodes());
+    std::vector<char> is_visited(model_.nodes.size(), 0);
+    while (!waiting.empty()) {
+      const int index = waiting.back();
       waiting.pop_back();
       if (index < 0 || static_cast<std::size_t>(index) >= model_.nodes.size()) {
         throw IoError(file_, "node " + std::to_string(index) + " does not exist");
@@ -253,17 +143,84 @@ class GltfReader {
             file_, "node " + std::to_string(index) + " has two parents or is its own ancestor; nodes must form a tree");
       }
       const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
-      const Matrix4 scene_from_node = scene_from_parent * parent_from_node(node);
-      if (node.mesh >= 0) add_mesh(node, index, scene_from_node);
-      push(node.children, scene_from_node);
+      if (node.mesh >= 0) add_node(node, index);
+      push(node.children);
     }
   }
 
-  void add_mesh(const tinygltf::Node& node, int index, const Matrix4& scene_from_node) {
+  void add_node(const tinygltf::Node& node, int index) {
+    Placement placement{scene_from_node_[static_cast<std::size_t>(index)], joints_of(node, index)};
+    const std::vector<Matrix4> instances = instances_of(index);
+    if (instances.empty()) add_mesh(node, index, placement);
+    for (const Matrix4& node_from_instance : instances) {
+      add_mesh(node, index, {placement.scene_from_node * node_from_instance, placement.scene_from_bind});
+    }
+  }
+
+  /// Where the skin's joints take the vertices at rest: the place of the node itself does not count.
+  [[nodiscard]] std::vector<Matrix4> joints_of(const tinygltf::Node& node, int index) const {
+    if (node.skin < 0) return {};
+    const std::string what = "node " + std::to_string(index) + ": skin " + std::to_string(node.skin);
+    if (static_cast<std::size_t>(node.skin) >= model_.skins.size()) throw IoError(file_, what + " does not exist");
+    const tinygltf::Skin& skin = model_.skins[static_cast<std::size_t>(node.skin)];
+    std::optional<GltfAccessor> inverse_bind;
+    if (skin.inverseBindMatrices >= 0) {
+      inverse_bind.emplace(file_, model_, skin.inverseBindMatrices, what + ": inverseBindMatrices");
+      if (inverse_bind->num_components() != 16 || inverse_bind->size() < skin.joints.size())
+        throw IoError(file_, what + ": there is not a 4 x 4 matrix for every joint");
+    }
+    std::vector<Matrix4> joints;
+    for (std::size_t k = 0; k < skin.joints.size(); ++k) {
+      const auto joint = static_cast<std::size_t>(skin.joints[k]);
+      if (skin.joints[k] < 0 || joint >= model_.nodes.size())
+        throw IoError(file_, what + ": joint " + std::to_string(skin.joints[k]) + " does not exist");
+      Matrix4 joint_from_bind = Matrix4::Identity();
+      for (int c = 0; inverse_bind && c < 16; ++c) joint_from_bind.data()[c] = inverse_bind->value(k, c);
+      joints.push_back(scene_from_node_[joint] * joint_from_bind);
+    }
+    return joints;
+  }
+
+  /// EXT_mesh_gpu_instancing. Empty: the node has its mesh once.
+  [[nodiscard]] std::vector<Matrix4> instances_of(int index) const {
+    const std::string number = std::to_string(index);
+    const Json& attributes =
+        gltf_member(document_, ("/nodes/" + number + "/extensions/EXT_mesh_gpu_instancing/attributes").c_str());
+    if (!attributes.is_object()) return {};
+    const std::string what = "node " + number + ": instances";
+    std::optional<std::size_t> count;
+    const auto attribute = [&](const char* name, int num_components) -> std::optional<GltfAccessor> {
+      if (!attributes.contains(name)) return std::nullopt;
+      const double accessor = gltf_number(attributes[name], "", -1.0);
+      GltfAccessor values(file_, model_, static_cast<int>(std::clamp(accessor, -1.0, 1e9)), what + ": " + name);
+      if (values.num_components() != num_components || values.size() != count.value_or(values.size()))
+        throw IoError(file_, what + ": " + name + " has " + std::to_string(values.size()) + " entries of " +
+                                 std::to_string(values.num_components()) + " components; expected " +
+                                 std::to_string(count.value_or(values.size())) + " of " +
+                                 std::to_string(num_components));
+      count = values.size();
+      return values;
+    };
+    const auto translations = attribute("TRANSLATION", 3), rotations = attribute("ROTATION", 4),
+               scales = attribute("SCALE", 3);
+    if (!count) throw IoError(file_, what + ": have no TRANSLATION, ROTATION or SCALE");
+    std::vector<Matrix4> instances(*count);
+    for (std::size_t i = 0; i < instances.size(); ++i) {
+      Eigen::Affine3d transform = Eigen::Affine3d::Identity();
+      if (translations) transform.translate(translations->vector<3>(i));
+      if (rotations) transform.rotate(Eigen::Quaterniond(rotations->vector<4>(i)).normalized());
+      if (scales) transform.scale(scales->vector<3>(i));
+      instances[i] = transform.matrix();
+    }
+    return instances;
+  }
+
+  void add_mesh(const tinygltf::Node& node, int index, const Placement& placement) {
     if (static_cast<std::size_t>(node.mesh) >= model_.meshes.size()) {
       throw IoError(file_, "mesh " + std::to_string(node.mesh) + " does not exist");
     }
     const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(node.mesh)];
+    const std::vector<double>& weights = node.weights.empty() ? mesh.weights : node.weights;
     std::string name = node.name.empty() ? mesh.name : node.name;
     if (name.empty()) name = "node " + std::to_string(index);
     for (const tinygltf::Primitive& primitive : mesh.primitives) {
@@ -273,11 +230,12 @@ class GltfReader {
         if (material.empty()) material = "material " + std::to_string(primitive.material);
       }
       builder_.set_surface(name, material);
-      add_primitive(primitive, "mesh " + std::to_string(node.mesh), scene_from_node);
+      add_primitive(primitive, "mesh " + std::to_string(node.mesh), material, weights, placement);
     }
   }
 
-  void add_primitive(const tinygltf::Primitive& primitive, const std::string& what, const Matrix4& scene_from_node) {
+  void add_primitive(const tinygltf::Primitive& primitive, const std::string& what, const std::string& material,
+                     const std::vector<double>& weights, const Placement& placement) {
     if (primitive.mode >= 0 && primitive.mode < TINYGLTF_MODE_TRIANGLES) {
       ++num_other_;
       return;
@@ -285,9 +243,10 @@ class GltfReader {
     if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) {
       throw IoError(file_, what + ": primitive mode " + std::to_string(primitive.mode) + " is unknown; use 0 to 6");
     }
-    const std::vector<MeshBuilder::Corner> vertices = read_vertices(primitive, what, scene_from_node);
+    bool is_mirrored = false;
+    const std::vector<MeshBuilder::Corner> vertices =
+        placed(read_vertices(primitive, what, material, weights), primitive, what, placement, is_mirrored);
     const std::vector<std::size_t> indices = read_indices(primitive, what, vertices.size());
-    const bool is_mirrored = scene_from_node.topLeftCorner<3, 3>().determinant() < 0.0;
     const auto add = [&](std::size_t a, std::size_t b, std::size_t c) {
       if (is_mirrored) std::swap(b, c);
       const std::array<MeshBuilder::Corner, 3> corners{vertices[indices[a]], vertices[indices[b]],
@@ -304,36 +263,132 @@ class GltfReader {
     }
   }
 
-  std::vector<MeshBuilder::Corner> read_vertices(const tinygltf::Primitive& primitive, const std::string& what,
-                                                 const Matrix4& scene_from_node) const {
-    const auto attribute = [&](const char* name, int num_components, std::size_t count) -> std::optional<Values> {
-      const auto found = primitive.attributes.find(name);
-      if (found == primitive.attributes.end()) return std::nullopt;
-      const Values values(file_, model_, found->second, what + ": " + name);
-      if (values.num_components() != num_components) {
-        throw IoError(file_, what + ": " + name + " has " + std::to_string(values.num_components()) +
-                                 " components; expected " + std::to_string(num_components));
-      }
-      if (count > 0 && values.size() != count) {
-        throw IoError(file_, what + ": " + name + " has " + std::to_string(values.size()) + " entries; POSITION has " +
-                                 std::to_string(count));
-      }
-      return values;
-    };
-    const auto positions = attribute("POSITION", 3, 0);
+  using Attributes = std::map<std::string, int>;
+
+  /// @param count  That it must have; 0 = any. @returns nothing if there is no such attribute.
+  [[nodiscard]] std::optional<GltfAccessor> attribute(const Attributes& attributes, const std::string& name,
+                                                      int num_components, std::size_t count,
+                                                      const std::string& what) const {
+    const auto found = attributes.find(name);
+    if (found == attributes.end()) return std::nullopt;
+    GltfAccessor values(file_, model_, found->second, what + ": " + name);
+    if (values.num_components() != num_components) {
+      throw IoError(file_, what + ": " + name + " has " + std::to_string(values.num_components()) +
+                               " components; expected " + std::to_string(num_components));
+    }
+    if (count > 0 && values.size() != count) {
+      throw IoError(file_, what + ": " + name + " has " + std::to_string(values.size()) + " entries; POSITION has " +
+                               std::to_string(count));
+    }
+    return values;
+  }
+
+  /// The UVs that the primitive's material is laid over by; where no texture says, the first that there are.
+  [[nodiscard]] GltfUvs choose_uvs(const tinygltf::Primitive& primitive, const std::string& material) const {
+    bool is_alike = true;
+    GltfUvs uvs;
+    const Json& materials = gltf_member(document_, "/materials");
+    if (materials.is_array() && primitive.material >= 0 &&
+        static_cast<std::size_t>(primitive.material) < materials.size())
+      uvs = gltf_uvs_of(materials[static_cast<std::size_t>(primitive.material)], is_alike);
+    if (!is_alike)
+      note("material `" + material + "` has textures with different UVs; those of its base color are read");
+    constexpr int kMostSets = 8;
+    for (int set = 0; !uvs.set && set < kMostSets; ++set) {
+      if (primitive.attributes.contains("TEXCOORD_" + std::to_string(set))) uvs.set = set;
+    }
+    return uvs;
+  }
+
+  /// In the mesh's own coordinates, with v up.
+  [[nodiscard]] std::vector<MeshBuilder::Corner> read_vertices(const tinygltf::Primitive& primitive,
+                                                               const std::string& what, const std::string& material,
+                                                               const std::vector<double>& weights) {
+    const auto positions = attribute(primitive.attributes, "POSITION", 3, 0, what);
     if (!positions) throw IoError(file_, what + ": has no POSITION");
-    const auto normals = attribute("NORMAL", 3, positions->size());
-    const auto uvs = attribute("TEXCOORD_0", 2, positions->size());
-    const Eigen::Matrix3d linear = scene_from_node.topLeftCorner<3, 3>();
-    const Vec3 translation = scene_from_node.topRightCorner<3, 1>();
-    const Eigen::Matrix3d turn = normal_matrix(linear);
+    num_vertices_ += positions->size();
+    if (num_vertices_ > kMaxVertices) throw IoError(file_, "more than " + std::to_string(kMaxVertices) + " vertices");
+    const auto normals = attribute(primitive.attributes, "NORMAL", 3, positions->size(), what);
+    const GltfUvs choice = choose_uvs(primitive, material);
+    const std::string uv_name = "TEXCOORD_" + std::to_string(choice.set.value_or(0));
+    const auto uvs = attribute(primitive.attributes, uv_name, 2, positions->size(), what);
     std::vector<MeshBuilder::Corner> vertices(positions->size());
     for (std::size_t i = 0; i < vertices.size(); ++i) {
-      vertices[i].position = linear * positions->vector<3>(i) + translation;
-      if (normals) vertices[i].normal = turn * normals->vector<3>(i);
-      if (uvs) vertices[i].uv = Vec2(uvs->value(i, 0), 1.0 - uvs->value(i, 1));
+      vertices[i].position = positions->vector<3>(i);
+      if (normals) vertices[i].normal = normals->vector<3>(i);
+      if (uvs) vertices[i].uv = uvs->vector<2>(i);
+    }
+    for (std::size_t k = 0; k < std::min(weights.size(), primitive.targets.size()); ++k) {
+      if (weights[k] != 0.0) add_morph_target(primitive.targets[k], weights[k], uv_name, what, vertices);
+    }
+    for (MeshBuilder::Corner& vertex : vertices) {
+      if (!vertex.uv) continue;
+      const Vec2 uv = choice.uv_from_file * *vertex.uv;
+      vertex.uv = Vec2(uv.x(), 1.0 - uv.y());
     }
     return vertices;
+  }
+
+  void add_morph_target(const Attributes& target, double weight, const std::string& uv_name, const std::string& what,
+                        std::vector<MeshBuilder::Corner>& vertices) const {
+    const std::string morphed = what + ": morph target";
+    const auto positions = attribute(target, "POSITION", 3, vertices.size(), morphed);
+    const auto normals = attribute(target, "NORMAL", 3, vertices.size(), morphed);
+    const auto uvs = attribute(target, uv_name, 2, vertices.size(), morphed);
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      MeshBuilder::Corner& vertex = vertices[i];
+      if (positions) vertex.position += weight * positions->vector<3>(i);
+      if (normals && vertex.normal) *vertex.normal += weight * normals->vector<3>(i);
+      if (uvs && vertex.uv) *vertex.uv += weight * uvs->vector<2>(i);
+    }
+  }
+
+  /// @param is_mirrored  Becomes whether triangles turn over.
+  [[nodiscard]] std::vector<MeshBuilder::Corner> placed(std::vector<MeshBuilder::Corner> vertices,
+                                                        const tinygltf::Primitive& primitive, const std::string& what,
+                                                        const Placement& placement, bool& is_mirrored) const {
+    const Joints joints = placement.scene_from_bind.empty() ? Joints{} : read_joints(primitive, what, vertices.size());
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const Matrix4 matrix = joints.empty() ? placement.scene_from_node : blended(joints, i, what, placement);
+      const Eigen::Matrix3d linear = matrix.topLeftCorner<3, 3>();
+      if (i == 0) is_mirrored = linear.determinant() < 0.0;
+      vertices[i].position = linear * vertices[i].position + matrix.topRightCorner<3, 1>();
+      if (vertices[i].normal) vertices[i].normal = normal_matrix(linear) * *vertices[i].normal;
+    }
+    return vertices;
+  }
+
+  using Joints = std::vector<std::pair<GltfAccessor, GltfAccessor>>;  ///< Numbers and weights, four at a time.
+
+  [[nodiscard]] Joints read_joints(const tinygltf::Primitive& primitive, const std::string& what,
+                                   std::size_t count) const {
+    Joints joints;
+    for (int set = 0;; ++set) {
+      const std::string number = std::to_string(set);
+      const auto numbers = attribute(primitive.attributes, "JOINTS_" + number, 4, count, what);
+      const auto weights = attribute(primitive.attributes, "WEIGHTS_" + number, 4, count, what);
+      if (!numbers || !weights) return joints;
+      joints.emplace_back(*numbers, *weights);
+    }
+  }
+
+  /// Joints' matrices of a vertex by their weights, which are made to sum to 1; without any, the first joint's.
+  [[nodiscard]] Matrix4 blended(const Joints& joints, std::size_t vertex, const std::string& what,
+                                const Placement& placement) const {
+    Matrix4 sum = Matrix4::Zero();
+    double total = 0.0;
+    for (const auto& [numbers, weights] : joints) {
+      for (int c = 0; c < 4; ++c) {
+        const double joint = numbers.value(vertex, c), weight = weights.value(vertex, c);
+        if (!(weight > 0.0)) continue;
+        if (!(joint >= 0.0 && joint < static_cast<double>(placement.scene_from_bind.size())))
+          throw IoError(file_, what + ": joint " + short_number_text(joint) + " is out of range; the skin has " +
+                                   std::to_string(placement.scene_from_bind.size()));
+        sum += weight * placement.scene_from_bind[static_cast<std::size_t>(joint)];
+        total += weight;
+      }
+    }
+    return total > 0.0 ? Matrix4(sum / total) : placement.scene_from_bind.front();
   }
 
   std::vector<std::size_t> read_indices(const tinygltf::Primitive& primitive, const std::string& what,
@@ -343,7 +398,7 @@ class GltfReader {
       for (std::size_t i = 0; i < num_vertices; ++i) indices.push_back(i);
       return indices;
     }
-    const Values values(file_, model_, primitive.indices, what + ": indices");
+    const GltfAccessor values(file_, model_, primitive.indices, what + ": indices");
     if (!values.is_index()) throw IoError(file_, what + ": indices are not unsigned integers");
     for (std::size_t i = 0; i < values.size(); ++i) {
       const auto index = static_cast<std::size_t>(values.value(i, 0));
@@ -357,14 +412,21 @@ class GltfReader {
   }
 
   std::string file_;
-  tinygltf::Model model_;
+  Json document_;
+  std::unique_ptr<tinygltf::Model> loaded_;
+  const tinygltf::Model& model_;
   MeshBuilder builder_;
+  std::vector<std::string>* notes_;
+  std::vector<Matrix4> scene_from_node_;
+  std::size_t num_vertices_ = 0;
   std::int64_t num_faces_ = 0;
   std::int64_t num_other_ = 0;
 };
 
 }  // namespace
 
-Mesh read_gltf(const std::filesystem::path& path) { return GltfReader(path).read(); }
+Mesh read_gltf(const std::filesystem::path& path, std::vector<std::string>* notes) {
+  return GltfReader(path, notes).read();
+}
 
 }  // namespace patinate

@@ -5,6 +5,9 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "patinate/core/json.h"
 
 namespace patinate {
 
@@ -14,5 +17,13 @@ inline constexpr std::uint64_t kLargestGltf = 0xffffffffu;  ///< Bytes: tinygltf
 /// deeply to be parsed.
 /// @param file  Named in errors. @throws IoError
 [[nodiscard]] std::string_view gltf_json(const std::string& file, std::string_view bytes);
+/// gltf_json() parsed. @throws IoError also for another version than 2, and for an extension that the file requires and
+/// read_gltf() does not know, by its name.
+[[nodiscard]] Json gltf_document(const std::string& file, std::string_view bytes);
+
+/// What becomes of an extension: its geometry is read, it concerns only what is not read (materials, textures, lights,
+/// descriptions), or neither.
+enum class GltfExtension { Read, NotOfSurface, Unknown };
+[[nodiscard]] GltfExtension gltf_extension(std::string_view name);
 
 }  // namespace patinate

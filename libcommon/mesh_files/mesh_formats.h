@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "patinate/geometry/mesh.h"
 
@@ -21,9 +22,12 @@ namespace patinate {
 /// behind the end of a file that is cut off.)
 [[nodiscard]] Mesh read_stl(const std::filesystem::path& path);
 
-/// glTF and GLB through tinygltf: the default scene's nodes with their transforms, all primitives of triangles, strips
-/// and fans. Skins, morph targets and images are not looked at; Draco and meshopt compression are refused.
-[[nodiscard]] Mesh read_gltf(const std::filesystem::path& path);
+/// glTF and GLB, version 2, through tinygltf: the default scene's nodes with their transforms and instances, all
+/// primitives of triangles, strips and fans, as they stand at rest: skins where their joints are, morph targets by
+/// their default weights. UVs are those of the material's base color, with its texture transform. Images and animations
+/// are not looked at. Extensions that a file requires are known or refused by name (gltf_json.h).
+/// @param notes  Takes lines about what the file has and is not read; may be null.
+[[nodiscard]] Mesh read_gltf(const std::filesystem::path& path, std::vector<std::string>* notes);
 
 /// The OBJ that mesh_io.h writes, with materials. @param material_library  An MTL file that says what they are; "" =
 /// none.

@@ -8,6 +8,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/regular_file.h"
+#include "libcommon/mesh_files/mesh_files.h"
 #include "libcommon/mesh_files/mesh_formats.h"
 #include "patinate/core/error.h"
 
@@ -55,11 +56,11 @@ void append_surface(std::string& text, const Mesh::Surface& surface, bool says_m
 
 }  // namespace
 
-Mesh read_mesh(const std::filesystem::path& path) {
+Mesh read_mesh(const std::filesystem::path& path, std::vector<std::string>* notes) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const bool is_gltf = extension == ".gltf" || extension == ".glb";
+  const bool is_gltf = is_gltf_file(path);
   if (extension != ".obj" && extension != ".ply" && extension != ".stl" && !is_gltf) {
     throw IoError(path.string(),
                   "no mesh format has the extension `" + extension + "`; use .obj, .ply, .stl, .gltf or .glb");
@@ -69,7 +70,7 @@ Mesh read_mesh(const std::filesystem::path& path) {
   if (std::filesystem::file_size(path, error) == 0 && !error) {
     throw IoError(path.string(), "the file is empty (0 bytes)");
   }
-  if (is_gltf) return read_gltf(path);
+  if (is_gltf) return read_gltf(path, notes);
   if (extension == ".stl") return read_stl(path);
   return extension == ".obj" ? read_obj(path) : read_ply(path);
 }

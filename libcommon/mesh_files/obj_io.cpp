@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
+#include "libcommon/core/text_lines.h"
 #include "libcommon/mesh_files/mesh_builder.h"
 #include "libcommon/mesh_files/mesh_formats.h"
 #include "libcommon/mesh_files/point_cloud_formats.h"
@@ -46,9 +48,10 @@ class ObjReader {
 
  private:
   void parse() {
+    (void)without_byte_order_mark(file_, text_);
     if (text_.find('\0') != std::string::npos) throw IoError(file_, "holds binary data; an OBJ file is text");
     join_continued_lines();
-    std::string_view rest = text_;
+    std::string_view rest = without_byte_order_mark(file_, text_);
     while (!rest.empty()) {
       ++line_;
       const std::size_t end = rest.find_first_of("\r\n");
@@ -125,12 +128,19 @@ class ObjReader {
     return v;
   }
 
-  /// Also 1., +1 and what begins like a number ("3.1+e2", written by some programs).
+  /// Also 1., +1 and 3.1+e2 (written by some programs, for 3.1e+2).
   double read_number(std::string_view word) const {
     const std::string_view digits = word.front() == '+' ? word.substr(1) : word;
     double value = 0.0;
     const auto result = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    if (result.ec != std::errc() || !std::isfinite(value)) fail("`" + std::string(word) + "` is not a finite number");
+    const std::string_view rest = digits.substr(static_cast<std::size_t>(result.ptr - digits.data()));
+    if (result.ec == std::errc() && (rest.starts_with("+e") || rest.starts_with("-e")) && rest.size() > 2 &&
+        is_digit(rest[2]))
+      return read_number(std::string(digits.substr(0, digits.size() - rest.size())) + "e" + rest.front() +
+                         std::string(rest.substr(2)));
+    if (result.ec != std::errc() || !rest.empty() || !std::isfinite(value))
+      fail("`" + std::string(word) + "` is not a finite number" +
+           (rest.starts_with(',') ? "; decimals begin with a point, not a comma" : ""));
     return value;
   }
 

@@ -31,6 +31,7 @@ class PlyReader {
         for (std::uint64_t row = 0; ply_.has_rows() && row < e.count; ++row) ply_.read_row();
       }
     }
+    ply_.finish();
     if (!has_faces) {
       ply_.fail("no faces, only " + std::to_string(vertices_.size()) + " points (a point cloud); a surface is needed");
     }

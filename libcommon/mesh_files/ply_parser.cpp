@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 
 #include "libcommon/core/files.h"
+#include "libcommon/core/text_lines.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
@@ -50,7 +52,8 @@ int PlyParser::Element::find(std::initializer_list<std::string_view> names) cons
   return -1;
 }
 
-PlyParser::PlyParser(const std::filesystem::path& path) : file_(path.string()), bytes_(read_file(path)), rest_(bytes_) {
+PlyParser::PlyParser(const std::filesystem::path& path)
+    : file_(path.string()), bytes_(read_file(path)), rest_(without_byte_order_mark(file_, bytes_)) {
   read_header();
 }
 
@@ -78,7 +81,8 @@ std::uint64_t PlyParser::min_row_bytes() const {
 
 void PlyParser::fail(const std::string& problem) const { throw IoError(file_, problem); }
 void PlyParser::fail_row(const std::string& problem) const {
-  fail("element `" + element_->name + "`, row " + std::to_string(row_) + ": " + problem);
+  fail((form_ == Form::Ascii ? "line " + std::to_string(line_of(rest_.data())) + ": " : "") + "element `" +
+       element_->name + "`, row " + std::to_string(row_) + ": " + problem);
 }
 void PlyParser::fail_truncated(std::uint64_t row) const {
   fail("truncated: ends in element `" + element_->name + "`, row " + std::to_string(row) + " of " +
@@ -188,10 +192,35 @@ double PlyParser::next_value(Number type) {
   return 0.0;
 }
 
-double PlyParser::next_ascii() {
+/// Counts from 1.
+std::size_t PlyParser::line_of(const char* at) const {
+  const std::string_view before(bytes_.data(), static_cast<std::size_t>(at - bytes_.data()));
+  std::size_t line = 1;
+  for (std::size_t i = before.find_first_of("\r\n"); i != std::string_view::npos;
+       i = before.find_first_of("\r\n", i + 1)) {
+    if (before[i] == '\n' || i + 1 >= bytes_.size() || bytes_[i + 1] != '\n') ++line;
+  }
+  return line;
+}
+
+void PlyParser::begin_ascii_row() {
   const std::size_t begin = rest_.find_first_not_of(" \t\r\n");
   if (begin == std::string_view::npos) fail_truncated(row_);
   rest_.remove_prefix(begin);
+}
+
+void PlyParser::end_ascii_row() const {
+  const std::string_view line = rest_.substr(0, rest_.find_first_of("\r\n"));
+  const std::vector<std::string_view> words = header_words(line);
+  if (!words.empty())
+    fail_row("has " + std::to_string(words.size()) + " more values than the header declares, from `" +
+             std::string(words.front()) + "` on; export it with a header that fits, for example without colors");
+}
+
+double PlyParser::next_ascii() {
+  rest_.remove_prefix(std::min(rest_.find_first_not_of(" \t"), rest_.size()));
+  if (rest_.empty()) fail_truncated(row_);
+  if (rest_.front() == '\r' || rest_.front() == '\n') fail_row("ends before all values that the header declares");
   const std::string_view word = rest_.substr(0, std::min(rest_.find_first_of(" \t\r\n"), rest_.size()));
   rest_.remove_prefix(word.size());
   const std::string_view digits = word.front() == '+' ? word.substr(1) : word;
@@ -207,6 +236,7 @@ void PlyParser::read_row() {
   ++row_;
   scalars_.resize(element_->properties.size());
   lists_.resize(element_->properties.size());
+  if (form_ == Form::Ascii) begin_ascii_row();
   for (std::size_t i = 0; i < element_->properties.size(); ++i) {
     const Property& p = element_->properties[i];
     if (!p.count_type) {
@@ -215,11 +245,20 @@ void PlyParser::read_row() {
     }
     const double count = next_value(*p.count_type);
     const std::size_t max_count = rest_.size() / (form_ == Form::Ascii ? 1 : size_of(p.type));
-    if (!(count >= 0.0)) fail_row("a list has a negative length");
+    if (!(count >= 0.0) || count != std::floor(count)) fail_row("the length of a list is negative or no whole number");
     if (count > static_cast<double>(max_count)) fail_truncated(row_);
     lists_[i].clear();
     for (double k = 0.0; k < count; ++k) lists_[i].push_back(next_value(p.type));
   }
+  if (form_ == Form::Ascii) end_ascii_row();
+}
+
+void PlyParser::finish() const {
+  const std::size_t more = rest_.find_first_not_of(std::string_view(" \t\r\n\0", 5));
+  if (more == std::string_view::npos) return;
+  if (form_ == Form::Ascii)
+    fail("line " + std::to_string(line_of(rest_.data() + more)) + ": holds more rows than its header declares");
+  fail("holds " + std::to_string(rest_.size()) + " bytes more than its header declares: its rows are not what it says");
 }
 
 }  // namespace patinate

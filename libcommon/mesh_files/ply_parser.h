@@ -46,12 +46,14 @@ class PlyParser {
   void begin(const Element& element);
   /// Whether rows of this element take room in the file: one without properties has any number of rows.
   [[nodiscard]] bool has_rows() const { return min_row_bytes() > 0; }
-  /// The next row: then scalar(i) and list(i) are its values, by property. @throws IoError
+  /// The next row, of ASCII exactly one line: then scalar(i) and list(i) are its values, by property. @throws IoError
   void read_row();
   [[nodiscard]] double scalar(int property) const { return scalars_[static_cast<std::size_t>(property)]; }
   [[nodiscard]] const std::vector<double>& list(int property) const {
     return lists_[static_cast<std::size_t>(property)];
   }
+  /// Call it behind the last row of the last element. @throws IoError if there is more in the file.
+  void finish() const;
   /// An error about the row that was read last. @throws IoError always
   [[noreturn]] void fail_row(const std::string& problem) const;
   [[noreturn]] void fail(const std::string& problem) const;
@@ -68,6 +70,9 @@ class PlyParser {
   void read_property(const std::vector<std::string_view>& words);
   double next_value(Number type);
   double next_ascii();
+  void begin_ascii_row();
+  void end_ascii_row() const;
+  [[nodiscard]] std::size_t line_of(const char* at) const;
 
   std::string file_;
   std::string bytes_;

@@ -108,6 +108,7 @@ PointCloud read_ply_cloud(const std::filesystem::path& path) {
       for (std::uint64_t row = 0; ply.has_rows() && row < e.count; ++row) ply.read_row();
     }
   }
+  ply.finish();
   PointCloud cloud = builder.finish(ply.file());
   if (cloud.grid) cloud.toward_scanner = Vec3(0, 0, 1);
   return cloud;

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "libcommon/core/files.h"
+#include "libcommon/core/text_lines.h"
 #include "libcommon/mesh_files/mesh_builder.h"
 #include "libcommon/mesh_files/mesh_formats.h"
 #include "patinate/core/error.h"
@@ -21,6 +22,12 @@ static_assert(std::endian::native == std::endian::little, "binary STL is little-
 constexpr std::size_t kHeaderBytes = 80;
 constexpr std::size_t kFacetBytes = 50;
 constexpr std::string_view kBlanks = " \t\r\n\f\v";
+
+/// Programs write keywords in either case. @param keyword  In lower case.
+bool is_keyword(std::string_view word, std::string_view keyword) {
+  return std::equal(word.begin(), word.end(), keyword.begin(), keyword.end(),
+                    [](char a, char b) { return (a >= 'A' && a <= 'Z' ? static_cast<char>(a - 'A' + 'a') : a) == b; });
+}
 
 /// The words of an ASCII file, with the line that each stands in.
 class Words {
@@ -37,7 +44,7 @@ class Words {
   }
   /// What is left of the line, without blanks around it.
   std::string_view rest_of_line() {
-    std::string_view line = rest_.substr(0, rest_.find('\n'));
+    std::string_view line = rest_.substr(0, rest_.find_first_of("\r\n"));
     rest_.remove_prefix(line.size());
     line.remove_prefix(std::min(line.find_first_not_of(kBlanks), line.size()));
     return line.substr(0, line.find_last_not_of(kBlanks) + 1);
@@ -64,10 +71,10 @@ class StlReader {
     // Many binary files begin with `solid` too: only the size tells.
     if (is_binary()) {
       read_binary();
-    } else if (text_.starts_with("solid") && text_.find('\0') == std::string::npos) {
-      read_ascii();
     } else {
-      fail_kind();
+      const std::string_view text = without_byte_order_mark(file_, text_);
+      if (!is_keyword(Words(text).next(), "solid") || text.find('\0') != std::string::npos) fail_kind();
+      read_ascii(text);
     }
     if (num_facets_ == 0) throw IoError(file_, "no facets");
     return builder_.finish();
@@ -113,7 +120,7 @@ class StlReader {
   }
   void expect(Words& words, std::string_view expected) const {
     const std::string_view found = words.next();
-    if (found == expected) return;
+    if (is_keyword(found, expected)) return;
     fail(words, found.empty() ? "the file ends where `" + std::string(expected) + "` should follow"
                               : "found `" + std::string(found) + "`; expected `" + std::string(expected) + "`");
   }
@@ -131,18 +138,18 @@ class StlReader {
     return v;
   }
 
-  void read_ascii() {
-    Words words(text_);
+  void read_ascii(std::string_view text) {
+    Words words(text);
     for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
-      if (word != "solid") fail(words, "found `" + std::string(word) + "`; expected `solid`");
+      if (!is_keyword(word, "solid")) fail(words, "found `" + std::string(word) + "`; expected `solid`");
       builder_.set_surface(std::string(words.rest_of_line()), "");
       read_solid(words);
     }
   }
   void read_solid(Words& words) {
-    for (std::string_view word = words.next(); word != "endsolid"; word = words.next()) {
+    for (std::string_view word = words.next(); !is_keyword(word, "endsolid"); word = words.next()) {
       if (word.empty()) fail(words, "the file ends before `endsolid`: it is cut off");
-      if (word != "facet") fail(words, "found `" + std::string(word) + "`; expected `facet` or `endsolid`");
+      if (!is_keyword(word, "facet")) fail(words, "found `" + std::string(word) + "`; expected `facet` or `endsolid`");
       read_facet(words);
     }
     (void)words.rest_of_line();

@@ -17,6 +17,7 @@
 #include "libcommon/output/glb_document.h"
 #include "libcommon/output/glb_plants.h"
 #include "libcommon/output/glb_tangents.h"
+#include "libcommon/output/model_origin.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/image/color.h"
@@ -33,9 +34,9 @@ struct VertexBuffers {
   std::vector<std::vector<std::uint32_t>> indices;
 };
 
-/// Of the triangles of one object. @param tangents  Null: vertices have none.
+/// Of the triangles of one object. @param origin  Of the positions. @param tangents  Null: vertices have none.
 VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, const GlbObjects& objects, std::size_t object,
-                           double scale, const CornerTangents* tangents) {
+                           const Vec3& origin, double scale, const CornerTangents* tangents) {
   VertexBuffers buffers;
   const bool has_tangents = tangents != nullptr;
   buffers.indices.resize(tiles.names.size());
@@ -51,7 +52,7 @@ VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, const GlbObj
       const auto [found, is_new] = index_of.try_emplace(corner, static_cast<std::uint32_t>(index_of.size()));
       indices.push_back(found->second);
       if (!is_new) continue;
-      const Vec3 p = scale * mesh.positions[static_cast<std::size_t>(corner[0])];
+      const Vec3 p = scale * (mesh.positions[static_cast<std::size_t>(corner[0])] - origin);
       const Vec2& uv = mesh.uvs[static_cast<std::size_t>(corner[1])];
       const Eigen::Vector3f n = mesh.normals[static_cast<std::size_t>(corner[2])].cast<float>().normalized();
       for (int i = 0; i < 3; ++i) buffers.positions.push_back(static_cast<float>(p[i]));
@@ -324,6 +325,7 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
                                         [](const GlbAppearance& look) { return !look.normals.empty(); });
   const CornerTangents tangents = has_tangents ? corner_tangents(shaded) : CornerTangents{};
   const std::vector<std::string> names = object_names(options);
+  const Vec3 origin = model_origin(mesh);
 
   Json gltf;
   gltf["asset"] = gltf_asset();
@@ -340,12 +342,13 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
   std::vector<std::string> shown;
   std::vector<std::size_t> numbers;
   for (std::size_t object = 0; object < names.size(); ++object) {
-    const VertexBuffers buffers = make_buffers(shaded, tiles, options.objects, object, options.meters_per_unit,
+    const VertexBuffers buffers = make_buffers(shaded, tiles, options.objects, object, origin, options.meters_per_unit,
                                                has_tangents ? &tangents : nullptr);
     if (buffers.positions.empty()) continue;  // glTF has no empty mesh.
     const std::size_t node = shown.size();
     gltf["scenes"][0]["nodes"].push_back(node);
     gltf["nodes"].push_back({{"name", names[object]}, {"mesh", node}});
+    move_gltf_node(gltf["nodes"].back(), options.meters_per_unit * origin);
     shown.push_back(names[object]);
     numbers.push_back(object);
     accessors.push_back(add_accessors(gltf, binary, buffers));
@@ -358,7 +361,7 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
          {"primitives", make_primitives(accessors[i], appearance.size(), numbers[i] * tiles.names.size(),
                                         names.size() * tiles.names.size())}});
   }
-  add_glb_plants(gltf, binary, options, static_cast<int>(appearance.size()));
+  add_glb_plants(gltf, binary, options, origin, static_cast<int>(appearance.size()));
   write_file(path, gltf, binary);
   control.report(1.0);
 }

@@ -52,6 +52,10 @@ int add_gltf_positions(Json& gltf, int view, const std::vector<float>& positions
   return index;
 }
 
+void move_gltf_node(Json& node, const Vec3& translation) {
+  if (!translation.isZero(0.0)) node["translation"] = {translation.x(), translation.y(), translation.z()};
+}
+
 std::string glb_head(Json& gltf, const std::vector<GlbBinary::View>& views, std::uint64_t binary_size,
                      const std::string& subject) {
   if (!gltf.contains("asset")) gltf["asset"] = gltf_asset();

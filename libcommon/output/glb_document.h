@@ -9,6 +9,7 @@
 
 #include "libcommon/output/glb_binary.h"
 #include "patinate/core/json.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate {
 
@@ -44,6 +45,8 @@ class GlbBytes {
 int add_gltf_accessor(Json& gltf, int view, int type, std::size_t count, const char* shape);
 /// x, y, z of every vertex, with their bounds. @param positions  Not empty.
 int add_gltf_positions(Json& gltf, int view, const std::vector<float>& positions);
+/// Says where a node's origin lies, in meters; nothing where it lies in the scene's.
+void move_gltf_node(Json& node, const Vec3& translation);
 /// All that stands before the binary part, which is padded to a multiple of 4. Adds the views, the buffer, and the
 /// asset where it is missing.
 /// @param subject  Of the error. @throws InvalidInput if a name is not UTF-8, or the file would exceed 4 GB.

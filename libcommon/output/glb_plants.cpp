@@ -72,10 +72,11 @@ Json add_shape(Json& gltf, GlbBinary& binary) {
 }
 
 /// Where plants stand, as the attributes of instances.
-Json add_instances(Json& gltf, GlbBinary& binary, const std::vector<const GlbPlant*>& plants, double meters_per_unit) {
+Json add_instances(Json& gltf, GlbBinary& binary, const std::vector<const GlbPlant*>& plants, const Vec3& origin,
+                   double meters_per_unit) {
   std::vector<float> places, turns, sizes;
   for (const GlbPlant* plant : plants) {
-    append(places, meters_per_unit / kNodeScale * plant->root);
+    append(places, meters_per_unit / kNodeScale * (plant->root - origin));
     const Eigen::Quaterniond turn(plant_frame(plant->up, plant->turn));
     for (const double q : {turn.x(), turn.y(), turn.z(), turn.w()}) turns.push_back(static_cast<float>(q));
     append(sizes, Vec3::Constant(meters_per_unit / kNodeScale * plant->size));
@@ -100,7 +101,7 @@ Json leaf_material(const std::string& name, const Vec3& color, double alpha) {
 
 }  // namespace
 
-void add_glb_plants(Json& gltf, GlbBinary& binary, const GlbOptions& options, int num_variants) {
+void add_glb_plants(Json& gltf, GlbBinary& binary, const GlbOptions& options, const Vec3& origin, int num_variants) {
   const std::vector<GlbPlant>& plants = options.plants;
   if (plants.empty()) return;
   const std::vector<std::size_t> number = color_numbers(plants);
@@ -139,7 +140,8 @@ void add_glb_plants(Json& gltf, GlbBinary& binary, const GlbOptions& options, in
     gltf["nodes"].push_back(
         {{"name", name}, {"mesh", gltf["meshes"].size()}, {"scale", {kNodeScale, kNodeScale, kNodeScale}}});
     gltf["nodes"].back()["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] =
-        add_instances(gltf, binary, members, options.meters_per_unit);
+        add_instances(gltf, binary, members, origin, options.meters_per_unit);
+    move_gltf_node(gltf["nodes"].back(), options.meters_per_unit * origin);
     gltf["meshes"].push_back({{"name", name}, {"primitives", Json::array({primitive})}});
   }
 }

@@ -10,7 +10,8 @@ namespace patinate {
 
 /// Nodes, meshes and materials for GlbOptions::plants, after all others: one of each for plants of like color that show
 /// in the same variants. In variants where they do not show, their material is cut away whole.
-/// @param gltf  With extensionsUsed, scene 0, nodes, meshes and materials.
-void add_glb_plants(Json& gltf, GlbBinary& binary, const GlbOptions& options, int num_variants);
+/// @param gltf    With extensionsUsed, scene 0, nodes, meshes and materials.
+/// @param origin  Of coordinates in single precision, in the mesh's unit (model_origin()).
+void add_glb_plants(Json& gltf, GlbBinary& binary, const GlbOptions& options, const Vec3& origin, int num_variants);
 
 }  // namespace patinate

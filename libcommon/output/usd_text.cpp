@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "libcommon/core/text.h"
+#include "libcommon/output/model_origin.h"
 
 namespace patinate {
 
@@ -124,12 +125,13 @@ std::string indices(const std::vector<int>& values) {
   return list(values.size(), [&](std::size_t i) { return std::to_string(values[i]); });
 }
 
+/// @param origin  Of the points.
 std::string mesh_text(const Mesh& mesh, const GlbTiles& tiles, const Part& part, const std::string& name,
-                      const std::vector<std::string>& materials) {
+                      const std::vector<std::string>& materials, const Vec3& origin) {
   const Compact points = compact(mesh.triangles, part, mesh.positions.size());
   const Compact uvs = compact(mesh.uv_triangles, part, mesh.uvs.size());
-  const auto position = [&](std::size_t i) -> const Vec3& {
-    return mesh.positions[static_cast<std::size_t>(points.entries[i])];
+  const auto position = [&](std::size_t i) -> Vec3 {
+    return mesh.positions[static_cast<std::size_t>(points.entries[i])] - origin;
   };
   Box box;
   for (std::size_t i = 0; i < points.entries.size(); ++i) {
@@ -252,6 +254,10 @@ std::string usd_text(const Mesh& mesh, const GlbTiles& tiles, const TextureFiles
                     "\n    startTimeCode = " + number_text(times.front()) +
                     "\n    timeCodesPerSecond = " + number_text(span > 0.0 ? span / options.duration_s : 24.0) +
                     "\n    upAxis = \"Y\"\n)\n\ndef Xform \"" + root + "\" (\n    kind = \"component\"\n)\n{\n";
+  const Vec3 origin = model_origin(mesh);
+  if (!origin.isZero(0.0))
+    out += "    double3 xformOp:translate = (" + number_text(origin.x()) + ", " + number_text(origin.y()) + ", " +
+           number_text(origin.z()) + ")\n    uniform token[] xformOpOrder = [\"xformOp:translate\"]\n\n";
   std::set<std::string> material_names;
   std::vector<std::string> names, bindings;
   for (const std::string& tile : tiles.names) {
@@ -259,7 +265,7 @@ std::string usd_text(const Mesh& mesh, const GlbTiles& tiles, const TextureFiles
     bindings.push_back("</" + root + "/Materials/" + names.back() + ">");
   }
   for (const auto& [part, name] : named_parts(mesh, options))
-    out += mesh_text(mesh, tiles, part, name, bindings) + "\n";
+    out += mesh_text(mesh, tiles, part, name, bindings, origin) + "\n";
   out += "    def Scope \"Materials\"\n    {\n";
   for (std::size_t tile = 0; tile < names.size(); ++tile) {
     out += material_text(names[tile], "/" + root + "/Materials/" + names[tile], files, tile, times, options);

@@ -156,12 +156,14 @@ void place_objects(SceneMesh& scene_mesh, const Scene& scene) {
         normal + own.normals.size() > scene_mesh.mesh.normals.size()) {
       throw InvalidInput("the scene has other objects than when its atlas was made");
     }
-    for (const Vec3& p : own.positions)
-      scene_mesh.mesh.positions[position++] = rotation * (p * object.scale) + object.translate_mm;
+    for (const Vec3& p : own.positions) {
+      const Vec3 placed = rotation * (p * object.scale) + object.translate_mm;
+      if (!(placed.cwiseAbs().maxCoeff() <= kFarthest))
+        throw InvalidInput("object '" + object.name +
+                           "' lies more than 1000 km from the origin; let its `translate` bring it nearer");
+      scene_mesh.mesh.positions[position++] = placed;
+    }
     for (const Vec3& n : own.normals) scene_mesh.mesh.normals[normal++] = rotation * n;
-  }
-  for (const Vec3& p : scene_mesh.mesh.positions) {
-    if (!(p.cwiseAbs().maxCoeff() <= kFarthest)) throw InvalidInput("an object lies more than 1000 km from the origin");
   }
   if (position != scene_mesh.mesh.positions.size())
     throw InvalidInput("the scene has other objects than when its atlas was made");

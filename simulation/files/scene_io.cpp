@@ -9,6 +9,7 @@
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_repair.h"
 #include "libcommon/history/history_times.h"
+#include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/atlas/atlas_mesh.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
@@ -147,14 +148,15 @@ class ObjectReader {
   [[nodiscard]] LaidOutMesh laid_out_mesh(const fs::path& path, const std::string& name, const std::string& node,
                                           const std::string& material, double crease_deg, const RunControl& control) {
     try {
-      Mesh mesh = read_mesh(path);
+      std::vector<std::string> notes;
+      Mesh mesh = read_mesh(path, &notes);
+      for (const std::string& note : notes) file_.notes.push_back(path.string() + ": " + note);
       if (!node.empty() || !material.empty()) mesh = select_surfaces(mesh, node, material);
       RepairedMesh repaired = repair_mesh(std::move(mesh));
       if (const std::string text = repaired.repairs.text(); !text.empty())
         file_.notes.push_back(path.string() + ": " + text);
       mesh = with_crease_normals(std::move(repaired.mesh), crease_deg);
-      const bool is_gltf = path.extension() == ".gltf" || path.extension() == ".glb";  // in m, by its standard
-      scale_mesh(mesh, is_gltf ? 1000.0 : context_.mm_per_unit);
+      scale_mesh(mesh, is_gltf_file(path) ? 1000.0 : context_.mm_per_unit);
       const AtlasMesh atlas = make_atlas_mesh(std::move(mesh), method_, file_.scene.resolution, control);
       for (const std::string& note : atlas.notes) file_.notes.push_back("object '" + name + "': " + note);
       return {.mesh = sheet_mesh(atlas, make_sheet(atlas.tile_names(), file_.scene.resolution)),

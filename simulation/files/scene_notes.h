@@ -9,8 +9,8 @@
 
 namespace patinate::simulation {
 
-/// A sentence each: floating drops that leave the surface, events that come after the run's end, cargo that is never
-/// exchanged. @param mm_per_unit  Of the scene as it was written.
+/// A sentence each: floating drops that leave the surface, events that come after the run's end, emitters whose speed
+/// does not suit the objects' size, cargo that is never exchanged. @param mm_per_unit  Of the scene as it was written.
 [[nodiscard]] std::vector<std::string> scene_notes(const SceneFile& file, double mm_per_unit);
 
 }  // namespace patinate::simulation

@@ -94,7 +94,8 @@ void check_objects(const Scene& scene) {
     check_range("the scale" + of, object.scale, 1e-9, 1e9);
     if (object.texels_per_mm) check_range("the texels a mm" + of, *object.texels_per_mm, 1e-9, 1e9);
     check_range("the crease" + of, object.crease_deg, 0.0, 180.0);
-    for (const double x : object.translate_mm) check_range("the place (mm)" + of, x, -kFarthest, kFarthest);
+    // From the coordinates of a map or of the earth to the origin.
+    for (const double x : object.translate_mm) check_range("the place (mm)" + of, x, -100 * kFarthest, 100 * kFarthest);
     for (const double x : object.rotate_deg) check_range("the rotation" + of, x, -1e6, 1e6);
     check_range("the specular value" + of, object.preset.specular, 0.0, 1.0);
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {

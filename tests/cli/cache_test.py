@@ -12,6 +12,8 @@ import sys
 import tempfile
 import unittest
 
+from command_case import nightly
+
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
 SHARED = pathlib.Path(tempfile.mkdtemp(prefix="patinate_cache_"))
@@ -107,6 +109,7 @@ class Cache(unittest.TestCase):
         self.assertEqual(run("ingest", "../capture", "--spatial-sigma", "5", "--force", "-o", "history", cwd=self.folder).returncode, 0)
         self.assertFalse(self.kept.exists(), "another history")
 
+    @nightly
     def test_an_audit_takes_it_too(self):
         self.transfer()
         kept = tree_of(self.kept)

@@ -12,6 +12,8 @@ import tempfile
 import unittest
 import zlib
 
+from command_case import nightly
+
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="patinate_evaluate_"))
@@ -113,6 +115,7 @@ class Evaluate(unittest.TestCase):
         self.assertEqual(found[0]["hash"], found[1]["hash"])
         self.assertEqual([f.get("undefined") for m in found for f in m["figures"] if f["name"] == "audit_ratio"], [None, "no control was given"])
 
+    @nightly
     def test_audits_can_be_left_out_and_follow_the_seed(self):
         def audit(*options):
             result = patinate("evaluate", "aged", "--samples", 500, *options, "-o", "audit", "--force", "--json")

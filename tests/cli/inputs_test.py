@@ -9,6 +9,8 @@ import sys
 import tempfile
 import unittest
 
+from command_case import nightly
+
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
 DATA = os.environ.get("PATINATE_DATA")
@@ -199,6 +201,7 @@ class Init(unittest.TestCase):
         self.assertNotIn("interval", project["frames"])
 
     @unittest.skipUnless(DATA, "PATINATE_DATA is not set")
+    @nightly
     def test_a_movie_among_pictures_is_the_time_lapse(self):
         copper = pathlib.Path(DATA) / "timelapse/copper_patinating"
         self.assertIn("copper_patinating.webp with 100 images of", self.refused("init", copper, "-o", "copper.json"))

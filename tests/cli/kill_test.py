@@ -54,7 +54,7 @@ COMMANDS = {
     "factorize": ["factorize", SHARED / "history", "--num-intervals", "16", "--num-training", "48", "-o", "out"],
     "compare": ["compare", SHARED / "history", SHARED / "history", "--num-resamples", "10", "-o", "out"],
     "evaluate": ["evaluate", SHARED / "aged", "-o", "out"],
-    "simulate": ["simulate", SHARED / "ledge/scene.json", "--iterations", "60", "--history-every", "10", "-o", "out"],
+    "simulate": ["simulate", SHARED / "ledge/scene.json", "--resolution", "128", "--iterations", "60", "--history-every", "10", "-o", "out"],
     "control": ["control", SHARED / "urn/mesh.obj", "--kind", "accessibility", "--resolution", "128", "-o", "out.exr"],
 }
 

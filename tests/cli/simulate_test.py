@@ -12,6 +12,7 @@ import tempfile
 import unittest
 import zlib
 
+from command_case import nightly
 from studio_client import kill_when_there_is
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
@@ -236,6 +237,7 @@ class Simulate(unittest.TestCase):
         for arguments in (["--estimate", "-o", "x"], []):
             self.assertEqual(self.run_in(["simulate", "ledge/small.json", *arguments]).returncode, 2)
 
+    @nightly
     def test_the_chest_of_the_examples_ages_and_its_patina_runs_onto_the_wood(self):
         scene = pathlib.Path(__file__).resolve().parents[2] / "docs/examples/scenes/chest/chest.json"
         told = json.loads(self.run_in(["simulate", str(scene), "--estimate", "--json"], check=True).stdout)
@@ -243,6 +245,7 @@ class Simulate(unittest.TestCase):
         for planks in ("planks", "other_planks"):
             self.assertGreater(told["objects"][planks]["materials"]["verdigris"]["shows_share"], 0)
 
+    @nightly
     def test_the_gate_of_the_examples_flakes_and_its_iron_bleeds_onto_the_wood(self):
         scene = pathlib.Path(__file__).resolve().parents[2] / "docs/examples/scenes/gate/gate.json"
         told = json.loads(self.run_in(["simulate", str(scene), "--estimate", "--json"], check=True).stdout)

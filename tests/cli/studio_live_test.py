@@ -8,6 +8,7 @@ import sys
 import time
 import unittest
 
+from command_case import nightly
 from studio_client import Client, Server, WebSocket
 from studio_live_case import LiveCase
 from studio_pictures import png_pixels, xxh64
@@ -58,6 +59,7 @@ class Live(LiveCase):
         self.assertEqual(xxh64(bytes(picture)), said["surface"])
         self.assertEqual(xxh64(bytes(client.planes["relief"])), said["relief"])
 
+    @nightly
     def test_a_device_shows_the_same_picture(self):
         devices = json.loads(self.run_in("devices", "--json").stdout)["devices"]
         if not devices:

@@ -82,6 +82,17 @@ class Transfer(unittest.TestCase):
             seen.add((self.folder / "aged/coordinates.exr").read_bytes())
         self.assertEqual(len(seen), 4)
 
+    def test_texels_that_skip_pixels_are_said(self):
+        """Three quarters of a plate take a quarter of the texels: 64 of them along 100 mm are 1.386 mm large there, and 0.462 beside it."""
+        (self.folder / "uneven.obj").write_text(
+            "v 0 0 0\nv 75 0 0\nv 100 0 0\nv 0 100 0\nv 75 100 0\nv 100 100 0\nvt 0 0\nvt 0.25 0\nvt 1 0\nvt 0 1\nvt 0.25 1\nvt 1 1\n"
+            "f 1/1 2/2 5/5 4/4\nf 2/2 3/3 6/6 5/5\n")
+        uneven = ["--unit", "mm", "--control", "height", "--resolution", "125"]
+        for texel_size, expected in ((1, True), (1.2, False)):
+            result = run("transfer", SHARED / "history", "uneven.obj", *uneven, "--texel-size", str(texel_size), "-o", f"aged{texel_size}", cwd=self.folder)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            self.assertEqual("75 % of the surface has texels more than 1.3 pixels of the history large" in result.stderr, expected, result.stderr)
+
     def test_pieces_that_cannot_turn_are_said_to_follow(self):
         result = self.transfer("--control", "facing", "--flow", "uv", "--turning", "free")
         self.assertEqual(result.returncode, 0, result.stderr)

@@ -8,24 +8,22 @@ using namespace patinate;
 
 /// A file name in each line; each is a date of EXIF too.
 PATINATE_FUZZ_TARGET(frame_times) {
-  std::vector<std::filesystem::path> names;
-  std::vector<std::string> dates;
+  std::vector<capture::DatedPhoto> photos;
+  std::vector<double> times;
   std::string line;
   for (char c : fuzz::text_of(bytes)) {
     if (c != '\n') {
       line += c;
       continue;
     }
-    names.emplace_back(line);
-    dates.push_back(line);
+    photos.push_back({.file = line, .date_time = line, .digitized = line});
+    times.push_back(static_cast<double>(times.size()));
+    if (const auto stamp = capture::time_in_exif(line)) (void)capture::stamp_text(*stamp);
     line.clear();
   }
-  for (const std::string& date : dates) {
-    (void)capture::time_in_name(date);
-    (void)capture::time_in_exif(date);
-  }
-  if (names.empty()) return;
-  const capture::FrameTimes times = capture::find_frame_times(names, dates, TimeUnit::Hours);
-  fuzz::require(times.times.size() == names.size(), "every photograph has a time");
-  for (double t : times.times) fuzz::require(t >= 0.0, "times begin with the earliest");
+  if (photos.empty()) return;
+  (void)capture::check_stated_times(photos, times, TimeUnit::Hours);
+  const capture::FrameTimes found = capture::find_frame_times(photos, TimeUnit::Hours);
+  fuzz::require(found.times.size() == photos.size(), "every photograph has a time");
+  for (double t : found.times) fuzz::require(t >= 0.0, "times begin with the earliest");
 }

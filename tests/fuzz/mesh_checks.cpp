@@ -1,7 +1,11 @@
 #include "tests/fuzz/mesh_checks.h"
 
 #include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
 
+#include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/mesh_files/mesh_io.h"
 
 namespace patinate::fuzz {
@@ -38,8 +42,12 @@ void check(const Mesh& mesh) {
 }  // namespace
 
 void read_and_check_mesh(const std::string& name, Bytes bytes) {
-  const Mesh mesh = read_mesh(fuzz_file(name, bytes));
+  const std::filesystem::path file = fuzz_file(name, bytes);
+  std::vector<std::string> notes;
+  const Mesh mesh = read_mesh(file, &notes);
   check(mesh);
+  (void)mesh_file_extensions(file);
+  (void)mesh_buffer_files(file);
   const std::filesystem::path copy = fuzz_folder() / "copy.obj";
   write_obj(copy, mesh);
   const Mesh again = read_mesh(copy);

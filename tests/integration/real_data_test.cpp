@@ -170,6 +170,7 @@ TEST(RealData, CopperAgesTheBustByAccessibility) {
 }
 
 TEST(RealData, ABananaWithUnevenDatesRipensAFish) {
+  PATINATE_NIGHTLY_ONLY();  // 75 s of processor time.
   PATINATE_REQUIRE_DATA(photos, "timelapse/banana_14_B");
   PATINATE_REQUIRE_DATA(mesh_file, "meshes/blub/blub_triangulated.obj");
   TempFolder folder;

@@ -8,6 +8,7 @@
 
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
+#include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/image/color.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "patinate/simulation/scene_io.h"
@@ -132,8 +133,7 @@ HttpResponse answer_mesh(const Asked& asked) {
   if (const std::shared_ptr<LiveScene> scene = asked.live.find(path); scene && scene->problem().empty()) {
     glb = scene->mesh_glb();
   } else if (kind == PlaceKind::Mesh) {
-    const bool is_gltf = path.extension() == ".gltf" || path.extension() == ".glb";  // in m, by its standard
-    glb = mesh_glb(with_normals(read_mesh(path)), path.stem().string(), is_gltf ? 1.0 : 0.001);
+    glb = mesh_glb(with_normals(read_mesh(path)), path.stem().string(), is_gltf_file(path) ? 1.0 : 0.001);
   } else if (kind == PlaceKind::Scene) {
     glb = scene_glb(simulation::read_scene(path, asked.control).scene);
   } else if (kind == PlaceKind::Registration) {

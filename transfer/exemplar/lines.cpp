@@ -21,6 +21,7 @@ constexpr double kLeastElongation = 30.0;           // Length over width: of a n
 constexpr double kLeastElongated = 0.6;             // Share of what is found that must be lines.
 constexpr double kLeastShare = 0.005;               // Of the surface.
 constexpr double kMostShare = 0.25, kRare = 0.125;  // More than an eighth must stand out clearly.
+constexpr double kDensest = 0.35;                   // Crackle glazes cover 24 to 35 %; what covers more is grain.
 constexpr int kMaxBins = 400;                       // Of a quarter L*.
 constexpr int kSegment = 17, kNumDirections = 12;   // Pixels at the smallest reach; a line is straight as far.
 constexpr double kAlong = 2.0;                      // Half of a square around may be lines.
@@ -144,9 +145,10 @@ struct FoundLines {
   double elongated = 0.0;  ///< Share of what passed the thresholds.
   double mass = 0.0;       ///< Sum of what the square fills on lines.
   double found = 0.0;      ///< As much of them passed the thresholds, lines or not.
-  [[nodiscard]] bool are_structure() const {
+  [[nodiscard]] bool are_long() const { return elongated >= kLeastElongated && share >= kLeastShare; }
+  [[nodiscard]] bool are_few() const {
     const bool stands_out = thresholds.low < 0.5 * thresholds.high;
-    return elongated >= kLeastElongated && share >= kLeastShare && found <= (stands_out ? kMostShare : kRare);
+    return found <= (stands_out ? kMostShare : kRare);
   }
 };
 
@@ -215,17 +217,23 @@ FoundLines find_lines_of(const cv::Mat& lightness, const ImageU8& mask, int reac
 Lines find_lines(const ImageF& lightness, const ImageU8& mask, const RunControl& control) {
   const cv::Mat image = matrix_of(lightness);
   std::vector<FoundLines> found;
-  double most = 0.0;
+  double most = 0.0, refused = 0.0;
   for (bool dark : {true, false}) {
     for (int reach : kReaches_px) {
       control.throw_if_stopped();
       if (4 * reach >= std::min(image.rows, image.cols)) continue;
       found.push_back(find_lines_of(image, mask, reach, dark, control));
-      if (!found.back().are_structure()) found.back().mass = 0.0;
+      const FoundLines& last = found.back();
+      if (last.are_long() && !last.are_few() && last.share <= kDensest) refused = std::max(refused, last.share);
+      if (!last.are_long() || !last.are_few()) found.back().mass = 0.0;
       most = std::max(most, found.back().mass);
     }
   }
-  if (most == 0.0) return {};
+  if (most == 0.0) {
+    Lines none;
+    none.refused_share = refused;
+    return none;
+  }
   const auto best =
       std::find_if(found.begin(), found.end(), [&](const FoundLines& f) { return f.mass >= kEnough * most; });
   return {.fill = float_image_of(best->fill),

@@ -47,6 +47,7 @@ double largest_distance(const cv::Mat& distance, const ImageU8& mask) {
 
 SourceStructure structure_of(const Lines& lines, const ImageU8& mask, const RunControl& control) {
   SourceStructure result;
+  result.refused_line_share = lines.refused_share;
   if (lines.empty()) return result;
   result.kind = lines.is_dark ? StructureKind::DarkLines : StructureKind::BrightLines;
   result.share = lines.share;
@@ -162,7 +163,10 @@ SourceStructure find_structure(const History& history, const ImageU8& mask, cons
   if (!options.structure_map.empty())
     return structure_of_map(history.read_control(options.structure_map), lightness, mask, control);
   SourceStructure lines = line_structure(lightness, mask, control);
-  return lines.empty() ? structure_of(find_regions(frame, mask, control), mask) : lines;
+  if (!lines.empty()) return lines;
+  SourceStructure regions = structure_of(find_regions(frame, mask, control), mask);
+  regions.refused_line_share = lines.refused_line_share;
+  return regions;
 }
 
 std::optional<StructureFacts> facts_of(const SourceStructure& structure) {

@@ -382,6 +382,7 @@ void write_transfer_manifest(const fs::path& folder, const fs::path& final_folde
   json["energy"] = energy_json(result.energy);
   json["explained_variance"] = result.explained_variance;
   if (result.structure) json["structure"] = structure_json(*result.structure);
+  if (result.refused_line_share > 0.0) json["refused_line_share"] = result.refused_line_share;
   json["key"] = key;
   save_json(folder / "transfer.json", json);
 }
@@ -418,6 +419,8 @@ TransferManifest read_transfer_manifest(const fs::path& path) {
   for (JsonReader& c : controls.elements(64)) manifest.controls.push_back(read_control(c));
   manifest.energy = read_energy(reader.member("energy"));
   if (reader.has("structure")) manifest.structure = read_structure(reader.member("structure"));
+  if (reader.has("refused_line_share"))
+    manifest.refused_line_share = reader.member("refused_line_share").number(between(0, 1));
   manifest.measured_with = read_measure(reader.member("options"));
   manifest.key = reader.member("key").string();
   for (const char* known : {"covered_texels", "seed", "explained_variance"}) (void)reader.member(known);

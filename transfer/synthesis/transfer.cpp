@@ -163,6 +163,7 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   check_large_enough(history, mask, options.neighborhood_radius_px);
   result.used = options;
   result.structure = facts_of(structure);
+  result.refused_line_share = structure.refused_line_share;
   std::vector<double> weights;
   for (const TransferControl& c : input.controls) weights.push_back(c.weight);
   const int halvings = source_halvings(map->median_texel_size_mm(), input.texel_size_mm, smallest_side(history));

@@ -20,6 +20,7 @@ namespace patinate::transfer {
 struct TiledTransfer::Prepared {
   TransferOptions options;
   std::optional<StructureFacts> structure;
+  double refused_line_share = 0.0;
   std::vector<double> weights;
   Neighborhood neighborhood;
   std::shared_ptr<TexelMap> map;  ///< With its figures; nothing was looked at.

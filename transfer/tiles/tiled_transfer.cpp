@@ -96,6 +96,7 @@ const TiledTransfer::Prepared& TiledTransfer::prepare(const Folder& folder, cons
     throw InvalidInput("the mesh's UVs cover no texel of the atlas; use a larger --resolution");
   const ImageU8 mask = usable_mask(history, input.source_mask);
   p->structure = facts_of(structure_);
+  p->refused_line_share = structure_.refused_line_share;
   p->options =
       with_defaults(task_.transfer.options, !structure_.empty(), !task_.transfer.history->facts().parts.empty());
   p->options.turning = PieceTurning::Never;  // As in every atlas of several tiles.
@@ -331,6 +332,7 @@ void TiledTransfer::join(const Folder& folder, const Folder& final_folder, const
   result.explained_variance = p.appearance.explained_variance;
   result.used = p.options;
   result.structure = p.structure;
+  result.refused_line_share = p.refused_line_share;
   TransferTask task = task_.transfer;
   task.input.map = p.map;
   write_surface_files(folder, task);

@@ -76,7 +76,7 @@ TEST(FrameSources, WithoutIntervalTheRateOfAMovieGivesTheTimes) {
   const TempFolder folder;
   write_movie(folder / "clip.avi");
   const CaptureProject project = project_of(folder, R"({"pattern": "clip.avi", "every": 5})");
-  EXPECT_EQ(project.time_source, "frame rate");
+  EXPECT_EQ(project.time_source, "when the movie shows its images");
   EXPECT_EQ(times_of(project), (std::vector<double>{0.0, 0.5, 1.0}));
 }
 

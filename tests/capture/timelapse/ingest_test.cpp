@@ -238,7 +238,7 @@ TEST(CaptureProject, FramesNeedRisingTimes) {
        "capture.json: /frames/interval: found 1e-09; expected an interval"},
       {R"({"pattern": "frames/*.png", "interval": 1e308})", "/frames/interval: found 1e+308; expected an interval"},
       {R"({"pattern": "frames/*.png", "intervall": 1})", "/frames/intervall: unknown key; did you mean `interval`?"},
-      {R"({"pattern": "frames/*.png"})", "tried dates in file names (0.png has no date in the name) and EXIF"},
+      {R"({"pattern": "frames/*.png"})", "and dates in file names (0.png has no date in the name)"},
       {R"([{"time": 0, "photo": "frames/9.png"}])", "9.png: does not exist"},
   };
   for (const auto& c : kCases) {

@@ -36,6 +36,20 @@ TEST(Files, AreListedInNaturalOrder) {
   EXPECT_EQ(names, (std::vector<std::string>{"09.png", "9.png", "10.png", "a2.png", "a10.png"}));
 }
 
+TEST(Files, FractionsInNamesCompareAsNumbers) {
+  const std::vector<std::vector<std::string>> kOrders{{"t=0.25h.png", "t=0.5h.png", "t=0.75h.png", "t=1.0h.png"},
+                                                      {"0,5.png", "0,75.png", "10.png"},
+                                                      {"v1.9.png", "v1.10.png", "v1.11.png"},
+                                                      {"1.2.9.png", "1.2.10.png"}};
+  for (const auto& order : kOrders) {
+    TempFolder folder;
+    for (const std::string& name : order) std::ofstream(folder / name) << "x";
+    std::vector<std::string> names;
+    for (const auto& p : list_files(folder.path(), "*.png")) names.push_back(p.filename());
+    EXPECT_EQ(names, order);
+  }
+}
+
 /// Works in a folder until the end of a test.
 class WorkingFolder {
  public:

@@ -72,9 +72,10 @@ TEST(Module, AFunctionIsFoundAgain) {
 TEST(Module, ItsErrorsAreCaughtByTheirTypes) {
   const TempFolder folder;
   write_atomically(folder / "no.tif", "no TIFF");
-  const std::string unread = problem_of<IoError>([&] { (void)media_module().open_image(folder / "no.tif"); });
+  const std::string unread =
+      problem_of<IoError>([&] { (void)media_module().open_image(folder / "no.tif", folder / "no.tif", false); });
   EXPECT_TRUE(unread.starts_with((folder / "no.tif").string() + ": is no readable image")) << unread;
-  EXPECT_THROW((void)media_module().open_image(folder / "no.tif"), Error);  // Its base.
+  EXPECT_THROW((void)media_module().open_image(folder / "no.tif", folder / "no.tif", false), Error);  // Its base.
 
   MemorySink sink;
   const EncodedFormat unknown{.name = "a.unknown", .width = 1, .height = 1, .channels = {"Y"}};

@@ -155,8 +155,9 @@ bool hold_equal_values(const CodedImage& a, const CodedImage& b) {
 /// @returns whether libpng or OpenEXR read it.
 bool expect_equal_reading(const std::filesystem::path& path) {
   const Read ours = read_by([&] { return open_ours(path); });
-  if (ours.error == "not ours") return false;
-  const Read truth = read_by([&] { return media_module().open_image(path); });
+  // OpenImageIO gives the data window.
+  if (ours.error == "not ours" || !ours.info.facts.window.empty()) return false;
+  const Read truth = read_by([&] { return media_module().open_image(path, path, false); });
   EXPECT_EQ(ours.error.empty(), truth.error.empty()) << path << ": `" << ours.error << "`, `" << truth.error << "`";
   EXPECT_EQ(ours.error.find('\n'), std::string::npos);
   EXPECT_EQ(ours.info.width, truth.info.width) << path;
@@ -169,7 +170,11 @@ bool expect_equal_reading(const std::filesystem::path& path) {
   EXPECT_EQ(ours.info.date_time, truth.info.date_time) << path;
   EXPECT_EQ(ours.info.key, truth.info.key) << path;
   EXPECT_EQ(ours.image.type, truth.image.type) << path;
-  EXPECT_EQ(ours.image.associated_alpha, truth.image.associated_alpha) << path;
+  const bool has_alpha =
+      std::find(ours.info.channels.begin(), ours.info.channels.end(), "A") != ours.info.channels.end();
+  if (has_alpha) {
+    EXPECT_EQ(ours.image.associated_alpha, truth.image.associated_alpha) << path;
+  }
   EXPECT_TRUE(hold_equal_values(ours.image, truth.image)) << path;
   return true;
 }
@@ -311,7 +316,7 @@ TEST(ImageOracle, AProgramThatLinksTheLibraryLoadsNoModule) {
   const TempFolder folder;
   const EncodedFormat tiff{.name = "a.tif", .width = 3, .height = 2, .channels = std::vector<std::string>(3)};
   write_atomically(folder / "a.tif", encoded(tiff, values_of<std::uint8_t>(tiff, 0, 255).data()));
-  EXPECT_EQ(media_module().open_image(folder / "a.tif")->first_info().width, 3);
+  EXPECT_EQ(media_module().open_image(folder / "a.tif", folder / "a.tif", false)->first_info().width, 3);
   ::unsetenv("PATINATE_MODULES");
 }
 

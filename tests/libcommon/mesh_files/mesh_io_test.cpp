@@ -169,12 +169,13 @@ TEST(ReadPly, NamesWhatIsWrong) {
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
   const std::string faces = "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n";
   EXPECT_EQ(error_of("a.ply", header + faces + "0 1 0\n3 0 1 3\n"),
-            "element `face`, row 0: a vertex index is out of range; there are 3 vertices before it");
+            "line 13: element `face`, row 0: a vertex index is out of range; there are 3 vertices before it");
   EXPECT_EQ(error_of("a.ply", header + faces + "0 1 0\n3 0 1 -1\n"),
-            "element `face`, row 0: a vertex index is out of range; there are 3 vertices before it");
+            "line 13: element `face`, row 0: a vertex index is out of range; there are 3 vertices before it");
   EXPECT_EQ(error_of("a.ply", header + faces + "0 nan 0\n3 0 1 2\n"),
             "a position is not finite or beyond 1e30; NaN and infinity are not allowed");
-  EXPECT_EQ(error_of("a.ply", header + faces + "0 x 0\n3 0 1 2\n"), "element `vertex`, row 2: `x` is not a number");
+  EXPECT_EQ(error_of("a.ply", header + faces + "0 x 0\n3 0 1 2\n"),
+            "line 12: element `vertex`, row 2: `x` is not a number");
   EXPECT_EQ(error_of("a.ply", header + "end_header\n0 0 0\n1 0 0\n0 1 0\n"),
             "no faces, only 3 points (a point cloud); a surface is needed");
   EXPECT_EQ(error_of("a.ply", "ply\nformat ascii 1.0\nelement vertex 99999999999\nproperty float x\nend_header\n"),
@@ -291,11 +292,17 @@ TEST(ReadGltf, ChecksEveryBoundOfAnAccessor) {
   EXPECT_NE(error_with("/accessors/0/type", "VEC2").find("POSITION has 2 components; expected 3"), std::string::npos);
   EXPECT_NE(error_with("/accessors/1/count", 3).find("TEXCOORD_0 has 3 entries; POSITION has 4"), std::string::npos);
   EXPECT_NE(error_with("/accessors/2/componentType", 5120).find("not unsigned integers"), std::string::npos);
-  EXPECT_NE(error_with("/accessors/0/sparse",
-                       nlohmann::json::parse(R"({"count": 1, "indices": {"bufferView": 2, "componentType": 5121},
-                                                 "values": {"bufferView": 0}})"))
-                .find("sparse"),
-            std::string::npos);
+  const auto sparse = [](int count, int indices, int values) {
+    return error_with("/accessors/0/sparse", {{"count", count},
+                                              {"indices", {{"bufferView", indices}, {"componentType", 5121}}},
+                                              {"values", {{"bufferView", values}}}});
+  };
+  EXPECT_EQ(sparse(1, 2, 0), "");
+  EXPECT_NE(sparse(4, 2, 0).find("its sparse indices do not increase"), std::string::npos);  // 0, 2, 1, 0
+  EXPECT_NE(sparse(13, 2, 0).find("13 elements do not fit"), std::string::npos);
+  EXPECT_NE(sparse(2, 2, 2).find("2 elements do not fit"), std::string::npos);
+  EXPECT_NE(sparse(1, 9, 0).find("has no buffer view"), std::string::npos);
+  EXPECT_NE(sparse(-1, 2, 0), "");
   EXPECT_NE(error_with("/meshes/0/primitives/0/attributes/POSITION", 7).find("does not exist"), std::string::npos);
   EXPECT_NE(error_with("/meshes/0/primitives/0/indices", 7), "");  // tinygltf has words of its own for it
   EXPECT_NE(error_with("/meshes/0/primitives/0/mode", 8).find("mode 8 is unknown"), std::string::npos);

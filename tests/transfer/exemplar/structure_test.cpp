@@ -57,6 +57,21 @@ TEST(Structure, OfAGridAreItsLines) {
   }
 }
 
+// As dense as the lines of a crackle glaze, which cover 24 to 35 %.
+TEST(Structure, LinesThatCoverTooMuchAreRefusedWithTheirShare) {
+  constexpr int kNarrow = 11;
+  int on = 0;
+  const ImageF narrow = picture([&](int x, int y) {
+    const bool is_on = x % kNarrow < 2 || y % kNarrow < 2;
+    on += is_on ? 1 : 0;
+    return (is_on ? 40.0f : 70.0f) + noise(x, y);
+  });
+  const SourceStructure structure = line_structure(narrow, everything());
+  EXPECT_TRUE(structure.empty());
+  EXPECT_NEAR(structure.refused_line_share, static_cast<double>(on) / (kPictureSide * kPictureSide), 0.02);
+  EXPECT_EQ(line_structure(grid(40, 70), everything()).refused_line_share, 0.0);
+}
+
 TEST(Structure, ChannelsKeepTheirRange) {
   const SourceStructure structure = line_structure(grid(20, 90), everything());
   for (int y = 0; y < kPictureSide; ++y) {

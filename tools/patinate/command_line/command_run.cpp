@@ -23,6 +23,8 @@ namespace patinate::cli {
 
 namespace {
 
+constexpr std::size_t kMostLines = 20;  ///< Of notes or problems at once; nobody reads more.
+
 std::string peak_memory_text() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
@@ -202,7 +204,7 @@ void CommandRun::report_items(const std::filesystem::path& output, std::size_t n
   note(output.string() + ": " + std::to_string(num_run) + (num_run == 1 ? " item" : " items") + " done in " +
        seconds_text(seconds()) + (num_before == 0 ? "" : "; " + std::to_string(num_before) + " finished before"));
   if (line.common().json)
-    print(Json{{"output", output.string()}, {"run", num_run}, {"finished_before", num_before}}.dump(2) + "\n");
+    print(printable_json(Json{{"output", output.string()}, {"run", num_run}, {"finished_before", num_before}}) + "\n");
 }
 
 void CommandRun::end_stage() {
@@ -216,13 +218,20 @@ void CommandRun::note(const std::string& text) {
   if (!line.common().quiet) print_note(text);
 }
 
+void CommandRun::notes(const std::vector<std::string>& texts) {
+  for (std::size_t i = 0; i < std::min(kMostLines, texts.size()); ++i) note(texts[i]);
+  if (texts.size() > kMostLines) note("and " + std::to_string(texts.size() - kMostLines) + " more notes");
+}
+
 void CommandRun::detail(const std::string& text) {
   if (line.common().verbose) note(text);
 }
 
 void CommandRun::note_problems(const std::vector<std::string>& problems) {
   progress_.reset();
-  for (const std::string& problem : problems) print_error(problem);
+  for (std::size_t i = 0; i < std::min(kMostLines, problems.size()); ++i) print_error(problems[i]);
+  if (problems.size() > kMostLines)
+    print_error("and " + std::to_string(problems.size() - kMostLines) + " more problems; --json lists all");
 }
 
 void CommandRun::report_output(JobStatus status, const std::filesystem::path& output) {
@@ -240,14 +249,14 @@ void CommandRun::report_output(JobStatus status, const std::filesystem::path& ou
   if (!line.common().json) return;
   Json result{{"output", output.string()}, {"status", is_done ? "done" : "up to date"}};
   result.update(more);
-  print(result.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+  print(printable_json(result) + "\n");
 }
 
 void CommandRun::report_dry_run(const JobReport& job) { report(job.json(), job.text()); }
 
 void CommandRun::report(const Json& json, const std::string& text) {
   progress_.reset();
-  print((line.common().json ? json.dump(2, ' ', false, Json::error_handler_t::replace) : printable_lines(text)) + "\n");
+  print((line.common().json ? printable_json(json) : printable_lines(text)) + "\n");
 }
 
 }  // namespace patinate::cli

@@ -75,9 +75,11 @@ class CommandRun {
 
   /// A line on stderr, unless --quiet.
   void note(const std::string& text);
+  /// The first 20 of them, and how many more there are.
+  void notes(const std::vector<std::string>& texts);
   /// A line on stderr with --verbose.
   void detail(const std::string& text);
-  /// What is wrong with an input, one line each on stderr as errors are.
+  /// What is wrong with an input, one line each on stderr as errors are: the first 20, and how many more there are.
   void note_problems(const std::vector<std::string>& problems);
   /// The end of a command that makes `output`: a line on stderr, or with --json an object with `output`, `status` and
   /// the members of `more` on stdout.

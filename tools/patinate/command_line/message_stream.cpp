@@ -3,6 +3,8 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <nlohmann/json.hpp>
+
 #include "libcommon/core/printable.h"
 #include "patinate/core/error.h"
 
@@ -29,6 +31,12 @@ void print_result(const std::string& text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0) {
     throw CannotComplete("standard output: cannot be written; is the disk full?");
   }
+}
+
+std::string printable_json(const Json& json) {
+  const auto text_of = [&](bool is_ascii) { return json.dump(2, ' ', is_ascii, Json::error_handler_t::replace); };
+  std::string text = text_of(false);
+  return printable_lines(text, text.size() + kLongestLine) == text ? text : text_of(true);
 }
 
 std::FILE* message_stream() { return g_messages; }

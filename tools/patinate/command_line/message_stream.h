@@ -3,7 +3,10 @@
 #pragma once
 
 #include <cstdio>
+#include <string>
 #include <string_view>
+
+#include "patinate/core/json.h"
 
 namespace patinate::cli {
 
@@ -12,6 +15,9 @@ namespace patinate::cli {
 void silence_libraries();
 /// Text on stdout, at once. @throws CannotComplete if it cannot be written.
 void print_result(const std::string& text);
+/// A result as `--json` prints it. Names keep their letters; where one holds what a terminal would obey, all that is
+/// not ASCII is written as `\u009b`.
+[[nodiscard]] std::string printable_json(const Json& json);
 /// The real stderr.
 [[nodiscard]] std::FILE* message_stream();
 /// One line, `patinate: error: ...`, whatever is in the message (libcommon/core/printable.h).

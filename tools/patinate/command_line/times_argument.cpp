@@ -14,7 +14,7 @@ void TimesArgument::declare(CommandLine& line) {
 std::vector<double> TimesArgument::resolve(CommandRun& run, const HistoryManifest& history, int default_count) const {
   std::vector<std::string> notes;
   std::vector<double> chosen = TimesChoice::resolve(history, default_count, notes);
-  for (const std::string& note : notes) run.note(note);
+  run.notes(notes);
   return chosen;
 }
 

@@ -64,7 +64,7 @@ int cmd_combine(CommandRun& run) {
   }
   const std::shared_ptr<const transfer::OpenLibrary> library = transfer::open_library(std::move(task));
   const transfer::LibraryLayout& layout = library->layout;
-  for (const std::string& note : layout.notes) run.note(note);
+  run.notes(layout.notes);
   const std::optional<JobStatus> status = run.make_folder(transfer::plan_library(library, output), "combine");
   if (!status) return 0;
   Json controls = Json::array();

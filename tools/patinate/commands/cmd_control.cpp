@@ -141,7 +141,7 @@ Json write_map(CommandRun& run, const AskedMap& asked, const ControlMap& made, c
     run.note(file.string() + ": the mesh with the UVs that the map belongs to");
     more["mesh"] = file.string();
   }
-  for (const std::string& note : made.notes) run.note(note);
+  run.notes(made.notes);
   run.detail("0 stands for " + number_text(made.low) + ", 1 for " + number_text(made.high) + " " + made.unit);
   return more;
 }

@@ -71,7 +71,7 @@ int cmd_field(CommandRun& run) {
   if (kind != PathKind::History && kind != PathKind::Transfer)
     throw InvalidInput(task.history.string() + ": is no history or transfer; only those age");
   const FieldScene scene(scene_file, ranges, run.control("scene"));
-  for (const std::string& note : scene.scene().notes()) run.note(note);
+  run.notes(scene.scene().notes());
   task.parameters = scene.scene().parameters();
   task.outline = scene.scene().outline();
   task.model_name = task.outline.name;

@@ -198,9 +198,7 @@ int cmd_fit(CommandRun& run) {
   const Wanted wanted = wanted_of(given);
   task.terms = wanted.terms;
   task.seed = static_cast<std::uint64_t>(run.line.common().seed);
-  for (const std::string& note :
-       add_captures(task, sources_of(given), wanted.ranges, given.output, run.control("scene")))
-    run.note(note);
+  run.notes(add_captures(task, sources_of(given), wanted.ranges, given.output, run.control("scene")));
   task.command = fit_command(given, task);
   const auto num_appearance = static_cast<std::size_t>(std::count_if(
       task.parameters.begin(), task.parameters.end(), [](const analysis::FitParameter& p) { return p.is_appearance; }));

@@ -4,6 +4,7 @@
 #include "analysis/factorization/factorization_job.h"
 #include "analysis/fit/fit_job.h"
 #include "capture/project/capture_project.h"
+#include "capture/project/frame_times.h"
 #include "capture/project/relit_project.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/topology.h"
@@ -11,6 +12,7 @@
 #include "libcommon/history/history_times.h"
 #include "libcommon/history/warning_json.h"
 #include "libcommon/image/filters.h"
+#include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/atlas/atlas_mesh.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
@@ -122,6 +124,12 @@ Facts transfer_facts(const std::filesystem::path& path) {
   return facts;
 }
 
+std::string joined_or_none(const std::vector<std::string>& words) {
+  std::string text;
+  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text.empty() ? "none" : text;
+}
+
 Facts simulation_facts(const std::filesystem::path& path) {
   const simulation::SimulationManifest m = simulation::read_simulation_manifest(path);
   Facts facts("simulation");
@@ -130,13 +138,8 @@ Facts simulation_facts(const std::filesystem::path& path) {
   facts.add("iterations", m.iterations);
   facts.add("time", m.time, short_number_text(m.time) + " " + m.time_unit);
   facts.add("atlas", Json{m.resolution, m.resolution}, size_text(m.resolution, m.resolution));
-  const auto joined = [](const std::vector<std::string>& words) {
-    std::string text;
-    for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-    return text.empty() ? std::string("none") : text;
-  };
-  facts.add("materials", m.materials, joined(m.materials));
-  facts.add("controls", m.controls, joined(m.controls));
+  facts.add("materials", m.materials, joined_or_none(m.materials));
+  facts.add("controls", m.controls, joined_or_none(m.controls));
   facts.add("key", m.key);
   return facts;
 }
@@ -237,7 +240,7 @@ Facts capture_facts(const std::filesystem::path& path) {
   facts.add("times", times,
             std::to_string(project.frames.size()) + " frames, " + short_number_text(project.frames.front().time) +
                 " to " + short_number_text(project.frames.back().time) + " " + unit + " (from " + project.time_source +
-                ")");
+                 (project.time_span.empty() ? "" : ", " + project.time_span) + ")");
   facts.add("time_unit", time_unit_text(project.time_unit), "");
   facts.add("transmission", project.transmission.has_value(), project.transmission ? "yes" : "no");
   return facts;
@@ -263,8 +266,14 @@ Facts image_facts(const std::filesystem::path& path) {
   for (const std::string& c : info.channels) channels += (channels.empty() ? "" : " ") + c;
   facts.add("channels", info.channels, channels);
   facts.add("values", info.is_integer ? "integer codes" : "floating point");
+  for (const auto& [name, text] : info.facts.named()) facts.add(name, text);
   if (info.num_frames > 1) facts.add("frames", info.num_frames);
-  if (!info.date_time.empty()) facts.add("date", info.date_time);
+  if (!info.frame_times_s.empty()) {
+    facts.add("frame_times_s", info.frame_times_s,
+              "shown from 0 to " + short_number_text(info.frame_times_s.back()) + " s");
+  }
+  const std::string time = capture::photo_time_text(path, info);
+  if (!time.empty()) facts.add("time", time);
   add_exposure(facts, info.exposure);
   if (info.scale) {
     const ValueScale& s = *info.scale;
@@ -278,7 +287,9 @@ Facts image_facts(const std::filesystem::path& path) {
 }
 
 Facts mesh_facts(const std::filesystem::path& path) {
-  const Mesh mesh = read_mesh(path);
+  std::vector<std::string> notes;
+  std::string shown_notes;
+  const Mesh mesh = read_mesh(path, &notes);
   const Box box = bounding_box(mesh);
   const Vec3 extent = box.high - box.low;
   Facts facts("mesh");
@@ -297,10 +308,18 @@ Facts mesh_facts(const std::filesystem::path& path) {
   facts.add("boundary_loops", topology.num_boundary_loops,
             topology.is_closed() ? "none: closed" : std::to_string(topology.num_boundary_loops));
   facts.add("nonmanifold_triangles", topology.num_nonmanifold_triangles);
-  facts.add("extent", Json{extent.x(), extent.y(), extent.z()},
-            short_number_text(extent.x()) + " x " + short_number_text(extent.y()) + " x " +
-                short_number_text(extent.z()) +
-                (path.extension() == ".gltf" || path.extension() == ".glb" ? " m" : " (the file has no unit)"));
+  facts.add(
+      "extent", Json{extent.x(), extent.y(), extent.z()},
+      short_number_text(extent.x()) + " x " + short_number_text(extent.y()) + " x " + short_number_text(extent.z()));
+  facts.add("unit", is_gltf_file(path) ? Json("m") : Json(),
+            is_gltf_file(path) ? "m" : "none in the file: --unit says it");
+  if (is_gltf_file(path)) {
+    const MeshFileExtensions extensions = mesh_file_extensions(path);
+    facts.add("extensions_read", extensions.read, joined_or_none(extensions.read));
+    facts.add("extensions_not_looked_at", extensions.ignored, joined_or_none(extensions.ignored));
+  }
+  for (const std::string& text : notes) shown_notes += "\n    " + text;
+  facts.add("notes", notes, notes.empty() ? "none" : shown_notes);
   Json surfaces = Json::array();
   std::string shown;
   for (const Mesh::Surface& s : mesh.surfaces) {

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/plan_history.h"
+#include "capture/project/photo_facts.h"
 #include "capture/timelapse/mask_warnings.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/warning_json.h"
@@ -50,6 +51,17 @@ void complete_shares(const HistoryReader& reader, capture::SurveyReport& survey)
   const auto num_masked = std::count(mask.values().begin(), mask.values().end(), 0);
   survey.masked_share = static_cast<double>(num_masked) / static_cast<double>(mask.num_pixels());
   survey.outside_share = survey.masked_share;
+}
+
+/// Says once for all what the photographs' files say of how they are to be seen.
+void note_photo_facts(const capture::CaptureProject& project, CommandRun& run) {
+  std::vector<std::pair<std::string, ImageFacts>> all, coded;  // A response applies to codes alone.
+  for (const capture::CapturePhoto& photo : project.frames) {
+    all.emplace_back(photo.name(), photo.facts);
+    if (photo.has_codes) coded.push_back(all.back());
+  }
+  for (const std::string& line : capture::series_facts(all)) run.note(line);
+  if (const std::string text = capture::override_text(coded, project.response); !text.empty()) run.note(text);
 }
 
 /// Says what was masked where it is too little for a warning, and with --verbose every photograph that was found.
@@ -138,16 +150,18 @@ int cmd_ingest(CommandRun& run) {
   const std::optional<JobStatus> status = run.make_folder(plan, "ingest");
   if (!status) return 0;
   const HistoryReader reader(output);
+  note_photo_facts(project, run);
   if (project.has_raw_frames)
     run.note("camera RAW: taken as linear light, with daylight white balance; `response` does not apply to it");
-  if (project.time_source == "frame rate")
-    run.note("times are those of the movie's frame rate: for a time-lapse give `interval`");
+  if (!project.time_span.empty()) run.note("times from " + project.time_source + ", " + project.time_span);
+  if (project.time_source.find("movie") != std::string::npos)
+    run.note("times from " + project.time_source + ": for a time-lapse give `interval`");
   note_alignment(output, run);
   note_doubtful_controls(reader, run);
   capture::SurveyReport survey = capture::read_survey_report(reader.folder());
   complete_shares(reader, survey);
   note_history_warnings(run, reader.label(), reader.facts().warnings);
-  for (const std::string& note : capture::light_notes(survey.light)) run.note(note);
+  run.notes(capture::light_notes(survey.light));
   note_survey(survey, reader.num_frames() == 1, run);
 
   const HistoryManifest& history = reader.manifest();

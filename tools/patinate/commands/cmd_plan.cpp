@@ -1,5 +1,7 @@
 #include <nlohmann/json.hpp>
 
+#include "libcommon/core/printable.h"
+#include "tools/patinate/command_line/message_stream.h"
 #include "tools/patinate/command_line/plan_file.h"
 #include "tools/patinate/command_line/planned_command.h"
 #include "tools/patinate/commands/commands.h"
@@ -22,8 +24,7 @@ int cmd_plan(CommandRun& run) {
   const int code = ask_command(run.arguments(), request, run.stop(), is_json);
   if (!request.work) return code;  // Only its help was asked for.
   const std::vector<std::string> command = without_manners(run.arguments());
-  run.print((is_json ? plan_json(command, *request.work).dump(2, ' ', false, Json::error_handler_t::replace)
-                     : plan_text(*request.work)) +
+  run.print((is_json ? printable_json(plan_json(command, *request.work)) : printable_lines(plan_text(*request.work))) +
             "\n");
   return code;
 }

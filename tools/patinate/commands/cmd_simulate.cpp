@@ -187,7 +187,7 @@ int cmd_simulate(CommandRun& run) {
     throw UsageError("--estimate is of one simulation; leave out --replicates");
   const auto simulation_device = open_simulation_device(device, words_of(run));
   simulation::SceneFile file = simulation::read_scene(scene_path, run.control("scene"));
-  for (const std::string& note : file.notes) run.note(note);
+  run.notes(file.notes);
   if (options.iterations > 0) file.iterations = options.iterations;
   if (options.history_every > 0) file.history_every = options.history_every;
   if (options.resolution > 0) file.scene.resolution = options.resolution;

@@ -25,11 +25,12 @@ struct ThicknessCommandOptions {
 void describe(OptionVisitor& v, ThicknessCommandOptions& o) { describe(v, o.thickness); }
 
 Response response_of(const std::string& text) {
+  if (text == "file") return {};
   if (text == "srgb") return {.kind = Response::Kind::Srgb};
   if (text == "linear") return {.kind = Response::Kind::Linear};
   const std::optional<double> gamma = parse_number(text);
   if (!gamma || !(*gamma > 0 && *gamma <= 10))
-    throw UsageError("--response: found `" + text + "`; expected srgb, linear or a gamma in (0, 10]");
+    throw UsageError("--response: found `" + text + "`; expected file, srgb, linear or a gamma in (0, 10]");
   return {.kind = Response::Kind::Gamma, .gamma = *gamma};
 }
 
@@ -47,12 +48,15 @@ ImageF read_light(const std::filesystem::path& path, const Response& response) {
 
 int cmd_thickness(CommandRun& run) {
   std::filesystem::path photo, blank, mask, output;
-  std::string response = "srgb";
+  std::string response = "file";
   ThicknessCommandOptions options;
   run.line.positional("PHOTO", "Photograph of the light that the layer lets through", photo);
   run.line.option("blank", "IMAGE", "The same without the layer: its light is divided out", blank);
   run.line.option("mask", "IMAGE", "0 = outside: frame, saturated and opaque parts", mask);
-  run.line.option("response", "CURVE", "How codes become linear: srgb, linear, or a gamma such as 2.2", response);
+  run.line.option(
+      "response", "CURVE",
+      "How codes become linear: as the file says (srgb where it says nothing), srgb, linear, or a gamma such as 2.2",
+      response);
   run.line.output("MAP.exr", "The control map to make, float, channel Y, [0, 1]", output);
   run.line.options(options);
   run.line.example("thickness backlight.png --blank lightbox.png -o thickness.exr");

@@ -117,7 +117,7 @@ std::vector<transfer::TransferControl> transfer_controls(const std::vector<std::
         throw UsageError("--control: `" + source + "` is given twice; combine them in one expression");
     }
     ControlMap made = make_control_expression(spec.destination, map, kinds, run.control("control " + source), made_by);
-    for (const std::string& note : made.notes) run.note(note);
+    run.notes(made.notes);
     const auto [low, high] = covered_range(made.values, map);
     controls.push_back(transfer::make_transfer_control(history, spec, std::move(made), map.coverage()));
     if (!spec.mapping) note_mapping(controls.back(), map.coverage(), run);
@@ -299,6 +299,9 @@ int cmd_transfer(CommandRun& run) {
   if (!status) return 0;
   const transfer::TransferManifest made = transfer::read_transfer_manifest(output);
   if (made.structure) run.note(error_text(*made.structure, options.quality));
+  if (made.refused_line_share > 0.0)
+    run.note("no lines found: what looks like lines would cover " + percent_text(made.refused_line_share, 2) +
+             " of the source; --structure-map NAME keeps those whole that a control of the history marks");
   if (const std::string turning = turning_text(options.turning, made.measured_with.turning); !turning.empty())
     run.note(turning);
   run.report_output(*status, output, transfer::energy_json(made.energy));

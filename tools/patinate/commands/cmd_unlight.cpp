@@ -18,11 +18,13 @@ int cmd_unlight(CommandRun& run) {
   run.line.example("unlight cat.json --strengths -o cat");
   if (!run.parse()) return 0;
 
-  const JobPlan plan = capture::plan_unlight(capture::read_unlight_step(step_file), options, output);
+  const capture::UnlightStep step = capture::read_unlight_step(step_file);
+  const JobPlan plan = capture::plan_unlight(step, options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "unlight");
   if (!status) return 0;
   Json made = load_json(output / capture::kUnlitManifestFile);
   update_spelling(made, 1, {{"left_out", "leave_one_out"}});
+  for (const std::string& note : step.notes) run.note(note);
   for (const Json& note : made.at("notes")) run.note(note.get<std::string>());
   const double determined = made.at("determined_pixels").get<double>(),
                surface = made.at("surface_pixels").get<double>();

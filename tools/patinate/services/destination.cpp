@@ -22,15 +22,29 @@ void note_scale(const transfer::TransferScale& scale, CommandRun& run) {
   }
 }
 
+constexpr double kCoarse = 1.5;  // Pixels a texel: from here on all of the texture is coarser than the history.
+
 /// Says when texels and the history's pixels differ so much that texture is excluded or magnified.
 void note_ratio(double pixels_per_texel, double equal_resolution, CommandRun& run) {
-  if (pixels_per_texel > 0.66 && pixels_per_texel < 1.5) return;
+  if (pixels_per_texel > 0.66 && pixels_per_texel < kCoarse) return;
   const Range range = resolution_range();
   const double resolution = std::round(equal_resolution);
   run.note("one texel covers " + short_number_text(pixels_per_texel) + " pixels of the history" +
            (range.contains(resolution)
                 ? "; --resolution " + std::to_string(static_cast<int>(resolution)) + " would make them equal"
                 : ""));
+}
+
+/// Names uneven UVs: lines become dots where texels skip pixels, whatever the resolution of the rest.
+void note_large_texels(const TexelMap& map, double pixel_mm, bool is_unwrapped, CommandRun& run) {
+  constexpr double kLarge = 1.3;       // Of a pixel's side; a line 1.5 px wide is then missed by some texels.
+  constexpr double kMuch = 1.0 / 3.0;  // Of the surface.
+  const double share = map.share_of_larger_texels(kLarge * pixel_mm);
+  if (share <= kMuch) return;
+  run.note(percent_text(share, 2) +
+           " of the surface has texels more than 1.3 pixels of the history large: thin lines "
+           "become dots there; use a higher --resolution" +
+           (is_unwrapped ? "" : ", or --atlas unwrap for texels of one size"));
 }
 
 /// A surface on which texture makes no sense: of a few pixels of the history, around which every neighborhood would go
@@ -90,6 +104,7 @@ Destination make_destination(const MeshSource& source, const AtlasOptions& optio
   out.atlas = std::make_shared<AtlasMesh>(std::move(atlas));
   const double ratio = out.map->median_texel_size_mm() / out.texel_size_mm;
   note_ratio(ratio, ratio * chosen.resolution, run);
+  if (ratio < kCoarse) note_large_texels(*out.map, out.texel_size_mm, out.atlas->is_unwrapped, run);
   return out;
 }
 

@@ -172,7 +172,7 @@ OutputWork model_work(const ExportTask& task, ModelFormat format) {
   what->times = task.times.resolve(what->model.history, format == ModelFormat::Obj ? 1 : kModelTimes, notes);
   if (format == ModelFormat::Obj && what->times.size() > 1)
     throw UsageError("-o: an OBJ shows one time; give one --time, or .usda, .usdz or .glb");
-  constexpr std::array<std::string_view, 3> kStages{"export glb 4", "export usd 4", "export obj 4"};
+  constexpr std::array<std::string_view, 3> kStages{"export glb 5", "export usd 5", "export obj 4"};
   ContentHash hash;
   hash.add(kStages[static_cast<std::size_t>(format)]).add(what->model.key);
   if (format == ModelFormat::Glb && what->model.plants) hash.add("plants 2").add(task.plants.plants);

@@ -1,9 +1,12 @@
 #include "tools/patinate/services/mesh_source.h"
 
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_repair.h"
+#include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/core/error.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "tools/patinate/command_line/failure.h"
@@ -28,8 +31,7 @@ auto naming_file(const MeshSource& source, Make&& make) {
 }  // namespace
 
 std::optional<std::string> MeshSource::unit_or_none() const {
-  const std::string extension = path.extension().string();
-  if (unit.empty() && (extension == ".gltf" || extension == ".glb")) return "m";  // By the standard.
+  if (unit.empty() && is_gltf_file(path)) return "m";  // By the standard.
   if (unit.empty()) return std::nullopt;
   (void)mm_per_unit(unit);
   return unit;
@@ -48,7 +50,9 @@ void declare_mesh(CommandLine& line, MeshSource& source) {
 Mesh load_mesh(const MeshSource& source, CommandRun& run) {
   (void)source.unit_or_none();
   return naming_file(source, [&] {
-    Mesh mesh = read_mesh(source.path);
+    std::vector<std::string> notes;
+    Mesh mesh = read_mesh(source.path, &notes);
+    for (const std::string& note : notes) run.note(source.path.string() + ": " + note);
     if (!source.node.empty() || !source.material.empty()) mesh = select_surfaces(mesh, source.node, source.material);
     RepairedMesh repaired = repair_mesh(std::move(mesh));
     if (const std::string text = repaired.repairs.text(); !text.empty()) run.note(source.path.string() + ": " + text);

@@ -32,7 +32,7 @@ void tell_cost(CommandRun& run, const JobCost& cost) {
 }
 
 int run_output(CommandRun& run, const OutputWork& work) {
-  for (const std::string& note : work.notes) run.note(note);
+  run.notes(work.notes);
   if (const std::optional<JobStatus> status = made(run, work))
     run.report_output(*status, work.output, work.report ? *work.report : Json::object());
   return 0;

@@ -12,6 +12,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/image/filters.h"
+#include "libcommon/mesh_files/mesh_files.h"
 #include "libcommon/output/contact_strip.h"
 #include "libcommon/output/key_light.h"
 #include "patinate/atlas/atlas_mesh.h"
@@ -241,9 +242,7 @@ OutputWork history_pictures(const SharedTask& task) {
 
 /// @throws UsageError
 double picture_unit(const RenderTask& task) {
-  const std::string extension = lower_extension(task.subject);
-  const bool is_gltf = extension == ".gltf" || extension == ".glb";
-  return mm_per_unit(!task.unit.empty() ? task.unit : is_gltf ? "m" : "mm");
+  return mm_per_unit(!task.unit.empty() ? task.unit : is_gltf_file(task.subject) ? "m" : "mm");
 }
 
 OutputWork mesh_work(const SharedTask& task) {

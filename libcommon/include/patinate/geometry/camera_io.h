@@ -17,7 +17,8 @@ namespace patinate {
 ///   times an angle; also `R`, `rvec`) and `translation` (also `T`, `t`, `tvec`). A missing pose is an error:
 ///   calibration programs leave it out, and no guess would be right;
 /// - a calibration of ours (.json), which says its own unit;
-/// - a COLMAP text model of one image: its folder or images.txt.
+/// - a COLMAP model of one image, text or binary: its folder or one of its files.
+/// A lens model that is said and is not Brown's (fisheye, omnidirectional, ...) is refused by its name.
 /// @param mm_per_unit  Of the file's world; the camera's is in mm. 1 keeps the file's unit.
 /// @throws IoError naming the key or line.
 [[nodiscard]] Camera read_camera(const std::filesystem::path& path, double mm_per_unit = 1.0);

@@ -18,13 +18,14 @@ namespace patinate {
 
 /// How integer codes of a photograph become linear values.
 struct Response {
-  enum class Kind { Srgb, Linear, Gamma };
-  Kind kind = Kind::Srgb;
+  /// File: as the file says, sRGB where it says nothing. The others hold whatever it says.
+  enum class Kind { File, Srgb, Linear, Gamma };
+  Kind kind = Kind::File;
   double gamma = 2.2;  ///< Only for Gamma; linear = code^gamma; > 0.
 
-  /// @param code  in [0, 1].
+  /// @param code  in [0, 1]. File counts as Srgb.
   [[nodiscard]] float linear_from_code(float code) const;
-  /// "srgb", "linear" or "gamma 2.2".
+  /// "as the file says", "srgb", "linear" or "gamma 2.2".
   [[nodiscard]] std::string text() const;
 };
 

@@ -4,8 +4,10 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "patinate/image/color.h"
@@ -36,6 +38,23 @@ struct ValueScale {
   friend bool operator==(const ValueScale&, const ValueScale&) = default;
 };
 
+/// What an image file says of how its picture is to be seen, as it was understood; each one line, "" = it says nothing.
+struct ImageFacts {
+  std::string color;        ///< "Display P3 (ICC profile)"; nothing: codes are sRGB, other values linear Rec. 709.
+  std::string orientation;  ///< "turned by 90 degrees clockwise (EXIF orientation 6)"; width and height are the turned.
+  std::string alpha;        ///< Why what stands where alpha does is not used.
+  std::string window;       ///< Of an EXR whose display window is not what it holds.
+  std::string layer;        ///< Of an EXR: which part, view and layer the picture is.
+  std::string page;         ///< "page 1; page 2 is a reduced copy".
+  std::string problem;      ///< What the file says and is not used, and why.
+
+  /// Name and text of each that is not empty.
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> named() const;
+  friend bool operator==(const ImageFacts&, const ImageFacts&) = default;
+};
+
+class ColorEncoding;
+
 /// What an image file says about itself, read without decoding pixels.
 struct ImageInfo {
   int width = 0;
@@ -43,20 +62,32 @@ struct ImageInfo {
   std::vector<std::string> channels;  ///< As stored, e.g. "R", "G", "B", "A", "source.x".
   bool is_integer = true;             ///< 8 or 16 bit codes; false for half and float.
   bool is_raw = false;                ///< Camera RAW: linear light, no response applies.
-  int num_frames = 1;                 ///< Sub-images (movies, animated files, multi-part EXR).
+  int num_frames = 1;                 ///< Sub-images (movies, animated files, pages).
   double frame_rate = 0.0;            ///< Frames per second of playback; 0 = the file does not say.
-  std::string date_time;              ///< EXIF "YYYY:MM:DD HH:MM:SS" or "".
-  ImageExposure exposure;             ///< Of a photograph.
-  std::string key;                    ///< Content key that patinate wrote into the file, or "".
-  std::optional<ValueScale> scale;    ///< What 0 and 1 stand for, in an EXR that write_scaled_exr() made.
+  /// When a movie shows its frames, in s from the first one on, rising; empty = the file does not say it of each.
+  std::vector<double> frame_times_s;
+  /// When it was taken, by EXIF: DateTimeOriginal with SubSecTime and OffsetTime, "YYYY:MM:DD HH:MM:SS[.SS][+HH:MM]";
+  /// "" = not said. Dates at which a file was written or changed are none.
+  std::string date_time;
+  std::string digitized;            ///< DateTimeDigitized in the same form.
+  ImageExposure exposure;           ///< Of a photograph.
+  std::string key;                  ///< Content key that patinate wrote into the file, or "".
+  std::optional<ValueScale> scale;  ///< What 0 and 1 stand for, in an EXR that write_scaled_exr() made.
+  ImageFacts facts;
+  std::string color_layer;    ///< "ViewLayer.Combined." before R, G, B and A, where an EXR has its color in a layer.
+  std::string color_problem;  ///< Why no picture in color can be told among several; "" = it can.
+  std::shared_ptr<const ColorEncoding> encoding;  ///< Of colors that are not sRGB codes or linear Rec. 709.
+
+  /// Alpha, by its name or in `color_layer`.
+  [[nodiscard]] bool has_alpha() const;
 };
 
 /// At most 65536 x 65536 pixels and 64 channels.
 /// @throws IoError if it is missing, empty, no image, or too large.
 [[nodiscard]] ImageInfo probe_image(const std::filesystem::path& path);
 
-/// Color as 3 linear channels (gray is repeated, alpha dropped, RGBA unassociated). Integer codes go through
-/// `response`; float files are linear already.
+/// Color as 3 linear Rec. 709 channels (gray is repeated, alpha dropped, RGBA unassociated), as the file says that it
+/// is. A `response` that is not Response::Kind::File decodes integer codes instead, whatever the file says.
 /// @throws IoError also when truncated, when a value is NaN or infinite, or, by its header, when it holds more than
 /// 2^30 values; CannotComplete when memory ends.
 [[nodiscard]] ImageF read_color(const std::filesystem::path& path, const Response& response = {});
@@ -65,8 +96,8 @@ struct ImageInfo {
 [[nodiscard]] ImageF read_gray(const std::filesystem::path& path, const std::string& channel = "");
 /// Named channels in the order asked for; raw values. @throws IoError naming a missing channel and those there are.
 [[nodiscard]] ImageF read_channels(const std::filesystem::path& path, const std::vector<std::string>& channels);
-/// 8-bit mask: 0 outside, 255 inside (any code >= 128 of the first channel; alpha when that is the only one that
-/// varies).
+/// 8-bit mask: 0 outside, 255 inside. The opaque part of an object that is cut out; what is not black of labels in
+/// color; else codes from 128 on. @throws IoError also for a picture that is no mask, or says two things.
 [[nodiscard]] ImageU8 read_mask(const std::filesystem::path& path);
 
 enum class ExrDepth { Half, Float };

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "patinate/geometry/mesh.h"
 
@@ -10,12 +12,13 @@ namespace patinate {
 
 /// Reads by extension (.obj, .ply, .stl, .gltf, .glb). Polygons are triangulated, degenerate triangles (repeated
 /// corner) dropped, positions that are equal within a node are merged, node transforms applied (glTF meters are kept as
-/// they are). Node and material names fill `surfaces`; OBJ groups (`o`) and STL solids are nodes. glTF UVs are flipped
-/// to v up. Corners without UV have the index -1 (uv_triangles is empty when none has one); corners without a normal
-/// get the angle-weighted one when others have theirs.
+/// they are). Node and material names fill `surfaces`; OBJ groups (`o`) and STL solids are nodes. glTF stands at
+/// rest, with UVs flipped to v up. Corners without UV have the index -1 (uv_triangles is empty when none has one);
+/// corners without a normal get the angle-weighted one when others have theirs.
 /// @throws IoError if it is missing, truncated, malformed, has no faces (a point cloud says so), or a NaN or index out
 /// of range.
-[[nodiscard]] Mesh read_mesh(const std::filesystem::path& path);
+/// @param notes  Takes lines about what the file has and is not read, such as animations; may be null.
+[[nodiscard]] Mesh read_mesh(const std::filesystem::path& path, std::vector<std::string>* notes = nullptr);
 
 /// OBJ with positions, UVs and normals; numbers read back exactly; no date.
 /// @param key  Content key, kept in a comment; "" = none. @throws CannotComplete

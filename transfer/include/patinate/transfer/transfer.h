@@ -134,6 +134,7 @@ struct TransferResult {
   double explained_variance = 0.0;          ///< Of the history's colors, by the appearance that was compared.
   TransferOptions used;                     ///< With a value for everything that was left open.
   std::optional<StructureFacts> structure;  ///< None: the source has none, or none was looked for.
+  double refused_line_share = 0.0;          ///< Of the source, what looks like lines but is too much to be some.
 
   [[nodiscard]] SourcePlace place(TexelId t) const {
     const auto i = static_cast<std::size_t>(t);

@@ -86,6 +86,7 @@ struct TransferManifest {
   double mm_per_mesh_unit = 1.0;
   EnergyReport energy;
   std::optional<StructureFacts> structure;
+  double refused_line_share = 0.0;  ///< TransferResult's.
   TransferOptions measured_with;  ///< Coherence share, neighborhood and appearance of that energy, and whether pieces
                                   ///< are turned; what an earlier version did not write is as it was then.
   std::string key;

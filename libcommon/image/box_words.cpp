@@ -1,0 +1,103 @@
+#include <algorithm>
+#include <initializer_list>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "libcommon/image/file_bytes.h"
+#include "libcommon/image/file_words.h"
+
+namespace patinate {
+
+namespace {
+
+constexpr int kMostBoxes = 100'000;
+
+/// A box of JPEG 2000 and HEIF.
+struct Box {
+  std::string_view type;
+  std::uint64_t begin = 0, end = 0;  ///< Of its content.
+};
+
+std::vector<Box> boxes_in(const FileBytes& file, std::uint64_t begin, std::uint64_t end) {
+  std::vector<Box> boxes;
+  while (boxes.size() < kMostBoxes && begin + 8 <= end && file.holds(begin, 8)) {
+    std::uint64_t size = file.number(begin, 4), head = 8;
+    if (size == 1) size = file.number(begin + 8, 8), head = 16;
+    if (size == 0) size = end - begin;
+    if (size < head || size > end - begin) break;
+    boxes.push_back({file.text(begin + 4, 4), begin + head, begin + size});
+    begin += size;
+  }
+  return boxes;
+}
+
+/// The content of the first box with the name, in one after another.
+std::optional<Box> find_box(const FileBytes& file, std::initializer_list<std::string_view> path) {
+  Box at{"", 0, file.size()};
+  for (std::string_view name : path) {
+    const std::vector<Box> boxes = boxes_in(file, at.begin, at.end);
+    const auto found = std::find_if(boxes.begin(), boxes.end(), [&](const Box& b) { return b.type == name; });
+    if (found == boxes.end()) return {};
+    at = *found;
+    if (name == "meta") at.begin += 4;  // Version and flags.
+  }
+  return at;
+}
+
+/// Which properties (counted from 1) the picture of a HEIF file has.
+std::vector<std::uint64_t> picture_properties(const FileBytes& file) {
+  const auto primary = find_box(file, {"meta", "pitm"});
+  const auto associations = find_box(file, {"meta", "iprp", "ipma"});
+  std::vector<std::uint64_t> found;
+  if (!primary || !associations) return found;
+  const unsigned primary_width = file.number(primary->begin, 1) == 0 ? 2 : 4;
+  const std::uint64_t picture = file.number(primary->begin + 4, primary_width);
+  const unsigned id_width = file.number(associations->begin, 1) == 0 ? 2 : 4;
+  const bool is_wide = (file.number(associations->begin + 3, 1) & 1) != 0;
+  const std::uint64_t count = std::min<std::uint64_t>(file.number(associations->begin + 4, 4), kMostBoxes);
+  std::uint64_t at = associations->begin + 8;
+  for (std::uint64_t i = 0; i < count && at < associations->end; ++i) {
+    const std::uint64_t id = file.number(at, id_width), number = file.number(at + id_width, 1);
+    at += id_width + 1;
+    for (std::uint64_t k = 0; k < number; ++k, at += is_wide ? 2 : 1) {
+      if (id == picture) found.push_back(is_wide ? file.number(at, 2) & 0x7fff : file.number(at, 1) & 0x7f);
+    }
+  }
+  return found;
+}
+
+}  // namespace
+
+void read_jpeg_2000_words(const FileBytes& file, FileWords& words) {
+  const auto box = find_box(file, {"jp2h", "colr"});
+  if (!box) return;
+  constexpr std::uint64_t kProfile = 2, kAnyProfile = 3, kSrgb = 16;
+  const std::uint64_t method = file.number(box->begin, 1);
+  if (method == kProfile || method == kAnyProfile) words.icc = file.text(box->begin + 3, box->end - box->begin - 3);
+  words.is_srgb = method == 1 && file.number(box->begin + 3, 4) == kSrgb;
+}
+
+/// libheif turns pictures by the properties `irot` and `imir`, which rule; EXIF's orientation says the same again.
+void read_heif_words(const FileBytes& file, FileWords& words) {
+  const auto container = find_box(file, {"meta", "iprp", "ipco"});
+  if (!container) return;
+  const std::vector<Box> properties = boxes_in(file, container->begin, container->end);
+  for (const std::uint64_t number : picture_properties(file)) {
+    if (number == 0 || number > properties.size()) continue;
+    const Box& box = properties[static_cast<std::size_t>(number - 1)];
+    const std::uint64_t how = file.number(box.begin, 1);
+    if (box.type == "irot" && (how & 3) != 0)
+      words.turn = orientation_words(how == 1 ? 8 : how == 2 ? 3 : 6) + " (HEIF irot)";
+    if (box.type == "imir") words.turn += words.turn.empty() ? "mirrored (HEIF imir)" : ", mirrored (HEIF imir)";
+    if (box.type != "colr") continue;
+    const std::string_view kind = file.text(box.begin, 4);
+    if (kind == "prof" || kind == "rICC") words.icc = file.text(box.begin + 4, box.end - box.begin - 4);
+    if (kind == "nclx")
+      words.code_points = ColorCodePoints{static_cast<int>(file.number(box.begin + 4, 2)),
+                                          static_cast<int>(file.number(box.begin + 6, 2)), true};
+  }
+  if (!words.icc.empty()) words.code_points.reset();
+}
+
+}  // namespace patinate

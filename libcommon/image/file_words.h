@@ -1,0 +1,66 @@
+/// \file
+/// What image files say about their pictures beside the pixels, whoever decodes those: EXIF, color profiles, and what
+/// headers declare. Inside of image input only.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "libcommon/image/color_encoding.h"
+#include "libcommon/image/file_bytes.h"
+
+namespace patinate {
+
+/// Color code points of ITU-T H.273.
+struct ColorCodePoints {
+  int primaries = 2;
+  int transfer = 2;
+  bool is_full_range = true;
+};
+
+/// As the file has them; what is damaged is left out, and named in `problems`.
+struct FileWords {
+  int orientation = 1;  ///< EXIF's, [1, 8]; 1 where the format turns pictures itself.
+  std::string turn;     ///< What the format itself turns, in words; "" = nothing.
+  std::string icc;      ///< An embedded profile.
+  std::optional<ColorCodePoints> code_points;
+  bool is_srgb = false;       ///< PNG's sRGB, EXIF's color space 1.
+  bool is_adobe_rgb = false;  ///< EXIF: not sRGB, and interoperability "R03".
+  std::optional<double> png_gamma;
+  std::optional<Chromaticities> primaries;
+  std::string primaries_by;                    ///< "PNG cHRM" or "TIFF".
+  std::optional<std::array<double, 2>> white;  ///< CIE xy of a TIFF's white.
+  std::string unused_alpha;                    ///< Why a channel that stands where alpha does is none; "" = it is.
+  std::optional<int> largest_value;            ///< Of codes of 16 bits, where it is not 65535: 12 bits in 16.
+  std::vector<std::string> problems;
+};
+
+/// PNG, JPEG, TIFF, WebP, JPEG 2000, HEIF and AVIF, BMP and TGA; nothing of other files, and of damaged ones what
+/// stands before the damage.
+[[nodiscard]] FileWords read_file_words(const std::filesystem::path& path);
+
+/// Of a TGA whose palette does not begin with the first color, which OpenImageIO reads as if it did: the same with the
+/// colors that lack before it. Nothing for other files.
+[[nodiscard]] std::optional<std::string> tga_with_whole_palette(const std::filesystem::path& path);
+
+/// What the words say of color. @param channels  Of color: 1 or 3.
+[[nodiscard]] SaidColor said_color(const FileWords& words, int channels);
+
+/// "turned by 90 degrees clockwise". @param orientation  EXIF's, [1, 8].
+[[nodiscard]] std::string orientation_words(int orientation);
+/// "turned by 90 degrees clockwise (EXIF orientation 6)"; "" for 1.
+[[nodiscard]] std::string orientation_text(int orientation);
+
+/// Readers of one format each, which set what it says.
+void read_tiff_words(std::span<const unsigned char> bytes, FileWords& words);
+void read_jpeg_2000_words(const FileBytes& file, FileWords& words);
+void read_heif_words(const FileBytes& file, FileWords& words);
+/// EXIF data (a TIFF without pixels). Sets orientation and color space.
+void read_exif_words(std::span<const unsigned char> bytes, FileWords& words);
+
+}  // namespace patinate

@@ -1,0 +1,473 @@
+#!/usr/bin/env python3
+"""What still images say of their color, their orientation, their layers and pages. Usage: stills_test.py PATINATE [unittest arguments]
+
+Pictures are made here, byte by byte; what a history must show of them comes from the standards' formulas."""
+import json
+import math
+import pathlib
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import unittest
+import zlib
+
+PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
+PATINATE = str(pathlib.Path(PATINATE).resolve())
+WIDTH, HEIGHT = 10, 6
+D65, D50 = (0.3127, 0.3290), (0.34567, 0.35850)
+REC709, P3 = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06)), ((0.68, 0.32), (0.265, 0.69), (0.15, 0.06))
+ADOBE, REC2020 = ((0.64, 0.33), (0.21, 0.71), (0.15, 0.06)), ((0.708, 0.292), (0.17, 0.797), (0.131, 0.046))
+BRADFORD = ((0.8951, 0.2664, -0.1614), (-0.7502, 1.7135, 0.0367), (0.0389, -0.0685, 1.0296))
+# A history's frames are half floats; a profile's numbers have 16 bits behind the point.
+HALF = 2e-3
+
+
+def times(a, b):
+    return tuple(tuple(sum(a[i][k] * b[k][j] for k in range(3)) for j in range(3)) for i in range(3))
+
+
+def apply(m, v):
+    return tuple(sum(m[i][k] * v[k] for k in range(3)) for i in range(3))
+
+
+def inverse(m):
+    (a, b, c), (d, e, f), (g, h, i) = m
+    det = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    return tuple(tuple(v / det for v in row) for row in ((e * i - f * h, c * h - b * i, b * f - c * e),
+                                                         (f * g - d * i, a * i - c * g, c * d - a * f),
+                                                         (d * h - e * g, b * g - a * h, a * e - b * d)))
+
+
+def white(xy):
+    return (xy[0] / xy[1], 1.0, (1 - xy[0] - xy[1]) / xy[1])
+
+
+def xyz_from_rgb(primaries, xy=D65):
+    m = tuple(zip(*((x, y, 1 - x - y) for x, y in primaries)))
+    share = apply(inverse(m), white(xy))
+    return tuple(tuple(m[i][k] * share[k] for k in range(3)) for i in range(3))
+
+
+def adaptation(a, b):
+    """Bradford's, from white a to white b."""
+    ratio = [y / x for x, y in zip(apply(BRADFORD, white(a)), apply(BRADFORD, white(b)))]
+    return times(inverse(BRADFORD), tuple(tuple(ratio[i] * v for v in BRADFORD[i]) for i in range(3)))
+
+
+def rec709(linear, primaries, xy=D65):
+    """Light of other primaries as that of Rec. 709; what is negative is 0, as a history has it."""
+    return [max(0.0, v) for v in apply(times(inverse(xyz_from_rgb(REC709)), times(adaptation(xy, D65), xyz_from_rgb(primaries, xy))), linear)]
+
+
+def srgb(code):
+    return code / 12.92 if code <= 0.04045 else ((code + 0.055) / 1.055) ** 2.4
+
+
+def codes():
+    """Rows of pixels, no two alike, and no symmetry."""
+    return [[(20 + 23 * x, 30 + 37 * y, 240 - 11 * x - 9 * y) for x in range(WIDTH)] for y in range(HEIGHT)]
+
+
+def light(curve=srgb, of=tuple):
+    return [[list(of([curve(v / 255) for v in pixel])) for pixel in row] for row in codes()]
+
+
+def chunk(kind, data):
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def png(rows, *chunks):
+    raw = b"".join(b"\0" + bytes(v for pixel in row for v in pixel) for row in rows)
+    head = struct.pack(">IIBBBBB", len(rows[0]), len(rows), 8, 2, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", head) + b"".join(chunk(*c) for c in chunks) + chunk(b"IDAT", zlib.compress(raw)) + chunk(b"IEND", b"")
+
+
+def gamma(value):
+    return b"gAMA", struct.pack(">I", round(value * 1e5))
+
+
+def chromaticities(primaries):
+    return b"cHRM", b"".join(struct.pack(">I", round(v * 1e5)) for xy in (D65, *primaries) for v in xy)
+
+
+def directory(entries, at, order="<"):
+    """Entries (tag, type, count, value or bytes) of a TIFF's directory that begins at `at`, and what they point to."""
+    entries = sorted(entries)
+    end = at + 2 + 12 * len(entries) + 4
+    table, beside = struct.pack(order + "H", len(entries)), b""
+    for tag, kind, count, value in entries:
+        if isinstance(value, int):
+            value = struct.pack(order + {1: "B", 3: "H", 4: "I"}[kind], value)
+        if len(value) <= 4:
+            field = value.ljust(4, b"\0")
+        else:
+            field = struct.pack(order + "I", end + len(beside))
+            beside += value + b"\0" * (len(value) % 2)
+        table += struct.pack(order + "HHI", tag, kind, count) + field
+    return table, beside
+
+
+def exif(orientation, order="<"):
+    table, beside = directory([(274, 3, 1, orientation)], 8, order)
+    return (b"II*\0" if order == "<" else b"MM\0*") + struct.pack(order + "I", 8) + table + b"\0" * 4 + beside
+
+
+def exif_adobe():
+    """Color space "uncalibrated", interoperability R03."""
+    first, _ = directory([(34665, 4, 1, 26)], 8)
+    second, _ = directory([(40961, 3, 1, 65535), (40965, 4, 1, 56)], 26)
+    third, _ = directory([(1, 2, 4, b"R03\0")], 56)
+    return b"II*\0" + struct.pack("<I", 8) + first + b"\0" * 4 + second + b"\0" * 4 + third + b"\0" * 4
+
+
+def tiff(pages):
+    """Pages (width, height, samples, bytes, more entries); one strip each."""
+    data, at, tables = b"", 8, []
+    for width, height, samples, pixels, more in pages:
+        bits = 8 * len(pixels) // (width * height * samples)
+        entries = [(256, 4, 1, width), (257, 4, 1, height), (258, 3, samples, struct.pack("<H", bits) * samples), (259, 3, 1, 1),
+                   (273, 4, 1, at), (277, 3, 1, samples), (278, 4, 1, height), (279, 4, 1, len(pixels))]
+        given = {e[0] for e in more}
+        if 262 not in given:
+            entries.append((262, 3, 1, 2 if samples >= 3 else 1))
+        data += pixels + b"\0" * (len(pixels) % 2)
+        at = 8 + len(data)
+        tables.append(entries + more)
+    out = data
+    for i, entries in enumerate(tables):
+        begin = 8 + len(out)
+        table, beside = directory(entries, begin)
+        following = begin + len(table) + 4 + len(beside)
+        out += table + struct.pack("<I", following if i + 1 < len(tables) else 0) + beside
+    return b"II*\0" + struct.pack("<I", 8 + len(data)) + out
+
+
+def flat(rows):
+    return bytes(v for row in rows for pixel in row for v in pixel)
+
+
+def profile(primaries, gamma_value, name=b"test"):
+    """A matrix profile, version 2."""
+    def s15(values):
+        return b"".join(struct.pack(">i", round(v * 65536)) for v in values)
+    m = times(adaptation(D65, D50), xyz_from_rgb(primaries))
+    columns = [[row[k] for row in m] for k in range(3)]
+    curve = b"curv\0\0\0\0" + struct.pack(">IH", 1, round(gamma_value * 256)) + b"\0\0"
+    text = b"desc\0\0\0\0" + struct.pack(">I", len(name) + 1) + name + b"\0" * 79
+    tags = [(b"desc", text)] + [(t, b"XYZ \0\0\0\0" + s15(c)) for t, c in zip((b"rXYZ", b"gXYZ", b"bXYZ"), columns)]
+    tags += [(t, curve) for t in (b"rTRC", b"gTRC", b"bTRC")] + [(b"wtpt", b"XYZ \0\0\0\0" + s15((0.9642, 1, 0.8249)))]
+    table, data, begin = b"", b"", 132 + 12 * len(tags)
+    for tag, value in tags:
+        value += b"\0" * (-len(value) % 4)
+        table += tag + struct.pack(">II", begin + len(data), len(value))
+        data += value
+    head = struct.pack(">I4sI4s4s4s6H4s", begin + len(data), b"none", 0x02400000, b"mntr", b"RGB ", b"XYZ ", 2026, 1, 1, 0, 0, 0, b"acsp")
+    head = head.ljust(68, b"\0") + s15((0.9642, 1, 0.8249))
+    return head.ljust(128, b"\0") + struct.pack(">I", len(tags)) + table + data
+
+
+def exr(parts, data=None, display=None):
+    """Floats, not compressed. Parts (name or None, {channel: function of x and y}, more attributes); windows (x0, y0, x1, y1)."""
+    data = data or (0, 0, WIDTH - 1, HEIGHT - 1)
+    display = display or data
+    is_multi = len(parts) > 1
+    rows = range(data[1], data[3] + 1)
+
+    def attribute(name, kind, value):
+        return name + b"\0" + kind + b"\0" + struct.pack("<I", len(value)) + value
+    heads, bodies = b"", []
+    for name, channels, more in parts:
+        ordered = sorted(channels)
+        listing = b"".join(c.encode() + b"\0" + struct.pack("<IIII", 2, 0, 1, 1) for c in ordered) + b"\0"
+        heads += attribute(b"channels", b"chlist", listing) + attribute(b"compression", b"compression", b"\0")
+        heads += attribute(b"dataWindow", b"box2i", struct.pack("<4i", *data)) + attribute(b"displayWindow", b"box2i", struct.pack("<4i", *display))
+        heads += attribute(b"lineOrder", b"lineOrder", b"\0") + attribute(b"pixelAspectRatio", b"float", struct.pack("<f", 1))
+        heads += attribute(b"screenWindowCenter", b"v2f", struct.pack("<2f", 0, 0)) + attribute(b"screenWindowWidth", b"float", struct.pack("<f", 1))
+        if is_multi:
+            heads += attribute(b"name", b"string", name.encode()) + attribute(b"type", b"string", b"scanlineimage")
+            heads += attribute(b"chunkCount", b"int", struct.pack("<i", len(rows)))
+        heads += b"".join(attribute(*a) for a in more) + b"\0"
+        bodies.append([b"".join(struct.pack("<f", channels[c](x, y)) for c in ordered for x in range(data[0], data[2] + 1)) for y in rows])
+    start = struct.pack("<II", 20000630, 2 | (0x1000 if is_multi else 0)) + heads + (b"\0" if is_multi else b"")
+    at, table, chunks = len(start) + 8 * len(rows) * len(parts), b"", b""
+    for p, body in enumerate(bodies):
+        for y, row in zip(rows, body):
+            table += struct.pack("<Q", at + len(chunks))
+            chunks += (struct.pack("<i", p) if is_multi else b"") + struct.pack("<ii", y, len(row)) + row
+    return start + table + chunks
+
+
+def scene(x, y, c):
+    """A color at a place, without symmetry."""
+    return (0.05 + 0.08 * x, 0.1 + 0.11 * y, 0.9 - 0.05 * x - 0.04 * y)[c]
+
+
+def colors(layer="", alpha=None):
+    channels = {f"{layer}{n}": (lambda x, y, c=c: scene(x, y, c)) for c, n in enumerate("RGB")}
+    if alpha is not None:
+        channels[layer + "A"] = lambda x, y: alpha
+    return channels
+
+
+def scene_rows(of=tuple):
+    return [[list(of([scene(x, y, c) for c in range(3)])) for x in range(WIDTH)] for y in range(HEIGHT)]
+
+
+def read_frame(path):
+    """Rows of (R, G, B) of a history's frame: half floats, ZIP, blocks of 16 rows."""
+    bytes_ = path.read_bytes()
+    at, window, names = 8, None, []
+    while bytes_[at]:
+        name_end = bytes_.index(b"\0", at)
+        type_end = bytes_.index(b"\0", name_end + 1)
+        size = struct.unpack("<I", bytes_[type_end + 1:type_end + 5])[0]
+        value = bytes_[type_end + 5:type_end + 5 + size]
+        if bytes_[at:name_end] == b"dataWindow":
+            window = struct.unpack("<4i", value)
+        if bytes_[at:name_end] == b"channels":
+            place = 0
+            while value[place]:
+                end = value.index(b"\0", place)
+                names.append(value[place:end].decode())
+                place = end + 17
+        at = type_end + 5 + size
+    width, height = window[2] + 1, window[3] + 1
+    rows = []
+    at += 1 + 8 * math.ceil(height / 16)
+    for first in range(0, height, 16):
+        count = min(16, height - first)
+        size = struct.unpack("<i", bytes_[at + 4:at + 8])[0]
+        block = bytes_[at + 8:at + 8 + size]
+        at += 8 + size
+        if size < 2 * width * count * len(names):  # What does not shrink is stored as it is.
+            raw = bytearray(zlib.decompress(block))
+            for i in range(1, len(raw)):
+                raw[i] = (raw[i - 1] + raw[i] - 128) % 256
+            half = (len(raw) + 1) // 2
+            block = bytes(raw[i // 2 + (half if i % 2 else 0)] for i in range(len(raw)))
+        values = struct.unpack(f"<{width * count * len(names)}e", block)
+        for y in range(count):
+            of = {n: values[(y * len(names) + i) * width:(y * len(names) + i + 1) * width] for i, n in enumerate(names)}
+            rows.append([(of["R"][x], of["G"][x], of["B"][x]) for x in range(width)])
+    return rows
+
+
+def upright(rows, orientation):
+    """What EXIF's orientations mean [EXIF 2.32, 4.6.4]: where the first row and the first column are seen."""
+    columns = [list(c) for c in zip(*rows)]
+    return {1: rows, 2: [r[::-1] for r in rows], 3: [r[::-1] for r in rows[::-1]], 4: rows[::-1], 5: columns,
+            6: [c[::-1] for c in columns], 7: [c[::-1] for c in columns[::-1]], 8: columns[::-1]}[orientation]
+
+
+class Stills(unittest.TestCase):
+    def setUp(self):
+        self.folder = pathlib.Path(tempfile.mkdtemp(prefix="patinate_stills_"))
+        self.addCleanup(shutil.rmtree, self.folder)
+
+    def run_patinate(self, *arguments):
+        return subprocess.run([PATINATE, *map(str, arguments)], cwd=self.folder, capture_output=True, text=True, errors="surrogateescape", timeout=120)
+
+    def project(self, pictures, **more):
+        """A folder with the pictures {name: bytes} and a project of all of them."""
+        capture = pathlib.Path(tempfile.mkdtemp(dir=self.folder))
+        for name, content in pictures.items():
+            (capture / name).write_bytes(content)
+        (capture / "capture.json").write_text(json.dumps({"format": "patinate.capture", "version": 1, "name": "n", "kind": "fixed",
+                                                          "frames": {"pattern": "photo*", "interval": 1}, **more}))
+        return capture
+
+    def ingest(self, pictures, *options, **more):
+        """Rows of each frame, and what was said."""
+        capture = self.project(pictures, **more)
+        result = self.run_patinate("ingest", capture, "-o", capture / "history", "--highlights", "keep", *options)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        return [read_frame(f) for f in sorted((capture / "history/frames").glob("*.exr"))], result.stderr
+
+    def shows(self, picture, expected, *said, name="photo.png", limit=HALF, **more):
+        (rows, *_), text = self.ingest({name: picture}, **more)
+        self.assertEqual((len(rows[0]), len(rows)), (len(expected[0]), len(expected)), text)
+        worst = max(abs(a - b) for got, want in zip(rows, expected) for p, q in zip(got, want) for a, b in zip(p, q))
+        self.assertLessEqual(worst, limit, text)
+        for words in said:
+            self.assertIn(words, text)
+        return text
+
+
+class Color(Stills):
+    def test_png_says_its_color_by_chunks_of_which_the_first_of_the_standard_counts(self):
+        def power(value):
+            return lambda v: v ** value
+        adobe = lambda v: rec709(v, ADOBE)  # noqa: E731
+        self.shows(png(codes(), gamma(1.0)), light(lambda v: v), "color: linear (PNG gAMA)")
+        self.shows(png(codes(), gamma(1 / 1.8)), light(power(1.8)), "color: gamma 1.8")
+        self.shows(png(codes(), gamma(0.45455)), light(), "color: sRGB (PNG gAMA)")
+        self.shows(png(codes(), gamma(0.45455), chromaticities(ADOBE)), light(power(1 / 0.45455), adobe), "Adobe RGB (PNG gAMA and cHRM)")
+        self.shows(png(codes(), chromaticities(ADOBE)), light(srgb, adobe), "color: Adobe RGB (PNG cHRM)")
+        self.shows(png(codes(), (b"sRGB", b"\0"), gamma(1.0)), light(), "color: sRGB")
+        self.shows(png(codes(), (b"cICP", b"\x0c\x0d\0\1"), (b"sRGB", b"\0")), light(srgb, lambda v: rec709(v, P3)), "color: Display P3")
+        self.shows(png(codes(), (b"cICP", b"\x09\x08\0\1")), light(lambda v: v, lambda v: rec709(v, REC2020)), "color: BT.2020, linear")
+        embedded = b"iCCP", b"x\0\0" + zlib.compress(profile(P3, 2.0, b"mine"))
+        self.shows(png(codes(), embedded, gamma(1.0)), light(power(2.0), lambda v: rec709(v, P3)), "color: mine (ICC profile)")
+
+    def test_tiff_has_profiles_primaries_lab_and_inks(self):
+        size = (WIDTH, HEIGHT, 3, flat(codes()))
+        mine = profile(ADOBE, 1.8, b"mine")
+        self.shows(tiff([(*size, [(34675, 7, len(mine), mine)])]), light(lambda v: v ** 1.8, lambda v: rec709(v, ADOBE)), "mine (ICC profile)", name="photo.tif")
+        rationals = b"".join(struct.pack("<II", round(v * 1e5), 100000) for xy in REC2020 for v in xy)
+        self.shows(tiff([(*size, [(319, 5, 6, rationals)])]), light(srgb, lambda v: rec709(v, REC2020)), "BT.2020 (TIFF)", name="photo.tif")
+        lab = [[(30 + 20 * x, (5 * y - 8) % 256, (7 * x - 30) % 256) for x in range(WIDTH)] for y in range(HEIGHT)]
+
+        def linear(pixel):
+            signed = [v - 256 if v > 127 else v for v in pixel]
+            fy = (pixel[0] / 2.55 + 16) / 116
+            cube = [t ** 3 if t > 6 / 29 else 3 * (6 / 29) ** 2 * (t - 4 / 29) for t in (fy + signed[1] / 500, fy, fy - signed[2] / 200)]
+            xyz = [v * w for v, w in zip(cube, white(D50))]
+            return apply(times(inverse(xyz_from_rgb(REC709)), adaptation(D50, D65)), xyz)
+        self.shows(tiff([(WIDTH, HEIGHT, 3, flat(lab), [(262, 3, 1, 8)])]), [[linear(p) for p in row] for row in lab], "color: CIE L*a*b*", name="photo.tif")
+        inks = [[(*pixel, 40) for pixel in row] for row in codes()]
+        ink = [[[srgb((1 - v / 255) * (1 - 40 / 255)) for v in pixel] for pixel in row] for row in codes()]
+        # Rounded to 8-bit codes on the way.
+        self.shows(tiff([(WIDTH, HEIGHT, 4, flat(inks), [(262, 3, 1, 5)])]), ink, "CMYK without a profile", name="photo.tif", limit=0.01)
+
+    def test_codes_of_12_bits_in_16_are_what_the_tiff_declares(self):
+        wide = [[tuple(v * 16 for v in pixel) for pixel in row] for row in codes()]
+        pixels = b"".join(struct.pack("<H", v) for row in wide for pixel in row for v in pixel)
+        expected = [[[srgb(v / 4095) for v in pixel] for pixel in row] for row in wide]
+        self.shows(tiff([(WIDTH, HEIGHT, 3, pixels, [(281, 3, 3, struct.pack("<3H", 4095, 4095, 4095))])]), expected, "codes up to 4095", name="photo.tif")
+
+    def test_a_response_that_is_given_holds_and_says_so(self):
+        self.shows(png(codes(), gamma(1.0)), light(), "`response` srgb holds, not what the photographs say of their color: linear", response="srgb")
+        self.assertNotIn("`response`", self.shows(png(codes(), (b"sRGB", b"\0")), light(), response="srgb"))
+
+    def test_what_is_damaged_is_named_and_not_used(self):
+        broken = b"iCCP", b"x\0\0" + zlib.compress(b"no profile")
+        self.shows(png(codes(), broken), light(), "not used: its ICC profile is damaged")
+        self.shows(png(codes(), (b"iCCP", b"x\0\0nothing")), light(), "not used: its ICC profile is damaged")
+        self.shows(png(codes(), (b"cICP", b"\x63\x0d\0\1")), light(), "not used: its color code points")
+        self.shows(png(codes(), (b"cHRM", b"\0" * 32)), light(), "not used: its chromaticities make no color space")
+        mine = profile(P3, 2.2)
+        for length in range(0, len(mine), 37):
+            with self.subTest(length=length):
+                self.ingest({"photo.tif": tiff([(WIDTH, HEIGHT, 3, flat(codes()), [(34675, 7, max(5, length), mine[:max(5, length)])])])})
+
+    def test_what_lies_outside_of_rec_709_is_counted(self):
+        vivid = [[(0, 255, 0)] * WIDTH for _ in range(HEIGHT)]
+        text = self.shows(png(vivid, (b"cICP", b"\x0c\x0d\0\1")), [[rec709((0, 1, 0), P3)] * WIDTH for _ in range(HEIGHT)])
+        self.assertIn("the colors of 60 pixels of photo.png (100 %) lie outside of Rec. 709", text)
+
+    def test_exif_says_adobe_rgb(self):
+        self.shows(png(codes(), (b"eXIf", exif_adobe())), light(lambda v: v ** (563 / 256), lambda v: rec709(v, ADOBE)), "color: Adobe RGB (EXIF)")
+
+
+class Geometry(Stills):
+    def test_every_orientation_is_turned_in_every_format_and_order_of_bytes(self):
+        for orientation in range(1, 9):
+            with self.subTest(orientation=orientation):
+                expected = upright(light(), orientation)
+                for order in "<>":
+                    self.shows(png(codes(), (b"eXIf", exif(orientation, order))), expected)
+                page = (WIDTH, HEIGHT, 3, flat(codes()), [(274, 3, 1, orientation)])
+                text = self.shows(tiff([page]), expected, name="photo.tif")
+                self.assertEqual(orientation > 1, f"EXIF orientation {orientation}" in text)
+
+    def test_an_orientation_that_changes_within_a_series_is_told_with_its_photographs(self):
+        stored = {3: upright(codes(), 3), 1: codes()}
+        pictures = {f"photo{i}.png": png(stored[o], (b"eXIf", exif(o))) for i, o in enumerate((1, 1, 3))}
+        frames, text = self.ingest(pictures)
+        self.assertEqual(frames[0], frames[2])
+        self.assertIn("orientation: nothing said; not so in photo2.png: turned by 180 degrees (EXIF orientation 3)", text)
+
+    def test_pages_that_are_copies_or_masks_are_no_photographs(self):
+        copy = (5, 3, 3, flat([r[:5] for r in codes()[:3]]), [(254, 4, 1, 1)])
+        whole = (WIDTH, HEIGHT, 3, flat(codes()), [])
+        self.shows(tiff([whole, copy]), light(), "page: 1; page 2 is a reduced copy", name="photo.tif")
+        self.shows(tiff([copy, whole]), light(), "page: 2; page 1 is a reduced copy", name="photo.tif")
+
+    def test_alpha_that_a_header_does_not_declare_is_not_used(self):
+        def tga(attributes):
+            pixels = bytes(v for row in codes() for r, g, b in row for v in (b, g, r, 0))
+            return struct.pack("<BBBHHBHHHHBB", 0, 0, 2, 0, 0, 0, 0, 0, WIDTH, HEIGHT, 32, 0x20 | attributes) + pixels
+        self.shows(tga(0), light(), "alpha: not used", name="photo.tga")
+        capture = self.project({"photo.tga": tga(8)})
+        self.assertIn("no pixel is opaque", self.run_patinate("ingest", capture, "-o", "x").stderr)
+        pixels = bytes(v for row in codes()[::-1] for r, g, b in row for v in (b, g, r, 0))
+        bmp = b"BM" + struct.pack("<IHHI", 54 + len(pixels), 0, 0, 54) + struct.pack("<IiiHHIIiiII", 40, WIDTH, HEIGHT, 1, 32, 0, len(pixels), 0, 0, 0, 0) + pixels
+        self.shows(bmp, light(), "alpha: not used", name="photo.bmp")
+        extra = flat([[(*p, 0) for p in row] for row in codes()])
+        self.shows(tiff([(WIDTH, HEIGHT, 4, extra, [(338, 3, 1, 0)])]), light(), name="photo.tif")
+
+
+class Exr(Stills):
+    def test_chromaticities_are_converted(self):
+        xy = struct.pack("<8f", *(v for p in (*REC2020, D65) for v in p))
+        part = None, colors(), [(b"chromaticities", b"chromaticities", xy)]
+        self.shows(exr([part]), scene_rows(lambda v: rec709(v, REC2020)), "color: BT.2020 (EXR chromaticities)", name="photo.exr")
+
+    def test_the_one_part_or_layer_in_color_is_the_photograph(self):
+        depth = {"Z": lambda x, y: 7.0}
+        self.shows(exr([("depth", depth, []), ("image", colors(), [])]), scene_rows(), "layer: part 2 (image) of 2", name="photo.exr")
+        self.shows(exr([(None, {**colors("cam1.diffuse.", 1.0), "cam1.depth.Z": depth["Z"]}, [])]), scene_rows(), "layer: cam1.diffuse of 2", name="photo.exr")
+        lower = {f"main.{n}": (lambda x, y, c=c: scene(x, y, c)) for c, n in enumerate(("red", "green", "blue"))}
+        self.shows(exr([(None, lower, [])]), scene_rows(), "layer: main", name="photo.exr")
+        shadow = {k: (lambda x, y: 0.5) for k in colors("shadow.")}
+        self.shows(exr([(None, {**colors("x.Combined."), **shadow}, [])]), scene_rows(), "layer: x.Combined of 2", name="photo.exr")
+        self.shows(exr([(None, {**colors(), **shadow}, [])]), scene_rows(), name="photo.exr")
+        # Alpha of the layer takes what is transparent off the mask, and is divided out.
+        self.shows(exr([(None, {k: (lambda x, y, f=f: 0.5 * f(x, y)) for k, f in colors("x.", 1.0).items()}, [])]), scene_rows(), name="photo.exr")
+
+    def test_several_pictures_in_color_are_refused_by_their_names(self):
+        capture = self.project({"photo.exr": exr([(None, {**colors("first."), **colors("second.")}, [])])})
+        result = self.run_patinate("ingest", capture, "-o", "x")
+        self.assertEqual(result.returncode, 3)
+        self.assertIn("holds several pictures in color (first, second)", result.stderr)
+
+    def test_the_default_view_is_shown(self):
+        views = b"".join(struct.pack("<I", len(v)) + v for v in (b"left", b"right"))
+        right = {k: (lambda x, y: 0.5) for k in colors("right.")}
+        self.shows(exr([(None, {**colors(), **right}, [(b"multiView", b"stringvector", views)])]), scene_rows(), "layer: view left", name="photo.exr")
+
+    def test_the_display_window_is_the_picture(self):
+        window = 0, 0, WIDTH - 1, HEIGHT - 1
+        self.shows(exr([(None, colors(), [])], (-3, -2, WIDTH + 4, HEIGHT + 1), window), scene_rows(), "window: display window, 10 x 6", name="photo.exr")
+        # What no data cover is transparent, and so outside of the mask.
+        part = [[scene(x, y, c) if 2 <= x < 8 and 1 <= y else 0.0 for c in range(3)] for y in range(HEIGHT) for x in range(WIDTH)]
+        rows = [part[y * WIDTH:(y + 1) * WIDTH] for y in range(HEIGHT)]
+        self.shows(exr([(None, colors(), [])], (2, 1, 7, HEIGHT + 3), window), rows, "is transparent", name="photo.exr")
+
+    def test_light_beyond_half_floats_is_named_and_counts_as_saturated(self):
+        bright = {k: (lambda x, y, f=f: 1e6 if (x, y) == (3, 2) else f(x, y)) for k, f in colors().items()}
+        pictures = {"photo0.exr": exr([(None, bright, [])]), "photo1.exr": exr([(None, colors(), [])])}
+        frames, text = self.ingest(pictures)
+        self.assertEqual(frames[0][2][3], (65504.0,) * 3)
+        self.assertIn("the light of 1 pixel of photo0.exr is more than half floats hold", text)
+
+
+class Names(Stills):
+    def test_every_byte_of_a_name_works(self):
+        page = tiff([(WIDTH, HEIGHT, 3, flat(codes()), [])])
+        names = ["photo?.tif", "photo #1.tif", "photo 100%.tif", "photo?a=b&c.tif", "photo\n.tif", "photo\\.tif", "photo\udcff.tif", "photo:;'\"*[x].tif"]
+        frames, _ = self.ingest({name: page for name in names})
+        self.assertEqual(len(frames), len(names))
+        self.assertTrue(all(frame == frames[0] for frame in frames))
+
+
+class Said(Stills):
+    def test_info_and_init_say_what_was_understood(self):
+        page = tiff([(WIDTH, HEIGHT, 3, flat(codes()), [(274, 3, 1, 6)]), (5, 3, 3, bytes(45), [(254, 4, 1, 1)])])
+        capture = self.project({"photo.tif": page})
+        facts = json.loads(self.run_patinate("info", capture / "photo.tif", "--json").stdout)
+        self.assertEqual(facts["orientation"], "turned by 90 degrees clockwise (EXIF orientation 6)")
+        self.assertEqual(facts["page"], "1; page 2 is a reduced copy")
+        self.assertEqual(facts["size"], [HEIGHT, WIDTH])
+        (capture / "capture.json").unlink()
+        (capture / "photo.tif").unlink()
+        (capture / "photo.png").write_bytes(png(codes(), gamma(1.0)))
+        said = self.run_patinate("init", capture).stderr
+        self.assertIn("found: color: linear (PNG gAMA)", said)
+        self.assertNotIn("response", json.loads((capture / "capture.json").read_text()))
+
+
+if __name__ == "__main__":
+    unittest.main(argv=[sys.argv[0], *sys.argv[1:]])

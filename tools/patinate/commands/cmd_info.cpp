@@ -240,7 +240,7 @@ Facts capture_facts(const std::filesystem::path& path) {
   facts.add("times", times,
             std::to_string(project.frames.size()) + " frames, " + short_number_text(project.frames.front().time) +
                 " to " + short_number_text(project.frames.back().time) + " " + unit + " (from " + project.time_source +
-                 (project.time_span.empty() ? "" : ", " + project.time_span) + ")");
+                (project.time_span.empty() ? "" : ", " + project.time_span) + ")");
   facts.add("time_unit", time_unit_text(project.time_unit), "");
   facts.add("transmission", project.transmission.has_value(), project.transmission ? "yes" : "no");
   return facts;

@@ -142,10 +142,30 @@ BackgroundRule background_rule(const std::string& text) {
   return rule;
 }
 
+namespace {
+
+ImageU8 clearly_different(const ImageF& codes, const ImageU8& known, const BackgroundColor& color, double span) {
+  constexpr double kLargest = 1.7320508;  // Between black and white.
+  cv::Mat1b far(codes.height(), codes.width(), std::uint8_t{0});
+  for (std::int64_t i = 0; i < codes.num_pixels(); ++i) {
+    if (is_known(known, i))
+      far.data[i] = static_cast<std::uint8_t>(
+          std::min(255.0, 255.0 / kLargest * static_cast<double>(distance(codes.data() + 3 * i, color.at(i)))));
+  }
+  cv::Mat1b parts;
+  const double otsu = cv::threshold(far, parts, 0, 255, cv::THRESH_BINARY | cv::THRESH_OTSU);
+  if (otsu < 255.0 / kLargest * span) cv::threshold(far, parts, 255.0 / kLargest * span, 255, cv::THRESH_BINARY);
+  ImageU8 clear(codes.width(), codes.height());
+  std::copy(parts.begin(), parts.end(), clear.values().begin());
+  return clear;
+}
+
+}  // namespace
+
 bool PlainBackground::is_plain() const { return border_share >= kPlain; }
 
 PlainBackground plain_background(const ImageF& codes, const ImageU8& known) {
-  PlainBackground result{ImageU8(codes.width(), codes.height())};
+  PlainBackground result{ImageU8(codes.width(), codes.height()), {}};
   const std::vector<std::int64_t> border = border_pixels(codes, known);
   if (border.empty()) return result;
   // A course of the light along the border is allowed for before it is known: three times what a pixel may lie off.
@@ -170,6 +190,7 @@ PlainBackground plain_background(const ImageF& codes, const ImageU8& known) {
     alike.data()[i] = is_alike ? 255 : 0;
   }
   result.mask = connected_to_border(alike);
+  result.clear = clearly_different(codes, known, color, span);
   return result;
 }
 

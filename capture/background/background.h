@@ -31,7 +31,10 @@ inline constexpr int kBackgroundSide = 512;
 /// from a polynomial of second degree through the border than its own grain. Enclosed places of that color are the
 /// object's: a white spot on a leaf that lies on white paper.
 struct PlainBackground {
-  ImageU8 mask;               ///< 255 = background. Nothing when the border is not plain.
+  ImageU8 mask;  ///< 255 = background. Nothing when the border is not plain.
+  /// 255 = stands out clearly: further from the background's color than Otsu's threshold [Otsu 1979]. Without what the
+  /// background's light and shadows make differ, with holes, and with spots of its color left out.
+  ImageU8 clear;
   double border_share = 0.0;  ///< Part of the border that is of one color, [0, 1].
   [[nodiscard]] bool is_plain() const;
 };

@@ -28,7 +28,7 @@ class SeriesMatcher {
 
   SeriesAlignment run() {
     add_marks();
-    if (series_.outlines) add_outlines();
+    if (series_.outlines && !series_.features) add_outlines();
     if (series_.features) {
       find_all_features();
       control_.report(0.5);
@@ -38,6 +38,11 @@ class SeriesMatcher {
     SeriesAlignment result = place();
     constexpr int kRounds = 3;  // A photograph that is tied now may tie others.
     for (int round = 0; round < kRounds && series_.features && tie_the_rest(); ++round) result = place();
+    if (series_.features && series_.outlines && !all_tied()) {
+      tried_.clear();
+      add_outlines();
+      result = place();
+    }
     control_.report(0.9);
     constexpr int kExactRounds = 2;  // The second starts where the first has come.
     for (int round = 0; round < kExactRounds && series_.features; ++round) {
@@ -84,7 +89,7 @@ class SeriesMatcher {
     parallel_for(num_photos_, 1, silent(control_), [&](std::int64_t begin, std::int64_t) {
       outlines[static_cast<std::size_t>(begin)] = series_.outlines(static_cast<int>(begin));
     });
-    control_.report(0.5);
+    if (!series_.features) control_.report(0.5);
     match(first_pairs(), [&](int a, int b) {
       return align_outlines(a, outlines[static_cast<std::size_t>(a)], b, outlines[static_cast<std::size_t>(b)]);
     });
@@ -145,14 +150,23 @@ class SeriesMatcher {
     return result;
   }
 
-  /// @returns Whether a pair was found that may tie a photograph.
-  bool tie_the_rest() {
-    constexpr std::size_t kMostTried = 24;
+  [[nodiscard]] std::vector<bool> tied() const {
     std::vector<int> roots;
     for (int i = 0; i < num_photos_; ++i) {
       if (is_given(i)) roots.push_back(i);
     }
-    const std::vector<bool> is_tied = tied_to(num_photos_, roots, last_kept_);
+    return tied_to(num_photos_, roots, last_kept_);
+  }
+
+  [[nodiscard]] bool all_tied() const {
+    const std::vector<bool> is_tied = tied();
+    return std::all_of(is_tied.begin(), is_tied.end(), [](bool t) { return t; });
+  }
+
+  /// @returns Whether a pair was found that may tie a photograph.
+  bool tie_the_rest() {
+    constexpr std::size_t kMostTried = 24;
+    const std::vector<bool> is_tied = tied();
     const std::size_t before = pairs_.size();
     bool is_any = false;
     for (int i = 0; i < num_photos_; ++i) {

@@ -38,6 +38,7 @@ struct SeriesAlignment {
 /// photographs all; of more every one with the two after it, with the reference and with the one in the middle; then,
 /// while a photograph is tied to nothing, it is tried against the nearest 24 in time of those that are. Then, twice,
 /// patches of the accepted pairs and of all photographs with the reference take the features' place, where they fit.
+/// With both, outlines are for what features leave untied.
 /// Same result for any number of threads.
 [[nodiscard]] SeriesAlignment align_series(const PhotoSeries& series, const RunControl& control);
 

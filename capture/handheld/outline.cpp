@@ -26,6 +26,10 @@ constexpr double kLeastNear = 0.7;       ///< Share of the points.
 constexpr double kOtherTurn_deg = 15.0;  ///< Beyond which it is another one.
 constexpr double kClearly = 2.0;         ///< Times worse the next turn must be.
 constexpr double kMostCut = 0.4;         ///< Share of an outline that may lie on the photograph's border.
+constexpr double kHoleNear = 0.04;       ///< Of the object's size: a drilled hole is a tenth of it or less.
+constexpr double kHoleSize = 1.5;        ///< Times as large, at most: a label is not taken for a hole.
+constexpr double kLeastHole = 0.001;     ///< Of the object's area.
+constexpr double kRound = 0.6;           ///< Of the area of a circle of its perimeter; a square has 0.785.
 
 /// Points every so far along a closed line of pixels, smoothed over what pixels are ragged by.
 std::vector<Vector2d> spaced(const std::vector<cv::Point>& line) {
@@ -59,6 +63,7 @@ std::vector<Vector2d> spaced(const std::vector<cv::Point>& line) {
 struct Fit {
   Matrix3d b_from_a = Matrix3d::Identity();
   double mean_px = std::numeric_limits<double>::infinity();  ///< Distance of those kept, in b.
+  int num_holes = 0;                                         ///< In place.
 };
 
 struct Match {
@@ -143,6 +148,19 @@ double near_share(const PhotoOutline& a, const PhotoOutline& b, const Matrix3d& 
   return static_cast<double>(num_near) / static_cast<double>(a.points.size());
 }
 
+/// Holes of `a` that lie on one of `b` of their size.
+int num_holes_in_place(const PhotoOutline& a, const PhotoOutline& b, const Matrix3d& b_from_a) {
+  const double scale = std::sqrt(std::abs(b_from_a.topLeftCorner<2, 2>().determinant()));
+  const auto is_in_place = [&](const PhotoOutline::Hole& hole) {
+    const Vector2d moved = moved_by(b_from_a, hole.middle);
+    return std::any_of(b.holes.begin(), b.holes.end(), [&](const PhotoOutline::Hole& other) {
+      const double ratio = scale * hole.size_px / other.size_px;
+      return (other.middle - moved).norm() < kHoleNear * b.size_px && ratio < kHoleSize && ratio > 1.0 / kHoleSize;
+    });
+  };
+  return static_cast<int>(std::count_if(a.holes.begin(), a.holes.end(), is_in_place));
+}
+
 /// All turns about the middles, the best first.
 std::vector<Fit> fits_of(const PhotoOutline& a, const PhotoOutline& b) {
   const Vector2d from = middle_of(a), to = middle_of(b);
@@ -164,9 +182,36 @@ std::vector<Fit> fits_of(const PhotoOutline& a, const PhotoOutline& b) {
     if (turns.size() == kNumRefined || !std::isfinite(fit.mean_px)) break;
     if (std::none_of(turns.begin(), turns.end(), is_known)) turns.push_back(fit);
   }
-  for (Fit& fit : turns) fit = refined(a, b, fit.b_from_a, kFineRounds);
+  for (Fit& fit : turns) {
+    fit = refined(a, b, fit.b_from_a, kFineRounds);
+    fit.num_holes = num_holes_in_place(a, b, fit.b_from_a);
+  }
   std::stable_sort(turns.begin(), turns.end(), is_better);
+  // Of those that fit about as well, the one with more holes in place.
+  const double limit = kClearly * std::max(turns.empty() ? 0.0 : turns.front().mean_px, b.error_px);
+  std::stable_sort(turns.begin(), turns.end(), [limit](const Fit& x, const Fit& y) {
+    return x.mean_px < limit && y.mean_px < limit && x.num_holes > y.num_holes;
+  });
   return turns;
+}
+
+/// @param area  Of the object, in the mask's pixels. @param sx,sy  Pixels of the photograph to one of the mask.
+std::vector<PhotoOutline::Hole> round_holes(const cv::Mat1b& mask, double area, double sx, double sy) {
+  std::vector<std::vector<cv::Point>> lines;
+  std::vector<cv::Vec4i> tree;  // Next, before, child, parent; -1 = none.
+  cv::Mat1b even;
+  cv::medianBlur(mask, even, 5);  // Grains of the background and of the object.
+  cv::findContours(even, lines, tree, cv::RETR_CCOMP, cv::CHAIN_APPROX_NONE);
+  std::vector<PhotoOutline::Hole> holes;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const double inside = cv::contourArea(lines[i]), around = cv::arcLength(lines[i], true);
+    if (tree[i][3] < 0 || inside < kLeastHole * area) continue;
+    if (4.0 * std::numbers::pi * inside < kRound * around * around) continue;
+    const cv::Moments m = cv::moments(lines[i]);
+    holes.push_back(
+        {Vector2d((m.m10 / m.m00 + 0.5) * sx - 0.5, (m.m01 / m.m00 + 0.5) * sy - 0.5), std::sqrt(inside * sx * sy)});
+  }
+  return holes;
 }
 
 }  // namespace
@@ -189,6 +234,7 @@ PhotoOutline find_outline(const ImageU8& object, int width, int height) {
   const double sx = static_cast<double>(width) / object.width(), sy = static_cast<double>(height) / object.height();
   outline.size_px = std::sqrt(area * sx * sy);
   outline.error_px = 0.5 * std::max(sx, sy);
+  outline.holes = round_holes(mask, area, sx, sy);
   const std::size_t n = points.size();
   std::size_t num_cut = 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -219,7 +265,7 @@ PhotoPair align_outlines(int a, const PhotoOutline& of_a, int b, const PhotoOutl
   if (fits.empty() || !std::isfinite(fits.front().mean_px)) return pair;
   const Fit& best = fits.front();
   const bool is_clear = std::none_of(fits.begin(), fits.end(), [&](const Fit& other) {
-    return is_other_turn(best.b_from_a, other.b_from_a) &&
+    return is_other_turn(best.b_from_a, other.b_from_a) && other.num_holes >= best.num_holes &&
            other.mean_px < kClearly * std::max(best.mean_px, of_b.error_px);
   });
   const std::vector<Match> matches = matches_of(of_a, of_b, best.b_from_a);

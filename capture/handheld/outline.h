@@ -17,9 +17,16 @@ struct PhotoOutline {
   std::vector<Eigen::Vector2d> normals = {};  ///< Unit.
   double size_px = 0.0;                       ///< Square root of the area within.
   double error_px = 1.0;                      ///< Of a point, along its normal.
+  /// A hole through the object: what the outline of a plate does not show, which of its turns is right.
+  struct Hole {
+    Eigen::Vector2d middle;
+    double size_px = 0.0;  ///< Square root of its area.
+  };
+  std::vector<Hole> holes = {};
 };
 
-/// Of the largest connected part. Where that touches the photograph's border its outline is not known and is left out.
+/// Of the largest connected part, and its round holes. Where that touches the photograph's border its outline is not
+/// known and is left out.
 /// @param object  Reduced by any factor: 0 = not the object. @param width,height  Of the photograph.
 [[nodiscard]] PhotoOutline find_outline(const ImageU8& object, int width, int height);
 
@@ -27,7 +34,8 @@ struct PhotoOutline {
 /// points of `b` [Chen and Medioni 1992], the farthest fifth left out: what has grown or broken off.
 ///
 /// Accepted when at least 70 % of both outlines then lie within 1.5 % of the object's size of one another, and no other
-/// turn (by more than 15 degrees) fits half as well: of a disk, an ellipse or a square the turn cannot be known.
+/// turn (by more than 15 degrees) fits half as well with as many holes in place: of a disk, an ellipse or a square
+/// without holes the turn cannot be known.
 [[nodiscard]] PhotoPair align_outlines(int a, const PhotoOutline& of_a, int b, const PhotoOutline& of_b);
 
 }  // namespace patinate::capture

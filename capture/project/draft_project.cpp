@@ -124,6 +124,36 @@ std::string set_text(const std::vector<FoundImage>& set, const fs::path& folder)
   return std::to_string(set.size()) + " photographs of " + size + " (" + name(first) + " ... " + name(set.back()) + ")";
 }
 
+/// All photographs as one series taken by hand. Nothing where a movie is among them, or where pictures of one name
+/// stand in several sets: smaller copies, or RAW beside JPEG.
+/// @param images  All that were found, in order.
+std::optional<std::vector<FoundImage>> by_hand(const std::vector<std::vector<FoundImage>>& sets,
+                                               const std::vector<FoundImage>& images) {
+  std::set<fs::path> files;
+  std::set<std::string> names;
+  for (const std::vector<FoundImage>& set : sets) {
+    for (const FoundImage& image : set) {
+      if (has_many(image) || !names.insert(lower(image.file.stem().string())).second) return std::nullopt;
+      files.insert(image.file);
+    }
+  }
+  std::vector<FoundImage> all;
+  std::copy_if(images.begin(), images.end(), std::back_inserter(all),
+               [&](const FoundImage& image) { return files.contains(image.file); });
+  return all;
+}
+
+/// Of photographs that no pattern holds: all of them, one by one.
+Json frame_list(const std::vector<FoundImage>& group, const std::vector<double>& times,
+                const std::function<std::string(const fs::path&)>& relative) {
+  std::vector<std::pair<double, std::string>> rows;
+  for (std::size_t i = 0; i < group.size(); ++i) rows.emplace_back(times[i], relative(group[i].file));
+  std::stable_sort(rows.begin(), rows.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  Json list = Json::array();
+  for (const auto& [time, photo] : rows) list.push_back({{"time", time}, {"photo", photo}});
+  return list;
+}
+
 /// A project that left some of the photographs out in silence would look whole.
 [[noreturn]] void refuse_several(const fs::path& folder, const std::vector<std::vector<FoundImage>>& sets) {
   constexpr std::size_t kMostNamed = 8;
@@ -131,10 +161,8 @@ std::string set_text(const std::vector<FoundImage>& set, const fs::path& folder)
   for (std::size_t i = 0; i < std::min(sets.size(), kMostNamed); ++i)
     list += (i == 0 ? "" : ", ") + set_text(sets[i], folder);
   if (sets.size() > kMostNamed) list += " and " + std::to_string(sets.size() - kMostNamed) + " more";
-  throw IoError(
-      folder.string(),
-      "holds what is not of one folder, format and size: " + list +
-          "; scale or crop to one size, move the others away, or say with --only which names make the frames");
+  throw IoError(folder.string(),
+                "holds several sets that may be the frames: " + list + "; say with --only which names make them");
 }
 
 /// `IMG_*.jpg` for names that begin alike, so that a mask beside them is not meant.
@@ -156,6 +184,14 @@ std::string pattern_of(const std::vector<FoundImage>& group) {
   const bool is_alike =
       std::all_of(group.begin(), group.end(), [&](const FoundImage& i) { return i.file.extension() == extension; });
   return prefix + "*" + (is_alike ? extension : "." + std::string(extension.size() - 1, '?'));  // .JPG beside .jpg
+}
+
+bool has_one_pattern(const std::vector<FoundImage>& group) {
+  const FoundImage& first = group.front();
+  return std::all_of(group.begin(), group.end(), [&](const FoundImage& i) {
+    return i.file.parent_path() == first.file.parent_path() &&
+           lower(i.file.extension().string()) == lower(first.file.extension().string());
+  });
 }
 
 TimeUnit unit_for(double seconds) {
@@ -193,22 +229,24 @@ class DraftText {
 
 /// What is found out about the frames before anything is written.
 struct Frames {
-  std::string pattern;
+  std::string pattern;  ///< Empty: of several folders or formats, so that they are listed.
   std::vector<std::size_t> excluded;
+  std::vector<double> times;               ///< Of the group, in `unit`; empty: not known.
   std::optional<std::string> time_source;  ///< Nothing: an interval stands in.
   TimeUnit unit = TimeUnit::Seconds;
 };
 
 Frames find_frames(const std::vector<FoundImage>& group, std::vector<std::string>& to_check) {
   Frames frames;
-  frames.pattern = pattern_of(group);
+  if (has_one_pattern(group)) frames.pattern = pattern_of(group);
   std::set<fs::path> members;
   std::vector<DatedPhoto> photos;
   for (const FoundImage& image : group) {
     members.insert(image.file);
     photos.push_back({image.file, image.info.date_time, image.info.digitized});
   }
-  const std::vector<fs::path> matched = list_files(group.front().file.parent_path(), frames.pattern);
+  std::vector<fs::path> matched;
+  if (!frames.pattern.empty()) matched = list_files(group.front().file.parent_path(), frames.pattern);
   for (std::size_t i = 0; i < matched.size(); ++i) {
     if (members.contains(matched[i])) continue;
     frames.excluded.push_back(i);
@@ -228,6 +266,7 @@ Frames find_frames(const std::vector<FoundImage>& group, std::vector<std::string
     const FrameTimes times = find_frame_times(photos, TimeUnit::Seconds);
     frames.unit = unit_for(*std::max_element(times.times.begin(), times.times.end()));
     frames.time_source = times.source + ", " + times.span;
+    frames.times = find_frame_times(photos, frames.unit).times;
     for (const HistoryWarning& warning : times.warnings) to_check.push_back(warning_text(warning));
   } catch (const InvalidInput& e) {
     // The interval's own line follows, and says that there is none.
@@ -266,20 +305,26 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
     throw IoError(folder.string(),
                   "holds no photograph and no movie whose name matches `" + only + "`, nor do the folders in it");
   if (sets.empty()) throw IoError(folder.string(), "holds no photographs and no movie, nor do the folders in it");
-  if (sets.size() > 1) refuse_several(folder, sets);
-  const std::vector<FoundImage>& group = sets.front();
+  const std::optional<std::vector<FoundImage>> series = sets.size() > 1 ? by_hand(sets, images) : sets.front();
+  if (!series) refuse_several(folder, sets);
+  const std::vector<FoundImage>& group = *series;
   const fs::path base = fs::absolute(project_folder.empty() ? fs::path(".") : project_folder).lexically_normal();
   const auto relative = [&](const fs::path& file) {
     return project_path(fs::absolute(file).lexically_normal().lexically_relative(base), file);
   };
   const FoundImage& first = group.front();
   const Frames frames = find_frames(group, draft.to_check);
+  const bool is_listed = frames.pattern.empty();
   const std::string pattern = relative(first.file.parent_path() / frames.pattern);
-
-  const std::string size = size_text(first.info.width, first.info.height);
-  draft.found.push_back((has_many(first) ? std::to_string(first.info.num_frames) + " images in "
-                                         : std::to_string(group.size()) + " photographs, ") +
-                        pattern + ", " + size);
+  const bool has_one_size =
+      std::all_of(group.begin(), group.end(), [&](const FoundImage& i) { return same_size(i, first); });
+  const std::string size = has_one_size ? size_text(first.info.width, first.info.height) : "of several sizes";
+  if (is_listed)
+    draft.found.push_back(std::to_string(group.size()) + " photographs of several folders or formats, " + size);
+  else
+    draft.found.push_back((has_many(first) ? std::to_string(first.info.num_frames) + " images in "
+                                           : std::to_string(group.size()) + " photographs, ") +
+                          pattern + ", " + size);
   DraftText text;
   text.member("format", "patinate.capture");
   text.member("version", 1);
@@ -287,7 +332,16 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
   text.member("name", name.empty() ? fs::absolute(folder).lexically_normal().parent_path().filename().string() : name);
   text.member("kind", "fixed");
   text.member("time_unit", time_unit_text(frames.unit), "s, min, h or d");
-  if (frames.time_source) {
+  if (is_listed) {
+    std::vector<double> times = frames.times;
+    for (std::size_t i = times.size(); i < group.size(); ++i) times.push_back(static_cast<double>(i));
+    const std::string source = frames.time_source ? "times from " + *frames.time_source : "`time` is in `time_unit`";
+    text.member("frames", frame_list(group, times, relative), source);
+    if (frames.time_source)
+      draft.found.push_back(source);
+    else
+      draft.to_check.push_back("`time`: nothing says when the images were taken, so they are numbered");
+  } else if (frames.time_source) {
     text.member("frames", Json{{"pattern", pattern}}, "times from " + *frames.time_source);
     draft.found.push_back("times from " + *frames.time_source);
   } else {
@@ -296,6 +350,12 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
     draft.to_check.push_back("`interval`: nothing says when the images were taken, so 1 stands in its place");
   }
   if (!frames.excluded.empty()) text.member("exclude", frames.excluded);
+  if (sets.size() > 1) {
+    text.member("align", "auto", "\"off\" when a camera that stood still took all of them");
+    draft.to_check.push_back(
+        "`align`: photographs differ in size, folder or format, so they are laid over one another, as "
+        "those taken by hand; --only says which names make the frames if some belong elsewhere");
+  }
   if (first.info.is_raw) draft.found.push_back("camera RAW: taken as linear light");
   std::vector<std::pair<std::string, ImageFacts>> facts;
   for (const FoundImage& image : group) facts.emplace_back(image.file.filename().string(), image.info.facts);

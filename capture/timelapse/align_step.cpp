@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kAlignVersion = 1;  ///< Raised whenever the same photographs give other transforms.
+constexpr std::int64_t kAlignVersion = 2;  ///< Raised whenever the same photographs give other transforms.
 
 /// By details, of all pixels of all photographs: six of 768 x 600, 16 of 512 x 400. Memory is a photograph's.
 JobCost align_cost(const CaptureProject& project) {
@@ -47,7 +47,8 @@ std::string alignment_key(const IngestWork& work) {
   }
   if (project.align.landmarks) hash.add_file(*project.align.landmarks);
   if (project.mask) hash.add_file(*project.mask);
-  if (project.align.method == AlignMethod::Outline) hash.add(work.options.background.mask_background);
+  if (project.align.method == AlignMethod::Outline || project.align.method == AlignMethod::Auto)
+    hash.add(work.options.background.mask_background);
   return hash.hex();
 }
 
@@ -107,9 +108,21 @@ Json alignment_json(const IngestWork& work, const SeriesAlignment& alignment) {
   return json;
 }
 
-std::string cure_text(const CaptureProject& project, const std::vector<std::string>& names, bool is_one) {
+/// Not the one that was it and not one that failed; of the others the one that most pairs hold.
+std::string other_reference(const CaptureProject& project, const std::vector<std::string>& names,
+                            const std::vector<PhotoPlace>& places) {
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (static_cast<int>(i) == project.reference || places[i].status == PlaceStatus::Failed) continue;
+    if (!best || places[i].num_pairs > places[*best].num_pairs) best = i;
+  }
+  return best ? names[*best] : names[project.reference == 0 ? names.size() - 1 : 0];
+}
+
+std::string cure_text(const CaptureProject& project, bool is_one, const std::string& other) {
   const std::string them = is_one ? "it" : "them", transform = "give " + std::string(is_one ? "its" : "their");
-  std::string cure = "mark points in " + them + " (`landmarks`), " + transform + " `transform`";
+  std::string cure =
+      "mark points in " + them + " (`landmarks`: a table with lines of photo,point,x,y), " + transform + " `transform`";
   switch (project.align.method) {
     case AlignMethod::Landmarks:
       cure = "mark at least two points (four for a homography) in each that other photographs show too";
@@ -128,7 +141,7 @@ std::string cure_text(const CaptureProject& project, const std::vector<std::stri
     case AlignMethod::Features:
       break;
   }
-  return cure + ", another reference (--align-to " + names[names.size() / 2] + ")";
+  return cure + ", another reference (--align-to " + other + ")";
 }
 
 /// @throws CannotComplete naming the photographs that fit nothing.
@@ -144,7 +157,7 @@ void check_all_placed(const IngestWork& work, const std::vector<PhotoPlace>& pla
   }
   if (failed.empty()) return;
   const std::string start = project.file.string() + ": --align " + align_method_text(project.align.method) + ": ";
-  const std::string cure = cure_text(project, names, failed.size() == 1);
+  const std::string cure = cure_text(project, failed.size() == 1, other_reference(project, names, places));
   if (failed.size() + 1 >= names.size()) {
     throw CannotComplete(start + "none of the " + std::to_string(names.size()) +
                          " photographs can be laid over the reference one, " +

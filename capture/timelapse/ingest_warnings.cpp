@@ -189,7 +189,7 @@ std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_
   const auto or_leave_out = [&](const Group& group) {
     return group.photos.size() == 1 && num_frames > 2 ? "; or leave it out: " + exclude_text(survey, group.photos) : "";
   };
-  add_unlinked(warnings, survey, num_frames);
+  if (!is_aligned) add_unlinked(warnings, survey, num_frames);  // Aligned ones were laid over one another.
   add_order(warnings, survey);
   if (!survey.is_stabilized) {
     add_group(warnings, moved, num_frames, WarningSubject::Motion, "are moved against the ones before",

@@ -83,14 +83,11 @@ ImageU8 object_of(const IngestWork& work, const CapturePhoto& photo) {
   ImageF codes = downscale_area(read_whole_photo(work.project, photo), reduced(photo.width), reduced(photo.height));
   std::transform(codes.values().begin(), codes.values().end(), codes.values().begin(), srgb_from_linear);
   const BackgroundRule rule = background_rule(work.options.background.mask_background);
-  ImageU8 object;
-  if (rule.kind == BackgroundRule::Kind::Color) {
-    object = keyed_background(codes, rule.color);
-  } else {
+  if (rule.kind != BackgroundRule::Kind::Color) {
     PlainBackground plain = plain_background(codes, {});
-    if (!plain.is_plain()) return ImageU8(codes.width(), codes.height());
-    object = std::move(plain.mask);
+    return plain.is_plain() ? std::move(plain.clear) : ImageU8(codes.width(), codes.height());
   }
+  ImageU8 object = keyed_background(codes, rule.color);
   for (std::uint8_t& v : object.values()) v = static_cast<std::uint8_t>(255 - v);
   return object;
 }
@@ -110,12 +107,14 @@ PhotoSeries photo_series(const IngestWork& work, const RunControl& control) {
     series.given.push_back(photo.transform);
   }
   if (method == AlignMethod::Landmarks || method == AlignMethod::Markers) return series;
-  if (method == AlignMethod::Outline) {
-    series.model = AlignModel::Similarity;
+  if (method == AlignMethod::Outline || method == AlignMethod::Auto) {
     series.outlines = [&work](int index) {
       const CapturePhoto& photo = work.project.frames[static_cast<std::size_t>(index)];
       return find_outline(object_of(work, photo), photo.width, photo.height);
     };
+  }
+  if (method == AlignMethod::Outline) {
+    series.model = AlignModel::Similarity;
     return series;
   }
   series.features = [&project](int index) {

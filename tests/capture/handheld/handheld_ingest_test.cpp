@@ -287,6 +287,32 @@ TEST(HandheldIngest, AnOutlineThatIsTheSameAtAnotherTurnIsRefused) {
   }
 }
 
+// A plate of steel that rusts: nothing on it stays, and its outline is the same at half a turn.
+TEST(HandheldIngest, AHoleTellsTheTurnsOfAPlateApart) {
+  const auto plate = [](double angle) {
+    return std::min(70.0 / std::max(1e-9, std::abs(std::cos(angle))), 45.0 / std::max(1e-9, std::abs(std::sin(angle))));
+  };
+  std::vector<ImageF> frames = changing_object(4, plate);
+  constexpr double kHoleX = 127.0 - 45.0, kHoleY = 131.0 - 22.0, kRadius = 10.0;
+  for (ImageF& frame : frames) {
+    for (int y = 0; y < kSize; ++y) {
+      for (int x = 0; x < kSize; ++x) {
+        const auto share = static_cast<float>(std::clamp(kRadius - std::hypot(x - kHoleX, y - kHoleY) + 0.5, 0.0, 1.0));
+        for (float& v : frame.pixel(x, y)) v += share * (kTable - v);
+      }
+    }
+  }
+  for (const std::string method : {"outline", "auto"}) {
+    const TempFolder folder;
+    const std::vector<HandheldPhoto> truth = write_handheld(frames, {.least_crop = 0.999, .seed = 11}, folder.path(),
+                                                            R"("align": ")" + method + R"(", "align_to": "000.png", )");
+    (void)ingest(folder.path());
+    // Half a pixel along the plate's border, 45 px from its middle, is as much more in the photograph's corner.
+    const double most_px = 0.5 * std::hypot(kSize / 2.0, kSize / 2.0) / 45.0;
+    EXPECT_LT(worst_error_px(alignment_of(folder / "out"), truth), most_px) << method;
+  }
+}
+
 /// Prints markers on what changes. @param places  Upper left corners.
 std::vector<ImageF> with_markers(std::vector<ImageF> frames, const std::vector<std::pair<int, int>>& places) {
   for (ImageF& frame : frames) {

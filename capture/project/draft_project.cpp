@@ -53,8 +53,9 @@ Part part_of(const fs::path& file) {
 }
 
 bool is_image_name(const fs::path& file) {
-  static constexpr std::array<std::string_view, 12> kKnown{".png", ".jpg", ".jpeg", ".tif",  ".tiff", ".webp",
-                                                           ".gif", ".bmp", ".tga",  ".heic", ".jp2",  ".ppm"};
+  static constexpr std::array<std::string_view, 18> kKnown{".png", ".jpg", ".jpeg", ".tif",  ".tiff", ".webp",
+                                                           ".gif", ".bmp", ".tga",  ".heic", ".heif", ".avif",
+                                                           ".jp2", ".psd", ".ppm",  ".pgm",  ".exr",  ".mpo"};
   const std::string extension = lower(file.extension().string());
   return is_decoded_apart(file) || std::find(kKnown.begin(), kKnown.end(), extension) != kKnown.end();
 }
@@ -84,6 +85,7 @@ std::vector<FoundImage> look(const fs::path& folder, std::vector<std::string>& t
       if (!is_image_name(file)) continue;
       try {
         const ImageInfo info = probe_image(file);
+        if (!info.key.empty() && lower(file.extension().string()) == ".exr") continue;  // A map that patinate made.
         if (is_cut_off(file))
           to_check.push_back(file.string() + ": ends before its picture does; copy it again");
         else
@@ -304,7 +306,10 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
   if (sets.empty() && !only.empty())
     throw IoError(folder.string(),
                   "holds no photograph and no movie whose name matches `" + only + "`, nor do the folders in it");
-  if (sets.empty()) throw IoError(folder.string(), "holds no photographs and no movie, nor do the folders in it");
+  if (sets.empty()) {
+    const std::string why = draft.to_check.empty() ? "" : " (" + draft.to_check.front() + ")";
+    throw IoError(folder.string(), "holds no photographs and no movie, nor do the folders in it" + why);
+  }
   const std::optional<std::vector<FoundImage>> series = sets.size() > 1 ? by_hand(sets, images) : sets.front();
   if (!series) refuse_several(folder, sets);
   const std::vector<FoundImage>& group = *series;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 
 #include "capture/project/capture_project.h"
@@ -78,8 +79,8 @@ ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo
     bool is_outside = false, is_beyond = false;
     for (int c = 0; c < 3; ++c) {
       is_outside = is_outside || (is_converted && pixel[c] < -kRounding);
-      is_beyond = is_beyond || pixel[c] > kLargestHalf;
-      pixel[c] = std::min(is_converted ? std::max(0.0f, pixel[c]) : pixel[c], kLargestHalf);
+      is_beyond = is_beyond || std::abs(pixel[c]) > kLargestHalf;
+      pixel[c] = std::clamp(pixel[c], is_converted ? 0.0f : -kLargestHalf, kLargestHalf);
     }
     if (clipped != nullptr) clipped->num_outside += is_outside, clipped->num_beyond += is_beyond;
   }

@@ -11,23 +11,19 @@ namespace patinate {
 
 namespace {
 
-/// Median over the surface: half of its area has texels of at most this size. @param sizes,counts  A triangle each.
-double median_size(const std::vector<float>& sizes, const std::vector<std::int64_t>& counts) {
+/// Of all texels, by how many each triangle has of its own size. @param sizes,counts  A triangle each.
+double median_size(const std::vector<float>& sizes, const std::vector<std::int64_t>& counts, std::int64_t num_texels) {
   std::vector<std::size_t> order;
-  double total = 0.0;
-  const auto area = [&](std::size_t t) { return static_cast<double>(counts[t]) * std::pow(sizes[t], 2); };
   for (std::size_t t = 0; t < counts.size(); ++t) {
-    if (counts[t] == 0) continue;
-    order.push_back(t);
-    total += area(t);
+    if (counts[t] > 0) order.push_back(t);
   }
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return sizes[a] < sizes[b]; });
-  double seen = 0.0;
+  std::int64_t seen = 0;
   for (std::size_t t : order) {
-    seen += area(t);
-    if (seen > total / 2.0) return static_cast<double>(sizes[t]);
+    seen += counts[t];
+    if (seen > num_texels / 2) return static_cast<double>(sizes[t]);
   }
-  return order.empty() ? 0.0 : static_cast<double>(sizes[order.back()]);
+  return 0.0;
 }
 
 }  // namespace
@@ -74,7 +70,7 @@ std::vector<float> TexelMap::texel_sizes() const {
 
 void TexelMap::count_is(const std::vector<std::int64_t>& counts) {
   num_covered_ = std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
-  median_texel_size_mm_ = median_size(texel_sizes(), counts);
+  median_texel_size_mm_ = median_size(texel_sizes(), counts, num_covered_);
 }
 
 double TexelMap::share_of_larger_texels(double size_mm) const {

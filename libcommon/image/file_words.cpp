@@ -99,6 +99,14 @@ void read_png_chunk(std::string_view type, const FileBytes& chunk, FileWords& wo
     words.primaries = Chromaticities{{xy(1), xy(2), xy(3), xy(0)}};  // The chunk begins with white.
     words.primaries_by = "PNG cHRM";
   }
+  // OpenImageIO reads XMP where the orientation is an element, not an attribute.
+  constexpr std::string_view kXmp = "XML:com.adobe.xmp", kOrientation = "tiff:Orientation=\"";
+  const std::string_view international = type == "iTXt" ? chunk.text(0, chunk.size()) : ""sv;
+  if (const std::size_t at = international.find(kOrientation);
+      international.starts_with(kXmp) && at != std::string_view::npos && words.orientation == 1) {
+    const std::string_view value = international.substr(at + kOrientation.size(), 2);
+    if (value.size() == 2 && value[0] >= '1' && value[0] <= '8' && value[1] == '"') words.orientation = value[0] - '0';
+  }
   constexpr std::string_view kText = "Raw profile type ";
   const std::string_view text = type == "zTXt" ? chunk.text(0, chunk.size()) : ""sv;
   const std::size_t end = text.find('\0');
@@ -116,7 +124,7 @@ void read_png_words(const FileBytes& file, FileWords& words) {
     const std::uint64_t size = file.number(at, 4);
     const std::string_view type = file.text(at + 4, 4);
     if (!file.holds(at + kHead, size + kCheck) || type == "IEND") return;
-    constexpr std::array kWords{"iCCP"sv, "sRGB"sv, "eXIf"sv, "cICP"sv, "gAMA"sv, "cHRM"sv, "zTXt"sv};
+    constexpr std::array kWords{"iCCP"sv, "sRGB"sv, "eXIf"sv, "cICP"sv, "gAMA"sv, "cHRM"sv, "zTXt"sv, "iTXt"sv};
     if (std::find(kWords.begin(), kWords.end(), type) != kWords.end() && size <= kLargestWords) {
       const auto checked = file.part(at + 4, size + 4);
       if (::crc32(0, checked.data(), static_cast<uInt>(checked.size())) == file.number(at + kHead + size, 4))

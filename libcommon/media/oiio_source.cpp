@@ -107,6 +107,21 @@ bool is_cmyk_file(const OIIO::ImageSpec& spec) {
   return tiff == "CMYK" || jpeg == "CMYK" || jpeg == "YCbCrK";
 }
 
+/// OpenImageIO opens more than it reads, or reads it wrongly: FITS from below to above with a scale of its own, inks
+/// in a TIFF's JPEG inverted. @throws IoError that says what it is and what to do.
+void require_readable(const std::filesystem::path& path, const OIIO::ImageInput& input) {
+  const OIIO::ImageSpec& spec = input.spec();
+  const std::string_view format = input.format_name();
+  if (format == "fits") throw IoError(path.string(), "is a FITS image, which is not read; save it as EXR or TIFF");
+  if (spec.deep) throw IoError(path.string(), "is a deep EXR, with several samples a pixel; flatten it");
+  if (format != "tiff" || !is_cmyk_file(spec)) return;
+  if (spec.get_string_attribute("compression") == "jpeg")
+    throw IoError(path.string(),
+                  "is a CMYK TIFF compressed as JPEG, which is not read; save it with another compression");
+  if (spec.format.is_floating_point())
+    throw IoError(path.string(), "is a CMYK TIFF of floating point numbers, which is not read; save it with 16 bits");
+}
+
 /// Which subimages of a file are pictures, and what the others are.
 struct FilePages {
   std::vector<int> pictures;  ///< Empty: all.
@@ -157,6 +172,7 @@ class OiioSource final : public ImageSource {
       (void)OIIO::geterror();
       throw IoError(path.string(), "is no readable image (damaged, or not an image format that is known)");
     }
+    require_readable(path, *input_);
     if (input_->spec().depth > 1) throw IoError(path.string(), "has an unusable size; at most 65536 x 65536 pixels");
     pages_ = pages_of(*input_);
   }

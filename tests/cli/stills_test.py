@@ -372,6 +372,22 @@ class Geometry(Stills):
                 text = self.shows(tiff([page]), expected, name="photo.tif")
                 self.assertEqual(orientation > 1, f"EXIF orientation {orientation}" in text)
 
+    def test_xmp_says_the_orientation_of_a_png_as_an_attribute_too(self):
+        xmp = b'<rdf:RDF><rdf:Description tiff:Orientation="6"/></rdf:RDF>'
+        self.shows(png(codes(), (b"iTXt", b"XML:com.adobe.xmp\0\0\0\0\0" + xmp)), upright(light(), 6))
+
+    def test_what_is_not_read_is_refused_as_what_it_is(self):
+        inks = bytes(4 * WIDTH * HEIGHT)
+        for name, content, said in (
+                ("jpeg.tif", tiff([(WIDTH, HEIGHT, 4, inks, [(262, 3, 1, 5)])]).replace(struct.pack("<HHII", 259, 3, 1, 1), struct.pack("<HHII", 259, 3, 1, 7)), "is a CMYK TIFF compressed as JPEG"),
+                ("float.tif", tiff([(WIDTH, HEIGHT, 4, 4 * inks, [(262, 3, 1, 5), (339, 3, 4, struct.pack("<H", 3) * 4)])]), "floating point"),
+                ("sky.fits", b"SIMPLE  =                    T".ljust(80) + b"BITPIX  =                    8".ljust(80) + b"NAXIS   =                    2".ljust(80)
+                 + b"NAXIS1  =                    4".ljust(80) + b"NAXIS2  =                    4".ljust(80) + b"END".ljust(2880 - 400) + bytes(2880), "is a FITS image")):
+            (self.folder / name).write_bytes(content)
+            result = self.run_patinate("info", name)
+            self.assertEqual(result.returncode, 3, name + result.stdout)
+            self.assertIn(said, result.stderr)
+
     def test_an_orientation_that_changes_within_a_series_is_told_with_its_photographs(self):
         stored = {3: upright(codes(), 3), 1: codes()}
         pictures = {f"photo{i}.png": png(stored[o], (b"eXIf", exif(o))) for i, o in enumerate((1, 1, 3))}

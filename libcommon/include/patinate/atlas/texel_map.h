@@ -102,7 +102,7 @@ class TexelMap {
   [[nodiscard]] FlowFrame tangents(int triangle) const;
   /// Texel steps per mm in a frame: the inverse of frame^T mm_per_texel. Zero where there is none.
   [[nodiscard]] Eigen::Matrix2d texels_per_mm(int triangle, const FlowFrame& frame) const;
-  /// Half of the covered surface has texels of at most this size: sqrt(area of one texel), mm.
+  /// Median over covered texels of sqrt(area of one texel), mm.
   [[nodiscard]] double median_texel_size_mm() const { return median_texel_size_mm_; }
   /// Share of the surface whose texels are larger than `size_mm`, [0, 1].
   [[nodiscard]] double share_of_larger_texels(double size_mm) const;

@@ -6,10 +6,12 @@ import math
 import pathlib
 import random
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
 import unittest
+import zlib
 
 PATINATE = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 PATINATE = str(pathlib.Path(PATINATE).resolve())
@@ -79,7 +81,12 @@ class Relief(unittest.TestCase):
 
     def test_a_stable_part_may_be_painted(self):
         self.run_it("relief", "registered", "-o", "first")
-        shutil.copy(self.folder / "first/change/0002.png", self.folder / "stays.png")  # Mostly pale: most of it stays.
+        width, height = struct.unpack(">II", (self.folder / "first/change/0002.png").read_bytes()[16:24])
+        # Black where the pit is: 2.4 mm, two of its widths, around (3, 0) mm; of 12 mm x 8 mm.
+        rows = b"".join(b"\0" + bytes(0 if math.hypot(x / width * 12 - 9, y / height * 8 - 4) < 2.4 else 255 for x in range(width)) for y in range(height))
+        (self.folder / "stays.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(
+            struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+            for kind, data in ((b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 0, 0, 0, 0)), (b"IDAT", zlib.compress(rows)), (b"IEND", b""))))
         report = json.loads(self.run_it("relief", "registered", "--stable", "stays.png", "-o", "again", "--json").stdout)
         self.assertLess(abs(report["steps"][2]["net"]["mm3"] + LOST_MM3), 4 * report["steps"][2]["net"]["stddev_mm3"])
         self.assertIn("outside", report["warnings"][0]["text"])  # Loose points have no outside.

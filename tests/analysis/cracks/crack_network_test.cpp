@@ -252,15 +252,13 @@ TEST(CrackNetwork, PhotographsOfCraquelureAgreeWithTheirAuthorsMasks) {
   for (const Expected& e : {Expected{"fl187.jpg", "fl187_r5_minArea500_closeR3.tif", 0.95, 0.90},
                             Expected{"ge230.jpg", "ge230_r4_minArea250_closeR4.tif", 0.95, 0.80}}) {
     const ImageF rgb = read_color(folder / e.photo);
-    const ImageU8 lying = read_mask(folder / e.mask);  // Turned by 90 degrees.
+    const ImageU8 truth = read_mask(folder / e.mask);  // Upright, as the photograph by its EXIF orientation.
     ImageF lightness(rgb.width(), rgb.height());
-    ImageU8 truth(rgb.width(), rgb.height());
     for (int y = 0; y < rgb.height(); ++y) {
       for (int x = 0; x < rgb.width(); ++x) {
         const auto p = rgb.pixel(x, y);
         lightness.at(x, y) = static_cast<float>(
             lab_from_linear(static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2]))[0]);
-        truth.at(x, y) = lying.at(y, lying.height() - 1 - x);
       }
     }
     const ImageU8 found = find_cracks(lightness, {});

@@ -87,8 +87,8 @@ struct TransferManifest {
   EnergyReport energy;
   std::optional<StructureFacts> structure;
   double refused_line_share = 0.0;  ///< TransferResult's.
-  TransferOptions measured_with;  ///< Coherence share, neighborhood and appearance of that energy, and whether pieces
-                                  ///< are turned; what an earlier version did not write is as it was then.
+  TransferOptions measured_with;    ///< Coherence share, neighborhood and appearance of that energy, and whether pieces
+                                    ///< are turned; what an earlier version did not write is as it was then.
   std::string key;
   /// The tiles in one grid, as TexelMap sees them.
   [[nodiscard]] Sheet sheet() const;

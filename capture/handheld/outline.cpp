@@ -284,7 +284,9 @@ PhotoPair align_outlines(int a, const PhotoOutline& of_a, int b, const PhotoOutl
   pair.error_px = std::max(of_b.error_px, std::sqrt(square / static_cast<double>(matches.size())));
   const double near = std::min(near_share(of_a, of_b, best.b_from_a), near_share(of_b, of_a, best.b_from_a.inverse()));
   pair.num_agreeing = static_cast<int>(near * static_cast<double>(of_a.points.size()));
-  pair.is_accepted = is_clear && near >= kLeastNear;
+  // A view from one side makes a plate's outline fit one turn better than the other, right or wrong.
+  const bool has_holes = !of_a.holes.empty() || !of_b.holes.empty();
+  pair.is_accepted = is_clear && near >= kLeastNear && (!has_holes || best.num_holes > 0);
   return pair;
 }
 

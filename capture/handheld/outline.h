@@ -35,7 +35,7 @@ struct PhotoOutline {
 ///
 /// Accepted when at least 70 % of both outlines then lie within 1.5 % of the object's size of one another, and no other
 /// turn (by more than 15 degrees) fits half as well with as many holes in place: of a disk, an ellipse or a square
-/// without holes the turn cannot be known.
+/// without holes the turn cannot be known. Where one of both shows a hole, one must be in place.
 [[nodiscard]] PhotoPair align_outlines(int a, const PhotoOutline& of_a, int b, const PhotoOutline& of_b);
 
 }  // namespace patinate::capture

@@ -71,6 +71,8 @@ std::string views_from(const py::object& given) {
 cli::RenderTask task_from(Keywords& keywords) {
   cli::RenderTask task;
   RenderKeywords options;
+  task.is_width_given = keywords.is_given("width");
+  task.is_height_given = keywords.is_given("height");
   keywords.read(options);
   task.shown = options.shown;
   task.surface = options.surface;

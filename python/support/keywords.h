@@ -34,6 +34,8 @@ class Keywords {
     Described<Options> described(options);
     read_described(described);
   }
+  /// Whether it is given and was not taken yet.
+  [[nodiscard]] bool is_given(const std::string& name) const { return left_.contains(name.c_str()); }
   /// None when it is not given.
   [[nodiscard]] pybind11::object object(const std::string& name);
   [[nodiscard]] std::string text(const std::string& name, const std::string& otherwise);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
 #include <set>
 #include <string_view>
@@ -145,7 +146,7 @@ BackgroundRule background_rule(const std::string& text) {
 namespace {
 
 ImageU8 clearly_different(const ImageF& codes, const ImageU8& known, const BackgroundColor& color, double span) {
-  constexpr double kLargest = 1.7320508;  // Between black and white.
+  constexpr double kLargest = std::numbers::sqrt3;  // Distance between black and white, codes.
   cv::Mat1b far(codes.height(), codes.width(), std::uint8_t{0});
   for (std::int64_t i = 0; i < codes.num_pixels(); ++i) {
     if (is_known(known, i))

@@ -26,10 +26,12 @@ constexpr double kLeastNear = 0.7;       ///< Share of the points.
 constexpr double kOtherTurn_deg = 15.0;  ///< Beyond which it is another one.
 constexpr double kClearly = 2.0;         ///< Times worse the next turn must be.
 constexpr double kMostCut = 0.4;         ///< Share of an outline that may lie on the photograph's border.
-constexpr double kHoleNear = 0.04;       ///< Of the object's size: a drilled hole is a tenth of it or less.
-constexpr double kHoleSize = 1.5;        ///< Times as large, at most: a label is not taken for a hole.
-constexpr double kLeastHole = 0.001;     ///< Of the object's area.
-constexpr double kRound = 0.6;           ///< Of the area of a circle of its perimeter; a square has 0.785.
+constexpr double kHoleNear =
+    0.04;  ///< Of the object's size. These three: chosen on a rusting plate in four photographs.
+constexpr double kHoleSize = 1.5;     ///< Times as large, at most: a label next to where a hole should be is no hole.
+constexpr double kLeastHole = 0.001;  ///< Of the object's area: less is grain.
+constexpr double kRound =
+    0.6;  ///< Area over that of a circle of the same perimeter; a square has 0.785, and pixels cost some.
 
 /// Points every so far along a closed line of pixels, smoothed over what pixels are ragged by.
 std::vector<Vector2d> spaced(const std::vector<cv::Point>& line) {

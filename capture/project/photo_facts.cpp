@@ -72,9 +72,9 @@ std::string override_text(const std::vector<std::pair<std::string, ImageFacts>>&
     is_any = is_any || !is_same;
     said.add(facts.color.empty() ? kNothing : facts.color, photo);
   }
-  return is_any
-             ? "`response` " + response.text() + " holds, not what the photographs say of their color: " + said.text()
-             : "";
+  return is_any ? "`response` " + response.text() +
+                      " is used instead of what the photographs say of their color: " + said.text()
+                : "";
 }
 
 }  // namespace patinate::capture

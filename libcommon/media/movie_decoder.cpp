@@ -336,7 +336,8 @@ struct MovieDecoder::Impl {
       fail(where + "is damaged or truncated");
     const AVFrameSideData* matrix = av_frame_get_side_data(frame.get(), AV_FRAME_DATA_DISPLAYMATRIX);
     if (matrix != nullptr && turn_of_matrix(reinterpret_cast<const std::int32_t*>(matrix->data)) != turn)
-      fail(where + "is shown turned otherwise than its file says; convert the movie, so that its pictures lie upright");
+      fail(where +
+           "is shown at another rotation than its file says; convert the movie, so that its pictures lie upright");
     CodedImage image = scaled(target, where);
     if (light) image = as_light(image);
     return turn.is_none() ? std::move(image) : turned(image, turn);

@@ -32,7 +32,8 @@ DisplayTurn display_turn(const AVStream* stream) {
   if (matrix == nullptr || size < 9 * sizeof(std::int32_t)) return {};
   const auto turn = turn_of_matrix(matrix);
   if (!turn)
-    throw InvalidInput("is shown turned by what is no quarter turn; convert it, so that its pictures lie upright");
+    throw InvalidInput(
+        "is shown rotated by an angle that is no multiple of 90 degrees; convert it, so that its pictures lie upright");
   return *turn;
 }
 

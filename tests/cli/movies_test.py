@@ -119,7 +119,7 @@ class Movies(unittest.TestCase):
     def test_a_turn_that_is_no_quarter_is_refused(self):
         run = self.ingest(movie(frames_of(2), WIDTH, HEIGHT, [100, 100], turn=(1, 1, -1, 1)))
         self.assertEqual(run.returncode, 3)
-        self.assertIn("m.mov: is shown turned by what is no quarter turn", run.stderr)
+        self.assertIn("m.mov: is shown rotated by an angle that is no multiple of 90 degrees", run.stderr)
 
     def test_pixels_become_square(self):
         for aspect, width in (((4, 3), 32), ((1, 2), 12), ((16, 11), 35)):

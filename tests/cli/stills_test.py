@@ -338,7 +338,7 @@ class Color(Stills):
         self.shows(tiff([(WIDTH, HEIGHT, 3, pixels, [(281, 3, 3, struct.pack("<3H", 4095, 4095, 4095))])]), expected, "codes up to 4095", name="photo.tif")
 
     def test_a_response_that_is_given_holds_and_says_so(self):
-        self.shows(png(codes(), gamma(1.0)), light(), "`response` srgb holds, not what the photographs say of their color: linear", response="srgb")
+        self.shows(png(codes(), gamma(1.0)), light(), "`response` srgb is used instead of what the photographs say of their color: linear", response="srgb")
         self.assertNotIn("`response`", self.shows(png(codes(), (b"sRGB", b"\0")), light(), response="srgb"))
 
     def test_what_is_damaged_is_named_and_not_used(self):

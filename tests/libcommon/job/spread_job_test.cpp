@@ -247,9 +247,9 @@ TEST(SpreadJob, WhatAnOutputHoldsOfItemsIsTakenOver) {
     return plan;
   };
   std::vector<std::string> first, then;
-  (void)run_job(plan_of("three", 3, first), {}, {});
+  (void)run_job(plan_of("three", 3, first), {}, with_threads(1));
   const JobPlan longer = plan_of("four", 4, then);
-  (void)run_spread_items(longer, all_items(longer), {}, {});
+  (void)run_spread_items(longer, all_items(longer), {}, with_threads(1));
   (void)join_spread_items(longer, {}, {});
   EXPECT_EQ(then, std::vector<std::string>{"frame3"});
   EXPECT_EQ(tree_of(temp / "out").size(), 6u);  // 4 frames, the manifest, job.json

@@ -276,9 +276,10 @@ void check_handheld_options(const IngestWork& work) {
                        ": --stabilize is for small motion of photographs that `align` or `transform` lays over "
                        "one another already; leave one of the two out");
   if (!options.flat_field.empty() && options.flat_field != "estimate")
-    throw InvalidInput(file +
-                       ": --flat-field IMAGE needs a camera that stands still; photographs that are laid over one "
-                       "another (`align`, `transform`) each have a fall-off of their own");
+    throw InvalidInput(
+        file +
+        ": --flat-field IMAGE and first need a camera that stands still; photographs that are laid over one "
+        "another (`align`, `transform`) each have a fall-off of their own");
 }
 
 Eigen::Matrix3d place_of(const IngestWork& work, int index, const fs::path& folder) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "capture/stability/first_light.h"
 #include "capture/stability/stabilize.h"
 #include "capture/timelapse/frame_photo.h"
 #include "capture/timelapse/repair_steps.h"
@@ -48,6 +49,10 @@ bool has_validity(const IngestWork& work) {
 
 fs::path validity_file(int index) {
   return "survey/validity-" + zero_padded(static_cast<std::uint64_t>(index), 4) + ".png";
+}
+
+fs::path light_share_file(int index) {
+  return "survey/light-" + zero_padded(static_cast<std::uint64_t>(index), 4) + ".json";
 }
 
 fs::path clipped_file(int index) {
@@ -119,9 +124,16 @@ ImageF develop_frame(const IngestWork& work, int index, const fs::path& folder) 
   if (!t.flat_field.empty()) {
     // The lamp stands with the camera: its fall-off moves with the photograph.
     ImageU8 unused;
-    apply_gain(color, is_moved(motion)
-                          ? resample_frame(t.flat_field, motion, roi.width, roi.height, unused, one_thread())
-                          : t.flat_field);
+    const ImageF gain = is_moved(motion)
+                            ? resample_frame(t.flat_field, motion, roi.width, roi.height, unused, one_thread())
+                            : t.flat_field;
+    if (options.flat_field == kFlatFieldOfFirst) {
+      const std::array<double, 3> shares = remaining_first_light(color, gain);
+      save_json(folder / light_share_file(index), Json{{"shares", shares}});
+      apply_first_light_gain(color, gain, shares);
+    } else {
+      apply_gain(color, gain);
+    }
   }
   if (!t.factors.empty()) {
     const auto& factor = t.factors[static_cast<std::size_t>(index)];

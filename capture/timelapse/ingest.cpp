@@ -126,6 +126,7 @@ JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
   if (has_validity(*work)) item.outputs.push_back(validity_file(index));
   if (may_be_clipped(work->project, work->project.frames[static_cast<std::size_t>(index)]))
     item.outputs.push_back(clipped_file(index));
+  if (work->options.repair.flat_field == kFlatFieldOfFirst) item.outputs.push_back(light_share_file(index));
   item.run = [work, index](const fs::path& folder, const RunControl& control) {
     const CapturePhoto& frame = work->project.frames[static_cast<std::size_t>(index)];
     HistoryWriter(folder, work->manifest()).write_frame(index, frame.time, develop_frame(*work, index, folder));

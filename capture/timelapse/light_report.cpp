@@ -122,6 +122,13 @@ HistoryWarning uneven_warning(const UnevenLight& uneven, bool is_divided) {
   return warning;
 }
 
+std::string last_share_text(const FlatFieldReport& field) {
+  if (field.last_shares.empty()) return "";
+  const auto& s = field.last_shares;
+  return "; the last photograph still showed " + hundredths(s[0]) + ", " + hundredths(s[1]) + ", " + hundredths(s[2]) +
+         " of it";
+}
+
 }  // namespace
 
 void add_light_report(Json& survey, const SeriesLight& report) {
@@ -130,6 +137,8 @@ void add_light_report(Json& survey, const SeriesLight& report) {
                               {"evidence", kEvidenceNames[static_cast<std::size_t>(report.uneven->evidence)]}};
   if (report.flat_field)
     survey["flat_field"] = {{"ratio", report.flat_field->ratio}, {"ranges", report.flat_field->ranges}};
+  if (report.flat_field && !report.flat_field->last_shares.empty())
+    survey["flat_field"]["last_shares"] = report.flat_field->last_shares;
   if (report.deflicker) {
     Json changed = Json::array();
     for (const ChangedPhoto& p : report.deflicker->most_changed)
@@ -157,6 +166,7 @@ SeriesLight read_light_report(JsonReader& survey) {
   if (survey.has("flat_field")) {
     JsonReader json = survey.member("flat_field");
     report.flat_field = FlatFieldReport{json.member("ratio").number(at_least(1)), read_ranges(json)};
+    if (json.has("last_shares")) report.flat_field->last_shares = json.member("last_shares").numbers(3, between(0, 1));
   }
   if (survey.has("deflicker")) {
     JsonReader json = survey.member("deflicker");
@@ -277,7 +287,7 @@ std::vector<std::string> light_notes(const SeriesLight& report) {
   std::vector<std::string> notes;
   if (report.flat_field) {
     notes.push_back("flat field: " + ratio_text(report.flat_field->ratio) + " divided out, factors " +
-                    ranges_text(report.flat_field->ranges) +
+                    ranges_text(report.flat_field->ranges) + last_share_text(*report.flat_field) +
                     (report.uneven ? "; " + ratio_text(report.uneven->ratio) + " is left" : ""));
   }
   if (report.static_light) notes.push_back(static_light_text(*report.static_light));

@@ -88,6 +88,11 @@ std::vector<HistoryWarning> look_at_light(const HistoryWriter& writer, const Ing
     report.uneven = find_uneven_light(small_frames(writer.manifest(), folder, size, control), small_mask(mask, size));
   const RepairTables& tables = repair_tables(work, folder);
   if (!tables.flat_field.empty()) report.flat_field = flat_field_report(tables.flat_field);
+  if (report.flat_field && work.options.repair.flat_field == kFlatFieldOfFirst) {
+    const fs::path share_file = folder / light_share_file(static_cast<int>(project.frames.size()) - 1);
+    report.flat_field->last_shares =
+        JsonReader(share_file.string(), load_json(share_file)).member("shares").numbers(3, between(0, 1));
+  }
   if (!tables.factors.empty()) {
     std::vector<int> unsure;
     for (const Json& pair : survey.at("pairs")) {

@@ -58,7 +58,11 @@ void describe(OptionVisitor& v, RepairOptions& o) {
   v.visit({"stabilize", "Lay moved photographs over the first one"}, o.stabilize);
   v.visit({"deflicker", "Take changes of exposure between photographs out; slow brightening and darkening stay"},
           o.deflicker);
-  v.visit({"flat_field", "Divide by the lamp's fall-off: IMAGE of a uniform surface, or `estimate`"}, o.flat_field);
+  v.visit(
+      {"flat_field",
+       "Divide by uneven light: IMAGE of a uniform surface under it, `estimate`, or `first` where the first photograph "
+       "shows a new, uniform surface"},
+      o.flat_field);
   v.visit_choice({"highlights", "What becomes of saturated pixels and the flash's highlight"}, o.highlights,
                  kHighlightNames);
   v.visit_choice({"static_light",

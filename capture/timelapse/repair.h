@@ -26,7 +26,7 @@ enum class StaticLightRule { Auto, Keep };
 struct RepairOptions {
   bool stabilize = false;       ///< Lay moved photographs over the first one.
   bool deflicker = false;       ///< Take changes of exposure out.
-  std::string flat_field = "";  ///< "" = none, "estimate", or the path of a photograph of a uniform surface.
+  std::string flat_field = "";  ///< "" = none, "estimate", "first", or the path of a photograph of a uniform surface.
   HighlightRule highlights = HighlightRule::Mask;
   StaticLightRule static_light = StaticLightRule::Auto;  ///< Not beside a flat field.
   SurveyOptions survey = {};

@@ -37,6 +37,11 @@ struct RepairTables {
 /// The lamp's fall-off as a gain over the roi.
 inline constexpr const char* kFlatFieldFile = "survey/flat_field.exr";
 
+/// RepairOptions::flat_field that takes the light of the first photograph out (first_light.h).
+inline constexpr const char* kFlatFieldOfFirst = "first";
+/// survey/light-0007.json: remaining_first_light() of a photograph.
+[[nodiscard]] std::filesystem::path light_share_file(int index);
+
 /// Whether frames carry a validity of their own.
 [[nodiscard]] bool has_validity(const IngestWork& work);
 /// Items that look at neighboring photographs, and those that decide the repairs from what they found.

@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "capture/stability/first_light.h"
 #include "capture/stability/frame_order.h"
 #include "capture/stability/odd_frames.h"
 #include "capture/stability/stabilize.h"
@@ -331,6 +332,7 @@ ImageF make_flat_field(const IngestWork& work, const fs::path& folder, const Run
         num_frames_of(work), [&](int i) { return read_frame_roi(work, i, folder); }, options.flat_field_options,
         control);
   }
+  if (options.flat_field == kFlatFieldOfFirst) return first_light_gain(read_frame_roi(work, 0, folder), control);
   const ImageF light = read_color(options.flat_field, project.response);
   if (light.width() != project.photo_width || light.height() != project.photo_height) {
     throw IoError(options.flat_field, "is " + std::to_string(light.width()) + " x " + std::to_string(light.height()) +
@@ -353,7 +355,14 @@ std::string all_photos_key(const IngestWork& work) {
 std::string flat_field_key(const IngestWork& work) {
   const RepairOptions& options = work.options.repair;
   ContentHash hash;
-  hash.add("flat field").add(options.flat_field == "estimate" ? all_photos_key(work) : hash_file(options.flat_field));
+  hash.add("flat field");
+  if (options.flat_field == "estimate") {
+    hash.add(all_photos_key(work));
+  } else if (options.flat_field == kFlatFieldOfFirst) {
+    hash.add(options.flat_field).add(work.photo_keys.front());
+  } else {
+    hash.add(hash_file(options.flat_field));
+  }
   for (const auto& [name, value] : option_values(options.flat_field_options)) hash.add(name).add(value);
   return hash.hex();
 }

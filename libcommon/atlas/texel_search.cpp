@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "libcommon/atlas/raster.h"
 #include "patinate/atlas/texel_map.h"
@@ -82,6 +83,25 @@ double TexelMap::share_of_larger_texels(double size_mm) const {
     if (static_cast<double>(sizes[static_cast<std::size_t>(t)]) > size_mm) larger += area;
   }
   return total > 0.0 ? larger / total : 0.0;
+}
+
+double TexelMap::median_texel_size_by_area_mm() const {
+  const std::vector<float> sizes = texel_sizes();
+  std::vector<std::pair<float, double>> areas;  // by the size of a texel
+  double total = 0.0;
+  for (int t = 0; t < mesh().num_triangles(); ++t) {
+    const float size = sizes[static_cast<std::size_t>(t)];
+    if (!(size > 0.0f)) continue;
+    areas.emplace_back(size, area_vector(mesh(), t).norm());
+    total += areas.back().second;
+  }
+  std::sort(areas.begin(), areas.end());
+  double below = 0.0;
+  for (const auto& [size, area] : areas) {
+    below += area;
+    if (2.0 * below >= total) return static_cast<double>(size);
+  }
+  return 0.0;
 }
 
 std::vector<std::int64_t> TexelMap::count_texels(const TexelRect& part, const RunControl& control) const {

@@ -1,6 +1,7 @@
 """Time-lapses as they are, as a user meets them: findings named, repairs on request, masks."""
 
 import json
+import math
 import pathlib
 import struct
 import subprocess
@@ -252,6 +253,21 @@ class TimeLapse(unittest.TestCase):
         survey = json.loads((self.folder / "out/survey.json").read_text())
         self.assertLess(survey["uneven_light"]["ratio"], 1.1)
         self.assertEqual(len(survey["flat_field"]["ranges"]), 3)
+
+    def test_what_a_new_plate_mirrors_is_taken_out_as_far_as_it_still_shows(self):
+        shares = (1.0, 0.6, 0.3)
+
+        def polished(i, x, y):
+            stain = 25 if i > 0 and (x // 6 + y // 5) % 4 == 0 else 0
+            return (round((90 + stain) * (1 + 0.4 * math.sin(0.15 * x)) ** shares[i]),) * 3
+
+        self.rewrite(len(shares), polished)
+        run = self.run_ingest("--flat-field", "first")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        last = json.loads((self.folder / "out/survey.json").read_text())["flat_field"]["last_shares"]
+        self.assertLess(max(abs(share - shares[-1]) for share in last), 0.05)
+        self.assertRegex(run.stderr, r"flat field: .*; the last photograph still showed 0\.[23]\d*, .* of it")
+        self.assertEqual(self.run_ingest("--flat-field", "first").returncode, 0)
 
     def test_one_tinted_photograph_of_four_is_named_and_mended(self):
         def tinted(i, x, y):

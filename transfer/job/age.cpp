@@ -71,7 +71,7 @@ AgingSurface make_aging_surface(Mesh mesh, const AgeOptions& options, const Hist
   check_ranges(options);
   AtlasMesh atlas = make_atlas_mesh(with_normals(repair_mesh(std::move(mesh)).mesh), options.atlas, options.resolution,
                                     run.part(0.0, 0.5));
-  const double texel = make_texel_map(atlas, options.resolution).median_texel_size_mm();
+  const double texel = make_texel_map(atlas, options.resolution).median_texel_size_by_area_mm();
   const std::optional<double> pixel_mm =
       options.texel_size_mm || history == nullptr ? options.texel_size_mm : history->texel_size_mm;
   const TransferScale scale = choose_scale(options.mm_per_unit, pixel_mm, texel);

@@ -38,12 +38,15 @@ TEST(TexelMap, PlacesTexelCentersByTheUvConvention) {
 }
 
 // Three quarters of the surface take one quarter of the texels: 48 mm are 16 texels wide there, and 16 mm 48 beyond.
-TEST(TexelMap, LargerTexelsAreCountedBySurface) {
+TEST(TexelMap, TexelsAreWeighedBySurface) {
   Mesh mesh = unit_plane(64.0, 4);
   for (Vec2& uv : mesh.uvs) uv.x() = uv.x() <= 0.75 ? uv.x() / 3.0 : 1.0 - 3.0 * (1.0 - uv.x());
   const TexelMap map(mesh, 64, 64);
   EXPECT_NEAR(map.share_of_larger_texels(1.0), 0.75, 1e-12);
   EXPECT_EQ(map.share_of_larger_texels(2.0), 0.0);
+  EXPECT_NEAR(map.median_texel_size_mm(), std::sqrt(1.0 / 3.0),
+              1e-6);  // 48 of 64 columns lie on a third of it, 1 mm high
+  EXPECT_NEAR(map.median_texel_size_by_area_mm(), std::sqrt(3.0), 1e-6);
 }
 
 // Points are not stored: the truth is the rule that drew the texels, and 24 bits of it.

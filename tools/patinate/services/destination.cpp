@@ -78,18 +78,16 @@ Destination make_destination(const MeshSource& source, const AtlasOptions& optio
   if (unscaled->num_covered() == 0) {
     throw IoError(source.path.string(), "its UVs cover no texel; use a larger --resolution, or --atlas unwrap");
   }
+  const double texel = unscaled->median_texel_size_by_area_mm();
   const auto mm = out.unit ? std::optional(mm_per_unit(*out.unit)) : std::nullopt;
-  const transfer::TransferScale scale = transfer::choose_scale(mm, pixel_mm, unscaled->median_texel_size_mm());
+  const transfer::TransferScale scale = transfer::choose_scale(mm, pixel_mm, texel);
   out.mm_per_mesh_unit = scale.mm_per_mesh_unit;
   out.texel_size_mm = scale.texel_size_mm;
   AtlasOptions chosen = options;
-  require_plausible(
-      source, scale,
-      options.resolution * unscaled->median_texel_size_mm() * scale.mm_per_mesh_unit / scale.texel_size_mm);
+  require_plausible(source, scale, options.resolution * texel * scale.mm_per_mesh_unit / scale.texel_size_mm);
   if (!is_resolution_given && out.unit && pixel_mm) {
-    chosen.resolution =
-        transfer::choose_resolution(options.resolution, unscaled->median_texel_size_mm() * scale.mm_per_mesh_unit,
-                                    *pixel_mm, static_cast<int>(atlas.tiles.size()));
+    chosen.resolution = transfer::choose_resolution(options.resolution, texel * scale.mm_per_mesh_unit, *pixel_mm,
+                                                    static_cast<int>(atlas.tiles.size()));
     note_chosen(chosen.resolution, atlas.tiles.size(), run);
   }
   run.line.decided("resolution", std::to_string(chosen.resolution));

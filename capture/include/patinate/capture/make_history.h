@@ -13,7 +13,7 @@ namespace patinate::capture {
 struct MakeHistoryOptions {
   bool stabilize = false;        ///< Lay moved photographs over the first one.
   bool deflicker = false;        ///< Take changes of exposure out.
-  std::string flat_field = "";   ///< "" = none, "estimate", or the path of a photograph of a uniform surface.
+  std::string flat_field = "";   ///< "" = none, "estimate", "first", or the path of a photograph of a uniform surface.
   bool keep_highlights = false;  ///< Pixels in a highlight stay; otherwise they are masked.
   bool add_progress = false;     ///< Make the `progress` control also beside measured ones.
   bool force = false;            ///< Replace a different history that lies in `output`.

@@ -106,6 +106,9 @@ class TexelMap {
   [[nodiscard]] double median_texel_size_mm() const { return median_texel_size_mm_; }
   /// Share of the surface whose texels are larger than `size_mm`, [0, 1].
   [[nodiscard]] double share_of_larger_texels(double size_mm) const;
+  /// Half of the surface has texels of at most this size. It differs from the median over texels where some parts of
+  /// the surface have many more texels than others. 0 where no triangle has texels.
+  [[nodiscard]] double median_texel_size_by_area_mm() const;
   /// 0 / 255.
   [[nodiscard]] ImageU8 coverage() const;
 

@@ -1,0 +1,110 @@
+#include "capture/stability/first_light.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "libcommon/core/median.h"
+#include "libcommon/image/filters.h"
+#include "patinate/core/error.h"
+
+namespace patinate::capture {
+
+namespace {
+
+/// Shorter sides of the picture over the Gaussian's sigma: scratches of a new plate stay. Chosen on one copper plate.
+constexpr double kSidesPerSigma = 40.0;
+constexpr double kLargestLightGain = 50.0;              ///< As for every flat field.
+constexpr int kCompareSide = 128;                       ///< Pixels of the longer side where steps are compared.
+constexpr int kStepPixels = 3;                          ///< 1/40 of it.
+constexpr std::size_t kFewestSteps = 200;               ///< A slope of fewer hangs on one stain.
+constexpr float kTooDark = 0.001f, kTooBright = 0.96f;  ///< Linear; as for every flat field.
+
+/// A step of log light: of the first photograph, and of a later one.
+struct LightStep {
+  double first, later;
+};
+
+/// The slope through 0 with the least absolute deviations: the median of later / first, weighted by |first|.
+double slope_of(const std::vector<LightStep>& steps) {
+  std::vector<std::pair<double, double>> slopes;  // with weights
+  double sum = 0.0;
+  for (const LightStep& step : steps) {
+    if (step.first == 0.0) continue;
+    slopes.emplace_back(step.later / step.first, std::abs(step.first));
+    sum += std::abs(step.first);
+  }
+  std::sort(slopes.begin(), slopes.end());
+  double below = 0.0;
+  for (const auto& [slope, weight] : slopes) {
+    below += weight;
+    if (2.0 * below >= sum) return slope;
+  }
+  return 1.0;  // The first photograph was even.
+}
+
+std::vector<LightStep> steps_between(const ImageF& later, const ImageF& gain, int channel) {
+  std::vector<LightStep> steps;
+  const auto add = [&](int x, int y, int from_x, int from_y) {
+    const float from = later.at(from_x, from_y, channel), to = later.at(x, y, channel);
+    if (std::min(from, to) <= kTooDark || std::max(from, to) >= kTooBright) return;
+    const auto log_of = [](float a, float b) { return std::log(static_cast<double>(a) / static_cast<double>(b)); };
+    steps.push_back({log_of(gain.at(from_x, from_y, channel), gain.at(x, y, channel)), log_of(to, from)});
+  };
+  for (int y = 0; y < later.height(); ++y) {
+    for (int x = 0; x < later.width(); ++x) {
+      if (x >= kStepPixels) add(x, y, x - kStepPixels, y);
+      if (y >= kStepPixels) add(x, y, x, y - kStepPixels);
+    }
+  }
+  return steps;
+}
+
+void check_sizes(const ImageF& image, const ImageF& gain) {
+  if (image.channels() != 3 || gain.channels() != 3 || !image.same_size(gain))
+    throw InvalidInput("flat field: the gain and the photograph differ in size");
+}
+
+}  // namespace
+
+ImageF first_light_gain(const ImageF& first, const RunControl& control) {
+  ImageF gain = gaussian_blur(first, std::min(first.width(), first.height()) / kSidesPerSigma, control);
+  for (std::int64_t c = 0; c < 3; ++c) {
+    std::vector<float> values;
+    for (std::int64_t i = 0; i < gain.num_pixels(); ++i) values.push_back(gain.data()[3 * i + c]);
+    const auto middle = static_cast<double>(median(std::move(values)));
+    if (!(middle > 0.0)) throw InvalidInput("flat field: most of the first photograph is black");
+    for (std::int64_t i = 0; i < gain.num_pixels(); ++i) {
+      float& value = gain.data()[3 * i + c];
+      value = static_cast<float>(
+          std::clamp(middle / std::max(static_cast<double>(value), 1e-30), 1.0 / kLargestLightGain, kLargestLightGain));
+    }
+  }
+  return gain;
+}
+
+std::array<double, 3> remaining_first_light(const ImageF& frame, const ImageF& gain) {
+  check_sizes(frame, gain);
+  const double factor = std::min(1.0, static_cast<double>(kCompareSide) / std::max(frame.width(), frame.height()));
+  const auto scaled = [&](int size) { return std::max(1, static_cast<int>(std::lround(size * factor))); };
+  const ImageF later = downscale_area(frame, scaled(frame.width()), scaled(frame.height()));
+  const ImageF low = downscale_area(gain, later.width(), later.height());
+  std::array<double, 3> shares{1.0, 1.0, 1.0};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const std::vector<LightStep> steps = steps_between(later, low, static_cast<int>(c));
+    if (steps.size() >= kFewestSteps) shares[c] = std::clamp(slope_of(steps), 0.0, 1.0);
+  }
+  return shares;
+}
+
+void apply_first_light_gain(ImageF& image, const ImageF& gain, const std::array<double, 3>& shares) {
+  check_sizes(image, gain);
+  for (std::int64_t i = 0; i < 3 * image.num_pixels(); ++i) {
+    const double factor = static_cast<double>(gain.data()[i]);
+    image.data()[i] *= static_cast<float>(std::pow(factor, shares[static_cast<std::size_t>(i % 3)]));
+  }
+}
+
+}  // namespace patinate::capture

@@ -32,7 +32,7 @@ double slope_of(const std::vector<LightStep>& steps) {
   std::vector<std::pair<double, double>> slopes;  // with weights
   double sum = 0.0;
   for (const LightStep& step : steps) {
-    if (step.first == 0.0) continue;
+    if (step.first == 0.0) continue;  // Even, or outside the mask.
     slopes.emplace_back(step.later / step.first, std::abs(step.first));
     sum += std::abs(step.first);
   }
@@ -62,6 +62,20 @@ std::vector<LightStep> steps_between(const ImageF& later, const ImageF& gain, in
   return steps;
 }
 
+/// Whether the mask has each pixel of a picture.
+std::vector<bool> inside_of(const ImageU8& mask, int width, int height) {
+  std::vector<bool> is_inside;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const auto at = [](int i, int size, int mask_size) {
+        return static_cast<int>(std::int64_t{i} * mask_size / size);
+      };
+      is_inside.push_back(mask.empty() || mask.at(at(x, width, mask.width()), at(y, height, mask.height())) != 0);
+    }
+  }
+  return is_inside;
+}
+
 void check_sizes(const ImageF& image, const ImageF& gain) {
   if (image.channels() != 3 || gain.channels() != 3 || !image.same_size(gain))
     throw InvalidInput("flat field: the gain and the photograph differ in size");
@@ -69,17 +83,22 @@ void check_sizes(const ImageF& image, const ImageF& gain) {
 
 }  // namespace
 
-ImageF first_light_gain(const ImageF& first, const RunControl& control) {
+ImageF first_light_gain(const ImageF& first, const ImageU8& mask, const RunControl& control) {
   ImageF gain = gaussian_blur(first, std::min(first.width(), first.height()) / kSidesPerSigma, control);
+  const std::vector<bool> is_inside = inside_of(mask, first.width(), first.height());
   for (std::int64_t c = 0; c < 3; ++c) {
     std::vector<float> values;
-    for (std::int64_t i = 0; i < gain.num_pixels(); ++i) values.push_back(gain.data()[3 * i + c]);
+    for (std::int64_t i = 0; i < gain.num_pixels(); ++i) {
+      if (is_inside[static_cast<std::size_t>(i)]) values.push_back(gain.data()[3 * i + c]);
+    }
     const auto middle = static_cast<double>(median(std::move(values)));
-    if (!(middle > 0.0)) throw InvalidInput("flat field: most of the first photograph is black");
+    if (!(middle > 0.0)) throw InvalidInput("flat field: most of the first photograph is black, or outside the mask");
     for (std::int64_t i = 0; i < gain.num_pixels(); ++i) {
       float& value = gain.data()[3 * i + c];
-      value = static_cast<float>(
-          std::clamp(middle / std::max(static_cast<double>(value), 1e-30), 1.0 / kLargestLightGain, kLargestLightGain));
+      value = !is_inside[static_cast<std::size_t>(i)]
+                  ? 1.0f
+                  : static_cast<float>(std::clamp(middle / std::max(static_cast<double>(value), 1e-30),
+                                                  1.0 / kLargestLightGain, kLargestLightGain));
     }
   }
   return gain;

@@ -11,9 +11,10 @@ namespace patinate::capture {
 
 /// Gain that makes the first photograph of a new, uniform surface even: median / light of each channel, the light
 /// smoothed by 1/40 of the shorter side.
-/// @param first  H x W x 3, linear. @returns H x W x 3, within [1/50, 50].
-/// @throws InvalidInput if most of a channel is black.
-[[nodiscard]] ImageF first_light_gain(const ImageF& first, const RunControl& control = {});
+/// @param first  H x W x 3, linear. @param mask  Of the same view, at any size; 0 = ignored, with a gain of 1. May be
+/// empty. @returns H x W x 3, within [1/50, 50].
+/// @throws InvalidInput if most of a channel is black inside the mask, or nothing is inside.
+[[nodiscard]] ImageF first_light_gain(const ImageF& first, const ImageU8& mask = {}, const RunControl& control = {});
 
 /// Share of the first photograph's uneven light that a later photograph still shows, per channel, in [0, 1]. Steps of
 /// log light over 1/40 of the picture are compared by least absolute deviations, so that stains do not decide it.

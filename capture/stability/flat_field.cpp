@@ -1,7 +1,9 @@
 #include "capture/stability/flat_field.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "capture/stability/light_polynomial.h"
@@ -48,8 +50,48 @@ std::vector<std::vector<double>> read_logs(int num_frames, const std::function<I
   return logs;
 }
 
+/// Whether the mask has all of pixel (x, y) of a picture of width x height pixels.
+bool is_inside(const ImageU8& mask, int x, int y, int width, int height) {
+  if (mask.empty()) return true;
+  const auto first = [](int at, int size, int mask_size) {
+    return static_cast<int>(std::int64_t{at} * mask_size / size);
+  };
+  const auto last = [](int at, int size, int mask_size) {
+    return static_cast<int>(((at + 1) * std::int64_t{mask_size} - 1) / size);
+  };
+  for (int v = first(y, height, mask.height()); v <= last(y, height, mask.height()); ++v) {
+    for (int u = first(x, width, mask.width()); u <= last(x, width, mask.width()); ++u)
+      if (mask.at(u, v) == 0) return false;
+  }
+  return true;
+}
+
 float bounded_gain(double mean, double light) {
   return static_cast<float>(std::clamp(mean / std::max(light, 1e-30), 1.0 / kLargestGain, kLargestGain));
+}
+
+/// The mean inside over the light, everywhere.
+ImageF gain_of(const Eigen::VectorXd& coefficients, int order, int width, int height, const ImageU8& mask,
+               const RunControl& control) {
+  ImageF gain(width, height);
+  double mean = 0.0, num_inside = 0.0;
+  std::array<float, 2> range{std::numeric_limits<float>::max(), 0.0f};  // Of the light inside.
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const double light =
+          std::exp(coefficients.dot(monomials(2.0 * (x + 0.5) / width - 1.0, 2.0 * (y + 0.5) / height - 1.0, order)));
+      gain.at(x, y) = static_cast<float>(std::min(light, 1e30));
+      if (!is_inside(mask, x, y, width, height)) continue;
+      mean += light;
+      num_inside += 1.0;
+      range = {std::min(range[0], gain.at(x, y)), std::max(range[1], gain.at(x, y))};
+    }
+  }
+  if (!(num_inside > 0.0)) throw InvalidInput("flat field: no pixel is wholly inside the mask");
+  mean /= num_inside;
+  for (float& v : gain.values()) v = bounded_gain(mean, static_cast<double>(std::clamp(v, range[0], range[1])));
+  control.report(1.0);
+  return gain;
 }
 
 }  // namespace
@@ -80,7 +122,7 @@ ImageF flat_field_from_image(const ImageF& light, const FlatFieldOptions& option
   return gain;
 }
 
-ImageF estimate_flat_field(int num_frames, const std::function<ImageF(int)>& read_frame,
+ImageF estimate_flat_field(int num_frames, const std::function<ImageF(int)>& read_frame, const ImageU8& mask,
                            const FlatFieldOptions& options, const RunControl& control) {
   check_ranges(options);
   if (num_frames < 1) throw InvalidInput("flat field: there are no frames");
@@ -88,8 +130,11 @@ ImageF estimate_flat_field(int num_frames, const std::function<ImageF(int)>& rea
   const auto logs = read_logs(num_frames, read_frame, width, height, low_w, low_h, control);
   std::vector<Eigen::VectorXd> terms;
   std::vector<double> values;
+  std::size_t num_inside = 0;
   for (int y = 0; y < low_h; ++y) {
     for (int x = 0; x < low_w; ++x) {
+      if (!is_inside(mask, x, y, low_w, low_h)) continue;
+      ++num_inside;
       std::vector<double> course;
       for (const auto& log : logs) {
         const double value =
@@ -101,26 +146,18 @@ ImageF estimate_flat_field(int num_frames, const std::function<ImageF(int)>& rea
       values.push_back(median(course));
     }
   }
-  if (2 * values.size() < static_cast<std::size_t>(low_w) * static_cast<std::size_t>(low_h)) {
+  if (num_inside == 0) throw InvalidInput("flat field: no part of the picture is wholly inside the mask");
+  if (2 * values.size() < num_inside) {
     throw InvalidInput(
         "flat field: more than half of the picture is black or saturated; give a photograph of a uniform surface, or a "
         "roi");
   }
-  const Eigen::VectorXd coefficients = fit_polynomial(terms, values);
-  ImageF gain(width, height);
-  double mean = 0.0;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const double light = std::exp(
-          coefficients.dot(monomials(2.0 * (x + 0.5) / width - 1.0, 2.0 * (y + 0.5) / height - 1.0, options.order)));
-      gain.at(x, y) = static_cast<float>(light);
-      mean += light;
-    }
+  if (values.size() < static_cast<std::size_t>(terms.front().size())) {
+    throw InvalidInput(
+        "flat field: too little of the picture is inside the mask; give a photograph of a uniform "
+        "surface, or a lower --flat-field-order");
   }
-  mean /= static_cast<double>(gain.num_pixels());
-  for (float& v : gain.values()) v = bounded_gain(mean, static_cast<double>(v));
-  control.report(1.0);
-  return gain;
+  return gain_of(fit_polynomial(terms, values), options.order, width, height, mask, control);
 }
 
 void apply_gain(ImageF& image, const ImageF& gain) {

@@ -27,11 +27,15 @@ void describe(OptionVisitor& v, FlatFieldOptions& o);
 /// luminance, robustly (Tukey weights), so that grains, crystals and streaks that stand out of the slow fall-off do not
 /// count. What the surface itself does slowly over the whole picture cannot be told from the lamp.
 /// @param read_frame  Frame i as H x W x 3, linear. At most 32 evenly spaced frames are read, one at a time.
-/// @returns width x height x 1, the same for all channels, within [1/50, 50].
-/// @throws InvalidInput if num_frames < 1, an option is out of range, or more than half of the pixels are black or
-/// saturated.
+/// @param mask  Of the frames' view, at any size; 0 = ignored, what lies around the surface says nothing about the
+/// lamp. May be empty.
+/// @returns width x height x 1, the same for all channels, within [1/50, 50]. Outside the mask it is kept within the
+/// range that it has inside.
+/// @throws InvalidInput if num_frames < 1, an option is out of range, or more than half of the pixels inside the mask
+/// are black or saturated.
 [[nodiscard]] ImageF estimate_flat_field(int num_frames, const std::function<ImageF(int)>& read_frame,
-                                         const FlatFieldOptions& options = {}, const RunControl& control = {});
+                                         const ImageU8& mask, const FlatFieldOptions& options = {},
+                                         const RunControl& control = {});
 
 /// Multiplies by a gain of one or as many channels. @throws InvalidInput if sizes differ.
 void apply_gain(ImageF& image, const ImageF& gain);

@@ -195,8 +195,7 @@ class OddOnes {
 
 std::vector<FrameRun> runs_to_skip(const std::vector<FramePair>& neighbors, const std::vector<FrameFinding>& findings) {
   std::map<int, bool> is_wanting;
-  for (const FramePair& pair : neighbors)
-    is_wanting[pair.frame] = pair.shift.status != ShiftStatus::NoTexture && !can_be_laid_over(pair);
+  for (const FramePair& pair : neighbors) is_wanting[pair.frame] = is_unmatched(pair);
   for (const FrameFinding& f : findings) is_wanting[f.frame] = is_wanting[f.frame] || f.is_jump || f.is_unmatched;
   std::vector<FrameRun> runs;
   int num_longer = 0;

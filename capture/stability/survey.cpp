@@ -20,6 +20,9 @@ constexpr double kUnclear = 2.0;            ///< Of the threshold: from there on
 constexpr std::size_t kNearest = 3;         ///< On either side, for what a jump must stand out from.
 constexpr double kNearestFactor = 0.75;     ///< Of jump_factor.
 constexpr double kJumpDetail = 0.1, kJumpSurface = 0.04;
+constexpr double kPlain = 0.5;  ///< Of the series's median contrast.
+constexpr double kSameColor =
+    0.2;                        ///< Of the median log ratio: drying paint darkens by 0.15, a ripening banana by 0.4.
 constexpr double kAlike = 0.5;  ///< Similarity as they lie from where on two frames can be taken as not moved.
 
 /// `get` of the pairs around number `at`, without itself.
@@ -45,6 +48,12 @@ double change_led_to(const std::vector<FramePair>& pairs, std::size_t at, Get&& 
     if (!(change(k) > change(k + 1))) return 0.0;
   const double steepness = change(2) / std::max(change(4), 1e-6);
   return change(2) * steepness * steepness;
+}
+
+double contrast_of(const ImageF& detail) {
+  double sum = 0.0;
+  for (const float v : detail.values()) sum += static_cast<double>(v) * static_cast<double>(v);
+  return std::sqrt(sum / static_cast<double>(detail.num_pixels()));
 }
 
 /// The larger one of the medians of the nearest pairs before and after: where change rises or falls steeply, the next
@@ -107,7 +116,8 @@ void judge_jump(const std::vector<FramePair>& pairs, std::size_t at, double leas
   const auto stands_out = [&](double now, double usual, double nearest, double least) {
     return now > least_factor * least && now > options.jump_factor * usual && now > nearest_factor * nearest;
   };
-  const bool is_detail_new = stands_out(now_lacking, usual_lacking, nearest_change(pairs, at, lacking), kJumpDetail);
+  const bool is_detail_new =
+      !pairs[at].is_plain && stands_out(now_lacking, usual_lacking, nearest_change(pairs, at, lacking), kJumpDetail);
   const bool is_surface_new = stands_out(now_surface, usual_surface, nearest_change(pairs, at, surface), kJumpSurface);
   constexpr double kLeast = 1e-3;
   finding.change_factor =
@@ -158,8 +168,22 @@ bool can_be_laid_over(const FramePair& pair) {
   return pair.is_motion_measured ? pair.motion.is_reliable : pair.similarity_before >= kAlike;
 }
 
+double plain_contrast(const std::vector<FramePair>& neighbors) {
+  if (neighbors.empty()) return 0.0;
+  std::vector<double> contrasts{neighbors.front().contrast[0]};
+  for (const FramePair& pair : neighbors) contrasts.push_back(pair.contrast[1]);
+  return kPlain * median(std::move(contrasts));
+}
+
+void mark_plain(FramePair& pair, double plain_contrast) {
+  double change = 0.0;
+  for (const double gain : pair.change.log_gain) change = std::max(change, std::abs(gain));
+  const bool is_alike = change <= kSameColor || (change <= 2.0 * kSameColor && pair.change.surface < kJumpSurface);
+  pair.is_plain = is_alike && std::min(pair.contrast[0], pair.contrast[1]) < plain_contrast;
+}
+
 bool is_unmatched(const FramePair& pair) {
-  return pair.shift.status != ShiftStatus::NoTexture && !can_be_laid_over(pair);
+  return pair.shift.status != ShiftStatus::NoTexture && !pair.is_plain && !can_be_laid_over(pair);
 }
 
 double motion_size(const Eigen::Affine2d& motion, int width, int height) {
@@ -200,6 +224,7 @@ FramePair compare_frames(int reference_index, const PreparedFrame& reference, in
     }
   }
   pair.change = measure_change(reference, frame, pair.motion.frame_from_reference);
+  pair.contrast = {contrast_of(reference.detail), contrast_of(frame.detail)};
   return pair;
 }
 

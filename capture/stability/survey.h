@@ -27,8 +27,10 @@ struct FramePair {
   FrameShift shift;
   FrameMotion motion;  ///< Identity when it was not measured (is_motion_measured).
   bool is_motion_measured = false;
-  double similarity_before = 0.0;  ///< Of the detail as the frames lie.
-  FrameChange change;              ///< When one is laid over the other.
+  double similarity_before = 0.0;    ///< Of the detail as the frames lie.
+  FrameChange change;                ///< When one is laid over the other.
+  std::array<double, 2> contrast{};  ///< Root mean square of the detail: of the reference, of the frame.
+  bool is_plain = false;             ///< mark_plain(): one of the two shows too little detail to be compared by it.
 };
 
 /// Measures the shift, and the whole motion if the frames do not fit as they lie, or `always_motion`.
@@ -47,8 +49,15 @@ inline constexpr double kOutstanding = 6.0 * 1.4826;
 [[nodiscard]] double best_similarity(const FramePair& pair);
 /// One can be laid over the other: a motion is reliable, or they fit as they lie.
 [[nodiscard]] bool can_be_laid_over(const FramePair& pair);
-/// It cannot: another view, another crop, another object, or aging that left little alike. Pictures without texture say
-/// nothing.
+/// Contrast below which a photograph is plain among its series: half of the median. A surface on which nothing has
+/// happened yet shows its grain and the noise alone. @param neighbors  In order; 0 of none.
+[[nodiscard]] double plain_contrast(const std::vector<FramePair>& neighbors);
+/// Sets `is_plain`: one of the two is plainer than `plain_contrast`, but most of the picture keeps its color (median
+/// ratios within 0.2, or 0.4 where nothing else changes by 0.04). Nothing says that they show another view, whatever
+/// their detail does.
+void mark_plain(FramePair& pair, double plain_contrast);
+/// It cannot: another view, another crop, another object, or aging that left little alike. Pictures without texture and
+/// plain pairs say nothing.
 [[nodiscard]] bool is_unmatched(const FramePair& pair);
 
 /// What is wrong with a photograph against the one before.

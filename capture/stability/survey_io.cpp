@@ -25,6 +25,7 @@ Json pair_to_json(const FramePair& pair) {
   const LightChange& light = pair.change.light;
   json["light"] = {{"log_gain", light.log_gain}, {"share", light.share}, {"width", light.width}};
   json["surface_change"] = pair.change.surface;
+  json["contrast"] = pair.contrast;
   return json;
 }
 
@@ -60,6 +61,10 @@ FramePair pair_from_json(JsonReader json) {
     light.finish();
   }
   pair.change.surface = json.member("surface_change").number();
+  if (json.has("contrast")) {
+    const std::vector<double> contrast = json.member("contrast").numbers(2, at_least(0));
+    std::copy_n(contrast.begin(), 2, pair.contrast.begin());
+  }
   json.finish();
   return pair;
 }

@@ -26,8 +26,14 @@ constexpr double kMixed_px = 3.0;        ///< Of the photographs: what JPEG's ha
 constexpr double kSmooth_px = 1.0;       ///< Of the reduced ones: grain makes the outline ragged.
 constexpr std::size_t kMostFrames = 48;  ///< That are compared for what never changes.
 
-ImageF reduced_codes(const fs::path& folder, int index, const PixelSize& size) {
-  ImageF codes = downscale_area(read_color(folder / HistoryWriter::frame_file(index)), size.width, size.height);
+/// Where frames and what they show come from.
+struct FrameSource {
+  std::function<ImageF(int)> read_frame;
+  std::function<ImageU8(int)> read_known;  ///< Of the reduced size; empty when all is shown.
+};
+
+ImageF reduced_codes(const FrameSource& source, int index, const PixelSize& size) {
+  ImageF codes = downscale_area(source.read_frame(index), size.width, size.height);
   std::transform(codes.values().begin(), codes.values().end(), codes.values().begin(), srgb_from_linear);
   return codes;
 }
@@ -44,18 +50,18 @@ ImageU8 reduced_known(const IngestWork& work, const fs::path& folder, int index,
   return known;
 }
 
-ImageU8 background_of(const IngestWork& work, const fs::path& folder, int index, const PixelSize& size,
+ImageU8 background_of(const IngestWork& work, const FrameSource& source, int index, const PixelSize& size,
                       const BackgroundRule& rule) {
-  const ImageF codes = reduced_codes(folder, index, size);
+  const ImageF codes = reduced_codes(source, index, size);
   if (rule.kind == Kind::Color) return keyed_background(codes, rule.color);
-  PlainBackground plain = plain_background(codes, reduced_known(work, folder, index, size));
+  PlainBackground plain = plain_background(codes, source.read_known(index));
   if (plain.is_plain()) return std::move(plain.mask);
   throw IoError(work.project.frames[static_cast<std::size_t>(index)].name(),
                 "has no plain background: " + fixed_percent_text(plain.border_share) +
                     " of its border are of one color; give --mask-background '#rrggbb', or a `mask`, or `exclude` it");
 }
 
-std::vector<ImageU8> backgrounds(const IngestWork& work, const fs::path& folder, const PixelSize& size,
+std::vector<ImageU8> backgrounds(const IngestWork& work, const FrameSource& source, const PixelSize& size,
                                  const BackgroundRule& rule, const RunControl& control) {
   const std::size_t num_frames = work.project.frames.size();
   if (rule.kind == Kind::Unchanging) {
@@ -64,13 +70,13 @@ std::vector<ImageU8> backgrounds(const IngestWork& work, const fs::path& folder,
     for (std::size_t k = 0; k < count; ++k) {
       control.throw_if_stopped();
       const std::size_t i = count == 1 ? 0 : k * (num_frames - 1) / (count - 1);
-      codes.push_back(reduced_codes(folder, static_cast<int>(i), size));
+      codes.push_back(reduced_codes(source, static_cast<int>(i), size));
     }
     return {unchanging_background(codes)};
   }
   std::vector<ImageU8> found(num_frames);
   parallel_for(static_cast<std::int64_t>(num_frames), 1, control, [&](std::int64_t begin, std::int64_t) {
-    found[static_cast<std::size_t>(begin)] = background_of(work, folder, static_cast<int>(begin), size, rule);
+    found[static_cast<std::size_t>(begin)] = background_of(work, source, static_cast<int>(begin), size, rule);
   });
   return found;
 }
@@ -121,15 +127,8 @@ std::vector<HistoryWarning> lone_warnings(const IngestWork& work, const std::vec
   return warnings;
 }
 
-}  // namespace
-
-std::vector<HistoryWarning> take_background_off(const IngestWork& work, const fs::path& folder, ImageU8& mask,
-                                                const RunControl& control) {
-  const BackgroundRule rule = background_rule(work.options.background.mask_background);
-  if (rule.kind == Kind::Off) return {};
-  const std::vector<ImageU8> found =
-      backgrounds(work, folder, reduced_size(work.project, kBackgroundSide), rule, control);
-  const Image<std::int32_t> counts = counts_of(found);
+/// @throws IoError if nothing is left inside.
+void keep_object(const IngestWork& work, const Image<std::int32_t>& counts, ImageU8& mask) {
   const ImageU8 object = enlarged_object(counts, work.project);
   if (mask.empty()) mask = ImageU8(object.width(), object.height(), 1, 255);
   bool is_any_left = false;
@@ -141,7 +140,30 @@ std::vector<HistoryWarning> take_background_off(const IngestWork& work, const fs
     throw IoError(work.project.file.string(), "--mask-background " + work.options.background.mask_background +
                                                   " leaves nothing inside: no pixel shows the object in every frame");
   }
+}
+
+}  // namespace
+
+std::vector<HistoryWarning> take_background_off(const IngestWork& work, const fs::path& folder, ImageU8& mask,
+                                                const RunControl& control) {
+  const BackgroundRule rule = background_rule(work.options.background.mask_background);
+  if (rule.kind == Kind::Off) return {};
+  const PixelSize size = reduced_size(work.project, kBackgroundSide);
+  const FrameSource source{[&](int i) { return read_color(folder / HistoryWriter::frame_file(i)); },
+                           [&](int i) { return reduced_known(work, folder, i, size); }};
+  const std::vector<ImageU8> found = backgrounds(work, source, size, rule, control);
+  const Image<std::int32_t> counts = counts_of(found);
+  keep_object(work, counts, mask);
   return lone_warnings(work, found, counts);
+}
+
+void take_background_off_early(const IngestWork& work, const std::function<ImageF(int)>& read_frame, ImageU8& mask,
+                               const RunControl& control) {
+  const BackgroundRule rule = background_rule(work.options.background.mask_background);
+  if (rule.kind == Kind::Off) return;
+  const FrameSource source{read_frame, [](int) { return ImageU8(); }};
+  keep_object(work, counts_of(backgrounds(work, source, reduced_size(work.project, kBackgroundSide), rule, control)),
+              mask);
 }
 
 }  // namespace patinate::capture

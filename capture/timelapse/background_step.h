@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <vector>
 
 #include "capture/timelapse/ingest_work.h"
@@ -17,5 +18,10 @@ namespace patinate::capture {
 [[nodiscard]] std::vector<HistoryWarning> take_background_off(const IngestWork& work,
                                                               const std::filesystem::path& folder, ImageU8& mask,
                                                               const RunControl& control);
+
+/// The same before the frames are finished, without warnings: for what is decided inside the mask.
+/// @param read_frame  The roi of frame i, linear.
+void take_background_off_early(const IngestWork& work, const std::function<ImageF(int)>& read_frame, ImageU8& mask,
+                               const RunControl& control);
 
 }  // namespace patinate::capture

@@ -94,16 +94,35 @@ std::string lowest_similarity_text(const std::vector<SurveyOutsider>& outsiders)
   return " (similarity " + short_number_text(std::max(0.0, std::round(100.0 * *lowest) / 100.0)) + " of 1)";
 }
 
+/// Photographs that --stabilize leaves as they lie because they show nothing to be laid by.
+void add_plain(std::vector<HistoryWarning>& warnings, const std::vector<std::string>& names, int num_frames) {
+  if (names.empty()) return;
+  const bool is_one = names.size() == 1;
+  warnings.push_back({.about = WarningSubject::Motion,
+                      .text = photo_list(names) + (is_one ? " shows" : " show") +
+                              " too little detail to be laid over the others; left as found",
+                      .cure = std::string("look whether ") + (is_one ? "it lies" : "they lie") + " like the others",
+                      .share = 0.5 * share_of(names.size(), num_frames),
+                      .photos = names});
+}
+
 /// Photographs that no motion brings onto the others.
 void add_unlinked(std::vector<HistoryWarning>& warnings, const SurveyReport& survey, int num_frames) {
-  if (survey.unlinked.empty()) return;
-  const std::size_t count = survey.unlinked.size();
+  std::vector<SurveyOutsider> unlinked;
+  std::vector<std::string> plain;
+  for (const SurveyOutsider& outsider : survey.unlinked) {
+    if (outsider.is_plain) plain.push_back(outsider.photo.name);
+    if (!outsider.is_plain) unlinked.push_back(outsider);
+  }
+  add_plain(warnings, plain, num_frames);
+  if (unlinked.empty()) return;
+  const std::size_t count = unlinked.size();
   std::vector<SurveyPhoto> photos;
   HistoryWarning warning{.about = survey.is_stabilized ? WarningSubject::Motion : WarningSubject::Series,
                          .text = "",
                          .cure = "",
                          .share = share_of(count, num_frames)};
-  for (const SurveyOutsider& outsider : survey.unlinked) {
+  for (const SurveyOutsider& outsider : unlinked) {
     photos.push_back(outsider.photo);
     warning.photos.push_back(outsider.photo.name);
   }
@@ -116,7 +135,7 @@ void add_unlinked(std::vector<HistoryWarning>& warnings, const SurveyReport& sur
                    " photographs cannot be laid over the others (" + photo_list(warning.photos) + ")";
   }
   warning.text += ", no motion explains how " + std::string(count == 1 ? "it differs" : "they differ") +
-                  lowest_similarity_text(survey.unlinked) + (survey.is_stabilized ? "; left as found" : "");
+                  lowest_similarity_text(unlinked) + (survey.is_stabilized ? "; left as found" : "");
   constexpr double kMost = 0.5;
   warning.cure = warning.share > kMost
                      ? "photographs of one view are needed, cropped and turned alike before they are ingested"

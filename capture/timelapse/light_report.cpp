@@ -17,7 +17,7 @@ constexpr std::array<std::string_view, 3> kEvidenceNames{"none", "possible", "cl
 constexpr double kLamp = 10.0;            ///< Fall-off that few lamps have.
 constexpr double kVariedExposure = 1.05;  ///< Nominal values are that exact.
 constexpr double kLeastChange = 0.01;     ///< Of a factor, to be named.
-constexpr std::size_t kMostChanged = 3;   ///< Photographs that are named.
+constexpr std::size_t kMostChanged = 3;   ///< Photographs that are named with their factors.
 
 std::string ratio_text(double ratio) { return hundredths(ratio) + " : 1"; }
 
@@ -48,6 +48,22 @@ std::string exposure_text(const ImageExposure& e) {
       e.time_s < 0.4 ? "1/" + short_number_text(std::round(1.0 / e.time_s)) + " s" : short_number_text(e.time_s) + " s";
   if (e.f_number > 0.0) text += ", f/" + short_number_text(e.f_number);
   return text + ", ISO " + short_number_text(e.iso);
+}
+
+/// Every photograph that was changed, the first few with their factors.
+std::string deflicker_text(const DeflickerReport& report) {
+  if (report.changed.empty()) return "deflicker: no photograph is changed";
+  std::string text = "deflicker: factors " + ranges_text(report.ranges) + "; most changed: ";
+  std::vector<std::string> others;
+  for (std::size_t k = 0; k < report.changed.size(); ++k) {
+    const ChangedPhoto& p = report.changed[k];
+    if (k >= kMostChanged) others.push_back(p.photo);
+    if (k >= kMostChanged) continue;
+    text += (k == 0 ? "" : ", ") + p.photo + " (" + hundredths(p.factors[0]) + ", " + hundredths(p.factors[1]) + ", " +
+            hundredths(p.factors[2]) + ")";
+  }
+  if (!others.empty()) text += "; also changed: " + photo_list(others) + " (survey.json has all)";
+  return text;
 }
 
 /// Places and lengths in half of the photograph's longer side, from its middle.
@@ -141,10 +157,10 @@ void add_light_report(Json& survey, const SeriesLight& report) {
     survey["flat_field"]["last_shares"] = report.flat_field->last_shares;
   if (report.deflicker) {
     Json changed = Json::array();
-    for (const ChangedPhoto& p : report.deflicker->most_changed)
+    for (const ChangedPhoto& p : report.deflicker->changed)
       changed.push_back({{"photo", p.photo}, {"factors", p.factors}});
     survey["deflicker"] = {
-        {"ranges", report.deflicker->ranges}, {"most_changed", changed}, {"unsure", report.deflicker->unsure}};
+        {"ranges", report.deflicker->ranges}, {"changed", changed}, {"unsure", report.deflicker->unsure}};
   }
   if (report.static_light) survey["static_light"] = static_light_json(*report.static_light);
   if (report.exif) {
@@ -170,10 +186,11 @@ SeriesLight read_light_report(JsonReader& survey) {
   }
   if (survey.has("deflicker")) {
     JsonReader json = survey.member("deflicker");
-    report.deflicker = DeflickerReport{.ranges = read_ranges(json), .most_changed = {}, .unsure = {}};
-    for (JsonReader& entry : json.member("most_changed").elements()) {
+    report.deflicker = DeflickerReport{.ranges = read_ranges(json), .changed = {}, .unsure = {}};
+    // Histories of earlier versions name the three that were changed most.
+    for (JsonReader& entry : json.member(json.has("changed") ? "changed" : "most_changed").elements()) {
       const std::vector<double> factors = entry.member("factors").numbers(3, above(0));
-      report.deflicker->most_changed.push_back({entry.member("photo").string(), {factors[0], factors[1], factors[2]}});
+      report.deflicker->changed.push_back({entry.member("photo").string(), {factors[0], factors[1], factors[2]}});
     }
     for (const JsonReader& photo : json.member("unsure").elements()) report.deflicker->unsure.push_back(photo.string());
   }
@@ -214,6 +231,13 @@ std::optional<ExifExposureReport> exif_exposures(const std::vector<CapturePhoto>
                             .is_white_balance_mixed = has_auto && has_manual};
 }
 
+std::vector<std::array<double, 3>> named_factors(std::vector<std::array<double, 3>> factors) {
+  for (std::array<double, 3>& f : factors) {
+    if (size_of(f) < std::log1p(kLeastChange)) f = {1.0, 1.0, 1.0};
+  }
+  return factors;
+}
+
 DeflickerReport deflicker_report(const std::vector<CapturePhoto>& photos,
                                  const std::vector<std::array<double, 3>>& factors, const std::vector<int>& unsure) {
   DeflickerReport report;
@@ -226,9 +250,8 @@ DeflickerReport deflicker_report(const std::vector<CapturePhoto>& photos,
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return size_of(factors[a]) > size_of(factors[b]); });
-  for (std::size_t k = 0; k < std::min(kMostChanged, order.size()); ++k) {
-    if (size_of(factors[order[k]]) < std::log1p(kLeastChange)) break;
-    report.most_changed.push_back({photos[order[k]].name(), factors[order[k]]});
+  for (const std::size_t k : order) {
+    if (size_of(factors[k]) > 0.0) report.changed.push_back({photos[k].name(), factors[k]});
   }
   for (int frame : unsure) report.unsure.push_back(photos[static_cast<std::size_t>(frame)].name());
   return report;
@@ -292,12 +315,7 @@ std::vector<std::string> light_notes(const SeriesLight& report) {
   }
   if (report.static_light) notes.push_back(static_light_text(*report.static_light));
   if (report.deflicker) {
-    std::string text = "deflicker: factors " + ranges_text(report.deflicker->ranges);
-    for (const ChangedPhoto& p : report.deflicker->most_changed) {
-      text += (&p == report.deflicker->most_changed.data() ? "; most changed: " : ", ") + p.photo + " (" +
-              hundredths(p.factors[0]) + ", " + hundredths(p.factors[1]) + ", " + hundredths(p.factors[2]) + ")";
-    }
-    notes.push_back(text);
+    notes.push_back(deflicker_text(*report.deflicker));
   }
   return notes;
 }

@@ -36,9 +36,8 @@ struct FlatFieldReport {
 /// What --deflicker did.
 struct DeflickerReport {
   std::array<FactorRange, 3> ranges{};
-  std::vector<ChangedPhoto>
-      most_changed;                 ///< At most three, the most changed first; none that is changed by under 1 %.
-  std::vector<std::string> unsure;  ///< Photographs whose change against the one before was left as it is.
+  std::vector<ChangedPhoto> changed;  ///< Every photograph that was changed, the most changed first.
+  std::vector<std::string> unsure;    ///< Photographs whose change against the one before was left as it is.
 };
 
 /// How exposures by EXIF vary.
@@ -63,7 +62,9 @@ void add_light_report(Json& survey, const SeriesLight& report);
 [[nodiscard]] SeriesLight read_light_report(JsonReader& survey);
 
 [[nodiscard]] std::optional<ExifExposureReport> exif_exposures(const std::vector<CapturePhoto>& photos);
-/// @param factors  Of every frame. @param unsure  Frames.
+/// Factors of which those under 1 %, too little to be named, become 1: a photograph that is not named is not changed.
+[[nodiscard]] std::vector<std::array<double, 3>> named_factors(std::vector<std::array<double, 3>> factors);
+/// @param factors  Of every frame, named_factors(). @param unsure  Frames.
 [[nodiscard]] DeflickerReport deflicker_report(const std::vector<CapturePhoto>& photos,
                                                const std::vector<std::array<double, 3>>& factors,
                                                const std::vector<int>& unsure);

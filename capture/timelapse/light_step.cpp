@@ -3,11 +3,13 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/stability/static_light.h"
+#include "capture/timelapse/ingest_warnings.h"
 #include "capture/timelapse/light_report.h"
 #include "capture/timelapse/patch_step.h"
 #include "capture/timelapse/repair_steps.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/filters.h"
+#include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
 
@@ -19,17 +21,24 @@ namespace {
 
 constexpr std::size_t kMaxFrames = 12;  ///< That the light is looked for in.
 
-/// The finished frames, small.
-std::vector<ImageF> small_frames(const HistoryManifest& history, const fs::path& folder, const PixelSize& size,
-                                 const RunControl& control) {
-  const std::size_t num_frames = history.frames.size(), count = std::min(num_frames, kMaxFrames);
+/// Some frames, evenly spread, small.
+std::vector<ImageF> small_frames(std::size_t num_frames, const std::function<ImageF(int)>& read_frame,
+                                 const PixelSize& size, const RunControl& control) {
+  const std::size_t count = std::min(num_frames, kMaxFrames);
   std::vector<ImageF> frames;
   for (std::size_t k = 0; k < count; ++k) {
     control.throw_if_stopped();
     const std::size_t i = count == 1 ? 0 : k * (num_frames - 1) / (count - 1);
-    frames.push_back(downscale_area(read_color(folder / history.frames[i].file), size.width, size.height));
+    frames.push_back(downscale_area(read_frame(static_cast<int>(i)), size.width, size.height));
   }
   return frames;
+}
+
+/// The finished frames, small.
+std::vector<ImageF> small_frames(const HistoryManifest& history, const fs::path& folder, const PixelSize& size,
+                                 const RunControl& control) {
+  const auto read_frame = [&](int i) { return read_color(folder / history.frames[static_cast<std::size_t>(i)].file); };
+  return small_frames(history.frames.size(), read_frame, size, control);
 }
 
 /// Pixels that the mask has all of.
@@ -73,6 +82,23 @@ std::optional<StaticLight> take_static_light_out(HistoryWriter& writer, const In
   });
   for (int i = 0; i < static_cast<int>(num_frames); ++i) writer.add_filled_frame(i);
   return light;
+}
+
+void refuse_worse_light(const IngestWork& work, const std::function<ImageF(int)>& read_frame, const ImageF& gain,
+                        const ImageU8& mask, const RunControl& control) {
+  constexpr double kWorse = 1.02;  // Of the ratio: what it is rounded to in messages.
+  const PixelSize size = reduced_size(work.project, kUnevenLightSide);
+  const ImageU8 inside = small_mask(mask, size);
+  std::vector<ImageF> frames = small_frames(work.project.frames.size(), read_frame, size, control);
+  const double before = find_uneven_light(frames, inside).ratio;
+  const ImageF small_gain = downscale_area(gain, size.width, size.height);
+  for (ImageF& frame : frames) apply_gain(frame, small_gain);
+  const double after = find_uneven_light(frames, inside).ratio;
+  if (after <= kWorse * before) return;
+  throw CannotComplete(work.project.file.string() + ": --flat-field estimate would make the light " +
+                       (mask.empty() ? "" : "inside the mask ") + "less even, " + hundredths(after) +
+                       " : 1 in place of " + hundredths(before) +
+                       " : 1; leave it out, or give --flat-field IMAGE, a photograph of a uniform surface");
 }
 
 std::vector<HistoryWarning> look_at_light(const HistoryWriter& writer, const IngestWork& work, const fs::path& folder,

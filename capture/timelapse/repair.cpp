@@ -96,6 +96,7 @@ SurveyReport read_survey_report(const std::filesystem::path& history) {
     for (JsonReader& entry : reader.member("unlinked").elements()) {
       report.unlinked.push_back({.photo = read_photo_name(entry)});
       if (entry.has("similarity")) report.unlinked.back().similarity = entry.member("similarity").number();
+      if (entry.has("is_plain")) report.unlinked.back().is_plain = entry.member("is_plain").boolean();
     }
   }
   if (reader.has("restless_light")) {

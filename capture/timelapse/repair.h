@@ -64,6 +64,7 @@ struct SurveyFinding {
 struct SurveyOutsider {
   SurveyPhoto photo;
   std::optional<double> similarity = {};  ///< Of its detail with the best of the others that it was laid over, [-1, 1].
+  bool is_plain = false;                  ///< It shows too little detail to be laid, and nothing says another view.
 };
 /// What survey.json of a history says.
 struct SurveyReport {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -56,6 +57,11 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
 [[nodiscard]] std::string repair_frame_key(const IngestWork& work);
 /// Adds what the history depends on.
 void add_repair_inputs(JobInputs& inputs, const IngestWork& work);
+
+/// @param gain  Of --flat-field estimate, over the roi. @param mask  As known before the frames are finished; may be
+/// empty. @throws CannotComplete if the light inside the mask is less even with the gain than without.
+void refuse_worse_light(const IngestWork& work, const std::function<ImageF(int)>& read_frame, const ImageF& gain,
+                        const ImageU8& mask, const RunControl& control);
 
 /// A frame as the history shows it, repaired; writes its validity where frames have one.
 [[nodiscard]] ImageF develop_frame(const IngestWork& work, int index, const std::filesystem::path& folder);

@@ -10,6 +10,7 @@
 #include "capture/stability/odd_frames.h"
 #include "capture/stability/stabilize.h"
 #include "capture/timelapse/align_step.h"
+#include "capture/timelapse/background_step.h"
 #include "capture/timelapse/frame_photo.h"
 #include "capture/timelapse/patch_step.h"
 #include "capture/timelapse/repair_steps.h"
@@ -26,8 +27,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kSurveyVersion = 5;
-constexpr int kDeflickerVersion = 2;  ///< Raised whenever the same photographs give other factors.
+constexpr std::int64_t kSurveyVersion = 6;
+constexpr std::int64_t kFlatFieldVersion = 2;
+constexpr int kDeflickerVersion = 3;  ///< Raised whenever the same photographs give other factors.
 using LinkTest = std::function<bool(const FramePair&)>;
 constexpr int kChunk = 16;  ///< Frames that one item looks at; the first is their anchor.
 
@@ -70,6 +72,11 @@ Json survey_chunk(const IngestWork& work, int chunk, const fs::path& folder, con
 constexpr CostModel kChunkCost{0.3, 2.2e-7, 25.0, 13.0}, kSurveyCost{0.45, 5e-7, 25.0, 16.0},
     kFlatFieldCost{0.03, 3e-7, 25.0, 5.0};
 
+/// For progress: core seconds inside of one process, which the costs above have a start of.
+double weight_of_pixels(double seconds, double pixel_seconds, double num_pixels) {
+  return seconds + pixel_seconds * num_pixels;
+}
+
 double num_surveyed(const IngestWork& work, int num_frames) {
   return static_cast<double>(work.project.width()) * work.project.height() * num_frames;
 }
@@ -101,6 +108,7 @@ JobItem chunk_item(const std::shared_ptr<const IngestWork>& work, int chunk) {
               },
           .key = key.hex(),
           .stage = ingest_stages(*work).survey,
+          .weight = weight_of_pixels(0.03, 2.2e-7, num_surveyed(*work, end - begin)),
           .cost = kChunkCost.of(num_surveyed(*work, end - begin))};
 }
 
@@ -269,12 +277,17 @@ void save_survey(const IngestWork& work, const fs::path& folder, const RunContro
   std::vector<FramePair> neighbors;
   std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(neighbors),
                [](const FramePair& p) { return p.frame == p.reference + 1; });
+  const double plain = plain_contrast(neighbors);
+  for (FramePair& pair : neighbors) mark_plain(pair, plain);
   std::vector<FrameFinding> findings = judge_frames(neighbors, roi.width, roi.height, options.survey);
   const std::vector<FramePair> across = pairs_across(work, folder, runs_to_skip(neighbors, findings), control);
   pairs.insert(pairs.end(), across.begin(), across.end());
   find_odd_frames(findings, neighbors, across, roi.width, roi.height);
-  const LinkTest is_linked =
-      options.stabilize ? LinkTest(can_be_laid_over) : [](const FramePair& pair) { return !is_unmatched(pair); };
+  const LinkTest is_of_one_view = [plain](FramePair pair) {
+    mark_plain(pair, plain);
+    return !is_unmatched(pair);
+  };
+  const LinkTest is_linked = options.stabilize ? LinkTest(can_be_laid_over) : is_of_one_view;
   const std::vector<FramePair> bridges = find_bridges(work, folder, neighbors, pairs, is_linked, control);
   pairs.insert(pairs.end(), bridges.begin(), bridges.end());
   Json json{{"format", "patinate.survey"},
@@ -305,6 +318,9 @@ void save_survey(const IngestWork& work, const fs::path& folder, const RunContro
   if (Json order = better_order_json(project, names, find_order(compared.looks, left_out, control)); !order.is_null())
     json["better_order"] = std::move(order);
   json["unlinked"] = outside_json(project, names, groups, pairs);
+  const std::vector<int> apart = frames_outside(group_frames(num_frames_of(work), pairs, is_of_one_view));
+  for (std::size_t i = 0; i < outside.size(); ++i)
+    json["unlinked"][i]["is_plain"] = !std::binary_search(apart.begin(), apart.end(), outside[i]);
   if (options.deflicker) {
     std::vector<std::array<double, 3>> gains;
     std::vector<bool> is_known;
@@ -312,7 +328,7 @@ void save_survey(const IngestWork& work, const fs::path& folder, const RunContro
       gains.push_back(pair.change.light.log_gain);
       is_known.push_back(pair.change.light.is_sure());
     }
-    json["factors"] = deflicker_factors(gains, options.deflicker_options, is_known);
+    json["factors"] = named_factors(deflicker_factors(gains, options.deflicker_options, is_known));
   }
   json["pairs"] = Json::array();
   for (const FramePair& pair : neighbors) json["pairs"].push_back(pair_to_json(pair));
@@ -326,13 +342,16 @@ void save_survey(const IngestWork& work, const fs::path& folder, const RunContro
 ImageF make_flat_field(const IngestWork& work, const fs::path& folder, const RunControl& control) {
   const RepairOptions& options = work.options.repair;
   const CaptureProject& project = work.project;
-  if (options.flat_field == "estimate") {
-    // The roi only: what lies around the surface says nothing about the lamp.
-    return estimate_flat_field(
-        num_frames_of(work), [&](int i) { return read_frame_roi(work, i, folder); }, options.flat_field_options,
-        control);
+  if (options.flat_field == "estimate" || options.flat_field == kFlatFieldOfFirst) {
+    const auto read_frame = [&](int i) { return read_frame_roi(work, i, folder); };
+    ImageU8 mask = read_capture_mask(project);
+    take_background_off_early(work, read_frame, mask, control.part(0.0, 0.3));
+    if (options.flat_field == kFlatFieldOfFirst) return first_light_gain(read_frame(0), mask, control.part(0.3, 1.0));
+    ImageF gain =
+        estimate_flat_field(num_frames_of(work), read_frame, mask, options.flat_field_options, control.part(0.3, 0.8));
+    refuse_worse_light(work, read_frame, gain, mask, control.part(0.8, 1.0));
+    return gain;
   }
-  if (options.flat_field == kFlatFieldOfFirst) return first_light_gain(read_frame_roi(work, 0, folder), control);
   const ImageF light = read_color(options.flat_field, project.response);
   if (light.width() != project.photo_width || light.height() != project.photo_height) {
     throw IoError(options.flat_field, "is " + std::to_string(light.width()) + " x " + std::to_string(light.height()) +
@@ -357,11 +376,15 @@ std::string flat_field_key(const IngestWork& work) {
   ContentHash hash;
   hash.add("flat field");
   if (options.flat_field == "estimate") {
-    hash.add(all_photos_key(work));
+    hash.add(all_photos_key(work)).add(kFlatFieldVersion);
   } else if (options.flat_field == kFlatFieldOfFirst) {
     hash.add(options.flat_field).add(work.photo_keys.front());
   } else {
     hash.add(hash_file(options.flat_field));
+  }
+  if (options.flat_field == "estimate" || options.flat_field == kFlatFieldOfFirst) {  // Inside the mask.
+    hash.add(work.options.background.mask_background);
+    if (work.project.mask) hash.add(hash_file(*work.project.mask));
   }
   for (const auto& [name, value] : option_values(options.flat_field_options)) hash.add(name).add(value);
   return hash.hex();
@@ -391,6 +414,7 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
                            control.report(1.0);
                          },
                      .stage = ingest_stages(*work).decisions,
+                     .weight = weight_of_pixels(0.05, 5e-7, num_surveyed(*work, num_frames_of(*work))),
                      .cost = kSurveyCost.of(num_surveyed(*work, num_frames_of(*work)))});
   }
   if (work->options.repair.flat_field.empty()) return;
@@ -408,6 +432,7 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
                          control.report(1.0);
                        },
                    .stage = ingest_stages(*work).decisions,
+                   .weight = weight_of_pixels(0.03, 3e-7, num_surveyed(*work, num_frames_of(*work))),
                    .cost = kFlatFieldCost.of(num_surveyed(*work, num_frames_of(*work)))});
 }
 

@@ -67,6 +67,47 @@ std::vector<std::uint64_t> picture_properties(const FileBytes& file) {
   return found;
 }
 
+/// The EXIF data of a HEIF file: an item of its own, behind the length of what stands before it.
+FileBytes exif_of_heif(const FileBytes& file) {
+  const FileBytes none{std::span<const unsigned char>()};
+  const auto names = find_box(file, {"meta", "iinf"}), places = find_box(file, {"meta", "iloc"});
+  if (!names || !places) return none;
+  std::optional<std::uint64_t> exif;
+  const std::uint64_t list = names->begin + (file.number(names->begin, 1) == 0 ? 6 : 8);
+  for (const Box& box : boxes_in(file, list, names->end)) {
+    const std::uint64_t version = file.number(box.begin, 1);
+    if (box.type != "infe" || version < 2) continue;
+    const unsigned width = version == 2 ? 2 : 4;
+    if (file.text(box.begin + 4 + width + 2, 4) == "Exif") exif = file.number(box.begin + 4, width);
+  }
+  if (!exif) return none;
+  const std::uint64_t version = file.number(places->begin, 1), sizes = file.number(places->begin + 4, 2);
+  const unsigned offset_size = sizes >> 12 & 15, length_size = sizes >> 8 & 15, base_size = sizes >> 4 & 15;
+  const unsigned index_size = version == 0 ? 0 : sizes & 15, id_size = version < 2 ? 2 : 4;
+  const auto number = [&](std::uint64_t at, unsigned size) {
+    return size == 0 ? 0 : file.number(at, std::min(size, 8U));
+  };
+  const std::uint64_t count = std::min<std::uint64_t>(file.number(places->begin + 6, id_size), kMostBoxes);
+  std::uint64_t at = places->begin + 6 + id_size;
+  for (std::uint64_t i = 0; i < count && at < places->end; ++i) {
+    const std::uint64_t id = file.number(at, id_size);
+    const std::uint64_t method = version == 0 ? 0 : file.number(at + id_size, 2) & 15;
+    at += id_size + (version == 0 ? 2 : 4);
+    const std::uint64_t base = number(at, base_size), num_extents = file.number(at + base_size, 2);
+    at += base_size + 2;
+    if (id == *exif && method == 0 && num_extents == 1) {
+      const std::uint64_t begin = base + number(at + index_size, offset_size),
+                          length = number(at + index_size + offset_size, length_size);
+      // What stands before the TIFF data should be counted; some count something else, and all write "Exif".
+      const bool is_named = file.starts_with("Exif", begin + 4);
+      const std::uint64_t skip = 4 + (is_named ? 6 : file.number(begin, 4));
+      return length > skip ? FileBytes(file.part(begin + skip, length - skip)) : none;
+    }
+    at += num_extents * (index_size + offset_size + length_size);
+  }
+  return none;
+}
+
 }  // namespace
 
 void read_jpeg_2000_words(const FileBytes& file, FileWords& words) {
@@ -78,8 +119,14 @@ void read_jpeg_2000_words(const FileBytes& file, FileWords& words) {
   words.is_srgb = method == 1 && file.number(box->begin + 3, 4) == kSrgb;
 }
 
-/// libheif turns pictures by the properties `irot` and `imir`, which rule; EXIF's orientation says the same again.
+/// libheif turns pictures by the properties `irot` and `imir`, which rule; EXIF's orientation says the same again, or
+/// is not used [ISO/IEC 23008-12, A.2].
 void read_heif_words(const FileBytes& file, FileWords& words) {
+  if (find_box(file, {"moov"})) {
+    words.refusal =
+        "is a sequence of pictures (HEIF or AVIF), which is not read; convert it to a movie, or save its "
+        "pictures as files of their own";
+  }
   const auto container = find_box(file, {"meta", "iprp", "ipco"});
   if (!container) return;
   const std::vector<Box> properties = boxes_in(file, container->begin, container->end);
@@ -98,6 +145,13 @@ void read_heif_words(const FileBytes& file, FileWords& words) {
                                           static_cast<int>(file.number(box.begin + 6, 2)), true};
   }
   if (!words.icc.empty()) words.code_points.reset();
+  FileWords exif;
+  const FileBytes exif_data = exif_of_heif(file);
+  if (exif_data.size() > 0) read_exif_words(exif_data.part(0, exif_data.size()), exif);
+  if (exif.orientation != 1 && words.turn.empty()) {
+    words.problems.push_back("its " + orientation_text(exif.orientation) +
+                             " is not used: a HEIF is turned by `irot`, which it lacks");
+  }
 }
 
 }  // namespace patinate

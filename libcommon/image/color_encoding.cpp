@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "libcommon/core/text.h"
 #include "libcommon/image/color_matrix.h"
 #include "patinate/image/color.h"
 
@@ -189,8 +190,8 @@ const NamedPrimaries* primaries_of_code(int code) {
 
 std::string primaries_name(const Chromaticities& primaries) {
   constexpr double kNear = 0.0015;
-  const auto is_same = [&](const Chromaticities& known) {
-    for (std::size_t i = 0; i < 4; ++i) {
+  const auto is_same = [&](const Chromaticities& known, std::size_t count = 4) {
+    for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t k = 0; k < 2; ++k) {
         if (!(std::abs(primaries.xy[i][k] - known.xy[i][k]) < kNear)) return false;
       }
@@ -207,7 +208,11 @@ std::string primaries_name(const Chromaticities& primaries) {
   }
   const auto found =
       std::find_if(kOthers.begin(), kOthers.end(), [&](const NamedPrimaries& p) { return is_same(p.at); });
-  return found == kOthers.end() ? "primaries" : found->name;
+  if (found != kOthers.end()) return found->name;
+  constexpr Chromaticities kXyz{{{{1.0, 0.0}, {0.0, 1.0}, {0.0, 0.0}, {1.0 / 3.0, 1.0 / 3.0}}}};
+  const auto text = [](double v) { return short_number_text(std::round(1e4 * v) / 1e4); };
+  const std::string white = "white " + text(primaries.xy[3][0]) + ", " + text(primaries.xy[3][1]);
+  return (is_same(kXyz, 3) ? "CIE XYZ, " : "primaries of its own, ") + white;
 }
 
 namespace {

@@ -99,6 +99,10 @@ void read_png_chunk(std::string_view type, const FileBytes& chunk, FileWords& wo
     words.primaries = Chromaticities{{xy(1), xy(2), xy(3), xy(0)}};  // The chunk begins with white.
     words.primaries_by = "PNG cHRM";
   }
+  const std::uint64_t num_pictures = type == "acTL" ? chunk.number(0, 4) : 1;
+  if (num_pictures > 1)
+    words.refusal = "is an animated PNG of " + std::to_string(num_pictures) +
+                    " pictures, which is not read; save them as files of their own, as a GIF or as a movie";
   // OpenImageIO reads XMP where the orientation is an element, not an attribute.
   constexpr std::string_view kXmp = "XML:com.adobe.xmp", kOrientation = "tiff:Orientation=\"";
   const std::string_view international = type == "iTXt" ? chunk.text(0, chunk.size()) : ""sv;
@@ -107,6 +111,7 @@ void read_png_chunk(std::string_view type, const FileBytes& chunk, FileWords& wo
     const std::string_view value = international.substr(at + kOrientation.size(), 2);
     if (value.size() == 2 && value[0] >= '1' && value[0] <= '8' && value[1] == '"') words.orientation = value[0] - '0';
   }
+  if (international.starts_with(kXmp)) read_xmp_words(international, words);
   constexpr std::string_view kText = "Raw profile type ";
   const std::string_view text = type == "zTXt" ? chunk.text(0, chunk.size()) : ""sv;
   const std::size_t end = text.find('\0');
@@ -124,7 +129,8 @@ void read_png_words(const FileBytes& file, FileWords& words) {
     const std::uint64_t size = file.number(at, 4);
     const std::string_view type = file.text(at + 4, 4);
     if (!file.holds(at + kHead, size + kCheck) || type == "IEND") return;
-    constexpr std::array kWords{"iCCP"sv, "sRGB"sv, "eXIf"sv, "cICP"sv, "gAMA"sv, "cHRM"sv, "zTXt"sv, "iTXt"sv};
+    constexpr std::array kWords{"iCCP"sv, "sRGB"sv, "eXIf"sv, "cICP"sv, "gAMA"sv,
+                                "cHRM"sv, "zTXt"sv, "iTXt"sv, "acTL"sv};
     if (std::find(kWords.begin(), kWords.end(), type) != kWords.end() && size <= kLargestWords) {
       const auto checked = file.part(at + 4, size + 4);
       if (::crc32(0, checked.data(), static_cast<uInt>(checked.size())) == file.number(at + kHead + size, 4))
@@ -139,7 +145,8 @@ void read_png_words(const FileBytes& file, FileWords& words) {
 /// The segments before the picture; an ICC profile in pieces, each with its number.
 void read_jpeg_words(const FileBytes& file, FileWords& words) {
   constexpr std::uint64_t kApp1 = 0xe1, kApp2 = 0xe2, kStartOfScan = 0xda, kEnd = 0xd9;
-  constexpr std::string_view kExif = "Exif\0\0"sv, kProfile = "ICC_PROFILE\0"sv;
+  constexpr std::string_view kExif = "Exif\0\0"sv, kProfile = "ICC_PROFILE\0"sv,
+                             kXmp = "http://ns.adobe.com/xap/1.0/\0"sv;
   std::map<std::uint64_t, std::string> pieces;
   std::uint64_t num_pieces = 0, at = 2;
   for (int i = 0; i < kMostPieces && file.holds(at, 4); ++i) {
@@ -154,6 +161,8 @@ void read_jpeg_words(const FileBytes& file, FileWords& words) {
     if (size < 2) break;
     if (marker == kApp1 && file.starts_with(kExif, data))
       read_exif_words(file.part(data + kExif.size(), size - 2 - kExif.size()), words);
+    if (marker == kApp1 && file.starts_with(kXmp, data))
+      read_xmp_words(file.text(data + kXmp.size(), size - 2 - std::min<std::uint64_t>(size - 2, kXmp.size())), words);
     if (marker == kApp2 && file.starts_with(kProfile, data) && size > 2 + kProfile.size() + 2) {
       const std::uint64_t head = data + kProfile.size();
       num_pieces = file.number(head + 1, 1);
@@ -178,12 +187,22 @@ void read_webp_words(const FileBytes& big, FileWords& words) {
     const std::string_view type = file.text(at, 4);
     const std::uint64_t size = file.number(at + 4, 4);
     if (type == "ICCP") words.icc = file.text(at + kHead, size);
+    if (type == "XMP ") read_xmp_words(file.text(at + kHead, size), words);
     if (type == "EXIF") {
       const std::uint64_t skip = file.starts_with(kExif, at + kHead) ? kExif.size() : 0;
       if (size > skip) read_exif_words(file.part(at + kHead + skip, size - skip), words);
     }
     at += kHead + size + size % 2;
   }
+}
+
+/// OpenImageIO reads inks without their profile, and others not at all.
+void read_psd_words(const FileBytes& file, FileWords& words) {
+  constexpr std::uint64_t kMode = 24;
+  constexpr std::array kNames{""sv, ""sv, ""sv, ""sv, "CMYK"sv, ""sv, ""sv, "multichannel"sv, "duotone"sv, "Lab"sv};
+  const std::uint64_t mode = file.number(kMode, 2);
+  if (mode < kNames.size() && !kNames[mode].empty())
+    words.refusal = "is a PSD in " + std::string(kNames[mode]) + " mode, which is not read; save it in RGB mode";
 }
 
 /// 32 bits a pixel of which a header of version 3 says nothing, or that has no mask for alpha.
@@ -229,6 +248,22 @@ bool is_tga(const FileBytes& big, const std::filesystem::path& path) {
 
 }  // namespace
 
+void read_xmp_words(std::string_view packet, FileWords& words) {
+  const auto value = [&](std::string_view name, std::string& to) {
+    constexpr std::size_t kLongest = 64;
+    for (const bool is_attribute : {true, false}) {
+      const std::string begin = is_attribute ? " " + std::string(name) + "=\"" : "<" + std::string(name) + ">";
+      const std::size_t at = packet.find(begin);
+      if (at == std::string_view::npos || !to.empty()) continue;
+      const std::string_view rest = packet.substr(at + begin.size(), kLongest);
+      const std::size_t end = rest.find(is_attribute ? '"' : '<');
+      if (end != std::string_view::npos) to = rest.substr(0, end);
+    }
+  };
+  value("exif:DateTimeOriginal", words.xmp_original);
+  value("exif:DateTimeDigitized", words.xmp_digitized);
+}
+
 FileWords read_file_words(const std::filesystem::path& path) {
   FileWords words;
   const MappedFile mapped(path);
@@ -241,6 +276,7 @@ FileWords read_file_words(const std::filesystem::path& path) {
   if (file.starts_with("RIFF") && file.starts_with("WEBP", 8)) read_webp_words(file, words);
   if (file.starts_with("\0\0\0\x0cjP  "sv)) read_jpeg_2000_words(file, words);
   if (file.starts_with("ftyp", 4)) read_heif_words(file, words);
+  if (file.starts_with("8BPS")) read_psd_words(file, words);
   if (file.starts_with("BM")) read_bmp_words(file, words);
   if (is_tga(file, path)) read_tga_words(file, words);
   return words;

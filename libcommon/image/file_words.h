@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "libcommon/image/color_encoding.h"
@@ -37,7 +38,11 @@ struct FileWords {
   std::optional<std::array<double, 2>> white;  ///< CIE xy of a TIFF's white.
   std::string unused_alpha;                    ///< Why a channel that stands where alpha does is none; "" = it is.
   std::optional<int> largest_value;            ///< Of codes of 16 bits, where it is not 65535: 12 bits in 16.
+  std::string xmp_original, xmp_digitized;  ///< exif:DateTimeOriginal and exif:DateTimeDigitized in XMP; "" = not said.
   std::vector<std::string> problems;
+  /// Why the picture is not to be read, though decoders read something of it: rows that lack, pictures of which they
+  /// show the first alone. "" = it is. To the name of the file.
+  std::string refusal;
 };
 
 /// PNG, JPEG, TIFF, WebP, JPEG 2000, HEIF and AVIF, BMP and TGA; nothing of other files, and of damaged ones what
@@ -60,6 +65,8 @@ struct FileWords {
 void read_tiff_words(std::span<const unsigned char> bytes, FileWords& words);
 void read_jpeg_2000_words(const FileBytes& file, FileWords& words);
 void read_heif_words(const FileBytes& file, FileWords& words);
+/// An XMP packet. Sets dates that no earlier packet gave.
+void read_xmp_words(std::string_view packet, FileWords& words);
 /// EXIF data (a TIFF without pixels). Sets orientation and color space.
 void read_exif_words(std::span<const unsigned char> bytes, FileWords& words);
 

@@ -143,7 +143,9 @@ class PngSource final : public ImageSource {
     if (file_.channels() < 1 || file_.channels() > 4) return false;
     info_.channels = kNames[static_cast<std::size_t>(file_.channels() - 1)];
     if (!read_words(file_, info_)) return false;
-    set_color_words(info_, read_file_words(path_));
+    const FileWords words = read_file_words(path_);
+    if (!words.refusal.empty()) throw IoError(path_.string(), words.refusal);
+    set_color_words(info_, words);
     return true;
   }
 

@@ -1,7 +1,12 @@
+#include <zlib.h>
+
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
+#include <set>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -40,6 +45,18 @@ class TiffBytes {
     first_ = has_order ? (is_big_ ? bytes_.number(8, 8) : bytes_.number(4, 4)) : 0;
   }
   [[nodiscard]] Directory first() const { return directory(first_); }
+  /// Of all pages.
+  [[nodiscard]] std::vector<Directory> pages() const {
+    constexpr std::size_t kMostPages = 4096;
+    std::vector<Directory> pages;
+    std::set<std::uint64_t> known;  // A chain may be closed to a ring.
+    const unsigned word = is_big_ ? 8 : 4, head = is_big_ ? 8 : 2, size = is_big_ ? 20 : 12;
+    for (std::uint64_t at = first_; at != 0 && known.insert(at).second && pages.size() < kMostPages;) {
+      pages.push_back(directory(at));
+      at = bytes_.number(at + head + size * std::min<std::uint64_t>(bytes_.number(at, head), 4096), word);
+    }
+    return pages;
+  }
   [[nodiscard]] Directory directory(std::uint64_t at) const {
     Directory found;
     if (at == 0) return found;
@@ -55,13 +72,21 @@ class TiffBytes {
     }
     return found;
   }
-  /// The first value of an entry of whole numbers.
-  [[nodiscard]] std::optional<std::uint64_t> number(const Directory& in, unsigned tag) const {
+  /// The first value of an entry of whole numbers, or the one at `index`.
+  [[nodiscard]] std::optional<std::uint64_t> number(const Directory& in, unsigned tag, std::uint64_t index = 0) const {
     const auto found = in.find(tag);
-    if (found == in.end() || found->second.count == 0) return {};
+    if (found == in.end() || found->second.count <= index) return {};
     const unsigned size = size_of(found->second.type);
-    if (!(size == 1 || size == 2 || size == 4 || size == 8) || !bytes_.holds(found->second.at, size)) return {};
-    return bytes_.number(found->second.at, size);
+    const std::uint64_t at = found->second.at + index * size;
+    if (!(size == 1 || size == 2 || size == 4 || size == 8) || !bytes_.holds(at, size)) return {};
+    return bytes_.number(at, size);
+  }
+  [[nodiscard]] std::uint64_t count(const Directory& in, unsigned tag) const {
+    const auto found = in.find(tag);
+    return found == in.end() ? 0 : found->second.count;
+  }
+  [[nodiscard]] std::span<const unsigned char> part(std::uint64_t at, std::uint64_t count) const {
+    return bytes_.part(at, count);
   }
   /// Positive fractions; nothing if one of them is none.
   [[nodiscard]] std::vector<double> fractions(const Directory& in, unsigned tag) const {
@@ -104,6 +129,117 @@ void read_exif_directory(const TiffBytes& tiff, const TiffBytes::Directory& firs
   words.is_srgb = space == kSrgb;
 }
 
+/// How many bytes a stream of zlib holds, counted up to `most`; nothing where it is damaged.
+std::optional<std::uint64_t> inflated_size(std::span<const unsigned char> packed, std::uint64_t most) {
+  z_stream stream{};
+  if (inflateInit(&stream) != Z_OK) return {};
+  std::vector<unsigned char> out(std::size_t{1} << 16);
+  std::uint64_t size = 0;
+  int status = Z_OK;
+  while (status == Z_OK && size < most) {
+    if (stream.avail_in == 0) {
+      constexpr std::size_t kPart = std::size_t{1} << 30;
+      const std::size_t count = std::min(packed.size(), kPart);
+      stream.next_in = const_cast<unsigned char*>(packed.data());  // zlib does not write there.
+      stream.avail_in = static_cast<uInt>(count);
+      packed = packed.subspan(count);
+    }
+    stream.next_out = out.data();
+    stream.avail_out = static_cast<uInt>(out.size());
+    status = inflate(&stream, Z_NO_FLUSH);
+    size += out.size() - stream.avail_out;
+  }
+  inflateEnd(&stream);
+  if (status == Z_OK || status == Z_STREAM_END) return size;
+  return {};
+}
+
+/// The height that a JPEG stream states; nothing where it states none.
+std::optional<std::uint64_t> jpeg_height(const FileBytes& stream) {
+  if (!stream.starts_with("\xff\xd8")) return {};
+  for (std::uint64_t at = 2; stream.number(at, 1) == 0xff && stream.holds(at, 9);) {
+    const std::uint64_t marker = stream.number(at + 1, 1);
+    const bool is_frame = marker >= 0xc0 && marker <= 0xcf && marker != 0xc4 && marker != 0xc8 && marker != 0xcc;
+    if (is_frame) return stream.number(at + 5, 2);
+    at += 2 + stream.number(at + 2, 2);
+  }
+  return {};
+}
+
+/// How the pixels of a page are cut up.
+struct TiffStrips {
+  std::uint64_t width = 0, height = 0, rows_per_strip = 0;
+  std::uint64_t num_planes = 1;         ///< Each has strips of its own.
+  std::uint64_t samples_per_plane = 1;  ///< Of a pixel.
+  std::uint64_t bits = 1;               ///< Of a sample.
+  [[nodiscard]] std::uint64_t strips_per_plane() const { return (height + rows_per_strip - 1) / rows_per_strip; }
+  [[nodiscard]] std::uint64_t last_rows() const { return height - (strips_per_plane() - 1) * rows_per_strip; }
+  [[nodiscard]] std::uint64_t row_bytes() const { return (width * samples_per_plane * bits + 7) / 8; }
+};
+
+constexpr unsigned kTiffOffsets = 273, kTiffByteCounts = 279;
+
+/// Rows that the last strip of a plane lacks, where decoders take them for black without a word.
+std::uint64_t missing_rows(const TiffBytes& tiff, const TiffBytes::Directory& page, const TiffStrips& strips,
+                           std::uint64_t strip) {
+  constexpr unsigned kCompression = 259, kPhotometric = 262;
+  constexpr std::uint64_t kJpeg = 7, kDeflate = 8, kOldDeflate = 32946, kYCbCr = 6;
+  const std::uint64_t compression = tiff.number(page, kCompression).value_or(1), rows = strips.last_rows();
+  const auto bytes = tiff.part(tiff.number(page, kTiffOffsets, strip).value_or(0),
+                               tiff.number(page, kTiffByteCounts, strip).value_or(0));
+  if (compression == kJpeg) return rows - std::min(rows, jpeg_height(FileBytes(bytes)).value_or(rows));
+  const bool is_deflate = compression == kDeflate || compression == kOldDeflate;
+  if (!is_deflate || strips.row_bytes() == 0 || tiff.number(page, kPhotometric) == kYCbCr) return 0;
+  const auto held = inflated_size(bytes, rows * strips.row_bytes());
+  return held ? rows - std::min(rows, *held / strips.row_bytes()) : 0;
+}
+
+/// What is wrong with a page that holds fewer rows than it says; "" where nothing is.
+std::string rows_damage(const TiffBytes& tiff, const TiffBytes::Directory& page) {
+  constexpr unsigned kWidth = 256, kHeight = 257, kBits = 258, kSamples = 277, kRows = 278, kPlanar = 284,
+                     kTileWidth = 322, kTileHeight = 323, kTileOffsets = 324;
+  constexpr std::uint64_t kLargest = 1U << 20U;  // Of any side; what is larger is refused elsewhere.
+  TiffStrips s{.width = tiff.number(page, kWidth).value_or(0), .height = tiff.number(page, kHeight).value_or(0)};
+  if (s.width == 0 || s.height == 0 || s.width > kLargest || s.height > kLargest) return "";
+  const std::uint64_t samples = std::clamp<std::uint64_t>(tiff.number(page, kSamples).value_or(1), 1, 4096);
+  const bool is_planar = tiff.number(page, kPlanar) == 2U;
+  s.num_planes = is_planar ? samples : 1;
+  s.samples_per_plane = is_planar ? 1 : samples;
+  s.bits = std::min<std::uint64_t>(tiff.number(page, kBits).value_or(1), 64);
+  const std::string says = "says that it has " + std::to_string(s.height) + " rows and ";
+  if (page.contains(kTileOffsets)) {
+    const std::uint64_t w = tiff.number(page, kTileWidth).value_or(0), h = tiff.number(page, kTileHeight).value_or(0);
+    if (w == 0 || h == 0) return "";
+    const std::uint64_t needed = ((s.width + w - 1) / w) * ((s.height + h - 1) / h) * s.num_planes;
+    const std::uint64_t there = tiff.count(page, kTileOffsets);
+    if (there >= needed) return "";
+    return says + "holds " + std::to_string(there) + " of their " + std::to_string(needed) + " tiles";
+  }
+  if (!page.contains(kTiffOffsets)) return "";
+  s.rows_per_strip = std::clamp<std::uint64_t>(tiff.number(page, kRows).value_or(s.height), 1, s.height);
+  const std::uint64_t needed = s.strips_per_plane() * s.num_planes;
+  const std::uint64_t there = tiff.count(page, kTiffOffsets);
+  if (there < needed) {
+    const std::uint64_t rows = std::min(s.height, there / s.num_planes * s.rows_per_strip);
+    return says + "holds " + std::to_string(rows);
+  }
+  std::uint64_t missing = 0;
+  for (std::uint64_t plane = 1; plane <= s.num_planes; ++plane)
+    missing = std::max(missing, missing_rows(tiff, page, s, plane * s.strips_per_plane() - 1));
+  return missing == 0 ? "" : says + "holds " + std::to_string(s.height - missing);
+}
+
+/// Of the pages that are pictures.
+std::string rows_damage(const TiffBytes& tiff) {
+  constexpr unsigned kKind = 254;
+  constexpr std::uint64_t kReduced = 1, kMask = 4;
+  for (const TiffBytes::Directory& page : tiff.pages()) {
+    if ((tiff.number(page, kKind).value_or(0) & (kReduced | kMask)) != 0) continue;
+    if (std::string damage = rows_damage(tiff, page); !damage.empty()) return damage;
+  }
+  return "";
+}
+
 }  // namespace
 
 void read_tiff_words(std::span<const unsigned char> bytes, FileWords& words) {
@@ -111,8 +247,11 @@ void read_tiff_words(std::span<const unsigned char> bytes, FileWords& words) {
   const TiffBytes::Directory first = tiff.first();
   read_exif_directory(tiff, first, words);
   constexpr unsigned kBits = 258, kSamples = 277, kMaxSample = 281, kExtra = 338, kProfile = 34675, kWhite = 318,
-                     kPrimaries = 319, kTransfer = 301;
+                     kPrimaries = 319, kTransfer = 301, kXmp = 700;
   words.icc = tiff.text(first, kProfile);
+  read_xmp_words(tiff.text(first, kXmp), words);
+  if (const std::string damage = rows_damage(tiff); !damage.empty())
+    words.refusal = damage + "; it is damaged or was cut off";
   // The tag says what the largest value is, not how it looks; 4095 and such are how many bits a code has.
   const std::uint64_t largest = tiff.number(first, kMaxSample).value_or(0);
   if (tiff.number(first, kBits) == 16U && largest > 0xff && largest < 0xffff && ((largest + 1) & largest) == 0)

@@ -82,10 +82,17 @@ class WordedSource final : public ImageSource {
       name = alias_->path() / "palette.tga";
       write_atomically(name, *whole);
     }
-    source_ = media_module().open_image(path, name, false);
+    try {
+      source_ = media_module().open_image(path, name, false);
+    } catch (const IoError&) {
+      if (const FileWords words = read_file_words(path); !words.refusal.empty())
+        throw IoError(path.string(), words.refusal);
+      throw;
+    }
     stored_ = source_->first_info();
     if (stored_.is_raw || is_decoded_apart(path)) return;
     words_ = read_file_words(path);
+    if (!words_.refusal.empty()) throw IoError(path.string(), words_.refusal);
     if (words_.icc.empty()) words_.icc = source_->profile();
     model_ = source_->color_model();
     if (model_ == ColorModel::Cmyk) inks_ = color_of_cmyk_profile(words_.icc);
@@ -102,6 +109,8 @@ class WordedSource final : public ImageSource {
       info.channels.pop_back();
       info.facts.alpha = "not used: " + words_.unused_alpha;
     }
+    if (info.date_time.empty()) info.date_time = words_.xmp_original;
+    if (info.digitized.empty()) info.digitized = words_.xmp_digitized;
     info.facts.orientation = words_.turn;
     FileWords words = words_;
     if (model_ != ColorModel::Rgb) words.icc.clear();

@@ -135,6 +135,14 @@ FilePages pages_of(OIIO::ImageInput& input) {
     pages.pictures = {0};
     return pages;
   }
+  if (std::string_view(input.format_name()) == "heif") {  // The primary picture, then others of the same moment.
+    int num_pictures = 1;
+    while (num_pictures < kMaxImageFrames && input.seek_subimage(num_pictures, 0)) ++num_pictures;
+    (void)input.geterror();
+    pages.pictures = {0};
+    if (num_pictures > 1) pages.text = "the primary picture of " + std::to_string(num_pictures);
+    return pages;
+  }
   if (std::string_view(input.format_name()) != "tiff") return pages;
   constexpr int kReduced = 1, kMask = 4;
   int num_pages = 0;
@@ -170,6 +178,10 @@ class OiioSource final : public ImageSource {
     input_ = OIIO::ImageInput::open(name.string(), &hints);
     if (!input_) {
       (void)OIIO::geterror();
+      if (path.extension().empty())
+        throw IoError(path.string(),
+                      "is no readable image; if it is something else, give it the extension of its "
+                      "format (a mesh: .obj, .ply, .stl, .gltf or .glb)");
       throw IoError(path.string(), "is no readable image (damaged, or not an image format that is known)");
     }
     require_readable(path, *input_);

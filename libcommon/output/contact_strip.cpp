@@ -1,9 +1,7 @@
 #include "libcommon/output/contact_strip.h"
 
 #include <algorithm>
-#include <cmath>
 
-#include "libcommon/core/text.h"
 #include "libcommon/output/picture_text.h"
 #include "patinate/core/error.h"
 
@@ -46,24 +44,6 @@ ImageF contact_strip(std::span<const ImageF> pictures, std::span<const std::stri
     draw_text(strip, labels[static_cast<std::size_t>(i)], x0, y0 + h, w, label_height, letter, ink);
   }
   return strip;
-}
-
-std::vector<std::string> scale_labels(std::span<const double> values) {
-  std::vector<double> sorted(values.begin(), values.end());
-  std::sort(sorted.begin(), sorted.end());
-  double step = 0.0;
-  for (std::size_t i = 1; i < sorted.size(); ++i) {
-    const double gap = sorted[i] - sorted[i - 1];
-    if (gap > 0.0 && (step == 0.0 || gap < step)) step = gap;
-  }
-  if (step == 0.0) return short_number_texts(values);
-  constexpr int kMostDecimals = 15;
-  double tens = 1.0;
-  const auto is_coarse = [&](double v) { return std::abs(std::round(v * tens) / tens - v) > step / 30.0; };
-  for (int i = 0; i < kMostDecimals && std::any_of(values.begin(), values.end(), is_coarse); ++i) tens *= 10.0;
-  std::vector<std::string> labels;
-  for (const double v : values) labels.push_back(number_text(std::round(v * tens) / tens + 0.0));  // Never "-0".
-  return labels;
 }
 
 }  // namespace patinate

@@ -25,9 +25,4 @@ struct ContactStripOptions {
 [[nodiscard]] ImageF contact_strip(std::span<const ImageF> pictures, std::span<const std::string> labels,
                                    const ContactStripOptions& options = {});
 
-/// Labels of places that were chosen along a scale, where more digits would be false precision: the fewest decimals,
-/// the same for all, that are within a thirtieth of the smallest step; zeros at the end are left out.
-/// @param values  In any order.
-[[nodiscard]] std::vector<std::string> scale_labels(std::span<const double> values);
-
 }  // namespace patinate

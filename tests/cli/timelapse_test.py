@@ -150,8 +150,8 @@ class TimeLapse(unittest.TestCase):
         self.assertIn('"exclude": [0]', found["light"]["cure"])
         compare = subprocess.run([PATINATE, "compare", "out", "out", "-o", "report"], cwd=self.folder, capture_output=True, text=True)
         self.assertEqual(compare.returncode, 0, compare.stderr)
-        told = [(self.folder / "report" / name).read_text() for name in ("report.json", "report.html")]
-        for text in [compare.stderr, *told]:
+        self.assertIn(f"out: {len(warnings)} warnings about its photographs: patinate info out\n", compare.stderr)
+        for text in ((self.folder / "report" / name).read_text() for name in ("report.json", "report.html")):
             for about in ("motion", "light"):
                 self.assertIn(found[about]["text"].split(": ")[1], text)
 
@@ -269,6 +269,73 @@ class TimeLapse(unittest.TestCase):
         self.assertRegex(run.stderr, r"flat field: .*; the last photograph still showed 0\.[23]\d*, .* of it")
         self.assertEqual(self.run_ingest("--flat-field", "first").returncode, 0)
 
+    def test_a_flat_field_is_estimated_inside_the_mask(self):
+        def on_a_table(i, x, y):
+            if 16 <= x < 48 and 16 <= y < 48:
+                return (60 + ((x // 4) * 7919 + (y // 4) * 104729) % 3 + i,) * 3
+            return (120 + 2 * x,) * 3  # The table is brighter on one side.
+
+        self.rewrite(4, on_a_table)
+        write_png(self.folder / "mask.png", 64, 64, lambda x, y: (255 if 16 <= x < 48 and 16 <= y < 48 else 0,) * 3)
+        project = json.loads((self.folder / "capture.json").read_text())
+        for given, options in (({"mask": "mask.png"}, ()), ({}, ("--mask-background", "unchanging"))):
+            (self.folder / "capture.json").write_text(json.dumps({**project, **given}))
+            run = self.run_ingest("--flat-field", "estimate", *options, "--force")
+            self.assertEqual(run.returncode, 0, run.stderr)
+            ratio = json.loads((self.folder / "out/survey.json").read_text())["flat_field"]["ratio"]
+            self.assertLess(ratio, 1.1, "the plate is even; over all of the picture it is 1.5 and more")
+
+    def test_deflicker_changes_no_photograph_that_it_does_not_name(self):
+        factors = [1.0, 1.004, 0.996, 1.4, 0.997, 1.003, 1.0, 1.3]
+        self.rewrite(len(factors), lambda i, x, y: (min(255, round(texture(x, y) * factors[i] ** (1 / 2.2))),) * 3)
+        self.assertEqual(self.run_ingest().returncode, 0)
+        before = [(self.folder / f"out/frames/{i:04d}.exr").read_bytes() for i in range(len(factors))]
+        run = self.run_ingest("--deflicker", "--force")
+        self.assertEqual(run.returncode, 0, run.stderr)
+        named = {p["photo"] for p in json.loads((self.folder / "out/survey.json").read_text())["deflicker"]["changed"]}
+        self.assertIn("3.png", named)
+        for i in range(len(factors)):
+            is_same = (self.folder / f"out/frames/{i:04d}.exr").read_bytes() == before[i]
+            self.assertEqual(is_same, f"{i}.png" not in named, i)
+            self.assertEqual(f"{i}.png" in run.stderr.split("deflicker: ")[-1].splitlines()[0], f"{i}.png" in named, i)
+
+    def cracks(self, blank, color=(150, 150, 150)):
+        """Grain that differs a little from photograph to photograph, and lines that widen; none where it is blank."""
+        def photograph(i, x, y):
+            grain = (x * 7919 + y * 104729 + x * y * 31) % 5 + (x * 31 + y * 17 + i * 101) % 4
+            if i in blank:
+                return tuple(v + grain for v in color)
+            is_line = any(abs(a * x + b * y - c) < 0.3 + 0.15 * i for a, b, c in ((1, 0.2, 19), (0.3, 1, 41), (0.8, -0.6, 7), (0.6, 0.8, 61), (1, 0, 52)))
+            return ((60 if is_line else 150) + grain,) * 3
+
+        self.rewrite(8, photograph)
+
+    def test_a_photograph_on_which_nothing_has_happened_yet_belongs_to_its_series(self):
+        for blank in ({0}, {0, 1}):
+            self.cracks(blank)
+            run = self.run_ingest("--force")
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertNotIn("cannot be laid over", run.stderr)
+            self.assertNotIn("exclude", run.stderr)
+            run = self.run_ingest("--stabilize", "--force")
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertNotIn("exclude", run.stderr)
+            self.assertIn("too little detail to be laid over the others; left as found", run.stderr)
+        self.cracks({0}, (60, 90, 200))  # Its color says that it is something else.
+        self.assertRegex(self.run_ingest("--force").stderr, r'0\.png .*cannot be laid over the others.*"exclude": \[0\]')
+
+    def test_warnings_are_said_once_and_referred_to(self):
+        made = self.run_ingest("--json")
+        warnings = json.loads(made.stdout)["warnings"]
+        for warning in warnings:
+            self.assertIn("warning: out: " + warning["text"], made.stderr)
+        count = f"{len(warnings)} warning" + ("" if len(warnings) == 1 else "s")
+        for command in (("info", "out", "--stats"), ("factorize", "out", "-o", "factors")):
+            run = subprocess.run([PATINATE, *command], cwd=self.folder, capture_output=True, text=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            self.assertIn(f"out: {count} about its photographs: patinate info out\n", run.stderr)
+            self.assertFalse(any(w["text"] in run.stderr for w in warnings), run.stderr)
+
     def test_one_tinted_photograph_of_four_is_named_and_mended(self):
         def tinted(i, x, y):
             value = texture(x, y)
@@ -279,7 +346,7 @@ class TimeLapse(unittest.TestCase):
         self.assertRegex(run.stderr, r"1\.png .*light times 1, 1, 1\.[6-9]")
         repaired = self.run_ingest("--deflicker", "--force")
         self.assertRegex(repaired.stderr, r"deflicker: factors .*most changed: 1\.png \(1, 1, 0\.5\d\)")
-        most = json.loads((self.folder / "out/survey.json").read_text())["deflicker"]["most_changed"]
+        most = json.loads((self.folder / "out/survey.json").read_text())["deflicker"]["changed"]
         self.assertEqual([m["photo"] for m in most], ["1.png"])
 
     def test_light_that_goes_up_and_down_is_warned_of_and_what_hides_in_it(self):

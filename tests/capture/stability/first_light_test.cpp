@@ -77,6 +77,19 @@ TEST(FirstLight, ScratchesStay) {
   EXPECT_NEAR(static_cast<double>(even.at(80, 80, 1) / even.at(90, 80, 1)), 1.5, 0.1);
 }
 
+TEST(FirstLight, WhatLiesAroundTheSurfaceSaysNothing) {
+  ImageU8 mask(kSide / 2, kSide / 2);  // At half the size: the left half.
+  for (int y = 0; y < mask.height(); ++y) std::fill_n(mask.row(y).begin(), mask.width() / 2, std::uint8_t{255});
+  ImageF later = polished_plate(0.4, 0.0);
+  const ImageF first = polished_plate(1.0, 0.0), gain = first_light_gain(first, mask);
+  for (int y = 0; y < kSide; ++y) {  // The table keeps its light.
+    std::copy_n(&first.at(kSide / 2, y, 0), 3 * (kSide / 2), &later.at(kSide / 2, y, 0));
+  }
+  for (const double share : remaining_first_light(later, gain)) EXPECT_NEAR(share, 0.4, 0.04);
+  EXPECT_EQ(gain.at(kSide - 1, 0, 0), 1.0f);
+  EXPECT_THROW((void)first_light_gain(first, ImageU8(4, 4)), InvalidInput);
+}
+
 TEST(FirstLight, AnEvenFirstPhotographChangesNothing) {
   const ImageF even(kSide, kSide, 3, 0.3f), gain = first_light_gain(even);
   ImageF later = polished_plate(1.0, 0.5);

@@ -140,10 +140,10 @@ TEST(FlatField, AKnownFallOffIsTakenOutOfATexturedGrowingScene) {
     }
     return image;
   };
-  const ImageF gain = estimate_flat_field(6, frame);
+  const ImageF gain = estimate_flat_field(6, frame, {});
   // The logarithm of this fall-off is a polynomial, so the gain must differ by just it from that of the same scene in
   // even light.
-  const ImageF even = estimate_flat_field(6, bare);
+  const ImageF even = estimate_flat_field(6, bare, {});
   double low = 1e9, high = 0.0;
   for (int y = 0; y < 192; y += 5) {
     for (int x = 0; x < 192; x += 5) {
@@ -153,6 +153,32 @@ TEST(FlatField, AKnownFallOffIsTakenOutOfATexturedGrowingScene) {
     }
   }
   EXPECT_LT(high / low, 1.02) << "the fall-off itself spans 3.3";
+}
+
+TEST(FlatField, WhatLiesAroundTheMaskDoesNotCount) {
+  // A disk in even light on a table that is brighter on one side.
+  ImageU8 mask(192, 192, 1, 0);
+  ImageF disk(192, 192, 3);
+  for (int y = 0; y < 192; ++y) {
+    for (int x = 0; x < 192; ++x) {
+      const bool is_inside = std::hypot(x - 95.5, y - 95.5) < 50.0;
+      mask.at(x, y) = is_inside ? 255 : 0;
+      for (float& v : disk.pixel(x, y)) v = is_inside ? 0.1f : 0.2f + 0.003f * static_cast<float>(x);
+    }
+  }
+  const auto frame = [&](int) { return disk; };
+  const ImageF gain = estimate_flat_field(2, frame, mask), over_all = estimate_flat_field(2, frame, {});
+  double most = 0.0, most_over_all = 0.0;
+  for (std::int64_t i = 0; i < gain.num_pixels(); ++i) {
+    EXPECT_NEAR(static_cast<double>(gain.data()[i]), 1.0, 1e-3) << "outside, too: it has the range that it has inside";
+    if (mask.data()[i] == 0) continue;
+    most = std::max(most, static_cast<double>(gain.data()[i]));
+    most_over_all = std::max(most_over_all, static_cast<double>(over_all.data()[i]));
+  }
+  EXPECT_GT(most_over_all, 1.1) << "the table alone makes a gradient";
+  const ImageU8 half(96, 96, 1, 255);
+  EXPECT_NO_THROW((void)estimate_flat_field(2, frame, half)) << "a mask has a size of its own";
+  EXPECT_THROW((void)estimate_flat_field(2, frame, ImageU8(192, 192, 1, 0)), InvalidInput);
 }
 
 TEST(FlatField, APhotographOfAUniformSurfaceBecomesUniformWithItsMean) {
@@ -170,7 +196,7 @@ TEST(FlatField, APhotographOfAUniformSurfaceBecomesUniformWithItsMean) {
     for (int x = 0; x < 192; x += 13) EXPECT_NEAR(static_cast<double>(flat.at(x, y, 1)), mean, 1e-5);
   }
   EXPECT_THROW((void)flat_field_from_image(ImageF(8, 8, 3)), InvalidInput);
-  EXPECT_THROW((void)estimate_flat_field(2, [](int) { return ImageF(32, 32, 3, 1.0f); }), InvalidInput);
+  EXPECT_THROW((void)estimate_flat_field(2, [](int) { return ImageF(32, 32, 3, 1.0f); }, {}), InvalidInput);
 }
 
 /// A plate with a flash's streak, and white things of other kinds.

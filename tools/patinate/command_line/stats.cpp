@@ -209,11 +209,11 @@ int report_stats(CommandRun& run, const StatsArgument& stats, const std::filesys
                                                        structure_figures(found)};
     const auto status = write_stats(run, stats.csv, csv_of(found, groups, unit),
                                     chart_page(subject.filename().string(), found, groups, unit));
-    note_history_warnings(run, subject.string(), series.facts().warnings);
+    refer_to_history_warnings(run, subject.string(), series.facts().warnings);
     if (status) run.report_output(*status, stats.csv);
     return 0;
   }
-  note_history_warnings(run, subject.string(), series.facts().warnings);
+  refer_to_history_warnings(run, subject.string(), series.facts().warnings);
   run.report(json_of(found, classes, time_unit_text(series.facts().time_unit)), text_of(found, classes, unit));
   return 0;
 }

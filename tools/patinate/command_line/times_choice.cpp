@@ -5,7 +5,6 @@
 
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
-#include "libcommon/output/contact_strip.h"
 #include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
@@ -19,11 +18,6 @@ std::vector<double> evenly(const HistoryManifest& history, int count) {
     times.push_back(count == 1 || i == count - 1 ? last : first + (last - first) * i / (count - 1));
   }
   return times;
-}
-
-std::vector<std::string> with_unit(std::vector<std::string> texts, TimeUnit unit) {
-  for (std::string& text : texts) text += " " + shown_time_unit(unit);
-  return texts;
 }
 
 }  // namespace
@@ -61,12 +55,10 @@ std::vector<double> TimesChoice::resolve(const HistoryManifest& history, int def
   return chosen;
 }
 
-std::vector<std::string> TimesChoice::labels(const std::vector<double>& resolved, TimeUnit unit) const {
-  return with_unit(time || !times.empty() ? short_number_texts(resolved) : scale_labels(resolved), unit);
-}
-
 std::vector<std::string> time_labels(const std::vector<double>& times, TimeUnit unit) {
-  return with_unit(short_number_texts(times), unit);
+  std::vector<std::string> labels = short_number_texts(times);
+  for (std::string& label : labels) label += " " + shown_time_unit(unit);
+  return labels;
 }
 
 }  // namespace patinate::cli

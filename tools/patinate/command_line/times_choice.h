@@ -24,12 +24,9 @@ struct TimesChoice {
   /// @throws as check().
   [[nodiscard]] std::vector<double> resolve(const HistoryManifest& history, int default_count,
                                             std::vector<std::string>& notes) const;
-  /// Labels of resolved times: in full where they were given, and as precise as a strip can show (a thirtieth of the
-  /// smallest gap) where they were chosen evenly.
-  [[nodiscard]] std::vector<std::string> labels(const std::vector<double>& resolved, TimeUnit unit) const;
 };
 
-/// "12.5 d"; different times have different labels.
+/// "12.5 d", as `info` says them; different times have different labels.
 [[nodiscard]] std::vector<std::string> time_labels(const std::vector<double>& times, TimeUnit unit);
 
 }  // namespace patinate::cli

@@ -127,7 +127,7 @@ int cmd_compare(CommandRun& run) {
   if (!status) return 0;
 
   for (const fs::path& side : sides)
-    note_history_warnings(run, side.string(), analysis::open_series(side).series.facts().warnings);
+    refer_to_history_warnings(run, side.string(), analysis::open_series(side).series.facts().warnings);
   const Json report = load_json(output / analysis::kCompareReportFile);
   for (const Json& warning : report.at("warnings")) run.note("warning: " + warning.get<std::string>());
   for (const Json& section : report.at("undefined_sections"))

@@ -121,7 +121,7 @@ int cmd_factorize(CommandRun& run) {
   if (!status) return 0;
 
   note_poor_reconstruction(run, HistoryReader(history), HistoryReader(output / "history"), of);
-  note_history_warnings(run, history.string(), read_history_manifest(history).warnings);
+  refer_to_history_warnings(run, history.string(), read_history_manifest(history).warnings);
   const Json made = load_json(output / analysis::kFactorizationManifestFile);
   const std::string unit = made.at("time_unit").get<std::string>();
   const auto text = [](const Json& v) { return short_number_text(rounded(v.get<double>(), 3)); };

@@ -112,7 +112,7 @@ int ingest_relit(CommandRun& run, const std::filesystem::path& file, const captu
                " of the surface determined");
   }
   const HistoryReader reader(output);
-  note_history_warnings(run, reader.label(), reader.facts().warnings);
+  say_history_warnings(run, reader.label(), reader.facts().warnings);
   Json controls = Json::array();
   for (const ControlParameter& c : reader.manifest().controls) controls.push_back(c.name);
   run.report_output(*status, output,
@@ -160,7 +160,7 @@ int cmd_ingest(CommandRun& run) {
   note_doubtful_controls(reader, run);
   capture::SurveyReport survey = capture::read_survey_report(reader.folder());
   complete_shares(reader, survey);
-  note_history_warnings(run, reader.label(), reader.facts().warnings);
+  say_history_warnings(run, reader.label(), reader.facts().warnings);
   run.notes(capture::light_notes(survey.light));
   note_survey(survey, reader.num_frames() == 1, run);
 

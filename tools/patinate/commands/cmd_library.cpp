@@ -76,7 +76,7 @@ HtmlPicture thumbnails_of(const ShelfEntry& entry) {
     }
     pictures.push_back(downscale_area(entry.history->sample(times.back()), scaled(facts.width), scaled(facts.height)));
   }
-  const ImageF strip = contact_strip(pictures, TimesChoice{}.labels(times, facts.time_unit));
+  const ImageF strip = contact_strip(pictures, time_labels(times, facts.time_unit));
   return {data_uri(studio::jpeg_of(srgb8_from_linear(strip)), "image/jpeg"), entry.title()};
 }
 

@@ -287,8 +287,8 @@ int cmd_transfer(CommandRun& run) {
   task.flow = task.input.frames ? std::filesystem::path(flow).filename().string() : "uv";
   task.input.appearance = transfer::appearance_source(history, cache);
   task.input.history = task.history;
+  refer_to_history_warnings(run, history.label(), history.facts().warnings);
   if (!by_tile) {
-    note_history_warnings(run, history.label(), history.facts().warnings);
     const auto forecast = transfer::forecast_transfer(task.input, options.neighborhood_radius_px);
     for (const std::string& warning : transfer::warnings_of(forecast)) run.note(warning);
   }

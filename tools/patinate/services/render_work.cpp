@@ -60,7 +60,7 @@ void add_surface(ContentHash& hash, const RenderTask& task) {
 /// Under the pictures of a strip; none where there is one picture, or a movie.
 std::vector<std::string> strip_labels(const RenderTask& task, const std::vector<double>& times, TimeUnit unit) {
   if (times.size() < 2 || is_series(task.output)) return {};
-  return task.times.labels(times, unit);
+  return time_labels(times, unit);
 }
 
 /// One picture, as a file or not.

@@ -11,6 +11,7 @@
 #include "patinate/core/error.h"
 #include "patinate/geometry/camera_io.h"
 #include "patinate/image/image_io.h"
+#include "tools/patinate/command_line/history_warnings.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/services/reference_picture.h"
@@ -205,7 +206,8 @@ analysis::SurfaceReference of_history(const fs::path& path, const ReferenceOptio
     pixels = pixels_on_uvs(map, picture.values.width(), picture.values.height());
   }
   analysis::SurfaceReference out = placed(picture, pixels, map);
-  for (const HistoryWarning& w : history.facts().warnings) out.notes.push_back(warning_text(w));
+  const std::vector<HistoryWarning>& warnings = history.facts().warnings;
+  if (!warnings.empty()) out.notes.push_back(history_warnings_line(path.string(), warnings));
   return out;
 }
 

@@ -21,6 +21,8 @@ namespace fs = std::filesystem;
 constexpr int kThumbnailQuality = 82, kMapQuality = 90;
 using Rgb = std::array<float, 3>;
 constexpr Rgb kOutOfViewColor{0.05f, 0.1f, 0.8f}, kMaskedColor{0.8f, 0.0f, 0.6f};  // As sample_state_color() has them.
+constexpr float kMarked = 0.65f;       // How opaque a mark is: what lies below it can be seen.
+constexpr float kMaskInside = 0.6f;    // Linear gray that stands out from the page.
 constexpr float kOutsideLight = 0.3f;  // What is outside of the mask is darker by this factor.
 
 HtmlPicture jpeg_picture(const ImageF& linear, const std::string& caption, int quality) {
@@ -106,8 +108,8 @@ ImageF marked_thumbnail(const ReportFrame& frame, float factor) {
       const float light = factor * (1.0f - (1.0f - kOutsideLight) * marks[0]);
       for (std::size_t c = 0; c < 3; ++c) {
         float& v = picture.at(x, y, static_cast<int>(c));
-        v = std::min(1.0f, light * v) * (1.0f - marks[1] - marks[2]);
-        v += marks[1] * kOutOfViewColor[c] + marks[2] * kMaskedColor[c];
+        v = std::min(1.0f, light * v) * (1.0f - kMarked * (marks[1] + marks[2]));
+        v += kMarked * (marks[1] * kOutOfViewColor[c] + marks[2] * kMaskedColor[c]);
       }
     }
   }
@@ -130,7 +132,7 @@ std::vector<std::optional<double>> lab_values(const ReportSeries& series, std::s
 ImageF mask_picture(const ImageU8& mask) {
   ImageF picture(mask.width(), mask.height(), 3);
   for (std::int64_t i = 0; i < mask.num_pixels(); ++i) {
-    for (int c = 0; c < 3; ++c) picture.data()[3 * i + c] = mask.data()[i] != 0 ? 1.0f : 0.0f;
+    for (int c = 0; c < 3; ++c) picture.data()[3 * i + c] = mask.data()[i] != 0 ? kMaskInside : 0.0f;
   }
   return reduced_to(picture, kReportMapSide_px);
 }
@@ -231,7 +233,7 @@ void add_pictures(HtmlPage& page, const ReportSeries& series, const ImageU8& mas
                                 "of it is transferred.");
   std::vector<HtmlPicture> maps;
   if (!is_whole)
-    maps.push_back(jpeg_picture(mask_picture(mask), "The mask: white inside; " + size_text(width, height) + " pixels",
+    maps.push_back(jpeg_picture(mask_picture(mask), "The mask: black outside; " + size_text(width, height) + " pixels",
                                 kMapQuality));
   if (!series.look.masked.empty()) {
     const ImageF map = ramp_picture(series.look.masked, {}, 0.0, 1.0, ColorRamp::Sequential);

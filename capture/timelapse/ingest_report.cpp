@@ -196,7 +196,7 @@ Rows understood(const IngestWork& work, const PhotoNotes& notes, const SurveyRep
     rows.push_back({"left out", "numbers " + numbers});
   }
   if (needs_alignment(work)) {
-    rows.push_back({"alignment", "by " + align_method_text(project.align.method) + ", over " + notes.reference});
+    rows.push_back({"alignment", "`align` " + align_method_text(project.align.method) + ", over " + notes.reference});
   } else if (project.is_handheld()) {
     rows.push_back({"alignment", "by the transforms that the project gives"});
   }

@@ -156,7 +156,7 @@ class IngestPage(CommandCase):
         marks = [("left", 40, 50), ("right", 120, 60), ("top", 80, 30), ("foot", 70, 130)]
         (self.folder / "points.csv").write_text("".join(f"f{i}.png,{name},{x - 3 * i},{y}\n" for i in range(3) for name, x, y in marks))
         page = self.ingest()
-        self.assertIn("landmarks, over f0.png", dict(self.rows(page, "What was understood")[1:])["alignment"])
+        self.assertIn("`align` landmarks, over f0.png", dict(self.rows(page, "What was understood")[1:])["alignment"])
         head, *rows = self.rows(page, "All photographs")
         self.assertEqual([row[head.index("laid over")] for row in rows], ["reference", "aligned", "aligned"])
         self.assertLess(float(rows[2][head.index("residual (px)")]), 0.01)  # The marks are exact.

@@ -38,7 +38,32 @@ std::vector<std::string> fields_of(const std::string& line) {
   return fields;
 }
 
+/// A field that fields_of() and trimmed() give back as it is. @throws InvalidInput
+std::string quoted(const std::string& field) {
+  if (field.find_first_of("\r\n") != std::string::npos || trimmed(field) != field || field.empty())
+    throw InvalidInput("the name \"" + field +
+                       "\" cannot stand in a table of landmarks: it is empty, has a line break, or a blank at an end; "
+                       "rename it");
+  if (field.find_first_of(",\"#") == std::string::npos) return field;
+  std::string text = "\"";
+  for (const char c : field) text += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return text + "\"";
+}
+
 }  // namespace
+
+std::string landmarks_text(const std::map<std::string, PhotoMarks>& marks) {
+  std::string text = "photo,point,x,y\n";
+  bool is_any = false;
+  for (const auto& [photo, points] : marks) {
+    for (const auto& [point, at] : points) {
+      text += quoted(photo) + "," + quoted(point) + "," + number_text(at.x()) + "," + number_text(at.y()) + "\n";
+      is_any = true;
+    }
+  }
+  if (!is_any) throw InvalidInput("no point is marked; a table of landmarks has one or more");
+  return text;
+}
 
 std::map<std::string, PhotoMarks> read_landmarks(const std::filesystem::path& file) {
   constexpr double kFarthest = 1e6;

@@ -21,6 +21,11 @@ using PhotoMarks = std::map<std::string, Eigen::Vector2d>;
 /// photograph.
 [[nodiscard]] std::map<std::string, PhotoMarks> read_landmarks(const std::filesystem::path& file);
 
+/// The table that read_landmarks() reads back as `marks`: photographs and points in the order of their names.
+/// @throws InvalidInput naming a photograph or point that a line of the table cannot name: one with a line break, or
+/// with blanks at an end; or if there is no point.
+[[nodiscard]] std::string landmarks_text(const std::map<std::string, PhotoMarks>& marks);
+
 /// Points that both have, in the order of their names.
 [[nodiscard]] std::vector<PointMatch> shared_marks(const PhotoMarks& a, const PhotoMarks& b);
 

@@ -301,6 +301,7 @@ FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
                               .is_encoded = info.encoding != nullptr,
                               .facts = info.facts,
                               .exposure = info.exposure,
+                              .said_time = info.num_frames > 1 ? "" : photo_time_text(image.file, info),
                               .image = image.image,
                               .width = info.width,
                               .height = info.height,

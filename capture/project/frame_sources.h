@@ -26,6 +26,7 @@ struct CapturePhoto {
   bool is_encoded = false;      ///< Its color is not sRGB codes or linear Rec. 709, as the file says.
   ImageFacts facts = {};        ///< What the file says of how it is to be seen.
   ImageExposure exposure = {};  ///< As EXIF says it.
+  std::string said_time = {};   ///< What the file says alone, as photo_time_text(); "" of one of many images.
   int image = 0;                ///< Which image of the file.
   int width = 0;                ///< Pixels.
   int height = 0;

@@ -1,7 +1,10 @@
 #include "capture/project/photo_facts.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
+
+#include "libcommon/core/text.h"
 
 namespace patinate::capture {
 
@@ -75,6 +78,14 @@ std::string override_text(const std::vector<std::pair<std::string, ImageFacts>>&
   return is_any ? "`response` " + response.text() +
                       " is used instead of what the photographs say of their color: " + said.text()
                 : "";
+}
+
+std::string exposure_text(const ImageExposure& e) {
+  if (!(e.amount() > 0.0)) return "";
+  std::string text =
+      e.time_s < 0.4 ? "1/" + short_number_text(std::round(1.0 / e.time_s)) + " s" : short_number_text(e.time_s) + " s";
+  if (e.f_number > 0.0) text += ", f/" + short_number_text(e.f_number);
+  return text + ", ISO " + short_number_text(e.iso);
 }
 
 }  // namespace patinate::capture

@@ -20,4 +20,7 @@ namespace patinate::capture {
 [[nodiscard]] std::string override_text(const std::vector<std::pair<std::string, ImageFacts>>& photos,
                                         const Response& response);
 
+/// "1/250 s, f/2.8, ISO 100"; "" where time or ISO is not said.
+[[nodiscard]] std::string exposure_text(const ImageExposure& exposure);
+
 }  // namespace patinate::capture

@@ -24,7 +24,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kStageVersion = 3;
-constexpr double kStepWeight = 4.0;  ///< For progress: light is taken out more slowly than a scan is placed.
+constexpr std::int64_t kRelitPageVersion = 1;  ///< The same for the page.
+constexpr double kStepWeight = 4.0;            ///< For progress: light is taken out more slowly than a scan is placed.
 /// Measured on three steps of 64 x 48 and of 192 x 144 pixels, four lights each, and scans of some thousand points:
 /// poses by step, a step by pixel and photograph.
 constexpr CostModel kReferenceCost{0.08, 2e-6, 35.0}, kPosesCost{0.03, 0.9, 40.0}, kStepCost{1.8, 2.2e-5, 37.0, 40.0};
@@ -109,6 +110,7 @@ JobInputs inputs_of(const RelitWork& work) {
   const RelitProject& project = work.project;
   JobInputs inputs = JobInputs::counted_without_names("ingest relit");
   inputs.add_value("version of ingest", std::to_string(kStageVersion))
+      .add_value("version of report.html", std::to_string(kRelitPageVersion))
       .add_value("name", project.name)
       .add_value("time_unit", time_unit_text(project.time_unit))
       .add_value("response", project.response.text())
@@ -233,8 +235,8 @@ void join(const RelitWork& work, const fs::path& folder, const RunControl& contr
   }
   const ImageU8 mask = write_frames(writer, work, folder, kept, control.part(0.0, 0.7));
   writer.write_mask(mask);
-  write_controls(writer, work, folder, mask, control.part(0.7, 0.95));
-  write_relit_report(work, folder, facts);
+  write_controls(writer, work, folder, mask, control.part(0.7, 0.9));
+  write_relit_report(writer.manifest(), work, folder, facts, mask, control.part(0.9, 1.0));
   writer.finish();
   control.report(1.0);
 }

@@ -15,9 +15,8 @@
 
 namespace patinate::capture {
 
-/// What happened at every step, for people and for programs.
+/// What happened at every step, for programs; for people it is kIngestPageFile.
 inline constexpr const char* kRelitReportFile = "relit.json";
-inline constexpr const char* kRelitPageFile = "report.html";
 
 /// How steps' scans find their places: all together in one graph of poses, or each on the reference's.
 enum class RelitPoses { Joint, Each };

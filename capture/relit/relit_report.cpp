@@ -6,11 +6,16 @@
 #include <optional>
 #include <utility>
 
+#include "capture/project/frame_times.h"
+#include "capture/project/photo_facts.h"
 #include "capture/relit/relit_work.h"
+#include "capture/report/report_sections.h"
 #include "capture/unlighting/unlight_report.h"
+#include "libcommon/core/printable.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
 #include "libcommon/output/html_page.h"
+#include "patinate/image/image_io.h"
 
 namespace patinate::capture {
 
@@ -141,6 +146,62 @@ void add_step(HtmlPage& page, const RelitWork& work, std::size_t index, const Re
   for (const std::string& note : facts.frame->solution->notes) page.paragraph(note);
 }
 
+/// The frames of the history, and the steps' notes as warnings of them.
+ReportSeries series_of(const HistoryManifest& history, const RelitWork& work, const fs::path& folder,
+                       const std::vector<RelitStepFacts>& facts, const ImageU8& mask, const RunControl& control) {
+  ReportSeries series{.one = "step",
+                      .masked = "in shadow, saturated, hidden or turned away",
+                      .unseen = "",
+                      .unit = shown_time_unit(work.project.time_unit),
+                      .warnings = history.warnings};
+  for (const RelitStepFacts& f : facts) {
+    const std::string name = "step " + std::to_string(f.step);
+    const auto warn = [&](const std::string& text, double share) {
+      series.warnings.push_back({.text = name + text, .cure = "", .share = share, .photos = {name}});
+    };
+    if (!f.frame) {
+      warn(" is excluded: " + f.pose.status, 1.0);
+      continue;
+    }
+    series.names.push_back(name);
+    series.times.push_back(f.time);
+    if (!f.frame->solution) continue;
+    for (const std::string& note : f.frame->solution->notes) warn(": " + note, 0.0);
+  }
+  sort_warnings(series.warnings);
+  series.time_labels = short_number_texts(series.times);
+  series.look = look_at_frames(history, folder, mask, shown_frames(named_by_warnings(series)), {}, control);
+  return series;
+}
+
+/// What every photograph's file says.
+void add_files(HtmlPage& page, const RelitWork& work) {
+  std::vector<std::pair<std::string, ImageFacts>> all;
+  std::vector<std::vector<std::string>> rows;
+  const auto add = [&](const RelitStep& step, const fs::path& file, const std::string& light) {
+    const ImageInfo info = probe_image(file);
+    const std::string name = printable_line(file.lexically_relative(work.project.file.parent_path()).string());
+    all.emplace_back(name, info.facts);
+    const std::string exposure = exposure_text(info.exposure), time = photo_time_text(file, info);
+    rows.push_back({name, std::to_string(step.number), light, size_text(info.width, info.height),
+                    exposure.empty() ? "-" : exposure, time.empty() ? "-" : time});
+  };
+  for (const RelitStep& step : work.project.steps) {
+    for (std::size_t i = 0; i < step.photos.size(); ++i) add(step, step.photos[i], std::to_string(i));
+    if (step.ambient) add(step, *step.ambient, "all off");
+    if (step.ready) add(step, step.ready->albedo, "ready albedo");
+  }
+  page.heading("Files");
+  const std::vector<std::vector<std::string>> said = fact_rows(all);
+  if (said.empty())
+    page.paragraph(
+        "The photographs say nothing of how they are to be seen: codes are sRGB unless `response` says "
+        "otherwise, floats are linear light (Rec. 709).");
+  else
+    page.table({"of", "the photographs"}, said);
+  page.table({"photograph", "step", "light", "size", "exposure", "the file's time"}, rows);
+}
+
 }  // namespace
 
 Json to_json(const RelitPose& pose) {
@@ -189,7 +250,8 @@ RelitStepFacts relit_step_facts(const Json& json) {
   return facts;
 }
 
-void write_relit_report(const RelitWork& work, const fs::path& folder, const std::vector<RelitStepFacts>& facts) {
+void write_relit_report(const HistoryManifest& history, const RelitWork& work, const fs::path& folder,
+                        const std::vector<RelitStepFacts>& facts, const ImageU8& mask, const RunControl& control) {
   Json json{{"format", "patinate.relit"}, {"version", 2}, {"steps", Json::array()}};
   for (const RelitStepFacts& f : facts) json["steps"].push_back(to_json(f));
   save_json(folder / kRelitReportFile, json);
@@ -198,6 +260,9 @@ void write_relit_report(const RelitWork& work, const fs::path& folder, const std
                  size_text(work.project.width(), work.project.height()) +
                  " pixels. Everything is shown in the view of step " +
                  std::to_string(work.project.steps[work.project.reference].number) + ".");
+  const ReportSeries series = series_of(history, work, folder, facts, mask, control);
+  add_warnings(page, series);
+  page.heading("Steps as they were solved");
   std::vector<std::vector<std::string>> rows;
   std::vector<HtmlPicture> albedos;
   for (std::size_t i = 0; i < facts.size(); ++i) {
@@ -218,9 +283,14 @@ void write_relit_report(const RelitWork& work, const fs::path& folder, const std
               "residual of the light"},
              rows);
   if (!albedos.empty()) page.time_slider(albedos, "Albedo over time");
+  add_color_curves(page, series);
+  add_pictures(page, series, mask, history.width, history.height);
+  add_controls(page, history, folder, mask);
   for (std::size_t i = 0; i < facts.size(); ++i) add_step(page, work, i, facts[i]);
+  add_table(page, series, color_columns(series));
+  add_files(page, work);
   page.link(kRelitReportFile, "The same as JSON");
-  page.save(folder / kRelitPageFile);
+  page.save(folder / kIngestPageFile);
 }
 
 }  // namespace patinate::capture

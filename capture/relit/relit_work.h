@@ -160,8 +160,9 @@ void run_relit_step(const RelitWork& work, std::size_t index, const std::filesys
 /// What run_relit_step() writes beside its facts, of a step that is in the history (--accept-failed leaves some out).
 [[nodiscard]] std::vector<std::filesystem::path> relit_frame_outputs(const RelitWork& work, std::size_t index);
 [[nodiscard]] std::vector<std::string> relit_frame_extras(const RelitWork& work);
-/// The page and relit.json.
-void write_relit_report(const RelitWork& work, const std::filesystem::path& folder,
-                        const std::vector<RelitStepFacts>& facts);
+/// The page and relit.json. @param history  All of it but for the manifest's file is written. @param mask  The
+/// history's.
+void write_relit_report(const HistoryManifest& history, const RelitWork& work, const std::filesystem::path& folder,
+                        const std::vector<RelitStepFacts>& facts, const ImageU8& mask, const RunControl& control);
 
 }  // namespace patinate::capture

@@ -121,11 +121,12 @@ std::string other_reference(const CaptureProject& project, const std::vector<std
 
 std::string cure_text(const CaptureProject& project, bool is_one, const std::string& other) {
   const std::string them = is_one ? "it" : "them", transform = "give " + std::string(is_one ? "its" : "their");
-  std::string cure =
-      "mark points in " + them + " (`landmarks`: a table with lines of photo,point,x,y), " + transform + " `transform`";
+  const std::string click = "`patinate studio " + project.file.string() + "` to click them";
+  std::string cure = "mark points in " + them + " (" + click +
+                     ", or `landmarks`: a table with lines of photo,point,x,y), " + transform + " `transform`";
   switch (project.align.method) {
     case AlignMethod::Landmarks:
-      cure = "mark at least two points (four for a homography) in each that other photographs show too";
+      cure = "mark at least two points (four for a homography) in each that other photographs show too (" + click + ")";
       break;
     case AlignMethod::Outline:
       cure =

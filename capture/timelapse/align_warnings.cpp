@@ -89,7 +89,8 @@ std::vector<HistoryWarning> report_alignment(const IngestWork& work, const fs::p
     if (!photo.contains("transform")) failed.names.push_back(photo.at("photo").get<std::string>());
   }
   add(WarningSubject::Series, failed, {"cannot be laid over the others", "cannot be laid over the others"},
-      "left out of the history", "mark points in them (`landmarks`), or give their `transform`", 1.0);
+      "left out of the history",
+      "mark points in them (`patinate studio`, or a table as `landmarks`), or give their `transform`", 1.0);
   const Chosen loose = choose(
       photos, "residual_px", [](double v) { return v > kMostResidual_px; }, true);
   const bool is_by_outline = work.project.align.method == AlignMethod::Outline;

@@ -13,6 +13,7 @@
 #include "capture/timelapse/background_step.h"
 #include "capture/timelapse/clipping_warnings.h"
 #include "capture/timelapse/gloss_step.h"
+#include "capture/timelapse/ingest_report.h"
 #include "capture/timelapse/ingest_warnings.h"
 #include "capture/timelapse/ingest_work.h"
 #include "capture/timelapse/mask_warnings.h"
@@ -81,7 +82,7 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   const std::optional<StaticLight> light = take_static_light_out(writer, work, folder, mask, control.part(0.5, 0.55));
   write_scan(writer, work, folder, mask);
   if (work.options.add_deviations) write_deviations(writer, work, folder, control.part(0.55, 0.65));
-  write_ingest_controls(writer, work, transmission, folder, mask, control.part(0.65, 1.0));
+  write_ingest_controls(writer, work, transmission, folder, mask, control.part(0.65, 0.9));
   for (HistoryWarning& warning : clipping_warnings(work.project, folder)) writer.add_warning(std::move(warning));
   const int num_frames = static_cast<int>(work.project.frames.size());
   for (HistoryWarning& warning : survey_warnings(read_survey_report(folder), num_frames, work.project.is_handheld()))
@@ -92,6 +93,7 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   for (HistoryWarning& warning : report_patch(work, folder)) writer.add_warning(std::move(warning));
   for (const HistoryWarning& warning : work.project.time_warnings) writer.add_warning(warning);
   for (HistoryWarning& warning : mask_warnings(given, mask, num_frames)) writer.add_warning(std::move(warning));
+  write_ingest_report(writer.manifest(), work, folder, mask, control.part(0.9, 1.0));
   writer.finish();
   if (!work.project.appearance.is_empty()) {
     const auto read_mask = [&](const fs::path& file) { return to_history_size(read_gray(file), work.project, file); };

@@ -21,6 +21,8 @@ namespace {
 constexpr std::int64_t kStageVersion = 3;
 /// The same for what a transmission photograph becomes alone.
 constexpr std::int64_t kThicknessVersion = 2;
+/// The same for the page.
+constexpr std::int64_t kPageVersion = 1;
 
 std::string roi_text(const PixelRectangle& roi) {
   return std::to_string(roi.x) + " " + std::to_string(roi.y) + " " + std::to_string(roi.width) + " " +
@@ -73,6 +75,7 @@ JobInputs ingest_inputs(const IngestWork& work) {
   };
   JobInputs inputs = JobInputs::counted_without_names("ingest");
   inputs.add_value("version of ingest", std::to_string(kStageVersion))
+      .add_value("version of report.html", std::to_string(kPageVersion))
       .add_value("name", project.name)
       .add_value("time_unit", time_unit_text(project.time_unit))
       .add_value("texel_size_mm", project.texel_size_mm ? number_text(*project.texel_size_mm) : "null")

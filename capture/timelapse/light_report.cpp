@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "capture/project/photo_facts.h"
 #include "capture/timelapse/ingest_warnings.h"
 #include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
@@ -41,13 +42,6 @@ std::string ranges_text(const std::array<FactorRange, 3>& ranges) {
   const auto one = [](const FactorRange& r) { return hundredths(r[0]) + " to " + hundredths(r[1]); };
   if (one(ranges[0]) == one(ranges[1]) && one(ranges[0]) == one(ranges[2])) return one(ranges[0]);
   return one(ranges[0]) + " (red), " + one(ranges[1]) + " (green), " + one(ranges[2]) + " (blue)";
-}
-
-std::string exposure_text(const ImageExposure& e) {
-  std::string text =
-      e.time_s < 0.4 ? "1/" + short_number_text(std::round(1.0 / e.time_s)) + " s" : short_number_text(e.time_s) + " s";
-  if (e.f_number > 0.0) text += ", f/" + short_number_text(e.f_number);
-  return text + ", ISO " + short_number_text(e.iso);
 }
 
 /// Every photograph that was changed, the first few with their factors.

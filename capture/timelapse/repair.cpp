@@ -43,7 +43,6 @@ SurveyFinding read_finding(JsonReader& json) {
       size = std::max(size, std::abs(std::log(gain)));
     if (!json.has("change_factor")) finding.unclear = problem("unclear", size);
   }
-  constexpr double kUnmatchedSize = 1e9;  // Worse than any jump.
   if (json.has("problems") && json.member("problems").has("unmatched")) {
     finding.jump = problem("unmatched", kUnmatchedSize);
   } else if (json.has("change_factor")) {

@@ -46,6 +46,8 @@ struct SurveyPhoto {
   double time = 0.0;
   int number = 0;  ///< As `exclude` counts.
 };
+/// SurveyProblem::size of one that cannot be laid over its neighbor: worse than any jump.
+inline constexpr double kUnmatchedSize = 1e9;
 /// One kind of thing that is wrong with a photograph.
 struct SurveyProblem {
   std::string text;   ///< "" = nothing is wrong.

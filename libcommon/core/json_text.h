@@ -21,4 +21,10 @@ struct JsonTextLimits {
 /// which other readers would take the first or the last; and for what passes a limit.
 [[nodiscard]] Json parse_json(const std::string& name, std::string_view text, const JsonTextLimits& limits = {});
 
+/// The text of an object with one member of it set, in its place, or added behind the others. All else stays as it is
+/// written, comments too.
+/// @param text  What parse_json() takes, an object. @param name  Plain ASCII. @param value  As JSON.
+/// @throws InvalidInput if it is no object.
+[[nodiscard]] std::string with_member(std::string_view text, std::string_view name, std::string_view value);
+
 }  // namespace patinate

@@ -35,6 +35,10 @@ figure.frame { width: 100%; }
 .frame iframe { display: block; width: 100%; height: 44rem; max-height: 85vh; border: 0; }
 .grid { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr)); gap: 1rem; }
 .grid figure { margin: 0; }
+.thumbnails { display: grid; grid-template-columns: repeat(auto-fill, 162px); gap: 0.6rem; margin: 1.25rem 0; }
+.thumbnails figure { margin: 0; width: 162px; }
+.thumbnails figcaption { padding: 0.3rem 0.5rem; font-size: 0.8rem; line-height: 1.35; }
+.thumbnails figcaption { white-space: pre-line; overflow-wrap: anywhere; }
 .slider { max-width: 44rem; }
 .controls { display: flex; align-items: center; gap: 0.75rem; padding: 0.6rem 0.9rem 0; }
 .controls input { flex: 1; accent-color: var(--accent); }
@@ -46,6 +50,8 @@ table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; white-space: nowrap; padding: 0.35rem 1rem 0.35rem 0; border-bottom: 1px solid var(--line); }
 td:first-child, td:last-child { white-space: normal; }
 td:last-child { padding-right: 0; min-width: 6rem; }
+.wide td:first-child { min-width: 9rem; overflow-wrap: anywhere; }
+.wide td:last-child { min-width: 20rem; }
 th { color: var(--soft); font-weight: 600; }
 )css";
 
@@ -102,6 +108,12 @@ std::string figure(const HtmlPicture& picture) {
   std::string out = "<figure>" + image_tag(picture);
   if (!picture.caption.empty()) out += "<figcaption>" + html_escape(picture.caption) + "</figcaption>";
   return out + "</figure>\n";
+}
+
+std::string figures(const char* style, const std::vector<HtmlPicture>& pictures) {
+  std::string out = "<div class=\"" + std::string(style) + "\">\n";
+  for (const HtmlPicture& picture : pictures) out += figure(picture);
+  return out + "</div>\n";
 }
 
 std::string cells(const char* tag, const std::vector<std::string>& row) {
@@ -175,14 +187,19 @@ HtmlPage& HtmlPage::picture(const HtmlPicture& picture) {
 }
 
 HtmlPage& HtmlPage::pictures(const std::vector<HtmlPicture>& pictures) {
-  body_ += "<div class=\"grid\">\n";
-  for (const HtmlPicture& picture : pictures) body_ += figure(picture);
-  body_ += "</div>\n";
+  body_ += figures("grid", pictures);
   return *this;
 }
 
-HtmlPage& HtmlPage::table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows) {
-  body_ += "<div class=\"table\"><table>\n<thead>" + cells("th", header) + "</thead>\n<tbody>\n";
+HtmlPage& HtmlPage::thumbnails(const std::vector<HtmlPicture>& pictures) {
+  body_ += figures("thumbnails", pictures);
+  return *this;
+}
+
+HtmlPage& HtmlPage::table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows,
+                          bool is_last_wide) {
+  body_ += std::string("<div class=\"table\"><table") + (is_last_wide ? " class=\"wide\"" : "") + ">\n<thead>" +
+           cells("th", header) + "</thead>\n<tbody>\n";
   for (const std::vector<std::string>& row : rows) {
     if (row.size() != header.size()) {
       throw InvalidInput("html table: a row has " + std::to_string(row.size()) + " cells; the header has " +

@@ -37,8 +37,12 @@ class HtmlPage {
   HtmlPage& picture(const HtmlPicture& picture);
   /// Side by side, as many in a row as fit.
   HtmlPage& pictures(const std::vector<HtmlPicture>& pictures);
+  /// The same, small: pictures at most 160 pixels wide, as they are. A caption may have several lines.
+  HtmlPage& thumbnails(const std::vector<HtmlPicture>& pictures);
   /// @throws InvalidInput if a row is not as long as the header.
-  HtmlPage& table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
+  /// @param is_last_wide  The last column holds sentences: it gets room for them, also beside many others.
+  HtmlPage& table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows,
+                  bool is_last_wide = false);
   /// A slider that shows one picture of a sequence; captions are the times. Plays on a button. Not empty.
   HtmlPage& time_slider(const std::vector<HtmlPicture>& frames, std::string_view caption);
   /// A drawing that svg_chart() has made, as it is. @throws InvalidInput unless it is an `<svg>` element.

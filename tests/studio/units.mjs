@@ -11,7 +11,7 @@ const client = resolve(process.argv[2] ?? "tools/studio/client");
 const { build } = createRequire(join(client, "package.json"))("esbuild");
 const folder = await mkdtemp(join(tmpdir(), "patinate-units-"));
 after(() => rm(folder, { recursive: true }));
-const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief", "ui/keys", "color/range", "simulation/way", "simulation/recorded"];
+const modules = ["xxh64", "scene/texture_tiles", "color/lab", "color/ramp", "simulation/figure10", "session", "history/relief", "ui/keys", "color/range", "simulation/way", "simulation/recorded", "capture/landmarks"];
 await build({ stdin: { contents: modules.map((m) => `export * from "./src/${m}";`).join("\n"), resolveDir: client, loader: "ts" }, bundle: true, format: "esm", platform: "node", outfile: join(folder, "units.mjs"), logLevel: "warning" });
 const u = await import(pathToFileURL(join(folder, "units.mjs")).href);
 
@@ -201,4 +201,28 @@ test("normals of heights are those of a bowl, whatever the slope of the whole, a
   }
   const given = u.codes_of_normals({ width: 2, height: 1, channels: 3, values: new Float32Array([0, 0.6, 0.8, 0, 0, 0]) });
   [127.5, 204, 229.5, 0, 127.5, 127.5, 255, 0].forEach((wanted, i) => assert.ok(Math.abs(given[i] - wanted) <= 0.51, `${given}`));
+});
+
+test("a point has one mark in a photograph, inside of it, and undo goes back change by change", () => {
+  const photo = { number: 0, name: "a.png", time: "0 s", path: "a.png", width: 20, height: 10 }, other = { ...photo, number: 1, name: "b.png" };
+  const marks = new u.Landmarks([{ photo: 0, point: "2", x: 1, y: 2 }, { photo: 0, point: "10", x: 3, y: 4 }]);
+  assert.deepEqual(marks.points(), ["2", "10"]);
+  assert.equal(marks.new_point(), "1");
+  assert.equal(marks.first_missing(0, 1), "2");
+  assert.ok(!marks.is_changed && !marks.can_undo);
+  marks.begin();
+  marks.put(other, "2", 25, -3);
+  assert.deepEqual(marks.at(1, "2"), { photo: 1, point: "2", x: 19.5, y: -0.5 });
+  assert.equal(marks.first_missing(0, 1), "10");
+  marks.begin();
+  marks.put(photo, "2", 5.04, 6);
+  marks.put(photo, "2", 5.16, 6);
+  assert.deepEqual(marks.of_photo(0).find((m) => m.point === "2"), { photo: 0, point: "2", x: 5.2, y: 6 });
+  marks.undo();
+  assert.equal(marks.at(0, "2").x, 1);
+  marks.was_saved();
+  assert.ok(!marks.is_changed);
+  marks.undo();
+  assert.equal(marks.at(1, "2"), undefined);
+  assert.ok(marks.is_changed && !marks.can_undo);
 });

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/files.h"
-#include "tools/studio/picture_bytes.h"
+#include "libcommon/image/picture_bytes.h"
 #include "tools/studio/preview.h"
 #include "tools/studio/routes.h"
 

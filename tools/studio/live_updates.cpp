@@ -6,7 +6,7 @@
 
 #include "simulation/tracing/gammatons.h"
 #include "tools/studio/live_client.h"
-#include "tools/studio/picture_bytes.h"
+#include "tools/studio/plane_hash.h"
 
 namespace patinate::studio {
 

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "capture/project/capture_project.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
@@ -43,7 +44,7 @@ std::string extension_of(const fs::path& path) {
   return extension;
 }
 
-/// Scenes and calibrations say what they are in their first lines.
+/// Scenes, calibrations and capture projects say what they are in their first lines.
 std::optional<PlaceKind> kind_of_json(const fs::path& path) {
   if (!may_read(path)) return std::nullopt;
   std::error_code error;
@@ -54,6 +55,8 @@ std::optional<PlaceKind> kind_of_json(const fs::path& path) {
   head.resize(static_cast<std::size_t>(in.gcount()));
   if (head.find("\"patinate.scene\"") != std::string::npos) return PlaceKind::Scene;
   if (head.find("\"patinate.calibration\"") != std::string::npos) return PlaceKind::Calibration;
+  const bool is_of_folder = path.filename() == "capture.json";  // Which is the place.
+  if (!is_of_folder && head.find("\"patinate.capture\"") != std::string::npos) return PlaceKind::Ingest;
   return std::nullopt;
 }
 
@@ -109,7 +112,7 @@ void describe(const fs::path& path, PlaceEntry& entry) {
       describe_scene(path, entry);
       break;
     case PlaceKind::Ingest: {
-      const Json json = load_json(path / "capture.json");
+      const Json json = load_json(capture::capture_file(path));
       if (const std::string name = place_text(json, "name"); !name.empty()) entry.name = name;
       entry.detail = place_text(json, "kind") == "relit" ? count_text(size_of(json, "steps"), "step") + " under lamps"
                                                          : "fixed camera, constant light";

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "capture/project/capture_project.h"
+#include "capture/project/relit_project.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
@@ -159,6 +161,7 @@ Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const fs::path
       [[fallthrough]];
     case PlaceKind::Ingest:
       json["steps"] = steps_json(path, kind);
+      json["has_marks"] = kind == PlaceKind::Ingest && !capture::is_relit_capture(capture::capture_file(path));
       break;
     case PlaceKind::Mesh: {
       const Mesh mesh = read_mesh(path);

@@ -21,6 +21,12 @@ class NotFound : public InvalidInput {
   using InvalidInput::InvalidInput;
 };
 
+/// Answered with 409: what the request is about is not as it was.
+class Conflict : public InvalidInput {
+ public:
+  using InvalidInput::InvalidInput;
+};
+
 /// One request and what an answer may need.
 struct Asked {
   const ServedFolder& folder;
@@ -51,6 +57,11 @@ struct Asked {
 [[nodiscard]] HttpResponse answer_preview(const Asked& asked);
 [[nodiscard]] HttpResponse answer_file(const Asked& asked);
 [[nodiscard]] HttpResponse answer_live(const Asked& asked);
+/// The photographs of a capture and the points that are marked in them.
+[[nodiscard]] HttpResponse answer_landmarks(const Asked& asked);
+/// Saves such points to the project and its table. @throws Conflict if the project was changed since it was read;
+/// InvalidInput, IoError, CannotComplete, and nothing was saved.
+[[nodiscard]] HttpResponse save_landmarks(const Asked& asked, const std::string& body);
 
 /// What `GET /api/place` says of a place. @throws IoError
 [[nodiscard]] Json place_json(const ServedFolder& folder, OpenedPlaces& opened, const std::filesystem::path& path,

@@ -160,10 +160,11 @@ Json unlit_steps(const fs::path& folder, StepPictures& pictures) {
 }  // namespace
 
 Json steps_json(const fs::path& path, PlaceKind kind) {
-  StepPictures pictures(path);
+  std::error_code error;
+  StepPictures pictures(fs::is_directory(path, error) ? path : path.parent_path());
   switch (kind) {
     case PlaceKind::Ingest: {
-      const fs::path file = path / "capture.json";
+      const fs::path file = capture::capture_file(path);
       return capture::is_relit_capture(file) ? relit_capture_steps(capture::read_relit_project(file), pictures)
                                              : fixed_capture_steps(capture::read_capture_project(file), pictures);
     }

@@ -124,11 +124,15 @@ struct Studio::Routes {
     std::string_view method, path;
     HttpResponse (*answer)(const Asked& asked);
   };
-  static constexpr std::array kAnswers{
-      Route{"GET", "/api/place", answer_place}, Route{"GET", "/api/texture", answer_texture},
-      Route{"GET", "/api/map", answer_map},     Route{"GET", "/api/curve", answer_curve},
-      Route{"GET", "/api/mesh", answer_mesh},   Route{"GET", "/api/preview", answer_preview},
-      Route{"GET", "/api/file", answer_file},   Route{"GET", "/api/live", answer_live}};
+  static constexpr std::array kAnswers{Route{"GET", "/api/place", answer_place},
+                                       Route{"GET", "/api/texture", answer_texture},
+                                       Route{"GET", "/api/map", answer_map},
+                                       Route{"GET", "/api/curve", answer_curve},
+                                       Route{"GET", "/api/mesh", answer_mesh},
+                                       Route{"GET", "/api/preview", answer_preview},
+                                       Route{"GET", "/api/file", answer_file},
+                                       Route{"GET", "/api/live", answer_live},
+                                       Route{"GET", "/api/landmarks", answer_landmarks}};
 
   static HttpResponse answer(Studio& studio, const HttpRequest& request, const RequestTarget& target,
                              const std::stop_token& gone) {
@@ -144,6 +148,7 @@ struct Studio::Routes {
     if (request.method == "POST" && target.path == "/api/session") {
       return {.type = "text/html; charset=utf-8", .body = make_session(asked, parse_session_options(request.body))};
     }
+    if (request.method == "POST" && target.path == "/api/landmarks") return save_landmarks(asked, request.body);
     if (request.method == "POST" && target.path == "/api/quit") {
       studio.quit_();
       return json_response(Json::object());
@@ -162,6 +167,8 @@ HttpResponse Studio::answer(const HttpRequest& request, const std::stop_token& g
     return secured(Routes::answer(*this, request, parse_target(request.target), gone));
   } catch (const NotFound& e) {
     return secured(error_response(404, e.what()));
+  } catch (const Conflict& e) {
+    return secured(error_response(409, e.what()));
   } catch (const InputError& e) {
     return secured(error_response(400, e.what()));
   } catch (const std::bad_alloc&) {

@@ -8,12 +8,13 @@
 
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
+#include "libcommon/image/picture_bytes.h"
 #include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/image/color.h"
 #include "patinate/mesh_files/mesh_io.h"
 #include "patinate/simulation/scene_io.h"
 #include "tools/studio/mesh_glb.h"
-#include "tools/studio/picture_bytes.h"
+#include "tools/studio/plane_hash.h"
 #include "tools/studio/registered_scans.h"
 #include "tools/studio/routes.h"
 

@@ -45,5 +45,21 @@ TEST(JsonText, LimitsKeepReadersFromRecursingAndSearchingForEver) {
   EXPECT_EQ(json_error("// yes\n1"), "");
 }
 
+TEST(JsonText, SettingAMemberLeavesAllElseAsItIsWritten) {
+  const std::string text =
+      "// \"align\": 0\n{\n  \"name\": \"a \\\"align\\\": }\",  /* \"align\": 1 */\n  \"in\": {\"align\": [1, 2]},\n"
+      "  \"al\\u0069gn\" : /* x, */ 1.50 , \"z\": 0.10 // last\n}\n";
+  const std::string set = with_member(text, "align", "\"auto\"");
+  EXPECT_EQ(set, std::string(text).replace(text.find("1.50"), 4, "\"auto\""));
+  EXPECT_EQ(parse_json("a.json", set).at("align"), "auto");
+  EXPECT_EQ(with_member(set, "align", "1.50"), text);
+  EXPECT_EQ(with_member(text, "z", "[{}]"), std::string(text).replace(text.find("0.10"), 4, "[{}]"));
+  EXPECT_EQ(with_member(text, "new", "2"), std::string(text).insert(text.find(" // last"), ",\n  \"new\": 2"));
+  EXPECT_EQ(with_member("{\"a\": [\"]\", {\"b\": \"{\"}]}", "b", "1"), "{\"a\": [\"]\", {\"b\": \"{\"}], \"b\": 1}");
+  EXPECT_EQ(with_member(" { } ", "a", "1"), " {\"a\": 1 } ");
+  EXPECT_EQ(with_member("\xEF\xBB\xBF{\"a\":true}", "a", "1"), "\xEF\xBB\xBF{\"a\":1}");
+  EXPECT_THROW((void)with_member("[1]", "a", "1"), InvalidInput);
+}
+
 }  // namespace
 }  // namespace patinate

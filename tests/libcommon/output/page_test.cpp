@@ -19,6 +19,7 @@ TEST(HtmlPage, EscapesEverythingItIsGiven) {
   page.frame(kNasty, kNasty)
       .picture({kNasty, kNasty})
       .pictures({{kNasty, kNasty}})
+      .thumbnails({{kNasty, kNasty}})
       .time_slider({{kNasty, kNasty}}, kNasty);
   const std::string text = page.text();
   EXPECT_EQ(text.find("<img src=x"), std::string::npos);
@@ -38,6 +39,7 @@ TEST(HtmlPage, PercentEncodesPaths) {
 TEST(HtmlPage, ClosesEveryElement) {
   HtmlPage page("title");
   page.heading("h").paragraph("p").code("c").frame("a.html", "a").pictures({{"a.png", "a"}, {"b.png", ""}});
+  page.thumbnails({{"a.png", "a\nb"}}).table({"a", "b"}, {{"1", "2"}}, true);
   page.table({"a", "b"}, {{"1", "2"}}).time_slider({{"a.png", "0 s"}, {"b.png", "1 s"}}, "over time");
   const std::string text = page.text();
   std::vector<std::string> open;

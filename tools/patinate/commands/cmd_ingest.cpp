@@ -4,6 +4,7 @@
 
 #include "capture/plan_history.h"
 #include "capture/project/photo_facts.h"
+#include "capture/report/report_sections.h"
 #include "capture/timelapse/mask_warnings.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/warning_json.h"
@@ -89,6 +90,14 @@ void note_alignment(const std::filesystem::path& output, CommandRun& run) {
            short_number_text(json.at("residual_px").get<double>()) + " px");
 }
 
+/// The end of the command, with the page that says all of this with pictures.
+void report_history(CommandRun& run, JobStatus status, const std::filesystem::path& output, Json more) {
+  const std::filesystem::path page = output / capture::kIngestPageFile;
+  run.note(page.string() + ": what was understood of every photograph, with pictures; open it in a browser");
+  more["report"] = page.string();
+  run.report_output(status, output, more);
+}
+
 int ingest_relit(CommandRun& run, const std::filesystem::path& file, const capture::RelitOptions& options,
                  const capture::IngestOptions& shared, const std::filesystem::path& output) {
   for (const std::string_view key : capture::kFixedCameraOptions) {
@@ -115,11 +124,8 @@ int ingest_relit(CommandRun& run, const std::filesystem::path& file, const captu
   say_history_warnings(run, reader.label(), reader.facts().warnings);
   Json controls = Json::array();
   for (const ControlParameter& c : reader.manifest().controls) controls.push_back(c.name);
-  run.report_output(*status, output,
-                    Json{{"frames", reader.num_frames()},
-                         {"controls", controls},
-                         {"excluded", excluded},
-                         {"report", (output / capture::kRelitPageFile).string()}});
+  report_history(run, *status, output,
+                 Json{{"frames", reader.num_frames()}, {"controls", controls}, {"excluded", excluded}});
   return 0;
 }
 
@@ -170,13 +176,13 @@ int cmd_ingest(CommandRun& run) {
   Json findings = Json::array();
   for (const capture::SurveyFinding& f : survey.findings)
     findings.push_back({{"photo", f.photo.name}, {"time", f.photo.time}, {"problem", f.problem}});
-  run.report_output(*status, output,
-                    Json{{"frames", history.frames.size()},
-                         {"controls", controls},
-                         {"findings", findings},
-                         {"warnings", warnings_json(history.warnings)},
-                         {"masked_share", survey.masked_share},
-                         {"outside_share", survey.outside_share}});
+  report_history(run, *status, output,
+                 Json{{"frames", history.frames.size()},
+                      {"controls", controls},
+                      {"findings", findings},
+                      {"warnings", warnings_json(history.warnings)},
+                      {"masked_share", survey.masked_share},
+                      {"outside_share", survey.outside_share}});
   return 0;
 }
 

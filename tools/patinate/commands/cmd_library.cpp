@@ -4,6 +4,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
 #include "libcommon/image/filters.h"
+#include "libcommon/image/picture_bytes.h"
 #include "libcommon/output/contact_strip.h"
 #include "libcommon/output/html_page.h"
 #include "patinate/core/error.h"
@@ -13,7 +14,6 @@
 #include "tools/patinate/command_line/times_argument.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/history_shelf.h"
-#include "tools/studio/picture_bytes.h"
 
 namespace patinate::cli {
 
@@ -77,7 +77,7 @@ HtmlPicture thumbnails_of(const ShelfEntry& entry) {
     pictures.push_back(downscale_area(entry.history->sample(times.back()), scaled(facts.width), scaled(facts.height)));
   }
   const ImageF strip = contact_strip(pictures, time_labels(times, facts.time_unit));
-  return {data_uri(studio::jpeg_of(srgb8_from_linear(strip)), "image/jpeg"), entry.title()};
+  return {data_uri(jpeg_of(srgb8_from_linear(strip)), "image/jpeg"), entry.title()};
 }
 
 void save_page(const std::filesystem::path& path, const std::vector<ShelfEntry>& entries, const RunControl& control) {

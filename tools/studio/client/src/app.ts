@@ -10,6 +10,7 @@ import { clear_notices, failure, notice_area, settle } from "./ui/notices";
 import { current_theme, on_theme, start_theme, toggle_theme } from "./ui/theme";
 import { CaptureView } from "./views/capture_view";
 import { HistoryView } from "./views/history_view";
+import { LandmarksView } from "./views/landmarks_view";
 import { MeshView } from "./views/mesh_view";
 import { PlacesView } from "./views/places_view";
 import { ReportView } from "./views/report_view";
@@ -71,6 +72,7 @@ export class App {
 
   private make(info: PlaceBase, mode: string): View {
     const is_live = mode === "live";
+    if (mode === "landmarks") return new LandmarksView(info);
     if (mode === "steps") return new CaptureView(info as StepsPlace);
     if (info.kind === "report") return new ReportView(info);
     if (info.kind === "scene" || (info.kind === "simulation" && is_live)) return new SimulationView(info);
@@ -89,8 +91,11 @@ export class App {
     const { steps, live_problem } = info as Partial<StepsPlace> & { live_problem?: string };
     const other = (text: string, wanted: string, picture: string, hint: string): HTMLElement =>
       button(text, () => { location.hash = `#/${encodeURIComponent(info.place)}${wanted ? `?${wanted}` : ""}`; }, { kind: "quiet", icon: picture, hint });
+    const has_marks = (info as Partial<StepsPlace>).has_marks === true && !is_static();
     const has_time = kHistoryKinds.includes(info.kind) && !is_static();
     replace(this.crumbs, h("span", { class: "slash", "aria-hidden": "true" }, "/"), icon(info.kind, 16), h("span", { "aria-current": "page" }, info.name),
+      has_marks && mode === "" && other("Mark points", "landmarks", "fit", "Click the same places in photographs that cannot be laid over one another otherwise"),
+      has_marks && mode !== "" && other("Its photographs", "", "ingest", "What the project names, step by step"),
       has_time && mode !== "" && other("Its history", "", "history", "Color over time"),
       has_time && mode === "" && steps && steps.length > 0 && other("How it was made", "steps", "ingest", "Photographs, masks and residuals, step by step"),
       has_time && mode === "" && info.kind === "simulation" && !live_problem && other("Change it, or resume", "live", "simulation", "Opens it where it ended: other appearance parameters at once; it can resume, or start again"));

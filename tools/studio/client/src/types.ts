@@ -57,6 +57,8 @@ export interface StepPicture {
 export interface StepsPlace extends PlaceBase {
   steps: { name: string; text: string; pictures: StepPicture[] }[];
   mesh?: boolean;
+  /// Of a capture: points can be marked in its photographs.
+  has_marks?: boolean;
   /// Of a registration.
   scans?: ScanInfo[];
 }

@@ -10,6 +10,7 @@
 #include "libcommon/image/picture_bytes.h"
 #include "libcommon/output/map_legend.h"
 #include "libcommon/output/svg_chart.h"
+#include "patinate/core/error.h"
 #include "patinate/image/color.h"
 
 namespace patinate::capture {
@@ -25,8 +26,14 @@ constexpr float kMarked = 0.65f;       // How opaque a mark is: what lies below 
 constexpr float kMaskInside = 0.6f;    // Linear gray that stands out from the page.
 constexpr float kOutsideLight = 0.3f;  // What is outside of the mask is darker by this factor.
 
-HtmlPicture jpeg_picture(const ImageF& linear, const std::string& caption, int quality) {
-  return {data_uri(jpeg_of(srgb8_from_linear(linear), quality), "image/jpeg"), caption};
+/// A JPEG; a PNG, which is larger, in a program without patinate-media: photographs that are PNG or EXR need no module.
+HtmlPicture small_picture(const ImageF& linear, const std::string& caption, int quality) {
+  const ImageU8 codes = srgb8_from_linear(linear);
+  try {
+    return {data_uri(jpeg_of(codes, quality), "image/jpeg"), caption};
+  } catch (const CannotComplete&) {
+    return {data_uri(png_of(codes), "image/png"), caption};
+  }
 }
 
 bool is_named(const HistoryWarning& warning, const std::string& frame) {
@@ -233,14 +240,14 @@ void add_pictures(HtmlPage& page, const ReportSeries& series, const ImageU8& mas
                                 "of it is transferred.");
   std::vector<HtmlPicture> maps;
   if (!is_whole)
-    maps.push_back(jpeg_picture(mask_picture(mask), "The mask: black outside; " + size_text(width, height) + " pixels",
-                                kMapQuality));
+    maps.push_back(small_picture(mask_picture(mask), "The mask: black outside; " + size_text(width, height) + " pixels",
+                                 kMapQuality));
   if (!series.look.masked.empty()) {
     const ImageF map = ramp_picture(series.look.masked, {}, 0.0, 1.0, ColorRamp::Sequential);
-    maps.push_back(jpeg_picture(with_legend(map, {.ramp = ColorRamp::Sequential, .high = 100.0, .unit = "%"}),
-                                "In how many " + series.one + "s a place is " + series.masked +
-                                    (series.unseen.empty() ? "" : ", or " + series.unseen),
-                                kMapQuality));
+    maps.push_back(small_picture(with_legend(map, {.ramp = ColorRamp::Sequential, .high = 100.0, .unit = "%"}),
+                                 "In how many " + series.one + "s a place is " + series.masked +
+                                     (series.unseen.empty() ? "" : ", or " + series.unseen),
+                                 kMapQuality));
   }
   if (!maps.empty()) page.pictures(maps);
   const auto is_shown = [](const ReportFrame& frame) { return !frame.thumbnail.empty(); };
@@ -262,7 +269,7 @@ void add_pictures(HtmlPage& page, const ReportSeries& series, const ImageU8& mas
     std::string caption = time_text(series, i) + "\n" + printable_line(series.names[i]);
     if (const std::string numbers = warning_numbers(series, i); !numbers.empty())
       caption += "\n" + std::string(numbers.find(',') == std::string::npos ? "warning " : "warnings ") + numbers;
-    thumbnails.push_back(jpeg_picture(marked_thumbnail(series.look.frames[i], factor), caption, kThumbnailQuality));
+    thumbnails.push_back(small_picture(marked_thumbnail(series.look.frames[i], factor), caption, kThumbnailQuality));
   }
   page.thumbnails(thumbnails);
 }
@@ -279,7 +286,7 @@ void add_controls(HtmlPage& page, const HistoryManifest& history, const fs::path
                                     .high = control.high,
                                     .more = mask.empty() ? "" : "gray: outside"});
     maps.push_back(
-        jpeg_picture(picture, control.name + (control.unit.empty() ? "" : " (" + control.unit + ")"), kMapQuality));
+        small_picture(picture, control.name + (control.unit.empty() ? "" : " (" + control.unit + ")"), kMapQuality));
   }
   page.pictures(maps);
 }

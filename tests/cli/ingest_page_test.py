@@ -1,6 +1,7 @@
 """The page that every ingest writes: one file with all pictures, warnings with their places, the same bytes on every run."""
 import html
 import json
+import os
 import re
 import sys
 import unittest
@@ -148,6 +149,12 @@ class IngestPage(CommandCase):
         self.assertEqual(len(self.thumbnails(page)), 1)
         self.assertNotIn("Over time", page)
         self.assertIn("The whole picture is inside the mask.", page)
+
+    def test_png_photographs_need_no_module_for_their_page(self):
+        self.project(self.moved_series(2))
+        result = self.run_patinate("ingest", "capture.json", "-o", "out", env={**os.environ, "PATINATE_MODULES": "/nowhere"})
+        self.assertEqual(result.returncode, 0, result.stderr)
+        self.assertEqual((self.folder / "out/report.html").read_text().count('src="data:image/png'), 3)  # And the control.
 
     def test_photographs_laid_over_one_another_have_their_residuals(self):
         def frame(dx):

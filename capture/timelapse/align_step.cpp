@@ -247,6 +247,7 @@ void add_alignment_item(std::vector<JobItem>& items, const std::shared_ptr<const
                        },
                    .key = alignment_key(*work),
                    .stage = 0,
+                   .weight = align_cost(work->project).core_seconds,
                    .cost = align_cost(work->project)});
 }
 

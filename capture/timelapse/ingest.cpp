@@ -66,23 +66,24 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   for (std::size_t i = 0; i < work.project.frames.size(); ++i) {
     writer.add_written_frame(static_cast<int>(i), work.project.frames[i].time);
   }
-  ImageU8 given = read_capture_mask(work.project, control.part(0.0, 0.15));
-  const TransmissionLight transmission = read_transmission_light(work, folder, control.part(0.15, 0.25));
+  ImageU8 given = read_capture_mask(work.project, control.part(0.0, 0.05));
+  const TransmissionLight transmission = read_transmission_light(work, folder, control.part(0.05, 0.1));
   if (!transmission.reached.empty()) keep_reached(transmission.reached, work.project, given);
   keep_scanned(work, folder, given);
-  for (HistoryWarning& warning : take_background_off(work, folder, given, control.part(0.25, 0.3)))
+  for (HistoryWarning& warning : take_background_off(work, folder, given, control.part(0.1, 0.15)))
     writer.add_warning(std::move(warning));
-  const std::optional<SeriesGloss> gloss = measure_gloss(work, folder, given, control.part(0.3, 0.4));
-  const ImageU8 mask = mask_frames(writer, work, folder, given, gloss ? &*gloss : nullptr, control.part(0.4, 0.5));
+  const std::optional<SeriesGloss> gloss = measure_gloss(work, folder, given, control.part(0.15, 0.2));
+  const ImageU8 mask = mask_frames(writer, work, folder, given, gloss ? &*gloss : nullptr, control.part(0.2, 0.25));
   if (!mask.empty()) writer.write_mask(mask);
   if (gloss) {
-    for (HistoryWarning& warning : write_gloss(writer, work, folder, *gloss, control.part(0.5, 0.55)))
+    for (HistoryWarning& warning : write_gloss(writer, work, folder, *gloss, control.part(0.25, 0.3)))
       writer.add_warning(std::move(warning));
   }
-  const std::optional<StaticLight> light = take_static_light_out(writer, work, folder, mask, control.part(0.5, 0.55));
+  const std::optional<StaticLight> light = take_static_light_out(writer, work, folder, mask, control.part(0.25, 0.3));
   write_scan(writer, work, folder, mask);
-  if (work.options.add_deviations) write_deviations(writer, work, folder, control.part(0.55, 0.65));
-  write_ingest_controls(writer, work, transmission, folder, mask, control.part(0.65, 0.9));
+  if (work.options.add_deviations) write_deviations(writer, work, folder, control.part(0.3, 0.45));
+  write_ingest_controls(writer, work, transmission, folder, mask,
+                        control.part(work.options.add_deviations ? 0.45 : 0.3, 0.9));
   for (HistoryWarning& warning : clipping_warnings(work.project, folder)) writer.add_warning(std::move(warning));
   const int num_frames = static_cast<int>(work.project.frames.size());
   for (HistoryWarning& warning : survey_warnings(read_survey_report(folder), num_frames, work.project.is_handheld()))
@@ -107,12 +108,10 @@ JobCost frame_cost(const CaptureProject& project) {
   const double pixels = static_cast<double>(project.width()) * project.height();
   return {.core_seconds = 0.02 + 1.3e-7 * pixels, .megabytes = 26.0 + 3.3e-5 * pixels};
 }
-/// For progress: what a frame takes in the join, against making it. Masks, filling and controls take half as long again
-/// as a large frame; of small ones, forcing each to the disk takes longest (3,000 of 24 x 24: 3 ms in the join).
-double join_share(const CaptureProject& project) {
-  const double pixels = static_cast<double>(project.width()) * project.height();
-  return (0.003 + 2e-7 * pixels) / frame_cost(project).core_seconds;
-}
+/// For progress, core seconds of a frame: of small ones forcing files to the disk takes longest (1,500 of 32 x 32
+/// pixels, two threads: 10 ms each, then 2.5 ms in the join); in the join of large ones masks, filling and controls.
+double frame_weight(const CaptureProject& project) { return 0.021 + 1.3e-7 * project.width() * project.height(); }
+double frame_join_weight(const CaptureProject& project) { return 0.005 + 1.5e-7 * project.width() * project.height(); }
 /// The join, which makes thickness of a backlight and the controls: on 192 x 192 and 384 x 384 pixels, six photographs.
 constexpr CostModel kJoinCost{0.55, 3.1e-6, 32.0, 70.0};
 
@@ -123,6 +122,7 @@ JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
                .run = {},
                .key = ingest_frame_key(*work, static_cast<std::size_t>(index)),
                .stage = ingest_stages(*work).frames,
+               .weight = frame_weight(work->project),
                .cost = frame_cost(work->project),
                .inputs = {photo_name(work->project, work->project.frames[static_cast<std::size_t>(index)])}};
   if (has_validity(*work)) item.outputs.push_back(validity_file(index));
@@ -212,8 +212,7 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   for (std::size_t i = 0; i < work->project.frames.size(); ++i)
     plan.items.push_back(frame_item(work, static_cast<int>(i)));
   plan.join_cost = kJoinCost.of(static_cast<double>(work->project.width()) * work->project.height());
-  plan.join_weight =
-      join_share(work->project) * static_cast<double>(std::max<std::size_t>(1, work->project.frames.size()));
+  plan.join_weight = frame_join_weight(work->project) * static_cast<double>(work->project.frames.size());
   plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
   return plan;
 }

@@ -188,6 +188,7 @@ void add_patch_item(std::vector<JobItem>& items, const std::shared_ptr<const Ing
                        },
                    .key = patch_key(*work),
                    .stage = needs_alignment(*work) ? 1 : 0,
+                   .weight = kPatchCost.of(num_photo_pixels(work->project)).core_seconds,
                    .cost = kPatchCost.of(num_photo_pixels(work->project))});
 }
 

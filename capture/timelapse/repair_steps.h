@@ -58,6 +58,14 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
 /// Adds what the history depends on.
 void add_repair_inputs(JobInputs& inputs, const IngestWork& work);
 
+/// The gain of --flat-field over the roi: one channel where it is estimated, three of an image.
+/// @throws IoError; InvalidInput; CannotComplete as refuse_worse_light().
+[[nodiscard]] ImageF make_flat_field(const IngestWork& work, const std::filesystem::path& folder,
+                                     const RunControl& control);
+/// What it depends on.
+[[nodiscard]] std::string flat_field_key(const IngestWork& work);
+/// Content of all photographs.
+[[nodiscard]] std::string all_photos_key(const IngestWork& work);
 /// @param gain  Of --flat-field estimate, over the roi. @param mask  As known before the frames are finished; may be
 /// empty. @throws CannotComplete if the light inside the mask is less even with the gain than without.
 void refuse_worse_light(const IngestWork& work, const std::function<ImageF(int)>& read_frame, const ImageF& gain,

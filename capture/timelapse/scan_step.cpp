@@ -95,6 +95,7 @@ void add_scan_item(std::vector<JobItem>& items, const std::shared_ptr<const Inge
                .outputs = {kCurvatureFile, kScanFile},
                .run = {},
                .key = scan_item_key(*work),
+               .weight = scan_cost(*work).core_seconds,
                .cost = scan_cost(*work)};
   for (const char* name : kMaps) item.outputs.push_back(HistoryWriter::map_file(name));
   item.run = [work](const fs::path& folder, const RunControl& control) { run_item(*work, folder, control); };

@@ -5,12 +5,10 @@
 #include <set>
 #include <utility>
 
-#include "capture/stability/first_light.h"
 #include "capture/stability/frame_order.h"
 #include "capture/stability/odd_frames.h"
 #include "capture/stability/stabilize.h"
 #include "capture/timelapse/align_step.h"
-#include "capture/timelapse/background_step.h"
 #include "capture/timelapse/frame_photo.h"
 #include "capture/timelapse/patch_step.h"
 #include "capture/timelapse/repair_steps.h"
@@ -28,7 +26,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kSurveyVersion = 6;
-constexpr std::int64_t kFlatFieldVersion = 2;
 constexpr int kDeflickerVersion = 3;  ///< Raised whenever the same photographs give other factors.
 using LinkTest = std::function<bool(const FramePair&)>;
 constexpr int kChunk = 16;  ///< Frames that one item looks at; the first is their anchor.
@@ -108,7 +105,7 @@ JobItem chunk_item(const std::shared_ptr<const IngestWork>& work, int chunk) {
               },
           .key = key.hex(),
           .stage = ingest_stages(*work).survey,
-          .weight = weight_of_pixels(0.03, 2.2e-7, num_surveyed(*work, end - begin)),
+          .weight = weight_of_pixels(0.06, 2.2e-7, num_surveyed(*work, end - begin)),
           .cost = kChunkCost.of(num_surveyed(*work, end - begin))};
 }
 
@@ -339,57 +336,6 @@ void save_survey(const IngestWork& work, const fs::path& folder, const RunContro
   save_json(folder / kSurveyFile, json);
 }
 
-ImageF make_flat_field(const IngestWork& work, const fs::path& folder, const RunControl& control) {
-  const RepairOptions& options = work.options.repair;
-  const CaptureProject& project = work.project;
-  if (options.flat_field == "estimate" || options.flat_field == kFlatFieldOfFirst) {
-    const auto read_frame = [&](int i) { return read_frame_roi(work, i, folder); };
-    ImageU8 mask = read_capture_mask(project);
-    take_background_off_early(work, read_frame, mask, control.part(0.0, 0.3));
-    if (options.flat_field == kFlatFieldOfFirst) return first_light_gain(read_frame(0), mask, control.part(0.3, 1.0));
-    ImageF gain =
-        estimate_flat_field(num_frames_of(work), read_frame, mask, options.flat_field_options, control.part(0.3, 0.8));
-    refuse_worse_light(work, read_frame, gain, mask, control.part(0.8, 1.0));
-    return gain;
-  }
-  const ImageF light = read_color(options.flat_field, project.response);
-  if (light.width() != project.photo_width || light.height() != project.photo_height) {
-    throw IoError(options.flat_field, "is " + std::to_string(light.width()) + " x " + std::to_string(light.height()) +
-                                          " pixels; a photograph of a uniform surface must be as large as the frames");
-  }
-  const PixelRectangle& roi = project.roi;
-  try {
-    return flat_field_from_image(crop(light, roi.x, roi.y, roi.width, roi.height), options.flat_field_options, control);
-  } catch (const InvalidInput& e) {
-    throw IoError(options.flat_field, e.what());
-  }
-}
-
-std::string all_photos_key(const IngestWork& work) {
-  ContentHash hash;
-  for (const std::string& key : work.photo_keys) hash.add(key);
-  return hash.hex();
-}
-
-std::string flat_field_key(const IngestWork& work) {
-  const RepairOptions& options = work.options.repair;
-  ContentHash hash;
-  hash.add("flat field");
-  if (options.flat_field == "estimate") {
-    hash.add(all_photos_key(work)).add(kFlatFieldVersion);
-  } else if (options.flat_field == kFlatFieldOfFirst) {
-    hash.add(options.flat_field).add(work.photo_keys.front());
-  } else {
-    hash.add(hash_file(options.flat_field));
-  }
-  if (options.flat_field == "estimate" || options.flat_field == kFlatFieldOfFirst) {  // Inside the mask.
-    hash.add(work.options.background.mask_background);
-    if (work.project.mask) hash.add(hash_file(*work.project.mask));
-  }
-  for (const auto& [name, value] : option_values(options.flat_field_options)) hash.add(name).add(value);
-  return hash.hex();
-}
-
 }  // namespace
 
 IngestStages ingest_stages(const IngestWork& work) {
@@ -414,7 +360,7 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
                            control.report(1.0);
                          },
                      .stage = ingest_stages(*work).decisions,
-                     .weight = weight_of_pixels(0.05, 5e-7, num_surveyed(*work, num_frames_of(*work))),
+                     .weight = weight_of_pixels(0.02, 2e-8, num_surveyed(*work, num_frames_of(*work))),
                      .cost = kSurveyCost.of(num_surveyed(*work, num_frames_of(*work)))});
   }
   if (work->options.repair.flat_field.empty()) return;

@@ -7,8 +7,9 @@ namespace patinate {
 namespace {
 
 constexpr double kLeastSeconds = 2.0, kLeastFraction = 0.02;
-constexpr double kWindow =
-    1.0 / 3.0;  // Of the time since the first report: long enough for a mean, short enough to follow a change of speed.
+// Of the time since the first report: long enough for a mean over stages whose weights are not exact, short enough to
+// follow a change of speed.
+constexpr double kWindow = 2.0 / 3.0;
 constexpr double kLeastWindow = 5.0;  // Seconds.
 constexpr double kLeastStep = 0.05;   // Seconds between reports that are kept.
 

@@ -7,7 +7,7 @@
 
 namespace patinate {
 
-/// Estimates from the speed of the last third of the time, and never from what passed before the first progress:
+/// Estimates from the speed of the last two thirds of the time, and never from what passed before the first progress:
 /// opening files and building tables stand at the beginning, cost seconds, and say nothing of the rest.
 class TimeLeft {
  public:

@@ -113,6 +113,17 @@ void run_items(const JobPlan& plan, const OutputState& state, PartialFolder& fol
   folder.write_record({plan.key, plan.depends_on, {}}, names, control);
 }
 
+/// The share of the progress that publishing has: a marker for each item is removed, and where an output is replaced
+/// its files, of an item about three; 4.5 ms each where they were forced to the disk (measured on 1,500 items; of few
+/// large ones it is nothing). 0 of plans that do not say what their items take.
+double publish_share(const JobPlan& plan, bool is_replaced, const RunControl& control) {
+  constexpr double kFileSeconds = 0.0045;
+  double seconds = plan.join_cost.core_seconds;
+  for (const JobItem& item : plan.items) seconds += item.cost.core_seconds / thread_count(control);
+  const double publish = (is_replaced ? 4.0 : 1.0) * kFileSeconds * static_cast<double>(plan.items.size());
+  return seconds > 0.0 ? publish / (seconds + publish) : 0.0;
+}
+
 /// What an earlier --force run was killed while removing.
 void remove_leftover(const fs::path& output, const std::string& manifest) {
   std::error_code error;
@@ -145,11 +156,12 @@ JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunContr
     control.report(1.0);
     return JobStatus::UpToDate;
   }
+  const double made = 1.0 - publish_share(plan, state.found == FoundOutput::Different, control);
   // What is made again does not come from the folder that an earlier run was killed while removing.
   if (state.is_made_again || !is_partial_whole(folder.path(), plan.manifest, plan.key)) {
     try {
       const bool is_same_plan = folder.begin(plan.key);
-      run_items(plan, state, folder, is_same_plan, options, control);
+      run_items(plan, state, folder, is_same_plan, options, control.part(0.0, made));
       if (options.add_record) options.add_record(folder.path());
     } catch (const InputChanged&) {
       folder.discard();
@@ -162,7 +174,7 @@ JobStatus run_job(const JobPlan& plan, const JobOptions& options, const RunContr
       throw;
     }
   }
-  folder.publish(state.found == FoundOutput::Different);
+  folder.publish(state.found == FoundOutput::Different, made < 1.0 ? control.part(made, 1.0) : control.silent());
   control.report(1.0);
   return JobStatus::Done;
 } catch (const fs::filesystem_error& e) {

@@ -347,10 +347,17 @@ void PartialFolder::keep_only(const std::set<std::string>& items, const std::set
   }
 }
 
-void PartialFolder::publish(bool replace) {
+void PartialFolder::publish(bool replace, const RunControl& control) {
   // The key first: without it the folder is whole, with it a kill before the last marker is gone would lose finished
   // items.
   remove_tree(path_ / kBook / "key");
+  std::vector<fs::path> markers;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(path_ / kBook / "done", error)) markers.push_back(entry.path());
+  for (std::size_t i = 0; i < markers.size(); ++i) {
+    remove_tree(markers[i]);
+    control.report(static_cast<double>(i + 1) / static_cast<double>(markers.size() + 1));  // The rest is quick.
+  }
   remove_tree(path_ / kBook);
   sync_path(path_);
   if (!replace) {

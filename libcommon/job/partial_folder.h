@@ -87,7 +87,7 @@ class PartialFolder {
   void keep_only(const std::set<std::string>& items, const std::set<std::filesystem::path>& files,
                  const RunControl& control = {});
   /// Removes the book-keeping and renames the folder to OUT; with `replace`, exchanges the two and removes the old one.
-  void publish(bool replace);
+  void publish(bool replace, const RunControl& control);
   /// Writes job.json. @param record  Its items are read from the markers of `items`; those that kept work only are left
   /// out.
   void write_record(JobRecord record, const std::set<std::string>& items, const RunControl& control);

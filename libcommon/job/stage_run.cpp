@@ -23,8 +23,10 @@ ItemProgress::ItemProgress(const RunControl& control, const JobPlan& plan)
 void ItemProgress::set(std::size_t item, double fraction) {
   if (!control_.on_progress) return;
   const std::lock_guard lock(mutex_);
-  fractions_[item] = std::max(fractions_[item], fraction);
-  const double total = std::inner_product(fractions_.begin(), fractions_.end(), weights_.begin(), 0.0) / total_weight_;
+  if (!(fraction > fractions_[item])) return;
+  done_weight_ += weights_[item] * (fraction - fractions_[item]);
+  fractions_[item] = fraction;
+  const double total = done_weight_ / total_weight_;
   if (total > reported_ && total < 1.0) control_.report(reported_ = total);
 }
 

@@ -27,6 +27,7 @@ class ItemProgress {
   std::mutex mutex_;
   std::vector<double> fractions_, weights_;
   double total_weight_ = 0.0;
+  double done_weight_ = 0.0;
   double reported_ = 0.0;
 };
 

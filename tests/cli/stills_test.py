@@ -490,6 +490,10 @@ class Exr(Stills):
         xy = struct.pack("<8f", *(v for p in (*REC2020, D65) for v in p))
         part = None, colors(), [(b"chromaticities", b"chromaticities", xy)]
         self.shows(exr([part]), scene_rows(lambda v: rec709(v, REC2020)), "color: BT.2020 (EXR chromaticities)", name="photo.exr")
+        xyz, equal = ((1.0, 0.0), (0.0, 1.0), (0.0, 0.0)), (1 / 3, 1 / 3)
+        part = None, colors(), [(b"chromaticities", b"chromaticities", struct.pack("<8f", *(v for p in (*xyz, equal) for v in p)))]
+        # Values that are none of Rec. 709 are many here: negative ones become 0, and half floats are relative.
+        self.shows(exr([part]), scene_rows(lambda v: rec709(v, xyz, equal)), "color: CIE XYZ, white 0.3333, 0.3333 (EXR chromaticities)", name="photo.exr", limit=4 * HALF)
 
     def test_the_one_part_or_layer_in_color_is_the_photograph(self):
         depth = {"Z": lambda x, y: 7.0}

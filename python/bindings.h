@@ -32,6 +32,7 @@ void bind_relief(pybind11::module_& module);
 void bind_unlight(pybind11::module_& module);
 void bind_thickness(pybind11::module_& module);
 void bind_calibrate(pybind11::module_& module);
+void bind_study(pybind11::module_& module);
 void bind_synth(pybind11::module_& module);
 void bind_library(pybind11::module_& module);
 

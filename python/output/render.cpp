@@ -91,13 +91,11 @@ cli::RenderTask task_from(Keywords& keywords) {
 }
 
 /// What is in memory, or the path of what is not.
-void set_subject(const py::object& subject, const cli::OutputDevices& devices, cli::RenderTask& task) {
+void set_subject(const py::object& subject, cli::RenderTask& task) {
   if (py::isinstance<PyAged>(subject)) {
-    task.mesh =
-        std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyAged&>(subject).value, devices));
+    task.mesh = std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyAged&>(subject).value));
   } else if (py::isinstance<PyTransfer>(subject)) {
-    task.mesh =
-        std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyTransfer&>(subject).value, devices));
+    task.mesh = std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyTransfer&>(subject).value));
   } else {
     task.subject = path_from(subject);
   }
@@ -160,7 +158,7 @@ void define_render_picture(py::module_& module) {
     const RunArguments run = keywords.run();
     keywords.finish();
     task.devices = cli::output_devices(device.options(), device.words());
-    set_subject(subject, task.devices, task);
+    set_subject(subject, task);
     ImageF picture = result_of(run, [=](const RunControl& control) mutable {
       if (!task.mesh) task.subject = cli::library_place(task.subject);
       return cli::render_work(std::move(task)).picture(control);

@@ -17,7 +17,6 @@
 #include "tools/patinate/command_line/times_argument.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/device_words.h"
 #include "tools/patinate/services/tile_files.h"
 #include "transfer/lookup/texture_cost.h"
 #include "transfer/lookup/texture_files.h"
@@ -49,7 +48,6 @@ struct LookupCommand {
   std::string time_map;
   SamplingOptions sampling;
   LookedUp looked_up;
-  device::DeviceOptions device;
 };
 
 /// One time (or time map) and the files of its tiles.
@@ -114,12 +112,10 @@ transfer::TextureFile texture_file(const HistoryReader& history, const LookupCom
 
 /// In groups: each goes through the coordinates once.
 void write_textures(const transfer::TransferFolder& transfer, const LookupCommand& command,
-                    const std::vector<Texture>& textures, std::shared_ptr<const transfer::LookupDevice> device,
-                    const RunControl& control) {
+                    const std::vector<Texture>& textures, const RunControl& control) {
   constexpr std::size_t kTogether = 8;
   transfer::TextureWriter writer(transfer, {.with_turns = command.looked_up.map == LookedUp::Map::Normal},
                                  control.part(0.0, 0.2));
-  writer.use(std::move(device));
   for (std::size_t begin = 0; begin < textures.size(); begin += kTogether) {
     const std::size_t end = std::min(textures.size(), begin + kTogether);
     std::vector<transfer::TextureFile> group;
@@ -161,8 +157,7 @@ int lookup_times(CommandRun& run, const LookupCommand& command, const transfer::
   }
   const auto todo = unfinished(run, command, textures);
   if (!todo) return 0;
-  if (!todo->empty())
-    write_textures(transfer, command, *todo, open_lookup_device(command.device, words_of(run)), run.control("lookup"));
+  if (!todo->empty()) write_textures(transfer, command, *todo, run.control("lookup"));
   report(run, command, textures, !todo->empty());
   return 0;
 }
@@ -209,10 +204,9 @@ int lookup_time_map(CommandRun& run, const LookupCommand& command, const transfe
   const auto todo = unfinished(run, command, textures);
   if (!todo) return 0;
   if (!todo->empty()) {
-    const auto device = open_lookup_device(command.device, words_of(run));
     ImageF at = times_of(run, command, transfer, is_file);
-    transfer::write_time_map(transfer, std::move(at), command.sampling.between, textures[0].files, textures[0].key,
-                             {.device = device}, run.control("lookup"));
+    transfer::write_time_map(transfer, std::move(at), command.sampling.between, textures[0].files, textures[0].key, {},
+                             run.control("lookup"));
   }
   report(run, command, textures, !todo->empty());
   return 0;
@@ -236,7 +230,6 @@ int cmd_lookup(CommandRun& run) {
       "A time of its own for every texel: a map file or an expression of controls; 0 and 1 stand for the two --times, "
       "else for the history's ends. A file with values outside [0, 1] holds times",
       command.time_map);
-  run.line.options(command.device);
   run.line.example("lookup copper_hydrant --time 120 -o hydrant_120.png");
   run.line.example("lookup mold_hydrant --time 120 --map normal -o normal_120.png");
   run.line.example("lookup copper_hydrant --num-times 24 -o hydrant_%04d.png");

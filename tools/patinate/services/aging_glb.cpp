@@ -107,14 +107,12 @@ struct TransferTextures {
 
 std::vector<GlbAppearance> appearances_of_transfer(const std::shared_ptr<const transfer::TransferFolder>& transfer,
                                                    const std::vector<double>& times,
-                                                   const std::vector<std::string>& labels, const OutputDevices& devices,
-                                                   const RunControl& control) {
+                                                   const std::vector<std::string>& labels, const RunControl& control) {
   const std::vector<MaterialMap> maps = material_maps(transfer->history().facts());
   const auto has = [&](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
   RunControl silent = control;
   silent.on_progress = {};
   transfer::TextureWriter writer(*transfer, {.with_turns = has(MaterialMap::Normal)}, control);
-  writer.use(devices.look_up());
   const auto textures = std::make_shared<const TransferTextures>(TransferTextures{transfer, std::move(writer), silent});
   const auto map_at = [textures](MaterialMap map, double t) {
     return sample_material_map(textures->transfer->history(), map, t, Between::Blend);
@@ -211,7 +209,7 @@ void add_relief_of(const std::shared_ptr<TiledMaps>& maps, std::vector<GlbAppear
   }
 }
 
-AgingGlb glb_of_transfer(const std::filesystem::path& path, const OutputDevices& devices) {
+AgingGlb glb_of_transfer(const std::filesystem::path& path) {
   const auto transfer = std::make_shared<const transfer::TransferFolder>(path);
   const AtlasMesh atlas = transfer->read_atlas();
   const transfer::TransferManifest& m = transfer->manifest();
@@ -223,14 +221,13 @@ AgingGlb glb_of_transfer(const std::filesystem::path& path, const OutputDevices&
   out.mesh = unit_square_mesh(atlas);
   out.meters_per_unit = transfer::meters_per_unit(m);
   out.own_per_unit = 1.0 / m.mm_per_mesh_unit;
-  out.appearance = [transfer, devices](const auto& times, const auto& labels, const RunControl& control) {
-    return appearances_of_transfer(transfer, times, labels, devices, control);
+  out.appearance = [transfer](const auto& times, const auto& labels, const RunControl& control) {
+    return appearances_of_transfer(transfer, times, labels, control);
   };
   const std::vector<MaterialMap> maps = material_maps(transfer->history().facts());
   if (std::find(maps.begin(), maps.end(), MaterialMap::Height) != maps.end()) {
-    out.add_relief = [tiled = std::make_shared<TiledMaps>([path, devices] { return open_aging_mesh(path, devices); },
-                                                          transfer->sheet())](auto& appearance, const auto& times,
-                                                                              const RunControl& control) {
+    out.add_relief = [tiled = std::make_shared<TiledMaps>([path] { return open_aging_mesh(path); }, transfer->sheet())](
+                         auto& appearance, const auto& times, const RunControl& control) {
       add_relief_of(tiled, appearance, times, control);
     };
   }
@@ -354,8 +351,7 @@ void describe(OptionVisitor& v, GlbPlantOptions& o) {
 
 AgingGlb open_aging_glb(const std::filesystem::path& path, const GlbPlantOptions& options,
                         const OutputDevices& devices) {
-  return kind_of(path) == PathKind::Simulation ? glb_of_simulation(path, options, devices)
-                                               : glb_of_transfer(path, devices);
+  return kind_of(path) == PathKind::Simulation ? glb_of_simulation(path, options, devices) : glb_of_transfer(path);
 }
 
 }  // namespace patinate::cli

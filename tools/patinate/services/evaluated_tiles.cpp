@@ -60,13 +60,8 @@ void for_each_row(const fs::path& file, const Sheet& sheet, const std::vector<st
 class TransferTiles {
  public:
   TransferTiles(fs::path path, const analysis::EvaluationOptions& options, std::uint64_t seed,
-                const transfer::CacheOptions& cache, std::shared_ptr<const transfer::SearchDevice> device)
-      : folder_(path),
-        options_(options),
-        seed_(seed),
-        cache_(cache),
-        device_(std::move(device)),
-        name_(std::move(path)) {}
+                const transfer::CacheOptions& cache)
+      : folder_(path), options_(options), seed_(seed), cache_(cache), name_(std::move(path)) {}
 
   [[nodiscard]] const transfer::TransferManifest& manifest() const { return folder_.manifest(); }
   [[nodiscard]] const Sheet& sheet() const { return folder_.sheet(); }
@@ -158,7 +153,6 @@ class TransferTiles {
   analysis::EvaluationOptions options_;
   std::uint64_t seed_;
   transfer::CacheOptions cache_;
-  std::shared_ptr<const transfer::SearchDevice> device_;
   fs::path name_;
 };
 
@@ -171,8 +165,7 @@ std::vector<std::int64_t> TransferTiles::audit(int tile, std::int64_t before, co
                             .pixel_mm = m.texel_size_mm,
                             .controls = {},
                             .frames = opened.map.frames,
-                            .source_mask = opened.source.mask,
-                            .device = device_};
+                            .source_mask = opened.source.mask};
   for (std::size_t i = 0; i < m.controls.size(); ++i)
     made.controls.push_back({m.controls[i].source, wanted[i], m.controls[i].weight});
   const TexelMap& surface = *opened.map.surface;
@@ -229,14 +222,13 @@ analysis::OpenedTiles TransferTiles::open(std::shared_ptr<const TexelMap> surfac
 
 std::optional<analysis::TilesToEvaluate> transfer_tiles(const fs::path& transfer,
                                                         const analysis::EvaluationOptions& options, std::uint64_t seed,
-                                                        const transfer::CacheOptions& cache,
-                                                        std::shared_ptr<const transfer::SearchDevice> device) {
+                                                        const transfer::CacheOptions& cache) {
   const transfer::TransferManifest manifest = transfer::read_transfer_manifest(transfer);
   if (manifest.sheet().num_tiles() == 1) return std::nullopt;
   for (const transfer::RecordedControl& c : manifest.controls) {
     if (c.source == kLibraryControl) return std::nullopt;
   }
-  const auto tiles = std::make_shared<const TransferTiles>(transfer, options, seed, cache, std::move(device));
+  const auto tiles = std::make_shared<const TransferTiles>(transfer, options, seed, cache);
   const double texels = static_cast<double>(tiles->sheet().tile_width) * tiles->sheet().tile_height;
   return analysis::TilesToEvaluate{
       .sheet = tiles->sheet(),

@@ -116,28 +116,21 @@ OutputWork pictures_work(const ExportTask& task, const HistoryManifest& history,
 /// Opened for the first texture that is not up to date.
 class LateWriter {
  public:
-  LateWriter(std::shared_ptr<const transfer::TransferFolder> transfer, OutputDevices devices)
-      : transfer_(std::move(transfer)), devices_(std::move(devices)) {}
+  explicit LateWriter(std::shared_ptr<const transfer::TransferFolder> transfer) : transfer_(std::move(transfer)) {}
   const transfer::TextureWriter& open(const RunControl& control) {
-    std::call_once(once_, [&] {
-      const auto device = devices_.look_up();
-      writer_.emplace(*transfer_, transfer::CoordinateStripsOptions{}, control);
-      writer_->use(device);
-    });
+    std::call_once(once_, [&] { writer_.emplace(*transfer_, transfer::CoordinateStripsOptions{}, control); });
     return *writer_;
   }
 
  private:
   std::shared_ptr<const transfer::TransferFolder> transfer_;
-  OutputDevices devices_;
   std::once_flag once_;
   std::optional<transfer::TextureWriter> writer_;
 };
 
 /// A movie or numbered images of a transfer's texture, strip by strip.
-PictureSeries texture_series(const std::shared_ptr<const transfer::TransferFolder>& transfer,
-                             const OutputDevices& devices) {
-  const auto writer = std::make_shared<LateWriter>(transfer, devices);
+PictureSeries texture_series(const std::shared_ptr<const transfer::TransferFolder>& transfer) {
+  const auto writer = std::make_shared<LateWriter>(transfer);
   PictureSeries series{.label = "export", .key = transfer->manifest().key, .times = {}, .picture = {}};
   series.cost = transfer::texture_cost(*transfer, "texture.png");
   series.num_pixels = static_cast<double>(transfer->manifest().width) * transfer->manifest().height;
@@ -164,7 +157,7 @@ PictureSeries texture_series(const std::shared_ptr<const transfer::TransferFolde
 /// Textures of a transfer: strip by strip, however large the atlas.
 OutputWork textures_work(const ExportTask& task, const RunControl& planning) {
   const auto transfer = std::make_shared<const transfer::TransferFolder>(task.subject);
-  const auto writer = std::make_shared<LateWriter>(transfer, task.devices);
+  const auto writer = std::make_shared<LateWriter>(transfer);
   const auto write = [transfer, writer](double t, const std::vector<std::filesystem::path>& files,
                                         const RunControl& control) {
     const std::vector<transfer::TextureFile> texture{{files, transfer->history().sample(t)}};
@@ -268,7 +261,7 @@ OutputWork export_work(const ExportTask& task, const RunControl& planning) {
   if (!is_pictures) return textures_work(task, planning);
   const auto transfer = std::make_shared<const transfer::TransferFolder>(task.subject);
   if (transfer->sheet().num_tiles() > 1) return aging_mesh_export(task, planning);  // Its tiles make one sheet.
-  return pictures_work(task, transfer->history().manifest(), texture_series(transfer, task.devices), planning);
+  return pictures_work(task, transfer->history().manifest(), texture_series(transfer), planning);
 }
 
 }  // namespace patinate::cli

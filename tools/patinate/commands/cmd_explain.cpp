@@ -187,7 +187,7 @@ int cmd_explain(CommandRun& run) {
   task.command = explain_command(command, seed);
   if (command.controls.distance_from.empty()) command.controls.distance_from = "creases";
   const bool needs_uvs = lies_on_uvs(command.reference, command.options);
-  if (needs_uvs && command.atlas.method == AtlasChoice::Auto) command.atlas.method = AtlasChoice::Uv;
+  if (needs_uvs && command.atlas.method == AtlasMethod::Auto) command.atlas.method = AtlasMethod::Uv;
   Mesh mesh = load_mesh(command.mesh, run);
   AtlasMesh atlas = make_atlas(command.mesh, std::move(mesh), command.atlas, run.control("atlas"));
   note_atlas(command.mesh, atlas, run);

@@ -51,7 +51,7 @@ class Output(PythonCase):
                 ("aged", "standing.glb", ["--up", "z"], {"up": "z"}),
                 ("aged", "images", ["--format", "exr", "--times", "0,1"], {"format": "exr", "times": [0, 1]}),
                 ("aged", "aged.gif", ["--num-times", "2"], {"num_times": 2}),
-                ("simulated", "end.glb", ["--plants", "0"], {"plants": 0}),
+                ("simulated", "end.glb", [], {}),
                 ("history", "frames", [], {}),
                 ("history", "frame_%d.png", ["--num-times", "2"], {"num_times": 2})):
             with self.subTest(name=name):
@@ -76,8 +76,7 @@ class Output(PythonCase):
                       lambda: patinate.render(self.work / "aged", self.work / "x.png", time=1, num_times=2), lambda: patinate.render(self.work / "aged", ""),
                       lambda: patinate.render(self.work / "aged", self.work / "x.png", views="sideways"), lambda: patinate.render(self.work / "aged", self.work / "x.png", width=4),
                       lambda: patinate.render_picture(self.work / "plate.obj"), lambda: patinate.export(self.work / "history", self.work / "x.glb"),
-                      lambda: patinate.export(self.work / "aged", self.work / "x.fbx"), lambda: patinate.export(self.work / "aged", self.work / "x.obj", num_times=2),
-                      lambda: patinate.export(self.work / "aged", self.work / "x.glb", plants=2)):
+                      lambda: patinate.export(self.work / "aged", self.work / "x.fbx"), lambda: patinate.export(self.work / "aged", self.work / "x.obj", num_times=2)):
             self.line_of(patinate.InvalidInput, wrong)
         self.line_of(patinate.IoError, lambda: patinate.render(self.work / "nothing", self.work / "x.png"))
         self.line_of(patinate.InvalidInput, lambda: patinate.render(self.work / "aged", self.work / "x.png", times="soon"))

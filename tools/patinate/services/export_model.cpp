@@ -58,14 +58,6 @@ void stand_up(Mesh& mesh) {
   for (Vec3& normal : mesh.normals) normal = standing(normal);
 }
 
-std::vector<GlbPlant> stand_up(std::vector<GlbPlant> plants) {
-  for (GlbPlant& plant : plants) {
-    plant.root = standing(plant.root);
-    plant.up = standing(plant.up);
-  }
-  return plants;
-}
-
 /// An OBJ has no unit: it fits over the file that was aged.
 Mesh in_own_unit(const AgingGlb& model) {
   Mesh mesh = model.mesh;
@@ -102,15 +94,12 @@ void write_model(const ModelToWrite& what, const RunControl& control) {
   const RunControl writing = control.part(0.1, 1.0);
   const std::string name = what.output.stem().string();
   if (what.format == ModelFormat::Glb) {
-    std::vector<GlbPlant> plants;
-    if (model.plants) plants = model.plants(what.times, control.part(0.1, 0.4));
     const GlbOptions options{.name = name,
                              .meters_per_unit = model.meters_per_unit,
                              .key = what.key,
                              .objects = model.objects,
-                             .credits = what.credits,
-                             .plants = what.up == UpAxis::Z ? stand_up(std::move(plants)) : std::move(plants)};
-    return write_glb(what.output, model.mesh, model.tiles, appearance, options, control.part(0.4, 1.0));
+                             .credits = what.credits};
+    return write_glb(what.output, model.mesh, model.tiles, appearance, options, writing);
   }
   if (model.add_relief) model.add_relief(appearance, what.times, control);
   if (what.format == ModelFormat::Usd) {
@@ -159,14 +148,13 @@ std::optional<ModelFormat> model_format(const std::filesystem::path& path) {
 }
 
 OutputWork model_work(const ExportTask& task, ModelFormat format) {
-  const auto what =
-      std::make_shared<ModelToWrite>(ModelToWrite{.format = format,
-                                                  .model = open_aging_glb(task.subject, task.plants, task.devices),
-                                                  .output = task.output,
-                                                  .times = {},
-                                                  .key = "",
-                                                  .credits = credits_of(task.subject),
-                                                  .up = task.axis.up});
+  const auto what = std::make_shared<ModelToWrite>(ModelToWrite{.format = format,
+                                                                .model = open_aging_glb(task.subject, task.devices),
+                                                                .output = task.output,
+                                                                .times = {},
+                                                                .key = "",
+                                                                .credits = credits_of(task.subject),
+                                                                .up = task.axis.up});
   if (what->up == UpAxis::Z) stand_up(what->model.mesh);
   std::vector<std::string> notes;
   what->times = task.times.resolve(what->model.history, format == ModelFormat::Obj ? 1 : kModelTimes, notes);
@@ -175,7 +163,6 @@ OutputWork model_work(const ExportTask& task, ModelFormat format) {
   constexpr std::array<std::string_view, 3> kStages{"export glb 5", "export usd 5", "export obj 4"};
   ContentHash hash;
   hash.add(kStages[static_cast<std::size_t>(format)]).add(what->model.key);
-  if (format == ModelFormat::Glb && what->model.plants) hash.add("plants 2").add(task.plants.plants);
   if (what->up == UpAxis::Z) hash.add("up z");
   for (double t : what->times) hash.add(t);
   for (const std::string& credit : what->credits) hash.add(credit);

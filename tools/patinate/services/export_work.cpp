@@ -247,8 +247,6 @@ OutputWork export_work(const ExportTask& task, const RunControl& planning) {
   const std::optional<ModelFormat> model = model_format(task.output);
   const bool is_pictures = is_series(task.output);
   const PathKind kind = kind_of(task.subject);
-  if (task.plants.plants != GlbPlantOptions{}.plants && !(kind == PathKind::Simulation && model == ModelFormat::Glb))
-    throw UsageError("--plants: are shown in a GLB of a simulation alone");
   if (task.axis.up != UpAxis::Y && !model) throw UsageError("--up: is of models; pictures of a mesh are `render`'s");
   if (kind == PathKind::History) {
     if (model) throw UsageError("-o: a history has no mesh; give a transfer, or a folder for images");

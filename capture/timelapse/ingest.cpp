@@ -22,7 +22,6 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/history/stated_history.h"
-#include "libcommon/job/cost_model.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
@@ -100,19 +99,13 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   control.report(1.0);
 }
 
-/// Measured in November 2026 on PNGs of 256 x 200 and 1024 x 800 (docs/scaling.md): decoding, linearizing, writing.
-JobCost frame_cost(const CaptureProject& project) {
-  const double pixels = static_cast<double>(project.width()) * project.height();
-  return {.core_seconds = 0.02 + 1.3e-7 * pixels, .megabytes = 26.0 + 3.3e-5 * pixels};
-}
-/// For progress: what a frame takes in the join, against making it. Masks, filling and controls take half as long again
-/// as a large frame; of small ones, forcing each to the disk takes longest (3,000 of 24 x 24: 3 ms in the join).
+/// For progress: what a frame takes in the join, against making it (decoding, linearizing, writing). Masks, filling and
+/// controls take half as long again as a large frame; of small ones, forcing each to the disk takes longest (3,000 of
+/// 24 x 24: 3 ms in the join).
 double join_share(const CaptureProject& project) {
   const double pixels = static_cast<double>(project.width()) * project.height();
-  return (0.003 + 2e-7 * pixels) / frame_cost(project).core_seconds;
+  return (0.003 + 2e-7 * pixels) / (0.02 + 1.3e-7 * pixels);
 }
-/// The join, which makes thickness of a backlight and the controls: on 192 x 192 and 384 x 384 pixels, six photographs.
-constexpr CostModel kJoinCost{0.55, 3.1e-6, 32.0, 70.0};
 
 JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
   const fs::path file = HistoryWriter::frame_file(index);
@@ -121,7 +114,6 @@ JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
                .run = {},
                .key = ingest_frame_key(*work, static_cast<std::size_t>(index)),
                .stage = ingest_stages(*work).frames,
-               .cost = frame_cost(work->project),
                .inputs = {photo_name(work->project, work->project.frames[static_cast<std::size_t>(index)])}};
   if (has_validity(*work)) item.outputs.push_back(validity_file(index));
   if (may_be_clipped(work->project, work->project.frames[static_cast<std::size_t>(index)]))
@@ -209,7 +201,6 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   add_survey_items(plan.items, work);
   for (std::size_t i = 0; i < work->project.frames.size(); ++i)
     plan.items.push_back(frame_item(work, static_cast<int>(i)));
-  plan.join_cost = kJoinCost.of(static_cast<double>(work->project.width()) * work->project.height());
   plan.join_weight =
       join_share(work->project) * static_cast<double>(std::max<std::size_t>(1, work->project.frames.size()));
   plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };

@@ -40,11 +40,6 @@ struct IngestWork {
   [[nodiscard]] HistoryManifest manifest() const;
 };
 
-/// Of all photographs, as they were taken.
-[[nodiscard]] inline double num_photo_pixels(const CaptureProject& project) {
-  return static_cast<double>(project.photo_width) * project.photo_height * static_cast<double>(project.frames.size());
-}
-
 struct PixelSize {
   int width, height;
 };

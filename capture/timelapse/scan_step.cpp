@@ -53,14 +53,6 @@ std::string scan_item_key(const IngestWork& work) {
   return key.hex();
 }
 
-/// Pixels of 240 x 180 and 720 x 540, meshes of 4,608 and 80,000 triangles.
-JobCost scan_cost(const IngestWork& work) {
-  const double pixels = static_cast<double>(work.project.width()) * work.project.height();
-  const auto triangles = static_cast<double>(work.scan_mesh->triangles.size());
-  return {.core_seconds = 0.12 + 1.1e-6 * pixels + 6e-6 * triangles,
-          .megabytes = 40.0 + 3e-5 * pixels + 4e-4 * triangles};
-}
-
 void run_item(const IngestWork& work, const fs::path& folder, const RunControl& control) {
   const ScanMaps maps =
       scan_maps(*work.scan_mesh, work.project.scan->camera_mm, photo_part(work.project), work.options.scan, control);
@@ -91,11 +83,7 @@ void load_scan(IngestWork& work) {
 
 void add_scan_item(std::vector<JobItem>& items, const std::shared_ptr<const IngestWork>& work) {
   if (!work->project.scan) return;
-  JobItem item{.name = "scan",
-               .outputs = {kCurvatureFile, kScanFile},
-               .run = {},
-               .key = scan_item_key(*work),
-               .cost = scan_cost(*work)};
+  JobItem item{.name = "scan", .outputs = {kCurvatureFile, kScanFile}, .run = {}, .key = scan_item_key(*work)};
   for (const char* name : kMaps) item.outputs.push_back(HistoryWriter::map_file(name));
   item.run = [work](const fs::path& folder, const RunControl& control) { run_item(*work, folder, control); };
   items.push_back(std::move(item));

@@ -12,7 +12,6 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/control_cost.h"
 #include "tools/patinate/services/control_store.h"
 #include "tools/patinate/services/scene_controls.h"
 #include "tools/patinate/services/surface_reference.h"
@@ -82,8 +81,7 @@ std::vector<analysis::ExplainingControl> explained_controls(const ExplainCommand
                         .make = [kind, map, options,
                                  cache](const RunControl& c) { return cached_control(kind, *map, options, cache, c); },
                         .options = needed_options(kind, options),
-                        .may_fail = is_default,
-                        .cost = control_cost(kind, map->mesh(), static_cast<double>(map->num_texels()), options)});
+                        .may_fail = is_default});
   }
   for (const std::string& text : command.also) {
     controls.push_back({.name = text,
@@ -92,8 +90,7 @@ std::vector<analysis::ExplainingControl> explained_controls(const ExplainCommand
                             [text, map, options, cache](const RunControl& c) {
                               return make_control_expression(text, *map, options, c, control_source(cache));
                             },
-                        .options = needed_options(text, options),
-                        .cost = control_cost(text, map->mesh(), static_cast<double>(map->num_texels()), options)});
+                        .options = needed_options(text, options)});
   }
   return controls;
 }

@@ -18,7 +18,6 @@
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/tile_files.h"
-#include "transfer/lookup/texture_cost.h"
 #include "transfer/lookup/texture_files.h"
 
 namespace patinate::cli {
@@ -55,7 +54,6 @@ struct Texture {
   double time = 0.0;
   std::vector<std::filesystem::path> files;
   std::string key;
-  JobCost cost = {};
 };
 
 ContentHash begin_key(const LookupCommand& command, const transfer::TransferManifest& transfer) {
@@ -73,7 +71,7 @@ std::optional<std::vector<Texture>> unfinished(CommandRun& run, const LookupComm
   ContentHash all;
   std::vector<OutputPiece> pieces;
   for (const Texture& texture : textures) {
-    pieces.push_back({.files = texture.files, .key = texture.key, .cost = texture.cost});
+    pieces.push_back({.files = texture.files, .key = texture.key});
     all.add(texture.key);
   }
   const auto todo = unfinished_pieces(run, command.output, all.hex(), pieces);
@@ -151,9 +149,8 @@ int lookup_times(CommandRun& run, const LookupCommand& command, const transfer::
   std::vector<Texture> textures;
   for (double t : times) {
     const std::filesystem::path file = numbered_path(command.output, static_cast<int>(textures.size()));
-    textures.push_back({t, tile_files(file, transfer.sheet().names),
-                        begin_key(command, transfer.manifest()).add(t).hex(),
-                        transfer::texture_cost(transfer, command.output)});
+    textures.push_back(
+        {t, tile_files(file, transfer.sheet().names), begin_key(command, transfer.manifest()).add(t).hex()});
   }
   const auto todo = unfinished(run, command, textures);
   if (!todo) return 0;

@@ -216,7 +216,6 @@ AgingGlb glb_of_transfer(const std::filesystem::path& path) {
   out.key = m.key;
   out.history = transfer->history().manifest();
   out.tiles = {transfer->sheet().names, atlas.triangle_tile};
-  out.num_texels = static_cast<double>(transfer->sheet().width()) * transfer->sheet().height();
   out.mesh = unit_square_mesh(atlas);
   out.meters_per_unit = transfer::meters_per_unit(m);
   out.own_per_unit = 1.0 / m.mm_per_mesh_unit;
@@ -247,14 +246,9 @@ AgingGlb glb_of_simulation(const std::filesystem::path& path, const OutputDevice
   const auto history = std::make_shared<const HistoryReader>(manifest_folder(path, "simulation.json") / "history");
   const std::vector<MaterialMap> maps = material_maps(history->facts());
   const auto has = [maps](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
-  AgingGlb out{mesh->key,
-               mesh->history,
-               {mesh->tile_names, mesh->triangle_tile},
-               mesh->unit_mesh,
-               mesh->meters_per_unit,
-               mesh->num_texels,
-               {},
-               {}};
+  AgingGlb out{
+      mesh->key, mesh->history, {mesh->tile_names, mesh->triangle_tile}, mesh->unit_mesh, mesh->meters_per_unit, {},
+      {}};
   if (out.mesh.surfaces.size() > 1) {
     for (const Mesh::Surface& surface : out.mesh.surfaces) out.objects.names.push_back(surface.node);
     out.objects.triangle_object = out.mesh.triangle_surface;

@@ -22,7 +22,6 @@ struct AgingGlb {
   GlbTiles tiles;
   Mesh mesh;  ///< UVs of every tile in the unit square.
   double meters_per_unit = 0.001;
-  double num_texels = 0.0;  ///< Of all tiles at a time.
   GlbObjects objects = {};  ///< Those of a simulation, where there are several.
   /// A look for each time, with normals and gloss where the history's frames have them. @param labels  Their names.
   std::function<std::vector<GlbAppearance>(const std::vector<double>& times, const std::vector<std::string>& labels,

@@ -13,12 +13,6 @@
 
 namespace patinate::cli {
 
-namespace {
-
-double num_texels(const Sheet& sheet) { return static_cast<double>(sheet.width()) * sheet.height(); }
-
-}  // namespace
-
 AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged) {
   const HistoryFacts& facts = aged->history->facts();
   AgingMesh mesh;
@@ -43,7 +37,6 @@ AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& t
   mesh.mesh = transfer->mesh();
   mesh.unit_mesh = unit_square_mesh(transfer->atlas());
   mesh.meters_per_unit = transfer::meters_per_unit(m);
-  mesh.num_texels = num_texels(transfer->sheet());
   mesh.sample = [transfer](double time, const RunControl& control) { return transfer->sample(time, control); };
   const std::vector<MaterialMap> maps = material_maps(facts_of(mesh.history));
   const auto has = [maps](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
@@ -89,7 +82,6 @@ AgingMesh reduced_mesh_of_transfer(const std::shared_ptr<const transfer::Transfe
   const std::int64_t most = std::min(most_texels, kReducedTexels);
   const Sheet reduced = reduced_sheet(transfer->sheet(), most);
   mesh.mesh = sheet_mesh(atlas, reduced);
-  mesh.num_texels = num_texels(reduced);
   mesh.unit_mesh = unit_square_mesh(atlas);
   mesh.meters_per_unit = transfer::meters_per_unit(m);
   mesh.is_reduced = true;
@@ -111,7 +103,6 @@ AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path, const Outp
   mesh.mesh = with_normals(read_mesh(folder / "model.glb"));
   scale_mesh(mesh.mesh, 1000.0);  // glTF is in m
   mesh.unit_mesh = mesh.mesh;
-  mesh.num_texels = static_cast<double>(mesh.history.width) * mesh.history.height;
   mesh.sample = [history](double time, const RunControl&) { return history->sample(time); };
   const auto made = std::make_shared<std::unique_ptr<SimulatedSurface>>();  // For the first picture that is not there.
   mesh.maps = [folder, film, made, devices](double time, const RunControl& control) {

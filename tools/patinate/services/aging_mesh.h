@@ -38,7 +38,6 @@ struct AgingMesh {
   /// Color and all else that is known of its surface from `maps_from` on, over the sheet; heights in the mesh's unit.
   /// Nothing when only color is known.
   std::function<SurfaceMaps(double time, const RunControl& control)> maps;
-  double num_texels = 0.0;                                      ///< Of what `sample` gives.
   bool is_reduced = false;                                      ///< `sample` shows means of several texels.
   double maps_from = -std::numeric_limits<double>::infinity();  ///< Of a simulation of an
                                                                 ///< earlier version, its end.

@@ -138,16 +138,7 @@ ImageF read_coordinates(const fs::path& file, const ImageF& size) {
 
 }  // namespace
 
-namespace {
-
-/// With default options. Measured in November 2026 on atlases of 256, 512, 1024 and 2048 texels and a history of 256 x
-/// 192 pixels (docs/scaling.md).
-JobCost evaluation_cost(const transfer::TransferManifest& m) {
-  const double texels = static_cast<double>(m.width) * m.height;
-  return {.core_seconds = 6.4 + 5.2e-6 * texels, .megabytes = 74.0 + 1.15e-4 * texels};
-}
-
-}  // namespace
+namespace {}  // namespace
 
 analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis::EvaluationOptions& options,
                                        std::uint64_t seed, const transfer::CacheOptions& cache) {
@@ -190,8 +181,7 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
                                               control.part(0.3, 1.0), transfer::appearance_source(history, cache)));
                 return out;
               },
-          .tiles = transfer_tiles(transfer, options, seed, cache),
-          .cost = evaluation_cost(manifest)};
+          .tiles = transfer_tiles(transfer, options, seed, cache)};
 }
 
 analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMesh& aged,

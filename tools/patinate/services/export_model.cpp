@@ -116,27 +116,6 @@ void write_model(const ModelToWrite& what, const RunControl& control) {
                   options, writing);
 }
 
-/// Measured in November 2026 on an urn of 85,000 triangles with atlases of 256 and 1024 texels, and on a simulated
-/// ledge of 156 with 256 and 512, at 5 and 10 times (docs/scaling.md): by triangle, by texel, and by texel and time.
-struct ModelCost {
-  double seconds, triangle_seconds, texel_seconds, time_seconds, megabytes, triangle_bytes, texel_bytes;
-};
-constexpr ModelCost kOfTransfers[]{{0.03, 5e-6, 4e-7, 2.7e-7, 25.0, 420.0, 0.0},
-                                   {0.03, 1.2e-5, 0.0, 3.2e-7, 38.0, 750.0, 4.0},
-                                   {0.03, 5.3e-6, 0.0, 4.5e-7, 30.0, 430.0, 3.0}};
-constexpr ModelCost kOfSimulations[]{{0.85, 5e-6, 0.0, 1.1e-6, 27.0, 420.0, 152.0},
-                                     {0.03, 1.2e-5, 0.0, 6.9e-7, 28.0, 750.0, 107.0},
-                                     {0.05, 5.3e-6, 0.0, 1.5e-6, 28.0, 430.0, 102.0}};
-
-JobCost model_cost(const ModelToWrite& what, bool is_simulation) {
-  const ModelCost& cost = (is_simulation ? kOfSimulations : kOfTransfers)[static_cast<std::size_t>(what.format)];
-  const auto triangles = static_cast<double>(what.model.mesh.triangles.size());
-  const double texels = what.model.num_texels, times = static_cast<double>(what.times.size());
-  return {.core_seconds = cost.seconds + cost.triangle_seconds * triangles +
-                          texels * (cost.texel_seconds + cost.time_seconds * times),
-          .megabytes = cost.megabytes + 1e-6 * (cost.triangle_bytes * triangles + cost.texel_bytes * texels)};
-}
-
 }  // namespace
 
 std::optional<ModelFormat> model_format(const std::filesystem::path& path) {
@@ -170,7 +149,6 @@ OutputWork model_work(const ExportTask& task, ModelFormat format) {
   OutputWork work{.output = task.output,
                   .label = "export",
                   .key = what->key,
-                  .cost = model_cost(*what, kind_of(task.subject) == PathKind::Simulation),
                   .existing_key = written_key(task.output),
                   .beside = files_beside(format, task.output),
                   .notes = std::move(notes),

@@ -22,6 +22,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME patinate)
 set(CPACK_DEBIAN_RUNTIME_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS python3-patinate)  # `patinate study` is written in it.
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "Capture, transfer and compare how materials age
  Time-lapse photographs of a material that ages become a history, with which
  meshes are aged according to a parameter of their surface.")

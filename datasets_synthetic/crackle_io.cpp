@@ -7,7 +7,6 @@
 
 #include "datasets_synthetic/project_io.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
@@ -55,9 +54,6 @@ ImageF read_thickness_map(const CrackleOptions& o) {
   return map;
 }
 
-/// Of any item, each of which makes the plate first: measured on 192 x 192 and 384 x 384 pixels.
-constexpr CostModel kPlateCost{0.03, 4.4e-6, 32.0, 170.0};
-
 }  // namespace
 
 JobPlan plan_crackle(const CrackleOptions& options, const std::filesystem::path& output) {
@@ -68,7 +64,6 @@ JobPlan plan_crackle(const CrackleOptions& options, const std::filesystem::path&
   inputs.add_options(values);
   if (!options.thickness_map.empty()) inputs.add_file("thickness", options.thickness_map);
   JobPlan plan = inputs.plan(output, "truth/truth.json");
-  const JobCost cost = kPlateCost.of(static_cast<double>(options.width) * options.height);
   CrackleOptions named = options;  // For truth.json.
   named.thickness_map = std::filesystem::path(options.thickness_map).filename().string();
   const auto plate = std::make_shared<MadeOnce<CrackleDataset>>(
@@ -95,8 +90,6 @@ JobPlan plan_crackle(const CrackleOptions& options, const std::filesystem::path&
                         [=, key = plan.key](const auto& folder, const RunControl& control) {
                           save_truth(folder, plate->get(control), key);
                         }});
-  for (JobItem& item : plan.items) item.cost = cost;
-  plan.join_cost = cost;
   plan.join = [=, key = plan.key](const auto& folder, const RunControl& control) {
     save_json(folder / "capture.json", crackle_capture_json(options));
     save_json(folder / "truth/truth.json", crackle_truth_json(plate->get(control), key));

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "datasets_synthetic/project_io.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/json.h"
 
@@ -63,9 +62,6 @@ Json drying_truth_json(const DryingOptions& o, const std::string& key) {
   return json;
 }
 
-/// Measured on 160 x 128 and 640 x 512 pixels.
-constexpr CostModel kDryingFrameCost{0.03, 1.85e-6, 23.0, 45.0};
-
 }  // namespace
 
 JobPlan plan_drying(const DryingOptions& options, const fs::path& output) {
@@ -73,21 +69,18 @@ JobPlan plan_drying(const DryingOptions& options, const fs::path& output) {
   JobInputs inputs("synth drying", 1);
   inputs.add_options(option_values(options));
   JobPlan plan = inputs.plan(output, "truth/truth.json");
-  const JobCost cost = kDryingFrameCost.of(static_cast<double>(options.width) * options.height);
   for (int i = 0; i < options.num_frames; ++i) {
     plan.items.push_back(
         {.name = "frame-" + digits(i),
          .outputs = {photo_file(i), truth_file("albedo", i), truth_file("wetness", i), truth_file("specular", i)},
-         .run = [patch, i](const fs::path& folder,
-                           const RunControl& control) { write_drying_frame(*patch, i, folder, control); },
-         .cost = cost});
+         .run = [patch, i](const fs::path& folder, const RunControl& control) {
+           write_drying_frame(*patch, i, folder, control);
+         }});
   }
   plan.items.push_back(
       {.name = "truth",
        .outputs = {"truth/onset.exr", "truth/film.exr"},
-       .run = [patch](const fs::path& folder, const RunControl&) { write_drying_maps(*patch, folder); },
-       .cost = cost});
-  plan.join_cost = kSmallCost.of();
+       .run = [patch](const fs::path& folder, const RunControl&) { write_drying_maps(*patch, folder); }});
   plan.join = [options, key = plan.key](const fs::path& folder, const RunControl&) {
     save_json(folder / "capture.json", drying_capture_json(options));
     save_json(folder / "truth/truth.json", drying_truth_json(options, key));

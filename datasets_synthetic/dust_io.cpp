@@ -6,7 +6,6 @@
 #include <string>
 
 #include "datasets_synthetic/project_io.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
@@ -78,9 +77,6 @@ Json dust_truth_json(const DustOptions& o, const std::string& key) {
   return json;
 }
 
-/// Of any item, each of which makes the urn first: by texel of its atlas, measured on 80 x 100 and 320 x 400 pixels.
-constexpr CostModel kObjectCost{0.75, 1.2e-5, 64.0, 32.0};
-
 }  // namespace
 
 JobPlan plan_dust(const DustOptions& options, const fs::path& output) {
@@ -88,25 +84,22 @@ JobPlan plan_dust(const DustOptions& options, const fs::path& output) {
   JobInputs inputs("synth dust", 1);
   inputs.add_options(option_values(options));
   JobPlan plan = inputs.plan(output, "truth/truth.json");
-  const JobCost cost = kObjectCost.of(std::pow(dust_atlas_side(options), 2));
   const auto object = std::make_shared<MadeOnce<DustyObject>>(
       [options](const RunControl& control) { return DustyObject(options, control); });
   for (int i = 0; i < options.num_frames; ++i) {
     plan.items.push_back(
         {.name = "frame-" + digits(i),
          .outputs = {photo_file(i), truth_file("albedo", i), truth_file("cover", i), truth_file("specular", i)},
-         .run = [object, i](const fs::path& folder,
-                            const RunControl& control) { write_dust_frame(object->get(control), i, folder, control); },
-         .cost = cost});
+         .run = [object, i](const fs::path& folder, const RunControl& control) {
+           write_dust_frame(object->get(control), i, folder, control);
+         }});
   }
-  plan.items.push_back(
-      {.name = "truth",
-       .outputs = {"mesh.obj", "mask.png", control_name(options) + ".exr", "truth/position.exr", "truth/normal.exr",
-                   "truth/facing.exr", "truth/exposure.exr", "truth/light.exr"},
-       .run = [object](const fs::path& folder,
-                       const RunControl& control) { write_dust_maps(object->get(control), folder, control); },
-       .cost = cost});
-  plan.join_cost = cost;
+  plan.items.push_back({.name = "truth",
+                        .outputs = {"mesh.obj", "mask.png", control_name(options) + ".exr", "truth/position.exr",
+                                    "truth/normal.exr", "truth/facing.exr", "truth/exposure.exr", "truth/light.exr"},
+                        .run = [object](const fs::path& folder, const RunControl& control) {
+                          write_dust_maps(object->get(control), folder, control);
+                        }});
   plan.join = [options, object, key = plan.key](const fs::path& folder, const RunControl& control) {
     save_json(folder / "capture.json", dust_capture_json(object->get(control)));
     save_json(folder / "truth/truth.json", dust_truth_json(options, key));

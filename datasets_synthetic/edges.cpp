@@ -6,7 +6,6 @@
 #include <string>
 
 #include "datasets_synthetic/project_io.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/json.h"
 #include "patinate/image/color.h"
@@ -174,15 +173,12 @@ JobPlan plan_edges(const EdgesOptions& options, const fs::path& output) {
     plan.items.push_back(
         {.name = "frame-" + digits(i),
          .outputs = {photo_file(i), truth_file("albedo", i)},
-         .run = [options, i](const fs::path& folder, const RunControl&) { write_edges_frame(options, i, folder); },
-         .cost = kSmallCost.of()});
+         .run = [options, i](const fs::path& folder, const RunControl&) { write_edges_frame(options, i, folder); }});
   }
   plan.items.push_back(
       {.name = "truth",
        .outputs = {"mask.png", "truth/patches.exr"},
-       .run = [options](const fs::path& folder, const RunControl&) { write_edges_maps(options, folder); },
-       .cost = kSmallCost.of()});
-  plan.join_cost = kSmallCost.of();
+       .run = [options](const fs::path& folder, const RunControl&) { write_edges_maps(options, folder); }});
   plan.join = [options, key = plan.key](const fs::path& folder, const RunControl&) {
     save_json(folder / "capture.json", edges_capture_json());
     save_json(folder / "truth/truth.json", edges_truth_json(options, key));

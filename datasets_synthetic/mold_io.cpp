@@ -7,7 +7,6 @@
 
 #include "datasets_synthetic/mold_light.h"
 #include "datasets_synthetic/project_io.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/json.h"
 #include "patinate/datasets/crackle.h"
@@ -211,9 +210,6 @@ Json mold_truth_json(const MoldOptions& o, const MoldRig& rig, const std::string
   return json;
 }
 
-/// Measured on 64 x 48 and 192 x 144 pixels and four lights: a step by pixel and light.
-constexpr CostModel kStepCost{0.8, 2.6e-6, 55.0}, kTruthCost{0.34, 4e-6, 52.0};
-
 }  // namespace
 
 JobPlan plan_mold(const MoldOptions& options, const fs::path& output) {
@@ -223,7 +219,6 @@ JobPlan plan_mold(const MoldOptions& options, const fs::path& output) {
   JobPlan plan = inputs.plan(output, "truth/truth.json");
   plan.parallel_items = false;
   const auto shared = std::make_shared<SharedMold>(checked);
-  const double pixels = static_cast<double>(checked.width) * checked.height;
   for (int step = 0; step < checked.num_steps; ++step) {
     JobItem item{.name = "step-" + digits(step), .outputs = {step_folder(step) / "scan.ply"}, .run = {}};
     for (int i = 0; i < checked.num_lights; ++i) {
@@ -234,15 +229,12 @@ JobPlan plan_mold(const MoldOptions& options, const fs::path& output) {
     item.run = [shared, step](const fs::path& folder, const RunControl& control) {
       run_step(*shared, step, folder, control);
     };
-    item.cost = kStepCost.of(pixels * checked.num_lights);
     plan.items.push_back(std::move(item));
   }
   plan.items.push_back(
       {.name = "truth",
        .outputs = truth_files(checked),
-       .run = [shared](const fs::path& folder, const RunControl& control) { run_truth(*shared, folder, control); },
-       .cost = kTruthCost.of(pixels)});
-  plan.join_cost = kSmallCost.of();
+       .run = [shared](const fs::path& folder, const RunControl& control) { run_truth(*shared, folder, control); }});
   plan.join = [shared, key = plan.key](const fs::path& folder, const RunControl&) {
     save_json(folder / "capture.json", mold_capture_json(shared->options, shared->rig));
     save_json(folder / "truth/truth.json", mold_truth_json(shared->options, shared->rig, key));

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "libcommon/core/files.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"
@@ -21,13 +20,12 @@ using MakeFiles = std::function<void(const fs::path& folder, const RunControl& c
 /// One item that makes all files, and `KIND.json` with `about` and the key.
 template <class Options>
 JobPlan plan_object(const std::string& kind, std::int64_t version, const Options& options, const fs::path& output,
-                    std::vector<fs::path> files, MakeFiles make, Json about, const JobCost& cost = kSmallCost.of()) {
+                    std::vector<fs::path> files, MakeFiles make, Json about) {
   check_ranges(options);
   JobInputs inputs("synth " + kind, version);
   inputs.add_options(option_values(options));
   JobPlan plan = inputs.plan(output, kind + ".json");
-  plan.items.push_back({.name = "mesh", .outputs = std::move(files), .run = std::move(make), .cost = cost});
-  plan.join_cost = kSmallCost.of();
+  plan.items.push_back({.name = "mesh", .outputs = std::move(files), .run = std::move(make)});
   about["mesh"] = "mesh.obj";
   about["unit"] = "mm";
   about["key"] = plan.key;

@@ -6,7 +6,6 @@
 
 #include "datasets_synthetic/project_io.h"
 #include "libcommon/geometry/light_io.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/json.h"
 
@@ -57,9 +56,6 @@ Json plate_truth_json(const PlateOptions& o, const std::string& key) {
   return json;
 }
 
-/// Measured on 96 and 384 pixels.
-constexpr CostModel kPlateFrameCost{0.03, 2.0e-6, 23.0, 45.0};
-
 }  // namespace
 
 JobPlan plan_plate(const PlateOptions& options, const fs::path& output) {
@@ -67,16 +63,14 @@ JobPlan plan_plate(const PlateOptions& options, const fs::path& output) {
   JobInputs inputs("synth plate", 1);
   inputs.add_options(option_values(options));
   JobPlan plan = inputs.plan(output, "truth/truth.json");
-  const JobCost cost = kPlateFrameCost.of(static_cast<double>(options.size) * options.size);
   for (int i = 0; i < options.num_frames; ++i) {
     plan.items.push_back(
         {.name = "frame-" + digits(i),
          .outputs = {photo_file(i), truth_file("albedo", i), truth_file("patina", i), truth_file("specular", i)},
-         .run = [plate, i](const fs::path& folder,
-                           const RunControl& control) { write_plate_frame(*plate, i, folder, control); },
-         .cost = cost});
+         .run = [plate, i](const fs::path& folder, const RunControl& control) {
+           write_plate_frame(*plate, i, folder, control);
+         }});
   }
-  plan.join_cost = kSmallCost.of();
   plan.join = [plate, key = plan.key](const fs::path& folder, const RunControl&) {
     save_json(folder / "capture.json", plate_capture_json(*plate));
     save_json(folder / "truth/truth.json", plate_truth_json(plate->options(), key));

@@ -18,7 +18,6 @@ void bind_transfer(pybind11::module_& module);
 void bind_transfer_folder(pybind11::module_& module);
 void bind_render(pybind11::module_& module);
 void bind_export(pybind11::module_& module);
-void bind_contact_strip(pybind11::module_& module);
 void bind_simulation(pybind11::module_& module);
 void bind_recompose(pybind11::module_& module);
 void bind_compare(pybind11::module_& module);
@@ -32,6 +31,7 @@ void bind_relief(pybind11::module_& module);
 void bind_unlight(pybind11::module_& module);
 void bind_thickness(pybind11::module_& module);
 void bind_calibrate(pybind11::module_& module);
+void bind_study(pybind11::module_& module);
 void bind_synth(pybind11::module_& module);
 void bind_library(pybind11::module_& module);
 

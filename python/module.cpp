@@ -48,7 +48,6 @@ PYBIND11_MODULE(_native, module) {
   bind_transfer_folder(module);
   bind_render(module);
   bind_export(module);
-  bind_contact_strip(module);
   bind_simulation(module);
   bind_recompose(module);
   bind_compare(module);
@@ -64,7 +63,8 @@ PYBIND11_MODULE(_native, module) {
   bind_calibrate(module);
   bind_synth(module);
   bind_library(module);
-  module.def("stubs", [] { return stubs(); });
+  bind_study(module);
+  module.def("_stubs", [] { return stubs(); });
   // What is left of a call that Ctrl-C ended: its files are closed before the program ends.
   pybind11::module_::import("atexit").attr("register")(pybind11::cpp_function(&finish_left_work));
 }

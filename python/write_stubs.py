@@ -14,4 +14,4 @@ import numpy.typing as npt
 __version__: str
 
 '''
-pathlib.Path(sys.argv[1], "__init__.pyi").write_text(HEAD + patinate._native.stubs())
+pathlib.Path(sys.argv[1], "__init__.pyi").write_text(HEAD + patinate._native._stubs())

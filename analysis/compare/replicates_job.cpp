@@ -14,7 +14,6 @@
 #include "analysis/report/report_page.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/output/contact_strip.h"
 #include "patinate/core/error.h"
@@ -28,11 +27,6 @@ namespace {
 constexpr std::int64_t kReplicatesVersion = 4;  ///< Raised when the same input gives other figures.
 constexpr std::size_t kStackBytes = std::size_t{1} << 30;
 constexpr int kReplicateSide = 160, kPictureColumns = 6;
-
-/// Pixels of both surfaces as they are compared, at all times; of all surfaces at one. Measured in November 2026 on
-/// histories of 128 x 96, 256 x 192 and 512 x 384 at three and eight times (docs/scaling.md).
-constexpr CostModel kPairCost{0.06, 2.1e-6, 25.0, 70.0}, kLookCost{0.04, 1.2e-7, 25.0, 6.0};
-constexpr double kReadSurface_seconds = 1.7e-7;  ///< Of a surface as it is stored, at all times.
 
 const fs::path kLookFile = fs::path(kJobWorkFolder) / "look.json";
 
@@ -48,9 +42,6 @@ struct Replicates {
   [[nodiscard]] bool is_a(std::size_t k) const { return k < task.a.size(); }
   [[nodiscard]] int size_of(std::size_t k) const { return is_a(k) ? sizes.a : sizes.b; }
   [[nodiscard]] TimeUnit time_unit() const { return files.front().series.facts().time_unit; }
-  [[nodiscard]] double num_pixels(std::size_t k) const {
-    return static_cast<double>(files[k].series.width()) * files[k].series.height();
-  }
 };
 
 /// Surfaces in memory, as many as fit.
@@ -161,29 +152,10 @@ std::string pair_key(const Replicates& all, std::size_t i, std::size_t j) {
   return hash.hex();
 }
 
-JobCost pair_cost(const Replicates& all, std::size_t i, std::size_t j) {
-  const auto num_times = static_cast<double>(all.times.clock.size());
-  double compared = 0.0, read = 0.0;
-  for (const std::size_t k : {i, j}) {
-    const TextureSeries& s = all.files[k].series;
-    const double scale =
-        all.size_of(k) == 0 ? 1.0 : std::min(1.0, double{1} * all.size_of(k) / std::max(s.width(), s.height()));
-    read += all.num_pixels(k) * num_times;
-    compared += scale * scale * all.num_pixels(k) * num_times;
-  }
-  JobCost cost = kPairCost.of(compared);
-  cost.core_seconds += kReadSurface_seconds * read;
-  return cost;
-}
-
 JobItem pair_item(const std::shared_ptr<const Replicates>& all, const std::shared_ptr<LoadedStacks>& stacks,
                   std::size_t i, std::size_t j) {
   const std::string name = pair_name(*all, i, j);
-  JobItem item{.name = name,
-               .outputs = {pair_file(name)},
-               .run = {},
-               .key = pair_key(*all, i, j),
-               .cost = pair_cost(*all, i, j)};
+  JobItem item{.name = name, .outputs = {pair_file(name)}, .run = {}, .key = pair_key(*all, i, j)};
   item.run = [all, stacks, name, pair = ordered(*all, i, j)](const fs::path& folder, const RunControl& control) {
     const auto [one, other] = pair;
     ColorStack a = stacks->stack(*all, one, control.part(0.0, 0.2)),
@@ -217,17 +189,13 @@ Section looks(const Replicates& all, const RunControl& control) {
 }
 
 JobItem look_item(const std::shared_ptr<const Replicates>& all) {
-  double pixels = 0.0;
-  for (std::size_t k = 0; k < all->count(); ++k) pixels += all->num_pixels(k);
   return {.name = "look",
           .outputs = part_files(kLookFile),
-          .run =
-              [all](const fs::path& folder, const RunControl& control) {
-                Section section = looks(*all, control);
-                embed_pictures(section.pictures, folder / kJobWorkFolder / "look.png");
-                save_part(folder / kLookFile, section_json(section));
-              },
-          .cost = kLookCost.of(pixels)};
+          .run = [all](const fs::path& folder, const RunControl& control) {
+            Section section = looks(*all, control);
+            embed_pictures(section.pictures, folder / kJobWorkFolder / "look.png");
+            save_part(folder / kLookFile, section_json(section));
+          }};
 }
 
 JobInputs replicates_inputs(const Replicates& all) {
@@ -257,7 +225,6 @@ JobPlan plan_replicates(ReplicatesTask task, const fs::path& output) {
     }
   }
   plan.items.push_back(look_item(all));
-  plan.join_cost = kSmallCost.of();
   plan.join = [all, files, key = plan.key](const fs::path& folder, const RunControl&) {
     std::vector<std::vector<PairDistance>> pairs;
     for (const fs::path& file : files) {

@@ -10,7 +10,6 @@
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/output/html_page.h"
 #include "patinate/core/error.h"
@@ -227,12 +226,10 @@ JobPlan plan_evaluation(EvaluationTask task, const fs::path& output) {
                                           map_json(evaluated_whole(shared->maps[i], *shared,
                                                                    folder / kJobWorkFolder / scratch, control)));
                               },
-                          .weight = has_tiles ? 10.0 : 1.0,
-                          .cost = shared->maps[i].cost});
+                          .weight = has_tiles ? 10.0 : 1.0});
   }
   std::stable_sort(plan.items.begin(), plan.items.end(),
                    [](const JobItem& a, const JobItem& b) { return a.stage < b.stage; });
-  plan.join_cost = CostModel{.seconds = 0.1}.of();
   plan.join = [shared, key = plan.key](const fs::path& folder, const RunControl&) {
     std::vector<EvaluatedMap> maps;
     for (std::size_t i = 0; i < shared->maps.size(); ++i)

@@ -52,8 +52,7 @@ struct TilesToEvaluate {
   std::function<OpenedTiles(std::shared_ptr<const TexelMap> surface, const std::filesystem::path& folder,
                             const RunControl& control)>
       open;
-  std::int64_t source_bytes = 0;                                    ///< About what the opened source takes.
-  JobCost survey_cost = {}, measure_cost = {}, conclude_cost = {};  ///< Of an item of a tile; of the last one.
+  std::int64_t source_bytes = 0;  ///< About what the opened source takes.
 };
 
 /// One map that is opened when its turn comes.
@@ -63,7 +62,6 @@ struct EvaluationItem {
   std::string key;    ///< Of all that it depends on.
   std::function<MapToEvaluate(const RunControl& control)> open;
   std::optional<TilesToEvaluate> tiles = {};  ///< Instead of `open`, where there are several.
-  JobCost cost = {};                          ///< Without `tiles`.
 };
 
 struct EvaluationTask {

@@ -131,8 +131,7 @@ void add_tile_items(
                                 work->survey(tile, folder, control.silent());
                                 control.report(1.0);
                               },
-                          .stage = kSurvey,
-                          .cost = work->tiles().survey_cost});
+                          .stage = kSurvey});
     plan.items.push_back({.name = map + "-tile" + number,
                           .outputs = work->measure_files(tile),
                           .run =
@@ -141,8 +140,7 @@ void add_tile_items(
                                 control.report(1.0);
                               },
                           .stage = kMeasure,
-                          .weight = 10.0,
-                          .cost = work->tiles().measure_cost});
+                          .weight = 10.0});
   }
   plan.items.push_back({.name = map,
                         .outputs = std::move(outputs),
@@ -151,8 +149,7 @@ void add_tile_items(
                               conclude(folder, work->conclude(folder, control.silent()), control);
                               control.report(1.0);
                             },
-                        .stage = kConclude,
-                        .cost = work->tiles().conclude_cost});
+                        .stage = kConclude});
 }
 
 }  // namespace patinate::analysis

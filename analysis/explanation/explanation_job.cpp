@@ -8,7 +8,6 @@
 #include "analysis/explanation/surface_places.h"
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/core/text.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/controls/control_kinds.h"
 #include "patinate/core/error.h"
@@ -132,9 +131,6 @@ void join(const ExplanationTask& task, const std::string& key, const fs::path& f
       control.part(0.6, 1.0));
 }
 
-/// With default options, which look at a sample of the texels.
-constexpr CostModel kJoinCost{.seconds = 5.5, .megabytes = 128.0};
-
 }  // namespace
 
 JobPlan plan_explanation(ExplanationTask task, const fs::path& output) {
@@ -154,11 +150,9 @@ JobPlan plan_explanation(ExplanationTask task, const fs::path& output) {
                           .outputs = {values_file(i), facts_file(i)},
                           .run = [shared, i](const fs::path& folder,
                                              const RunControl& control) { make_item(*shared, i, folder, control); },
-                          .key = shared->controls[i].key,
-                          .cost = shared->controls[i].cost});
+                          .key = shared->controls[i].key});
   }
   plan.join_weight = 2.0;
-  plan.join_cost = kJoinCost.of();
   plan.join = [shared, key = plan.key](const fs::path& folder, const RunControl& control) {
     join(*shared, key, folder, control);
   };

@@ -37,7 +37,6 @@ struct ExplainingControl {
   std::function<ControlMap(const RunControl&)> make;
   std::vector<std::string> options = {};  ///< What any command needs beside the name: " --up 0,0,1".
   bool may_fail = false;                  ///< InvalidInput then makes it a skipped one with a reason, and not the end.
-  JobCost cost = {};                      ///< Of `make`.
 };
 
 struct ExplanationTask {

@@ -8,7 +8,6 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/analysis/texture_series.h"
 #include "patinate/core/error.h"
@@ -25,9 +24,6 @@ constexpr double kMaxSide = 65536;
 // For progress, in what the factors of one pixel take, as measured on 400 x 300 pixels at 40 times: the curve is sought
 // at a fixed number of places.
 constexpr double kCurveWeight = 1.5e6, kMapsWeight = 0.1, kFrameWeight = 0.1, kJoinWeight = 0.5;
-/// Measured on histories of 192 x 192 and 384 x 384 pixels with six frames; rows by pixel and frame.
-constexpr CostModel kCurveCost{0.03, 0.5}, kRowsCost{0.03, 1.5e-5, 25.0, 57.0}, kMapsCost{0.03, 4.6e-6, 25.0, 270.0},
-    kFrameCost{0.03, 1.1e-6, 25.0, 80.0}, kJoinCost{0.15, 3.9e-6, 30.0, 180.0};
 
 /// What curve and maps depend on: not the times that are asked for.
 JobInputs model_inputs(const FactorizationTask& task) {
@@ -57,23 +53,19 @@ JobPlan plan_factorization(FactorizationTask task, const fs::path& output) {
   plan.parallel_items = false;
   const double pixels = static_cast<double>(work->width()) * work->height(),
                models = static_cast<double>(work->num_models());
-  const auto num_given = static_cast<double>(
-      std::count_if(work->frames.begin(), work->frames.end(), [](const FactoredFrame& f) { return f.source >= 0; }));
   plan.items.push_back(
       {.name = "curve",
        .outputs = {work_file("curve.json")},
        .run = [work](const fs::path& folder, const RunControl& control) { make_curve(*work, folder, control); },
        .key = model_key,
-       .weight = kCurveWeight * models,
-       .cost = kCurveCost.of(models)});
+       .weight = kCurveWeight * models});
   if (work->looks_ahead()) {
     plan.items.push_back({.name = "forecast",
                           .outputs = {work_file("forecast.json")},
                           .run = [work](const fs::path& folder,
                                         const RunControl& control) { make_forecast_file(*work, folder, control); },
                           .key = model_key,
-                          .weight = kCurveWeight * models,
-                          .cost = kCurveCost.of(models)});
+                          .weight = kCurveWeight * models});
   }
   for (int band = 0; band < work->num_bands(); ++band) {
     const std::string name = "rows." + std::to_string(band);
@@ -83,8 +75,7 @@ JobPlan plan_factorization(FactorizationTask task, const fs::path& output) {
                                               const RunControl& control) { make_rows(*work, band, folder, control); },
                           .key = model_key,
                           .stage = 1,
-                          .weight = models * pixels / work->num_bands(),
-                          .cost = kRowsCost.of(models * pixels / work->num_bands() * num_given)});
+                          .weight = models * pixels / work->num_bands()});
   }
   plan.items.push_back({.name = "maps",
                         .outputs = map_outputs(*work),
@@ -92,8 +83,7 @@ JobPlan plan_factorization(FactorizationTask task, const fs::path& output) {
                         .key = model_key,
                         .stage = 2,
                         .weight = kMapsWeight * pixels,
-                        .optional_outputs = {rate_control_file(*work)},
-                        .cost = kMapsCost.of(pixels)});
+                        .optional_outputs = {rate_control_file(*work)}});
   for (int i = 0; i < static_cast<int>(work->frames.size()); ++i) {
     const FactoredFrame& frame = work->frames[static_cast<std::size_t>(i)];
     const std::string name = "frame." + std::to_string(i);
@@ -105,10 +95,8 @@ JobPlan plan_factorization(FactorizationTask task, const fs::path& output) {
          .run = [work, i](const fs::path& folder, const RunControl& control) { make_frame(*work, i, folder, control); },
          .key = frame_key(model_key, i, frame),
          .stage = 3,
-         .weight = kFrameWeight * pixels,
-         .cost = kFrameCost.of(pixels)});
+         .weight = kFrameWeight * pixels});
   }
-  plan.join_cost = kJoinCost.of(pixels);
   plan.join_weight = kJoinWeight * pixels;
   plan.join = [work](const fs::path& folder, const RunControl& control) {
     write_factorization(*work, folder, control);

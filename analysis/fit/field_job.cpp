@@ -13,7 +13,6 @@
 #include "analysis/fit/fit_outcome.h"
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/output/contact_strip.h"
 #include "libcommon/output/map_legend.h"
 #include "patinate/core/error.h"
@@ -26,9 +25,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::int64_t kFieldVersion = 1;  ///< Raised when the same input gives other fields or another report.
-constexpr CostModel kColorsCost{0.1, 2e-6, 40.0, 200.0}, kSolveCost{2.0, 0.0, 120.0, 0.0};
-constexpr int kMapSide = 360;    ///< Of a field on the page, px.
-constexpr int kShownSide = 200;  ///< Of a picture on the page, px.
+constexpr int kMapSide = 360;              ///< Of a field on the page, px.
+constexpr int kShownSide = 200;            ///< Of a picture on the page, px.
 
 /// Masks alone, for have_same_charts().
 ColorStack masked(const ImageU8& mask) {
@@ -86,10 +84,6 @@ void solve(FieldWork& work, const FieldStep& step, const fs::path& folder, const
 }
 
 void add_items(const std::shared_ptr<FieldWork>& work, JobPlan& plan) {
-  const SurfaceOutline& outline = work->task.outline;
-  JobCost colors =
-      kColorsCost.of(static_cast<double>(outline.width) * outline.height * static_cast<double>(outline.times.size()));
-  colors.core_seconds += work->task.aging_seconds;
   for (const FieldStep& step : work->steps) {
     for (int k = 0; k < work->num_levels(step); ++k) {
       plan.items.push_back(
@@ -97,15 +91,13 @@ void add_items(const std::shared_ptr<FieldWork>& work, JobPlan& plan) {
            .outputs = {FieldWork::colors_file(step, k)},
            .run = [work, step, k](const fs::path& folder,
                                   const RunControl& control) { save_colors(*work, step, k, folder, control); },
-           .stage = 2 * step.number,
-           .cost = colors});
+           .stage = 2 * step.number});
     }
     plan.items.push_back({.name = step.solve_name(),
                           .outputs = {FieldWork::field_file(step)},
                           .run = [work, step](const fs::path& folder,
                                               const RunControl& control) { solve(*work, step, folder, control); },
-                          .stage = 2 * step.number + 1,
-                          .cost = kSolveCost.of()});
+                          .stage = 2 * step.number + 1});
   }
 }
 
@@ -315,7 +307,6 @@ JobPlan plan_field(FieldTask task, const fs::path& output) {
   plan.join = [work, key = plan.key](const fs::path& folder, const RunControl& control) {
     join_field(*work, folder, key, control);
   };
-  plan.join_cost = kSolveCost.of();
   return plan;
 }
 

@@ -53,7 +53,6 @@ struct FieldTask {
   SurfaceOutline outline;                ///< Of the model.
   ImageU8 coverage = {};                 ///< 0 / 255: where the atlas shows the model's surface.
   AgeWithFields age;
-  double aging_seconds = 0.0;  ///< About what one takes, for plans.
   /// The model's own file with these maps, beside it in kFieldFolder. @param folder  The output's.
   std::function<void(const std::filesystem::path& folder, const std::vector<ImageF>& values)> write_model;
   FieldOptions options;

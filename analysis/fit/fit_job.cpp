@@ -10,7 +10,6 @@
 #include "analysis/fit/fit_search.h"
 #include "analysis/fit/fit_work.h"
 #include "libcommon/core/text.h"
-#include "libcommon/job/cost_model.h"
 #include "patinate/core/error.h"
 
 namespace patinate::analysis {
@@ -30,24 +29,9 @@ constexpr std::uint64_t kScanItems = 1u << 18;  ///< Random numbers of scans, ap
 constexpr std::uint64_t kMostScanPlaces = 64;
 constexpr double kNearTheLimit = 1.25;  ///< Of the objective that cannot be told from the best.
 
-/// What items take beside agings: measured on a ledge of 64 and 128 texels, three frames, by texel and frame.
-constexpr CostModel kEvaluationCost{0.03, 1.8e-6, 31.0, 180.0}, kJoinCost{0.45, 4e-6, 34.0, 220.0};
-constexpr double kAppearance_seconds = 2.5e-7;
-
-JobCost cost_of(const FitWork& work, const CostModel& model, int num_agings, int num_appearances) {
-  double seen = 0.0, aging_seconds = 0.0;
-  for (const FitCapture& c : work.task.captures) {
-    seen += static_cast<double>(c.outline.width) * c.outline.height * static_cast<double>(c.outline.times.size());
-    aging_seconds += c.aging_seconds;
-  }
-  JobCost cost = model.of(seen);
-  cost.core_seconds += num_agings * aging_seconds + kAppearance_seconds * seen * num_appearances;
-  return cost;
-}
-
 using MakeRecord = std::function<FitEvaluation(const fs::path& folder, const RunControl& control)>;
 
-JobItem record_item(const std::string& name, int stage, const std::string& key, MakeRecord make, const JobCost& cost) {
+JobItem record_item(const std::string& name, int stage, const std::string& key, MakeRecord make) {
   return {.name = name,
           .outputs = {fit_record_file(name)},
           .run =
@@ -55,8 +39,7 @@ JobItem record_item(const std::string& name, int stage, const std::string& key, 
                 save_json(folder / fit_record_file(name), evaluation_json(make(folder, control)));
               },
           .key = key,
-          .stage = stage,
-          .cost = cost};
+          .stage = stage};
 }
 
 FitEvaluation evaluate_candidate(const std::shared_ptr<FitWork>& work, const std::string& name, int generation, int k,
@@ -115,46 +98,36 @@ FitEvaluation scan_place(FitWork& work, const std::string& name, std::size_t i, 
   return evaluation;
 }
 
-int num_appearances(const FitWork& work) {
-  return work.appearance.empty() ? 1 : work.task.options.appearance_evaluations;
-}
-
 /// Items after the search: the best with other seeds, and then along every parameter.
 void add_scans(const std::shared_ptr<FitWork>& work, int seeds_stage, JobPlan& plan) {
   const int stage = seeds_stage + 1;
   const FitOptions& options = work->task.options;
   for (int s = 1; s <= options.seeds; ++s) {
     plan.items.push_back(record_item(
-        "seed-" + std::to_string(s), seeds_stage, "",
-        [work, s](const fs::path& folder, const RunControl& control) {
+        "seed-" + std::to_string(s), seeds_stage, "", [work, s](const fs::path& folder, const RunControl& control) {
           return draw_chance(work->ready(control), "seed-" + std::to_string(s), work->best(folder).values,
                              static_cast<std::uint64_t>(s), control);
-        },
-        cost_of(*work, kEvaluationCost, 2, 0)));
+        }));
   }
   for (const std::size_t i : work->aged) {
     for (int k = 0; k < options.scan; ++k) {
       const std::string name = "scan-" + std::to_string(i) + "-" + std::to_string(k);
-      plan.items.push_back(record_item(
-          name, stage, "",
-          [work, i, k, name](const fs::path& folder, const RunControl& control) {
+      plan.items.push_back(
+          record_item(name, stage, "", [work, i, k, name](const fs::path& folder, const RunControl& control) {
             return scan_place(*work, name, i, static_cast<std::size_t>(k), folder, control);
-          },
-          cost_of(*work, kEvaluationCost, 3, num_appearances(*work))));
+          }));
     }
   }
   if (work->appearance.empty() || options.scan == 0) return;
-  plan.items.push_back(record_item(
-      "scan-appearance", stage, "",
-      [work](const fs::path& folder, const RunControl& control) {
+  plan.items.push_back(
+      record_item("scan-appearance", stage, "", [work](const fs::path& folder, const RunControl& control) {
         std::vector<std::vector<double>> all;
         for (const std::size_t i : work->appearance) {
           for (std::vector<double>& values : work->scan_values(work->best(folder).values, i))
             all.push_back(std::move(values));
         }
         return evaluate_appearances(work->ready(control), "scan-appearance", all, 0, control);
-      },
-      cost_of(*work, kEvaluationCost, 1, options.scan * static_cast<int>(work->appearance.size()))));
+      }));
 }
 
 /// Says what is wrong with them before work starts.
@@ -275,34 +248,27 @@ JobPlan plan_fit(FitTask task, const fs::path& output) {
   }
   JobPlan plan = inputs.plan(output, kFitReportFile);
   const std::string search_key = search_inputs.key();
-  plan.items.push_back(record_item(
-      "initial", 0, search_key,
-      [work](const fs::path&, const RunControl& control) {
-        const int num_appearance = work->appearance.empty() ? 1
-                                   : work->aged.empty()     ? work->budget.evaluations
-                                                            : work->task.options.appearance_evaluations;
-        return evaluate(work->ready(control), "initial", work->start,
-                        {.num_appearance = num_appearance,
-                         .step = work->task.options.step,
-                         .starts = work->aged.empty() ? work->task.options.starts : 1,
-                         .item = 0},
-                        0, control);
-      },
-      cost_of(*work, kEvaluationCost, 1, work->aged.empty() ? work->budget.evaluations : num_appearances(*work))));
-  const JobCost cost = cost_of(*work, kEvaluationCost, 1, num_appearances(*work));
+  plan.items.push_back(record_item("initial", 0, search_key, [work](const fs::path&, const RunControl& control) {
+    const int num_appearance = work->appearance.empty() ? 1
+                               : work->aged.empty()     ? work->budget.evaluations
+                                                        : work->task.options.appearance_evaluations;
+    return evaluate(work->ready(control), "initial", work->start,
+                    {.num_appearance = num_appearance,
+                     .step = work->task.options.step,
+                     .starts = work->aged.empty() ? work->task.options.starts : 1,
+                     .item = 0},
+                    0, control);
+  }));
   for (int g = 0; g < work->num_generations(); ++g) {
     for (int k = 0; k < work->budget.population; ++k) {
       const std::string name = work->candidate_name(g, k);
-      plan.items.push_back(record_item(
-          name, 1 + g, search_key,
-          [work, name, g, k](const fs::path& folder, const RunControl& control) {
+      plan.items.push_back(
+          record_item(name, 1 + g, search_key, [work, name, g, k](const fs::path& folder, const RunControl& control) {
             return evaluate_candidate(work, name, g, k, folder, control);
-          },
-          cost));
+          }));
     }
   }
   add_scans(work, 1 + work->num_generations(), plan);
-  plan.join_cost = cost_of(*work, kJoinCost, 2, 2);
   plan.join = [work, key = plan.key](const fs::path& folder, const RunControl& control) {
     join_fit(*work, folder, key, control);
   };

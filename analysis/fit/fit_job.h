@@ -57,7 +57,6 @@ struct FitCapture {
   /// Takes the values of those parameters that all captures share or that are its own, in their order. Chance is to be
   /// another one in every capture.
   AgeWith age = {};
-  double aging_seconds = 0.0;  ///< About what one takes, for plans.
   /// The model's own file with these values, those that `age` takes. @param file  Name without extension.
   std::function<void(const std::filesystem::path& folder, const std::string& file, const std::vector<double>& values)>
       write_model = {};

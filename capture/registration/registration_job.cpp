@@ -12,7 +12,6 @@
 #include "capture/registration/surfels.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
@@ -165,10 +164,6 @@ JobPlan plan_registration(RegistrationTask task, const fs::path& output) {
   const JobInputs inputs = inputs_of(*shared, names);
   JobPlan plan = inputs.plan(output, "registration.json");
   plan.parallel_items = false;
-  double bytes = 0.0;  // Measured on scans of 0.25 and 2.3 MB.
-  for (const std::filesystem::path& file : shared->files)
-    bytes += static_cast<double>(std::filesystem::file_size(file));
-  plan.join_cost = CostModel{.seconds = 0.17, .unit_seconds = 9e-8, .megabytes = 52.0, .unit_bytes = 5.0}.of(bytes);
   plan.join = [shared, names, output, key = plan.key](const fs::path& folder, const RunControl& control) {
     const std::vector<PointCloud> scans = read_scans(*shared);
     const JointRegistration result =

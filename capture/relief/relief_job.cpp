@@ -9,7 +9,6 @@
 #include "capture/relief/relief_report.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
@@ -151,9 +150,6 @@ JobPlan plan_relief(ReliefTask task, const fs::path& output) {
   inputs.add_options(option_values(task.options));
   JobPlan plan = inputs.plan(output, kHistoryManifestFile);
   plan.parallel_items = false;
-  double bytes = 0.0;  // Measured on two scans of 0.25 and of 2.3 MB.
-  for (const PlacedScanFile& scan : task.scans) bytes += static_cast<double>(fs::file_size(scan.path));
-  plan.join_cost = CostModel{.seconds = 0.1, .unit_seconds = 5.5e-7, .megabytes = 52.0}.of(bytes);
   const auto shared = std::make_shared<const ReliefTask>(std::move(task));
   plan.join = [shared, key = plan.key](const fs::path& folder, const RunControl& control) {
     const std::vector<PointCloud> scans = read_scans(*shared);

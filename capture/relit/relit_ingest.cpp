@@ -11,7 +11,6 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/controls/accessibility.h"
 #include "patinate/core/error.h"
@@ -26,9 +25,6 @@ namespace {
 constexpr std::int64_t kStageVersion = 3;
 constexpr std::int64_t kRelitPageVersion = 1;  ///< The same for the page.
 constexpr double kStepWeight = 4.0;            ///< For progress: light is taken out more slowly than a scan is placed.
-/// Measured on three steps of 64 x 48 and of 192 x 144 pixels, four lights each, and scans of some thousand points:
-/// poses by step, a step by pixel and photograph.
-constexpr CostModel kReferenceCost{0.08, 2e-6, 35.0}, kPosesCost{0.03, 0.9, 40.0}, kStepCost{1.8, 2.2e-5, 37.0, 40.0};
 constexpr std::array<std::string_view, 2> kRelitPosesNames{"joint", "each"};
 constexpr const char* kAccessibility = "accessibility";
 
@@ -299,7 +295,6 @@ JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& optio
   plan.parallel_items = false;
   work->key = plan.key;
   const std::string common = common_key(*work);
-  const double pixels = static_cast<double>(project.width()) * project.height();
   ContentHash reference_key;
   reference_key.add("reference").add(common);
   for (const auto& [name, value] : option_values(options.scan)) reference_key.add(name).add(value);
@@ -307,8 +302,7 @@ JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& optio
       .name = "reference",
       .outputs = {relit_reference_file()},
       .run = [work](const fs::path& folder, const RunControl& control) { run_relit_reference(*work, folder, control); },
-      .key = reference_key.hex(),
-      .cost = kReferenceCost.of(pixels)};
+      .key = reference_key.hex()};
   if (project.has_shape()) {
     reference.outputs.push_back(relit_curvature_file());
     for (const char* name : {"position", "normal", "height", "texel_size"})
@@ -324,8 +318,7 @@ JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& optio
                                 const RunControl& control) { run_relit_joint_poses(*work, folder, control); },
                   .key = joint_key,
                   .stage = 1,
-                  .weight = static_cast<double>(joint.size()),
-                  .cost = kPosesCost.of(static_cast<double>(joint.size()))};
+                  .weight = static_cast<double>(joint.size())};
     for (const std::size_t i : joint) {
       if (i != project.reference) poses.outputs.push_back(relit_pose_file(i));
     }
@@ -341,8 +334,7 @@ JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& optio
                             .run = [work, i](const fs::path& folder,
                                              const RunControl& control) { run_relit_pose(*work, i, folder, control); },
                             .key = ContentHash().add("pose").add(common).add(own).hex(),
-                            .stage = 1,
-                            .cost = kPosesCost.of(1.0)});
+                            .stage = 1});
     }
     plan.items.push_back({.name = "step-" + name.string().substr(5),
                           .outputs = {relit_facts_file(i)},
@@ -351,10 +343,8 @@ JobPlan plan_relit_ingest(const RelitProject& project, const RelitOptions& optio
                           .key = ContentHash().add("step").add(common).add(own).hex(),
                           .stage = 2,
                           .weight = kStepWeight,
-                          .optional_outputs = relit_frame_outputs(*work, i),
-                          .cost = kStepCost.of(pixels * static_cast<double>(project.steps[i].photos.size()))});
+                          .optional_outputs = relit_frame_outputs(*work, i)});
   }
-  plan.join_cost = kSmallCost.of();
   plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
   return plan;
 }

@@ -20,12 +20,8 @@ namespace {
 
 constexpr std::int64_t kAlignVersion = 2;  ///< Raised whenever the same photographs give other transforms.
 
-/// By details, of all pixels of all photographs: six of 768 x 600, 16 of 512 x 400. Memory is a photograph's.
-JobCost align_cost(const CaptureProject& project) {
-  const double pixels = num_photo_pixels(project);
-  return {.core_seconds = 0.05 + 1.8e-6 * pixels,
-          .megabytes = 25.0 + 2.8e-4 * pixels / static_cast<double>(project.frames.size())};
-}
+/// For progress: core seconds by details, of all pixels of all photographs (six of 768 x 600, 16 of 512 x 400).
+double align_weight(const CaptureProject& project) { return 0.05 + 1.8e-6 * num_photo_pixels(project); }
 
 Json numbers_json(const Eigen::Matrix3d& h) {
   Json numbers = Json::array();
@@ -247,8 +243,7 @@ void add_alignment_item(std::vector<JobItem>& items, const std::shared_ptr<const
                        },
                    .key = alignment_key(*work),
                    .stage = 0,
-                   .weight = align_cost(work->project).core_seconds,
-                   .cost = align_cost(work->project)});
+                   .weight = align_weight(work->project)});
 }
 
 void add_alignment_inputs(JobInputs& inputs, const IngestWork& work) {

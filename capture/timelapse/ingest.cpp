@@ -23,7 +23,6 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/history/stated_history.h"
-#include "libcommon/job/cost_model.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
@@ -103,17 +102,10 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   control.report(1.0);
 }
 
-/// Measured in November 2026 on PNGs of 256 x 200 and 1024 x 800 (docs/scaling.md): decoding, linearizing, writing.
-JobCost frame_cost(const CaptureProject& project) {
-  const double pixels = static_cast<double>(project.width()) * project.height();
-  return {.core_seconds = 0.02 + 1.3e-7 * pixels, .megabytes = 26.0 + 3.3e-5 * pixels};
-}
 /// For progress, core seconds of a frame: of small ones forcing files to the disk takes longest (1,500 of 32 x 32
 /// pixels, two threads: 10 ms each, then 2.5 ms in the join); in the join of large ones masks, filling and controls.
 double frame_weight(const CaptureProject& project) { return 0.021 + 1.3e-7 * project.width() * project.height(); }
 double frame_join_weight(const CaptureProject& project) { return 0.005 + 1.5e-7 * project.width() * project.height(); }
-/// The join, which makes thickness of a backlight and the controls: on 192 x 192 and 384 x 384 pixels, six photographs.
-constexpr CostModel kJoinCost{0.55, 3.1e-6, 32.0, 70.0};
 
 JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
   const fs::path file = HistoryWriter::frame_file(index);
@@ -123,7 +115,6 @@ JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
                .key = ingest_frame_key(*work, static_cast<std::size_t>(index)),
                .stage = ingest_stages(*work).frames,
                .weight = frame_weight(work->project),
-               .cost = frame_cost(work->project),
                .inputs = {photo_name(work->project, work->project.frames[static_cast<std::size_t>(index)])}};
   if (has_validity(*work)) item.outputs.push_back(validity_file(index));
   if (may_be_clipped(work->project, work->project.frames[static_cast<std::size_t>(index)]))
@@ -211,7 +202,6 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   add_survey_items(plan.items, work);
   for (std::size_t i = 0; i < work->project.frames.size(); ++i)
     plan.items.push_back(frame_item(work, static_cast<int>(i)));
-  plan.join_cost = kJoinCost.of(static_cast<double>(work->project.width()) * work->project.height());
   plan.join_weight = frame_join_weight(work->project) * static_cast<double>(work->project.frames.size());
   plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
   return plan;

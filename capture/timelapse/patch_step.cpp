@@ -13,7 +13,6 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/job/cost_model.h"
 #include "patinate/core/error.h"
 
 namespace patinate::capture {
@@ -28,7 +27,6 @@ constexpr double kLeastPatchShown = 0.25;  ///< Of the patch.
 constexpr double kMostSaturated = 0.1;     ///< Of what is shown.
 constexpr double kMostResidual = 0.03;     ///< Relative: a just noticeable step of a gray card.
 using Color = std::array<double, 3>;
-constexpr CostModel kPatchCost{0.03, 7e-8, 25.0, 4.0};  ///< By pixel and photograph: six of 768 x 600, 16 of 512 x 400.
 
 /// What a photograph shows of the patch.
 struct PatchColor {
@@ -188,8 +186,7 @@ void add_patch_item(std::vector<JobItem>& items, const std::shared_ptr<const Ing
                        },
                    .key = patch_key(*work),
                    .stage = needs_alignment(*work) ? 1 : 0,
-                   .weight = kPatchCost.of(num_photo_pixels(work->project)).core_seconds,
-                   .cost = kPatchCost.of(num_photo_pixels(work->project))});
+                   .weight = 0.03 + 7e-8 * num_photo_pixels(work->project)});  // core seconds
 }
 
 std::string gain_key(const IngestWork& work, std::size_t index) {

@@ -53,12 +53,10 @@ std::string scan_item_key(const IngestWork& work) {
   return key.hex();
 }
 
-/// Pixels of 240 x 180 and 720 x 540, meshes of 4,608 and 80,000 triangles.
-JobCost scan_cost(const IngestWork& work) {
+/// For progress: core seconds.
+double scan_weight(const IngestWork& work) {
   const double pixels = static_cast<double>(work.project.width()) * work.project.height();
-  const auto triangles = static_cast<double>(work.scan_mesh->triangles.size());
-  return {.core_seconds = 0.12 + 1.1e-6 * pixels + 6e-6 * triangles,
-          .megabytes = 40.0 + 3e-5 * pixels + 4e-4 * triangles};
+  return 0.12 + 1.1e-6 * pixels + 6e-6 * static_cast<double>(work.scan_mesh->triangles.size());
 }
 
 void run_item(const IngestWork& work, const fs::path& folder, const RunControl& control) {
@@ -95,8 +93,7 @@ void add_scan_item(std::vector<JobItem>& items, const std::shared_ptr<const Inge
                .outputs = {kCurvatureFile, kScanFile},
                .run = {},
                .key = scan_item_key(*work),
-               .weight = scan_cost(*work).core_seconds,
-               .cost = scan_cost(*work)};
+               .weight = scan_weight(*work)};
   for (const char* name : kMaps) item.outputs.push_back(HistoryWriter::map_file(name));
   item.run = [work](const fs::path& folder, const RunControl& control) { run_item(*work, folder, control); };
   items.push_back(std::move(item));

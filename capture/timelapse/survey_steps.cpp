@@ -15,7 +15,6 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
-#include "libcommon/job/cost_model.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 
@@ -65,11 +64,7 @@ Json survey_chunk(const IngestWork& work, int chunk, const fs::path& folder, con
   return {{"pairs", std::move(pairs)}, {"looks", std::move(looks)}};
 }
 
-/// Measured on six photographs of 192 x 192 and of 384 x 384 pixels: by pixel and photograph.
-constexpr CostModel kChunkCost{0.3, 2.2e-7, 25.0, 13.0}, kSurveyCost{0.45, 5e-7, 25.0, 16.0},
-    kFlatFieldCost{0.03, 3e-7, 25.0, 5.0};
-
-/// For progress: core seconds inside of one process, which the costs above have a start of.
+/// For progress: core seconds inside of one process, measured on six photographs of 192 x 192 and of 384 x 384 pixels.
 double weight_of_pixels(double seconds, double pixel_seconds, double num_pixels) {
   return seconds + pixel_seconds * num_pixels;
 }
@@ -105,8 +100,7 @@ JobItem chunk_item(const std::shared_ptr<const IngestWork>& work, int chunk) {
               },
           .key = key.hex(),
           .stage = ingest_stages(*work).survey,
-          .weight = weight_of_pixels(0.06, 2.2e-7, num_surveyed(*work, end - begin)),
-          .cost = kChunkCost.of(num_surveyed(*work, end - begin))};
+          .weight = weight_of_pixels(0.06, 2.2e-7, num_surveyed(*work, end - begin))};
 }
 
 /// What the chunks say.
@@ -360,8 +354,7 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
                            control.report(1.0);
                          },
                      .stage = ingest_stages(*work).decisions,
-                     .weight = weight_of_pixels(0.02, 2e-8, num_surveyed(*work, num_frames_of(*work))),
-                     .cost = kSurveyCost.of(num_surveyed(*work, num_frames_of(*work)))});
+                     .weight = weight_of_pixels(0.02, 2e-8, num_surveyed(*work, num_frames_of(*work)))});
   }
   if (work->options.repair.flat_field.empty()) return;
   items.push_back({.name = "flat-field",
@@ -378,8 +371,7 @@ void add_survey_items(std::vector<JobItem>& items, const std::shared_ptr<const I
                          control.report(1.0);
                        },
                    .stage = ingest_stages(*work).decisions,
-                   .weight = weight_of_pixels(0.03, 3e-7, num_surveyed(*work, num_frames_of(*work))),
-                   .cost = kFlatFieldCost.of(num_surveyed(*work, num_frames_of(*work)))});
+                   .weight = weight_of_pixels(0.03, 3e-7, num_surveyed(*work, num_frames_of(*work)))});
 }
 
 std::string repair_frame_key(const IngestWork& work) {

@@ -10,7 +10,6 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/light_io.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/image/image_io.h"
 
@@ -146,10 +145,6 @@ JobInputs inputs_of(const UnlightStep& step, const UnlightOptions& options) {
   return inputs;
 }
 
-/// By pixel and photograph: what a step of a relit capture takes, measured on 64 x 48 and 192 x 144 pixels, four
-/// lights.
-constexpr CostModel kUnlightCost{1.8, 2.2e-5, 37.0, 40.0};
-
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> key_values(const UnlightOptions& options) {
@@ -173,9 +168,7 @@ JobPlan plan_unlight(const UnlightStep& step, const UnlightOptions& options, con
   item.run = [step, options](const fs::path& folder, const RunControl& control) {
     run_item(step, options, folder, control);
   };
-  item.cost = kUnlightCost.of(static_cast<double>(step.width) * step.height * static_cast<double>(step.photos.size()));
   plan.items.push_back(std::move(item));
-  plan.join_cost = kSmallCost.of();
   plan.join = [key = plan.key](const fs::path& folder, const RunControl&) {
     Json json = load_json(folder / kFactsFile);
     json["key"] = key;

@@ -6,10 +6,6 @@
 
 namespace patinate {
 
-static_assert(static_cast<int>(Between::Blend) == frame_kernel::kBlendFrames &&
-              static_cast<int>(Between::Hold) == frame_kernel::kHoldFrame &&
-              static_cast<int>(Between::Nearest) == frame_kernel::kNearestFrame);
-
 FrameLocator::FrameLocator(std::vector<double> times, Between between) : between_(between), times_(std::move(times)) {
   constexpr std::size_t kMostBins = 1 << 16;
   const std::size_t num_bins = std::min(kMostBins, 8 * times_.size());

@@ -3,22 +3,11 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
-#include <string_view>
 #include <vector>
 
-#include "libcommon/core/kernel_language.h"
 #include "patinate/history/history_sampling.h"
 
 namespace patinate {
-
-/// frame_locator.inl for C++; devices read the same text.
-namespace frame_kernel {
-using namespace kernel_types;
-#include "libcommon/history/frame_locator.inl"
-}  // namespace frame_kernel
-/// The text of frame_locator.inl.
-extern const std::string_view kFrameKernel;
 
 /// locate() for millions of times: equal to it to the bit, in about the time of two memory reads. Immutable.
 class FrameLocator {
@@ -28,18 +17,22 @@ class FrameLocator {
   /// @param time  Not NaN (which gives the last frame). @param hint  A frame that it may lie after, as the one of a
   /// neighbor: any index.
   [[nodiscard]] TimePosition operator()(double time, int hint = 0) const {
-    const frame_kernel::FrameTimes frames = tables();
-    const frame_kernel::FramePosition at = frame_kernel::locate_frame(&frames, time, hint);
-    return {at.index, at.fraction};
-  }
-  /// What locate_frame() reads; good as long as this.
-  [[nodiscard]] frame_kernel::FrameTimes tables() const {
-    return {.times = times_.data(),
-            .first = first_.data(),
-            .bins_per_time = bins_per_time_,
-            .num_times = static_cast<std::int32_t>(times_.size()),
-            .num_bins = static_cast<std::int32_t>(first_.size()),
-            .between = static_cast<std::int32_t>(between_)};
+    const std::vector<double>& times = times_;
+    const auto at = [&](int frame) { return times[static_cast<std::size_t>(frame)]; };
+    const int last = static_cast<int>(times.size()) - 1;
+    int index = hint;
+    if (!(hint < last && at(hint) <= time && time < at(hint + 1))) {
+      index = time <= times.front() ? 0 : last;
+      if (time <= times.front() || !(time < times.back())) return {index, 0.0};
+      const auto bin = static_cast<std::size_t>((time - times.front()) * bins_per_time_);
+      index =
+          first_[bin < first_.size() ? bin : first_.size() - 1];  // Rounding may put it into the bin beside its own.
+      while (at(index) > time) --index;
+      while (at(index + 1) <= time) ++index;
+    }
+    const double fraction = (time - at(index)) / (at(index + 1) - at(index));
+    if (between_ == Between::Nearest && fraction >= 0.5) ++index;
+    return {index, between_ == Between::Blend ? fraction : 0.0};
   }
 
  private:

@@ -17,12 +17,6 @@ namespace patinate {
 /// Outputs of an item below this folder serve later items and resumed runs only; they are not in the finished output.
 inline constexpr const char* kJobWorkFolder = ".job/work";
 
-/// What a piece of work takes, roughly: for asking a cluster for it. 0 = not known.
-struct JobCost {
-  double core_seconds = 0.0;  ///< Of the machine that docs/scaling.md tells of.
-  double megabytes = 0.0;     ///< At most at a time, 10^6 bytes.
-};
-
 /// One piece of work, independent of the others.
 struct JobItem {
   std::string name;  ///< Unique in the plan; [A-Za-z0-9._-].
@@ -39,7 +33,6 @@ struct JobItem {
   /// Files that it makes where there is something to write. What it writes is declared in one of the two lists, or the
   /// job fails: a resumed run removes what nobody declares.
   std::vector<std::filesystem::path> optional_outputs = {};
-  JobCost cost = {};
   std::vector<std::string> inputs = {};  ///< Names of JobPlan::depends_on that it reads; empty: it may read any.
 };
 
@@ -65,7 +58,6 @@ struct JobPlan {
   /// Called last, after every item, with the folder: writes the manifest (with the key).
   std::function<void(const std::filesystem::path& folder, const RunControl& control)> join;
   double join_weight = 1.0;  ///< Of `join`, as JobItem::weight.
-  JobCost join_cost = {};
 };
 
 enum class JobStatus { Done, UpToDate };

@@ -142,9 +142,4 @@ JobReport explain_output_files(const std::vector<OutputFile>& files, const std::
   return report;
 }
 
-JobReport explain_output_file(const fs::path& output, const std::string& existing_key, const std::string& key,
-                              const JobOptions& options) {
-  return explain_output_files({{.path = output, .existing_key = existing_key}}, key, options);
-}
-
 }  // namespace patinate

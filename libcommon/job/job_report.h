@@ -55,8 +55,5 @@ struct JobReport {
 /// What check_output_files() would lead to. @throws as it does, but for a need of `force`.
 [[nodiscard]] JobReport explain_output_files(const std::vector<OutputFile>& files, const std::string& key,
                                              const JobOptions& options);
-/// What check_output_file() would lead to. @throws as it does, but for a need of `force`.
-[[nodiscard]] JobReport explain_output_file(const std::filesystem::path& output, const std::string& existing_key,
-                                            const std::string& key, const JobOptions& options);
 
 }  // namespace patinate

@@ -15,7 +15,6 @@
 #include "libcommon/core/regular_file.h"
 #include "libcommon/output/glb_binary.h"
 #include "libcommon/output/glb_document.h"
-#include "libcommon/output/glb_plants.h"
 #include "libcommon/output/glb_tangents.h"
 #include "libcommon/output/model_origin.h"
 #include "patinate/core/error.h"
@@ -158,13 +157,6 @@ void check_glb(const Mesh& mesh, const GlbTiles& tiles, const std::vector<GlbApp
     throw InvalidInput("glb: every triangle needs an object");
   if (std::set<std::string>(objects.names.begin(), objects.names.end()).size() != objects.names.size())
     throw InvalidInput("glb: two objects have one name");
-  const auto is_shown = [&](const GlbPlant& plant) {
-    return plant.first_variant >= 0 && plant.first_variant <= plant.last_variant &&
-           plant.last_variant < static_cast<int>(variants.size()) && plant.size > 0.0 && std::isfinite(plant.size) &&
-           plant.root.allFinite() && plant.up.allFinite() && plant.color.allFinite() && std::isfinite(plant.turn);
-  };
-  if (!std::all_of(options.plants.begin(), options.plants.end(), is_shown))
-    throw InvalidInput("glb: a plant has no place, no size, or shows in a variant that is not there");
   if (!(options.meters_per_unit > 0.0)) throw InvalidInput("glb: meters_per_unit must be > 0");
   if (!(options.roughness >= 0.0 && options.roughness <= 1.0)) throw InvalidInput("glb: roughness must be in [0, 1]");
 }
@@ -361,7 +353,6 @@ void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTil
          {"primitives", make_primitives(accessors[i], appearance.size(), numbers[i] * tiles.names.size(),
                                         names.size() * tiles.names.size())}});
   }
-  add_glb_plants(gltf, binary, options, origin, static_cast<int>(appearance.size()));
   write_file(path, gltf, binary);
   control.report(1.0);
 }

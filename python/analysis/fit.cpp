@@ -278,38 +278,6 @@ void bind_fit(py::module_& module) {
   const char* const result =
       "values (by name), objective (the least), is_converged, evaluations (what was tried: values and objective, in "
       "order)";
-  define(module,
-         FunctionText("minimize",
-                      "The least value of a costly, noisy function of bounded numbers without derivative, by CMA-ES.")
-             .takes("function", "Callable[[dict[str, float]], float]",
-                    "Of a dict of values by name; infinity where it is undefined")
-             .takes("vary", "Mapping[str, tuple[float, float] | tuple[float, float, str]]",
-                    "By name: (low, high) or (low, high, 'log')")
-             .keyword("start", "Mapping[str, float] | None", "None", "Within the ranges; None: their middles")
-             .options<FitKeywords>()
-             .runs()
-             .returns("dict[str, Any]", result)
-             .raises("InvalidInput; what the function raises"),
-         [](const py::object& function, const py::object& vary, const py::kwargs& kwargs) {
-           Keywords words("minimize", kwargs);
-           FitKeywords keywords;
-           words.read(keywords);
-           const py::object start = words.object("start");
-           const RunArguments run = words.run();
-           words.finish();
-           std::vector<analysis::FitParameter> parameters;
-           for (analysis::FitRange& range : ranges_from("minimize", vary)) {
-             analysis::FitParameter& p = parameters.emplace_back(analysis::FitParameter{.range = std::move(range)});
-             p.start = value_at(p, 0.5);
-             if (!start.is_none() && py::cast<py::dict>(start).contains(p.range.name))
-               p.start = py::cast<double>(start[p.range.name.c_str()]);
-             if (!(p.start >= p.range.low && p.start <= p.range.high))
-               throw InvalidInput("start[" + p.range.name + "]: lies outside its range");
-           }
-           return minimized(parameters, keywords, run, [&](const std::vector<double>& values, const RunControl&) {
-             return asked(function, [&] { return py::object(values_of(parameters, values)); });
-           });
-         });
   define(
       module,
       FunctionText(

@@ -17,13 +17,11 @@ namespace {
 struct ExportKeywords {
   cli::SequenceFormat format = {};
   MovieOptions movie = {};
-  cli::GlbPlantOptions plants = {};
   cli::ModelAxis axis = {};
 };
 void describe(OptionVisitor& v, ExportKeywords& o) {
   describe(v, o.format);
   describe(v, o.movie);
-  describe(v, o.plants);
   describe(v, o.axis);
 }
 
@@ -69,7 +67,6 @@ void bind_export(py::module_& module) {
                          .times = times_from(keywords),
                          .format = options.format,
                          .movie = options.movie,
-                         .plants = options.plants,
                          .axis = options.axis,
                          .devices = {}};
     const DeviceKeyword device(keywords);

@@ -91,34 +91,60 @@ cli::RenderTask task_from(Keywords& keywords) {
 }
 
 /// What is in memory, or the path of what is not.
-void set_subject(const py::object& subject, const cli::OutputDevices& devices, cli::RenderTask& task) {
+void set_subject(const py::object& subject, cli::RenderTask& task) {
   if (py::isinstance<PyAged>(subject)) {
-    task.mesh =
-        std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyAged&>(subject).value, devices));
+    task.mesh = std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyAged&>(subject).value));
   } else if (py::isinstance<PyTransfer>(subject)) {
-    task.mesh =
-        std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyTransfer&>(subject).value, devices));
+    task.mesh = std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyTransfer&>(subject).value));
   } else {
     task.subject = path_from(subject);
   }
 }
 
-void define_render(py::module_& module) {
+/// The picture as an array.
+py::object picture_of(cli::RenderTask task, const py::object& subject, const RunArguments& run) {
+  set_subject(subject, task);
+  return array_of(result_of(run, [=](const RunControl& control) mutable {
+    if (!task.mesh) task.subject = cli::library_place(task.subject);
+    return cli::render_work(std::move(task)).picture(control);
+  }));
+}
+
+void write_picture(cli::RenderTask task, const py::object& subject, const py::object& output, bool force,
+                   const RunArguments& run) {
+  task.subject = path_from(subject);
+  task.output = path_from(output);
+  if (task.output.empty()) throw InvalidInput("output: is empty; expected the name of a picture or movie");
+  run_interruptibly(run, [=](const RunControl& control) mutable {
+    task.subject = cli::library_place(task.subject);
+    cli::make_output(cli::render_work(std::move(task)), force, control);
+  });
+}
+
+}  // namespace
+
+void bind_render(py::module_& module) {
   FunctionText text("render",
-                    "Writes a picture or movie of what ages: what `patinate render` writes. What is up to date stays "
-                    "as it is.");
-  text.takes("subject", "str | os.PathLike[str]", "A transfer, a simulation, a history, or a mesh with a texture")
-      .takes("output", "str | os.PathLike[str]",
+                    "A picture of what ages: what `patinate render` writes, to a file, or without one as an array. A "
+                    "file that is up to date stays as it is.");
+  text.takes("subject", "AgedMesh | Transfer | str | os.PathLike[str]",
+             "The path of a transfer, a simulation, a history, or a mesh with a texture; for an array also what "
+             "transfer() gave, of which color is shown, or read_transfer()")
+      .takes("output", "str | os.PathLike[str] | None",
              "Image to make: .png, .jpg, .tif or .exr; of a transfer or simulation also a movie (.mp4, .webm, .gif) or "
-             "images aged_%04d.png");
+             "images aged_%04d.png; None: an array is returned",
+             "None");
   say_subject(text);
   text.keyword("force", "bool", "False", "Replace something different that lies there")
       .options<MovieKeywords>()
       .runs()
+      .returns(
+          "npt.NDArray[np.float32] | None",
+          "Without output H x W x 3, linear, of one view or a strip with labels; srgb_from_linear() makes codes of it")
       .raises(
           "IoError if a file cannot be read; InvalidInput if what is asked for does not go together; "
           "CannotComplete");
-  define(module, text, [](const py::object& subject, const py::object& output, const py::kwargs& kwargs) {
+  const auto render = [](const py::object& subject, const py::object& output, const py::kwargs& kwargs) {
     Keywords keywords("render", kwargs);
     cli::RenderTask task = task_from(keywords);
     MovieKeywords options;
@@ -129,52 +155,17 @@ void define_render(py::module_& module) {
     const bool force = keywords.flag("force", false);
     const RunArguments run = keywords.run();
     keywords.finish();
-    task.subject = path_from(subject);
-    task.output = path_from(output);
-    if (task.output.empty()) throw InvalidInput("output: is empty; expected the name of a picture or movie");
-    run_interruptibly(run, [=](const RunControl& control) mutable {
-      task.subject = cli::library_place(task.subject);
-      task.devices = cli::output_devices(device.options(), device.words());
-      cli::make_output(cli::render_work(std::move(task)), force, control);
-    });
-    device.warn();
-  });
-}
-
-void define_render_picture(py::module_& module) {
-  FunctionText text("render_picture",
-                    "The picture that render() would write, as an array: one view, or a strip with labels of several "
-                    "times or views.");
-  text.takes(
-      "subject", "AgedMesh | Transfer | str | os.PathLike[str]",
-      "What transfer() gave, of which color is shown, or read_transfer(); or the path of a transfer, a simulation, a "
-      "history, or a mesh with a texture");
-  say_subject(text);
-  text.runs()
-      .returns("npt.NDArray[np.float32]", "H x W x 3, linear; srgb_from_linear() makes codes of it")
-      .raises("IoError if a file cannot be read; InvalidInput if what is asked for does not go together");
-  define(module, text, [](const py::object& subject, const py::kwargs& kwargs) {
-    Keywords keywords("render_picture", kwargs);
-    cli::RenderTask task = task_from(keywords);
-    const DeviceKeyword device(keywords);
-    const RunArguments run = keywords.run();
-    keywords.finish();
     task.devices = cli::output_devices(device.options(), device.words());
-    set_subject(subject, task.devices, task);
-    ImageF picture = result_of(run, [=](const RunControl& control) mutable {
-      if (!task.mesh) task.subject = cli::library_place(task.subject);
-      return cli::render_work(std::move(task)).picture(control);
-    });
+    py::object picture = py::none();
+    if (output.is_none())
+      picture = picture_of(std::move(task), subject, run);
+    else
+      write_picture(std::move(task), subject, output, force, run);
     device.warn();
-    return array_of(std::move(picture));
-  });
-}
-
-}  // namespace
-
-void bind_render(py::module_& module) {
-  define_render(module);
-  define_render_picture(module);
+    return picture;
+  };
+  add_stub(text.stub());
+  module.def("render", render, text.docstring().c_str(), py::arg("subject"), py::arg("output") = py::none());
 }
 
 }  // namespace patinate::python

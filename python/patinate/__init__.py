@@ -14,4 +14,4 @@ from . import _native
 from ._native import *  # noqa: F403
 from ._native import __version__  # noqa: F401
 
-__all__ = [name for name in dir(_native) if not name.startswith("_") and name != "stubs"]
+__all__ = [name for name in dir(_native) if not name.startswith("_")]

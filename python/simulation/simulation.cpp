@@ -317,13 +317,6 @@ void define_pictures(SimulationClass& type) {
       [](PySimulation& s) {
         return array_of(s.alone({}, [](Simulation& running, const RunControl&) { return running.coverage(); }));
       });
-  define_method(type,
-                FunctionText("dirty_since", "Tiles of 8 x 8 texels whose amounts changed in an iteration or later.")
-                    .takes("iteration", "int", ">= 0")
-                    .returns("npt.NDArray[np.uint32]", "Their numbers, in order"),
-                [](PySimulation& s, std::int64_t iteration) {
-                  return array_of(s.look([&](Simulation& running) { return running.dirty_since(iteration); }));
-                });
 }
 
 void define_facts(SimulationClass& type) {
@@ -379,14 +372,6 @@ void define_facts(SimulationClass& type) {
         }
         return out;
       });
-  define_method(type,
-                FunctionText("audit", "Compares the ledger with a sum over all texels and gammatons (slow).")
-                    .runs()
-                    .returns("str", "What is wrong; '' if nothing"),
-                [](PySimulation& s, const py::kwargs& kwargs) {
-                  return s.alone(run_of("audit", kwargs),
-                                 [](Simulation& running, const RunControl& control) { return running.audit(control); });
-                });
 }
 
 }  // namespace

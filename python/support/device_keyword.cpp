@@ -26,10 +26,6 @@ cli::DeviceWords DeviceKeyword::words() const {
           .decided = ignore};
 }
 
-std::shared_ptr<const transfer::LookupDevice> DeviceKeyword::open_lookups() const {
-  return cli::open_lookup_device(options_, words());
-}
-
 void DeviceKeyword::warn() const {
   std::vector<std::string> texts;
   {

@@ -19,8 +19,6 @@ class DeviceKeyword {
   [[nodiscard]] const device::DeviceOptions& options() const { return options_; }
   /// For those that open it, on any thread.
   [[nodiscard]] cli::DeviceWords words() const;
-  /// As open_lookup_device() of what is asked for.
-  [[nodiscard]] std::shared_ptr<const transfer::LookupDevice> open_lookups() const;
   /// Says what was noted since, with the interpreter's lock. @throws what the filter of warnings makes of it
   void warn() const;
 

@@ -91,8 +91,8 @@ void begin_class_stub(const std::string& name, const std::string& doc) {
   add_stub("class " + name + ":\n    \"\"\"" + doc + "\"\"\"\n");
 }
 
-FunctionText& FunctionText::takes(std::string name, std::string type, std::string help) {
-  positional_.push_back({std::move(name), std::move(type), std::move(help), ""});
+FunctionText& FunctionText::takes(std::string name, std::string type, std::string help, std::string default_value) {
+  positional_.push_back({std::move(name), std::move(type), std::move(help), std::move(default_value)});
   return *this;
 }
 
@@ -128,7 +128,7 @@ std::string FunctionText::docstring() const {
   std::string signature = is_method_ ? "$self" : "", body;
   const auto more = [&](const std::string& text) { signature += (signature.empty() ? "" : ", ") + text; };
   for (const ParameterText& p : positional_) {
-    more(p.name);
+    more(p.name + (p.default_value.empty() ? "" : "=" + p.default_value));
     body += entry(p);
   }
   if (!keywords_.empty()) {
@@ -151,7 +151,7 @@ std::string FunctionText::stub() const {
   const std::string indent = is_method_ ? "    " : "";
   std::string list = is_method_ ? "self" : "";
   const auto more = [&](const std::string& text) { list += (list.empty() ? "" : ", ") + text; };
-  for (const ParameterText& p : positional_) more(p.name + ": " + p.type);
+  for (const ParameterText& p : positional_) more(p.name + ": " + p.type + (p.default_value.empty() ? "" : " = ..."));
   if (!keywords_.empty()) more("*");
   for (const ParameterText& p : keywords_) {
     const bool may_be_none = p.default_value == "None" && p.type.find("None") == std::string::npos;

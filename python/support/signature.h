@@ -38,8 +38,8 @@ class FunctionText {
   /// @param brief  Sentences; the first is the shortest answer to "what does it do".
   FunctionText(std::string name, std::string brief) : name_(std::move(name)), brief_(std::move(brief)) {}
 
-  /// A parameter that must be given, by place or name.
-  FunctionText& takes(std::string name, std::string type, std::string help);
+  /// A parameter that is given by place or name. @param default_value  "None", of the last ones; "" = it must be given.
+  FunctionText& takes(std::string name, std::string type, std::string help, std::string default_value = "");
   /// One that is given by name alone.
   FunctionText& keyword(std::string name, std::string type, std::string default_value, std::string help);
   /// Those of an options struct.

@@ -98,9 +98,10 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
   const std::shared_ptr<const Mesh> mesh = is_surface ? nullptr : py::cast<const PyMesh&>(destination).value;
   PyAged aged{std::make_shared<const transfer::AgedMesh>(result_of(run, [=](const RunControl& control) {
     transfer::AgeOptions age = options.age;
-    age.device = age.transfer.method == transfer::TransferMethod::Fast
-                     ? cli::open_search_device(device.options(), device.words())
-                     : cli::open_window_device(device.options(), device.words());
+    if (age.transfer.method == transfer::TransferMethod::Fast)
+      age.device = cli::open_search_device(device.options(), device.words());
+    else if (device.options().device != "auto" && device.options().device != "cpu")
+      throw InvalidInput("device: method \"reference\" runs on the CPU; leave device out");
     const transfer::AgingSurface surface =
         mesh == nullptr
             ? ready
@@ -144,7 +145,6 @@ void define_aged(AgedClass& type) {
                     .takes("time", "float | npt.ArrayLike",
                            "In the history's unit, clamped to its ends; or H x W, a time for every texel")
                     .options<SamplingOptions>()
-                    .options<device::DeviceOptions>()
                     .runs()
                     .returns("npt.NDArray[np.float32]", "H x W x 3, linear")
                     .raises("InvalidInput if a time is NaN or the sizes differ; IoError"),
@@ -152,16 +152,13 @@ void define_aged(AgedClass& type) {
                   Keywords keywords("texture", kwargs);
                   SamplingOptions options;
                   keywords.read(options);
-                  const DeviceKeyword device(keywords);
                   const RunArguments run = keywords.run();
                   keywords.finish();
                   const AskedTime at = time_from(time);
                   ImageF texture = result_of(run, [=](const RunControl& control) {
-                    const auto there = device.open_lookups();
-                    return at.map ? aged.value->texture(*at.map, options.between, control, there)
-                                  : aged.value->texture(at.one, options.between, control, there);
+                    return at.map ? aged.value->texture(*at.map, options.between, control)
+                                  : aged.value->texture(at.one, options.between, control);
                   });
-                  device.warn();
                   return array_of(std::move(texture));
                 });
 }

@@ -74,7 +74,6 @@ void bind_transfer_folder(py::module_& module) {
           .takes("time", "float | npt.ArrayLike",
                  "In the history's unit, clamped to its ends; or H x W over the sheet, a time for every texel")
           .options<SamplingOptions>()
-          .options<device::DeviceOptions>()
           .runs()
           .returns("npt.NDArray[np.float32] | list[npt.NDArray[np.float32]]",
                    "H x W x 3, linear; of several tiles one each")
@@ -83,16 +82,13 @@ void bind_transfer_folder(py::module_& module) {
         Keywords keywords("texture", kwargs);
         SamplingOptions options;
         keywords.read(options);
-        const DeviceKeyword device(keywords);
         const RunArguments run = keywords.run();
         keywords.finish();
         const AskedTime at = time_from(time);
         std::vector<ImageF> tiles = result_of(run, [=](const RunControl& control) {
-          const auto there = device.open_lookups();
-          return at.map ? t.value->sample_tiles(*at.map, options.between, control, there)
-                        : t.value->sample_tiles(at.one, options.between, control, there);
+          return at.map ? t.value->sample_tiles(*at.map, options.between, control)
+                        : t.value->sample_tiles(at.one, options.between, control);
         });
-        device.warn();
         return tiles_of(std::move(tiles));
       });
   define_method(type,
@@ -101,7 +97,6 @@ void bind_transfer_folder(py::module_& module) {
                     .takes("name", "str", "One of history.material_maps")
                     .takes("time", "float", "In the history's unit")
                     .options<SamplingOptions>()
-                    .options<device::DeviceOptions>()
                     .runs()
                     .returns("npt.NDArray[np.float32]", "H x W x 3 or H x W over the sheet, gutters filled")
                     .raises("InvalidInput; IoError"),
@@ -109,16 +104,13 @@ void bind_transfer_folder(py::module_& module) {
                   Keywords keywords("material_map", kwargs);
                   SamplingOptions options;
                   keywords.read(options);
-                  const DeviceKeyword device(keywords);
                   const RunArguments run = keywords.run();
                   keywords.finish();
                   for (std::size_t i = 0; i < kMaterialMapNames.size(); ++i) {
                     if (kMaterialMapNames[i] != name) continue;
                     ImageF values = result_of(run, [=](const RunControl& control) {
-                      return t.value->sample_map(static_cast<MaterialMap>(i), time, options.between, control,
-                                                 device.open_lookups());
+                      return t.value->sample_map(static_cast<MaterialMap>(i), time, options.between, control);
                     });
-                    device.warn();
                     return array_of(std::move(values));
                   }
                   throw InvalidInput("material_map: found `" + name +
@@ -144,7 +136,6 @@ void bind_transfer_folder(py::module_& module) {
                  "H x W x 2: places inside its frames in pixels, whole numbers in their middles, or -1")
           .takes("times", "npt.ArrayLike", "H x W, in its unit, clamped to its ends")
           .options<SamplingOptions>()
-          .options<device::DeviceOptions>()
           .runs()
           .returns("npt.NDArray[np.float32]", "H x W x 3, linear; 0 where coordinates are -1")
           .raises("InvalidInput if sizes differ, a time is NaN or coordinates lie elsewhere, naming the texel"),
@@ -152,15 +143,12 @@ void bind_transfer_folder(py::module_& module) {
         Keywords keywords("gather_at_times", kwargs);
         SamplingOptions options;
         keywords.read(options);
-        const DeviceKeyword device(keywords);
         const RunArguments run = keywords.run();
         keywords.finish();
         ImageF at = image_from(coordinates, "coordinates", 2), when = image_from(times, "times", 1);
         ImageF colors = result_of(run, [=, at = std::move(at), when = std::move(when)](const RunControl& control) {
-          return transfer::gather_at_times(*history.value, at, when, options.between, control,
-                                           {.device = device.open_lookups()});
+          return transfer::gather_at_times(*history.value, at, when, options.between, control);
         });
-        device.warn();
         return array_of(std::move(colors));
       });
 }

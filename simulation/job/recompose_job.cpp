@@ -9,7 +9,6 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/core/error.h"
@@ -76,15 +75,10 @@ struct RecomposeWork {
   }
 };
 
-/// Measured on atlases of 256 and 512 texels.
-constexpr CostModel kFrameCost{0.07, 1.63e-6, 89.0, 61.0}, kJoinCost{0.13, 1.93e-6, 90.0, 100.0};
-double num_texels(const Scene& scene) { return static_cast<double>(scene.resolution) * scene.resolution; }
-
 JobItem frame_item(const std::shared_ptr<RecomposeWork>& work, int index) {
   JobItem item{.name = "frame-" + zero_padded(static_cast<std::uint64_t>(index), 4),
                .outputs = {"history" / HistoryWriter::frame_file(index)},
-               .run = {},
-               .cost = kFrameCost.of(num_texels(work->file.scene))};
+               .run = {}};
   for (const fs::path& file : frame_map_files(work->file.scene, index)) item.outputs.push_back("history" / file);
   item.run = [work, index](const fs::path& folder, const RunControl& control) {
     Simulation& simulation = work->composed(control);
@@ -265,7 +259,6 @@ JobPlan plan_recompose(const fs::path& source, SceneFile scene, const std::vecto
   plan.parallel_items = false;
   for (std::size_t i = 0; work->has_course && i < work->frames.frames.size(); ++i)
     plan.items.push_back(frame_item(work, static_cast<int>(i)));
-  plan.join_cost = kJoinCost.of(num_texels(work->file.scene));
   plan.join = [work](const fs::path& folder, const RunControl& control) { join_recomposed(*work, folder, control); };
   return plan;
 }

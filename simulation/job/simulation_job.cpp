@@ -8,7 +8,6 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/job/job_record.h"
 #include "libcommon/mesh_files/mesh_files.h"
@@ -95,29 +94,10 @@ HistoryManifest history_manifest(const SimulationWork& work, const Simulation& s
   return m;
 }
 
-std::int64_t num_gammatons(const Scene& scene) {
-  std::int64_t count = 0;
-  for (const Emitter& e : scene.emitters) count += e.gammatons;
-  return count;
-}
-
-/// Measured in November 2026 on the ledge at 256, 512 and 1024 texels, with 4,500 and 18,000 gammatons
-/// (docs/scaling.md): the scene is made and read back by every item.
-JobCost stretch_cost(const Scene& scene, std::int64_t iterations, bool has_frame) {
-  const double texels = static_cast<double>(scene.resolution) * scene.resolution;
-  return {.core_seconds = 0.09 + (has_frame ? 1.3e-6 : 7.5e-7) * texels + iterations_seconds(scene, iterations),
-          .megabytes = 95.0 + 6e-5 * texels};
-}
-JobCost outcome_cost(const Scene& scene) {
-  const double texels = static_cast<double>(scene.resolution) * scene.resolution;
-  return {.core_seconds = 0.09 + 2.75e-6 * texels, .megabytes = 95.0 + 9e-5 * texels};
-}
-
 /// The scene as it was simulated, so that the folder needs nothing outside.
 JobItem scene_item(const std::shared_ptr<SimulationWork>& work) {
   JobItem item;
   item.name = "scene";
-  item.cost = kSmallCost.of();
   item.outputs = {fs::path(kSceneFolder) / work->copy.name};
   for (const SceneCopy::File& file : work->copy.files) item.outputs.push_back(fs::path(kSceneFolder) / file.to);
   item.run = [work](const fs::path& folder, const RunControl& control) {
@@ -132,7 +112,6 @@ JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begi
   item.name = "iterations-" + zero_padded(static_cast<std::uint64_t>(end), 8);
   item.stage = stage;
   const bool has_frame = work->file.is_frame(end);
-  item.cost = stretch_cost(work->file.scene, end - begin, has_frame);
   if (has_frame) {
     const int index = frame_index(work->file, end);
     item.outputs = {fs::path("history") / HistoryWriter::frame_file(index)};
@@ -267,11 +246,6 @@ JobInputs simulation_inputs(const SceneFile& file, const SimulationOptions& opti
 
 }  // namespace
 
-double iterations_seconds(const Scene& scene, std::int64_t iterations) {
-  const double texels = static_cast<double>(scene.resolution) * scene.resolution;
-  return (1.3e-8 * texels + 8.7e-7 * static_cast<double>(num_gammatons(scene))) * static_cast<double>(iterations);
-}
-
 JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const fs::path& output) {
   const JobInputs inputs = simulation_inputs(scene, options);
   auto work = std::make_shared<SimulationWork>();
@@ -290,7 +264,6 @@ JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options, const
     plan.items.push_back(make_item(work, begin, end, ++stage));
     begin = end;
   }
-  plan.join_cost = outcome_cost(work->file.scene);
   plan.join = [work](const fs::path& folder, const RunControl& control) { join_simulated(*work, folder, control); };
   return plan;
 }

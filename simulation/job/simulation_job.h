@@ -22,9 +22,6 @@ namespace patinate::simulation {
 [[nodiscard]] JobPlan plan_simulation(SceneFile scene, const SimulationOptions& options,
                                       const std::filesystem::path& output);
 
-/// About what iterations take, without what a folder is made of.
-[[nodiscard]] double iterations_seconds(const Scene& scene, std::int64_t iterations);
-
 /// What `simulation.json` says about a finished folder.
 struct SimulationManifest {
   std::string name;

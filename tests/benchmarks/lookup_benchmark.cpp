@@ -1,6 +1,6 @@
 // Lookups of a 4k atlas, at one time and with a time of its own at every texel, against copies and plain gathers of the
 // same bytes; and a 16k atlas written in strips, with the memory that took. `lookup_benchmark --write TRANSFER IMAGE`
-// is what the last part runs. `lookup_benchmark --kernels`: gathers alone, on every device.
+// is what the last part runs.
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -15,14 +15,11 @@
 #include "patinate/image/image_io.h"
 #include "patinate/transfer/time_map.h"
 #include "patinate/transfer/transfer_reader.h"
-#include "tests/benchmarks/device_share.h"
-#include "tests/benchmarks/lookup_kernels.h"
 #include "tests/benchmarks/patch_transfer.h"
 #include "tests/benchmarks/timing.h"
 #include "tests/support/histories.h"
 #include "tests/support/temp_folder.h"
 #include "tests/support/threads.h"
-#include "transfer/lookup/lookup_device.h"
 #include "transfer/lookup/texture_files.h"
 
 namespace patinate {
@@ -73,36 +70,16 @@ void compare_gathers(const char* name, const Image<T>& source, const transfer::P
   }
 }
 
-/// Lookups on every OpenCL device, the way there and back included.
-void look_up_on_devices(const HistoryReader& history, const ImageF& frame, const transfer::PackedCoordinates& indices) {
+void compare_time_maps(const HistoryReader& history, const transfer::PackedCoordinates& indices) {
   ImageF times(kAtlas, kAtlas);
   for (std::size_t i = 0; i < times.values().size(); ++i)
     times.data()[i] = static_cast<float>(3.0 * static_cast<double>(i) / kTexels);
-  const ImageU8 codes = srgb8_from_linear(frame);
-  ImageU8 texture(kAtlas, kAtlas, 3);
-  for (const device::DeviceInfo& info : device::list_devices()) {
-    const device::Device device(info);
-    transfer::DeviceGather<std::uint8_t> gather(device, codes);
-    const benchmarks::DeviceShare gather_share(device);
-    const double gathered =
-        benchmarks::median_of_five([&] { gather.gather(device.upload(indices.values()), texture.values()); });
-    const std::string gather_text = gather_share.text(5);
-    const auto there = std::make_shared<const transfer::LookupDevice>(device);
-    ImageF out(kAtlas, kAtlas, 3);
-    transfer::TimeMapLookup lookup(history, Between::Blend, {.device = there});
-    const benchmarks::DeviceShare map_share(device);
-    const double mapped = benchmarks::median_of_five([&] {
-      lookup.look_up({indices.values(), {}}, times.values(), 0, out);
-    });
-    std::printf("4k, %s: 8-bit RGB %.0f ms, %s; time map over 4 frames %.0f ms, %s\n", info.name.c_str(),
-                1e3 * gathered, gather_text.c_str(), 1e3 * mapped, map_share.text(5).c_str());
-  }
   transfer::TimeMapLookup lookup(history, Between::Blend);
   ImageF out(kAtlas, kAtlas, 3);
   const double mapped = benchmarks::median_of_five([&] {
     lookup.look_up({indices.values(), {}}, times.values(), 0, out);
   });
-  std::printf("4k, the CPU: time map over 4 frames %.0f ms\n", 1e3 * mapped);
+  std::printf("4k, time map over 4 frames %.0f ms\n", 1e3 * mapped);
 }
 
 void compare_speed() {
@@ -114,7 +91,7 @@ void compare_speed() {
   const transfer::PackedCoordinates indices = transfer::pack_coordinates(coordinates, kSource, kSource).pixels;
   compare_gathers("8-bit RGB", srgb8_from_linear(frame), indices);
   compare_gathers("float RGB", frame, indices);
-  look_up_on_devices(history, frame, indices);
+  compare_time_maps(history, indices);
   ImageF out;
   for (int threads : {1, 2}) {
     const RunControl control = testing_support::with_threads(threads);
@@ -190,10 +167,6 @@ void compare_memory(const char* program) {
 
 int main(int argc, char** argv) {
   if (argc == 4 && std::string(argv[1]) == "--write") return patinate::write_image(argv[2], argv[3]);
-  if (argc == 2 && std::string(argv[1]) == "--kernels") {
-    patinate::benchmarks::measure_lookup_kernels();
-    return 0;
-  }
   if (argc == 1) patinate::compare_speed();
   patinate::compare_memory(argv[0]);  // Alone with --memory.
 }

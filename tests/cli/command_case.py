@@ -30,6 +30,7 @@ class CommandCase(unittest.TestCase):
     """Runs the program in a folder of its own; `shared` holds `capture`, `urn`, `history` and `aged`. Both are known after `use`."""
     patinate = shared = None
     is_sanitized = False
+    has_module = False  # The Python module of the same build, without which there are no studies.
 
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="patinate_cli_"))
@@ -76,6 +77,7 @@ def use(patinate):
     CommandCase.patinate = str(pathlib.Path(patinate).resolve())
     # Sanitizers report on stderr, so under them the libraries are not silenced there (tools/patinate/command_line/message_stream.h).
     CommandCase.is_sanitized = b"__asan_init" in pathlib.Path(patinate).read_bytes()
+    CommandCase.has_module = any(pathlib.Path(CommandCase.patinate).parent.parent.glob("python/patinate/_native.*"))
     CommandCase.shared = pathlib.Path(tempfile.mkdtemp(prefix="patinate_cli_"))
     unittest.addModuleCleanup(shutil.rmtree, CommandCase.shared)
     make_small_scene(CommandCase.patinate, CommandCase.shared)

@@ -173,11 +173,6 @@ class Obj(CommandCase):
         for name in ("nowhere/urn.glb", "nowhere/urn.usda", "nowhere/urn.usdz", "nowhere/urn.obj"):
             self.fails(CANNOT, f"{name}: cannot be written; the folder nowhere does not exist", "export", self.shared / "aged", "--time", "7.5", "-o", name)
 
-    def test_plants_are_asked_for_only_where_they_show(self):
-        for output in ("wall.obj", "wall.usda"):
-            self.fails(USAGE, "--plants", "export", self.shared / "aged", "-o", output, "--plants", "0")
-        self.fails(USAGE, "--plants", "export", self.shared / "aged", "-o", "wall.glb", "--plants", "2")
-
     def test_a_simulation_has_its_objects_and_all_maps(self):
         self.succeeds("synth", "ledge", "--cells", "4", "-o", "ledge")
         self.succeeds("simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "dirty")

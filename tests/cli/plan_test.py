@@ -2,14 +2,13 @@
 """A command's work as a plan: items run anywhere, in any portions, and joined, give the bytes of the command. Usage: plan_test.py PATINATE [unittest arguments]"""
 import json
 import pathlib
-import resource
 import shutil
 import signal
 import subprocess
 import sys
 import unittest
 
-from command_case import CANNOT, INPUT, USAGE, CommandCase, four_per_commit, nightly, tree_of, use
+from command_case import CANNOT, INPUT, USAGE, CommandCase, four_per_commit, tree_of, use
 
 PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 
@@ -161,6 +160,8 @@ class Plans(PlanCase):
         self.fails(CANNOT, "4 of 5 items are not finished: 0-2, 4", "join", "plan.json")
         again = json.loads(self.succeeds("run", "plan.json", "--json"))
         self.assertEqual((again["run"], again["finished_before"]), (4, 1))
+        self.assertGreater(again["seconds"], 0)
+        self.assertGreater(again["megabytes"], 10)  # Of any process of the program.
         self.succeeds("join", "plan.json")
         self.assertEqual([path.name for path in self.folder.glob("out.gif*")], ["out.gif"])
         before = (self.folder / "out.gif").read_bytes()
@@ -264,115 +265,6 @@ class Plans(PlanCase):
         self.succeeds("join", "plan.json")
         self.succeeds("ingest", "capture", "--progress", "--spatial-sigma", "7", "-o", "fresh")
         self.assertEqual(tree_of(self.folder / "out"), tree_of(self.folder / "fresh"))
-
-
-class Cost(PlanCase):
-    """What a plan says that items take. Machines differ in speed: measured is how a case that the constants do not come from compares with one that they come from."""
-
-    def spent(self, *command):
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        self.succeeds(*command)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-
-    def frames(self, width, height):
-        name = f"paint{width}"
-        self.succeeds("synth", "crackle", "--width", width, "--height", height, "--num-frames", "4", "-o", name)
-        plan = self.plan("ingest", name, "-o", f"history{width}", file=f"plan{width}.json")
-        items = [item for item in plan["items"] if item["name"].startswith("frame-")]
-        self.assertEqual([len(item["inputs"]) for item in items], [1] * 4)
-        self.assertLessEqual({item["inputs"][0] for item in items}, {entry["name"] for entry in plan["inputs"]})
-        spent = self.spent("run", f"plan{width}.json", "--items", ",".join(str(item["number"]) for item in items))
-        return sum(item["cost"]["core_seconds"] for item in items), items[0]["cost"]["megabytes"], spent
-
-    def transfer(self, resolution, *more):
-        command = ["transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--structure", "0", "--no-cache", "--resolution", resolution, *more, "-o", f"aged{resolution}"]
-        cost = self.plan(*command)["join"]["cost"]
-        return cost["core_seconds"], cost["megabytes"], self.spent("run", *command)
-
-    @nightly
-    def test_it_grows_with_size_and_is_right_to_a_factor_of_three(self):
-        for name, of in (("frames", [self.frames(256, 200), self.frames(600, 480)]), ("transfer", [self.transfer(256), self.transfer(600)])):
-            with self.subTest(name):
-                (small, small_mb, small_spent), (large, large_mb, large_spent) = of
-                self.assertLess(small, large)
-                self.assertLess(small_mb, large_mb)
-                ratio = (large_spent / small_spent) / (large / small)
-                self.assertTrue(1 / 3 < ratio < 3, f"{ratio}: {of}")
-
-    def items(self, name, *command):
-        """Cost and time of a command's items and join, all that is known of."""
-        plan = self.plan(*command, "-o", name)
-        costs = [item["cost"] for item in plan["items"] if item["cost"]]
-        join = (plan["join"] or {}).get("cost")
-        known, others = ([str(item["number"]) for item in plan["items"] if bool(item["cost"]) == is_known] for is_known in (True, False))
-        if others:
-            self.succeeds("run", "plan.json", "--items", ",".join(others))
-        spent = self.spent("run", "plan.json", "--items", ",".join(known))
-        if join:
-            self.succeeds("run", "plan.json")
-            spent += self.spent("join", "plan.json")
-        return sum(cost["core_seconds"] for cost in [*costs, *([join] if join else [])]), max(cost["megabytes"] for cost in costs), spent
-
-    @nightly
-    def test_other_commands_items_are_right_to_a_factor_of_three(self):
-        for width, height in ((200, 160), (520, 400)):
-            self.succeeds("synth", "crackle", "--width", width, "--height", height, "--num-frames", "4", "-o", f"paint{width}")
-            self.succeeds("ingest", f"paint{width}", "-o", f"plate{width}")
-        for resolution in (300, 700):
-            self.succeeds("transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--structure", "0", "--quality", "draft", "--resolution", resolution, "-o", f"aged{resolution}")
-        scene = self.shared / "ledge/scene.json"
-        cases = {
-            "simulate": [self.items("sim_small", "simulate", scene, "--resolution", "192", "--iterations", "40", "--history-every", "20"),
-                         self.items("sim_large", "simulate", scene, "--resolution", "640", "--iterations", "120", "--history-every", "60")],
-            "control": [self.items(f"sky{r}.exr", "control", self.shared / "urn/mesh.obj", "--kind", "exposure", "--resolution", r, "--no-cache") for r in (200, 600)],
-            "compare": [self.items(f"compared{w}", "compare", f"plate{w}", f"plate{w}", "--size", "0") for w in (200, 520)],
-            "lookup": [self.items(f"tex{r}_%d.png", "lookup", f"aged{r}", "--num-times", "3") for r in (300, 700)],
-            "render": [self.items(f"seen{r}_%d.png", "render", f"aged{r}", "--num-times", "2", "--width", w, "--height", w) for r, w in ((300, 160), (700, 480))],
-        }
-        for name, of in cases.items():
-            with self.subTest(name):
-                (small, small_mb, small_spent), (large, large_mb, large_spent) = of
-                self.assertLess(small, large)
-                self.assertLess(small_mb, large_mb)
-                ratio = (large_spent / small_spent) / (large / small)
-                self.assertTrue(1 / 3 < ratio < 3, f"{ratio}: {of}")
-
-    def test_one_picture_a_strip_and_an_evaluation_say_what_they_cost(self):
-        def cost(*command):
-            return self.plan(*command)["items"][0]["cost"]
-        aged = self.shared / "aged"
-        one, strip = cost("render", aged, "--time", "3", "-o", "one.png"), cost("render", aged, "--num-times", "3", "-o", "strip.png")
-        views = cost("render", aged, "--views", "front,left,right", "--time", "3", "-o", "views.png")
-        self.assertEqual(one, strip)  # Rays are traced once for all times.
-        self.assertAlmostEqual(views["core_seconds"], 3 * one["core_seconds"], delta=0.05 * views["core_seconds"])  # Rounded.
-        self.assertGreater(cost("evaluate", aged, "-o", "judged")["megabytes"], 0)
-
-    def test_models_and_transfers_that_are_cut_say_what_they_cost(self):
-        def cost(*command):
-            plan = self.plan(*command)
-            return (plan["items"][0] if plan["items"] else plan["join"])["cost"]["core_seconds"]
-        transfer = ["transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--resolution", "256", "-o", "out"]
-        self.assertLess(cost(*transfer, "--quality", "draft"), cost(*transfer))
-        self.assertLess(cost(*transfer), cost(*transfer, "--quality", "best"))
-        for name in ("aged.glb", "aged.usdz"):
-            self.assertLess(cost("export", self.shared / "aged", "--num-times", "2", "-o", name), cost("export", self.shared / "aged", "--num-times", "2000", "-o", name))
-        self.assertLess(cost("export", self.shared / "aged", "--time", "1", "-o", "aged.obj"), 1)
-
-    def test_slow_searches_pairs_and_what_comes_before_frames_are_known_too(self):
-        plan = self.plan("transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--method", "reference", "--resolution", "64", "-o", "out")
-        self.assertGreater(plan["join"]["cost"]["core_seconds"], 0)
-        for seed in (1, 2, 3, 4):
-            self.succeeds("synth", "crackle", "--width", "64", "--height", "48", "--num-frames", "3", "--seed", seed, "-o", f"paint{seed}")
-            self.succeeds("ingest", f"paint{seed}", "-o", f"plate{seed}")
-        plan = self.plan("compare", "plate1", "plate2", "--against", "plate3", "plate4", "-o", "compared")
-        self.assertEqual([item["name"] for item in plan["items"] if not item["cost"]], [])
-        capture = json.loads((self.folder / "paint1/capture.json").read_text())
-        del capture["transmission"]
-        (self.folder / "paint1/capture.json").write_text(json.dumps({**capture, "reference_patch": [2, 2, 9, 9]}))
-        plan = self.plan("ingest", "paint1", "--align", "features", "--flat-field", "estimate", "-o", "laid")
-        self.assertLessEqual({"align", "reference-patch", "flat-field"}, {item["name"] for item in plan["items"]})
-        self.assertEqual([item["name"] for item in plan["items"] if not item["cost"]], [])
 
 
 if __name__ == "__main__":

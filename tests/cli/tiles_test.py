@@ -91,7 +91,6 @@ class Tiles(CommandCase):
         stages = {}
         for item in plan["items"]:
             stages.setdefault(item["waits_for"], []).append(item["number"])
-            self.assertGreater(item["cost"]["core_seconds"], 0)
         for numbers in stages.values():  # The last tiles first, by one process; then the others by another.
             for portion in (numbers[len(numbers) // 2:], numbers[:len(numbers) // 2]):
                 if portion:

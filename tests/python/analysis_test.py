@@ -53,13 +53,10 @@ class Factorize(PythonCase):
         self.assertEqual(made["curve"].shape, (257, 3))
 
 
-class Fit(PythonCase):
-    def test_the_least_of_a_parabola_is_found(self):
-        made = patinate.minimize(lambda v: (v["a"] - 3) ** 2 + (np.log(v["b"]) - 1) ** 2, {"a": (0, 10), "b": (0.1, 100, "log")}, evaluations=300)
-        self.assertAlmostEqual(made["values"]["a"], 3, delta=0.02)
-        self.assertAlmostEqual(made["values"]["b"], np.e, delta=0.03)
-        self.assertEqual(min(value for _, value in made["evaluations"]), made["objective"])
+RATE = {"/rules/1/rate": (0.1, 1)}
 
+
+class Fit(PythonCase):
     def test_a_ranking_is_the_commands(self):
         (self.work / "rank").mkdir()
         (self.work / "rank/plate.obj").write_text(PLATE)
@@ -75,11 +72,10 @@ class Fit(PythonCase):
         self.line_of(patinate.InvalidInput, lambda: patinate.rank(fits[:1]))
 
     def test_progress_ends_at_one_also_when_it_converges_early(self):
-        for evaluations in (23, 100000):  # A rest that makes no generation; far more than it takes.
-            seen = []
-            patinate.minimize(lambda v: (v["a"] - 3) ** 2, {"a": (0, 10)}, evaluations=evaluations, on_progress=seen.append)
-            self.assertEqual(seen, sorted(seen))
-            self.assertEqual(seen[-1], 1.0)
+        seen = []
+        patinate.fit(self.work / "scene.json", lambda _: 1.0, RATE, evaluations=23, on_progress=seen.append)  # A rest that makes no generation.
+        self.assertEqual(seen, sorted(seen))
+        self.assertEqual(seen[-1], 1.0)
 
     def test_a_bar_is_closed_however_the_work_ends(self):
         bars = []
@@ -103,22 +99,19 @@ class Fit(PythonCase):
         auto = types.ModuleType("tqdm.auto")
         auto.tqdm = Tqdm
         with unittest.mock.patch.dict(sys.modules, {"tqdm": types.ModuleType("tqdm"), "tqdm.auto": auto}):
-            patinate.minimize(lambda v: v["a"], {"a": (0, 1)}, evaluations=20, on_progress=True)
+            patinate.fit(self.work / "scene.json", lambda _: 1.0, RATE, evaluations=20, on_progress=True)
             self.assertEqual([bar.is_closed for bar in bars], [True])
             self.assertAlmostEqual(bars[0].n, 100)
             bars.clear()
             with self.assertRaises(ZeroDivisionError):
-                patinate.minimize(refuse, {"a": (0, 1)}, evaluations=1000, on_progress=True)
+                patinate.fit(self.work / "scene.json", refuse, RATE, evaluations=1000, on_progress=True)
             self.assertEqual([bar.is_closed for bar in bars], [True])
 
     def test_values_of_another_type_are_type_errors(self):
-        def parabola(values):
-            return values["a"] ** 2
-        for vary in ({"a": ("low", 1)}, {"a": (0, None)}, {"a": (0, 1, 2)}, {7: (0, 1)}):
-            self.line_of(TypeError, lambda: patinate.minimize(parabola, vary))
-        for start in (7, {"a": "middle"}):
-            self.line_of(TypeError, lambda: patinate.minimize(parabola, {"a": (0, 1)}, start=start))
-        self.assertIn("str", self.line_of(TypeError, lambda: patinate.minimize(lambda _: "much", {"a": (0, 1)})))
+        scene = self.work / "scene.json"
+        for vary in ({"/rules/1/rate": ("low", 1)}, {"/rules/1/rate": (0, None)}, {"/rules/1/rate": (0, 1, 2)}, {7: (0, 1)}):
+            self.line_of(TypeError, lambda: patinate.fit(scene, lambda _: 0.0, vary))
+        self.assertIn("str", self.line_of(TypeError, lambda: patinate.fit(scene, lambda _: "much", RATE, evaluations=20)))
         for figures in (7, {7: 1.0}, {"ciede2000": "all"}):
             self.line_of(TypeError, lambda: patinate.fit(self.work / "scene.json", lambda _: 0.0, {"/rules/1/rate": (0.1, 1)}, figures=figures))
 
@@ -126,7 +119,7 @@ class Fit(PythonCase):
         def refuse(_):
             raise ZeroDivisionError("not today")
         with self.assertRaises(ZeroDivisionError):
-            patinate.minimize(refuse, {"a": (0, 1)}, evaluations=20)
+            patinate.fit(self.work / "scene.json", refuse, RATE, evaluations=20)
 
     def test_a_rule_of_a_scene_is_found_by_a_function_and_by_a_history(self):
         self.run_patinate("simulate", "scene.json", "-o", "truth")

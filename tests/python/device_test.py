@@ -26,17 +26,9 @@ class Devices(PythonCase):
             np.testing.assert_array_equal(here, there)
         return there
 
-    def test_a_transfer_and_its_textures(self):
+    def test_a_transfer(self):
         history, mesh = patinate.read_history(self.work / "history"), patinate.read_mesh(self.work / "urn/mesh.obj")
         self.same_on_each(lambda device: patinate.transfer(history, mesh, "facing", resolution=64, device=device).coordinates)
-        self.same_on_each(lambda device: patinate.transfer(history, mesh, "facing", resolution=32, method="reference", window=16, device=device).coordinates)
-        aged, folder = patinate.transfer(history, mesh, "facing", resolution=64, device="cpu"), patinate.read_transfer(self.work / "aged")
-        times = np.linspace(history.times[0], history.times[-1], 64 * 64, dtype=np.float32).reshape(64, 64)
-        for time in (float(history.times.mean()), times):
-            for transferred in (aged, folder):
-                self.same_on_each(lambda device: transferred.texture(time, device=device))
-        self.same_on_each(lambda device: patinate.gather_at_times(history, aged.coordinates, times, device=device))
-        self.same_on_each(lambda device: patinate.render_picture(aged, time=1.0, width=48, height=48, device=device))
 
     def test_a_simulation(self):
         def frames(device):
@@ -57,8 +49,7 @@ class Devices(PythonCase):
 
     def test_one_that_is_not_there_is_an_error(self):
         history, mesh = patinate.read_history(self.work / "history"), patinate.read_mesh(self.work / "urn/mesh.obj")
-        folder = patinate.read_transfer(self.work / "aged")
-        for work in (lambda: patinate.transfer(history, mesh, "facing", device="vega 99"), lambda: folder.texture(1.0, device="vega 99"),
+        for work in (lambda: patinate.transfer(history, mesh, "facing", device="vega 99"),
                      lambda: patinate.Simulation(self.work / "scene.json", device="vega 99"), lambda: patinate.export(self.work / "aged", self.work / "no.glb", device="vega 99")):
             self.assertIn("found `vega 99`", self.line_of(patinate.InvalidInput, work))
 

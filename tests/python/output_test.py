@@ -51,7 +51,7 @@ class Output(PythonCase):
                 ("aged", "standing.glb", ["--up", "z"], {"up": "z"}),
                 ("aged", "images", ["--format", "exr", "--times", "0,1"], {"format": "exr", "times": [0, 1]}),
                 ("aged", "aged.gif", ["--num-times", "2"], {"num_times": 2}),
-                ("simulated", "end.glb", ["--plants", "0"], {"plants": 0}),
+                ("simulated", "end.glb", [], {}),
                 ("history", "frames", [], {}),
                 ("history", "frame_%d.png", ["--num-times", "2"], {"num_times": 2})):
             with self.subTest(name=name):
@@ -63,11 +63,11 @@ class Output(PythonCase):
         transfer = patinate.read_transfer(self.work / "aged")
         written = patinate.read_color(self.work / "written.exr")
         for subject in (self.work / "aged", transfer):
-            np.testing.assert_array_equal(patinate.render_picture(subject, num_times=3, **KEYWORDS).astype(np.float16), written.astype(np.float16))
+            np.testing.assert_array_equal(patinate.render(subject, num_times=3, **KEYWORDS).astype(np.float16), written.astype(np.float16))
         # In memory as in its folder: texels show the same, but for what lies beside the charts.
         mesh, history = patinate.read_mesh(self.work / "urn/mesh.obj"), patinate.read_history(self.work / "history")
         aged = patinate.transfer(history, mesh, "facing", resolution=64)
-        ours, theirs = (patinate.render_picture(subject, time=last, maps="color", **KEYWORDS) for subject in (aged, transfer))
+        ours, theirs = (patinate.render(subject, time=last, maps="color", **KEYWORDS) for subject in (aged, transfer))
         self.assertEqual(ours.shape, (80, 96, 3))
         self.assertGreater((np.abs(ours - theirs).max(axis=2) < 1e-6).mean(), 0.99)
 
@@ -75,13 +75,12 @@ class Output(PythonCase):
         for wrong in (lambda: patinate.render(self.work / "aged", self.work / "x.docx"), lambda: patinate.render(self.work / "history", self.work / "x.mp4"),
                       lambda: patinate.render(self.work / "aged", self.work / "x.png", time=1, num_times=2), lambda: patinate.render(self.work / "aged", ""),
                       lambda: patinate.render(self.work / "aged", self.work / "x.png", views="sideways"), lambda: patinate.render(self.work / "aged", self.work / "x.png", width=4),
-                      lambda: patinate.render_picture(self.work / "plate.obj"), lambda: patinate.export(self.work / "history", self.work / "x.glb"),
-                      lambda: patinate.export(self.work / "aged", self.work / "x.fbx"), lambda: patinate.export(self.work / "aged", self.work / "x.obj", num_times=2),
-                      lambda: patinate.export(self.work / "aged", self.work / "x.glb", plants=2)):
+                      lambda: patinate.render(self.work / "plate.obj"), lambda: patinate.export(self.work / "history", self.work / "x.glb"),
+                      lambda: patinate.export(self.work / "aged", self.work / "x.fbx"), lambda: patinate.export(self.work / "aged", self.work / "x.obj", num_times=2)):
             self.line_of(patinate.InvalidInput, wrong)
         self.line_of(patinate.IoError, lambda: patinate.render(self.work / "nothing", self.work / "x.png"))
         self.line_of(patinate.InvalidInput, lambda: patinate.render(self.work / "aged", self.work / "x.png", times="soon"))
-        self.line_of(TypeError, lambda: patinate.render_picture(7))
+        self.line_of(TypeError, lambda: patinate.render(7))
         self.assertFalse(list(self.work.glob("x.*")))
         patinate.export(self.work / "aged", self.work / "kept.obj")
         self.line_of(patinate.CannotComplete, lambda: patinate.export(self.work / "aged", self.work / "kept.obj", time=0))

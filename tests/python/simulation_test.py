@@ -44,7 +44,6 @@ class Simulation(PythonCase):
         for material, account in self.simulation.ledger().items():
             self.assertEqual(account["imbalance"], 0.0, material)
         self.assertGreater(self.simulation.ledger()["water"]["emitted"], 0)
-        self.assertEqual(self.simulation.audit(), "")
 
     def test_a_snapshot_leads_to_the_same_state(self):
         self.simulation.step(count=5)
@@ -84,7 +83,7 @@ class Simulation(PythonCase):
         for position in ([0, 60, 20], (0.0, 60.0, 20.0), np.array([0, 60, 20])):
             by_call.paint("brush", position)
         self.assertEqual(by_call.snapshot(), by_event.snapshot())
-        self.assertEqual((by_call.iteration, by_call.audit()), (0, ""))
+        self.assertEqual(by_call.iteration, 0)
         self.assertGreater(by_call.amounts("water").sum(), 0)
         for wrong in ([0, 0], [0, 0, float("nan")], "here"):
             self.line_of(patinate.InvalidInput, lambda: by_call.paint("brush", wrong))

@@ -20,10 +20,9 @@ aged = patinate.transfer(history, patinate.read_mesh("mesh.obj"), {"x": "facing"
 texture = aged.texture(0.5, between="hold")
 simulation = patinate.Simulation("scene.json", resolution=64)
 simulation.step(count=3)
-picture = patinate.render_picture(aged, num_times=3, up="z", views=["front"])
+picture = patinate.render(aged, num_times=3, up="z", views=["front"])
 patinate.export("aged", "aged.glb", times=[0, 1])
 nearest: list[str] = list(patinate.library(like=texture))
-best: float = patinate.minimize(lambda v: v["a"], {"a": (0, 1)})["objective"]
 """
 
 

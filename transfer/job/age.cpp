@@ -12,7 +12,6 @@
 #include "patinate/transfer/transfer_io.h"
 #include "patinate/transfer/transfer_reader.h"
 #include "transfer/guidance/scale.h"
-#include "transfer/lookup/lookup_device.h"
 #include "transfer/synthesis/transfer_controls.h"
 
 namespace patinate::transfer {
@@ -48,20 +47,14 @@ void describe(OptionVisitor& v, AgeOptions& o) {
   describe(v, o.controls);
 }
 
-ImageF AgedMesh::texture(double time, Between between, const RunControl& control,
-                         const std::shared_ptr<const LookupDevice>& device) const {
-  const ImageF source = sample(*shown, time, between);
-  ImageF out =
-      device ? gather_on(device.get(), source,
-                         pack_coordinates(coordinates, source.width(), source.height(), control.silent()), control)
-             : gather(source, coordinates, 0.0f, control);
+ImageF AgedMesh::texture(double time, Between between, const RunControl& control) const {
+  ImageF out = gather(sample(*shown, time, between), coordinates, 0.0f, control);
   dilate(out, coverage, kGutter);
   return out;
 }
 
-ImageF AgedMesh::texture(const ImageF& times, Between between, const RunControl& control,
-                         const std::shared_ptr<const LookupDevice>& device) const {
-  ImageF out = gather_at_times(*shown, coordinates, times, between, control, {.device = device});
+ImageF AgedMesh::texture(const ImageF& times, Between between, const RunControl& control) const {
+  ImageF out = gather_at_times(*shown, coordinates, times, between, control);
   dilate(out, coverage, kGutter);
   return out;
 }

@@ -5,7 +5,6 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_key.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 
 namespace patinate::transfer {
@@ -16,21 +15,6 @@ namespace {
 
 /// Raised when the same input gives other coordinates: of an atlas of one tile, and of several.
 constexpr std::int64_t kStageVersion = 12, kTilesVersion = 14;
-
-/// Without the cut of borders: measured on a history of 256 x 200 and 44 k and 176 k texels.
-constexpr CostModel kWithoutCut{1.0, 9.7e-6, 110.0, 70.0};
-/// With it, where the source has lines or regions: histories of 192 x 192 and 384 x 384, 44 k to 700 k texels.
-constexpr CostModel kGood{3.3, 1.2e-4, 170.0, 60.0}, kBest{3.5, 3.7e-4, 170.0, 60.0};
-
-/// Of the exhaustive search: histories of 128 x 128 to 400 x 300, 9 k and 37 k texels; within a factor of two.
-constexpr CostModel kReference{0.3, 1.2e-4, 32.0, 500.0};
-
-JobCost transfer_cost(const TransferOptions& o, std::int64_t num_covered) {
-  if (o.method == TransferMethod::Reference) return kReference.of(static_cast<double>(num_covered));
-  const bool is_cut = o.appearance.structure > 0.0 && o.quality != TransferQuality::Draft;
-  const CostModel& model = !is_cut ? kWithoutCut : o.quality == TransferQuality::Best ? kBest : kGood;
-  return model.of(static_cast<double>(num_covered));
-}
 
 }  // namespace
 
@@ -79,7 +63,6 @@ JobPlan plan_transfer(TransferTask task, const fs::path& output) {
   const auto shared = std::make_shared<const TransferTask>(std::move(task));
   JobPlan plan = transfer_inputs(*shared).plan(output, "transfer.json");
   plan.parallel_items = false;
-  plan.join_cost = transfer_cost(shared->options, shared->input.map->num_covered());
   // One item: with the manifest's figures in memory only, a killed run starts its synthesis again.
   plan.join = [shared, key = plan.key, output](const fs::path& folder, const RunControl& control) {
     const TransferResult result = transfer(shared->input, shared->options, control);

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "libcommon/core/text.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
@@ -96,13 +95,6 @@ ControlParameter control_parameter(const OpenLibrary& library, std::size_t index
           .unit = kLibraryControlUnit};
 }
 
-/// Measured on two histories of 192 x 192 and of 384 x 384 pixels, laid side by side.
-JobCost layer_cost(const OpenLibrary& library) {
-  double pixels = 0.0;
-  for (const LibrarySource& s : library.sources) pixels += static_cast<double>(s.manifest.width) * s.manifest.height;
-  return CostModel{.seconds = 0.02, .unit_seconds = 2.7e-7, .unit_bytes = 30.0}.of(pixels);
-}
-
 void make_control(const OpenLibrary& library, std::size_t index, const fs::path& folder) {
   const ControlParameter parameter = control_parameter(library, index);
   ImageF values;
@@ -178,27 +170,22 @@ std::shared_ptr<const OpenLibrary> open_library(LibraryTask task) {
 
 JobPlan plan_library(const std::shared_ptr<const OpenLibrary>& library, const fs::path& output) {
   JobPlan plan = library_inputs(*library).plan(output, kHistoryManifestFile);
-  const JobCost cost = layer_cost(*library);
   for (int i = 0; i < static_cast<int>(library->layout.frames.size()); ++i) {
     plan.items.push_back(frame_item(library, i));
-    plan.items.back().cost = cost;
   }
   for (std::size_t c = 0; c <= library->layout.controls.size(); ++c) {
     const ControlParameter parameter = control_parameter(*library, c);
-    plan.items.push_back(
-        {.name = "control." + parameter.name,
-         .outputs = {parameter.file},
-         .run = [library, c](const fs::path& folder,
-                             const RunControl&) { in_memory(*library, [&] { make_control(*library, c, folder); }); },
-         .cost = cost});
+    plan.items.push_back({.name = "control." + parameter.name,
+                          .outputs = {parameter.file},
+                          .run = [library, c](const fs::path& folder, const RunControl&) {
+                            in_memory(*library, [&] { make_control(*library, c, folder); });
+                          }});
   }
-  plan.items.push_back(
-      {.name = "mask",
-       .outputs = {HistoryWriter::mask_file()},
-       .run = [library](const fs::path& folder,
-                        const RunControl&) { in_memory(*library, [&] { make_mask(*library, folder); }); },
-       .cost = cost});
-  plan.join_cost = kSmallCost.of();
+  plan.items.push_back({.name = "mask",
+                        .outputs = {HistoryWriter::mask_file()},
+                        .run = [library](const fs::path& folder, const RunControl&) {
+                          in_memory(*library, [&] { make_mask(*library, folder); });
+                        }});
   plan.join = [library, key = plan.key](const fs::path& folder, const RunControl&) {
     write_history_manifest(folder / kHistoryManifestFile, manifest_of(*library, key));
   };

@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <memory>
-#include <optional>
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/image/image_rows.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
-#include "transfer/lookup/lookup_device.h"
+#include "transfer/lookup/packed_lookup.h"
 #include "transfer/lookup/source_turn.h"
 
 namespace patinate::transfer {
@@ -51,51 +50,6 @@ std::size_t piece_size(const CoordinateStrips& strips) {
   return (kPieceTexels / width / kRows + 1) * kRows * width;
 }
 
-/// The rows of a strip on a device, for all textures.
-class StripOnDevice {
- public:
-  explicit StripOnDevice(const LookupDevice* device) : device_(device) {}
-
-  /// Places between pixels are left to the CPU.
-  void begin(const PlacesView& places) {
-    is_whole_ = places.beside.empty();
-    if (!is_used()) return;
-    const std::span<const std::uint32_t> indices = places.pixels;
-    try {
-      const auto turn = device_->turn();
-      const device::Device& there = device_->device();
-      if (indices_.size() < indices.size()) indices_ = there.allocate<std::uint32_t>(indices.size());
-      there.write(indices, indices_);
-    } catch (const device::DeviceError& error) {
-      device_->report_failure(error);
-    }
-  }
-  /// A texture's values of the whole strip; nothing where the CPU is to look up. Several threads may ask for different
-  /// textures at once.
-  template <class T>
-  [[nodiscard]] std::span<const T> gather(const Image<T>& source, std::size_t num_texels,
-                                          std::optional<DeviceGather<T>>& gatherer, std::vector<T>& values) const {
-    if (!is_used()) return {};
-    try {
-      const auto turn = device_->turn();
-      if (!gatherer) gatherer.emplace(device_->device(), source);
-      values.resize(num_texels * static_cast<std::size_t>(source.channels()));
-      gatherer->gather(indices_, values);
-      return values;
-    } catch (const device::DeviceError& error) {
-      device_->report_failure(error);
-      return {};
-    }
-  }
-
- private:
-  [[nodiscard]] bool is_used() const { return is_whole_ && device_ != nullptr && !device_->has_failed(); }
-
-  const LookupDevice* device_;
-  bool is_whole_ = true;
-  device::Buffer<std::uint32_t> indices_;
-};
-
 /// One texture's file of one tile.
 class TileOfTexture {
  public:
@@ -109,38 +63,27 @@ class TileOfTexture {
     if (!writer_.takes_codes() && num_threads > 1) piece_ *= 2 * static_cast<std::size_t>(num_threads);
   }
 
-  void write(const PlacesView& places, std::span<const std::uint32_t> turns, const StripOnDevice& there) {
+  void write(const PlacesView& places, std::span<const std::uint32_t> turns) {
     // Codes of the source's pixels are those of the texels that show them, and there are fewer of them.
     is_of_codes_ = writer_.takes_codes() && texture_.kind != TextureKind::Normal && places.beside.empty();
-    if (is_of_codes_) {
-      code_rows_ = there.gather(codes_, places.size(), code_gather_, all_codes_);
-    } else {
-      value_rows_ = there.gather(texture_.source, places.size(), value_gather_, all_values_);
-    }
     for (std::size_t i = 0; i < places.size(); i += piece_) {
       const std::size_t size = std::min(piece_, places.size() - i);
-      write_piece(i, places.part(i, size), turns.empty() ? turns : turns.subspan(i, size));
+      write_piece(places.part(i, size), turns.empty() ? turns : turns.subspan(i, size));
     }
   }
   void finish() { writer_.finish(); }
 
  private:
-  /// @param first  Texel of the strip that the piece begins at.
-  void write_piece(std::size_t first, const PlacesView& places, std::span<const std::uint32_t> turns) {
-    const std::size_t size = channels_of(texture_.kind) * places.size(), begin = channels_of(texture_.kind) * first;
+  void write_piece(const PlacesView& places, std::span<const std::uint32_t> turns) {
+    const std::size_t size = channels_of(texture_.kind) * places.size();
     if (is_of_codes_) {
-      if (!code_rows_.empty()) return writer_.write(code_rows_.subspan(begin, size));
       bytes_.resize(size);
       gather_packed(codes_, places.pixels, std::uint8_t{0}, bytes_);
       return writer_.write(bytes_);
     }
     if (values_.num_pixels() != static_cast<std::int64_t>(places.size()))
       values_ = ImageF(static_cast<int>(places.size()), 1, static_cast<int>(channels_of(texture_.kind)));
-    if (value_rows_.empty()) {
-      gather_packed(texture_.source, places, 0.0f, values_.values());
-    } else {
-      std::copy_n(value_rows_.begin() + static_cast<std::ptrdiff_t>(begin), size, values_.data());
-    }
+    gather_packed(texture_.source, places, 0.0f, values_.values());
     if (texture_.kind == TextureKind::Normal) {
       make_unit_between(places, values_.values());
       turn_normals(turns, values_.values());
@@ -155,13 +98,6 @@ class TileOfTexture {
   bool is_of_codes_ = false;
   std::vector<std::uint8_t> bytes_;
   ImageF values_;
-  // What a device has looked up of the strip; empty where the CPU does.
-  std::optional<DeviceGather<std::uint8_t>> code_gather_;
-  std::optional<DeviceGather<float>> value_gather_;
-  std::vector<std::uint8_t> all_codes_;
-  std::vector<float> all_values_;
-  std::span<const std::uint8_t> code_rows_;
-  std::span<const float> value_rows_;
 };
 
 }  // namespace
@@ -207,12 +143,10 @@ void TextureWriter::write(std::span<const TextureFile> textures, const RunContro
     RunControl quiet = control;
     quiet.on_progress = {};
     const auto num_tiles = static_cast<double>(tiles_.size());
-    StripOnDevice there(device_.get());
     tiles_[t].visit(
         [&](int, const PlacesView& places, std::span<const std::uint32_t> turns) {
-          there.begin(places);
           parallel_for(static_cast<std::int64_t>(open.size()), 1, quiet, [&](std::int64_t begin, std::int64_t) {
-            open[static_cast<std::size_t>(begin)]->write(places, turns, there);
+            open[static_cast<std::size_t>(begin)]->write(places, turns);
           });
         },
         control.part(static_cast<double>(t) / num_tiles, (static_cast<double>(t) + 1.0) / num_tiles));
@@ -231,19 +165,13 @@ void TextureWriter::gather_rows(std::size_t tile, const ImageF& values, const En
   const std::size_t piece = piece_size(tiles_.at(tile));
   const ImageU8 codes = encode(values);
   const auto channels = static_cast<std::size_t>(codes.channels());
-  StripOnDevice there(device_.get());
-  std::optional<DeviceGather<std::uint8_t>> gatherer;
-  std::vector<std::uint8_t> bytes, strip;
+  std::vector<std::uint8_t> bytes;
   tiles_[tile].visit(
       [&](int, const PlacesView& places, std::span<const std::uint32_t>) {
-        there.begin(places);
-        const std::span<const std::uint8_t> found = there.gather(codes, places.size(), gatherer, strip);
         for (std::size_t i = 0; i < places.size(); i += piece) {
           control.throw_if_stopped();  // Whoever takes the rows packs them, which is slower than finding them.
           const PlacesView part = places.part(i, std::min(piece, places.size() - i));
-          if (!found.empty()) {
-            take(found.subspan(channels * i, channels * part.size()));
-          } else if (part.beside.empty()) {
+          if (part.beside.empty()) {
             bytes.resize(channels * part.size());
             gather_packed(codes, part.pixels, std::uint8_t{0}, bytes);
             take(bytes);
@@ -263,23 +191,16 @@ void TextureWriter::normal_rows(std::size_t tile, const ImageF& normals, const T
   if (!with_turns_ || normals.channels() != 3)
     throw InvalidInput("textures: normals have three channels and need to know how patches lie");
   const std::size_t piece = piece_size(tiles_.at(tile));
-  StripOnDevice there(device_.get());
-  std::optional<DeviceGather<float>> gatherer;
-  std::vector<float> values, strip;
+  std::vector<float> values;
   std::vector<std::uint8_t> bytes;
   tiles_[tile].visit(
       [&](int, const PlacesView& places, std::span<const std::uint32_t> turns) {
-        there.begin(places);
-        const std::span<const float> found = there.gather(normals, places.size(), gatherer, strip);
         for (std::size_t i = 0; i < places.size(); i += piece) {
           control.throw_if_stopped();
           const std::size_t size = std::min(piece, places.size() - i);
           values.resize(3 * size);
           bytes.resize(3 * size);
-          if (found.empty())
-            gather_packed(normals, places.part(i, size), 0.0f, values);
-          else
-            std::copy_n(found.begin() + static_cast<std::ptrdiff_t>(3 * i), 3 * size, values.begin());
+          gather_packed(normals, places.part(i, size), 0.0f, values);
           make_unit_between(places.part(i, size), values);
           turn_normals(turns.empty() ? turns : turns.subspan(i, size), values);
           normal_codes(values, bytes);

@@ -19,8 +19,6 @@
 
 namespace patinate::transfer {
 
-class LookupDevice;
-
 enum class TextureKind {
   Color,   ///< 3 channels, linear; codes are sRGB.
   Normal,  ///< 3 channels, of the source's tangent space, turned into the texels'; codes are 127.5 + 127.5 n, EXR has
@@ -49,9 +47,6 @@ class TextureWriter {
   explicit TextureWriter(const TransferFolder& transfer, const CoordinateStripsOptions& options = {},
                          const RunControl& control = {});
 
-  /// Looks up there from now on; where that fails the CPU does, the same bytes. Not while others use this.
-  void use(std::shared_ptr<const LookupDevice> device) { device_ = std::move(device); }
-
   /// All at once: coordinates are gone through once for them. Each file is whole or absent.
   /// @throws CannotComplete, ParseError on an unknown extension, InvalidInput if a source is not of the history's size,
   /// or a normal is asked for without CoordinateStripsOptions::with_turns.
@@ -74,7 +69,6 @@ class TextureWriter {
   int source_width_, source_height_;
   bool with_turns_;
   std::vector<CoordinateStrips> tiles_;
-  std::shared_ptr<const LookupDevice> device_;
 };
 
 /// What TransferReader::sample_tiles(times, between) and write_color() would write, byte for byte, in strips: beside

@@ -13,14 +13,14 @@
 #include "libcommon/core/parallel.h"
 #include "libcommon/history/frame_locator.h"
 #include "patinate/core/error.h"
-#include "transfer/lookup/lookup_device.h"
 #include "transfer/lookup/packed_lookup.h"
 
 namespace patinate::transfer {
 
 namespace {
 
-constexpr std::size_t kPadded = lookup_kernel::kPixelSize;
+/// Numbers of a pixel: one more than colors have, so that it is one register.
+constexpr std::size_t kPadded = 4;
 
 ImageF padded(const ImageF& frame) {
   ImageF out(frame.width(), frame.height(), static_cast<int>(kPadded));
@@ -77,12 +77,11 @@ struct Texels {
 
   /// The color at a time, which pixels have before one looks between them.
   Pixel look(std::uint32_t pixel, BesidePixel beside, double fraction) const {
+    const float share = static_cast<float>(fraction), rest = 1.0f - share;
     const auto blended = [&](std::size_t at) {
       Pixel color;
-      if (fraction == 0.0)
-        std::copy_n(before + kPadded * at, kPadded, color.begin());
-      else
-        lookup_kernel::blend_pixels(before + kPadded * at, after + kPadded * at, fraction, color.data());
+      for (std::size_t c = kPadded * at, i = 0; i < kPadded; ++c, ++i)
+        color[i] = fraction == 0.0 ? before[c] : rest * before[c] + share * after[c];
       return color;
     };
     if (beside.is_middle()) return blended(pixel);
@@ -126,8 +125,6 @@ struct TimeMapLookup::Impl {
   FrameLocator locate;
   int per_block;                         ///< Frames that are kept at once; one more for blends of a block's last one.
   std::unique_ptr<FrameBlock> all = {};  ///< Where that is all of them.
-  std::shared_ptr<const LookupDevice> device = {};
-  std::unique_ptr<DeviceTimes> there = {};  ///< Null before the first call, and where the CPU does it.
 
   Impl(const History& of, Between between, const TimeMapOptions& options) : history(of), locate(of.times(), between) {
     const std::int64_t bytes_per_frame = std::int64_t{history.facts().width} * history.facts().height *
@@ -135,36 +132,8 @@ struct TimeMapLookup::Impl {
     per_block =
         static_cast<int>(std::clamp<std::int64_t>(options.frame_bytes / bytes_per_frame - 1, 1, history.num_frames()));
     if (per_block == history.num_frames()) all = std::make_unique<FrameBlock>(history, 0, per_block);
-    device = options.device;
   }
-
-  /// @returns false where there is no device, or it cannot.
-  bool look_up_there(const PlacesView& places, std::span<const float> times, int first_row, ImageF& out);
 };
-
-bool TimeMapLookup::Impl::look_up_there(const PlacesView& places, std::span<const float> times, int first_row,
-                                        ImageF& out) {
-  if (!device || device->has_failed() || !places.beside.empty()) return false;
-  const std::span<const std::uint32_t> indices = places.pixels;
-  const auto width = static_cast<std::size_t>(out.width());
-  for (std::size_t i = 0; i < indices.size(); ++i) {
-    if (indices[i] != kNoValue && std::isnan(times[i])) refuse_time(i % width, first_row + static_cast<int>(i / width));
-  }
-  try {
-    const auto turn = device->turn();
-    if (!there) {
-      const std::int64_t num_pixels = std::int64_t{history.facts().width} * history.facts().height;
-      there = std::make_unique<DeviceTimes>(device->device(), locate, num_pixels, per_block);
-    }
-    there->look_up(
-        indices, times, [this](int frame) { return history.read_frame(frame); }, out.values());
-    return true;
-  } catch (const device::DeviceError& error) {
-    device->report_failure(error);
-    there.reset();
-    return false;
-  }
-}
 
 TimeMapLookup::TimeMapLookup(const History& history, Between between, const TimeMapOptions& options)
     : impl_(std::make_unique<Impl>(history, between, options)) {}
@@ -176,7 +145,6 @@ void TimeMapLookup::look_up(const PlacesView& places, std::span<const float> tim
       out.channels() != 3) {
     throw InvalidInput("time map: expected one time for every texel of the coordinates");
   }
-  if (impl_->look_up_there(places, times, first_row, out)) return control.report(1.0);
   std::fill(out.values().begin(), out.values().end(), 0.0f);
   const History& history = impl_->history;
   RunControl quiet = control;

@@ -10,7 +10,6 @@
 #include "patinate/image/image_io.h"
 #include "patinate/transfer/time_map.h"
 #include "transfer/files/flow_io.h"
-#include "transfer/lookup/lookup_device.h"
 #include "transfer/lookup/packed_lookup.h"
 #include "transfer/lookup/source_turn.h"
 #include "transfer/synthesis/transfer_controls.h"
@@ -150,9 +149,8 @@ const Image<std::uint32_t>& TransferReader::filled_turns() const {
   return turns_;
 }
 
-ImageF TransferReader::sample_map(MaterialMap map, double time, Between between, const RunControl& control,
-                                  const std::shared_ptr<const LookupDevice>& device) const {
-  ImageF values = gather_sheet(sample_material_map(history(), map, time, between), control, device);
+ImageF TransferReader::sample_map(MaterialMap map, double time, Between between, const RunControl& control) const {
+  ImageF values = gather_sheet(sample_material_map(history(), map, time, between), control);
   if (map == MaterialMap::Normal) make_unit_between(filled_places().view(), values.values());
   if (map == MaterialMap::Normal && !filled_turns().empty()) turn_normals(filled_turns().values(), values.values());
   return values;
@@ -172,9 +170,8 @@ std::vector<ImageF> TransferReader::gather_tiles(const ImageF& source, const Run
   return tiles_of(gather_sheet(source, control));
 }
 
-ImageF TransferReader::gather_sheet(const ImageF& source, const RunControl& control,
-                                    const std::shared_ptr<const LookupDevice>& device) const {
-  return gather_on(device.get(), source, filled_places(), control);
+ImageF TransferReader::gather_sheet(const ImageF& source, const RunControl& control) const {
+  return gather_packed(source, filled_places(), 0.0f, control);
 }
 
 std::vector<ImageF> TransferReader::filled_tiles(const ImageF& values) const {
@@ -187,20 +184,18 @@ std::vector<ImageF> TransferReader::filled_tiles(const ImageF& values) const {
   return tiles;
 }
 
-std::vector<ImageF> TransferReader::sample_tiles(double time, Between between, const RunControl& control,
-                                                 const std::shared_ptr<const LookupDevice>& device) const {
+std::vector<ImageF> TransferReader::sample_tiles(double time, Between between, const RunControl& control) const {
   // Blending the two frames first equals blending two lookups, and touches fewer texels.
-  return tiles_of(gather_sheet(patinate::sample(history(), time, between), control, device));
+  return tiles_of(gather_sheet(patinate::sample(history(), time, between), control));
 }
 
-std::vector<ImageF> TransferReader::sample_tiles(const ImageF& times, Between between, const RunControl& control,
-                                                 const std::shared_ptr<const LookupDevice>& device) const {
-  return filled_tiles(gather_at_times(history(), coordinates_, times, between, control, {.device = device}));
+std::vector<ImageF> TransferReader::sample_tiles(const ImageF& times, Between between,
+                                                 const RunControl& control) const {
+  return filled_tiles(gather_at_times(history(), coordinates_, times, between, control));
 }
 
-ImageF TransferReader::sample(double time, const RunControl& control,
-                              const std::shared_ptr<const LookupDevice>& device) const {
-  return gather_sheet(history().sample(time), control, device);
+ImageF TransferReader::sample(double time, const RunControl& control) const {
+  return gather_sheet(history().sample(time), control);
 }
 
 }  // namespace patinate::transfer

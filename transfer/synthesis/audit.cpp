@@ -8,7 +8,6 @@
 #include "libcommon/core/median.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/random.h"
-#include "transfer/synthesis/window_device.h"
 #include "transfer/synthesis/window_search.h"
 
 namespace patinate::transfer {
@@ -79,40 +78,10 @@ OptimumAudit summary_of(std::span<const AuditedTexel> all) {
   return audit;
 }
 
-namespace {
-
-/// Those that a device has audited, as many of the first as it could. @param audited  Indices of texels.
-std::size_t audit_on_device(const SearchDevice* device, const SynthesisLevel& level, const Neighborhood& neighborhood,
-                            const CoordinateMap& coordinates, std::span<const TexelId> texels,
-                            std::span<const std::size_t> audited, const EnergyScale& scale, const RunControl& control,
-                            std::vector<AuditedTexel>& costs) {
-  constexpr std::size_t kSome = 4096;
-  std::size_t done = 0;
-  if (device == nullptr || audited.empty()) return done;
-  try {
-    AuditOnDevice there(*device, level, neighborhood, scale, control);
-    while (done < audited.size()) {
-      const auto some = audited.subspan(done, std::min(kSome, audited.size() - done));
-      std::vector<TexelId> there_texels;
-      for (const std::size_t i : some) there_texels.push_back(texels[i]);
-      const std::vector<AuditedTexel> found = there.run(there_texels, coordinates, control);
-      for (std::size_t i = 0; i < some.size(); ++i) costs[some[i]] = found[i];
-      done += some.size();
-      control.report(static_cast<double>(done) / static_cast<double>(audited.size()));
-    }
-  } catch (const device::DeviceError& error) {
-    device->report_failure(error);
-  }
-  return done;
-}
-
-}  // namespace
-
 std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighborhood& neighborhood,
                                        const CoordinateMap& coordinates, std::span<const TexelId> texels,
                                        double coherence_share, std::span<const double> control_weights,
-                                       const RunControl& control, const SearchDevice* device,
-                                       std::span<const Turn> turns) {
+                                       const RunControl& control, std::span<const Turn> turns) {
   const SourceLevel& source = level.source;
   const EnergyScale scale = EnergyScale::make(source, coherence_share, control_weights);
   std::vector<AuditedTexel> costs(texels.size());
@@ -121,19 +90,16 @@ std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighb
     const std::int32_t own = coordinates[static_cast<std::size_t>(texels[i])];
     if (own >= 0 && source.is_usable[static_cast<std::size_t>(own)] != 0) audited.push_back(i);
   }
-  const std::size_t done = audit_on_device(turns.empty() ? device : nullptr, level, neighborhood, coordinates, texels,
-                                           audited, scale, control, costs);
-  if (done == audited.size()) return costs;
+  if (audited.empty()) return costs;
   RunControl silent = control;
   silent.on_progress = nullptr;
   const WindowSearch search(source, neighborhood, std::max(source.width(), source.height()), silent);
   const SearchWindow whole{.x0 = 0, .y0 = 0, .x1 = source.width(), .y1 = source.height()};
-  parallel_for(static_cast<std::int64_t>(audited.size() - done), kAuditChunk,
-               control.part(static_cast<double>(done) / static_cast<double>(audited.size()), 1.0),
+  parallel_for(static_cast<std::int64_t>(audited.size()), kAuditChunk, control,
                [&](std::int64_t begin, std::int64_t end) {
                  TexelCost cost(source, level.destination, neighborhood);
                  for (std::int64_t k = begin; k < end; ++k) {
-                   const std::size_t i = audited[done + static_cast<std::size_t>(k)];
+                   const std::size_t i = audited[static_cast<std::size_t>(k)];
                    const std::int32_t own = coordinates[static_cast<std::size_t>(texels[i])];
                    cost.prepare(texels[i], coordinates, scale,
                                 turns.empty() ? Turn{0} : turns[static_cast<std::size_t>(texels[i])]);
@@ -147,13 +113,12 @@ std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighb
 OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neighborhood,
                            const CoordinateMap& coordinates, double coherence_share,
                            std::span<const double> control_weights, std::int64_t num_audits, std::uint64_t seed,
-                           const RunControl& control, const SearchDevice* device) {
+                           const RunControl& control) {
   if (!(num_audits > 0)) throw InvalidInput("audits: " + std::to_string(num_audits) + " is out of range; use > 0");
   const TexelSet& texels = level.destination.texels;
   const std::vector<TexelId> drawn =
       drawn_texels(texels, 0, static_cast<std::int64_t>(texels.size()), num_audits, seed);
-  return summary_of(
-      audit_texels(level, neighborhood, coordinates, drawn, coherence_share, control_weights, control, device));
+  return summary_of(audit_texels(level, neighborhood, coordinates, drawn, coherence_share, control_weights, control));
 }
 
 }  // namespace patinate::transfer

@@ -14,8 +14,6 @@
 
 namespace patinate::transfer {
 
-class SearchDevice;
-
 /// Costs of the map's own pixels, and those of the best pixels there are while the neighbors stay as they are.
 struct OptimumAudit {
   std::int64_t num_audited = 0;
@@ -42,14 +40,11 @@ struct AuditedTexel {
                                                 std::int64_t count, std::uint64_t seed);
 /// The least cost is that over all usable pixels of the source; WindowSearch finds it without looking at every one.
 /// @param coordinates  Pixels of level.source for those texels and what they look at; -1 = none, as outside.
-/// @param device  Searches, some thousand texels at a time; what it fails at the CPU does. Null: the CPU alone.
-/// @param turns  Of the texels' pieces: a texel is compared as its own is turned, on the CPU. Empty: all 0.
+/// @param turns  Of the texels' pieces: a texel is compared as its own is turned. Empty: all 0.
 [[nodiscard]] std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighborhood& neighborhood,
                                                      const CoordinateMap& coordinates, std::span<const TexelId> texels,
                                                      double coherence_share, std::span<const double> control_weights,
-                                                     const RunControl& control = {},
-                                                     const SearchDevice* device = nullptr,
-                                                     std::span<const Turn> turns = {});
+                                                     const RunControl& control = {}, std::span<const Turn> turns = {});
 /// Of the texels of all parts, in their order. All ratios are at least 1.
 [[nodiscard]] OptimumAudit summary_of(std::span<const AuditedTexel> texels);
 
@@ -58,7 +53,6 @@ struct AuditedTexel {
 [[nodiscard]] OptimumAudit audit_optimum(const SynthesisLevel& level, const Neighborhood& neighborhood,
                                          const CoordinateMap& coordinates, double coherence_share,
                                          std::span<const double> control_weights, std::int64_t num_audits,
-                                         std::uint64_t seed, const RunControl& control = {},
-                                         const SearchDevice* device = nullptr);
+                                         std::uint64_t seed, const RunControl& control = {});
 
 }  // namespace patinate::transfer

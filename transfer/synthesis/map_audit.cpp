@@ -110,7 +110,7 @@ OptimumAudit audit_map(const History& history, const MapToAudit& made, const Tra
   }
   return summary_of(audit_texels(auditor.level, auditor.neighborhood, level_pixels(made, history.facts(), auditor),
                                  drawn, *auditor.options.coherence_share, auditor.weights, control.part(0.6, 1.0),
-                                 made.device.get(), made.turns));
+                                 made.turns));
 }
 
 std::vector<AuditedTexel> audit_tile(const History& history, const MapToAudit& made, const TileToAudit& tile,
@@ -149,7 +149,7 @@ std::vector<AuditedTexel> audit_tile(const History& history, const MapToAudit& m
   CoordinateMap pixels(static_cast<std::size_t>(surface.num_texels()));
   tile.coordinates(seen, [&](TexelId t, int x, int y) { pixels[static_cast<std::size_t>(t)] = auditor.pixel(x, y); });
   return audit_texels(auditor.level, auditor.neighborhood, pixels, part->others, *auditor.options.coherence_share,
-                      auditor.weights, control, made.device.get());
+                      auditor.weights, control);
 }
 
 }  // namespace patinate::transfer

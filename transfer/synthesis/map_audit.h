@@ -32,7 +32,6 @@ struct MapToAudit {
   std::shared_ptr<const FlowFrames> frames = nullptr;  ///< As TransferInput's.
   std::vector<std::int16_t> turns = {};                ///< As SourcePlace's; empty: all 0.
   ImageU8 source_mask = {};  ///< What could be copied, instead of the history's mask; empty: that.
-  std::shared_ptr<const SearchDevice> device = nullptr;  ///< Searches, with the CPU's figures; none: the CPU.
 };
 
 /// Measures as transfer() does: with its appearance, on the level whose pixels are as large as texels. Of an atlas of

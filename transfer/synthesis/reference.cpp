@@ -10,7 +10,6 @@
 #include "libcommon/core/random.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/wavefronts.h"
-#include "transfer/synthesis/window_device.h"
 #include "transfer/synthesis/window_search.h"
 
 namespace patinate::transfer {
@@ -138,7 +137,7 @@ Place choose_good(const WindowSearch& search, const TexelCost& cost, const Searc
   return with_fraction(source, best.pixel, likely);
 }
 
-/// The CPU's search, made when it is needed: a device has tables of its own.
+/// Searches for all texels of a front at the same time.
 class FrontSearch {
  public:
   FrontSearch(const SourceLevel& source, const DestinationLevel& destination, const Neighborhood& neighborhood,
@@ -148,11 +147,11 @@ class FrontSearch {
         neighborhood_(neighborhood),
         seed_(seed),
         options_(options),
-        control_(control) {}
+        control_(control),
+        search_(source, neighborhood, options.window_px, control) {}
 
   /// The texels of a front get places.
   void place(const std::vector<TexelId>& front, const EnergyScale& scale, int pass, PlaceMap& places) {
-    if (!search_) search_.emplace(source_, neighborhood_, options_.window_px, control_);
     parallel_for(static_cast<std::int64_t>(front.size()), kReferenceChunk, control_,
                  [&](std::int64_t begin, std::int64_t end) {
                    Worker worker{.cost = TexelCost(source_, destination_, neighborhood_)};
@@ -173,10 +172,10 @@ class FrontSearch {
     likely_places(source_, neighborhood_, worker.cost, places, t, worker.likely);
     worker.likely_pixels.clear();
     for (const Place& p : worker.likely) worker.likely_pixels.push_back(p.pixel);
-    const SearchWindow window = search_->window(center.x, center.y, options_.window_px);
-    const WindowOptimum best = search_->find(worker.cost, window, worker.likely_pixels);
+    const SearchWindow window = search_.window(center.x, center.y, options_.window_px);
+    const WindowOptimum best = search_.find(worker.cost, window, worker.likely_pixels);
     if (best.pixel < 0) return;
-    places.set(t, choose_good(*search_, worker.cost, window, best, source_, worker.likely, options_.epsilon, random));
+    places.set(t, choose_good(search_, worker.cost, window, best, source_, worker.likely, options_.epsilon, random));
   }
 
   const SourceLevel& source_;
@@ -185,7 +184,7 @@ class FrontSearch {
   std::uint64_t seed_;
   const ReferenceOptions& options_;
   const RunControl& control_;
-  std::optional<WindowSearch> search_;
+  WindowSearch search_;
 };
 
 }  // namespace
@@ -193,51 +192,21 @@ class FrontSearch {
 CoordinateMap synthesize_reference(const SourceLevel& source, const DestinationLevel& destination,
                                    const Neighborhood& neighborhood, double coherence_share,
                                    std::span<const double> control_weights, std::uint64_t seed,
-                                   const ReferenceOptions& options, const RunControl& control,
-                                   const SearchDevice* device) {
+                                   const ReferenceOptions& options, const RunControl& control) {
   check_ranges(options);
   PlaceMap places(destination.map->num_texels(), source.width());
   const std::vector<std::vector<TexelId>> fronts = wavefronts(destination);
   RunControl silent = control;
   silent.on_progress = nullptr;
-  FrontSearch here(source, destination, neighborhood, seed, options, silent);
-  std::unique_ptr<ReferenceOnDevice> there;
-  /// @returns false, with nothing changed, where there is no device or it has failed.
-  const auto is_placed_there = [&](const EnergyScale& scale, int pass, std::size_t first, std::size_t last) {
-    if (device == nullptr) return false;
-    try {
-      if (there == nullptr)
-        there = std::make_unique<ReferenceOnDevice>(*device, source, destination, neighborhood, fronts, seed, options,
-                                                    silent);
-      there->run(scale, pass, first, last, places, silent);
-      return true;
-    } catch (const device::DeviceError& error) {
-      device->report_failure(error);
-      there.reset();
-      device = nullptr;
-      return false;
-    }
-  };
-  // A device is given an eighth of a pass at a time: so much is lost with it.
-  const std::size_t some = (fronts.size() + 7) / 8;
+  FrontSearch search(source, destination, neighborhood, seed, options, silent);
   const double first_coherence = options.first_coherence.value_or(coherence_share);
   for (int pass = 0; pass < options.num_passes; ++pass) {
     const double ramp = options.num_passes == 1 ? 1.0 : pass / (options.num_passes - 1.0);
     const EnergyScale scale =
         EnergyScale::make(source, first_coherence + (coherence_share - first_coherence) * ramp, control_weights);
-    const auto report = [&](std::size_t done) {
-      control.report((pass + static_cast<double>(done) / static_cast<double>(fronts.size() + 1)) / options.num_passes);
-    };
-    for (std::size_t first = 0; first < fronts.size(); first += some) {
-      const std::size_t last = std::min(fronts.size(), first + some);
-      if (is_placed_there(scale, pass, first, last)) {
-        report(last);
-        continue;
-      }
-      for (std::size_t f = first; f < last; ++f) {
-        here.place(fronts[f], scale, pass, places);
-        report(f + 1);
-      }
+    for (std::size_t f = 0; f < fronts.size(); ++f) {
+      search.place(fronts[f], scale, pass, places);
+      control.report((pass + static_cast<double>(f + 1) / static_cast<double>(fronts.size() + 1)) / options.num_passes);
     }
   }
   control.report(1.0);

@@ -1,8 +1,6 @@
 #include "patinate/atlas/direction_field.h"
 #include "transfer/synthesis/multi_level.h"
-#include "transfer/synthesis/reference.h"
 #include "transfer/synthesis/search_device.h"
-#include "transfer/synthesis/window_device.h"
 
 namespace patinate::transfer {
 
@@ -59,13 +57,6 @@ CostSums sums_here(const SynthesisLevel& level, const Neighborhood& neighborhood
   return {.coherence = figures.coherence, .control = figures.control};
 }
 
-/// Counts what differs of two results, place by place.
-template <class Value>
-void compare(std::span<const Value> there, std::span<const Value> here, device::CheckResult& check) {
-  check.num_items += static_cast<std::int64_t>(here.size());
-  for (std::size_t i = 0; i < here.size(); ++i) check.num_different += there[i] == here[i] ? 0 : 1;
-}
-
 }  // namespace
 
 device::CheckResult check_search(const device::Device& device) {
@@ -92,31 +83,6 @@ device::CheckResult check_search(const device::Device& device) {
   for (TexelId t = 0; t < num_texels; ++t) check.num_different += there.at(t) == here.at(t) ? 0 : 1;
   check.num_different += sums_there.coherence == sums_of_cpu.coherence ? 0 : 1;
   check.num_different += sums_there.control == sums_of_cpu.control ? 0 : 1;
-  return check;
-}
-
-device::CheckResult check_window_search(const device::Device& device) {
-  const Neighborhood neighborhood = Neighborhood::square(kRadius_px);
-  SynthesisLevel level = check_level(neighborhood);
-  find_neighbors(level.destination, neighborhood);
-  const std::array weights{1.0};
-  std::optional<device::DeviceError> failure;
-  const SearchDevice search(device, [&](const device::DeviceError& problem) { failure = problem; });
-  const auto synthesize = [&](const SearchDevice* there) {
-    return synthesize_reference(level.source, level.destination, neighborhood, 0.65, weights, 1,
-                                {.window_px = 24, .num_passes = 2}, {}, there);
-  };
-  const CoordinateMap there = synthesize(&search), here = synthesize(nullptr);
-  const auto num_texels = static_cast<std::int64_t>(level.destination.texels.size());
-  const std::vector<TexelId> texels = drawn_texels(level.destination.texels, 0, num_texels, 256, 1);
-  const auto audit = [&](const SearchDevice* device_or_none) {
-    return audit_texels(level, neighborhood, here, texels, 0.65, weights, {}, device_or_none);
-  };
-  const std::vector<AuditedTexel> audited_there = audit(&search), audited_here = audit(nullptr);
-  if (failure) throw device::DeviceError(*failure);
-  device::CheckResult check;
-  compare<std::int32_t>(there, here, check);
-  compare<AuditedTexel>(audited_there, audited_here, check);
   return check;
 }
 

@@ -206,9 +206,8 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   std::unique_ptr<SearchDevice::Level> on_device;
   PlaceMap places(0, levels[0].source.width());
   if (options.method == TransferMethod::Reference) {
-    places.pixels =
-        synthesize_reference(levels[0].source, levels[0].destination, neighborhood, *options.coherence_share, weights,
-                             seed, options.reference, synthesis_control, input.device.get());
+    places.pixels = synthesize_reference(levels[0].source, levels[0].destination, neighborhood,
+                                         *options.coherence_share, weights, seed, options.reference, synthesis_control);
   } else {
     places = synthesize_fast(levels, neighborhood, weights,
                              structure_levels(structure, options.quality, first, levels.size(), silent), options,

@@ -2,8 +2,6 @@
 /// window_kernel.inl for C++.
 #pragma once
 
-#include <string_view>
-
 #include "transfer/synthesis/search_kernel.h"
 
 namespace patinate::transfer {
@@ -12,9 +10,6 @@ namespace window_kernel {
 using namespace search_kernel;
 #include "transfer/synthesis/window_kernel.inl"
 }  // namespace window_kernel
-
-/// The text of window_kernel.inl, of window_group.cl, and of window_device.cl.
-extern const std::string_view kWindowKernel, kWindowGroup, kWindowEntries;
 
 /// Pixels [x0, x1) x [y0, y1).
 using window_kernel::SearchWindow;

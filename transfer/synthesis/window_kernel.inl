@@ -143,17 +143,7 @@ PATINATE_INLINE bool compares_projections(i64 coherence_scale, u32 quarters, i32
 }
 
 // The squared distance of a pixel's projection from a texel's, over the values of some quarters: reach_kernel.inc
-// compares 16 pixels at once. An item of a device keeps the texel's, and loads the pixel's at once.
-#ifdef __OPENCL_VERSION__
-PATINATE_INLINE i32 projected_distance(short16 query, PATINATE_GLOBAL const i16* projection, u32 quarters) {
-  const int16 d = convert_int16(query) - convert_int16(*(PATINATE_GLOBAL const short16*)projection);
-  const int16 s = d * d;
-  return ((quarters & 1u) != 0u ? s.s0 + s.s1 + s.s2 + s.s3 : 0) +
-         ((quarters & 2u) != 0u ? s.s4 + s.s5 + s.s6 + s.s7 : 0) +
-         ((quarters & 4u) != 0u ? s.s8 + s.s9 + s.sa + s.sb : 0) +
-         ((quarters & 8u) != 0u ? s.sc + s.sd + s.se + s.sf : 0);
-}
-#else
+// compares 16 pixels at once.
 PATINATE_INLINE i32 projected_distance(const i16* query, const i16* projection, u32 quarters) {
   i32 sum = 0;
   for (i32 j = 0; j < kProjectedValues; ++j) {
@@ -162,20 +152,3 @@ PATINATE_INLINE i32 projected_distance(const i16* query, const i16* projection, 
   }
   return sum;
 }
-#endif
-
-enum { kNotUsable = 65535 };  // In place of a first control.
-
-// What searches of windows on a device are given by value.
-typedef struct WindowNumbers {
-  u64 seed;
-  u64 reciprocal;  // As PlaceTables have it,
-  double epsilon;
-  i32 shift;  // and so on.
-  i32 source_width, source_height;
-  i32 num_usable, num_controls, num_neighbors, radius_px;
-  i32 tolerance, window_px;
-  u32 stream;
-  u32 first;  // Of the texels that are listed: one a group of items.
-  i32 unused;
-} WindowNumbers;

@@ -4,7 +4,6 @@
 #include <span>
 
 #include "libcommon/core/text.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "transfer/files/transfer_files.h"
 #include "transfer/job/transfer_job.h"
@@ -23,16 +22,10 @@ using Work = std::function<void(const fs::path& folder, const RunControl& contro
 struct StepCost {
   double seconds = 0.0;        ///< Before the first texel: reading mesh and history, preparing the source.
   double texel_seconds = 0.0;  ///< And for each texel of the tile, on the level of the step.
-  double texel_bytes = 0.0;
-  double megabytes = 0.0;     ///< Beside what every step has.
-  double side_seconds = 0.0;  ///< For each texel along a side of the tile: what lies along its borders.
-  double side_bytes = 0.0;
+  double side_seconds = 0.0;   ///< For each texel along a side of the tile: what lies along its borders.
 };
-constexpr StepCost kSurvey{0.01, 6e-8, 24.0}, kMatch{0.1, 1.4e-7, 45.0}, kHalve{0.08, 2e-7, 90.0},
-    kStart{0.09, 1e-7, 60.0}, kPass{0.12, 1.1e-6, 80.0}, kRefine{0.45, 1.25e-5, 60.0, 47.0},
-    kBorders{0.45, 0.0, 0.0, 50.0, 2.5e-3, 6e4}, kFinish{0.1, 6e-7, 60.0}, kCoarse{0.6, 3.5e-6, 40.0};
-constexpr double kBase_mb = 22.0;
-constexpr double kNumbering_bytes = 0.4;  ///< A texel of the whole level: sets of texels (texel_set.h).
+constexpr StepCost kSurvey{0.01, 6e-8}, kMatch{0.1, 1.4e-7}, kHalve{0.08, 2e-7}, kStart{0.09, 1e-7},
+    kPass{0.12, 1.1e-6}, kRefine{0.45, 1.25e-5}, kBorders{0.45, 0.0, 2.5e-3}, kFinish{0.1, 6e-7}, kCoarse{0.6, 3.5e-6};
 
 /// Adds the items of one stage after the other.
 class StageList {
@@ -45,32 +38,23 @@ class StageList {
            const std::function<Work(int tile)>& work_of) {
     for (int tile = 0; tile < grid_.num_tiles(); ++tile)
       add_item(name + "." + std::to_string(tile), outputs(tile), work_of(tile),
-               cost_of(step, grid_.rect(level, tile).num_texels(), grid_.num_texels(level)));
+               weight_of(step, grid_.rect(level, tile).num_texels()));
     ++stage_;
   }
   void add_one(const std::string& name, std::size_t level, const StepCost& step, std::vector<fs::path> outputs,
                Work work) {
-    add_item(name, std::move(outputs), std::move(work),
-             cost_of(step, grid_.num_texels(level), grid_.num_texels(level)));
+    add_item(name, std::move(outputs), std::move(work), weight_of(step, grid_.num_texels(level)));
     ++stage_;
   }
 
  private:
-  [[nodiscard]] static JobCost cost_of(const StepCost& step, std::int64_t texels, std::int64_t all) {
+  [[nodiscard]] static double weight_of(const StepCost& step, std::int64_t texels) {
     const auto here = static_cast<double>(texels);
-    const double side = std::sqrt(here);
-    return {.core_seconds = step.seconds + step.texel_seconds * here + step.side_seconds * side,
-            .megabytes = kBase_mb + step.megabytes +
-                         1e-6 * (step.texel_bytes * here + step.side_bytes * side +
-                                 kNumbering_bytes * static_cast<double>(all))};
+    return step.seconds + step.texel_seconds * here + step.side_seconds * std::sqrt(here);
   }
-  void add_item(const std::string& name, std::vector<fs::path> outputs, Work work, const JobCost& cost) {
-    plan_.items.push_back({.name = name,
-                           .outputs = std::move(outputs),
-                           .run = std::move(work),
-                           .stage = stage_,
-                           .weight = cost.core_seconds,
-                           .cost = cost});
+  void add_item(const std::string& name, std::vector<fs::path> outputs, Work work, double weight) {
+    plan_.items.push_back(
+        {.name = name, .outputs = std::move(outputs), .run = std::move(work), .stage = stage_, .weight = weight});
   }
 
   JobPlan& plan_;
@@ -176,7 +160,6 @@ JobPlan plan_tiled_transfer(TiledTask task, const fs::path& output) {
         return std::vector<fs::path>{tile_file::figures(tile), coordinate_tile_file(transfer, tile)};
       },
       [&](int tile) -> Work { return [=](const fs::path& f, const RunControl& c) { tiled->finish(tile, f, c); }; });
-  plan.join_cost = kSmallCost.of();
   plan.join = [=, key = plan.key](const fs::path& folder, const RunControl& control) {
     tiled->join(folder, output, key, control);
   };

@@ -5,10 +5,10 @@
 #include <iostream>
 #include <limits>
 
-#include "capture/thickness/mode_filter_reference.h"
 #include "libcommon/core/random.h"
 #include "patinate/capture/thickness.h"
 #include "patinate/core/error.h"
+#include "tests/support/mode_filter_reference.h"
 
 namespace patinate::capture {
 namespace {

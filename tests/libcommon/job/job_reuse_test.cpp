@@ -236,11 +236,14 @@ TEST(JobReport, FailsWhereTheJobWouldFail) {
 
 TEST(JobReport, OfASingleFileIsDecidedByItsKey) {
   TempFolder temp;
-  EXPECT_EQ(explain_output_file(temp / "a.png", "", "k", {}).need, OutputNeed::Missing);
+  const auto explain = [&](const char* existing_key, const JobOptions& options) {
+    return explain_output_files({{.path = temp / "a.png", .existing_key = existing_key}}, "k", options);
+  };
+  EXPECT_EQ(explain("", {}).need, OutputNeed::Missing);
   write_atomically(temp / "a.png", "x");
-  EXPECT_EQ(explain_output_file(temp / "a.png", "k", "k", {}).need, OutputNeed::UpToDate);
-  EXPECT_TRUE(explain_output_file(temp / "a.png", "other", "k", {}).needs_force());
-  EXPECT_FALSE(explain_output_file(temp / "a.png", "other", "k", {.force = true}).needs_force());
+  EXPECT_EQ(explain("k", {}).need, OutputNeed::UpToDate);
+  EXPECT_TRUE(explain("other", {}).needs_force());
+  EXPECT_FALSE(explain("other", {.force = true}).needs_force());
 }
 
 TEST(JobInputs, FilesCountByContentAndRoleAndValuesByNameAndText) {

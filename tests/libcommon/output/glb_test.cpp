@@ -307,16 +307,6 @@ TEST(GlbTangents, AreUnitAndAcrossTheNormalWhateverTheUvs) {
   }
 }
 
-GlbPlant plant(const Vec3& root, double size, int first, int last) {
-  return {.root = root,
-          .up = Vec3(0.6, 0.8, 0.0),
-          .turn = 1.0,
-          .size = size,
-          .color = Vec3(0.1, 0.2, 0.05) * size,
-          .first_variant = first,
-          .last_variant = last};
-}
-
 /// Of a whole file in memory.
 struct GlbContents {
   explicit GlbContents(const std::string& bytes) {
@@ -336,62 +326,12 @@ struct GlbContents {
   std::string binary;
 };
 
-TEST(Glb, PlantsStandWhereTheyGrowOnceTheNodesScaleIsUndone) {
-  const TempFolder folder;
-  write_glb(folder / "a.glb", ball(1.0, 8), two_ages(),
-            {.meters_per_unit = 0.01, .plants = {plant({10, 20, 30}, 0.5, 0, 1)}});
-  const GlbContents glb(read_file(folder / "a.glb"));
-  const Json& node = glb.json["nodes"].back();
-  const auto scale = node["scale"][0].get<double>();
-  const Json& attributes = node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
-  const std::vector<float> place = glb.floats(attributes["TRANSLATION"], 3), size = glb.floats(attributes["SCALE"], 3),
-                           turn = glb.floats(attributes["ROTATION"], 4);
-  for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_FLOAT_EQ(static_cast<float>(scale * static_cast<double>(place[i])), 0.1F * static_cast<float>(i + 1));
-    EXPECT_FLOAT_EQ(static_cast<float>(scale * static_cast<double>(size[i])), 0.005F);
-  }
-  // The shape's stem, z, is turned to where the plant grows.
-  const Eigen::Quaternionf q(turn[3], turn[0], turn[1], turn[2]);
-  EXPECT_LT((q * Eigen::Vector3f::UnitZ() - Eigen::Vector3f(0.6F, 0.8F, 0.0F)).norm(), 1e-6F);
-}
-
-TEST(Glb, PlantsShowInTheirVariantsAlone) {
-  const TempFolder folder;
-  write_glb(folder / "a.glb", ball(1.0, 8), two_ages(),
-            {.plants = {plant({0, 1, 0}, 0.1, 0, 0), plant({1, 0, 0}, 0.2, 1, 1), plant({0, 0, 1}, 0.3, 0, 1)}});
-  const Json glb = GlbContents(read_file(folder / "a.glb")).json;
-  std::size_t num_groups = 0;
-  for (const Json& mesh : glb["meshes"]) {
-    const Json& primitive = mesh["primitives"][0];
-    if (!primitive["attributes"].contains("COLOR_0")) continue;
-    ++num_groups;
-    const auto is_shown = [&](const Json& material) {
-      return !glb["materials"][material.get<std::size_t>()].contains("alphaMode");
-    };
-    std::array<bool, 2> shown{};
-    for (const Json& mapping : primitive["extensions"]["KHR_materials_variants"]["mappings"]) {
-      for (const Json& variant : mapping["variants"]) shown[variant.get<std::size_t>()] = is_shown(mapping["material"]);
-    }
-    EXPECT_EQ(is_shown(primitive["material"]), shown[0]) << "viewers without variants show the first";
-    EXPECT_TRUE(shown[0] || shown[1]);
-  }
-  EXPECT_EQ(num_groups, 3u);
-  for (const auto& [first, last] : {std::pair(0, 2), std::pair(-1, 0), std::pair(1, 0)}) {
-    EXPECT_THROW(
-        write_glb(folder / "b.glb", ball(1.0, 8), two_ages(), {.plants = {plant({0, 1, 0}, 0.1, first, last)}}),
-        InvalidInput);
-  }
-  EXPECT_FALSE(std::filesystem::exists(folder / "b.glb"));
-}
-
 // tests/gltf/run.sh validates what this leaves.
 TEST(Glb, SampleForTheKhronosValidator) {
   const char* folder = std::getenv("PATINATE_GLTF_SAMPLES");
   if (folder == nullptr) GTEST_SKIP() << "PATINATE_GLTF_SAMPLES is not set";
   write_glb(std::filesystem::path(folder) / "ball.glb", ball(100.0, 24), two_ages(), {.key = "00ff"});
   write_glb(std::filesystem::path(folder) / "maps.glb", ball(100.0, 24), with_maps());
-  write_glb(std::filesystem::path(folder) / "plants.glb", ball(100.0, 24), two_ages(),
-            {.plants = {plant({0, 100, 0}, 2.0, 0, 1), plant({100, 0, 0}, 3.0, 1, 1)}});
 }
 
 }  // namespace

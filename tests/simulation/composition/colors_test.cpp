@@ -6,11 +6,11 @@
 #include <nlohmann/json.hpp>
 
 #include "patinate/image/color.h"
-#include "simulation/composition/reference_compose.h"
 #include "simulation/files/scene_json.h"
 #include "tests/simulation/composition/compose_scene.h"
 #include "tests/support/errors.h"
 #include "tests/support/meshes.h"
+#include "tests/support/reference_compose.h"
 
 namespace patinate::simulation {
 namespace {

@@ -9,11 +9,11 @@
 #include "libcommon/core/instruction_set.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
-#include "simulation/composition/reference_compose.h"
 #include "simulation/rules/scene_maps.h"
 #include "tests/simulation/composition/compose_scene.h"
 #include "tests/support/errors.h"
 #include "tests/support/meshes.h"
+#include "tests/support/reference_compose.h"
 #include "tests/support/threads.h"
 
 namespace patinate::simulation {

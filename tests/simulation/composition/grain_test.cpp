@@ -7,9 +7,9 @@
 #include <cstdlib>
 
 #include "patinate/image/color.h"
-#include "simulation/composition/reference_compose.h"
 #include "tests/simulation/composition/compose_scene.h"
 #include "tests/support/meshes.h"
+#include "tests/support/reference_compose.h"
 
 namespace patinate::simulation {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "libcommon/core/random.h"
 #include "patinate/image/color.h"
-#include "simulation/composition/reference_compose.h"
 #include "tests/simulation/composition/compose_scene.h"
 #include "tests/support/meshes.h"
+#include "tests/support/reference_compose.h"
 
 namespace patinate::simulation {
 namespace {

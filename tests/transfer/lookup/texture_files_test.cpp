@@ -15,11 +15,9 @@
 #include "patinate/transfer/transfer_reader.h"
 #include "tests/support/errors.h"
 #include "tests/support/histories.h"
-#include "tests/support/lost_device.h"
 #include "tests/support/meshes.h"
 #include "tests/support/temp_folder.h"
 #include "transfer/job/transfer_job.h"
-#include "transfer/lookup/lookup_device.h"
 
 namespace patinate::transfer {
 namespace {
@@ -95,49 +93,6 @@ TEST_F(WrittenTextures, RowsAreTheCodesOfTheWholeTexture) {
     EXPECT_THROW(writer.gather_rows(0, ImageF(47, 40, 3), color_codes, [](auto) {}), InvalidInput);
     EXPECT_THROW(writer.normal_rows(0, ImageF(48, 40, 3), [](auto) {}), InvalidInput) << "opened without turns";
   }
-}
-
-// What several textures at once, and models' textures, take from a device. One that is lost after some strips, too.
-TEST_F(WrittenTextures, AreTheSameThroughADevice) {
-  const std::vector<device::DeviceInfo> devices = device::list_devices();
-  if (devices.empty()) GTEST_SKIP() << "there is no OpenCL device (Debian: pocl-opencl-icd)";
-  rewrite_coordinates([](ImageF& s) {  // Between pixels, the CPU looks.
-    for (float& place : s.values()) place = std::floor(place);
-  });
-  const TransferFolder transfer(folder_ / "transfer");
-  const std::array<double, 4> times{0.0, 0.5, 1.25, 2.0};
-  const ImageF colors = transfer.history().sample(1.25);
-  ImageF normals(colors.width(), colors.height(), 3);
-  for (std::size_t i = 0; i < normals.values().size(); ++i) normals.data()[i] = i % 3 == 2 ? 1.0f : 0.0f;
-  const CoordinateStripsOptions options{.kept_texels = 0, .strip_texels = 1, .with_turns = true};
-  const auto written = [&](const std::string& name, const std::shared_ptr<const LookupDevice>& device) {
-    TextureWriter writer(transfer, options);
-    writer.use(device);
-    std::vector<std::string> all;
-    std::vector<TextureFile> textures;
-    for (const double time : times)
-      textures.push_back({{folder_ / (name + std::to_string(time) + ".png")}, transfer.history().sample(time), "key"});
-    writer.write(textures);
-    for (const TextureFile& texture : textures) all.push_back(read_file(texture.files.front()));
-    const auto append = [&](std::span<const std::uint8_t> rows) { all.back().append(rows.begin(), rows.end()); };
-    all.emplace_back();
-    writer.gather_rows(0, colors, color_codes, append);
-    all.emplace_back();
-    writer.normal_rows(0, normals, append);
-    return all;
-  };
-  const std::vector<std::string> here = written("here", nullptr);
-  for (const device::DeviceInfo& info : devices) {
-    const auto there = std::make_shared<const LookupDevice>(
-        device::Device(info), [](const device::DeviceError& problem) { ADD_FAILURE() << problem.what(); });
-    EXPECT_EQ(written("there", there), here) << info.name;
-  }
-  int num_failures = 0;
-  const auto lost =
-      std::make_shared<const LookupDevice>(device::Device(devices[0], testing_support::driver_with_launches(7)),
-                                           [&](const device::DeviceError&) { ++num_failures; });
-  EXPECT_EQ(written("lost", lost), here);
-  EXPECT_EQ(num_failures, 1);
 }
 
 TEST_F(WrittenTextures, TimeMapsAreThoseOfTheReaderToTheByteKeptOrReadAgain) {

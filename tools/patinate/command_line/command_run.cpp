@@ -9,6 +9,7 @@
 
 #include "libcommon/core/input_watch.h"
 #include "libcommon/core/printable.h"
+#include "libcommon/core/text.h"
 #include "libcommon/history/history_card.h"
 #include "libcommon/job/spread_job.h"
 #include "patinate/core/error.h"
@@ -25,10 +26,10 @@ namespace {
 
 constexpr std::size_t kMostLines = 20;  ///< Of notes or problems at once; nobody reads more.
 
-std::string peak_memory_text() {
+long peak_megabytes() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
-  return std::to_string((usage.ru_maxrss + 1023) / 1024) + " MB";
+  return (usage.ru_maxrss + 1023) / 1024;
 }
 
 std::string seconds_text(double seconds) {
@@ -204,7 +205,12 @@ void CommandRun::report_items(const std::filesystem::path& output, std::size_t n
   note(output.string() + ": " + std::to_string(num_run) + (num_run == 1 ? " item" : " items") + " done in " +
        seconds_text(seconds()) + (num_before == 0 ? "" : "; " + std::to_string(num_before) + " finished before"));
   if (line.common().json)
-    print(printable_json(Json{{"output", output.string()}, {"run", num_run}, {"finished_before", num_before}}) + "\n");
+    print(printable_json(Json{{"output", output.string()},
+                              {"run", num_run},
+                              {"finished_before", num_before},
+                              {"seconds", rounded(seconds(), 3)},
+                              {"megabytes", peak_megabytes()}}) +
+          "\n");
 }
 
 void CommandRun::end_stage() {
@@ -241,7 +247,7 @@ void CommandRun::report_output(JobStatus status, const std::filesystem::path& ou
 void CommandRun::report_output(JobStatus status, const std::filesystem::path& output, const Json& more) {
   const bool is_done = status == JobStatus::Done;
   end_stage();
-  detail("memory: " + peak_memory_text() + " at most");
+  detail("memory: " + std::to_string(peak_megabytes()) + " MB at most");
   if (is_done) {
     for (const std::string& credit : credits()) note("credit: " + credit);
   }

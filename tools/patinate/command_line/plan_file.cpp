@@ -14,11 +14,6 @@ constexpr const char* kFormat = "patinate.plan";
 constexpr std::size_t kMostWords = 10000;
 constexpr std::size_t kMostShown = 12;
 
-Json cost_json(const JobCost& cost) {
-  if (!(cost.core_seconds > 0.0)) return nullptr;
-  return {{"core_seconds", rounded(cost.core_seconds, 2)}, {"megabytes", rounded(cost.megabytes, 2)}};
-}
-
 Json item_json(std::size_t number, const PlannedItem& item) {
   Json outputs = Json::array();
   for (const std::filesystem::path& output : item.outputs) outputs.push_back(output.generic_string());
@@ -28,7 +23,6 @@ Json item_json(std::size_t number, const PlannedItem& item) {
           {"outputs", outputs},
           {"waits_for", item_ranges_text(item.waits_for)},
           {"weight", item.weight},
-          {"cost", cost_json(item.cost)},
           {"inputs", item.inputs},
           {"is_finished", item.is_finished}};
 }
@@ -47,8 +41,7 @@ Json plan_json(const std::vector<std::string>& command, const PlannedWork& work)
             {"key", work.key},
             {"inputs", inputs},
             {"items", items}};
-  json["join"] =
-      work.has_join ? Json{{"weight", work.join_weight}, {"cost", cost_json(work.join_cost)}} : Json(nullptr);
+  json["join"] = work.has_join ? Json{{"weight", work.join_weight}} : Json(nullptr);
   json["is_up_to_date"] = work.is_up_to_date;
   return json;
 }

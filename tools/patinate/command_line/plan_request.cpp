@@ -45,7 +45,6 @@ PlannedWork planned_work(const JobPlan& plan) {
   work.depends_on = plan.depends_on;
   work.has_join = true;
   work.join_weight = plan.join_weight;
-  work.join_cost = plan.join_cost;
   work.is_up_to_date = state.is_up_to_date;
   for (std::size_t i = 0; i < plan.items.size(); ++i) {
     const JobItem& item = plan.items[i];
@@ -55,7 +54,6 @@ PlannedWork planned_work(const JobPlan& plan) {
                           .waits_for = waits_for(plan, i),
                           .weight = item.weight,
                           .is_finished = state.is_finished[i],
-                          .cost = item.cost,
                           .inputs = item.inputs});
   }
   return work;

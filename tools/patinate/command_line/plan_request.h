@@ -20,7 +20,6 @@ struct PlannedItem {
   std::vector<std::size_t> waits_for;          ///< Items that have to be finished before.
   double weight = 1.0;                         ///< Its share of the work, against the others.
   bool is_finished = false;
-  JobCost cost = {};
   std::vector<std::string> inputs = {};  ///< As JobItem's.
 };
 
@@ -32,7 +31,6 @@ struct PlannedWork {
   std::vector<PlannedItem> items;
   bool has_join = false;     ///< The output is made of the items by `join`; else each makes files of the output.
   double join_weight = 0.0;  ///< Against the items'.
-  JobCost join_cost = {};
   bool is_up_to_date = false;
 
   [[nodiscard]] std::vector<std::size_t> unfinished() const;

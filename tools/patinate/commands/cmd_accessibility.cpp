@@ -7,7 +7,6 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/geometry/scan_mesh.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/output/html_page.h"
 #include "patinate/core/error.h"
@@ -187,10 +186,7 @@ int cmd_accessibility(CommandRun& run) {
   item.run = [&](const fs::path& folder, const RunControl& control) {
     run_item(folder, mesh, viewer, camera, options.maps, control);
   };
-  item.cost = CostModel{.seconds = 4.0, .megabytes = 100.0}.of();  // With default options: rays from a raster.
   plan.items.push_back(std::move(item));
-  plan.join_cost = CostModel{.seconds = 0.05, .unit_seconds = 3.3e-6, .unit_bytes = 400.0}.of(
-      static_cast<double>(mesh.triangles.size()));
   plan.join = [&](const fs::path& folder, const RunControl&) {
     Json report = load_json(folder / "maps.json");
     report["key"] = plan.key;

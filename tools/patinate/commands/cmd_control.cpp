@@ -15,7 +15,6 @@
 #include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/control_cost.h"
 #include "tools/patinate/services/control_store.h"
 #include "tools/patinate/services/mesh_source.h"
 #include "tools/patinate/services/output_command.h"
@@ -76,7 +75,6 @@ struct AskedMap {
   std::string kind;
   std::vector<std::filesystem::path> files;  ///< Of its tiles.
   std::string key;
-  JobCost cost;
 
   /// The maps, and the mesh beside an unwrapped one.
   [[nodiscard]] std::vector<std::filesystem::path> outputs(const AtlasMesh& atlas) const {
@@ -112,7 +110,6 @@ std::optional<std::vector<std::size_t>> maps_to_make(CommandRun& run, const std:
                                                      const AtlasMesh& atlas, const std::vector<AskedMap>& maps) {
   if (maps.size() == 1) {
     const std::optional<JobStatus> status = check_tile_files(run, maps[0].outputs(atlas), maps[0].key);
-    tell_cost(run, maps[0].cost);
     if (!status) return std::nullopt;
     return *status == JobStatus::UpToDate ? std::vector<std::size_t>{} : std::vector<std::size_t>{0};
   }
@@ -120,7 +117,7 @@ std::optional<std::vector<std::size_t>> maps_to_make(CommandRun& run, const std:
   std::vector<OutputPiece> pieces;
   for (const AskedMap& map : maps) {
     all.add(map.key);
-    pieces.push_back({.files = map.outputs(atlas), .key = map.key, .cost = map.cost});
+    pieces.push_back({.files = map.outputs(atlas), .key = map.key});
   }
   return unfinished_pieces(run, output, all.hex(), pieces);
 }
@@ -185,11 +182,9 @@ int cmd_control(CommandRun& run) {
   AtlasMesh atlas = make_atlas(mesh_source, std::move(mesh), options.atlas, run.control("atlas"));
   scale_mesh(atlas.mesh, mm_per_mesh_unit(mesh_source));
   std::vector<AskedMap> maps;
-  const double texels = static_cast<double>(options.atlas.resolution) * options.atlas.resolution *
-                        static_cast<double>(atlas.tile_names().size());
   for (const std::string& kind : kinds)
     maps.push_back({kind, tile_files(map_file(output, kind, kinds.size()), atlas.tile_names()),
-                    control_key(kind, atlas, options), control_cost(kind, atlas.mesh, texels, options.kinds)});
+                    control_key(kind, atlas, options)});
   const std::optional<std::vector<std::size_t>> todo = maps_to_make(run, output, atlas, maps);
   if (!todo) return 0;
   note_atlas(mesh_source, atlas, run);

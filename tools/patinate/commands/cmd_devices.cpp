@@ -9,9 +9,7 @@
 #include "simulation/engine/iteration_check.h"
 #include "simulation/tracing/device_rays.h"
 #include "tools/patinate/commands/commands.h"
-#include "transfer/lookup/lookup_device.h"
 #include "transfer/synthesis/search_device.h"
-#include "transfer/synthesis/window_device.h"
 
 namespace patinate::cli {
 
@@ -33,10 +31,8 @@ struct NamedCheck {
   const char* name;
   device::CheckResult (*check)(const device::Device& device);
 };
-constexpr std::array<NamedCheck, 6> kChecks{{{"arithmetic", device::check_arithmetic},
+constexpr std::array<NamedCheck, 4> kChecks{{{"arithmetic", device::check_arithmetic},
                                              {"transfer", transfer::check_search},
-                                             {"exact search", transfer::check_window_search},
-                                             {"lookups", transfer::check_lookups},
                                              {"rays", simulation::check_rays},
                                              {"iterations", simulation::check_iterations}}};
 using Outcomes = std::array<std::string, kChecks.size()>;

@@ -43,7 +43,6 @@ int cmd_evaluate(CommandRun& run) {
   ForeignMapOptions foreign;
   fs::path output;
   transfer::CacheOptions cache;
-  device::DeviceOptions device;
   run.line.positional_list("MAP", "Transfers, or coordinate maps of other tools (EXR, TIFF, 16-bit PNG, .nnf)", maps);
   run.line.output("REPORT", "Folder to make: evaluation.html, evaluation.json", output);
   run.line.option("history", "HISTORY", "For maps of other tools: what was copied from", foreign.history);
@@ -56,17 +55,14 @@ int cmd_evaluate(CommandRun& run) {
                   foreign.picture);
   run.line.options(task.options);
   run.line.options(cache);
-  run.line.options(device);
   run.line.example("evaluate copper_hydrant copper_bust -o evaluation");
   run.line.example("evaluate ours theirs.exr --history rust --control height=target.png -o evaluation");
   if (!run.parse()) return 0;
   task.seed = static_cast<std::uint64_t>(run.line.common().seed);
   task.command = evaluate_command(task, maps, foreign);
-  const std::shared_ptr<const transfer::SearchDevice> auditor =
-      task.options.num_audits > 0 ? open_window_device(device, words_of(run)) : nullptr;
   for (const fs::path& map : maps) {
-    task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options, task.seed, cache, auditor)
-                                         : foreign_item(map, foreign, task.options, task.seed, cache, auditor));
+    task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options, task.seed, cache)
+                                         : foreign_item(map, foreign, task.options, task.seed, cache));
   }
   const std::optional<JobStatus> status =
       run.make_folder(analysis::plan_evaluation(std::move(task), output), "evaluate");

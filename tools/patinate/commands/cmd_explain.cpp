@@ -12,7 +12,6 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/control_cost.h"
 #include "tools/patinate/services/control_store.h"
 #include "tools/patinate/services/scene_controls.h"
 #include "tools/patinate/services/surface_reference.h"
@@ -82,8 +81,7 @@ std::vector<analysis::ExplainingControl> explained_controls(const ExplainCommand
                         .make = [kind, map, options,
                                  cache](const RunControl& c) { return cached_control(kind, *map, options, cache, c); },
                         .options = needed_options(kind, options),
-                        .may_fail = is_default,
-                        .cost = control_cost(kind, map->mesh(), static_cast<double>(map->num_texels()), options)});
+                        .may_fail = is_default});
   }
   for (const std::string& text : command.also) {
     controls.push_back({.name = text,
@@ -92,8 +90,7 @@ std::vector<analysis::ExplainingControl> explained_controls(const ExplainCommand
                             [text, map, options, cache](const RunControl& c) {
                               return make_control_expression(text, *map, options, c, control_source(cache));
                             },
-                        .options = needed_options(text, options),
-                        .cost = control_cost(text, map->mesh(), static_cast<double>(map->num_texels()), options)});
+                        .options = needed_options(text, options)});
   }
   return controls;
 }
@@ -187,7 +184,7 @@ int cmd_explain(CommandRun& run) {
   task.command = explain_command(command, seed);
   if (command.controls.distance_from.empty()) command.controls.distance_from = "creases";
   const bool needs_uvs = lies_on_uvs(command.reference, command.options);
-  if (needs_uvs && command.atlas.method == AtlasChoice::Auto) command.atlas.method = AtlasChoice::Uv;
+  if (needs_uvs && command.atlas.method == AtlasMethod::Auto) command.atlas.method = AtlasMethod::Uv;
   Mesh mesh = load_mesh(command.mesh, run);
   AtlasMesh atlas = make_atlas(command.mesh, std::move(mesh), command.atlas, run.control("atlas"));
   note_atlas(command.mesh, atlas, run);

@@ -19,7 +19,6 @@ int cmd_export(CommandRun& run) {
   times.declare(run.line);
   run.line.options(task.format);
   run.line.options(task.movie);
-  run.line.options(task.plants);
   run.line.options(task.axis);
   run.line.options(device);
   run.line.checked([&] { check_output(task); });

@@ -77,7 +77,6 @@ int cmd_field(CommandRun& run) {
   task.model_name = task.outline.name;
   task.coverage = scene.coverage();
   task.age = scene.age();
-  task.aging_seconds = scene.scene().aging_seconds();
   task.write_model = [scene, output](const fs::path& folder, const std::vector<ImageF>& values) {
     scene.write(folder, output, values);
   };

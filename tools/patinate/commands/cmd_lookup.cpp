@@ -17,9 +17,7 @@
 #include "tools/patinate/command_line/times_argument.h"
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/device_words.h"
 #include "tools/patinate/services/tile_files.h"
-#include "transfer/lookup/texture_cost.h"
 #include "transfer/lookup/texture_files.h"
 
 namespace patinate::cli {
@@ -49,7 +47,6 @@ struct LookupCommand {
   std::string time_map;
   SamplingOptions sampling;
   LookedUp looked_up;
-  device::DeviceOptions device;
 };
 
 /// One time (or time map) and the files of its tiles.
@@ -57,7 +54,6 @@ struct Texture {
   double time = 0.0;
   std::vector<std::filesystem::path> files;
   std::string key;
-  JobCost cost = {};
 };
 
 ContentHash begin_key(const LookupCommand& command, const transfer::TransferManifest& transfer) {
@@ -75,7 +71,7 @@ std::optional<std::vector<Texture>> unfinished(CommandRun& run, const LookupComm
   ContentHash all;
   std::vector<OutputPiece> pieces;
   for (const Texture& texture : textures) {
-    pieces.push_back({.files = texture.files, .key = texture.key, .cost = texture.cost});
+    pieces.push_back({.files = texture.files, .key = texture.key});
     all.add(texture.key);
   }
   const auto todo = unfinished_pieces(run, command.output, all.hex(), pieces);
@@ -114,12 +110,10 @@ transfer::TextureFile texture_file(const HistoryReader& history, const LookupCom
 
 /// In groups: each goes through the coordinates once.
 void write_textures(const transfer::TransferFolder& transfer, const LookupCommand& command,
-                    const std::vector<Texture>& textures, std::shared_ptr<const transfer::LookupDevice> device,
-                    const RunControl& control) {
+                    const std::vector<Texture>& textures, const RunControl& control) {
   constexpr std::size_t kTogether = 8;
   transfer::TextureWriter writer(transfer, {.with_turns = command.looked_up.map == LookedUp::Map::Normal},
                                  control.part(0.0, 0.2));
-  writer.use(std::move(device));
   for (std::size_t begin = 0; begin < textures.size(); begin += kTogether) {
     const std::size_t end = std::min(textures.size(), begin + kTogether);
     std::vector<transfer::TextureFile> group;
@@ -155,14 +149,12 @@ int lookup_times(CommandRun& run, const LookupCommand& command, const transfer::
   std::vector<Texture> textures;
   for (double t : times) {
     const std::filesystem::path file = numbered_path(command.output, static_cast<int>(textures.size()));
-    textures.push_back({t, tile_files(file, transfer.sheet().names),
-                        begin_key(command, transfer.manifest()).add(t).hex(),
-                        transfer::texture_cost(transfer, command.output)});
+    textures.push_back(
+        {t, tile_files(file, transfer.sheet().names), begin_key(command, transfer.manifest()).add(t).hex()});
   }
   const auto todo = unfinished(run, command, textures);
   if (!todo) return 0;
-  if (!todo->empty())
-    write_textures(transfer, command, *todo, open_lookup_device(command.device, words_of(run)), run.control("lookup"));
+  if (!todo->empty()) write_textures(transfer, command, *todo, run.control("lookup"));
   report(run, command, textures, !todo->empty());
   return 0;
 }
@@ -209,10 +201,9 @@ int lookup_time_map(CommandRun& run, const LookupCommand& command, const transfe
   const auto todo = unfinished(run, command, textures);
   if (!todo) return 0;
   if (!todo->empty()) {
-    const auto device = open_lookup_device(command.device, words_of(run));
     ImageF at = times_of(run, command, transfer, is_file);
-    transfer::write_time_map(transfer, std::move(at), command.sampling.between, textures[0].files, textures[0].key,
-                             {.device = device}, run.control("lookup"));
+    transfer::write_time_map(transfer, std::move(at), command.sampling.between, textures[0].files, textures[0].key, {},
+                             run.control("lookup"));
   }
   report(run, command, textures, !todo->empty());
   return 0;
@@ -236,7 +227,6 @@ int cmd_lookup(CommandRun& run) {
       "A time of its own for every texel: a map file or an expression of controls; 0 and 1 stand for the two --times, "
       "else for the history's ends. A file with values outside [0, 1] holds times",
       command.time_map);
-  run.line.options(command.device);
   run.line.example("lookup copper_hydrant --time 120 -o hydrant_120.png");
   run.line.example("lookup mold_hydrant --time 120 --map normal -o normal_120.png");
   run.line.example("lookup copper_hydrant --num-times 24 -o hydrant_%04d.png");

@@ -1,18 +1,21 @@
+#include <signal.h>
+#include <unistd.h>
+
 #include <algorithm>
-#include <chrono>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/parallel.h"
+#include "libcommon/core/programs.h"
 #include "patinate/core/error.h"
-#include "tools/patinate/command_line/interruption.h"
+#include "tools/patinate/command_line/message_stream.h"
+#include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/usage_error.h"
+#include "tools/patinate/command_line/verbs.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/study/snakefile.h"
-#include "tools/patinate/study/study_folder.h"
-#include "tools/patinate/study/study_json.h"
-#include "tools/patinate/study/study_plans.h"
-#include "tools/patinate/study/study_report.h"
-#include "tools/patinate/study/study_run.h"
 
 namespace patinate::cli {
 
@@ -20,8 +23,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int kCannot = 1, kInput = 3;
-constexpr std::chrono::seconds kEndOfSteps{10};  ///< That processes of steps may take to end.
 const std::vector<std::string> kKinds{"run", "export", "report"};
 
 struct JobsOptions {
@@ -31,87 +32,74 @@ void describe(OptionVisitor& v, JobsOptions& o) {
   v.visit({"jobs", "Cells at a time; 0 = one a processor", "", between(0, 4096)}, o.jobs);
 }
 
-/// Places the study, unless something is wrong with it: then says all of it.
-std::optional<StudyFolder> placed(CommandRun& run, const fs::path& file, const fs::path& folder) {
-  std::vector<std::string> problems;
-  const Study study = read_study(file, folder, problems);
-  if (!problems.empty()) {
-    run.note_problems(problems);
-    return std::nullopt;
+Json arguments_json(const Verb& verb) {
+  Json arguments = Json::array();
+  for (const ArgumentInfo& a : declaration_of(verb).arguments) {
+    arguments.push_back({{"key", a.key()},
+                         {"name", a.name},
+                         {"is_option", !a.is_positional() && !a.is_common && a.name != "-o"},
+                         {"is_flag", a.kind == ArgumentKind::Flag},
+                         {"has_no_form", a.has_no_form},
+                         {"is_path", a.type == ValueType::Path},
+                         {"is_text", a.type == ValueType::Text}});
   }
-  return place_study(study, folder);
+  return arguments;
 }
 
-/// What is left, as far as the folder tells.
-int report_steps_left(CommandRun& run, const fs::path& file, const fs::path& folder) {
-  std::vector<std::string> problems;
-  const Study study = read_study(file, folder, problems);
-  if (!problems.empty()) {
-    run.note_problems(problems);
-    return kInput;
+/// What a command says of its arguments, or of some words for them.
+Json answer(const Json& question) {
+  const std::span<const Verb> all = verbs();
+  const auto name = question.at("verb").get<std::string>();
+  const Verb& verb = *std::find_if(all.begin(), all.end(), [&](const Verb& v) { return v.name == name; });
+  if (!question.contains("words")) return {{"arguments", arguments_json(verb)}};
+  const auto words = question.at("words").get<std::vector<std::string>>();
+  const Json& output = question.at("output");
+  try {
+    if (question.value("is_folder", false)) require_no_file_name(output.get<std::string>());
+    if (output.is_null())
+      check_options(verb, words);
+    else
+      check_arguments(verb, words, output.get<std::string>());
+  } catch (const UsageError& e) {
+    return {{"problem", e.what()}};
+  } catch (const InputError& e) {
+    return {{"error", e.what()}};
   }
-  std::size_t num_steps = 0;
-  Json left = Json::array();
-  std::string text;
-  for (const StudyPart& part : study.parts) {
-    for (const StudyCell& cell : part.cells) {
-      for (const StudyStep& step : part.steps) {
-        ++num_steps;
-        std::error_code error;
-        if (fs::exists(folder / done_file(step, {.name = cell.name, .factors = {}, .commands = {}}), error)) continue;
-        left.push_back({{"cell", cell.name}, {"step", step.name}});
-        if (left.size() <= 20) text += "\n  " + cell.name + ": " + step.name;
-      }
+  return Json::object();
+}
+
+/// What the Python half asks while it reads a study: a question a line, and an answer a line.
+int answer_questions() {
+  for (std::string line; std::getline(std::cin, line);)
+    print_result(answer(Json::parse(line)).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n");
+  return 0;
+}
+
+/// The folder of the Python module: of this build, or installed.
+fs::path module_folder() {
+  for (const char* folder : {"../python", PATINATE_PYTHON_FROM_PROGRAMS}) {
+    const fs::path place = (programs_folder() / folder).lexically_normal();
+    std::error_code error;
+    for (fs::directory_iterator it(place / "patinate", error), end; !error && it != end; it.increment(error)) {
+      if (it->path().filename().string().starts_with("_native.")) return place;
     }
   }
-  if (left.size() > 20) text += "\n  and " + std::to_string(left.size() - 20) + " more";
-  run.report(Json{{"steps", num_steps}, {"left", left}}, folder.string() + ": " + std::to_string(left.size()) + " of " +
-                                                             std::to_string(num_steps) + " steps are left" + text);
-  return 0;
+  throw CannotComplete(
+      "study needs patinate's Python module, which is not there: install python3-patinate, or build all");
 }
 
-int end_with(CommandRun& run, const StudyFolder& study, const StudyReport& report) {
-  const fs::path page = study.path / "report.html";
-  run.note(page.string() + ": " + std::to_string(report.num_done) + " cells done, " +
-           std::to_string(report.num_failed) + " failed, " + std::to_string(report.num_open) + " not run");
-  if (run.line.common().json) {
-    run.report(Json{{"output", study.path.string()},
-                    {"report", page.string()},
-                    {"done", report.num_done},
-                    {"failed", report.num_failed},
-                    {"not_run", report.num_open}},
-               "");
-  }
-  return 0;
-}
-
-int run_here(CommandRun& run, const fs::path& file, const fs::path& folder, int jobs) {
-  if (run.line.common().dry_run) return report_steps_left(run, file, folder);
-  const std::optional<StudyFolder> study = placed(run, file, folder);
-  if (!study) return kInput;
-  take_time_to_end(kEndOfSteps);
-  const RunControl control = run.control("study");
-  const StudyOutcome outcome = run_study(*study, jobs > 0 ? jobs : thread_count(control), control);
-  (void)end_with(run, *study, write_study_report(*study, run.control("report")));
-  if (outcome.failures.empty()) return 0;
-  run.note_problems(outcome.failures);
-  return kCannot;
-}
-
-int export_snakemake(CommandRun& run, const fs::path& file, const fs::path& folder) {
-  const std::optional<StudyFolder> study = placed(run, file, folder);
-  if (!study) return kInput;
-  if (const std::vector<std::string> problems = write_plans(*study, run.stop()); !problems.empty()) {
-    run.note_problems(problems);
-    return kInput;
-  }
-  write_snakefile(*study);
-  std::size_t num_cells = 0;
-  for (const PlacedPart& part : study->parts) num_cells += part.cells.size();
-  run.note(folder.string() + ": " + std::to_string(num_cells) + " cells; cd " + folder.string() +
-           " && snakemake --profile profiles/local");
-  if (run.line.common().json) run.report(Json{{"output", folder.string()}, {"cells", num_cells}}, "");
-  return 0;
+/// Goes on as the Python half, with `given`. @returns only by throwing.
+[[noreturn]] void become_python(const Json& given) {
+  const std::string place = module_folder().string(), text = given.dump();
+  sigset_t signals;
+  sigfillset(&signals);
+  pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+  ::dup2(::fileno(message_stream()), STDERR_FILENO);
+  ::execlp(
+      PATINATE_PYTHON_PROGRAM, "python3", "-c",
+      "import sys; sys.path[0] = sys.argv[1]; from patinate._study.command import main; sys.exit(main(sys.argv[2]))",
+      place.c_str(), text.c_str(), nullptr);
+  throw CannotComplete(std::string(PATINATE_PYTHON_PROGRAM) + ": cannot be started; " + std::strerror(errno));
 }
 
 }  // namespace
@@ -120,9 +108,10 @@ int cmd_study(CommandRun& run) {
   std::string kind;
   fs::path study, output, snakemake;
   JobsOptions jobs;
+  const std::string asked = run.first_positional();
+  if (asked == "check") return answer_questions();
   run.line.positional("KIND", "run (here), export (for Snakemake) or report (of what was made, wherever)", kind);
   run.line.choices(kKinds);
-  const std::string asked = run.first_positional();
   run.line.positional("STUDY", asked == "report" ? "The folder of a study" : "A study file (docs/study.md)", study);
   if (asked == "run") {
     run.line.output("FOLDER", "Folder of the study: cells/NAME, report.html, report.json, a CSV a part", output);
@@ -137,10 +126,16 @@ int cmd_study(CommandRun& run) {
   run.line.example("study export study.json --snakemake copper_on_all");
   run.line.example("study report copper_on_all");
   if (!run.parse()) return 0;
-  if (kind == "run") return run_here(run, study, output, jobs.jobs);
-  if (kind == "export") return export_snakemake(run, study, snakemake);
-  const StudyFolder folder = read_study_folder(study);
-  return end_with(run, folder, write_study_report(folder, run.control("report")));
+  const CommonOptions& common = run.line.common();
+  become_python({{"kind", kind},
+                 {"study", study.string()},
+                 {"output", (kind == "export" ? snakemake : output).string()},
+                 {"jobs", jobs.jobs},
+                 {"threads", thread_count(run.control("study"))},
+                 {"dry_run", common.dry_run},
+                 {"json", common.json},
+                 {"quiet", common.quiet},
+                 {"program", fs::read_symlink("/proc/self/exe").string()}});
 }
 
 }  // namespace patinate::cli

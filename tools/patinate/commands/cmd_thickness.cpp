@@ -5,7 +5,6 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/warning_json.h"
-#include "libcommon/job/cost_model.h"
 #include "patinate/capture/thickness.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
@@ -72,10 +71,6 @@ int cmd_thickness(CommandRun& run) {
   for (const auto& [name, value] : option_values(options)) hash.add(name).add(value);
   const std::string key = hash.hex();
   const std::optional<JobStatus> status = run.check_file(output, image_file_key(output), key);
-  // Measured on photographs of 192 x 192 and 384 x 384 pixels.
-  const ImageInfo photograph = probe_image(photo);
-  tell_cost(run, CostModel{.seconds = 0.04, .unit_seconds = 1.1e-6, .unit_bytes = 75.0}.of(
-                     static_cast<double>(photograph.width) * photograph.height));
   if (!status) return 0;
   if (*status == JobStatus::UpToDate) {
     run.report_output(*status, output);

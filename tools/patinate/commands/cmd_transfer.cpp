@@ -173,9 +173,11 @@ std::shared_ptr<const FlowFrames> make_flow(const std::string& flow, const Texel
 }
 
 /// @throws UsageError
-void check_transfer_device(const device::DeviceOptions& device, bool by_tile) {
+void check_transfer_device(const device::DeviceOptions& device, bool by_tile, transfer::TransferMethod method) {
   if (device.device == "auto" || device.device == "cpu") return;
   if (by_tile) throw UsageError("--device: --by-tile runs on the CPU; leave --device out");
+  if (method != transfer::TransferMethod::Fast)
+    throw UsageError("--device: --method reference runs on the CPU; leave --device out");
 }
 
 /// Memory of any size that is given back goes to the operating system, and comes from there as zeros that take no room:
@@ -241,7 +243,7 @@ int cmd_transfer(CommandRun& run) {
   run.line.checked([&] {
     if (texel_size_mm && !(*texel_size_mm >= kLeastTexel_mm && *texel_size_mm <= kLargestTexel_mm))
       throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number [1e-9, 1e9]");
-    check_transfer_device(device, by_tile);
+    check_transfer_device(device, by_tile, options.method);
   });
   if (!run.parse()) return 0;
   require_no_file_name(output);  // Said before the mesh and its controls are made ready.
@@ -252,9 +254,8 @@ int cmd_transfer(CommandRun& run) {
   }
 
   transfer::TransferTask task;
-  if (!by_tile)
-    task.input.device = options.method == transfer::TransferMethod::Fast ? open_search_device(device, words_of(run))
-                                                                         : open_window_device(device, words_of(run));
+  if (!by_tile && options.method == transfer::TransferMethod::Fast)
+    task.input.device = open_search_device(device, words_of(run));
   task.mesh_name = mesh_source.path.filename().string();
   task.options = options;
   task.options.seed = run.line.common().seed;

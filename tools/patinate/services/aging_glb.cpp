@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "libcommon/core/files.h"
-#include "libcommon/output/plantlets.h"
 #include "patinate/atlas/sheet.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history_sampling.h"
@@ -107,14 +106,12 @@ struct TransferTextures {
 
 std::vector<GlbAppearance> appearances_of_transfer(const std::shared_ptr<const transfer::TransferFolder>& transfer,
                                                    const std::vector<double>& times,
-                                                   const std::vector<std::string>& labels, const OutputDevices& devices,
-                                                   const RunControl& control) {
+                                                   const std::vector<std::string>& labels, const RunControl& control) {
   const std::vector<MaterialMap> maps = material_maps(transfer->history().facts());
   const auto has = [&](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
   RunControl silent = control;
   silent.on_progress = {};
   transfer::TextureWriter writer(*transfer, {.with_turns = has(MaterialMap::Normal)}, control);
-  writer.use(devices.look_up());
   const auto textures = std::make_shared<const TransferTextures>(TransferTextures{transfer, std::move(writer), silent});
   const auto map_at = [textures](MaterialMap map, double t) {
     return sample_material_map(textures->transfer->history(), map, t, Between::Blend);
@@ -211,7 +208,7 @@ void add_relief_of(const std::shared_ptr<TiledMaps>& maps, std::vector<GlbAppear
   }
 }
 
-AgingGlb glb_of_transfer(const std::filesystem::path& path, const OutputDevices& devices) {
+AgingGlb glb_of_transfer(const std::filesystem::path& path) {
   const auto transfer = std::make_shared<const transfer::TransferFolder>(path);
   const AtlasMesh atlas = transfer->read_atlas();
   const transfer::TransferManifest& m = transfer->manifest();
@@ -219,18 +216,16 @@ AgingGlb glb_of_transfer(const std::filesystem::path& path, const OutputDevices&
   out.key = m.key;
   out.history = transfer->history().manifest();
   out.tiles = {transfer->sheet().names, atlas.triangle_tile};
-  out.num_texels = static_cast<double>(transfer->sheet().width()) * transfer->sheet().height();
   out.mesh = unit_square_mesh(atlas);
   out.meters_per_unit = transfer::meters_per_unit(m);
   out.own_per_unit = 1.0 / m.mm_per_mesh_unit;
-  out.appearance = [transfer, devices](const auto& times, const auto& labels, const RunControl& control) {
-    return appearances_of_transfer(transfer, times, labels, devices, control);
+  out.appearance = [transfer](const auto& times, const auto& labels, const RunControl& control) {
+    return appearances_of_transfer(transfer, times, labels, control);
   };
   const std::vector<MaterialMap> maps = material_maps(transfer->history().facts());
   if (std::find(maps.begin(), maps.end(), MaterialMap::Height) != maps.end()) {
-    out.add_relief = [tiled = std::make_shared<TiledMaps>([path, devices] { return open_aging_mesh(path, devices); },
-                                                          transfer->sheet())](auto& appearance, const auto& times,
-                                                                              const RunControl& control) {
+    out.add_relief = [tiled = std::make_shared<TiledMaps>([path] { return open_aging_mesh(path); }, transfer->sheet())](
+                         auto& appearance, const auto& times, const RunControl& control) {
       add_relief_of(tiled, appearance, times, control);
     };
   }
@@ -245,53 +240,15 @@ ImageU8 normal_codes(const ImageF& normals) {
   return codes;
 }
 
-/// Plants by their places, from the first to the last variant of each stretch in which they show.
-std::vector<GlbPlant> plants_of(const AgingMesh& mesh, const std::vector<double>& times, double factor,
-                                const RunControl& control) {
-  std::map<std::uint64_t, std::size_t> latest;  ///< By place, of those that the variant before shows.
-  std::vector<GlbPlant> plants;
-  for (std::size_t i = 0; i < times.size(); ++i) {
-    const double share = 1.0 / static_cast<double>(times.size()), begin = static_cast<double>(i) * share;
-    if (times[i] < mesh.maps_from) continue;  // Of earlier versions: what grew before the end is not known.
-    const SurfaceMaps maps = mesh.maps(times[i], control.part(begin, begin + share));
-    const auto variant = static_cast<int>(i);
-    std::map<std::uint64_t, std::size_t> now;
-    // The mesh of a GLB is not displaced: on its relief plants would hover.
-    for (const Plant& plant : find_plants(mesh.mesh, maps, {}, {.relief = 0.0, .plants = factor})) {
-      const auto before = latest.find(plant.place);
-      if (before == latest.end()) {
-        plants.push_back({.first_variant = variant});
-      }
-      GlbPlant& shown = plants[before == latest.end() ? plants.size() - 1 : before->second];
-      // As it is when it is last seen.
-      shown.root = plant.root;
-      shown.up = plant.up;
-      shown.turn = plant.turn;
-      shown.size = plant.size;
-      shown.color = plant.color.cwiseMax(0.0).cwiseMin(1.0);
-      shown.last_variant = variant;
-      now[plant.place] = static_cast<std::size_t>(&shown - plants.data());
-    }
-    latest = std::move(now);
-  }
-  return plants;
-}
-
 /// A simulation's frames lie over the atlas already: one is in memory at a time.
-AgingGlb glb_of_simulation(const std::filesystem::path& path, const GlbPlantOptions& options,
-                           const OutputDevices& devices) {
+AgingGlb glb_of_simulation(const std::filesystem::path& path, const OutputDevices& devices) {
   const auto mesh = std::make_shared<const AgingMesh>(open_aging_mesh(path, devices));
   const auto history = std::make_shared<const HistoryReader>(manifest_folder(path, "simulation.json") / "history");
   const std::vector<MaterialMap> maps = material_maps(history->facts());
   const auto has = [maps](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
-  AgingGlb out{mesh->key,
-               mesh->history,
-               {mesh->tile_names, mesh->triangle_tile},
-               mesh->unit_mesh,
-               mesh->meters_per_unit,
-               mesh->num_texels,
-               {},
-               {}};
+  AgingGlb out{
+      mesh->key, mesh->history, {mesh->tile_names, mesh->triangle_tile}, mesh->unit_mesh, mesh->meters_per_unit, {},
+      {}};
   if (out.mesh.surfaces.size() > 1) {
     for (const Mesh::Surface& surface : out.mesh.surfaces) out.objects.names.push_back(surface.node);
     out.objects.triangle_object = out.mesh.triangle_surface;
@@ -337,25 +294,13 @@ AgingGlb glb_of_simulation(const std::filesystem::path& path, const GlbPlantOpti
       if (times.front() >= from) add_relief_of(tiled, appearance, times, control);
     };
   }
-  if (options.plants > 0.0 && may_grow_plants(simulation::read_simulation_manifest(path).materials)) {
-    out.plants = [mesh, factor = options.plants](const std::vector<double>& times, const RunControl& control) {
-      return plants_of(*mesh, times, factor, control);
-    };
-  }
   return out;
 }
 
 }  // namespace
 
-void describe(OptionVisitor& v, GlbPlantOptions& o) {
-  v.visit({"plants", "GLB: factor of the number of small plants of a simulation; 0 = none", "", between(0, 100)},
-          o.plants);
-}
-
-AgingGlb open_aging_glb(const std::filesystem::path& path, const GlbPlantOptions& options,
-                        const OutputDevices& devices) {
-  return kind_of(path) == PathKind::Simulation ? glb_of_simulation(path, options, devices)
-                                               : glb_of_transfer(path, devices);
+AgingGlb open_aging_glb(const std::filesystem::path& path, const OutputDevices& devices) {
+  return kind_of(path) == PathKind::Simulation ? glb_of_simulation(path, devices) : glb_of_transfer(path);
 }
 
 }  // namespace patinate::cli

@@ -22,7 +22,6 @@ struct AgingGlb {
   GlbTiles tiles;
   Mesh mesh;  ///< UVs of every tile in the unit square.
   double meters_per_unit = 0.001;
-  double num_texels = 0.0;  ///< Of all tiles at a time.
   GlbObjects objects = {};  ///< Those of a simulation, where there are several.
   /// A look for each time, with normals and gloss where the history's frames have them. @param labels  Their names.
   std::function<std::vector<GlbAppearance>(const std::vector<double>& times, const std::vector<std::string>& labels,
@@ -33,20 +32,10 @@ struct AgingGlb {
   std::function<void(std::vector<GlbAppearance>& appearance, const std::vector<double>& times,
                      const RunControl& control)>
       add_relief = {};
-  /// Small plants of a simulation at these times, as variants; empty: it has none.
-  std::function<std::vector<GlbPlant>(const std::vector<double>& times, const RunControl& control)> plants = {};
   double own_per_unit = 1.0;  ///< Lengths in the file that the mesh was read from: a transfer's are scaled.
 };
 
-/// What stands on the mesh of a GLB.
-struct GlbPlantOptions {
-  double plants = 1.0;  ///< Factor of the number of small plants of a simulation; 0 = none; [0, 100].
-};
-/// Visits every field.
-void describe(OptionVisitor& v, GlbPlantOptions& o);
-
-/// @param path  A transfer or a simulation. @param devices  That look up and compose. @throws IoError
-[[nodiscard]] AgingGlb open_aging_glb(const std::filesystem::path& path, const GlbPlantOptions& options = {},
-                                      const OutputDevices& devices = {});
+/// @param path  A transfer or a simulation. @param devices  That compose. @throws IoError
+[[nodiscard]] AgingGlb open_aging_glb(const std::filesystem::path& path, const OutputDevices& devices = {});
 
 }  // namespace patinate::cli

@@ -13,13 +13,7 @@
 
 namespace patinate::cli {
 
-namespace {
-
-double num_texels(const Sheet& sheet) { return static_cast<double>(sheet.width()) * sheet.height(); }
-
-}  // namespace
-
-AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged, const OutputDevices& devices) {
+AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged) {
   const HistoryFacts& facts = aged->history->facts();
   AgingMesh mesh;
   mesh.history.name = facts.name;
@@ -29,13 +23,11 @@ AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged, c
   mesh.tile_names = {""};
   mesh.mesh = aged->mesh;
   mesh.unit_mesh = aged->mesh;
-  mesh.sample = [aged, devices](double time, const RunControl& control) {
-    return aged->texture(time, Between::Blend, control, devices.look_up());
-  };
+  mesh.sample = [aged](double time, const RunControl& control) { return aged->texture(time, Between::Blend, control); };
   return mesh;
 }
 
-AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& transfer, const OutputDevices& devices) {
+AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& transfer) {
   const transfer::TransferManifest& m = transfer->manifest();
   AgingMesh mesh;
   mesh.key = m.key;
@@ -45,27 +37,22 @@ AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& t
   mesh.mesh = transfer->mesh();
   mesh.unit_mesh = unit_square_mesh(transfer->atlas());
   mesh.meters_per_unit = transfer::meters_per_unit(m);
-  mesh.num_texels = num_texels(transfer->sheet());
-  mesh.sample = [transfer, devices](double time, const RunControl& control) {
-    return transfer->sample(time, control, devices.look_up());
-  };
+  mesh.sample = [transfer](double time, const RunControl& control) { return transfer->sample(time, control); };
   const std::vector<MaterialMap> maps = material_maps(facts_of(mesh.history));
   const auto has = [maps](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
   if (has(MaterialMap::Normal) || has(MaterialMap::Roughness) || has(MaterialMap::Specular) ||
       has(MaterialMap::Height) || has(MaterialMap::Metalness)) {
     const double mm_per_unit = 1000.0 * mesh.meters_per_unit;
-    mesh.maps = [transfer, has, mm_per_unit, devices](double time, const RunControl& control) {
+    mesh.maps = [transfer, has, mm_per_unit](double time, const RunControl& control) {
       const HistoryReader& history = transfer->history();
-      const auto there = devices.look_up();
-      SurfaceMaps surface{.color =
-                              transfer->gather_sheet(sample_base_color(history, time, Between::Blend), control, there)};
+      SurfaceMaps surface{.color = transfer->gather_sheet(sample_base_color(history, time, Between::Blend), control)};
       const auto sample = [&](MaterialMap map, ImageF& into) {
-        if (has(map)) into = transfer->sample_map(map, time, Between::Blend, control, there);
+        if (has(map)) into = transfer->sample_map(map, time, Between::Blend, control);
       };
       sample(MaterialMap::Normal, surface.normals);
       sample(MaterialMap::Roughness, surface.roughness);
       if (has(MaterialMap::Tint) && has(MaterialMap::Specular)) {
-        surface.specular = transfer->gather_sheet(sample_reflectance(history, time, Between::Blend), control, there);
+        surface.specular = transfer->gather_sheet(sample_reflectance(history, time, Between::Blend), control);
       } else {
         sample(MaterialMap::Specular, surface.specular);
       }
@@ -84,7 +71,7 @@ namespace {
 constexpr std::int64_t kReducedTexels = std::int64_t{1} << 26;
 
 AgingMesh reduced_mesh_of_transfer(const std::shared_ptr<const transfer::TransferFolder>& transfer,
-                                   const OutputDevices& devices, std::int64_t most_texels) {
+                                   std::int64_t most_texels) {
   const transfer::TransferManifest& m = transfer->manifest();
   const AtlasMesh atlas = transfer->read_atlas();
   AgingMesh mesh;
@@ -95,14 +82,12 @@ AgingMesh reduced_mesh_of_transfer(const std::shared_ptr<const transfer::Transfe
   const std::int64_t most = std::min(most_texels, kReducedTexels);
   const Sheet reduced = reduced_sheet(transfer->sheet(), most);
   mesh.mesh = sheet_mesh(atlas, reduced);
-  mesh.num_texels = num_texels(reduced);
   mesh.unit_mesh = unit_square_mesh(atlas);
   mesh.meters_per_unit = transfer::meters_per_unit(m);
   mesh.is_reduced = true;
   const auto made = std::make_shared<std::unique_ptr<const ReducedTransfer>>();  // For the first picture.
-  mesh.sample = [transfer, most, made, devices](double time, const RunControl& control) {
-    if (!*made)
-      *made = std::make_unique<const ReducedTransfer>(transfer, most, devices.look_up(), control.part(0.0, 0.4));
+  mesh.sample = [transfer, most, made](double time, const RunControl& control) {
+    if (!*made) *made = std::make_unique<const ReducedTransfer>(transfer, most, control.part(0.0, 0.4));
     return (*made)->sample(time, control.part(0.4, 1.0));
   };
   return mesh;
@@ -118,7 +103,6 @@ AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path, const Outp
   mesh.mesh = with_normals(read_mesh(folder / "model.glb"));
   scale_mesh(mesh.mesh, 1000.0);  // glTF is in m
   mesh.unit_mesh = mesh.mesh;
-  mesh.num_texels = static_cast<double>(mesh.history.width) * mesh.history.height;
   mesh.sample = [history](double time, const RunControl&) { return history->sample(time); };
   const auto made = std::make_shared<std::unique_ptr<SimulatedSurface>>();  // For the first picture that is not there.
   mesh.maps = [folder, film, made, devices](double time, const RunControl& control) {
@@ -138,8 +122,8 @@ AgingMesh open_aging_mesh(const std::filesystem::path& path, const OutputDevices
   if (kind_of(path) == PathKind::Simulation) return aging_mesh_of_simulation(path, devices, film);
   if (const auto folder = std::make_shared<const transfer::TransferFolder>(path);
       std::int64_t{folder->sheet().width()} * folder->sheet().height() > most_texels)
-    return reduced_mesh_of_transfer(folder, devices, most_texels);
-  return aging_mesh_of(std::make_shared<const transfer::TransferReader>(path), devices);
+    return reduced_mesh_of_transfer(folder, most_texels);
+  return aging_mesh_of(std::make_shared<const transfer::TransferReader>(path));
 }
 
 }  // namespace patinate::cli

@@ -38,23 +38,20 @@ struct AgingMesh {
   /// Color and all else that is known of its surface from `maps_from` on, over the sheet; heights in the mesh's unit.
   /// Nothing when only color is known.
   std::function<SurfaceMaps(double time, const RunControl& control)> maps;
-  double num_texels = 0.0;                                      ///< Of what `sample` gives.
   bool is_reduced = false;                                      ///< `sample` shows means of several texels.
   double maps_from = -std::numeric_limits<double>::infinity();  ///< Of a simulation of an
                                                                 ///< earlier version, its end.
 };
 
-/// @param path  A transfer or a simulation. @param devices  That look up and compose. @param film  Amount of water of a
+/// @param path  A transfer or a simulation. @param devices  That compose. @param film  Amount of water of a
 /// simulation that wets a place through.
 /// @param most_texels  Of a transfer that has more in all tiles, color alone is known, and that reduced
 /// (ReducedTransfer). @throws IoError
 [[nodiscard]] AgingMesh open_aging_mesh(const std::filesystem::path& path, const OutputDevices& devices = {},
                                         double film = kWetFilm, std::int64_t most_texels = Sheet::kMaxTexels);
 /// Of a transfer that is open already.
-[[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& transfer,
-                                      const OutputDevices& devices = {});
+[[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& transfer);
 /// Of a transfer in memory, which has no key; its color alone.
-[[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged,
-                                      const OutputDevices& devices = {});
+[[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged);
 
 }  // namespace patinate::cli

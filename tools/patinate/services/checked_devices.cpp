@@ -5,7 +5,6 @@
 
 #include "libcommon/core/text.h"
 #include "simulation/engine/iteration_check.h"
-#include "transfer/synthesis/window_device.h"
 
 namespace patinate::cli {
 
@@ -75,14 +74,6 @@ std::shared_ptr<const Kind> open_kind(const device::DeviceOptions& options, cons
   });
 }
 
-/// For what is mostly copying: on the fastest cards, too, the ways there and back take longer than the CPU's own work
-/// (docs/devices.md); and for what was not measured on a GPU. A device is taken only where it is asked for.
-device::DeviceOptions if_asked_for(const device::DeviceOptions& options, const DeviceWords& say) {
-  if (options.device != "auto") return options;
-  say.decided("cpu");
-  return {.device = "cpu"};
-}
-
 }  // namespace
 
 void check_device(const device::DeviceOptions& options) {
@@ -93,16 +84,6 @@ void check_device(const device::DeviceOptions& options) {
 std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::DeviceOptions& options,
                                                                  const DeviceWords& say) {
   return open_kind<transfer::SearchDevice>(options, transfer::check_search, say);
-}
-
-std::shared_ptr<const transfer::SearchDevice> open_window_device(const device::DeviceOptions& options,
-                                                                 const DeviceWords& say) {
-  return open_kind<transfer::SearchDevice>(if_asked_for(options, say), transfer::check_window_search, say);
-}
-
-std::shared_ptr<const transfer::LookupDevice> open_lookup_device(const device::DeviceOptions& options,
-                                                                 const DeviceWords& say) {
-  return open_kind<transfer::LookupDevice>(if_asked_for(options, say), transfer::check_lookups, say);
 }
 
 std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(const device::DeviceOptions& options,
@@ -132,8 +113,7 @@ std::function<std::shared_ptr<const Kind>()> once(const Open& open) {
 
 OutputDevices output_devices(const device::DeviceOptions& options, const DeviceWords& say) {
   check_device(options);
-  return {.lookups = once<transfer::LookupDevice>([=] { return open_lookup_device(options, say); }),
-          .composition = once<simulation::SimulationDevice>([=] { return open_simulation_device(options, say); })};
+  return {.composition = once<simulation::SimulationDevice>([=] { return open_simulation_device(options, say); })};
 }
 
 }  // namespace patinate::cli

@@ -8,7 +8,6 @@
 
 #include "libcommon/device/device_choice.h"
 #include "simulation/device/simulation_device.h"
-#include "transfer/lookup/lookup_device.h"
 #include "transfer/synthesis/search_device.h"
 
 namespace patinate::cli {
@@ -23,33 +22,26 @@ struct DeviceWords {
 /// Without opening it. @throws InvalidInput if what is asked for is not there.
 void check_device(const device::DeviceOptions& options);
 
-/// The first device that is asked for and gives the CPU's bytes; null where the CPU does the work: with `auto` all but
-/// the fast transfer. Says which it is, why others are not taken, and what fails later.
+/// The first device that is asked for and gives the CPU's bytes; null where the CPU does the work. Says which it is,
+/// why others are not taken, and what fails later.
 /// @throws InvalidInput if what is asked for is not there; CannotComplete if what is asked for by name fails its check.
 [[nodiscard]] std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::DeviceOptions& options,
-                                                                               const DeviceWords& say);
-/// For the exact search, of the reference method and of audits.
-[[nodiscard]] std::shared_ptr<const transfer::SearchDevice> open_window_device(const device::DeviceOptions& options,
-                                                                               const DeviceWords& say);
-[[nodiscard]] std::shared_ptr<const transfer::LookupDevice> open_lookup_device(const device::DeviceOptions& options,
                                                                                const DeviceWords& say);
 [[nodiscard]] std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(
     const device::DeviceOptions& options, const DeviceWords& say);
 
-/// Devices for what makes pictures and models, opened when they are first needed, if ever. Null functions, and what
-/// they give where nothing is asked for: the CPU.
+/// The device for what makes pictures and models of simulations, opened when it is first needed, if ever. A null
+/// function, and what it gives where nothing is asked for: the CPU.
 struct OutputDevices {
-  std::function<std::shared_ptr<const transfer::LookupDevice>()> lookups = {};
   std::function<std::shared_ptr<const simulation::SimulationDevice>()> composition = {};
 
-  /// Null: the CPU does it. @throws as the functions.
-  [[nodiscard]] std::shared_ptr<const transfer::LookupDevice> look_up() const { return lookups ? lookups() : nullptr; }
+  /// Null: the CPU does it. @throws as the function.
   [[nodiscard]] std::shared_ptr<const simulation::SimulationDevice> compose() const {
     return composition ? composition() : nullptr;
   }
 };
-/// Each is opened once, whoever asks. Thread-safe. @throws InvalidInput as check_device(); the functions as
-/// open_lookup_device() and open_simulation_device().
+/// It is opened once, whoever asks. Thread-safe. @throws InvalidInput as check_device(); the function as
+/// open_simulation_device().
 [[nodiscard]] OutputDevices output_devices(const device::DeviceOptions& options, const DeviceWords& say);
 
 }  // namespace patinate::cli

@@ -138,20 +138,10 @@ ImageF read_coordinates(const fs::path& file, const ImageF& size) {
 
 }  // namespace
 
-namespace {
-
-/// With default options. Measured in November 2026 on atlases of 256, 512, 1024 and 2048 texels and a history of 256 x
-/// 192 pixels (docs/scaling.md).
-JobCost evaluation_cost(const transfer::TransferManifest& m) {
-  const double texels = static_cast<double>(m.width) * m.height;
-  return {.core_seconds = 6.4 + 5.2e-6 * texels, .megabytes = 74.0 + 1.15e-4 * texels};
-}
-
-}  // namespace
+namespace {}  // namespace
 
 analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis::EvaluationOptions& options,
-                                       std::uint64_t seed, const transfer::CacheOptions& cache,
-                                       std::shared_ptr<const transfer::SearchDevice> device) {
+                                       std::uint64_t seed, const transfer::CacheOptions& cache) {
   const transfer::TransferManifest manifest = transfer::read_transfer_manifest(transfer);
   const std::string name = input_name(transfer);
   std::string about = "transfer " + name + ", history " + input_name(manifest.history);
@@ -160,7 +150,7 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
           .about = about,
           .key = manifest.key,
           .open =
-              [transfer, name, options, seed, cache, device](const RunControl& control) {
+              [transfer, name, options, seed, cache](const RunControl& control) {
                 const transfer::TransferReader reader(transfer);
                 const transfer::TransferManifest& m = reader.manifest();
                 analysis::MapToEvaluate out;
@@ -184,7 +174,6 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
                                           .frames = out.map.frames,
                                           .turns = out.map.turns};
                 made.source_mask = out.source.mask;
-                made.device = device;
                 for (std::size_t i = 0; i < m.controls.size(); ++i)
                   made.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
                 add_audit(out.more,
@@ -192,8 +181,7 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
                                               control.part(0.3, 1.0), transfer::appearance_source(history, cache)));
                 return out;
               },
-          .tiles = transfer_tiles(transfer, options, seed, cache, device),
-          .cost = evaluation_cost(manifest)};
+          .tiles = transfer_tiles(transfer, options, seed, cache)};
 }
 
 analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMesh& aged,
@@ -237,8 +225,7 @@ std::string named_control(const std::string& spec) {
 
 analysis::EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptions& foreign,
                                       const analysis::EvaluationOptions& options, std::uint64_t seed,
-                                      const transfer::CacheOptions& cache,
-                                      std::shared_ptr<const transfer::SearchDevice> device) {
+                                      const transfer::CacheOptions& cache) {
   if (foreign.history.empty())
     throw UsageError("--history: is needed for " + map.string() +
                      ", which is no transfer: the history that the tool copied from");
@@ -258,7 +245,7 @@ analysis::EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptio
       .about = "coordinates " + input_name(map) + ", history " + input_name(foreign.history) +
                (spec ? ", " + named_control(foreign.control) : ""),
       .key = hash.hex(),
-      .open = [map, foreign, spec, source_name, options, seed, cache, device](const RunControl& control) {
+      .open = [map, foreign, spec, source_name, options, seed, cache](const RunControl& control) {
         const HistoryReader source(foreign.history);
         analysis::MapToEvaluate out;
         out.source = evaluated_source(source, source_name, 1.0, options.num_times);
@@ -286,7 +273,6 @@ analysis::EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptio
                                   .coordinates = out.map.coordinates,
                                   .pixel_mm = pixel_mm,
                                   .controls = {{source_name, wanted}}};
-        made.device = device;
         add_audit(out.more, transfer::audit_map(source, made, {}, options.num_audits, seed, control,
                                                 transfer::appearance_source(source, cache)));
         return out;

@@ -37,11 +37,9 @@ struct ForeignMapOptions {
 
 /// A transfer: its history, its first control, its energy, which is audited with its own coherence share and controls.
 /// @param options  Times and audits. @param seed  Of the audits. @param cache  Of the appearance that audits need.
-/// @param device  Audits; null: the CPU does.
 [[nodiscard]] analysis::EvaluationItem transfer_item(const std::filesystem::path& transfer,
                                                      const analysis::EvaluationOptions& options, std::uint64_t seed,
-                                                     const transfer::CacheOptions& cache,
-                                                     std::shared_ptr<const transfer::SearchDevice> device = nullptr);
+                                                     const transfer::CacheOptions& cache);
 /// What a transfer in memory is measured against: as a transfer's folder would be.
 [[nodiscard]] analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMesh& aged,
                                                const analysis::EvaluationOptions& options, std::uint64_t seed,
@@ -53,7 +51,6 @@ struct ForeignMapOptions {
 /// @throws IoError, InvalidInput, UsageError
 [[nodiscard]] analysis::EvaluationItem foreign_item(const std::filesystem::path& map, const ForeignMapOptions& foreign,
                                                     const analysis::EvaluationOptions& options, std::uint64_t seed,
-                                                    const transfer::CacheOptions& cache,
-                                                    std::shared_ptr<const transfer::SearchDevice> device = nullptr);
+                                                    const transfer::CacheOptions& cache);
 
 }  // namespace patinate::cli

@@ -9,7 +9,6 @@
 #include "libcommon/core/mapped_file.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_rows.h"
-#include "libcommon/job/cost_model.h"
 #include "patinate/atlas/direction_field.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
@@ -29,12 +28,6 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kRows = 64;  ///< Of a file at a time.
-
-/// With default options: measured on 2 x 2 tiles of 256 and 512 texels and 8 x 8 of 128 and 256 (docs/scaling.md). What
-/// concludes goes by the texels of pictures, which are limited.
-constexpr CostModel kSurveyCost{0.04, 2.7e-7, 26.0, 12.0}, kMeasureCost{0.25, 5.4e-6, 50.0, 240.0},
-    kConcludeCost{7.1, 1.9e-6, 65.0, 150.0};
-constexpr double kMostShown = 1600.0 * 1600.0;
 
 struct TriangleFrame {
   std::int64_t triangle = 0;
@@ -60,13 +53,8 @@ void for_each_row(const fs::path& file, const Sheet& sheet, const std::vector<st
 class TransferTiles {
  public:
   TransferTiles(fs::path path, const analysis::EvaluationOptions& options, std::uint64_t seed,
-                const transfer::CacheOptions& cache, std::shared_ptr<const transfer::SearchDevice> device)
-      : folder_(path),
-        options_(options),
-        seed_(seed),
-        cache_(cache),
-        device_(std::move(device)),
-        name_(std::move(path)) {}
+                const transfer::CacheOptions& cache)
+      : folder_(path), options_(options), seed_(seed), cache_(cache), name_(std::move(path)) {}
 
   [[nodiscard]] const transfer::TransferManifest& manifest() const { return folder_.manifest(); }
   [[nodiscard]] const Sheet& sheet() const { return folder_.sheet(); }
@@ -158,7 +146,6 @@ class TransferTiles {
   analysis::EvaluationOptions options_;
   std::uint64_t seed_;
   transfer::CacheOptions cache_;
-  std::shared_ptr<const transfer::SearchDevice> device_;
   fs::path name_;
 };
 
@@ -171,8 +158,7 @@ std::vector<std::int64_t> TransferTiles::audit(int tile, std::int64_t before, co
                             .pixel_mm = m.texel_size_mm,
                             .controls = {},
                             .frames = opened.map.frames,
-                            .source_mask = opened.source.mask,
-                            .device = device_};
+                            .source_mask = opened.source.mask};
   for (std::size_t i = 0; i < m.controls.size(); ++i)
     made.controls.push_back({m.controls[i].source, wanted[i], m.controls[i].weight});
   const TexelMap& surface = *opened.map.surface;
@@ -229,15 +215,13 @@ analysis::OpenedTiles TransferTiles::open(std::shared_ptr<const TexelMap> surfac
 
 std::optional<analysis::TilesToEvaluate> transfer_tiles(const fs::path& transfer,
                                                         const analysis::EvaluationOptions& options, std::uint64_t seed,
-                                                        const transfer::CacheOptions& cache,
-                                                        std::shared_ptr<const transfer::SearchDevice> device) {
+                                                        const transfer::CacheOptions& cache) {
   const transfer::TransferManifest manifest = transfer::read_transfer_manifest(transfer);
   if (manifest.sheet().num_tiles() == 1) return std::nullopt;
   for (const transfer::RecordedControl& c : manifest.controls) {
     if (c.source == kLibraryControl) return std::nullopt;
   }
-  const auto tiles = std::make_shared<const TransferTiles>(transfer, options, seed, cache, std::move(device));
-  const double texels = static_cast<double>(tiles->sheet().tile_width) * tiles->sheet().tile_height;
+  const auto tiles = std::make_shared<const TransferTiles>(transfer, options, seed, cache);
   return analysis::TilesToEvaluate{
       .sheet = tiles->sheet(),
       .surface = [tiles](const RunControl& control) { return tiles->surface(control); },
@@ -245,10 +229,7 @@ std::optional<analysis::TilesToEvaluate> transfer_tiles(const fs::path& transfer
       .survey = [tiles](int tile, const TexelMap& surface, const fs::path& folder,
                         const RunControl& control) { tiles->survey(tile, surface, folder, control); },
       .open = [tiles](std::shared_ptr<const TexelMap> surface, const fs::path& folder,
-                      const RunControl&) { return tiles->open(std::move(surface), folder); },
-      .survey_cost = kSurveyCost.of(texels),
-      .measure_cost = kMeasureCost.of(texels),
-      .conclude_cost = kConcludeCost.of(std::min(kMostShown, texels * tiles->sheet().num_tiles()))};
+                      const RunControl&) { return tiles->open(std::move(surface), folder); }};
 }
 
 }  // namespace patinate::cli

@@ -15,8 +15,9 @@ namespace patinate::cli {
 
 /// Nothing for a transfer of one tile, or of a library that says which history applies where: that is matched over the
 /// whole atlas. Parameters as transfer_item()'s.
-[[nodiscard]] std::optional<analysis::TilesToEvaluate> transfer_tiles(
-    const std::filesystem::path& transfer, const analysis::EvaluationOptions& options, std::uint64_t seed,
-    const transfer::CacheOptions& cache, std::shared_ptr<const transfer::SearchDevice> device = nullptr);
+[[nodiscard]] std::optional<analysis::TilesToEvaluate> transfer_tiles(const std::filesystem::path& transfer,
+                                                                      const analysis::EvaluationOptions& options,
+                                                                      std::uint64_t seed,
+                                                                      const transfer::CacheOptions& cache);
 
 }  // namespace patinate::cli

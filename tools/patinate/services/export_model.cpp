@@ -58,14 +58,6 @@ void stand_up(Mesh& mesh) {
   for (Vec3& normal : mesh.normals) normal = standing(normal);
 }
 
-std::vector<GlbPlant> stand_up(std::vector<GlbPlant> plants) {
-  for (GlbPlant& plant : plants) {
-    plant.root = standing(plant.root);
-    plant.up = standing(plant.up);
-  }
-  return plants;
-}
-
 /// An OBJ has no unit: it fits over the file that was aged.
 Mesh in_own_unit(const AgingGlb& model) {
   Mesh mesh = model.mesh;
@@ -102,15 +94,12 @@ void write_model(const ModelToWrite& what, const RunControl& control) {
   const RunControl writing = control.part(0.1, 1.0);
   const std::string name = what.output.stem().string();
   if (what.format == ModelFormat::Glb) {
-    std::vector<GlbPlant> plants;
-    if (model.plants) plants = model.plants(what.times, control.part(0.1, 0.4));
     const GlbOptions options{.name = name,
                              .meters_per_unit = model.meters_per_unit,
                              .key = what.key,
                              .objects = model.objects,
-                             .credits = what.credits,
-                             .plants = what.up == UpAxis::Z ? stand_up(std::move(plants)) : std::move(plants)};
-    return write_glb(what.output, model.mesh, model.tiles, appearance, options, control.part(0.4, 1.0));
+                             .credits = what.credits};
+    return write_glb(what.output, model.mesh, model.tiles, appearance, options, writing);
   }
   if (model.add_relief) model.add_relief(appearance, what.times, control);
   if (what.format == ModelFormat::Usd) {
@@ -127,27 +116,6 @@ void write_model(const ModelToWrite& what, const RunControl& control) {
                   options, writing);
 }
 
-/// Measured in November 2026 on an urn of 85,000 triangles with atlases of 256 and 1024 texels, and on a simulated
-/// ledge of 156 with 256 and 512, at 5 and 10 times (docs/scaling.md): by triangle, by texel, and by texel and time.
-struct ModelCost {
-  double seconds, triangle_seconds, texel_seconds, time_seconds, megabytes, triangle_bytes, texel_bytes;
-};
-constexpr ModelCost kOfTransfers[]{{0.03, 5e-6, 4e-7, 2.7e-7, 25.0, 420.0, 0.0},
-                                   {0.03, 1.2e-5, 0.0, 3.2e-7, 38.0, 750.0, 4.0},
-                                   {0.03, 5.3e-6, 0.0, 4.5e-7, 30.0, 430.0, 3.0}};
-constexpr ModelCost kOfSimulations[]{{0.85, 5e-6, 0.0, 1.1e-6, 27.0, 420.0, 152.0},
-                                     {0.03, 1.2e-5, 0.0, 6.9e-7, 28.0, 750.0, 107.0},
-                                     {0.05, 5.3e-6, 0.0, 1.5e-6, 28.0, 430.0, 102.0}};
-
-JobCost model_cost(const ModelToWrite& what, bool is_simulation) {
-  const ModelCost& cost = (is_simulation ? kOfSimulations : kOfTransfers)[static_cast<std::size_t>(what.format)];
-  const auto triangles = static_cast<double>(what.model.mesh.triangles.size());
-  const double texels = what.model.num_texels, times = static_cast<double>(what.times.size());
-  return {.core_seconds = cost.seconds + cost.triangle_seconds * triangles +
-                          texels * (cost.texel_seconds + cost.time_seconds * times),
-          .megabytes = cost.megabytes + 1e-6 * (cost.triangle_bytes * triangles + cost.texel_bytes * texels)};
-}
-
 }  // namespace
 
 std::optional<ModelFormat> model_format(const std::filesystem::path& path) {
@@ -159,14 +127,13 @@ std::optional<ModelFormat> model_format(const std::filesystem::path& path) {
 }
 
 OutputWork model_work(const ExportTask& task, ModelFormat format) {
-  const auto what =
-      std::make_shared<ModelToWrite>(ModelToWrite{.format = format,
-                                                  .model = open_aging_glb(task.subject, task.plants, task.devices),
-                                                  .output = task.output,
-                                                  .times = {},
-                                                  .key = "",
-                                                  .credits = credits_of(task.subject),
-                                                  .up = task.axis.up});
+  const auto what = std::make_shared<ModelToWrite>(ModelToWrite{.format = format,
+                                                                .model = open_aging_glb(task.subject, task.devices),
+                                                                .output = task.output,
+                                                                .times = {},
+                                                                .key = "",
+                                                                .credits = credits_of(task.subject),
+                                                                .up = task.axis.up});
   if (what->up == UpAxis::Z) stand_up(what->model.mesh);
   std::vector<std::string> notes;
   what->times = task.times.resolve(what->model.history, format == ModelFormat::Obj ? 1 : kModelTimes, notes);
@@ -175,7 +142,6 @@ OutputWork model_work(const ExportTask& task, ModelFormat format) {
   constexpr std::array<std::string_view, 3> kStages{"export glb 5", "export usd 5", "export obj 4"};
   ContentHash hash;
   hash.add(kStages[static_cast<std::size_t>(format)]).add(what->model.key);
-  if (format == ModelFormat::Glb && what->model.plants) hash.add("plants 2").add(task.plants.plants);
   if (what->up == UpAxis::Z) hash.add("up z");
   for (double t : what->times) hash.add(t);
   for (const std::string& credit : what->credits) hash.add(credit);
@@ -183,7 +149,6 @@ OutputWork model_work(const ExportTask& task, ModelFormat format) {
   OutputWork work{.output = task.output,
                   .label = "export",
                   .key = what->key,
-                  .cost = model_cost(*what, kind_of(task.subject) == PathKind::Simulation),
                   .existing_key = written_key(task.output),
                   .beside = files_beside(format, task.output),
                   .notes = std::move(notes),

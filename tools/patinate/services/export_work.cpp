@@ -11,7 +11,6 @@
 
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/atlas/sheet.h"
 #include "patinate/core/error.h"
@@ -24,7 +23,6 @@
 #include "tools/patinate/services/aging_mesh.h"
 #include "tools/patinate/services/export_model.h"
 #include "tools/patinate/services/picture_series.h"
-#include "transfer/lookup/texture_cost.h"
 #include "transfer/lookup/texture_files.h"
 
 namespace patinate::cli {
@@ -40,7 +38,6 @@ struct SequenceSource {
   HistoryManifest history;
   /// Writes the files of one time, one a tile. Thread-safe.
   std::function<void(double time, const std::vector<std::filesystem::path>& files, const RunControl& control)> write;
-  JobCost cost = {};  ///< Of one time.
 };
 
 /// Names of a time's files in the folder, one a tile.
@@ -85,10 +82,8 @@ OutputWork sequence_work(const ExportTask& task, SequenceSource given, const Run
                for (const auto& file : outputs) written.push_back(folder / file);
                source->write(t, written, silent);
              },
-         .key = ContentHash().add("export image 2").add(source->key).add(extension).add(times[i]).hex(),
-         .cost = source->cost});
+         .key = ContentHash().add("export image 2").add(source->key).add(extension).add(times[i]).hex()});
   }
-  plan.join_cost = kSmallCost.of();
   plan.join = [source, files, key = plan.key](const std::filesystem::path& folder, const RunControl&) {
     save_json(folder / "sequence.json",
               Json{{"time_unit", time_unit_text(source->history.time_unit)}, {"images", files}, {"key", key}});
@@ -116,31 +111,22 @@ OutputWork pictures_work(const ExportTask& task, const HistoryManifest& history,
 /// Opened for the first texture that is not up to date.
 class LateWriter {
  public:
-  LateWriter(std::shared_ptr<const transfer::TransferFolder> transfer, OutputDevices devices)
-      : transfer_(std::move(transfer)), devices_(std::move(devices)) {}
+  explicit LateWriter(std::shared_ptr<const transfer::TransferFolder> transfer) : transfer_(std::move(transfer)) {}
   const transfer::TextureWriter& open(const RunControl& control) {
-    std::call_once(once_, [&] {
-      const auto device = devices_.look_up();
-      writer_.emplace(*transfer_, transfer::CoordinateStripsOptions{}, control);
-      writer_->use(device);
-    });
+    std::call_once(once_, [&] { writer_.emplace(*transfer_, transfer::CoordinateStripsOptions{}, control); });
     return *writer_;
   }
 
  private:
   std::shared_ptr<const transfer::TransferFolder> transfer_;
-  OutputDevices devices_;
   std::once_flag once_;
   std::optional<transfer::TextureWriter> writer_;
 };
 
 /// A movie or numbered images of a transfer's texture, strip by strip.
-PictureSeries texture_series(const std::shared_ptr<const transfer::TransferFolder>& transfer,
-                             const OutputDevices& devices) {
-  const auto writer = std::make_shared<LateWriter>(transfer, devices);
+PictureSeries texture_series(const std::shared_ptr<const transfer::TransferFolder>& transfer) {
+  const auto writer = std::make_shared<LateWriter>(transfer);
   PictureSeries series{.label = "export", .key = transfer->manifest().key, .times = {}, .picture = {}};
-  series.cost = transfer::texture_cost(*transfer, "texture.png");
-  series.num_pixels = static_cast<double>(transfer->manifest().width) * transfer->manifest().height;
   series.write = [transfer, writer](double t, const std::filesystem::path& file, const std::string& key,
                                     const RunControl& control) {
     const std::vector<transfer::TextureFile> texture{{{file}, transfer->history().sample(t), key}};
@@ -164,22 +150,14 @@ PictureSeries texture_series(const std::shared_ptr<const transfer::TransferFolde
 /// Textures of a transfer: strip by strip, however large the atlas.
 OutputWork textures_work(const ExportTask& task, const RunControl& planning) {
   const auto transfer = std::make_shared<const transfer::TransferFolder>(task.subject);
-  const auto writer = std::make_shared<LateWriter>(transfer, task.devices);
+  const auto writer = std::make_shared<LateWriter>(transfer);
   const auto write = [transfer, writer](double t, const std::vector<std::filesystem::path>& files,
                                         const RunControl& control) {
     const std::vector<transfer::TextureFile> texture{{files, transfer->history().sample(t)}};
     writer->open(control).write(texture, control);
   };
-  const std::string_view extension = kFormatNames[static_cast<std::size_t>(task.format.kind)];
-  return sequence_work(task,
-                       {transfer->manifest().key, transfer->sheet().names, transfer->history().manifest(), write,
-                        transfer::texture_cost(*transfer, "texture." + std::string(extension))},
+  return sequence_work(task, {transfer->manifest().key, transfer->sheet().names, transfer->history().manifest(), write},
                        planning);
-}
-
-/// Of its texture at a time: measured on simulations of 256 and 512 texels.
-JobCost sample_cost(const AgingMesh& mesh) {
-  return CostModel{.seconds = 0.03, .unit_seconds = 1e-7, .unit_bytes = 30.0}.of(mesh.num_texels);
 }
 
 /// Images or a movie of a surface over the sheet of all its tiles.
@@ -193,18 +171,12 @@ OutputWork aging_mesh_export(const ExportTask& task, const RunControl& planning)
   };
   if (is_series(task.output)) {
     return noted(pictures_work(task, mesh->history,
-                               {.label = "export",
-                                .key = mesh->key,
-                                .times = {},
-                                .picture = mesh->sample,
-                                .cost = sample_cost(*mesh),
-                                .num_pixels = mesh->num_texels},
-                               planning));
+                               {.label = "export", .key = mesh->key, .times = {}, .picture = mesh->sample}, planning));
   }
   const auto write = [mesh](double t, const std::vector<std::filesystem::path>& files, const RunControl& control) {
     write_color(files.front(), mesh->sample(t, control));
   };
-  return noted(sequence_work(task, {mesh->key, mesh->tile_names, mesh->history, write, sample_cost(*mesh)}, planning));
+  return noted(sequence_work(task, {mesh->key, mesh->tile_names, mesh->history, write}, planning));
 }
 
 /// Frames of a history as they are, over its own pixels.
@@ -216,16 +188,13 @@ OutputWork history_export(const ExportTask& task, const RunControl& planning) {
                          {.label = "export",
                           .key = key,
                           .times = {},
-                          .picture = [history](double t, const RunControl&) { return history->sample(t); },
-                          .cost = history_picture_cost(history->manifest()),
-                          .num_pixels = static_cast<double>(history->manifest().width) * history->manifest().height},
+                          .picture = [history](double t, const RunControl&) { return history->sample(t); }},
                          planning);
   }
   const auto write = [history](double t, const std::vector<std::filesystem::path>& files, const RunControl&) {
     write_color(files.front(), history->sample(t));
   };
-  return sequence_work(task, {key, {""}, history->manifest(), write, history_picture_cost(history->manifest())},
-                       planning);
+  return sequence_work(task, {key, {""}, history->manifest(), write}, planning);
 }
 
 }  // namespace
@@ -254,8 +223,6 @@ OutputWork export_work(const ExportTask& task, const RunControl& planning) {
   const std::optional<ModelFormat> model = model_format(task.output);
   const bool is_pictures = is_series(task.output);
   const PathKind kind = kind_of(task.subject);
-  if (task.plants.plants != GlbPlantOptions{}.plants && !(kind == PathKind::Simulation && model == ModelFormat::Glb))
-    throw UsageError("--plants: are shown in a GLB of a simulation alone");
   if (task.axis.up != UpAxis::Y && !model) throw UsageError("--up: is of models; pictures of a mesh are `render`'s");
   if (kind == PathKind::History) {
     if (model) throw UsageError("-o: a history has no mesh; give a transfer, or a folder for images");
@@ -268,7 +235,7 @@ OutputWork export_work(const ExportTask& task, const RunControl& planning) {
   if (!is_pictures) return textures_work(task, planning);
   const auto transfer = std::make_shared<const transfer::TransferFolder>(task.subject);
   if (transfer->sheet().num_tiles() > 1) return aging_mesh_export(task, planning);  // Its tiles make one sheet.
-  return pictures_work(task, transfer->history().manifest(), texture_series(transfer, task.devices), planning);
+  return pictures_work(task, transfer->history().manifest(), texture_series(transfer), planning);
 }
 
 }  // namespace patinate::cli

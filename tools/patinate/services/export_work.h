@@ -31,7 +31,6 @@ struct ExportTask {
   TimesChoice times;
   SequenceFormat format;
   MovieOptions movie;
-  GlbPlantOptions plants;
   ModelAxis axis;
   OutputDevices devices;  ///< No output depends on them.
 };

@@ -63,7 +63,6 @@ std::vector<std::string> add_captures(analysis::FitTask& task, const std::vector
                              .name = source.name,
                              .outline = scene.outline(),
                              .age = scene.age(),
-                             .aging_seconds = scene.aging_seconds(),
                              .write_model = [scene, output](const fs::path& folder, const std::string& file,
                                                             const std::vector<double>& values) {
                                scene.write(folder, file, output, values);

@@ -139,8 +139,6 @@ analysis::SurfaceOutline FitScene::outline() const {
   return outline;
 }
 
-double FitScene::aging_seconds() const { return simulation::iterations_seconds(base_->scene, base_->iterations); }
-
 analysis::AgeWith FitScene::age() const {
   return [scene = *this](const std::vector<double>& values, std::uint64_t seed_shift,
                          const RunControl& control) -> analysis::ComposeWith {

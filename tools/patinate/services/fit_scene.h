@@ -33,8 +33,6 @@ class FitScene {
   [[nodiscard]] const std::vector<std::string>& notes() const { return base_->notes; }
   [[nodiscard]] analysis::SurfaceOutline outline() const;
   [[nodiscard]] analysis::AgeWith age() const;
-  /// About what one aging takes.
-  [[nodiscard]] double aging_seconds() const;
   void add_inputs(JobInputs& inputs) const;
   /// Writes `folder / FILE.json` with these values. @param output  The folder's name in the end: paths are relative to
   /// it.

@@ -11,7 +11,6 @@
 #include "patinate/mesh_files/mesh_io.h"
 #include "tools/patinate/command_line/failure.h"
 #include "tools/patinate/command_line/usage_error.h"
-#include "tools/patinate/services/blender_unwrap.h"
 
 namespace patinate::cli {
 
@@ -65,22 +64,14 @@ Range resolution_range() { return between(16, 16384); }
 void describe(OptionVisitor& v, AtlasOptions& o) {
   v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", resolution_range()},
           o.resolution);
-  v.visit_choice({"atlas",
-                  "auto: the mesh's UVs when every place has a texel of its own, else unwrapped; uv or unwrap: "
-                  "always; blender: unwrapped by Blender, where it is installed"},
-                 o.method, kAtlasChoiceNames);
+  v.visit_choice(
+      {"atlas", "auto: the mesh's UVs when every place has a texel of its own, else unwrapped; uv or unwrap: always"},
+      o.method, kAtlasMethodNames);
 }
 
 AtlasMesh make_atlas(const MeshSource& source, Mesh mesh, const AtlasOptions& options, const RunControl& control) {
-  return naming_file(source, [&] {
-    if (options.method != AtlasChoice::Blender) {
-      return make_atlas_mesh(std::move(mesh), static_cast<AtlasMethod>(options.method), options.resolution, control);
-    }
-    mesh = blender_unwrap(std::move(mesh), options.resolution, control.part(0.0, 0.9));
-    AtlasMesh atlas = make_atlas_mesh(std::move(mesh), AtlasMethod::Uv, options.resolution, control.part(0.9, 1.0));
-    atlas.is_unwrapped = true;
-    return atlas;
-  });
+  return naming_file(source,
+                     [&] { return make_atlas_mesh(std::move(mesh), options.method, options.resolution, control); });
 }
 
 void note_atlas(const MeshSource& source, const AtlasMesh& atlas, CommandRun& run) {

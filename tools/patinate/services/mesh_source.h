@@ -30,20 +30,16 @@ void declare_mesh(CommandLine& line, MeshSource& source);
 /// The chosen surfaces, repaired (a note says what), with normals, in the file's unit. @throws IoError
 [[nodiscard]] Mesh load_mesh(const MeshSource& source, CommandRun& run);
 
-/// AtlasMethod, or UVs made by Blender.
-enum class AtlasChoice { Auto, Uv, Unwrap, Blender };
-inline constexpr std::array<std::string_view, 4> kAtlasChoiceNames{"auto", "uv", "unwrap", "blender"};
-
 /// What --resolution may be.
 [[nodiscard]] Range resolution_range();
 
 struct AtlasOptions {
   int resolution = 1024;  ///< Texels along each side of a tile; [16, 16384].
-  AtlasChoice method = AtlasChoice::Auto;
+  AtlasMethod method = AtlasMethod::Auto;
 };
 void describe(OptionVisitor& v, AtlasOptions& o);
 
-/// make_atlas_mesh(), after blender_unwrap() where asked for; errors in the mesh name its file.
+/// make_atlas_mesh(); errors in the mesh name its file.
 [[nodiscard]] AtlasMesh make_atlas(const MeshSource& source, Mesh mesh, const AtlasOptions& options,
                                    const RunControl& control);
 /// Says what a user should know of the atlas.

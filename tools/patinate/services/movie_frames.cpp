@@ -24,7 +24,6 @@ fs::path frame_file(const MovieFrames& movie, std::size_t i) {
 PlannedWork planned_frames(const MovieFrames& movie) {
   PlannedWork work{.output = movie.output, .key = movie.key, .depends_on = {}, .items = {}};
   work.has_join = true;
-  work.join_cost = movie.join_cost;
   work.join_weight = 0.1 * static_cast<double>(movie.keys.size());
   work.is_up_to_date = written_key(movie.output) == movie.key;
   for (std::size_t i = 0; i < movie.keys.size(); ++i) {
@@ -33,8 +32,7 @@ PlannedWork planned_frames(const MovieFrames& movie) {
                           .key = movie.keys[i],
                           .outputs = {file},
                           .waits_for = {},
-                          .is_finished = work.is_up_to_date || image_file_key(file) == movie.keys[i],
-                          .cost = movie.cost});
+                          .is_finished = work.is_up_to_date || image_file_key(file) == movie.keys[i]});
   }
   return work;
 }

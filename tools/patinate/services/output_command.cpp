@@ -15,7 +15,6 @@ std::optional<JobStatus> made(CommandRun& run, const OutputWork& work) {
   if (work.movie && run.request() != nullptr) return answer_movie(run, *work.movie);
   if (work.pieces.empty()) {
     const std::optional<JobStatus> status = run.check_files(files_of(work), work.key);
-    tell_cost(run, work.cost);
     if (status == JobStatus::Done) work.make(run.control(work.label));
     return status;
   }
@@ -26,10 +25,6 @@ std::optional<JobStatus> made(CommandRun& run, const OutputWork& work) {
 }
 
 }  // namespace
-
-void tell_cost(CommandRun& run, const JobCost& cost) {
-  if (run.request() != nullptr && run.request()->work) run.request()->work->items.front().cost = cost;
-}
 
 int run_output(CommandRun& run, const OutputWork& work) {
   run.notes(work.notes);

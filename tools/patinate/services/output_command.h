@@ -11,7 +11,4 @@ namespace patinate::cli {
 /// @returns the command's exit code.
 int run_output(CommandRun& run, const OutputWork& work);
 
-/// Adds to what a plan says of an output that is one file, where a plan is asked for: what it costs.
-void tell_cost(CommandRun& run, const JobCost& cost);
-
 }  // namespace patinate::cli

@@ -24,7 +24,6 @@ struct OutputPiece {
   std::vector<std::filesystem::path> files;  ///< Of its tiles, and what is written beside them.
   std::string key;
   std::function<void(const RunControl& control)> make = {};  ///< Empty where the caller makes it.
-  JobCost cost = {};
 };
 /// With the keys that lie there.
 [[nodiscard]] std::vector<OutputFile> output_files(const std::vector<std::filesystem::path>& files);
@@ -37,8 +36,6 @@ struct MovieFrames {
   std::vector<std::string> keys;                                       ///< Of each picture.
   std::function<ImageU8(int index, const RunControl& control)> codes;  ///< sRGB codes.
   MovieOptions options;
-  JobCost cost = {};       ///< Of a picture.
-  JobCost join_cost = {};  ///< Of encoding them.
 };
 
 /// Either one file (`make`), several (`pieces`) or a folder (`plan`).
@@ -46,7 +43,6 @@ struct OutputWork {
   std::filesystem::path output;         ///< As it was asked for.
   std::string label;                    ///< Of progress: "export".
   std::string key;                      ///< Of all that the output depends on.
-  JobCost cost = {};                    ///< Of `make`.
   std::string existing_key;             ///< Of what is there; of a single file alone.
   std::vector<OutputFile> beside = {};  ///< What `make` writes beside it.
   std::function<void(const RunControl& control)> make = {};

@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/hash.h"
-#include "libcommon/job/cost_model.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/numbered_path.h"
@@ -15,25 +14,13 @@ namespace patinate::cli {
 
 namespace {
 
-/// Measured on ten pictures of 192 x 192 to 512 x 512 pixels.
-JobCost encoding_cost(const PictureSeries& series) {
-  return CostModel{.seconds = 0.45, .unit_seconds = 1.3e-7, .megabytes = 155.0, .unit_bytes = 3.0}.of(
-      series.num_pixels * static_cast<double>(series.times.size()));
-}
-
 OutputWork movie_work(const std::filesystem::path& output, const PictureSeries& series, const MovieOptions& movie,
                       const RunControl& planning) {
   ContentHash hash;
   hash.add("movie 1").add(series.key).add(lower_extension(output)).add(movie.fps);
   for (double t : series.times) hash.add(t);
-  const auto frames = std::make_shared<MovieFrames>(MovieFrames{.output = output,
-                                                                .label = series.label,
-                                                                .key = hash.hex(),
-                                                                .keys = {},
-                                                                .codes = {},
-                                                                .options = movie,
-                                                                .cost = series.cost,
-                                                                .join_cost = encoding_cost(series)});
+  const auto frames = std::make_shared<MovieFrames>(MovieFrames{
+      .output = output, .label = series.label, .key = hash.hex(), .keys = {}, .codes = {}, .options = movie});
   frames->codes = [series](int i, const RunControl& control) {
     const double t = series.times[static_cast<std::size_t>(i)];
     return series.codes ? series.codes(t, control) : srgb8_from_linear(series.picture(t, control));
@@ -75,13 +62,10 @@ OutputWork images_work(const std::filesystem::path& output, const PictureSeries&
     const std::filesystem::path file = numbered_path(output, static_cast<int>(i));
     const std::string key = ContentHash().add("picture 1").add(series.key).add(t).add(lower_extension(output)).hex();
     files.push_back(Json{{series.measure, t}, {"file", file.string()}});
-    work.pieces.push_back({{file},
-                           key,
-                           [shared, t, file, key](const RunControl& control) {
+    work.pieces.push_back({{file}, key, [shared, t, file, key](const RunControl& control) {
                              if (shared->write) return shared->write(t, file, key, control);
                              write_color(file, shared->picture(t, control), key);
-                           },
-                           series.cost});
+                           }});
     all.add(key);
   }
   work.key = all.hex();
@@ -94,11 +78,6 @@ OutputWork images_work(const std::filesystem::path& output, const PictureSeries&
 bool is_movie(const std::filesystem::path& output) {
   const std::vector<std::string>& all = movie_extensions();
   return std::find(all.begin(), all.end(), lower_extension(output)) != all.end();
-}
-JobCost history_picture_cost(const HistoryManifest& history, std::size_t num_times) {
-  // Measured on frames of 192 x 192 and 384 x 384 pixels.
-  return CostModel{.seconds = 0.02, .unit_seconds = 5.5e-7, .unit_bytes = 25.0}.of(
-      static_cast<double>(history.width) * history.height * static_cast<double>(num_times));
 }
 
 bool is_series(const std::filesystem::path& output) { return is_movie(output) || has_number(output); }

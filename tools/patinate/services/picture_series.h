@@ -25,13 +25,8 @@ struct PictureSeries {
   std::function<void(double time, const std::filesystem::path& file, const std::string& key, const RunControl& control)>
       write = {};
   std::function<ImageU8(double time, const RunControl& control)> codes = {};
-  JobCost cost = {};             ///< Of a picture.
-  double num_pixels = 0.0;       ///< Of a picture; 0 = not known before.
   std::string measure = "time";  ///< What a report calls the numbers in `times`.
 };
-
-/// Of showing `num_times` frames of a history.
-[[nodiscard]] JobCost history_picture_cost(const HistoryManifest& history, std::size_t num_times = 1);
 
 /// How many pictures a movie has when nobody says.
 inline constexpr int kMoviePictures = 100;

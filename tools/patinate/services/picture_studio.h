@@ -22,21 +22,16 @@ class PictureStudio {
  public:
   using Sample = std::function<ImageF(double time, const RunControl& control)>;
   using Maps = std::function<SurfaceMaps(double time, const RunControl& control)>;
-  /// @param sample  Color at a time. @param maps  All that is known at a time, or nothing. @param num_texels  Of what
-  /// `sample` gives, for cost(). @throws IoError
-  PictureStudio(std::shared_ptr<const RenderTask> task, std::shared_ptr<const Mesh> mesh, Sample sample, Maps maps,
-                double num_texels);
+  /// @param sample  Color at a time. @param maps  All that is known at a time, or nothing. @throws IoError
+  PictureStudio(std::shared_ptr<const RenderTask> task, std::shared_ptr<const Mesh> mesh, Sample sample, Maps maps);
 
   [[nodiscard]] ImageF picture(const PictureShot& shot, const RunControl& control);
-  /// Of a picture; zero where more than color is shown, which is not known.
-  [[nodiscard]] JobCost cost() const;
 
  private:
   std::shared_ptr<const RenderTask> task_;
   std::shared_ptr<const Mesh> mesh_;
   Sample sample_;
   Maps maps_;
-  double num_texels_;
   ImageF environment_;
   std::optional<SurfaceView> surface_;
   double time_ = 0.0;  ///< Of surface_.

@@ -19,12 +19,10 @@ Sheet reduced_sheet(const Sheet& sheet, std::int64_t most) {
 }
 
 ReducedTransfer::ReducedTransfer(std::shared_ptr<const transfer::TransferFolder> transfer, std::int64_t most,
-                                 std::shared_ptr<const transfer::LookupDevice> device, const RunControl& control)
+                                 const RunControl& control)
     : transfer_(std::move(transfer)),
       sheet_(reduced_sheet(transfer_->sheet(), most)),
-      textures_(*transfer_, transfer::CoordinateStripsOptions{.kept_texels = 0}, control) {
-  textures_.use(std::move(device));
-}
+      textures_(*transfer_, transfer::CoordinateStripsOptions{.kept_texels = 0}, control) {}
 
 ImageF ReducedTransfer::sample(double time, const RunControl& control) const {
   std::array<float, 256> light{};

@@ -19,9 +19,9 @@ namespace patinate::cli {
 /// Thread-safe.
 class ReducedTransfer {
  public:
-  /// @param most  Texels of the reduced sheet. @param device  Looks up; may be null. Reads and checks all coordinates.
+  /// @param most  Texels of the reduced sheet. Reads and checks all coordinates.
   ReducedTransfer(std::shared_ptr<const transfer::TransferFolder> transfer, std::int64_t most,
-                  std::shared_ptr<const transfer::LookupDevice> device = nullptr, const RunControl& control = {});
+                  const RunControl& control = {});
 
   [[nodiscard]] const Sheet& sheet() const { return sheet_; }
   /// Over sheet(), linear: the mean of the 8-bit codes' light over what a texel stands for, gutters of the finest

@@ -88,14 +88,6 @@ OutputWork strip_work(const RenderTask& task, const std::string& key, const std:
     }
     return shots.size() == 1 ? pictures.front() : contact_strip(pictures, labels);
   });
-  // Rays are traced once for all times that are seen from one place.
-  int num_views = 0;
-  for (std::size_t i = 0; i < shots.size(); ++i) {
-    const PictureView &view = shots[i].view, &before = shots[i == 0 ? 0 : i - 1].view;
-    if (i == 0 || view.azimuth_deg != before.azimuth_deg || view.elevation_deg != before.elevation_deg) ++num_views;
-  }
-  work.cost = studio->cost();
-  work.cost.core_seconds *= num_views;
   return work;
 }
 
@@ -108,13 +100,7 @@ OutputWork shots_work(const RenderTask& task, const std::string& key, const std:
     return studio->picture(shots[static_cast<std::size_t>(index)], control);
   };
   return series_work(task.output,
-                     {.label = "render",
-                      .key = key,
-                      .times = numbers,
-                      .picture = picture,
-                      .cost = studio->cost(),
-                      .num_pixels = static_cast<double>(task.options.width) * task.options.height,
-                      .measure = measure},
+                     {.label = "render", .key = key, .times = numbers, .picture = picture, .measure = measure},
                      task.movie);
 }
 
@@ -191,8 +177,8 @@ OutputWork aging_mesh_pictures(const SharedTask& task) {
   if (maps || !task->environment.empty()) add_surface(hash, *task);
   const std::vector<std::string> labels = strip_labels(*task, times, mesh->history.time_unit);
   for (const std::string& label : labels) hash.add(label);
-  const auto studio = std::make_shared<PictureStudio>(task, std::shared_ptr<const Mesh>(mesh, &mesh->mesh),
-                                                      mesh->sample, maps, mesh->num_texels);
+  const auto studio =
+      std::make_shared<PictureStudio>(task, std::shared_ptr<const Mesh>(mesh, &mesh->mesh), mesh->sample, maps);
   OutputWork work = task->has_views() ? views_work(*task, hash.hex(), studio, times.front())
                                       : times_work(*task, hash.hex(), studio, times, labels);
   work.notes = std::move(notes);
@@ -235,7 +221,6 @@ OutputWork history_pictures(const SharedTask& task) {
         }
         return pictures.size() == 1 ? pictures.front() : contact_strip(pictures, labels);
       });
-  work.cost = history_picture_cost(history->manifest(), times.size());
   work.notes = std::move(notes);
   return work;
 }
@@ -270,8 +255,7 @@ OutputWork mesh_work(const SharedTask& task) {
   std::function<SurfaceMaps(double, const RunControl&)> all;
   if (is_surface) all = [maps](double, const RunControl&) { return *maps; };
   const auto studio = std::make_shared<PictureStudio>(
-      task, over_sheet, [maps](double, const RunControl&) { return maps->color; }, all,
-      static_cast<double>(maps->color.width()) * maps->color.height());
+      task, over_sheet, [maps](double, const RunControl&) { return maps->color; }, all);
   OutputWork work = views_work(*task, hash.hex(), studio, 0.0);
   note_near_light(task->options, mesh, work.notes);
   return work;

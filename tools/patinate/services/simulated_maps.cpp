@@ -41,12 +41,6 @@ ImageF roughness_of(const ImageU8& gloss) {
 
 }  // namespace
 
-bool may_grow_plants(std::span<const std::string> materials) {
-  return std::any_of(kPlants.begin(), kPlants.end(), [&](const char* plant) {
-    return std::find(materials.begin(), materials.end(), plant) != materials.end();
-  });
-}
-
 SimulatedSurface::SimulatedSurface(const std::filesystem::path& folder, double film,
                                    std::shared_ptr<const simulation::SimulationDevice> device,
                                    const RunControl& control)

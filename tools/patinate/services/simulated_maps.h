@@ -14,9 +14,6 @@
 
 namespace patinate::cli {
 
-/// Whether one of these materials makes small plants.
-[[nodiscard]] bool may_grow_plants(std::span<const std::string> materials);
-
 /// A finished simulation, composed again at any of its times. Water is a film, not a color: color, gloss and height are
 /// those of the dry surface, composed without it. Metal is what the presets say is bare metal and nothing covers.
 /// Heights are mm. Not thread-safe.

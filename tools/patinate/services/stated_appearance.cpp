@@ -4,7 +4,6 @@
 
 #include "libcommon/history/appearance_json.h"
 #include "libcommon/history/stated_history.h"
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/core/error.h"
 #include "patinate/history/trim_history.h"
@@ -56,10 +55,9 @@ JobPlan plan_appearance(const fs::path& folder, const Appearance& appearance, co
   plan.items.push_back(
       {.name = "files",
        .outputs = outputs,
-       .run = [from = reader.folder(), files = all.files](
-                  const fs::path& to, const RunControl& control) { copy_history_files(from, files, to, control); },
-       .cost = kSmallCost.of()});
-  plan.join_cost = kSmallCost.of();
+       .run = [from = reader.folder(), files = all.files](const fs::path& to, const RunControl& control) {
+         copy_history_files(from, files, to, control);
+       }});
   plan.join = [manifest = all.manifest, appearance](const fs::path& made, const RunControl& control) {
     write_history_manifest(made / kHistoryManifestFile, manifest);
     state_appearance(made, appearance, mask_reader(facts_of(manifest)), control);

@@ -28,8 +28,7 @@ PlannedWork planned_pieces(const std::filesystem::path& output, const std::strin
                           .key = piece.key,
                           .outputs = piece.files,
                           .waits_for = {},
-                          .is_finished = is_made,
-                          .cost = piece.cost});
+                          .is_finished = is_made});
   }
   work.is_up_to_date = work.unfinished().empty();
   return work;

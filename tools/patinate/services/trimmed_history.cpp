@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "libcommon/job/cost_model.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/history/history.h"
 #include "patinate/transfer/transfer_io.h"
@@ -21,13 +20,12 @@ JobPlan plan_trim(const fs::path& history, const TrimOptions& options, const fs:
   trimmed.manifest.key = plan.key;
   std::vector<fs::path> outputs;
   for (const TrimmedHistory::File& file : trimmed.files) outputs.push_back(file.to);
-  plan.items.push_back({.name = "files",
-                        .outputs = outputs,
-                        .run = [from = reader.folder(), files = trimmed.files](
-                                   const fs::path& folder,
-                                   const RunControl& control) { copy_history_files(from, files, folder, control); },
-                        .cost = kSmallCost.of()});
-  plan.join_cost = kSmallCost.of();
+  plan.items.push_back(
+      {.name = "files",
+       .outputs = outputs,
+       .run = [from = reader.folder(), files = trimmed.files](const fs::path& folder, const RunControl& control) {
+         copy_history_files(from, files, folder, control);
+       }});
   plan.join = [manifest = trimmed.manifest](const fs::path& folder, const RunControl&) {
     write_history_manifest(folder / kHistoryManifestFile, manifest);
   };

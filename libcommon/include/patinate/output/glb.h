@@ -71,17 +71,6 @@ struct GlbObjects {
   std::vector<int> triangle_object = {};  ///< As long as the mesh's triangles; empty with at most one name.
 };
 
-/// A small plant that stands on the mesh.
-struct GlbPlant {
-  Vec3 root = Vec3::Zero();   ///< In the mesh's unit.
-  Vec3 up = Vec3::UnitY();    ///< Unit.
-  double turn = 0.0;          ///< About `up`, radians.
-  double size = 1.0;          ///< Height, > 0.
-  Vec3 color = Vec3::Zero();  ///< Linear, [0, 1], of the middle of its leaves.
-  int first_variant = 0;      ///< It shows in this variant, in the last, and in all between.
-  int last_variant = 0;
-};
-
 struct GlbOptions {
   std::string name = "object";     ///< Of node and mesh.
   double meters_per_unit = 0.001;  ///< glTF is in meters; > 0. 0.001 for a mesh in mm.
@@ -89,9 +78,6 @@ struct GlbOptions {
   std::string key = "";            ///< Content key, kept in asset.extras.patinate_key.
   GlbObjects objects = {};
   std::vector<std::string> credits = {};  ///< Whom the textures owe: asset.copyright.
-  /// Plants: instances of one shape (EXT_mesh_gpu_instancing), of a few colors. A viewer without that extension shows
-  /// none.
-  std::vector<GlbPlant> plants = {};
 };
 
 /// Writes atomically; equal input gives equal bytes. Axes are kept as they are, v is flipped as glTF asks.
@@ -99,9 +85,9 @@ struct GlbOptions {
 /// tangents.
 /// @param mesh  With UVs in [0, 1] of every tile.
 /// @throws InvalidInput if the mesh has no UVs, there is no variant, a name occurs twice, a variant has not one texture
-/// a tile, a reflectance is out of range, normals have not 3 channels, a plant names a variant that is not there, or a
-/// value is not finite; CannotComplete if it cannot be written. Memory: the mesh, and what one texture takes while it
-/// is made; the file's bytes wait on the disk, beside its place.
+/// a tile, a reflectance is out of range, normals have not 3 channels, or a value is not finite; CannotComplete if it
+/// cannot be written. Memory: the mesh, and what one texture takes while it is made; the file's bytes wait on the disk,
+/// beside its place.
 void write_glb(const std::filesystem::path& path, const Mesh& mesh, const GlbTiles& tiles,
                const std::vector<GlbAppearance>& appearance, const GlbOptions& options = {},
                const RunControl& control = {});

@@ -16,8 +16,6 @@
 
 namespace patinate::transfer {
 
-class LookupDevice;
-
 struct AgeOptions {
   int resolution = 1024;                  ///< [16, 16384]. Texels along each side of a tile.
   AtlasMethod atlas = AtlasMethod::Auto;  ///< The mesh's UVs, or new ones where they will not do.
@@ -63,12 +61,9 @@ struct AgedMesh {
   ZeroedVector<std::int16_t> turns = {};               ///< Of each texel's piece against them (SourcePlace); empty: 0.
 
   /// The texture at a time of the history's unit (clamped to its ends): H x W x 3, linear, gutters filled.
-  /// @param device  Looks up; null, or where it fails: the CPU, the same colors.
-  [[nodiscard]] ImageF texture(double time, Between between = Between::Blend, const RunControl& control = {},
-                               const std::shared_ptr<const LookupDevice>& device = nullptr) const;
+  [[nodiscard]] ImageF texture(double time, Between between = Between::Blend, const RunControl& control = {}) const;
   /// The same with a time for every texel (gather_at_times()). @param times  H x W.
-  [[nodiscard]] ImageF texture(const ImageF& times, Between between, const RunControl& control = {},
-                               const std::shared_ptr<const LookupDevice>& device = nullptr) const;
+  [[nodiscard]] ImageF texture(const ImageF& times, Between between, const RunControl& control = {}) const;
 };
 
 /// @param mesh  Any that read_mesh() gives.

@@ -12,14 +12,12 @@
 
 namespace patinate::transfer {
 
-class LookupDevice;
 struct PackedPlaces;
 struct PlacesView;
 
 struct TimeMapOptions {
   std::int64_t frame_bytes = std::int64_t{256}
-                             << 20;                 ///< Of decoded frames kept at once; two are kept whatever it says.
-  std::shared_ptr<const LookupDevice> device = {};  ///< Looks up; null, or where it fails: the CPU, the same colors.
+                             << 20;  ///< Of decoded frames kept at once; two are kept whatever it says.
 };
 
 /// gather_at_times() row by row, for an atlas that is not in memory. Frames that fit into options.frame_bytes all at

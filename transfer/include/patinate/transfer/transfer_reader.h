@@ -20,7 +20,6 @@
 
 namespace patinate::transfer {
 
-class LookupDevice;
 struct PackedPlaces;
 
 /// What `transfer.json` says, with the history that it names. Thread-safe.
@@ -54,7 +53,7 @@ class TransferFolder {
 [[nodiscard]] ImageF gather(const ImageF& source, const ImageF& coordinates, float outside = 0.0f,
                             const RunControl& control = {});
 
-/// Thread-safe. Who gives a device has it look up, as far as it does; null, or where it fails: the CPU, the same bytes.
+/// Thread-safe.
 class TransferReader {
  public:
   /// Opens a transfer folder (or its transfer.json) and the history that it names, and checks that they belong
@@ -85,24 +84,20 @@ class TransferReader {
   /// The surface's color at a time of the history's unit (clamped to its ends): H x W x 3 over the sheet, linear.
   /// Gutters are filled tile by tile, so that filtering does not bleed. At a frame's time inside the charts exactly
   /// that frame's values.
-  [[nodiscard]] ImageF sample(double time, const RunControl& control = {},
-                              const std::shared_ptr<const LookupDevice>& device = nullptr) const;
+  [[nodiscard]] ImageF sample(double time, const RunControl& control = {}) const;
   /// The same, an image per tile.
   [[nodiscard]] std::vector<ImageF> sample_tiles(double time, Between between = Between::Blend,
-                                                 const RunControl& control = {},
-                                                 const std::shared_ptr<const LookupDevice>& device = nullptr) const;
+                                                 const RunControl& control = {}) const;
   /// The same with a time for every texel (gather_at_times()). @param times  Over the sheet.
-  [[nodiscard]] std::vector<ImageF> sample_tiles(const ImageF& times, Between between, const RunControl& control = {},
-                                                 const std::shared_ptr<const LookupDevice>& device = nullptr) const;
+  [[nodiscard]] std::vector<ImageF> sample_tiles(const ImageF& times, Between between,
+                                                 const RunControl& control = {}) const;
   /// What frames hold beside color (sample_material_map()) over the sheet, gutters filled; normals in the tangent space
   /// of their texels: x along growing u, y along growing v, z out of the surface. @throws InvalidInput as
   /// sample_material_map(); IoError.
   [[nodiscard]] ImageF sample_map(MaterialMap map, double time, Between between = Between::Blend,
-                                  const RunControl& control = {},
-                                  const std::shared_ptr<const LookupDevice>& device = nullptr) const;
+                                  const RunControl& control = {}) const;
   /// Values of any image of the history's size at every texel, over the sheet, gutters filled.
-  [[nodiscard]] ImageF gather_sheet(const ImageF& source, const RunControl& control = {},
-                                    const std::shared_ptr<const LookupDevice>& device = nullptr) const;
+  [[nodiscard]] ImageF gather_sheet(const ImageF& source, const RunControl& control = {}) const;
   /// The tiles of an image over the sheet.
   [[nodiscard]] std::vector<ImageF> tiles_of(ImageF values) const;
   /// Values of any image of the history's size at every texel, an image per tile, gutters filled.

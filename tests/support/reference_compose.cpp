@@ -1,4 +1,4 @@
-#include "simulation/composition/reference_compose.h"
+#include "tests/support/reference_compose.h"
 
 #include <Eigen/LU>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "capture/thickness/mode_filter_reference.h"
+#include "tests/support/mode_filter_reference.h"
 
 #include <algorithm>
 #include <cmath>

@@ -214,6 +214,8 @@ void bind_study(py::module_& module) {
     return files;
   });
   module.def("_write", [](const std::string& path, const std::string& text) { write_atomically(path, text); });
+  module.def("_save_json",
+             [](const std::string& path, const py::object& json) { save_json(path, json_from(json, "study")); });
   module.def("_thumbnail", &thumbnail);
   module.def("_page", &page_text);
 }

@@ -115,8 +115,9 @@ void compare_speed() {
         for (int x = 0; x < kAtlas; ++x)
           times.at(x, y) = static_cast<float>((num_frames - 1.0) * (x + y) / (2.0 * kAtlas));
       }
-      const double mapped = benchmarks::median_of_five(
-          [&] { out = transfer::gather_at_times(history, indices, times, Between::Blend, control); });
+      const double mapped = benchmarks::median_of_five([&] {
+        out = transfer::gather_at_times(history, transfer::PackedPlaces{indices, {}}, times, Between::Blend, control);
+      });
       const double frames = benchmarks::median_of_five([&] {
         for (int f = 0; f < num_frames; ++f) (void)history.read_frame(f);
       });

@@ -1,7 +1,6 @@
 """The folder of a study: `cells.json`, and for each cell `cells/NAME` with what its steps make, `done/STEP/NAME` when a
 step is done, and `logs/STEP/NAME.txt` with what it said. Whoever runs a step, `patinate study run` or Snakemake, leaves
 the same."""
-import json
 import os
 import re
 
@@ -17,14 +16,6 @@ MOST_OF_LOG = 1 << 24
 def shell_word(word):
     """A word as a shell takes it."""
     return word if re.fullmatch(r"[A-Za-z0-9._/=:,+@%-]+", word) else "'" + word.replace("'", "'\\''") + "'"
-
-
-def save_json(path, value):
-    _native._write(path, json.dumps(value, indent=2, ensure_ascii=False) + "\n")
-
-
-def load_json(path):
-    return _native._load_json(path)
 
 
 def make_folder(path):
@@ -96,8 +87,8 @@ def place_study(name, parts, folder):
                          for step, words in zip(part.steps, cell.words)]
     # First, so that a folder that was begun is known to be a study's.
     make_folder(folder)
-    save_json(study.inside(CELLS), {"format": "patinate.cells", "version": 1, "name": name,
-                                    "parts": [_part_json(part) for part in parts]})
+    _native._save_json(study.inside(CELLS), {"format": "patinate.cells", "version": 1, "name": name,
+                                             "parts": [_part_json(part) for part in parts]})
     for part in parts:
         for cell in part.cells:
             place = study.inside("cells", cell.name)
@@ -116,7 +107,7 @@ def read_study_folder(folder):
     path = os.path.join(folder, CELLS)
     if not os.path.exists(path):
         raise IoError(f"{folder}: is no study's folder; `patinate study run` or `study export` makes one")
-    root = load_json(path)
+    root = _native._load_json(path)
     try:
         if root["format"] != "patinate.cells" or root["version"] != 1:
             raise IoError(f"{path}: is of another version")

@@ -6,7 +6,7 @@ import os
 
 from patinate import InputError, _native
 
-from .folder import load_json, made_path, save_json
+from .folder import made_path
 
 SHOWN = (".png", ".jpg", ".jpeg", ".tif", ".exr")
 
@@ -48,7 +48,7 @@ def figures_of(made):
     """What a step's output says of itself: name -> value."""
     def said(name):
         path = os.path.join(made, name)
-        return load_json(path) if os.path.isfile(path) else None
+        return _native._load_json(path) if os.path.isfile(path) else None
 
     def listed(figures):
         return _numbers((f["name"], f["value"]) for f in figures)
@@ -144,7 +144,7 @@ def write_study_report(study, report):
         _native._write(study.inside(part.name + ".csv"), text.getvalue())
     told = f"{num_cells} cells: " + ", ".join(f"{number} {status}" for status, number in counts.items()) + "."
     _native._write(study.inside("report.html"), _native._page(study.name, [("paragraph", told), *blocks]))
-    save_json(study.inside("report.json"),
-              {"format": "patinate.study_report", "version": 1, "name": study.name, "cells": cells})
+    _native._save_json(study.inside("report.json"),
+                       {"format": "patinate.study_report", "version": 1, "name": study.name, "cells": cells})
     report(1.0)
     return counts

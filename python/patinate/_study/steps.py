@@ -7,7 +7,7 @@ import threading
 
 from patinate import _native
 
-from .folder import ERROR_MARK, load_json, make_folder, shell_word
+from .folder import ERROR_MARK, make_folder, shell_word
 
 INTERRUPTED = 130  # Exit code of a command that was asked to stop.
 
@@ -102,8 +102,8 @@ def _write_plan(study, step, cell, command, program, processes):
         forget(study.inside(fresh))
         forget(study.done_file(step, cell))
         return study.failure(step, cell) or f"ended with exit code {code}"
-    before = load_json(study.inside(plan)).get("key", "") if os.path.isfile(study.inside(plan)) else ""
-    if load_json(study.inside(fresh)).get("key", "") != before:
+    before = _native._load_json(study.inside(plan)).get("key", "") if os.path.isfile(study.inside(plan)) else ""
+    if _native._load_json(study.inside(fresh)).get("key", "") != before:
         subprocess.run(["rm", "-rf", "--", study.inside("items", step.name, cell.name)], check=True)
         forget(study.done_file(step, cell))
     os.replace(study.inside(fresh), study.inside(plan))

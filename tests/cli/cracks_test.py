@@ -65,8 +65,9 @@ def tearDownModule():
     shutil.rmtree(WORK)
 
 
-def lines_on(mesh, name, *options):
+def lines_on(mesh, *options):
     """{figure: it over the source's} of a transfer, in windows across seams."""
+    name = "-".join((mesh, *options)).replace(".obj", "")
     patinate("transfer", "cracks", mesh, "--control", "thickness=height", "--resolution", 512, "--atlas", "unwrap", *options, "-o", name)
     patinate("evaluate", name, "-o", name + "_report", "--audits", 0)
     figures = json.loads((WORK / (name + "_report") / "evaluation.json").read_text())["maps"][0]["figures"]
@@ -77,19 +78,15 @@ class CracksOnShapes(unittest.TestCase):
     """Pieces with fractions and a turn of their own against pieces that follow the direction field."""
 
     def check(self, mesh):
-        turning, following = lines_on(mesh, "turning"), lines_on(mesh, "following", "--turning", "never")
+        turning, following = lines_on(mesh), lines_on(mesh, "--turning", "never")
         print(mesh, {n: (round(turning[n], 2), round(following[n], 2)) for n in turning})
-        # A piece holds as many cracks as the source has where it asks for as thick a layer.
-        self.assertGreaterEqual(turning["line_share_surface"], 0.95)
-        self.assertLessEqual(turning["line_share_surface"], 1.08)
+        # As many cracks as the source has where its layer is as thick: within a tenth, to which the paper's own search is held as well.
+        self.assertAlmostEqual(turning["line_share_surface"], 1, delta=0.1)
         # Whole pixels had 3.5 times the source's dead ends: half of what they lose is back at least.
         self.assertLessEqual(turning["dead_ends_surface"], (1 + 3.5) / 2)
         # A turn can only be taken where it costs less.
         self.assertLess(turning["dead_ends_surface"], following["dead_ends_surface"])
         self.assertGreater(turning["closed_share_surface"], following["closed_share_surface"])
-        for name in ("turning", "following"):
-            shutil.rmtree(WORK / name)
-            shutil.rmtree(WORK / (name + "_report"))
 
     def test_a_smooth_closed_shape(self):
         self.check("pebble.obj")

@@ -202,6 +202,7 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   add_survey_items(plan.items, work);
   for (std::size_t i = 0; i < work->project.frames.size(); ++i)
     plan.items.push_back(frame_item(work, static_cast<int>(i)));
+  plan.weight_seconds = 1.0;
   plan.join_weight = frame_join_weight(work->project) * static_cast<double>(work->project.frames.size());
   plan.join = [work](const fs::path& folder, const RunControl& control) { join(*work, folder, control); };
   return plan;

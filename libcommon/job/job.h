@@ -57,7 +57,8 @@ struct JobPlan {
   std::vector<std::filesystem::path> shared_work = {};
   /// Called last, after every item, with the folder: writes the manifest (with the key).
   std::function<void(const std::filesystem::path& folder, const RunControl& control)> join;
-  double join_weight = 1.0;  ///< Of `join`, as JobItem::weight.
+  double join_weight = 1.0;     ///< Of `join`, as JobItem::weight.
+  double weight_seconds = 0.0;  ///< Core seconds that a weight of 1 takes; 0 = not known.
 };
 
 enum class JobStatus { Done, UpToDate };

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """What a command may replace and what it may believe: no input, nothing of others, no damaged output, no input that changes. Usage: overwrite_test.py PATINATE [unittest arguments]"""
+import glob
 import json
 import os
 import resource
@@ -262,7 +263,7 @@ class Leftovers(CommandCase):
         items.mkdir(exist_ok=True)
         if not any(p.name.startswith(".work.tmp") for p in items.iterdir()) and not (self.folder / "out").exists():
             process = subprocess.Popen([self.patinate, *map(str, command)], cwd=self.folder, stderr=subprocess.DEVNULL)
-            while process.poll() is None and not any(p.name.startswith(".work.tmp") for p in items.iterdir()):
+            while process.poll() is None and not glob.glob(str(items / ".work.tmp*")):  # The folder may go while it is read.
                 time.sleep(0.001)
             process.send_signal(signal.SIGKILL)
             process.wait()

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <utility>
 #include <vector>
 
+#include "capture/stability/flat_field.h"
 #include "libcommon/core/median.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
@@ -16,11 +16,9 @@ namespace {
 
 /// Shorter sides of the picture over the Gaussian's sigma: scratches of a new plate stay. Chosen on one copper plate.
 constexpr double kSidesPerSigma = 40.0;
-constexpr double kLargestLightGain = 50.0;              ///< As for every flat field.
-constexpr int kCompareSide = 128;                       ///< Pixels of the longer side where steps are compared.
-constexpr int kStepPixels = 3;                          ///< 1/40 of it.
-constexpr std::size_t kFewestSteps = 200;               ///< A slope of fewer hangs on one stain.
-constexpr float kTooDark = 0.001f, kTooBright = 0.96f;  ///< Linear; as for every flat field.
+constexpr int kCompareSide = 128;          ///< Pixels of the longer side where steps are compared.
+constexpr int kStepPixels = 3;             ///< 1/40 of it.
+constexpr std::size_t kFewestSteps = 200;  ///< A slope of fewer hangs on one stain.
 
 /// A step of log light: of the first photograph, and of a later one.
 struct LightStep {
@@ -49,7 +47,7 @@ std::vector<LightStep> steps_between(const ImageF& later, const ImageF& gain, in
   std::vector<LightStep> steps;
   const auto add = [&](int x, int y, int from_x, int from_y) {
     const float from = later.at(from_x, from_y, channel), to = later.at(x, y, channel);
-    if (std::min(from, to) <= kTooDark || std::max(from, to) >= kTooBright) return;
+    if (std::min(from, to) <= kBlackField || std::max(from, to) >= kWhiteField) return;
     const auto log_of = [](float a, float b) { return std::log(static_cast<double>(a) / static_cast<double>(b)); };
     steps.push_back({log_of(gain.at(from_x, from_y, channel), gain.at(x, y, channel)), log_of(to, from)});
   };
@@ -62,20 +60,6 @@ std::vector<LightStep> steps_between(const ImageF& later, const ImageF& gain, in
   return steps;
 }
 
-/// Whether the mask has each pixel of a picture.
-std::vector<bool> inside_of(const ImageU8& mask, int width, int height) {
-  std::vector<bool> is_inside;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const auto at = [](int i, int size, int mask_size) {
-        return static_cast<int>(std::int64_t{i} * mask_size / size);
-      };
-      is_inside.push_back(mask.empty() || mask.at(at(x, width, mask.width()), at(y, height, mask.height())) != 0);
-    }
-  }
-  return is_inside;
-}
-
 void check_sizes(const ImageF& image, const ImageF& gain) {
   if (image.channels() != 3 || gain.channels() != 3 || !image.same_size(gain))
     throw InvalidInput("flat field: the gain and the photograph differ in size");
@@ -85,7 +69,11 @@ void check_sizes(const ImageF& image, const ImageF& gain) {
 
 ImageF first_light_gain(const ImageF& first, const ImageU8& mask, const RunControl& control) {
   ImageF gain = gaussian_blur(first, std::min(first.width(), first.height()) / kSidesPerSigma, control);
-  const std::vector<bool> is_inside = inside_of(mask, first.width(), first.height());
+  std::vector<bool> is_inside;
+  for (int y = 0; y < first.height(); ++y) {
+    for (int x = 0; x < first.width(); ++x)
+      is_inside.push_back(has_whole_pixel(mask, x, y, first.width(), first.height()));
+  }
   for (std::int64_t c = 0; c < 3; ++c) {
     std::vector<float> values;
     for (std::int64_t i = 0; i < gain.num_pixels(); ++i) {
@@ -95,10 +83,7 @@ ImageF first_light_gain(const ImageF& first, const ImageU8& mask, const RunContr
     if (!(middle > 0.0)) throw InvalidInput("flat field: most of the first photograph is black, or outside the mask");
     for (std::int64_t i = 0; i < gain.num_pixels(); ++i) {
       float& value = gain.data()[3 * i + c];
-      value = !is_inside[static_cast<std::size_t>(i)]
-                  ? 1.0f
-                  : static_cast<float>(std::clamp(middle / std::max(static_cast<double>(value), 1e-30),
-                                                  1.0 / kLargestLightGain, kLargestLightGain));
+      value = is_inside[static_cast<std::size_t>(i)] ? bounded_gain(middle, static_cast<double>(value)) : 1.0f;
     }
   }
   return gain;

@@ -17,9 +17,8 @@ namespace patinate::capture {
 namespace {
 
 constexpr int kMaxFittedFrames = 32;
-constexpr int kFitSide = 128;  ///< Pixels of the longer side at which the fall-off is fitted.
-constexpr float kBlackField = 0.001f, kWhiteField = 0.96f;
-constexpr double kLargestGain = 50.0;
+constexpr double kLargestGain = 50.0;  ///< More would be noise.
+constexpr int kFitSide = 128;          ///< Pixels of the longer side at which the fall-off is fitted.
 
 /// Log luminance of a few frames at low resolution; NaN where black or saturated.
 std::vector<std::vector<double>> read_logs(int num_frames, const std::function<ImageF(int)>& read_frame, int& width,
@@ -50,8 +49,33 @@ std::vector<std::vector<double>> read_logs(int num_frames, const std::function<I
   return logs;
 }
 
-/// Whether the mask has all of pixel (x, y) of a picture of width x height pixels.
-bool is_inside(const ImageU8& mask, int x, int y, int width, int height) {
+/// The mean inside over the light, everywhere.
+ImageF gain_of(const Eigen::VectorXd& coefficients, int order, int width, int height, const ImageU8& mask,
+               const RunControl& control) {
+  ImageF gain(width, height);
+  double mean = 0.0, num_inside = 0.0;
+  std::array<float, 2> range{std::numeric_limits<float>::max(), 0.0f};  // Of the light inside.
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const double light =
+          std::exp(coefficients.dot(monomials(2.0 * (x + 0.5) / width - 1.0, 2.0 * (y + 0.5) / height - 1.0, order)));
+      gain.at(x, y) = static_cast<float>(std::min(light, 1e30));
+      if (!has_whole_pixel(mask, x, y, width, height)) continue;
+      mean += light;
+      num_inside += 1.0;
+      range = {std::min(range[0], gain.at(x, y)), std::max(range[1], gain.at(x, y))};
+    }
+  }
+  if (!(num_inside > 0.0)) throw InvalidInput("flat field: no pixel is wholly inside the mask");
+  mean /= num_inside;
+  for (float& v : gain.values()) v = bounded_gain(mean, static_cast<double>(std::clamp(v, range[0], range[1])));
+  control.report(1.0);
+  return gain;
+}
+
+}  // namespace
+
+bool has_whole_pixel(const ImageU8& mask, int x, int y, int width, int height) {
   if (mask.empty()) return true;
   const auto first = [](int at, int size, int mask_size) {
     return static_cast<int>(std::int64_t{at} * mask_size / size);
@@ -69,32 +93,6 @@ bool is_inside(const ImageU8& mask, int x, int y, int width, int height) {
 float bounded_gain(double mean, double light) {
   return static_cast<float>(std::clamp(mean / std::max(light, 1e-30), 1.0 / kLargestGain, kLargestGain));
 }
-
-/// The mean inside over the light, everywhere.
-ImageF gain_of(const Eigen::VectorXd& coefficients, int order, int width, int height, const ImageU8& mask,
-               const RunControl& control) {
-  ImageF gain(width, height);
-  double mean = 0.0, num_inside = 0.0;
-  std::array<float, 2> range{std::numeric_limits<float>::max(), 0.0f};  // Of the light inside.
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const double light =
-          std::exp(coefficients.dot(monomials(2.0 * (x + 0.5) / width - 1.0, 2.0 * (y + 0.5) / height - 1.0, order)));
-      gain.at(x, y) = static_cast<float>(std::min(light, 1e30));
-      if (!is_inside(mask, x, y, width, height)) continue;
-      mean += light;
-      num_inside += 1.0;
-      range = {std::min(range[0], gain.at(x, y)), std::max(range[1], gain.at(x, y))};
-    }
-  }
-  if (!(num_inside > 0.0)) throw InvalidInput("flat field: no pixel is wholly inside the mask");
-  mean /= num_inside;
-  for (float& v : gain.values()) v = bounded_gain(mean, static_cast<double>(std::clamp(v, range[0], range[1])));
-  control.report(1.0);
-  return gain;
-}
-
-}  // namespace
 
 void describe(OptionVisitor& v, FlatFieldOptions& o) {
   v.visit({"flat_field_order", "Degree of the polynomial that stands for the lamp's fall-off, when it is estimated", "",
@@ -133,7 +131,7 @@ ImageF estimate_flat_field(int num_frames, const std::function<ImageF(int)>& rea
   std::size_t num_inside = 0;
   for (int y = 0; y < low_h; ++y) {
     for (int x = 0; x < low_w; ++x) {
-      if (!is_inside(mask, x, y, low_w, low_h)) continue;
+      if (!has_whole_pixel(mask, x, y, low_w, low_h)) continue;
       ++num_inside;
       std::vector<double> course;
       for (const auto& log : logs) {

@@ -10,6 +10,9 @@
 
 namespace patinate::capture {
 
+/// Linear light that is neither black nor saturated says something of the lamp.
+inline constexpr float kBlackField = 0.001f, kWhiteField = 0.96f;
+
 struct FlatFieldOptions {
   int order = 4;  ///< [1, 6]. Degree of the polynomial in x and y that stands for the logarithm of the light.
   double smoothing_share =
@@ -36,6 +39,11 @@ void describe(OptionVisitor& v, FlatFieldOptions& o);
 [[nodiscard]] ImageF estimate_flat_field(int num_frames, const std::function<ImageF(int)>& read_frame,
                                          const ImageU8& mask, const FlatFieldOptions& options = {},
                                          const RunControl& control = {});
+
+/// mean / light, within [1/50, 50].
+[[nodiscard]] float bounded_gain(double mean, double light);
+/// Whether a mask of any size has all of pixel (x, y) of a picture of width x height pixels; an empty one has all.
+[[nodiscard]] bool has_whole_pixel(const ImageU8& mask, int x, int y, int width, int height);
 
 /// Multiplies by a gain of one or as many channels. @throws InvalidInput if sizes differ.
 void apply_gain(ImageF& image, const ImageF& gain);

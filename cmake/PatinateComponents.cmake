@@ -7,7 +7,7 @@ set(patinate_components
 set(patinate_core_libraries threads json tbb xxhash)
 set(patinate_device_needs core)
 set(patinate_image_needs core)
-set(patinate_image_libraries lcms openexr png zlib)
+set(patinate_image_libraries jpeg lcms openexr png zlib)
 set(patinate_media_needs core image)
 set(patinate_media_libraries jpeg openimageio libav)
 set(patinate_geometry_needs core image)

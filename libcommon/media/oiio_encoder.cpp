@@ -12,6 +12,8 @@ namespace patinate::media {
 
 namespace {
 
+constexpr int kJpegQuality = 92;  ///< Of pictures in files, [1, 100]; those in pages have less (picture_bytes.h).
+
 /// A sink as OpenImageIO writes to it.
 class SinkProxy final : public OIIO::Filesystem::IOProxy {
  public:
@@ -54,11 +56,10 @@ OIIO::ImageSpec spec_of(const EncodedFormat& format) {
       spec.attribute(kImageKeyAttribute, format.key);                         // EXR and PNG keep it,
       spec.attribute("ImageDescription", kImageKeyDescription + format.key);  // JPEG and TIFF this.
     }
-    if (is_coded) spec.attribute("CompressionQuality", format.jpeg_quality);
+    if (is_coded) spec.attribute("CompressionQuality", kJpegQuality);
   } else {
     if (format.is_srgb) spec.attribute("oiio:ColorSpace", "sRGB");
     if (format.name.ends_with(".png")) spec.attribute("png:compressionLevel", format.png_level);
-    if (format.name.ends_with(".jpg")) spec.attribute("Compression", "jpeg:" + std::to_string(format.jpeg_quality));
   }
   if (is_coded) {
     spec.attribute("oiio:UnassociatedAlpha", 1);

@@ -10,7 +10,6 @@
 #include "libcommon/image/picture_bytes.h"
 #include "libcommon/output/map_legend.h"
 #include "libcommon/output/svg_chart.h"
-#include "patinate/core/error.h"
 #include "patinate/image/color.h"
 
 namespace patinate::capture {
@@ -26,14 +25,8 @@ constexpr float kMarked = 0.65f;       // How opaque a mark is: what lies below 
 constexpr float kMaskInside = 0.6f;    // Linear gray that stands out from the page.
 constexpr float kOutsideLight = 0.3f;  // What is outside of the mask is darker by this factor.
 
-/// A JPEG; a PNG, which is larger, in a program without patinate-media: photographs that are PNG or EXR need no module.
 HtmlPicture small_picture(const ImageF& linear, const std::string& caption, int quality) {
-  const ImageU8 codes = srgb8_from_linear(linear);
-  try {
-    return {data_uri(jpeg_of(codes, quality), "image/jpeg"), caption};
-  } catch (const CannotComplete&) {
-    return {data_uri(png_of(codes), "image/png"), caption};
-  }
+  return {data_uri(jpeg_of(srgb8_from_linear(linear), quality), "image/jpeg"), caption};
 }
 
 bool is_named(const HistoryWarning& warning, const std::string& frame) {

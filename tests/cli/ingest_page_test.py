@@ -154,7 +154,7 @@ class IngestPage(CommandCase):
         self.project(self.moved_series(2))
         result = self.run_patinate("ingest", "capture.json", "-o", "out", env={**os.environ, "PATINATE_MODULES": "/nowhere"})
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertEqual((self.folder / "out/report.html").read_text().count('src="data:image/png'), 3)  # And the control.
+        self.assertEqual((self.folder / "out/report.html").read_text().count('src="data:image/jpeg'), 3)  # And the control.
 
     def test_photographs_laid_over_one_another_have_their_residuals(self):
         def frame(dx):

@@ -16,6 +16,7 @@
 #include "tests/capture/timelapse/ingest_folder.h"
 #include "tests/support/errors.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/test_data.h"
 
 namespace patinate::capture {
 namespace {
@@ -110,6 +111,7 @@ TEST(HandheldIngest, WhatAPhotographDoesNotShowIsMaskedInItsFrame) {
 }
 
 TEST(HandheldIngest, AReferencePatchKeepsItsColorThroughTintAndExposure) {
+  PATINATE_NIGHTLY_ONLY();
   const TempFolder folder;
   const std::vector<ImageF> frames = known_history(5);
   (void)write_handheld(frames, {.least_crop = 0.999, .largest_tint = 0.2, .largest_stops = 0.5, .seed = 6},
@@ -201,6 +203,7 @@ TEST(HandheldIngest, LandmarksAloneLayPhotographsWithoutDetail) {
 }
 
 TEST(HandheldIngest, AnAlignmentThatWasFoundIsTakenOverByName) {
+  PATINATE_NIGHTLY_ONLY();
   const TempFolder folder;
   (void)write_handheld(known_history(3), {.seed = 9}, folder.path(), kFromFirst);
   (void)ingest(folder.path());
@@ -261,6 +264,7 @@ TEST(HandheldIngest, TheOutlineOfAnObjectLaysWhatHasNoDetailThatStays) {
 }
 
 TEST(HandheldIngest, AnOutlineThatIsTheSameAtAnotherTurnIsRefused) {
+  PATINATE_NIGHTLY_ONLY();
   const TempFolder folder;
   const auto square = [](double angle) {
     return 50.0 / std::max(std::abs(std::cos(angle)), std::abs(std::sin(angle)));

@@ -19,6 +19,7 @@
 #include "tests/support/errors.h"
 #include "tests/support/mold_errors.h"
 #include "tests/support/temp_folder.h"
+#include "tests/support/test_data.h"
 
 namespace patinate::capture {
 namespace {
@@ -294,6 +295,7 @@ TEST(RelitIngest, AccessibilityIsTheCurvatureThatThePatinaFollowed) {
 }
 
 TEST(RelitIngest, GivesTheSameBytesForAnyNumberOfThreads) {
+  PATINATE_NIGHTLY_ONLY();  // Per commit, JobPlans proves it for this plan too.
   const TempFolder temp;
   ingest(shared_disturbed(), temp / "one", {}, 1);
   ingest(shared_disturbed(), temp / "three", {}, 3);

@@ -273,11 +273,12 @@ TEST(ImageOracle, DamagedFilesAreReadAsOpenImageIoReadsThem) {
   RandomStream random(11, 0);
   int num_ours = 0;
   for (const auto& [name, good] : files) {
-    for (std::size_t length = 0; length < good.size(); length += 1 + good.size() / 60) {
+    for (std::size_t length = 0; length < good.size();
+         length += 1 + good.size() / testing_support::sample_count<std::size_t>(60)) {
       write_atomically(folder / name, std::string_view(good).substr(0, length));
       num_ours += expect_equal_reading(folder / name) ? 1 : 0;
     }
-    for (int i = 0; i < 300; ++i) {
+    for (int i = 0; i < testing_support::sample_count(300); ++i) {
       std::string bad = good;
       for (int flips = 0; flips <= i % 3; ++flips) {
         const auto at = static_cast<std::size_t>(
@@ -288,7 +289,7 @@ TEST(ImageOracle, DamagedFilesAreReadAsOpenImageIoReadsThem) {
       num_ours += expect_equal_reading(folder / name) ? 1 : 0;
     }
   }
-  EXPECT_GT(num_ours, 100);  // The check has looked at something.
+  EXPECT_GT(num_ours, testing_support::sample_count(100));  // The check has looked at something.
 }
 
 /// All codes, as OpenImageIO makes values of them; `num` at a time, since it has a way of its own for many.

@@ -11,6 +11,7 @@
 #include "tests/support/object_scenes.h"
 #include "tests/support/on_devices.h"
 #include "tests/support/plate_scene.h"
+#include "tests/support/test_data.h"
 
 namespace patinate::simulation {
 namespace {
@@ -76,6 +77,7 @@ class SimulationOnDevices : public testing_support::OnDevices<testing::TestWithP
 // What is saved on a device goes on without one, and the other way round.
 TEST_P(SimulationOnDevices, GivesTheCpusBytesThroughEventsAndSnapshots) {
   constexpr int kIterations = 200, kSaved = 100;
+  if (GetParam().resolution > 256) PATINATE_NIGHTLY_ONLY();
   const Scene scene = GetParam().scene(GetParam().resolution);
   Simulation here = without_device(scene);
   std::vector<std::byte> saved_here;

@@ -1,6 +1,6 @@
 /// \file
 /// What the sources of the module `patinate-pcl` share.
-/// Included after PCL. PCL's methods are compiled in two: together, they take 1.4 GB of memory.
+/// Included after PCL. PCL's methods are compiled in three: together, they take 1.4 GB of memory.
 #pragma once
 
 #include <algorithm>
@@ -39,6 +39,9 @@ std::array<float, 16> run_pcl(Icp& icp, const typename pcl::PointCloud<Point>::P
   std::copy_n(found.data(), matrix.size(), matrix.begin());
   return matrix;
 }
+
+/// Estimates each point's normal from its neighbors. @param num_neighbors  > 0.
+void add_normals(const pcl::PointCloud<pcl::PointNormal>::Ptr& cloud, int num_neighbors);
 
 /// PclTask::Method::Plane. @returns as PclModule::align().
 [[nodiscard]] std::array<float, 16> align_planes(const PclTask& task);

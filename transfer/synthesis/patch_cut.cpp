@@ -18,7 +18,9 @@ constexpr int kNumCommon = 4;            // Pieces that are in the patch already
 constexpr std::int32_t kMostOff = 1200;  // A rim texel that differs by more is no worse: the cut goes round it.
 constexpr std::int32_t kAmountCost =
     200;  // Of a look that has twice its share; half or twice as much: docs/benchmarks.md.
-constexpr std::int32_t kReuseCost = 40;     // Of a piece that is there twice as often as it should be.
+constexpr std::int32_t kReuseCost = 40;    // Of a piece that is there twice as often as it should be.
+constexpr std::int32_t kNearbyCost = 300;  // Of each copy too many near by. Chosen on copper and an urn of cracks from
+                                           // 40, 120, 300 and 800: docs/benchmarks.md.
 constexpr std::int32_t kNever = 1'000'000;  // Cost of a texel where nothing can be copied.
 
 FixedPoint operator-(const FixedPoint& a, const FixedPoint& b) { return {a.x - b.x, a.y - b.y}; }
@@ -44,11 +46,17 @@ void for_each_of(std::size_t n, std::size_t count, const Visit& visit) {
 
 }  // namespace
 
-std::int32_t PatchCut::unary(TexelId texel, const Place& place) const {
+std::int32_t PatchCut::unary(TexelId texel, const Place& place, std::int32_t from) const {
   if (place.pixel < 0) return kNever;
   const auto target = task_.destination.target(texel);
+  // What is new here is one copy more.
+  const bool is_counted = from >= 0 && task_.nearby.is_one_cell(place.pixel, from);
+  const std::int32_t too_many =
+      std::max(0, task_.nearby.copies(texel, place.pixel) - (is_counted ? NearbyUses::kOneCopy : 0));
   return task_.control_cost.at(target, place.pixel) +
-         (kAmountCost * task_.amounts.price(target, place.pixel) + kReuseCost * task_.amounts.reuse(place.pixel)) / 256;
+         (kAmountCost * task_.amounts.price(target, place.pixel) + kReuseCost * task_.amounts.reuse(place.pixel) +
+          kNearbyCost * too_many) /
+             256;
 }
 
 void PatchCut::begin(const SurfacePatch& patch, const PlaceMap& places) {
@@ -58,7 +66,7 @@ void PatchCut::begin(const SurfacePatch& patch, const PlaceMap& places) {
   seam_cost_.clear();
   for (const PatchTexel& t : patch.texels) {
     current_.push_back(places.at(t.texel));
-    unary_cost_.push_back(unary(t.texel, current_.back()));
+    unary_cost_.push_back(unary(t.texel, current_.back(), current_.back().pixel));
   }
   for (const PatchEdge& e : patch.edges) {
     const Place& first = current_[static_cast<std::size_t>(e.first)];
@@ -205,7 +213,7 @@ std::int64_t PatchCut::lay(const SurfacePatch& patch, const PieceCenter& center)
     laid[i] = place_at(task_.source, center.at(patch.texels[i].offset), sum_of(center.turn, patch.texels[i].turn));
     is_same[i] = laid[i] == current_[i];
     is_new |= is_same[i] == 0;
-    laid_unary[i] = unary(patch.texels[i].texel, laid[i]);
+    laid_unary[i] = unary(patch.texels[i].texel, laid[i], current_[i].pixel);
   }
   if (!is_new) return 0;
   // By edge: the cost where the first, the second, or both are of the new piece.

@@ -9,6 +9,7 @@
 #include "libcommon/core/random.h"
 #include "patinate/core/run_control.h"
 #include "transfer/synthesis/amounts.h"
+#include "transfer/synthesis/nearby_uses.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/seam_cost.h"
 #include "transfer/synthesis/similar_pixels.h"
@@ -24,6 +25,7 @@ struct CutTask {
   const ControlCost& control_cost;
   const SimilarPixels& similar;
   const Amounts& amounts;
+  const NearbyUses& nearby;
   int num_random = 256;  ///< Places of similar control value that are looked at for a patch.
   int num_tried = 4;     ///< The best of all looked at: as many cuts.
 };
@@ -72,7 +74,7 @@ class PatchCut {
   [[nodiscard]] std::int64_t score(const PieceCenter& center, std::int64_t bound) const;
   void settle(Candidate& candidate) const;
   [[nodiscard]] std::vector<PieceCenter> common_centers(const SurfacePatch& patch) const;
-  [[nodiscard]] std::int32_t unary(TexelId texel, const Place& place) const;
+  [[nodiscard]] std::int32_t unary(TexelId texel, const Place& place, std::int32_t from) const;
 
   const CutTask& task_;
   std::vector<Place> current_;

@@ -35,12 +35,14 @@ LevelRefiner::LevelRefiner(const SynthesisLevel& level, const SourceStructure& s
       features_(level.source, structure.channels, kStructureWeight * structure.weight),
       control_cost_(level.source, control_weights, kControlUnit * options.control_share),
       amounts_(level.source),
+      nearby_(level.source, *level.destination.map),
       task_{.source = level.source,
             .destination = level.destination,
             .features = features_,
             .control_cost = control_cost_,
             .similar = similar,
-            .amounts = amounts_},
+            .amounts = amounts_,
+            .nearby = nearby_},
       seed_(seed) {
   for (double factor : kHalfFactors) halves_.push_back(half_px(factor, structure));
 }
@@ -212,6 +214,7 @@ void refine_places(const SynthesisLevel& level, const SourceStructure& structure
   }
   for (int round = 0; round < options.num_rounds; ++round) {
     shared.amounts().measure(level.destination, places, silent);
+    if (tiles.grid == nullptr) shared.nearby().measure(places, silent);
     refine_regions(zones, round, places, silent);
     refine_regions(regions, round, places, silent);
     control.report(static_cast<double>(round + 1) / options.num_rounds);

@@ -12,6 +12,7 @@
 #include "transfer/synthesis/amounts.h"
 #include "transfer/synthesis/block_costs.h"
 #include "transfer/synthesis/levels.h"
+#include "transfer/synthesis/nearby_uses.h"
 #include "transfer/synthesis/patch_cut.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/refined_region.h"
@@ -42,6 +43,7 @@ class LevelRefiner {
   [[nodiscard]] const TexelNeighborhood& beside() const { return beside_; }
   /// Of the whole level, to be set before every round.
   [[nodiscard]] Amounts& amounts() { return amounts_; }
+  [[nodiscard]] NearbyUses& nearby() { return nearby_; }
   /// How far to each side of its middle a window goes at most, in pixels of the structure's level.
   [[nodiscard]] static int largest_half_px(const SourceStructure& structure);
 
@@ -52,6 +54,7 @@ class LevelRefiner {
   SeamFeatures features_;
   ControlCost control_cost_;
   Amounts amounts_;
+  NearbyUses nearby_;
   CutTask task_;
   std::uint64_t seed_;
   std::vector<int> halves_;

@@ -187,13 +187,15 @@ TEST(PatchCut, FindsTheCheapestOfAllBorders) {
   const BrokenLines task;
   const SeamFeatures features = task.features();
   const ControlCost control_cost(task.level.source, task.weights, 1.0);
-  const Amounts amounts(task.level.source);  // Not measured: nothing is too much.
+  const Amounts amounts(task.level.source);  // Not measured: nothing is too much, nor is it near by.
+  const NearbyUses nearby(task.level.source, *task.level.destination.map);
   const CutTask cut_task{.source = task.level.source,
                          .destination = task.level.destination,
                          .features = features,
                          .control_cost = control_cost,
                          .similar = task.similar,
-                         .amounts = amounts};
+                         .amounts = amounts,
+                         .nearby = nearby};
   PatchFinder finder(*task.level.destination.map, *task.level.destination.neighbors);
   SurfacePatch patch;
   finder.find_texels(16 * kLinesSide + 16, 1, patch);  // Where four blocks meet.

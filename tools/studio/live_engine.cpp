@@ -68,7 +68,7 @@ LiveEngine::LiveEngine(simulation::SceneFile file, const ServedFolder& folder, c
       options_(options),
       file_(std::move(file)),
       record_(file_),
-      simulation_((add_brush(), file_.scene), simulation_options(file_, options), control),
+      simulation_(with_brush(file_, record_), simulation_options(file_, options), control),
       layout_(simulation_.atlas().surface()),
       planes_(layout_),
       start_(simulation_.snapshot()),

@@ -114,7 +114,6 @@ class LiveEngine {
   struct Commands;
   void apply(const Json& event_mm);
   void set_appearance(const Json& changes);
-  void add_brush();
   // live_stroke.cpp
   void begin_stroke(const Client& client, const std::string& emitter, const std::vector<Vec3>& way);
   void move_stroke(const Client& client, const std::vector<Vec3>& way, bool jumps, bool is_lifted);

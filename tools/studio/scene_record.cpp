@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "simulation/files/scene_files.h"
+#include "simulation/files/scene_json.h"
+#include "tools/studio/scene_text.h"
 
 namespace patinate::studio {
 
@@ -113,6 +116,42 @@ Json SceneRecord::file_for(const fs::path& folder, std::int64_t iterations) cons
   }
   root["events"] = std::move(events);
   return root;
+}
+
+const simulation::Scene& with_brush(simulation::SceneFile& file, SceneRecord& record) {
+  simulation::Scene& scene = file.scene;
+  if (std::any_of(scene.emitters.begin(), scene.emitters.end(),
+                  [](const simulation::Emitter& e) { return e.shape == simulation::EmitterShape::Surface; }))
+    return scene;
+  simulation::Emitter brush;
+  const auto is_taken = [&](const std::string& name) {
+    return std::any_of(scene.emitters.begin(), scene.emitters.end(),
+                       [&](const simulation::Emitter& e) { return e.name == name; }) ||
+           std::any_of(scene.objects.begin(), scene.objects.end(),
+                       [&](const simulation::SceneObject& o) { return o.name == name; });
+  };
+  brush.name = "brush";
+  while (is_taken(brush.name)) brush.name += "+";
+  double size = 0.0;
+  for (const simulation::SceneObject& object : scene.objects)
+    size = std::max(size, object.scale * bounding_box(object.mesh).diagonal());
+  brush.shape = simulation::EmitterShape::Surface;
+  brush.position_mm = scene.objects.front().translate_mm;
+  brush.size_mm = {rounded(size / 20.0, 3), 0.0};
+  brush.distance_mm = rounded(size / 50.0, 3);
+  brush.speed_mm_s = rounded(size, 3);
+  brush.spread_deg = 10.0;
+  brush.gammatons = 1000;
+  brush.carries[0] = 1.0;
+  brush.is_on = false;
+  const Json json = emitter_of_file(brush, scene.materials, file.mm_per_unit);
+  record.add_emitter(json);
+  const Json list = Json::array({json});
+  simulation::SceneContext context;
+  context.materials = scene.materials;
+  context.mm_per_unit = file.mm_per_unit;
+  scene.emitters.push_back(simulation::read_emitter(JsonReader("brush", list).elements().front(), context));
+  return scene;
 }
 
 }  // namespace patinate::studio

@@ -60,4 +60,9 @@ class SceneRecord {
   std::size_t num_fixed_ = 0;  ///< Events that nothing replaces or adds to.
 };
 
+/// A scene without a brush gets one, off, and so does its record. It comes last, so that the streams of the others
+/// stay.
+/// @returns file.scene
+[[nodiscard]] const simulation::Scene& with_brush(simulation::SceneFile& file, SceneRecord& record);
+
 }  // namespace patinate::studio

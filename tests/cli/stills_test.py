@@ -219,6 +219,26 @@ def exr(parts, data=None, display=None):
     return start + table + chunks
 
 
+def deep_exr(samples=2):
+    """Of the OpenEXR file layout: a single part of deep scan lines, not compressed, in which a pixel has so many samples."""
+    def attribute(name, kind, value):
+        return name + b"\0" + kind + b"\0" + struct.pack("<I", len(value)) + value
+    channels = (b"A", b"B", b"G", b"R", b"Z")
+    listing = b"".join(c + b"\0" + struct.pack("<IIII", 2, 0, 1, 1) for c in channels) + b"\0"
+    window = struct.pack("<4i", 0, 0, WIDTH - 1, HEIGHT - 1)
+    head = (attribute(b"channels", b"chlist", listing) + attribute(b"compression", b"compression", b"\0") + attribute(b"dataWindow", b"box2i", window)
+            + attribute(b"displayWindow", b"box2i", window) + attribute(b"lineOrder", b"lineOrder", b"\0") + attribute(b"pixelAspectRatio", b"float", struct.pack("<f", 1))
+            + attribute(b"screenWindowCenter", b"v2f", struct.pack("<2f", 0, 0)) + attribute(b"screenWindowWidth", b"float", struct.pack("<f", 1))
+            + attribute(b"type", b"string", b"deepscanline") + attribute(b"version", b"int", struct.pack("<i", 1))
+            + attribute(b"chunkCount", b"int", struct.pack("<i", HEIGHT)) + attribute(b"maxSamplesPerPixel", b"int", struct.pack("<i", samples)) + b"\0")
+    start = struct.pack("<II", 20000630, 2 | 0x800) + head
+    counts = struct.pack(f"<{WIDTH}i", *(samples * (x + 1) for x in range(WIDTH)))
+    data = struct.pack("<f", 0.5) * (WIDTH * samples * len(channels))
+    chunks = [struct.pack("<iQQQ", y, len(counts), len(data), len(data)) + counts + data for y in range(HEIGHT)]
+    at = len(start) + 8 * HEIGHT
+    return start + b"".join(struct.pack("<Q", at + y * len(chunks[0])) for y in range(HEIGHT)) + b"".join(chunks)
+
+
 def scene(x, y, c):
     """A color at a place, without symmetry."""
     return (0.05 + 0.08 * x, 0.1 + 0.11 * y, 0.9 - 0.05 * x - 0.04 * y)[c]
@@ -512,6 +532,18 @@ class Exr(Stills):
         result = self.run_patinate("ingest", capture, "-o", "x")
         self.assertEqual(result.returncode, 3)
         self.assertIn("holds several pictures in color (first, second)", result.stderr)
+
+    def test_deep_pictures_are_refused_by_name_in_every_command(self):
+        capture = self.project({"photo.exr": deep_exr()})
+        said = "photo.exr: is a deep EXR, with several samples a pixel; flatten it"
+        for arguments in (("info", capture / "photo.exr"), ("ingest", capture, "-o", "x")):
+            result = self.run_patinate(*arguments)
+            self.assertNotEqual(result.returncode, 0, arguments)
+            self.assertIn(said, result.stderr, arguments)
+            self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+        (capture / "capture.json").unlink()
+        drafted = self.run_patinate("init", capture)
+        self.assertIn(said, drafted.stderr)
 
     def test_the_default_view_is_shown(self):
         views = b"".join(struct.pack("<I", len(v)) + v for v in (b"left", b"right"))

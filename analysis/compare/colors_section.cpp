@@ -79,6 +79,23 @@ std::vector<BlockValue> times_of(const TexelAging& aging, const std::vector<floa
   return out;
 }
 
+/// The median of a time of one side; between two of its frames it is known as no more than that.
+Figure median_figure(const ComparedPair& pair, const std::vector<BlockValue>& list, bool is_a, const std::string& name,
+                     const std::string& what, const CompareOptions& options) {
+  const std::string side = is_a ? "A" : "B";
+  Figure figure{
+      .name = name + "_median_" + (is_a ? "a" : "b"), .title = what + ": median of " + side, .unit = pair.time_unit};
+  if (!list.empty()) figure.value = quantile(list, (is_a ? pair.blocks_a : pair.blocks_b).all(), 0.5);
+  if (!figure.value) figure.undefined = side + " does not age visibly anywhere";
+  if (!figure.value) return figure;
+  const std::vector<double> frames =
+      frames_on_clock((is_a ? pair.series_a : pair.series_b).facts(), pair.series_a.facts(), options);
+  const auto [low, high] = seen_between(*figure.value, pair.a.times);
+  const double after = seen_between(low, frames).first, before = seen_between(high, frames).second;
+  if (after < before) figure.after = after, figure.before = before;
+  return figure;
+}
+
 /// The distance between the distributions of a time of A and of B, and the medians.
 void add_times(const ComparedPair& pair, const std::vector<BlockValue>& a, const std::vector<BlockValue>& b,
                const std::string& name, const std::string& what, const CompareOptions& options, std::uint32_t purpose,
@@ -93,16 +110,8 @@ void add_times(const ComparedPair& pair, const std::vector<BlockValue>& a, const
   const SplitFigure f = split_figure(pair, figure(a, b), figure(a, a), options, purpose, control);
   section.figures.push_back(
       figure_of(f, 0, name + "_distance", what + ": distance between the distributions", pair.time_unit, undefined));
-  for (const auto& [side, list] : {std::pair{"a", &a}, std::pair{"b", &b}}) {
-    const std::optional<double> median =
-        list->empty() ? std::nullopt : quantile(*list, (side[0] == 'a' ? pair.blocks_a : pair.blocks_b).all(), 0.5);
-    section.figures.push_back(
-        {.name = name + "_median_" + side,
-         .title = what + ": median of " + (side[0] == 'a' ? "A" : "B"),
-         .unit = pair.time_unit,
-         .value = median,
-         .undefined = median ? "" : std::string(side[0] == 'a' ? "A" : "B") + " does not age visibly anywhere"});
-  }
+  for (const bool is_a : {true, false})
+    section.figures.push_back(median_figure(pair, is_a ? a : b, is_a, name, what, options));
 }
 
 /// Share of the texels with a visible change at every time; empty when no block has weight.

@@ -46,6 +46,13 @@ std::vector<double> monotone_fit(std::span<const double> values) {
   return fit;
 }
 
+std::pair<double, double> seen_between(double time, const std::vector<double>& frames) {
+  const double tolerance = 1e-6 * (frames.back() - frames.front());
+  const auto after = std::lower_bound(frames.begin(), frames.end(), time - tolerance);
+  if (after == frames.begin() || after == frames.end()) return {time, time};
+  return std::abs(*after - time) <= tolerance ? std::pair(*after, *after) : std::pair(*(after - 1), *after);
+}
+
 TexelAging texel_aging(const ColorStack& stack, double visible_delta_e, const RunControl& control) {
   if (stack.num_times() < 2) throw InvalidInput("aging: at least two times are needed");
   if (!(visible_delta_e > 0.0)) throw InvalidInput("aging: the visible difference must be > 0");

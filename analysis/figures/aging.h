@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "analysis/figures/color_stack.h"
@@ -24,6 +25,10 @@ struct TexelAging {
   std::vector<std::uint16_t>
       covered_at;  ///< Index of the first time with a visible change; the number of times if there is none.
 };
+
+/// The frames between which a moment lies: what happened between two photographs is known no better.
+/// @param frames  Times, ascending; one or more. @returns The same time twice where it is a frame's, or outside of all.
+[[nodiscard]] std::pair<double, double> seen_between(double time, const std::vector<double>& frames);
 
 /// The distance from the first color, Delta E 1976, made non-decreasing: noise and flicker then move no time by much.
 /// Colors that come back (dust that is wiped off) are not described by it.

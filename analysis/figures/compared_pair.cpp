@@ -57,17 +57,25 @@ void describe(OptionVisitor& v, CompareOptions& o) {
   v.visit({"cracks", "Measure dark lines at the last common time: share, width, cells, angles"}, o.cracks);
 }
 
+std::vector<double> frames_on_clock(const HistoryFacts& history, const HistoryFacts& a, const CompareOptions& options) {
+  const double start = history.frames.front().time, span = history.frames.back().time - start;
+  const double factor = seconds_per(history.time_unit) / seconds_per(a.time_unit);
+  std::vector<double> times;
+  for (const FrameFacts& f : history.frames) {
+    const double share = span > 0.0 ? (f.time - start) / span : 0.0;
+    times.push_back(options.clock == Clock::Span ? share : f.time * factor);
+  }
+  return times;
+}
+
 GroupTimes common_times(const std::vector<NamedFacts>& histories, const CompareOptions& options) {
   if (histories.empty()) throw InvalidInput("compare: there is no history");
   const auto start = [](const NamedFacts& h) { return h.facts->frames.front().time; };
   const auto span = [&](const NamedFacts& h) { return h.facts->frames.back().time - start(h); };
   const NamedFacts& first = histories.front();
   GroupTimes common;
-  std::vector<double> frames;
+  const std::vector<double> frames = frames_on_clock(*first.facts, *first.facts, options);
   if (options.clock == Clock::Span) {
-    const double span_a = span(first);
-    for (const FrameFacts& f : first.facts->frames)
-      frames.push_back(span_a > 0.0 ? (f.time - start(first)) / span_a : 0.0);
     const bool have_spans =
         std::all_of(histories.begin(), histories.end(), [&](const auto& h) { return span(h) > 0.0; });
     common.clock = clock_times(frames, 0.0, have_spans ? 1.0 : 0.0, options.num_times);
@@ -92,7 +100,6 @@ GroupTimes common_times(const std::vector<NamedFacts>& histories, const CompareO
     throw InvalidInput("compare: " + one->name + " covers " + span_text(*one->facts) + ", " + other->name + " " +
                        span_text(*other->facts) + ": no time in common; --clock span compares by shares of each span");
   }
-  for (const FrameFacts& f : first.facts->frames) frames.push_back(f.time);
   common.clock = clock_times(frames, low, high, options.num_times);
   for (const NamedFacts& h : histories) {
     std::vector<double>& times = common.of.emplace_back();

@@ -33,6 +33,10 @@ struct CommonTimes {
 /// @throws InvalidInput if the histories have no time in common.
 [[nodiscard]] CommonTimes common_times(const HistoryFacts& a, const HistoryFacts& b, const CompareOptions& options);
 
+/// A history's frames on that clock. @param a  The history whose unit it has.
+[[nodiscard]] std::vector<double> frames_on_clock(const HistoryFacts& history, const HistoryFacts& a,
+                                                  const CompareOptions& options);
+
 /// One of several histories that are compared at the same times.
 struct NamedFacts {
   std::string name;  ///< "A", for what is said about it.

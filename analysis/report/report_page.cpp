@@ -36,8 +36,10 @@ std::string svg_of(const Curve& curve) {
 /// What a reader should look at first: value next to what equal would look like.
 std::vector<std::string> figure_row(const Figure& f, bool has_baseline) {
   const std::string interval = f.low && f.high ? number(f.low) + " to " + number(f.high) : "";
-  std::vector<std::string> row{f.title, f.value ? number(f.value) : "undefined: " + f.undefined,
-                               f.value ? interval : "", f.unit};
+  const std::string value = f.after && f.before ? "between " + number(f.after) + " and " + number(f.before)
+                            : f.value           ? number(f.value)
+                                                : "undefined: " + f.undefined;
+  std::vector<std::string> row{f.title, value, f.value ? interval : "", f.unit};
   if (has_baseline) row.insert(row.begin() + 3, f.split ? number(f.split) : "");
   return row;
 }

@@ -29,7 +29,7 @@ std::optional<double> number_of(const Json& json) {
 }  // namespace
 
 Figure as_stated(Figure f) {
-  for (std::optional<double>* v : {&f.value, &f.low, &f.high, &f.split}) *v = stated(*v, f.name);
+  for (std::optional<double>* v : {&f.value, &f.low, &f.high, &f.after, &f.before, &f.split}) *v = stated(*v, f.name);
   if (f.value)
     f.undefined.clear();
   else if (f.undefined.empty())
@@ -50,6 +50,8 @@ Json figure_json(const Figure& figure) {
   Json json{{"name", f.name}, {"title", f.title}, {"unit", f.unit}, {"value", optional_json(f.value)}};
   if (f.low) json["low"] = *f.low;
   if (f.high) json["high"] = *f.high;
+  if (f.after) json["after"] = *f.after;
+  if (f.before) json["before"] = *f.before;
   if (f.split) json["split"] = *f.split;
   if (!f.value) json["undefined"] = f.undefined;
   return json;
@@ -62,6 +64,8 @@ Figure figure_from_json(const Json& json) {
                 .value = number_of(json.at("value"))};
   if (json.contains("low")) figure.low = number_of(json.at("low"));
   if (json.contains("high")) figure.high = number_of(json.at("high"));
+  if (json.contains("after")) figure.after = number_of(json.at("after"));
+  if (json.contains("before")) figure.before = number_of(json.at("before"));
   if (json.contains("split")) figure.split = number_of(json.at("split"));
   if (json.contains("undefined")) figure.undefined = json.at("undefined");
   return figure;
@@ -142,12 +146,13 @@ Section section_from_json(const Json& json) {
 }
 
 std::string figures_csv(std::span<const Section> sections) {
-  std::string text = "section,figure,unit,value,low (95 %),high (95 %),A split in two,undefined\n";
+  std::string text = "section,figure,unit,value,low (95 %),high (95 %),A split in two,undefined,after,before\n";
   for (const Section& section : sections) {
     for (const Figure& given : section.figures) {
       const Figure f = as_stated(given);
       text += csv_cell(section.name) + "," + csv_cell(f.name) + "," + csv_cell(f.unit) + "," + csv_cell(f.value) + "," +
-              csv_cell(f.low) + "," + csv_cell(f.high) + "," + csv_cell(f.split) + "," + csv_cell(f.undefined) + "\n";
+              csv_cell(f.low) + "," + csv_cell(f.high) + "," + csv_cell(f.split) + "," + csv_cell(f.undefined) + "," +
+              csv_cell(f.after) + "," + csv_cell(f.before) + "\n";
     }
   }
   return text;

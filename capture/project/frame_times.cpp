@@ -21,7 +21,8 @@ struct TimeSource {
   std::string name;     ///< "EXIF DateTimeOriginal".
   std::string missing;  ///< What a photograph does not have: "EXIF DateTimeOriginal", "date in the name".
   Stamps stamps;
-  std::string problem = "";  ///< Why it cannot be used; "" when it can.
+  std::string DatedPhoto::*text = nullptr;  ///< What is read, where it is no name.
+  std::string problem = "";                 ///< Why it cannot be used; "" when it can.
 
   [[nodiscard]] bool says_something() const {
     return std::any_of(stamps.begin(), stamps.end(), [](const auto& s) { return s.has_value(); });
@@ -62,9 +63,19 @@ std::string problem_with(const TimeSource& source, const std::vector<DatedPhoto>
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < photos.size(); ++i) {
     if (!photos[i].is_kept) continue;
-    if (!source.stamps[i]) return file_name(photos[i]) + " has no " + source.missing;
-    order.push_back(i);
+    if (source.stamps[i]) {
+      order.push_back(i);
+      continue;
+    }
+    const std::string said = source.text == nullptr ? "" : photos[i].*source.text;
+    return file_name(photos[i]) + " has no " + source.missing + (said.empty() ? "" : " that is a date: `" + said + "`");
   }
+  const auto is_day = [&](std::size_t i) { return source.stamps[i]->resolution_us >= kDay_us; };
+  const auto day = std::find_if(order.begin(), order.end(), is_day);
+  const auto timed = std::find_if_not(order.begin(), order.end(), is_day);
+  if (day != order.end() && timed != order.end())
+    return file_name(photos[*timed]) + " has a time of day in its " + source.missing + ", " + file_name(photos[*day]) +
+           " none";
   if (offsets_of(source.stamps, photos) == Offsets::Unknown) {
     const auto silent =
         std::find_if(order.begin(), order.end(), [&](std::size_t i) { return !source.stamps[i]->offset_min; });
@@ -90,8 +101,8 @@ void coarsen(Stamps& stamps) {
 }
 
 std::vector<TimeSource> sources_of(const std::vector<DatedPhoto>& photos) {
-  TimeSource original{"EXIF DateTimeOriginal", "EXIF DateTimeOriginal", {}},
-      digitized{"EXIF DateTimeDigitized", "EXIF DateTimeDigitized", {}};
+  TimeSource original{"EXIF DateTimeOriginal", "EXIF DateTimeOriginal", {}, &DatedPhoto::date_time},
+      digitized{"EXIF DateTimeDigitized", "EXIF DateTimeDigitized", {}, &DatedPhoto::digitized};
   std::vector<std::string> names;
   for (const DatedPhoto& photo : photos) {
     original.stamps.push_back(time_in_exif(photo.date_time));
@@ -99,7 +110,7 @@ std::vector<TimeSource> sources_of(const std::vector<DatedPhoto>& photos) {
     names.push_back(photo.file.stem().string());
   }
   std::vector<TimeSource> sources{
-      original, digitized, {"dates in file names", "date in the name", times_in_names(names)}};
+      original, digitized, {"dates in file names", "date in the name", times_in_names(names), nullptr}};
   for (TimeSource& source : sources) {
     coarsen(source.stamps);
     source.problem = problem_with(source, photos);

@@ -25,6 +25,8 @@ inline constexpr std::int64_t kDay_us = 24 * kHour_us;
 /// "2023-03-26 01:30:00.25 +01:00", without what is not known.
 [[nodiscard]] std::string stamp_text(const TimeStamp& stamp);
 
+/// Whether a clock shows it: leap seconds count, and 24:00:00 is the end of a day [ISO 8601].
+[[nodiscard]] bool is_time_of_day(int hour, int minute, int second);
 /// Seconds from 1970-01-01 00:00:00 to a date and time in the proleptic Gregorian calendar; nothing if there is no such
 /// date.
 [[nodiscard]] std::optional<std::int64_t> seconds_of_date(int year, int month, int day, int hour, int minute,

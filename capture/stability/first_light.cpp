@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "capture/stability/flat_field.h"
+#include "capture/stability/uneven_light.h"
 #include "libcommon/core/median.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
@@ -89,8 +90,22 @@ ImageF first_light_gain(const ImageF& first, const ImageU8& mask, const RunContr
   return gain;
 }
 
+double light_ratio(const ImageF& gain) {
+  double ratio = 1.0;
+  for (std::int64_t c = 0; c < 3; ++c) {
+    std::vector<float> values;
+    for (std::int64_t i = 0; i < gain.num_pixels(); ++i) values.push_back(gain.data()[3 * i + c]);
+    const double last = static_cast<double>(values.size() - 1);
+    const float dark = value_at_rank(values, static_cast<std::size_t>(kLeftOutEnd * last));
+    const float bright = value_at_rank(values, static_cast<std::size_t>((1.0 - kLeftOutEnd) * last));
+    ratio = std::max(ratio, static_cast<double>(bright / dark));
+  }
+  return ratio;
+}
+
 std::array<double, 3> remaining_first_light(const ImageF& frame, const ImageF& gain) {
   check_sizes(frame, gain);
+  if (light_ratio(gain) < kEvenFirstLight) return {};
   const double factor = std::min(1.0, static_cast<double>(kCompareSide) / std::max(frame.width(), frame.height()));
   const auto scaled = [&](int size) { return std::max(1, static_cast<int>(std::lround(size * factor))); };
   const ImageF later = downscale_area(frame, scaled(frame.width()), scaled(frame.height()));

@@ -16,9 +16,15 @@ namespace patinate::capture {
 /// @throws InvalidInput if most of a channel is black inside the mask, or nothing is inside.
 [[nodiscard]] ImageF first_light_gain(const ImageF& first, const ImageU8& mask = {}, const RunControl& control = {});
 
+/// Brightest to darkest light of the channel that is least even, without the 2 % of the picture at either end; >= 1.
+/// @param gain  H x W x 3.
+[[nodiscard]] double light_ratio(const ImageF& gain);
+/// A first photograph below this ratio is even already: 5 % of light are 3 of 255 codes in mid-gray.
+inline constexpr double kEvenFirstLight = 1.05;
+
 /// Share of the first photograph's uneven light that a later photograph still shows, per channel, in [0, 1]. Steps of
 /// log light over 1/40 of the picture are compared by least absolute deviations, so that stains do not decide it.
-/// Where fewer than 200 steps can be compared, the share is 1.
+/// Where fewer than 200 steps can be compared, the share is 1; where the first photograph is even already, it is 0.
 /// @param frame  H x W x 3, linear. @param gain  first_light_gain(), of the same size.
 /// @throws InvalidInput if sizes differ.
 [[nodiscard]] std::array<double, 3> remaining_first_light(const ImageF& frame, const ImageF& gain);

@@ -19,6 +19,7 @@ namespace {
 constexpr double kMostResidual_px = 1.0;  ///< Half of it is blur that a person sees.
 constexpr double kLeastFineness = 0.5;    ///< A detail of one of the reference's pixels is lost.
 constexpr double kLeastShown = 0.5;
+constexpr const char* kClicked = "`landmarks` (`patinate studio` lets you click them)";
 
 /// Photographs for which `value` is on the wrong side, the worst first.
 struct Chosen {
@@ -98,10 +99,11 @@ std::vector<HistoryWarning> report_alignment(const IngestWork& work, const fs::p
       std::string(is_by_outline ? "its outline disagrees by " : "its details disagree by ") + hundredths(loose.worst) +
           " px of the reference photograph",
       is_by_outline
-          ? "nothing if the object itself changes its shape; else `landmarks`, or `align` \"features\""
+          ? std::string("nothing if the object itself changes its shape; else ") + kClicked +
+                ", or `align` \"features\""
           : std::string(is_any_similarity(photos, loose.names) ? "`align_model` \"homography\" for a tilted view; "
                                                                : "") +
-                "`landmarks`; or a coarser photograph as `align_to`",
+                kClicked + "; or a coarser photograph as `align_to`",
       0.5);
   const Chosen coarse = choose(
       photos, "pixels_per_reference_pixel", [](double v) { return v < kLeastFineness; }, false);

@@ -1,8 +1,11 @@
+#include <algorithm>
+
 #include "capture/stability/first_light.h"
 #include "capture/timelapse/background_step.h"
 #include "capture/timelapse/frame_photo.h"
 #include "capture/timelapse/repair_steps.h"
 #include "libcommon/core/hash.h"
+#include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
@@ -13,13 +16,26 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kFlatFieldVersion = 2;  ///< Raised whenever the same photographs give another estimate.
+constexpr std::int64_t kFlatFieldVersion = 3;  ///< Raised whenever the same photographs give another estimate.
+
+constexpr const char* kEstimatedFlatField = "estimate";
 
 bool is_of_frames(const RepairOptions& options) {
-  return options.flat_field == "estimate" || options.flat_field == kFlatFieldOfFirst;
+  return options.flat_field == kEstimatedFlatField || options.flat_field == kFlatFieldOfFirst;
 }
 
 }  // namespace
+
+void check_flat_field(const std::string& flat_field) {
+  std::error_code error;
+  if (flat_field.empty() || fs::exists(flat_field, error) || error)
+    return;  // Other troubles are named by who reads it.
+  const std::vector<std::string> words{kEstimatedFlatField, kFlatFieldOfFirst};
+  if (std::find(words.begin(), words.end(), flat_field) != words.end()) return;
+  throw ParseError("--flat-field: found `" + flat_field +
+                   "`, which is no file; expected estimate, first, or a photograph of a uniform surface" +
+                   did_you_mean(flat_field, words));
+}
 
 ImageF make_flat_field(const IngestWork& work, const fs::path& folder, const RunControl& control) {
   const RepairOptions& options = work.options.repair;

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "capture/project/photo_facts.h"
+#include "capture/stability/first_light.h"
 #include "capture/timelapse/ingest_warnings.h"
 #include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
@@ -132,11 +133,23 @@ HistoryWarning uneven_warning(const UnevenLight& uneven, bool is_divided) {
   return warning;
 }
 
+/// Of `--flat-field first`: nothing was divided out.
+bool is_even_already(const FlatFieldReport& field) {
+  return !field.last_shares.empty() && field.ratio < kEvenFirstLight;
+}
+
 std::string last_share_text(const FlatFieldReport& field) {
   if (field.last_shares.empty()) return "";
   const auto& s = field.last_shares;
   return "; the last photograph still showed " + hundredths(s[0]) + ", " + hundredths(s[1]) + ", " + hundredths(s[2]) +
          " of it";
+}
+
+std::string flat_field_text(const FlatFieldReport& field, const std::optional<UnevenLight>& uneven) {
+  if (is_even_already(field))
+    return "flat field: the first photograph is even already (" + ratio_text(field.ratio) + "); nothing is divided out";
+  return "flat field: " + ratio_text(field.ratio) + " divided out, factors " + ranges_text(field.ranges) +
+         last_share_text(field) + (uneven ? "; " + ratio_text(uneven->ratio) + " is left" : "");
 }
 
 }  // namespace
@@ -252,16 +265,12 @@ DeflickerReport deflicker_report(const std::vector<CapturePhoto>& photos,
 }
 
 FlatFieldReport flat_field_report(const ImageF& gain) {
-  FlatFieldReport report;
+  FlatFieldReport report{.ratio = light_ratio(gain)};
   for (int c = 0; c < 3; ++c) {
     std::vector<float> values;
     for (std::int64_t i = 0; i < gain.num_pixels(); ++i) values.push_back(gain.data()[3 * i + c]);
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
     report.ranges[static_cast<std::size_t>(c)] = {static_cast<double>(*low), static_cast<double>(*high)};
-    const double last = static_cast<double>(values.size() - 1);
-    const float dark = value_at_rank(values, static_cast<std::size_t>(kLeftOutEnd * last));
-    const float bright = value_at_rank(values, static_cast<std::size_t>((1.0 - kLeftOutEnd) * last));
-    report.ratio = std::max(report.ratio, static_cast<double>(bright / dark));
   }
   return report;
 }
@@ -269,7 +278,8 @@ FlatFieldReport flat_field_report(const ImageF& gain) {
 std::vector<HistoryWarning> light_warnings(const SeriesLight& report, const std::string& flat_field, int num_frames) {
   std::vector<HistoryWarning> warnings;
   if (report.uneven && report.uneven->evidence != LightEvidence::None)
-    warnings.push_back(uneven_warning(*report.uneven, !flat_field.empty()));
+    warnings.push_back(uneven_warning(
+        *report.uneven, !flat_field.empty() && !(report.flat_field && is_even_already(*report.flat_field))));
   if (report.deflicker && !report.deflicker->unsure.empty()) {
     const std::vector<std::string>& unsure = report.deflicker->unsure;
     warnings.push_back({.about = WarningSubject::Light,
@@ -302,11 +312,7 @@ std::vector<HistoryWarning> light_warnings(const SeriesLight& report, const std:
 
 std::vector<std::string> light_notes(const SeriesLight& report) {
   std::vector<std::string> notes;
-  if (report.flat_field) {
-    notes.push_back("flat field: " + ratio_text(report.flat_field->ratio) + " divided out, factors " +
-                    ranges_text(report.flat_field->ranges) + last_share_text(*report.flat_field) +
-                    (report.uneven ? "; " + ratio_text(report.uneven->ratio) + " is left" : ""));
-  }
+  if (report.flat_field) notes.push_back(flat_field_text(*report.flat_field, report.uneven));
   if (report.static_light) notes.push_back(static_light_text(*report.static_light));
   if (report.deflicker) {
     notes.push_back(deflicker_text(*report.deflicker));

@@ -42,6 +42,8 @@ inline constexpr const char* kFlatFieldFile = "survey/flat_field.exr";
 inline constexpr const char* kFlatFieldOfFirst = "first";
 /// survey/light-0007.json: remaining_first_light() of a photograph.
 [[nodiscard]] std::filesystem::path light_share_file(int index);
+/// @throws ParseError unless RepairOptions::flat_field is empty, a word or a file.
+void check_flat_field(const std::string& flat_field);
 
 /// Whether frames carry a validity of their own.
 [[nodiscard]] bool has_validity(const IngestWork& work);

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <fstream>
+#include <iterator>
+#include <set>
+#include <string_view>
 #include <system_error>
 
 #include "libcommon/core/read_limit.h"
@@ -51,13 +54,30 @@ int compare_numbers(const NumberText& a, const NumberText& b) {
   return 0;
 }
 
+/// How the numbers of names are read.
+struct NumberRule {
+  bool has_fractions = false;
+  /// What stands before numbers of which some have a sign: "-5min" and "T+10min" beside "0min" and "T-5min".
+  std::set<std::string, std::less<>> signed_after = {};
+
+  /// 1 where a sign stands before a number, else 0.
+  [[nodiscard]] std::size_t sign_at(std::string_view name, std::size_t k) const {
+    const bool is_sign = (name[k] == '-' || name[k] == '+') && k + 1 < name.size() && is_digit(name[k + 1]);
+    return is_sign && signed_after.contains(name.substr(0, k)) ? 1 : 0;
+  }
+};
+
 /// Numbers compare as numbers, other characters by code; ties by plain comparison.
-bool natural_less(const std::string& a, const std::string& b, bool has_fractions) {
+bool natural_less(const std::string& a, const std::string& b, const NumberRule& rule) {
   std::size_t i = 0, j = 0;
   while (i < a.size() && j < b.size()) {
-    if (is_digit(a[i]) && is_digit(b[j])) {
-      const NumberText x = number_at(a, i, has_fractions), y = number_at(b, j, has_fractions);
-      if (const int order = compare_numbers(x, y); order != 0) return order < 0;
+    const std::size_t sign_a = rule.sign_at(a, i), sign_b = rule.sign_at(b, j);
+    if (is_digit(a[i + sign_a]) && is_digit(b[j + sign_b])) {
+      const bool is_below_a = a[i] == '-', is_below_b = b[j] == '-';
+      const NumberText x = number_at(a, i + sign_a, rule.has_fractions),
+                       y = number_at(b, j + sign_b, rule.has_fractions);
+      if (is_below_a != is_below_b) return is_below_a;
+      if (const int order = compare_numbers(x, y); order != 0) return is_below_a ? order > 0 : order < 0;
       i = x.end, j = y.end;
     } else {
       if (a[i] != b[j]) return a[i] < b[j];
@@ -85,6 +105,25 @@ bool have_fractions(const std::vector<fs::path>& files) {
     }
   }
   return !(has_ten && has_digit);
+}
+
+/// A sign stands where one name has `-` and another one `+` or the number alone behind the same beginning. Behind a
+/// digit it is none.
+std::set<std::string, std::less<>> signed_after(const std::vector<fs::path>& files) {
+  std::set<std::string, std::less<>> below, others;
+  for (const fs::path& file : files) {
+    const std::string name = file.filename().string();
+    for (std::size_t k = 0; k < name.size(); ++k) {
+      const bool is_behind_digit = k > 0 && is_digit(name[k - 1]);
+      const bool is_before_digit = k + 1 < name.size() && is_digit(name[k + 1]);
+      if (is_behind_digit) continue;
+      if (name[k] == '-' && is_before_digit) below.insert(name.substr(0, k));
+      if (is_digit(name[k]) || (name[k] == '+' && is_before_digit)) others.insert(name.substr(0, k));
+    }
+  }
+  std::set<std::string, std::less<>> both;
+  std::set_intersection(below.begin(), below.end(), others.begin(), others.end(), std::inserter(both, both.end()));
+  return both;
 }
 
 }  // namespace
@@ -142,8 +181,9 @@ std::vector<fs::path> list_files(const fs::path& folder, std::string_view patter
     const fs::path name = entry.path().filename();
     if (!entry.is_directory(error) && matches_pattern(name.string(), pattern)) found.push_back(folder / name);
   }
-  std::sort(found.begin(), found.end(), [fractions = have_fractions(found)](const fs::path& a, const fs::path& b) {
-    return natural_less(a.filename().string(), b.filename().string(), fractions);
+  const NumberRule rule{have_fractions(found), signed_after(found)};
+  std::sort(found.begin(), found.end(), [&](const fs::path& a, const fs::path& b) {
+    return natural_less(a.filename().string(), b.filename().string(), rule);
   });
   return found;
 }

@@ -178,10 +178,11 @@ std::string small_letters(std::string text) {
   return text;
 }
 
-/// Without folders, as any system writes them.
-std::string last_part(const std::string& name) {
-  const std::size_t slash = name.find_last_of("/\\");
-  return slash == std::string::npos ? name : name.substr(slash + 1);
+/// Without folders, as any system writes them, and without quotation marks around all of it.
+std::string last_part(std::string name) {
+  if (name.size() > 1 && (name.front() == '"' || name.front() == '\'') && name.front() == name.back())
+    name = name.substr(1, name.size() - 2);
+  return name.substr(name.find_last_of("/\\") + 1);  // From the first character on where there is none.
 }
 
 /// Lights that a photograph's name means, by the strictest comparison that finds one.

@@ -25,6 +25,7 @@
 #include "libcommon/image/color_encoding.h"
 #include "libcommon/image/exr_header.h"
 #include "libcommon/image/exr_picture.h"
+#include "libcommon/image/file_words.h"
 #include "libcommon/image/image_source.h"
 #include "patinate/core/error.h"
 
@@ -96,7 +97,12 @@ class ExrSource final : public ImageSource {
     info_.facts.layer = picture_.text;
     read_exr_words(header, info_);
     read_exr_color(header, info_);
+    if (const std::string problem = pixel_shape_problem(static_cast<double>(header.pixelAspectRatio()));
+        !problem.empty())
+      info_.facts.problem += (info_.facts.problem.empty() ? "" : "; ") + problem;
     find_alpha(header);
+    if (!data_.intersects(window_))
+      info_.color_problem = "shows nothing: its data lie outside of its display window; save it with data inside";
     if (picture_.is_luminance_chroma) {
       rgba_.emplace(path_.c_str(), picture_.layer.substr(0, picture_.layer.size() - (picture_.layer.empty() ? 0 : 1)),
                     0);

@@ -76,6 +76,12 @@ std::span<const unsigned char> bytes_of(std::string_view text) {
   return {reinterpret_cast<const unsigned char*>(text.data()), text.size()};
 }
 
+/// Pixels a length, across and down.
+void note_density(double across, double down, FileWords& words) {
+  if (std::string problem = across > 0.0 ? pixel_shape_problem(down / across) : ""; !problem.empty())
+    words.problems.push_back(std::move(problem));
+}
+
 void read_png_chunk(std::string_view type, const FileBytes& chunk, FileWords& words) {
   constexpr double kScale = 1e5;
   if (type == "iCCP") read_png_profile(chunk, words);
@@ -99,6 +105,9 @@ void read_png_chunk(std::string_view type, const FileBytes& chunk, FileWords& wo
     words.primaries = Chromaticities{{xy(1), xy(2), xy(3), xy(0)}};  // The chunk begins with white.
     words.primaries_by = "PNG cHRM";
   }
+  // Pixels a length, across and down.
+  if (type == "pHYs" && chunk.size() >= 8)
+    note_density(static_cast<double>(chunk.number(0, 4)), static_cast<double>(chunk.number(4, 4)), words);
   const std::uint64_t num_pictures = type == "acTL" ? chunk.number(0, 4) : 1;
   if (num_pictures > 1)
     words.refusal = "is an animated PNG of " + std::to_string(num_pictures) +
@@ -130,7 +139,7 @@ void read_png_words(const FileBytes& file, FileWords& words) {
     const std::string_view type = file.text(at + 4, 4);
     if (!file.holds(at + kHead, size + kCheck) || type == "IEND") return;
     constexpr std::array kWords{"iCCP"sv, "sRGB"sv, "eXIf"sv, "cICP"sv, "gAMA"sv,
-                                "cHRM"sv, "zTXt"sv, "iTXt"sv, "acTL"sv};
+                                "cHRM"sv, "zTXt"sv, "iTXt"sv, "acTL"sv, "pHYs"sv};
     if (std::find(kWords.begin(), kWords.end(), type) != kWords.end() && size <= kLargestWords) {
       const auto checked = file.part(at + 4, size + 4);
       if (::crc32(0, checked.data(), static_cast<uInt>(checked.size())) == file.number(at + kHead + size, 4))
@@ -144,7 +153,7 @@ void read_png_words(const FileBytes& file, FileWords& words) {
 
 /// The segments before the picture; an ICC profile in pieces, each with its number.
 void read_jpeg_words(const FileBytes& file, FileWords& words) {
-  constexpr std::uint64_t kApp1 = 0xe1, kApp2 = 0xe2, kStartOfScan = 0xda, kEnd = 0xd9;
+  constexpr std::uint64_t kApp0 = 0xe0, kApp1 = 0xe1, kApp2 = 0xe2, kStartOfScan = 0xda, kEnd = 0xd9;
   constexpr std::string_view kExif = "Exif\0\0"sv, kProfile = "ICC_PROFILE\0"sv,
                              kXmp = "http://ns.adobe.com/xap/1.0/\0"sv;
   std::map<std::uint64_t, std::string> pieces;
@@ -159,6 +168,9 @@ void read_jpeg_words(const FileBytes& file, FileWords& words) {
     if (marker == kStartOfScan || marker == kEnd) break;
     const std::uint64_t size = file.number(at + 2, 2), data = at + 4;
     if (size < 2) break;
+    if (marker == kApp0 && file.starts_with("JFIF\0"sv, data))
+      note_density(static_cast<double>(file.number(data + 8, 2)), static_cast<double>(file.number(data + 10, 2)),
+                   words);
     if (marker == kApp1 && file.starts_with(kExif, data))
       read_exif_words(file.part(data + kExif.size(), size - 2 - kExif.size()), words);
     if (marker == kApp1 && file.starts_with(kXmp, data))
@@ -278,6 +290,7 @@ FileWords read_file_words(const std::filesystem::path& path) {
   if (file.starts_with("ftyp", 4)) read_heif_words(file, words);
   if (file.starts_with("8BPS")) read_psd_words(file, words);
   if (file.starts_with("BM")) read_bmp_words(file, words);
+  if (file.starts_with("#?RADIANCE") || file.starts_with("#?RGBE")) read_radiance_words(file, words);
   if (is_tga(file, path)) read_tga_words(file, words);
   return words;
 }

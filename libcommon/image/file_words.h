@@ -33,8 +33,9 @@ struct FileWords {
   bool is_srgb = false;       ///< PNG's sRGB, EXIF's color space 1.
   bool is_adobe_rgb = false;  ///< EXIF: not sRGB, and interoperability "R03".
   std::optional<double> png_gamma;
+  double exposure = 1.0;  ///< Radiance: the light is the values divided by it.
   std::optional<Chromaticities> primaries;
-  std::string primaries_by;                    ///< "PNG cHRM" or "TIFF".
+  std::string primaries_by;                    ///< "PNG cHRM", "TIFF" or "Radiance PRIMARIES".
   std::optional<std::array<double, 2>> white;  ///< CIE xy of a TIFF's white.
   std::string unused_alpha;                    ///< Why a channel that stands where alpha does is none; "" = it is.
   std::optional<int> largest_value;            ///< Of codes of 16 bits, where it is not 65535: 12 bits in 16.
@@ -45,16 +46,20 @@ struct FileWords {
   std::string refusal;
 };
 
-/// PNG, JPEG, TIFF, WebP, JPEG 2000, HEIF and AVIF, BMP and TGA; nothing of other files, and of damaged ones what
-/// stands before the damage.
+/// PNG, JPEG, TIFF, WebP, JPEG 2000, HEIF and AVIF, BMP, TGA and Radiance; nothing of other files, and of damaged ones
+/// what stands before the damage.
 [[nodiscard]] FileWords read_file_words(const std::filesystem::path& path);
 
 /// Of a TGA whose palette does not begin with the first color, which OpenImageIO reads as if it did: the same with the
 /// colors that lack before it. Nothing for other files.
 [[nodiscard]] std::optional<std::string> tga_with_whole_palette(const std::filesystem::path& path);
 
-/// What the words say of color. @param channels  Of color: 1 or 3.
-[[nodiscard]] SaidColor said_color(const FileWords& words, int channels);
+/// What the words say of color. @param channels  Of color: 1 or 3. @param is_light  Primaries are of values that are
+/// light, not of codes.
+[[nodiscard]] SaidColor said_color(const FileWords& words, int channels, bool is_light);
+/// Of pixels that are not square, which are taken as if they were. @param width  Of a pixel whose height is 1; what is
+/// not > 0 says nothing. @returns "" for a width within 1 % of 1.
+[[nodiscard]] std::string pixel_shape_problem(double width);
 
 /// "turned by 90 degrees clockwise". @param orientation  EXIF's, [1, 8].
 [[nodiscard]] std::string orientation_words(int orientation);
@@ -65,6 +70,7 @@ struct FileWords {
 void read_tiff_words(std::span<const unsigned char> bytes, FileWords& words);
 void read_jpeg_2000_words(const FileBytes& file, FileWords& words);
 void read_heif_words(const FileBytes& file, FileWords& words);
+void read_radiance_words(const FileBytes& file, FileWords& words);
 /// An XMP packet. Sets dates that no earlier packet gave.
 void read_xmp_words(std::string_view packet, FileWords& words);
 /// EXIF data (a TIFF without pixels). Sets orientation and color space.

@@ -92,7 +92,7 @@ DecodedImage decoded(const CodedImage& coded, const ImageInfo& info, const std::
 
 void set_color_words(ImageInfo& info, const FileWords& words) {
   const bool is_rgb = std::find(info.channels.begin(), info.channels.end(), "R") != info.channels.end();
-  SaidColor color = said_color(words, is_rgb ? 3 : 1);
+  SaidColor color = said_color(words, is_rgb ? 3 : 1, !info.is_integer);
   info.facts.color = color.name;
   info.encoding = std::move(color.encoding);
   for (const std::string& problem : words.problems)

@@ -2,6 +2,9 @@
 
 #include <array>
 #include <nlohmann/json.hpp>
+#include <string>
+
+#include "libcommon/core/text.h"
 
 namespace patinate {
 
@@ -13,9 +16,11 @@ Response read_response(JsonReader json) {
     json.finish();
     return response;
   }
-  constexpr std::array<std::string_view, 2> kNames{"srgb", "linear"};
-  if (!json.is_string()) json.fail("\"srgb\", \"linear\" or {\"gamma\": 2.2}");
-  response.kind = json.choice(kNames) == 0 ? Response::Kind::Srgb : Response::Kind::Linear;
+  const std::array<std::string, 2> kNames{"srgb", "linear"};
+  const std::string word = json.is_string() ? json.string() : "";
+  if (word != kNames[0] && word != kNames[1])
+    json.fail("\"srgb\", \"linear\" or {\"gamma\": 2.2}" + did_you_mean(word, kNames));
+  response.kind = word == kNames[0] ? Response::Kind::Srgb : Response::Kind::Linear;
   return response;
 }
 

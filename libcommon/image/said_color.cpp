@@ -6,7 +6,16 @@
 
 namespace patinate {
 
-SaidColor said_color(const FileWords& words, int channels) {
+std::string pixel_shape_problem(double width) {
+  constexpr double kNearlySquare = 0.01;
+  if (!(width > 0.0) || !std::isfinite(width) || std::abs(std::log(width)) <= kNearlySquare) return "";
+  return "its pixels, " +
+         (width > 1.0 ? short_number_text(rounded(width, 4)) + " times as wide as high"
+                      : short_number_text(rounded(1.0 / width, 4)) + " times as high as wide") +
+         ", are taken as square";
+}
+
+SaidColor said_color(const FileWords& words, int channels, bool is_light) {
   std::string problem;
   if (words.code_points) {
     SaidColor color = color_of_code_points(words.code_points->primaries, words.code_points->transfer,
@@ -33,7 +42,9 @@ SaidColor said_color(const FileWords& words, int channels) {
     const Chromaticities primaries = words.primaries.value_or(kRec709);
     std::string said = words.png_gamma ? "PNG gAMA" : words.primaries_by;
     if (words.png_gamma && words.primaries) said += " and cHRM";
-    if (!words.png_gamma) color = srgb_color_of_primaries(primaries_name(primaries) + " (" + said + ")", primaries);
+    const std::string name = primaries_name(primaries) + " (" + said + ")";
+    if (!words.png_gamma)
+      color = is_light ? light_of_primaries(name, primaries) : srgb_color_of_primaries(name, primaries);
     if (words.png_gamma) {
       color = color_of_primaries(
           (is_linear ? "linear" : "gamma " + short_number_text(std::round(1e3 / *words.png_gamma) / 1e3)) +

@@ -241,6 +241,17 @@ std::string rows_damage(const TiffBytes& tiff) {
   return "";
 }
 
+/// Some programs write the colors of a palette as 8 bits where TIFF has 16: decoders show them as black.
+bool has_palette_of_bytes(const TiffBytes& tiff, const TiffBytes::Directory& page) {
+  constexpr unsigned kPhotometric = 262, kColorMap = 320;
+  constexpr std::uint64_t kPalette = 3, kLargestByte = 255;
+  if (tiff.number(page, kPhotometric) != kPalette) return false;
+  std::uint64_t largest = 0;
+  for (std::uint64_t i = 0; i < tiff.count(page, kColorMap); ++i)
+    largest = std::max(largest, tiff.number(page, kColorMap, i).value_or(0));
+  return largest > 0 && largest <= kLargestByte;
+}
+
 }  // namespace
 
 void read_tiff_words(std::span<const unsigned char> bytes, FileWords& words) {
@@ -248,11 +259,18 @@ void read_tiff_words(std::span<const unsigned char> bytes, FileWords& words) {
   const TiffBytes::Directory first = tiff.first();
   read_exif_directory(tiff, first, words);
   constexpr unsigned kBits = 258, kSamples = 277, kMaxSample = 281, kExtra = 338, kProfile = 34675, kWhite = 318,
-                     kPrimaries = 319, kTransfer = 301, kXmp = 700;
+                     kPrimaries = 319, kTransfer = 301, kXmp = 700, kAcross = 282, kDown = 283;
   words.icc = tiff.text(first, kProfile);
   read_xmp_words(tiff.text(first, kXmp), words);
   if (const std::string damage = rows_damage(tiff); !damage.empty())
     words.refusal = damage + "; it is damaged or was cut off";
+  if (has_palette_of_bytes(tiff, first))
+    words.refusal = "has a palette of 8 bits where TIFF has 16, so that it would be black; save it without a palette";
+  const auto across = tiff.fractions(first, kAcross), down = tiff.fractions(first, kDown);
+  if (across.size() == 1 && down.size() == 1 && across[0] > 0.0) {
+    if (std::string problem = pixel_shape_problem(down[0] / across[0]); !problem.empty())
+      words.problems.push_back(std::move(problem));
+  }
   // The tag says what the largest value is, not how it looks; 4095 and such are how many bits a code has.
   const std::uint64_t largest = tiff.number(first, kMaxSample).value_or(0);
   if (tiff.number(first, kBits) == 16U && largest > 0xff && largest < 0xffff && ((largest + 1) & largest) == 0)

@@ -7,6 +7,7 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/temporary_file.h"
+#include "libcommon/core/text.h"
 #include "libcommon/image/decoder_process.h"
 #include "libcommon/image/file_words.h"
 #include "libcommon/image/image_source.h"
@@ -50,6 +51,15 @@ void scale_codes_to_full(CodedImage& coded, int largest_value) {
     std::memcpy(&code, &coded.bytes[i], sizeof code);
     code = static_cast<std::uint16_t>(std::lround(std::min(kLargest, kLargest / largest_value * code)));
     std::memcpy(&coded.bytes[i], &code, sizeof code);
+  }
+}
+
+void divide_light(CodedImage& coded, double exposure) {
+  for (std::size_t i = 0; i + sizeof(float) <= coded.bytes.size(); i += sizeof(float)) {
+    float value = 0.0f;
+    std::memcpy(&value, &coded.bytes[i], sizeof value);
+    value = static_cast<float>(static_cast<double>(value) / exposure);
+    std::memcpy(&coded.bytes[i], &value, sizeof value);
   }
 }
 
@@ -125,6 +135,9 @@ class WordedSource final : public ImageSource {
       info.channels = {"R", "G", "B"};
       info.is_integer = false;
     }
+    if (words_.exposure != 1.0)
+      info.facts.color += (info.facts.color.empty() ? "light divided by its EXPOSURE " : ", divided by its EXPOSURE ") +
+                          short_number_text(words_.exposure);
     if (words_.largest_value)
       info.facts.color +=
           (info.facts.color.empty() ? "codes up to " : ", codes up to ") + std::to_string(*words_.largest_value);
@@ -146,6 +159,7 @@ class WordedSource final : public ImageSource {
   [[nodiscard]] CodedImage as_said(CodedImage coded) const {
     if (is_converted_) return converted(coded);
     if (has_unused_alpha()) coded = first_channels(coded, coded.channels - 1);
+    if (words_.exposure != 1.0 && coded.type == CodedImage::Type::Float) divide_light(coded, words_.exposure);
     if (words_.largest_value && coded.type == CodedImage::Type::UInt16)
       scale_codes_to_full(coded, *words_.largest_value);
     return coded;

@@ -14,6 +14,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/mesh_files/gltf_accessor.h"
 #include "libcommon/mesh_files/gltf_model.h"
+#include "libcommon/mesh_files/gltf_nodes.h"
 #include "libcommon/mesh_files/gltf_uvs.h"
 #include "libcommon/mesh_files/mesh_builder.h"
 #include "libcommon/mesh_files/mesh_formats.h"
@@ -25,18 +26,6 @@ namespace patinate {
 namespace {
 
 using Matrix4 = Eigen::Matrix4d;
-
-Matrix4 parent_from_node(const tinygltf::Node& node) {
-  if (node.matrix.size() == 16) return Eigen::Map<const Matrix4>(node.matrix.data());
-  Eigen::Affine3d transform = Eigen::Affine3d::Identity();
-  if (node.translation.size() == 3) transform.translate(Eigen::Map<const Vec3>(node.translation.data()));
-  if (node.rotation.size() == 4) {
-    const auto& q = node.rotation;
-    transform.rotate(Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized());
-  }
-  if (node.scale.size() == 3) transform.scale(Eigen::Map<const Vec3>(node.scale.data()));
-  return transform.matrix();
-}
 
 /// n is carried by the cofactors of the linear part, which are sign(det) |det| A^-T and exist for every A.
 Eigen::Matrix3d normal_matrix(const Eigen::Matrix3d& a) {
@@ -66,7 +55,7 @@ class GltfReader {
 
   Mesh read() {
     note_what_is_left_out();
-    place_nodes();
+    scene_from_node_ = gltf_scene_from_nodes(model_);
     visit_nodes();
     if (num_faces_ == 0) {
       throw IoError(file_, num_other_ > 0 ? "no faces, only points or lines (a point cloud); a surface is needed"
@@ -87,42 +76,11 @@ class GltfReader {
     if (!model_.animations.empty()) note("its animations are not looked at: it is read at rest");
   }
 
-  [[nodiscard]] std::vector<int> parentless_nodes() const {
-    std::vector<bool> is_child(model_.nodes.size(), false);
-    for (const tinygltf::Node& node : model_.nodes) {
-      for (int child : node.children) {
-        if (child >= 0 && static_cast<std::size_t>(child) < is_child.size())
-          is_child[static_cast<std::size_t>(child)] = true;
-      }
-    }
-    std::vector<int> roots;
-    for (std::size_t i = 0; i < is_child.size(); ++i) {
-      if (!is_child[i]) roots.push_back(static_cast<int>(i));
-    }
-    return roots;
-  }
-
   [[nodiscard]] std::vector<int> root_nodes() const {
-    if (model_.scenes.empty()) return parentless_nodes();
+    if (model_.scenes.empty()) return gltf_parentless_nodes(model_);
     const auto scene = static_cast<std::size_t>(std::max(0, model_.defaultScene));
     if (scene >= model_.scenes.size()) throw IoError(file_, "its default scene does not exist");
     return model_.scenes[scene].nodes;
-  }
-
-  /// Of all nodes, as joints may lie outside the scene; those of a ring stay where they are.
-  void place_nodes() {
-    scene_from_node_.assign(model_.nodes.size(), Matrix4::Identity());
-    std::vector<char> is_placed(model_.nodes.size(), 0);
-    std::vector<std::pair<int, Matrix4>> waiting;
-    for (int root : parentless_nodes()) waiting.emplace_back(root, Matrix4::Identity());
-    while (!waiting.empty()) {
-      const auto [index, scene_from_parent] = waiting.back();
-      waiting.pop_back();
-      const auto i = static_cast<std::size_t>(index);
-      if (index < 0 || i >= model_.nodes.size() || std::exchange(is_placed[i], char{1})) continue;
-      scene_from_node_[i] = scene_from_parent * parent_from_node(model_.nodes[i]);
-      for (int child : model_.nodes[i].children) waiting.emplace_back(child, scene_from_node_[i]);
-    }
   }
 
   void visit_nodes() {
@@ -150,7 +108,7 @@ class GltfReader {
 
   void add_node(const tinygltf::Node& node, int index) {
     Placement placement{scene_from_node_[static_cast<std::size_t>(index)], joints_of(node, index)};
-    const std::vector<Matrix4> instances = instances_of(index);
+    const std::vector<Matrix4> instances = gltf_instances(file_, document_, model_, index);
     if (instances.empty()) add_mesh(node, index, placement);
     for (const Matrix4& node_from_instance : instances) {
       add_mesh(node, index, {placement.scene_from_node * node_from_instance, placement.scene_from_bind});
@@ -179,40 +137,6 @@ class GltfReader {
       joints.push_back(scene_from_node_[joint] * joint_from_bind);
     }
     return joints;
-  }
-
-  /// EXT_mesh_gpu_instancing. Empty: the node has its mesh once.
-  [[nodiscard]] std::vector<Matrix4> instances_of(int index) const {
-    const std::string number = std::to_string(index);
-    const Json& attributes =
-        gltf_member(document_, ("/nodes/" + number + "/extensions/EXT_mesh_gpu_instancing/attributes").c_str());
-    if (!attributes.is_object()) return {};
-    const std::string what = "node " + number + ": instances";
-    std::optional<std::size_t> count;
-    const auto attribute = [&](const char* name, int num_components) -> std::optional<GltfAccessor> {
-      if (!attributes.contains(name)) return std::nullopt;
-      const double accessor = gltf_number(attributes[name], "", -1.0);
-      GltfAccessor values(file_, model_, static_cast<int>(std::clamp(accessor, -1.0, 1e9)), what + ": " + name);
-      if (values.num_components() != num_components || values.size() != count.value_or(values.size()))
-        throw IoError(file_, what + ": " + name + " has " + std::to_string(values.size()) + " entries of " +
-                                 std::to_string(values.num_components()) + " components; expected " +
-                                 std::to_string(count.value_or(values.size())) + " of " +
-                                 std::to_string(num_components));
-      count = values.size();
-      return values;
-    };
-    const auto translations = attribute("TRANSLATION", 3), rotations = attribute("ROTATION", 4),
-               scales = attribute("SCALE", 3);
-    if (!count) throw IoError(file_, what + ": have no TRANSLATION, ROTATION or SCALE");
-    std::vector<Matrix4> instances(*count);
-    for (std::size_t i = 0; i < instances.size(); ++i) {
-      Eigen::Affine3d transform = Eigen::Affine3d::Identity();
-      if (translations) transform.translate(translations->vector<3>(i));
-      if (rotations) transform.rotate(Eigen::Quaterniond(rotations->vector<4>(i)).normalized());
-      if (scales) transform.scale(scales->vector<3>(i));
-      instances[i] = transform.matrix();
-    }
-    return instances;
   }
 
   void add_mesh(const tinygltf::Node& node, int index, const Placement& placement) {

@@ -137,7 +137,12 @@ std::string percent_decoded(const std::string& uri) {
 }  // namespace
 
 std::string_view gltf_json(const std::string& file, std::string_view bytes) {
-  return bytes.substr(0, 4) == "glTF" ? json_of_glb(file, bytes) : bytes;
+  if (bytes.substr(0, 4) == "glTF") return json_of_glb(file, bytes);
+  constexpr std::string_view kBlanks = " \t\r\n\xef\xbb\xbf";  // A byte order mark among them.
+  const std::size_t begin = bytes.find_first_not_of(kBlanks);
+  if (begin == std::string_view::npos || (bytes[begin] != '{' && bytes.find('\0') != std::string_view::npos))
+    throw IoError(file, "is neither glTF (JSON) nor GLB; export it again");
+  return bytes;
 }
 
 Json gltf_document(const std::string& file, std::string_view bytes) {

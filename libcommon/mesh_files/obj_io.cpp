@@ -103,6 +103,8 @@ class ObjReader {
     } else if (keyword == "o") {
       node_ = trimmed(rest);
       builder_.set_surface(node_, material_);
+    } else if (keyword == "surf" && !is_cloud_) {
+      fail("holds a free-form surface (`surf`), which is not read; export polygons");
     } else if (keyword == "usemtl") {
       material_ = trimmed(rest);
       builder_.set_surface(node_, material_);

@@ -1,6 +1,6 @@
 #include <utility>
 
-#include "capture/plan_history.h"
+#include "capture/job/plan_history.h"
 #include "capture/timelapse/repair.h"
 #include "patinate/history/history.h"
 #include "python/bindings.h"

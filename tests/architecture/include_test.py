@@ -58,6 +58,25 @@ def rooms():
     return room
 
 
+def component_rooms():
+    """The same, but public headers of a component lie in its own folder, as one finds them: what else lies there may not include what includes them."""
+    room = {path: str(path.parent.relative_to(ROOT)) for path in rooms()}
+    for path in room:
+        if component_of(path) in MIDDLE and is_public(path):
+            room[path] = component_of(path)
+    return room
+
+
+def edges_of(room):
+    """Folder -> folders that its files include."""
+    edges = {}
+    for path, folder in room.items():
+        for _, target in included(path):
+            if target in room and room[target] != folder:
+                edges.setdefault(folder, set()).add(room[target])
+    return edges
+
+
 def cycle_in(edges):
     """A list of nodes that leads back to its first one; [] when there is none."""
     state, path = {}, []
@@ -116,14 +135,10 @@ class Includes(unittest.TestCase):
                 self.assertNotRegex(capture, "&")
 
     def test_folders_do_not_include_each_other(self):
-        room = rooms()
-        edges = {}
-        for path, folder in room.items():
-            for _, target in included(path):
-                if target in room and room[target] != folder:
-                    edges.setdefault(folder, set()).add(room[target])
-        self.assertGreater(len(edges), 20)
-        self.assertEqual(cycle_in(edges), [])
+        for room in (rooms(), component_rooms()):
+            edges = edges_of(room)
+            self.assertGreater(len(edges), 20)
+            self.assertEqual(cycle_in(edges), [])
 
     def test_a_cycle_is_found(self):
         self.assertEqual(cycle_in({"a": {"b"}, "b": {"c"}, "c": {"b"}}), ["b", "c", "b"])
@@ -169,7 +184,7 @@ class Includes(unittest.TestCase):
         for component in MAY_INCLUDE:
             for path in sources(component, ".h", ".cpp"):
                 with self.subTest(file=str(path.relative_to(ROOT))):
-                    self.assertLess(len(path.read_text().splitlines()), 450)
+                    self.assertLessEqual(len(path.read_text().splitlines()), 420)
 
 
 class Documents(unittest.TestCase):

@@ -120,6 +120,30 @@ class Compare(unittest.TestCase):
         self.assertEqual(figures["ciede2000_p95"], 0)
         self.assertEqual(figures["time_shift_median"], 0)
 
+    def test_a_moment_between_two_photographs_is_stated_as_the_interval(self):
+        # What trim leaves is every second frame: its moments are known half as well.
+        self.assertEqual(patinate("trim", "two", "--every", 2, "-o", "coarse").returncode, 0)
+        for clock, unit in (("absolute", 1.0), ("span", None)):
+            result = patinate("compare", "one", "coarse", "--clock", clock, "--num-resamples", 0, "-o", f"moments_{clock}", "--json")
+            self.assertEqual(result.returncode, 0, result.stderr)
+            figures = {f["name"]: f for f in json.loads(result.stdout)["figures"]}
+            page = (WORK / f"moments_{clock}/report.html").read_text()
+            for side, name in (("a", "one"), ("b", "coarse")):
+                times = [f["time"] for f in json.loads((WORK / name / "history.json").read_text())["frames"]]
+                on_clock = times if unit else [(t - times[0]) / (times[-1] - times[0]) for t in times]
+                for what in ("onset", "saturation"):
+                    figure = figures[f"{what}_median_{side}"]
+                    if "after" not in figure:
+                        self.assertTrue(any(abs(figure["value"] - t) < 1e-6 for t in on_clock), figure)
+                        continue
+                    self.assertLessEqual(figure["after"], figure["value"])
+                    self.assertLessEqual(figure["value"], figure["before"])
+                    self.assertTrue(any(abs(figure["after"] - a) < 1e-6 and abs(figure["before"] - b) < 1e-6 for a, b in zip(on_clock, on_clock[1:])), (figure, on_clock))
+                    self.assertRegex(page, rf"median of {side.upper()}</td><td>between [\d.]+ and [\d.]+</td>")
+            rows = (WORK / f"moments_{clock}/figures.csv").read_text().splitlines()
+            self.assertTrue(rows[0].endswith(",after,before"))
+            self.assertEqual({row.count(",") for row in rows}, {rows[0].count(",")})
+
     def test_bad_input_is_one_line(self):
         (WORK / "picture.png").write_bytes((WORK / "one_photos/frames/0000.png").read_bytes())
         for arguments, code, words in ((("one", "nowhere"), 3, "nowhere"), (("one", "picture.png"), 3, "is no history or transfer"), (("one",), 2, "B"),

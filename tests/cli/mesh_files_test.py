@@ -334,6 +334,16 @@ class Text(Case):
                 mark = "" if encoding in ("utf-16", "utf-32") else "\ufeff"
                 self.refuses("is UTF-16 or UTF-32 text; save it as UTF-8", name, (mark + text).encode(encoding))
 
+    def test_free_form_surfaces_are_refused(self):
+        points = "".join("v %g %g %g\n" % p for p in POINTS)
+        for faces in ("", "f 1 2 5\n"):
+            self.refuses("holds a free-form surface (`surf`)", "a.obj", points + faces + "cstype bspline\ndeg 1 1\nsurf 0 1 0 1 1 2 4 5\nend\n")
+
+    def test_formats_of_other_programs_are_no_images(self):
+        for name, content in (("a.fbx", b"Kaydara FBX Binary  \0\x1a\0"), ("a.off", "OFF\n3 1 0\n"), ("a.usda", "#usda 1.0\n"), ("A.DAE", "<COLLADA/>")):
+            self.refuses("no mesh format has the extension", name, content)
+        self.refuses("is neither glTF (JSON) nor GLB", "a.glb", b"PK\3\4" + bytes(40))
+
     def test_decimal_commas_are_refused_with_their_line(self):
         text = plate_obj(comma)
         self.refuses("line 1: `0,0` is not a finite number; decimals begin with a point, not a comma", "a.obj", text)

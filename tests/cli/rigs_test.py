@@ -63,7 +63,7 @@ class Lamps(Photographs):
     def test_lamps_go_with_the_photographs_that_they_name(self):
         in_order = self.normals([("", name) for name in LAMPS])
         shuffled = sorted(LAMPS)  # img_1, img_10, img_11, img_2, ...
-        for form in ("{}", "photos/day 1/{}", "C:\\domes\\{}"):
+        for form in ("{}", "photos/day 1/{}", "C:\\domes\\{}", '"{}"', "'C:\\my domes\\{}'"):
             self.assertEqual(self.normals([(form.format(name), name) for name in shuffled]), in_order, form)
         self.assertEqual(self.normals([(name.upper(), name) for name in shuffled]), in_order)
         self.assertEqual(self.normals([(name.replace(".png", ".CR2"), name) for name in shuffled]), in_order)

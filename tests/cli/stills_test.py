@@ -168,6 +168,12 @@ def flat(rows):
     return bytes(v for row in rows for pixel in row for v in pixel)
 
 
+def radiance(*lines):
+    """Pixels of (0.5, 0.25, 0.125), not packed."""
+    head = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n" + b"".join(line + b"\n" for line in lines)
+    return head + b"\n-Y %d +X %d\n" % (HEIGHT, WIDTH) + bytes((128, 64, 32, 128)) * (WIDTH * HEIGHT)
+
+
 def profile(primaries, gamma_value, name=b"test"):
     """A matrix profile, version 2."""
     def s15(values):
@@ -217,6 +223,26 @@ def exr(parts, data=None, display=None):
             table += struct.pack("<Q", at + len(chunks))
             chunks += (struct.pack("<i", p) if is_multi else b"") + struct.pack("<ii", y, len(row)) + row
     return start + table + chunks
+
+
+def deep_exr(samples=2):
+    """Of the OpenEXR file layout: a single part of deep scan lines, not compressed, in which a pixel has so many samples."""
+    def attribute(name, kind, value):
+        return name + b"\0" + kind + b"\0" + struct.pack("<I", len(value)) + value
+    channels = (b"A", b"B", b"G", b"R", b"Z")
+    listing = b"".join(c + b"\0" + struct.pack("<IIII", 2, 0, 1, 1) for c in channels) + b"\0"
+    window = struct.pack("<4i", 0, 0, WIDTH - 1, HEIGHT - 1)
+    head = (attribute(b"channels", b"chlist", listing) + attribute(b"compression", b"compression", b"\0") + attribute(b"dataWindow", b"box2i", window)
+            + attribute(b"displayWindow", b"box2i", window) + attribute(b"lineOrder", b"lineOrder", b"\0") + attribute(b"pixelAspectRatio", b"float", struct.pack("<f", 1))
+            + attribute(b"screenWindowCenter", b"v2f", struct.pack("<2f", 0, 0)) + attribute(b"screenWindowWidth", b"float", struct.pack("<f", 1))
+            + attribute(b"type", b"string", b"deepscanline") + attribute(b"version", b"int", struct.pack("<i", 1))
+            + attribute(b"chunkCount", b"int", struct.pack("<i", HEIGHT)) + attribute(b"maxSamplesPerPixel", b"int", struct.pack("<i", samples)) + b"\0")
+    start = struct.pack("<II", 20000630, 2 | 0x800) + head
+    counts = struct.pack(f"<{WIDTH}i", *(samples * (x + 1) for x in range(WIDTH)))
+    data = struct.pack("<f", 0.5) * (WIDTH * samples * len(channels))
+    chunks = [struct.pack("<iQQQ", y, len(counts), len(data), len(data)) + counts + data for y in range(HEIGHT)]
+    at = len(start) + 8 * HEIGHT
+    return start + b"".join(struct.pack("<Q", at + y * len(chunks[0])) for y in range(HEIGHT)) + b"".join(chunks)
 
 
 def scene(x, y, c):
@@ -377,6 +403,25 @@ class Color(Stills):
         text = self.shows(png(vivid, (b"cICP", b"\x0c\x0d\0\1")), [[rec709((0, 1, 0), P3)] * WIDTH for _ in range(HEIGHT)])
         self.assertIn("the colors of 60 pixels of photo.png (100 %) lie outside of Rec. 709", text)
 
+    def test_radiance_says_exposure_and_primaries(self):
+        # 128 of 256 with the exponent 128 is 0.5 [Ward Larson, Shakespeare 1998]; exposures multiply.
+        pixel = (0.5, 0.25, 0.125)
+
+        def rows(of):
+            return [[list(of(pixel))] * WIDTH] * HEIGHT
+        self.shows(radiance(), rows(tuple), name="photo.hdr")
+        self.shows(radiance(b"EXPOSURE=2", b"EXPOSURE= 4"), rows(lambda v: [x / 8 for x in v]), "light divided by its EXPOSURE 8", name="photo.hdr")
+        said = b"PRIMARIES= " + b" ".join(b"%g" % v for xy in (*REC2020, D65) for v in xy)
+        self.shows(radiance(said), rows(lambda v: rec709(v, REC2020)), "color: BT.2020 (Radiance PRIMARIES)", name="photo.hdr")
+        for line, problem in ((b"EXPOSURE=-1", "its EXPOSURE `-1` is no number > 0"), (b"COLORCORR=1 1 2", "its COLORCORR is not used"), (b"PRIMARIES=1 2", "its PRIMARIES are damaged")):
+            self.shows(radiance(line), rows(tuple), problem, name="photo.hdr")
+        (self.folder / "xyz.hdr").write_bytes(radiance().replace(b"rgbe", b"xyze"))
+        self.assertIn("is a Radiance picture in CIE XYZ", self.run_patinate("info", "xyz.hdr").stderr)
+        # Primaries of a float TIFF are those of light.
+        rationals = b"".join(struct.pack("<II", round(v * 1e5), 100000) for xy in REC2020 for v in xy)
+        values = b"".join(struct.pack("<3f", *pixel) for _ in range(WIDTH * HEIGHT))
+        self.shows(tiff([(WIDTH, HEIGHT, 3, values, [(319, 5, 6, rationals), (339, 3, 3, struct.pack("<H", 3) * 3)])]), rows(lambda v: rec709(v, REC2020)), "BT.2020 (TIFF)", name="photo.tif")
+
     def test_exif_says_adobe_rgb(self):
         self.shows(png(codes(), (b"eXIf", exif_adobe())), light(lambda v: v ** (563 / 256), lambda v: rec709(v, ADOBE)), "color: Adobe RGB (EXIF)")
 
@@ -401,6 +446,7 @@ class Geometry(Stills):
         for name, content, said in (
                 ("jpeg.tif", tiff([(WIDTH, HEIGHT, 4, inks, [(262, 3, 1, 5)])]).replace(struct.pack("<HHII", 259, 3, 1, 1), struct.pack("<HHII", 259, 3, 1, 7)), "is a CMYK TIFF compressed as JPEG"),
                 ("float.tif", tiff([(WIDTH, HEIGHT, 4, 4 * inks, [(262, 3, 1, 5), (339, 3, 4, struct.pack("<H", 3) * 4)])]), "floating point"),
+                ("dark.tif", tiff([(WIDTH, HEIGHT, 1, bytes(range(60)), [(262, 3, 1, 3), (320, 3, 768, b"".join(struct.pack("<H", i % 256) for i in range(768)))])]), "has a palette of 8 bits"),
                 ("inks.psd", psd(4, 4), "is a PSD in CMYK mode"), ("lab.psd", psd(9, 3), "is a PSD in Lab mode"),
                 ("moving.png", png(codes(), (b"acTL", struct.pack(">II", 3, 0)), (b"fcTL", struct.pack(">IIIIIHHBB", 0, WIDTH, HEIGHT, 0, 0, 1, 10, 0, 0))), "is an animated PNG of 3 pictures"),
                 ("sky.fits", b"SIMPLE  =                    T".ljust(80) + b"BITPIX  =                    8".ljust(80) + b"NAXIS   =                    2".ljust(80)
@@ -413,6 +459,24 @@ class Geometry(Stills):
         self.shows(png(codes(), (b"acTL", struct.pack(">II", 1, 0))), light())  # Of one picture it is none.
         (self.folder / "solid").write_text("solid a\nendsolid a\n")
         self.assertIn("give it the extension of its format", self.run_patinate("info", "solid").stderr)
+
+    def test_pixels_that_are_not_square_are_said(self):
+        jfif = b"\xff\xe0\0\x10JFIF\0\1\1\0%s\0\0"
+        jpeg = subprocess.run(["oiiotool", "--pattern", "constant:color=0.2,0.4,0.6", "10x6", "3", "-o", "plain.jpg"], cwd=self.folder, capture_output=True)
+        square = png(codes(), (b"pHYs", struct.pack(">IIB", 2835, 2835, 1)))
+        self.assertNotIn("taken as square", self.shows(square, light()))
+        wide, high = "its pixels, 2 times as wide as high, are taken as square", "its pixels, 1.5 times as high as wide, are taken as square"
+        self.shows(png(codes(), (b"pHYs", struct.pack(">IIB", 100, 200, 0))), light(), wide)
+        rationals = [(282, 5, 1, struct.pack("<II", 600, 2)), (283, 5, 1, struct.pack("<II", 200, 1))]
+        self.shows(tiff([(WIDTH, HEIGHT, 3, flat(codes()), rationals)]), light(), high, name="photo.tif")
+        aspect = b"pixelAspectRatio\0float\0" + struct.pack("<I", 4)
+        self.shows(exr([(None, colors(), [])]).replace(aspect + struct.pack("<f", 1), aspect + struct.pack("<f", 2)), scene_rows(), wide, name="photo.exr")
+        self.assertIn(high, self.ingest({"photo.hdr": radiance(b"PIXASPECT=1.5")})[1])
+        if jpeg.returncode == 0:
+            plain = (self.folder / "plain.jpg").read_bytes()
+            start = 20 if plain[2:4] == b"\xff\xe0" else 2
+            for density, is_said in ((struct.pack(">HH", 72, 144), True), (struct.pack(">HH", 72, 72), False), (bytes(4), False)):
+                self.assertEqual(wide in self.ingest({"photo.jpg": plain[:2] + jfif % density + plain[start:]})[1], is_said)
 
     def test_heif_is_turned_by_itself_alone_and_a_sequence_is_no_picture(self):
         for name in ("photo.heic", "photo.avif"):
@@ -513,6 +577,18 @@ class Exr(Stills):
         self.assertEqual(result.returncode, 3)
         self.assertIn("holds several pictures in color (first, second)", result.stderr)
 
+    def test_deep_pictures_are_refused_by_name_in_every_command(self):
+        capture = self.project({"photo.exr": deep_exr()})
+        said = "photo.exr: is a deep EXR, with several samples a pixel; flatten it"
+        for arguments in (("info", capture / "photo.exr"), ("ingest", capture, "-o", "x")):
+            result = self.run_patinate(*arguments)
+            self.assertNotEqual(result.returncode, 0, arguments)
+            self.assertIn(said, result.stderr, arguments)
+            self.assertEqual(result.stderr.count("\n"), 1, result.stderr)
+        (capture / "capture.json").unlink()
+        drafted = self.run_patinate("init", capture)
+        self.assertIn(said, drafted.stderr)
+
     def test_the_default_view_is_shown(self):
         views = b"".join(struct.pack("<I", len(v)) + v for v in (b"left", b"right"))
         right = {k: (lambda x, y: 0.5) for k in colors("right.")}
@@ -525,6 +601,12 @@ class Exr(Stills):
         part = [[scene(x, y, c) if 2 <= x < 8 and 1 <= y else 0.0 for c in range(3)] for y in range(HEIGHT) for x in range(WIDTH)]
         rows = [part[y * WIDTH:(y + 1) * WIDTH] for y in range(HEIGHT)]
         self.shows(exr([(None, colors(), [])], (2, 1, 7, HEIGHT + 3), window), rows, "is transparent", name="photo.exr")
+
+    def test_data_beside_the_display_window_show_nothing(self):
+        capture = self.project({"photo.exr": exr([(None, colors(), [])], (20, 20, 29, 25), (0, 0, WIDTH - 1, HEIGHT - 1))})
+        result = self.run_patinate("ingest", capture, "-o", "x")
+        self.assertEqual(result.returncode, 3)
+        self.assertIn("photo.exr: shows nothing: its data lie outside of its display window", result.stderr)
 
     def test_light_beyond_half_floats_is_named_and_counts_as_saturated(self):
         bright = {k: (lambda x, y, f=f: 1e6 if (x, y) == (3, 2) else f(x, y)) for k, f in colors().items()}

@@ -7,7 +7,7 @@ import sys
 import tempfile
 import unittest
 
-from series_files import png
+from series_files import movie, png
 from studio_client import Server
 
 PATINATE = str(pathlib.Path(sys.argv.pop(1)).resolve())
@@ -65,6 +65,26 @@ class Landmarks(unittest.TestCase):
         self.assertEqual([(p["number"], p["name"], p["path"], p["width"], p["height"]) for p in info["photos"]],
                          [(i, f"f{i}.png", f"photos/f{i}.png", 60 + i, 50) for i in range(3)])
         self.assertEqual((info["marks"], info["table"], info["align"], info["uses_marks"]), ([], None, "off", False))
+
+    def test_images_of_a_movie_are_photographs_like_others(self):
+        def frame(i):
+            return bytes(v for y in range(48) for x in range(64) for v in (texture(x + 100 + 3 * i, y + 100),) * 3)
+        (self.folder / "plate/m.mov").write_bytes(movie([frame(i) for i in range(3)], 64, 48, [500] * 3))
+        self.write(', "align": "landmarks"')
+        (self.folder / "plate/capture.json").write_text((self.folder / "plate/capture.json").read_text().replace("photos/*.png", "m.mov"))
+        status, info = self.ask()
+        self.assertEqual(status, 200, info)
+        self.assertEqual([(p["number"], p["name"], p["path"], p["image"]) for p in info["photos"]], [(i, f"m.mov, image {i}", "m.mov", i) for i in range(3)])
+        shown = [self.server.request(f"/api/preview?place=plate&path=m.mov&image={i}") for i in range(3)]
+        self.assertEqual([(s, h.get("content-type")) for s, h, _ in shown], [(200, "image/jpeg")] * 3)
+        self.assertEqual(len({body for _, _, body in shown}), 3)
+        self.assertEqual(self.server.request("/api/preview?place=plate&path=m.mov&image=3")[0], 400)
+        self.assertEqual(self.server.request("/api/preview?place=plate&path=m.mov&image=-1")[0], 400)
+        marks = self.marks(*[(i, name, x - 3 * i, y) for i in range(3) for name, x, y in (("1", 10, 20), ("2", 50, 30), ("3", 30, 44))])
+        self.assertEqual(self.save(marks)[0], 200)
+        self.assertEqual(self.ask()[1]["marks"], marks)
+        run = subprocess.run([PATINATE, "ingest", "plate", "-o", "laid"], cwd=self.folder, capture_output=True, text=True)
+        self.assertEqual(run.returncode, 0, run.stderr)
 
     def test_saved_points_are_in_a_table_that_the_project_names_and_the_rest_of_it_stays_as_it_is_written(self):
         marks = self.marks((0, "1", 10, 20.5), (0, "2", 40, 30), (1, "1", 7, 20.5), (1, "2", 37, 30), (2, "1", 4, 20.5), (2, "2", 34, 30))

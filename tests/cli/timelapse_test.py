@@ -269,6 +269,19 @@ class TimeLapse(unittest.TestCase):
         self.assertRegex(run.stderr, r"flat field: .*; the last photograph still showed 0\.[23]\d*, .* of it")
         self.assertEqual(self.run_ingest("--flat-field", "first").returncode, 0)
 
+    def test_a_first_photograph_that_is_even_already_divides_nothing_out(self):
+        # A step of 3 codes of 90 is 1.033^2.2 = 1.07 of the light, one of 1 code 1.025; the limit is 1.05.
+        for step, is_even in ((1, True), (3, False)):
+            self.rewrite(3, lambda i, x, y, step=step: (90 + step * (x >= 32) + (25 if i > 0 and (x // 6 + y // 5) % 4 == 0 else 0),) * 3)
+            plain = self.run_ingest("--force")
+            frames = [p.read_bytes() for p in sorted((self.folder / "out/frames").glob("*.exr"))]
+            divided = self.run_ingest("--flat-field", "first", "--force")
+            self.assertEqual((plain.returncode, divided.returncode), (0, 0), divided.stderr)
+            self.assertEqual("flat field: the first photograph is even already (1.0" in divided.stderr, is_even, divided.stderr)
+            self.assertEqual("; nothing is divided out\n" in divided.stderr, is_even)
+            self.assertEqual("still showed" in divided.stderr, not is_even)
+            self.assertEqual([p.read_bytes() for p in sorted((self.folder / "out/frames").glob("*.exr"))] == frames, is_even)
+
     def test_a_flat_field_is_estimated_inside_the_mask(self):
         def on_a_table(i, x, y):
             if 16 <= x < 48 and 16 <= y < 48:
@@ -370,9 +383,10 @@ class TimeLapse(unittest.TestCase):
 
     def test_mistakes_are_named(self):
         self.assertEqual(self.run_ingest("--highlights", "hide").returncode, 2)
-        missing = self.run_ingest("--flat-field", "card.png")
-        self.assertEqual(missing.returncode, 3)
-        self.assertIn("card.png", missing.stderr)
+        for word, meant in (("card.png", ""), ("frist", "; did you mean `first`?"), ("estimated", "; did you mean `estimate`?"), ("off", "")):
+            missing = self.run_ingest("--flat-field", word)
+            self.assertEqual(missing.returncode, 2)
+            self.assertEqual(missing.stderr, f"patinate: error: --flat-field: found `{word}`, which is no file; expected estimate, first, or a photograph of a uniform surface{meant}\n")
         write_png(self.folder / "small.png", 8, 8, lambda x, y: (200, 200, 200))
         small = self.run_ingest("--flat-field", "small.png")
         self.assertEqual(small.returncode, 3)

@@ -123,6 +123,27 @@ class Times(unittest.TestCase):
         self.series({f"z05-06-2020_10-20-0{i}.png": None for i in range(3)}, frames={"pattern": "z*.png"})
         self.expect_refusal("has no date in the name")  # The 5th of June, or the 6th of May.
 
+    def test_a_second_date_in_a_name_is_no_time_of_day(self):
+        self.series({f"20240101_exp_202401{day}_1200.png": None for day in (29, 30, 31)})
+        self.expect_times([0, 86400, 172800])
+
+    def test_a_day_ends_at_24_hours(self):
+        self.series({f"2024-{name}.png": None for name in ("01-31 23-00", "01-31 24-00", "02-01 01-00")})
+        self.expect_times([0, 3600, 7200])
+        for path in self.folder.glob("*.png"):
+            path.unlink()
+        self.series({name: {"DateTimeOriginal": date} for name, date in (("a.png", "2024:01:31 23:00:00"), ("b.png", "2024:01:31 24:00:00"))})
+        (self.folder / "out").rename(self.folder / "first")
+        self.expect_times([0, 3600])
+
+    def test_what_looks_like_a_time_and_is_none_is_named(self):
+        self.series({"2024-01-31 23-00.png": None, "2024-01-31 25-00.png": None})
+        self.expect_refusal("2024-01-31 23-00.png has a time of day in its date in the name, 2024-01-31 25-00.png none")
+        for path in self.folder.glob("*.png"):
+            path.unlink()
+        self.series({"a.png": {"DateTimeOriginal": "0000:00:00 00:00:00"}, "b.png": None})
+        self.expect_refusal("a.png has no EXIF DateTimeOriginal that is a date: `0000:00:00 00:00:00`")
+
     def test_dates_of_writing_are_none_of_taking(self):
         for i in range(3):
             (self.folder / f"p{i}.png").write_bytes(photograph(i, written=(2024, 1, 3 - i, 0, 0, 0)))
@@ -133,7 +154,8 @@ class Times(unittest.TestCase):
         self.assertNotIn("2024", self.run_patinate("info", "p0.png").stdout)
 
     def test_names_sort_as_people_read_them(self):
-        for names in (["t=0.25h", "t=0.5h", "t=0.75h", "t=1.0h", "t=1.25h", "t=10h"], ["t0,5", "t0,75", "t1"], ["img_2", "img_10"], ["v1.9", "v1.10", "v1.11"], ["a.1.2.9", "a.1.2.10"]):
+        for names in (["t=0.25h", "t=0.5h", "t=0.75h", "t=1.0h", "t=1.25h", "t=10h"], ["t0,5", "t0,75", "t1"], ["img_2", "img_10"], ["v1.9", "v1.10", "v1.11"], ["a.1.2.9", "a.1.2.10"],
+                      ["t=-10min", "t=-5min", "t=0min", "t=5min"], ["-10min", "-5min", "0min"], ["T-10", "T-2", "T+0", "T+3", "T+20"], ["img-2", "img-10"], ["5-2", "5-10"]):
             for file in self.folder.glob("*.png"):
                 file.unlink()
             self.series({name + ".png": None for name in reversed(names)}, interval=1)

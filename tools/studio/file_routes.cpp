@@ -1,6 +1,7 @@
 // What lies on the disk: /api/places, /api/preview, /api/file.
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "libcommon/core/files.h"
@@ -50,7 +51,9 @@ HttpResponse answer_places(const Asked& asked, const std::string& version) {
 HttpResponse answer_preview(const Asked& asked) {
   const std::filesystem::path file = asked.file();
   const int width = asked.target.has("width") ? asked.integer("width", 1, kMostPreviewWidth) : kPreviewWidth;
-  return {.type = "image/jpeg", .body = jpeg_of(preview_of(file, width))};
+  std::optional<int> image;
+  if (asked.target.has("image")) image = asked.integer("image", 0, std::numeric_limits<int>::max() - 1);
+  return {.type = "image/jpeg", .body = jpeg_of(preview_of(file, width, image))};
 }
 
 HttpResponse answer_file(const Asked& asked) {

@@ -109,14 +109,15 @@ Json json_of(const MarkedCapture& marked) {
   Json photos = Json::array(), marks = Json::array();
   for (std::size_t i = 0; i < project.frames.size(); ++i) {
     const capture::CapturePhoto& photo = project.frames[i];
-    const std::string path = photo.stream ? "" : shown_path(marked.file.parent_path(), photo.file);
-    if (path.empty()) continue;  // An image of a movie, or a photograph elsewhere.
+    const std::string path = shown_path(marked.file.parent_path(), photo.file);
+    if (path.empty()) continue;  // A photograph elsewhere.
     photos.push_back({{"number", photo.number},
                       {"name", names[i]},
                       {"time", short_number_text(photo.time) + " " + shown_time_unit(project.time_unit)},
                       {"path", path},
                       {"width", photo.width},
                       {"height", photo.height}});
+    if (photo.stream) photos.back()["image"] = photo.image;
     const auto found = marked.marks.find(names[i]);
     if (found == marked.marks.end()) continue;
     for (const auto& [point, at] : found->second)

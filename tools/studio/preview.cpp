@@ -8,6 +8,7 @@
 
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
+#include "libcommon/image/frame_stream.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
@@ -39,28 +40,27 @@ ImageU8 spread_out(const ImageF& image) {
   return codes;
 }
 
+/// At most so many pixels wide.
+ImageF shrunk(ImageF image, int width) {
+  const int w = std::clamp(width, 1, image.width());
+  if (w == image.width()) return image;
+  const std::int64_t h = std::int64_t{image.height()} * w / image.width();
+  return downscale_area(image, w, static_cast<int>(std::clamp<std::int64_t>(h, 1, image.height())));
+}
+
 }  // namespace
 
-ImageU8 preview_of(const std::filesystem::path& file, int width) {
+ImageU8 preview_of(const std::filesystem::path& file, int width, std::optional<int> image) {
+  if (image) return srgb8_from_linear(shrunk(color_of(FrameStream(file, {*image}).read(*image), Response{}), width));
   const ImageInfo info = probe_image(file);
   if (std::int64_t{info.width} * info.height > kMostPixels)
     throw IoError(file.string(), "is too large to look at: " + size_text(info.width, info.height));
   const bool is_color = info.is_integer || info.is_raw || has_channel(info, "R");
-  ImageF image;
-  if (is_color) {
-    image = read_color(file);
-  } else if (has_channel(info, "X") && has_channel(info, "Y") && has_channel(info, "Z")) {
-    image = read_channels(file, {"X", "Y", "Z"});
-  } else {
-    image = read_channels(file, {info.channels.at(0)});
-  }
-  const int w = std::clamp(width, 1, image.width());
-  if (w < image.width()) {
-    const auto h =
-        static_cast<int>(std::clamp<std::int64_t>(std::int64_t{image.height()} * w / image.width(), 1, image.height()));
-    image = downscale_area(image, w, h);
-  }
-  return is_color ? srgb8_from_linear(image) : spread_out(image);
+  if (is_color) return srgb8_from_linear(shrunk(read_color(file), width));
+  const bool is_map = has_channel(info, "X") && has_channel(info, "Y") && has_channel(info, "Z");
+  const std::vector<std::string> channels =
+      is_map ? std::vector<std::string>{"X", "Y", "Z"} : std::vector{info.channels.at(0)};
+  return spread_out(shrunk(read_channels(file, channels), width));
 }
 
 }  // namespace patinate::studio

@@ -5,11 +5,17 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <string>
 
 #include "patinate/transfer/transfer_io.h"
 
 namespace patinate::transfer {
 
+inline constexpr const char* kSourceMaskFile = "source_mask.png";
+
+[[nodiscard]] UvLayoutRule rule_of(const TransferTask& task);
+/// Of a control: relative to the folder, with `<UDIM>` where there are tiles.
+[[nodiscard]] std::string control_file(const TransferTask& task, std::size_t index);
 /// Relative to the folder. @param tile  Of the sheet.
 [[nodiscard]] std::filesystem::path control_tile_file(const TransferTask& task, std::size_t control, int tile);
 [[nodiscard]] std::filesystem::path coordinate_tile_file(const TransferTask& task, int tile);

@@ -343,9 +343,9 @@ TEST(ReportParts, SurviveTheirJson) {
   ASSERT_EQ(back.pictures.size(), 1u);
   EXPECT_EQ(back.pictures[0].source, "data:,p");
   EXPECT_EQ(curve_csv(back.curves[0]), "\"x, s\",one [y],one low [y],one high [y]\n0,1,0,2\n1,,0,2\n");
-  EXPECT_EQ(
-      figures_csv(std::vector<Section>{back}),
-      "section,figure,unit,value,low (95 %),high (95 %),A split in two,undefined\nn,f,u,1.5,1,2,0.5,\nn,g,u,,,,,why\n");
+  EXPECT_EQ(figures_csv(std::vector<Section>{back}),
+            "section,figure,unit,value,low (95 %),high (95 %),A split in "
+            "two,undefined,after,before\nn,f,u,1.5,1,2,0.5,,,\nn,g,u,,,,,why,,\n");
   s.figures[0].value = std::nan("");
   EXPECT_THROW((void)section_json(s), InvalidInput);
 }

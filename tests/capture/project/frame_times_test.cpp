@@ -20,7 +20,9 @@ TEST(FrameTimes, DatesCountFrom1970) {
   EXPECT_FALSE(seconds_of_date(2021, 2, 29, 0, 0, 0));
   EXPECT_TRUE(seconds_of_date(2020, 2, 29, 0, 0, 0));
   EXPECT_FALSE(seconds_of_date(2020, 13, 1, 0, 0, 0));
-  EXPECT_FALSE(seconds_of_date(2020, 1, 1, 24, 0, 0));
+  EXPECT_EQ(seconds_of_date(2020, 1, 1, 24, 0, 0), seconds_of_date(2020, 1, 2, 0, 0, 0));  // ISO 8601.
+  EXPECT_FALSE(seconds_of_date(2020, 1, 1, 24, 0, 1));
+  EXPECT_FALSE(seconds_of_date(2020, 1, 1, 25, 0, 0));
 }
 
 std::string in_name(const std::string& name) {

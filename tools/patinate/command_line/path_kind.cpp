@@ -34,7 +34,10 @@ constexpr std::array kManifests{Manifest{"history.json", "patinate.history", Pat
                                 Manifest{"explanation.json", "patinate.explanation", PathKind::Explanation},
                                 Manifest{"report.json", "patinate.fit", PathKind::Fit},
                                 Manifest{"", "patinate.calibration", PathKind::Calibration}};
-constexpr std::array<std::string_view, 5> kMeshExtensions{".obj", ".ply", ".stl", ".gltf", ".glb"};
+/// Those that are read, and others, which the reader refuses as what they are.
+constexpr std::array<std::string_view, 20> kMeshExtensions{".obj", ".ply", ".stl",   ".gltf", ".glb",  ".fbx",  ".dae",
+                                                           ".off", ".3ds", ".usd",   ".usda", ".usdc", ".usdz", ".x3d",
+                                                           ".wrl", ".abc", ".blend", ".step", ".stp",  ".3mf"};
 
 PathKind kind_of_json(const fs::path& path) {
   const Json json = load_json(path);

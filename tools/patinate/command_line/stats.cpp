@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "analysis/figures/aging.h"
 #include "analysis/figures/compared_pair.h"
 #include "analysis/statistics/history_statistics.h"
 #include "libcommon/core/files.h"
@@ -28,17 +29,9 @@ namespace {
 std::string cell(const std::string& text) { return std::string(text.size() < 10 ? 10 - text.size() : 1, ' ') + text; }
 std::string cell(double v) { return cell(short_number_text(rounded(v, 4) + 0.0)); }
 
-/// The frames between which a time lies: what happened between two photographs is known no better.
-std::pair<double, double> seen_between(double time, const std::vector<double>& times) {
-  const auto after = std::lower_bound(times.begin(), times.end(), time - 1e-6 * (times.back() - times.front()));
-  if (after == times.begin() || after == times.end()) return {time, time};
-  const bool is_frame = std::abs(*after - time) <= 1e-6 * (times.back() - times.front());
-  return is_frame ? std::pair(*after, *after) : std::pair(*(after - 1), *after);
-}
-
 Json quartiles_json(const std::optional<analysis::TimeQuartiles>& q, const std::vector<double>& times) {
   if (!q) return Json{{"undefined", "no place ages visibly"}};
-  const auto [low, high] = seen_between(q->median, times);
+  const auto [low, high] = analysis::seen_between(q->median, times);
   return Json{{"q25", q->q25}, {"median", q->median}, {"q75", q->q75}, {"median_seen_between", {low, high}}};
 }
 
@@ -46,10 +39,10 @@ std::string quartiles_text(const std::string& name, const std::optional<analysis
                            const std::vector<double>& times, const std::string& unit) {
   if (!q) return "\n" + name + ": no place ages visibly";
   const auto number = [](double v) { return short_number_text(rounded(v, 4)); };
-  const auto [low, high] = seen_between(q->median, times);
+  const auto [low, high] = analysis::seen_between(q->median, times);
   return "\n" + name + ": median " + (low < high ? "between " + number(low) + " and " + number(high) : number(low)) +
-         " " + unit + ", half of the places from " + number(seen_between(q->q25, times).first) + " to " +
-         number(seen_between(q->q75, times).second);
+         " " + unit + ", half of the places from " + number(analysis::seen_between(q->q25, times).first) + " to " +
+         number(analysis::seen_between(q->q75, times).second);
 }
 
 Json json_of(const analysis::HistoryStatistics& s, const std::vector<analysis::ColorClass>& classes,

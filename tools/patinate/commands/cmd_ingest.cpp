@@ -2,7 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "capture/plan_history.h"
+#include "capture/job/plan_history.h"
 #include "capture/project/photo_facts.h"
 #include "capture/report/report_sections.h"
 #include "capture/timelapse/mask_warnings.h"

@@ -19,7 +19,8 @@ struct Figure {
   std::string title = {};  ///< For people.
   std::string unit = {};
   std::optional<double> value = {};
-  std::optional<double> low = {}, high = {};  ///< 95 % interval.
+  std::optional<double> low = {}, high = {};      ///< 95 % interval.
+  std::optional<double> after = {}, before = {};  ///< Of a moment: the frames between which it lies.
   std::optional<double> split =
       {};                      ///< The same figure for A against itself split in two: what equal surfaces would show.
   std::string undefined = {};  ///< Why there is no value; "" when there is one.
@@ -71,8 +72,8 @@ struct Section {
 [[nodiscard]] Json section_json(const Section& section);
 /// The inverse of section_json(); for files of our own only.
 [[nodiscard]] Section section_from_json(const Json& json);
-/// As stated. Members name, title, unit, value (null when undefined), low, high, split, undefined: those that there
-/// are.
+/// As stated. Members name, title, unit, value (null when undefined), low, high, after, before, split, undefined: those
+/// that there are.
 [[nodiscard]] Json figure_json(const Figure& figure);
 /// The inverse of figure_json(); for files of our own only.
 [[nodiscard]] Figure figure_from_json(const Json& json);
@@ -80,8 +81,8 @@ struct Section {
 [[nodiscard]] Json picture_json(const Picture& picture);
 /// The inverse of picture_json(); for files of our own only.
 [[nodiscard]] Picture picture_from_json(const Json& json);
-/// A header and a row for each figure: section, figure, unit, value, low, high, split, undefined; what is not there is
-/// an empty cell.
+/// A header and a row for each figure: section, figure, unit, value, low, high, split, undefined, after, before; what
+/// is not there is an empty cell.
 [[nodiscard]] std::string figures_csv(std::span<const Section> sections);
 /// A header and a row for each x; a value that is not there is an empty cell.
 [[nodiscard]] std::string curve_csv(const Curve& curve);

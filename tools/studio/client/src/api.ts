@@ -158,8 +158,9 @@ export const get_place = <T extends PlaceBase>(place: string, signal?: AbortSign
 export const get_curve = (place: string, x: number, y: number, signal?: AbortSignal): Promise<Curve> => get_json(url_of("/api/curve", { place, x, y }), signal);
 export const get_mesh = async (place: string, signal?: AbortSignal): Promise<ArrayBuffer> => (await get(url_of("/api/mesh", { place }), signal)).bytes;
 
-export function preview_url(place: string, path: string, width?: number): string {
-  return url_of("/api/preview", { place, path, width });
+/// image: of a movie, from 0.
+export function preview_url(place: string, path: string, width?: number, image?: number): string {
+  return url_of("/api/preview", { place, path, width, image });
 }
 
 export function thumbnail_url(place: string, time: number, size: number): string {

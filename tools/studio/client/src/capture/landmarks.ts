@@ -5,6 +5,7 @@ export interface MarkedPhoto {
   name: string;
   time: string;
   path: string;
+  image?: number;  ///< Of a movie.
   width: number;
   height: number;
 }

@@ -45,7 +45,7 @@ export class PhotoPane {
     this.photo = photo;
     this.image.hidden = true;
     this.image.alt = photo.name;
-    this.image.src = preview_url(this.place, photo.path, Math.min(photo.width, kMostPreview_px));
+    this.image.src = preview_url(this.place, photo.path, Math.min(photo.width, kMostPreview_px), photo.image);
     this.fit();
   }
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "capture/plan_history.h"
+#include "capture/job/plan_history.h"
 #include "capture/project/capture_project.h"
 #include "capture/project/relit_project.h"
 #include "libcommon/job/job.h"

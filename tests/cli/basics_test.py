@@ -98,7 +98,7 @@ class CommandLine(CommandCase):
         self.assertEqual((result.stdout, result.stderr, result.returncode), ("", "", 0))
 
     def test_a_full_disk_under_stdout_is_said(self):
-        for arguments in (["info", self.shared / "history"], ["--version"], ["--help"], ["lookup", "--help"], ["help"], ["help", "--man"], ["completion", "bash"],
+        for arguments in (["info", self.shared / "history"], ["--version"], ["--help"], ["lookup", "--help"], ["help"], ["help", "--man"], ["help", "completion", "bash"],
                           ["validate", self.shared / "history"], ["lookup", self.shared / "aged", "--time", "1", "-o", self.folder / "x.png", "--dry-run"]):
             with self.subTest(arguments=arguments), open("/dev/full", "w") as full:
                 result = subprocess.run([self.patinate, *arguments], stdout=full, stderr=subprocess.PIPE, text=True)

@@ -97,7 +97,7 @@ std::vector<analysis::ExplainingControl> explained_controls(const ExplainCommand
 
 /// What repeats it: options that are not the default, and nothing that changes no byte.
 std::string explain_command(const ExplainCommand& command, std::int64_t seed) {
-  std::string text = "patinate explain " + input_word(command.reference) + " " + input_word(command.mesh.path);
+  std::string text = "patinate control explain " + input_word(command.reference) + " " + input_word(command.mesh.path);
   const auto add = [&](const std::string& name, const std::string& value) {
     if (!value.empty()) text += " --" + name + " " + shell_word(value);
   };
@@ -135,9 +135,10 @@ void declare(CommandRun& run, ExplainCommand& command) {
   run.line.options(command.store);
   run.line.options(command.controls);
   run.line.default_text("distance_from", "creases");
-  run.line.example("explain aged.jpg hydrant.gltf --before clean.jpg --mask paint.png -o why");
-  run.line.example("explain bust_simulated bust.glb --channel luminance --aged low -o why");
-  run.line.example("explain photo.jpg statue.ply --unit mm --camera camera.yml --kind height --kind exposure -o why");
+  run.line.example("control explain aged.jpg hydrant.gltf --before clean.jpg --mask paint.png -o why");
+  run.line.example("control explain bust_simulated bust.glb --channel luminance --aged low -o why");
+  run.line.example(
+      "control explain photo.jpg statue.ply --unit mm --camera camera.yml --kind height --kind exposure -o why");
 }
 
 void check_kinds(const ExplainCommand& command) {

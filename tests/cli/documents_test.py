@@ -49,6 +49,25 @@ class Documents(unittest.TestCase):
             self.assertRegex(page, r"\b" + name.split()[0])
             self.assertRegex(page, r"\b" + name.split()[-1])
 
+    def test_help_of_a_command_with_many_options_begins_with_the_usual_ones(self):
+        kinds = ("crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "plate", "sculpture")
+        for name in [*(c for c in commands() if c != "synth"), *(f"synth {kind}" for kind in kinds)]:
+            with self.subTest(command=name):
+                everything, first = (output_of(*name.split(), option) for option in ("--help-all", "--help"))
+                option = re.compile(r"^  (--?[a-z][-a-z]*)", re.MULTILINE)
+                own = option.findall(everything.split("\nEvery command:")[0])
+                if len(own) <= 12:
+                    self.assertEqual(first, everything)
+                    continue
+                shown = option.findall(first)
+                self.assertTrue(3 <= len(shown) <= 9 and set(shown) < set(own), shown)
+                self.assertEqual(own[:len(shown)], shown)  # The same order in both.
+                self.assertLess(first.index("\n  patinate "), first.index("\nOptions:"))
+                self.assertIn(f"{len(own) - len(shown)} more options", " ".join(first.split()))
+
+    def test_transfer_has_six_usual_options(self):
+        self.assertEqual(len(re.findall(r"^  --?[a-z]", output_of("transfer", "--help"), re.MULTILINE)), 6)
+
     def test_man_page_has_no_warnings_and_every_command(self):
         page = output_of("help", "--man")
         for verb in commands():

@@ -68,7 +68,7 @@ class Commands(unittest.TestCase):
                     if option:
                         seen += 1
                         with self.subTest(page=page.name, command=command, option=option.group()):
-                            self.assertTrue(option.group() in known[command] | known[None] | {"--help", "--version"} or inverse(option.group()) in known[command])
+                            self.assertTrue(option.group() in known[command] | known[None] | {"--help", "--help-all", "--version"} or inverse(option.group()) in known[command])
         self.assertGreater(seen, 50)
 
 

@@ -74,7 +74,7 @@ class Says(PythonCase):
     def test_defaults_are_those_of_the_command_line(self):
         # Of each option what stands between its name and the next one's.
         said = {}
-        for entry in re.split(r"\n  (?=--)", self.run_patinate("transfer", "--help"))[1:]:
+        for entry in re.split(r"\n  (?=--)", self.run_patinate("transfer", "--help-all"))[1:]:
             words = entry.split()
             said[words[0][2:].replace("-", "_")] = " ".join(words[1:])
         num_checked = 0

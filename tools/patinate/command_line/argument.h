@@ -4,6 +4,7 @@
 /// --config are made, and what was found for it.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -32,6 +33,7 @@ struct ArgumentInfo {
   bool takes_words = false;  ///< An option that may be repeated takes all words up to the next option.
   bool has_no_form = false;  ///< A flag that is on unless `--no-...` is given.
   bool is_written = false;   ///< An option whose file is an output, as that of -o is.
+  bool is_usual = false;     ///< One of the few that --help shows of a command with many options.
 
   [[nodiscard]] bool is_positional() const {
     return kind == ArgumentKind::Positional || kind == ArgumentKind::PositionalList;
@@ -67,7 +69,9 @@ struct CommandDeclaration {
 
 /// The usage line: "patinate lookup TRANSFER -o IMAGE [options]".
 [[nodiscard]] std::string usage_text(const CommandDeclaration& command);
-/// What --help prints.
-[[nodiscard]] std::string help_text(const CommandDeclaration& command);
+/// A command with more options of its own has a short --help, of its usual and required ones, beside --help-all.
+inline constexpr std::size_t kMostOptionsOfHelp = 12;
+/// What --help prints, or --help-all.
+[[nodiscard]] std::string help_text(const CommandDeclaration& command, bool is_all = false);
 
 }  // namespace patinate::cli

@@ -155,6 +155,12 @@ void CommandLine::list(const std::string& title, const std::vector<std::pair<std
   lists_.push_back({title, rows});
 }
 
+void CommandLine::usual(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    if (Argument* argument = find(name)) argument->is_usual = true;
+  }
+}
+
 void CommandLine::without(const std::vector<std::string>& names) {
   std::erase_if(arguments_, [&](const auto& a) {
     return a->is_common && std::find(names.begin(), names.end(), a->key()) != names.end();
@@ -164,6 +170,13 @@ void CommandLine::without(const std::vector<std::string>& names) {
 CommandDeclaration CommandLine::declaration() const {
   CommandDeclaration result{verb_, brief_, {}, lists_, examples_};
   for (const auto& argument : arguments_) result.arguments.push_back(*argument);
+  // Positional ones, what is usual, the rest.
+  const auto rank = [](const ArgumentInfo& a) { return a.is_positional() ? 0 : a.is_usual || a.is_required ? 1 : 2; };
+  const bool has_usual =
+      std::any_of(result.arguments.begin(), result.arguments.end(), [](const auto& a) { return a.is_usual; });
+  if (has_usual)
+    std::stable_sort(result.arguments.begin(), result.arguments.end(),
+                     [&](const ArgumentInfo& a, const ArgumentInfo& b) { return rank(a) < rank(b); });
   return result;
 }
 

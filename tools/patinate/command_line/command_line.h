@@ -83,6 +83,9 @@ class CommandLine {
   void decided(const std::string& name, const std::string& value);
   /// Options of which one is given at most: one on the command line puts those of a configuration file out of force.
   void alternatives(const std::vector<std::string>& names);
+  /// The few that --help shows first where there are many, beside required ones. @param names  As "texel_size"; those
+  /// that are not declared are left out.
+  void usual(const std::vector<std::string>& names);
   /// Options of every command that mean nothing to this one.
   void without(const std::vector<std::string>& names);
   /// What else can be wrong with the arguments, before any input is opened. @param look  Throws UsageError.
@@ -108,7 +111,8 @@ class CommandLine {
   void check() const {
     for (const std::function<void()>& look : checks_) look();
   }
-  [[nodiscard]] std::string help() const { return help_text(declaration()); }
+  /// What was asked for: --help or --help-all.
+  [[nodiscard]] std::string help() const { return help_text(declaration(), wants_all_help_); }
   /// The option was given, not left at its default.
   [[nodiscard]] bool is_given(const std::string& name) const;
   /// The --config file; "" when there is none.
@@ -142,6 +146,7 @@ class CommandLine {
   std::vector<std::vector<std::string>> alternatives_;
   std::vector<std::function<void()>> checks_;
   CommonOptions common_;
+  bool wants_all_help_ = false;
 };
 
 }  // namespace patinate::cli

@@ -86,7 +86,8 @@ void CommandLine::read_words(const std::vector<std::string>& arguments, bool& wa
   app.set_help_flag();
   app.allow_extras();  // so that we name the unknown option before anything that it leaves missing
   app.add_flag("-h,--help", wants_help);
-  std::vector<std::string> option_names{"--help"};
+  app.add_flag("--help-all", wants_all_help_);
+  std::vector<std::string> option_names{"--help", "--help-all"};
   for (const auto& argument : arguments_) {
     if (argument->is_positional()) continue;
     option_names.push_back(argument->name == "-o" ? "--output" : argument->name);
@@ -104,6 +105,7 @@ void CommandLine::read_words(const std::vector<std::string>& arguments, bool& wa
   } catch (const CLI::Error& e) {
     throw UsageError(std::string(e.what()) + "; see `patinate " + verb_ + " --help`");
   }
+  wants_help = wants_help || wants_all_help_;
   if (wants_help) return;
   std::vector<std::string> rest = app.remaining();
   const auto end_of_options = std::find(rest.begin(), rest.end(), "--");

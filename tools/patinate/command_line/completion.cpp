@@ -99,7 +99,7 @@ std::string bash_script(std::span<const CommandDeclaration> commands) {
   }
   for (const CommandDeclaration& command : commands) {
     values += bash_values(command);
-    std::vector<std::string> names{"--help"};
+    std::vector<std::string> names{"--help", "--help-all"};
     for (const ArgumentInfo& a : command.arguments) {
       if (!a.is_positional()) names.push_back(names_of(a).back());
     }
@@ -184,7 +184,8 @@ std::string zsh_script(std::span<const CommandDeclaration> commands) {
     if (!seconds.empty()) parts += "      " + verb + ") compadd " + words_in_a_row(seconds) + " ;;\n";
   }
   for (const CommandDeclaration& command : commands) {
-    cases += "    \"" + command.verb + "\") _arguments '--help[Says what the command does]'";
+    cases += "    \"" + command.verb +
+             "\") _arguments '--help[Says what the command does]' '--help-all[Says all of its options]'";
     int number = 0;
     for (const ArgumentInfo& a : command.arguments) {
       if (a.kind == ArgumentKind::Positional) {
@@ -280,6 +281,7 @@ std::string fish_script(std::span<const CommandDeclaration> commands) {
   for (const CommandDeclaration& command : commands) {
     text +=
         "complete -c patinate -n '__patinate_verb " + command.verb + "' -s h -l help -d 'Says what the command does'\n";
+    text += "complete -c patinate -n '__patinate_verb " + command.verb + "' -l help-all -d 'Says all of its options'\n";
     for (const ArgumentInfo& a : command.arguments) text += fish_line(command, a);
   }
   return text;

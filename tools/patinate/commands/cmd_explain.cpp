@@ -135,6 +135,7 @@ void declare(CommandRun& run, ExplainCommand& command) {
   run.line.options(command.store);
   run.line.options(command.controls);
   run.line.default_text("distance_from", "creases");
+  run.line.usual({"unit", "kind", "also", "before", "mask", "resolution"});
   run.line.example("control explain aged.jpg hydrant.gltf --before clean.jpg --mask paint.png -o why");
   run.line.example("control explain bust_simulated bust.glb --channel luminance --aged low -o why");
   run.line.example(

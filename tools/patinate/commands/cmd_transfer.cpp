@@ -235,6 +235,7 @@ int cmd_transfer(CommandRun& run) {
   run.line.options(cache);
   run.line.options(device);
   run.line.options(kinds);
+  run.line.usual({"unit", "resolution", "texel_size", "quality"});
   run.line.example(
       "transfer copper hydrant.gltf --material fire_hydrant --control progress=accessibility -o copper_hydrant");
   run.line.example("transfer library bust.glb --control thickness=accessibility --control history=which.png -o aged");

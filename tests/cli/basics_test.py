@@ -80,7 +80,7 @@ class CommandLine(CommandCase):
         self.fails(USAGE, "--width", "synth", "crackle", "--width", "0", "-o", "x")
         self.fails(USAGE, "--noise", "synth", "crackle", "--noise", "nan", "-o", "x")
         self.fails(USAGE, "--law", "synth", "crackle", "--law", "newton", "-o", "x")
-        self.fails(USAGE, "--direction", "control", "urn/mesh.obj", "--kind", "facing", "--direction", "0,1", "-o", "x.exr")
+        self.fails(USAGE, "3 numbers", "control", "urn/mesh.obj", "--kind", "facing(direction=0,1)", "-o", "x.exr")
         self.fails(USAGE, "--resolution", "control", "urn/mesh.obj", "--kind", "facing", "--resolution", "1e9", "-o", "x.exr")
 
     def test_negative_numbers_are_values_not_options(self):

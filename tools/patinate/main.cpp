@@ -48,7 +48,7 @@ int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
   CommandRun run(verb.name, verb.brief,
                  {arguments.begin() + static_cast<std::ptrdiff_t>(found->num_words), arguments.end()}, std::move(stop));
   const int code = verb.run(run);
-  // In the end: an error is one line.
+  run.note_advice();
   if (found->is_former) run.note(std::string("`patinate ") + verb.former + "` is now `patinate " + verb.name + "`");
   return code;
 }

@@ -73,7 +73,7 @@ std::string help_row(const std::string& name, const std::string& meaning) {
   return left + wrapped(meaning, kIndent, kHelpWidth) + "\n";
 }
 
-bool is_own_option(const ArgumentInfo& a) { return !a.is_positional() && !a.is_common; }
+bool is_own_option(const ArgumentInfo& a) { return !a.is_positional() && !a.is_common && !a.is_moved; }
 
 /// "  patinate transfer ..." a line each, under a title.
 std::string examples_text(const CommandDeclaration& command) {
@@ -82,9 +82,13 @@ std::string examples_text(const CommandDeclaration& command) {
   return text;
 }
 
-std::string lists_text(const CommandDeclaration& command) {
+std::string lists_text(const CommandDeclaration& command, bool is_all) {
   std::string text;
   for (const HelpList& list : command.lists) {
+    if (list.is_long && !is_all) {
+      text += "\n" + list.title + ": patinate " + command.verb + " --help-all\n";
+      continue;
+    }
     text += "\n" + list.title + ":\n";
     for (const auto& [name, meaning] : list.rows) text += help_row(name, meaning);
   }
@@ -114,6 +118,7 @@ std::string help_text(const CommandDeclaration& command, bool is_all) {
   std::string positionals, own, common;
   std::size_t num_left_out = 0;
   for (const ArgumentInfo& argument : command.arguments) {
+    if (argument.is_moved) continue;
     if (is_short && is_own_option(argument) && !argument.is_usual && !argument.is_required) {
       ++num_left_out;
       continue;
@@ -125,8 +130,8 @@ std::string help_text(const CommandDeclaration& command, bool is_all) {
   if (is_short) text += examples_text(command);
   if (!positionals.empty()) text += "\n" + positionals;
   if (!own.empty()) text += "\nOptions:\n" + own;
-  if (is_short) return text + "\n" + rest_text(command, num_left_out) + lists_text(command);
-  text += lists_text(command);
+  if (is_short) return text + "\n" + rest_text(command, num_left_out) + lists_text(command, is_all);
+  text += lists_text(command, is_all);
   if (!common.empty()) text += "\nEvery command:\n" + common;
   return text + examples_text(command);
 }

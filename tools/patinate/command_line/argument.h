@@ -33,6 +33,7 @@ struct ArgumentInfo {
   bool takes_words = false;  ///< An option that may be repeated takes all words up to the next option.
   bool has_no_form = false;  ///< A flag that is on unless `--no-...` is given.
   bool is_written = false;   ///< An option whose file is an output, as that of -o is.
+  bool is_moved = false;     ///< Still accepted; no text names it, and who gives it is told what is written instead.
   bool is_usual = false;     ///< One of the few that --help shows of a command with many options.
 
   [[nodiscard]] bool is_positional() const {
@@ -47,7 +48,8 @@ struct ArgumentInfo {
 };
 
 struct Argument : ArgumentInfo {
-  std::function<void(const std::string&)> set;  ///< Gets each value; for a flag "true" or "false".
+  std::function<void(const std::string&)> set;             ///< Gets each value; for a flag "true" or "false".
+  std::function<std::string(const std::string&)> instead;  ///< Of a moved one: its value in the form of today.
   std::vector<std::string> found;
   std::string source;  ///< Where `found` comes from, e.g. "run.toml: line 3"; "" = the command line.
 };
@@ -56,6 +58,7 @@ struct Argument : ArgumentInfo {
 struct HelpList {
   std::string title;
   std::vector<std::pair<std::string, std::string>> rows;
+  bool is_long = false;  ///< --help leaves it to --help-all.
 };
 
 /// Everything that a command says about itself.

@@ -105,8 +105,14 @@ void CommandLine::flag(const std::string& name, const std::string& help, bool& v
       [&value](const std::string& s) { value = s == "true"; });
 }
 
-void CommandLine::described(std::unique_ptr<DescribedOptions> options) {
-  declare_options(*options, [this](Argument argument) {
+void CommandLine::described(std::unique_ptr<DescribedOptions> options,
+                            const std::function<std::string(const std::string&, const std::string&)>& instead,
+                            const std::vector<std::string>& kept) {
+  declare_options(*options, [&](Argument argument) {
+    if (instead && std::find(kept.begin(), kept.end(), argument.key()) == kept.end()) {
+      argument.is_moved = true;
+      argument.instead = [instead, key = argument.key()](const std::string& value) { return instead(key, value); };
+    }
     for (const auto& common : arguments_) {
       if (!common->is_common || common->name != argument.name) continue;
       // The struct has a field that is an option of every command (seed): one option sets both.
@@ -153,6 +159,9 @@ void CommandLine::example(const std::string& arguments) { examples_.push_back(ar
 
 void CommandLine::list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows) {
   lists_.push_back({title, rows});
+}
+void CommandLine::long_list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows) {
+  lists_.push_back({title, rows, true});
 }
 
 void CommandLine::usual(const std::vector<std::string>& names) {

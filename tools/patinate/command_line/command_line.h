@@ -66,6 +66,13 @@ class CommandLine {
   void options(Options& o) {
     described(std::make_unique<Described<Options>>(o));
   }
+  /// Every field of a struct whose options have moved elsewhere: they are accepted, and advice() says what is written
+  /// in their place. @param instead  Of an option's key and its value. @param kept  Keys that stay options.
+  template <class Options>
+  void moved_options(Options& o, std::function<std::string(const std::string& key, const std::string& value)> instead,
+                     const std::vector<std::string>& kept) {
+    described(std::make_unique<Described<Options>>(o), std::move(instead), kept);
+  }
 
   /// Marks the argument that was declared last as required, or a positional one as not required.
   void required(bool is_required = true);
@@ -92,9 +99,13 @@ class CommandLine {
   void checked(std::function<void()> look) { checks_.push_back(std::move(look)); }
   /// A list of --help with a title, one name and what it means a line.
   void list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows);
+  /// The same, of --help-all.
+  void long_list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows);
   /// A line under "Examples" of --help, without "patinate".
   void example(const std::string& arguments);
 
+  /// What to write in place of moved options that were given, a line each. Call after parse().
+  [[nodiscard]] const std::vector<std::string>& advice() const { return advice_; }
   [[nodiscard]] const CommonOptions& common() const { return common_; }
   [[nodiscard]] CommandDeclaration declaration() const;
 
@@ -130,7 +141,9 @@ class CommandLine {
   Argument& add(Argument argument);
   Argument& add(ArgumentKind kind, ValueType type, const std::string& name, const std::string& value_name,
                 const std::string& help, std::function<void(const std::string&)> set);
-  void described(std::unique_ptr<DescribedOptions> options);
+  void described(std::unique_ptr<DescribedOptions> options,
+                 const std::function<std::string(const std::string&, const std::string&)>& instead = {},
+                 const std::vector<std::string>& kept = {});
   void read_words(const std::vector<std::string>& arguments, bool& wants_help);
   void read_positionals(std::vector<std::string> rest);
   void assign();
@@ -139,7 +152,7 @@ class CommandLine {
 
   std::string verb_;
   std::string brief_;
-  std::vector<std::string> examples_;
+  std::vector<std::string> examples_, advice_;
   std::vector<HelpList> lists_;
   std::vector<std::unique_ptr<Argument>> arguments_;
   std::vector<std::unique_ptr<DescribedOptions>> described_;

@@ -90,12 +90,13 @@ void CommandLine::read_words(const std::vector<std::string>& arguments, bool& wa
   std::vector<std::string> option_names{"--help", "--help-all"};
   for (const auto& argument : arguments_) {
     if (argument->is_positional()) continue;
-    option_names.push_back(argument->name == "-o" ? "--output" : argument->name);
+    if (!argument->is_moved) option_names.push_back(argument->name == "-o" ? "--output" : argument->name);
     if (argument->kind == ArgumentKind::Flag) {
       app.add_flag_function(spellings(*argument), [&a = *argument](std::int64_t) { a.found = {"true"}; });
       if (!argument->has_no_form) continue;
-      option_names.push_back("--no-" + argument->name.substr(2));
-      app.add_flag_function(option_names.back(), [&a = *argument](std::int64_t) { a.found = {"false"}; });
+      const std::string off = "--no-" + argument->name.substr(2);
+      if (!argument->is_moved) option_names.push_back(off);
+      app.add_flag_function(off, [&a = *argument](std::int64_t) { a.found = {"false"}; });
     } else {
       app.add_option(spellings(*argument), argument->found)->take_all()->allow_extra_args(argument->takes_words);
     }
@@ -153,6 +154,7 @@ void CommandLine::assign(Argument& argument) try {
     if (value.empty() && argument.kind != ArgumentKind::Flag)
       throw UsageError(argument.name + ": is empty; give a value");
     argument.set(value);
+    if (argument.is_moved) advice_.push_back(argument.name + ": " + argument.instead(value));
   }
 } catch (const UsageError& e) {
   if (argument.source.empty()) throw;

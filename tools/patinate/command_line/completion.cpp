@@ -78,7 +78,7 @@ std::string pairs_pattern(std::span<const CommandDeclaration> commands) {
 std::string bash_values(const CommandDeclaration& command) {
   std::string text;
   for (const ArgumentInfo& a : command.arguments) {
-    if (a.is_positional() || a.kind == ArgumentKind::Flag) continue;
+    if (a.is_positional() || a.is_moved || a.kind == ArgumentKind::Flag) continue;
     std::string pattern;
     for (const std::string& name : names_of(a))
       pattern += (pattern.empty() ? "\"" : "|\"") + command.verb + " " + name + "\"";
@@ -101,7 +101,7 @@ std::string bash_script(std::span<const CommandDeclaration> commands) {
     values += bash_values(command);
     std::vector<std::string> names{"--help", "--help-all"};
     for (const ArgumentInfo& a : command.arguments) {
-      if (!a.is_positional()) names.push_back(names_of(a).back());
+      if (!a.is_positional() && !a.is_moved) names.push_back(names_of(a).back());
     }
     const ArgumentInfo* first = first_positional(command);
     const bool has_words = first != nullptr && !first->choices.empty();
@@ -193,7 +193,7 @@ std::string zsh_script(std::span<const CommandDeclaration> commands) {
             " \\\n        " + zsh_quoted(std::to_string(++number) + ":" + zsh_escaped(a.name) + ":" + zsh_action(a));
       } else if (a.kind == ArgumentKind::PositionalList) {
         cases += " \\\n        " + zsh_quoted("*:" + zsh_escaped(a.name) + ":" + zsh_action(a));
-      } else {
+      } else if (!a.is_moved) {
         cases += zsh_spec(a);
       }
     }
@@ -282,7 +282,9 @@ std::string fish_script(std::span<const CommandDeclaration> commands) {
     text +=
         "complete -c patinate -n '__patinate_verb " + command.verb + "' -s h -l help -d 'Says what the command does'\n";
     text += "complete -c patinate -n '__patinate_verb " + command.verb + "' -l help-all -d 'Says all of its options'\n";
-    for (const ArgumentInfo& a : command.arguments) text += fish_line(command, a);
+    for (const ArgumentInfo& a : command.arguments) {
+      if (!a.is_moved) text += fish_line(command, a);
+    }
   }
   return text;
 }

@@ -21,6 +21,7 @@ int ask_command(const std::vector<std::string>& words, PlanRequest& request, std
                  std::move(stop));
   run.answer(request);
   const int code = verb.run(run);
+  run.note_advice();
   is_json = run.line.common().json;
   return code;
 }

@@ -68,6 +68,7 @@ struct CommandDeclaration {
   std::vector<ArgumentInfo> arguments;
   std::vector<HelpList> lists;
   std::vector<std::string> examples;  ///< Without "patinate".
+  std::string former = {};            ///< A name by which it still goes; or "".
 };
 
 /// The usage line: "patinate lookup TRANSFER -o IMAGE [options]".

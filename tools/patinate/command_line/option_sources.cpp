@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <optional>
 #include <sstream>
 
 #include "libcommon/core/files.h"
@@ -14,7 +13,6 @@
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/usage_error.h"
-#include "tools/patinate/command_line/verbs.h"
 
 namespace patinate::cli {
 
@@ -151,24 +149,28 @@ class ConfigFile {
 
   /// [transfer]; [fit.field], which is a table in [fit]; by a former name, [field].
   void read_section(const std::string& name, const toml::table& section) {
-    const std::vector<std::string> words = split(name, ' ');
-    const std::optional<FoundVerb> found = find_verb(words);
-    const bool is_found = found && found->num_words == words.size();
-    if (!is_found && (words.size() > 1 || parts_of(name).empty()))
-      fail(section, "[" + section_name(name) + "]: there is no such command" + did_you_mean(name, first_words()));
     const auto command = std::find_if(commands_.begin(), commands_.end(),
-                                      [&](const auto& c) { return is_found && c.verb == found->verb->name; });
+                                      [&](const auto& c) { return c.verb == name || c.former == name; });
+    const auto below =
+        std::find_if(commands_.begin(), commands_.end(), [&](const auto& c) { return c.verb.starts_with(name + " "); });
+    if (command == commands_.end() && below == commands_.end()) fail_unknown(name, section);
     for (const auto& [key, node] : section) {
       const std::string word(key.str());
-      if (const toml::table* inner = node.as_table(); inner != nullptr && words.size() == 1) {
+      if (const toml::table* inner = node.as_table(); inner != nullptr && below != commands_.end()) {
         read_section(name + " " + word, *inner);
       } else if (command == commands_.end()) {
-        fail(node, section_name(name) + "." + word + ": is below no command; write it under [" + section_name(name) +
-                       "." + parts_of(name).front() + "] or another");
+        fail(node, section_name(name) + "." + word + ": is below no command; write it under [" +
+                       section_name(below->verb) + "] or another");
       } else {
         read_option(*command, word, node);
       }
     }
+  }
+
+  [[noreturn]] void fail_unknown(const std::string& name, const toml::node& section) const {
+    std::vector<std::string> names;
+    for (const CommandDeclaration& c : commands_) names.insert(names.end(), {c.verb, split(c.verb, ' ').front()});
+    fail(section, "[" + section_name(name) + "]: there is no such command" + did_you_mean(name, names));
   }
 
   void read_common(const std::string& name, const toml::node& node) {

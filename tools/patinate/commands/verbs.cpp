@@ -281,6 +281,7 @@ void fail_no_verb(std::span<const std::string> words) {
 
 CommandDeclaration declaration_of(const Verb& verb) {
   CommandDeclaration all = declared(verb, {});
+  if (verb.former != nullptr) all.former = verb.former;
   for (const char* const* kind = verb.kinds; *kind != nullptr; ++kind) {
     for (ArgumentInfo& argument : declared(verb, {*kind}).arguments) {
       const auto same = std::find_if(all.arguments.begin(), all.arguments.end(),

@@ -28,9 +28,9 @@ if(NOT PATINATE_SANITIZE)
   file(MAKE_DIRECTORY "${patinate_said}")
   add_custom_command(OUTPUT "${patinate_said}/patinate.1"
     COMMAND patinate help --man > "${patinate_said}/patinate.1"
-    COMMAND patinate completion bash > "${patinate_said}/patinate"
-    COMMAND patinate completion zsh > "${patinate_said}/_patinate"
-    COMMAND patinate completion fish > "${patinate_said}/patinate.fish"
+    COMMAND patinate help completion bash > "${patinate_said}/patinate"
+    COMMAND patinate help completion zsh > "${patinate_said}/_patinate"
+    COMMAND patinate help completion fish > "${patinate_said}/patinate.fish"
     DEPENDS patinate VERBATIM)
   add_custom_target(patinate_manual ALL DEPENDS "${patinate_said}/patinate.1")
   install(FILES "${patinate_said}/patinate.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1" COMPONENT runtime)

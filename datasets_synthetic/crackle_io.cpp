@@ -32,7 +32,7 @@ Json crackle_capture_json(const CrackleOptions& o) {
   return json;
 }
 
-Json crackle_truth_json(const CrackleDataset& d, const std::string& key) {
+Json crackle_truth_json(const CrackleDataset& d) {
   Json json = truth_header("crackle", option_values(d.options));
   json["thickness"] = {{"file", "thickness.exr"}, {"unit", "mm"}};
   json["opening"] = {{"file", "opening.exr"}, {"unit", "s"}, {"never", -1}};
@@ -40,7 +40,6 @@ Json crackle_truth_json(const CrackleDataset& d, const std::string& key) {
   std::int64_t num_dead_ends = 0;
   for (const Crack& crack : d.cracks) num_dead_ends += crack.is_dead_end ? 1 : 0;
   json["cracks"] = {{"count", d.cracks.size()}, {"dead_ends", num_dead_ends}};
-  json["key"] = key;
   return json;
 }
 
@@ -63,21 +62,20 @@ JobPlan plan_crackle(const CrackleOptions& options, const std::filesystem::path&
   std::erase_if(values, [](const auto& v) { return v.first == "thickness_map"; });  // By content, never by path.
   inputs.add_options(values);
   if (!options.thickness_map.empty()) inputs.add_file("thickness", options.thickness_map);
-  JobPlan plan = inputs.plan(output, "truth/truth.json");
   CrackleOptions named = options;  // For truth.json.
   named.thickness_map = std::filesystem::path(options.thickness_map).filename().string();
   const auto plate = std::make_shared<MadeOnce<CrackleDataset>>(
       [named, thickness = read_thickness_map(options)](const RunControl& control) {
         return crackle(named, control, thickness);
       });
-  for (int i = 0; i < options.num_frames; ++i) {
-    const std::filesystem::path file = photo_file(i);
-    plan.items.push_back({"frame-" + digits(i), {file}, [=](const auto& folder, const RunControl& control) {
-                            const CrackleDataset& d = plate->get(control);
-                            save_photograph(folder / file, reflected(d, i * options.interval_s, control), options.noise,
-                                            options.seed, i);
-                          }});
-  }
+  JobPlan plan = plan_capture(
+      inputs, output, [options](const RunControl&) { return crackle_capture_json(options); },
+      [plate](const RunControl& control) { return crackle_truth_json(plate->get(control)); });
+  add_frames(plan, options.num_frames, {}, [=](int i, const std::filesystem::path& folder, const RunControl& control) {
+    const CrackleDataset& d = plate->get(control);
+    save_photograph(folder / photo_file(i), reflected(d, i * options.interval_s, control), options.noise, options.seed,
+                    i);
+  });
   plan.items.push_back(
       {"backlight", {"backlight.png", "backlight_blank.png"}, [=](const auto& folder, const RunControl& control) {
          const CrackleDataset& d = plate->get(control);
@@ -90,10 +88,6 @@ JobPlan plan_crackle(const CrackleOptions& options, const std::filesystem::path&
                         [=, key = plan.key](const auto& folder, const RunControl& control) {
                           save_truth(folder, plate->get(control), key);
                         }});
-  plan.join = [=, key = plan.key](const auto& folder, const RunControl& control) {
-    save_json(folder / "capture.json", crackle_capture_json(options));
-    save_json(folder / "truth/truth.json", crackle_truth_json(plate->get(control), key));
-  };
   return plan;
 }
 

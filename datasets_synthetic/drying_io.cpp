@@ -53,12 +53,11 @@ Json drying_capture_json(const DryingOptions& o) {
   return json;
 }
 
-Json drying_truth_json(const DryingOptions& o, const std::string& key) {
+Json drying_truth_json(const DryingOptions& o) {
   Json json = truth_header("drying", option_values(o));
   json["onset"] = {{"file", "onset.exr"}, {"unit", "min"}, {"outside", -1}};
   json["film"] = {{"file", "film.exr"}, {"unit", "mm"}};
   json["frames"] = truth_frames(o.num_frames, o.interval_min, {"albedo", "wetness", "specular"});
-  json["key"] = key;
   return json;
 }
 
@@ -68,23 +67,17 @@ JobPlan plan_drying(const DryingOptions& options, const fs::path& output) {
   const auto patch = std::make_shared<const DryingPatch>(options);
   JobInputs inputs("synth drying", 1);
   inputs.add_options(option_values(options));
-  JobPlan plan = inputs.plan(output, "truth/truth.json");
-  for (int i = 0; i < options.num_frames; ++i) {
-    plan.items.push_back(
-        {.name = "frame-" + digits(i),
-         .outputs = {photo_file(i), truth_file("albedo", i), truth_file("wetness", i), truth_file("specular", i)},
-         .run = [patch, i](const fs::path& folder, const RunControl& control) {
-           write_drying_frame(*patch, i, folder, control);
-         }});
-  }
+  JobPlan plan = plan_capture(
+      inputs, output, [options](const RunControl&) { return drying_capture_json(options); },
+      [options](const RunControl&) { return drying_truth_json(options); });
+  add_frames(plan, options.num_frames, {"albedo", "wetness", "specular"},
+             [patch](int i, const fs::path& folder, const RunControl& control) {
+               write_drying_frame(*patch, i, folder, control);
+             });
   plan.items.push_back(
       {.name = "truth",
        .outputs = {"truth/onset.exr", "truth/film.exr"},
        .run = [patch](const fs::path& folder, const RunControl&) { write_drying_maps(*patch, folder); }});
-  plan.join = [options, key = plan.key](const fs::path& folder, const RunControl&) {
-    save_json(folder / "capture.json", drying_capture_json(options));
-    save_json(folder / "truth/truth.json", drying_truth_json(options, key));
-  };
   return plan;
 }
 

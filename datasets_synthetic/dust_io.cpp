@@ -69,11 +69,10 @@ Json dust_capture_json(const DustyObject& object) {
   return json;
 }
 
-Json dust_truth_json(const DustOptions& o, const std::string& key) {
+Json dust_truth_json(const DustOptions& o) {
   Json json = truth_header("dust", option_values(o));
   json["dust_albedo"] = vector_json(kDustAlbedo);
   json["frames"] = truth_frames(o.num_frames, o.interval_d, {"albedo", "cover", "specular"});
-  json["key"] = key;
   return json;
 }
 
@@ -83,27 +82,21 @@ JobPlan plan_dust(const DustOptions& options, const fs::path& output) {
   check_ranges(options);
   JobInputs inputs("synth dust", 1);
   inputs.add_options(option_values(options));
-  JobPlan plan = inputs.plan(output, "truth/truth.json");
   const auto object = std::make_shared<MadeOnce<DustyObject>>(
       [options](const RunControl& control) { return DustyObject(options, control); });
-  for (int i = 0; i < options.num_frames; ++i) {
-    plan.items.push_back(
-        {.name = "frame-" + digits(i),
-         .outputs = {photo_file(i), truth_file("albedo", i), truth_file("cover", i), truth_file("specular", i)},
-         .run = [object, i](const fs::path& folder, const RunControl& control) {
-           write_dust_frame(object->get(control), i, folder, control);
-         }});
-  }
+  JobPlan plan = plan_capture(
+      inputs, output, [object](const RunControl& control) { return dust_capture_json(object->get(control)); },
+      [options](const RunControl&) { return dust_truth_json(options); });
+  add_frames(plan, options.num_frames, {"albedo", "cover", "specular"},
+             [object](int i, const fs::path& folder, const RunControl& control) {
+               write_dust_frame(object->get(control), i, folder, control);
+             });
   plan.items.push_back({.name = "truth",
                         .outputs = {"mesh.obj", "mask.png", control_name(options) + ".exr", "truth/position.exr",
                                     "truth/normal.exr", "truth/facing.exr", "truth/exposure.exr", "truth/light.exr"},
                         .run = [object](const fs::path& folder, const RunControl& control) {
                           write_dust_maps(object->get(control), folder, control);
                         }});
-  plan.join = [options, object, key = plan.key](const fs::path& folder, const RunControl& control) {
-    save_json(folder / "capture.json", dust_capture_json(object->get(control)));
-    save_json(folder / "truth/truth.json", dust_truth_json(options, key));
-  };
   return plan;
 }
 

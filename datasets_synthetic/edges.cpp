@@ -64,7 +64,7 @@ Json edges_capture_json() {
   return json;
 }
 
-Json edges_truth_json(const EdgesOptions& o, const std::string& key) {
+Json edges_truth_json(const EdgesOptions& o) {
   Json json = truth_header("edges", option_values(o));
   json["patches"] = Json::array();
   for (std::size_t k = 0; k < kEdgePatches.size(); ++k) {
@@ -77,7 +77,6 @@ Json edges_truth_json(const EdgesOptions& o, const std::string& key) {
                                {"course", std::move(course)}});
   }
   json["times"] = kEdgeTimes;
-  json["key"] = key;
   return json;
 }
 
@@ -168,21 +167,15 @@ JobPlan plan_edges(const EdgesOptions& options, const fs::path& output) {
   check_ranges(options);
   JobInputs inputs("synth edges", 1);
   inputs.add_options(option_values(options));
-  JobPlan plan = inputs.plan(output, "truth/truth.json");
-  for (int i = 0; i < static_cast<int>(kEdgeTimes.size()); ++i) {
-    plan.items.push_back(
-        {.name = "frame-" + digits(i),
-         .outputs = {photo_file(i), truth_file("albedo", i)},
-         .run = [options, i](const fs::path& folder, const RunControl&) { write_edges_frame(options, i, folder); }});
-  }
+  JobPlan plan = plan_capture(
+      inputs, output, [](const RunControl&) { return edges_capture_json(); },
+      [options](const RunControl&) { return edges_truth_json(options); });
+  add_frames(plan, static_cast<int>(kEdgeTimes.size()), {"albedo"},
+             [options](int i, const fs::path& folder, const RunControl&) { write_edges_frame(options, i, folder); });
   plan.items.push_back(
       {.name = "truth",
        .outputs = {"mask.png", "truth/patches.exr"},
        .run = [options](const fs::path& folder, const RunControl&) { write_edges_maps(options, folder); }});
-  plan.join = [options, key = plan.key](const fs::path& folder, const RunControl&) {
-    save_json(folder / "capture.json", edges_capture_json());
-    save_json(folder / "truth/truth.json", edges_truth_json(options, key));
-  };
   return plan;
 }
 

@@ -194,7 +194,7 @@ Json mold_capture_json(const MoldOptions& o, const MoldRig& rig) {
   return json;
 }
 
-Json mold_truth_json(const MoldOptions& o, const MoldRig& rig, const std::string& key) {
+Json mold_truth_json(const MoldOptions& o, const MoldRig& rig) {
   Json json = truth_header("mold", option_values(o));
   json["accessibility"] = {{"file", "accessibility.exr"}, {"unit", "1/mm"}, {"width_mm", o.radius_mm / 40.0}};
   json["steps"] = Json::array();
@@ -206,7 +206,6 @@ Json mold_truth_json(const MoldOptions& o, const MoldRig& rig, const std::string
       entry[map] = truth_file(map, step).lexically_relative("truth").generic_string();
     json["steps"].push_back(std::move(entry));
   }
-  json["key"] = key;
   return json;
 }
 
@@ -216,9 +215,11 @@ JobPlan plan_mold(const MoldOptions& options, const fs::path& output) {
   const MoldOptions checked = checked_mold(options);
   JobInputs inputs("synth mold", 1);
   inputs.add_options(option_values(checked));
-  JobPlan plan = inputs.plan(output, "truth/truth.json");
-  plan.parallel_items = false;
   const auto shared = std::make_shared<SharedMold>(checked);
+  JobPlan plan = plan_capture(
+      inputs, output, [shared](const RunControl&) { return mold_capture_json(shared->options, shared->rig); },
+      [shared](const RunControl&) { return mold_truth_json(shared->options, shared->rig); });
+  plan.parallel_items = false;
   for (int step = 0; step < checked.num_steps; ++step) {
     JobItem item{.name = "step-" + digits(step), .outputs = {step_folder(step) / "scan.ply"}, .run = {}};
     for (int i = 0; i < checked.num_lights; ++i) {
@@ -235,10 +236,6 @@ JobPlan plan_mold(const MoldOptions& options, const fs::path& output) {
       {.name = "truth",
        .outputs = truth_files(checked),
        .run = [shared](const fs::path& folder, const RunControl& control) { run_truth(*shared, folder, control); }});
-  plan.join = [shared, key = plan.key](const fs::path& folder, const RunControl&) {
-    save_json(folder / "capture.json", mold_capture_json(shared->options, shared->rig));
-    save_json(folder / "truth/truth.json", mold_truth_json(shared->options, shared->rig, key));
-  };
   return plan;
 }
 

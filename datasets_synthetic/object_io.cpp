@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "datasets_synthetic/project_io.h"
 #include "libcommon/core/files.h"
 #include "libcommon/job/job_inputs.h"
 #include "patinate/image/image_io.h"
@@ -24,14 +25,10 @@ JobPlan plan_object(const std::string& kind, std::int64_t version, const Options
   check_ranges(options);
   JobInputs inputs("synth " + kind, version);
   inputs.add_options(option_values(options));
-  JobPlan plan = inputs.plan(output, kind + ".json");
-  plan.items.push_back({.name = "mesh", .outputs = std::move(files), .run = std::move(make)});
   about["mesh"] = "mesh.obj";
   about["unit"] = "mm";
-  about["key"] = plan.key;
-  plan.join = [file = plan.manifest, about = std::move(about)](const fs::path& folder, const RunControl&) {
-    save_json(folder / file, about);
-  };
+  JobPlan plan = plan_project(inputs, output, {{kind + ".json", [about](const RunControl&) { return about; }}});
+  plan.items.push_back({.name = "mesh", .outputs = std::move(files), .run = std::move(make)});
   return plan;
 }
 

@@ -49,10 +49,9 @@ Json plate_capture_json(const GlossyPlate& plate) {
   return json;
 }
 
-Json plate_truth_json(const PlateOptions& o, const std::string& key) {
+Json plate_truth_json(const PlateOptions& o) {
   Json json = truth_header("plate", option_values(o));
   json["frames"] = truth_frames(o.num_frames, o.interval_h, {"albedo", "patina", "specular"});
-  json["key"] = key;
   return json;
 }
 
@@ -62,19 +61,13 @@ JobPlan plan_plate(const PlateOptions& options, const fs::path& output) {
   const auto plate = std::make_shared<const GlossyPlate>(options);
   JobInputs inputs("synth plate", 1);
   inputs.add_options(option_values(options));
-  JobPlan plan = inputs.plan(output, "truth/truth.json");
-  for (int i = 0; i < options.num_frames; ++i) {
-    plan.items.push_back(
-        {.name = "frame-" + digits(i),
-         .outputs = {photo_file(i), truth_file("albedo", i), truth_file("patina", i), truth_file("specular", i)},
-         .run = [plate, i](const fs::path& folder, const RunControl& control) {
-           write_plate_frame(*plate, i, folder, control);
-         }});
-  }
-  plan.join = [plate, key = plan.key](const fs::path& folder, const RunControl&) {
-    save_json(folder / "capture.json", plate_capture_json(*plate));
-    save_json(folder / "truth/truth.json", plate_truth_json(plate->options(), key));
-  };
+  JobPlan plan = plan_capture(
+      inputs, output, [plate](const RunControl&) { return plate_capture_json(*plate); },
+      [plate](const RunControl&) { return plate_truth_json(plate->options()); });
+  add_frames(plan, options.num_frames, {"albedo", "patina", "specular"},
+             [plate](int i, const fs::path& folder, const RunControl& control) {
+               write_plate_frame(*plate, i, folder, control);
+             });
   return plan;
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "patinate/datasets/crackle.h"
 #include "patinate/image/image_io.h"
@@ -19,6 +20,34 @@ std::string digits(int index, int count) {
 
 fs::path photo_file(int index) { return fs::path("frames") / (digits(index) + ".png"); }
 fs::path truth_file(const std::string& name, int index) { return fs::path("truth") / name / (digits(index) + ".exr"); }
+
+JobPlan plan_project(const JobInputs& inputs, const fs::path& output, std::vector<ProjectDocument> documents) {
+  JobPlan plan = inputs.plan(output, documents.back().file.generic_string());
+  plan.join = [documents = std::move(documents), key = plan.key](const fs::path& folder, const RunControl& control) {
+    for (const ProjectDocument& document : documents) {
+      Json json = document.make(control);
+      if (&document == &documents.back()) json["key"] = key;
+      save_json(folder / document.file, json);
+    }
+  };
+  return plan;
+}
+
+JobPlan plan_capture(const JobInputs& inputs, const fs::path& output, std::function<Json(const RunControl&)> capture,
+                     std::function<Json(const RunControl&)> truth) {
+  return plan_project(inputs, output, {{"capture.json", std::move(capture)}, {"truth/truth.json", std::move(truth)}});
+}
+
+void add_frames(JobPlan& plan, int num_frames, const std::vector<std::string>& maps,
+                const std::function<void(int, const fs::path&, const RunControl&)>& write) {
+  for (int i = 0; i < num_frames; ++i) {
+    JobItem item{.name = "frame-" + digits(i),
+                 .outputs = {photo_file(i)},
+                 .run = [write, i](const fs::path& folder, const RunControl& control) { write(i, folder, control); }};
+    for (const std::string& map : maps) item.outputs.push_back(truth_file(map, i));
+    plan.items.push_back(std::move(item));
+  }
+}
 
 void save_photograph(const fs::path& file, const ImageF& linear, double noise, std::int64_t seed, int picture) {
   fs::create_directories(file.parent_path());

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "libcommon/job/job_inputs.h"
 #include "patinate/core/json.h"
 #include "patinate/core/run_control.h"
 #include "patinate/geometry/camera.h"
@@ -27,9 +28,7 @@ class MadeOnce {
   const T& get(const RunControl& control) {
     const std::lock_guard lock(mutex_);
     if (!made_) {
-      RunControl quiet = control;
-      quiet.on_progress = nullptr;
-      made_ = std::make_unique<T>(make_(quiet));
+      made_ = std::make_unique<T>(make_(control.silent()));
     }
     return *made_;
   }
@@ -39,6 +38,22 @@ class MadeOnce {
   std::mutex mutex_;
   std::unique_ptr<T> made_;
 };
+
+/// A JSON file of a data set that is written when its items are done.
+struct ProjectDocument {
+  std::filesystem::path file;
+  std::function<Json(const RunControl&)> make;
+};
+/// Plan of a data set, still without items. Its last document is the manifest, and says the plan's key.
+[[nodiscard]] JobPlan plan_project(const JobInputs& inputs, const std::filesystem::path& output,
+                                   std::vector<ProjectDocument> documents);
+/// The same of a capture project with its truth: `capture.json` and `truth/truth.json`.
+[[nodiscard]] JobPlan plan_capture(const JobInputs& inputs, const std::filesystem::path& output,
+                                   std::function<Json(const RunControl&)> capture,
+                                   std::function<Json(const RunControl&)> truth);
+/// An item for each photograph, which makes these maps of the truth too. @param write  Of (frame, folder).
+void add_frames(JobPlan& plan, int num_frames, const std::vector<std::string>& maps,
+                const std::function<void(int, const std::filesystem::path&, const RunControl&)>& write);
 
 /// "0007" for 7 and four digits.
 [[nodiscard]] std::string digits(int index, int count = 4);

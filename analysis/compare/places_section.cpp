@@ -137,8 +137,7 @@ CommonClock find_clock(const ComparedPair& pair, const CompareOptions& options, 
   const auto distances_of = [](const TimeWarp& warp) {
     return std::vector{mean_deviation(warp), rms(warp.before), rms(warp.after)};
   };
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   const BootstrapOptions bootstrap{
       .resamples = options.num_resamples, .seed = options.seed, .purpose = kPurpose, .is_paired = true};
   clock.warped = block_ranges(

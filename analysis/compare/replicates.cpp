@@ -80,8 +80,7 @@ std::vector<PairDistance> pair_distances(const ComparedPair& pair, const Compare
   add(colors_section(pair, options, next()));
   add(controls_section(pair, options, next()));
   add(structure_section(pair, options, next()));
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   if (states_material(pair.series_a.facts()) || states_material(pair.series_b.facts()))
     add(materials_section(pair, options, quiet));
   if (options.cracks) add(cracks_section(pair, options, next()));

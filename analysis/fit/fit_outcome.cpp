@@ -37,8 +37,7 @@ Compared compared(FitWork& work, std::size_t capture, const std::string& stem, c
   const std::string name = file_of_capture(work.task.captures.size(), stem, capture);
   const std::vector<double> values = work.model.values_of(capture, all);
   const ComposeWith compose = model.age(values, 0, control.part(0.0, 0.6));
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   const AgedSurface surface = compose(values, quiet);
   write_surface(folder / name, surface, key + "-" + name);
   const CompareOptions options = compare_options(work.task.objective);
@@ -176,8 +175,7 @@ std::optional<double> last_frame_held(const FitObjective& held_out, const fs::pa
 
 void join_fit(FitWork& work, const fs::path& folder, const std::string& key, const RunControl& control) {
   FitOutcome outcome = outcome_of(work, folder);
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   std::vector<Compared> before, after;
   std::vector<CaptureSections> sections;
   const auto n = static_cast<double>(work.task.captures.size());

@@ -183,8 +183,7 @@ class GlossFinder {
     for (const std::vector<double>& of_frame : counts)
       for (std::size_t k = 0; k < num; ++k) shares[k] += of_frame[k];
     const double all = std::max(1.0, std::accumulate(shares.begin(), shares.end(), 0.0));
-    RunControl silent = control;
-    silent.on_progress = {};
+    const RunControl silent = control.silent();
     parallel_for(static_cast<std::int64_t>(num), 1, silent, [&](std::int64_t k, std::int64_t) {
       GlossMaterial& m = materials_[static_cast<std::size_t>(k)];
       m.share = shares[static_cast<std::size_t>(k)] / all;

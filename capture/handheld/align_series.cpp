@@ -16,8 +16,7 @@ namespace {
 using IndexPair = std::pair<int, int>;
 
 RunControl silent(const RunControl& control) {
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   return quiet;
 }
 

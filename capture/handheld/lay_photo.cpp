@@ -80,8 +80,7 @@ ImageF lay_photo(const ImageF& photo, const Eigen::Matrix3d& reference_from_phot
   const double determinant = reference_from_photo.determinant();
   if (!reference_from_photo.allFinite() || !(std::abs(determinant) > 1e-12))
     throw InvalidInput("a photograph's transform must be invertible");
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   const Eigen::Matrix3d photo_from_reference = reference_from_photo.inverse();
   const Source source =
       make_source(photo, photo_from_reference, fineness(reference_from_photo, photo.width(), photo.height()), quiet);

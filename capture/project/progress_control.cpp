@@ -149,8 +149,7 @@ std::vector<double> time_weights(const std::vector<double>& times) {
 ImageF deviation_of(const Smoother& smoother, const std::vector<double>& weights, double aged_change,
                     const std::function<ImageF(int)>& read_frame, const FrameDeviations& deviations,
                     const RunControl& control) {
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   const auto variance_of = [&](int i, const ImageF& frame) {
     return smoother.smooth_variance(frame, deviations.read(i), deviations.is_shared, quiet);
   };
@@ -183,8 +182,7 @@ ProgressMap progress_from_history(const std::vector<double>& times, const std::f
   const std::vector<double> weights = time_weights(times);
   const Smoother smoother(first, mask, options);
   const int num_frames = static_cast<int>(times.size());
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   const auto read_smooth = [&](int i) { return smoother.smooth(read_frame(i), quiet); };
 
   ImageF most(smoother.low_mask().width(), smoother.low_mask().height());

@@ -72,8 +72,7 @@ class JointSolver {
     control_.throw_if_stopped();
     RegistrationOptions options = options_;
     if (!may_search) options.start = RegistrationStart::Given;
-    RunControl quiet = control_;
-    quiet.on_progress = {};
+    const RunControl quiet = control_.silent();
     if (options.method == RegistrationMethod::Symmetric)
       return register_pair(scan(target), scan(source), start, options, quiet);
     return register_pair_with_pcl(clouds_[static_cast<std::size_t>(target)], clouds_[static_cast<std::size_t>(source)],
@@ -220,8 +219,7 @@ class JointSolver {
       if (!e.is_used) continue;
       const RigidTransform at = is_first ? normalized(e.pair.target_from_source, scan(e.target), scan(e.source))
                                          : pose(e.target).inverse() * pose(e.source);
-      RunControl quiet = control_;
-      quiet.on_progress = {};
+      const RunControl quiet = control_.silent();
       const SurfelAlignment a = look_at_pose(scan(e.target), scan(e.source), at, quiet);
       PoseEdge edge{e.target, e.source, at, information_of(a, scan(e.target), scan(e.source))};
       if (!is_first) {

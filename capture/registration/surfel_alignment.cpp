@@ -78,8 +78,7 @@ class Aligner {
  public:
   Aligner(const SurfelSet& target, const SurfelSet& source, const RigidTransform& start,
           const AlignmentSchedule& schedule, const RunControl& control)
-      : target_(target), source_(source), schedule_(schedule), control_(control) {
-    control_.on_progress = {};
+      : target_(target), source_(source), schedule_(schedule), control_(control.silent()) {
     result_.target_from_source = start;
     result_.gate = schedule.first_gate;
     known_of_source_.resize(static_cast<std::size_t>(source.size()));

@@ -161,8 +161,7 @@ Surfels make_surfels(std::span<const Vec3> points, std::span<const Vec3> toward,
   const std::vector<int> centers = spread_points(points, distance);
   const PointCells cells(points, radius);
   std::vector<std::optional<Surfel>> found(centers.size());
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   parallel_for(static_cast<std::int64_t>(centers.size()), kCentersAChunk, quiet,
                [&](std::int64_t begin, std::int64_t end) {
                  for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {

@@ -31,8 +31,7 @@ ImageF layer_deviation(const ImageF& transmittance, const ImageU8& known, const 
   if (!transmittance.same_size(known)) throw InvalidInput("thickness: the light and its mask differ in size");
   const double sigma = options.mode_filter.spatial_sigma_px;
   const int side = std::max(2, static_cast<int>(std::lround(sigma / kSquares)));
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   std::array<ImageF, 2> filled;
   for (std::size_t h = 0; h < 2; ++h) {
     const ImageU8 half = half_of(known, side, h == 1);

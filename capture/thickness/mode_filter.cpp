@@ -228,8 +228,7 @@ void filter_into(const ImageF& in, const ImageU8& mask, const ModeFilterOptions&
   const int rows_that_fit = static_cast<int>(kBandBytes / (layout.row_size() * sizeof(float)));
   const int band = std::min(std::max(rows_that_fit, 2), layout.num_rows - 1);  // Intervals between node rows at a time.
   NodeRows raw(layout.row_size(), band + 1 + 2 * radius), blurred(layout.row_size(), band + 1);
-  RunControl inner = control;
-  inner.on_progress = {};
+  const RunControl inner = control.silent();
   int num_splatted = 0, num_blurred = 0;
   for (int begin = 0; begin < layout.num_rows - 1; begin += band) {
     const int end =

@@ -74,8 +74,7 @@ Passes filter_in_passes(const ImageF& in, const ImageU8& mask, const ThicknessOp
   const double num_passes = 1.0 + options.num_refinements;
   Passes passes{mode_filter_shares(in, mask, options.mode_filter, control.part(0.0, 1.0 / num_passes)), {}, {}};
   passes.filled = passes.first.values;
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   for (int pass = 1; pass <= options.num_refinements; ++pass) {
     const ImageF trend = gaussian_blur(passes.filled, mask, kTrendSigmas * options.mode_filter.spatial_sigma_px, quiet);
     ImageF rest = in;
@@ -128,8 +127,7 @@ ThicknessMap thickness_from_transmission(const ImageF& photo, const ImageF& blan
   }
   const double filtered_at = options.with_deviation ? 0.35 : 0.9;
   Passes passes = filter_in_passes(transmittance, known, options, control.part(0.0, filtered_at));
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   ThicknessMap map{.values = std::move(passes.filled),
                    .known = known,
                    .evidence = layer_evidence(transmittance, passes.first, passes.last ? *passes.last : passes.first,

@@ -38,8 +38,7 @@ int num_frames_of(const IngestWork& work) { return static_cast<int>(work.project
 Json survey_chunk(const IngestWork& work, int chunk, const fs::path& folder, const RunControl& control) {
   const int begin = chunk * kChunk, end = std::min(num_frames_of(work), begin + kChunk);
   const bool is_stabilized = work.options.repair.stabilize;
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   const auto prepare = [&](int i) {
     control.throw_if_stopped();
     return prepare_frame(read_frame_roi(work, i, folder), quiet);
@@ -129,8 +128,7 @@ ComparedFrames read_chunks(const IngestWork& work, const fs::path& folder) {
 /// Pairs across the runs of frames that fit neither neighbor.
 std::vector<FramePair> pairs_across(const IngestWork& work, const fs::path& folder, const std::vector<FrameRun>& runs,
                                     const RunControl& control) {
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   std::vector<FramePair> pairs;
   for (const FrameRun& run : runs) {
     control.throw_if_stopped();
@@ -149,8 +147,7 @@ std::vector<FramePair> find_bridges(const IngestWork& work, const fs::path& fold
                                     const std::vector<FramePair>& neighbors, std::vector<FramePair> pairs,
                                     const LinkTest& is_linked, const RunControl& control) {
   constexpr int kMostTried = 64;  // Of pairs: 0.2 s each; a series without any order is not worth more.
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   const int n = num_frames_of(work);
   std::vector<FramePair> bridges;
   std::vector<int> groups = group_frames(n, pairs, is_linked);

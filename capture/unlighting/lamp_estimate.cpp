@@ -220,8 +220,7 @@ LampEstimate estimate_lamps(UnlightWork& work, const RunControl& control) {
   const double mean_light = mean_irradiance(work, texels);
   // Wide to begin with, and narrower by steps: a lamp that is off must not be taken for a shadow or a highlight.
   work.noise_scale = estimate_noise_scale(work, control.part(0.0, 0.1), 1);
-  RunControl silent = control;
-  silent.on_progress = {};
+  const RunControl silent = control.silent();
   for (; result.num_steps < kMaxSteps && !result.is_converged; ++result.num_steps) {
     Equations equations = gather(work, columns, texels, silent);
     if (equations.chi2.empty()) return result;

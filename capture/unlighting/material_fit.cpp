@@ -241,8 +241,7 @@ std::vector<double> shares_of_texel(const TexelEvidence& texel, const std::vecto
 
 std::vector<SurfaceMaterial> find_materials(const std::vector<TexelEvidence>& texels, const RunControl& control) {
   if (texels.empty()) return {};
-  RunControl silent = control;
-  silent.on_progress = {};
+  const RunControl silent = control.silent();
   const Neighbors neighbors(texels);
   MaterialShares shares = clusters_of_color(texels);
   std::vector<SurfaceMaterial> materials = materials_of(texels, shares, {}, silent);
@@ -261,8 +260,7 @@ MaterialShares shares_of_materials(const std::vector<TexelEvidence>& texels,
                                    const std::vector<SurfaceMaterial>& materials, const std::vector<std::size_t>& at,
                                    const RunControl& control) {
   constexpr int kTurns = 3;  // Of neighbors.
-  RunControl silent = control;
-  silent.on_progress = {};
+  const RunControl silent = control.silent();
   const Neighbors neighbors(texels);
   MaterialShares shares;
   for (int round = 0; round < kTurns; ++round) shares = assigned(texels, materials, at, neighbors, shares, silent);

@@ -38,8 +38,7 @@ std::vector<double> costs(const UnlightWork& work, const std::vector<std::int64_
 }  // namespace
 
 double choose_freedom(const UnlightWork& work, const RunControl& control) {
-  RunControl silent = control;
-  silent.on_progress = {};
+  const RunControl silent = control.silent();
   const std::vector<std::int64_t> texels = work.spread_texels(kMaxFreedomTexels);
   double best = work.highlight_freedom;
   std::vector<double> least = costs(work, texels, best, silent);

@@ -24,8 +24,7 @@ constexpr std::int64_t kPlacesAChunk = 16;
 class Polish {
  public:
   Polish(const UnlightWork& work, std::vector<std::pair<int, int>> places, const RunControl& control)
-      : work_(work), options_(work.fit_options()), places_(std::move(places)), control_(control) {
-    control_.on_progress = {};
+      : work_(work), options_(work.fit_options()), places_(std::move(places)), control_(control.silent()) {
     options_.small_step = kPolishStep;
   }
 

@@ -237,8 +237,7 @@ double estimate_noise_scale(const UnlightWork& work, const RunControl& control, 
   constexpr double kLeast = 1e-4, kSettled = 0.02;
   const std::vector<std::int64_t> texels = work.spread_texels(kMaxTexels);
   TexelFitOptions options = work.fit_options();
-  RunControl silent = control;
-  silent.on_progress = {};
+  const RunControl silent = control.silent();
   double scale = 0.0;
   for (int round = 0; round < max_rounds; ++round) {
     std::vector<double> ratios(texels.size(), -1.0);

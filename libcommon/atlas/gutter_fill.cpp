@@ -103,8 +103,7 @@ void GutterFill::fill(std::span<std::uint32_t> values, Sweep& sweep, const RunCo
   if (num_seen_ < num_strips_ || sweep.strip >= num_strips_)
     throw InvalidInput("gutters: look at every strip first, then fill each once");
   check(values, sweep.strip);
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   const auto width = static_cast<std::size_t>(width_);
   if (sweep.strip == 0) sweep.above.assign(width, {});
   const int first_row = begin(sweep.strip), num_rows = end(sweep.strip) - first_row;

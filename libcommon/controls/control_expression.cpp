@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "libcommon/controls/control_arguments.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
@@ -73,10 +74,19 @@ double value_of(const Node& node, const std::vector<ControlMap>& maps, std::size
   return std::clamp(value, -kExpressionHuge, kExpressionHuge);
 }
 
+void check_control_argument(const std::string& name, std::string& word, const std::string& value) {
+  ControlKindOptions options;
+  set_control_argument(name, word, value, options);
+}
+
 }  // namespace
 
 ControlExpression::ControlExpression(std::string_view text, std::span<const std::string> known_names)
-    : expression_(parse_expression(text, {.names = known_names})) {}
+    : expression_(parse_expression(text, {.names = known_names, .check_argument = check_control_argument})) {}
+
+const ControlName* ControlExpression::alone() const {
+  return expression_.root->kind == Kind::Name ? &names()[expression_.root->name] : nullptr;
+}
 
 ControlMap ControlExpression::evaluate(const ImageU8& coverage,
                                        const std::function<ControlMap(const ControlName&)>& lookup) const {

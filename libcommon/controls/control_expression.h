@@ -20,11 +20,15 @@ using ControlName = ExpressionName;
 class ControlExpression {
  public:
   /// @param known_names  What a NAME may be.
+  /// A name that is a kind of control_kinds() may have arguments (control_arguments.h).
   /// @throws ParseError with the position (from 1), what was found, and a did-you-mean.
   ControlExpression(std::string_view text, std::span<const std::string> known_names);
 
   /// Maps that it asks for, each once, in the order of their appearance.
   [[nodiscard]] const std::vector<ControlName>& names() const { return expression_.names; }
+
+  /// The one map that it is, unless it is a formula. It lives as long as this.
+  [[nodiscard]] const ControlName* alone() const;
 
   /// The value at every texel, clamped to [0, 1]; 0 where `coverage` is 0. A map alone keeps its low, high and unit,
   /// `!map` too with low and high exchanged; everything else is "relative" in [0, 1]. Division by 0 gives 0 or 1, by

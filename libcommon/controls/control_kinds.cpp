@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "libcommon/controls/control_arguments.h"
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/distance_io.h"
 #include "libcommon/controls/height.h"
@@ -45,7 +46,8 @@ constexpr std::array<std::pair<const char*, DistanceSource::Edges>, 4> kDistance
 DistanceSource::Edges distance_edges(const Options& o) {
   if (o.distance_from.empty()) {
     throw ParseError(
-        "the control `distance` needs --distance-from: boundary, creases, ridges, valleys, a CSV of curves "
+        "the control `distance` needs what it is measured from, as distance(from=creases): boundary, creases, ridges, "
+        "valleys, a CSV of curves "
         "or an image");
   }
   std::vector<std::string> names;
@@ -55,7 +57,7 @@ DistanceSource::Edges distance_edges(const Options& o) {
   }
   const std::filesystem::path file(o.distance_from);
   if (file.extension().empty() && !std::filesystem::exists(file)) {
-    throw ParseError("--distance-from: found `" + o.distance_from +
+    throw ParseError("distance(from=...): found `" + o.distance_from +
                      "`; expected boundary, creases, ridges, valleys, a CSV of curves or an image" +
                      did_you_mean(o.distance_from, names));
   }
@@ -80,7 +82,7 @@ ControlMap make_distance(const TexelMap& map, const Options& o, const RunControl
 }
 
 ControlMap make_image(const TexelMap& map, const Options& o, const RunControl&) {
-  if (o.image.empty()) throw ParseError("the control `image` needs an image; use --image FILE");
+  if (o.image.empty()) throw ParseError("the control `image` needs an image, as image(file=\"stain.png\")");
   return read_control_file(o.image, map);
 }
 
@@ -96,7 +98,7 @@ const Entry kKinds[] = {
     {"accessibility", "concave places by mean curvature: crevices, corners, folds",
      [](const TexelMap& m, const Options& o, const RunControl& c) { return accessibility_map(m, o.accessibility, c); },
      nullptr, [](Options& t, const Options& f) { t.accessibility = f.accessibility; }},
-    {"ray_share", "hemmed-in places: the share of rays that hit the object again within --reach",
+    {"ray_share", "hemmed-in places: the share of rays that hit the object again within `reach`",
      [](const TexelMap& m, const Options& o, const RunControl& c) { return ray_share_map(m, o.ray_share, c); }, nullptr,
      [](Options& t, const Options& f) { t.ray_share = f.ray_share; }},
     {"tangent_sphere", "hemmed-in places: 1 / radius of the largest sphere that touches from outside",
@@ -104,23 +106,23 @@ const Entry kKinds[] = {
        return tangent_sphere_map(m, o.tangent_sphere, c);
      },
      nullptr, [](Options& t, const Options& f) { t.tangent_sphere = f.tangent_sphere; }},
-    {"exposure", "places that see much of the sky (and of the sun, with --sun-share)", make_exposure, &Options::sky,
+    {"exposure", "places that see much of the sky (and of the sun, with `sun_share`)", make_exposure, &Options::sky,
      [](Options& t, const Options& f) { t.up = f.up, t.exposure = f.exposure, t.sun = f.sun, t.sky = f.sky; }},
     {"sun", "where the sun shines, shadows included, at one hour or over an arc of the day",
      [](const TexelMap& m, const Options& o, const RunControl& c) { return sun_map(m, o.up, o.sun, c); }, nullptr,
      [](Options& t, const Options& f) { t.up = f.up, t.sun = f.sun; }},
-    {"facing", "surface that faces --direction; no shadows",
+    {"facing", "surface that faces `direction`; no shadows",
      [](const TexelMap& m, const Options& o, const RunControl& c) { return facing_map(m, o.facing, c); }, nullptr,
      [](Options& t, const Options& f) { t.facing = f.facing; }},
-    {"height", "high places along --up, in mm",
+    {"height", "high places along `up`, in mm",
      [](const TexelMap& m, const Options& o, const RunControl& c) { return height_map(m, o.up, c); }, nullptr,
      [](Options& t, const Options& f) { t.up = f.up; }},
-    {"distance", "places far from --distance-from, in mm along the surface; `!distance` is near it", make_distance,
+    {"distance", "places far from `from`, in mm along the surface; `!distance` is near it", make_distance,
      &Options::distance_from,
      [](Options& t, const Options& f) { t.distance_from = f.distance_from, t.distance = f.distance; }},
-    {"spray", "much paint from the nozzle that follows --spray-path", make_spray, &Options::spray_path,
+    {"spray", "much paint from the nozzle that follows `path`", make_spray, &Options::spray_path,
      [](Options& t, const Options& f) { t.spray = f.spray, t.spray_path = f.spray_path; }},
-    {"image", "bright places of --image, laid over the atlas by UV", make_image, &Options::image,
+    {"image", "bright places of an image, `file`, laid over the atlas by UV", make_image, &Options::image,
      [](Options& t, const Options& f) { t.image = f.image; }},
 };
 
@@ -250,7 +252,8 @@ ControlMap make_control_expression(std::string_view expression, const TexelMap& 
     const RunControl part = control.part(done / count, (done + 1.0) / count);
     done += 1.0;
     if (name.is_file) return read_control_file(name.text, map);
-    return source ? source(name.text, map, options, part) : make_control(name.text, map, options, part);
+    const ControlKindOptions named = named_options(name, options);
+    return source ? source(name.text, map, named, part) : make_control(name.text, map, named, part);
   });
   out.has_file =
       std::any_of(parsed.names().begin(), parsed.names().end(), [](const ControlName& n) { return n.is_file; });

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "libcommon/controls/control_expression.h"
+#include "libcommon/controls/control_arguments.h"
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
 
@@ -84,8 +84,9 @@ ControlMap make_part_control(const std::string& expression, const TexelMap& map,
     }
   }
   return parsed.evaluate(coverage, [&](const ControlName& name) -> ControlMap {
-    return name.text == "facing" ? facing_part(map, options.facing, part, control)
-                                 : height_part(map, options.up, part, control);
+    const ControlKindOptions named = named_options(name, options);
+    return name.text == "facing" ? facing_part(map, named.facing, part, control)
+                                 : height_part(map, named.up, part, control);
   });
 }
 

@@ -183,7 +183,64 @@ class Parser {
       if (word == function.name) return call(function);
     }
     if (std::find(syntax_.names.begin(), syntax_.names.end(), word) == syntax_.names.end()) fail_unknown(begin, word);
-    return named({word, false});
+    ExpressionName found{word, false};
+    if (syntax_.check_argument && take('(')) {
+      do found.arguments.push_back(argument(found));
+      while (take(','));
+      expect(')');
+    }
+    return named(std::move(found));
+  }
+
+  /// `scale=3`, `direction=0,1,0`, `file="a map.exr"`.
+  std::pair<std::string, std::string> argument(const ExpressionName& of) {
+    (void)at_end();
+    const std::size_t begin = at_;
+    std::string word = argument_word();
+    if (word.empty() || !take('=')) fail(begin, "an argument, such as scale=3");
+    const std::string value = argument_value();
+    try {
+      syntax_.check_argument(of.text, word, value);
+    } catch (const ParseError& e) {
+      throw ParseError(place(begin) + e.what());
+    }
+    for (const auto& [other, ignored] : of.arguments) {
+      if (other == word) throw ParseError(place(begin) + "`" + word + "` is given twice");
+    }
+    return {std::move(word), value};
+  }
+
+  std::string argument_word() {
+    const std::size_t begin = at_;
+    while (at_ < text_.size() && (is_letter(text_[at_]) || is_digit(text_[at_]) || text_[at_] == '-')) ++at_;
+    std::string word(text_.substr(begin, at_ - begin));
+    std::replace(word.begin(), word.end(), '-', '_');
+    return word;
+  }
+
+  std::string argument_value() {
+    if (at_end()) fail(at_, "a value");
+    if (text_[at_] == '"') {
+      const std::size_t end = text_.find('"', at_ + 1);
+      if (end == std::string_view::npos) fail(at_, "a value between two `\"`");
+      const std::string value(text_.substr(at_ + 1, end - at_ - 1));
+      at_ = end + 1;
+      return value;
+    }
+    const std::size_t begin = at_;
+    while (at_ < text_.size() && text_[at_] != ')' && !(text_[at_] == ',' && is_argument(at_ + 1))) ++at_;
+    std::size_t end = at_;
+    while (end > begin && std::isspace(static_cast<unsigned char>(text_[end - 1])) != 0) --end;
+    return std::string(text_.substr(begin, end - begin));
+  }
+
+  /// `WORD=` begins at a place, behind blanks.
+  [[nodiscard]] bool is_argument(std::size_t at) const {
+    while (at < text_.size() && std::isspace(static_cast<unsigned char>(text_[at])) != 0) ++at;
+    if (at == text_.size() || !is_letter(text_[at])) return false;
+    while (at < text_.size() && (is_letter(text_[at]) || is_digit(text_[at]) || text_[at] == '-')) ++at;
+    while (at < text_.size() && std::isspace(static_cast<unsigned char>(text_[at])) != 0) ++at;
+    return at < text_.size() && text_[at] == '=';
   }
 
   [[noreturn]] void fail_unknown(std::size_t at, const std::string& word) const {

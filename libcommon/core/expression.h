@@ -3,17 +3,20 @@
 ///
 ///     sum     = product { ("+" | "-") product }
 ///     product = factor { ("*" | "/") factor }
-///     factor  = ("!" | "-") factor | NUMBER | NAME | FILE | "(" sum ")" | FUNCTION "(" sum { "," sum } ")"
+///     factor  = ("!" | "-") factor | NUMBER | NAME [ARGUMENTS] | FILE | "(" sum ")" | FUNCTION "(" sum { "," sum } ")"
+///     ARGUMENTS = "(" WORD "=" VALUE { "," WORD "=" VALUE } ")"
 ///
 /// FUNCTION: min and max of any number; abs(x); pow(x, exponent), of max(0, x); clamp(x, least, greatest);
 /// smoothstep(from, to, x): 0 up to `from`, 1 beyond `to`, smooth between, falling when from > to. `!x` is 1 - x.
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace patinate {
@@ -25,6 +28,8 @@ inline constexpr double kExpressionHuge = 1e30;
 struct ExpressionName {
   std::string text;  ///< A name, or a path.
   bool is_file = false;
+  /// Of a name: {{"scale", "3"}}, by the names that check_argument gives them.
+  std::vector<std::pair<std::string, std::string>> arguments = {};
   friend bool operator==(const ExpressionName&, const ExpressionName&) = default;
 };
 
@@ -65,6 +70,9 @@ struct ExpressionSyntax {
   /// that begins with
   /// `/`, `./`, `../` or `~`: blanks around `/` and `-` then say that they divide and subtract.
   bool has_files = true;
+  /// Looks at an argument of a name, and may give its word another spelling; empty: names have none. A VALUE stands in
+  /// double quotes, or ends before `)` or before `, WORD=`. @throws ParseError saying what is wrong with it.
+  std::function<void(const std::string& name, std::string& word, const std::string& value)> check_argument = {};
 };
 
 /// @throws ParseError with the position (from 1), what was found, and a did-you-mean.

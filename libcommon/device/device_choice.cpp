@@ -10,7 +10,7 @@ void describe(OptionVisitor& v, DeviceOptions& o) {
            "What calculates: auto (for fast transfer and simulation a GPU that gives the CPU's bytes, else the CPU), "
            "cpu, gpu, or "
            "a part of a "
-           "name that `patinate devices` lists; no result depends on it"},
+           "name that `patinate help devices` lists; no result depends on it"},
           o.device);
 }
 

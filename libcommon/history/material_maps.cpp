@@ -231,7 +231,8 @@ ImageF sample_reflectance(const History& history, double time, Between between) 
 ImageF sample_orm(const History& history, double time, Between between) {
   const auto is_there = [&](MaterialMap map) { return has_map(history, map); };
   if (!is_there(MaterialMap::Roughness) && !is_there(MaterialMap::Metalness))
-    throw InvalidInput(history.label() + ": knows neither roughness nor metalness; `patinate appearance` states them");
+    throw InvalidInput(history.label() +
+                       ": knows neither roughness nor metalness; `patinate history appearance` states them");
   const auto sampled = [&](MaterialMap map, float unknown) {
     return is_there(map) ? sample_material_map(history, map, time, between)
                          : ImageF(history.facts().width, history.facts().height, 1, unknown);

@@ -33,7 +33,7 @@ std::string quoted_text(std::string_view text) {
 }
 
 std::string asset(const std::string& file) {
-  return file.find('@') == std::string::npos ? "@" + file + "@" : "@@@" + file + "@@@";
+  return file.find('@') == std::string::npos ? "@" + file + "@" : "control.silent()@" + file + "control.silent()@";
 }
 
 /// Single precision, as points are kept.

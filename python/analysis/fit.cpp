@@ -96,7 +96,7 @@ py::dict minimized(const std::vector<analysis::FitParameter>& parameters, const 
   std::vector<std::pair<std::vector<double>, double>> tried;
   analysis::Minimum best;
   run_borrowing(run, [&](const RunControl& control) {
-    const RunControl inner{.on_progress = {}, .stop = control.stop, .num_threads = control.num_threads};
+    const RunControl inner = control.silent();
     const auto objective = [&](const std::vector<double>& unit) {
       control.throw_if_stopped();
       std::vector<double> values;

@@ -54,7 +54,7 @@ void bind_library(py::module_& module) {
              .runs()
              .returns("dict[str, dict[str, Any]]",
                       "By name, in alphabetical order: title, frames, duration, time_unit, controls, license and what "
-                      "else `patinate library --json` says; with `like` also likeness: total (0: the same), "
+                      "else `patinate history library --json` says; with `like` also likeness: total (0: the same), "
                       "colors_delta_e, structure_octaves, rates_spans. Empty where no library is installed")
              .raises("IoError, InvalidInput"),
          [](const py::kwargs& kwargs) {

@@ -116,7 +116,7 @@ class PySimulation {
       for (std::int64_t i = 0; i < count; ++i) {
         control.throw_if_stopped();  // Between two steps nothing is lost.
         state->is_lost = true;
-        s.step(RunControl{.on_progress = {}, .stop = control.stop, .num_threads = control.num_threads});
+        s.step(control.silent());
         state->is_lost = false;
         control.report(static_cast<double>(i + 1) / static_cast<double>(count));
       }

@@ -115,25 +115,25 @@ void bind_surface(py::module_& module) {
       FunctionText("normals", "Shading normals of the texels.")
           .returns("npt.NDArray[np.float32]", "H x W x 3, unit; 0 outside"),
       [](const PySurface& s) { return vectors_of(*s.value.map, [&](TexelId t) { return s.value.map->normal(t); }); });
-  define_method(
-      type,
-      FunctionText("control", "A control map of a kind, or of an expression of kinds and map files.")
-          .takes("expression", "str",
-                 "accessibility, facing, spray, ..., '0.7*facing + 0.3*!accessibility'; control_kinds() lists them")
-          .options<ControlKindOptions>()
-          .runs()
-          .returns("ControlMap")
-          .raises("ParseError with a did-you-mean; IoError"),
-      [](const PySurface& s, const std::string& expression, const py::kwargs& kwargs) {
-        Keywords keywords("control", kwargs);
-        ControlKindOptions options;
-        keywords.read(options);
-        const RunArguments run = keywords.run();
-        keywords.finish();
-        return result_of(run, [=](const RunControl& control) {
-          return make_control_expression(expression, *s.value.map, options, control);
-        });
-      });
+  define_method(type,
+                FunctionText("control", "A control map of a kind, or of an expression of kinds and map files.")
+                    .takes("expression", "str",
+                           "accessibility, 'accessibility(scale=3)', ..., '0.7*facing + 0.3*!accessibility'; "
+                           "control_kinds() lists them")
+                    .options<ControlKindOptions>()
+                    .runs()
+                    .returns("ControlMap")
+                    .raises("ParseError with a did-you-mean; IoError"),
+                [](const PySurface& s, const std::string& expression, const py::kwargs& kwargs) {
+                  Keywords keywords("control", kwargs);
+                  ControlKindOptions options;
+                  keywords.read(options);
+                  const RunArguments run = keywords.run();
+                  keywords.finish();
+                  return result_of(run, [=](const RunControl& control) {
+                    return make_control_expression(expression, *s.value.map, options, control);
+                  });
+                });
   define(module,
          FunctionText("control_kinds", "The kinds of control maps that expressions may name.")
              .returns("dict[str, str]", "By name: where it is high"),

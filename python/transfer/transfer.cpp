@@ -23,10 +23,10 @@ namespace {
 constexpr const char* kFunction = "transfer";
 using AgedClass = py::class_<PyAged>;
 
-/// A control as it was asked for: words, or a map for a control of the history.
-struct AskedControl {
-  std::string text;                           ///< As --control.
-  std::shared_ptr<ControlMap> map = nullptr;  ///< Made already; `text` is then the history's control.
+/// Controls as they were asked for: words, or a map for a control of the history.
+struct AskedControls {
+  std::vector<transfer::ControlSpec> specs;
+  std::vector<std::shared_ptr<ControlMap>> maps;  ///< As many; nullptr where the destination says how it is made.
 };
 
 /// A ControlMap, or values H x W in [0, 1].
@@ -41,11 +41,11 @@ std::shared_ptr<ControlMap> map_from(const py::object& given, const std::string&
   return map;
 }
 
-std::vector<AskedControl> asked_from(const py::object& given) {
-  std::vector<AskedControl> out;
+AskedControls asked_from(const py::object& given) {
+  AskedControls out;
   const auto add_text = [&](const std::string& text) {
-    (void)transfer::parse_control_spec(text);  // A typo is said before work starts.
-    out.push_back({text});
+    out.specs.push_back(transfer::parse_controls(std::span(&text, 1)).front());
+    out.maps.push_back(nullptr);
   };
   if (py::isinstance<py::str>(given)) {
     add_text(py::cast<std::string>(given));
@@ -55,7 +55,8 @@ std::vector<AskedControl> asked_from(const py::object& given) {
       if (py::isinstance<py::str>(value)) {
         add_text(name + "=" + py::cast<std::string>(value));
       } else {
-        out.push_back({name, map_from(py::reinterpret_borrow<py::object>(value), name)});
+        out.specs.push_back({.source = name, .destination = "array"});
+        out.maps.push_back(map_from(py::reinterpret_borrow<py::object>(value), name));
       }
     }
   } else if (py::isinstance<py::sequence>(given)) {
@@ -63,22 +64,16 @@ std::vector<AskedControl> asked_from(const py::object& given) {
   } else {
     wrong_type(kFunction, "controls", given, "a text, a list of texts, or a dict");
   }
-  if (out.empty()) throw InvalidInput("controls: there are none; give at least one, such as 'accessibility'");
+  if (out.specs.empty()) throw InvalidInput("controls: there are none; give at least one, such as 'accessibility'");
   return out;
 }
 
-transfer::TransferControl pair_of(const History& history, const AskedControl& asked,
-                                  const transfer::AgingSurface& surface, const ControlKindOptions& kinds,
-                                  const RunControl& control) {
-  const TexelMap& map = *surface.map;
-  if (asked.map == nullptr) return transfer::make_control_pair(history, asked.text, map, kinds, control);
-  if (asked.map->values.width() != map.width() || asked.map->values.height() != map.height())
-    throw InvalidInput("controls[" + asked.text + "]: is " + std::to_string(asked.map->values.height()) + " x " +
-                       std::to_string(asked.map->values.width()) + "; the surface has " + std::to_string(map.height()) +
-                       " x " + std::to_string(map.width()) + " texels (Surface(mesh) says where they lie)");
-  const transfer::ControlSpec spec{.source = asked.text, .destination = "array"};
-  (void)source_control(history, spec);
-  return make_transfer_control(history, spec, *asked.map, map.coverage());
+/// A ready map, if it lies on the surface.
+ControlMap laid_map(const ControlMap& given, const std::string& name, const TexelMap& map) {
+  if (given.values.width() == map.width() && given.values.height() == map.height()) return given;
+  throw InvalidInput("controls[" + name + "]: is " + std::to_string(given.values.height()) + " x " +
+                     std::to_string(given.values.width()) + "; the surface has " + std::to_string(map.height()) +
+                     " x " + std::to_string(map.width()) + " texels (Surface(mesh) says where they lie)");
 }
 
 PyAged transferred(const PyHistory& history, const py::object& destination, const py::object& given,
@@ -89,7 +84,8 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
   const DeviceKeyword device(keywords);
   const RunArguments run = keywords.run();
   keywords.finish();
-  const std::vector<AskedControl> asked = asked_from(given);
+  AskedControls asked = asked_from(given);
+  asked.specs = transfer::with_sources(*history.value, std::move(asked.specs));
   const bool is_surface = py::isinstance<PySurface>(destination);
   if (!is_surface && !py::isinstance<PyMesh>(destination))
     wrong_type(kFunction, "destination", destination, "a Mesh or a Surface");
@@ -106,15 +102,13 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
         mesh == nullptr
             ? ready
             : transfer::make_aging_surface(*mesh, options.age, &history.value->facts(), control.part(0.0, 0.2));
-    std::vector<transfer::TransferControl> pairs;
-    for (std::size_t i = 0; i < asked.size(); ++i) {
-      const double begin = 0.2 + 0.2 * static_cast<double>(i) / static_cast<double>(asked.size());
-      pairs.push_back(pair_of(*history.value, asked[i], surface, options.age.controls, control.part(begin, begin)));
-      for (std::size_t k = 0; k < i; ++k) {
-        if (pairs[k].source == pairs[i].source)
-          throw InvalidInput("controls: `" + pairs[i].source + "` is given twice; combine them in one expression");
-      }
-    }
+    std::vector<transfer::TransferControl> pairs = transfer::make_transfer_controls(
+        *history.value, asked.specs, surface.map->coverage(), [&](std::size_t i, const transfer::ControlSpec& spec) {
+          const double begin = 0.2 + 0.2 * static_cast<double>(i) / static_cast<double>(asked.specs.size());
+          return asked.maps[i] ? laid_map(*asked.maps[i], spec.source, *surface.map)
+                               : make_control_expression(spec.destination, *surface.map, options.age.controls,
+                                                         control.part(begin, begin));
+        });
     return transfer::age_surface(history.value, surface, std::move(pairs), age, control.part(0.4, 1.0));
   }))};
   device.warn();

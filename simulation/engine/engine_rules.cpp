@@ -22,8 +22,7 @@ std::vector<std::string> parameter_names(std::span<const Rule> rules, const Scen
 }  // namespace
 
 std::unique_ptr<RuleEngine> Simulation::State::make_rules(const RunControl& control) const {
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   auto engine = std::make_unique<RuleEngine>(
       scene.rules, scene.materials, surface, scene.time_per_iteration, scene.seed,
       make_parameters(parameter_names(scene.rules, scene), scene, scene_mesh, surface, quiet));

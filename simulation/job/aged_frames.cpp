@@ -15,8 +15,7 @@ SimulationOptions with_maps(SimulationOptions options, const SceneFile& file) {
 
 AgedFrames::AgedFrames(const SceneFile& file, SimulationOptions options, const RunControl& control)
     : simulation_(file.scene, with_maps(std::move(options), file), control.part(0.0, 0.1)) {
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   const auto num_materials = static_cast<int>(file.scene.materials.size());
   while (true) {
     simulation_.apply_due(quiet);

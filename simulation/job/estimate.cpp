@@ -64,8 +64,7 @@ RunEstimate estimate_run(SceneFile file, const SimulationOptions& options, const
   estimate.gammatons = count_of(scene);
 
   Simulation simulation(std::move(scene), options, control.part(0.0, 0.1));
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   simulation.apply_due(quiet);
   const ImageF before = simulation.compose(quiet).color_linear();
   while (simulation.iteration() < file.iterations) {

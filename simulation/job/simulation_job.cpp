@@ -120,8 +120,7 @@ JobItem make_item(const std::shared_ptr<SimulationWork>& work, std::int64_t begi
   item.run = [work, begin, end, has_frame](const fs::path& folder, const RunControl& control) {
     Simulation& simulation = work->at(begin, end, folder, control);
     const std::int64_t first = simulation.iteration();
-    RunControl quiet = control;
-    quiet.on_progress = {};
+    const RunControl quiet = control.silent();
     while (simulation.iteration() < end) {
       simulation.step(quiet);
       control.report(0.1 +
@@ -173,8 +172,7 @@ std::vector<std::string> object_names(const Scene& scene) {
 void join_simulated(SimulationWork& work, const fs::path& folder, const RunControl& control) {
   const SceneFile& file = work.file;
   Simulation& simulation = work.at(file.iterations, file.iterations, folder, control.part(0.0, 0.1));
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   while (simulation.iteration() < file.iterations) simulation.step(quiet);  // only when a checkpoint was lost
   simulation.apply_due(quiet);
   if (const std::string wrong = simulation.audit(quiet); !wrong.empty())

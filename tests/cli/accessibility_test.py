@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""patinate accessibility: scans and meshes, with and without a camera. Usage: accessibility_test.py PATINATE [unittest arguments]"""
+"""patinate control accessibility: scans and meshes, with and without a camera. Usage: accessibility_test.py PATINATE [unittest arguments]"""
 import json
 import pathlib
 import shutil
@@ -27,7 +27,7 @@ def tearDownModule():
 
 class Accessibility(unittest.TestCase):
     def test_a_scan_gives_three_maps_and_how_far_they_agree(self):
-        result = run("accessibility", "mold/step00/scan.ply", "--resolution", "64", "--share-rays", "32", "--scale", "4", "-o", "out", "--json")
+        result = run("control", "accessibility", "mold/step00/scan.ply", "--resolution", "64", "--share-rays", "32", "--scale", "4", "-o", "out", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         correlation = json.loads(result.stdout)["correlation"]
         self.assertEqual([len(row) for row in correlation], [3, 3, 3])
@@ -38,12 +38,12 @@ class Accessibility(unittest.TestCase):
         for d in report["definitions"]:
             self.assertTrue((WORK / "out" / d["file"]).exists())
             self.assertIn(d["name"] + ".png", (WORK / "out/report.html").read_text())
-        self.assertIn("up to date", run("accessibility", "mold/step00/scan.ply", "--resolution", "64", "--share-rays", "32", "--scale", "4", "-o", "out").stderr)
+        self.assertIn("up to date", run("control", "accessibility", "mold/step00/scan.ply", "--resolution", "64", "--share-rays", "32", "--scale", "4", "-o", "out").stderr)
 
     def test_what_is_wrong_is_one_line(self):
         for arguments, code, said in ((["none.ply"], 3, "none.ply"), (["mold/step00/scan.ply", "--scale", "0"], 2, "scale"),
                                       (["mold/step00/scan.ply", "--direction", "0,0,0"], 2, "direction"), (["mold/step00/scan.ply", "--scale", "0.01"], 3, "width")):
-            result = run("accessibility", *arguments, "-o", "wrong")
+            result = run("control", "accessibility", *arguments, "-o", "wrong")
             lines = [line for line in result.stderr.splitlines() if "error:" in line]
             self.assertEqual((result.returncode, len(lines)), (code, 1), f"{arguments} {result.returncode} {result.stderr}")
             self.assertIn(said, lines[0])

@@ -80,7 +80,7 @@ class CommandLine(CommandCase):
         self.fails(USAGE, "--width", "synth", "crackle", "--width", "0", "-o", "x")
         self.fails(USAGE, "--noise", "synth", "crackle", "--noise", "nan", "-o", "x")
         self.fails(USAGE, "--law", "synth", "crackle", "--law", "newton", "-o", "x")
-        self.fails(USAGE, "--direction", "control", "urn/mesh.obj", "--kind", "facing", "--direction", "0,1", "-o", "x.exr")
+        self.fails(USAGE, "3 numbers", "control", "urn/mesh.obj", "--kind", "facing(direction=0,1)", "-o", "x.exr")
         self.fails(USAGE, "--resolution", "control", "urn/mesh.obj", "--kind", "facing", "--resolution", "1e9", "-o", "x.exr")
 
     def test_negative_numbers_are_values_not_options(self):
@@ -98,7 +98,7 @@ class CommandLine(CommandCase):
         self.assertEqual((result.stdout, result.stderr, result.returncode), ("", "", 0))
 
     def test_a_full_disk_under_stdout_is_said(self):
-        for arguments in (["info", self.shared / "history"], ["--version"], ["--help"], ["lookup", "--help"], ["help"], ["help", "--man"], ["completion", "bash"],
+        for arguments in (["info", self.shared / "history"], ["--version"], ["--help"], ["lookup", "--help"], ["help"], ["help", "--man"], ["help", "completion", "bash"],
                           ["validate", self.shared / "history"], ["lookup", self.shared / "aged", "--time", "1", "-o", self.folder / "x.png", "--dry-run"]):
             with self.subTest(arguments=arguments), open("/dev/full", "w") as full:
                 result = subprocess.run([self.patinate, *arguments], stdout=full, stderr=subprocess.PIPE, text=True)

@@ -99,7 +99,7 @@ class Cache(unittest.TestCase):
 
     def test_nothing_else_sees_it(self):
         self.transfer()
-        for arguments in (["validate", "history"], ["info", "history"], ["combine", "history", "history", "-o", "library"]):
+        for arguments in (["validate", "history"], ["info", "history"], ["history", "combine", "history", "history", "-o", "library"]):
             result = run(*arguments, cwd=self.folder)
             self.assertEqual(result.returncode, 0, result.stderr)
             self.assertNotIn(".cache", result.stdout + result.stderr)

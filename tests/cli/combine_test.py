@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`patinate combine`: several histories as one, and transfers of it; `transfer --source-mask`. Usage: combine_test.py PATINATE [unittest arguments]"""
+"""`patinate history combine`: several histories as one, and transfers of it; `transfer --source-mask`. Usage: combine_test.py PATINATE [unittest arguments]"""
 import json
 import pathlib
 import shutil
@@ -30,7 +30,7 @@ def setUpModule():
     for arguments in (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "3", "-o", "thin"],
                       ["synth", "crackle", "--width", "40", "--height", "56", "--num-frames", "4", "--seed", "7", "-o", "thick"],
                       ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["ingest", "thin", "-o", "one"], ["ingest", "thick", "-o", "two"],
-                      ["combine", "one", "two", "-o", "library"]):
+                      ["history", "combine", "one", "two", "-o", "library"]):
         result = run(*arguments)
         if result.returncode != 0:
             raise RuntimeError(f"{arguments}: {result.stderr}")
@@ -57,14 +57,14 @@ class Combine(unittest.TestCase):
         self.assertEqual([(part["width"], part["height"]) for part in info["library"]], [(48, 40), (40, 56)])
         self.assertEqual([c["name"] for c in info["controls"]], ["thickness", "history"])
         self.assertEqual(run("validate", "library").returncode, 0)
-        self.assertIn("up to date", run("combine", "one", "two", "-o", "library").stderr)
+        self.assertIn("up to date", run("history", "combine", "one", "two", "-o", "library").stderr)
         result = run("export", "library", "--num-times", "2", "-o", self.folder / "out_%02d.png")
         self.assertEqual(result.returncode, 0, result.stderr)
 
     def test_the_key_is_that_of_its_parts(self):
         manifest = json.loads((SHARED / "library/history.json").read_text())
         self.assertEqual([part["key"] for part in manifest["library"]], [json.loads((SHARED / name / "history.json").read_text())["key"] for name in ("one", "two")])
-        again = json.loads(run("combine", SHARED / "one", SHARED / "two", "--json", "-o", self.folder / "again").stdout)
+        again = json.loads(run("history", "combine", SHARED / "one", SHARED / "two", "--json", "-o", self.folder / "again").stdout)
         self.assertEqual([part["x"] for part in again["histories"]], [part["x"] for part in manifest["library"]])
         self.assertEqual((self.folder / "again/history.json").read_bytes(), (SHARED / "library/history.json").read_bytes())
 

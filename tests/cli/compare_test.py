@@ -40,21 +40,21 @@ class Replicates(unittest.TestCase):
             patinate("ingest", f"crackle{seed}_photos", "-o", f"crackle{seed}")
 
     def test_two_sides_of_any_number_are_compared(self):
-        result = patinate("compare", "one", "two", "--against", "crackle3", "crackle4", "--num-times", 4, "-o", "replicates")
+        result = patinate("history", "compare", "one", "two", "--against", "crackle3", "crackle4", "--num-times", 4, "-o", "replicates")
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("the smallest that 2 against 2 can give is 0.333", result.stderr)  # 2 of 6 ways: A and B exchanged are as far apart.
         report = json.loads((WORK / "replicates/report.json").read_text())
         self.assertEqual([[side["name"] for side in report[s]] for s in "ab"], [["one", "two"], ["crackle3", "crackle4"]])
-        self.assertEqual(report["command"], "patinate compare one two --against crackle3 crackle4 --num-times 4 -o OUT")
+        self.assertEqual(report["command"], "patinate history compare one two --against crackle3 crackle4 --num-times 4 -o OUT")
         self.assertEqual(report["labelings"], 6)
-        again = patinate("compare", "one", "two", "--num-times", 4, "-o", "replicates", "--against", "crackle3", "crackle4")
+        again = patinate("history", "compare", "one", "two", "--num-times", 4, "-o", "replicates", "--against", "crackle3", "crackle4")
         self.assertIn("up to date", again.stderr)
 
     def test_what_cannot_be_compared_is_one_line(self):
         for code, what, arguments in ((2, "behind --against", ("one", "two", "crackle3")), (2, "B: is missing", ("one",)), (3, "one replicate", ("one", "--against", "two", "crackle3")),
                                       (3, "same history", ("one", "one", "--against", "two", "crackle3")), (3, "does not exist", ("one", "two", "--against", "crackle3", "nothing")),
                                       (2, "--through", ("one", "two", "--against", "crackle3", "crackle4", "--through", "aged"))):
-            result = patinate("compare", *arguments, "-o", "refused")
+            result = patinate("history", "compare", *arguments, "-o", "refused")
             self.assertEqual((result.returncode, result.stderr.count("\n")), (code, 1), result.stderr)
             self.assertIn(what, result.stderr)
         self.assertFalse((WORK / "refused").exists())
@@ -62,7 +62,7 @@ class Replicates(unittest.TestCase):
 
 class Compare(unittest.TestCase):
     def test_says_its_figures_and_writes_a_page_that_needs_nothing_else(self):
-        result = patinate("compare", "one", "two", "--num-resamples", 20, "-o", "report")
+        result = patinate("history", "compare", "one", "two", "--num-resamples", 20, "-o", "report")
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertIn("color_distribution: ", result.stderr)
         self.assertIn("A split in two", result.stderr)
@@ -74,18 +74,18 @@ class Compare(unittest.TestCase):
             self.assertIn(drawing.replace(' xmlns="http://www.w3.org/2000/svg"', ""), page)
         self.assertFalse("http:" in page)
         self.assertFalse("src=\"curves" in page)
-        self.assertTrue("patinate compare one two --num-resamples 20 -o OUT" in page)
+        self.assertTrue("patinate history compare one two --num-resamples 20 -o OUT" in page)
         report = json.loads((WORK / "report/report.json").read_text())
         for curve in report["curves"]:
             rows = (WORK / "report" / curve["file"]).read_text().splitlines()
             self.assertGreater(len(rows), 1)
             self.assertEqual({row.count(",") for row in rows}, {rows[0].count(",")})
-        self.assertIn("up to date", patinate("compare", "one", "two", "--num-resamples", 20, "-o", "report").stderr)
+        self.assertIn("up to date", patinate("history", "compare", "one", "two", "--num-resamples", 20, "-o", "report").stderr)
 
     def test_what_the_surfaces_are_made_of_is_compared_where_a_side_states_it(self):
         for name, roughness in (("dull", 0.7), ("bright", 0.3)):
-            self.assertEqual(patinate("appearance", "one", "--roughness", roughness, "--metalness", 1, "-o", name).returncode, 0)
-        result = patinate("compare", "dull", "bright", "--num-times", 3, "--num-resamples", 0, "-o", "gloss", "--json")
+            self.assertEqual(patinate("history", "appearance", "one", "--roughness", roughness, "--metalness", 1, "-o", name).returncode, 0)
+        result = patinate("history", "compare", "dull", "bright", "--num-times", 3, "--num-resamples", 0, "-o", "gloss", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         figures = {f["name"]: f["value"] for f in json.loads(result.stdout)["figures"]}
         self.assertAlmostEqual(figures["roughness_distance"], 0.4, places=3)
@@ -93,11 +93,11 @@ class Compare(unittest.TestCase):
         self.assertGreater(figures["brdf_by_place"], 0)
         self.assertIn("Material beside color", (WORK / "gloss/report.html").read_text())
         self.assertTrue((WORK / "gloss/curves/roughness.csv").is_file())
-        self.assertEqual(patinate("compare", "one", "two", "--num-times", 3, "--num-resamples", 0, "-o", "colors").returncode, 0)
+        self.assertEqual(patinate("history", "compare", "one", "two", "--num-times", 3, "--num-resamples", 0, "-o", "colors").returncode, 0)
         self.assertNotIn("Material beside color", (WORK / "colors/report.html").read_text())
 
     def test_a_history_against_itself_differs_nowhere(self):
-        result = patinate("compare", "one", "one", "--num-resamples", 0, "-o", "same", "--json")
+        result = patinate("history", "compare", "one", "one", "--num-resamples", 0, "-o", "same", "--json")
         figures = {f["name"]: f["value"] for f in json.loads(result.stdout)["figures"]}
         for name in ("ciede2000_mean", "ciede2000_p95", "residual_before_warp", "color_distribution", "spectrum_distance", "color_by_thickness"):
             self.assertEqual(figures[name], 0, name)
@@ -107,14 +107,14 @@ class Compare(unittest.TestCase):
         self.assertNotIn("<td>CIEDE2000, mean over places and times</td>", page)
 
     def test_the_command_on_the_page_repeats_the_page(self):
-        patinate("compare", "one", "two", "--num-resamples", 12, "--clock", "span", "-o", "first")
+        patinate("history", "compare", "one", "two", "--num-resamples", 12, "--clock", "span", "-o", "first")
         command = json.loads((WORK / "first/report.json").read_text())["command"]
         page = (WORK / "first/report.html").read_bytes()
         self.assertEqual(subprocess.run(command.replace("patinate", PATINATE, 1), shell=True, cwd=WORK, capture_output=True).returncode, 0)
         self.assertEqual(page, (WORK / "OUT/report.html").read_bytes())
 
     def test_a_transfer_over_time_and_a_history_through_it_are_the_same(self):
-        result = patinate("compare", "one", "aged", "--through", "aged", "--num-resamples", 0, "-o", "through", "--json")
+        result = patinate("history", "compare", "one", "aged", "--through", "aged", "--num-resamples", 0, "-o", "through", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         figures = {f["name"]: f["value"] for f in json.loads(result.stdout)["figures"]}
         self.assertEqual(figures["ciede2000_p95"], 0)
@@ -149,7 +149,7 @@ class Compare(unittest.TestCase):
         for arguments, code, words in ((("one", "nowhere"), 3, "nowhere"), (("one", "picture.png"), 3, "is no history or transfer"), (("one",), 2, "B"),
                                        (("one", "two", "--clock", "lunar"), 2, "absolute, span"), (("one", "two", "--num-blocks", 1), 2, "[2, 64]"),
                                        (("one", "two", "--through", "two"), 3, "two"), (("aged", "one", "--through", "aged"), 3, "is for a history")):
-            result = patinate("compare", *arguments, "-o", "bad")
+            result = patinate("history", "compare", *arguments, "-o", "bad")
             with self.subTest(arguments=arguments):
                 self.assertEqual(result.returncode, code, result.stderr)
                 self.assertIn(words, result.stderr)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`patinate devices` and `--device`: the same bytes everywhere, and what is said where there is nothing. Usage: device_test.py PATINATE [unittest arguments]"""
+"""`patinate help devices` and `--device`: the same bytes everywhere, and what is said where there is nothing. Usage: device_test.py PATINATE [unittest arguments]"""
 import json
 import os
 import pathlib
@@ -35,7 +35,7 @@ class Devices(CommandCase):
         return meshes
 
     def an_opencl_device(self):
-        devices = json.loads(self.succeeds("devices", "--json"))["devices"]
+        devices = json.loads(self.succeeds("help", "devices", "--json"))["devices"]
         if not devices:
             self.skipTest("there is no OpenCL device (Debian: pocl-opencl-icd)")
         return devices[0]
@@ -64,7 +64,7 @@ class Devices(CommandCase):
     def test_each_says_whether_it_gives_the_cpus_bytes(self):
         device = self.an_opencl_device()
         self.assertEqual(device["checks"], dict.fromkeys(("arithmetic", "transfer", "rays", "iterations"), "passed"))
-        self.assertIn(device["name"], self.succeeds("devices"))
+        self.assertIn(device["name"], self.succeeds("help", "devices"))
 
     def test_a_transfer_is_the_same_on_each(self):
         device = self.an_opencl_device()
@@ -153,7 +153,7 @@ class Devices(CommandCase):
         scene = self.folder / "ledge" / "scene.json"
         for out, name in (("there", device["name"]), ("here", "cpu")):
             self.succeeds("simulate", scene, "--iterations", "40", "--resolution", "128", "--device", name, "-o", out)
-            self.succeeds("recompose", out, "--device", name, "-o", out + "_again")
+            self.succeeds("simulate", "recompose", out, "--device", name, "-o", out + "_again")
         for folder in ("", "_again"):
             self.assert_same_files(tree_of(self.folder / f"here{folder}"), tree_of(self.folder / f"there{folder}"))
 
@@ -166,7 +166,7 @@ class Devices(CommandCase):
     def test_without_opencl_auto_is_the_cpu_in_silence(self):
         result = self.transfer("aged", env=WITHOUT)
         self.assertEqual((result.returncode, "evice" in result.stderr), (0, False), result.stderr)
-        listed = self.run_patinate("devices", env=WITHOUT)
+        listed = self.run_patinate("help", "devices", env=WITHOUT)
         self.assertEqual(listed.returncode, 0)
         self.assertIn("No OpenCL devices", listed.stdout)
 

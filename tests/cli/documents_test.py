@@ -21,18 +21,56 @@ def output_of(*arguments):
     return subprocess.run([PATINATE, *arguments], capture_output=True, text=True, check=True).stdout
 
 
+def commands():
+    """{name: what it does} of every command, "fit field" as one, in the order of the manual."""
+    return dict(re.findall(r"^## ([a-z]+(?: [a-z]+)?)\n(.*)\.$", output_of("help", "--markdown"), re.MULTILINE))
+
+
+def table():
+    """The table with which docs/commands.md begins."""
+    return "| command | |\n| --- | --- |\n" + "".join(f"| [{name}](#{name.replace(' ', '-')}) | {brief[0].lower() + brief[1:]} |\n" for name, brief in commands().items())
+
+
 class Documents(unittest.TestCase):
     def test_commands_page_is_current(self):
         written = COMMANDS.read_text().split(MARK)[1]
         self.assertEqual(written, output_of("help", "--markdown"), "run tests/cli/documents_test.py PATINATE --update")
 
     def test_the_page_begins_with_every_command(self):
-        table = COMMANDS.read_text().split("\n## ")[0]
-        self.assertEqual(re.findall(r"^\| \[([a-z]+)\]\(#\1\)", table, re.MULTILINE), re.findall(r"^  ([a-z]+) ", output_of("--help"), re.MULTILINE))
+        self.assertIn("\n" + table() + "\n", COMMANDS.read_text().split("\n## ")[0], "run tests/cli/documents_test.py PATINATE --update")
+
+    def test_about_twenty_commands_and_the_ten_of_the_main_path_first(self):
+        first_words = list(dict.fromkeys(name.split()[0] for name in commands()))
+        self.assertLessEqual(len(first_words), 23)
+        page = output_of("--help")
+        self.assertEqual(re.findall(r"^  ([a-z]+) .*\.$", page, re.MULTILINE),
+                         ["init", "ingest", "control", "transfer", "lookup", "render", "export", "simulate", "fit", "studio"])
+        for name in commands():
+            self.assertRegex(page, r"\b" + name.split()[0])
+            self.assertRegex(page, r"\b" + name.split()[-1])
+
+    def test_help_of_a_command_with_many_options_begins_with_the_usual_ones(self):
+        kinds = ("crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "plate", "sculpture")
+        for name in [*(c for c in commands() if c != "synth"), *(f"synth {kind}" for kind in kinds)]:
+            with self.subTest(command=name):
+                everything, first = (output_of(*name.split(), option) for option in ("--help-all", "--help"))
+                option = re.compile(r"^  (--?[a-z][-a-z]*)", re.MULTILINE)
+                own = option.findall(everything.split("\nEvery command:")[0])
+                if len(own) <= 12:
+                    self.assertEqual(option.findall(first), option.findall(everything))
+                    continue
+                shown = option.findall(first)
+                self.assertTrue(3 <= len(shown) <= 9 and set(shown) < set(own), shown)
+                self.assertEqual(own[:len(shown)], shown)  # The same order in both.
+                self.assertLess(first.index("\n  patinate "), first.index("\nOptions:"))
+                self.assertIn(f"{len(own) - len(shown)} more options", " ".join(first.split()))
+
+    def test_transfer_has_six_usual_options(self):
+        self.assertEqual(len(re.findall(r"^  --?[a-z]", output_of("transfer", "--help"), re.MULTILINE)), 6)
 
     def test_man_page_has_no_warnings_and_every_command(self):
         page = output_of("help", "--man")
-        for verb in re.findall(r"^  ([a-z]+) ", output_of("--help"), re.MULTILINE):
+        for verb in commands():
             self.assertIn(f".SS {verb}\n", page)
         if not shutil.which("man"):
             self.skipTest("no man")
@@ -50,7 +88,7 @@ class Completion(unittest.TestCase):
 
     def script(self, shell):
         path = self.folder / f"complete.{shell}"
-        path.write_text(output_of("completion", shell))
+        path.write_text(output_of("help", "completion", shell))
         return path
 
     def bash(self, *words):
@@ -69,7 +107,12 @@ class Completion(unittest.TestCase):
         self.assertEqual(self.bash("patinate", "lookup", "ag"), ["aged"])
         self.assertEqual(self.bash("patinate", "lookup", "aged", "-o", "a "), ["a map.exr"])
         self.assertEqual(self.bash("patinate", "lookup", "aged", "--time", ""), [])
-        self.assertEqual(self.bash("patinate", "completion", "f"), ["fish"])
+        self.assertEqual(self.bash("patinate", "help", "completion", "f"), ["fish"])
+        self.assertEqual(self.bash("patinate", "hist"), ["history"])
+        self.assertEqual(self.bash("patinate", "history", "tr"), ["trim"])
+        self.assertEqual(sorted(self.bash("patinate", "fit", "")), ["a map.exr", "aged", "complete.bash", "field", "rank"])
+        self.assertEqual(self.bash("patinate", "fit", "field", "--swee"), ["--sweeps"])
+        self.assertEqual(self.bash("patinate", "history", "compare", "a", "b", "--clock", "s"), ["span"])
 
     @unittest.skipUnless(shutil.which("fish"), "no fish")
     def test_fish_offers_commands_options_choices_and_files(self):
@@ -85,6 +128,8 @@ class Completion(unittest.TestCase):
         self.assertEqual(offers("patinate transfer --method "), ["fast", "reference"])
         self.assertEqual(offers("patinate synth "), ["crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "plate", "sculpture"])
         self.assertEqual(offers("patinate lookup ag"), ["aged/"])
+        self.assertEqual(offers("patinate history tr"), ["trim"])
+        self.assertIn("--places", offers("patinate fit field --pl"))
 
     @unittest.skipUnless(shutil.which("zsh"), "no zsh")
     def test_zsh_offers_commands_options_choices_and_files(self):
@@ -103,7 +148,7 @@ ask $'PS1= ; unsetopt zle_bracketed_paste; autoload -U compinit && compinit -u -
 for line offer in "$@"; do ask "$line"$'\\t' $offer; zpty -w -n shell $'\\C-u'; print -r -- '-----'; done
 """)
         lines = {"patinate tr": "transfer", "patinate transfer --method r": "reference", "patinate synth s": "sculpture",
-                 "patinate lookup ag": "aged"}
+                 "patinate lookup ag": "aged", "patinate history tr": "trim", "patinate history compare --clock s": "span"}
         arguments = [word for pair in lines.items() for word in pair]
         result = subprocess.run(["zsh", "-f", str(driver), *arguments], cwd=self.folder, capture_output=True, text=True, timeout=300,
                                 env={**os.environ, "HOME": str(self.folder), "TERM": "dumb", "COLUMNS": "200"})
@@ -114,6 +159,7 @@ for line offer in "$@"; do ask "$line"$'\\t' $offer; zpty -w -n shell $'\\C-u'; 
 
 if __name__ == "__main__":
     if "--update" in sys.argv:
-        COMMANDS.write_text(COMMANDS.read_text().split(MARK)[0] + MARK + output_of("help", "--markdown"))
+        text = re.sub(r"\| command \| \|\n\| --- \| --- \|\n(\| .*\n)*", lambda _: table(), COMMANDS.read_text().split(MARK)[0], count=1)
+        COMMANDS.write_text(text + MARK + output_of("help", "--markdown"))
     else:
         unittest.main()

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""patinate explain as a user runs it. Usage: explain_test.py PATINATE [unittest arguments]"""
+"""patinate control explain as a user runs it. Usage: explain_test.py PATINATE [unittest arguments]"""
 import csv
 import json
 import os
@@ -30,13 +30,13 @@ def setUpModule():
 
 class Explain(CommandCase):
     def explain(self, reference, *more, options=QUICK):
-        self.succeeds("explain", reference, self.shared / "urn/mesh.obj", "--unit", "mm", *options, *more, "-o", "why")
+        self.succeeds("control", "explain", reference, self.shared / "urn/mesh.obj", "--unit", "mm", *options, *more, "-o", "why")
         return json.loads((self.folder / "why/explanation.json").read_text())
 
     def test_a_control_that_explains_nothing_is_said_to(self):
         numbers = random.Random(1)
         scene.write_png(self.folder / "noise.png", 64, 64, lambda x, y: numbers.random())
-        result = self.run_patinate("explain", "noise.png", self.shared / "urn/mesh.obj", "--unit", "mm", *QUICK, "-o", "why")
+        result = self.run_patinate("control", "explain", "noise.png", self.shared / "urn/mesh.obj", "--unit", "mm", *QUICK, "-o", "why")
         self.assertEqual(result.returncode, 0, result.stderr)
         candidates = json.loads((self.folder / "why/explanation.json").read_text())["candidates"]
         said = {c["name"]: "explains nothing" in line for c in candidates for line in result.stderr.splitlines() if line.startswith(f"  {c['name']}: ")}
@@ -78,7 +78,7 @@ class Explain(CommandCase):
     def test_the_same_again_is_up_to_date_and_has_the_same_bytes(self):
         self.explain(self.shared / "height.exr")
         before = tree_of(self.folder / "why")
-        self.assertIn("up to date", self.run_patinate("explain", self.shared / "height.exr", self.shared / "urn/mesh.obj", "--unit", "mm", *QUICK, "-o", "why").stderr)
+        self.assertIn("up to date", self.run_patinate("control", "explain", self.shared / "height.exr", self.shared / "urn/mesh.obj", "--unit", "mm", *QUICK, "-o", "why").stderr)
         shutil.rmtree(self.folder / "why")
         self.explain(self.shared / "height.exr", "--threads", "1")
         self.assertEqual(tree_of(self.folder / "why"), before)
@@ -115,15 +115,15 @@ class Explain(CommandCase):
         (self.folder / "wide.pgm").write_bytes(b"P5 128 64 255\n" + bytes(range(128)) * 64)
         (self.folder / "bare.obj").write_text("v 0 0 0\nv 9 0 0\nv 0 9 0\nv 9 9 1\nf 1 2 3\nf 2 4 3\n")
         height, unit = self.shared / "height.exr", ("--unit", "mm")
-        self.fails(INPUT, "is the same everywhere", "explain", "flat.pgm", mesh, *unit, *QUICK, *out)
-        self.fails(INPUT, "no picture of the atlas", "explain", "wide.pgm", mesh, *unit, *QUICK, *out)
-        self.fails(INPUT, "UV", "explain", height, "bare.obj", *unit, *QUICK, *out)
-        self.fails(INPUT, "does not exist", "explain", "nothing.png", mesh, *unit, *QUICK, *out)
-        self.fails(INPUT, "shuffles cannot tell", "explain", height, mesh, *unit, *RESOLUTION, "--shuffles", "99", "--share-rays", "16", "--sky-rays", "16", *out)
-        self.fails(INPUT, "no `position` map", "explain", self.shared / "history", mesh, *unit, *QUICK, *out)
-        self.fails(USAGE, "did you mean `luminance`?", "explain", height, mesh, *unit, *QUICK, "--channel", "luminence", *out)
-        self.fails(USAGE, "did you mean `height`?", "explain", height, mesh, *unit, *RESOLUTION, "--kind", "heigth", *out)
-        self.fails(USAGE, "--also takes expressions", "explain", height, mesh, *unit, *RESOLUTION, "--kind", "!height", *out)
+        self.fails(INPUT, "is the same everywhere", "control", "explain", "flat.pgm", mesh, *unit, *QUICK, *out)
+        self.fails(INPUT, "no picture of the atlas", "control", "explain", "wide.pgm", mesh, *unit, *QUICK, *out)
+        self.fails(INPUT, "UV", "control", "explain", height, "bare.obj", *unit, *QUICK, *out)
+        self.fails(INPUT, "does not exist", "control", "explain", "nothing.png", mesh, *unit, *QUICK, *out)
+        self.fails(INPUT, "shuffles cannot tell", "control", "explain", height, mesh, *unit, *RESOLUTION, "--shuffles", "99", "--share-rays", "16", "--sky-rays", "16", *out)
+        self.fails(INPUT, "no `position` map", "control", "explain", self.shared / "history", mesh, *unit, *QUICK, *out)
+        self.fails(USAGE, "did you mean `luminance`?", "control", "explain", height, mesh, *unit, *QUICK, "--channel", "luminence", *out)
+        self.fails(USAGE, "did you mean `height`?", "control", "explain", height, mesh, *unit, *RESOLUTION, "--kind", "heigth", *out)
+        self.fails(USAGE, "--also takes expressions", "control", "explain", height, mesh, *unit, *RESOLUTION, "--kind", "!height", *out)
 
 
 if __name__ == "__main__":

@@ -26,7 +26,7 @@ def setUpModule():
         result = patinate("ingest", f"{name}_photos", "-o", name)
         assert result.returncode == 0, result.stderr
     patinate("synth", "sculpture", "--resolution", 24, "-o", "urn")
-    result = patinate("factorize", "plate", "--times", "70,20", *QUICK, "-o", "factors")
+    result = patinate("history", "factorize", "plate", "--times", "70,20", *QUICK, "-o", "factors")
     assert result.returncode == 0, result.stderr
 
 
@@ -36,13 +36,13 @@ def tearDownModule():
 
 class Factorize(unittest.TestCase):
     def test_says_its_figures_and_writes_a_page_that_needs_nothing_else(self):
-        result = patinate("factorize", "plate", "--times", "70,20", *QUICK, "-o", "factors", "--verbose")
+        result = patinate("history", "factorize", "plate", "--times", "70,20", *QUICK, "-o", "factors", "--verbose")
         self.assertIn("up to date", result.stderr)
         for word in ("rmse: ", "ciede2000_mean: ", "compactness: ", "time 70 s: EXTRAPOLATED", "time 0 s: root mean square"):
             self.assertIn(word, result.stderr)
         page = (WORK / "factors/report.html").read_text()
         self.assertFalse("http:" in page)
-        self.assertIn("patinate factorize plate --num-intervals 16 --num-training 48 --times 70,20 -o OUT", page)
+        self.assertIn("patinate history factorize plate --num-intervals 16 --num-training 48 --times 70,20 -o OUT", page)
         self.assertIn("EXTRAPOLATED", page)
         report = json.loads((WORK / "factors/factorization.json").read_text())
         for curve in report["csv"]:
@@ -55,7 +55,7 @@ class Factorize(unittest.TestCase):
         self.assertIn("1, seen by nobody", patinate("info", "factors").stdout)
         self.assertIn("70 s: seen by nobody", patinate("info", "factors/history").stdout)
         self.assertEqual(patinate("validate", "factors").returncode, 0)
-        result = patinate("compare", "plate", "factors", "--num-resamples", 0, "-o", "report", "--json")
+        result = patinate("history", "compare", "plate", "factors", "--num-resamples", 0, "-o", "report", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         difference = {f["name"]: f["value"] for f in json.loads(result.stdout)["figures"]}["ciede2000_mean"]
         said = {f["name"]: f["value"] for f in json.loads((WORK / "factors/factorization.json").read_text())["figures"]}["ciede2000_mean"]
@@ -68,9 +68,9 @@ class Factorize(unittest.TestCase):
 
     def test_a_killed_run_goes_on_and_ends_with_the_same_bytes(self):
         # What a kill after the curve leaves: a later stage that fails, then the same command again.
-        patinate("factorize", "plate", "--times", "1e7", *QUICK, "-o", "again")
+        patinate("history", "factorize", "plate", "--times", "1e7", *QUICK, "-o", "again")
         self.assertTrue((WORK / "again.partial/.job/work/curve.json").exists())
-        result = patinate("factorize", "plate", "--times", "70,20", *QUICK, "-o", "again", "--threads", 5)
+        result = patinate("history", "factorize", "plate", "--times", "70,20", *QUICK, "-o", "again", "--threads", 5)
         self.assertEqual(result.returncode, 0, result.stderr)
         for file in ("maps/rate.exr", "history/history.json", "history/frames/0010.exr"):
             self.assertEqual((WORK / "factors" / file).read_bytes(), (WORK / "again" / file).read_bytes(), file)
@@ -80,7 +80,7 @@ class Factorize(unittest.TestCase):
             return {str(p.relative_to(folder)): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file() and p.name != "run.json"}
         whole = tree(WORK / "factors")
         self.assertIn("history/controls/rate.exr", whole)
-        out, command = WORK / "killed", [PATINATE, "factorize", "plate", "--times", "70,20", *map(str, QUICK), "-o", "killed"]
+        out, command = WORK / "killed", [PATINATE, "history", "factorize", "plate", "--times", "70,20", *map(str, QUICK), "-o", "killed"]
         for item in ("curve", "maps", "frame.0", "frame.9"):
             shutil.rmtree(out, ignore_errors=True)
             process = subprocess.Popen(command, cwd=WORK, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
@@ -99,7 +99,7 @@ class Factorize(unittest.TestCase):
         for arguments, code, words in ((("short",), 3, "has 3 frames; a curve with rates and offsets needs at least 4"), (("nowhere",), 3, "does not exist"), (("picture.png",), 3, "is no history"),
                                        (("plate", "--max-rate", 1), 2, "[1.1, 20]"), (("plate", "--clock", "lunar"), 2, "shared, channels"), (("plate", "--times", "1e9"), 3, "beyond what any place tells"),
                                        (("plate", "--least-change", 9), 3, "nothing changes"), (("factors/history",), 3, "extrapolated")):
-            result = patinate("factorize", *arguments, *QUICK, "-o", "bad")
+            result = patinate("history", "factorize", *arguments, *QUICK, "-o", "bad")
             with self.subTest(arguments=arguments):
                 self.assertEqual(result.returncode, code, result.stderr)
                 lines = [line for line in result.stderr.splitlines() if line.startswith("patinate: error")]
@@ -113,7 +113,7 @@ class Factorize(unittest.TestCase):
         (WORK / "copper.json").write_text(json.dumps({"format": "patinate.capture", "version": 1, "name": "copper", "kind": "fixed", "time_unit": "min", "scale": 0.25, "exclude": [i for i in range(100) if i % 3],
                                                       "frames": {"pattern": f"{DATA}/timelapse/copper_patinating/copper_patinating.webp", "interval": 4.85}}))
         self.assertEqual(patinate("ingest", "copper.json", "-o", "copper").returncode, 0)
-        result = patinate("factorize", "copper", *QUICK, "-o", "copper_factors", "--json")
+        result = patinate("history", "factorize", "copper", *QUICK, "-o", "copper_factors", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         frames = [f for f in json.loads(result.stdout)["frames"] if "rmse" in f]
         self.assertLess(max(f["ciede2000_mean"] for f in frames[len(frames) // 2:]), 4.0)  # Measured 3.0: places age in more than one way.

@@ -62,7 +62,7 @@ class Field(unittest.TestCase):
     def setUpClass(cls):
         times = [f["time"] for f in json.loads((WORK / "captured/history/history.json").read_text())["frames"]]
         cls.until = times[2 * len(times) // 3]
-        cls.result = patinate("field", "start.json", "captured", *VARY, "--places", "equal", "--waves", 4, "--until", cls.until, "-o", "found", "--json")
+        cls.result = patinate("fit", "field", "start.json", "captured", *VARY, "--places", "equal", "--waves", 4, "--until", cls.until, "-o", "found", "--json")
         assert cls.result.returncode == 0, cls.result.stderr
         cls.report = json.loads((WORK / "found/report.json").read_text())
 
@@ -84,7 +84,7 @@ class Field(unittest.TestCase):
         truth = json.loads((WORK / "truth.json").read_text())
         truth["seed"] = SCENE["seed"]
         (WORK / "oracle.json").write_text(json.dumps(truth))
-        self.assertEqual(patinate("field", "oracle.json", "captured", *VARY, "--places", "equal", "--waves", 1, "--levels", 3, "--until", self.until, "-o", "oracle").returncode, 0)
+        self.assertEqual(patinate("fit", "field", "oracle.json", "captured", *VARY, "--places", "equal", "--waves", 1, "--levels", 3, "--until", self.until, "-o", "oracle").returncode, 0)
         oracle = json.loads((WORK / "oracle/report.json").read_text())["before"]
         for frames in ("seen", "held_out"):
             least, after, single = (r[frames]["by_place"] ** 2 for r in (oracle, self.report["after"], self.report["single"]))
@@ -112,13 +112,13 @@ class Field(unittest.TestCase):
         self.assertEqual(patinate("simulate", "deep/fitted/scene.json", "-o", "third").returncode, 0)
 
     def test_a_second_field_is_laid_over_the_first(self):
-        result = patinate("field", "found/scene.json", "captured", "--vary", "/objects/0/initial/patina=0:1", "--vary", "/rules/0/rate=0.1:10:log", "--places", "equal", "--levels", 3, "--sweeps", 1, "--waves", 2, "-o", "wrong")
+        result = patinate("fit", "field", "found/scene.json", "captured", "--vary", "/objects/0/initial/patina=0:1", "--vary", "/rules/0/rate=0.1:10:log", "--places", "equal", "--levels", 3, "--sweeps", 1, "--waves", 2, "-o", "wrong")
         self.assertEqual(result.returncode, 2, result.stderr)
         self.assertIn("/objects/0/initial/patina: is not in", result.stderr)
         laid = json.loads((WORK / "start.json").read_text())
         laid["objects"][0]["initial"] = {"patina": 0.1}
         (WORK / "laid.json").write_text(json.dumps(laid))
-        result = patinate("field", "laid.json", "captured", "--vary", "/objects/0/initial/patina=0:1", *VARY, "--places", "equal", "--levels", 5, "--sweeps", 1, "--waves", 3, "-o", "two", "--json")
+        result = patinate("fit", "field", "laid.json", "captured", "--vary", "/objects/0/initial/patina=0:1", *VARY, "--places", "equal", "--levels", 5, "--sweeps", 1, "--waves", 3, "-o", "two", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         report = json.loads((WORK / "two/report.json").read_text())
         self.assertEqual([f["pointer"] for f in report["fields"]], ["/objects/0/initial/patina", "/rules/0/rate"])
@@ -127,16 +127,16 @@ class Field(unittest.TestCase):
 
     def test_same_bytes_for_any_number_of_threads_and_up_to_date_after(self):
         for threads in (1, 2):
-            self.assertEqual(patinate("field", "start.json", "captured", *VARY, "--places", "equal", "--levels", 3, "--waves", 2, "-o", f"out{threads}", "--threads", threads).returncode, 0)
+            self.assertEqual(patinate("fit", "field", "start.json", "captured", *VARY, "--places", "equal", "--levels", 3, "--waves", 2, "-o", f"out{threads}", "--threads", threads).returncode, 0)
         for file in ("report.html", "report.json", "scene.json", "fields/field_1.exr", "after/frames/0005.exr"):
             if (WORK / "out1" / file).exists() or file.startswith("report"):
                 self.assertEqual((WORK / "out1" / file).read_bytes(), (WORK / "out2" / file).read_bytes(), file)
-        self.assertIn("up to date", patinate("field", "start.json", "captured", *VARY, "--places", "equal", "--levels", 3, "--waves", 2, "-o", "out1").stderr)
+        self.assertIn("up to date", patinate("fit", "field", "start.json", "captured", *VARY, "--places", "equal", "--levels", 3, "--waves", 2, "-o", "out1").stderr)
 
     def test_what_cannot_be_a_field_is_said_in_a_line_and_nothing_is_made(self):
         for arguments, said in (((*VARY,), "--places equal"), (("--places", "equal"), "nothing may vary"), (("--vary", "/exchange/rates/water=0.1:1", "--places", "equal"), "only the rate of a rule"),
                                 (("--vary", "/rules/0/rate=2:10:log", "--places", "equal"), "outside 2 to 10"), (("--vary", "/rules/7/rate=2:10:log", "--places", "equal"), "is not in")):
-            result = patinate("field", "start.json", "captured", *arguments, "-o", "refused")
+            result = patinate("fit", "field", "start.json", "captured", *arguments, "-o", "refused")
             self.assertNotEqual(result.returncode, 0, arguments)
             errors = [line for line in result.stderr.splitlines() if "error" in line]
             self.assertEqual(len(errors), 1, result.stderr)

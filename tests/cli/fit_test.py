@@ -77,7 +77,7 @@ class Rank(unittest.TestCase):
 
     def test_the_model_that_ages_is_nearer_than_the_one_that_does_not(self):
         first, second = self.times()
-        result = patinate("rank", f"idle_{first}", f"start_{first}", "-o", "ranked", "--json")
+        result = patinate("fit", "rank", f"idle_{first}", f"start_{first}", "-o", "ranked", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         report = json.loads(result.stdout)
         self.assertEqual([m["model"] for m in report["models"]], ["start", "idle"])
@@ -102,11 +102,11 @@ class Rank(unittest.TestCase):
         self.assertIn(f"truth until {first:g} h</th>", page)
         rows = (WORK / "ranked/ranking.csv").read_text().splitlines()
         self.assertEqual([row.split(",")[0] for row in rows], ["model", "start", "idle"])
-        self.assertIn("up to date", patinate("rank", f"idle_{first}", f"start_{first}", "-o", "ranked").stderr)
+        self.assertIn("up to date", patinate("fit", "rank", f"idle_{first}", f"start_{first}", "-o", "ranked").stderr)
 
     def test_folds_over_time_are_ranked_by_their_means(self):
         first, second = self.times()
-        result = patinate("rank", *(f"{m}_{t}" for m in ("start", "idle") for t in (first, second)), "-o", "folds", "--json")
+        result = patinate("fit", "rank", *(f"{m}_{t}" for m in ("start", "idle") for t in (first, second)), "-o", "folds", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
         report = json.loads(result.stdout)
         self.assertEqual([c["until"] for c in report["cases"]], [first, second])
@@ -115,7 +115,7 @@ class Rank(unittest.TestCase):
     def test_what_cannot_be_ranked_is_named(self):
         first, second = self.times()
         for arguments, said in (((f"start_{first}",), "two fits"), ((f"start_{first}", f"idle_{second}"), "has no fit to"), ((f"start_{first}", "captured"), "is no fit"), ((f"start_{first}", f"start_{first}"), "are both of")):
-            result = patinate("rank", *arguments, "-o", "wrong")
+            result = patinate("fit", "rank", *arguments, "-o", "wrong")
             self.assertNotEqual(result.returncode, 0)
             self.assertEqual(len(result.stderr.strip().splitlines()), 1, result.stderr)
             self.assertIn(said, result.stderr)
@@ -191,35 +191,35 @@ class Fit(unittest.TestCase):
         for workers in (1, 3):
             with self.subTest(workers=workers):
                 name = f"workers{workers}"
-                plan = patinate("plan", *command, "-o", name, "--json")
+                plan = patinate("cluster", "plan", *command, "-o", name, "--json")
                 self.assertEqual(plan.returncode, 0, plan.stderr)
                 (WORK / f"{name}.json").write_text(plan.stdout)
                 self.head(name, workers, generations=2)  # A worker is killed, and after two generations the head.
-                self.assertNotEqual(patinate("join", f"{name}.json").returncode, 0)
+                self.assertNotEqual(patinate("cluster", "join", f"{name}.json").returncode, 0)
                 finished = {p: p.stat().st_ino for p in (WORK / f"{name}.items").glob("*-*/.job/item")}
                 self.assertGreater(len(finished), 3)
                 self.head(name, workers)
                 self.assertEqual({p: p.stat().st_ino for p in finished}, finished)  # Nothing was done again.
-                joined = patinate("join", f"{name}.json")
+                joined = patinate("cluster", "join", f"{name}.json")
                 self.assertEqual(joined.returncode, 0, joined.stderr)
                 self.assertEqual(tree_hash(name), tree_hash("alone"))
 
     def head(self, name, workers, generations=None):
         """Hands out what is left, generation by generation: items that wait for the same ones. With `generations` it dies after so many, having killed a worker."""
-        plan = json.loads(patinate("plan", *json.loads((WORK / f"{name}.json").read_text())["command"], "--json").stdout)
+        plan = json.loads(patinate("cluster", "plan", *json.loads((WORK / f"{name}.json").read_text())["command"], "--json").stdout)
         waves = {}
         for item in plan["items"]:
             if not item["is_finished"]:
                 waves.setdefault(item["waits_for"], []).append(item["number"])
         for wave in list(waves.values())[:generations]:
             portions = [wave[k::workers] for k in range(workers)]
-            running = [subprocess.Popen([PATINATE, "run", f"{name}.json", "--items", ",".join(map(str, portion))], cwd=WORK, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            running = [subprocess.Popen([PATINATE, "cluster", "run", f"{name}.json", "--items", ",".join(map(str, portion))], cwd=WORK, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
                        for portion in portions if portion]
             if generations:
                 time.sleep(0.1)
                 running[0].send_signal(signal.SIGKILL)
                 running[0].wait()
-                running[0] = subprocess.Popen([PATINATE, "run", f"{name}.json", "--items", ",".join(map(str, portions[0]))], cwd=WORK, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                running[0] = subprocess.Popen([PATINATE, "cluster", "run", f"{name}.json", "--items", ",".join(map(str, portions[0]))], cwd=WORK, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             self.assertEqual([worker.wait(timeout=300) for worker in running], [0] * len(running))
 
     def test_a_search_that_its_budget_ended_says_so_in_verdict_console_and_exit_status(self):
@@ -274,7 +274,7 @@ class Fit(unittest.TestCase):
         # The same from a file; and with a scene for one of them, which begins with its own water.
         (WORK / "own.json").write_text(json.dumps({"format": "patinate.parameters", "version": 1, "vary": [
             {"pointer": "/rules/0/rate", "low": 0.1, "high": 20, "scale": "log"}, {"pointer": "/emitters/0/carries/water", "low": 0.1, "high": 3, "scale": "log", "own": True}]}))
-        plan = patinate("plan", "fit", "scenes/start.json", "open", "shaded", "--parameters", "own.json", *command[8:], "-o", "both", "--json")
+        plan = patinate("cluster", "plan", "fit", "scenes/start.json", "open", "shaded", "--parameters", "own.json", *command[8:], "-o", "both", "--json")
         self.assertEqual(json.loads(plan.stdout)["key"], report["key"], plan.stderr)
         result = patinate(*command, "--scene-of", "shaded=scenes/shaded.json", "--until", 4, "-o", "treated", "--json")
         self.assertEqual(result.returncode, 0, result.stderr)
@@ -283,12 +283,12 @@ class Fit(unittest.TestCase):
         self.assertRegex(result.stderr, "of shaded: .* before, .* after; held: ")
         # Fits of several are ranked among themselves: their case is all of their histories.
         self.assertEqual(patinate(*command, "--until", 4, "-o", "other").returncode, 0)
-        result = patinate("rank", "treated", "other", "-o", "no_ranking")
+        result = patinate("fit", "rank", "treated", "other", "-o", "no_ranking")
         self.assertIn("are both of start and open and shaded until 4 h", result.stderr)
         # By scenes of two names they are, with pictures of each history: captured, and by each of the two.
         shutil.copy(WORK / "scenes/start.json", WORK / "scenes/second.json")
         self.assertEqual(patinate(command[0], "scenes/second.json", *command[2:], "--until", 4, "-o", "second").returncode, 0)
-        result = patinate("rank", "treated", "second", "-o", "joint_ranking")
+        result = patinate("fit", "rank", "treated", "second", "-o", "joint_ranking")
         self.assertEqual(result.returncode, 0, result.stderr)
         page = (WORK / "joint_ranking/report.html").read_text()
         self.assertEqual(page.count("src=\"data:image/png"), 2 * (1 + 2))

@@ -112,7 +112,7 @@ class Hostile(unittest.TestCase):
             self.refuses(3, words, "control", "plate.obj", "--kind", link("a.exr"), "-o", "x.exr")
             self.refuses(3, words, "transfer", "history", "urn/mesh.obj", "--control", link("a.exr"), "--resolution", 32, "-o", "x")
             self.refuses(3, words, "register", link("a.ply"), link("b.ply"), "-o", "x")
-            self.refuses(3, words, "accessibility", link("a.ply"), "-o", "x")
+            self.refuses(3, words, "control", "accessibility", link("a.ply"), "-o", "x")
             self.refuses(3, words, "calibrate", "spheres", link("a.json"), "-o", "x.json")
             self.refuses(3, words, "unlight", link("a.json"), "-o", "x")
             self.refuses(3, words, "simulate", link("a.json"), "-o", "x")
@@ -216,7 +216,7 @@ class Hostile(unittest.TestCase):
         for name in ("../../evil", "a/b", "", ".", "..", ".hidden", "two words", "x" * 129, "a\u0000b"):
             self.changed("history/history.json", lambda h: h["controls"][0].update(name=name))
             self.refuses(3, "/controls/0/name: found", "validate", "history")
-            self.refuses(3, "/controls/0/name: found", "factorize", "history", "-o", "x")
+            self.refuses(3, "/controls/0/name: found", "history", "factorize", "history", "-o", "x")
         self.changed("history/history.json", lambda h: h["controls"][0].update(name=control))
         self.assertEqual(self.run_it("validate", "history").returncode, 0)
         self.write("scene.json", json.dumps(SCENE).replace('"patina"', '"../evil"').replace('"rules": ["../evil"]', '"rules": []').replace('"hits"', '"../evil.deposited"'))
@@ -238,8 +238,8 @@ class Hostile(unittest.TestCase):
                 self.refuses(3, "has time", *command)
             self.write("long/history.json", whole)
         for time in ("1e308", "-1e308"):
-            self.refuses(3, "use -1e18 to 1e18", "factorize", "long", "--times", time, "-o", "x")
-        self.refuses(3, "nearly that of the one before", "factorize", "long", "--times", "1e-300", "-o", "x")
+            self.refuses(3, "use -1e18 to 1e18", "history", "factorize", "long", "--times", time, "-o", "x")
+        self.refuses(3, "nearly that of the one before", "history", "factorize", "long", "--times", "1e-300", "-o", "x")
         for step in (5e-324, 1e-20):
             self.write("scene.json", {**SCENE, "time": {"per_iteration": step}})
             self.refuses(3, "/time/per_iteration: found", "simulate", "scene.json", "-o", "x")

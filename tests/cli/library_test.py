@@ -32,7 +32,7 @@ class Library(CommandCase):
         self.addCleanup(os.environ.pop, "PATINATE_LIBRARY")
 
     def listed(self, *arguments):
-        return json.loads(self.succeeds("library", "--json", *arguments))
+        return json.loads(self.succeeds("history", "library", "--json", *arguments))
 
     def test_each_history_says_license_attribution_source_and_how_to_use_it(self):
         histories = {h["name"]: h for h in self.listed()["histories"]}
@@ -44,7 +44,7 @@ class Library(CommandCase):
             self.assertTrue(history["controls"], f"{name} has no control, so that no transfer can use it")
             self.assertGreater(history["duration"], 0)
             self.succeeds("validate", f"library:{name}")
-        text = self.succeeds("library")
+        text = self.succeeds("history", "library")
         for name in histories:
             self.assertRegex(text, rf"(?m)^{name} +\d")
 
@@ -96,7 +96,7 @@ class Library(CommandCase):
 
     def test_it_stands_for_a_history_everywhere(self):
         self.assertEqual(json.loads(self.succeeds("info", "library:crackle", "--json"))["kind"], "history")
-        self.succeeds("combine", "library:rust", "library:moss", "--clock", "span", "-o", "both")
+        self.succeeds("history", "combine", "library:rust", "library:moss", "--clock", "span", "-o", "both")
         self.assertEqual(json.loads((self.folder / "both/run.json").read_text())["credits"], ["The patinate authors (MIT)"])
         self.succeeds("render", "library:moss", "--num-times", "2", "-o", "moss.png")
         (self.folder / "study.json").write_text(json.dumps({"format": "patinate.study", "version": 1, "transfer": {"histories": ["library:moss"], "meshes": [str(self.shared / "urn/mesh.obj")], "controls": ["facing"], "options": {"resolution": [32]}}}))
@@ -112,7 +112,7 @@ class Library(CommandCase):
         if (pathlib.Path(self.patinate).parent / "../share/patinate/library").exists():
             self.skipTest("there is one beside the program")
         os.environ["PATINATE_LIBRARY"] = str(self.folder / "nothing")
-        self.assertIn("tools/library/build", self.fails(CANNOT, "no library", "library"))
+        self.assertIn("tools/library/build", self.fails(CANNOT, "no library", "history", "library"))
 
     def test_ones_own_folders_come_first(self):
         shutil.copytree(self.shared / "history", self.folder / "mine/rust")
@@ -124,7 +124,7 @@ class Library(CommandCase):
         self.assertNotIn("license", histories["own"])
 
     def test_the_page_shows_every_history(self):
-        self.assertIn("library.html", self.succeeds("library", "--thumbnails", "library.html"))
+        self.assertIn("library.html", self.succeeds("history", "library", "--thumbnails", "library.html"))
         page = (self.folder / "library.html").read_text()
         names = [h["name"] for h in self.listed()["histories"]]
         for name in names:

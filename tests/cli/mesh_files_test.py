@@ -517,7 +517,7 @@ class Lines(Case):
                 result = self.run_patinate(*arguments, *more)
                 self.assertEqual(result.returncode, 0, result.stderr)
                 self.assertNotRegex(result.stdout + result.stderr, "[\x1b\u009b\u202e]")
-        result = self.run_patinate("plan", "transfer", evil.name, self.shared / "urn/mesh.obj", "--control", "facing", "-o", "out\x1b[2J", "--json")
+        result = self.run_patinate("cluster", "plan", "transfer", evil.name, self.shared / "urn/mesh.obj", "--control", "facing", "-o", "out\x1b[2J", "--json")
         self.assertIn("out\x1b[2J", json.dumps(json.loads(result.stdout), ensure_ascii=False).replace("\\u001b", "\x1b"))
 
     def test_problems_are_twenty_lines_and_a_count(self):

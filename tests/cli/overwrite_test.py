@@ -253,7 +253,7 @@ class Studies(CommandCase):
 
 class Leftovers(CommandCase):
     def test_a_join_removes_what_killed_runs_left(self):
-        command = ["run", "ingest", self.shared / "capture", "-o", "out"]
+        command = ["cluster", "run", "ingest", self.shared / "capture", "-o", "out"]
         for delay in (0.02, 0.05, 0.1, 0.15, 0.2):
             process = subprocess.Popen([self.patinate, *map(str, command)], cwd=self.folder, stderr=subprocess.DEVNULL)
             time.sleep(delay)
@@ -276,8 +276,8 @@ class DamagedInputs(CommandCase):
         history = self.take("history")
         frame = history / "frames/0001.exr"
         os.truncate(frame, frame.stat().st_size // 2)
-        self.fails(INPUT, "0001.exr", "trim", "history", "--from", "0", "-o", "trimmed")
-        self.succeeds("trim", "history", "--until", "1", "-o", "trimmed")  # Without that frame.
+        self.fails(INPUT, "0001.exr", "history", "trim", "history", "--from", "0", "-o", "trimmed")
+        self.succeeds("history", "trim", "history", "--until", "1", "-o", "trimmed")  # Without that frame.
 
     def test_an_edited_range_in_the_cache_of_controls_is_not_believed(self):
         environment = dict(os.environ, XDG_CACHE_HOME=str(self.folder / "cache"))
@@ -298,7 +298,7 @@ class DamagedInputs(CommandCase):
 
         def little_memory():
             resource.setrlimit(resource.RLIMIT_AS, (3 << 30, 3 << 30))
-        result = self.run_patinate("combine", "fine", "coarse", "-o", "out", "--threads", "1", preexec_fn=little_memory)
+        result = self.run_patinate("history", "combine", "fine", "coarse", "-o", "out", "--threads", "1", preexec_fn=little_memory)
         self.assertNotEqual(result.returncode, 0)
         errors = [line for line in result.stderr.splitlines() if "error" in line]
         self.assertEqual(len(errors), 1, result.stderr)

@@ -119,7 +119,7 @@ class Movies(Case):
 
     def test_what_makes_a_folder_takes_no_name_of_a_file(self):
         self.fails(USAGE, "expected a name as `aged`", "transfer", SHARED / "history", SHARED / "urn/mesh.obj", "--control", "facing", "--resolution", 32, "-o", "aged.glb")
-        self.fails(USAGE, "expected a name as `compared`", "compare", SHARED / "history", SHARED / "history", "-o", "compared.html")
+        self.fails(USAGE, "expected a name as `compared`", "history", "compare", SHARED / "history", SHARED / "history", "-o", "compared.html")
         self.make("synth", "crackle", "--width", 48, "--height", 40, "--num-frames", 2, "-o", "crackle.glb/")
 
     def test_mistakes_are_named(self):

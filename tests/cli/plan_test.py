@@ -22,7 +22,7 @@ def setUpModule():
 
 class PlanCase(CommandCase):
     def plan(self, *command, file="plan.json"):
-        text = self.succeeds("plan", *command, "--json")
+        text = self.succeeds("cluster", "plan", *command, "--json")
         (self.folder / file).write_text(text)
         return json.loads(text)
 
@@ -46,17 +46,17 @@ class SameBytes(PlanCase):
         "render": ["render", "aged", "--num-times", "3", "--width", "60", "-o", "out_%02d.png"],
         "strip": ["render", "aged", "--num-times", "3", "--width", "60", "-o", "out.png"],
         "movie": ["export", "aged", "--num-times", "3", "-o", "out.gif"],
-        "compare": ["compare", "history", "history", "--num-resamples", "10", "-o", "out"],
+        "compare": ["history", "compare", "history", "history", "--num-resamples", "10", "-o", "out"],
         "evaluate": ["evaluate", "aged", "--samples", "500", "-o", "out"],
         "turntable": ["render", "aged", "--turntable", "3", "--time", "4", "--width", "60", "-o", "out.gif"],
         "control": ["control", "urn/mesh.obj", "--kind", "facing", "--resolution", "64", "-o", "out.exr"],
         "kinds": ["control", "urn/mesh.obj", "--kind", "facing", "--kind", "height", "--resolution", "64", "-o", "out_<KIND>.exr"],
-        "factorize": ["factorize", "history", "--num-intervals", "8", "--num-training", "24", "-o", "out"],
+        "factorize": ["history", "factorize", "history", "--num-intervals", "8", "--num-training", "24", "-o", "out"],
         "simulate": ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "6", "--history-every", "2", "-o", "out"],
-        "recompose": ["recompose", "dirty", "--set", "dirt.strength=3", "-o", "out"],
-        "combine": ["combine", "history", "history", "-o", "out"],
-        "trim": ["trim", "history", "--every", "2", "-o", "out"],
-        "appearance": ["appearance", "history", "--metalness", "1", "-o", "out"],
+        "recompose": ["simulate", "recompose", "dirty", "--set", "dirt.strength=3", "-o", "out"],
+        "combine": ["history", "combine", "history", "history", "-o", "out"],
+        "trim": ["history", "trim", "history", "--every", "2", "-o", "out"],
+        "appearance": ["history", "appearance", "history", "--metalness", "1", "-o", "out"],
     }
 
     def setUp(self):
@@ -79,15 +79,15 @@ class SameBytes(PlanCase):
         for name, command in four_per_commit(self.COMMANDS).items():
             with self.subTest(command=name):
                 self.run_in(self.here, *command)
-                plan = json.loads(self.run_in(self.spread, "plan", *command, "--json"))
+                plan = json.loads(self.run_in(self.spread, "cluster", "plan", *command, "--json"))
                 (self.spread / "plan.json").write_text(json.dumps(plan))
                 self.assertEqual(self.made(self.spread), {})  # A plan makes nothing.
                 for item in plan["items"]:
                     self.assertLess(max([int(n) for part in item["waits_for"].split(", ") if part for n in part.split("-")], default=-1), item["number"])
-                    self.run_in(self.spread, "run", "plan.json", "--items", item["number"], "--threads", 1 + item["number"] % 2)
-                self.run_in(self.spread, "join", "plan.json")
+                    self.run_in(self.spread, "cluster", "run", "plan.json", "--items", item["number"], "--threads", 1 + item["number"] % 2)
+                self.run_in(self.spread, "cluster", "join", "plan.json")
                 self.assertEqual(self.made(self.spread), self.made(self.here))
-                self.assertEqual(json.loads(self.run_in(self.spread, "run", "plan.json", "--dry-run", "--json"))["is_up_to_date"], True)
+                self.assertEqual(json.loads(self.run_in(self.spread, "cluster", "run", "plan.json", "--dry-run", "--json"))["is_up_to_date"], True)
             for folder in (self.here, self.spread):
                 for made in folder.glob("out*"):
                     shutil.rmtree(made) if made.is_dir() else made.unlink()
@@ -96,9 +96,9 @@ class SameBytes(PlanCase):
         for name in four_per_commit(self.COMMANDS):
             with self.subTest(command=name):
                 self.run_in(self.here, *self.COMMANDS[name])
-                self.run_in(self.spread, "run", *self.COMMANDS[name])
+                self.run_in(self.spread, "cluster", "run", *self.COMMANDS[name])
                 self.assertEqual(self.made(self.spread), self.made(self.here))
-                again = json.loads(self.run_in(self.spread, "run", *self.COMMANDS[name], "--json"))
+                again = json.loads(self.run_in(self.spread, "cluster", "run", *self.COMMANDS[name], "--json"))
                 self.assertEqual(again["status"], "up to date")
             for folder in (self.here, self.spread):
                 for made in folder.glob("out*"):
@@ -114,7 +114,7 @@ class SameBytes(PlanCase):
     def test_two_processes_at_once_both_end_well(self):
         command = self.COMMANDS["ingest"]
         self.run_in(self.here, *command)
-        both = [subprocess.Popen([self.patinate, "run", *command], cwd=self.spread, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) for _ in range(2)]
+        both = [subprocess.Popen([self.patinate, "cluster", "run", *command], cwd=self.spread, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) for _ in range(2)]
         for process in both:
             errors = process.communicate(timeout=120)[1]
             self.assertEqual(process.returncode, 0, errors)
@@ -124,13 +124,13 @@ class SameBytes(PlanCase):
         command = self.COMMANDS["simulate"]
         self.run_in(self.here, *command)
         for delay in (0.05, 0.2, 0.4):
-            process = subprocess.Popen([self.patinate, "run", *command], cwd=self.spread, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+            process = subprocess.Popen([self.patinate, "cluster", "run", *command], cwd=self.spread, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
             try:
                 process.wait(timeout=delay)
             except subprocess.TimeoutExpired:
                 process.send_signal(signal.SIGKILL)
                 process.wait()
-        self.run_in(self.spread, "run", *command)
+        self.run_in(self.spread, "cluster", "run", *command)
         self.assertEqual(self.made(self.spread), self.made(self.here))
         self.assertEqual([p.name for p in self.spread.glob(".out*")], [])
 
@@ -156,28 +156,28 @@ class Plans(PlanCase):
         plan = self.plan(*command)
         self.assertEqual(len(plan["items"]), 5)
         self.assertIsNotNone(plan["join"])
-        self.succeeds("run", "plan.json", "--items", "3")
-        self.fails(CANNOT, "4 of 5 items are not finished: 0-2, 4", "join", "plan.json")
-        again = json.loads(self.succeeds("run", "plan.json", "--json"))
+        self.succeeds("cluster", "run", "plan.json", "--items", "3")
+        self.fails(CANNOT, "4 of 5 items are not finished: 0-2, 4", "cluster", "join", "plan.json")
+        again = json.loads(self.succeeds("cluster", "run", "plan.json", "--json"))
         self.assertEqual((again["run"], again["finished_before"]), (4, 1))
         self.assertGreater(again["seconds"], 0)
         self.assertGreater(again["megabytes"], 10)  # Of any process of the program.
-        self.succeeds("join", "plan.json")
+        self.succeeds("cluster", "join", "plan.json")
         self.assertEqual([path.name for path in self.folder.glob("out.gif*")], ["out.gif"])
         before = (self.folder / "out.gif").read_bytes()
         self.succeeds("export", self.shared / "aged", "--num-times", "5", "-o", "other.gif")
         self.assertEqual((self.folder / "other.gif").read_bytes(), before)
         self.assertEqual(self.plan(*command)["is_up_to_date"], True)
-        self.fails(CANNOT, "--force", "plan", "export", self.shared / "aged", "--num-times", "4", "-o", "out.gif")
+        self.fails(CANNOT, "--force", "cluster", "plan", "export", self.shared / "aged", "--num-times", "4", "-o", "out.gif")
 
     def test_a_damaged_picture_of_a_movie_is_named_and_made_again(self):
         self.plan("export", self.shared / "aged", "--num-times", "3", "-o", "out.gif")
-        self.succeeds("run", "plan.json")
+        self.succeeds("cluster", "run", "plan.json")
         picture = self.folder / "out.gif.items" / "00001.png"
         picture.write_bytes(picture.read_bytes()[:100])
-        self.fails(CANNOT, "1 of 3 items are not finished: 1", "join", "plan.json")
-        self.succeeds("run", "plan.json", "--items", "1")
-        self.succeeds("join", "plan.json")
+        self.fails(CANNOT, "1 of 3 items are not finished: 1", "cluster", "join", "plan.json")
+        self.succeeds("cluster", "run", "plan.json", "--items", "1")
+        self.succeeds("cluster", "join", "plan.json")
 
     def test_several_kinds_of_control_are_an_item_each_and_need_a_name(self):
         mesh = self.shared / "urn/mesh.obj"
@@ -193,76 +193,76 @@ class Plans(PlanCase):
 
     def test_a_dry_run_says_what_is_left_and_touches_nothing(self):
         self.plan(*self.INGEST)
-        self.succeeds("run", "plan.json", "--items", "0,2")
+        self.succeeds("cluster", "run", "plan.json", "--items", "0,2")
         before = self.tree()
-        left = json.loads(self.succeeds("run", "plan.json", "--dry-run", "--json"))
+        left = json.loads(self.succeeds("cluster", "run", "plan.json", "--dry-run", "--json"))
         self.assertEqual([item["number"] for item in left["items"] if item["is_finished"]], [0, 2])
-        self.assertIn("2 finished; left: 1, 3", self.succeeds("run", "plan.json", "--dry-run"))
+        self.assertIn("2 finished; left: 1, 3", self.succeeds("cluster", "run", "plan.json", "--dry-run"))
         self.assertEqual(self.tree(), before)
 
     def test_a_finished_item_is_not_run_again(self):
         self.plan(*self.INGEST)
-        self.succeeds("run", "plan.json", "--items", "0-1")
-        again = json.loads(self.succeeds("run", "plan.json", "--items", "0-2", "--json"))
+        self.succeeds("cluster", "run", "plan.json", "--items", "0-1")
+        again = json.loads(self.succeeds("cluster", "run", "plan.json", "--items", "0-2", "--json"))
         self.assertEqual((again["run"], again["finished_before"]), (1, 2))
 
     def test_items_out_of_range_are_refused(self):
         num_items = len(self.plan(*self.INGEST)["items"])
         for items in (str(num_items), "0-99", "x", "3-1"):
-            self.fails(USAGE, f"[0, {num_items - 1}]", "run", "plan.json", "--items", items)
+            self.fails(USAGE, f"[0, {num_items - 1}]", "cluster", "run", "plan.json", "--items", items)
         self.plan("transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "out")
-        refused = self.run_patinate("run", "plan.json", "--items", "0", "--quiet")
+        refused = self.run_patinate("cluster", "run", "plan.json", "--items", "0", "--quiet")
         self.assertEqual(refused.returncode, USAGE)
-        self.assertEqual(refused.stderr, "patinate: error: --items: the plan has no items; `patinate join` does all of its work\n")
+        self.assertEqual(refused.stderr, "patinate: error: --items: the plan has no items; `patinate cluster join` does all of its work\n")
 
     def test_a_join_names_the_items_that_are_missing(self):
         num_items = len(self.plan(*self.INGEST)["items"])
-        self.fails(CANNOT, f"items are not finished: 0-{num_items - 1};", "join", "plan.json")
-        self.succeeds("run", "plan.json", "--items", "1")
-        self.fails(CANNOT, f"items are not finished: 0, 2-{num_items - 1};", "join", "plan.json")
+        self.fails(CANNOT, f"items are not finished: 0-{num_items - 1};", "cluster", "join", "plan.json")
+        self.succeeds("cluster", "run", "plan.json", "--items", "1")
+        self.fails(CANNOT, f"items are not finished: 0, 2-{num_items - 1};", "cluster", "join", "plan.json")
         self.plan("lookup", self.shared / "aged", "--num-times", "3", "-o", "tex_%d.png")
-        self.fails(CANNOT, "3 of 3 items are not finished: 0-2", "join", "plan.json")
+        self.fails(CANNOT, "3 of 3 items are not finished: 0-2", "cluster", "join", "plan.json")
 
     def test_an_item_names_those_that_it_waits_for(self):
         plan = self.plan(*self.INGEST)
         last = plan["items"][-1]
         self.assertTrue(last["waits_for"])
-        self.fails(CANNOT, f"item {last['number']} ({last['name']}) waits for items {last['waits_for']}", "run", "plan.json", "--items", last["number"])
+        self.fails(CANNOT, f"item {last['number']} ({last['name']}) waits for items {last['waits_for']}", "cluster", "run", "plan.json", "--items", last["number"])
 
     def test_a_plan_for_changed_inputs_is_refused(self):
         self.plan(*self.INGEST)
         shutil.copy(self.folder / "capture/frames/0001.png", self.folder / "capture/frames/0002.png")
         for command in ("run", "join"):
             self.fails(INPUT, "plan.json: was made for other input (frames/0002.png has changed); make the plan again", command, "plan.json")
-        self.fails(INPUT, "make the plan again", "run", "plan.json", "--dry-run")
+        self.fails(INPUT, "make the plan again", "cluster", "run", "plan.json", "--dry-run")
 
     def test_a_plan_of_another_version_is_refused(self):
         self.plan(*self.INGEST)
         self.edit_json(self.folder / "plan.json", lambda plan: plan.update(program="patinate 0.0.7"))
-        self.fails(INPUT, "was made by patinate 0.0.7", "run", "plan.json")
+        self.fails(INPUT, "was made by patinate 0.0.7", "cluster", "run", "plan.json")
 
     def test_a_damaged_plan_is_one_line(self):
         self.plan(*self.INGEST)
         whole = (self.folder / "plan.json").read_text()
         for content in ("", "{}", whole[:len(whole) // 2], "[1]", whole.replace('"ingest"', "7", 1), whole.replace('"inputs"', '"imputs"', 1)):
             (self.folder / "plan.json").write_text(content)
-            self.fails(INPUT, "plan.json", "run", "plan.json")
+            self.fails(INPUT, "plan.json", "cluster", "run", "plan.json")
         (self.folder / "plan.json").write_text(whole.replace('"ingest"', '"studio"', 1))
-        self.fails(USAGE, "cannot be planned", "run", "plan.json")
+        self.fails(USAGE, "cannot be planned", "cluster", "run", "plan.json")
 
     def test_what_cannot_be_planned_is_refused(self):
         for verb in ("info", "validate", "studio", "init", "plan", "run"):
-            self.fails(USAGE, f"{verb}: cannot be planned", "plan", verb, "capture")
-        self.fails(USAGE, "no such command; did you mean `ingest`?", "plan", "ingst", "capture")
+            self.fails(USAGE, f"{verb}: cannot be planned", "cluster", "plan", verb, "capture")
+        self.fails(USAGE, "no such command; did you mean `ingest`?", "cluster", "plan", "ingst", "capture")
 
     def test_an_output_of_other_input_stays_unless_forced(self):
         self.succeeds(*self.INGEST)
         other = [*self.INGEST, "--spatial-sigma", "7"]
         self.plan(*other)
-        self.fails(CANNOT, "give --force", "run", "plan.json")
+        self.fails(CANNOT, "give --force", "cluster", "run", "plan.json")
         self.plan(*other, "--force")
-        self.succeeds("run", "plan.json")
-        self.succeeds("join", "plan.json")
+        self.succeeds("cluster", "run", "plan.json")
+        self.succeeds("cluster", "join", "plan.json")
         self.succeeds("ingest", "capture", "--progress", "--spatial-sigma", "7", "-o", "fresh")
         self.assertEqual(tree_of(self.folder / "out"), tree_of(self.folder / "fresh"))
 

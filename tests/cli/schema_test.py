@@ -56,16 +56,16 @@ def setUpModule():
                       ["synth", "mold", "--width", "64", "--height", "48", "--steps", "2", "--lights", "3", "--scan-spacing", "3", "--transforms", "-o", "mold"],
                       ["synth", "plate", "--size", "48", "--num-frames", "3", "--moving", "-o", "plate"],
                       ["synth", "sculpture", "--resolution", "24", "-o", "urn"], ["synth", "ledge", "--cells", "4", "-o", "ledge"],
-                      ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "dirty"], ["ingest", "capture", "-o", "history"], ["combine", "history", "history", "-o", "library"],
+                      ["simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "dirty"], ["ingest", "capture", "-o", "history"], ["history", "combine", "history", "history", "-o", "library"],
                       ["transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "64", "-o", "aged"],
-                      ["export", "aged", "--num-times", "2", "-o", "textures"], ["compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], *(command for seed, name in enumerate(("again", "other", "other_again"), 5) for command in
+                      ["export", "aged", "--num-times", "2", "-o", "textures"], ["history", "compare", "history", "aged", "--num-resamples", "10", "-o", "compared"], *(command for seed, name in enumerate(("again", "other", "other_again"), 5) for command in
                         (["synth", "crackle", "--width", "48", "--height", "40", "--num-frames", "4", "--seed", str(seed), "-o", f"{name}_capture"], ["ingest", f"{name}_capture", "-o", name])),
-                      ["compare", "history", "again", "--against", "other", "other_again", "-o", "replicates"], ["evaluate", "aged", "--samples", "500", "-o", "evaluated"], ["factorize", "history", "--times", "24", "-o", "factors"],
-                      ["explain", "aged", "urn/mesh.obj", "--resolution", "64", "--channel", "luminance", "--num-samples", "1000", "--shuffles", "199", "-o", "explained"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
+                      ["history", "compare", "history", "again", "--against", "other", "other_again", "-o", "replicates"], ["evaluate", "aged", "--samples", "500", "-o", "evaluated"], ["history", "factorize", "history", "--times", "24", "-o", "factors"],
+                      ["control", "explain", "aged", "urn/mesh.obj", "--resolution", "64", "--channel", "luminance", "--num-samples", "1000", "--shuffles", "199", "-o", "explained"], ["calibrate", "spheres", "rig.json", "-o", "lights.json"]):
         subprocess.run([PATINATE, *arguments], cwd=WORK, capture_output=True, check=True)
     (WORK / "history/card.json").write_text(json.dumps({"format": "patinate.card", "version": 1, "title": "Paint", "about": "It cracks.", "license": "MIT", "attribution": "Nobody", "source": "here"}))
     (WORK / "study.json").write_text(json.dumps(STUDY))
-    (WORK / "plan.json").write_bytes(subprocess.run([PATINATE, "plan", "ingest", "capture", "-o", "planned", "--json"], cwd=WORK, capture_output=True, check=True).stdout)
+    (WORK / "plan.json").write_bytes(subprocess.run([PATINATE, "cluster", "plan", "ingest", "capture", "-o", "planned", "--json"], cwd=WORK, capture_output=True, check=True).stdout)
     (WORK / "ranges.json").write_text(json.dumps({"format": "patinate.parameters", "version": 1, "vary": [{"pointer": "/appearance/dirt/strength", "low": 0.1, "high": 5, "scale": "log"}],
                                                   "objective": {"mean_color": 1}}))
     subprocess.run([PATINATE, "simulate", "ledge/scene.json", "--resolution", "64", "--iterations", "4", "-o", "fitted_to"], cwd=WORK, capture_output=True, check=True)
@@ -74,11 +74,11 @@ def setUpModule():
     (WORK / "ledge/short.json").write_text(json.dumps(scene))
     subprocess.run([PATINATE, "fit", "ledge/short.json", "fitted_to", "--parameters", "ranges.json", "--evaluations", "13", "--scan", "2", "--seeds", "1", "-o", "fitted"], cwd=WORK, capture_output=True, check=True)
     (WORK / "ledge/other.json").write_text(json.dumps(scene))
-    subprocess.run([PATINATE, "field", "ledge/short.json", "fitted_to", "--vary", "/rules/0/rate=0.001:10:log", "--places", "equal", "--levels", "3", "--waves", "2", "-o", "fielded"], cwd=WORK, capture_output=True, check=True)
+    subprocess.run([PATINATE, "fit", "field", "ledge/short.json", "fitted_to", "--vary", "/rules/0/rate=0.001:10:log", "--places", "equal", "--levels", "3", "--waves", "2", "-o", "fielded"], cwd=WORK, capture_output=True, check=True)
     subprocess.run([PATINATE, "simulate", "ledge/short.json", "--history-every", "1", "-o", "foretold"], cwd=WORK, capture_output=True, check=True)
     for name in ("short", "other"):
         subprocess.run([PATINATE, "fit", f"ledge/{name}.json", "foretold", "--parameters", "ranges.json", "--evaluations", "13", "--scan", "0", "--seeds", "2", "--until", "0.1", "-o", f"until_{name}"], cwd=WORK, capture_output=True, check=True)
-    subprocess.run([PATINATE, "rank", "until_short", "until_other", "-o", "ranked"], cwd=WORK, capture_output=True, check=True)
+    subprocess.run([PATINATE, "fit", "rank", "until_short", "until_other", "-o", "ranked"], cwd=WORK, capture_output=True, check=True)
     # Three photographs of the plate, as if lamps stood around it.
     (WORK / "stereo").mkdir()
     (WORK / "stereo/step.json").write_text(json.dumps({
@@ -181,7 +181,7 @@ class Schemas(unittest.TestCase):
                                      drop("fit", "vary"), put("fit", "vary", []), drop("fit", "histories"), put("fit", "objective", "charm", 1), put("fit", "objective", "covered", 0), put("fit", "vary", 0, "count", 3),
                                      put("fit", "vary", 0, "scale", "cubic"), put("fit", "outputs", [])],
                   "plan": [put("format", "patinate.other"), put("version", 99), drop("format"), drop("program"), drop("key"), put("command", []), put("command", "ingest"), put("inputs", 3), drop("inputs")]}
-        for name, command in (("study", ["study", "run", "broken.json", "-o", "studied"]), ("plan", ["run", "broken.json"])):
+        for name, command in (("study", ["study", "run", "broken.json", "-o", "studied"]), ("plan", ["cluster", "run", "broken.json"])):
             check = validator(name)
             for number, change in enumerate(broken[name]):
                 content = copy.deepcopy(written(name))
@@ -203,8 +203,8 @@ class Schemas(unittest.TestCase):
             (WORK / "bad_appearance.json").write_text(json.dumps(content))
             with self.subTest(change=number):
                 self.assertFalse(check.is_valid(content), "the schema accepts it")
-                self.assertEqual(subprocess.run([PATINATE, "appearance", "history", "bad_appearance.json", "-o", "bad"], cwd=WORK, capture_output=True).returncode, 3)
-        self.assertEqual(subprocess.run([PATINATE, "appearance", "history", "stated.json", "-o", "good"], cwd=WORK, capture_output=True).returncode, 0)
+                self.assertEqual(subprocess.run([PATINATE, "history", "appearance", "history", "bad_appearance.json", "-o", "bad"], cwd=WORK, capture_output=True).returncode, 3)
+        self.assertEqual(subprocess.run([PATINATE, "history", "appearance", "history", "stated.json", "-o", "good"], cwd=WORK, capture_output=True).returncode, 0)
 
     def test_what_calibrate_rejects_is_rejected(self):
         check = validator("calibrate")

@@ -61,7 +61,7 @@ class Statistics(CommandCase):
         self.assertIn(" yr", self.succeeds("info", "history"))
         self.assertIn("time yr", self.succeeds("info", "history", "--stats"))
         self.assertEqual(json.loads(self.succeeds("info", "history", "--stats", "--json"))["time_unit"], "a")  # As in files.
-        self.succeeds("trim", "history", "--until", "20", "-o", "trimmed")
+        self.succeeds("history", "trim", "history", "--until", "20", "-o", "trimmed")
         self.assertEqual(json.loads((self.folder / "trimmed/history.json").read_text())["time_unit"], "a")
 
 
@@ -87,10 +87,10 @@ class Factors(CommandCase):
             scene.write_png(self.folder / f"photos/{i}.png", 48, 40, lambda x, y: (0.8 if x // 6 == i else 0.3) + 0.02 * numbers.random())
         self.succeeds("init", "photos", "--quiet")
         self.succeeds("ingest", "photos", "-o", "stripes", "--quiet")
-        self.fails(INPUT, "no place changes", "factorize", "stripes", "-o", "factors")
+        self.fails(INPUT, "no place changes", "history", "factorize", "stripes", "-o", "factors")
 
     def test_a_reconstruction_that_follows_its_history_brings_no_warning(self):
-        result = self.run_patinate("factorize", self.shared / "history", "-o", "factors")
+        result = self.run_patinate("history", "factorize", self.shared / "history", "-o", "factors")
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertNotIn("reconstruction makes", result.stderr)
 

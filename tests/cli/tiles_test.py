@@ -80,13 +80,13 @@ class Tiles(CommandCase):
         self.succeeds(*command, "--by-tile", "--threads", "1", "-o", "tiled")
         self.assert_equal("whole", "tiled")
         self.assertEqual(self.files("tiled")[1]["structure"]["kind"], "dark_lines")
-        items = json.loads(self.succeeds("plan", *command, "--by-tile", "-o", "spread", "--json"))["items"]
+        items = json.loads(self.succeeds("cluster", "plan", *command, "--by-tile", "-o", "spread", "--json"))["items"]
         self.assertEqual(sum("level0-refine" in item["name"] for item in items), 10 * 16)
 
     def test_items_in_processes_of_their_own_give_the_same(self):
         command = [*self.command(64), "--by-tile", "--coarse-passes", "2", "-o", "tiled"]
         self.succeeds(*self.command(64), "--coarse-passes", "2", "-o", "whole")
-        plan = json.loads(self.succeeds("plan", *command, "--json"))
+        plan = json.loads(self.succeeds("cluster", "plan", *command, "--json"))
         (self.folder / "plan.json").write_text(json.dumps(plan))
         stages = {}
         for item in plan["items"]:
@@ -94,8 +94,8 @@ class Tiles(CommandCase):
         for numbers in stages.values():  # The last tiles first, by one process; then the others by another.
             for portion in (numbers[len(numbers) // 2:], numbers[:len(numbers) // 2]):
                 if portion:
-                    self.succeeds("run", "plan.json", "--items", ",".join(map(str, portion)))
-        self.succeeds("join", "plan.json")
+                    self.succeeds("cluster", "run", "plan.json", "--items", ",".join(map(str, portion)))
+        self.succeeds("cluster", "join", "plan.json")
         self.assert_equal("whole", "tiled")
         self.assertIn("up to date", self.run_patinate(*command).stderr)
 
@@ -103,12 +103,12 @@ class Tiles(CommandCase):
         self.succeeds(*self.command(64), "--coarse-passes", "2", "-o", "aged")
         command = ["evaluate", "aged", "--samples", "500", "--audits", "100"]
         self.succeeds(*command, "-o", "here")
-        plan = json.loads(self.succeeds("plan", *command, "-o", "spread", "--json"))
+        plan = json.loads(self.succeeds("cluster", "plan", *command, "-o", "spread", "--json"))
         self.assertEqual(len(plan["items"]), 2 * 16 + 1)
         (self.folder / "plan.json").write_text(json.dumps(plan))
         for items in ("0-6", "7-15", "20-31", "16-19", "32"):
-            self.succeeds("run", "plan.json", "--items", items)
-        self.succeeds("join", "plan.json")
+            self.succeeds("cluster", "run", "plan.json", "--items", items)
+        self.succeeds("cluster", "join", "plan.json")
         for name in ("evaluation.html", "evaluation.json"):
             self.assertEqual((self.folder / "spread" / name).read_bytes(), (self.folder / "here" / name).read_bytes())
         # The transfer counted the same in another way.

@@ -148,7 +148,7 @@ class TimeLapse(unittest.TestCase):
         self.assertIn("% larger against the one after it", found["motion"]["text"])
         self.assertIn("light times", found["light"]["text"])
         self.assertIn('"exclude": [0]', found["light"]["cure"])
-        compare = subprocess.run([PATINATE, "compare", "out", "out", "-o", "report"], cwd=self.folder, capture_output=True, text=True)
+        compare = subprocess.run([PATINATE, "history", "compare", "out", "out", "-o", "report"], cwd=self.folder, capture_output=True, text=True)
         self.assertEqual(compare.returncode, 0, compare.stderr)
         self.assertIn(f"out: {len(warnings)} warnings about its photographs: patinate info out\n", compare.stderr)
         for text in ((self.folder / "report" / name).read_text() for name in ("report.json", "report.html")):

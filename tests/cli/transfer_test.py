@@ -150,9 +150,9 @@ class Transfer(unittest.TestCase):
         self.refused(INPUT, "3 of 1920 pixels are inside the mask, 0 of them", "--control", "facing", history="three")
 
     def test_an_automatic_resolution_is_announced_and_recorded(self):
-        help_text = " ".join(run("transfer", "--help").stdout.split())
+        help_text = " ".join(run("transfer", "--help-all").stdout.split())
         self.assertIn("[16, 16384]; default as many as show every pixel of the history, 256 to 4096", help_text)
-        self.assertIn("[16, 16384]; default 1024", " ".join(run("control", "--help").stdout.split()))  # There it is a number.
+        self.assertIn("[16, 16384]; default 1024", " ".join(run("control", "--help-all").stdout.split()))  # There it is a number.
         known = ["--unit", "mm", "--control", "facing"]
         planned = run("transfer", "../history", "../urn/mesh.obj", *known, "--texel-size", "0.5", "--dry-run", "-o", "aged", cwd=self.folder)
         self.assertEqual(planned.returncode, 0, planned.stderr)

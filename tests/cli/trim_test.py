@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""`patinate trim`: a history of some of another one's frames. Usage: trim_test.py PATINATE [unittest arguments]"""
+"""`patinate history trim`: a history of some of another one's frames. Usage: trim_test.py PATINATE [unittest arguments]"""
 import json
 import sys
 import unittest
@@ -23,7 +23,7 @@ class Trim(CommandCase):
         return [frame["time"] for frame in json.loads((self.folder / history / "history.json").read_text())["frames"]]
 
     def test_frames_that_stay_are_those_of_the_whole_with_their_times(self):
-        command = ["trim", "whole", "--from", self.times[1], "--every", "2", "-o", "part"]
+        command = ["history", "trim", "whole", "--from", self.times[1], "--every", "2", "-o", "part"]
         self.succeeds(*command)
         self.assertEqual(self.times_of("part"), self.times[1::2])
         for new, old in enumerate(range(1, len(self.times), 2)):
@@ -35,15 +35,15 @@ class Trim(CommandCase):
         self.assertIn("up to date", self.run_patinate(*command).stderr)
 
     def test_what_was_seen_until_a_time_is_what_the_whole_shows_until_then(self):
-        self.succeeds("trim", "whole", "--until", self.times[-2], "-o", "seen")
-        report = json.loads(self.succeeds("compare", "seen", "whole", "--num-resamples", "0", "-o", "report", "--json"))
+        self.succeeds("history", "trim", "whole", "--until", self.times[-2], "-o", "seen")
+        report = json.loads(self.succeeds("history", "compare", "seen", "whole", "--num-resamples", "0", "-o", "report", "--json"))
         figures = {figure["name"]: figure["value"] for figure in report["figures"]}
         self.assertEqual(figures["ciede2000_p95"], 0)
 
     def test_bad_input_is_one_line(self):
-        self.fails(INPUT, "no frame is left", "trim", "whole", "--from", "1e9", "-o", "out")
-        self.fails(USAGE, "every", "trim", "whole", "--every", "0", "-o", "out")
-        self.fails(INPUT, "urn", "trim", self.shared / "urn", "-o", "out")
+        self.fails(INPUT, "no frame is left", "history", "trim", "whole", "--from", "1e9", "-o", "out")
+        self.fails(USAGE, "every", "history", "trim", "whole", "--every", "0", "-o", "out")
+        self.fails(INPUT, "urn", "history", "trim", self.shared / "urn", "-o", "out")
 
 
 if __name__ == "__main__":

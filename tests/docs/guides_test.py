@@ -33,8 +33,8 @@ NAMES = {"TRANSFER": "aged", "SIMULATION": "rain", "HISTORY": "copper", "MESH": 
 NOT_RUN = {
     "patinate studio results$": "serves until it is stopped; tests/cli/studio_test.py asks it",
     "patinate transfer copper asset.obj": "wants a mesh of many tiles; tests/cli/tiles_test.py makes one",
-    "patinate run copper.json --threads": "a job of Slurm; tests/slurm runs one",
-    "patinate explain fire_hydrant": "its scans and masks are real data; tests/cli/explain_test.py runs the same options",
+    "patinate cluster run copper.json --threads": "a job of Slurm; tests/slurm runs one",
+    "patinate control explain fire_hydrant": "its scans and masks are real data; tests/cli/explain_test.py runs the same options",
     "patinate register bunny/": "the scans are Stanford's; tests/cli/register_test.py reads such a .conf"}
 
 # What each page's commands find. `made` holds what MADE makes once.
@@ -72,7 +72,7 @@ PAGES = {
     "docs/devices.md": "true",
     "docs/compare.md": COPPER + f" && for name in {MANY}; do cp -r copper $name; done; cp -r $made/aged copper_hydrant; "
                        # Replicates have to be different histories.
-                       "for i in 1 2 3 4; do patinate appearance copper --roughness 0.$i -o copper_$i; patinate appearance copper --specular 0.$i -o simulated_$i; done",
+                       "for i in 1 2 3 4; do patinate history appearance copper --roughness 0.$i -o copper_$i; patinate history appearance copper --specular 0.$i -o simulated_$i; done",
     "docs/simulation.md": "mkdir -p docs/examples && cp -r $made/scenes docs/examples && cp $made/ledge/* . && cp scene.json hydrant.json && cp -r $made/copper . && cp $made/urn.gltf hydrant.gltf",
     "docs/studies/crack_cells.md": "cp $made/plate.obj .",
     # What stays, as large as the maps are.

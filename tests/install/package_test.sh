@@ -23,7 +23,7 @@ for file in /usr/share/man/man1/patinate.1 /usr/share/bash-completion/completion
 done
 inside bash -c 'cd /root && time -p bash /usr/share/patinate/demo demo >/dev/null && test -s demo/index.html'
 # The library, offline, on a mesh.
-inside bash -c 'cd /root && patinate library && patinate transfer library:rust demo/urn/mesh.obj --unit mm --control accessibility --resolution 256 -o rusty --quiet && patinate export rusty -o rusty.glb --quiet && test -s rusty.glb'
+inside bash -c 'cd /root && patinate history library && patinate transfer library:rust demo/urn/mesh.obj --unit mm --control accessibility --resolution 256 -o rusty --quiet && patinate export rusty -o rusty.glb --quiet && test -s rusty.glb'
 inside python3 -c '
 import numpy as np, patinate
 history = patinate.history_from_arrays(np.random.default_rng(1).random((2, 64, 64, 3), np.float32), [0, 1], controls={"x": np.linspace(0, 1, 4096, dtype=np.float32).reshape(64, 64)})

@@ -26,7 +26,7 @@ def ramp_history(rate, offset, size=12, num_frames=12):
 class Compare(PythonCase):
     def test_figures_are_the_commands(self):
         self.run_patinate("ingest", "capture", "--deflicker", "-o", "deflickered")
-        self.run_patinate("compare", "history", "deflickered", "--num-resamples", "5", "-o", "report")
+        self.run_patinate("history", "compare", "history", "deflickered", "--num-resamples", "5", "-o", "report")
         report = self.json_of("report", "report.json")
         expected = {f["name"]: f.get("value") for f in report["figures"]}
         made = patinate.compare(patinate.read_history(self.work / "history"), self.work / "deflickered", num_resamples=5)
@@ -66,7 +66,7 @@ class Fit(PythonCase):
         for name in ("slow", "fast"):
             self.run_patinate("fit", f"rank/{name}.json", "rank/captured", "--vary", "/appearance/patina/strength=0.1:3", "--until", "4", "--evaluations", "13", "--scan", "0", "--seeds", "2", "-o", f"rank/fit_{name}")
         fits = [str(self.work / f"rank/fit_{name}") for name in ("slow", "fast")]
-        self.run_patinate("rank", *fits, "-o", "rank/ranked")
+        self.run_patinate("fit", "rank", *fits, "-o", "rank/ranked")
         expected = self.json_of("rank/ranked", "report.json")
         self.assertEqual(patinate.rank(fits), {name: expected[name] for name in ("unit", "models", "cases", "last_frame", "verdict")})
         self.line_of(patinate.InvalidInput, lambda: patinate.rank(fits[:1]))

@@ -10,7 +10,7 @@ from python_case import PythonCase, main
 
 class Devices(PythonCase):
     def setUp(self):
-        devices = json.loads(self.run_patinate("devices", "--json"))["devices"]
+        devices = json.loads(self.run_patinate("help", "devices", "--json"))["devices"]
         if not devices:
             self.skipTest("there is no OpenCL device (Debian: pocl-opencl-icd)")
         self.device = devices[0]["name"]

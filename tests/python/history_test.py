@@ -45,7 +45,7 @@ class History(PythonCase):
         os.environ["PATINATE_LIBRARY"] = str(self.work / "likes")
         try:
             for like in (photo, self.work / "history", self.work / "aged"):
-                said = json.loads(self.run_patinate("library", "--like", like, "--json"))
+                said = json.loads(self.run_patinate("history", "library", "--like", like, "--json"))
                 found = patinate.library(like=like)
                 self.assertEqual([(name, entry["likeness"]) for name, entry in found.items()],
                                  [(entry["name"], {key: value for key, value in entry.items() if key != "name"}) for entry in said["like"]])
@@ -66,7 +66,7 @@ class History(PythonCase):
         statement.write_text(json.dumps({"format": "patinate.appearance", "version": 1, "materials": [
             {"color": "#f0e8d8", "metalness": 0, "roughness": 0.9}, {"color": "#302010", "metalness": 1, "roughness": 0.25, "tint": "#f0ae8c"}]}))
         for name, arguments, keywords in (("by_color", [str(statement)], {"statement": statement}), ("plain", ["--metalness", "1", "--roughness", "0.35"], {"metalness": 1, "roughness": 0.35})):
-            self.run_patinate("appearance", "history", *arguments, "-o", f"{name}_by_command")
+            self.run_patinate("history", "appearance", "history", *arguments, "-o", f"{name}_by_command")
             history = patinate.appearance(self.work / "history", self.work / f"{name}_by_python", **keywords)
             self.assertEqual(len(history), len(patinate.read_history(self.work / "history")))
             self.same_files(f"{name}_by_command", f"{name}_by_python")
@@ -76,7 +76,7 @@ class History(PythonCase):
         self.assertFalse((self.work / "x").exists())
 
     def test_combined_histories_are_the_commands(self):
-        self.run_patinate("combine", "history", "history", "--clock", "span", "-o", "combined_by_command")
+        self.run_patinate("history", "combine", "history", "history", "--clock", "span", "-o", "combined_by_command")
         library = patinate.combine([self.work / "history", self.work / "history"], self.work / "combined_by_python", clock="span")
         self.assertEqual(len(library), len(patinate.read_history(self.work / "history")))
         self.same_files("combined_by_command", "combined_by_python")
@@ -84,7 +84,7 @@ class History(PythonCase):
         self.assertFalse((self.work / "x").exists())
 
     def test_a_trimmed_history_is_the_commands(self):
-        self.run_patinate("trim", "history", "--every", "2", "-o", "trimmed_by_command")
+        self.run_patinate("history", "trim", "history", "--every", "2", "-o", "trimmed_by_command")
         shorter = patinate.trim(self.work / "history", self.work / "trimmed_by_python", every=2)
         self.assertLess(len(shorter), len(patinate.read_history(self.work / "history")))
         self.same_files("trimmed_by_command", "trimmed_by_python")

@@ -31,7 +31,7 @@ class Simulation(PythonCase):
     def test_what_is_recomposed_is_the_commands(self):
         if not (self.work / "simulated").exists():
             self.run_patinate("simulate", "scene.json", "-o", "simulated")
-        self.run_patinate("recompose", "simulated", "-o", "by_command", "--set", "patina.strength=0.25")
+        self.run_patinate("simulate", "recompose", "simulated", "-o", "by_command", "--set", "patina.strength=0.25")
         history = patinate.recompose(self.work / "simulated", self.work / "by_python", changes={"patina.strength": 0.25})
         self.assertEqual((self.work / "by_python/simulation.json").read_bytes(), (self.work / "by_command/simulation.json").read_bytes())
         np.testing.assert_array_equal(history.frame(-1), patinate.read_history(self.work / "by_command").frame(-1))

@@ -95,7 +95,7 @@ class Study(unittest.TestCase):
             slurm.wait_until(lambda: num_done() >= 3, "three steps done", 300)
             kept.update({p: p.stat().st_ino for p in (folder / "cells").glob("*/transfer/transfer.json")})
             # A worker: what a job's shell has started.
-            victims = [int(pid) for pid in slurm.ask("pgrep", "-f", f"{PATINATE}|patinate run").split() if is_below(int(pid), slurm.processes["slurmd"].pid)]
+            victims = [int(pid) for pid in slurm.ask("pgrep", "-f", f"{PATINATE}|patinate cluster run").split() if is_below(int(pid), slurm.processes["slurmd"].pid)]
             for victim in victims[:2]:
                 try:
                     os.kill(victim, signal.SIGKILL)

@@ -35,16 +35,22 @@ int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
     print_result("patinate " PATINATE_VERSION " (" PATINATE_COMMIT ", " PATINATE_BUILD ")\n");
     return kDone;
   }
-  for (const Verb& verb : verbs()) {
-    if (name != verb.name) continue;
-    std::optional<InputWatch> watch;
-    if (!lives_on(name)) watch.emplace();
-    CommandRun run(name, verb.brief, {arguments.begin() + 1, arguments.end()}, std::move(stop));
-    return verb.run(run);
+  const std::optional<FoundVerb> found = find_verb(arguments);
+  if (!found) {
+    const bool is_help = arguments.size() > 1 && (arguments[1] == "--help" || arguments[1] == "-h");
+    if (!is_help || parts_of(name).empty()) fail_no_verb(arguments);
+    print_result(overview_of(name));
+    return kDone;
   }
-  std::vector<std::string> names;
-  for (const Verb& verb : verbs()) names.emplace_back(verb.name);
-  throw UsageError(name + ": no such command" + did_you_mean(name, names) + "; see `patinate --help`");
+  const Verb& verb = *found->verb;
+  std::optional<InputWatch> watch;
+  if (!lives_on(verb.name)) watch.emplace();
+  CommandRun run(verb.name, verb.brief,
+                 {arguments.begin() + static_cast<std::ptrdiff_t>(found->num_words), arguments.end()}, std::move(stop));
+  const int code = verb.run(run);
+  run.note_advice();
+  if (found->is_former) run.note(std::string("`patinate ") + verb.former + "` is now `patinate " + verb.name + "`");
+  return code;
 }
 
 int guarded_main(const std::vector<std::string>& arguments) {

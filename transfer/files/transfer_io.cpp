@@ -52,8 +52,7 @@ void write_tile(const fs::path& file, const Sheet& sheet, int tile, const std::v
   constexpr int kLeastRows = 4 * kExrChunkRows, kMostRows = 32 * kExrChunkRows;
   const int threads = thread_count(run), strip_rows = std::clamp(2 * threads * kExrChunkRows, kLeastRows, kMostRows),
             num_channels = static_cast<int>(channels.size());
-  RunControl silent = run;
-  silent.on_progress = {};
+  const RunControl silent = run.silent();
   ImageRowWriter writer(file, sheet.tile_width, sheet.tile_height,
                         {.channels = channels, .depth = ExrDepth::Float, .num_threads = threads});
   for (int y = 0; y < sheet.tile_height; y += strip_rows) {

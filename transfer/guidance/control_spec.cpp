@@ -8,6 +8,34 @@
 
 namespace patinate::transfer {
 
+namespace {
+
+/// Where a character stands outside of parentheses and quotes; npos if nowhere.
+std::size_t find_outside(std::string_view text, char c) {
+  int depth = 0;
+  bool is_quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '"') is_quoted = !is_quoted;
+    if (is_quoted) continue;
+    depth += text[i] == '(' ? 1 : text[i] == ')' ? -1 : 0;
+    if (text[i] == c && depth <= 0) return i;
+  }
+  return std::string_view::npos;
+}
+
+/// split(text, ':') outside of parentheses and quotes.
+std::vector<std::string> split_outside(std::string_view text) {
+  std::vector<std::string> parts;
+  for (std::size_t at = find_outside(text, ':'); at != std::string_view::npos; at = find_outside(text, ':')) {
+    parts.push_back(split(text.substr(0, at), '\0').front());
+    text.remove_prefix(at + 1);
+  }
+  parts.push_back(split(text, '\0').front());
+  return parts;
+}
+
+}  // namespace
+
 ControlSpec parse_control_spec(std::string_view text) {
   const auto fail = [&](const std::string& problem) -> ControlSpec {
     throw ParseError("--control " + std::string(text) + ": " + problem +
@@ -15,12 +43,12 @@ ControlSpec parse_control_spec(std::string_view text) {
   };
   ControlSpec spec;
   std::string_view rest = text;
-  if (const std::size_t equals = rest.find('='); equals != std::string_view::npos) {
+  if (const std::size_t equals = find_outside(rest, '='); equals != std::string_view::npos) {
     spec.source = rest.substr(0, equals);
     if (!is_file_name(spec.source)) return fail("`" + spec.source + "` is no control name");
     rest.remove_prefix(equals + 1);
   }
-  const std::vector<std::string> parts = split(rest, ':');
+  const std::vector<std::string> parts = split_outside(rest);
   if (parts.size() > 3) return fail("too many `:`");
   spec.destination = parts[0];
   if (spec.destination.empty()) return fail("the destination is missing");

@@ -1,7 +1,10 @@
 #include "patinate/transfer/age.h"
 
 #include <memory>
+#include <span>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_repair.h"
@@ -76,10 +79,11 @@ AgingSurface make_aging_surface(Mesh mesh, const AgeOptions& options, const Hist
 
 TransferControl make_control_pair(const History& history, std::string_view control, const TexelMap& map,
                                   const ControlKindOptions& options, const RunControl& run) {
-  const ControlSpec spec = parse_control_spec(control);
-  (void)source_control(history, spec);  // A control that is not there is said before work starts.
-  return make_transfer_control(history, spec, make_control_expression(spec.destination, map, options, run),
-                               map.coverage());
+  const std::string text(control);
+  // A control that is not there is said before work starts.
+  const std::vector<ControlSpec> specs = with_sources(history, parse_controls(std::span(&text, 1)));
+  return make_transfer_control(history, specs.front(),
+                               make_control_expression(specs.front().destination, map, options, run), map.coverage());
 }
 
 AgedMesh age_surface(const std::shared_ptr<const History>& history, const AgingSurface& surface,

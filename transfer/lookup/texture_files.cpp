@@ -140,8 +140,7 @@ void TextureWriter::write(std::span<const TextureFile> textures, const RunContro
         std::max(1, thread_count(control) / static_cast<int>(std::max<std::size_t>(1, textures.size())));
     for (std::size_t i = 0; i < textures.size(); ++i)
       open.push_back(std::make_unique<TileOfTexture>(textures[i], codes[i], t, tiles_[t], threads_each));
-    RunControl quiet = control;
-    quiet.on_progress = {};
+    const RunControl quiet = control.silent();
     const auto num_tiles = static_cast<double>(tiles_.size());
     tiles_[t].visit(
         [&](int, const PlacesView& places, std::span<const std::uint32_t> turns) {

@@ -147,8 +147,7 @@ void TimeMapLookup::look_up(const PlacesView& places, std::span<const float> tim
   }
   std::fill(out.values().begin(), out.values().end(), 0.0f);
   const History& history = impl_->history;
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   for (int first = 0; first < history.num_frames(); first += impl_->per_block) {
     const int end = std::min(history.num_frames(), first + impl_->per_block);
     std::unique_ptr<FrameBlock> some;

@@ -42,8 +42,7 @@ void write_time_map(const TransferFolder& transfer, ImageF times, Between betwee
       files.size() != m.tiles.size()) {
     throw InvalidInput("time map: expected a time for every texel and a file for every tile");
   }
-  RunControl quiet = control;
-  quiet.on_progress = {};
+  const RunControl quiet = control.silent();
   TimeMapLookup lookup(transfer.history(), between, frames);
   CoordinateStripsOptions strip_options = options;
   strip_options.is_subpixel = m.is_subpixel;

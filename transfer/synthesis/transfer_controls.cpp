@@ -5,7 +5,9 @@
 #include <cstdint>
 #include <utility>
 
+#include "libcommon/controls/control_expression.h"
 #include "libcommon/core/text.h"
+#include "patinate/controls/control_kinds.h"
 #include "patinate/core/error.h"
 #include "transfer/guidance/compared_control.h"
 
@@ -79,6 +81,35 @@ TransferControl make_transfer_control(const History& history, const ControlSpec&
   }
   control.values = std::move(made.values);
   return control;
+}
+
+std::vector<ControlSpec> parse_controls(std::span<const std::string> texts) {
+  std::vector<ControlSpec> specs;
+  for (const std::string& text : texts) {
+    specs.push_back(parse_control_spec(text));
+    (void)ControlExpression(specs.back().destination, control_kind_names());
+  }
+  return specs;
+}
+
+std::vector<ControlSpec> with_sources(const History& history, std::vector<ControlSpec> specs) {
+  for (std::size_t i = 0; i < specs.size(); ++i) {
+    specs[i].source = source_control(history, specs[i]);
+    for (std::size_t k = 0; k < i; ++k) {
+      if (specs[k].source == specs[i].source)
+        throw ParseError("--control: `" + specs[i].source + "` is given twice; combine them in one expression");
+    }
+  }
+  return specs;
+}
+
+std::vector<TransferControl> make_transfer_controls(
+    const History& history, std::span<const ControlSpec> specs, const ImageU8& coverage,
+    const std::function<ControlMap(std::size_t number, const ControlSpec& spec)>& make) {
+  std::vector<TransferControl> controls;
+  for (std::size_t i = 0; i < specs.size(); ++i)
+    controls.push_back(make_transfer_control(history, specs[i], make(i, specs[i]), coverage));
+  return controls;
 }
 
 ImageU8 usable_mask(const History& history, const ImageU8& given) {

@@ -3,6 +3,10 @@
 /// history.
 #pragma once
 
+#include <cstddef>
+#include <functional>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "patinate/controls/control_map.h"
@@ -19,6 +23,17 @@ namespace patinate::transfer {
 /// @param coverage  Of the atlas.
 [[nodiscard]] TransferControl make_transfer_control(const History& history, const ControlSpec& spec, ControlMap made,
                                                     const ImageU8& coverage);
+
+/// Controls as a user writes them. @throws ParseError, also for a typo in a destination.
+[[nodiscard]] std::vector<ControlSpec> parse_controls(std::span<const std::string> texts);
+/// The same beside their history: each source by its name. @throws ParseError for a control that the history does not
+/// have, or that is given twice.
+[[nodiscard]] std::vector<ControlSpec> with_sources(const History& history, std::vector<ControlSpec> specs);
+/// The controls of a transfer. @param specs  With their sources.
+/// @param make  Makes the map of a destination; called once for each, in their order.
+[[nodiscard]] std::vector<TransferControl> make_transfer_controls(
+    const History& history, std::span<const ControlSpec> specs, const ImageU8& coverage,
+    const std::function<ControlMap(std::size_t number, const ControlSpec& spec)>& make);
 
 /// The pixels that may be copied: the history's mask and, unless it is empty, `given`.
 /// @throws InvalidInput if `given` has another size, or the two have no pixel in common.

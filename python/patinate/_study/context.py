@@ -7,8 +7,8 @@ import subprocess
 import patinate
 from patinate import _native
 
-# Commands that look at what a cell has made, and make a folder.
-FOLDERS = ("evaluate", "compare", "factorize")
+# What looks at what a cell has made, and makes a folder: the word of a study file, and the command.
+FOLDERS = {"evaluate": "evaluate", "compare": "history compare", "factorize": "history factorize"}
 
 
 class Program:
@@ -39,7 +39,7 @@ class Program:
 
     def problem(self, verb, words, output=None):
         """What the command says of these options, beside each other if it is known what -o is given; or None."""
-        is_folder = output is not None and verb in FOLDERS
+        is_folder = output is not None and verb in FOLDERS.values()
         return self._ask(verb=verb, words=words, output=output, is_folder=is_folder).get("problem")
 
 

@@ -90,7 +90,7 @@ rule @STEP_items:
         mem_mb=2000,
         runtime=60,
     shell:
-        "{PATINATE} run plans/@STEP/{wildcards.cell}.json --items {wildcards.portion} --quiet --threads {threads} 2> {log} || {{ cp {log} logs/@STEP/{wildcards.cell}.txt; exit 1; }}"
+        "{PATINATE} cluster run plans/@STEP/{wildcards.cell}.json --items {wildcards.portion} --quiet --threads {threads} 2> {log} || {{ cp {log} logs/@STEP/{wildcards.cell}.txt; exit 1; }}"
 
 
 rule @STEP_wave:
@@ -108,7 +108,7 @@ rule @STEP:
     log:
         "logs/@STEP/{cell}.txt",
 @NEEDS    shell:
-        "{PATINATE} join plans/@STEP/{wildcards.cell}.json --quiet --threads {threads} 2> {log}"
+        "{PATINATE} cluster join plans/@STEP/{wildcards.cell}.json --quiet --threads {threads} 2> {log}"
 """
 
 RULE = r"""
@@ -121,7 +121,7 @@ rule @STEP:
     params:
         command=lambda wildcards: COMMANDS["@STEP"][wildcards.cell],
 @NEEDS    shell:
-        "{PATINATE} run {params.command} --force --quiet --threads {threads} 2> {log}"
+        "{PATINATE} cluster run {params.command} --force --quiet --threads {threads} 2> {log}"
 """
 
 LOCAL_PROFILE = """# This machine. Without `cores: all` give --cores N.

@@ -48,7 +48,7 @@ def _run_cell(study, part, cell, program, num_threads, processes):
         done, log = study.done_file(step, cell), study.log_file(step, cell)
         with contextlib.suppress(FileNotFoundError):
             os.remove(done)
-        code = processes.run(f"{shell_word(program)} run {command} --force --quiet --threads {num_threads}",
+        code = processes.run(f"{shell_word(program)} cluster run {command} --force --quiet --threads {num_threads}",
                              study.path, log)
         if processes.is_stopped or code == INTERRUPTED:
             raise KeyboardInterrupt
@@ -89,7 +89,7 @@ def run_study(study, program, num_jobs, num_threads, report):
 def _write_plan(study, step, cell, command, program, processes):
     """Gives what is wrong, None if nothing."""
     plan, fresh = (f"plans/{step.name}/{name}" for name in (f"{cell.name}.json", f".{cell.name}.tmp"))
-    code = processes.run(f"{shell_word(program)} plan {command} --force --quiet --json > {shell_word(fresh)}",
+    code = processes.run(f"{shell_word(program)} cluster plan {command} --force --quiet --json > {shell_word(fresh)}",
                          study.path, study.log_file(step, cell))
     if code == INTERRUPTED:
         raise KeyboardInterrupt

@@ -109,15 +109,16 @@ class _Study:
 
     def _add_output(self, reader, part, step_words):
         context = self.context
-        verb = reader.member("command").choice(LOOKING)
-        name = reader.member("name").string() if reader.has("name") else verb
-        file = name if verb in FOLDERS and not reader.has("file") else reader.member("file").string()
+        word = reader.member("command").choice(LOOKING)
+        verb = FOLDERS.get(word, word)
+        name = reader.member("name").string() if reader.has("name") else word
+        file = name if word in FOLDERS and not reader.has("file") else reader.member("file").string()
         if not _native._is_file_name(file):
             reader.member("file").fail("a name of " + _native._FILE_NAME)
         if slug(name) != name or "." in name:
             reader.member("name").fail("letters, digits and `_`")
         words = []
-        if verb == "compare":
+        if word == "compare":
             other = reader.member("with")
             context.check_place(other, other.path())
             words.append(context.word_of(other.path()))

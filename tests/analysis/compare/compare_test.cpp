@@ -55,8 +55,11 @@ class Compare : public testing::Test {
  protected:
   void SetUp() override { write_history(folder_ / "a", kHistorySide, kHistorySide, kFrames, blotches); }
   CompareTask task(const std::string& b) const {
-    CompareTask t{
-        .a = folder_ / "a", .b = folder_ / b, .through = {}, .options = {}, .command = "patinate compare a " + b};
+    CompareTask t{.a = folder_ / "a",
+                  .b = folder_ / b,
+                  .through = {},
+                  .options = {},
+                  .command = "patinate history compare a " + b};
     t.options.num_resamples = 15;
     return t;
   }
@@ -114,7 +117,7 @@ TEST_F(Compare, ThePageCarriesEverythingAndNoNan) {
   EXPECT_NE(page.find("<svg"), std::string::npos);
   EXPECT_NE(page.find("data:image/png"), std::string::npos);
   EXPECT_EQ(page.find("src=\"curves"), std::string::npos);
-  EXPECT_NE(page.find("patinate compare a a"), std::string::npos);
+  EXPECT_NE(page.find("patinate history compare a a"), std::string::npos);
   for (const std::string& text : {page, report.dump()}) {
     EXPECT_EQ(text.find(">nan"), std::string::npos);
     EXPECT_EQ(text.find(":nan"), std::string::npos);

@@ -44,7 +44,7 @@ void write_replicate(const fs::path& folder, std::uint64_t seed, float change, i
 class Replicates : public testing::Test {
  protected:
   ReplicatesTask task(int size_a, int size_b, std::uint64_t seed, float change_b, int side = 32) const {
-    ReplicatesTask t{.a = {}, .b = {}, .names = {}, .options = {}, .command = "patinate compare"};
+    ReplicatesTask t{.a = {}, .b = {}, .names = {}, .options = {}, .command = "patinate history compare"};
     for (int k = 0; k < size_a + size_b; ++k) {
       const bool is_a = k < size_a;
       const std::string name = std::to_string(seed) + (is_a ? "a" : "b") + std::to_string(k);

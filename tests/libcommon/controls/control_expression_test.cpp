@@ -72,6 +72,20 @@ TEST(ControlExpression, HasTheFunctionsOfShaping) {
   EXPECT_EQ(expression_error("abs(facing, 2)"), "position 11: found `,`; expected `)`");
 }
 
+TEST(ControlExpression, KindsHaveArguments) {
+  const auto names_of = [](const std::string& text) { return ControlExpression(text, kNames).names(); };
+  EXPECT_EQ(names_of("accessibility(scale=3) - accessibility( scale = 10 , low-percent=2)"),
+            (std::vector<ControlName>{{"accessibility", false, {{"scale", "3"}}},
+                                      {"accessibility", false, {{"scale", "10"}, {"low_percent", "2"}}}}));
+  EXPECT_EQ(names_of("spray(path=\"a, b).csv\", shadows=false)*facing(direction=0,1,0)"),
+            (std::vector<ControlName>{{"spray", false, {{"spray_path", "a, b).csv"}, {"spray_shadows", "false"}}},
+                                      {"facing", false, {{"direction", "0,1,0"}}}}));
+  EXPECT_EQ(ControlExpression("facing(direction=z)", kNames).alone()->text, "facing");
+  EXPECT_EQ(ControlExpression("!facing", kNames).alone(), nullptr);
+  EXPECT_EQ(expression_error("facing(scale=3)"), "position 8: `facing` has no argument `scale`; it has direction");
+  EXPECT_EQ(expression_error("facing(direction)"), "position 8: found `d`; expected an argument, such as scale=3");
+}
+
 TEST(ControlExpression, TellsFilesFromNames) {
   const auto names_of = [](const std::string& text) { return ControlExpression(text, kNames).names(); };
   EXPECT_EQ(names_of("maps/wet.exr"), (std::vector<ControlName>{{"maps/wet.exr", true}}));

@@ -26,6 +26,11 @@ TEST(ControlSpec, ReadsEveryPartOfTheGrammar) {
   EXPECT_EQ(full.weight, 2.5);
   EXPECT_EQ(full.mapping, ControlMapping::Linear);
   EXPECT_EQ(parse_control_spec("thickness=!spray").destination, "!spray");
+  const ControlSpec argued = parse_control_spec("image(file=\"a=b:c.exr\") + height(axis=z):2");
+  EXPECT_EQ(argued.source, "");
+  EXPECT_EQ(argued.destination, "image(file=\"a=b:c.exr\") + height(axis=z)");
+  EXPECT_EQ(argued.weight, 2.0);
+  EXPECT_EQ(parse_control_spec("wet=distance(from=creases)").source, "wet");
 }
 
 TEST(ControlSpec, SaysWhatIsWrong) {

@@ -8,6 +8,8 @@ namespace patinate::cli {
 
 namespace {
 
+constexpr std::size_t kHelpWidth = 110;
+
 std::string wrapped(const std::string& text, std::size_t indent, std::size_t width) {
   std::string result;
   std::size_t column = indent;
@@ -61,35 +63,77 @@ namespace {
 
 /// A name and what it means, in two columns.
 std::string help_row(const std::string& name, const std::string& meaning) {
-  constexpr std::size_t kIndent = 30, kWidth = 110;
+  constexpr std::size_t kIndent = 30;
   std::string left = "  " + name;
   if (left.size() + 2 > kIndent) {
     left += "\n" + std::string(kIndent, ' ');
   } else {
     left.resize(kIndent, ' ');
   }
-  return left + wrapped(meaning, kIndent, kWidth) + "\n";
+  return left + wrapped(meaning, kIndent, kHelpWidth) + "\n";
+}
+
+bool is_own_option(const ArgumentInfo& a) { return !a.is_positional() && !a.is_common && !a.is_moved; }
+
+/// "  patinate transfer ..." a line each, under a title.
+std::string examples_text(const CommandDeclaration& command) {
+  std::string text = command.examples.empty() ? "" : "\nExamples:\n";
+  for (const std::string& example : command.examples) text += "  patinate " + example + "\n";
+  return text;
+}
+
+std::string lists_text(const CommandDeclaration& command, bool is_all) {
+  std::string text;
+  for (const HelpList& list : command.lists) {
+    if (list.is_long && !is_all) {
+      text += "\n" + list.title + ": patinate " + command.verb + " --help-all\n";
+      continue;
+    }
+    text += "\n" + list.title + ":\n";
+    for (const auto& [name, meaning] : list.rows) text += help_row(name, meaning);
+  }
+  return text;
+}
+
+/// What --help leaves out.
+std::string rest_text(const CommandDeclaration& command, std::size_t num_left_out) {
+  std::string common;
+  for (const ArgumentInfo& a : command.arguments) {
+    if (a.is_common) common += (common.empty() ? "" : ", ") + a.name;
+  }
+  return wrapped(std::to_string(num_left_out) + " more options, and what every command takes (" + common +
+                     "): patinate " + command.verb + " --help-all",
+                 0, kHelpWidth) +
+         "\n";
 }
 
 }  // namespace
 
-std::string help_text(const CommandDeclaration& command) {
+std::string help_text(const CommandDeclaration& command, bool is_all) {
+  const auto num_own =
+      static_cast<std::size_t>(std::count_if(command.arguments.begin(), command.arguments.end(), is_own_option));
+  const bool has_usual =
+      std::any_of(command.arguments.begin(), command.arguments.end(), [](const auto& a) { return a.is_usual; });
+  const bool is_short = !is_all && has_usual && num_own > kMostOptionsOfHelp;
   std::string positionals, own, common;
+  std::size_t num_left_out = 0;
   for (const ArgumentInfo& argument : command.arguments) {
+    if (argument.is_moved) continue;
+    if (is_short && is_own_option(argument) && !argument.is_usual && !argument.is_required) {
+      ++num_left_out;
+      continue;
+    }
     std::string& part = argument.is_positional() ? positionals : argument.is_common ? common : own;
     part += help_row(argument.form(), argument.description());
   }
   std::string text = command.brief + "\n\nUsage: " + usage_text(command) + "\n";
+  if (is_short) text += examples_text(command);
   if (!positionals.empty()) text += "\n" + positionals;
   if (!own.empty()) text += "\nOptions:\n" + own;
-  for (const HelpList& list : command.lists) {
-    text += "\n" + list.title + ":\n";
-    for (const auto& [name, meaning] : list.rows) text += help_row(name, meaning);
-  }
+  if (is_short) return text + "\n" + rest_text(command, num_left_out) + lists_text(command, is_all);
+  text += lists_text(command, is_all);
   if (!common.empty()) text += "\nEvery command:\n" + common;
-  if (!command.examples.empty()) text += "\nExamples:\n";
-  for (const std::string& example : command.examples) text += "  patinate " + example + "\n";
-  return text;
+  return text + examples_text(command);
 }
 
 }  // namespace patinate::cli

@@ -4,6 +4,7 @@
 /// --config are made, and what was found for it.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <string>
 #include <string_view>
@@ -32,6 +33,8 @@ struct ArgumentInfo {
   bool takes_words = false;  ///< An option that may be repeated takes all words up to the next option.
   bool has_no_form = false;  ///< A flag that is on unless `--no-...` is given.
   bool is_written = false;   ///< An option whose file is an output, as that of -o is.
+  bool is_moved = false;     ///< Still accepted; no text names it, and who gives it is told what is written instead.
+  bool is_usual = false;     ///< One of the few that --help shows of a command with many options.
 
   [[nodiscard]] bool is_positional() const {
     return kind == ArgumentKind::Positional || kind == ArgumentKind::PositionalList;
@@ -45,7 +48,8 @@ struct ArgumentInfo {
 };
 
 struct Argument : ArgumentInfo {
-  std::function<void(const std::string&)> set;  ///< Gets each value; for a flag "true" or "false".
+  std::function<void(const std::string&)> set;             ///< Gets each value; for a flag "true" or "false".
+  std::function<std::string(const std::string&)> instead;  ///< Of a moved one: its value in the form of today.
   std::vector<std::string> found;
   std::string source;  ///< Where `found` comes from, e.g. "run.toml: line 3"; "" = the command line.
 };
@@ -54,6 +58,7 @@ struct Argument : ArgumentInfo {
 struct HelpList {
   std::string title;
   std::vector<std::pair<std::string, std::string>> rows;
+  bool is_long = false;  ///< --help leaves it to --help-all.
 };
 
 /// Everything that a command says about itself.
@@ -63,11 +68,14 @@ struct CommandDeclaration {
   std::vector<ArgumentInfo> arguments;
   std::vector<HelpList> lists;
   std::vector<std::string> examples;  ///< Without "patinate".
+  std::string former = {};            ///< A name by which it still goes; or "".
 };
 
 /// The usage line: "patinate lookup TRANSFER -o IMAGE [options]".
 [[nodiscard]] std::string usage_text(const CommandDeclaration& command);
-/// What --help prints.
-[[nodiscard]] std::string help_text(const CommandDeclaration& command);
+/// A command with more options of its own has a short --help, of its usual and required ones, beside --help-all.
+inline constexpr std::size_t kMostOptionsOfHelp = 12;
+/// What --help prints, or --help-all.
+[[nodiscard]] std::string help_text(const CommandDeclaration& command, bool is_all = false);
 
 }  // namespace patinate::cli

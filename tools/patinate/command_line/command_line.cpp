@@ -105,8 +105,14 @@ void CommandLine::flag(const std::string& name, const std::string& help, bool& v
       [&value](const std::string& s) { value = s == "true"; });
 }
 
-void CommandLine::described(std::unique_ptr<DescribedOptions> options) {
-  declare_options(*options, [this](Argument argument) {
+void CommandLine::described(std::unique_ptr<DescribedOptions> options,
+                            const std::function<std::string(const std::string&, const std::string&)>& instead,
+                            const std::vector<std::string>& kept) {
+  declare_options(*options, [&](Argument argument) {
+    if (instead && std::find(kept.begin(), kept.end(), argument.key()) == kept.end()) {
+      argument.is_moved = true;
+      argument.instead = [instead, key = argument.key()](const std::string& value) { return instead(key, value); };
+    }
     for (const auto& common : arguments_) {
       if (!common->is_common || common->name != argument.name) continue;
       // The struct has a field that is an option of every command (seed): one option sets both.
@@ -154,6 +160,15 @@ void CommandLine::example(const std::string& arguments) { examples_.push_back(ar
 void CommandLine::list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows) {
   lists_.push_back({title, rows});
 }
+void CommandLine::long_list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows) {
+  lists_.push_back({title, rows, true});
+}
+
+void CommandLine::usual(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    if (Argument* argument = find(name)) argument->is_usual = true;
+  }
+}
 
 void CommandLine::without(const std::vector<std::string>& names) {
   std::erase_if(arguments_, [&](const auto& a) {
@@ -164,6 +179,13 @@ void CommandLine::without(const std::vector<std::string>& names) {
 CommandDeclaration CommandLine::declaration() const {
   CommandDeclaration result{verb_, brief_, {}, lists_, examples_};
   for (const auto& argument : arguments_) result.arguments.push_back(*argument);
+  // Positional ones, what is usual, the rest.
+  const auto rank = [](const ArgumentInfo& a) { return a.is_positional() ? 0 : a.is_usual || a.is_required ? 1 : 2; };
+  const bool has_usual =
+      std::any_of(result.arguments.begin(), result.arguments.end(), [](const auto& a) { return a.is_usual; });
+  if (has_usual)
+    std::stable_sort(result.arguments.begin(), result.arguments.end(),
+                     [&](const ArgumentInfo& a, const ArgumentInfo& b) { return rank(a) < rank(b); });
   return result;
 }
 

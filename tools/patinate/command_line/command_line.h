@@ -66,6 +66,13 @@ class CommandLine {
   void options(Options& o) {
     described(std::make_unique<Described<Options>>(o));
   }
+  /// Every field of a struct whose options have moved elsewhere: they are accepted, and advice() says what is written
+  /// in their place. @param instead  Of an option's key and its value. @param kept  Keys that stay options.
+  template <class Options>
+  void moved_options(Options& o, std::function<std::string(const std::string& key, const std::string& value)> instead,
+                     const std::vector<std::string>& kept) {
+    described(std::make_unique<Described<Options>>(o), std::move(instead), kept);
+  }
 
   /// Marks the argument that was declared last as required, or a positional one as not required.
   void required(bool is_required = true);
@@ -83,15 +90,22 @@ class CommandLine {
   void decided(const std::string& name, const std::string& value);
   /// Options of which one is given at most: one on the command line puts those of a configuration file out of force.
   void alternatives(const std::vector<std::string>& names);
+  /// The few that --help shows first where there are many, beside required ones. @param names  As "texel_size"; those
+  /// that are not declared are left out.
+  void usual(const std::vector<std::string>& names);
   /// Options of every command that mean nothing to this one.
   void without(const std::vector<std::string>& names);
   /// What else can be wrong with the arguments, before any input is opened. @param look  Throws UsageError.
   void checked(std::function<void()> look) { checks_.push_back(std::move(look)); }
   /// A list of --help with a title, one name and what it means a line.
   void list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows);
+  /// The same, of --help-all.
+  void long_list(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows);
   /// A line under "Examples" of --help, without "patinate".
   void example(const std::string& arguments);
 
+  /// What to write in place of moved options that were given, a line each. Call after parse().
+  [[nodiscard]] const std::vector<std::string>& advice() const { return advice_; }
   [[nodiscard]] const CommonOptions& common() const { return common_; }
   [[nodiscard]] CommandDeclaration declaration() const;
 
@@ -108,7 +122,8 @@ class CommandLine {
   void check() const {
     for (const std::function<void()>& look : checks_) look();
   }
-  [[nodiscard]] std::string help() const { return help_text(declaration()); }
+  /// What was asked for: --help or --help-all.
+  [[nodiscard]] std::string help() const { return help_text(declaration(), wants_all_help_); }
   /// The option was given, not left at its default.
   [[nodiscard]] bool is_given(const std::string& name) const;
   /// The --config file; "" when there is none.
@@ -126,7 +141,9 @@ class CommandLine {
   Argument& add(Argument argument);
   Argument& add(ArgumentKind kind, ValueType type, const std::string& name, const std::string& value_name,
                 const std::string& help, std::function<void(const std::string&)> set);
-  void described(std::unique_ptr<DescribedOptions> options);
+  void described(std::unique_ptr<DescribedOptions> options,
+                 const std::function<std::string(const std::string&, const std::string&)>& instead = {},
+                 const std::vector<std::string>& kept = {});
   void read_words(const std::vector<std::string>& arguments, bool& wants_help);
   void read_positionals(std::vector<std::string> rest);
   void assign();
@@ -135,13 +152,14 @@ class CommandLine {
 
   std::string verb_;
   std::string brief_;
-  std::vector<std::string> examples_;
+  std::vector<std::string> examples_, advice_;
   std::vector<HelpList> lists_;
   std::vector<std::unique_ptr<Argument>> arguments_;
   std::vector<std::unique_ptr<DescribedOptions>> described_;
   std::vector<std::vector<std::string>> alternatives_;
   std::vector<std::function<void()>> checks_;
   CommonOptions common_;
+  bool wants_all_help_ = false;
 };
 
 }  // namespace patinate::cli

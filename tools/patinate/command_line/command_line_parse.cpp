@@ -86,15 +86,17 @@ void CommandLine::read_words(const std::vector<std::string>& arguments, bool& wa
   app.set_help_flag();
   app.allow_extras();  // so that we name the unknown option before anything that it leaves missing
   app.add_flag("-h,--help", wants_help);
-  std::vector<std::string> option_names{"--help"};
+  app.add_flag("--help-all", wants_all_help_);
+  std::vector<std::string> option_names{"--help", "--help-all"};
   for (const auto& argument : arguments_) {
     if (argument->is_positional()) continue;
-    option_names.push_back(argument->name == "-o" ? "--output" : argument->name);
+    if (!argument->is_moved) option_names.push_back(argument->name == "-o" ? "--output" : argument->name);
     if (argument->kind == ArgumentKind::Flag) {
       app.add_flag_function(spellings(*argument), [&a = *argument](std::int64_t) { a.found = {"true"}; });
       if (!argument->has_no_form) continue;
-      option_names.push_back("--no-" + argument->name.substr(2));
-      app.add_flag_function(option_names.back(), [&a = *argument](std::int64_t) { a.found = {"false"}; });
+      const std::string off = "--no-" + argument->name.substr(2);
+      if (!argument->is_moved) option_names.push_back(off);
+      app.add_flag_function(off, [&a = *argument](std::int64_t) { a.found = {"false"}; });
     } else {
       app.add_option(spellings(*argument), argument->found)->take_all()->allow_extra_args(argument->takes_words);
     }
@@ -104,6 +106,7 @@ void CommandLine::read_words(const std::vector<std::string>& arguments, bool& wa
   } catch (const CLI::Error& e) {
     throw UsageError(std::string(e.what()) + "; see `patinate " + verb_ + " --help`");
   }
+  wants_help = wants_help || wants_all_help_;
   if (wants_help) return;
   std::vector<std::string> rest = app.remaining();
   const auto end_of_options = std::find(rest.begin(), rest.end(), "--");
@@ -151,6 +154,7 @@ void CommandLine::assign(Argument& argument) try {
     if (value.empty() && argument.kind != ArgumentKind::Flag)
       throw UsageError(argument.name + ": is empty; give a value");
     argument.set(value);
+    if (argument.is_moved) advice_.push_back(argument.name + ": " + argument.instead(value));
   }
 } catch (const UsageError& e) {
   if (argument.source.empty()) throw;

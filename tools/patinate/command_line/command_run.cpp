@@ -63,6 +63,11 @@ bool CommandRun::parse() {
     if (is_whole && line.common().dry_run) request_ = nullptr;
     return true;
   }
+  std::vector<std::pair<std::string, std::string>> below;
+  for (const Verb& verb : verbs()) {
+    if (is_below(verb, verb_)) below.emplace_back(verb.name, verb.brief);
+  }
+  if (!below.empty()) line.list("Commands of their own", below);
   print(line.help());
   return false;
 }
@@ -99,7 +104,7 @@ double CommandRun::seconds() const {
 }
 
 std::vector<std::string> CommandRun::command_line() const {
-  std::vector<std::string> words{"patinate", verb_};
+  std::vector<std::string> words = split("patinate " + verb_, ' ');
   words.insert(words.end(), arguments_.begin(), arguments_.end());
   return words;
 }

@@ -77,6 +77,8 @@ class CommandRun {
   void note(const std::string& text);
   /// The first 20 of them, and how many more there are.
   void notes(const std::vector<std::string>& texts);
+  /// In the end, since an error is one line: what was given in a form that has another one now.
+  void note_advice() { notes(line.advice()); }
   /// A line on stderr with --verbose.
   void detail(const std::string& text);
   /// What is wrong with an input, one line each on stderr as errors are: the first 20, and how many more there are.

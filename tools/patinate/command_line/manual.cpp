@@ -97,7 +97,7 @@ std::string manual_roff(std::span<const CommandDeclaration> commands, const std:
   for (const CommandDeclaration& command : commands) {
     text += ".SS " + roff(command.verb) + "\n.B " + roff(usage_text(command)) + "\n.PP\n" + roff(command.brief) + "\n";
     for (const ArgumentInfo& a : command.arguments) {
-      if (!a.is_common) text += roff_argument(a);
+      if (!a.is_common && !a.is_moved) text += roff_argument(a);
     }
     for (const HelpList& list : command.lists) {
       text += ".PP\n" + roff(list.title) + ":\n";
@@ -118,11 +118,11 @@ std::string manual_markdown(std::span<const CommandDeclaration> commands) {
   for (const CommandDeclaration& command : commands) {
     text += "\n## " + command.verb + "\n" + command.brief + "\n\n    " + usage_text(command) + "\n";
     for (const std::string& example : command.examples) text += "    patinate " + example + "\n";
-    const bool has_own =
-        std::any_of(command.arguments.begin(), command.arguments.end(), [](const auto& a) { return !a.is_common; });
+    const bool has_own = std::any_of(command.arguments.begin(), command.arguments.end(),
+                                     [](const auto& a) { return !a.is_common && !a.is_moved; });
     if (has_own) text += "\n| argument | meaning |\n| --- | --- |\n";
     for (const ArgumentInfo& a : command.arguments) {
-      if (!a.is_common) text += markdown_row(a);
+      if (!a.is_common && !a.is_moved) text += markdown_row(a);
     }
     for (const HelpList& list : command.lists) {
       text += "\n" + list.title + ":\n\n| name | meaning |\n| --- | --- |\n";

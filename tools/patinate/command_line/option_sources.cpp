@@ -50,6 +50,12 @@ const ArgumentInfo* option_of_any(std::span<const CommandDeclaration> commands, 
   return nullptr;
 }
 
+/// Where a configuration file has the options of a command: "fit.field".
+std::string section_name(std::string verb) {
+  std::replace(verb.begin(), verb.end(), ' ', '.');
+  return verb;
+}
+
 /// "true" or "false".
 std::string flag_text(const std::string& name, const std::string& value) {
   const std::string word = lower(value);
@@ -141,15 +147,30 @@ class ConfigFile {
     return "line " + std::to_string(node.source().begin.line);
   }
 
+  /// [transfer]; [fit.field], which is a table in [fit]; by a former name, [field].
   void read_section(const std::string& name, const toml::table& section) {
-    const auto command =
-        std::find_if(commands_.begin(), commands_.end(), [&](const auto& c) { return c.verb == name; });
-    if (command == commands_.end()) {
-      std::vector<std::string> verbs;
-      for (const CommandDeclaration& c : commands_) verbs.push_back(c.verb);
-      fail(section, "[" + name + "]: there is no such command" + did_you_mean(name, verbs));
+    const auto command = std::find_if(commands_.begin(), commands_.end(),
+                                      [&](const auto& c) { return c.verb == name || c.former == name; });
+    const auto below =
+        std::find_if(commands_.begin(), commands_.end(), [&](const auto& c) { return c.verb.starts_with(name + " "); });
+    if (command == commands_.end() && below == commands_.end()) fail_unknown(name, section);
+    for (const auto& [key, node] : section) {
+      const std::string word(key.str());
+      if (const toml::table* inner = node.as_table(); inner != nullptr && below != commands_.end()) {
+        read_section(name + " " + word, *inner);
+      } else if (command == commands_.end()) {
+        fail(node, section_name(name) + "." + word + ": is below no command; write it under [" +
+                       section_name(below->verb) + "] or another");
+      } else {
+        read_option(*command, word, node);
+      }
     }
-    for (const auto& [key, node] : section) read_option(*command, std::string(key.str()), node);
+  }
+
+  [[noreturn]] void fail_unknown(const std::string& name, const toml::node& section) const {
+    std::vector<std::string> names;
+    for (const CommandDeclaration& c : commands_) names.insert(names.end(), {c.verb, split(c.verb, ' ').front()});
+    fail(section, "[" + section_name(name) + "]: there is no such command" + did_you_mean(name, names));
   }
 
   void read_common(const std::string& name, const toml::node& node) {
@@ -161,7 +182,7 @@ class ConfigFile {
         if (a.is_common && a.key() == key) return supply(a, name, node, true);
         if (a.is_common) keys.push_back(a.key());
         if (!a.is_common && !a.is_positional() && a.key() == key)
-          sections += (sections.empty() ? "[" : ", [") + command.verb + "]";
+          sections += (sections.empty() ? "[" : ", [") + section_name(command.verb) + "]";
       }
     }
     if (!sections.empty()) fail(node, name + ": is no option of every command; write it under " + sections);
@@ -171,12 +192,13 @@ class ConfigFile {
   void read_option(const CommandDeclaration& command, const std::string& name, const toml::node& node) {
     const std::string key = normal(name);
     if (const ArgumentInfo* option = option_of(command, key))
-      return supply(*option, command.verb + "." + name, node, command.verb == verb_);
+      return supply(*option, section_name(command.verb) + "." + name, node, command.verb == verb_);
     std::vector<std::string> keys;
     for (const ArgumentInfo& a : command.arguments) {
       if (!a.is_positional()) keys.push_back(a.key());
     }
-    fail(node, command.verb + "." + name + ": `" + command.verb + "` has no such option" + did_you_mean(key, keys));
+    fail(node, section_name(command.verb) + "." + name + ": `" + command.verb + "` has no such option" +
+                   did_you_mean(key, keys));
   }
 
   /// Checks the value's type; hands it over when it is meant for the command that runs.

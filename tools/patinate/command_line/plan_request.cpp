@@ -70,7 +70,7 @@ std::vector<std::size_t> asked_items(const PlanRequest& request, std::size_t num
     std::iota(all.begin(), all.end(), std::size_t{0});
     return all;
   }
-  if (num_items == 0) throw UsageError("--items: the plan has no items; `patinate join` does all of its work");
+  if (num_items == 0) throw UsageError("--items: the plan has no items; `patinate cluster join` does all of its work");
   try {
     return parse_item_ranges(request.items, num_items);
   } catch (const ParseError& e) {

@@ -10,9 +10,6 @@
 
 namespace patinate::cli {
 
-/// The verb makes an output whose work can be told before it is done.
-[[nodiscard]] bool is_planned(const std::string& verb);
-
 /// Asks a command, as main() would run it, and takes its answer.
 /// @param words  The verb and its arguments. @param is_json  Set to whether they hold --json.
 /// @returns its exit code. @throws UsageError if there is no such command, or it cannot be planned.

@@ -2,6 +2,8 @@
 /// The table from verb to command.
 #pragma once
 
+#include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -12,14 +14,37 @@
 namespace patinate::cli {
 
 struct Verb {
-  const char* name;
+  const char* name;  ///< One word, or two: "fit field".
   const char* brief;
   int (*run)(CommandRun&);
+  const char* group;             ///< Where the first page of help has it.
+  const char* former = nullptr;  ///< One word by which it still goes.
+  /// It makes an output whose work can be told before it is done.
+  bool is_planned = true;
   /// First positional arguments on which the options depend; nullptr ends the list.
   const char* kinds[10] = {nullptr};
 };
 
+/// What words name, and by how many of them.
+struct FoundVerb {
+  const Verb* verb = nullptr;
+  std::size_t num_words = 0;
+  bool is_former = false;
+};
+
 [[nodiscard]] std::span<const Verb> verbs();
+/// The command that a command line begins with. @param words  Without "patinate".
+[[nodiscard]] std::optional<FoundVerb> find_verb(std::span<const std::string> words);
+/// "fit field" is below "fit".
+[[nodiscard]] bool is_below(const Verb& verb, const std::string& word);
+/// Second words of the commands that begin with this one: {"field", "rank"}.
+[[nodiscard]] std::vector<std::string> parts_of(const std::string& word);
+/// Each first word once.
+[[nodiscard]] std::vector<std::string> first_words();
+/// A command line whose command goes by its present name.
+[[nodiscard]] std::vector<std::string> by_present_name(const std::vector<std::string>& words);
+/// @param words  A command line for which find_verb() finds nothing; not empty. @throws UsageError
+[[noreturn]] void fail_no_verb(std::span<const std::string> words);
 /// What a command says about itself. Where options depend on the first argument, those of all kinds.
 [[nodiscard]] CommandDeclaration declaration_of(const Verb& verb);
 [[nodiscard]] std::vector<CommandDeclaration> all_declarations();
@@ -31,5 +56,7 @@ void check_options(const Verb& verb, const std::vector<std::string>& words);
 void check_arguments(const Verb& verb, const std::vector<std::string>& words, const std::string& output);
 /// What `patinate --help` prints.
 [[nodiscard]] std::string overview();
+/// What `patinate WORD --help` prints of a word that is no command but begins some.
+[[nodiscard]] std::string overview_of(const std::string& word);
 
 }  // namespace patinate::cli

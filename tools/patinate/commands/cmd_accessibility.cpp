@@ -158,8 +158,9 @@ int cmd_accessibility(CommandRun& run) {
   run.line.output(
       "FOLDER", "Folder to make: three maps (EXR, physical values), pictures, report.html, accessibility.json", output);
   run.line.options(options);
-  run.line.example("accessibility scan.ply -o access");
-  run.line.example("accessibility scan.ply --camera camera.yml --scale 0.8 -o access");
+  run.line.usual({"unit", "camera", "scale", "resolution", "direction"});
+  run.line.example("control accessibility scan.ply -o access");
+  run.line.example("control accessibility scan.ply --camera camera.yml --scale 0.8 -o access");
   if (!run.parse()) return 0;
   const double mm = mm_per_unit(source.unit_or_none().value_or("mm"));
   const Mesh mesh = load_surface(source, mm, run);

@@ -20,8 +20,8 @@ int cmd_appearance(CommandRun& run) {
   run.line.output("STATED", "Folder to make: the history with maps of its material", output);
   run.line.options(plain);
   run.line.without({"seed"});
-  run.line.example("appearance copper copper_and_patina.json -o copper_metal");
-  run.line.example("appearance bronze --metalness 1 --roughness 0.35 -o bronze_metal");
+  run.line.example("history appearance copper copper_and_patina.json -o copper_metal");
+  run.line.example("history appearance bronze --metalness 1 --roughness 0.35 -o bronze_metal");
   if (!run.parse()) return 0;
   history = history_place(history);
   if (kind_of(history) != PathKind::History)

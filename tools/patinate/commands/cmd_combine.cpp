@@ -52,8 +52,8 @@ int cmd_combine(CommandRun& run) {
                     control_texts);
   run.line.options(task.options);
   run.line.without({"seed"});
-  run.line.example("combine copper clay --clock span -o library");
-  run.line.example("combine crackle copper --control age=thickness,progress -o library");
+  run.line.example("history combine copper clay --clock span -o library");
+  run.line.example("history combine crackle copper --control age=thickness,progress -o library");
   if (!run.parse()) return 0;
   for (const std::string& text : control_texts)
     task.controls.push_back(parse_library_control(text, task.histories.size()));

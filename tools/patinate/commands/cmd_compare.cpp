@@ -20,7 +20,7 @@ namespace {
 /// What repeats the comparison: options that are not the default, and nothing that changes no byte. @param task  As it
 /// was given.
 std::string compare_command(const analysis::CompareTask& task) {
-  std::string text = "patinate compare " + input_word(task.a) + " " + input_word(task.b);
+  std::string text = "patinate history compare " + input_word(task.a) + " " + input_word(task.b);
   if (!task.through.empty()) text += " --through " + input_word(task.through);
   text += changed_options(option_values(task.options), option_values(analysis::CompareOptions{}));
   if (task.options.seed != static_cast<std::uint64_t>(CommonOptions{}.seed))
@@ -29,7 +29,7 @@ std::string compare_command(const analysis::CompareTask& task) {
 }
 
 std::string compare_command(const analysis::ReplicatesTask& task) {
-  std::string text = "patinate compare";
+  std::string text = "patinate history compare";
   for (const fs::path& a : task.a) text += " " + input_word(a);
   text += " --against";
   for (const fs::path& b : task.b) text += " " + input_word(b);
@@ -95,10 +95,11 @@ int cmd_compare(CommandRun& run) {
                   task.through);
   run.line.paths("against", "B...", "Replicates of B, two or more, against two or more of A", against);
   run.line.options(task.options);
-  run.line.example("compare copper_lab copper_outdoors -o report");
-  run.line.example("compare copper copper_simulated --clock span -o report");
-  run.line.example("compare copper hydrant_simulated --through copper_hydrant -o report");
-  run.line.example("compare copper_1 copper_2 copper_3 --against simulated_1 simulated_2 simulated_3 -o report");
+  run.line.example("history compare copper_lab copper_outdoors -o report");
+  run.line.example("history compare copper copper_simulated --clock span -o report");
+  run.line.example("history compare copper hydrant_simulated --through copper_hydrant -o report");
+  run.line.example(
+      "history compare copper_1 copper_2 copper_3 --against simulated_1 simulated_2 simulated_3 -o report");
   run.line.checked([&] {
     if (task.options.num_blocks == 1) throw UsageError("--num-blocks: found 1; expected 0, or a number in [2, 64]");
   });
@@ -112,7 +113,7 @@ int cmd_compare(CommandRun& run) {
         output);
   }
   if (others.size() != 1)
-    throw UsageError(others.empty() ? "B: is missing; see `patinate compare --help`"
+    throw UsageError(others.empty() ? "B: is missing; see `patinate history compare --help`"
                                     : others[1].string() +
                                           ": one argument too many; replicates of B come behind "
                                           "--against");

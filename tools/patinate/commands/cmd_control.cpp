@@ -3,7 +3,7 @@
 #include <string_view>
 #include <utility>
 
-#include "libcommon/controls/control_expression.h"
+#include "libcommon/controls/control_arguments.h"
 #include "libcommon/controls/image_control.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
@@ -16,6 +16,7 @@
 #include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/control_store.h"
+#include "tools/patinate/services/kind_options.h"
 #include "tools/patinate/services/mesh_source.h"
 #include "tools/patinate/services/output_command.h"
 #include "tools/patinate/services/scene_controls.h"
@@ -34,30 +35,24 @@ void describe(OptionVisitor& v, ControlCommandOptions& o) {
   describe(v, o.kinds);
 }
 
-bool is_kind(const std::string& kind) {
-  const std::vector<std::string>& kinds = control_kind_names();
-  return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
-}
-
 /// Everything that the map depends on.
-std::string control_key(const std::string& kind, const AtlasMesh& atlas_mm, const ControlCommandOptions& options) {
+std::string control_key(const std::string& text, const AtlasMesh& atlas_mm, ControlCommandOptions options) {
+  const std::optional<ControlName> kind = single_kind(text);
+  if (kind) options.kinds = named_options(*kind, options.kinds);
   ContentHash hash;
-  hash.add("control " + std::to_string(kControlVersion)).add(kind).add(mesh_content_key(atlas_mm.mesh));
+  hash.add("control " + std::to_string(kControlVersion)).add(kind ? kind->text : text);
+  hash.add(mesh_content_key(atlas_mm.mesh));
   const std::vector<std::string> tiles = atlas_mm.tile_names();
   for (const std::string& name : tiles) hash.add(name);
   for (const auto& [name, value] : option_values(options)) hash.add(name).add(value);
+  const ControlExpression expression(text, control_kind_names());
   const auto add_files = [&](const std::filesystem::path& path) {
     for (const auto& file : tile_map_files(path, tiles)) hash.add_file(file);
   };
-  if (is_kind(kind)) {
-    for (const auto& file : control_input_files(kind, options.kinds)) add_files(file);
-  } else {
-    const ControlExpression expression(kind, control_kind_names());
-    for (const ControlName& name : expression.names()) {
-      if (name.is_file) add_files(name.text);
-      if (name.is_file) continue;
-      for (const auto& file : control_input_files(name.text, options.kinds)) add_files(file);
-    }
+  for (const ControlName& name : expression.names()) {
+    if (name.is_file) add_files(name.text);
+    if (name.is_file) continue;
+    for (const auto& file : control_input_files(name.text, named_options(name, options.kinds))) add_files(file);
   }
   return hash.hex();
 }
@@ -94,12 +89,16 @@ std::filesystem::path map_file(const std::filesystem::path& output, const std::s
   if (at == std::string::npos)
     throw UsageError("-o: found `" + output.string() + "` for " + std::to_string(num_kinds) +
                      " kinds; expected a name with <KIND> in it, as bust_<KIND>.exr");
-  if (!is_kind(kind))
+  const std::optional<ControlName> single = single_kind(kind);
+  if (!single)
     throw UsageError("--kind: `" + kind + "` has no name for <KIND>; an expression is made by a command of its own");
-  return output.parent_path() / name.replace(at, kKindPlace.size(), kind);
+  return output.parent_path() / name.replace(at, kKindPlace.size(), single->text);
 }
 
 void require_each_once(std::vector<std::string> kinds) {
+  for (std::string& kind : kinds) {
+    if (const std::optional<ControlName> single = single_kind(kind)) kind = single->text;
+  }
   std::sort(kinds.begin(), kinds.end());
   const auto twice = std::adjacent_find(kinds.begin(), kinds.end());
   if (twice != kinds.end()) throw UsageError("--kind: `" + *twice + "` is given twice");
@@ -152,22 +151,26 @@ int cmd_control(CommandRun& run) {
   ControlCommandOptions options;
   ControlStoreOptions store;
   declare_mesh(run.line, mesh_source);
-  run.line.repeated("kind", "KIND",
-                    "A kind (see below), or an expression of kinds and of map files; several kinds make a map each",
-                    kinds);
+  run.line.repeated(
+      "kind", "KIND",
+      "A kind with its arguments (see below), or an expression of kinds and of map files; several kinds make a map "
+      "each",
+      kinds);
   run.line.required();
   run.line.suggestions(control_kind_names());
   run.line.output("MAP.exr",
                   "The control map to make, float, channel Y, [0, 1]; of several kinds a name with <KIND> in it",
                   output);
-  run.line.options(options);
+  run.line.options(options.atlas);
   run.line.options(store);
+  declare_kind_options(run.line, options.kinds);
   std::vector<std::pair<std::string, std::string>> listed;
   for (const ControlKind& k : control_kinds()) listed.emplace_back(k.name, k.brief);
   run.line.list("Kinds: the map is high at", listed);
+  run.line.long_list("Arguments of kinds", kind_argument_rows());
   run.line.example("control bust.glb --kind accessibility -o crevices.exr");
-  run.line.example("control bust.glb --kind facing --direction 0,1,0 -o dust.exr");
-  run.line.example("control bust.glb --kind \"0.7*accessibility + 0.3*facing\" -o mix.exr");
+  run.line.example("control bust.glb --kind \"facing(direction=0,1,0)\" -o dust.exr");
+  run.line.example("control bust.glb --kind \"0.7*accessibility(scale=3) + 0.3*facing\" -o mix.exr");
   run.line.example("control bust.glb --kind facing --kind height -o \"bust_<KIND>.exr\"");
   if (!run.parse()) return 0;
   require_extension(output, {".exr"});
@@ -199,9 +202,10 @@ int cmd_control(CommandRun& run) {
         return 0.2 + 0.8 * static_cast<double>(i) / static_cast<double>(todo->size());
       };
       const RunControl part = control.part(share(k), share(k + 1));
+      const std::optional<ControlName> kind = single_kind(asked.kind);
       const ControlMap made =
-          is_kind(asked.kind) ? cached_control(asked.kind, map, options.kinds, cache, part)
-                              : make_control_expression(asked.kind, map, options.kinds, part, control_source(cache));
+          kind ? cached_control(kind->text, map, named_options(*kind, options.kinds), cache, part)
+               : make_control_expression(asked.kind, map, options.kinds, part, control_source(cache));
       more = write_map(run, asked, made, map, atlas, mm_per_mesh_unit(mesh_source));
     }
   }

@@ -61,8 +61,8 @@ std::string device_outcome_text(const device::DeviceInfo& info, const Outcomes& 
 
 int cmd_devices(CommandRun& run) {
   run.line.without({"threads", "seed", "force", "dry_run"});
-  run.line.example("devices");
-  run.line.example("devices --json");
+  run.line.example("help devices");
+  run.line.example("help devices --json");
   if (!run.parse()) return 0;
   const unsigned num_threads = std::max(1U, std::thread::hardware_concurrency());
   const std::string_view instructions = kInstructionSetNames[static_cast<std::size_t>(instruction_set())];

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/explanation/explanation_job.h"
+#include "libcommon/controls/control_arguments.h"
 #include "libcommon/controls/control_cache.h"
-#include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/image_control.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
@@ -13,6 +13,7 @@
 #include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/commands/commands.h"
 #include "tools/patinate/services/control_store.h"
+#include "tools/patinate/services/kind_options.h"
 #include "tools/patinate/services/scene_controls.h"
 #include "tools/patinate/services/surface_reference.h"
 
@@ -47,7 +48,7 @@ std::string expression_key(const std::string& text, const TexelMap& map, const C
   hash.add(std::int64_t{map.width()}).add(std::int64_t{map.height()});
   const ControlExpression parsed(text, control_kind_names());
   for (const ControlName& name : parsed.names()) {
-    if (!name.is_file) hash.add(control_content_key(name.text, map, options));
+    if (!name.is_file) hash.add(control_content_key(name.text, map, named_options(name, options)));
     if (!name.is_file) continue;
     for (const fs::path& file : tile_map_files(name.text, map.sheet().names)) hash.add_file(file);
   }
@@ -63,7 +64,9 @@ std::vector<std::string> needed_options(const std::string& text, const ControlKi
     if (name.is_file) continue;
     const auto values = option_values(used_options(name.text, options));
     for (std::size_t i = 0; i < values.size(); ++i) {
-      if (values[i] != defaults[i]) needed.push_back(changed_options({values[i]}, {defaults[i]}));
+      const bool is_said = std::any_of(name.arguments.begin(), name.arguments.end(),
+                                       [&](const auto& argument) { return argument.first == values[i].first; });
+      if (!is_said && values[i] != defaults[i]) needed.push_back(changed_options({values[i]}, {defaults[i]}));
     }
   }
   return needed;
@@ -71,18 +74,20 @@ std::vector<std::string> needed_options(const std::string& text, const ControlKi
 
 std::vector<analysis::ExplainingControl> explained_controls(const ExplainCommand& command,
                                                             const std::shared_ptr<const TexelMap>& map) {
-  const ControlKindOptions& options = command.controls;
   const ControlCache cache = user_control_cache(command.store.cache);
   std::vector<analysis::ExplainingControl> controls;
   const bool is_default = command.kinds.empty();
-  for (const std::string& kind : is_default ? default_kinds(options) : command.kinds) {
-    controls.push_back({.name = kind,
-                        .key = control_content_key(kind, *map, options),
-                        .make = [kind, map, options,
-                                 cache](const RunControl& c) { return cached_control(kind, *map, options, cache, c); },
-                        .options = needed_options(kind, options),
+  for (const std::string& text : is_default ? default_kinds(command.controls) : command.kinds) {
+    const ControlName kind = single_kind(text).value();
+    const ControlKindOptions options = named_options(kind, command.controls);
+    controls.push_back({.name = text,
+                        .key = control_content_key(kind.text, *map, options),
+                        .make = [kind, map, options, cache](
+                                    const RunControl& c) { return cached_control(kind.text, *map, options, cache, c); },
+                        .options = needed_options(text, command.controls),
                         .may_fail = is_default});
   }
+  const ControlKindOptions& options = command.controls;
   for (const std::string& text : command.also) {
     controls.push_back({.name = text,
                         .key = expression_key(text, *map, options),
@@ -97,7 +102,7 @@ std::vector<analysis::ExplainingControl> explained_controls(const ExplainCommand
 
 /// What repeats it: options that are not the default, and nothing that changes no byte.
 std::string explain_command(const ExplainCommand& command, std::int64_t seed) {
-  std::string text = "patinate explain " + input_word(command.reference) + " " + input_word(command.mesh.path);
+  std::string text = "patinate control explain " + input_word(command.reference) + " " + input_word(command.mesh.path);
   const auto add = [&](const std::string& name, const std::string& value) {
     if (!value.empty()) text += " --" + name + " " + shell_word(value);
   };
@@ -125,7 +130,10 @@ void declare(CommandRun& run, ExplainCommand& command) {
                       command.reference);
   declare_mesh(run.line, command.mesh);
   run.line.output("REPORT", "Folder to make: report.html, explanation.json, figures.csv", command.output);
-  run.line.repeated("kind", "KIND", "Only this kind of control; default: every kind", command.kinds);
+  run.line.repeated(
+      "kind", "KIND",
+      "Only this kind of control, with its arguments (`patinate control --help-all`); default: every kind",
+      command.kinds);
   run.line.suggestions(control_kind_names());
   run.line.repeated("also", "EXPRESSION", "A map file or an expression of controls that may explain it, too",
                     command.also);
@@ -133,17 +141,17 @@ void declare(CommandRun& run, ExplainCommand& command) {
   run.line.options(command.atlas);
   run.line.options(command.explanation);
   run.line.options(command.store);
-  run.line.options(command.controls);
-  run.line.default_text("distance_from", "creases");
-  run.line.example("explain aged.jpg hydrant.gltf --before clean.jpg --mask paint.png -o why");
-  run.line.example("explain bust_simulated bust.glb --channel luminance --aged low -o why");
-  run.line.example("explain photo.jpg statue.ply --unit mm --camera camera.yml --kind height --kind exposure -o why");
+  declare_kind_options(run.line, command.controls);
+  run.line.usual({"unit", "kind", "also", "before", "mask", "resolution"});
+  run.line.example("control explain aged.jpg hydrant.gltf --before clean.jpg --mask paint.png -o why");
+  run.line.example("control explain bust_simulated bust.glb --channel luminance --aged low -o why");
+  run.line.example(
+      "control explain photo.jpg statue.ply --unit mm --camera camera.yml --kind height --kind exposure -o why");
 }
 
 void check_kinds(const ExplainCommand& command) {
   for (const std::string& kind : command.kinds) {
-    const ControlExpression parsed(kind, control_kind_names());  // A typo is said before work starts.
-    if (parsed.names().size() != 1 || parsed.names().front().is_file || parsed.names().front().text != kind)
+    if (!single_kind(kind))  // A typo is said before work starts.
       throw ParseError("--kind: found `" + kind + "`; expected a kind; --also takes expressions and files");
   }
   for (const std::string& text : command.also) refuse_scene_maps(text, command.mesh.path);

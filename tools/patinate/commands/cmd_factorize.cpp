@@ -22,7 +22,7 @@ namespace {
 
 /// What repeats it: options that are not the default, and nothing that changes no byte. @param task  As it was given.
 std::string factorize_command(const analysis::FactorizationTask& task) {
-  std::string text = "patinate factorize " + input_word(task.history) +
+  std::string text = "patinate history factorize " + input_word(task.history) +
                      (task.of == analysis::FactorQuantity::Color ? "" : " --of " + analysis::name_of(task.of)) +
                      changed_options(option_values(task.options), option_values(analysis::FactorizationOptions{}));
   for (std::size_t i = 0; i < task.times.size(); ++i) text += (i == 0 ? " --times " : ",") + number_text(task.times[i]);
@@ -105,9 +105,9 @@ int cmd_factorize(CommandRun& run) {
                    task.times);
   run.line.options(task.options);
   run.line.without({"seed"});
-  run.line.example("factorize copper -o copper_factors");
-  run.line.example("factorize copper --times 600,700 -o copper_factors");
-  run.line.example("factorize mold --of roughness -o dulling");
+  run.line.example("history factorize copper -o copper_factors");
+  run.line.example("history factorize copper --times 600,700 -o copper_factors");
+  run.line.example("history factorize mold --of roughness -o dulling");
   run.line.example("transfer copper_factors/history bust.glb --control rate=accessibility -o aged");
   if (!run.parse()) return 0;
   if (!of.empty()) task.of = analysis::parse_factor_quantity(of);

@@ -59,7 +59,7 @@ int cmd_field(CommandRun& run) {
                     "The rate of a rule or an initial amount, and between which values it may differ", vary);
   run.line.options(task.options);
   run.line.example(
-      "field plate.json copper --vary /rules/0/rate=0.01:1:log --places equal --until 300 -o copper_field");
+      "fit field plate.json copper --vary /rules/0/rate=0.01:1:log --places equal --until 300 -o copper_field");
   if (!run.parse()) return 0;
   if (vary.empty())
     throw UsageError("--vary: nothing may vary; give at least one POINTER=LOW:HIGH, such as /rules/0/rate=0.01:1:log");
@@ -81,7 +81,7 @@ int cmd_field(CommandRun& run) {
     scene.write(folder, output, values);
   };
   task.add_inputs = [scene](JobInputs& inputs) { scene.scene().add_inputs(inputs); };
-  task.command = "patinate field " + input_word(scene_file) + " " + word;
+  task.command = "patinate fit field " + input_word(scene_file) + " " + word;
   for (const std::string& text : vary) task.command += " --vary " + shell_word(text);
   task.command += changed_options(option_values(task.options), option_values(analysis::FieldOptions{})) + kAnyOutput;
   const std::optional<JobStatus> status = run.make_folder(analysis::plan_field(std::move(task), output), "field");

@@ -184,6 +184,7 @@ int cmd_fit(CommandRun& run) {
                  {"rate_by_control", "change over the span by control"},
                  {"ciede2000", "place by place, where the history lies on the scene's atlas"},
                  {"contrast", "how much lightness varies at each wavelength of the pattern, L*"}});
+  run.line.usual({"vary", "objective", "until", "evaluations", "seeds"});
   run.line.example(
       "fit plate.json copper --vary /rules/0/rate=0.01:1:log --vary /appearance/patina/strength=0.2:3 --clock span -o "
       "copper_fit");

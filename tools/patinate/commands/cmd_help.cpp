@@ -7,12 +7,12 @@
 namespace patinate::cli {
 
 int cmd_help(CommandRun& run) {
-  std::string command;
+  std::string command, part;
   bool man = false, markdown = false;
-  std::vector<std::string> names;
-  for (const Verb& verb : verbs()) names.emplace_back(verb.name);
   run.line.positional("COMMAND", "What to say more about", command);
-  run.line.choices(names);
+  run.line.suggestions(first_words());
+  run.line.required(false);
+  run.line.positional("PART", "Its second word, as in `help fit field`", part);
   run.line.required(false);
   run.line.flag("man", "The manual as a man page: `patinate help --man | man -l -`", man);
   run.line.flag("markdown", "The list of commands of docs/commands.md", markdown);
@@ -26,9 +26,12 @@ int cmd_help(CommandRun& run) {
   } else if (command.empty()) {
     run.print(overview());
   } else {
-    for (const Verb& verb : verbs()) {
-      if (command == verb.name) run.print(help_text(declaration_of(verb)));
-    }
+    std::vector<std::string> words = split(command, ' ');
+    if (!part.empty()) words.push_back(part);
+    const std::optional<FoundVerb> found = find_verb(words);
+    const bool is_found = found && found->num_words == words.size();
+    if (!is_found && (words.size() > 1 || parts_of(command).empty())) fail_no_verb(words);
+    run.print(is_found ? help_text(declaration_of(*found->verb)) : overview_of(command));
   }
   return 0;
 }

@@ -139,6 +139,7 @@ int cmd_ingest(CommandRun& run) {
   run.line.output("HISTORY", "Folder of the material history to make", output);
   run.line.options(options);
   run.line.options(relit_options);
+  run.line.usual({"stabilize", "deflicker", "flat_field", "highlights", "align"});
   run.line.example("ingest photos/capture.json -o copper");
   if (!run.parse()) return 0;
 

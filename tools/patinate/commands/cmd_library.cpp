@@ -131,9 +131,9 @@ int cmd_library(CommandRun& run) {
   run.line.option("thumbnails", "PAGE.html", "Write a page with pictures of every history", thumbnails);
   run.line.written();
   run.line.without({"seed", "dry_run"});
-  run.line.example("library");
-  run.line.example("library --thumbnails library.html");
-  run.line.example("library --like rusty_fence.jpg");
+  run.line.example("history library");
+  run.line.example("history library --thumbnails library.html");
+  run.line.example("history library --like rusty_fence.jpg");
   run.line.example("transfer library:copper bust.obj --control accessibility -o aged");
   if (!run.parse()) return 0;
   if (!like.empty()) require_exists(like);

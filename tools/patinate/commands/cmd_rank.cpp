@@ -15,10 +15,10 @@ int cmd_rank(CommandRun& run) {
   fs::path output;
   run.line.positional_list("FIT", "Fits with frames held out (fit --until), two or more", fits);
   run.line.output("REPORT", "Folder to make: report.html, report.json, ranking.csv", output);
-  run.line.example("rank copper_one_layer copper_two_layers -o ranking");
-  run.line.example("rank one_until_240 one_until_360 two_until_240 two_until_360 -o ranking");
+  run.line.example("fit rank copper_one_layer copper_two_layers -o ranking");
+  run.line.example("fit rank one_until_240 one_until_360 two_until_240 two_until_360 -o ranking");
   if (!run.parse()) return 0;
-  analysis::RankingTask task{.fits = fits, .names = {}, .command = "patinate rank"};
+  analysis::RankingTask task{.fits = fits, .names = {}, .command = "patinate fit rank"};
   for (const fs::path& fit : fits) {
     if (kind_of(fit) != PathKind::Fit) throw InvalidInput(fit.string() + ": is no fit; `patinate fit` makes one");
     task.names.push_back(input_word(fit));

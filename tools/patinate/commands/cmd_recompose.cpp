@@ -44,7 +44,7 @@ int cmd_recompose(CommandRun& run) {
                   "A scene file whose appearance parameters to take; default: the one that was simulated", scene_path);
   run.line.options(options);
   run.line.options(device);
-  run.line.example("recompose rust -o rust_pale --set rust.strength=0.5 --set rust.variation=0.8");
+  run.line.example("simulate recompose rust -o rust_pale --set rust.strength=0.5 --set rust.variation=0.8");
   if (!run.parse()) return 0;
   options.device = open_simulation_device(device, words_of(run));
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);

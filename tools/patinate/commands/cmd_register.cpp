@@ -89,6 +89,7 @@ int cmd_register(CommandRun& run) {
                 "Continue when a scan cannot be placed for certain: it is excluded, or held where its shape leaves a "
                 "degree of freedom unconstrained",
                 task.accept_failed);
+  run.line.usual({"unit", "reference", "method", "merged", "moved"});
   run.line.example("register day00.ply day07.ply day14.ply --unit mm -o registered");
   run.line.example("register bunny/bun.conf --unit m --merged -o registered");
   if (!run.parse()) return 0;

@@ -29,6 +29,7 @@ int cmd_render(CommandRun& run) {
   run.line.options(task.turn);
   run.line.options(device);
   run.line.checked([&] { check_task(task); });
+  run.line.usual({"time", "times", "num_times", "width", "height", "turntable"});
   run.line.example("render rain -o rain.png");
   run.line.example("render rain --views front,left,40:20 --environment sky.hdr -o rain.png");
   run.line.example("render rain --turntable 90 -o rain.mp4");

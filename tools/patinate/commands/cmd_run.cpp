@@ -3,13 +3,14 @@
 
 #include "tools/patinate/command_line/plan_file.h"
 #include "tools/patinate/command_line/planned_command.h"
+#include "tools/patinate/command_line/verbs.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
 
 namespace {
 
-/// What `run` and `join` were told that concerns the planned command.
+/// What `cluster run` and `cluster join` were told that concerns the planned command.
 std::vector<std::string> with_manners(std::vector<std::string> command, const CommonOptions& common) {
   if (common.threads != 0) command.insert(command.end(), {"--threads", std::to_string(common.threads)});
   if (common.json) command.emplace_back("--json");
@@ -40,14 +41,14 @@ int answer_plan(CommandRun& run, const std::filesystem::path& file, PlanRequest 
 int cmd_run(CommandRun& run) {
   std::filesystem::path file;
   std::string items;
-  run.line.positional("PLAN", "A file that `patinate plan` has made; or a command with its arguments, to be done whole",
-                      file);
+  run.line.positional(
+      "PLAN", "A file that `patinate cluster plan` has made; or a command with its arguments, to be done whole", file);
   run.line.option("items", "LIST", "Which items: numbers and ranges, as 0-3,7; default: all", items);
   run.line.without({"seed", "force"});
-  run.line.example("run copper.json --items 12-19");
-  run.line.example("run copper.json --dry-run");
-  run.line.example("run transfer copper bust.glb --control accessibility -o aged");
-  if (!run.is_only_declared() && is_planned(run.first_positional())) {
+  run.line.example("cluster run copper.json --items 12-19");
+  run.line.example("cluster run copper.json --dry-run");
+  run.line.example("cluster run transfer copper bust.glb --control accessibility -o aged");
+  if (const auto found = find_verb(run.arguments()); !run.is_only_declared() && found && found->verb->is_planned) {
     PlanRequest request{.wanted = PlanRequest::Wanted::Whole};
     bool is_json = false;
     return ask_command(run.arguments(), request, run.stop(), is_json);
@@ -58,9 +59,9 @@ int cmd_run(CommandRun& run) {
 
 int cmd_join(CommandRun& run) {
   std::filesystem::path file;
-  run.line.positional("PLAN", "A file that `patinate plan` has made, whose items are finished", file);
+  run.line.positional("PLAN", "A file that `patinate cluster plan` has made, whose items are finished", file);
   run.line.without({"seed", "force"});
-  run.line.example("join copper.json");
+  run.line.example("cluster join copper.json");
   if (!run.parse()) return 0;
   return answer_plan(run, file, {.wanted = PlanRequest::Wanted::Join});
 }

@@ -10,6 +10,7 @@
 
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/programs.h"
+#include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/message_stream.h"
 #include "tools/patinate/command_line/output_file.h"
@@ -48,9 +49,8 @@ Json arguments_json(const Verb& verb) {
 
 /// What a command says of its arguments, or of some words for them.
 Json answer(const Json& question) {
-  const std::span<const Verb> all = verbs();
-  const auto name = question.at("verb").get<std::string>();
-  const Verb& verb = *std::find_if(all.begin(), all.end(), [&](const Verb& v) { return v.name == name; });
+  const std::vector<std::string> name = split(question.at("verb").get<std::string>(), ' ');
+  const Verb& verb = *find_verb(name).value().verb;
   if (!question.contains("words")) return {{"arguments", arguments_json(verb)}};
   const auto words = question.at("words").get<std::vector<std::string>>();
   const Json& output = question.at("output");

@@ -54,6 +54,7 @@ int cmd_synth(CommandRun& run) {
     return std::find_if(kinds.begin(), kinds.end(), [&asked](const Kind& kind) { return kind.name == asked; });
   };
   if (const auto asked = find(run.first_positional()); asked != kinds.end()) asked->declare(run.line);
+  run.line.usual({"width", "height", "num_frames", "size", "steps", "lights", "noise"});
   run.line.example("synth crackle -o crackle");
   run.line.example("synth drying -o drying --order thickness");
   run.line.example("synth dust -o dust --follows facing");

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/distance_io.h"
 #include "libcommon/controls/part_controls.h"
 #include "libcommon/core/text.h"
@@ -24,6 +23,7 @@
 #include "tools/patinate/services/control_store.h"
 #include "tools/patinate/services/destination.h"
 #include "tools/patinate/services/device_words.h"
+#include "tools/patinate/services/kind_options.h"
 #include "tools/patinate/services/mesh_source.h"
 #include "tools/patinate/services/scene_controls.h"
 #include "tools/patinate/services/tiled_destination.h"
@@ -104,25 +104,23 @@ void note_mapping(const transfer::TransferControl& control, const ImageU8& cover
            control.destination + ":" + number_text(control.weight) + ":rank to match how often values occur");
 }
 
-std::vector<transfer::TransferControl> transfer_controls(const std::vector<std::string>& texts,
+std::vector<transfer::TransferControl> transfer_controls(std::span<const transfer::ControlSpec> specs,
                                                          const HistoryReader& history, const TexelMap& map,
                                                          const ControlKindOptions& kinds, const ControlSource& made_by,
                                                          CommandRun& run) {
-  std::vector<transfer::TransferControl> controls;
-  for (const std::string& text : texts) {
-    const transfer::ControlSpec spec = transfer::parse_control_spec(text);
-    const std::string source = transfer::source_control(history, spec);
-    for (const transfer::TransferControl& other : controls) {
-      if (other.source == source)
-        throw UsageError("--control: `" + source + "` is given twice; combine them in one expression");
-    }
-    ControlMap made = make_control_expression(spec.destination, map, kinds, run.control("control " + source), made_by);
-    run.notes(made.notes);
-    const auto [low, high] = covered_range(made.values, map);
-    controls.push_back(transfer::make_transfer_control(history, spec, std::move(made), map.coverage()));
-    if (!spec.mapping) note_mapping(controls.back(), map.coverage(), run);
-    if (!(low < high) && controls.back().mapping != transfer::ControlMapping::Physical) {
-      run.note("control `" + source + "`: `" + spec.destination +
+  std::vector<std::pair<float, float>> ranges;
+  std::vector<transfer::TransferControl> controls = transfer::make_transfer_controls(
+      history, specs, map.coverage(), [&](std::size_t, const transfer::ControlSpec& spec) {
+        ControlMap made =
+            make_control_expression(spec.destination, map, kinds, run.control("control " + spec.source), made_by);
+        run.notes(made.notes);
+        ranges.push_back(covered_range(made.values, map));
+        return made;
+      });
+  for (std::size_t i = 0; i < controls.size(); ++i) {
+    if (!specs[i].mapping) note_mapping(controls[i], map.coverage(), run);
+    if (!(ranges[i].first < ranges[i].second) && controls[i].mapping != transfer::ControlMapping::Physical) {
+      run.note("control `" + controls[i].source + "`: `" + specs[i].destination +
                "` is the same all over the mesh, so that it decides nothing");
     }
   }
@@ -208,7 +206,8 @@ int cmd_transfer(CommandRun& run) {
   run.line.repeated(
       "control", "SPEC",
       "[SOURCE=]DESTINATION[:weight[:mapping]]: a control of the history, and where on the mesh it is high: a kind "
-      "(accessibility, facing, spray), a map file or an expression; mapping: auto, rank, linear, physical",
+      "(accessibility, facing(direction=x): `patinate control --help-all`), a map file or an expression; mapping: "
+      "auto, rank, linear, physical",
       control_texts);
   run.line.required();
   run.line.options(atlas);
@@ -234,7 +233,8 @@ int cmd_transfer(CommandRun& run) {
   run.line.options(options);
   run.line.options(cache);
   run.line.options(device);
-  run.line.options(kinds);
+  declare_kind_options(run.line, kinds, {"up"});  // --flow looks at it too.
+  run.line.usual({"unit", "resolution", "texel_size", "quality"});
   run.line.example(
       "transfer copper hydrant.gltf --material fire_hydrant --control progress=accessibility -o copper_hydrant");
   run.line.example("transfer library bust.glb --control thickness=accessibility --control history=which.png -o aged");
@@ -248,9 +248,9 @@ int cmd_transfer(CommandRun& run) {
   if (!run.parse()) return 0;
   require_no_file_name(output);  // Said before the mesh and its controls are made ready.
   check_flow(flow);
-  for (const std::string& text : control_texts) {  // A typo is said before work starts.
-    (void)ControlExpression(transfer::parse_control_spec(text).destination, control_kind_names());
-    if (by_tile) require_part_control(transfer::parse_control_spec(text).destination);
+  std::vector<transfer::ControlSpec> specs = transfer::parse_controls(control_texts);  // Before work starts.
+  for (const transfer::ControlSpec& spec : specs) {
+    if (by_tile) require_part_control(spec.destination);
   }
 
   transfer::TransferTask task;
@@ -264,8 +264,7 @@ int cmd_transfer(CommandRun& run) {
   task.history = std::make_shared<const HistoryReader>(history_path);
   const HistoryReader& history = *task.history;
   task.is_history_installed = library_name(history_path).has_value();
-  for (const std::string& text : control_texts)  // A typo is said before the mesh is unwrapped.
-    (void)transfer::source_control(history, transfer::parse_control_spec(text));
+  specs = transfer::with_sources(history, std::move(specs));  // A typo is said before the mesh is unwrapped.
   if (!source_mask.empty()) {
     task.input.source_mask = read_source_mask(source_mask, history);
     task.source_mask_name = source_mask.filename().string();
@@ -279,10 +278,9 @@ int cmd_transfer(CommandRun& run) {
   task.unit = destination.unit;
   task.mm_per_mesh_unit = destination.mm_per_mesh_unit;
   task.input.texel_size_mm = destination.texel_size_mm;
-  for (const std::string& text : control_texts)
-    refuse_scene_maps(transfer::parse_control_spec(text).destination, mesh_source.path);
-  task.input.controls = by_tile ? make_tiled_controls(control_texts, history, *task.input.map, kinds)
-                                : transfer_controls(control_texts, history, *task.input.map, kinds,
+  for (const transfer::ControlSpec& spec : specs) refuse_scene_maps(spec.destination, mesh_source.path);
+  task.input.controls = by_tile ? make_tiled_controls(specs, history, *task.input.map, kinds)
+                                : transfer_controls(specs, history, *task.input.map, kinds,
                                                     control_source(user_control_cache(cache.cache)), run);
   task.input.frames = make_flow(flow, *task.input.map, kinds.up, run);
   task.flow = task.input.frames ? std::filesystem::path(flow).filename().string() : "uv";

@@ -18,8 +18,8 @@ int cmd_trim(CommandRun& run) {
   run.line.output("SHORTER", "Folder to make: the history of the frames that stay", output);
   run.line.options(options);
   run.line.without({"seed"});
-  run.line.example("trim copper --until 300 -o copper_seen");
-  run.line.example("trim copper --from 60 --every 4 -o copper_coarse");
+  run.line.example("history trim copper --until 300 -o copper_seen");
+  run.line.example("history trim copper --from 60 --every 4 -o copper_coarse");
   if (!run.parse()) return 0;
   history = history_place(history);
   if (kind_of(history) != PathKind::History)

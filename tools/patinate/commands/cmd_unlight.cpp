@@ -14,6 +14,7 @@ int cmd_unlight(CommandRun& run) {
   run.line.output("FOLDER", "Folder of maps to make: albedo, standard deviation, normals, highlights, a report",
                   output);
   run.line.options(options);
+  run.line.usual({"normals", "specular", "strengths", "ambient", "interreflection"});
   run.line.example("unlight step.json -o unlit");
   run.line.example("unlight cat.json --strengths -o cat");
   if (!run.parse()) return 0;

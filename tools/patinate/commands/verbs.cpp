@@ -2,63 +2,213 @@
 
 #include <algorithm>
 #include <array>
+#include <string_view>
 
+#include "libcommon/core/text.h"
+#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
 
 namespace {
 
+/// Groups of the first page of help. Those of the main path are headings.
+constexpr const char* kPhotographs = "Photographs become a history";
+constexpr const char* kMeshes = "A mesh ages like it";
+constexpr const char* kSimulation = "Aging is simulated";
+constexpr const char* kResults = "All of it is looked at";
+constexpr const char* kMeasuring = "measuring";
+constexpr const char* kHistories = "histories";
+constexpr const char* kControls = "controls";
+constexpr const char* kTransfers = "transfers";
+constexpr const char* kSimulations = "simulations";
+constexpr const char* kMany = "much work";
+constexpr const char* kFiles = "files";
+constexpr const char* kHelp = "help";
+
+/// How many of the table are of the main path.
+constexpr std::size_t kNumMain = 10;
+
+// The ten of the main path first; then the rest by group.
 constexpr std::array kVerbs{
-    Verb{"init", "Drafts a capture project from a folder of photographs.", cmd_init},
-    Verb{"ingest", "Makes a material history of photographs (capture.json).", cmd_ingest},
-    Verb{"unlight", "Makes albedo and normals of photographs under known lights.", cmd_unlight},
-    Verb{"calibrate",
-         "Finds where camera and lights stand, or how codes become light.",
-         cmd_calibrate,
-         {"camera", "spheres", "lambertian", "response"}},
-    Verb{"thickness", "Makes a map of a layer's thickness from a transmission photograph.", cmd_thickness},
-    Verb{"register", "Brings scans of one object into one frame.", cmd_register},
-    Verb{"relief", "Measures how much higher or lower a surface stands from scan to scan.", cmd_relief},
-    Verb{"control", "Makes a control map of a mesh: what its aging follows.", cmd_control},
-    Verb{"accessibility", "Says how hard each place of a scan is to reach, in three definitions.", cmd_accessibility},
-    Verb{"explain", "Says which control explains where a surface has aged, and their best mix.", cmd_explain},
-    Verb{"combine", "Lays several histories side by side in one, a library.", cmd_combine},
-    Verb{"library", "Lists histories to start from, and finds those like a photograph or a history.", cmd_library},
-    Verb{"trim", "Makes a history of part of another one's frames.", cmd_trim},
-    Verb{"appearance", "States what a history's material is beside its color: metal, roughness, reflectance.",
-         cmd_appearance},
-    Verb{"transfer", "Ages a mesh with a history: source coordinates for every texel.", cmd_transfer},
-    Verb{"lookup", "Writes a transfer's texture at any time.", cmd_lookup},
-    Verb{"render", "Makes a picture of a transfer or simulation at a time, a strip of times, or a movie.", cmd_render},
-    Verb{"evaluate", "Says how good the texture of a transfer, or of another tool, is.", cmd_evaluate},
-    Verb{"export", "Writes a transfer or simulation as GLB, USD or OBJ, or a history too as images or a movie.",
-         cmd_export},
-    Verb{"compare", "Says how alike two histories age: figures, maps and curves on one page.", cmd_compare},
-    Verb{"factorize", "Takes a history apart: one curve over time, and maps of gain, base, rate and offset.",
-         cmd_factorize},
-    Verb{"simulate", "Ages a scene with particles that carry water, dirt, rust.", cmd_simulate},
-    Verb{"fit", "Finds a scene's numbers that age it as a history does.", cmd_fit},
-    Verb{"field", "Finds where a scene's rates or initial amounts differ from place to place.", cmd_field},
-    Verb{"rank", "Says which of several fitted scenes foretells a history best.", cmd_rank},
-    Verb{"recompose", "Gives a simulation other appearance parameters without simulating again.", cmd_recompose},
-    Verb{"studio", "Shows histories, transfers and simulations in the browser.", cmd_studio},
-    Verb{"synth",
-         "Makes test data with known truth: crackle, drying, dust, edges, fence, ledge, mold, plate, sculpture.",
-         cmd_synth,
-         {"crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "plate", "sculpture"}},
-    Verb{"plan", "Says what a command would do as items that can run anywhere.", cmd_plan},
-    Verb{"run", "Runs items of a plan, beside others on other machines.", cmd_run},
-    Verb{"join", "Makes the output of a plan's finished items.", cmd_join},
-    Verb{"study",
-         "Runs one command on many inputs with many options: here, or through Snakemake.",
-         cmd_study,
-         {"run", "export", "report"}},
-    Verb{"info", "Says what a file or folder is.", cmd_info},
-    Verb{"validate", "Checks a history, capture or transfer fully.", cmd_validate},
-    Verb{"devices", "Lists the devices that can calculate, and whether they give the CPU's bytes.", cmd_devices},
-    Verb{"completion", "Prints a completion script for a shell.", cmd_completion},
-    Verb{"help", "Says what a command does; prints the manual.", cmd_help},
+    Verb{.name = "init",
+         .brief = "Drafts a capture project from a folder of photographs.",
+         .run = cmd_init,
+         .group = kPhotographs,
+         .is_planned = false},
+    Verb{.name = "ingest",
+         .brief = "Makes a material history of photographs (capture.json).",
+         .run = cmd_ingest,
+         .group = kPhotographs},
+    Verb{.name = "control",
+         .brief = "Makes a control map of a mesh: what its aging follows.",
+         .run = cmd_control,
+         .group = kMeshes},
+    Verb{.name = "transfer",
+         .brief = "Ages a mesh with a history: source coordinates for every texel.",
+         .run = cmd_transfer,
+         .group = kMeshes},
+    Verb{.name = "lookup", .brief = "Writes a transfer's texture at any time.", .run = cmd_lookup, .group = kMeshes},
+    Verb{.name = "render",
+         .brief = "Makes a picture of a transfer or simulation at a time, a strip of times, or a movie.",
+         .run = cmd_render,
+         .group = kMeshes},
+    Verb{.name = "export",
+         .brief = "Writes a transfer or simulation as GLB, USD or OBJ, or a history too as images or a movie.",
+         .run = cmd_export,
+         .group = kMeshes},
+    Verb{.name = "simulate",
+         .brief = "Ages a scene with particles that carry water, dirt, rust.",
+         .run = cmd_simulate,
+         .group = kSimulation},
+    Verb{.name = "fit",
+         .brief = "Finds a scene's numbers that age it as a history does.",
+         .run = cmd_fit,
+         .group = kSimulation},
+    Verb{.name = "studio",
+         .brief = "Shows histories, transfers and simulations in the browser.",
+         .run = cmd_studio,
+         .group = kResults,
+         .is_planned = false},
+
+    Verb{.name = "unlight",
+         .brief = "Makes albedo and normals of photographs under known lights.",
+         .run = cmd_unlight,
+         .group = kMeasuring},
+    Verb{.name = "calibrate",
+         .brief = "Finds where camera and lights stand, or how codes become light.",
+         .run = cmd_calibrate,
+         .group = kMeasuring,
+         .is_planned = false,
+         .kinds = {"camera", "spheres", "lambertian", "response"}},
+    Verb{.name = "thickness",
+         .brief = "Makes a map of a layer's thickness from a transmission photograph.",
+         .run = cmd_thickness,
+         .group = kMeasuring},
+    Verb{.name = "register",
+         .brief = "Brings scans of one object into one frame.",
+         .run = cmd_register,
+         .group = kMeasuring},
+    Verb{.name = "relief",
+         .brief = "Measures how much higher or lower a surface stands from scan to scan.",
+         .run = cmd_relief,
+         .group = kMeasuring},
+    Verb{.name = "history library",
+         .brief = "Lists histories to start from, and finds those like a photograph or a history.",
+         .run = cmd_library,
+         .group = kHistories,
+         .former = "library"},
+    Verb{.name = "history trim",
+         .brief = "Makes a history of part of another one's frames.",
+         .run = cmd_trim,
+         .group = kHistories,
+         .former = "trim"},
+    Verb{.name = "history combine",
+         .brief = "Lays several histories side by side in one, a library.",
+         .run = cmd_combine,
+         .group = kHistories,
+         .former = "combine"},
+    Verb{.name = "history appearance",
+         .brief = "States what a history's material is beside its color: metal, roughness, reflectance.",
+         .run = cmd_appearance,
+         .group = kHistories,
+         .former = "appearance"},
+    Verb{.name = "history compare",
+         .brief = "Says how alike two histories age: figures, maps and curves on one page.",
+         .run = cmd_compare,
+         .group = kHistories,
+         .former = "compare"},
+    Verb{.name = "history factorize",
+         .brief = "Takes a history apart: one curve over time, and maps of gain, base, rate and offset.",
+         .run = cmd_factorize,
+         .group = kHistories,
+         .former = "factorize"},
+    Verb{.name = "control accessibility",
+         .brief = "Says how hard each place of a scan is to reach, in three definitions.",
+         .run = cmd_accessibility,
+         .group = kControls,
+         .former = "accessibility"},
+    Verb{.name = "control explain",
+         .brief = "Says which control explains where a surface has aged, and their best mix.",
+         .run = cmd_explain,
+         .group = kControls,
+         .former = "explain"},
+    Verb{.name = "evaluate",
+         .brief = "Says how good the texture of a transfer, or of another tool, is.",
+         .run = cmd_evaluate,
+         .group = kTransfers},
+    Verb{.name = "simulate recompose",
+         .brief = "Gives a simulation other appearance parameters without simulating again.",
+         .run = cmd_recompose,
+         .group = kSimulations,
+         .former = "recompose"},
+    Verb{.name = "fit field",
+         .brief = "Finds where a scene's rates or initial amounts differ from place to place.",
+         .run = cmd_field,
+         .group = kSimulations,
+         .former = "field"},
+    Verb{.name = "fit rank",
+         .brief = "Says which of several fitted scenes foretells a history best.",
+         .run = cmd_rank,
+         .group = kSimulations,
+         .former = "rank"},
+    Verb{.name = "study",
+         .brief = "Runs one command on many inputs with many options: here, or through Snakemake.",
+         .run = cmd_study,
+         .group = kMany,
+         .is_planned = false,
+         .kinds = {"run", "export", "report"}},
+    Verb{.name = "cluster plan",
+         .brief = "Says what a command would do as items that can run anywhere.",
+         .run = cmd_plan,
+         .group = kMany,
+         .former = "plan",
+         .is_planned = false},
+    Verb{.name = "cluster run",
+         .brief = "Runs items of a plan, beside others on other machines.",
+         .run = cmd_run,
+         .group = kMany,
+         .former = "run",
+         .is_planned = false},
+    Verb{.name = "cluster join",
+         .brief = "Makes the output of a plan's finished items.",
+         .run = cmd_join,
+         .group = kMany,
+         .former = "join",
+         .is_planned = false},
+    Verb{.name = "synth",
+         .brief =
+             "Makes test data with known truth: crackle, drying, dust, edges, fence, ledge, mold, plate, sculpture.",
+         .run = cmd_synth,
+         .group = kFiles,
+         .kinds = {"crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "plate", "sculpture"}},
+    Verb{.name = "info",
+         .brief = "Says what a file or folder is.",
+         .run = cmd_info,
+         .group = kFiles,
+         .is_planned = false},
+    Verb{.name = "validate",
+         .brief = "Checks a history, capture or transfer fully.",
+         .run = cmd_validate,
+         .group = kFiles,
+         .is_planned = false},
+    Verb{.name = "help",
+         .brief = "Says what a command does; prints the manual.",
+         .run = cmd_help,
+         .group = kHelp,
+         .is_planned = false},
+    Verb{.name = "help completion",
+         .brief = "Prints a completion script for a shell.",
+         .run = cmd_completion,
+         .group = kHelp,
+         .former = "completion",
+         .is_planned = false},
+    Verb{.name = "help devices",
+         .brief = "Lists the devices that can calculate, and whether they give the CPU's bytes.",
+         .run = cmd_devices,
+         .group = kHelp,
+         .former = "devices",
+         .is_planned = false},
 };
 
 CommandDeclaration declared(const Verb& verb, const std::vector<std::string>& arguments) {
@@ -72,8 +222,66 @@ CommandDeclaration declared(const Verb& verb, const std::vector<std::string>& ar
 
 std::span<const Verb> verbs() { return kVerbs; }
 
+std::optional<FoundVerb> find_verb(std::span<const std::string> words) {
+  if (words.empty()) return std::nullopt;
+  const auto find = [](const std::string& name, std::size_t num_words) -> std::optional<FoundVerb> {
+    for (const Verb& verb : kVerbs) {
+      if (name == verb.name) return FoundVerb{&verb, num_words, false};
+      if (verb.former != nullptr && name == verb.former) return FoundVerb{&verb, num_words, true};
+    }
+    return std::nullopt;
+  };
+  if (words.size() > 1) {
+    if (auto found = find(words[0] + " " + words[1], 2)) return found;
+  }
+  return find(words[0], 1);
+}
+
+bool is_below(const Verb& verb, const std::string& word) { return std::string_view(verb.name).starts_with(word + " "); }
+
+std::vector<std::string> parts_of(const std::string& word) {
+  std::vector<std::string> parts;
+  for (const Verb& verb : kVerbs) {
+    if (is_below(verb, word)) parts.emplace_back(std::string_view(verb.name).substr(word.size() + 1));
+  }
+  return parts;
+}
+
+std::vector<std::string> first_words() {
+  std::vector<std::string> words;
+  for (const Verb& verb : kVerbs) {
+    const std::string word = split(verb.name, ' ').front();
+    if (std::find(words.begin(), words.end(), word) == words.end()) words.push_back(word);
+  }
+  return words;
+}
+
+std::vector<std::string> by_present_name(const std::vector<std::string>& words) {
+  const std::optional<FoundVerb> found = find_verb(words);
+  if (!found) return words;
+  std::vector<std::string> all = split(found->verb->name, ' ');
+  all.insert(all.end(), words.begin() + static_cast<std::ptrdiff_t>(found->num_words), words.end());
+  return all;
+}
+
+void fail_no_verb(std::span<const std::string> words) {
+  const std::string& word = words.front();
+  if (const std::vector<std::string> parts = parts_of(word); !parts.empty()) {
+    std::string list;
+    for (const std::string& part : parts) list += (list.empty() ? "" : ", ") + part;
+    throw UsageError(word + ": expected one of " + list + " behind it" +
+                     (words.size() > 1 ? did_you_mean(words[1], parts) : "") + "; see `patinate " + word + " --help`");
+  }
+  std::vector<std::string> names = first_words();
+  for (const Verb& verb : kVerbs) {
+    if (verb.former != nullptr) names.emplace_back(verb.former);
+  }
+  throw UsageError(word + ": no such command" + did_you_mean(word, names) + "; see `patinate --help`");
+}
+
 CommandDeclaration declaration_of(const Verb& verb) {
   CommandDeclaration all = declared(verb, {});
+  if (verb.former != nullptr) all.former = verb.former;
   for (const char* const* kind = verb.kinds; *kind != nullptr; ++kind) {
     for (ArgumentInfo& argument : declared(verb, {*kind}).arguments) {
       const auto same = std::find_if(all.arguments.begin(), all.arguments.end(),
@@ -129,16 +337,48 @@ void check_arguments(const Verb& verb, const std::vector<std::string>& words, co
   (void)verb.run(run);
 }
 
+namespace {
+
+/// What stands between two columns.
+std::string row(const std::string& left, const std::string& right, std::size_t width = 17) {
+  std::string text = "  " + left;
+  text.resize(std::max(width, text.size() + 1), ' ');
+  return text + right + "\n";
+}
+
+}  // namespace
+
 std::string overview() {
   std::string text =
-      "Captures how materials age and lets any mesh age like them.\n\nUsage: patinate COMMAND "
-      "[arguments]\n\nCommands:\n";
-  for (const Verb& verb : kVerbs) {
-    std::string name = std::string("  ") + verb.name;
-    name.resize(17, ' ');
-    text += name + verb.brief + "\n";
+      "Captures how materials age and lets any mesh age like them.\n\nUsage: patinate COMMAND [arguments]\n";
+  const std::span<const Verb> all(kVerbs);
+  const char* group = nullptr;
+  for (const Verb& verb : all.first(kNumMain)) {
+    if (verb.group != group) text += std::string("\n") + verb.group + ":\n";
+    group = verb.group;
+    text += row(verb.name, verb.brief);
+  }
+  text += "\nMore commands:\n";
+  for (std::size_t i = kNumMain; i < all.size();) {
+    std::string names, before;
+    for (group = all[i].group; i < all.size() && all[i].group == group; ++i) {
+      const std::vector<std::string> words = split(all[i].name, ' ');
+      // "history trim | combine": the word that several begin with is said once.
+      names += words.size() > 1 && words[0] == before ? " | " + words[1]
+                                                      : (names.empty() ? "" : ", ") + std::string(all[i].name);
+      before = words[0];
+    }
+    text += row(group, names);
   }
   return text + "\n`patinate COMMAND --help` says more. `patinate --version` prints the version.\n";
+}
+
+std::string overview_of(const std::string& word) {
+  std::string text = "Usage: patinate " + word + " COMMAND [arguments]\n\n";
+  for (const Verb& verb : kVerbs) {
+    if (is_below(verb, word)) text += row(verb.name, verb.brief, 24);
+  }
+  return text + "\n`patinate " + word + " COMMAND --help` says more.\n";
 }
 
 }  // namespace patinate::cli

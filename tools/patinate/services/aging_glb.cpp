@@ -109,8 +109,7 @@ std::vector<GlbAppearance> appearances_of_transfer(const std::shared_ptr<const t
                                                    const std::vector<std::string>& labels, const RunControl& control) {
   const std::vector<MaterialMap> maps = material_maps(transfer->history().facts());
   const auto has = [&](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
-  RunControl silent = control;
-  silent.on_progress = {};
+  const RunControl silent = control.silent();
   transfer::TextureWriter writer(*transfer, {.with_turns = has(MaterialMap::Normal)}, control);
   const auto textures = std::make_shared<const TransferTextures>(TransferTextures{transfer, std::move(writer), silent});
   const auto map_at = [textures](MaterialMap map, double t) {
@@ -187,8 +186,7 @@ class TiledMaps {
 
 void add_relief_of(const std::shared_ptr<TiledMaps>& maps, std::vector<GlbAppearance>& appearance,
                    const std::vector<double>& times, const RunControl& control) {
-  RunControl silent = control;
-  silent.on_progress = {};
+  const RunControl silent = control.silent();
   const Sheet& sheet = maps->sheet();
   const SurfaceMaps& first = maps->at(times.front(), silent);
   const bool has_height = !first.height.empty();
@@ -255,8 +253,7 @@ AgingGlb glb_of_simulation(const std::filesystem::path& path, const OutputDevice
   }
   out.appearance = [mesh, history, has](const std::vector<double>& times, const std::vector<std::string>& labels,
                                         const RunControl& control) {
-    RunControl silent = control;
-    silent.on_progress = {};
+    const RunControl silent = control.silent();
     std::vector<GlbAppearance> appearance;
     for (std::size_t i = 0; i < times.size(); ++i) {
       const double t = times[i];

@@ -136,9 +136,32 @@ ImageF read_coordinates(const fs::path& file, const ImageF& size) {
   return out;
 }
 
-}  // namespace
+/// What an audit looks at beside the map itself.
+struct AuditedMaking {
+  const History& history;  ///< Its pixels, as the maker compared them.
+  double pixel_mm = 1.0;
+  std::vector<transfer::FollowedControl> controls;
+  ImageU8 source_mask = {};
+  transfer::TransferOptions options = {};
+  transfer::AppearanceSource appearance = {};
+};
 
-namespace {}  // namespace
+/// The one way from a map, wherever it comes from, to the figures of its audit.
+void audit(analysis::MapToEvaluate& of, AuditedMaking making, const analysis::EvaluationOptions& options,
+           std::uint64_t seed, const RunControl& control) {
+  if (options.num_audits == 0) return;
+  const transfer::MapToAudit made{.surface = of.map.surface,
+                                  .coordinates = of.map.coordinates,
+                                  .pixel_mm = making.pixel_mm,
+                                  .controls = std::move(making.controls),
+                                  .frames = of.map.frames,
+                                  .turns = of.map.turns,
+                                  .source_mask = std::move(making.source_mask)};
+  add_audit(of.more, transfer::audit_map(making.history, made, making.options, options.num_audits, seed, control,
+                                         making.appearance));
+}
+
+}  // namespace
 
 analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis::EvaluationOptions& options,
                                        std::uint64_t seed, const transfer::CacheOptions& cache) {
@@ -166,19 +189,16 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
                 out.map.turns = std::move(flow.turns);
                 out.more = energy_figures(m.energy);
                 if (options.num_audits == 0) return out;
-                const HistoryReader history(reader.history().folder());  // Its pixels, as the transfer compared them.
-                transfer::MapToAudit made{.surface = out.map.surface,
-                                          .coordinates = out.map.coordinates,
-                                          .pixel_mm = m.texel_size_mm,
-                                          .controls = {},
-                                          .frames = out.map.frames,
-                                          .turns = out.map.turns};
-                made.source_mask = out.source.mask;
+                const HistoryReader history(reader.history().folder());
+                AuditedMaking making{.history = history,
+                                     .pixel_mm = m.texel_size_mm,
+                                     .controls = {},
+                                     .source_mask = out.source.mask,
+                                     .options = m.measured_with,
+                                     .appearance = transfer::appearance_source(history, cache)};
                 for (std::size_t i = 0; i < m.controls.size(); ++i)
-                  made.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
-                add_audit(out.more,
-                          transfer::audit_map(history, made, m.measured_with, options.num_audits, seed,
-                                              control.part(0.3, 1.0), transfer::appearance_source(history, cache)));
+                  making.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
+                audit(out, std::move(making), options, seed, control.part(0.3, 1.0));
                 return out;
               },
           .tiles = transfer_tiles(transfer, options, seed, cache)};
@@ -203,18 +223,14 @@ analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMe
              .frames = flow.frames,
              .turns = flow.turns};
   out.more = energy_figures(aged.energy);
-  if (options.num_audits == 0) return out;
-  transfer::MapToAudit made{.surface = aged.surface.map,
-                            .coordinates = aged.coordinates,
-                            .pixel_mm = aged.surface.texel_size_mm,
-                            .controls = {},
-                            .frames = flow.frames,
-                            .turns = flow.turns,
-                            .source_mask = mask};
+  AuditedMaking making{.history = *aged.history,
+                       .pixel_mm = aged.surface.texel_size_mm,
+                       .controls = {},
+                       .source_mask = mask,
+                       .options = aged.used};
   for (std::size_t i = 0; i < aged.controls.size(); ++i)
-    made.controls.push_back({aged.controls[i].source, matched.destination[i], aged.controls[i].weight});
-  add_audit(out.more,
-            transfer::audit_map(*aged.history, made, aged.used, options.num_audits, seed, control.part(0.1, 1.0)));
+    making.controls.push_back({aged.controls[i].source, matched.destination[i], aged.controls[i].weight});
+  audit(out, std::move(making), options, seed, control.part(0.1, 1.0));
   return out;
 }
 
@@ -267,14 +283,12 @@ analysis::EvaluationItem foreign_item(const fs::path& map, const ForeignMapOptio
                                                size_text(out.map.coordinates.width(), out.map.coordinates.height()));
         }
         out.map.control = wanted;
-        if (options.num_audits == 0) return out;
-        const double pixel_mm = options.source_step > 0 ? 1.0 / options.source_step : 1.0;
-        transfer::MapToAudit made{.surface = out.map.surface,
-                                  .coordinates = out.map.coordinates,
-                                  .pixel_mm = pixel_mm,
-                                  .controls = {{source_name, wanted}}};
-        add_audit(out.more, transfer::audit_map(source, made, {}, options.num_audits, seed, control,
-                                                transfer::appearance_source(source, cache)));
+        audit(out,
+              {.history = source,
+               .pixel_mm = options.source_step > 0 ? 1.0 / options.source_step : 1.0,
+               .controls = {{source_name, wanted}},
+               .appearance = transfer::appearance_source(source, cache)},
+              options, seed, control);
         return out;
       }};
 }

@@ -76,8 +76,7 @@ OutputWork sequence_work(const ExportTask& task, SequenceSource given, const Run
          .outputs = outputs,
          .run =
              [source, t = times[i], outputs](const std::filesystem::path& folder, const RunControl& control) {
-               RunControl silent = control;
-               silent.on_progress = {};
+               const RunControl silent = control.silent();
                std::vector<std::filesystem::path> written;
                for (const auto& file : outputs) written.push_back(folder / file);
                source->write(t, written, silent);

@@ -5,15 +5,6 @@
 
 namespace patinate::cli {
 
-namespace {
-
-RunControl without_progress(RunControl control) {
-  control.on_progress = {};
-  return control;
-}
-
-}  // namespace
-
 std::vector<OutputFile> output_files(const std::vector<std::filesystem::path>& files) {
   std::vector<OutputFile> outputs;
   for (const std::filesystem::path& file : files) outputs.push_back(output_file(file));
@@ -30,7 +21,7 @@ void make_pieces(const OutputWork& work, const std::vector<std::size_t>& todo, c
   for (std::size_t k = 0; k < todo.size(); ++k) {
     control.throw_if_stopped();
     const InputStep step;
-    work.pieces[todo[k]].make(without_progress(control));
+    work.pieces[todo[k]].make(control.silent());
     control.report((static_cast<double>(k) + 1.0) / static_cast<double>(todo.size()));
   }
 }

@@ -41,8 +41,7 @@ OutputWork movie_work(const std::filesystem::path& output, const PictureSeries& 
                   .report = std::make_shared<const Json>(Json{{"pictures", series.times.size()}, {"fps", movie.fps}})};
   work.movie = frames;
   work.make = [frames](const RunControl& control) {
-    RunControl silent = control;
-    silent.on_progress = {};
+    const RunControl silent = control.silent();
     write_coded_movie(
         frames->output, static_cast<int>(frames->keys.size()), [&](int i) { return frames->codes(i, silent); },
         frames->options, frames->key, control);

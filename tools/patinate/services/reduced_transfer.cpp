@@ -35,8 +35,7 @@ ImageF ReducedTransfer::sample(double time, const RunControl& control) const {
   std::vector<std::size_t> column(width);
   for (std::size_t x = 0; x < width; ++x) column[x] = x * static_cast<std::size_t>(sheet_.tile_width) / width;
   ImageF out(sheet_.width(), sheet_.height(), 3);
-  RunControl silent = control;
-  silent.on_progress = {};
+  const RunControl silent = control.silent();
   for (int tile = 0; tile < full.num_tiles(); ++tile) {
     ImageF sums(sheet_.tile_width, sheet_.tile_height, 3), counts(sheet_.tile_width, sheet_.tile_height);
     std::int64_t row = 0;

@@ -39,20 +39,15 @@ Destination make_tiled_destination(const MeshSource& source, const AtlasOptions&
   return out;
 }
 
-std::vector<transfer::TransferControl> make_tiled_controls(const std::vector<std::string>& texts,
+std::vector<transfer::TransferControl> make_tiled_controls(std::span<const transfer::ControlSpec> specs,
                                                            const HistoryReader& history, const TexelMap& map,
                                                            const ControlKindOptions& kinds) {
   const TexelRect first{0, 0, 1, 1};
-  std::vector<transfer::TransferControl> controls;
-  for (const std::string& text : texts) {
-    const transfer::ControlSpec spec = transfer::parse_control_spec(text);
-    const std::string source = transfer::source_control(history, spec);
-    if (std::any_of(controls.begin(), controls.end(), [&](const auto& other) { return other.source == source; }))
-      throw UsageError("--control: `" + source + "` is given twice; combine them in one expression");
-    controls.push_back(transfer::make_transfer_control(
-        history, spec, make_part_control(spec.destination, map, first, kinds), ImageU8(1, 1)));
-    controls.back().values = {};
-  }
+  std::vector<transfer::TransferControl> controls = transfer::make_transfer_controls(
+      history, specs, ImageU8(1, 1), [&](std::size_t, const transfer::ControlSpec& spec) {
+        return make_part_control(spec.destination, map, first, kinds);
+      });
+  for (transfer::TransferControl& control : controls) control.values = {};
   return controls;
 }
 

@@ -2,11 +2,13 @@
 /// The mesh of a transfer by tile: nothing of it is held texel by texel.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
 #include "patinate/controls/control_kinds.h"
 #include "patinate/history/history.h"
+#include "patinate/transfer/control_matching.h"
 #include "patinate/transfer/transfer.h"
 #include "tools/patinate/services/destination.h"
 
@@ -18,8 +20,8 @@ namespace patinate::cli {
                                                  bool is_resolution_given, std::optional<double> pixel_mm,
                                                  CommandRun& run);
 
-/// Controls whose values are made later, tile by tile. @throws UsageError, and as make_part_control().
-[[nodiscard]] std::vector<transfer::TransferControl> make_tiled_controls(const std::vector<std::string>& texts,
+/// Controls whose values are made later, tile by tile. @throws as make_part_control().
+[[nodiscard]] std::vector<transfer::TransferControl> make_tiled_controls(std::span<const transfer::ControlSpec> specs,
                                                                          const HistoryReader& history,
                                                                          const TexelMap& map,
                                                                          const ControlKindOptions& kinds);

@@ -75,7 +75,8 @@ inline constexpr int kControlVersion = 2;
 using ControlSource =
     std::function<ControlMap(const std::string& kind, const TexelMap&, const ControlKindOptions&, const RunControl&)>;
 
-/// An expression of kinds and files (ControlExpression). Maps that are even are noted.
+/// An expression of kinds and files (ControlExpression); a kind's arguments, as in `accessibility(scale=3)`, come
+/// before `options`. Maps that are even are noted.
 /// @param source  Of the kinds; empty: make_control(). @throws ParseError, and what its parts throw.
 [[nodiscard]] ControlMap make_control_expression(std::string_view expression, const TexelMap& map,
                                                  const ControlKindOptions& options = {}, const RunControl& control = {},

@@ -58,8 +58,8 @@ struct FrameFacts {
   friend bool operator==(const FrameFacts&, const FrameFacts&) = default;
 };
 
-/// One of several histories that lie side by side in one: a library (`patinate combine`). Everything but transfers sees
-/// one history.
+/// One of several histories that lie side by side in one: a library (`patinate history combine`). Everything but
+/// transfers sees one history.
 struct LibraryPart {
   std::string name;
   int x = 0;  ///< Its first column; its first row is 0.

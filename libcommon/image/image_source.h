@@ -82,7 +82,7 @@ struct EncodedFormat {
   std::string unit = "";                 ///< Of an EXR with facts whose values are not scaled.
   bool is_srgb = false;                  ///< Says so in a file without facts.
   int png_level = 6;                     ///< Of zlib, [0, 9].
-  int num_threads = 1;  ///< That compress an EXR's rows; > 0. The same bytes.
+  int num_threads = 1;                   ///< That compress an EXR's rows; > 0. The same bytes.
 };
 
 /// A file that is being encoded, row by row.

@@ -1,6 +1,7 @@
 /// \file
 /// What is copied again near by: an eye finds a mark that stands twice within a few centimeters, and a row of them at
-/// once. Amounts (amounts.h) count copies on the whole surface, where a source smaller than it must repeat.
+/// once. Amounts (amounts.h) count copies on the whole surface, where a source smaller than it must repeat. Sources
+/// with lines go without: they repeat less, and other pieces would break some of their lines (docs/benchmarks.md).
 #pragma once
 
 #include <cstdint>

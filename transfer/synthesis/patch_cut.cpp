@@ -19,8 +19,8 @@ constexpr std::int32_t kMostOff = 1200;  // A rim texel that differs by more is 
 constexpr std::int32_t kAmountCost =
     200;  // Of a look that has twice its share; half or twice as much: docs/benchmarks.md.
 constexpr std::int32_t kReuseCost = 40;     // Of a piece that is there twice as often as it should be.
-constexpr std::int32_t kNearbyCost = 300;   // Of each copy too many near by. Chosen on copper and an urn of cracks from
-                                            // 40, 120, 300 and 800: docs/benchmarks.md.
+constexpr std::int32_t kNearbyCost = 300;   // Of each copy too many near by, where there is no structure that it could
+                                            // break. Chosen on copper from 40, 120, 300 and 800: docs/benchmarks.md.
 constexpr std::int32_t kNever = 1'000'000;  // Cost of a texel where nothing can be copied.
 
 FixedPoint operator-(const FixedPoint& a, const FixedPoint& b) { return {a.x - b.x, a.y - b.y}; }

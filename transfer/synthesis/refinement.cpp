@@ -214,7 +214,7 @@ void refine_places(const SynthesisLevel& level, const SourceStructure& structure
   }
   for (int round = 0; round < options.num_rounds; ++round) {
     shared.amounts().measure(level.destination, places, silent);
-    if (tiles.grid == nullptr) shared.nearby().measure(places, silent);
+    if (tiles.grid == nullptr && structure.empty()) shared.nearby().measure(places, silent);
     refine_regions(zones, round, places, silent);
     refine_regions(regions, round, places, silent);
     control.report(static_cast<double>(round + 1) / options.num_rounds);

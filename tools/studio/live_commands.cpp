@@ -3,7 +3,6 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "simulation/files/scene_event.h"
 #include "simulation/files/scene_json.h"

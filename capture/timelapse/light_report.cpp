@@ -125,8 +125,9 @@ HistoryWarning uneven_warning(const UnevenLight& uneven, bool is_divided) {
       : uneven.evidence == LightEvidence::Clear
           ? "--flat-field estimate divides it out; --flat-field IMAGE, a photograph of a uniform surface, is "
             "surer"
-          : "if it is the light, --flat-field estimate divides it out; --flat-field IMAGE, a photograph of a "
-            "uniform surface, is surer";
+          : "if it is the light, --flat-field estimate divides it out, and --flat-field IMAGE, a photograph of a "
+            "uniform surface, does so more surely; if it is what a new, polished surface mirrors, --flat-field first "
+            "divides it out as far as it still shows";
   // Where half of the light is missing, half of the color is.
   warning.share = 1.0 - 1.0 / uneven.ratio;
   if (uneven.evidence != LightEvidence::Clear) warning.share *= 0.5;

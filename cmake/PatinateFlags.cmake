@@ -22,6 +22,7 @@ target_compile_features(patinate_flags INTERFACE cxx_std_20)
 # -ffp-contract=off: no fused multiply-add, so equal input gives equal bits for every instruction set.
 target_compile_options(patinate_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wdouble-promotion -Wnon-virtual-dtor -ffp-contract=off
+  $<$<CXX_COMPILER_ID:Clang>:-Wno-sign-conversion>  # As g++ has it: an index is an int that its loop bounds.
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>  # g++ 12 warns about every "text" + std::string [GCC bug 105651]
   $<$<BOOL:${PATINATE_WARNINGS_AS_ERRORS}>:-Werror>)
 if(PATINATE_SANITIZE)

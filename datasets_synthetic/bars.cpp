@@ -106,7 +106,7 @@ void merge_positions(Mesh& mesh) {
     target[order[k]] = static_cast<int>(merged.size()) - 1;
   }
   for (Triangle& t : mesh.triangles) {
-    for (int& corner : t) corner = target[static_cast<std::size_t>(corner)];
+    for (int& corner : t) corner = target[corner];
   }
   mesh.positions = std::move(merged);
 }

@@ -85,7 +85,7 @@ ImageF make_paint(const CrackleOptions& o, const ImageF& thickness) {
       const double hiding = 1.0 - 0.35 * std::exp(-9.0 * thick / o.thickness_max_mm);
       const double shade = 1.0 + 0.07 * mottle(x, y) + 0.06 * brush(x, y);
       for (int c = 0; c < 3; ++c) {
-        const std::size_t i = static_cast<std::size_t>(c);
+        const std::size_t i = c;
         paint.at(x, y, c) = static_cast<float>(shade * (hiding * kPaint[i] + (1.0 - hiding) * kUnder[i]));
       }
     }
@@ -166,7 +166,7 @@ void set_start_times(CrackleDataset& d, const std::vector<double>& onset,
     crack.start_s = share * duration;
     // What it ends on must be there first.
     for (const int parent : ends_on[k]) {
-      if (parent >= 0) crack.start_s = std::max(crack.start_s, d.cracks[static_cast<std::size_t>(parent)].start_s);
+      if (parent >= 0) crack.start_s = std::max(crack.start_s, d.cracks[parent].start_s);
     }
   }
 }
@@ -270,7 +270,7 @@ CrackleDataset crackle(const CrackleOptions& options, const RunControl& control,
   d.opening_s = ImageF(options.width, options.height, 1, -1.0f);
   for (const auto& i : d.influences) {
     const double time = time_reached(d, i);
-    float& first = d.opening_s.values()[static_cast<std::size_t>(i.pixel)];
+    float& first = d.opening_s.values()[i.pixel];
     if (time >= 0.0 && (first < 0.0f || time < static_cast<double>(first))) first = static_cast<float>(time);
   }
   label_cells(d);

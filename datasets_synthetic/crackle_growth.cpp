@@ -249,26 +249,26 @@ void add_dead_ends(const Network& network, std::uint64_t seed, std::vector<Crack
   const int num_parents = static_cast<int>(cracks.size());
   for (int parent = 0; parent < num_parents; ++parent) {
     RandomStream random(seed, static_cast<std::uint64_t>(parent), kHairline);
-    const std::size_t size = cracks[static_cast<std::size_t>(parent)].points_px.size();
+    const std::size_t size = cracks[parent].points_px.size();
     const double length_px = kStep * static_cast<double>(size);
     for (double at = 0.0; at < length_px;) {
       const std::size_t i = static_cast<std::size_t>(at / kStep);
-      const auto p = cracks[static_cast<std::size_t>(parent)].points_px[std::min(i, size - 1)];
+      const auto p = cracks[parent].points_px[std::min(i, size - 1)];
       const int x = static_cast<int>(std::lround(p[0])), y = static_cast<int>(std::lround(p[1]));
       const double spacing = network.contains(x, y) ? network.spacing(x, y) : 20.0;
       at += spacing * (0.5 + 3.0 * random.uniform());
       const bool is_left = random.uniform() < 0.5;
       const double length = spacing * (0.15 + 0.4 * random.uniform());
       if (!network.contains(x, y) || i + 4 >= size || i < 4) continue;
-      const auto& a = cracks[static_cast<std::size_t>(parent)].points_px[i - 4];
-      const auto& b = cracks[static_cast<std::size_t>(parent)].points_px[i + 4];
+      const auto& a = cracks[parent].points_px[i - 4];
+      const auto& b = cracks[parent].points_px[i + 4];
       const double along = std::atan2(b[1] - a[1], b[0] - a[0]);
       const double away = along + (is_left ? 0.5 : -0.5) * std::numbers::pi + 0.25 * random.normal();
       const Walk walk = network.walk({p[0] + 1.5 * std::cos(away), p[1] + 1.5 * std::sin(away)}, away, length, random);
       if (walk.points.size() < 8 || walk.ends_on >= 0) continue;
       Crack crack = joined(walk, {});
       crack.is_dead_end = true;
-      crack.level = cracks[static_cast<std::size_t>(parent)].level + 1;
+      crack.level = cracks[parent].level + 1;
       cracks.push_back(std::move(crack));
       ends_on.push_back({parent, -1});
     }
@@ -282,7 +282,7 @@ std::vector<Crack> grow_cracks(const CrackleField& field, double grain, std::uin
   Network network(field, grain, seed);
   std::vector<Crack> cracks;
   std::vector<double> ratios;
-  const std::size_t max_cracks = static_cast<std::size_t>(field.spacing_px.num_pixels() / 8 + 8);
+  const std::size_t max_cracks = field.spacing_px.num_pixels() / 8 + 8;
   while (cracks.size() < max_cracks) {
     control.throw_if_stopped();
     const Network::Site site = network.best_site();
@@ -292,7 +292,7 @@ std::vector<Crack> grow_cracks(const CrackleField& field, double grain, std::uin
     const auto [forward, backward] = network.walk_both_ways(site, random);
     Crack crack = joined(forward, backward);
     for (const int end : {forward.ends_on, backward.ends_on}) {
-      if (end >= 0) crack.level = std::max(crack.level, cracks[static_cast<std::size_t>(end)].level + 1);
+      if (end >= 0) crack.level = std::max(crack.level, cracks[end].level + 1);
     }
     network.add(crack.points_px, id);
     ends_on.push_back({forward.ends_on, backward.ends_on});

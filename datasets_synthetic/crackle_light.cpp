@@ -35,7 +35,7 @@ std::vector<EdgeState> edge_states(const CrackleDataset& d, double time_s) {
   for (const auto& i : d.influences) {
     const double open = crack_opening(d, time_s, static_cast<double>(i.start_s));
     if (!(open > 0.0)) continue;
-    EdgeState& state = states[static_cast<std::size_t>(i.pixel)];
+    EdgeState& state = states[i.pixel];
     const double width = static_cast<double>(i.width_px) * open;
     const double distance = static_cast<double>(i.distance_px);
     state.crack = std::max(state.crack, band_share(distance, width));
@@ -54,7 +54,7 @@ ImageF crack_share(const CrackleDataset& dataset, double time_s) {
   for (const auto& i : dataset.influences) {
     const double width =
         static_cast<double>(i.width_px) * crack_opening(dataset, time_s, static_cast<double>(i.start_s));
-    float& value = share.values()[static_cast<std::size_t>(i.pixel)];
+    float& value = share.values()[i.pixel];
     value = std::max(value, static_cast<float>(band_share(static_cast<double>(i.distance_px), width)));
   }
   return share;
@@ -73,13 +73,13 @@ ImageF reflected(const CrackleDataset& d, double time_s, const RunControl& contr
   parallel_for(d.thickness_mm.num_pixels(), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t p = begin; p < end; ++p) {
       const int x = static_cast<int>(p % w), y = static_cast<int>(p / w);
-      const EdgeState& s = states[static_cast<std::size_t>(p)];
+      const EdgeState& s = states[p];
       // Edges curl up; light from the upper left.
       const double slope =
           0.5 * (height_at(x + 1, y) - height_at(x - 1, y) + height_at(x, y + 1) - height_at(x, y - 1));
       const double shade = 1.0 + std::clamp(0.55 * slope, -0.25, 0.25) + 0.06 * s.rim;
       for (int c = 0; c < 3; ++c) {
-        const std::size_t i = static_cast<std::size_t>(c);
+        const std::size_t i = c;
         const double aged = 1.0 - d.options.yellowing * age * kAged[i];
         const double dirt = 1.0 - 0.55 * s.dirt * (1.0 - kDirt[i]);
         const double paint = static_cast<double>(d.paint.at(x, y, c)) * aged * dirt * shade;
@@ -103,7 +103,7 @@ ImageF transmitted(const CrackleDataset& d) {
 
 ImageU8 photograph(const ImageF& linear, double noise, std::int64_t seed, int picture) {
   ImageU8 codes(linear.width(), linear.height(), linear.channels());
-  const std::size_t channels = static_cast<std::size_t>(linear.channels());
+  const std::size_t channels = linear.channels();
   for (std::size_t p = 0; p < static_cast<std::size_t>(linear.num_pixels()); ++p) {
     RandomStream random(static_cast<std::uint64_t>(seed), p, kCameraNoise + static_cast<std::uint32_t>(picture));
     for (std::size_t c = 0; c < channels; ++c) {

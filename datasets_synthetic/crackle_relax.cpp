@@ -54,8 +54,8 @@ class Relaxation {
     for (auto& stops : stops_) {
       std::stable_sort(stops.begin(), stops.end(), [](const Stop& a, const Stop& b) { return a.point < b.point; });
       for (std::size_t i = 1; i < stops.size(); ++i) {
-        nodes_[static_cast<std::size_t>(stops[i - 1].node)].neighbors.push_back(stops[i].node);
-        nodes_[static_cast<std::size_t>(stops[i].node)].neighbors.push_back(stops[i - 1].node);
+        nodes_[stops[i - 1].node].neighbors.push_back(stops[i].node);
+        nodes_[stops[i].node].neighbors.push_back(stops[i - 1].node);
       }
     }
   }
@@ -69,7 +69,7 @@ class Relaxation {
         PlanePoint sum{spring * n.before[0], spring * n.before[1]};
         double weights = spring;
         for (const int m : n.neighbors) {
-          const PlanePoint& p = nodes_[static_cast<std::size_t>(m)].place;
+          const PlanePoint& p = nodes_[m].place;
           const double w = 1.0 / std::max(distance(p, n.place), kNearest * n.spacing);
           sum[0] += w * p[0], sum[1] += w * p[1], weights += w;
         }
@@ -88,8 +88,7 @@ class Relaxation {
       for (std::size_t i = 1; i < stops.size(); ++i) {
         const std::size_t first = stops[i - 1].point, last = stops[i].point;
         if (last == first) continue;
-        const Node &a = nodes_[static_cast<std::size_t>(stops[i - 1].node)],
-                   &b = nodes_[static_cast<std::size_t>(stops[i].node)];
+        const Node &a = nodes_[stops[i - 1].node], &b = nodes_[stops[i].node];
         for (std::size_t j = first + (points.empty() ? 0 : 1); j <= last; ++j) {
           if (static_cast<int>(j) == crack.origin) origin = points.size();
           points.push_back(moved(crack.points_px[j], crack.points_px[first], crack.points_px[last], a, b,
@@ -112,20 +111,18 @@ class Relaxation {
               .spacing = sampled(field_.spacing_px, p),
               .is_fixed = parent < 0};
     if (parent >= 0) {
-      const auto& points = cracks_[static_cast<std::size_t>(parent)].points_px;
+      const auto& points = cracks_[parent].points_px;
       const auto nearest =
           std::min_element(points.begin(), points.end(),
                            [&](const PlanePoint& a, const PlanePoint& b) { return distance(a, p) < distance(b, p); });
       if (node.at_once > 0.0) {
-        for (const Stop& stop : stops_[static_cast<std::size_t>(parent)]) {
-          if (distance(nodes_[static_cast<std::size_t>(stop.node)].before, *nearest) > kOneNode * node.spacing)
-            continue;
+        for (const Stop& stop : stops_[parent]) {
+          if (distance(nodes_[stop.node].before, *nearest) > kOneNode * node.spacing) continue;
           stops_[crack].push_back({point, stop.node});
           return;
         }
       }
-      stops_[static_cast<std::size_t>(parent)].push_back(
-          {static_cast<std::size_t>(nearest - points.begin()), static_cast<int>(nodes_.size())});
+      stops_[parent].push_back({static_cast<std::size_t>(nearest - points.begin()), static_cast<int>(nodes_.size())});
       // A crack stops a pixel short of its parent: that pixel is part of the node.
       if (node.at_once > 0.0) node.place = node.before = *nearest;
     }

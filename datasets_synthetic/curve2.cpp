@@ -39,7 +39,7 @@ Curve2::Curve2(const std::vector<Vec2>& points) {
 
 Vec2 Curve2::at(double s) const {
   const auto next = std::upper_bound(lengths_.begin() + 1, lengths_.end() - 1, s);
-  const std::size_t i = static_cast<std::size_t>(next - lengths_.begin());
+  const std::size_t i = next - lengths_.begin();
   const double f = std::clamp((s - lengths_[i - 1]) / (lengths_[i] - lengths_[i - 1]), 0.0, 1.0);
   return (1.0 - f) * samples_[i - 1] + f * samples_[i];
 }

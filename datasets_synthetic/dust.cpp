@@ -88,8 +88,8 @@ std::optional<DustPlace> DustyObject::place(const Vec2& pixel) const {
   DustPlace place;
   place.normal = Vec3::Zero();
   for (std::size_t k = 0; k < 3; ++k) {
-    place.position_mm += weights[k] * mesh.positions[static_cast<std::size_t>(mesh.triangles[triangle][k])];
-    place.normal += weights[k] * mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[triangle][k])];
+    place.position_mm += weights[k] * mesh.positions[mesh.triangles[triangle][k]];
+    place.normal += weights[k] * mesh.normals[mesh.normal_triangles[triangle][k]];
   }
   place.normal.normalize();
   place.facing = std::max(0.0, place.normal.y());

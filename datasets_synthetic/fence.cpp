@@ -98,8 +98,7 @@ ImageF fence_grain(const FenceOptions& options, const RunControl& control) {
         const TexelId texel = std::int64_t{y} * options.texture_px + x;
         Vec3 color = kWood;
         if (map.is_covered(texel)) {
-          const auto body =
-              static_cast<std::size_t>(body_of_triangle[static_cast<std::size_t>(map.point(texel).triangle)]);
+          const auto body = static_cast<std::size_t>(body_of_triangle[map.point(texel).triangle]);
           const Vec3 p = map.position_mm(texel);
           const double along = (parts.is_upright[body] ? p.y() : p.x()) + 0.5 * length;
           const double across = std::fmod((parts.is_upright[body] ? p.x() : p.y()) + 0.6 * p.z() + 10.0 * wide, wide) +

@@ -186,7 +186,7 @@ Mesh Mold::mesh(double spacing_mm, double time_d) const {
   }
   const auto add = [&](int a, int b, int c) {
     if (a < 0 || b < 0 || c < 0) return;
-    const auto at = [&](int i) -> const Vec3& { return mesh.positions[static_cast<std::size_t>(i)]; };
+    const auto at = [&](int i) -> const Vec3& { return mesh.positions[i]; };
     if (!((at(b) - at(a)).cross(at(c) - at(a)).z() > 1e-4 * spacing_mm * spacing_mm)) return;
     mesh.triangles.push_back({a, b, c});
   };

@@ -56,9 +56,8 @@ void run_step(SharedMold& shared, int step, const fs::path& folder, const RunCon
   const MoldPhotos photos = mold_photos(mold, shared.rig, step, surface, control.part(0.3, 1.0));
   const int num_pictures = o.num_lights + 1;
   for (int i = 0; i < o.num_lights; ++i) {
-    save_photo(folder / mold_photo_file(o, step, i), o, photos.lit[static_cast<std::size_t>(i)],
-               step * num_pictures + i);
-    write_codes(folder / in_light_file(step, i), photos.in_light[static_cast<std::size_t>(i)]);
+    save_photo(folder / mold_photo_file(o, step, i), o, photos.lit[i], step * num_pictures + i);
+    write_codes(folder / in_light_file(step, i), photos.in_light[i]);
   }
   if (o.ambient > 0.0) save_photo(folder / dark_file(o, step), o, photos.dark, step * num_pictures + o.num_lights);
 }
@@ -96,8 +95,7 @@ class StepTruth {
     const MoldLook look = mold_.look(u, v, time_d_);
     for (std::size_t i = 0; i < maps_.size(); ++i) {
       const std::array<double, 3> values = values_of(maps_[i], look, u, v);
-      for (int c = 0; c < images_[i].channels(); ++c)
-        images_[i].at(x, y, c) = static_cast<float>(values[static_cast<std::size_t>(c)]);
+      for (int c = 0; c < images_[i].channels(); ++c) images_[i].at(x, y, c) = static_cast<float>(values[c]);
     }
   }
   void save(const fs::path& folder, int step) const {
@@ -162,7 +160,7 @@ void run_truth(SharedMold& shared, const fs::path& folder, const RunControl& con
 
 /// What brings a step's scanner frame into the first one's.
 RigidTransform reference_from_scan(const MoldRig& rig, int step) {
-  return rig.scanner_from_object.front() * rig.scanner_from_object[static_cast<std::size_t>(step)].inverse();
+  return rig.scanner_from_object.front() * rig.scanner_from_object[step].inverse();
 }
 
 Json mold_capture_json(const MoldOptions& o, const MoldRig& rig) {
@@ -201,7 +199,7 @@ Json mold_truth_json(const MoldOptions& o, const MoldRig& rig) {
   for (int step = 0; step < o.num_steps; ++step) {
     Json entry{{"time", step * o.interval_d},
                {"reference_from_scan", matrix_json(reference_from_scan(rig, step).matrix())},
-               {"gain", vector_json(rig.gains[static_cast<std::size_t>(step)])}};
+               {"gain", vector_json(rig.gains[step])}};
     for (const std::string& map : truth_maps(o))
       entry[map] = truth_file(map, step).lexically_relative("truth").generic_string();
     json["steps"].push_back(std::move(entry));

@@ -35,8 +35,8 @@ class MoldPicture {
   MoldPicture(const Mold& mold, const MoldRig& rig, int step, const Mesh& surface)
       : mold_(mold),
         rig_(rig),
-        back_(rig.scanner_from_object[static_cast<std::size_t>(step)].inverse()),
-        gain_(rig.gains[static_cast<std::size_t>(step)]),
+        back_(rig.scanner_from_object[step].inverse()),
+        gain_(rig.gains[step]),
         time_d_(step * mold.options().interval_d),
         surface_(surface),
         scene_(surface),
@@ -47,12 +47,12 @@ class MoldPicture {
     if (!ray) return std::nullopt;
     Seen seen;
     if (const std::optional<RayHit> hit = scene_.first_hit(ray->origin, ray->direction)) {
-      const Triangle& t = surface_.triangles[static_cast<std::size_t>(hit->triangle)];
+      const Triangle& t = surface_.triangles[hit->triangle];
       const std::array<double, 3> weights{1.0 - hit->b1 - hit->b2, hit->b1, hit->b2};
       seen.normal = Vec3::Zero();
       for (std::size_t k = 0; k < 3; ++k) {
-        seen.position += weights[k] * surface_.positions[static_cast<std::size_t>(t[k])];
-        seen.normal += weights[k] * surface_.normals[static_cast<std::size_t>(t[k])];
+        seen.position += weights[k] * surface_.positions[t[k]];
+        seen.normal += weights[k] * surface_.normals[t[k]];
       }
       seen.normal.normalize();
       const Vec3 p = back_.apply(seen.position);
@@ -117,7 +117,7 @@ void add(ImageF& image, int x, int y, const Vec3& value) {
 Mesh mold_surface(const Mold& mold, const MoldRig& rig, int step, const RunControl& control) {
   if (is_exact(mold.options())) return mesh_of_scan(mold_scan(mold, rig, step, control));
   Mesh mesh = mold.mesh(mold.options().radius_mm / 160.0, step * mold.options().interval_d);
-  const RigidTransform& motion = rig.scanner_from_object[static_cast<std::size_t>(step)];
+  const RigidTransform& motion = rig.scanner_from_object[step];
   for (Vec3& p : mesh.positions) p = motion.apply(p);
   for (Vec3& n : mesh.normals) n = motion.rotation * n;
   return mesh;
@@ -166,12 +166,12 @@ MoldView mold_view(const MoldRig& rig, const Mesh& surface, const RunControl& co
         const std::optional<CameraRay> ray = rig.camera.ray(Vec2(x, y));
         const std::optional<RayHit> hit = ray ? scene.first_hit(ray->origin, ray->direction) : std::nullopt;
         if (!hit) continue;
-        const Triangle& t = surface.triangles[static_cast<std::size_t>(hit->triangle)];
+        const Triangle& t = surface.triangles[hit->triangle];
         const std::array<double, 3> weights{1.0 - hit->b1 - hit->b2, hit->b1, hit->b2};
         Vec3 position = Vec3::Zero(), normal = Vec3::Zero();
         for (std::size_t k = 0; k < 3; ++k) {
-          position += weights[k] * surface.positions[static_cast<std::size_t>(t[k])];
-          normal += weights[k] * surface.normals[static_cast<std::size_t>(t[k])];
+          position += weights[k] * surface.positions[t[k]];
+          normal += weights[k] * surface.normals[t[k]];
         }
         normal.normalize();
         const Vec3 in_object = back.apply(position);

@@ -68,9 +68,8 @@ double Mold::smooth_curvature(double x, double y) const {
   double sum = 0.0;
   for (int b = 0; b < 4; ++b) {
     double line = 0.0;
-    for (int a = 0; a < 4; ++a)
-      line += wx[static_cast<std::size_t>(a)] * static_cast<double>(curvature_.at(i - 1 + a, j - 1 + b));
-    sum += wy[static_cast<std::size_t>(b)] * line;
+    for (int a = 0; a < 4; ++a) line += wx[a] * static_cast<double>(curvature_.at(i - 1 + a, j - 1 + b));
+    sum += wy[b] * line;
   }
   return sum;
 }

@@ -96,7 +96,7 @@ std::vector<Vec2> card_polygon(const MoldRig& rig) {
 
 PointCloud mold_scan(const Mold& mold, const MoldRig& rig, int step, const RunControl& control) {
   const MoldOptions& o = mold.options();
-  const RigidTransform& motion = rig.scanner_from_object[static_cast<std::size_t>(step)];
+  const RigidTransform& motion = rig.scanner_from_object[step];
   const RigidTransform back = motion.inverse();
   // From the mesh a start, then the height function itself.
   const double time_d = step * o.interval_d;
@@ -151,7 +151,7 @@ PointCloud mold_scan(const Mold& mold, const MoldRig& rig, int step, const RunCo
   }
   const auto add = [&](int a, int b, int c) {
     if (a < 0 || b < 0 || c < 0) return;
-    const auto at = [&](int i) -> const Vec3& { return scan.points[static_cast<std::size_t>(i)]; };
+    const auto at = [&](int i) -> const Vec3& { return scan.points[i]; };
     const double longest = std::max({(at(a) - at(b)).norm(), (at(b) - at(c)).norm(), (at(c) - at(a)).norm()});
     if (longest < kJump * spacing) scan.triangles.push_back({a, b, c});
   };

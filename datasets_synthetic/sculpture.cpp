@@ -283,7 +283,7 @@ void pack(Builder& b) {
   while (!place_charts(b.charts, order, side)) ++side;
   for (const Chart& chart : b.charts) {
     for (int i = chart.first_uv; i < chart.end_uv; ++i) {
-      Vec2& uv = b.mesh.uvs[static_cast<std::size_t>(i)];
+      Vec2& uv = b.mesh.uvs[i];
       uv = (chart.place + uv) / side;
     }
   }

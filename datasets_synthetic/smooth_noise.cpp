@@ -48,8 +48,8 @@ double SmoothNoise::operator()(double x, double y) const {
     const float* row =
         &values_[static_cast<std::size_t>(j + b) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(i)];
     double line = 0.0;
-    for (int a = 0; a < 4; ++a) line += wx[static_cast<std::size_t>(a)] * static_cast<double>(row[a]);
-    sum += wy[static_cast<std::size_t>(b)] * line;
+    for (int a = 0; a < 4; ++a) line += wx[a] * static_cast<double>(row[a]);
+    sum += wy[b] * line;
   }
   return sum;
 }

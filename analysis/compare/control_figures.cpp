@@ -38,8 +38,8 @@ std::vector<std::optional<double>> ClassedSurface::rates(std::span<const int> we
   for (std::size_t i = 0; i < class_of_.size(); ++i) {
     if (class_of_[i] < 0) continue;
     const double w = weights[block_of_[i]];
-    sum[static_cast<std::size_t>(class_of_[i])] += w * static_cast<double>(change_[i]);
-    count[static_cast<std::size_t>(class_of_[i])] += w;
+    sum[class_of_[i]] += w * static_cast<double>(change_[i]);
+    count[class_of_[i]] += w;
   }
   const double span = stack_.times.back() - stack_.times.front();
   std::vector<std::optional<double>> out(num_classes());

@@ -24,8 +24,7 @@ ImageF dilated(const ImageF& in, const ImageU8& mask, int reach, const RunContro
   parallel_for(h, kRows, control, [&](std::int64_t begin, std::int64_t end) {
     std::vector<float> padded(static_cast<std::size_t>(w + 2 * reach), kNone);
     for (int y = static_cast<int>(begin); y < end; ++y) {
-      for (int x = 0; x < w; ++x)
-        padded[static_cast<std::size_t>(x + reach)] = is_inside(mask, x, y) ? in.at(x, y) : kNone;
+      for (int x = 0; x < w; ++x) padded[x + reach] = is_inside(mask, x, y) ? in.at(x, y) : kNone;
       float* to = rows.row(y).data();
       for (int i = 0; i <= 2 * reach; ++i) {
         const float* from = padded.data() + i;

@@ -61,14 +61,14 @@ ImageU8 away_from_borders(const ImageU8& mask, int width, int height, int reach)
   std::vector<int> above(w, -1), below(w, height);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      int& last = above[static_cast<std::size_t>(x)];
+      int& last = above[x];
       if (rows.at(x, y) == 0) last = y;
       if (y - last <= reach) out.at(x, y) = 0;
     }
   }
   for (int y = height; y-- > 0;) {
     for (int x = 0; x < width; ++x) {
-      int& last = below[static_cast<std::size_t>(x)];
+      int& last = below[x];
       if (rows.at(x, y) == 0) last = y;
       if (last - y <= reach) out.at(x, y) = 0;
     }

@@ -28,9 +28,9 @@ class Pieces {
   explicit Pieces(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
 
   std::int32_t find(std::int32_t i) {
-    while (parent_[static_cast<std::size_t>(i)] != i) {
-      std::int32_t& up = parent_[static_cast<std::size_t>(i)];
-      up = parent_[static_cast<std::size_t>(up)];
+    while (parent_[i] != i) {
+      std::int32_t& up = parent_[i];
+      up = parent_[up];
       i = up;
     }
     return i;
@@ -38,7 +38,7 @@ class Pieces {
   void join(std::int32_t a, std::int32_t b) {
     a = find(a);
     b = find(b);
-    if (a != b) parent_[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+    if (a != b) parent_[std::max(a, b)] = std::min(a, b);
   }
 
  private:
@@ -149,11 +149,11 @@ ReuseSums measure_reuse(const MapPart& part, std::int64_t num_pixels, ImageF& is
   const std::int64_t w = part.rect.width();
   const SourceIndices& source = part.indices;
   ReuseSums sums;
-  sums.uses.resize(static_cast<std::size_t>(num_pixels));
+  sums.uses.resize(num_pixels);
   std::vector<std::int64_t> order;  // Places in the part.
   part.for_each_covered([&](TexelId t, std::int64_t i) {
     order.push_back(i);
-    ++sums.uses[static_cast<std::size_t>(source.of(t))];
+    ++sums.uses[source.of(t)];
   });
   const auto shown = [&](std::int64_t i) { return source.of(part.texel(i)); };
   std::stable_sort(order.begin(), order.end(), [&](std::int64_t a, std::int64_t b) { return shown(a) < shown(b); });

@@ -197,8 +197,7 @@ Evaluation evaluate(const SynthesisSource& source, const SynthesizedMap& map, co
     const TexelRect cell = cell_of(sheet, tile);
     ImageF wanted;
     if (!map.control.empty()) wanted = crop(map.control, cell.x0, cell.y0, cell.width(), cell.height());
-    sums.add(figures.measure(tile, reader_of(map.coordinates), std::move(wanted),
-                             before[static_cast<std::size_t>(tile)], before.back(), made,
+    sums.add(figures.measure(tile, reader_of(map.coordinates), std::move(wanted), before[tile], before.back(), made,
                              control.part(0.8 * tile / sheet.num_tiles(), 0.8 * (tile + 1) / sheet.num_tiles())));
   }
   return figures.conclude(std::move(sums), made != nullptr, control.part(0.8, 1.0));

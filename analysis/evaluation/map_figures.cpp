@@ -56,7 +56,7 @@ ErrorSums sums_of(const ImageF& error, const MapPart& part) {
 
 std::string hash_of(const MapPart& part) {
   std::vector<std::int32_t> all(static_cast<std::size_t>(part.num_texels()), -1);
-  part.for_each_covered([&](TexelId t, std::int64_t i) { all[static_cast<std::size_t>(i)] = part.indices.of(t); });
+  part.for_each_covered([&](TexelId t, std::int64_t i) { all[i] = part.indices.of(t); });
   return ContentHash().add(std::as_bytes(std::span<const std::int32_t>(all))).hex();
 }
 

@@ -66,7 +66,7 @@ struct MapSums {
     visit(hashes), error.visit_members(visit), smooth_error.visit_members(visit), coherence.visit_members(visit);
     auto num_frames = static_cast<std::int64_t>(frames.size());
     visit(num_frames);
-    frames.resize(static_cast<std::size_t>(num_frames));
+    frames.resize(num_frames);
     for (FrameSums& f : frames) f.visit_members(visit);
     draws.visit_members(visit), reuse.visit_members(visit), seams.visit_members(visit), scale.visit_members(visit);
     visit(explained), structure.visit_members(visit), borders.visit_members(visit);

@@ -52,7 +52,7 @@ struct StructureSums {
   void visit_members(const Visit& visit) {
     std::int64_t num_kinds = static_cast<std::int64_t>(kinds.size());
     visit(num_kinds);
-    kinds.resize(static_cast<std::size_t>(num_kinds));
+    kinds.resize(num_kinds);
     for (LineSums& k : kinds) k.visit_members(visit);
     for (std::int64_t& n : wanted) visit(n);
   }

@@ -47,7 +47,7 @@ std::vector<DrawnWindow> draw_windows(const MapPart& part, const PartCounts& bef
     RandomStream random(kSeed, static_cast<std::uint64_t>(k), kDrawPurpose);
     const auto number = static_cast<std::int64_t>(random.uniform() * static_cast<double>(all.texels)) - before.texels;
     if (number < 0 || number >= static_cast<std::int64_t>(covered.size())) continue;
-    const TexelId middle = covered[static_cast<std::size_t>(number)];
+    const TexelId middle = covered[number];
     if (random.uniform() * largest < texel_area_mm2(part.surface, middle))
       drawn.push_back({middle, random_turn(random)});
   }
@@ -60,8 +60,8 @@ std::optional<float> value_at(const MapPart& part, const ImageF& values, const S
   const TexelId nearest = part.surface.texel_of(p);
   if (nearest < 0) return std::nullopt;
   const Mesh& mesh = part.surface.mesh();
-  const Triangle& corners = mesh.uv_triangles[static_cast<std::size_t>(p.triangle)];
-  const auto uv = [&](std::size_t k) -> const Vec2& { return mesh.uvs[static_cast<std::size_t>(corners[k])]; };
+  const Triangle& corners = mesh.uv_triangles[p.triangle];
+  const auto uv = [&](std::size_t k) -> const Vec2& { return mesh.uvs[corners[k]]; };
   const Vec2 at = texel_from_uv((1.0 - p.b1 - p.b2) * uv(0) + p.b1 * uv(1) + p.b2 * uv(2), part.surface.width(),
                                 part.surface.height());
   const int x0 = static_cast<int>(std::floor(at.x())), y0 = static_cast<int>(std::floor(at.y()));
@@ -94,7 +94,7 @@ class WindowLayer {
  public:
   explicit WindowLayer(const TexelMap& surface) : surface_(surface) {
     for (const Triangle& t : surface.mesh().triangles) {
-      const auto corner = [&](std::size_t k) { return surface.mesh().positions[static_cast<std::size_t>(t[k])]; };
+      const auto corner = [&](std::size_t k) { return surface.mesh().positions[t[k]]; };
       normals_.push_back((corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized());
     }
     for (int i = 0; i < kWindowSide * kWindowSide; ++i) outward_.push_back(i);
@@ -108,28 +108,26 @@ class WindowLayer {
   /// Row by row; not found where the surface ends.
   [[nodiscard]] std::vector<WindowPoint> lay(const WindowPoint& middle, double step_mm) const {
     std::vector<WindowPoint> points(outward_.size());
-    points[static_cast<std::size_t>(outward_[0])] = middle;
+    points[outward_[0]] = middle;
     for (std::size_t k = 1; k < outward_.size(); ++k) {
       const int x = outward_[k] % kWindowSide, y = outward_[k] / kWindowSide;
       std::vector<WindowPoint> led;
       for (const auto& [dx, dy] : {std::pair{1, 0}, std::pair{-1, 0}, std::pair{0, 1}, std::pair{0, -1}}) {
         if (x + dx < 0 || y + dy < 0 || x + dx >= kWindowSide || y + dy >= kWindowSide) continue;
-        const WindowPoint& from = points[static_cast<std::size_t>((y + dy) * kWindowSide + x + dx)];
+        const WindowPoint& from = points[(y + dy) * kWindowSide + x + dx];
         if (!from.is_found()) continue;
         if (const WindowPoint p = stepped(from, -dx * step_mm, -dy * step_mm); p.is_found()) led.push_back(p);
       }
-      if (!led.empty()) points[static_cast<std::size_t>(outward_[k])] = mean_of(led);
+      if (!led.empty()) points[outward_[k]] = mean_of(led);
     }
     return points;
   }
 
  private:
-  [[nodiscard]] const Vec3& normal(const SurfacePoint& p) const {
-    return normals_[static_cast<std::size_t>(p.triangle)];
-  }
+  [[nodiscard]] const Vec3& normal(const SurfacePoint& p) const { return normals_[p.triangle]; }
   [[nodiscard]] Vec3 position(const SurfacePoint& p) const {
-    const Triangle& t = surface_.mesh().triangles[static_cast<std::size_t>(p.triangle)];
-    const auto corner = [&](std::size_t k) { return surface_.mesh().positions[static_cast<std::size_t>(t[k])]; };
+    const Triangle& t = surface_.mesh().triangles[p.triangle];
+    const auto corner = [&](std::size_t k) { return surface_.mesh().positions[t[k]]; };
     return (1.0 - p.b1 - p.b2) * corner(0) + p.b1 * corner(1) + p.b2 * corner(2);
   }
   /// Tilted from one plane into another, the shortest way.
@@ -167,13 +165,12 @@ Ground cut_made(const MapPart& part, const WindowLayer& layer, const ImageF& lig
                 double& wanted) {
   Ground out{ImageF(kWindowSide, kWindowSide), ImageU8(kWindowSide, kWindowSide), {}, 0, 0};
   const SurfacePoint middle = part.surface.point(drawn.middle);
-  const Vec3 x_axis =
-      part.frames[static_cast<std::size_t>(middle.triangle)] * Vec2(std::cos(drawn.turn), std::sin(drawn.turn));
+  const Vec3 x_axis = part.frames[middle.triangle] * Vec2(std::cos(drawn.turn), std::sin(drawn.turn));
   const std::vector<WindowPoint> points = layer.lay({middle, x_axis}, part.surface.median_texel_size_mm());
   double sum = 0.0, count = 0.0;
   for (int y = 0; y < kWindowSide; ++y) {
     for (int x = 0; x < kWindowSide; ++x) {
-      const SurfacePoint& p = points[static_cast<std::size_t>(y * kWindowSide + x)].at;
+      const SurfacePoint& p = points[y * kWindowSide + x].at;
       const std::optional<float> value = value_at(part, lightness, p);
       if (!value) continue;
       out.lightness.at(x, y) = *value;

@@ -23,7 +23,7 @@ using Pairs = std::vector<TexelPair>;
 /// The offset of one texel step in a triangle's frame.
 Vec2 step_mm(const TexelMap& surface, const FlowFrames& frames, TexelId t, int dx, int dy) {
   const int triangle = surface.triangle(t);
-  return frames[static_cast<std::size_t>(triangle)].transpose() * (surface.mm_per_texel(triangle) * Vec2(dx, dy));
+  return frames[triangle].transpose() * (surface.mm_per_texel(triangle) * Vec2(dx, dy));
 }
 
 /// The texel one step away in the atlas, in the same chart; -1 if there is none.
@@ -65,7 +65,7 @@ void SourceIndices::set(const TexelMap& surface, TexelId t, const float* xy) {
                        std::to_string(t / surface.width()) + " comes from " + number_text(x) + ", " + number_text(y) +
                        ", which is not in the source of " + size_text(width_, height_));
   }
-  index_[static_cast<std::size_t>(t)] = static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x) + 1;
+  index_[t] = static_cast<std::int32_t>(y) * width_ + static_cast<std::int32_t>(x) + 1;
   const BesidePixel beside = nearest_pixel(xy[0], xy[1]).beside;
   beside_[2 * static_cast<std::size_t>(t)] = beside.x;
   beside_[2 * static_cast<std::size_t>(t) + 1] = beside.y;
@@ -125,9 +125,9 @@ ImageF MapPart::looked_up(const ImageF& source) const {
 }
 
 Vec2 SourceAxes::along_source(TexelId t, const Vec2& step_mm) const {
-  if (turns.empty() || turns[static_cast<std::size_t>(t)] == 0) return step_mm;
+  if (turns.empty() || turns[t] == 0) return step_mm;
   constexpr double kTurn = 2.0 * std::numbers::pi / 65536.0;
-  return Eigen::Rotation2Dd(kTurn * turns[static_cast<std::size_t>(t)]) * step_mm;
+  return Eigen::Rotation2Dd(kTurn * turns[t]) * step_mm;
 }
 
 std::optional<TexelPair> interior_pair(const TexelMap& surface, const SourceAxes& axes, TexelId t, int dx, int dy) {

@@ -85,7 +85,7 @@ class SourceIndices {
   /// Covered ones wherever they are.
   void read(const TexelMap& surface, std::vector<TexelId> texels, const CoordinateReader& reader);
 
-  [[nodiscard]] std::int32_t of(TexelId t) const { return index_[static_cast<std::size_t>(t)] - 1; }
+  [[nodiscard]] std::int32_t of(TexelId t) const { return index_[t] - 1; }
   [[nodiscard]] int x(TexelId t) const { return of(t) % width_; }
   [[nodiscard]] int y(TexelId t) const { return of(t) / width_; }
   [[nodiscard]] BesidePixel beside(TexelId t) const {

@@ -87,7 +87,7 @@ std::optional<Vectors> draw_source(const std::vector<Place>& places, std::size_t
   out.values.reserve(size * static_cast<std::size_t>(options.num_samples));
   for (int k = 0; k < options.num_samples; ++k) {
     const std::int64_t place = drawn_place(static_cast<std::int64_t>(places.size()), k, options, side);
-    append(places[static_cast<std::size_t>(place)], out.values);
+    append(places[place], out.values);
   }
   return out;
 }

@@ -35,12 +35,12 @@ std::optional<double> wanted_share(const ImageU8& feature, const ImageF& control
   }
   double num_texels = 0.0, sum = 0.0;
   for (int b = 0; b < kBins; ++b) {
-    const auto asked = static_cast<double>(wanted[static_cast<std::size_t>(b)]);
+    const auto asked = static_cast<double>(wanted[b]);
     if (asked == 0.0) continue;
     num_texels += asked;
     int nearest = -1;
     for (int other = 0; other < kBins; ++other) {
-      if (area[static_cast<std::size_t>(other)] == 0.0) continue;
+      if (area[other] == 0.0) continue;
       if (nearest < 0 || std::abs(other - b) < std::abs(nearest - b)) nearest = other;
     }
     if (nearest < 0) return std::nullopt;

@@ -91,9 +91,8 @@ MixProblem::Fit MixProblem::grown(const Sums& sums, const Fit& from) const {
     Eigen::MatrixXd a(m, m);
     Eigen::VectorXd b(m);
     for (Eigen::Index i = 0; i < m; ++i) {
-      b(i) = sums.covariance_with_y(members[static_cast<std::size_t>(i)]);
-      for (Eigen::Index j = 0; j < m; ++j)
-        a(i, j) = sums.covariance(members[static_cast<std::size_t>(i)], members[static_cast<std::size_t>(j)]);
+      b(i) = sums.covariance_with_y(members[i]);
+      for (Eigen::Index j = 0; j < m; ++j) a(i, j) = sums.covariance(members[i], members[j]);
     }
     const LdltFactors solver(a);
     if (!(solver.least_pivot() > kLeastOwn * a.diagonal().maxCoeff())) continue;
@@ -184,22 +183,21 @@ Mix weighted_mix(const Mix& chosen, const std::vector<std::vector<double>>& valu
   const double mean_rank = std::accumulate(ranks.begin(), ranks.end(), 0.0) / n;
   Eigen::MatrixXd centered(static_cast<Eigen::Index>(ranks.size()), m);
   Eigen::VectorXd target(static_cast<Eigen::Index>(ranks.size()));
-  for (Eigen::Index s = 0; s < target.size(); ++s) target(s) = ranks[static_cast<std::size_t>(s)] - mean_rank;
+  for (Eigen::Index s = 0; s < target.size(); ++s) target(s) = ranks[s] - mean_rank;
   for (Eigen::Index i = 0; i < m; ++i) {
-    const MixMember& member = chosen[static_cast<std::size_t>(i)];
+    const MixMember& member = chosen[i];
     const std::vector<double>& own = values[member.candidate];
     const double mean = std::accumulate(own.begin(), own.end(), 0.0) / n, sign = member.is_inverse ? -1.0 : 1.0;
-    for (Eigen::Index s = 0; s < target.size(); ++s) centered(s, i) = sign * (own[static_cast<std::size_t>(s)] - mean);
+    for (Eigen::Index s = 0; s < target.size(); ++s) centered(s, i) = sign * (own[s] - mean);
   }
   Eigen::VectorXd weights =
       solve_ldlt(Eigen::MatrixXd(centered.transpose() * centered), Eigen::VectorXd(centered.transpose() * target));
   if (!(weights.array() > 0.0).all()) {  // Their ranks agree, their values do not: as strong as among ranks.
-    for (Eigen::Index i = 0; i < m; ++i)
-      weights(i) = chosen[static_cast<std::size_t>(i)].weight / centered.col(i).norm();
+    for (Eigen::Index i = 0; i < m; ++i) weights(i) = chosen[i].weight / centered.col(i).norm();
   }
   weights /= weights.sum();
   Mix mix = chosen;
-  for (Eigen::Index i = 0; i < m; ++i) mix[static_cast<std::size_t>(i)].weight = weights(i);
+  for (Eigen::Index i = 0; i < m; ++i) mix[i].weight = weights(i);
   std::stable_sort(mix.begin(), mix.end(), [](const MixMember& a, const MixMember& b) { return a.weight > b.weight; });
   double rest = 1.0;  // Hundredths: the largest takes what rounding leaves.
   for (std::size_t i = mix.size(); i-- > 1;) {

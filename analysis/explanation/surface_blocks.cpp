@@ -74,7 +74,7 @@ SurfaceBlocks make_surface_blocks(std::span<const Vec3> positions_mm, int count,
     }
     center = farthest;
   }
-  blocks.members.resize(static_cast<std::size_t>(count));
+  blocks.members.resize(count);
   for (std::size_t i = 0; i < block.size(); ++i) blocks.members[block[i]].push_back(static_cast<std::uint32_t>(i));
   std::erase_if(blocks.members, [](const auto& list) { return list.empty(); });
   blocks.edge_mm = std::sqrt(area_mm2 / static_cast<double>(blocks.members.size()));

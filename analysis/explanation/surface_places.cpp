@@ -7,7 +7,7 @@ namespace patinate::analysis {
 std::vector<double> SurfacePlaces::values_of(const ImageF& image) const {
   std::vector<double> values;
   values.reserve(texels.size());
-  for (const TexelId t : texels) values.push_back(static_cast<double>(image.values()[static_cast<std::size_t>(t)]));
+  for (const TexelId t : texels) values.push_back(static_cast<double>(image.values()[t]));
   return values;
 }
 
@@ -18,8 +18,8 @@ SurfacePlaces surface_places(const TexelMap& map, const ImageU8& mask, int count
     texel_mm2.push_back(Vec3(steps.col(0)).cross(Vec3(steps.col(1))).norm());
   }
   const auto area_of = [&](TexelId t) {
-    if (!map.is_covered(t) || (!mask.empty() && mask.values()[static_cast<std::size_t>(t)] == 0)) return 0.0;
-    return texel_mm2[static_cast<std::size_t>(map.triangle(t))];
+    if (!map.is_covered(t) || (!mask.empty() && mask.values()[t] == 0)) return 0.0;
+    return texel_mm2[map.triangle(t)];
   };
   SurfacePlaces places;
   for (TexelId t = 0; t < map.num_texels(); ++t) places.area_mm2 += area_of(t);

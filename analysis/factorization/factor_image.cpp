@@ -45,10 +45,8 @@ ImageF factor_image(int width, int height, const std::vector<std::vector<PlaceFa
     }
     for (std::size_t c = 0; c < 3; ++c) {
       const ModelChannel at = model_channel(c, num_models);
-      out[kOfModel * num_models + c] =
-          static_cast<float>(factors[at.model][i].gain[static_cast<std::size_t>(at.channel)]);
-      out[kOfModel * num_models + 3 + c] =
-          static_cast<float>(factors[at.model][i].base[static_cast<std::size_t>(at.channel)]);
+      out[kOfModel * num_models + c] = static_cast<float>(factors[at.model][i].gain[at.channel]);
+      out[kOfModel * num_models + 3 + c] = static_cast<float>(factors[at.model][i].base[at.channel]);
     }
   }
   return image;
@@ -66,8 +64,8 @@ PlaceFactors factors_at(const ImageF& image, std::int64_t pixel, std::size_t mod
   for (std::size_t c = 0; c < 3; ++c) {
     const ModelChannel at = model_channel(c, num_models);
     if (at.model != model) continue;
-    f.gain[static_cast<std::size_t>(at.channel)] = static_cast<double>(in[kOfModel * num_models + c]);
-    f.base[static_cast<std::size_t>(at.channel)] = static_cast<double>(in[kOfModel * num_models + 3 + c]);
+    f.gain[at.channel] = static_cast<double>(in[kOfModel * num_models + c]);
+    f.base[at.channel] = static_cast<double>(in[kOfModel * num_models + 3 + c]);
   }
   return f;
 }

@@ -143,7 +143,7 @@ void make_maps(FactorizationWork& work, const fs::path& folder) {
   for (std::int64_t i = 0; i < changed.num_pixels(); ++i) {
     bool is_changing = false, is_fitted = true, is_known = work.mask.data()[i] != 0;
     for (std::size_t m = 0; m < num_models; ++m) {
-      const PlaceFactors& f = factors[m][static_cast<std::size_t>(i)];
+      const PlaceFactors& f = factors[m][i];
       is_changing = is_changing || changes(f), is_fitted = is_fitted && f.status == PlaceStatus::Fitted,
       is_known = is_known && f.status != PlaceStatus::Unseen;
     }

@@ -67,8 +67,7 @@ std::vector<PlaceFactors> fit_places(const PlaceSeries& places, const TemporalMo
   const PlaceFit fit(model, places.times, options);
   std::vector<PlaceFactors> factors(static_cast<std::size_t>(places.num_places()));
   parallel_for(places.num_places(), kChunk, control, [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t i = begin; i < end; ++i)
-      factors[static_cast<std::size_t>(i)] = fit.solve(places.place(i), places.seen(i));
+    for (std::int64_t i = begin; i < end; ++i) factors[i] = fit.solve(places.place(i), places.seen(i));
   });
   return factors;
 }

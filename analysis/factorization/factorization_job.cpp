@@ -85,7 +85,7 @@ JobPlan plan_factorization(FactorizationTask task, const fs::path& output) {
                         .weight = kMapsWeight * pixels,
                         .optional_outputs = {rate_control_file(*work)}});
   for (int i = 0; i < static_cast<int>(work->frames.size()); ++i) {
-    const FactoredFrame& frame = work->frames[static_cast<std::size_t>(i)];
+    const FactoredFrame& frame = work->frames[i];
     const std::string name = "frame." + std::to_string(i);
     std::vector<fs::path> outputs{work_file(name + ".json"), "history" / HistoryWriter::frame_file(i)};
     for (const fs::path& file : files_beside(*work, i)) outputs.push_back("history" / file);

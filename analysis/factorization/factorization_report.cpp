@@ -302,7 +302,7 @@ HistoryManifest denoised_history(const Said& s) {
                        .is_extrapolated = s.work.frames[i].is_extrapolated};
     if (frame.is_extrapolated) frame.mask = HistoryWriter::frame_mask_file(index);
     if (!s.work.is_color()) {
-      const FrameFacts& source = s.work.history.facts().frames[static_cast<std::size_t>(s.work.frames[i].source)];
+      const FrameFacts& source = s.work.history.facts().frames[s.work.frames[i].source];
       if (source.has_mask) frame.mask = HistoryWriter::frame_mask_file(index);
       for (const std::string& name : source.extras)
         frame.extras.push_back({name, HistoryWriter::frame_extra_file(index, name)});

@@ -71,7 +71,7 @@ FactorizationWork::FactorizationWork(FactorizationTask asked)
                        "; a curve with rates and offsets needs at least " + std::to_string(kLeastFrames));
   }
   for (int i = 0; i < count; ++i) {
-    const HistoryFrame& frame = m.frames[static_cast<std::size_t>(i)];
+    const HistoryFrame& frame = m.frames[i];
     if (frame.is_extrapolated)
       throw InvalidInput(frame.file.string() +
                          ": is extrapolated, nobody saw it; factorize the history that it was made from");
@@ -180,8 +180,8 @@ namespace {
 /// A frame of the source with one of its maps as curve and maps make it, where that is known.
 void write_frame_with_map(const FactorizationWork& work, int index, const ImageF& made, const ImageF& factors,
                           const fs::path& history) {
-  const int source = work.frames[static_cast<std::size_t>(index)].source;
-  const FrameFacts& facts = work.history.facts().frames[static_cast<std::size_t>(source)];
+  const int source = work.frames[index].source;
+  const FrameFacts& facts = work.history.facts().frames[source];
   write_exr(history / HistoryWriter::frame_file(index), work.history.read_frame(source), {"R", "G", "B"},
             ExrDepth::Half);
   if (facts.has_mask) {
@@ -204,10 +204,9 @@ void write_frame_with_map(const FactorizationWork& work, int index, const ImageF
 }  // namespace
 
 std::vector<fs::path> files_beside(const FactorizationWork& work, int index) {
-  const FactoredFrame& frame = work.frames[static_cast<std::size_t>(index)];
+  const FactoredFrame& frame = work.frames[index];
   std::vector<fs::path> files;
-  const FrameFacts* facts =
-      work.is_color() ? nullptr : &work.history.facts().frames[static_cast<std::size_t>(frame.source)];
+  const FrameFacts* facts = work.is_color() ? nullptr : &work.history.facts().frames[frame.source];
   if (frame.is_extrapolated || (facts != nullptr && facts->has_mask))
     files.push_back(HistoryWriter::frame_mask_file(index));
   if (facts != nullptr) {
@@ -218,7 +217,7 @@ std::vector<fs::path> files_beside(const FactorizationWork& work, int index) {
 
 void make_frame(FactorizationWork& work, int index, const fs::path& folder, const RunControl& control) {
   const FactorizationWork::Factored& f = work.factored(folder);
-  const FactoredFrame& asked = work.frames[static_cast<std::size_t>(index)];
+  const FactoredFrame& asked = work.frames[index];
   // What a curve without skill says of the future is worse than what was seen last.
   const double last = work.history.manifest().frames.back().time;
   const std::optional<Forecast> forecast = asked.time > last ? read_forecast(work, folder) : std::nullopt;

@@ -42,7 +42,7 @@ std::optional<std::array<double, 3>> foretold(const Factorization& made, std::in
   std::array<double, 3> rgb{};
   for (std::size_t c = 0; c < 3; ++c) {
     const std::size_t model = made.models.size() == 1 ? 0 : c;
-    const PlaceFactors& place = made.factors[model][static_cast<std::size_t>(i)];
+    const PlaceFactors& place = made.factors[model][i];
     if (place.status == PlaceStatus::Unseen || place.status == PlaceStatus::Otherwise) return std::nullopt;
     rgb[c] = factored_value(made.models[model].curve, place, made.models.size() == 1 ? static_cast<int>(c) : 0, time);
   }

@@ -88,7 +88,7 @@ PlaceFit::PlaceFit(const TemporalModel& model, const std::vector<double>& times,
     for (std::size_t g = 0; g < grid_.size(); ++g) {
       Eigen::VectorXd row(num_times);
       for (Eigen::Index t = 0; t < num_times; ++t) {
-        const double time = times[static_cast<std::size_t>(t)];
+        const double time = times[t];
         row[t] = model.curve.value(c, std::exp(grid_[g].log_rate) * (time - middle_) + middle_ - grid_[g].delay);
       }
       row.array() -= row.mean();
@@ -156,7 +156,7 @@ std::vector<PlaceFit::Clock> PlaceFit::starts(const float* values, const std::ui
     if (std::abs(g / kDelaySteps - best / kDelaySteps) >= 4 && (other < 0 || explained[g] > explained[other]))
       other = g;
   }
-  return {grid_[static_cast<std::size_t>(best)], grid_[static_cast<std::size_t>(other)]};
+  return {grid_[best], grid_[other]};
 }
 
 void PlaceFit::start_linear(State& state, const float* values, const std::uint8_t* seen) const {

@@ -36,7 +36,7 @@ CurveBasis curve_basis(const TemporalCurve& curve, double clock) {
 
 double TemporalCurve::value(int channel, double clock) const {
   const CurveBasis basis = curve_basis(*this, clock);
-  const std::vector<double>& c = coefficients[static_cast<std::size_t>(channel)];
+  const std::vector<double>& c = coefficients[channel];
   double sum = 0.0;
   for (std::size_t i = 0; i < 4; ++i) sum += basis.weights[i] * c[basis.first + i];
   return sum;
@@ -67,8 +67,7 @@ std::vector<double> fitted_curve(double low, double high, int num_intervals, std
   constexpr std::array<double, 3> kSecond{1.0, -2.0, 1.0};
   for (Eigen::Index k = 0; k + 2 < size; ++k) {
     for (Eigen::Index p = 0; p < 3; ++p) {
-      for (Eigen::Index q = 0; q < 3; ++q)
-        normal(k + p, k + q) += bending * kSecond[static_cast<std::size_t>(p)] * kSecond[static_cast<std::size_t>(q)];
+      for (Eigen::Index q = 0; q < 3; ++q) normal(k + p, k + q) += bending * kSecond[p] * kSecond[q];
     }
   }
   normal.diagonal().array() += 1e-12 * static_cast<double>(clocks.size());

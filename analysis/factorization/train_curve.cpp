@@ -89,8 +89,7 @@ std::vector<std::int64_t> training_places(const PlaceSeries& places, const Facto
           Eigen::Map<const Eigen::VectorXf>(clean.place(static_cast<std::int64_t>(k)) + c * num_times, num_times)
               .cast<double>();
       change = std::max(change, v.maxCoeff() - v.minCoeff());
-      strength += (v.array() - v.mean()).square().sum() /
-                  (static_cast<double>(num_times) * std::pow(noise[static_cast<std::size_t>(c)], 2));
+      strength += (v.array() - v.mean()).square().sum() / (static_cast<double>(num_times) * std::pow(noise[c], 2));
     }
     largest = std::max(largest, change);
     if (change >= options.least_change) changing.emplace_back(strength, candidates[k]);
@@ -159,8 +158,7 @@ void measure_noise(const PlaceSeries& places, const std::vector<PlaceFactors>& f
       for (std::size_t t = 0; t < num_times; ++t) {
         const bool is_seen = places.seen(i) == nullptr || places.seen(i)[t] != 0;
         const double v = static_cast<double>(places.place(i)[static_cast<std::size_t>(c) * num_times + t]);
-        residuals.push_back(
-            is_seen ? v - factored_value(model.curve, factors[static_cast<std::size_t>(i)], c, places.times[t]) : 0.0);
+        residuals.push_back(is_seen ? v - factored_value(model.curve, factors[i], c, places.times[t]) : 0.0);
         if (is_seen) sizes.push_back(std::abs(residuals.back()));
       }
     }
@@ -184,11 +182,11 @@ std::vector<PlaceFactors> first_factors(const PlaceSeries& clean, const Temporal
   const auto n = static_cast<Eigen::Index>(clean.times.size());
   for (int c = 0; c < clean.num_channels; ++c) {
     Eigen::VectorXd shape(n);
-    for (Eigen::Index t = 0; t < n; ++t) shape[t] = curve.value(c, clean.times[static_cast<std::size_t>(t)]);
+    for (Eigen::Index t = 0; t < n; ++t) shape[t] = curve.value(c, clean.times[t]);
     const double mean = shape.mean(), squares = std::max(1e-12, (shape.array() - mean).square().sum());
     for (std::int64_t i = 0; i < clean.num_places(); ++i) {
       const Eigen::VectorXd v = Eigen::Map<const Eigen::VectorXf>(clean.place(i) + c * n, n).cast<double>();
-      PlaceFactors& f = factors[static_cast<std::size_t>(i)];
+      PlaceFactors& f = factors[i];
       const auto k = static_cast<std::size_t>(c);
       f.gain[k] = (v.array() * (shape.array() - mean)).sum() / squares, f.base[k] = v.mean() - f.gain[k] * mean;
     }

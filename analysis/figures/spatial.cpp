@@ -105,8 +105,8 @@ void SpatialStructure::add_tiles(const ColorStack& stack, const ImageF& values, 
                        v = y <= n / 2 ? static_cast<double>(y) : static_cast<double>(y) - size;
           const int ring = ring_of(u, v, size);
           if (ring < 0) continue;
-          tile.power[static_cast<std::size_t>(ring)] += std::norm(field[y * n + x]) / weight;
-          counts[static_cast<std::size_t>(ring)] += 1.0;
+          tile.power[ring] += std::norm(field[y * n + x]) / weight;
+          counts[ring] += 1.0;
         }
       }
       for (std::size_t r = 0; r < counts.size(); ++r) tile.power[r] /= std::max(counts[r], 1.0);

@@ -45,19 +45,16 @@ std::optional<Quadratic> fitted_quadratic(const BoxPoint& best, std::span<const 
   Eigen::VectorXd scale(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     double sum = 0.0;
-    for (const BoxPoint* p : near)
-      sum += std::pow(p->at[static_cast<std::size_t>(i)] - best.at[static_cast<std::size_t>(i)], 2);
+    for (const BoxPoint* p : near) sum += std::pow(p->at[i] - best.at[i], 2);
     scale[i] = std::max(std::sqrt(sum / static_cast<double>(m)), 1e-6);
   }
   Eigen::MatrixXd a(m, num_coefficients);
   Eigen::VectorXd y(m);
   for (Eigen::Index r = 0; r < m; ++r) {
-    const BoxPoint& p = *near[static_cast<std::size_t>(r)];
+    const BoxPoint& p = *near[r];
     Eigen::Index c = 0;
     a(r, c++) = 1.0;
-    const auto d = [&](Eigen::Index i) {
-      return (p.at[static_cast<std::size_t>(i)] - best.at[static_cast<std::size_t>(i)]) / scale[i];
-    };
+    const auto d = [&](Eigen::Index i) { return (p.at[i] - best.at[i]) / scale[i]; };
     for (Eigen::Index i = 0; i < n; ++i) a(r, c++) = d(i);
     for (Eigen::Index i = 0; i < n; ++i) {
       for (Eigen::Index j = i; j < n; ++j) a(r, c++) = d(i) * d(j);

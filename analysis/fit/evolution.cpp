@@ -88,9 +88,7 @@ void Evolution::tell(std::span<const double> values) {
   if (is_done_) return;
   std::vector<int> order(values.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return values[static_cast<std::size_t>(a)] < values[static_cast<std::size_t>(b)];
-  });
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return values[a] < values[b]; });
   std::vector<Eigen::VectorXd> best;
   for (std::size_t i = 0; i < weights_.size(); ++i) best.push_back(unfolded(order[i]));
   adapt(best);

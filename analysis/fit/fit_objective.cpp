@@ -277,9 +277,9 @@ std::optional<double> FitObjective::State::by_control(bool is_rate, const AgedSu
     const auto& list_a = control_facts;
     const auto ia = std::find_if(list_a.begin(), list_a.end(), by_name(shared.name_a));
     const auto ib = std::find_if(simulated.controls.begin(), simulated.controls.end(), by_name(shared.name_b));
-    const ImageF& values = frames.controls[static_cast<std::size_t>(ib - simulated.controls.begin())].values;
-    const ClassedSurface a(stack, block_of, controls[static_cast<std::size_t>(ia - list_a.begin())], *ia, shared,
-                           options.num_classes, kSampleSeed, control);
+    const ImageF& values = frames.controls[ib - simulated.controls.begin()].values;
+    const ClassedSurface a(stack, block_of, controls[ia - list_a.begin()], *ia, shared, options.num_classes,
+                           kSampleSeed, control);
     const ClassedSurface b(other, blocks, values_at(values, frames.mask, other), *ib, shared, options.num_classes,
                            kSampleSeed, control);
     const std::optional<double> d =

@@ -123,8 +123,7 @@ std::string unit_of(const FitManifest& fit) {
   std::set<std::string_view> units;
   for (const auto& [figure, weight] : fit.terms) {
     const auto at = std::find(kFitFigureNames.begin(), kFitFigureNames.end(), figure);
-    units.insert(at == kFitFigureNames.end() ? ""
-                                             : kFitFigureUnits[static_cast<std::size_t>(at - kFitFigureNames.begin())]);
+    units.insert(at == kFitFigureNames.end() ? "" : kFitFigureUnits[at - kFitFigureNames.begin()]);
   }
   return units.size() == 1 ? std::string(*units.begin()) : "";
 }

@@ -44,7 +44,7 @@ void add_held_out(HtmlPage& page, const FitTask& task, const FitOutcome& o) {
     for (const HeldOutCapture& c : h.captures) {
       header.push_back(c.name);
       for (const auto& [row, value] : {std::pair{0, c.before}, {1, c.after}, {3, c.last_frame}})
-        rows[static_cast<std::size_t>(row)].push_back(figure_text(value));
+        rows[row].push_back(figure_text(value));
       rows[2].emplace_back("-");  // Seeds are drawn for all captures together.
     }
   }

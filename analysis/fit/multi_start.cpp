@@ -113,7 +113,7 @@ void MultiStart::tell(std::span<const double> values) {
   Chain& chain = chains_[current_];
   chain.values.push_back(chain.found.value);
   for (int k = 0; k < population_; ++k) {
-    const double value = values[static_cast<std::size_t>(k)];
+    const double value = values[k];
     if (!(value < chain.found.value)) continue;
     chain.found.value = value;
     chain.found.at = chain.search.candidate(k);
@@ -179,7 +179,7 @@ Minimum minimize(const std::function<double(const std::vector<double>&)>& f, con
     for (int k = 0; k < search.population(); ++k) {
       const std::vector<double> x = search.candidate(k);
       const double value = f(x);
-      values[static_cast<std::size_t>(k)] = value;
+      values[k] = value;
       if (!(value < minimum.value)) continue;
       minimum.at = x;
       minimum.value = value;

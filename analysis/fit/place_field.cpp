@@ -218,7 +218,7 @@ class FieldSearch {
     double sum = 0.0;
     std::size_t count = 0;
     for (int fold = 0; fold < kFolds; ++fold) {
-      const std::size_t here = static_cast<std::size_t>(std::count(fold_.begin(), fold_.end(), fold));
+      const std::size_t here = std::count(fold_.begin(), fold_.end(), fold);
       if (here == 0 || here == fold_.size()) continue;
       const auto [s, n] = squares(fitted(smoothness, fold), fold);
       sum += s, count += n;
@@ -296,8 +296,7 @@ double PlaceField::at(double x, double y) const {
 double bending(const PlaceField& field) {
   const Eigen::VectorXd w = bending_weights(field.num_waves);
   double sum = 0.0;
-  for (Eigen::Index k = 0; k < w.size(); ++k)
-    sum += w[k] * std::pow(field.coefficients[static_cast<std::size_t>(k)], 2);
+  for (Eigen::Index k = 0; k < w.size(); ++k) sum += w[k] * std::pow(field.coefficients[k], 2);
   return sum;
 }
 

@@ -84,9 +84,9 @@ Matches match(const MatchedImage& reference, const MatchedImage& image) {
   const std::vector<int> forth = clear_matches(image.descriptors, reference.descriptors, kRatio);
   const std::vector<int> back = clear_matches(reference.descriptors, image.descriptors, kRatio);
   for (std::size_t i = 0; i < forth.size(); ++i) {
-    if (forth[i] < 0 || back[static_cast<std::size_t>(forth[i])] != static_cast<int>(i)) continue;
+    if (forth[i] < 0 || back[forth[i]] != static_cast<int>(i)) continue;
     matches.in_image.push_back(image.points[i].pt);
-    matches.in_reference.push_back(reference.points[static_cast<std::size_t>(forth[i])].pt);
+    matches.in_reference.push_back(reference.points[forth[i]].pt);
   }
   return matches;
 }

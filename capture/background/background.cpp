@@ -226,7 +226,7 @@ ImageU8 unchanging_background(const std::vector<ImageF>& photographs) {
     for (std::size_t c = 0; c < 3; ++c) {
       std::vector<float> course;
       for (const ImageF& frame : codes) course.push_back(frame.data()[3 * i + static_cast<std::int64_t>(c)]);
-      middle[static_cast<std::size_t>(i)][c] = static_cast<double>(median(std::move(course)));
+      middle[i][c] = static_cast<double>(median(std::move(course)));
     }
   }
   // Noise in place is what neighbors in time differ by in the middle: most of the time most surfaces do not change.
@@ -236,7 +236,7 @@ ImageU8 unchanging_background(const std::vector<ImageF>& photographs) {
     float largest = 0.0f;
     for (std::size_t k = 0; k < codes.size(); ++k) {
       const float* now = codes[k].data() + 3 * i;
-      largest = std::max(largest, distance(now, middle[static_cast<std::size_t>(i)]));
+      largest = std::max(largest, distance(now, middle[i]));
       if (k == 0) continue;
       const float* before = codes[k - 1].data() + 3 * i;
       steps.push_back(distance(

@@ -20,9 +20,7 @@ void describe(OptionVisitor& v, LambertianRunOptions& o) {
   describe(v, o.lights);
 }
 
-double read_mm_per_unit(JsonReader& json) {
-  return kMmPerLengthUnit[static_cast<std::size_t>(json.member("unit").choice(kLengthUnitNames))];
-}
+double read_mm_per_unit(JsonReader& json) { return kMmPerLengthUnit[json.member("unit").choice(kLengthUnitNames)]; }
 
 std::vector<Vec2> read_pixels(const JsonReader& json) {
   std::vector<Vec2> pixels;

@@ -140,7 +140,7 @@ std::string calibration_status_text(CalibrationStatus status) {
   return "";
 }
 
-const char* camera_number_name(int index) { return kNames[static_cast<std::size_t>(index)]; }
+const char* camera_number_name(int index) { return kNames[index]; }
 
 CameraCalibration calibrate_camera(int width, int height, const std::vector<PointView>& targets,
                                    const PointView& scanner, const CameraCalibrationOptions& options,

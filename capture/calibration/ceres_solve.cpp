@@ -47,7 +47,7 @@ Information information_of(ceres::Problem& problem, const std::vector<double*>& 
   const int n = jacobian.num_cols;
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n);
   for (int row = 0; row < jacobian.num_rows; ++row) {
-    const auto begin = static_cast<std::size_t>(jacobian.rows[static_cast<std::size_t>(row)]);
+    const auto begin = static_cast<std::size_t>(jacobian.rows[row]);
     const auto end = static_cast<std::size_t>(jacobian.rows[static_cast<std::size_t>(row) + 1]);
     for (std::size_t a = begin; a < end; ++a) {
       for (std::size_t b = begin; b < end; ++b)

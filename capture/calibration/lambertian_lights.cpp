@@ -99,7 +99,7 @@ std::pair<Vec3, LinearFit> start_of_light(const std::vector<ShadedSample>& sampl
                    distance =
                        1.2 * extent.radius * std::pow(20.0, static_cast<double>(i % kDistances) / (kDistances - 1.0));
       const Vec3 position = extent.middle + distance * Vec3(flat * std::cos(turn), flat * std::sin(turn), z);
-      fits[static_cast<std::size_t>(i)] = {position, fit_at(some, position, scale_mm, has_ambient)};
+      fits[i] = {position, fit_at(some, position, scale_mm, has_ambient)};
     }
   });
   return *std::min_element(fits.begin(), fits.end(),

@@ -45,8 +45,8 @@ class Canvas {
         if (!image_.contains(x, y)) continue;
         const auto cover = static_cast<float>(std::clamp(0.5 * width + 0.5 - (Vec2(x, y) - p).norm(), 0.0, 1.0));
         for (int c = 0; c < 3; ++c)
-          image_.at(x, y, c) = std::max(image_.at(x, y, c) * (1 - cover),
-                                        cover * color[static_cast<std::size_t>(c)] + image_.at(x, y, c) * (1 - cover));
+          image_.at(x, y, c) =
+              std::max(image_.at(x, y, c) * (1 - cover), cover * color[c] + image_.at(x, y, c) * (1 - cover));
       }
     }
   }

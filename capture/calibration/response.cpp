@@ -66,7 +66,7 @@ double rms_against(const ResponseCurve& curve, const Response& response) {
   // weigh less.
   double ab = 0.0, bb = 0.0, aa = 0.0, weights = 0.0;
   for (int code = curve.low_code; code <= curve.high_code; ++code) {
-    const double a = curve.linear[static_cast<std::size_t>(code)],
+    const double a = curve.linear[code],
                  b = static_cast<double>(response.linear_from_code(static_cast<float>(code) / 255.0f));
     const double w = hat(code);
     ab += w * a * b, bb += w * b * b, aa += w * a * a, weights += w;
@@ -119,7 +119,7 @@ ResponseCurve recover_response(const std::vector<ImageU8>& photos, const std::ve
       const int code = photos[k].values()[chosen[i]];
       if (code == 0 || code == 255) continue;  // Black and white codes stand for a range.
       const double w2 = hat(code) * hat(code) / (128.0 * 128.0), t = std::log(exposures[k]);
-      seen[static_cast<std::size_t>(code)] += 1.0;
+      seen[code] += 1.0;
       normal(code, code) += w2, normal(pixel, pixel) += w2;
       normal(code, pixel) -= w2, normal(pixel, code) -= w2;
       right[code] += w2 * t, right[pixel] -= w2 * t;
@@ -138,13 +138,12 @@ ResponseCurve recover_response(const std::vector<ImageU8>& photos, const std::ve
   ResponseCurve curve;
   curve.low_code = 255, curve.high_code = 0;
   for (int code = 0; code < kNumCodes; ++code) {
-    if (seen[static_cast<std::size_t>(code)] > 0)
+    if (seen[code] > 0)
       curve.low_code = std::min(curve.low_code, code), curve.high_code = std::max(curve.high_code, code);
   }
   if (!g.allFinite() || curve.high_code <= curve.low_code)
     throw InvalidInput("the exposure series determines no response");
-  for (int code = 0; code < kNumCodes; ++code)
-    curve.linear[static_cast<std::size_t>(code)] = std::exp(g[code] - g[kNumCodes - 1]);
+  for (int code = 0; code < kNumCodes; ++code) curve.linear[code] = std::exp(g[code] - g[kNumCodes - 1]);
   bool is_rising = true;
   for (std::size_t code = 1; code < kNumCodes; ++code) {
     if (static_cast<int>(code) > curve.low_code && static_cast<int>(code) <= curve.high_code)

@@ -38,8 +38,8 @@ Mesh read_shape(JsonReader& pose, double mm_per_unit) {
     const std::vector<JsonReader> entries = rows.elements(4);
     if (entries.size() != 4) rows.fail("four rows of four numbers");
     for (int r = 0; r < 4; ++r) {
-      const std::vector<double> row = entries[static_cast<std::size_t>(r)].numbers(4);
-      for (int c = 0; c < 4; ++c) matrix(r, c) = row[static_cast<std::size_t>(c)];
+      const std::vector<double> row = entries[r].numbers(4);
+      for (int c = 0; c < 4; ++c) matrix(r, c) = row[c];
     }
     matrix.topRightCorner<3, 1>() *= mm_per_unit;
     RigidTransform scanner_from_mesh;

@@ -27,12 +27,12 @@ class SeenMesh {
     if (!ray) return std::nullopt;
     const auto hit = scene_.first_hit(ray->origin, ray->direction);
     if (!hit) return std::nullopt;
-    const Triangle& t = mesh_.triangles[static_cast<std::size_t>(hit->triangle)];
+    const Triangle& t = mesh_.triangles[hit->triangle];
     const double weights[3] = {1.0 - hit->b1 - hit->b2, hit->b1, hit->b2};
     SeenPoint found{Vec3::Zero(), Vec3::Zero()};
     for (std::size_t i = 0; i < 3; ++i) {
-      found.point += weights[i] * mesh_.positions[static_cast<std::size_t>(t[i])];
-      found.normal += weights[i] * normals_[static_cast<std::size_t>(t[i])];
+      found.point += weights[i] * mesh_.positions[t[i]];
+      found.normal += weights[i] * normals_[t[i]];
     }
     const double length = found.normal.norm();
     if (!(length > 1e-6)) return std::nullopt;

@@ -132,8 +132,7 @@ class CourseFit {
         if (t > 0) {
           best = -1e300;
           for (int j = 0; j < kNumLobeNodes; ++j) {
-            const double step = (k - j) * kNodeStep,
-                         score = sum[t - 1][static_cast<std::size_t>(j)] - step * step / step_variance(t - 1);
+            const double step = (k - j) * kNodeStep, score = sum[t - 1][j] - step * step / step_variance(t - 1);
             if (score > best) best = score, from[t][at] = j;
           }
         }
@@ -147,7 +146,7 @@ class CourseFit {
       state_[t].roughness = std::log(lobe_node_roughness(k));
       if (counts(t)) last_strength = std::log(best_strength(t, state_[t].roughness)[0]);
       state_[t].strength = last_strength;
-      k = from[t][static_cast<std::size_t>(k)];
+      k = from[t][k];
     }
   }
 
@@ -260,7 +259,7 @@ class CourseFit {
         const double r = rest_[t][i] * std::sqrt(weight_[t][i]);
         squares += r * r;
         count += 1.0;
-        const int tile = frames_[t].tile[static_cast<std::size_t>(i)], x = tile % columns_, y = tile / columns_;
+        const int tile = frames_[t].tile[i], x = tile % columns_, y = tile / columns_;
         auto& [sum, number] = of_block[y / kBlock * columns_ + x / kBlock];
         sum += r;
         ++number;
@@ -292,12 +291,12 @@ class CourseFit {
     std::map<int, std::vector<std::pair<std::size_t, double>>> of_tile;
     for (std::size_t t = 0; t < num; ++t) {
       for (Eigen::Index i = 0; counts(t) && i < rest_[t].size(); ++i)
-        of_tile[frames_[t].tile[static_cast<std::size_t>(i)]].emplace_back(t, rest_[t][i] + own_[t][i]);
+        of_tile[frames_[t].tile[i]].emplace_back(t, rest_[t][i] + own_[t][i]);
     }
     for (std::size_t t = 0; t < num; ++t) {
       for (Eigen::Index i = 0; counts(t) && i < rest_[t].size(); ++i) {
         double sum = 0.0, norm = 1.0;  // As if one more were 0.
-        for (const auto& [other, rest] : of_tile[frames_[t].tile[static_cast<std::size_t>(i)]]) {
+        for (const auto& [other, rest] : of_tile[frames_[t].tile[i]]) {
           const double far = (static_cast<double>(other) - static_cast<double>(t)) / kNearFrames;
           const double near = std::exp(-0.5 * far * far);
           sum += near * rest;

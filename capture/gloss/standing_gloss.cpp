@@ -185,9 +185,9 @@ class GlossFinder {
     const double all = std::max(1.0, std::accumulate(shares.begin(), shares.end(), 0.0));
     const RunControl silent = control.silent();
     parallel_for(static_cast<std::int64_t>(num), 1, silent, [&](std::int64_t k, std::int64_t) {
-      GlossMaterial& m = materials_[static_cast<std::size_t>(k)];
-      m.share = shares[static_cast<std::size_t>(k)] / all;
-      m.course = fit_lobe_course(samples[static_cast<std::size_t>(k)], times_, columns_, rig_.is_moving());
+      GlossMaterial& m = materials_[k];
+      m.share = shares[k] / all;
+      m.course = fit_lobe_course(samples[k], times_, columns_, rig_.is_moving());
       const bool is_tinted = m.course.is_told && (m.course.tint.array() - 1.0).abs().maxCoeff() > kTinted;
       if (!is_tinted) m.course.tint.setOnes();
       double strength = 0.0;

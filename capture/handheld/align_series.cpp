@@ -54,7 +54,7 @@ class SeriesMatcher {
 
  private:
   [[nodiscard]] bool is_given(int photo) const {
-    return photo == series_.reference || series_.given[static_cast<std::size_t>(photo)].has_value();
+    return photo == series_.reference || series_.given[photo].has_value();
   }
 
   void add_marks() {
@@ -62,8 +62,7 @@ class SeriesMatcher {
     for (int a = 0; a < num_photos_; ++a) {
       for (int b = a + 1; b < num_photos_; ++b) {
         if (is_given(a) && is_given(b)) continue;
-        const std::vector<PointMatch> shared =
-            shared_marks(series_.marks[static_cast<std::size_t>(a)], series_.marks[static_cast<std::size_t>(b)]);
+        const std::vector<PointMatch> shared = shared_marks(series_.marks[a], series_.marks[b]);
         if (shared.size() < 2) continue;
         pairs_.push_back(align(a, b, shared));
       }
@@ -71,8 +70,8 @@ class SeriesMatcher {
   }
 
   [[nodiscard]] PhotoPair align(int a, int b, const std::vector<PointMatch>& shared) const {
-    const PhotoSize& from = series_.sizes[static_cast<std::size_t>(a)];
-    const PhotoSize& to = series_.sizes[static_cast<std::size_t>(b)];
+    const PhotoSize& from = series_.sizes[a];
+    const PhotoSize& to = series_.sizes[b];
     if (!series_.are_marks_exact)
       return align_marks(a, b, shared, series_.model, mark_error_px(std::max(to.width, to.height)));
     constexpr double kExact_px = 0.25, kMostCarried = 0.01;  // Of the longer side.
@@ -86,18 +85,16 @@ class SeriesMatcher {
   void add_outlines() {
     std::vector<PhotoOutline> outlines(static_cast<std::size_t>(num_photos_));
     parallel_for(num_photos_, 1, silent(control_), [&](std::int64_t begin, std::int64_t) {
-      outlines[static_cast<std::size_t>(begin)] = series_.outlines(static_cast<int>(begin));
+      outlines[begin] = series_.outlines(static_cast<int>(begin));
     });
     if (!series_.features) control_.report(0.5);
-    match(first_pairs(), [&](int a, int b) {
-      return align_outlines(a, outlines[static_cast<std::size_t>(a)], b, outlines[static_cast<std::size_t>(b)]);
-    });
+    match(first_pairs(), [&](int a, int b) { return align_outlines(a, outlines[a], b, outlines[b]); });
   }
 
   void find_all_features() {
-    features_.resize(static_cast<std::size_t>(num_photos_));
+    features_.resize(num_photos_);
     parallel_for(num_photos_, 1, silent(control_), [&](std::int64_t begin, std::int64_t) {
-      features_[static_cast<std::size_t>(begin)] = series_.features(static_cast<int>(begin));
+      features_[begin] = series_.features(static_cast<int>(begin));
     });
   }
 
@@ -119,10 +116,7 @@ class SeriesMatcher {
   }
 
   void match(const std::set<IndexPair>& wanted) {
-    match(wanted, [&](int a, int b) {
-      return align_features(a, features_[static_cast<std::size_t>(a)], b, features_[static_cast<std::size_t>(b)],
-                            series_.model);
-    });
+    match(wanted, [&](int a, int b) { return align_features(a, features_[a], b, features_[b], series_.model); });
   }
 
   /// @param align  align(a, b); thread-safe.
@@ -135,7 +129,7 @@ class SeriesMatcher {
     }
     std::vector<PhotoPair> found(list.size());
     parallel_for(static_cast<std::int64_t>(list.size()), 1, silent(control_), [&](std::int64_t begin, std::int64_t) {
-      const std::size_t i = static_cast<std::size_t>(begin);
+      const std::size_t i = begin;
       found[i] = align(list[i].first, list[i].second);
     });
     pairs_.insert(pairs_.end(), found.begin(), found.end());
@@ -169,10 +163,10 @@ class SeriesMatcher {
     const std::size_t before = pairs_.size();
     bool is_any = false;
     for (int i = 0; i < num_photos_; ++i) {
-      if (is_tied[static_cast<std::size_t>(i)]) continue;
+      if (is_tied[i]) continue;
       std::vector<int> others;
       for (int j = 0; j < num_photos_; ++j) {
-        if (is_tied[static_cast<std::size_t>(j)]) others.push_back(j);
+        if (is_tied[j]) others.push_back(j);
       }
       std::stable_sort(others.begin(), others.end(), [i](int a, int b) { return std::abs(a - i) < std::abs(b - i); });
       if (others.size() > kMostTried) others.resize(kMostTried);
@@ -202,12 +196,10 @@ class SeriesMatcher {
     }
     std::vector<PhotoPair> found(list.size());
     parallel_for(static_cast<std::int64_t>(list.size()), 1, silent(control_), [&](std::int64_t begin, std::int64_t) {
-      const auto [a, b] = list[static_cast<std::size_t>(begin)];
+      const auto [a, b] = list[begin];
       const Eigen::Matrix3d b_from_a =
           place_of(now, b).reference_from_photo.inverse() * place_of(now, a).reference_from_photo;
-      found[static_cast<std::size_t>(begin)] =
-          align_patches(a, features_[static_cast<std::size_t>(a)], b, features_[static_cast<std::size_t>(b)], b_from_a,
-                        series_.model);
+      found[begin] = align_patches(a, features_[a], b, features_[b], b_from_a, series_.model);
     });
     pairs_ = last_kept_;
     for (PhotoPair& pair : found) {
@@ -218,7 +210,7 @@ class SeriesMatcher {
   }
 
   [[nodiscard]] const PhotoPlace& place_of(const SeriesAlignment& alignment, int photo) const {
-    return alignment.places[static_cast<std::size_t>(photo)];
+    return alignment.places[photo];
   }
 
   const PhotoSeries& series_;

@@ -33,7 +33,7 @@ void add_sample(const ImageF& image, const Eigen::Vector2d& at, std::span<double
       for (int i = -1; i <= 2; ++i) {
         const double v = static_cast<double>(image.at(std::clamp(x0 + i, 0, image.width() - 1),
                                                       std::clamp(y0 + j, 0, image.height() - 1), static_cast<int>(c)));
-        value += wx[static_cast<std::size_t>(i + 1)] * wy[static_cast<std::size_t>(j + 1)] * v;
+        value += wx[i + 1] * wy[j + 1] * v;
         low = std::min(low, v);
         high = std::max(high, v);
       }

@@ -89,7 +89,7 @@ std::vector<Match> matches_of(const PhotoOutline& a, const PhotoOutline& b, cons
   const auto kept = static_cast<std::ptrdiff_t>(kKept * static_cast<double>(matches.size()));
   std::stable_sort(matches.begin(), matches.end(),
                    [](const Match& x, const Match& y) { return x.distance < y.distance; });
-  matches.resize(static_cast<std::size_t>(kept));
+  matches.resize(kept);
   return matches;
 }
 

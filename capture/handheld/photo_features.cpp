@@ -112,8 +112,7 @@ std::vector<std::pair<int, int>> match_features(const PhotoFeatures& a, const Ph
   const cv::Mat of_a = descriptors_of(a), of_b = descriptors_of(b);
   const std::vector<int> forth = clear_matches(of_a, of_b, kRatio), back = clear_matches(of_b, of_a, kRatio);
   for (std::size_t i = 0; i < forth.size(); ++i) {
-    if (forth[i] >= 0 && back[static_cast<std::size_t>(forth[i])] == static_cast<int>(i))
-      matches.emplace_back(static_cast<int>(i), forth[i]);
+    if (forth[i] >= 0 && back[forth[i]] == static_cast<int>(i)) matches.emplace_back(static_cast<int>(i), forth[i]);
   }
   return matches;
 }

@@ -83,8 +83,7 @@ class PhotoGraph {
       PhotoPlace place;
       place.model = node.num_numbers == 8 ? AlignModel::Homography : AlignModel::Similarity;
       if (node.is_reached) {
-        const Eigen::Matrix3d h =
-            normalizers_[static_cast<std::size_t>(reference_)].inverse() * node.place * normalizers_[i];
+        const Eigen::Matrix3d h = normalizers_[reference_].inverse() * node.place * normalizers_[i];
         place.reference_from_photo = h / h(2, 2);
         place.status = status_of(static_cast<int>(i), place.through);
       }
@@ -96,13 +95,12 @@ class PhotoGraph {
 
  private:
   [[nodiscard]] Eigen::Matrix3d in_normalized(int photo, const Eigen::Matrix3d& reference_from_photo) const {
-    const Eigen::Matrix3d p = normalizers_[static_cast<std::size_t>(reference_)] * reference_from_photo *
-                              normalizers_[static_cast<std::size_t>(photo)].inverse();
+    const Eigen::Matrix3d p = normalizers_[reference_] * reference_from_photo * normalizers_[photo].inverse();
     return p / p(2, 2);
   }
 
   void choose_model(int photo, AlignModel model) {
-    Node& node = nodes_[static_cast<std::size_t>(photo)];
+    Node& node = nodes_[photo];
     int num_pairs = 0, num_refuting = 0;
     for (const PhotoPair& pair : pairs_) {
       if (!pair.is_accepted || (pair.a != photo && pair.b != photo)) continue;
@@ -159,8 +157,7 @@ class PhotoGraph {
   }
   [[nodiscard]] Eigen::Matrix3d b_from_a(const PhotoPair& pair, const Eigen::Matrix3d& a,
                                          const Eigen::Matrix3d& b) const {
-    return normalizers_[static_cast<std::size_t>(pair.b)].inverse() * b.inverse() * a *
-           normalizers_[static_cast<std::size_t>(pair.a)];
+    return normalizers_[pair.b].inverse() * b.inverse() * a * normalizers_[pair.a];
   }
 
   /// One round of reweighted Gauss-Newton. @returns The largest change of a number.
@@ -205,15 +202,13 @@ class PhotoGraph {
       const Eigen::Vector2d r = residual(pair, now, match);
       const double weight = 1.0 / (1.0 + r.squaredNorm() / (scale_ * scale_));
       Eigen::Matrix2Xd slope(2, count);
-      for (Eigen::Index k = 0; k < count; ++k)
-        slope.col(k) = (residual(pair, changed[static_cast<std::size_t>(k)], match) - r) / kStep;
+      for (Eigen::Index k = 0; k < count; ++k) slope.col(k) = (residual(pair, changed[k], match) - r) / kStep;
       normal += weight * slope.transpose() * slope;
       gradient -= weight * slope.transpose() * r;
     }
     for (Eigen::Index k = 0; k < count; ++k) {
-      right(numbers[static_cast<std::size_t>(k)]) += gradient(k);
-      for (Eigen::Index m = 0; m < count; ++m)
-        entries.emplace_back(numbers[static_cast<std::size_t>(k)], numbers[static_cast<std::size_t>(m)], normal(k, m));
+      right(numbers[k]) += gradient(k);
+      for (Eigen::Index m = 0; m < count; ++m) entries.emplace_back(numbers[k], numbers[m], normal(k, m));
     }
   }
 
@@ -288,8 +283,8 @@ class PhotoGraph {
     }
   }
 
-  [[nodiscard]] const Node& node_of(int photo) const { return nodes_[static_cast<std::size_t>(photo)]; }
-  [[nodiscard]] Node& node_of(int photo) { return nodes_[static_cast<std::size_t>(photo)]; }
+  [[nodiscard]] const Node& node_of(int photo) const { return nodes_[photo]; }
+  [[nodiscard]] Node& node_of(int photo) { return nodes_[photo]; }
 
   const std::vector<PhotoSize>& sizes_;
   int reference_;
@@ -328,7 +323,7 @@ std::vector<PhotoPlace> place_photos(const std::vector<PhotoSize>& sizes, int re
 
 std::vector<bool> tied_to(int num_photos, const std::vector<int>& roots, const std::vector<PhotoPair>& pairs) {
   std::vector<bool> is_tied(static_cast<std::size_t>(num_photos), false);
-  for (int root : roots) is_tied[static_cast<std::size_t>(root)] = true;
+  for (int root : roots) is_tied[root] = true;
   for (bool is_new = true; is_new;) {
     is_new = false;
     for (const PhotoPair& pair : pairs) {

@@ -159,7 +159,7 @@ std::vector<PointMatch> thinned(const std::vector<PointMatch>& matches, const Ph
   for (const PointMatch& m : matches) {
     const int x = std::clamp(static_cast<int>(kCells * m.in_b.x() / b.width), 0, kCells - 1);
     const int y = std::clamp(static_cast<int>(kCells * m.in_b.y() / b.height), 0, kCells - 1);
-    cells[static_cast<std::size_t>(y * kCells + x)].push_back(m);
+    cells[y * kCells + x].push_back(m);
   }
   std::vector<PointMatch> result;
   for (std::size_t turn = 0; result.size() < kMostKept; ++turn) {
@@ -278,8 +278,7 @@ void judge_matches(const std::vector<PointMatch>& matches, const PhotoFeatures& 
 PhotoPair align_features(int a, const PhotoFeatures& of_a, int b, const PhotoFeatures& of_b, AlignModel model) {
   PhotoPair pair{.a = a, .b = b};
   std::vector<PointMatch> matches;
-  for (const auto& [i, j] : match_features(of_a, of_b))
-    matches.push_back({of_a.points[static_cast<std::size_t>(i)], of_b.points[static_cast<std::size_t>(j)]});
+  for (const auto& [i, j] : match_features(of_a, of_b)) matches.push_back({of_a.points[i], of_b.points[j]});
   const MatchNoise noise{.inlier_px = kSearchInlier_px / of_b.scale,
                          .area_px2 = static_cast<double>(of_b.width) * static_cast<double>(of_b.height)};
   judge_matches(matches, of_a, of_b, model, noise, pair);

@@ -83,7 +83,7 @@ ScanSource read_scan(JsonReader json, const std::optional<JsonReader>& unit, con
   if (!unit)
     throw IoError(project.file.string(),
                   "has a `scan` but no `unit`; expected the length unit of mesh and camera: um, mm, cm or m");
-  const double mm = kMmPerLengthUnit[static_cast<std::size_t>(unit->choice(kLengthUnitNames))];
+  const double mm = kMmPerLengthUnit[unit->choice(kLengthUnitNames)];
   const std::filesystem::path mesh = json.member("mesh").path();
   const JsonReader where = json.member("camera");
   const Camera camera = read_camera(where, mm);
@@ -150,7 +150,7 @@ void read_reference(CaptureProject& project) {
   // The one in the middle has most in common with all others.
   if (project.align.method != AlignMethod::Off) project.reference = static_cast<int>(project.frames.size() / 2);
   if (!project.align.to.empty()) project.reference = find_photo(project, project.align.to, "`align_to`");
-  const CapturePhoto& reference = project.frames[static_cast<std::size_t>(project.reference)];
+  const CapturePhoto& reference = project.frames[project.reference];
   project.photo_width = reference.width;
   project.photo_height = reference.height;
   const bool is_aligned = project.align.method != AlignMethod::Off;
@@ -180,7 +180,7 @@ CaptureProject read_capture_project(const fs::path& file, const AlignOptions& al
   JsonReader json(file.string(), document);
   json.expect_format("patinate.capture", 1);
   const JsonReader kind = json.member("kind");
-  if (kCaptureKinds[static_cast<std::size_t>(kind.choice(kCaptureKinds))] != "fixed") kind.fail("\"fixed\"");
+  if (kCaptureKinds[kind.choice(kCaptureKinds)] != "fixed") kind.fail("\"fixed\"");
   CaptureProject project;
   project.file = file;
   project.name = json.member("name").string();

@@ -39,7 +39,7 @@ std::optional<CaptureRig> read_capture_rig(JsonReader& json, const std::optional
   if (json.has("plate") == project.scan.has_value())
     lights.fail("a flat `plate` or a `scan` beside it, and not both: where the surface lies");
   if (!unit) lights.fail("a `unit` of its places beside it: um, mm, cm or m");
-  const double mm = kMmPerLengthUnit[static_cast<std::size_t>(unit->choice(kLengthUnitNames))];
+  const double mm = kMmPerLengthUnit[unit->choice(kLengthUnitNames)];
   CaptureRig rig;
   rig.lights = read_lights(lights, mm, project.scan ? &project.scan->camera_mm : nullptr);
   expect_strengths_of_all_or_none(rig.lights, lights);

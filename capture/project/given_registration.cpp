@@ -20,8 +20,8 @@ RigidTransform matrix_of(const JsonReader& rows, double mm_per_unit) {
   if (all.size() != 4) rows.fail("four rows of four numbers");
   Eigen::Matrix4d matrix;
   for (Eigen::Index r = 0; r < 4; ++r) {
-    const std::vector<double> row = all[static_cast<std::size_t>(r)].numbers(4);
-    for (Eigen::Index c = 0; c < 4; ++c) matrix(r, c) = row[static_cast<std::size_t>(c)];
+    const std::vector<double> row = all[r].numbers(4);
+    for (Eigen::Index c = 0; c < 4; ++c) matrix(r, c) = row[c];
   }
   matrix.topRightCorner<3, 1>() *= mm_per_unit;
   try {

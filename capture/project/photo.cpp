@@ -116,7 +116,7 @@ ImageU8 read_capture_mask(const CaptureProject& project, const RunControl& contr
   }
   std::mutex mutex;  // The order in which frames are taken off the mask does not matter.
   parallel_for(static_cast<std::int64_t>(project.frames.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
-    const CapturePhoto& photo = project.frames[static_cast<std::size_t>(begin)];
+    const CapturePhoto& photo = project.frames[begin];
     if (!photo.has_alpha || project.is_handheld()) return;  // Laid over another one, it is out of view there.
     const ImageF values =
         photo.stream ? channel_of(photo.stream->read(photo.image), "A") : read_channels(photo.file, {"A"});

@@ -215,7 +215,7 @@ ProgressMap progress_from_history(const std::vector<double>& times, const std::f
   ImageF aged(most.width(), most.height());
   for_each_change(num_frames, read_smooth, control.part(deviations.read ? 0.3 : 0.5, deviations.read ? 0.6 : 1.0),
                   [&](int i, const ImageF& change) {
-                    const float weight = static_cast<float>(weights[static_cast<std::size_t>(i)]);
+                    const float weight = static_cast<float>(weights[i]);
                     const float scale = static_cast<float>(1.0 / map.aged_change);
                     std::transform(aged.values().begin(), aged.values().end(), change.values().begin(),
                                    aged.values().begin(),

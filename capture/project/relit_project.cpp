@@ -39,8 +39,8 @@ RigidTransform read_rigid_transform(const JsonReader& json, double mm_per_unit) 
   const std::vector<JsonReader> rows = json.elements(4);
   if (rows.size() != 4) json.fail("four rows of four numbers");
   for (Eigen::Index r = 0; r < 4; ++r) {
-    const std::vector<double> row = rows[static_cast<std::size_t>(r)].numbers(4);
-    for (Eigen::Index c = 0; c < 4; ++c) matrix(r, c) = row[static_cast<std::size_t>(c)];
+    const std::vector<double> row = rows[r].numbers(4);
+    for (Eigen::Index c = 0; c < 4; ++c) matrix(r, c) = row[c];
   }
   matrix.topRightCorner<3, 1>() *= mm_per_unit;
   try {
@@ -181,7 +181,7 @@ bool is_relit_capture(const fs::path& file) {
   const Json document = load_json(file);
   JsonReader json(file.string(), document);
   json.expect_format("patinate.capture", 1);
-  return kCaptureKinds[static_cast<std::size_t>(json.member("kind").choice(kCaptureKinds))] == "relit";
+  return kCaptureKinds[json.member("kind").choice(kCaptureKinds)] == "relit";
 }
 
 RelitProject read_relit_project(const fs::path& file) {
@@ -189,8 +189,8 @@ RelitProject read_relit_project(const fs::path& file) {
   JsonReader json(file.string(), document);
   json.expect_format("patinate.capture", 1);
   const JsonReader kind = json.member("kind");
-  if (kCaptureKinds[static_cast<std::size_t>(kind.choice(kCaptureKinds))] != "relit") kind.fail("\"relit\"");
-  const double mm = kMmPerLengthUnit[static_cast<std::size_t>(json.member("unit").choice(kLengthUnitNames))];
+  if (kCaptureKinds[kind.choice(kCaptureKinds)] != "relit") kind.fail("\"relit\"");
+  const double mm = kMmPerLengthUnit[json.member("unit").choice(kLengthUnitNames)];
   const JsonReader steps = json.member("steps");
   const bool is_camera_given = json.has("camera");
   const auto camera_of_photos = [&] {

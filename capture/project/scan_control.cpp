@@ -21,7 +21,7 @@ struct Corners {
 };
 
 Corners corners_of(const Mesh& mesh, const RayHit& hit) {
-  const Triangle& t = mesh.triangles[static_cast<std::size_t>(hit.triangle)];
+  const Triangle& t = mesh.triangles[hit.triangle];
   return {{static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2])},
           {1.0 - hit.b1 - hit.b2, hit.b1, hit.b2}};
 }
@@ -48,9 +48,8 @@ class ScanPixels {
     const Vec3 position = weighted(corners, corner_position);
     const Vec3 area = area_vector(mesh, hit->triangle);
     const bool is_back = area.dot(ray->direction) > 0.0;
-    const Triangle& normal_index = mesh.normal_triangles[static_cast<std::size_t>(hit->triangle)];
-    Vec3 normal = weighted(
-        corners, [&](std::size_t k) -> const Vec3& { return mesh.normals[static_cast<std::size_t>(normal_index[k])]; });
+    const Triangle& normal_index = mesh.normal_triangles[hit->triangle];
+    Vec3 normal = weighted(corners, [&](std::size_t k) -> const Vec3& { return mesh.normals[normal_index[k]]; });
     normal = normal.norm() > 1e-9 ? Vec3(normal.normalized()) : Vec3(area.normalized());
     double curvature = 0.0;
     for (std::size_t k = 0; k < 3; ++k) curvature += corners.weight[k] * surface_.curvature_per_mm[corners.position[k]];

@@ -60,8 +60,8 @@ class JointSolver {
   }
 
  private:
-  [[nodiscard]] const PreparedScan& scan(int k) const { return scans_[static_cast<std::size_t>(k)]; }
-  [[nodiscard]] RigidTransform& pose(int k) { return poses_[static_cast<std::size_t>(k)]; }
+  [[nodiscard]] const PreparedScan& scan(int k) const { return scans_[k]; }
+  [[nodiscard]] RigidTransform& pose(int k) { return poses_[k]; }
   [[nodiscard]] int num_scans() const { return static_cast<int>(scans_.size()); }
   /// target from source in the scans' unit, in the poses as they are.
   [[nodiscard]] RigidTransform relative(int target, int source) {
@@ -75,14 +75,13 @@ class JointSolver {
     const RunControl quiet = control_.silent();
     if (options.method == RegistrationMethod::Symmetric)
       return register_pair(scan(target), scan(source), start, options, quiet);
-    return register_pair_with_pcl(clouds_[static_cast<std::size_t>(target)], clouds_[static_cast<std::size_t>(source)],
-                                  start.value_or(RigidTransform{}), options, quiet);
+    return register_pair_with_pcl(clouds_[target], clouds_[source], start.value_or(RigidTransform{}), options, quiet);
   }
 
   std::optional<RigidTransform> initial_relative(int target, int source) const {
     if (initial_.empty()) return RigidTransform{};
-    const auto& a = initial_[static_cast<std::size_t>(target)];
-    const auto& b = initial_[static_cast<std::size_t>(source)];
+    const auto& a = initial_[target];
+    const auto& b = initial_[source];
     return a && b ? std::optional(a->inverse() * *b) : std::nullopt;
   }
 
@@ -98,11 +97,11 @@ class JointSolver {
       for (bool has_grown = true; has_grown;) {
         has_grown = false;
         for (int source = 0; source < num_scans(); ++source) {
-          if (has_pose_[static_cast<std::size_t>(source)]) continue;
-          for (int step = 0; step < num_scans() && !has_pose_[static_cast<std::size_t>(source)]; ++step) {
+          if (has_pose_[source]) continue;
+          for (int step = 0; step < num_scans() && !has_pose_[source]; ++step) {
             // The reference first, then the neighbors in time.
             const int target = step == 0 ? reference_ : partner_in_order(source, step);
-            if (target < 0 || target == source || !has_pose_[static_cast<std::size_t>(target)]) continue;
+            if (target < 0 || target == source || !has_pose_[target]) continue;
             const std::pair<int, int> attempt{target, may_search ? source + num_scans() : source};
             if (std::find(tried.begin(), tried.end(), attempt) != tried.end()) continue;
             tried.push_back(attempt);
@@ -127,7 +126,7 @@ class JointSolver {
                            0.5 * options_.min_overlap)
       return false;
     const PairRegistration found = register_edge(target, source, start, may_search);
-    RegisteredScan& s = result_.scans[static_cast<std::size_t>(source)];
+    RegisteredScan& s = result_.scans[source];
     if (!is_found(found.status)) {
       if (s.partner < 0 || found.overlap > s.overlap) {
         s.status = found.status;
@@ -137,7 +136,7 @@ class JointSolver {
       }
       return false;
     }
-    has_pose_[static_cast<std::size_t>(source)] = true;
+    has_pose_[source] = true;
     s.is_found_by_search = found.is_found_by_search;
     pose(source) = pose(target) * normalized(found.target_from_source, scan(target), scan(source));
     result_.edges.push_back({.target = target, .source = source, .pair = found, .is_in_tree = true});
@@ -147,7 +146,7 @@ class JointSolver {
   void add_edges() {
     for (int a = 0; a < num_scans(); ++a) {
       for (int b = a + 1; b < num_scans(); ++b) {
-        if (!has_pose_[static_cast<std::size_t>(a)] || !has_pose_[static_cast<std::size_t>(b)]) continue;
+        if (!has_pose_[a] || !has_pose_[b]) continue;
         const bool is_there = std::any_of(result_.edges.begin(), result_.edges.end(), [&](const RegistrationEdge& e) {
           return std::minmax(e.target, e.source) == std::minmax(a, b);
         });
@@ -173,21 +172,20 @@ class JointSolver {
     std::vector<int> group(scans_.size());
     for (std::size_t k = 0; k < group.size(); ++k) group[k] = static_cast<int>(k);
     for (RegistrationEdge* e : by_overlap) {
-      const int from = group[static_cast<std::size_t>(e->source)], to = group[static_cast<std::size_t>(e->target)];
+      const int from = group[e->source], to = group[e->target];
       e->is_in_tree = from != to;
       if (e->is_in_tree) std::replace(group.begin(), group.end(), from, to);
     }
     std::vector<bool> is_placed(scans_.size(), false);
-    is_placed[static_cast<std::size_t>(reference_)] = true;
+    is_placed[reference_] = true;
     for (bool has_grown = true; has_grown;) {
       has_grown = false;
       for (const RegistrationEdge& e : result_.edges) {
-        const bool has_target = is_placed[static_cast<std::size_t>(e.target)],
-                   has_source = is_placed[static_cast<std::size_t>(e.source)];
+        const bool has_target = is_placed[e.target], has_source = is_placed[e.source];
         if (!e.is_in_tree || has_target == has_source) continue;
         const RigidTransform t = normalized(e.pair.target_from_source, scan(e.target), scan(e.source));
         (has_target ? pose(e.source) : pose(e.target)) = has_target ? pose(e.target) * t : pose(e.source) * t.inverse();
-        is_placed[static_cast<std::size_t>(has_target ? e.source : e.target)] = has_grown = true;
+        is_placed[has_target ? e.source : e.target] = has_grown = true;
       }
     }
   }
@@ -291,16 +289,16 @@ class JointSolver {
           judge_pose(scan(e.target), scan(e.source), relative(e.target, e.source), options_, {});
       e.median_residual = joint.median_residual;
       for (const int k : {e.target, e.source}) {
-        RegisteredScan& s = result_.scans[static_cast<std::size_t>(k)];
-        squares[static_cast<std::size_t>(k)] += joint.num_pairs * joint.rms_residual * joint.rms_residual;
-        counts[static_cast<std::size_t>(k)] += joint.num_pairs;
-        if (s.partner >= 0 && has_pose_[static_cast<std::size_t>(k)] && joint.overlap <= s.overlap) continue;
+        RegisteredScan& s = result_.scans[k];
+        squares[k] += joint.num_pairs * joint.rms_residual * joint.rms_residual;
+        counts[k] += joint.num_pairs;
+        if (s.partner >= 0 && has_pose_[k] && joint.overlap <= s.overlap) continue;
         s.partner = k == e.target ? e.source : e.target;
         s.overlap = joint.overlap;
       }
     }
     for (int k = 0; k < num_scans(); ++k) {
-      RegisteredScan& s = result_.scans[static_cast<std::size_t>(k)];
+      RegisteredScan& s = result_.scans[k];
       const auto i = static_cast<std::size_t>(k);
       if (!has_pose_[i]) {
         if (const auto start = initial_relative(reference_, k)) s.reference_from_scan = *start;

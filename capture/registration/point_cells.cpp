@@ -14,14 +14,14 @@ PointCells::PointCells(std::span<const Vec3> points, double cell) : cell_(cell),
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Key key = key_of(points[i]);
     std::uint64_t at = hash(key) & mask_;
-    while (table_[at] >= 0 && keys_[static_cast<std::size_t>(table_[at])] != key) at = (at + 1) & mask_;
+    while (table_[at] >= 0 && keys_[table_[at]] != key) at = (at + 1) & mask_;
     if (table_[at] < 0) {
       table_[at] = static_cast<int>(keys_.size());
       keys_.push_back(key);
       begin_.push_back(0);
     }
     cell_of[i] = table_[at];
-    ++begin_[static_cast<std::size_t>(cell_of[i])];
+    ++begin_[cell_of[i]];
   }
   begin_.push_back(0);
   int sum = 0;
@@ -30,7 +30,7 @@ PointCells::PointCells(std::span<const Vec3> points, double cell) : cell_(cell),
   sorted_.resize(points.size());
   std::vector<int> next(begin_);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto at = static_cast<std::size_t>(next[static_cast<std::size_t>(cell_of[i])]++);
+    const auto at = static_cast<std::size_t>(next[cell_of[i]]++);
     order_[at] = static_cast<int>(i);
     sorted_[at] = points[i];
   }
@@ -43,9 +43,9 @@ PointCells::Found PointCells::nearest(const Vec3& p, double radius) const {
   const auto look = [&](const Key& key) {
     const int slot = find(key);
     if (slot < 0) return;
-    for (int k = begin_[static_cast<std::size_t>(slot)]; k < begin_[static_cast<std::size_t>(slot) + 1]; ++k) {
-      const double squared = (sorted_[static_cast<std::size_t>(k)] - p).squaredNorm();
-      const int index = order_[static_cast<std::size_t>(k)];
+    for (int k = begin_[slot]; k < begin_[static_cast<std::size_t>(slot) + 1]; ++k) {
+      const double squared = (sorted_[k] - p).squaredNorm();
+      const int index = order_[k];
       if (squared < most || (squared == most && (best.index < 0 || index < best.index))) {
         most = squared;
         best = {index, squared};
@@ -57,7 +57,7 @@ PointCells::Found PointCells::nearest(const Vec3& p, double radius) const {
   // away.
   Vec3 to_low, to_high;
   for (int a = 0; a < 3; ++a) {
-    to_low[a] = p[a] - static_cast<double>(center[static_cast<std::size_t>(a)]) * cell_;
+    to_low[a] = p[a] - static_cast<double>(center[a]) * cell_;
     to_high[a] = cell_ - to_low[a];
   }
   for (std::int64_t s = 1;; ++s) {

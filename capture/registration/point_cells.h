@@ -30,9 +30,9 @@ class PointCells {
         for (std::int64_t x = low[0]; x <= high[0]; ++x) {
           const int slot = find({x, y, z});
           if (slot < 0) continue;
-          for (int k = begin_[static_cast<std::size_t>(slot)]; k < begin_[static_cast<std::size_t>(slot) + 1]; ++k) {
-            const double squared = (sorted_[static_cast<std::size_t>(k)] - p).squaredNorm();
-            if (squared <= most) visit(order_[static_cast<std::size_t>(k)], squared);
+          for (int k = begin_[slot]; k < begin_[static_cast<std::size_t>(slot) + 1]; ++k) {
+            const double squared = (sorted_[k] - p).squaredNorm();
+            if (squared <= most) visit(order_[k], squared);
           }
         }
       }
@@ -62,7 +62,7 @@ class PointCells {
   [[nodiscard]] int find(const Key& key) const {
     for (std::uint64_t at = hash(key) & mask_;; at = (at + 1) & mask_) {
       const int cell = table_[at];
-      if (cell < 0 || keys_[static_cast<std::size_t>(cell)] == key) return cell;
+      if (cell < 0 || keys_[cell] == key) return cell;
     }
   }
 

@@ -55,12 +55,11 @@ std::vector<RigidTransform> solve_poses(std::span<const RigidTransform> world_fr
   for (const PoseEdge& edge : edges) {
     auto* cost = new ceres::AutoDiffCostFunction<EdgeCost, 6, 6, 6>(
         new EdgeCost{root_of(edge.information), edge.target_from_source.inverse()});
-    problem.AddResidualBlock(cost, nullptr, values[static_cast<std::size_t>(edge.target)].data(),
-                             values[static_cast<std::size_t>(edge.source)].data());
+    problem.AddResidualBlock(cost, nullptr, values[edge.target].data(), values[edge.source].data());
   }
   std::vector<RigidTransform> poses(world_from_scan.begin(), world_from_scan.end());
   if (problem.NumResidualBlocks() == 0) return poses;
-  double* const anchor = values[static_cast<std::size_t>(fixed)].data();
+  double* const anchor = values[fixed].data();
   if (problem.HasParameterBlock(anchor)) problem.SetParameterBlockConstant(anchor);
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
@@ -95,7 +94,7 @@ std::vector<Matrix6> pose_covariances(std::span<const RigidTransform> world_from
   const auto n = static_cast<Eigen::Index>(6 * world_from_scan.size());
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n);
   for (const PoseEdge& edge : edges) {
-    const Matrix6 to_target = adjoint(world_from_scan[static_cast<std::size_t>(edge.target)].inverse());
+    const Matrix6 to_target = adjoint(world_from_scan[edge.target].inverse());
     const Matrix6 block = to_target.transpose() * edge.information * to_target;
     const Eigen::Index i = 6 * edge.target, j = 6 * edge.source;
     normal.block<6, 6>(i, i) += block;

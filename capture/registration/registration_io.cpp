@@ -34,7 +34,7 @@ Json scan_json(const RegisteredScan& s, const std::string& name, const std::vect
   json["matrix"] = is_placed(s) ? rows_json(s.reference_from_scan.matrix()) : Json();
   json["residual"] = s.rms_residual;
   json["overlap"] = s.overlap;
-  json["partner"] = s.partner >= 0 ? Json(names[static_cast<std::size_t>(s.partner)]) : Json();
+  json["partner"] = s.partner >= 0 ? Json(names[s.partner]) : Json();
   json["covariance"] = rows_json(s.covariance);
   json["covariance_center"] = {s.center.x(), s.center.y(), s.center.z()};
   json["unconstrained_dofs"] = motions_json(s.unconstrained_dofs);
@@ -43,9 +43,7 @@ Json scan_json(const RegisteredScan& s, const std::string& name, const std::vect
 }
 
 Json pair_json(const RegistrationEdge& e, const std::vector<std::string>& names) {
-  Json json{{"target", names[static_cast<std::size_t>(e.target)]},
-            {"source", names[static_cast<std::size_t>(e.source)]},
-            {"status", name_of(e.pair.status)}};
+  Json json{{"target", names[e.target]}, {"source", names[e.source]}, {"status", name_of(e.pair.status)}};
   json["overlap"] = e.pair.overlap;
   json["residual"] = e.pair.rms_residual;
   json["in_front"] = e.pair.in_front ? Json(*e.pair.in_front) : Json();
@@ -76,7 +74,7 @@ Json registration_json(const JointRegistration& result, const std::vector<std::s
                        const std::string& unit, RegistrationMethod method, const std::string& key) {
   Json json{{"format", "patinate.registration"}, {"version", 2}};
   json["unit"] = unit.empty() ? Json() : Json(unit);
-  json["reference"] = names[static_cast<std::size_t>(reference)];
+  json["reference"] = names[reference];
   json["method"] = kRegistrationMethodNames[static_cast<std::size_t>(method)];
   json["scans"] = Json::array();
   for (std::size_t k = 0; k < names.size(); ++k) json["scans"].push_back(scan_json(result.scans[k], names[k], names));

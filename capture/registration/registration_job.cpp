@@ -46,7 +46,7 @@ JobInputs inputs_of(const RegistrationTask& task, const std::vector<std::string>
     if (!task.initial.empty() && task.initial[k])
       inputs.add_value("initial pose of " + names[k], numbers_text(*task.initial[k]));
   }
-  inputs.add_value("--reference", names[static_cast<std::size_t>(task.reference)]);
+  inputs.add_value("--reference", names[task.reference]);
   inputs.add_value("--unit", task.unit);
   inputs.add_options(option_values(task.options));
   inputs.add_value("--accept-failed", task.accept_failed ? "true" : "false");
@@ -63,7 +63,7 @@ void check_all_placed(const JointRegistration& result, const std::vector<std::st
     std::string text = names[k] + ": " + std::string(name_of(s.status));
     if (!s.unconstrained_dofs.empty())
       text += ": its shape does not constrain a " + text_of(s.unconstrained_dofs.front());
-    if (s.unconstrained_dofs.empty() && s.partner >= 0) text += " with " + names[static_cast<std::size_t>(s.partner)];
+    if (s.unconstrained_dofs.empty() && s.partner >= 0) text += " with " + names[s.partner];
     if (s.unconstrained_dofs.empty()) text += " (overlap " + short_number_text(rounded(s.overlap, 2)) + ")";
     throw CannotComplete(text + "; --accept-failed continues without it, --initial FILE.conf says where scans stand");
   }
@@ -100,8 +100,7 @@ void write_files(const fs::path& folder, const RegistrationTask& task, const std
   std::vector<ScanPose> poses;
   std::vector<RigidTransform> before, after;
   std::vector<PointCloud> placed;
-  const std::optional<RigidTransform> world =
-      task.initial.empty() ? std::nullopt : task.initial[static_cast<std::size_t>(task.reference)];
+  const std::optional<RigidTransform> world = task.initial.empty() ? std::nullopt : task.initial[task.reference];
   for (std::size_t k = 0; k < scans.size(); ++k) {
     if (!is_placed(result.scans[k])) continue;
     poses.push_back({names[k], result.scans[k].reference_from_scan});

@@ -95,8 +95,7 @@ ImageF splat(const std::vector<Dot>& dots, int size, double radius_px, bool is_s
       }
       const auto& color = kColors[static_cast<std::size_t>(owner.at(x, y)) % kColors.size()];
       for (int c = 0; c < 3; ++c)
-        picture.at(x, y, c) =
-            static_cast<float>(light * (0.15 + 0.85 * static_cast<double>(color[static_cast<std::size_t>(c)])));
+        picture.at(x, y, c) = static_cast<float>(light * (0.15 + 0.85 * static_cast<double>(color[c])));
     }
   }
   return picture;

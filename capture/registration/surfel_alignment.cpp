@@ -81,8 +81,8 @@ class Aligner {
       : target_(target), source_(source), schedule_(schedule), control_(control.silent()) {
     result_.target_from_source = start;
     result_.gate = schedule.first_gate;
-    known_of_source_.resize(static_cast<std::size_t>(source.size()));
-    known_of_target_.resize(static_cast<std::size_t>(target.size()));
+    known_of_source_.resize(source.size());
+    known_of_target_.resize(target.size());
     for (const SurfelSet* set : {&target, &source}) {
       for (const Surfel& surfel : set->surfels()) reach_ = std::max(reach_, surfel.position.norm());
     }
@@ -131,10 +131,10 @@ class Aligner {
         const int i = static_cast<int>(k) * schedule_.stride;
         const Surfel& s = from[i];
         if (s.is_border) continue;
-        Pair& pair = found_[static_cast<std::size_t>(k)];
+        Pair& pair = found_[k];
         pair.closeness = -0.5;
         const Vec3 p = to_from.apply(s.position);
-        Known& known = knowns[static_cast<std::size_t>(i)];
+        Known& known = knowns[i];
         if (!(traveled_ < known.until)) {
           const SurfelSet::Found found = to.nearest(p, result_.gate, known.index);
           if (found.index < 0) continue;

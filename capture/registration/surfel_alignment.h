@@ -22,7 +22,7 @@ class SurfelSet {
   SurfelSet(std::vector<Surfel> surfels, double distance, bool is_oriented);
 
   [[nodiscard]] const std::vector<Surfel>& surfels() const { return surfels_; }
-  [[nodiscard]] const Surfel& operator[](int i) const { return surfels_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] const Surfel& operator[](int i) const { return surfels_[i]; }
   [[nodiscard]] int size() const { return static_cast<int>(surfels_.size()); }
   [[nodiscard]] double distance() const { return distance_; }
   [[nodiscard]] bool is_oriented() const { return is_oriented_; }

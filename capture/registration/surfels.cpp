@@ -50,9 +50,8 @@ std::vector<int> spread_points(std::span<const Vec3> points, double distance) {
     const auto x = static_cast<std::int64_t>(std::floor(at.x())), y = static_cast<std::int64_t>(std::floor(at.y())),
                z = static_cast<std::int64_t>(std::floor(at.z()));
     const auto is_taken = [&](std::int64_t dx, std::int64_t dy, std::int64_t dz) {
-      for (int k = place(x + dx, y + dy, z + dz).first; k >= 0; k = next[static_cast<std::size_t>(k)]) {
-        if ((points[static_cast<std::size_t>(taken[static_cast<std::size_t>(k)])] - p).squaredNorm() < squared)
-          return true;
+      for (int k = place(x + dx, y + dy, z + dz).first; k >= 0; k = next[k]) {
+        if ((points[taken[static_cast<std::size_t>(k)]] - p).squaredNorm() < squared) return true;
       }
       return false;
     };
@@ -79,7 +78,7 @@ std::vector<int> spread_points(std::span<const Vec3> points, double distance) {
 }
 
 std::optional<Surfel> surfel_at(const PointCells& cells, std::span<const Vec3> points, int center, double radius) {
-  const Vec3& p = points[static_cast<std::size_t>(center)];
+  const Vec3& p = points[center];
   double sum = 0.0, sum_squared = 0.0;
   int count = 0;
   Vec3 mean = Vec3::Zero();
@@ -87,7 +86,7 @@ std::optional<Surfel> surfel_at(const PointCells& cells, std::span<const Vec3> p
   const double per_squared = 1.0 / (radius * radius);
   cells.near(p, radius, [&](int i, double squared) {
     const double w = 1.0 - squared * per_squared;
-    const Vec3 d = points[static_cast<std::size_t>(i)] - p;
+    const Vec3 d = points[i] - p;
     const Vec3 wd = w * d;
     sum += w;
     sum_squared += w * w;
@@ -167,8 +166,7 @@ Surfels make_surfels(std::span<const Vec3> points, std::span<const Vec3> toward,
                  for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
                    found[i] = surfel_at(cells, points, centers[i], radius);
                    if (!found[i] || toward.empty()) continue;
-                   if (found[i]->normal.dot(toward[static_cast<std::size_t>(centers[i])]) < 0.0)
-                     found[i]->normal = -found[i]->normal;
+                   if (found[i]->normal.dot(toward[centers[i]]) < 0.0) found[i]->normal = -found[i]->normal;
                  }
                });
   Surfels result;

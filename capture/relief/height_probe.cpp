@@ -89,7 +89,7 @@ std::optional<LocalHeight> HeightProbe::over(const Vec3& place, const Vec3& dire
   const auto samples_within = [&](double reach) {
     std::vector<Sample> samples;
     cells_.near(place, std::hypot(radius_, reach), [&](int index, double) {
-      const Vec3 d = points_[static_cast<std::size_t>(index)] - place;
+      const Vec3 d = points_[index] - place;
       const Sample p{d.dot(direction), d.dot(u), d.dot(v)};
       if (std::abs(p.along) <= reach && p.s * p.s + p.t * p.t <= radius_ * radius_) samples.push_back(p);
     });

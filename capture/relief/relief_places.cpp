@@ -39,8 +39,8 @@ std::optional<Vec3> outside_of(const PointCloud& scan) {
   Vec3 sum = Vec3::Zero();
   for (const Vec3& n : scan.normals) sum += n;
   for (const Triangle& t : scan.triangles) {
-    const Vec3& a = scan.points[static_cast<std::size_t>(t[0])];
-    sum += (scan.points[static_cast<std::size_t>(t[1])] - a).cross(scan.points[static_cast<std::size_t>(t[2])] - a);
+    const Vec3& a = scan.points[t[0]];
+    sum += (scan.points[t[1]] - a).cross(scan.points[t[2]] - a);
   }
   return sum.norm() > 0.0 ? std::optional(Vec3(sum.normalized())) : std::nullopt;
 }
@@ -112,7 +112,7 @@ std::vector<ReliefPlace> relief_places(std::span<const Vec3> points, const Heigh
       const Vec3 p = view.at(x, y);
       std::vector<double> depths;
       cells.near({p.dot(view.right), p.dot(view.up), 0.0}, radius,
-                 [&](int index, double) { depths.push_back(depth[static_cast<std::size_t>(index)]); });
+                 [&](int index, double) { depths.push_back(depth[index]); });
       const std::optional<double> top = top_of(std::move(depths), radius);
       if (!top) continue;
       const Vec3 over = p + *top * view.toward;
@@ -120,8 +120,7 @@ std::vector<ReliefPlace> relief_places(std::span<const Vec3> points, const Heigh
       if (!found) continue;
       const double facing = found->normal.dot(view.toward);
       if (facing < kLeastFacing) continue;
-      rows[static_cast<std::size_t>(y)].push_back(
-          {x, y, over + found->height * view.toward, found->normal, pixel_area / facing});
+      rows[y].push_back({x, y, over + found->height * view.toward, found->normal, pixel_area / facing});
     }
   });
   std::vector<ReliefPlace> places;

@@ -93,7 +93,7 @@ double pictured_um(const Relief& relief) {
   if (sizes.empty()) return 1.0;
   const auto at = static_cast<std::ptrdiff_t>(kPictured * static_cast<double>(sizes.size() - 1));
   std::nth_element(sizes.begin(), sizes.begin() + at, sizes.end());
-  return std::max(1e-3, rounded(kUm * static_cast<double>(sizes[static_cast<std::size_t>(at)]), 2));
+  return std::max(1e-3, rounded(kUm * static_cast<double>(sizes[at]), 2));
 }
 
 void write_maps(const fs::path& folder, std::size_t scan, const ReliefChange& c, double end_um) {

@@ -39,7 +39,7 @@ System constrained_system(std::span<const HeightDifference> differences, double 
   Rows all(n, 6);
   Eigen::VectorXd right(n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    const HeightDifference& d = differences[static_cast<std::size_t>(i)];
+    const HeightDifference& d = differences[i];
     Vec6 row = d.row;
     row.head<3>() /= size;
     all.row(i) = row.transpose() / std::sqrt(d.variance);
@@ -73,13 +73,13 @@ HalfFit concentrated(const System& system, const Eigen::VectorXd& start, int num
   HalfFit fit{.solution = start, .squares = 0.0};
   for (int step = 0; step <= num_steps; ++step) {
     const Eigen::VectorXd residual = system.right - system.rows * fit.solution;
-    for (Eigen::Index i = 0; i < n; ++i) order[static_cast<std::size_t>(i)] = {residual[i] * residual[i], i};
+    for (Eigen::Index i = 0; i < n; ++i) order[i] = {residual[i] * residual[i], i};
     std::sort(order.begin(), order.end());
     fit.squares = 0.0;
     Rows normal = Rows::Zero(dofs, dofs);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(dofs);
     for (Eigen::Index k = 0; k < half; ++k) {
-      const auto& [square, i] = order[static_cast<std::size_t>(k)];
+      const auto& [square, i] = order[k];
       fit.squares += square;
       normal += system.rows.row(i).transpose() * system.rows.row(i);
       right += system.rows.row(i).transpose() * system.right[i];

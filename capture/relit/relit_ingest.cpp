@@ -135,13 +135,13 @@ ImageU8 write_frames(HistoryWriter& writer, const RelitWork& work, const fs::pat
   for (std::size_t i : kept) times.push_back(work.project.steps[i].time);
   const ImageU8& surface = work.reference(folder).view.seen;
   const auto read_validity = [&](int k) {
-    ImageU8 validity = read_mask(folder / relit_validity_file(kept[static_cast<std::size_t>(k)]));
+    ImageU8 validity = read_mask(folder / relit_validity_file(kept[k]));
     for (std::uint8_t& v : validity.values())
       v = static_cast<std::uint8_t>(v != 0 ? Validity::Valid : Validity::OutOfView);
     return validity;
   };
   const auto read_frame = [&](int k) {
-    return read_color(folder / HistoryWriter::frame_file(static_cast<int>(kept[static_cast<std::size_t>(k)])));
+    return read_color(folder / HistoryWriter::frame_file(static_cast<int>(kept[k])));
   };
   const FillPlan plan = plan_fill(times, read_validity, work.options.fill, control.part(0.0, 0.3));
   ImageU8 inside = plan.inside;
@@ -187,14 +187,12 @@ void write_controls(HistoryWriter& writer, const RelitWork& work, const fs::path
     std::vector<double> times;
     for (const HistoryFrame& f : writer.manifest().frames) times.push_back(f.time);
     if (times.size() < 2) return;
-    const auto read_frame = [&](int i) {
-      return read_color(folder / writer.manifest().frames[static_cast<std::size_t>(i)].file);
-    };
+    const auto read_frame = [&](int i) { return read_color(folder / writer.manifest().frames[i].file); };
     // Light and shape are off alike for neighboring pixels.
     FrameDeviations deviations{.read = {}, .is_shared = true};
     const auto& frames = writer.manifest().frames;
     const auto file_of = [&](int i) -> const HistoryImage* {
-      for (const HistoryImage& extra : frames[static_cast<std::size_t>(i)].extras) {
+      for (const HistoryImage& extra : frames[i].extras) {
         if (extra.name == "stddev") return &extra;
       }
       return nullptr;

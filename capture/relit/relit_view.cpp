@@ -61,18 +61,18 @@ ScanView view_scan(const Mesh& mesh, const RayScene& scene, const Camera& camera
         const std::optional<CameraRay> ray = camera.ray(pixel);
         const std::optional<RayHit> hit = ray ? scene.first_hit(ray->origin, ray->direction) : std::nullopt;
         if (!hit) continue;
-        const std::size_t t = static_cast<std::size_t>(hit->triangle);
+        const std::size_t t = hit->triangle;
         const std::array<double, 3> weights{1.0 - hit->b1 - hit->b2, hit->b1, hit->b2};
         Vec3 position = Vec3::Zero(), normal = Vec3::Zero();
         for (std::size_t k = 0; k < 3; ++k) {
-          position += weights[k] * mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])];
-          normal += weights[k] * mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[t][k])];
+          position += weights[k] * mesh.positions[mesh.triangles[t][k]];
+          normal += weights[k] * mesh.normals[mesh.normal_triangles[t][k]];
         }
         const Vec3 face = area_vector(mesh, hit->triangle).normalized();
         normal = normal.norm() > 1e-9 ? Vec3(normal.normalized()) : face;
         // The side that is seen is the outside, however the triangle is wound.
         const double sign = face.dot(ray->direction) > 0.0 ? -1.0 : 1.0;
-        behind[static_cast<std::size_t>(y)] += sign < 0.0;
+        behind[y] += sign < 0.0;
         view.seen.at(x, y) = 255;
         set_pixel_vector(view.position_mm, x, y, position);
         set_pixel_vector(view.normal, x, y, normal.dot(face) < 0.0 ? Vec3(-sign * normal) : Vec3(sign * normal));
@@ -95,8 +95,8 @@ Mesh with_scan_normals(Mesh mesh, int num_rounds) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       const double area = area_vector(mesh, static_cast<int>(t)).norm();
       Vec3 sum = Vec3::Zero();
-      for (int corner : mesh.triangles[t]) sum += mesh.normals[static_cast<std::size_t>(corner)];
-      for (int corner : mesh.triangles[t]) sums[static_cast<std::size_t>(corner)] += area * sum;
+      for (int corner : mesh.triangles[t]) sum += mesh.normals[corner];
+      for (int corner : mesh.triangles[t]) sums[corner] += area * sum;
     }
     for (std::size_t i = 0; i < sums.size(); ++i) {
       if (sums[i].norm() > 0.0) mesh.normals[i] = sums[i].normalized();
@@ -158,12 +158,12 @@ PlacedPhoto place_photo(const ImageF& photo, const StepPlaces& places, float sat
           for (int c = 0; c < channels && is_valid; ++c) {
             const float value = photo.at(x0 + i, y0 + j, c);
             is_valid = value < saturation;
-            sum[static_cast<std::size_t>(c)] += weight * static_cast<double>(value);
+            sum[c] += weight * static_cast<double>(value);
           }
         }
       }
       if (!is_valid) continue;
-      for (int c = 0; c < channels; ++c) out.values.at(x, y, c) = static_cast<float>(sum[static_cast<std::size_t>(c)]);
+      for (int c = 0; c < channels; ++c) out.values.at(x, y, c) = static_cast<float>(sum[c]);
       out.valid.at(x, y) = 255;
     }
   }

@@ -42,7 +42,7 @@ void measure_mask(const ImageU8& own, ReportFrame& frame) {
   for (int y = 0; y < own.height(); ++y) {
     for (int x = 0; x < own.width(); ++x) {
       if (own.at(x, y) != 0) continue;
-      ++columns[static_cast<std::size_t>(x)], ++rows[static_cast<std::size_t>(y)], ++num_masked;
+      ++columns[x], ++rows[y], ++num_masked;
     }
   }
   if (num_masked == 0) return;

@@ -22,14 +22,14 @@ double local_line(const std::vector<double>& curve, const std::vector<double>& r
   double s = 0, sx = 0, sxx = 0, sy = 0, sxy = 0;
   for (int i = std::max(0, at - half_width); i <= std::min(n - 1, at + half_width); ++i) {
     const double u = std::abs(i - at) / (half_width + 1.0), tricube = std::pow(1.0 - u * u * u, 3.0);
-    const double w = tricube * robust[static_cast<std::size_t>(i)], x = i - at, y = curve[static_cast<std::size_t>(i)];
+    const double w = tricube * robust[i], x = i - at, y = curve[i];
     s += w;
     sx += w * x;
     sxx += w * x * x;
     sy += w * y;
     sxy += w * x * y;
   }
-  if (!(s > 0.0)) return curve[static_cast<std::size_t>(at)];
+  if (!(s > 0.0)) return curve[at];
   const double determinant = s * sxx - sx * sx;
   constexpr double kSingular = 1e-9;
   return determinant > kSingular * s * s ? (sxx * sy - sx * sxy) / determinant : sy / s;

@@ -64,13 +64,12 @@ FillPlan plan_fill(const std::vector<double>& times, const std::function<ImageU8
       const std::int32_t before = last;
       last = i;
       if (before == i - 1) continue;
-      const double gap =
-          before < 0 ? 0.0 : times[static_cast<std::size_t>(i)] - times[static_cast<std::size_t>(before)];
+      const double gap = before < 0 ? 0.0 : times[i] - times[before];
       if (before < 0 || (i - before > 2 && gap > longest)) {
         plan.inside.data()[p] = 0;
         continue;
       }
-      for (std::int32_t k = before + 1; k < i; ++k) plan.needs_fill[static_cast<std::size_t>(k)] = 1;
+      for (std::int32_t k = before + 1; k < i; ++k) plan.needs_fill[k] = 1;
     }
     control.report(static_cast<double>(i + 1) / n);
   }
@@ -120,9 +119,8 @@ ImageF fill_frame(int index, const std::vector<double>& times, const FillPlan& p
   for (const auto& [i, entries] : users) {
     const ImageF other = read_frame(i);
     for (std::size_t k : entries) {
-      const double t0 = times[static_cast<std::size_t>(ends.before[k])],
-                   t1 = times[static_cast<std::size_t>(ends.after[k])];
-      const double fraction = (times[static_cast<std::size_t>(index)] - t0) / (t1 - t0);
+      const double t0 = times[ends.before[k]], t1 = times[ends.after[k]];
+      const double fraction = (times[index] - t0) / (t1 - t0);
       const float weight = static_cast<float>(i == ends.before[k] ? 1.0 - fraction : fraction);
       for (int c = 0; c < frame.channels(); ++c) {
         const std::int64_t at = ends.pixels[k] * frame.channels() + c;

@@ -78,13 +78,13 @@ ImageF first_light_gain(const ImageF& first, const ImageU8& mask, const RunContr
   for (std::int64_t c = 0; c < 3; ++c) {
     std::vector<float> values;
     for (std::int64_t i = 0; i < gain.num_pixels(); ++i) {
-      if (is_inside[static_cast<std::size_t>(i)]) values.push_back(gain.data()[3 * i + c]);
+      if (is_inside[i]) values.push_back(gain.data()[3 * i + c]);
     }
     const auto middle = static_cast<double>(median(std::move(values)));
     if (!(middle > 0.0)) throw InvalidInput("flat field: most of the first photograph is black, or outside the mask");
     for (std::int64_t i = 0; i < gain.num_pixels(); ++i) {
       float& value = gain.data()[3 * i + c];
-      value = is_inside[static_cast<std::size_t>(i)] ? bounded_gain(middle, static_cast<double>(value)) : 1.0f;
+      value = is_inside[i] ? bounded_gain(middle, static_cast<double>(value)) : 1.0f;
     }
   }
   return gain;
@@ -122,7 +122,7 @@ void apply_first_light_gain(ImageF& image, const ImageF& gain, const std::array<
   check_sizes(image, gain);
   for (std::int64_t i = 0; i < 3 * image.num_pixels(); ++i) {
     const double factor = static_cast<double>(gain.data()[i]);
-    image.data()[i] *= static_cast<float>(std::pow(factor, shares[static_cast<std::size_t>(i % 3)]));
+    image.data()[i] *= static_cast<float>(std::pow(factor, shares[i % 3]));
   }
 }
 

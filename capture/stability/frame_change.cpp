@@ -37,7 +37,7 @@ std::vector<std::array<double, 3>> place_ratios(const std::vector<Match>& matche
   for (const Match& m : matches) {
     if (!std::all_of(m.before.begin(), m.before.end(), is_usable)) continue;
     if (!std::all_of(m.after.begin(), m.after.end(), is_usable)) continue;
-    Sum& sum = places[static_cast<std::size_t>(m.y / kPlace * columns + m.x / kPlace)];
+    Sum& sum = places[m.y / kPlace * columns + m.x / kPlace];
     for (std::size_t c = 0; c < 3; ++c) {
       sum.before[c] += static_cast<double>(m.before[c]);
       sum.after[c] += static_cast<double>(m.after[c]);

@@ -98,7 +98,7 @@ ImageF SeriesNoise::deviation_of(const ImageF& frame) const {
   if (!frame.same_size(level) || frame.channels() != 3) throw InvalidInput("noise: the frames differ in size");
   ImageF result = level;
   for (std::int64_t i = 0; i < 3 * result.num_pixels(); ++i) {
-    const std::size_t c = static_cast<std::size_t>(i % 3);
+    const std::size_t c = i % 3;
     const auto variance = [&](float color) { return offset[c] + slope[c] * std::max(0.0, static_cast<double>(color)); };
     const double there = variance(mean.data()[i]);
     if (there > 0.0) result.data()[i] *= static_cast<float>(std::sqrt(variance(frame.data()[i]) / there));
@@ -122,7 +122,7 @@ SeriesNoise estimate_noise(const std::vector<double>& times, const std::function
     control.throw_if_stopped();
     ImageF after = read_frame(i + 1);
     add_to_mean(after);
-    const auto t = [&](int k) { return times[static_cast<std::size_t>(k)]; };
+    const auto t = [&](int k) { return times[k]; };
     add_roots(before, now, after, (t(i) - t(i - 1)) / (t(i + 1) - t(i - 1)), distance_spread(t(i - 1), t(i), t(i + 1)),
               noise.level);
     before = std::move(now);

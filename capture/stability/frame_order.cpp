@@ -135,8 +135,7 @@ FrameLook frame_look(const PreparedFrame& frame) {
           for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<double>(light.at(u, v, static_cast<int>(c)));
         }
       }
-      for (std::size_t c = 0; c < 3; ++c)
-        look[static_cast<std::size_t>(y * kLookSide + x)][c] = static_cast<float>(sum[c] / count);
+      for (std::size_t c = 0; c < 3; ++c) look[y * kLookSide + x][c] = static_cast<float>(sum[c] / count);
     }
   }
   return look;
@@ -187,10 +186,10 @@ FrameOrder find_order(const std::vector<FrameLook>& looks, const std::vector<int
   std::vector<FrameLook> seen;
   for (std::size_t k = 0; k < num; ++k) {
     picked.push_back(belonging[k * belonging.size() / num]);
-    seen.push_back(looks[static_cast<std::size_t>(picked.back())]);
+    seen.push_back(looks[picked.back()]);
   }
   FrameOrder order = order_of(seen, control);
-  for (int& k : order.best) k = picked[static_cast<std::size_t>(k)];
+  for (int& k : order.best) k = picked[k];
   return order;
 }
 

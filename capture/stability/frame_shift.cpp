@@ -51,8 +51,7 @@ cv::Mat spectrum(const ImageF& image, int x0, int y0, int width, int height) {
   const std::vector<double> across = hann_window(width), down = hann_window(height);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
-      padded.at<double>(y, x) = static_cast<double>(image.at(x0 + x, y0 + y)) * across[static_cast<std::size_t>(x)] *
-                                down[static_cast<std::size_t>(y)];
+      padded.at<double>(y, x) = static_cast<double>(image.at(x0 + x, y0 + y)) * across[x] * down[y];
     }
   }
   cv::Mat result;
@@ -84,7 +83,7 @@ cv::Mat whitened_product(const cv::Mat& reference, const cv::Mat& frame, double&
   const std::vector<double> across = frequency_gaussian(product.cols), down = frequency_gaussian(product.rows);
   for (int y = 0; y < product.rows; ++y) {
     for (int x = 0; x < product.cols; ++x) {
-      const double gaussian = across[static_cast<std::size_t>(x)] * down[static_cast<std::size_t>(y)];
+      const double gaussian = across[x] * down[y];
       cv::Vec2d& value = product.at<cv::Vec2d>(y, x);
       const double size = cv::norm(value);
       const double weight = gaussian / (size + kWhitening * mean + 1e-300);

@@ -59,14 +59,14 @@ cv::Mat connected_to(const cv::Mat& seeds, const cv::Mat& set) {
   std::vector<char> has_seed(static_cast<std::size_t>(count), 0);
   for (int y = 0; y < set.rows; ++y) {
     for (int x = 0; x < set.cols; ++x) {
-      if (seeds.at<std::uint8_t>(y, x) != 0) has_seed[static_cast<std::size_t>(labels.at<int>(y, x))] = 1;
+      if (seeds.at<std::uint8_t>(y, x) != 0) has_seed[labels.at<int>(y, x)] = 1;
     }
   }
   has_seed[0] = 0;
   cv::Mat result = cv::Mat::zeros(set.size(), CV_8U);
   for (int y = 0; y < set.rows; ++y) {
     for (int x = 0; x < set.cols; ++x) {
-      if (has_seed[static_cast<std::size_t>(labels.at<int>(y, x))] != 0) result.at<std::uint8_t>(y, x) = 255;
+      if (has_seed[labels.at<int>(y, x)] != 0) result.at<std::uint8_t>(y, x) = 255;
     }
   }
   return result;
@@ -238,7 +238,7 @@ cv::Mat lamps_among(const cv::Mat& reach, const cv::Mat& cores, const cv::Mat& c
   std::vector<Part> parts(static_cast<std::size_t>(count));
   for (int y = 0; y < reach.rows; ++y) {
     for (int x = 0; x < reach.cols; ++x) {
-      Part& part = parts[static_cast<std::size_t>(labels.at<int>(y, x))];
+      Part& part = parts[labels.at<int>(y, x)];
       const bool is_core = cores.at<std::uint8_t>(y, x) != 0;
       part.area += 1.0;
       part.core += is_core ? 1.0 : 0.0;
@@ -248,7 +248,7 @@ cv::Mat lamps_among(const cv::Mat& reach, const cv::Mat& cores, const cv::Mat& c
   }
   cv::Mat result = cv::Mat::zeros(reach.size(), CV_8U);
   for (int k = 1; k < count; ++k) {
-    const Part& part = parts[static_cast<std::size_t>(k)];
+    const Part& part = parts[k];
     const double border = std::max(1.0, part.border), share = part.clipped / std::max(1.0, part.core);
     const double skirt = (part.area - part.core) / border, half_width = 2.0 * part.core / border;
     const bool has_skirt = skirt >= std::max(kLeastSkirt_px, kLeastSkirt * half_width);

@@ -240,7 +240,7 @@ std::vector<int> group_frames(int num_frames, const std::vector<FramePair>& pair
   std::iota(first.begin(), first.end(), 0);
   for (const FramePair& pair : pairs) {
     if (!is_linked(pair)) continue;
-    const int a = first[static_cast<std::size_t>(pair.reference)], b = first[static_cast<std::size_t>(pair.frame)];
+    const int a = first[pair.reference], b = first[pair.frame];
     std::replace(first.begin(), first.end(), std::max(a, b), std::min(a, b));
   }
   std::map<int, int> sizes;

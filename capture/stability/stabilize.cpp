@@ -78,13 +78,12 @@ void solve_round(const std::vector<Edge>& edges, std::vector<Corners>& corners) 
   normal.setFromTriplets(entries.begin(), entries.end());
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(normal);
   const Eigen::Matrix<double, Eigen::Dynamic, 3> solution = solver.solve(right);
-  for (int i = 1; i <= n; ++i) corners[static_cast<std::size_t>(i)] = solution.middleRows<2>(2 * (i - 1));
+  for (int i = 1; i <= n; ++i) corners[i] = solution.middleRows<2>(2 * (i - 1));
 }
 
 double disagreement(const Edge& edge, const std::vector<Corners>& corners) {
-  const Corners expected =
-      (edge.motion.linear() * corners[static_cast<std::size_t>(edge.reference)]).colwise() + edge.motion.translation();
-  return (corners[static_cast<std::size_t>(edge.frame)] - expected).norm() / std::sqrt(3.0);
+  const Corners expected = (edge.motion.linear() * corners[edge.reference]).colwise() + edge.motion.translation();
+  return (corners[edge.frame] - expected).norm() / std::sqrt(3.0);
 }
 
 /// Root mean square disagreement, weighted: of all edges, and of those of each frame.
@@ -120,7 +119,7 @@ void sample_cubic(const ImageF& image, double x, double y, std::span<float> out)
     for (int j = -1; j <= 2; ++j) {
       for (int i = -1; i <= 2; ++i) {
         const double value = static_cast<double>(image.at(column(i), row(j), static_cast<int>(c)));
-        sum += wx[static_cast<std::size_t>(i + 1)] * wy[static_cast<std::size_t>(j + 1)] * value;
+        sum += wx[i + 1] * wy[j + 1] * value;
         low = std::min(low, value);
         high = std::max(high, value);
       }

@@ -20,7 +20,7 @@ float sum_around(std::span<const float> histogram, int at, int reach) {
 
 /// The highest bin on one side of `at` behind a valley; -1 when there is none. @param step  1 or -1.
 int peak_on_side(std::span<const float> histogram, int at, int reach, int step) {
-  const auto value = [&](int bin) { return histogram[static_cast<std::size_t>(bin)]; };
+  const auto value = [&](int bin) { return histogram[bin]; };
   const int num_bins = static_cast<int>(histogram.size());
   int best = -1;
   float lowest = value(at);
@@ -48,7 +48,7 @@ int highest_bin(const float* a, const float* b, float t, std::span<float> blende
 }
 
 double refined_peak(std::span<const float> histogram, int at) {
-  const std::size_t bin = static_cast<std::size_t>(at);
+  const std::size_t bin = at;
   if (at < 1 || bin + 2 > histogram.size() || !(histogram[bin - 1] > 0.0f) || !(histogram[bin + 1] > 0.0f)) return at;
   const float before = std::log(histogram[bin - 1] / histogram[bin]);
   const float after = std::log(histogram[bin + 1] / histogram[bin]);

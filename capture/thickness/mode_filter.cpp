@@ -72,7 +72,7 @@ void splat_row(const ImageF& in, const ImageU8& mask, const Layout& layout, int 
   const double center = node_row * layout.step;
   const int first = std::max(0, static_cast<int>(std::floor(center - layout.step)) + 1);
   const int last = std::min(in.height() - 1, static_cast<int>(std::ceil(center + layout.step)) - 1);
-  const std::size_t num_bins = static_cast<std::size_t>(layout.num_bins);
+  const std::size_t num_bins = layout.num_bins;
   const double bins_per_unit = 1.0 / layout.bin_width;
   for (int y = first; y <= last; ++y) {
     const float weight_y = static_cast<float>(1.0 - std::abs(y - center) / layout.step);
@@ -98,21 +98,21 @@ void add_scaled(float weight, const float* in, std::size_t size, float* out) {
 
 /// Blurs along columns of nodes and along bins.
 void blur_row(std::span<const float> in, const Layout& layout, std::span<float> out) {
-  const std::size_t num_bins = static_cast<std::size_t>(layout.num_bins);
+  const std::size_t num_bins = layout.num_bins;
   const int radius = layout.spatial_radius(), range_radius = static_cast<int>(layout.range_kernel.size() / 2);
   std::vector<float> histogram(num_bins);
   std::fill(out.begin(), out.end(), 0.0f);
   for (int column = 0; column < layout.num_columns; ++column) {
     std::fill(histogram.begin(), histogram.end(), 0.0f);
     for (int k = std::max(-radius, -column); k <= std::min(radius, layout.num_columns - 1 - column); ++k) {
-      add_scaled(layout.spatial_kernel[static_cast<std::size_t>(k + radius)],
-                 &in[static_cast<std::size_t>(column + k) * num_bins], num_bins, histogram.data());
+      add_scaled(layout.spatial_kernel[k + radius], &in[static_cast<std::size_t>(column + k) * num_bins], num_bins,
+                 histogram.data());
     }
     float* target = &out[static_cast<std::size_t>(column) * num_bins];
     const int last_shift = std::min(range_radius, layout.num_bins - 1);
     for (int k = -last_shift; k <= last_shift; ++k) {
       const std::size_t from = static_cast<std::size_t>(std::max(0, -k)), to = static_cast<std::size_t>(std::max(0, k));
-      add_scaled(layout.range_kernel[static_cast<std::size_t>(k + range_radius)], &histogram[from],
+      add_scaled(layout.range_kernel[k + range_radius], &histogram[from],
                  num_bins - static_cast<std::size_t>(std::abs(k)), target + to);
     }
   }
@@ -243,8 +243,7 @@ void filter_into(const ImageF& in, const ImageU8& mask, const ModeFilterOptions&
       const int row = num_blurred + static_cast<int>(i);
       std::vector<float> sum(layout.row_size());
       for (int k = std::max(-radius, -row); k <= std::min(radius, layout.num_rows - 1 - row); ++k) {
-        add_scaled(layout.spatial_kernel[static_cast<std::size_t>(k + radius)], raw.row(row + k).data(), sum.size(),
-                   sum.data());
+        add_scaled(layout.spatial_kernel[k + radius], raw.row(row + k).data(), sum.size(), sum.data());
       }
       blur_row(sum, layout, blurred.row(row));
     });

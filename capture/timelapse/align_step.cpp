@@ -78,7 +78,7 @@ Json place_json(const CaptureProject& project, const std::vector<std::string>& n
   json["residual_px"] = place.residual_px;
   json["pixels_per_reference_pixel"] = fineness(place.reference_from_photo, photo.width, photo.height);
   json["shown_share"] = shown_share(project, photo, place.reference_from_photo);
-  if (place.through >= 0) json["through"] = names[static_cast<std::size_t>(place.through)];
+  if (place.through >= 0) json["through"] = names[place.through];
   return json;
 }
 
@@ -89,17 +89,16 @@ Json alignment_json(const IngestWork& work, const SeriesAlignment& alignment) {
             {"version", 1},
             {"key", alignment_key(work)},
             {"method", align_method_text(project.align.method)},
-            {"reference", names[static_cast<std::size_t>(project.reference)]},
+            {"reference", names[project.reference]},
             {"photos", Json::array()},
             {"pairs", Json::array()}};
   for (std::size_t i = 0; i < alignment.places.size(); ++i)
     json["photos"].push_back(place_json(project, names, alignment.places[i], i));
   for (const PhotoPair& pair : alignment.pairs) {
-    json["pairs"].push_back(
-        {{"photos", {names[static_cast<std::size_t>(pair.a)], names[static_cast<std::size_t>(pair.b)]}},
-         {"accepted", pair.is_accepted},
-         {"matches", pair.num_matches},
-         {"agreeing", pair.num_agreeing}});
+    json["pairs"].push_back({{"photos", {names[pair.a], names[pair.b]}},
+                             {"accepted", pair.is_accepted},
+                             {"matches", pair.num_matches},
+                             {"agreeing", pair.num_agreeing}});
   }
   return json;
 }
@@ -157,8 +156,7 @@ void check_all_placed(const IngestWork& work, const std::vector<PhotoPlace>& pla
   const std::string cure = cure_text(project, failed.size() == 1, other_reference(project, names, places));
   if (failed.size() + 1 >= names.size()) {
     throw CannotComplete(start + "none of the " + std::to_string(names.size()) +
-                         " photographs can be laid over the reference one, " +
-                         names[static_cast<std::size_t>(project.reference)] +
+                         " photographs can be laid over the reference one, " + names[project.reference] +
                          "; photographs of one side of one object are needed: " + cure);
   }
   std::sort(excluded.begin(), excluded.end());
@@ -199,7 +197,7 @@ void leave_out_failed(IngestWork& work, const fs::path& output) {
     json = alignment_json(work, alignment);
   }
   CaptureProject& project = work.project;
-  const int reference_number = project.frames[static_cast<std::size_t>(project.reference)].number;
+  const int reference_number = project.frames[project.reference].number;
   for (const Json& photo : json.at("photos")) {
     if (photo.contains("transform")) continue;
     const int number = photo.at("number").get<int>();
@@ -208,7 +206,7 @@ void leave_out_failed(IngestWork& work, const fs::path& output) {
   }
   std::sort(project.excluded.begin(), project.excluded.end());
   project.reference = 0;
-  while (project.frames[static_cast<std::size_t>(project.reference)].number != reference_number) ++project.reference;
+  while (project.frames[project.reference].number != reference_number) ++project.reference;
   work.known_alignment = std::make_shared<const Json>(std::move(json));
 }
 
@@ -281,7 +279,7 @@ void check_handheld_options(const IngestWork& work) {
 
 Eigen::Matrix3d place_of(const IngestWork& work, int index, const fs::path& folder) {
   const auto& frames = work.project.frames;
-  const auto& given = frames[static_cast<std::size_t>(index)].transform;
+  const auto& given = frames[index].transform;
   if (!needs_alignment(work)) return given.value_or(Eigen::Matrix3d::Identity());
   PlaceTable& table = *work.places;
   const std::lock_guard lock(table.mutex);
@@ -295,7 +293,7 @@ Eigen::Matrix3d place_of(const IngestWork& work, int index, const fs::path& fold
     }
     table.is_loaded = true;
   }
-  return table.reference_from_photo.at(frames[static_cast<std::size_t>(index)].number);
+  return table.reference_from_photo.at(frames[index].number);
 }
 
 }  // namespace patinate::capture

@@ -56,7 +56,7 @@ ImageU8 background_of(const IngestWork& work, const FrameSource& source, int ind
   if (rule.kind == Kind::Color) return keyed_background(codes, rule.color);
   PlainBackground plain = plain_background(codes, source.read_known(index));
   if (plain.is_plain()) return std::move(plain.mask);
-  throw IoError(work.project.frames[static_cast<std::size_t>(index)].name(),
+  throw IoError(work.project.frames[index].name(),
                 "has no plain background: " + fixed_percent_text(plain.border_share) +
                     " of its border are of one color; give --mask-background '#rrggbb', or a `mask`, or `exclude` it");
 }
@@ -76,7 +76,7 @@ std::vector<ImageU8> backgrounds(const IngestWork& work, const FrameSource& sour
   }
   std::vector<ImageU8> found(num_frames);
   parallel_for(static_cast<std::int64_t>(num_frames), 1, control, [&](std::int64_t begin, std::int64_t) {
-    found[static_cast<std::size_t>(begin)] = background_of(work, source, static_cast<int>(begin), size, rule);
+    found[begin] = background_of(work, source, static_cast<int>(begin), size, rule);
   });
   return found;
 }

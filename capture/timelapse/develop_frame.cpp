@@ -104,10 +104,9 @@ ImageF develop_frame(const IngestWork& work, int index, const fs::path& folder) 
   const RepairOptions& options = work.options.repair;
   const CaptureProject& project = work.project;
   const PixelRectangle& roi = project.roi;
-  const CapturePhoto& photo = project.frames[static_cast<std::size_t>(index)];
+  const CapturePhoto& photo = project.frames[index];
   const RepairTables& t = repair_tables(work, folder);
-  const Eigen::Affine2d motion =
-      t.motions.empty() ? Eigen::Affine2d::Identity() : t.motions[static_cast<std::size_t>(index)];
+  const Eigen::Affine2d motion = t.motions.empty() ? Eigen::Affine2d::Identity() : t.motions[index];
   ClippedPixels clipped;
   const ImageF whole = read_whole_photo(project, photo, &clipped);
   if (may_be_clipped(project, photo)) {
@@ -136,9 +135,8 @@ ImageF develop_frame(const IngestWork& work, int index, const fs::path& folder) 
     }
   }
   if (!t.factors.empty()) {
-    const auto& factor = t.factors[static_cast<std::size_t>(index)];
-    for (std::int64_t i = 0; i < 3 * color.num_pixels(); ++i)
-      color.data()[i] *= static_cast<float>(factor[static_cast<std::size_t>(i % 3)]);
+    const auto& factor = t.factors[index];
+    for (std::int64_t i = 0; i < 3 * color.num_pixels(); ++i) color.data()[i] *= static_cast<float>(factor[i % 3]);
   }
   if (has_validity(work)) {
     ImageU8 validity(project.width(), project.height(), 1, static_cast<std::uint8_t>(Validity::Valid));

@@ -60,7 +60,7 @@ ImageU8 opaque_part(const CapturePhoto& photo) {
 
 ImageF read_frame_whole(const IngestWork& work, int index, const fs::path& folder) {
   const CaptureProject& project = work.project;
-  const ImageF photo = read_whole_photo(project, project.frames[static_cast<std::size_t>(index)]);
+  const ImageF photo = read_whole_photo(project, project.frames[index]);
   if (!project.is_handheld()) return photo;
   ImageU8 unused;
   return lay_photo(photo, place_of(work, index, folder), project.photo_width, project.photo_height, unused);
@@ -86,12 +86,11 @@ ImageF lay_in_roi(const IngestWork& work, int index, const fs::path& folder, con
 void apply_light_gain(const IngestWork& work, int index, const fs::path& folder, ImageF& color) {
   const std::array<double, 3> gain = light_gain(work, index, folder);
   if (gain == std::array<double, 3>{1.0, 1.0, 1.0}) return;
-  for (std::int64_t i = 0; i < 3 * color.num_pixels(); ++i)
-    color.data()[i] *= static_cast<float>(gain[static_cast<std::size_t>(i % 3)]);
+  for (std::int64_t i = 0; i < 3 * color.num_pixels(); ++i) color.data()[i] *= static_cast<float>(gain[i % 3]);
 }
 
 void keep_opaque(const IngestWork& work, int index, const fs::path& folder, ImageU8& shown) {
-  const CapturePhoto& photo = work.project.frames[static_cast<std::size_t>(index)];
+  const CapturePhoto& photo = work.project.frames[index];
   const ImageU8 opaque = opaque_part(photo);
   if (opaque.empty()) return;
   ImageF shares(opaque.width(), opaque.height());
@@ -106,7 +105,7 @@ void keep_opaque(const IngestWork& work, int index, const fs::path& folder, Imag
 
 ImageF read_frame_roi(const IngestWork& work, int index, const fs::path& folder) {
   const CaptureProject& project = work.project;
-  const auto read = [&](int i) { return read_whole_photo(project, project.frames[static_cast<std::size_t>(i)]); };
+  const auto read = [&](int i) { return read_whole_photo(project, project.frames[i]); };
   if (!project.is_handheld()) {
     ImageF part = roi_of(read(index), project.roi);
     apply_light_gain(work, index, folder, part);

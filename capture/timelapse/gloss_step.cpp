@@ -170,8 +170,7 @@ std::vector<HistoryWarning> write_gloss(HistoryWriter& writer, const IngestWork&
     MaterialFrame material = material_frame(result);
     // A frame that masking has filled already has its albedo.
     const fs::path filled = folder / HistoryWriter::filled_frame_file(i);
-    const bool is_filled =
-        writer.manifest().frames[static_cast<std::size_t>(i)].file == HistoryWriter::filled_frame_file(i);
+    const bool is_filled = writer.manifest().frames[i].file == HistoryWriter::filled_frame_file(i);
     ImageF color = has_metal ? std::move(material.color) : frame.albedo;
     if (is_filled && !has_metal) color = read_color(filled);
     for (float& v : color.values()) v = std::clamp(v, 0.0f, kMaxHalf);

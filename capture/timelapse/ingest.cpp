@@ -48,9 +48,7 @@ void write_deviations(HistoryWriter& writer, const IngestWork& work, const fs::p
                       const RunControl& control) {
   std::vector<double> times;
   for (const CapturePhoto& frame : work.project.frames) times.push_back(frame.time);
-  const auto read_frame = [&](int i) {
-    return read_color(folder / writer.manifest().frames[static_cast<std::size_t>(i)].file);
-  };
+  const auto read_frame = [&](int i) { return read_color(folder / writer.manifest().frames[i].file); };
   const SeriesNoise noise = estimate_noise(times, read_frame, control.part(0.0, 0.5));
   parallel_for(static_cast<std::int64_t>(times.size()), 1, control.part(0.5, 1.0),
                [&](std::int64_t begin, std::int64_t) {
@@ -115,13 +113,12 @@ JobItem frame_item(const std::shared_ptr<const IngestWork>& work, int index) {
                .key = ingest_frame_key(*work, static_cast<std::size_t>(index)),
                .stage = ingest_stages(*work).frames,
                .weight = frame_weight(work->project),
-               .inputs = {photo_name(work->project, work->project.frames[static_cast<std::size_t>(index)])}};
+               .inputs = {photo_name(work->project, work->project.frames[index])}};
   if (has_validity(*work)) item.outputs.push_back(validity_file(index));
-  if (may_be_clipped(work->project, work->project.frames[static_cast<std::size_t>(index)]))
-    item.outputs.push_back(clipped_file(index));
+  if (may_be_clipped(work->project, work->project.frames[index])) item.outputs.push_back(clipped_file(index));
   if (work->options.repair.flat_field == kFlatFieldOfFirst) item.outputs.push_back(light_share_file(index));
   item.run = [work, index](const fs::path& folder, const RunControl& control) {
-    const CapturePhoto& frame = work->project.frames[static_cast<std::size_t>(index)];
+    const CapturePhoto& frame = work->project.frames[index];
     HistoryWriter(folder, work->manifest()).write_frame(index, frame.time, develop_frame(*work, index, folder));
     control.report(1.0);
   };

@@ -160,7 +160,7 @@ void add_order(std::vector<HistoryWarning>& warnings, const SurveyReport& survey
 
 /// Light in which a photograph that is exposed differently does not stand out.
 void add_restless_light(std::vector<HistoryWarning>& warnings, const RestlessLight& light) {
-  const std::string channel(kChannelNames[static_cast<std::size_t>(light.channel)]);
+  const std::string channel(kChannelNames[light.channel]);
   warnings.push_back(
       {.about = WarningSubject::Light,
        .text = "the light or its color goes up and down from photograph to photograph, by " +

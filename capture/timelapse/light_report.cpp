@@ -261,7 +261,7 @@ DeflickerReport deflicker_report(const std::vector<CapturePhoto>& photos,
   for (const std::size_t k : order) {
     if (size_of(factors[k]) > 0.0) report.changed.push_back({photos[k].name(), factors[k]});
   }
-  for (int frame : unsure) report.unsure.push_back(photos[static_cast<std::size_t>(frame)].name());
+  for (int frame : unsure) report.unsure.push_back(photos[frame].name());
   return report;
 }
 
@@ -271,7 +271,7 @@ FlatFieldReport flat_field_report(const ImageF& gain) {
     std::vector<float> values;
     for (std::int64_t i = 0; i < gain.num_pixels(); ++i) values.push_back(gain.data()[3 * i + c]);
     const auto [low, high] = std::minmax_element(values.begin(), values.end());
-    report.ranges[static_cast<std::size_t>(c)] = {static_cast<double>(*low), static_cast<double>(*high)};
+    report.ranges[c] = {static_cast<double>(*low), static_cast<double>(*high)};
   }
   return report;
 }

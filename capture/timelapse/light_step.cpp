@@ -37,7 +37,7 @@ std::vector<ImageF> small_frames(std::size_t num_frames, const std::function<Ima
 /// The finished frames, small.
 std::vector<ImageF> small_frames(const HistoryManifest& history, const fs::path& folder, const PixelSize& size,
                                  const RunControl& control) {
-  const auto read_frame = [&](int i) { return read_color(folder / history.frames[static_cast<std::size_t>(i)].file); };
+  const auto read_frame = [&](int i) { return read_color(folder / history.frames[i].file); };
   return small_frames(history.frames.size(), read_frame, size, control);
 }
 
@@ -75,7 +75,7 @@ std::optional<StaticLight> take_static_light_out(HistoryWriter& writer, const In
   const auto num_frames = static_cast<std::int64_t>(work.project.frames.size());
   parallel_for(num_frames, 1, control, [&](std::int64_t begin, std::int64_t) {
     const int i = static_cast<int>(begin);
-    ImageF frame = read_color(folder / writer.manifest().frames[static_cast<std::size_t>(i)].file);
+    ImageF frame = read_color(folder / writer.manifest().frames[i].file);
     take_light_out(frame, light);
     fs::create_directories(folder / HistoryWriter::filled_frame_file(i).parent_path());
     write_exr(folder / HistoryWriter::filled_frame_file(i), frame, {"R", "G", "B"}, ExrDepth::Half);

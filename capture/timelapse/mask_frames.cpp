@@ -26,8 +26,7 @@ ImageU8 standing_highlight(const IngestWork& work, const RunControl& control) {
   const PixelRectangle& roi = project.roi;
   constexpr float kSaturation = 1.0f;
   const auto read_frame = [&](int i) {
-    return crop(read_whole_photo(project, project.frames[static_cast<std::size_t>(i)]), roi.x, roi.y, roi.width,
-                roi.height);
+    return crop(read_whole_photo(project, project.frames[i]), roi.x, roi.y, roi.width, roi.height);
   };
   ImageU8 highlight = find_standing_highlight(static_cast<int>(project.frames.size()), read_frame, kSaturation,
                                               work.options.repair.highlight_options, control);
@@ -45,8 +44,7 @@ class ValidityReader {
     ImageU8 validity = read_validity(folder_, index);
     if (highlight_.empty()) return validity;
     const RepairTables& t = repair_tables(work_, folder_);
-    const ImageU8 there =
-        t.motions.empty() ? highlight_ : mask_in_place(highlight_, t.motions[static_cast<std::size_t>(index)]);
+    const ImageU8 there = t.motions.empty() ? highlight_ : mask_in_place(highlight_, t.motions[index]);
     ImageF shares(there.width(), there.height());
     std::transform(there.values().begin(), there.values().end(), shares.values().begin(),
                    [](std::uint8_t v) { return v != 0 ? 1.0f : 0.0f; });
@@ -80,9 +78,9 @@ std::vector<char> write_frames(const fs::path& folder, const FillPlan& plan, con
     if (!is_all(mask, 255)) {
       fs::create_directories(folder / HistoryWriter::frame_mask_file(i).parent_path());
       write_codes(folder / HistoryWriter::frame_mask_file(i), mask);
-      has_mask[static_cast<std::size_t>(i)] = 1;
+      has_mask[i] = 1;
     }
-    if (plan.needs_fill[static_cast<std::size_t>(i)] == 0) return;
+    if (plan.needs_fill[i] == 0) return;
     const ImageF filled = fill_frame(i, times, plan, read_validity, read_frame);
     fs::create_directories(folder / HistoryWriter::filled_frame_file(i).parent_path());
     write_exr(folder / HistoryWriter::filled_frame_file(i), filled, {"R", "G", "B"}, ExrDepth::Half);

@@ -55,7 +55,7 @@ struct Samples {
 std::optional<PatchColor> measure(const IngestWork& work, int index, const fs::path& folder) {
   const CaptureProject& project = work.project;
   const PixelRectangle& patch = *project.reference_patch;
-  const CapturePhoto& photo = project.frames[static_cast<std::size_t>(index)];
+  const CapturePhoto& photo = project.frames[index];
   const ImageF whole = read_whole_photo(project, photo);
   ImageU8 shown;
   const ImageF color = lay_in_rectangle(work, index, folder, whole, patch, shown);
@@ -75,7 +75,7 @@ std::optional<PatchColor> measure(const IngestWork& work, int index, const fs::p
         continue;
       }
       all.add(rgb);
-      cells[static_cast<std::size_t>(y * kCells / patch.height * kCells + x * kCells / patch.width)].add(rgb);
+      cells[y * kCells / patch.height * kCells + x * kCells / patch.width].add(rgb);
     }
   }
   const bool is_seen =
@@ -110,13 +110,13 @@ void measure_all(const IngestWork& work, const fs::path& folder, const RunContro
   const std::vector<std::string> names = photo_names(project.frames);
   std::vector<std::optional<PatchColor>> colors(project.frames.size());
   parallel_for(static_cast<std::int64_t>(colors.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
-    colors[static_cast<std::size_t>(begin)] = measure(work, static_cast<int>(begin), folder);
+    colors[begin] = measure(work, static_cast<int>(begin), folder);
   });
-  const auto& reference = colors[static_cast<std::size_t>(project.reference)];
+  const auto& reference = colors[project.reference];
   if (!reference)
-    throw IoError(project.file.string(),
-                  "`reference_patch` is saturated, black or not shown in the reference photograph, " +
-                      names[static_cast<std::size_t>(project.reference)]);
+    throw IoError(
+        project.file.string(),
+        "`reference_patch` is saturated, black or not shown in the reference photograph, " + names[project.reference]);
   Json photos = Json::array();
   for (std::size_t i = 0; i < colors.size(); ++i) {
     Json entry{{"photo", names[i]}, {"number", project.frames[i].number}, {"is_seen", colors[i].has_value()}};
@@ -144,10 +144,10 @@ std::string patch_key(const IngestWork& work) {
 double exif_gain(const IngestWork& work, int index) {
   const CaptureProject& project = work.project;
   if (!project.is_handheld() && !project.reference_patch) return 1.0;
-  const CapturePhoto& photo = project.frames[static_cast<std::size_t>(index)];
+  const CapturePhoto& photo = project.frames[index];
   const bool is_linear = !photo.has_codes || project.response.kind == Response::Kind::Linear;
   const double here = photo.exposure.amount();
-  const double there = project.frames[static_cast<std::size_t>(project.reference)].exposure.amount();
+  const double there = project.frames[project.reference].exposure.amount();
   return is_linear && here > 0.0 && there > 0.0 ? there / here : 1.0;
 }
 
@@ -162,7 +162,7 @@ std::optional<Color> patch_gain(const IngestWork& work, int index, const fs::pat
     }
     table.is_loaded = true;
   }
-  const auto found = table.gains.find(work.project.frames[static_cast<std::size_t>(index)].number);
+  const auto found = table.gains.find(work.project.frames[index].number);
   return found == table.gains.end() ? std::nullopt : std::optional(found->second);
 }
 

@@ -36,8 +36,7 @@ std::vector<PhotoMarks> marks_of(const CaptureProject& project) {
       return p.name() == name || p.file.filename().string() == name;
     });
     if (is_unknown && !excluded.empty()) continue;  // Of a photograph that is left out.
-    marks[static_cast<std::size_t>(find_photo(project, name, "a landmark of " + project.align.landmarks->string()))] =
-        of_photo;
+    marks[find_photo(project, name, "a landmark of " + project.align.landmarks->string())] = of_photo;
   }
   return marks;
 }
@@ -109,7 +108,7 @@ PhotoSeries photo_series(const IngestWork& work, const RunControl& control) {
   if (method == AlignMethod::Landmarks || method == AlignMethod::Markers) return series;
   if (method == AlignMethod::Outline || method == AlignMethod::Auto) {
     series.outlines = [&work](int index) {
-      const CapturePhoto& photo = work.project.frames[static_cast<std::size_t>(index)];
+      const CapturePhoto& photo = work.project.frames[index];
       return find_outline(object_of(work, photo), photo.width, photo.height);
     };
   }
@@ -118,7 +117,7 @@ PhotoSeries photo_series(const IngestWork& work, const RunControl& control) {
     return series;
   }
   series.features = [&project](int index) {
-    const CapturePhoto& photo = project.frames[static_cast<std::size_t>(index)];
+    const CapturePhoto& photo = project.frames[index];
     ImageU8 shown = opaque_part(photo);
     if (shown.empty() && index == project.reference) shown = object_mask(project);
     return find_features(read_whole_photo(project, photo), shown);

@@ -88,7 +88,7 @@ JobItem chunk_item(const std::shared_ptr<const IngestWork>& work, int chunk) {
       .add(std::int64_t{work->options.repair.stabilize});
   key.add(work->project.response.text());
   for (int v : {roi.x, roi.y, roi.width, roi.height}) key.add(std::int64_t{v});
-  for (int i = std::max(0, begin - kChunk); i < end; ++i) key.add(work->photo_keys[static_cast<std::size_t>(i)]);
+  for (int i = std::max(0, begin - kChunk); i < end; ++i) key.add(work->photo_keys[i]);
   if (work->project.is_handheld()) {
     for (int i = std::max(0, begin - kChunk); i < end; ++i) key.add(place_key(*work, static_cast<std::size_t>(i)));
   }
@@ -163,7 +163,7 @@ std::vector<FramePair> find_bridges(const IngestWork& work, const fs::path& fold
     return is_linked(bridges.back());
   };
   for (const FramePair& cut : neighbors) {
-    if (groups[static_cast<std::size_t>(cut.reference)] == groups[static_cast<std::size_t>(cut.frame)]) continue;
+    if (groups[cut.reference] == groups[cut.frame]) continue;
     for (int k = 1; k < kChunk; k *= 2) {
       if (!ties(cut.reference - k, cut.frame) && !ties(cut.reference, cut.frame + k)) continue;
       groups = group_frames(n, pairs, is_linked);
@@ -175,8 +175,8 @@ std::vector<FramePair> find_bridges(const IngestWork& work, const fs::path& fold
 
 /// Which photograph, as messages and `exclude` name it.
 Json photo_json(const CaptureProject& project, const std::vector<std::string>& names, int frame) {
-  const CapturePhoto& photo = project.frames[static_cast<std::size_t>(frame)];
-  return {{"photo", names[static_cast<std::size_t>(frame)]}, {"time", photo.time}, {"number", photo.number}};
+  const CapturePhoto& photo = project.frames[frame];
+  return {{"photo", names[frame]}, {"time", photo.time}, {"number", photo.number}};
 }
 
 /// Every frame's status under --stabilize. @throws CannotComplete if none can be laid over another one.
@@ -195,7 +195,7 @@ Json frame_states(const IngestWork& work, const std::vector<std::string>& names,
                        std::max(1.0, static_cast<double>(std::max(roi.width, roi.height)) / kPreparedSide);
   Json states = Json::array();
   for (int i = 0; i < n; ++i) {
-    const std::size_t k = static_cast<std::size_t>(i);
+    const std::size_t k = i;
     Json state = photo_json(work.project, names, i);
     const bool is_unlinked = std::binary_search(motions.unlinked_frames.begin(), motions.unlinked_frames.end(), i);
     const bool is_moved = motion_size(motions.frame_from_first[k], roi.width, roi.height) >= least;
@@ -214,9 +214,7 @@ Json outside_json(const CaptureProject& project, const std::vector<std::string>&
     Json entry = photo_json(project, names, frame);
     for (const FramePair& pair : pairs) {
       const bool is_of_frame = pair.frame == frame || pair.reference == frame;
-      if (!is_of_frame ||
-          groups[static_cast<std::size_t>(pair.frame)] == groups[static_cast<std::size_t>(pair.reference)])
-        continue;
+      if (!is_of_frame || groups[pair.frame] == groups[pair.reference]) continue;
       entry["similarity"] = std::max(entry.value("similarity", -1.0), best_similarity(pair));
     }
     list.push_back(std::move(entry));
@@ -230,7 +228,7 @@ Json findings_json(const CaptureProject& project, const std::vector<std::string>
   for (const FrameFinding& finding : findings) {
     Json entry = finding_to_json(finding);
     entry.update(photo_json(project, names, finding.odd_frame));
-    entry["against"] = names[static_cast<std::size_t>(finding.against)];
+    entry["against"] = names[finding.against];
     entry["is_shifted"] = finding.is_shifted;
     list.push_back(std::move(entry));
   }
@@ -291,7 +289,7 @@ void save_survey(const IngestWork& work, const fs::path& folder, const RunContro
   json["excluded"] = project.excluded;
   json["findings"] = findings_json(project, names, findings);
   if (const std::optional<RestlessLight> light = find_restless_light(neighbors, options.survey))
-    json["restless_light"] = {{"channel", kChannelNames[static_cast<std::size_t>(light->channel)]},
+    json["restless_light"] = {{"channel", kChannelNames[light->channel]},
                               {"deviation", rounded(light->deviation, 3)},
                               {"hidden", rounded(light->hidden, 3)}};
   const std::vector<int> groups = group_frames(num_frames_of(work), pairs, is_linked);

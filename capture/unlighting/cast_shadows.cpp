@@ -13,8 +13,8 @@ double median_edge(const Mesh& mesh) {
   lengths.reserve(3 * mesh.triangles.size());
   for (const Triangle& t : mesh.triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3& a = mesh.positions[static_cast<std::size_t>(t[k])];
-      lengths.push_back((mesh.positions[static_cast<std::size_t>(t[(k + 1) % 3])] - a).norm());
+      const Vec3& a = mesh.positions[t[k]];
+      lengths.push_back((mesh.positions[t[(k + 1) % 3]] - a).norm());
     }
   }
   return median(std::move(lengths));

@@ -79,7 +79,7 @@ class Surface {
     const Vec3 place = from + hit->distance * direction;
     const auto near = nearest_.nearest_below(place, largest_reach_);
     if (near.index >= 0) {
-      const Source& source = sources_[static_cast<std::size_t>(near.index)];
+      const Source& source = sources_[near.index];
       if (near.squared_distance <= source.reach_mm * source.reach_mm &&
           vector_of(work_.normal, source.x, source.y).dot(direction) < 0.0) {
         add_seen(source.x, source.y, sum);
@@ -134,8 +134,8 @@ class Surface {
 
   [[nodiscard]] Vec3 facing(int triangle, const Vec3& direction) const {
     const Mesh& mesh = *work_.input.blockers;
-    const Triangle& t = mesh.triangles[static_cast<std::size_t>(triangle)];
-    const auto corner = [&](std::size_t i) { return mesh.positions[static_cast<std::size_t>(t[i])]; };
+    const Triangle& t = mesh.triangles[triangle];
+    const auto corner = [&](std::size_t i) { return mesh.positions[t[i]]; };
     const Vec3 n = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
     return n.dot(direction) > 0.0 ? Vec3(-n) : n;
   }
@@ -221,7 +221,7 @@ RayCount gather_texel(const UnlightWork& work, const Surface& surface, int x, in
     }
   }
   for (int i = 0; i < out.channels(); ++i) {
-    const double mean = sum[static_cast<std::size_t>(i)] / (kRaysAcross * kRaysAcross);
+    const double mean = sum[i] / (kRaysAcross * kRaysAcross);
     out.at(x, y, i) = static_cast<float>(std::max(0.0, mean));
   }
   return count;
@@ -245,13 +245,11 @@ bool interpolate(const UnlightWork& work, const ImageF& gathered, int step, int 
       if (across >= 1.0 || down >= 1.0 || cosine <= kSameSurfaceCosine || is_across_an_edge) continue;
       const double w = (1.0 - across) * (1.0 - down) * (cosine - kSameSurfaceCosine);
       total += w;
-      for (int c = 0; c < out.channels(); ++c)
-        sum[static_cast<std::size_t>(c)] += w * static_cast<double>(gathered.at(sx, sy, c));
+      for (int c = 0; c < out.channels(); ++c) sum[c] += w * static_cast<double>(gathered.at(sx, sy, c));
     }
   }
   if (!(total > 0.0)) return false;
-  for (int c = 0; c < out.channels(); ++c)
-    out.at(x, y, c) = static_cast<float>(sum[static_cast<std::size_t>(c)] / total);
+  for (int c = 0; c < out.channels(); ++c) out.at(x, y, c) = static_cast<float>(sum[c] / total);
   return true;
 }
 
@@ -310,7 +308,7 @@ InterreflectionReport interreflection_shares(const UnlightWork& work, const Unli
       for (int c = 0; c < work.num_channels; ++c) {
         indirect += static_cast<double>(result.albedo.at(x, y, c)) *
                     static_cast<double>(work.indirect.at(x, y, k * work.num_channels + c));
-        value += static_cast<double>(work.input.photos[static_cast<std::size_t>(k)].at(x, y, c));
+        value += static_cast<double>(work.input.photos[k].at(x, y, c));
       }
     }
     if (value > 0.0) shares.push_back(indirect / value);

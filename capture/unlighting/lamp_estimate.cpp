@@ -61,14 +61,13 @@ class TexelEquations {
     const auto [t, b] = across(fit.normal);
     Eigen::VectorXd row(num_local);
     for (int k = 0; k < work_.num_lights; ++k) {
-      if (texel_.state[static_cast<std::size_t>(k)] != SampleState::Clean) continue;
-      const Vec3& l = texel_.direction[static_cast<std::size_t>(k)];
+      if (texel_.state[k] != SampleState::Clean) continue;
+      const Vec3& l = texel_.direction[k];
       const double cosine = fit.normal.dot(l);
       if (!(cosine > 0.0)) continue;
       for (int c = 0; c < channels; ++c) {
         const auto i = texel_.index(k, c);
-        const double albedo = fit.albedo[static_cast<std::size_t>(c)], lit = texel_.irradiance[i] * cosine,
-                     ambient = texel_.ambient[i];
+        const double albedo = fit.albedo[c], lit = texel_.irradiance[i] * cosine, ambient = texel_.ambient[i];
         const double w = 1.0 / (texel_.variance[i] * options_.noise_scale * options_.noise_scale);
         const double residual = texel_.value[i] - albedo * (lit + ambient);
         row.setZero();
@@ -133,7 +132,7 @@ Equations gather(const UnlightWork& work, const Columns& columns, const std::vec
     Equations sums = zero;
     TexelEquations equations(work, columns);
     for (std::int64_t i = begin; i < end; ++i) {
-      const std::int64_t at = texels[static_cast<std::size_t>(i)];
+      const std::int64_t at = texels[i];
       equations.add(static_cast<int>(at % work.width), static_cast<int>(at / work.width), sums);
     }
     return sums;
@@ -181,7 +180,7 @@ double apply(UnlightWork& work, const Columns& columns, const Eigen::VectorXd& s
   for (int c = 0; c < work.num_channels; ++c) {
     for (int k = 0; k < work.num_lights && columns.strength(k, c) >= 0; ++k) {
       const double d = std::clamp(step[columns.strength(k, c)], -kMaxStep, kMaxStep);
-      work.strengths[static_cast<std::size_t>(k)][c] *= std::exp(d);
+      work.strengths[k][c] *= std::exp(d);
       change = std::max(change, std::abs(d));
     }
     if (columns.ambient(c) < 0) continue;

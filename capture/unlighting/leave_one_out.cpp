@@ -35,7 +35,7 @@ void predict(const UnlightWork& work, const UnlightResult& result, const TexelFi
     double predicted = 0.0, seen = 0.0;
     for (int c = 0; c < work.num_channels; ++c) {
       const auto at = texel.index(k, c);
-      predicted += fit.albedo[static_cast<std::size_t>(c)] * (texel.irradiance[at] * cosine + texel.ambient[at]);
+      predicted += fit.albedo[c] * (texel.irradiance[at] * cosine + texel.ambient[at]);
       predicted += fit.gain * highlight_value(texel, k, c, fit.normal);
       seen += texel.value[at];
     }
@@ -60,7 +60,7 @@ std::vector<LeaveOneOutError> leave_one_out(const UnlightInput& input, const Unl
     std::vector<Predicted> lamps = zero;
     TexelSamples texel;
     for (std::int64_t i = begin; i < end; ++i) {
-      const std::int64_t at = texels[static_cast<std::size_t>(i)];
+      const std::int64_t at = texels[i];
       const int x = static_cast<int>(at % work.width), y = static_cast<int>(at / work.width);
       if (result.mask.at(x, y) != 0) predict(work, result, fit_options, x, y, texel, lamps);
     }

@@ -101,8 +101,8 @@ class Neighbors {
   /// What neighbors belong to, as far as they are of the texel's color.
   void add(std::size_t i, const MaterialShares& shares, std::vector<double>& score) const {
     for (const int j : of_[i]) {
-      const double weight = kNeighbor * likeness(texels_[i].color, texels_[static_cast<std::size_t>(j)].color);
-      for (std::size_t k = 0; k < score.size(); ++k) score[k] += weight * shares[static_cast<std::size_t>(j)][k];
+      const double weight = kNeighbor * likeness(texels_[i].color, texels_[j].color);
+      for (std::size_t k = 0; k < score.size(); ++k) score[k] += weight * shares[j][k];
     }
   }
 
@@ -112,8 +112,8 @@ class Neighbors {
   void link(std::map<Key, int>& last, const Key& key, int i) {
     const auto [found, is_new] = last.try_emplace(key, i);
     if (is_new) return;
-    of_[static_cast<std::size_t>(i)].push_back(found->second);
-    of_[static_cast<std::size_t>(found->second)].push_back(i);
+    of_[i].push_back(found->second);
+    of_[found->second].push_back(i);
     found->second = i;
   }
   const std::vector<TexelEvidence>& texels_;
@@ -192,9 +192,7 @@ std::vector<SurfaceMaterial> materials_of(const std::vector<TexelEvidence>& texe
                                           const std::vector<SurfaceMaterial>& last, const RunControl& control) {
   std::vector<SurfaceMaterial> all(shares.front().size());
   parallel_for(static_cast<std::int64_t>(all.size()), 1, control, [&](std::int64_t k, std::int64_t) {
-    all[static_cast<std::size_t>(k)] =
-        material_of(texels, shares, static_cast<std::size_t>(k),
-                    last.size() == all.size() ? &last[static_cast<std::size_t>(k)] : nullptr);
+    all[k] = material_of(texels, shares, static_cast<std::size_t>(k), last.size() == all.size() ? &last[k] : nullptr);
   });
   std::vector<SurfaceMaterial> kept;
   std::copy_if(all.begin(), all.end(), std::back_inserter(kept),

@@ -44,7 +44,7 @@ std::vector<TexelEvidence> evidence_of_grid(const UnlightWork& work, const Unlig
       if (!work.is_surface(x, y) || fitted.mask.at(x, y) == 0 || !lobes.evidence(x, y, fitted, roughness, texel))
         continue;
       texel.color = feature_of(color, x, y);
-      found[static_cast<std::size_t>(row)].push_back(texel);
+      found[row].push_back(texel);
     }
   });
   std::vector<TexelEvidence> all;

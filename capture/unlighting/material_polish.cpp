@@ -64,12 +64,11 @@ class Polish {
   [[nodiscard]] double off_of(const TexelSamples& texel, const TexelFit& fit, int lamp) const {
     constexpr double kShare = 0.05, kMostNoise = 3.0;
     const double noise = std::min(kMostNoise, work_.noise_scale);
-    const double cosine = std::max(0.0, fit.normal.dot(texel.direction[static_cast<std::size_t>(lamp)]));
+    const double cosine = std::max(0.0, fit.normal.dot(texel.direction[lamp]));
     double cost = 0.0;
     for (int c = 0; c < work_.num_channels; ++c) {
       const auto at = texel.index(lamp, c);
-      const double seen = texel.value[at], said = fit.albedo[static_cast<std::size_t>(c)] *
-                                                      (texel.irradiance[at] * cosine + texel.ambient[at]) +
+      const double seen = texel.value[at], said = fit.albedo[c] * (texel.irradiance[at] * cosine + texel.ambient[at]) +
                                                   fit.gain * highlight_value(texel, lamp, c, fit.normal);
       const double variance =
           noise * noise * work_.variance_of(seen) + kShare * kShare * seen * std::max(said, 0.1 * seen);

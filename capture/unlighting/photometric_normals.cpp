@@ -27,9 +27,7 @@ std::vector<Triple> triples_of(const std::vector<Light>& lights) {
   std::vector<Triple> triples;
   const auto add = [&](int a, int b, int c) {
     Eigen::Matrix3d rows;
-    rows << lights[static_cast<std::size_t>(a)].direction.transpose(),
-        lights[static_cast<std::size_t>(b)].direction.transpose(),
-        lights[static_cast<std::size_t>(c)].direction.transpose();
+    rows << lights[a].direction.transpose(), lights[b].direction.transpose(), lights[c].direction.transpose();
     if (std::abs(rows.determinant()) > kLeastVolume) triples.push_back({{a, b, c}, rows.inverse()});
   };
   if (n <= kMaxLamps) {
@@ -56,8 +54,7 @@ Vec3 best_vector(const std::vector<double>& values, const std::vector<Light>& li
   Vec3 best = Vec3::Zero();
   double least = std::numeric_limits<double>::infinity();
   for (const Triple& triple : triples) {
-    const Vec3 v(values[static_cast<std::size_t>(triple.lamps[0])], values[static_cast<std::size_t>(triple.lamps[1])],
-                 values[static_cast<std::size_t>(triple.lamps[2])]);
+    const Vec3 v(values[triple.lamps[0]], values[triple.lamps[1]], values[triple.lamps[2]]);
     if (!(v.minCoeff() > 0.0)) continue;
     const Vec3 g = triple.inverse * v;
     double sum = 0.0;

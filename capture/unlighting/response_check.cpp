@@ -21,7 +21,7 @@ UnlightInput row_of(const UnlightWork& work, const std::vector<std::int64_t>& te
   row.photos.assign(in.photos.size(), ImageF(n, 1, work.num_channels));
   row.valid.assign(in.photos.size(), ImageU8(n, 1));
   for (int i = 0; i < n; ++i) {
-    const auto at = texels[static_cast<std::size_t>(i)];
+    const auto at = texels[i];
     const int x = static_cast<int>(at % work.width), y = static_cast<int>(at / work.width);
     for (int c = 0; c < 3; ++c) {
       if (!in.normal.empty()) row.normal.at(i, 0, c) = work.normal.at(x, y, c);

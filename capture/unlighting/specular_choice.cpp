@@ -75,7 +75,7 @@ double lamp_cost(const TexelSamples& samples, const std::vector<double>& plain_v
   const double most = options.reject ? options.rejection_width() * options.rejection_width() * samples.num_channels
                                      : std::numeric_limits<double>::infinity();
   const double scale2 = options.noise_scale * options.noise_scale;
-  const double cosine = std::max(0.0, fit.normal.dot(samples.direction[static_cast<std::size_t>(lamp)]));
+  const double cosine = std::max(0.0, fit.normal.dot(samples.direction[lamp]));
   double cost = 0.0;
   for (int c = 0; c < samples.num_channels; ++c) {
     const auto at = samples.index(lamp, c), channel = static_cast<std::size_t>(c);
@@ -93,7 +93,7 @@ double robust_cost(const TexelSamples& samples, const std::vector<double>& plain
                    const TexelFitOptions& options) {
   double sum = 0.0;
   for (int k = 0; k < samples.num_lights; ++k) {
-    const SampleState state = samples.state[static_cast<std::size_t>(k)];
+    const SampleState state = samples.state[k];
     if (state == SampleState::Clean || state == SampleState::Darker || state == SampleState::Brighter)
       sum += lamp_cost(samples, plain_variance, fit, options, k);
   }

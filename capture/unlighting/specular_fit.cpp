@@ -34,7 +34,7 @@ ImageF tile_sums(const UnlightWork& work, const SpecularForm& form, const Unligh
         if (!is_specular_sample(x, y, work.highlight_step) || fitted.mask.at(x, y) == 0 ||
             !lobes.sum(x, y, fitted, sums))
           continue;
-        double* at = &line[static_cast<std::size_t>(x / kSpecularTile * kSums * kNumLobeRoughness)];
+        double* at = &line[x / kSpecularTile * kSums * kNumLobeRoughness];
         for (std::size_t r = 0; r < kLobeRoughness.size(); ++r) {
           at[kSums * r] += sums.lobe_lobe[r];
           at[kSums * r + 1] += sums.lobe_value[r];

@@ -79,16 +79,15 @@ class FormTrial {
                  [&](std::int64_t begin, std::int64_t end) {
                    TexelSamples texel, plain;
                    for (std::int64_t i = begin; i < end; ++i) {
-                     Tried::Texel& here = found[static_cast<std::size_t>(i)];
-                     const std::int64_t at = texels_[static_cast<std::size_t>(i)];
+                     Tried::Texel& here = found[i];
+                     const std::int64_t at = texels_[i];
                      const int x = static_cast<int>(at % work_.width), y = static_cast<int>(at / work_.width);
                      work_.load(x, y, texel);
                      work_.load_raw(x, y, plain);
                      here.cost = left_out_cost(texel, plain.variance, options, x + y);
                      const TexelFit fit = fit_texel(texel, options);
                      here.albedo = fit.albedo;
-                     for (int c = 0; c < work_.num_channels; ++c)
-                       here.share[static_cast<std::size_t>(c)] = highlight_share(texel, fit, c);
+                     for (int c = 0; c < work_.num_channels; ++c) here.share[c] = highlight_share(texel, fit, c);
                    }
                  });
     return found;

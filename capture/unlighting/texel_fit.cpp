@@ -62,25 +62,25 @@ class TexelSolver {
   }
 
  private:
-  [[nodiscard]] SampleState& state(int k) { return s_.state[static_cast<std::size_t>(k)]; }
-  [[nodiscard]] double& weight(int k) { return weight_[static_cast<std::size_t>(k)]; }
+  [[nodiscard]] SampleState& state(int k) { return s_.state[k]; }
+  [[nodiscard]] double& weight(int k) { return weight_[k]; }
   [[nodiscard]] int least() const { return std::max(o_.min_lights, o_.refine_normal && !has_prior_ ? 3 : 1); }
-  [[nodiscard]] double cosine(int k) const { return normal_.dot(s_.direction[static_cast<std::size_t>(k)]); }
+  [[nodiscard]] double cosine(int k) const { return normal_.dot(s_.direction[k]); }
   /// What a texel of albedo 1 shows.
   [[nodiscard]] double unit_value(int k, int c) const {
     return s_.irradiance[s_.index(k, c)] * std::max(0.0, cosine(k)) + s_.ambient[s_.index(k, c)];
   }
   /// What a lamp shows beside the diffuse light.
   [[nodiscard]] double highlight(int k, int c) const {
-    if constexpr (kHasHighlight) return gain_ * lobe_[static_cast<std::size_t>(k)].value * shine_of(k, c);
+    if constexpr (kHasHighlight) return gain_ * lobe_[k].value * shine_of(k, c);
     return 0.0;
   }
   /// What a lobe of 1 adds.
   [[nodiscard]] double shine_of(int k, int c) const {
-    return s_.highlight.tint[static_cast<std::size_t>(c)] * s_.irradiance[s_.index(k, c)] * std::numbers::pi;
+    return s_.highlight.tint[c] * s_.irradiance[s_.index(k, c)] * std::numbers::pi;
   }
   [[nodiscard]] double off(int k, int c) const {
-    return s_.value[s_.index(k, c)] - albedo_[static_cast<std::size_t>(c)] * unit_value(k, c) - highlight(k, c);
+    return s_.value[s_.index(k, c)] - albedo_[c] * unit_value(k, c) - highlight(k, c);
   }
 
   /// Lobes under the normal, and how they change when it turns.
@@ -89,9 +89,9 @@ class TexelSolver {
       const std::array<Vec3, 2> t = tangent_pair(normal_);
       const TexelHighlight& h = s_.highlight;
       for (int k : candidates_) {
-        const Vec3& l = s_.direction[static_cast<std::size_t>(k)];
+        const Vec3& l = s_.direction[k];
         const SpecularTurn turn = specular_turn(h.form, normal_, t, l, h.to_camera, h.roughness);
-        Lobe& at = lobe_[static_cast<std::size_t>(k)];
+        Lobe& at = lobe_[k];
         at.value = h.strength * turn.value;
         at.slope = {h.strength * turn.slope[0], h.strength * turn.slope[1]};
       }
@@ -107,7 +107,7 @@ class TexelSolver {
   /// The albedos under the starting normal: medians, or (without rejection) least squares.
   void start() {
     for (int c = 0; c < s_.num_channels; ++c) {
-      double& albedo = albedo_[static_cast<std::size_t>(c)];
+      double& albedo = albedo_[c];
       if (!o_.reject) {
         albedo = least_squares_albedo(c);
         continue;
@@ -199,7 +199,7 @@ class TexelSolver {
     e.an.fill(Vector::Zero());
     for (int k : candidates_) {
       if (!(weight(k) > 0.0)) continue;
-      const Vec3& l = s_.direction[static_cast<std::size_t>(k)];
+      const Vec3& l = s_.direction[k];
       const bool is_lit = cosine(k) > 0.0;
       const Eigen::Vector2d across = is_lit ? Eigen::Vector2d(l.dot(t[0]), l.dot(t[1])) : Eigen::Vector2d(0, 0);
       for (int c = 0; c < s_.num_channels; ++c) {
@@ -209,7 +209,7 @@ class TexelSolver {
         Vector slope = Vector::Zero();
         slope.template head<2>() = albedo_[i] * s_.irradiance[s_.index(k, c)] * across;
         if constexpr (kHasHighlight) {
-          const Lobe& lobe = lobe_[static_cast<std::size_t>(k)];
+          const Lobe& lobe = lobe_[k];
           slope.template head<2>() += gain_ * shine_of(k, c) * lobe.slope;
           slope[2] = shine_of(k, c) * lobe.value;
         }
@@ -365,14 +365,12 @@ void TexelSamples::resize(int lights, int channels) {
 double highlight_value(const TexelSamples& samples, int light, int channel, const Vec3& normal) {
   const TexelHighlight& h = samples.highlight;
   if (!(h.strength > 0.0)) return 0.0;
-  return h.strength *
-         specular_lobe(h.form, normal, samples.direction[static_cast<std::size_t>(light)], h.to_camera, h.roughness) *
-         h.tint[static_cast<std::size_t>(channel)] * samples.irradiance[samples.index(light, channel)] *
-         std::numbers::pi;
+  return h.strength * specular_lobe(h.form, normal, samples.direction[light], h.to_camera, h.roughness) *
+         h.tint[channel] * samples.irradiance[samples.index(light, channel)] * std::numbers::pi;
 }
 
 double highlight_share(const TexelSamples& samples, const TexelFit& fit, int channel) {
-  const double albedo = fit.albedo[static_cast<std::size_t>(channel)];
+  const double albedo = fit.albedo[channel];
   double sum = 0.0, norm = 0.0;
   for (int k = 0; k < samples.num_lights; ++k) {
     const auto i = static_cast<std::size_t>(k);

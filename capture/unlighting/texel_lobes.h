@@ -176,9 +176,7 @@ class TexelLobes {
     for (int k = 0; k < work_.num_lights; ++k) {
       const auto state = static_cast<SampleState>(fitted.samples.at(x, y, k));
       if (state != SampleState::Clean && state != SampleState::Brighter) continue;
-      LobeSample s{.direction = texel_.direction[static_cast<std::size_t>(k)],
-                   .normal = n,
-                   .is_clean = state == SampleState::Clean};
+      LobeSample s{.direction = texel_.direction[k], .normal = n, .is_clean = state == SampleState::Clean};
       const double cosine = std::max(0.0, n.dot(s.direction));
       const TexelHighlight& h = texel_.highlight;
       const SpecularTurn turn = h.strength > 0.0
@@ -189,17 +187,17 @@ class TexelLobes {
         const double a = static_cast<double>(fitted.albedo.at(x, y, c)),
                      unit = texel_.irradiance[i] * cosine + texel_.ambient[i];
         s.slope(c, c) = unit;
-        const double shine = h.strength * h.tint[static_cast<std::size_t>(c)] * texel_.irradiance[i] * std::numbers::pi;
+        const double shine = h.strength * h.tint[c] * texel_.irradiance[i] * std::numbers::pi;
         const double highlight = shine * turn.value;
         for (int t = 0; t < 2; ++t) {
-          const Vec3& tangent = tangents_[static_cast<std::size_t>(t)];
+          const Vec3& tangent = tangents_[t];
           s.slope(c, 3 + t) = a * texel_.irradiance[i] * tangent.dot(s.direction);
-          if (highlight > 0.0) s.slope(c, 3 + t) += shine * turn.slope[static_cast<std::size_t>(t)];
+          if (highlight > 0.0) s.slope(c, 3 + t) += shine * turn.slope[t];
         }
         s.value[c] = texel_.value[i] - a * unit;
         s.whole[c] = texel_.value[i];
         s.off[c] = s.value[c] - highlight;
-        s.light[c] = texel_.irradiance[i] * std::numbers::pi * tint[static_cast<std::size_t>(c)];
+        s.light[c] = texel_.irradiance[i] * std::numbers::pi * tint[c];
         // Of what the last fit predicts: weights that follow the noise of the values would look like a faint highlight.
         const double uncertain = work_.highlight_off * highlight;
         s.weight[c] = 1.0 / (work_.variance_of(a * unit + highlight) * fit_.noise_scale * fit_.noise_scale +

@@ -44,13 +44,11 @@ void fit_row(const UnlightWork& work, const TexelFitOptions& options, int y, Tex
       result.specular.at(x, y, 1) = work.specular.at(x, y, 1);
     }
     for (int c = 0; c < work.num_channels; ++c) {
-      result.albedo.at(x, y, c) = static_cast<float>(fit.is_determined ? fit.albedo[static_cast<std::size_t>(c)] : 0.0);
-      const double shared =
-          fit.is_determined && texel.highlight.strength > 0.0
-              ? work.form_deviation * highlight_share(texel, fit, c) * fit.albedo[static_cast<std::size_t>(c)]
-              : 0.0;
-      result.stddev.at(x, y, c) =
-          static_cast<float>(fit.is_determined ? std::hypot(fit.stddev[static_cast<std::size_t>(c)], shared) : 0.0);
+      result.albedo.at(x, y, c) = static_cast<float>(fit.is_determined ? fit.albedo[c] : 0.0);
+      const double shared = fit.is_determined && texel.highlight.strength > 0.0
+                                ? work.form_deviation * highlight_share(texel, fit, c) * fit.albedo[c]
+                                : 0.0;
+      result.stddev.at(x, y, c) = static_cast<float>(fit.is_determined ? std::hypot(fit.stddev[c], shared) : 0.0);
     }
   }
 }
@@ -247,13 +245,13 @@ double estimate_noise_scale(const UnlightWork& work, const RunControl& control, 
     parallel_for(static_cast<std::int64_t>(texels.size()), kChunk, silent, [&](std::int64_t begin, std::int64_t end) {
       TexelSamples texel;
       for (std::int64_t i = begin; i < end; ++i) {
-        const std::int64_t at = texels[static_cast<std::size_t>(i)];
+        const std::int64_t at = texels[i];
         work.load(static_cast<int>(at % work.width), static_cast<int>(at / work.width), texel);
         const TexelFit fit = fit_texel(texel, options);
         if (!fit.is_determined || fit.degrees_of_freedom < 1.0) continue;
         // Median of chi-square over its degrees of freedom [Wilson and Hilferty 1931].
         const double dof = fit.degrees_of_freedom, median = std::pow(1.0 - 2.0 / (9.0 * dof), 3.0);
-        ratios[static_cast<std::size_t>(i)] = fit.chi2 / (dof * median) * options.noise_scale * options.noise_scale;
+        ratios[i] = fit.chi2 / (dof * median) * options.noise_scale * options.noise_scale;
       }
     });
     std::erase_if(ratios, [](double r) { return r < 0.0; });

@@ -78,7 +78,7 @@ std::array<float, 3> sample_state_color(SampleState state) {
 }
 
 ImageF samples_picture(const UnlightInput& input, const UnlightResult& result, int light) {
-  const ImageF& photo = input.photos[static_cast<std::size_t>(light)];
+  const ImageF& photo = input.photos[light];
   const float white = std::max(1e-9f, percentile_of(photo, result.mask, 0.99));
   ImageF out(photo.width(), photo.height(), 3);
   for (int y = 0; y < out.height(); ++y) {

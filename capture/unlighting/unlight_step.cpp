@@ -165,7 +165,7 @@ UnlightStep read_unlight_step(const fs::path& file) {
   if (json.has("scan")) step.scan = json.member("scan").path();
   probe_photos(step);
   if (json.has("unit"))
-    step.mm_per_unit = kMmPerLengthUnit[static_cast<std::size_t>(json.member("unit").choice(kLengthUnitNames))];
+    step.mm_per_unit = kMmPerLengthUnit[json.member("unit").choice(kLengthUnitNames)];
   else if (step.scan)
     json.fail("the length unit of scan, camera and lights: \"unit\": um, mm, cm or m");
   if (json.has("camera")) {

@@ -246,8 +246,7 @@ std::array<double, 3> UnlightWork::tint(SpecularTint kind, int x, int y) const {
   double mean = 0.0;
   for (float v : highlight_base.pixel(x, y)) mean += static_cast<double>(v) / num_channels;
   if (!(mean > 0.0)) return tint;
-  for (int c = 0; c < num_channels; ++c)
-    tint[static_cast<std::size_t>(c)] = static_cast<double>(highlight_base.at(x, y, c)) / mean;
+  for (int c = 0; c < num_channels; ++c) tint[c] = static_cast<double>(highlight_base.at(x, y, c)) / mean;
   return tint;
 }
 

@@ -23,7 +23,7 @@ void map_uvs(Mesh& mesh, const std::vector<int>& triangle_tile, std::size_t num_
     for (int& corner : mesh.uv_triangles[t]) {
       const std::uint64_t key = static_cast<std::uint64_t>(tile) << 32 | static_cast<std::uint64_t>(corner);
       const auto [found, is_new] = index_of.try_emplace(key, static_cast<int>(uvs.size()));
-      if (is_new) uvs.push_back(map(static_cast<std::size_t>(tile), mesh.uvs[static_cast<std::size_t>(corner)]));
+      if (is_new) uvs.push_back(map(static_cast<std::size_t>(tile), mesh.uvs[corner]));
       corner = found->second;
     }
   }

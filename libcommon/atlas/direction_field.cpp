@@ -31,10 +31,9 @@ struct TriangleAxes {
 std::vector<TriangleAxes> triangle_axes(const Mesh& mesh) {
   std::vector<TriangleAxes> axes(mesh.triangles.size());
   for (int t = 0; t < mesh.num_triangles(); ++t) {
-    TriangleAxes& a = axes[static_cast<std::size_t>(t)];
-    const Triangle& c = mesh.triangles[static_cast<std::size_t>(t)];
-    const Vec3 area = area_vector(mesh, t),
-               edge = mesh.positions[static_cast<std::size_t>(c[1])] - mesh.positions[static_cast<std::size_t>(c[0])];
+    TriangleAxes& a = axes[t];
+    const Triangle& c = mesh.triangles[t];
+    const Vec3 area = area_vector(mesh, t), edge = mesh.positions[c[1]] - mesh.positions[c[0]];
     if (!(area.norm() > 0.0) || !(edge.norm() > 0.0)) continue;
     a.area = 0.5 * area.norm();
     a.normal = area.normalized();
@@ -46,7 +45,7 @@ std::vector<TriangleAxes> triangle_axes(const Mesh& mesh) {
 
 Vec3 centroid(const Mesh& mesh, std::size_t t) {
   Vec3 sum = Vec3::Zero();
-  for (int corner : mesh.triangles[t]) sum += mesh.positions[static_cast<std::size_t>(corner)];
+  for (int corner : mesh.triangles[t]) sum += mesh.positions[corner];
   return sum / 3.0;
 }
 
@@ -79,8 +78,8 @@ void add_smoothness(const Mesh& mesh, const std::vector<TriangleAxes>& axes, Fie
       const int other = neighbors[t][k];
       if (other <= static_cast<int>(t)) continue;  // Every edge once; -1 never.
       const auto u = static_cast<std::size_t>(other);
-      const Vec3& a = mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])];
-      const Vec3& b = mesh.positions[static_cast<std::size_t>(mesh.triangles[t][(k + 1) % 3])];
+      const Vec3& a = mesh.positions[mesh.triangles[t][k]];
+      const Vec3& b = mesh.positions[mesh.triangles[t][(k + 1) % 3]];
       const Complex in_t = unit(axes[t].of(b - a)), in_u = unit(axes[u].of(b - a));
       if (in_t == 0.0 || in_u == 0.0 || !(axes[t].area > 0.0) || !(axes[u].area > 0.0)) continue;
       // Centroids lie a third of the heights from the edge; their distance, unfolded, along and across it.
@@ -219,7 +218,7 @@ FlowFrames curve_frames(const TexelMap& map, const std::vector<std::vector<Vec3>
       const int count = static_cast<int>(std::min(10'000.0, std::ceil(step.norm() / spacing)));
       for (int k = 0; k < count; ++k) {
         const NearestPoints::Found found = nearest.nearest(curve[i - 1] + (k + 0.5) / count * step);
-        DirectionGuide& guide = guides[static_cast<std::size_t>(found.index)];
+        DirectionGuide& guide = guides[found.index];
         guide.down += step.normalized();
         guide.weight = kCurveWeight;
       }

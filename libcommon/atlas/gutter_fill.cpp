@@ -20,32 +20,30 @@ class RowEnvelope {
   /// @param values   In place: each column's nearest value. @param distance  Its distance in rows; kNoDistance = none.
   void fill(std::span<std::uint32_t> values, std::span<const std::uint32_t> distance) {
     const auto width = static_cast<std::int64_t>(values.size());
-    const auto g = [&](std::int64_t x) { return std::int64_t{distance[static_cast<std::size_t>(x)]}; };
+    const auto g = [&](std::int64_t x) { return std::int64_t{distance[x]}; };
     const auto cost = [&](std::int64_t x, std::int64_t column) {
       return (x - column) * (x - column) + g(column) * g(column);
     };
     std::ptrdiff_t top = -1;  // Parabolas that are lowest somewhere, from left to right, and where each begins to be.
     for (std::int64_t u = 0; u < width; ++u) {
       if (g(u) >= kNoDistance) continue;
-      while (top >= 0 && cost(starts_[static_cast<std::size_t>(top)], columns_[static_cast<std::size_t>(top)]) >
-                             cost(starts_[static_cast<std::size_t>(top)], u))
-        --top;
+      while (top >= 0 && cost(starts_[top], columns_[top]) > cost(starts_[top], u)) --top;
       std::int64_t start = 0;
       if (top >= 0) {
-        const std::int64_t i = columns_[static_cast<std::size_t>(top)];
+        const std::int64_t i = columns_[top];
         // The last x at which the left one is as near; not negative, since it is lower at its own start.
         start = (u * u - i * i + g(u) * g(u) - g(i) * g(i)) / (2 * (u - i)) + 1;
         if (start >= width) continue;
       }
       ++top;
-      columns_[static_cast<std::size_t>(top)] = u;
-      starts_[static_cast<std::size_t>(top)] = start;
+      columns_[top] = u;
+      starts_[top] = start;
     }
     if (top < 0) return;
     std::copy(values.begin(), values.end(), values_.begin());
     for (std::int64_t x = width - 1; x >= 0; --x) {
-      values[static_cast<std::size_t>(x)] = values_[static_cast<std::size_t>(columns_[static_cast<std::size_t>(top)])];
-      if (x == starts_[static_cast<std::size_t>(top)]) --top;
+      values[x] = values_[columns_[static_cast<std::size_t>(top)]];
+      if (x == starts_[top]) --top;
     }
   }
 

@@ -23,7 +23,7 @@ void check_uvs(const Mesh& mesh) {
     throw InvalidInput("the mesh has no UVs; unwrap it in a modeling program, or export it with UVs");
   for (const Triangle& corners : mesh.uv_triangles) {
     for (int corner : corners) {
-      const Vec2& uv = mesh.uvs[static_cast<std::size_t>(corner)];
+      const Vec2& uv = mesh.uvs[corner];
       if (uv.minCoeff() >= -kUvSlack && uv.maxCoeff() <= 1.0 + kUvSlack) continue;
       throw InvalidInput("the mesh has UVs outside [0, 1] (" + number_text(uv.x()) + ", " + number_text(uv.y()) +
                          "); lay them out in one square first");
@@ -37,25 +37,25 @@ std::vector<int> label_charts(const Mesh& mesh, const std::vector<std::array<int
     const auto t = static_cast<std::size_t>(triangle);
     std::size_t corner = 0;
     while (mesh.triangles[t][corner] != position && corner < 2) ++corner;
-    return mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][corner])];
+    return mesh.uvs[mesh.uv_triangles[t][corner]];
   };
   std::vector<int> chart(mesh.triangles.size(), -1);
   std::vector<int> open;
   int num_charts = 0;
   for (int seed = 0; seed < mesh.num_triangles(); ++seed) {
-    if (chart[static_cast<std::size_t>(seed)] >= 0) continue;
-    chart[static_cast<std::size_t>(seed)] = num_charts;
+    if (chart[seed] >= 0) continue;
+    chart[seed] = num_charts;
     open.assign(1, seed);
     while (!open.empty()) {
       const int t = open.back();
       open.pop_back();
       for (std::size_t k = 0; k < 3; ++k) {
-        const int n = neighbors[static_cast<std::size_t>(t)][k];
-        if (n < 0 || chart[static_cast<std::size_t>(n)] >= 0) continue;
-        const int a = mesh.triangles[static_cast<std::size_t>(t)][k];
-        const int b = mesh.triangles[static_cast<std::size_t>(t)][(k + 1) % 3];
+        const int n = neighbors[t][k];
+        if (n < 0 || chart[n] >= 0) continue;
+        const int a = mesh.triangles[t][k];
+        const int b = mesh.triangles[t][(k + 1) % 3];
         if (uv_at(t, a) != uv_at(n, a) || uv_at(t, b) != uv_at(n, b)) continue;
-        chart[static_cast<std::size_t>(n)] = num_charts;
+        chart[n] = num_charts;
         open.push_back(n);
       }
     }
@@ -112,15 +112,15 @@ TexelMap::TexelMap(std::shared_ptr<const Surface> surface, Sheet sheet, const Ru
 std::array<Vec2, 3> TexelMap::corners_in_texels(int triangle) const {
   std::array<Vec2, 3> p;
   for (std::size_t k = 0; k < 3; ++k) {
-    const int corner = mesh().uv_triangles[static_cast<std::size_t>(triangle)][k];
-    p[k] = texel_from_uv(mesh().uvs[static_cast<std::size_t>(corner)], width_, height_);
+    const int corner = mesh().uv_triangles[triangle][k];
+    p[k] = texel_from_uv(mesh().uvs[corner], width_, height_);
   }
   return p;
 }
 
 int TexelMap::chart(TexelId t) const {
   const int own = triangle(t);
-  return own < 0 ? -1 : surface_->chart[static_cast<std::size_t>(own)];
+  return own < 0 ? -1 : surface_->chart[own];
 }
 
 namespace {
@@ -145,22 +145,21 @@ namespace {
 /// Sum of three corner values weighted by a surface point's barycentrics.
 template <class Values>
 auto interpolate(const Values& values, const Triangle& corners, const SurfacePoint& p) -> typename Values::value_type {
-  return (1.0 - p.b1 - p.b2) * values[static_cast<std::size_t>(corners[0])] +
-         p.b1 * values[static_cast<std::size_t>(corners[1])] + p.b2 * values[static_cast<std::size_t>(corners[2])];
+  return (1.0 - p.b1 - p.b2) * values[corners[0]] + p.b1 * values[corners[1]] + p.b2 * values[corners[2]];
 }
 
 }  // namespace
 
 Vec3 TexelMap::position_mm(TexelId t) const {
   const SurfacePoint p = point(t);
-  return interpolate(mesh().positions, mesh().triangles[static_cast<std::size_t>(p.triangle)], p);
+  return interpolate(mesh().positions, mesh().triangles[p.triangle], p);
 }
 
 Vec3 TexelMap::normal(TexelId t) const {
   const SurfacePoint p = point(t);
   Vec3 n = area_vector(mesh(), p.triangle);
   if (!mesh().normal_triangles.empty()) {
-    const Vec3 shading = interpolate(mesh().normals, mesh().normal_triangles[static_cast<std::size_t>(p.triangle)], p);
+    const Vec3 shading = interpolate(mesh().normals, mesh().normal_triangles[p.triangle], p);
     if (shading.norm() > 1e-12) n = shading;
   }
   const double length = n.norm();
@@ -168,12 +167,10 @@ Vec3 TexelMap::normal(TexelId t) const {
 }
 
 Eigen::Matrix<double, 3, 2> TexelMap::mm_per_texel(int triangle) const {
-  const Triangle& c = mesh().triangles[static_cast<std::size_t>(triangle)];
-  const Triangle& u = mesh().uv_triangles[static_cast<std::size_t>(triangle)];
-  const auto texel = [&](std::size_t k) {
-    return texel_from_uv(mesh().uvs[static_cast<std::size_t>(u[k])], width_, height_);
-  };
-  const auto position = [&](std::size_t k) -> const Vec3& { return mesh().positions[static_cast<std::size_t>(c[k])]; };
+  const Triangle& c = mesh().triangles[triangle];
+  const Triangle& u = mesh().uv_triangles[triangle];
+  const auto texel = [&](std::size_t k) { return texel_from_uv(mesh().uvs[u[k]], width_, height_); };
+  const auto position = [&](std::size_t k) -> const Vec3& { return mesh().positions[c[k]]; };
   const Vec2 d1 = texel(1) - texel(0), d2 = texel(2) - texel(0);
   const Vec3 e1 = position(1) - position(0), e2 = position(2) - position(0);
   const double det = cross2(d1, d2);
@@ -215,9 +212,7 @@ SurfacePoint TexelMap::walk(SurfacePoint from, Vec3 step_mm) const {
   for (int crossing = 0; crossing < kMaxCrossings; ++crossing) {
     const auto t = static_cast<std::size_t>(from.triangle);
     const Triangle& corners = mesh().triangles[t];
-    const auto position = [&](std::size_t k) -> const Vec3& {
-      return mesh().positions[static_cast<std::size_t>(corners[k % 3])];
-    };
+    const auto position = [&](std::size_t k) -> const Vec3& { return mesh().positions[corners[k % 3]]; };
     const Vec3 e1 = position(1) - position(0), e2 = position(2) - position(0);
     const double g11 = e1.dot(e1), g12 = e1.dot(e2), g22 = e2.dot(e2), det = g11 * g22 - g12 * g12;
     if (!(det > 1e-24 * g11 * g22)) return from;  // No area: nowhere to go.
@@ -241,7 +236,7 @@ SurfacePoint TexelMap::walk(SurfacePoint from, Vec3 step_mm) const {
     const Vec3 along = (position(edge + 1) - position(edge)).normalized();
     Vec3 outward = position(edge) - position(left);
     outward = (outward - along * along.dot(outward)).normalized();
-    const Triangle& next_corners = mesh().triangles[static_cast<std::size_t>(next)];
+    const Triangle& next_corners = mesh().triangles[next];
     std::array<double, 3> next_weight{0.0, 0.0, 0.0};
     Vec3 inward = Vec3::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
@@ -251,7 +246,7 @@ SurfacePoint TexelMap::walk(SurfacePoint from, Vec3 step_mm) const {
       } else if (next_corners[k] == corners[(edge + 1) % 3]) {
         next_weight[k] = std::max(0.0, at(edge + 1));
       } else {
-        inward = mesh().positions[static_cast<std::size_t>(next_corners[k])] - position(edge);
+        inward = mesh().positions[next_corners[k]] - position(edge);
       }
     }
     inward -= along * along.dot(inward);
@@ -265,10 +260,10 @@ SurfacePoint TexelMap::walk(SurfacePoint from, Vec3 step_mm) const {
 
 TexelId TexelMap::texel_of(const SurfacePoint& p) const {
   if (p.triangle < 0) return -1;
-  const Vec2 uv = interpolate(mesh().uvs, mesh().uv_triangles[static_cast<std::size_t>(p.triangle)], p);
+  const Vec2 uv = interpolate(mesh().uvs, mesh().uv_triangles[p.triangle], p);
   const Vec2 texel = texel_from_uv(uv, width_, height_);
   const int x = static_cast<int>(std::floor(texel.x() + 0.5)), y = static_cast<int>(std::floor(texel.y() + 0.5));
-  const int wanted_chart = surface_->chart[static_cast<std::size_t>(p.triangle)];
+  const int wanted_chart = surface_->chart[p.triangle];
   TexelId best = -1;
   double best_distance = 1e30;
   for (int dy = -1; dy <= 1; ++dy) {
@@ -318,7 +313,7 @@ TexelId TexelMap::inside_chart(TexelId from, int dx, int dy) const {
 void TexelMap::gather(TexelId t, const FlowFrames& frames, std::span<const Vec2> offsets_mm,
                       std::span<TexelNeighbor> out) const {
   const SurfacePoint p = point(t);
-  const FlowFrame& frame = frames[static_cast<std::size_t>(p.triangle)];
+  const FlowFrame& frame = frames[p.triangle];
   const Eigen::Matrix2d to_texels = texels_per_mm(p.triangle, frame),
                         to_mm = frame.transpose() * mm_per_texel(p.triangle);
   for (std::size_t k = 0; k < offsets_mm.size(); ++k) {
@@ -333,12 +328,10 @@ void TexelMap::gather(TexelId t, const FlowFrames& frames, std::span<const Vec2>
     out[k] = {texel_of(end), offsets_mm[k]};
     if (out[k].texel < 0) continue;
     // What texel_of() rounds away, in the texels over there.
-    const Vec2 at = texel_from_uv(
-        interpolate(mesh().uvs, mesh().uv_triangles[static_cast<std::size_t>(end.triangle)], end), width_, height_);
+    const Vec2 at = texel_from_uv(interpolate(mesh().uvs, mesh().uv_triangles[end.triangle], end), width_, height_);
     const TexelId column = out[k].texel % width_, row = out[k].texel / width_;
     const Vec2 rest = Vec2(static_cast<double>(column), static_cast<double>(row)) - at;
-    out[k].offset_mm +=
-        frames[static_cast<std::size_t>(end.triangle)].transpose() * (mm_per_texel(end.triangle) * rest);
+    out[k].offset_mm += frames[end.triangle].transpose() * (mm_per_texel(end.triangle) * rest);
   }
 }
 

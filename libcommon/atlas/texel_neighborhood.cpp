@@ -35,8 +35,7 @@ void mark_border(const TexelMap& map, const TexelRect& rect, std::uint8_t farthe
         for (int dy = -1; dy <= 1 && !is_border; ++dy) {
           for (int dx = -1; dx <= 1 && !is_border; ++dx) is_border = chart(x + dx, y + dy) != own;
         }
-        distance[static_cast<std::size_t>(TexelId{y} * w + x)] =
-            is_border ? static_cast<std::uint8_t>(own < 0 ? 0 : 1) : farthest;
+        distance[TexelId{y} * w + x] = is_border ? static_cast<std::uint8_t>(own < 0 ? 0 : 1) : farthest;
       }
     }
   });
@@ -45,7 +44,7 @@ void mark_border(const TexelMap& map, const TexelRect& rect, std::uint8_t farthe
 /// Spreads distances over rows of `w` texels, down and up.
 void spread_distance(std::span<std::uint8_t> distance, int w) {
   const auto h = static_cast<int>(distance.size() / static_cast<std::size_t>(w));
-  const auto at = [&](int x, int y) -> std::uint8_t& { return distance[static_cast<std::size_t>(TexelId{y} * w + x)]; };
+  const auto at = [&](int x, int y) -> std::uint8_t& { return distance[TexelId{y} * w + x]; };
   const auto relax = [&](int x, int y, int dx, int dy) {
     const int qx = x + dx, qy = y + dy;
     if (qx < 0 || qy < 0 || qx >= w || qy >= h) return;
@@ -119,12 +118,11 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
         distance_to_border(map, part.rect, static_cast<std::uint8_t>(std::min(farthest + 1, 255)), control);
     const auto away = [&](TexelId t) {
       const TexelId x = t % map.width() - part.rect.x0, y = t / map.width() - part.rect.y0;
-      return distance[static_cast<std::size_t>(y * part.rect.width() + x)];
+      return distance[y * part.rect.width() + x];
     };
     band_ = TexelSet(
         map.num_texels(), map.width(), part.rect, part.others,
-        [&](TexelId t) { return map.is_covered(t) && away(t) <= reach[static_cast<std::size_t>(map.triangle(t))]; },
-        control);
+        [&](TexelId t) { return map.is_covered(t) && away(t) <= reach[map.triangle(t)]; }, control);
   }
   if (size() > kMostNeighbors)
     throw InvalidInput("neighborhood: " + std::to_string(size()) + " neighbors; at most " +
@@ -163,7 +161,7 @@ void TexelNeighborhood::store(std::size_t chunk, const std::vector<bool>& follow
     for (std::size_t k = 0; k < kNumAdjacent; ++k)
       offsets[first_adjacent() + k] = to_mm * Vec2(kAdjacent[k][0], kAdjacent[k][1]);
     map_.gather(*at, *frames_, offsets, found);
-    const bool has_grid = follows_grid[static_cast<std::size_t>(triangle)];
+    const bool has_grid = follows_grid[triangle];
     if (has_grid) grid.follow_grid(*at);
     Row row{.begin = static_cast<std::uint32_t>(out.stored.size())};
     for (std::size_t k = 0; k < size(); ++k) {
@@ -193,12 +191,12 @@ PixelNeighbor TexelNeighborhood::in_pixels(const TexelNeighbor& n) const {
 }
 
 Eigen::Matrix2d TexelNeighborhood::pixels_per_texel(int triangle) const {
-  return (*frames_)[static_cast<std::size_t>(triangle)].transpose() * map_.mm_per_texel(triangle) / pixel_mm_;
+  return (*frames_)[triangle].transpose() * map_.mm_per_texel(triangle) / pixel_mm_;
 }
 
 /// As TexelMap::gather() for a texel that is far from its chart's border; `texel` is how far on.
 void TexelNeighborhood::find_steps(int triangle, std::span<PixelNeighbor> steps) const {
-  const FlowFrame& frame = (*frames_)[static_cast<std::size_t>(triangle)];
+  const FlowFrame& frame = (*frames_)[triangle];
   const Eigen::Matrix2d to_texels = map_.texels_per_mm(triangle, frame),
                         to_mm = frame.transpose() * map_.mm_per_texel(triangle);
   for (std::size_t k = 0; k < size(); ++k) {
@@ -231,16 +229,16 @@ FlatNeighbors TexelNeighborhood::flat(const RunControl& control) const {
       out.stored.push_back({s.texel == Stored::kNone ? kNoNeighbor : static_cast<std::int32_t>(s.texel), s.x, s.y});
   }
   std::int32_t next = 0;
-  for (const TexelId t : band_) out.row[static_cast<std::size_t>(t)] = next++;
+  for (const TexelId t : band_) out.row[t] = next++;
 
   // Steps of the triangles whose texels lack something in their rows.
   std::vector<std::uint8_t> is_stepping(map_.mesh().triangles.size(), 0);
   parallel_for(map_.num_texels(), 1 << 16, control, [&](TexelId begin, TexelId end) {
     for (TexelId t = begin; t < end; ++t) {
       if (!map_.is_covered(t)) continue;
-      const std::atomic_ref is_known(is_stepping[static_cast<std::size_t>(map_.triangle(t))]);
+      const std::atomic_ref is_known(is_stepping[map_.triangle(t)]);
       if (is_known.load(std::memory_order_relaxed) != 0) continue;
-      if (const std::int32_t row = out.row[static_cast<std::size_t>(t)]; row >= 0) {
+      if (const std::int32_t row = out.row[t]; row >= 0) {
         const auto at = 2 * static_cast<std::size_t>(row);
         if (std::popcount(out.is_stored[at]) + std::popcount(out.is_stored[at + 1]) == static_cast<int>(size()))
           continue;

@@ -40,11 +40,11 @@ void TexelMap::search_all(const RunControl& control) {
   std::vector<std::int64_t> counts(mesh().triangles.size());
   for (int t = 0; t < mesh().num_triangles(); ++t) {
     if (t % 4096 == 0) control.throw_if_stopped();
-    std::int64_t& count = counts[static_cast<std::size_t>(t)];
+    std::int64_t& count = counts[t];
     for_each_texel(
         corners_in_texels(t), rect(),
         [&](int x, int y, double, double, double inside) {
-          std::int32_t& found = found_[static_cast<std::size_t>(TexelId{y} * width_ + x)];
+          std::int32_t& found = found_[TexelId{y} * width_ + x];
           if (found > 0) {
             if (inside > kOverlapTolerance) ++num_overlapping_;
             return;
@@ -64,7 +64,7 @@ std::vector<float> TexelMap::texel_sizes() const {
     const std::array<Vec2, 3> p = corners_in_texels(t);
     const double area = cross2(p[1] - p[0], p[2] - p[0]);
     if (!(std::abs(area) > 0.0)) continue;
-    sizes[static_cast<std::size_t>(t)] = static_cast<float>(std::sqrt(area_vector(mesh(), t).norm() / std::abs(area)));
+    sizes[t] = static_cast<float>(std::sqrt(area_vector(mesh(), t).norm() / std::abs(area)));
   }
   return sizes;
 }
@@ -80,7 +80,7 @@ double TexelMap::share_of_larger_texels(double size_mm) const {
   for (int t = 0; t < mesh().num_triangles(); ++t) {
     const double area = area_vector(mesh(), t).norm();
     total += area;
-    if (static_cast<double>(sizes[static_cast<std::size_t>(t)]) > size_mm) larger += area;
+    if (static_cast<double>(sizes[t]) > size_mm) larger += area;
   }
   return total > 0.0 ? larger / total : 0.0;
 }
@@ -90,7 +90,7 @@ double TexelMap::median_texel_size_by_area_mm() const {
   std::vector<std::pair<float, double>> areas;  // by the size of a texel
   double total = 0.0;
   for (int t = 0; t < mesh().num_triangles(); ++t) {
-    const float size = sizes[static_cast<std::size_t>(t)];
+    const float size = sizes[t];
     if (!(size > 0.0f)) continue;
     areas.emplace_back(size, area_vector(mesh(), t).norm());
     total += areas.back().second;
@@ -109,7 +109,7 @@ std::vector<std::int64_t> TexelMap::count_texels(const TexelRect& part, const Ru
   for (int y = part.y0; y < part.y1; ++y) {
     control.throw_if_stopped();
     for (int x = part.x0; x < part.x1; ++x) {
-      if (const int t = triangle(TexelId{y} * width_ + x); t >= 0) ++counts[static_cast<std::size_t>(t)];
+      if (const int t = triangle(TexelId{y} * width_ + x); t >= 0) ++counts[t];
     }
   }
   return counts;
@@ -117,7 +117,7 @@ std::vector<std::int64_t> TexelMap::count_texels(const TexelRect& part, const Ru
 
 std::vector<std::int32_t> TexelMap::triangles() const {
   std::vector<std::int32_t> all(static_cast<std::size_t>(num_texels()));
-  for (TexelId t = 0; t < num_texels(); ++t) all[static_cast<std::size_t>(t)] = triangle(t);
+  for (TexelId t = 0; t < num_texels(); ++t) all[t] = triangle(t);
   return all;
 }
 
@@ -169,7 +169,7 @@ int TexelMap::look_up(TexelId t) const {
   }
   for (int y = square.y0; y < square.y1; ++y) {
     for (int x = square.x0; x < square.x1; ++x)  // Other threads may write the same at once.
-      __atomic_store_n(&found_[static_cast<std::size_t>(TexelId{y} * width_ + x)], place(x, y), __ATOMIC_RELAXED);
+      __atomic_store_n(&found_[TexelId{y} * width_ + x], place(x, y), __ATOMIC_RELAXED);
   }
   return triangle(t);
 }

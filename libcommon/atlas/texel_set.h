@@ -111,7 +111,7 @@ class TexelSet {
       const TexelId word = t / 64, stop = std::min(end, (word + 1) * 64);
       std::uint64_t bits = 0;
       for (; t < stop; ++t) bits |= is_member(t) ? std::uint64_t{1} << (t % 64) : 0;
-      if (bits != 0) std::atomic_ref(words_[static_cast<std::size_t>(word)]).fetch_or(bits, std::memory_order_relaxed);
+      if (bits != 0) std::atomic_ref(words_[word]).fetch_or(bits, std::memory_order_relaxed);
     }
   }
   void insert(TexelId t) { words_[static_cast<std::size_t>(t) / 64] |= std::uint64_t{1} << (t % 64); }

@@ -59,7 +59,7 @@ void sort_by_area(const UnwrapSurface& surface, std::vector<FlatChart>& charts) 
   std::vector<std::pair<double, std::size_t>> order(charts.size());
   for (std::size_t i = 0; i < charts.size(); ++i) {
     double area = 0.0;
-    for (int t : charts[i].triangles) area += surface.areas[static_cast<std::size_t>(t)];
+    for (int t : charts[i].triangles) area += surface.areas[t];
     order[i] = {-area, i};
   }
   std::sort(order.begin(), order.end(), [&](const auto& a, const auto& b) {
@@ -86,22 +86,20 @@ void set_uvs(const UnwrapSurface& surface, const std::vector<FlatChart>& charts,
       result.triangle_chart[t] = static_cast<int>(c);
       for (std::size_t k = 0; k < 3; ++k) {
         mesh.uv_triangles[t][k] = first + charts[c].corners[i][k];
-        uv_at[static_cast<std::size_t>(mesh.triangles[t][k])] = mesh.uv_triangles[t][k];
+        uv_at[mesh.triangles[t][k]] = mesh.uv_triangles[t][k];
       }
     }
     result.num_planar_charts += charts[c].is_planar ? 1 : 0;
   }
   std::vector<int> chart_at(mesh.uvs.size(), 0);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (int uv : mesh.uv_triangles[t]) chart_at[static_cast<std::size_t>(uv)] = result.triangle_chart[t];
+    for (int uv : mesh.uv_triangles[t]) chart_at[uv] = result.triangle_chart[t];
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (!surface.is_point[t]) continue;
-    const int uv = std::max({uv_at[static_cast<std::size_t>(mesh.triangles[t][0])],
-                             uv_at[static_cast<std::size_t>(mesh.triangles[t][1])],
-                             uv_at[static_cast<std::size_t>(mesh.triangles[t][2])], 0});
+    const int uv = std::max({uv_at[mesh.triangles[t][0]], uv_at[mesh.triangles[t][1]], uv_at[mesh.triangles[t][2]], 0});
     mesh.uv_triangles[t] = {uv, uv, uv};
-    result.triangle_chart[t] = chart_at[static_cast<std::size_t>(uv)];
+    result.triangle_chart[t] = chart_at[uv];
   }
   result.num_charts = static_cast<int>(charts.size());
 }
@@ -118,7 +116,7 @@ void measure(const UnwrapSurface& surface, const UnwrapOptions& options, UnwrapR
   const Mesh& mesh = result.mesh;
   std::vector<std::array<Vec2, 3>> uvs(mesh.triangles.size());
   for (std::size_t t = 0; t < uvs.size(); ++t) {
-    for (std::size_t k = 0; k < 3; ++k) uvs[t][k] = mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][k])];
+    for (std::size_t k = 0; k < 3; ++k) uvs[t][k] = mesh.uvs[mesh.uv_triangles[t][k]];
     const Vec2 a = uvs[t][1] - uvs[t][0], b = uvs[t][2] - uvs[t][0];
     result.packing += 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
   }

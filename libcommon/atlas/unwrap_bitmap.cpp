@@ -58,7 +58,7 @@ ChartBitmap rasterize(const FlatChart& chart, double cells_per_unit) {
   bitmap.cells.assign(static_cast<std::size_t>(bitmap.width) * static_cast<std::size_t>(bitmap.height), 0);
   for (const Triangle& corners : chart.corners) {
     std::array<Vec2, 3> p;
-    for (std::size_t k = 0; k < 3; ++k) p[k] = chart.points[static_cast<std::size_t>(corners[k])] * cells_per_unit;
+    for (std::size_t k = 0; k < 3; ++k) p[k] = chart.points[corners[k]] * cells_per_unit;
     const double y_low = std::min({p[0].y(), p[1].y(), p[2].y()}) - kTouch,
                  y_high = std::max({p[0].y(), p[1].y(), p[2].y()}) + kTouch;
     const int y0 = std::max(0, static_cast<int>(y_low)), y1 = std::min(bitmap.height - 1, static_cast<int>(y_high));
@@ -98,15 +98,15 @@ std::vector<Occupancy::Run> Occupancy::grown_runs(const ChartBitmap& bitmap, int
     std::fill(row.begin(), row.end(), std::uint8_t{0});
     for (int from = std::max(0, y - 2 * gutter); from <= std::min(bitmap.height - 1, y); ++from) {
       const auto source = wide.begin() + static_cast<std::ptrdiff_t>(from) * width;
-      for (int x = 0; x < width; ++x) row[static_cast<std::size_t>(x)] |= source[x];
+      for (int x = 0; x < width; ++x) row[x] |= source[x];
     }
     for (int x = 0; x < width;) {
-      if (row[static_cast<std::size_t>(x)] == 0) {
+      if (row[x] == 0) {
         ++x;
         continue;
       }
       const int begin = x;
-      while (x < width && row[static_cast<std::size_t>(x)] != 0) ++x;
+      while (x < width && row[x] != 0) ++x;
       runs.push_back({y, begin, x});
     }
   }

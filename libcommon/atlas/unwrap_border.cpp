@@ -30,11 +30,11 @@ struct Grid {
   std::int64_t width = 1;
 
   Grid(const std::vector<Vec2>& points, const std::vector<std::array<int, 2>>& segments) {
-    low = points[static_cast<std::size_t>(segments[0][0])];
+    low = points[segments[0][0]];
     Vec2 high = low;
     double length = 0.0;
     for (const auto& [a, b] : segments) {
-      const Vec2 &p = points[static_cast<std::size_t>(a)], &q = points[static_cast<std::size_t>(b)];
+      const Vec2 &p = points[a], &q = points[b];
       low = low.cwiseMin(p).cwiseMin(q);
       high = high.cwiseMax(p).cwiseMax(q);
       length += (q - p).norm();
@@ -55,8 +55,7 @@ bool borders_cross(const std::vector<Vec2>& points, const std::vector<std::array
   const Grid grid(points, segments);
   std::vector<std::pair<std::int64_t, std::int32_t>> entries;  // (cell, segment)
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    const Vec2 &p = points[static_cast<std::size_t>(segments[i][0])],
-               &q = points[static_cast<std::size_t>(segments[i][1])];
+    const Vec2 &p = points[segments[i][0]], &q = points[segments[i][1]];
     const std::int64_t y1 = grid.index(std::max(p.y(), q.y()), grid.low.y()),
                        x1 = grid.index(std::max(p.x(), q.x()), grid.low.x());
     for (std::int64_t y = grid.index(std::min(p.y(), q.y()), grid.low.y()); y <= y1; ++y) {
@@ -71,11 +70,10 @@ bool borders_cross(const std::vector<Vec2>& points, const std::vector<std::array
     while (end < entries.size() && entries[end].first == entries[begin].first) ++end;
     for (std::size_t i = begin; i < end; ++i) {
       for (std::size_t j = i + 1; j < end; ++j) {
-        const auto& [a, b] = segments[static_cast<std::size_t>(entries[i].second)];
-        const auto& [c, d] = segments[static_cast<std::size_t>(entries[j].second)];
+        const auto& [a, b] = segments[entries[i].second];
+        const auto& [c, d] = segments[entries[j].second];
         if (a == c || a == d || b == c || b == d) continue;
-        if (cross(points[static_cast<std::size_t>(a)], points[static_cast<std::size_t>(b)],
-                  points[static_cast<std::size_t>(c)], points[static_cast<std::size_t>(d)])) {
+        if (cross(points[a], points[b], points[c], points[d])) {
           return true;
         }
       }

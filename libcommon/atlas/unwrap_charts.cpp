@@ -35,18 +35,17 @@ class Flood {
 
   void run_from_seeds() {
     for (std::size_t c = 0; c < seeds_.size(); ++c) {
-      int& chart = chart_[static_cast<std::size_t>(seeds_[c].triangle)];
+      int& chart = chart_[seeds_[c].triangle];
       if (chart == kFree) chart = static_cast<int>(c);
     }
     for (std::size_t c = 0; c < seeds_.size(); ++c) {
-      if (chart_[static_cast<std::size_t>(seeds_[c].triangle)] == static_cast<int>(c))
-        push_neighbors(seeds_[c].triangle, 0.0);
+      if (chart_[seeds_[c].triangle] == static_cast<int>(c)) push_neighbors(seeds_[c].triangle, 0.0);
     }
     spread();
   }
   void run_from_charts() {
     for (int t = 0; t < surface_.num_triangles(); ++t) {
-      if (chart_[static_cast<std::size_t>(t)] >= 0) push_neighbors(t, 0.0);
+      if (chart_[t] >= 0) push_neighbors(t, 0.0);
     }
     spread();
   }
@@ -57,9 +56,9 @@ class Flood {
   void push_neighbors(int triangle, double cost) {
     const auto t = static_cast<std::size_t>(triangle);
     const int chart = chart_[t];
-    const Vec3& axis = seeds_[static_cast<std::size_t>(chart)].axis;
+    const Vec3& axis = seeds_[chart].axis;
     for (int neighbor : surface_.neighbors[t]) {
-      if (neighbor < 0 || chart_[static_cast<std::size_t>(neighbor)] != kFree) continue;
+      if (neighbor < 0 || chart_[neighbor] != kFree) continue;
       const auto n = static_cast<std::size_t>(neighbor);
       const double facing = axis.dot(surface_.normals[n]);
       if (facing < least_cos_) continue;
@@ -74,8 +73,8 @@ class Flood {
       if (i % kTrianglesALook == 0) control_.throw_if_stopped();
       const auto [cost, triangle, chart] = queue_.top();
       queue_.pop();
-      if (chart_[static_cast<std::size_t>(triangle)] != kFree) continue;
-      chart_[static_cast<std::size_t>(triangle)] = chart;
+      if (chart_[triangle] != kFree) continue;
+      chart_[triangle] = chart;
       push_neighbors(triangle, cost);
     }
   }
@@ -93,15 +92,15 @@ Seed center_of(const UnwrapSurface& surface, const std::vector<int>& triangles) 
   Vec3 middle = Vec3::Zero();
   double area = 0.0;
   for (int t : triangles) {
-    middle += surface.areas[static_cast<std::size_t>(t)] * surface.centroids[static_cast<std::size_t>(t)];
-    area += surface.areas[static_cast<std::size_t>(t)];
+    middle += surface.areas[t] * surface.centroids[t];
+    area += surface.areas[t];
   }
   Seed seed{triangles[0], chart_axis(surface, triangles)};
   if (!(area > 0.0)) return seed;
   middle /= area;
   double least = -1.0;
   for (int t : triangles) {
-    const double distance = (surface.centroids[static_cast<std::size_t>(t)] - middle).squaredNorm();
+    const double distance = (surface.centroids[t] - middle).squaredNorm();
     if (least >= 0.0 && !(distance < least)) continue;
     least = distance;
     seed.triangle = t;
@@ -118,7 +117,7 @@ int deepest_of(const UnwrapSurface& surface, const std::vector<int>& triangles) 
   std::vector<bool> is_seen(triangles.size(), false);
   std::vector<int> ring;
   for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const auto& neighbors = surface.neighbors[static_cast<std::size_t>(triangles[i])];
+    const auto& neighbors = surface.neighbors[triangles[i]];
     if (std::all_of(neighbors.begin(), neighbors.end(), [&](int n) { return n >= 0 && index(n) >= 0; })) continue;
     is_seen[i] = true;
     ring.push_back(triangles[i]);
@@ -128,10 +127,10 @@ int deepest_of(const UnwrapSurface& surface, const std::vector<int>& triangles) 
     deepest = *std::min_element(ring.begin(), ring.end());
     std::vector<int> next;
     for (int t : ring) {
-      for (int n : surface.neighbors[static_cast<std::size_t>(t)]) {
+      for (int n : surface.neighbors[t]) {
         const std::ptrdiff_t i = n < 0 ? -1 : index(n);
-        if (i < 0 || is_seen[static_cast<std::size_t>(i)]) continue;
-        is_seen[static_cast<std::size_t>(i)] = true;
+        if (i < 0 || is_seen[i]) continue;
+        is_seen[i] = true;
         next.push_back(n);
       }
     }
@@ -144,16 +143,15 @@ int deepest_of(const UnwrapSurface& surface, const std::vector<int>& triangles) 
 std::vector<std::vector<int>> uncovered_parts(const UnwrapSurface& surface, const std::vector<int>& chart) {
   std::vector<int> free;
   for (int t = 0; t < surface.num_triangles(); ++t) {
-    if (chart[static_cast<std::size_t>(t)] == kFree) free.push_back(t);
+    if (chart[t] == kFree) free.push_back(t);
   }
   std::vector<std::vector<int>> parts = connected_parts(surface, free, chart);
   std::erase_if(parts, [&](const std::vector<int>& part) {
     double area = 0.0;
     bool is_beside = false;
     for (int t : part) {
-      area += surface.areas[static_cast<std::size_t>(t)];
-      for (int n : surface.neighbors[static_cast<std::size_t>(t)])
-        is_beside |= n >= 0 && chart[static_cast<std::size_t>(n)] >= 0;
+      area += surface.areas[t];
+      for (int n : surface.neighbors[t]) is_beside |= n >= 0 && chart[n] >= 0;
     }
     return is_beside && area < kSpeck;
   });
@@ -181,25 +179,22 @@ int better_chart(const UnwrapSurface& surface, const std::vector<Vec3>& axes, do
   std::array<double, 3> shared{};
   for (std::size_t k = 0; k < 3; ++k) {
     const int n = surface.neighbors[t][k];
-    if (n < 0 || chart[static_cast<std::size_t>(n)] < 0) continue;
+    if (n < 0 || chart[n] < 0) continue;
     const Triangle& corners = surface.triangles[t];
     shared[k] = border_weight(surface, t, static_cast<std::size_t>(n)) *
-                (surface.positions[static_cast<std::size_t>(corners[k])] -
-                 surface.positions[static_cast<std::size_t>(corners[(k + 1) % 3])])
-                    .norm();
-    if (chart[static_cast<std::size_t>(n)] == chart[t]) kept += shared[k], ++num_kept;
+                (surface.positions[corners[k]] - surface.positions[corners[(k + 1) % 3]]).norm();
+    if (chart[n] == chart[t]) kept += shared[k], ++num_kept;
   }
   int best = chart[t];
   if (num_kept > 1) return best;
   double most = kept * (1.0 + 1e-9);
   for (std::size_t k = 0; k < 3; ++k) {
     if (!(shared[k] > 0.0)) continue;
-    const int candidate = chart[static_cast<std::size_t>(surface.neighbors[t][k])];
-    if (candidate == chart[t] || axes[static_cast<std::size_t>(candidate)].dot(surface.normals[t]) < least_cos)
-      continue;
+    const int candidate = chart[surface.neighbors[t][k]];
+    if (candidate == chart[t] || axes[candidate].dot(surface.normals[t]) < least_cos) continue;
     double gained = 0.0;
     for (std::size_t j = 0; j < 3; ++j) {
-      if (shared[j] > 0.0 && chart[static_cast<std::size_t>(surface.neighbors[t][j])] == candidate) gained += shared[j];
+      if (shared[j] > 0.0 && chart[surface.neighbors[t][j]] == candidate) gained += shared[j];
     }
     if (gained > most) most = gained * (1.0 + 1e-9), best = candidate;
   }
@@ -210,10 +205,9 @@ int better_chart(const UnwrapSurface& surface, const std::vector<Vec3>& axes, do
 
 Vec3 chart_axis(const UnwrapSurface& surface, const std::vector<int>& triangles) {
   Vec3 axis = Vec3::Zero();
-  for (int t : triangles)
-    axis += surface.areas[static_cast<std::size_t>(t)] * surface.normals[static_cast<std::size_t>(t)];
+  for (int t : triangles) axis += surface.areas[t] * surface.normals[t];
   const double length = axis.norm();
-  return length > 1e-12 ? Vec3(axis / length) : surface.normals[static_cast<std::size_t>(triangles[0])];
+  return length > 1e-12 ? Vec3(axis / length) : surface.normals[triangles[0]];
 }
 
 std::vector<std::vector<int>> triangles_by_chart(const std::vector<int>& triangle_chart) {
@@ -246,7 +240,7 @@ std::vector<int> grow_charts(const UnwrapSurface& surface, double max_normal_ang
     for (const std::vector<int>& part : parts) {
       control.throw_if_stopped();
       const int t = deepest_of(surface, part);
-      seeds.push_back({t, surface.normals[static_cast<std::size_t>(t)]});
+      seeds.push_back({t, surface.normals[t]});
     }
     control.report(std::min(0.9, 0.05 * (round + 1)));
   }
@@ -255,7 +249,7 @@ std::vector<int> grow_charts(const UnwrapSurface& surface, double max_normal_ang
   Flood(surface, seeds, kAnyNormal, chart, control).run_from_charts();
   int num_charts = static_cast<int>(seeds.size());
   for (const std::vector<int>& part : uncovered_parts(surface, chart)) {
-    for (int t : part) chart[static_cast<std::size_t>(t)] = num_charts;
+    for (int t : part) chart[t] = num_charts;
     ++num_charts;
   }
   std::replace(chart.begin(), chart.end(), kBlocked, -1);
@@ -269,8 +263,7 @@ void smooth_borders(const UnwrapSurface& surface, double max_normal_angle_deg, s
   for (int c : triangle_chart) num_charts = std::max(num_charts, c + 1);
   std::vector<Vec3> axes(static_cast<std::size_t>(num_charts), Vec3::Zero());
   for (std::size_t t = 0; t < triangle_chart.size(); ++t) {
-    if (triangle_chart[t] >= 0)
-      axes[static_cast<std::size_t>(triangle_chart[t])] += surface.areas[t] * surface.normals[t];
+    if (triangle_chart[t] >= 0) axes[triangle_chart[t]] += surface.areas[t] * surface.normals[t];
   }
   for (Vec3& axis : axes) axis.normalize();
   for (int sweep = 0; sweep < kMaxSmoothing; ++sweep) {
@@ -291,28 +284,27 @@ ChartSplitter::ChartSplitter(const UnwrapSurface& surface)
 
 std::vector<std::vector<int>> ChartSplitter::split(const std::vector<int>& triangles) {
   const auto reset = [&](int value) {
-    for (int t : triangles) label_[static_cast<std::size_t>(t)] = value;
+    for (int t : triangles) label_[t] = value;
   };
   const auto farthest_from = [&](int from) {
-    const Vec3& c = surface_.centroids[static_cast<std::size_t>(from)];
+    const Vec3& c = surface_.centroids[from];
     int farthest = triangles[0] == from ? triangles[1] : triangles[0];
     double most = -1.0;
     for (int t : triangles) {
-      const double distance = (surface_.centroids[static_cast<std::size_t>(t)] - c).squaredNorm();
+      const double distance = (surface_.centroids[t] - c).squaredNorm();
       if (t != from && distance > most) most = distance, farthest = t;
     }
     return farthest;
   };
   const int first = farthest_from(center_of(surface_, triangles).triangle);
   const int second = farthest_from(first);
-  std::vector<Seed> seeds{{first, surface_.normals[static_cast<std::size_t>(first)]},
-                          {second, surface_.normals[static_cast<std::size_t>(second)]}};
+  std::vector<Seed> seeds{{first, surface_.normals[first]}, {second, surface_.normals[second]}};
   std::array<std::vector<int>, 2> halves;
   for (int round = 0; round < kSplitRounds; ++round) {
     reset(kFree);
     Flood(surface_, seeds, kAnyNormal, label_).run_from_seeds();
     for (std::vector<int>& half : halves) half.clear();
-    for (int t : triangles) halves[static_cast<std::size_t>(label_[static_cast<std::size_t>(t)])].push_back(t);
+    for (int t : triangles) halves[label_[static_cast<std::size_t>(t)]].push_back(t);
     for (std::size_t i = 0; i < 2; ++i) seeds[i] = center_of(surface_, halves[i]);
   }
   std::vector<std::vector<int>> parts;

@@ -20,9 +20,7 @@ constexpr double kStretchShare = 0.95;
 constexpr double kSameScale = 1e-30;
 
 std::array<Vec2, 3> corners_of(const FlatChart& chart, std::size_t i) {
-  return {chart.points[static_cast<std::size_t>(chart.corners[i][0])],
-          chart.points[static_cast<std::size_t>(chart.corners[i][1])],
-          chart.points[static_cast<std::size_t>(chart.corners[i][2])]};
+  return {chart.points[chart.corners[i][0]], chart.points[chart.corners[i][1]], chart.points[chart.corners[i][2]]};
 }
 
 /// Corners become one point where an edge inside the chart connects them: surfaces that only touch at a position come
@@ -61,7 +59,7 @@ std::vector<std::array<int, 2>> join_corners(const UnwrapSurface& surface, FlatC
         continue;
       }
       const auto j = static_cast<std::size_t>(it - chart.triangles.begin());
-      const Triangle& other_corners = surface.triangles[static_cast<std::size_t>(other)];
+      const Triangle& other_corners = surface.triangles[other];
       joined.join(a, 3 * j + corner_of(other_corners, surface.triangles[t][k]));
       joined.join(b, 3 * j + corner_of(other_corners, surface.triangles[t][(k + 1) % 3]));
     }
@@ -72,7 +70,7 @@ std::vector<std::array<int, 2>> join_corners(const UnwrapSurface& surface, FlatC
     int& p = point[joined.find(c)];
     if (p < 0) {
       p = static_cast<int>(position.size());
-      position.push_back(surface.triangles[static_cast<std::size_t>(chart.triangles[c / 3])][c % 3]);
+      position.push_back(surface.triangles[chart.triangles[c / 3]][c % 3]);
     }
     chart.corners[c / 3][c % 3] = p;
   }
@@ -85,9 +83,7 @@ std::vector<std::array<int, 2>> join_corners(const UnwrapSurface& surface, FlatC
 /// Two points of the border far from each other: farthest from the border's middle, and farthest from that.
 std::array<int, 2> choose_pins(const UnwrapSurface& surface, const std::vector<int>& position,
                                const std::vector<std::array<int, 2>>& border) {
-  const auto at = [&](int p) -> const Vec3& {
-    return surface.positions[static_cast<std::size_t>(position[static_cast<std::size_t>(p)])];
-  };
+  const auto at = [&](int p) -> const Vec3& { return surface.positions[position[static_cast<std::size_t>(p)]]; };
   Vec3 from = Vec3::Zero();
   for (const auto& edge : border) from += at(edge[0]) / static_cast<double>(border.size());
   std::array<int, 2> pins{border[0][0], border[0][1]};
@@ -110,8 +106,7 @@ bool solve_conformal(const UnwrapSurface& surface, FlatChart& chart, const std::
   const auto num_points = static_cast<int>(chart.points.size());
   std::vector<int> unknown(chart.points.size());
   int num_unknowns = 0;
-  for (int p = 0; p < num_points; ++p)
-    unknown[static_cast<std::size_t>(p)] = p == pins[0] || p == pins[1] ? -1 : num_unknowns++;
+  for (int p = 0; p < num_points; ++p) unknown[p] = p == pins[0] || p == pins[1] ? -1 : num_unknowns++;
   std::vector<Eigen::Triplet<std::complex<double>>> entries;
   entries.reserve(chart.triangles.size() * 6);
   Eigen::VectorXcd right = Eigen::VectorXcd::Zero(num_unknowns);
@@ -124,10 +119,10 @@ bool solve_conformal(const UnwrapSurface& surface, FlatChart& chart, const std::
       w[k] = std::complex<double>(side.x(), side.y());
     }
     for (std::size_t j = 0; j < 3; ++j) {
-      const int row = unknown[static_cast<std::size_t>(chart.corners[i][j])];
+      const int row = unknown[chart.corners[i][j]];
       if (row < 0) continue;
       for (std::size_t k = 0; k < 3; ++k) {
-        const int column = unknown[static_cast<std::size_t>(chart.corners[i][k])];
+        const int column = unknown[chart.corners[i][k]];
         const std::complex<double> value = std::conj(w[j]) * w[k] / twice_area;
         if (column < 0) {
           if (chart.corners[i][k] == pins[1]) right[row] -= value * pin_distance;
@@ -146,20 +141,19 @@ bool solve_conformal(const UnwrapSurface& surface, FlatChart& chart, const std::
   for (std::size_t p = 0; p < chart.points.size(); ++p) {
     if (unknown[p] >= 0) chart.points[p] = Vec2(u[unknown[p]].real(), u[unknown[p]].imag());
   }
-  chart.points[static_cast<std::size_t>(pins[0])] = Vec2(0.0, 0.0);
-  chart.points[static_cast<std::size_t>(pins[1])] = Vec2(pin_distance, 0.0);
+  chart.points[pins[0]] = Vec2(0.0, 0.0);
+  chart.points[pins[1]] = Vec2(pin_distance, 0.0);
   return true;
 }
 
 void project(const UnwrapSurface& surface, FlatChart& chart, const std::vector<int>& position) {
   Vec3 axis = Vec3::Zero();
-  for (int t : chart.triangles)
-    axis += surface.areas[static_cast<std::size_t>(t)] * surface.normals[static_cast<std::size_t>(t)];
-  if (!(axis.norm() > 0.0)) axis = surface.normals[static_cast<std::size_t>(chart.triangles[0])];
+  for (int t : chart.triangles) axis += surface.areas[t] * surface.normals[t];
+  if (!(axis.norm() > 0.0)) axis = surface.normals[chart.triangles[0]];
   axis.normalize();
   const Vec3 x = axis.unitOrthogonal(), y = axis.cross(x);
   for (std::size_t p = 0; p < position.size(); ++p) {
-    const Vec3& at = surface.positions[static_cast<std::size_t>(position[p])];
+    const Vec3& at = surface.positions[position[p]];
     chart.points[p] = Vec2(x.dot(at), y.dot(at));
   }
 }
@@ -172,13 +166,11 @@ bool is_immersed(const FlatChart& chart, const std::vector<std::array<int, 2>>& 
     const double twice_area = cross2(p[1] - p[0], p[2] - p[0]);
     if (!(twice_area > 0.0)) return false;
     for (std::size_t k = 0; k < 3; ++k) {
-      turn[static_cast<std::size_t>(chart.corners[i][k])] +=
-          std::atan2(twice_area, (p[(k + 1) % 3] - p[k]).dot(p[(k + 2) % 3] - p[k]));
+      turn[chart.corners[i][k]] += std::atan2(twice_area, (p[(k + 1) % 3] - p[k]).dot(p[(k + 2) % 3] - p[k]));
     }
   }
   constexpr double kTurn = 2.0 * std::numbers::pi;
-  if (std::any_of(border.begin(), border.end(),
-                  [&](const auto& edge) { return !(turn[static_cast<std::size_t>(edge[0])] < kTurn); }))
+  if (std::any_of(border.begin(), border.end(), [&](const auto& edge) { return !(turn[edge[0]] < kTurn); }))
     return false;
   return std::all_of(turn.begin(), turn.end(), [&](double angle) { return angle < 1.5 * kTurn; });
 }
@@ -188,7 +180,7 @@ bool scale_to_surface(const UnwrapSurface& surface, FlatChart& chart) {
   for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
     const std::array<Vec2, 3> p = corners_of(chart, i);
     in_plane += 0.5 * cross2(p[1] - p[0], p[2] - p[0]);
-    on_surface += surface.areas[static_cast<std::size_t>(chart.triangles[i])];
+    on_surface += surface.areas[chart.triangles[i]];
   }
   if (!(in_plane > kSameScale)) return false;
   const double scale = std::sqrt(on_surface / in_plane);
@@ -201,7 +193,7 @@ bool is_stretched(const UnwrapSurface& surface, const FlatChart& chart, double m
   stretch.reserve(chart.triangles.size());
   for (std::size_t i = 0; i < chart.triangles.size(); ++i) {
     const auto [s1, s2] = singular_values(surface.flat(chart.triangles[i]), corners_of(chart, i));
-    stretch.emplace_back(std::max(s1, 1.0 / s2), surface.areas[static_cast<std::size_t>(chart.triangles[i])]);
+    stretch.emplace_back(std::max(s1, 1.0 / s2), surface.areas[chart.triangles[i]]);
   }
   return !(weighted_quantile(stretch, kStretchShare) <= max_stretch);
 }

@@ -49,8 +49,8 @@ class Merger {
     if (area_.size() <= c) area_.resize(c + 1);
     area_[c] = 0.0;
     for (int t : charts_[c].triangles) {
-      chart_of_[static_cast<std::size_t>(t)] = static_cast<int>(c);
-      area_[c] += surface_.areas[static_cast<std::size_t>(t)];
+      chart_of_[t] = static_cast<int>(c);
+      area_[c] += surface_.areas[t];
     }
   }
 
@@ -62,17 +62,13 @@ class Merger {
       const auto t = static_cast<std::size_t>(triangle);
       for (std::size_t k = 0; k < 3; ++k) {
         const int n = surface_.neighbors[t][k];
-        const int other = n < 0 ? -1 : chart_of_[static_cast<std::size_t>(n)];
+        const int other = n < 0 ? -1 : chart_of_[n];
         if (other == static_cast<int>(c)) continue;
         const Triangle& corners = surface_.triangles[t];
-        const double length = (surface_.positions[static_cast<std::size_t>(corners[k])] -
-                               surface_.positions[static_cast<std::size_t>(corners[(k + 1) % 3])])
-                                  .norm();
+        const double length = (surface_.positions[corners[k]] - surface_.positions[corners[(k + 1) % 3]]).norm();
         border += length;
         if (other >= 0)
-          shared[other] +=
-              length * (0.2 + 0.8 * std::clamp(surface_.normals[t].dot(surface_.normals[static_cast<std::size_t>(n)]),
-                                               0.0, 1.0));
+          shared[other] += length * (0.2 + 0.8 * std::clamp(surface_.normals[t].dot(surface_.normals[n]), 0.0, 1.0));
       }
     }
     std::vector<std::pair<double, int>> sorted;
@@ -88,9 +84,9 @@ class Merger {
     const Vec3 axis = chart_axis(surface_, triangles);
     double inside = 0.0, total = 0.0;
     for (int t : triangles) {
-      const double area = surface_.areas[static_cast<std::size_t>(t)];
+      const double area = surface_.areas[t];
       total += area;
-      if (axis.dot(surface_.normals[static_cast<std::size_t>(t)]) >= least_cos_) inside += area;
+      if (axis.dot(surface_.normals[t]) >= least_cos_) inside += area;
     }
     return inside >= kConeShare * total;
   }

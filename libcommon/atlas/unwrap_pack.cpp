@@ -206,9 +206,8 @@ double total_area(const std::vector<FlatChart>& charts) {
   double twice = 0.0;
   for (const FlatChart& chart : charts) {
     for (const Triangle& c : chart.corners) {
-      const Vec2& a = chart.points[static_cast<std::size_t>(c[0])];
-      twice +=
-          cross2(chart.points[static_cast<std::size_t>(c[1])] - a, chart.points[static_cast<std::size_t>(c[2])] - a);
+      const Vec2& a = chart.points[c[0]];
+      twice += cross2(chart.points[c[1]] - a, chart.points[c[2]] - a);
     }
   }
   return 0.5 * twice;

@@ -18,10 +18,10 @@ constexpr double kNoArea = 1e-14;   ///< Of a connected piece, at unit area.
 bool has_repeated_corner(const Triangle& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; }
 
 void scale_to_unit_area(UnwrapSurface& s) {
-  Vec3 low = s.positions[static_cast<std::size_t>(s.triangles[0][0])], high = low;
+  Vec3 low = s.positions[s.triangles[0][0]], high = low;
   for (const Triangle& t : s.triangles) {
     for (int i : t) {
-      const Vec3& p = s.positions[static_cast<std::size_t>(i)];
+      const Vec3& p = s.positions[i];
       if (!p.allFinite()) throw InvalidInput("the mesh cannot be unwrapped: a position is not finite");
       low = low.cwiseMin(p);
       high = high.cwiseMax(p);
@@ -33,7 +33,7 @@ void scale_to_unit_area(UnwrapSurface& s) {
     p = (p - 0.5 * (low + high)) / size;  // First, so that squares neither vanish nor overflow.
   double total = 0.0;
   for (const Triangle& t : s.triangles) {
-    const auto at = [&](std::size_t k) -> const Vec3& { return s.positions[static_cast<std::size_t>(t[k])]; };
+    const auto at = [&](std::size_t k) -> const Vec3& { return s.positions[t[k]]; };
     total += 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
   }
   if (!(total > kNoArea)) throw InvalidInput("the mesh cannot be unwrapped: it has no area");
@@ -48,7 +48,7 @@ void keep_oriented_neighbors(UnwrapSurface& s) {
     for (std::size_t k = 0; k < 3; ++k) {
       int& n = s.neighbors[t][k];
       if (n < 0) continue;
-      const Triangle& other = s.triangles[static_cast<std::size_t>(n)];
+      const Triangle& other = s.triangles[n];
       const std::size_t b = corner_of(other, s.triangles[t][(k + 1) % 3]);
       const bool agrees = !has_repeated_corner(s.triangles[t]) && !has_repeated_corner(other) &&
                           other[(b + 1) % 3] == s.triangles[t][k];
@@ -60,14 +60,14 @@ void keep_oriented_neighbors(UnwrapSurface& s) {
 /// Triangles that rounding has turned anywhere face as those around them do.
 void borrow_normals(UnwrapSurface& s, std::vector<int> without) {
   std::vector<bool> has_normal(s.triangles.size(), true);
-  for (int t : without) has_normal[static_cast<std::size_t>(t)] = false;
+  for (int t : without) has_normal[t] = false;
   while (!without.empty()) {
     std::vector<std::pair<int, Vec3>> found;
     std::vector<int> rest;
     for (int t : without) {
       Vec3 sum = Vec3::Zero();
-      for (int n : s.neighbors[static_cast<std::size_t>(t)]) {
-        if (n >= 0 && has_normal[static_cast<std::size_t>(n)]) sum += s.normals[static_cast<std::size_t>(n)];
+      for (int n : s.neighbors[t]) {
+        if (n >= 0 && has_normal[n]) sum += s.normals[n];
       }
       if (sum.norm() > 1e-6) {
         found.emplace_back(t, sum.normalized());
@@ -77,8 +77,8 @@ void borrow_normals(UnwrapSurface& s, std::vector<int> without) {
     }
     if (found.empty()) return;
     for (const auto& [t, normal] : found) {
-      s.normals[static_cast<std::size_t>(t)] = normal;
-      has_normal[static_cast<std::size_t>(t)] = true;
+      s.normals[t] = normal;
+      has_normal[t] = true;
     }
     without = std::move(rest);
   }
@@ -89,9 +89,9 @@ void mark_pieces_without_area(UnwrapSurface& s) {
   for (std::size_t t = 0; t < all.size(); ++t) all[t] = static_cast<int>(t);
   for (const std::vector<int>& piece : connected_parts(s, all, std::vector<int>(s.triangles.size(), 0))) {
     double area = 0.0;
-    for (int t : piece) area += s.areas[static_cast<std::size_t>(t)];
+    for (int t : piece) area += s.areas[t];
     if (area > kNoArea) continue;
-    for (int t : piece) s.is_point[static_cast<std::size_t>(t)] = true;
+    for (int t : piece) s.is_point[t] = true;
   }
 }
 
@@ -104,20 +104,19 @@ std::size_t corner_of(const Triangle& triangle, int position) {
 }
 
 bool UnwrapSurface::has_shape(int triangle) const {
-  const Triangle& t = triangles[static_cast<std::size_t>(triangle)];
-  const auto at = [&](std::size_t k) -> const Vec3& { return positions[static_cast<std::size_t>(t[k])]; };
+  const Triangle& t = triangles[triangle];
+  const auto at = [&](std::size_t k) -> const Vec3& { return positions[t[k]]; };
   const double longest2 =
       std::max({(at(1) - at(0)).squaredNorm(), (at(2) - at(1)).squaredNorm(), (at(0) - at(2)).squaredNorm()});
-  return !is_point[static_cast<std::size_t>(triangle)] && longest2 > kSmallest * kSmallest &&
-         2.0 * areas[static_cast<std::size_t>(triangle)] > kFlattest * longest2;
+  return !is_point[triangle] && longest2 > kSmallest * kSmallest && 2.0 * areas[triangle] > kFlattest * longest2;
 }
 
 std::array<Vec2, 3> UnwrapSurface::flat(int triangle) const {
-  const Triangle& t = triangles[static_cast<std::size_t>(triangle)];
-  const auto at = [&](std::size_t k) -> const Vec3& { return positions[static_cast<std::size_t>(t[k])]; };
+  const Triangle& t = triangles[triangle];
+  const auto at = [&](std::size_t k) -> const Vec3& { return positions[t[k]]; };
   const double a = (at(1) - at(0)).norm(), b = (at(2) - at(1)).norm(), c = (at(0) - at(2)).norm();
   const double longest = std::max({a, b, c});
-  const double twice_area = 2.0 * areas[static_cast<std::size_t>(triangle)];
+  const double twice_area = 2.0 * areas[triangle];
   if (!(longest > kSmallest)) return {Vec2(0.0, 0.0), Vec2(kSmallest, 0.0), Vec2(0.5 * kSmallest, 0.8 * kSmallest)};
   const double height = std::max(twice_area / longest, kFlattest * longest);
   // Corner k0 and k0 + 1 end the longest side; the foot of the third lies between them.
@@ -146,8 +145,8 @@ std::vector<std::vector<int>> connected_parts(const UnwrapSurface& surface, cons
       const int t = open.back();
       open.pop_back();
       part.push_back(t);
-      for (int n : surface.neighbors[static_cast<std::size_t>(t)]) {
-        if (n < 0 || part_of[static_cast<std::size_t>(n)] != part_of[static_cast<std::size_t>(t)]) continue;
+      for (int n : surface.neighbors[t]) {
+        if (n < 0 || part_of[n] != part_of[t]) continue;
         const auto it = std::lower_bound(sorted.begin(), sorted.end(), n);
         if (it == sorted.end() || *it != n) continue;
         const auto j = static_cast<std::size_t>(it - sorted.begin());
@@ -177,9 +176,7 @@ UnwrapSurface make_unwrap_surface(const Mesh& mesh) {
   s.is_point.assign(n, false);
   std::vector<int> without_normal;
   for (std::size_t t = 0; t < n; ++t) {
-    const auto at = [&](std::size_t k) -> const Vec3& {
-      return s.positions[static_cast<std::size_t>(s.triangles[t][k])];
-    };
+    const auto at = [&](std::size_t k) -> const Vec3& { return s.positions[s.triangles[t][k]]; };
     const Vec3 e1 = at(1) - at(0), e2 = at(2) - at(0), normal = e1.cross(e2);
     const double length = normal.norm();
     const double longest2 = std::max({e1.squaredNorm(), e2.squaredNorm(), (e2 - e1).squaredNorm()});

@@ -21,9 +21,7 @@ constexpr double kSlack = 0.01;  ///< Charts may lean over the edge of a single 
 constexpr double kTileTolerance = 1e-4;  ///< Rounding by which a UV may leave its UDIM tile.
 constexpr int kUdimColumns = 10, kUdimRows = 100;
 
-const Vec2& uv_of(const Mesh& mesh, std::size_t t, std::size_t k) {
-  return mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][k])];
-}
+const Vec2& uv_of(const Mesh& mesh, std::size_t t, std::size_t k) { return mesh.uvs[mesh.uv_triangles[t][k]]; }
 
 struct UvBox {
   Vec2 low = Vec2::Constant(1e300);
@@ -67,7 +65,7 @@ double overlap_share(const Mesh& mesh, const std::vector<int>& group, const std:
   for (std::size_t i = 0; i < order.size(); ++i) {
     const std::size_t t = order[i];
     if (i > 0 && group[t] != group[order[i - 1]]) finish_group();
-    const AtlasTile& tile = tiles[static_cast<std::size_t>(group[t])];
+    const AtlasTile& tile = tiles[group[t]];
     std::array<Vec2, 3> p;
     for (std::size_t k = 0; k < 3; ++k)
       p[k] = texel_from_uv((uv_of(mesh, t, k) - tile.shift) * tile.scale, kGrid, kGrid);
@@ -161,7 +159,7 @@ bool split_by_name(const Mesh& mesh, UvLayoutRule rule, UvLayout& layout) {
   }
   layout.rule = rule;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    layout.triangle_tile[t] = tile_of_surface[static_cast<std::size_t>(mesh.triangle_surface[t])];
+    layout.triangle_tile[t] = tile_of_surface[mesh.triangle_surface[t]];
   }
   return layout.tiles.size() > 1;
 }
@@ -174,7 +172,7 @@ bool fit_any_groups(const Mesh& mesh, UvLayout& layout) {
     if (!split_by_name(mesh, rule, out)) continue;
     std::vector<UvBox> boxes(out.tiles.size());
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-      for (std::size_t k = 0; k < 3; ++k) boxes[static_cast<std::size_t>(out.triangle_tile[t])].add(uv_of(mesh, t, k));
+      for (std::size_t k = 0; k < 3; ++k) boxes[out.triangle_tile[t]].add(uv_of(mesh, t, k));
     }
     bool fits = true;
     for (std::size_t i = 0; i < boxes.size() && fits; ++i) fits = fit_square(boxes[i], 0.0, out.tiles[i]);

@@ -17,7 +17,7 @@ ValueRange area_percentiles(const ImageF& values, const TexelMap& map, double lo
     float area;
   };
   std::vector<Entry> entries;
-  entries.reserve(static_cast<std::size_t>(map.num_covered()));
+  entries.reserve(map.num_covered());
   double total = 0.0, area = 0.0;
   int area_triangle = -1;
   for (TexelId t = 0; t < map.num_texels(); ++t) {
@@ -28,7 +28,7 @@ ValueRange area_percentiles(const ImageF& values, const TexelMap& map, double lo
       area = step.col(0).cross(step.col(1)).norm();
       area_triangle = triangle;
     }
-    entries.push_back({values.values()[static_cast<std::size_t>(t)], static_cast<float>(area)});
+    entries.push_back({values.values()[t], static_cast<float>(area)});
     total += static_cast<double>(entries.back().area);
   }
   if (entries.empty()) throw InvalidInput("the atlas covers no texel; are the UVs of the mesh all in one point?");

@@ -25,8 +25,7 @@ double turn(const Mesh& mesh, int triangle, int neighbor) {
   const Vec3 a = area_vector(mesh, triangle).normalized(), b = area_vector(mesh, neighbor).normalized();
   const auto center = [&](int t) {
     Vec3 sum = Vec3::Zero();
-    for (const int corner : mesh.triangles[static_cast<std::size_t>(t)])
-      sum += mesh.positions[static_cast<std::size_t>(corner)];
+    for (const int corner : mesh.triangles[t]) sum += mesh.positions[corner];
     return Vec3(sum / 3.0);
   };
   const double angle = std::acos(std::clamp(a.dot(b), -1.0, 1.0));
@@ -39,7 +38,7 @@ Sources edge_sources(const Mesh& mesh, DistanceSource::Edges edges, double creas
   Sources sources;
   for (int t = 0; t < mesh.num_triangles(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const int other = neighbors[static_cast<std::size_t>(t)][k];
+      const int other = neighbors[t][k];
       bool is_source = other < 0 && edges == DistanceSource::Edges::Boundary;
       if (other >= 0 && edges != DistanceSource::Edges::Boundary) {
         const double angle = turn(mesh, t, other);
@@ -47,9 +46,8 @@ Sources edge_sources(const Mesh& mesh, DistanceSource::Edges edges, double creas
                     (angle < -crease && edges != DistanceSource::Edges::Ridges);
       }
       if (!is_source) continue;
-      const Triangle& corners = mesh.triangles[static_cast<std::size_t>(t)];
-      const Vec3 &a = mesh.positions[static_cast<std::size_t>(corners[k])],
-                 &b = mesh.positions[static_cast<std::size_t>(corners[(k + 1) % 3])];
+      const Triangle& corners = mesh.triangles[t];
+      const Vec3 &a = mesh.positions[corners[k]], &b = mesh.positions[corners[(k + 1) % 3]];
       for (const double f : {0.0, 0.25, 0.5, 0.75, 1.0}) sources.push_back({t, (1.0 - f) * a + f * b});
     }
   }
@@ -64,8 +62,8 @@ Sources edge_sources(const Mesh& mesh, DistanceSource::Edges edges, double creas
 
 /// The point of a triangle that is nearest to `p`, to good accuracy for points near it: outside weights are cut off.
 Vec3 onto_triangle(const Mesh& mesh, int triangle, const Vec3& p) {
-  const Triangle& c = mesh.triangles[static_cast<std::size_t>(triangle)];
-  const auto corner = [&](std::size_t k) { return mesh.positions[static_cast<std::size_t>(c[k])]; };
+  const Triangle& c = mesh.triangles[triangle];
+  const auto corner = [&](std::size_t k) { return mesh.positions[c[k]]; };
   const Vec3 ab = corner(1) - corner(0), ac = corner(2) - corner(0), normal = ab.cross(ac);
   const double squared = normal.squaredNorm();
   if (!(squared > 0.0)) return corner(0);
@@ -98,8 +96,7 @@ Sources curve_sources(const Mesh& mesh, const std::vector<std::vector<Vec3>>& cu
   const NearestPoints vertices(mesh.positions);
   std::vector<std::vector<int>> around(mesh.positions.size());
   for (int t = 0; t < mesh.num_triangles(); ++t) {
-    for (const int corner : mesh.triangles[static_cast<std::size_t>(t)])
-      around[static_cast<std::size_t>(corner)].push_back(t);
+    for (const int corner : mesh.triangles[t]) around[corner].push_back(t);
   }
   Sources sources;
   for (const Vec3& p : sampled(curves, kStepShare * diagonal)) {
@@ -110,7 +107,7 @@ Sources curve_sources(const Mesh& mesh, const std::vector<std::vector<Vec3>>& cu
     }
     GeodesicSource best;
     double least = 1e300;
-    for (const int t : around[static_cast<std::size_t>(found.index)]) {
+    for (const int t : around[found.index]) {
       const Vec3 on = onto_triangle(mesh, t, p);
       if (!((on - p).norm() < least)) continue;
       least = (on - p).norm();
@@ -127,7 +124,7 @@ Sources mask_sources(const SmoothSurface& surface, const ImageF& mask) {
   }
   Sources sources;
   for (TexelId t = 0; t < surface.map().num_texels(); ++t) {
-    if (!(mask.values()[static_cast<std::size_t>(t)] >= 0.5F)) continue;
+    if (!(mask.values()[t] >= 0.5F)) continue;
     if (const auto p = surface.point(t)) sources.push_back({p->triangle, surface.position_mm(t)});
   }
   if (sources.empty()) throw InvalidInput("distance: the mask is below 0.5 on the whole surface");
@@ -158,7 +155,7 @@ ControlMap distance_map(const TexelMap& map, const DistanceSource& source, const
         const auto p = map.is_covered(t) ? surface.point(t) : std::nullopt;
         if (!p) continue;
         const double distance = distance_at(p->triangle, surface.position_mm(t));
-        if (std::isfinite(distance)) values.values()[static_cast<std::size_t>(t)] = static_cast<float>(distance);
+        if (std::isfinite(distance)) values.values()[t] = static_cast<float>(distance);
       }
     });
   };
@@ -181,7 +178,7 @@ ControlMap distance_map(const TexelMap& map, const DistanceSource& source, const
   }
   const double high = options.range_mm.value_or(greatest > 0.0F ? static_cast<double>(greatest) : 1.0);
   for (TexelId t = 0; t < map.num_texels(); ++t) {
-    float& value = values.values()[static_cast<std::size_t>(t)];
+    float& value = values.values()[t];
     if (value < 0.0F) value = static_cast<float>(high);
   }
   surface.fill_gaps(values);

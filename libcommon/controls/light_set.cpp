@@ -187,7 +187,7 @@ ImageF shadowed_light(const SmoothSurface& surface, const LightSet& lights, doub
       for (std::size_t i = 0; i < packet.size; ++i) {
         const double free = packet.free[i], blocked = packet.blocked[i];
         const double value = share_of_free ? (free > 0.0 ? blocked / free : 0.0) : free - blocked;
-        out.values()[static_cast<std::size_t>(packet.texel[i])] = static_cast<float>(value);
+        out.values()[packet.texel[i]] = static_cast<float>(value);
       }
       packet.size = 0;
     }

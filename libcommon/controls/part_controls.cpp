@@ -47,7 +47,7 @@ ControlMap height_part(const TexelMap& map, const std::array<double, 3>& up_numb
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (const Triangle& t : mesh.triangles) {
     for (const int corner : t) {
-      const double height = mesh.positions[static_cast<std::size_t>(corner)].dot(up);
+      const double height = mesh.positions[corner].dot(up);
       low = std::min(low, height);
       high = std::max(high, height);
     }

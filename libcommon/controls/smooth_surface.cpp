@@ -32,10 +32,9 @@ ImageF SmoothSurface::to_texels(const std::vector<double>& values) const {
   for (TexelId t = 0; t < fine_->num_texels(); ++t) {
     if (!fine_->is_covered(t)) continue;
     const SurfacePoint p = fine_->point(t);
-    const Triangle& corners = mesh().triangles[static_cast<std::size_t>(p.triangle)];
-    const auto at = [&](std::size_t k) { return values[static_cast<std::size_t>(corners[k])]; };
-    image.values()[static_cast<std::size_t>(t)] =
-        static_cast<float>((1.0 - p.b1 - p.b2) * at(0) + p.b1 * at(1) + p.b2 * at(2));
+    const Triangle& corners = mesh().triangles[p.triangle];
+    const auto at = [&](std::size_t k) { return values[corners[k]]; };
+    image.values()[t] = static_cast<float>((1.0 - p.b1 - p.b2) * at(0) + p.b1 * at(1) + p.b2 * at(2));
   }
   fill_gaps(image);
   return image;

@@ -144,7 +144,7 @@ ControlMap spray_map(const TexelMap& map, const std::vector<SprayStop>& path, co
         if (paint > 0.0) std::atomic_ref(paints[i]).store(1, std::memory_order_relaxed);
         sum += paint;
       }
-      thickness.values()[static_cast<std::size_t>(t)] = static_cast<float>(std::min(sum, 1e30));
+      thickness.values()[t] = static_cast<float>(std::min(sum, 1e30));
     }
   });
   double high = area_percentiles(thickness, map, 0.0, options.full_percent).high;

@@ -118,7 +118,7 @@ std::vector<SprayStroke> read_csv_strokes(const std::filesystem::path& path, con
     }
     const auto text_of = [&](std::string_view column) -> std::string {
       const auto at = std::find(names.begin(), names.end(), column);
-      return at == names.end() ? "" : parts[static_cast<std::size_t>(at - names.begin())];
+      return at == names.end() ? "" : parts[at - names.begin()];
     };
     const auto number = [&](const std::string& column) -> std::optional<double> {
       const std::string word = text_of(column);

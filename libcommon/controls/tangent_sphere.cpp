@@ -25,8 +25,8 @@ constexpr double kConverged =
 Vec3 shape_normal(const SmoothSurface& surface, const std::vector<Vec3>& normals, TexelId t) {
   const std::optional<SurfacePoint> p = surface.point(t);
   if (!p) return surface.normal(t);
-  const Triangle& corners = surface.mesh().triangles[static_cast<std::size_t>(p->triangle)];
-  const auto at = [&](std::size_t k) { return normals[static_cast<std::size_t>(corners[k])]; };
+  const Triangle& corners = surface.mesh().triangles[p->triangle];
+  const auto at = [&](std::size_t k) { return normals[corners[k]]; };
   const Vec3 flat = area_vector(surface.mesh(), p->triangle).normalized();
   const Vec3 n = (1.0 - p->b1 - p->b2) * at(0) + p->b1 * at(1) + p->b2 * at(2);
   // At a hard edge the corners' normals lie between the sides'.
@@ -81,7 +81,7 @@ ControlMap tangent_sphere_map(const TexelMap& map, const TangentSphereOptions& o
       if (!map.is_covered(t)) continue;
       const double radius =
           tangent_radius(points, surface.position_mm(t), shape_normal(surface, normals, t), largest, own, min_sine);
-      values.values()[static_cast<std::size_t>(t)] = static_cast<float>(std::min(1.0 / radius, 1e30));
+      values.values()[t] = static_cast<float>(std::min(1.0 / radius, 1e30));
     }
   });
   const double low = 1.0 / largest;

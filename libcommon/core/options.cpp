@@ -60,7 +60,7 @@ class ValueCollector final : public OptionVisitor {
     put(info, text);
   }
   void visit_choice_index(const OptionInfo& info, int& index, std::span<const std::string_view> names) override {
-    put(info, std::string(names[static_cast<std::size_t>(index)]));
+    put(info, std::string(names[index]));
   }
 
  private:

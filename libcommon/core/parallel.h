@@ -27,9 +27,8 @@ template <class T, class Map, class Combine>
                                 Combine&& combine) {
   const std::int64_t num_chunks = n > 0 ? (n + chunk_size - 1) / chunk_size : 0;
   std::vector<T> partial(static_cast<std::size_t>(num_chunks), init);
-  parallel_for(n, chunk_size, control, [&](std::int64_t begin, std::int64_t end) {
-    partial[static_cast<std::size_t>(begin / chunk_size)] = map(begin, end);
-  });
+  parallel_for(n, chunk_size, control,
+               [&](std::int64_t begin, std::int64_t end) { partial[begin / chunk_size] = map(begin, end); });
   T result = std::move(init);
   for (T& p : partial) result = combine(std::move(result), std::move(p));
   return result;

@@ -197,7 +197,7 @@ std::optional<Camera> read_own(const std::filesystem::path& path) {
   JsonReader json(path.string(), content);
   if (!json.has("format")) return std::nullopt;
   json.expect_format("patinate.calibration", 1);
-  const double mm = kMmPerLengthUnit[static_cast<std::size_t>(json.member("unit").choice(kLengthUnitNames))];
+  const double mm = kMmPerLengthUnit[json.member("unit").choice(kLengthUnitNames)];
   if (!json.has("camera")) throw IoError(path.string(), "is a calibration without a camera");
   JsonReader camera = json.member("camera");
   return read_object(camera).scaled(mm);

@@ -97,7 +97,7 @@ void read_camera_bin(const fs::path& path, std::uint32_t wanted, CameraParameter
     const auto width = file.next<std::uint64_t>(), height = file.next<std::uint64_t>();
     if (number < 0 || static_cast<std::size_t>(number) >= kNumbered.size())
       file.fail("has the lens model number " + std::to_string(number) + ", which is not known; " + kColmapLensHelp);
-    const NumberedModel& model = kNumbered[static_cast<std::size_t>(number)];
+    const NumberedModel& model = kNumbered[number];
     std::vector<double> values;
     for (std::size_t i = 0; i < model.num_parameters; ++i) values.push_back(file.next<double>());
     if (id != wanted) continue;
@@ -126,7 +126,7 @@ std::string set_colmap_lens(std::string_view model, std::span<const double> valu
   for (std::size_t i = 0; i < lens.distortion.size(); ++i) {
     const double k = values[f + 2 + i];
     const int index = lens.distortion[i];
-    if (index >= 0) p.distortion[static_cast<std::size_t>(index)] = k;
+    if (index >= 0) p.distortion[index] = k;
     if (index < 0 && k != 0) return "k4 k5 k6 of FULL_OPENCV are not read; expected 0: calibrate with OPENCV";
   }
   return "";

@@ -76,11 +76,9 @@ Mesh with_crease_normals(Mesh mesh, double crease_deg) {
       mesh.normals.push_back(Vec3::Zero());
     }
     mesh.normal_triangles[t][k] = normal;
-    const auto p = [&](std::size_t j) -> const Vec3& {
-      return mesh.positions[static_cast<std::size_t>(mesh.triangles[t][j % 3])];
-    };
+    const auto p = [&](std::size_t j) -> const Vec3& { return mesh.positions[mesh.triangles[t][j % 3]]; };
     const Vec3 a = p(k + 1) - p(k), b = p(k + 2) - p(k);
-    mesh.normals[static_cast<std::size_t>(normal)] += std::atan2(a.cross(b).norm(), a.dot(b)) * unit[t];
+    mesh.normals[normal] += std::atan2(a.cross(b).norm(), a.dot(b)) * unit[t];
   }
   for (Vec3& normal : mesh.normals) {
     const double length = normal.norm();

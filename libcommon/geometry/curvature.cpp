@@ -34,7 +34,7 @@ Laplacian assemble(const Mesh& mesh, const std::vector<Vec3>& x) {
     std::array<Vec3, 3> edge;  // edge[k] is opposite corner k
     double longest = 0.0;
     for (std::size_t k = 0; k < 3; ++k) {
-      edge[k] = x[static_cast<std::size_t>(t[(k + 2) % 3])] - x[static_cast<std::size_t>(t[(k + 1) % 3])];
+      edge[k] = x[t[(k + 2) % 3]] - x[t[(k + 1) % 3]];
       longest = std::max(longest, edge[k].squaredNorm());
     }
     const double double_area = edge[0].cross(edge[1]).norm();
@@ -53,7 +53,7 @@ Laplacian assemble(const Mesh& mesh, const std::vector<Vec3>& x) {
       const double share = is_obtuse
                                ? (cot[k] < 0.0 ? 0.25 : 0.125) * double_area
                                : (cot[next] * edge[next].squaredNorm() + cot[last] * edge[last].squaredNorm()) / 8.0;
-      out.mass[static_cast<std::size_t>(t[k])] += share;
+      out.mass[t[k]] += share;
     }
   }
   return out;
@@ -111,7 +111,7 @@ std::vector<double> mean_curvature(const Mesh& mesh, double scale_mm, const RunC
   const auto n = static_cast<Eigen::Index>(x.size());
   Eigen::MatrixX3d right(n, 3);
   for (Eigen::Index i = 0; i < n; ++i) {
-    right.row(i) = mass[static_cast<std::size_t>(i)] * x[static_cast<std::size_t>(i)].transpose();
+    right.row(i) = mass[i] * x[i].transpose();
   }
   const Eigen::MatrixX3d smoothed = solver.solve(right);
   const std::vector<Vec3> normals = vertex_normals(mesh);

@@ -47,8 +47,8 @@ class Fans {
     for (std::size_t i = 1; i < begin_.size(); ++i) begin_[i] += begin_[i - 1];
     std::vector<int> next(begin_.begin(), begin_.end() - 1);
     for (int i = 0; i < mesh.num_triangles(); ++i) {
-      for (const int corner : mesh.triangles[static_cast<std::size_t>(i)]) {
-        triangles_[static_cast<std::size_t>(next[static_cast<std::size_t>(corner)]++)] = i;
+      for (const int corner : mesh.triangles[i]) {
+        triangles_[next[static_cast<std::size_t>(corner)]++] = i;
       }
     }
   }
@@ -72,28 +72,27 @@ GeodesicDistance::GeodesicDistance(const Mesh& mesh, const std::vector<GeodesicS
   for (int t = 0; t < mesh.num_triangles(); ++t) normals_.push_back(unit_normal(mesh, t));
   arrivals_.assign(mesh.positions.size(), Arrival{.distance = kInfinite});
   for (const GeodesicSource& s : sources) {
-    for (const int corner : mesh.triangles[static_cast<std::size_t>(s.triangle)]) {
-      Arrival& arrival = arrivals_[static_cast<std::size_t>(corner)];
-      const Vec3 to_source = s.position - mesh.positions[static_cast<std::size_t>(corner)];
+    for (const int corner : mesh.triangles[s.triangle]) {
+      Arrival& arrival = arrivals_[corner];
+      const Vec3 to_source = s.position - mesh.positions[corner];
       if (!(to_source.norm() < arrival.distance)) continue;
-      arrival = {to_source.norm(), 0.0, to_source, normals_[static_cast<std::size_t>(s.triangle)]};
+      arrival = {to_source.norm(), 0.0, to_source, normals_[s.triangle]};
     }
   }
   march(control);
 }
 
 Vec3 GeodesicDistance::source_in(int vertex, const Vec3& normal) const {
-  const Arrival& a = arrivals_[static_cast<std::size_t>(vertex)];
-  return mesh_.positions[static_cast<std::size_t>(vertex)] +
-         Eigen::Quaterniond::FromTwoVectors(a.normal, normal) * a.to_source;
+  const Arrival& a = arrivals_[vertex];
+  return mesh_.positions[vertex] + Eigen::Quaterniond::FromTwoVectors(a.normal, normal) * a.to_source;
 }
 
 GeodesicDistance::Arrival GeodesicDistance::arrive(int triangle, int target, int from, int other,
                                                    bool is_other_known) const {
-  const Vec3& normal = normals_[static_cast<std::size_t>(triangle)];
-  const auto position = [&](int v) { return mesh_.positions[static_cast<std::size_t>(v)]; };
+  const Vec3& normal = normals_[triangle];
+  const auto position = [&](int v) { return mesh_.positions[v]; };
   const Vec3 p = position(target), a = position(from), b = position(other);
-  const Arrival &at_a = arrivals_[static_cast<std::size_t>(from)], &at_b = arrivals_[static_cast<std::size_t>(other)];
+  const Arrival &at_a = arrivals_[from], &at_b = arrivals_[other];
   // Along the edge: the way bends at `from`.
   Arrival best{at_a.distance + (p - a).norm(), at_a.distance, a - p, normal};
   const auto straight = [&](const Vec3& source, double before) {
@@ -123,18 +122,18 @@ void GeodesicDistance::march(const RunControl& control) {
   for (std::size_t num_final = 0; !open.empty();) {
     const auto [distance, v] = open.top();
     open.pop();
-    if (is_final[static_cast<std::size_t>(v)]) continue;
-    is_final[static_cast<std::size_t>(v)] = true;
+    if (is_final[v]) continue;
+    is_final[v] = true;
     if (++num_final % 4096 == 0) control.throw_if_stopped();
     for (const int t : fans.around(v)) {
-      const Triangle& corners = mesh_.triangles[static_cast<std::size_t>(t)];
+      const Triangle& corners = mesh_.triangles[t];
       for (std::size_t k = 0; k < 3; ++k) {
         const int w = corners[k];
-        if (w == v || is_final[static_cast<std::size_t>(w)]) continue;
+        if (w == v || is_final[w]) continue;
         const int u = corners[(k + 1) % 3] == v ? corners[(k + 2) % 3] : corners[(k + 1) % 3];
-        const Arrival arrival = arrive(t, w, v, u, is_final[static_cast<std::size_t>(u)]);
-        if (!(arrival.distance < arrivals_[static_cast<std::size_t>(w)].distance)) continue;
-        arrivals_[static_cast<std::size_t>(w)] = arrival;
+        const Arrival arrival = arrive(t, w, v, u, is_final[u]);
+        if (!(arrival.distance < arrivals_[w].distance)) continue;
+        arrivals_[w] = arrival;
         open.emplace(arrival.distance, w);
       }
     }
@@ -143,17 +142,16 @@ void GeodesicDistance::march(const RunControl& control) {
 }
 
 double GeodesicDistance::at(int triangle, const Vec3& p) const {
-  const Triangle& corners = mesh_.triangles[static_cast<std::size_t>(triangle)];
-  const Vec3& normal = normals_[static_cast<std::size_t>(triangle)];
+  const Triangle& corners = mesh_.triangles[triangle];
+  const Vec3& normal = normals_[triangle];
   double best = kInfinite;
   for (std::size_t k = 0; k < 3; ++k) {
     const int a = corners[k], b = corners[(k + 1) % 3];
-    const Arrival &at_a = arrivals_[static_cast<std::size_t>(a)], &at_b = arrivals_[static_cast<std::size_t>(b)];
+    const Arrival &at_a = arrivals_[a], &at_b = arrivals_[b];
     if (!(at_a.distance < kInfinite) || !(at_b.distance < kInfinite)) continue;
     const Vec3 source_a = source_in(a, normal), source_b = source_in(b, normal);
     best = std::min({best, at_a.before + (source_a - p).norm(), at_b.before + (source_b - p).norm()});
-    const double edge =
-        (mesh_.positions[static_cast<std::size_t>(a)] - mesh_.positions[static_cast<std::size_t>(b)]).norm();
+    const double edge = (mesh_.positions[a] - mesh_.positions[b]).norm();
     if (std::abs(at_a.before - at_b.before) <= 1e-9 * at_a.distance &&
         (source_a - source_b).norm() <= kMostStretch * edge) {
       best = std::min(best, at_a.before + (nearest_on_segment(source_a, source_b, p) - p).norm());

@@ -52,10 +52,10 @@ RowMoments row_moments(const HeightField& field, double middle, const Kernel& ke
   RowMoments out;
   out.at.assign(static_cast<std::size_t>(width), {});
   for (int x = 0; x < width; ++x) {
-    auto& sums = out.at[static_cast<std::size_t>(x)];
+    auto& sums = out.at[x];
     for (int q = std::max(0, x - kernel.radius); q <= std::min(width - 1, x + kernel.radius); ++q) {
       if (field.seen.at(q, y) == 0) continue;
-      const std::size_t k = static_cast<std::size_t>(q - x + kernel.radius);
+      const std::size_t k = q - x + kernel.radius;
       const double h = field.height_mm.at(q, y) - middle;
       for (std::size_t i = 0; i < 5; ++i) sums[i] += kernel.weights[i][k];
       for (std::size_t i = 0; i < 3; ++i) sums[5 + i] += kernel.weights[i][k] * h;
@@ -72,12 +72,9 @@ double curvature_of(const std::array<std::array<double, 5>, 5>& ones,
   for (std::size_t r = 0; r < 6; ++r) {
     for (std::size_t c = 0; c < 6; ++c) {
       a(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c)) =
-          ones[static_cast<std::size_t>(kPowers[r][0] + kPowers[c][0])]
-              [static_cast<std::size_t>(kPowers[r][1] + kPowers[c][1])] /
-          weight;
+          ones[kPowers[r][0] + kPowers[c][0]][kPowers[r][1] + kPowers[c][1]] / weight;
     }
-    b(static_cast<Eigen::Index>(r)) =
-        heights[static_cast<std::size_t>(kPowers[r][0])][static_cast<std::size_t>(kPowers[r][1])] / weight;
+    b(static_cast<Eigen::Index>(r)) = heights[kPowers[r][0]][kPowers[r][1]] / weight;
   }
   const Eigen::LDLT<Matrix6> solver(a);
   if (!(solver.vectorD().minCoeff() > kLeastPivot)) return 0.0;
@@ -111,7 +108,7 @@ HeightField height_field(const Mesh& mesh, const RayScene& scene, const Vec3& vi
   double top = -std::numeric_limits<double>::infinity();
   for (const Triangle& triangle : mesh.triangles) {
     for (int corner : triangle) {
-      const Vec3& p = mesh.positions[static_cast<std::size_t>(corner)];
+      const Vec3& p = mesh.positions[corner];
       const Vec2 at(p.dot(field.right), p.dot(field.down));
       low = low.cwiseMin(at);
       high = high.cwiseMax(at);
@@ -136,8 +133,7 @@ HeightField height_field(const Mesh& mesh, const RayScene& scene, const Vec3& vi
         if (!hit) continue;
         // The plane of the triangle, in double: the ray's own distance is a float.
         const Vec3 area = area_vector(mesh, hit->triangle);
-        const Vec3& corner =
-            mesh.positions[static_cast<std::size_t>(mesh.triangles[static_cast<std::size_t>(hit->triangle)][0])];
+        const Vec3& corner = mesh.positions[mesh.triangles[static_cast<std::size_t>(hit->triangle)][0]];
         const double slope = area.dot(viewer);
         const double exact = std::abs(slope) > 1e-6 * area.norm() ? (from - corner).dot(area) / slope : hit->distance;
         field.height_mm.at(x, y) =
@@ -174,8 +170,7 @@ ImageF height_curvature(const HeightField& field, double width_mm, const RunCont
   if (num_seen > 0) middle /= static_cast<double>(num_seen);
   std::vector<RowMoments> rows(static_cast<std::size_t>(height));
   parallel_for(height, kRowChunk, control.part(0.0, 0.3), [&](std::int64_t begin, std::int64_t end) {
-    for (std::int64_t y = begin; y < end; ++y)
-      rows[static_cast<std::size_t>(y)] = row_moments(field, middle, kernel, static_cast<int>(y));
+    for (std::int64_t y = begin; y < end; ++y) rows[y] = row_moments(field, middle, kernel, static_cast<int>(y));
   });
   ImageF out(width, height);
   parallel_for(height, kRowChunk, control.part(0.3, 1.0), [&](std::int64_t begin, std::int64_t end) {
@@ -185,9 +180,9 @@ ImageF height_curvature(const HeightField& field, double width_mm, const RunCont
         std::array<std::array<double, 5>, 5> ones{};
         std::array<std::array<double, 3>, 3> heights{};
         for (int q = std::max(0, y - kernel.radius); q <= std::min(height - 1, y + kernel.radius); ++q) {
-          const auto& sums = rows[static_cast<std::size_t>(q)].at[static_cast<std::size_t>(x)];
+          const auto& sums = rows[q].at[x];
           if (!(sums[0] > 0.0)) continue;
-          const std::size_t k = static_cast<std::size_t>(q - y + kernel.radius);
+          const std::size_t k = q - y + kernel.radius;
           for (std::size_t i = 0; i < 5; ++i) {
             for (std::size_t j = 0; i + j < 5; ++j) ones[i][j] += sums[i] * kernel.weights[j][k];
           }

@@ -61,7 +61,7 @@ void turn_if_columns(std::vector<Row>& rows, const TextLines& text) {
   if (rows.size() != 3 || std::any_of(rows.begin(), rows.end(), [](const Row& row) { return !row.name.empty(); }))
     return;
   Eigen::Matrix3d m;
-  for (int i = 0; i < 3; ++i) m.row(i) = rows[static_cast<std::size_t>(i)].numbers.transpose();
+  for (int i = 0; i < 3; ++i) m.row(i) = rows[i].numbers.transpose();
   static constexpr double kUnit = 1e-3;
   const auto are_units = [](const auto& lengths) { return ((lengths.array() - 1.0).abs() < kUnit).all(); };
   const bool by_rows = are_units(m.rowwise().norm().eval()), by_columns = are_units(m.colwise().norm().eval());
@@ -71,7 +71,7 @@ void turn_if_columns(std::vector<Row>& rows, const TextLines& text) {
         "three lights in a 3 x 3 table can be read by rows or by columns; put the number 3 in a line above for rows");
   }
   if (by_columns && !by_rows) {
-    for (int i = 0; i < 3; ++i) rows[static_cast<std::size_t>(i)].numbers = m.col(i);
+    for (int i = 0; i < 3; ++i) rows[i].numbers = m.col(i);
   }
 }
 
@@ -218,7 +218,7 @@ std::vector<Light> read_json_file(const std::filesystem::path& path, double mm_p
   JsonReader json(path.string(), content);
   if (json.is_array()) return read_array(json, mm_per_unit);
   json.expect_format("patinate.calibration", 1);
-  const double mm = kMmPerLengthUnit[static_cast<std::size_t>(json.member("unit").choice(kLengthUnitNames))];
+  const double mm = kMmPerLengthUnit[json.member("unit").choice(kLengthUnitNames)];
   if (!json.has("lights")) throw IoError(path.string(), "is a calibration without lights");
   return read_array(json.member("lights"), mm);
 }

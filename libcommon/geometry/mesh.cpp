@@ -14,9 +14,7 @@ namespace patinate {
 
 namespace {
 
-const Vec3& corner(const Mesh& mesh, const Triangle& triangle, std::size_t k) {
-  return mesh.positions[static_cast<std::size_t>(triangle[k])];
-}
+const Vec3& corner(const Mesh& mesh, const Triangle& triangle, std::size_t k) { return mesh.positions[triangle[k]]; }
 
 /// Keeps the entries of `values` that `triangles` use, in their old order.
 template <class T>
@@ -24,7 +22,7 @@ void keep_used(std::vector<T>& values, std::vector<Triangle>& triangles) {
   std::vector<int> new_index(values.size(), -1);
   for (const Triangle& t : triangles) {
     for (int i : t) {
-      if (i >= 0) new_index[static_cast<std::size_t>(i)] = 0;
+      if (i >= 0) new_index[i] = 0;
     }
   }
   std::size_t num_kept = 0;
@@ -36,7 +34,7 @@ void keep_used(std::vector<T>& values, std::vector<Triangle>& triangles) {
   values.resize(num_kept);
   for (Triangle& t : triangles) {
     for (int& i : t) {
-      if (i >= 0) i = new_index[static_cast<std::size_t>(i)];
+      if (i >= 0) i = new_index[i];
     }
   }
 }
@@ -76,9 +74,7 @@ std::vector<std::pair<Side, Side>> smoothest_pairs(const Mesh& mesh, std::span<c
     double cosine;
     std::size_t a, b;
   };
-  const auto first = [&](const Side& s) {
-    return mesh.triangles[static_cast<std::size_t>(s.triangle)][static_cast<std::size_t>(s.k)];
-  };
+  const auto first = [&](const Side& s) { return mesh.triangles[s.triangle][s.k]; };
   std::vector<Pair> candidates;
   for (std::size_t a = 0; a < sides.size(); ++a) {
     for (std::size_t b = a + 1; b < sides.size(); ++b) {
@@ -120,7 +116,7 @@ Box bounding_box(const Mesh& mesh) {
 }
 
 Vec3 area_vector(const Mesh& mesh, int triangle) {
-  const Triangle& t = mesh.triangles[static_cast<std::size_t>(triangle)];
+  const Triangle& t = mesh.triangles[triangle];
   return (corner(mesh, t, 1) - corner(mesh, t, 0)).cross(corner(mesh, t, 2) - corner(mesh, t, 0));
 }
 
@@ -130,12 +126,12 @@ std::vector<Vec3> vertex_normals(const Mesh& mesh) {
     const Vec3 area = area_vector(mesh, i);
     const double length = area.norm();
     if (!(length > 0.0)) continue;
-    const Triangle& t = mesh.triangles[static_cast<std::size_t>(i)];
+    const Triangle& t = mesh.triangles[i];
     for (std::size_t k = 0; k < 3; ++k) {
       const Vec3 a = corner(mesh, t, (k + 1) % 3) - corner(mesh, t, k);
       const Vec3 b = corner(mesh, t, (k + 2) % 3) - corner(mesh, t, k);
       const double angle = std::atan2(length, a.dot(b));
-      normals[static_cast<std::size_t>(t[k])] += angle / length * area;
+      normals[t[k]] += angle / length * area;
     }
   }
   for (Vec3& n : normals) {
@@ -192,18 +188,17 @@ std::vector<std::array<int, 3>> triangle_neighbors(const Mesh& mesh) {
   std::vector<Side> sides;
   sides.reserve(mesh.triangles.size() * 3);
   for (int t = 0; t < mesh.num_triangles(); ++t) {
-    const Triangle& corners = mesh.triangles[static_cast<std::size_t>(t)];
+    const Triangle& corners = mesh.triangles[t];
     for (int k = 0; k < 3; ++k) {
-      const auto [low, high] =
-          std::minmax(corners[static_cast<std::size_t>(k)], corners[static_cast<std::size_t>((k + 1) % 3)]);
+      const auto [low, high] = std::minmax(corners[k], corners[(k + 1) % 3]);
       sides.push_back({static_cast<std::uint64_t>(low) << 32 | static_cast<std::uint64_t>(high), t, k});
     }
   }
   std::stable_sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return a.edge < b.edge; });
   std::vector<std::array<int, 3>> neighbors(mesh.triangles.size(), {-1, -1, -1});
   const auto join = [&neighbors](const Side& a, const Side& b) {
-    neighbors[static_cast<std::size_t>(a.triangle)][static_cast<std::size_t>(a.k)] = b.triangle;
-    neighbors[static_cast<std::size_t>(b.triangle)][static_cast<std::size_t>(b.k)] = a.triangle;
+    neighbors[a.triangle][a.k] = b.triangle;
+    neighbors[b.triangle][b.k] = a.triangle;
   };
   for (std::size_t i = 0; i < sides.size();) {
     std::size_t end = i + 1;

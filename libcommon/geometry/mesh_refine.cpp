@@ -31,9 +31,7 @@ std::vector<LongEdge> find_long_edges(const Mesh& mesh, double max_edge) {
   for (const Triangle& t : mesh.triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
       const int a = t[k], b = t[(k + 1) % 3];
-      const double squared = (mesh.positions[static_cast<std::size_t>(std::max(a, b))] -
-                              mesh.positions[static_cast<std::size_t>(std::min(a, b))])
-                                 .squaredNorm();
+      const double squared = (mesh.positions[std::max(a, b)] - mesh.positions[std::min(a, b)]).squaredNorm();
       if (squared > max_edge * max_edge) edges.push_back({edge_key(a, b), squared, 1});
     }
   }
@@ -62,8 +60,8 @@ class Midpoints {
     if (a == b) return a;
     const auto [entry, is_new] = made_.try_emplace(edge_key(a, b), static_cast<int>(values_.size()));
     if (is_new) {
-      const Vector low = values_[static_cast<std::size_t>(std::min(a, b))];
-      const Vector high = values_[static_cast<std::size_t>(std::max(a, b))];
+      const Vector low = values_[std::min(a, b)];
+      const Vector high = values_[std::max(a, b)];
       Vector mid = 0.5 * (low + high);
       if (normalize) mid = mid.norm() > 1e-9 ? Vector(mid / mid.norm()) : low;
       values_.push_back(mid);
@@ -85,8 +83,7 @@ class Midpoints {
   template <class Offset>
   void move_by(Offset&& offset) {
     for (const auto& [key, index] : made_) {
-      values_[static_cast<std::size_t>(index)] +=
-          offset(static_cast<int>(key >> 32), static_cast<int>(key & 0xffffffffu));
+      values_[index] += offset(static_cast<int>(key >> 32), static_cast<int>(key & 0xffffffffu));
     }
   }
 
@@ -105,13 +102,13 @@ Mesh with_corner_normals(Mesh mesh) {
   std::vector<std::vector<int>> around(mesh.positions.size());
   for (int t = 0; t < mesh.num_triangles(); ++t) {
     const Vec3 area = area_vector(mesh, t);
-    face[static_cast<std::size_t>(t)] = area.norm() > 0.0 ? Vec3(area.normalized()) : Vec3(Vec3::Zero());
-    for (int p : mesh.triangles[static_cast<std::size_t>(t)]) around[static_cast<std::size_t>(p)].push_back(t);
+    face[t] = area.norm() > 0.0 ? Vec3(area.normalized()) : Vec3(Vec3::Zero());
+    for (int p : mesh.triangles[t]) around[p].push_back(t);
   }
   const auto angle_at = [&mesh](int t, int position) {
-    const Triangle& c = mesh.triangles[static_cast<std::size_t>(t)];
+    const Triangle& c = mesh.triangles[t];
     const std::size_t k = c[0] == position ? 0 : c[1] == position ? 1 : 2;
-    const auto at = [&](std::size_t i) -> const Vec3& { return mesh.positions[static_cast<std::size_t>(c[i % 3])]; };
+    const auto at = [&](std::size_t i) -> const Vec3& { return mesh.positions[c[i % 3]]; };
     const Vec3 a = at(k + 1) - at(k), b = at(k + 2) - at(k);
     return std::atan2(a.cross(b).norm(), a.dot(b));
   };
@@ -121,12 +118,12 @@ Mesh with_corner_normals(Mesh mesh) {
     for (std::size_t k = 0; k < 3; ++k) {
       Vec3& normal = normals[3 * t + k];
       normal_triangles[t][k] = static_cast<int>(3 * t + k);
-      if (has_normals) normal = mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[t][k])];
+      if (has_normals) normal = mesh.normals[mesh.normal_triangles[t][k]];
       if (has_normals && normal.dot(face[t]) > kSmoothCosine) continue;
       const int position = mesh.triangles[t][k];
       Vec3 sum = Vec3::Zero();
-      for (int other : around[static_cast<std::size_t>(position)]) {
-        const Vec3& n = face[static_cast<std::size_t>(other)];
+      for (int other : around[position]) {
+        const Vec3& n = face[other];
         if (n.dot(face[t]) > kSmoothCosine) sum += angle_at(other, position) * n;
       }
       normal = sum.norm() > 1e-9 ? Vec3(sum.normalized()) : Vec3(Vec3::UnitZ());
@@ -144,7 +141,7 @@ class Bulges {
   Bulges(const Mesh& mesh, const std::unordered_set<std::uint64_t>& edges) {
     if (edges.empty()) return;
     for (int t = 0; t < mesh.num_triangles(); ++t) {
-      const Triangle& corners = mesh.triangles[static_cast<std::size_t>(t)];
+      const Triangle& corners = mesh.triangles[t];
       for (std::size_t k = 0; k < 3; ++k) {
         const std::size_t next = (k + 1) % 3;
         if (!edges.contains(edge_key(corners[k], corners[next]))) continue;
@@ -167,17 +164,16 @@ class Bulges {
   };
 
   void add(const Mesh& mesh, int t, std::size_t a, std::size_t b) {
-    const Triangle& corners = mesh.triangles[static_cast<std::size_t>(t)];
-    const Triangle& normals = mesh.normal_triangles[static_cast<std::size_t>(t)];
-    const Vec3& na = mesh.normals[static_cast<std::size_t>(normals[a])];
-    const Vec3& nb = mesh.normals[static_cast<std::size_t>(normals[b])];
+    const Triangle& corners = mesh.triangles[t];
+    const Triangle& normals = mesh.normal_triangles[t];
+    const Vec3& na = mesh.normals[normals[a]];
+    const Vec3& nb = mesh.normals[normals[b]];
     const Vec3 area = area_vector(mesh, t);
     const bool fits = std::min(area.dot(na), area.dot(nb)) > kSmoothCosine * area.norm();
     const auto [entry, is_new] = edges_.try_emplace(edge_key(corners[a], corners[b]));
     Edge& edge = entry->second;
     if (is_new) {
-      const Vec3 ab =
-          mesh.positions[static_cast<std::size_t>(corners[b])] - mesh.positions[static_cast<std::size_t>(corners[a])];
+      const Vec3 ab = mesh.positions[corners[b]] - mesh.positions[corners[a]];
       edge = {na, nb, (ab.dot(nb) * nb - ab.dot(na) * na) / 8.0, fits};
     } else {
       edge.is_smooth =
@@ -198,11 +194,11 @@ Pattern pattern_of(const std::array<bool, 3>& is_split, const std::array<Vec3, 3
   if (count == 3) return {{0, 3, 5}, {3, 1, 4}, {5, 4, 2}, {3, 4, 5}};
   // Rotated so that edge 0-1 is the split one (count 1), or 2-0 the one that is not (count 2).
   int r = 0;
-  while (count == 1 ? !is_split[static_cast<std::size_t>(r)] : is_split[static_cast<std::size_t>((r + 2) % 3)]) ++r;
+  while (count == 1 ? !is_split[r] : is_split[(r + 2) % 3]) ++r;
   const auto c = [r](int k) { return (k + r) % 3; };
   const auto m = [r](int k) { return 3 + (k + r) % 3; };
   if (count == 1) return {{c(0), m(0), c(2)}, {m(0), c(1), c(2)}};
-  const auto at = [&](int k) -> const Vec3& { return p[static_cast<std::size_t>(c(k))]; };
+  const auto at = [&](int k) -> const Vec3& { return p[c(k)]; };
   const double from_corner_0 = (0.5 * (at(1) + at(2)) - at(0)).squaredNorm();
   const double from_corner_2 = (0.5 * (at(0) + at(1)) - at(2)).squaredNorm();
   if (from_corner_0 <= from_corner_2) return {{m(0), c(1), m(1)}, {c(0), m(0), m(1)}, {c(0), m(1), c(2)}};
@@ -228,7 +224,7 @@ void split_edges(Mesh& mesh, const std::unordered_set<std::uint64_t>& is_split, 
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t next = (k + 1) % 3;
       split[k] = is_split.contains(edge_key(corners[k], corners[next]));
-      p[k] = mesh.positions[static_cast<std::size_t>(corners[k])];
+      p[k] = mesh.positions[corners[k]];
       position[k] = corners[k];
       if (split[k]) position[k + 3] = mid_position(corners[k], corners[next]);
       if (has_uvs) {
@@ -243,8 +239,7 @@ void split_edges(Mesh& mesh, const std::unordered_set<std::uint64_t>& is_split, 
       }
     }
     const auto pick = [](const std::array<int, 6>& index, const Triangle& f) -> Triangle {
-      return {index[static_cast<std::size_t>(f[0])], index[static_cast<std::size_t>(f[1])],
-              index[static_cast<std::size_t>(f[2])]};
+      return {index[f[0]], index[f[1]], index[f[2]]};
     };
     for (const Triangle& f : pattern_of(split, p)) {
       triangles.push_back(pick(position, f));

@@ -21,12 +21,10 @@ std::string counted(int count, const std::string& what) {
 }
 
 bool has_area(const Mesh& mesh, int triangle) {
-  const Triangle& t = mesh.triangles[static_cast<std::size_t>(triangle)];
+  const Triangle& t = mesh.triangles[triangle];
   double longest = 0.0;
   for (std::size_t k = 0; k < 3; ++k) {
-    longest = std::max(longest, (mesh.positions[static_cast<std::size_t>(t[(k + 1) % 3])] -
-                                 mesh.positions[static_cast<std::size_t>(t[k])])
-                                    .squaredNorm());
+    longest = std::max(longest, (mesh.positions[t[(k + 1) % 3]] - mesh.positions[t[k]]).squaredNorm());
   }
   return area_vector(mesh, triangle).norm() > kLeastSine * longest;
 }
@@ -47,7 +45,7 @@ Identity identity_of(const Mesh& mesh, int triangle) {
   for (std::size_t k = 0; k < 3; ++k) {
     identity.positions[k] = mesh.triangles[t][order[k]];
     const int uv = mesh.uv_triangles.empty() ? -1 : mesh.uv_triangles[t][order[k]];
-    identity.uvs[k] = uv < 0 ? Vec2(0.0, 0.0) : mesh.uvs[static_cast<std::size_t>(uv)];
+    identity.uvs[k] = uv < 0 ? Vec2(0.0, 0.0) : mesh.uvs[uv];
   }
   identity.surface = mesh.triangle_surface.empty() ? 0 : mesh.triangle_surface[t];
   return identity;
@@ -57,7 +55,7 @@ Identity identity_of(const Mesh& mesh, int triangle) {
 void leave_out_duplicates(const Mesh& mesh, std::vector<char>& is_kept, MeshRepairs& repairs) {
   std::vector<std::pair<std::array<int, 3>, int>> sorted;
   for (int t = 0; t < mesh.num_triangles(); ++t) {
-    if (is_kept[static_cast<std::size_t>(t)] != 0) sorted.emplace_back(identity_of(mesh, t).positions, t);
+    if (is_kept[t] != 0) sorted.emplace_back(identity_of(mesh, t).positions, t);
   }
   std::sort(sorted.begin(), sorted.end());
   for (std::size_t i = 0, end = 0; i < sorted.size(); i = end) {
@@ -70,7 +68,7 @@ void leave_out_duplicates(const Mesh& mesh, std::vector<char>& is_kept, MeshRepa
       });
       if (is_new && different.size() < kMaxDifferent) different.push_back(found);
       if (is_new) continue;
-      is_kept[static_cast<std::size_t>(sorted[k].second)] = 0;
+      is_kept[sorted[k].second] = 0;
       ++repairs.num_duplicates;
     }
   }
@@ -83,7 +81,7 @@ void turn(Mesh& mesh, std::size_t t) {
   std::swap(mesh.normal_triangles[t][1], mesh.normal_triangles[t][2]);
   const Vec3 area = area_vector(mesh, static_cast<int>(t));
   for (int& n : mesh.normal_triangles[t]) {
-    const Vec3 normal = mesh.normals[static_cast<std::size_t>(n)];
+    const Vec3 normal = mesh.normals[n];
     if (!(normal.dot(area) < 0.0)) continue;
     n = static_cast<int>(mesh.normals.size());
     mesh.normals.emplace_back(-normal);
@@ -182,7 +180,7 @@ RepairedMesh repair_mesh(Mesh mesh) {
   std::vector<char> is_kept(mesh.triangles.size(), 1);
   for (int t = 0; t < mesh.num_triangles(); ++t) {
     if (has_area(mesh, t)) continue;
-    is_kept[static_cast<std::size_t>(t)] = 0;
+    is_kept[t] = 0;
     ++repairs.num_degenerate;
   }
   leave_out_duplicates(mesh, is_kept, repairs);

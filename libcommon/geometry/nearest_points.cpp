@@ -109,6 +109,6 @@ NearestPoints::Nearest NearestPoints::nearest_below(const Vec3& p, double below,
   return found.found();
 }
 
-const Vec3& NearestPoints::point(int index) const { return impl_->points[static_cast<std::size_t>(index)]; }
+const Vec3& NearestPoints::point(int index) const { return impl_->points[index]; }
 
 }  // namespace patinate

@@ -11,7 +11,7 @@ namespace patinate {
 
 namespace {
 
-const Vec3& at(const PointCloud& cloud, int i) { return cloud.points[static_cast<std::size_t>(i)]; }
+const Vec3& at(const PointCloud& cloud, int i) { return cloud.points[i]; }
 
 int cell(const PointCloud::Grid& grid, int x, int y) {
   return grid.cell[static_cast<std::size_t>(y) * static_cast<std::size_t>(grid.width) + static_cast<std::size_t>(x)];

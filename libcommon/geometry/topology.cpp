@@ -21,7 +21,7 @@ View make_view(const Mesh& mesh, int& num_excluded) {
         view.add_vertex(View::Point(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()))));
   }
   for (const Triangle& t : mesh.triangles) {
-    const auto corner = [&](std::size_t k) { return vertices[static_cast<std::size_t>(t[k])]; };
+    const auto corner = [&](std::size_t k) { return vertices[t[k]]; };
     if (!view.add_face(corner(0), corner(1), corner(2)).is_valid()) ++num_excluded;
   }
   return view;
@@ -31,11 +31,10 @@ int count_boundary_loops(const View& view) {
   std::vector<bool> is_seen(view.n_halfedges(), false);
   int loops = 0;
   for (const auto halfedge : view.halfedges()) {
-    if (!view.is_boundary(halfedge) || is_seen[static_cast<std::size_t>(halfedge.idx())]) continue;
+    if (!view.is_boundary(halfedge) || is_seen[halfedge.idx()]) continue;
     ++loops;
-    for (auto h = View::HalfedgeHandle(halfedge); !is_seen[static_cast<std::size_t>(h.idx())];
-         h = view.next_halfedge_handle(h)) {
-      is_seen[static_cast<std::size_t>(h.idx())] = true;
+    for (auto h = View::HalfedgeHandle(halfedge); !is_seen[h.idx()]; h = view.next_halfedge_handle(h)) {
+      is_seen[h.idx()] = true;
     }
   }
   return loops;
@@ -46,16 +45,16 @@ int count_parts(const View& view) {
   std::vector<View::FaceHandle> open;
   int parts = 0;
   for (const auto face : view.faces()) {
-    if (is_seen[static_cast<std::size_t>(face.idx())]) continue;
+    if (is_seen[face.idx()]) continue;
     ++parts;
-    is_seen[static_cast<std::size_t>(face.idx())] = true;
+    is_seen[face.idx()] = true;
     open.assign(1, face);
     while (!open.empty()) {
       const View::FaceHandle f = open.back();
       open.pop_back();
       for (auto it = view.cff_iter(f); it.is_valid(); ++it) {
-        if (is_seen[static_cast<std::size_t>(it->idx())]) continue;
-        is_seen[static_cast<std::size_t>(it->idx())] = true;
+        if (is_seen[it->idx()]) continue;
+        is_seen[it->idx()] = true;
         open.push_back(*it);
       }
     }

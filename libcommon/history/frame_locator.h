@@ -18,7 +18,7 @@ class FrameLocator {
   /// neighbor: any index.
   [[nodiscard]] TimePosition operator()(double time, int hint = 0) const {
     const std::vector<double>& times = times_;
-    const auto at = [&](int frame) { return times[static_cast<std::size_t>(frame)]; };
+    const auto at = [&](int frame) { return times[frame]; };
     const int last = static_cast<int>(times.size()) - 1;
     int index = hint;
     if (!(hint < last && at(hint) <= time && time < at(hint + 1))) {

@@ -170,7 +170,7 @@ HistoryManifest read_history_manifest(const std::filesystem::path& path) {
   json.expect_format("patinate.history", 1);
   HistoryManifest m;
   m.name = json.member("name").string();
-  m.origin = kHistoryOriginNames[static_cast<std::size_t>(json.member("origin").choice(kHistoryOriginNames))];
+  m.origin = kHistoryOriginNames[json.member("origin").choice(kHistoryOriginNames)];
   m.width = static_cast<int>(json.member("width").integer(between(1, kMaxHistorySide_px)));
   m.height = static_cast<int>(json.member("height").integer(between(1, kMaxHistorySide_px)));
   if (json.has("texel_size_mm")) {

@@ -25,7 +25,7 @@ const std::vector<std::string>& frame_extra_channels(const std::string& name) {
   const auto* const found = std::find(kFrameExtraNames.begin(), kFrameExtraNames.end(), name);
   if (found == kFrameExtraNames.end())
     throw InvalidInput("`" + name + "` of a frame: use stddev, specular, normal, height, metalness or tint");
-  return kChannels[static_cast<std::size_t>(found - kFrameExtraNames.begin())];
+  return kChannels[found - kFrameExtraNames.begin()];
 }
 
 const std::vector<std::string>& history_map_channels(const std::string& name) {

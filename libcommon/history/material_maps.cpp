@@ -188,7 +188,7 @@ ImageF sample_material_map(const History& history, MaterialMap map, double time,
   } else {
     position = FrameLocator(std::move(times), between)(time);
   }
-  ImageF values = read_map(history, map, indices[static_cast<std::size_t>(position.index)]);
+  ImageF values = read_map(history, map, indices[position.index]);
   if (position.fraction != 0.0) {
     blend(values, read_map(history, map, indices[static_cast<std::size_t>(position.index) + 1]), map,
           static_cast<float>(position.fraction));

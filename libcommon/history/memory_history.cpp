@@ -205,7 +205,7 @@ MemoryHistory read_into_memory(const History& history, const RunControl& control
                              .warnings = facts.warnings};
   for (int i = 0; i < history.num_frames(); ++i) {
     control.throw_if_stopped();
-    const FrameFacts& f = facts.frames[static_cast<std::size_t>(i)];
+    const FrameFacts& f = facts.frames[i];
     MemoryFrame frame{
         .time = f.time, .color = history.read_frame(i), .mask = {}, .extras = {}, .is_extrapolated = f.is_extrapolated};
     if (f.has_mask) frame.mask = history.read_frame_mask(i);

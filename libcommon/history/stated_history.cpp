@@ -100,7 +100,7 @@ void state_appearance(const fs::path& folder, const Appearance& appearance, cons
   } else {
     parallel_for(history.num_frames(), 1, control, [&](std::int64_t begin, std::int64_t) {
       const int i = static_cast<int>(begin);
-      const double time = manifest.frames[static_cast<std::size_t>(i)].time;
+      const double time = manifest.frames[i].time;
       const AppearanceMaps maps = appearance_maps(appearance, sources, time, history.read_frame(i));
       for (const std::string& name : names)
         write_map(folder / HistoryWriter::frame_extra_file(i, name), name, maps.of(name));

@@ -39,7 +39,7 @@ void write_files(const fs::path& folder, const History& history, const RunContro
   }
   for (int i = 0; i < history.num_frames(); ++i) {
     control.throw_if_stopped();
-    const FrameFacts& frame = facts.frames[static_cast<std::size_t>(i)];
+    const FrameFacts& frame = facts.frames[i];
     writer.write_frame(i, frame.time, history.read_frame(i));
     if (frame.has_mask) {
       write_codes(folder / HistoryWriter::frame_mask_file(i), history.read_frame_mask(i));

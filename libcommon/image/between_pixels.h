@@ -35,8 +35,7 @@ constexpr std::array<float, 4> cubic_weights(double t) {
 }
 constexpr std::array<std::array<float, 4>, kPixelSteps> make_weights() {
   std::array<std::array<float, 4>, kPixelSteps> all{};
-  for (int k = 0; k < kPixelSteps; ++k)
-    all[static_cast<std::size_t>(k)] = cubic_weights(static_cast<double>(k) / kPixelSteps);
+  for (int k = 0; k < kPixelSteps; ++k) all[k] = cubic_weights(static_cast<double>(k) / kPixelSteps);
   return all;
 }
 inline constexpr std::array<std::array<float, 4>, kPixelSteps> kWeights = make_weights();
@@ -51,8 +50,8 @@ inline Lanes greatest(Lanes a, Lanes b) { return a > b ? a : b; }
 
 /// The value at a place, in the range of the block.
 inline Lanes value_in(const Block& block, BesidePixel beside) {
-  const auto& across = kWeights[static_cast<std::size_t>(beside.x & (kPixelSteps - 1))];
-  const auto& down = kWeights[static_cast<std::size_t>(beside.y & (kPixelSteps - 1))];
+  const auto& across = kWeights[beside.x & (kPixelSteps - 1)];
+  const auto& down = kWeights[beside.y & (kPixelSteps - 1)];
   std::array<Lanes, 4> rows;
   Lanes low = block[0], high = block[0];
   for (std::size_t j = 0; j < 4; ++j) {
@@ -108,7 +107,7 @@ void look_between(const float* pixels, int width, int height, int x, int y, Besi
     for (int k = 0; k < 16; ++k) {
       const auto pixel =
           static_cast<std::size_t>(y0 + k / 4) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x0 + k % 4);
-      std::memcpy(&block[static_cast<std::size_t>(k)], pixels + kChannels * pixel, sizeof(Lanes));
+      std::memcpy(&block[k], pixels + kChannels * pixel, sizeof(Lanes));
     }
   } else {
     for_each_around(width, height, x, y, beside, [&](std::size_t k, std::size_t pixel) {

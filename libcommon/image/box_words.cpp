@@ -132,7 +132,7 @@ void read_heif_words(const FileBytes& file, FileWords& words) {
   const std::vector<Box> properties = boxes_in(file, container->begin, container->end);
   for (const std::uint64_t number : picture_properties(file)) {
     if (number == 0 || number > properties.size()) continue;
-    const Box& box = properties[static_cast<std::size_t>(number - 1)];
+    const Box& box = properties[number - 1];
     const std::uint64_t how = file.number(box.begin, 1);
     if (box.type == "irot" && (how & 3) != 0)
       words.turn = orientation_words(how == 1 ? 8 : how == 2 ? 3 : 6) + " (HEIF irot)";

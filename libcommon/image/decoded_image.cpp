@@ -73,7 +73,7 @@ ImageF color_of(const DecodedImage& image, const Response& response) {
   for (int y = 0; y < color.height(); ++y) {
     for (int x = 0; x < color.width(); ++x) {
       for (int c = 0; c < 3; ++c) {
-        const float value = image.values.at(x, y, source[static_cast<std::size_t>(c)]);
+        const float value = image.values.at(x, y, source[c]);
         color.at(x, y, c) = image.is_integer && !is_encoded ? linear(value) : value;
       }
     }

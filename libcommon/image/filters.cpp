@@ -25,7 +25,7 @@ std::vector<float> half_kernel(double sigma_px) {
   std::vector<float> weights(static_cast<std::size_t>(radius) + 1);
   weights[0] = 1.0f;
   for (int i = 1; i <= radius; ++i) {
-    weights[static_cast<std::size_t>(i)] = static_cast<float>(std::exp(-0.5 * (i / sigma_px) * (i / sigma_px)));
+    weights[i] = static_cast<float>(std::exp(-0.5 * (i / sigma_px) * (i / sigma_px)));
   }
   return weights;
 }
@@ -37,7 +37,7 @@ void accumulate(const float* center, std::ptrdiff_t step, int at, int length, co
   const int radius = static_cast<int>(weights.size()) - 1;
   const int first = std::max(-radius, -at), last = std::min(radius, length - 1 - at);
   for (int k = first; k <= last; ++k) {
-    const float weight = weights[static_cast<std::size_t>(std::abs(k))];
+    const float weight = weights[std::abs(k)];
     const float* source = center + k * step;
     for (std::size_t i = 0; i < num_values; ++i) out[i] += weight * source[i];
   }
@@ -61,7 +61,7 @@ ImageF blur_sum(const ImageF& in, const std::vector<float>& weights, const RunCo
       const float* source = vertical.row(y).data();
       float* target = out.row(y).data();
       for (int k = -std::min(radius, width - 1); k <= std::min(radius, width - 1); ++k) {
-        const float weight = weights[static_cast<std::size_t>(std::abs(k))];
+        const float weight = weights[std::abs(k)];
         const int first = std::max(0, -k) * channels, last = std::min(width, width - k) * channels;
         const std::ptrdiff_t shift = std::ptrdiff_t{k} * channels;
         for (int i = first; i < last; ++i) target[i] += weight * source[i + shift];
@@ -76,7 +76,7 @@ std::vector<float> weight_sums(int length, const std::vector<float>& weights) {
   const std::vector<float> ones(static_cast<std::size_t>(length), 1.0f);
   std::vector<float> sums(static_cast<std::size_t>(length), 0.0f);
   for (int i = 0; i < length; ++i) {
-    const std::size_t k = static_cast<std::size_t>(i);
+    const std::size_t k = i;
     accumulate(&ones[k], 1, i, length, weights, 1, &sums[k]);
   }
   return sums;
@@ -125,13 +125,13 @@ ImageF resample(const ImageF& in, const std::vector<Interval>& columns, const st
     std::vector<float> row(static_cast<std::size_t>(in.width()) * static_cast<std::size_t>(channels));
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       std::fill(row.begin(), row.end(), 0.0f);
-      const Interval& interval = rows[static_cast<std::size_t>(y)];
+      const Interval& interval = rows[y];
       for (std::size_t k = 0; k < interval.weights.size(); ++k) {
         const auto source = in.row(interval.first + static_cast<int>(k));
         for (std::size_t i = 0; i < row.size(); ++i) row[i] += interval.weights[k] * source[i];
       }
       for (int x = 0; x < out.width(); ++x) {
-        const Interval& column = columns[static_cast<std::size_t>(x)];
+        const Interval& column = columns[x];
         for (int c = 0; c < channels; ++c) {
           float sum = 0.0f;
           for (std::size_t k = 0; k < column.weights.size(); ++k) {
@@ -155,7 +155,7 @@ ImageF gaussian_blur(const ImageF& in, double sigma_px, const RunControl& contro
   const std::vector<float> across = weight_sums(in.width(), weights), down = weight_sums(in.height(), weights);
   for (int y = 0; y < out.height(); ++y) {
     for (int x = 0; x < out.width(); ++x) {
-      const float total = across[static_cast<std::size_t>(x)] * down[static_cast<std::size_t>(y)];
+      const float total = across[x] * down[y];
       for (float& v : out.pixel(x, y)) v /= total;
     }
   }

@@ -30,7 +30,7 @@ void unassociate(ImageF& values, int alpha, const std::vector<std::string>& chan
   for (int y = 0; y < values.height(); ++y) {
     for (int x = 0; x < values.width(); ++x) {
       const auto pixel = values.pixel(x, y);
-      const float a = pixel[static_cast<std::size_t>(alpha)];
+      const float a = pixel[alpha];
       for (std::size_t c = 0; c < pixel.size(); ++c) {
         if (static_cast<int>(c) != alpha && a > 0.0f && is_shared[c]) pixel[c] /= a;
       }

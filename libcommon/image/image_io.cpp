@@ -116,7 +116,7 @@ ImageF read_channels(const std::filesystem::path& path, const std::vector<std::s
   for (int y = 0; y < picked.height(); ++y) {
     for (int x = 0; x < picked.width(); ++x) {
       for (int c = 0; c < picked.channels(); ++c) {
-        picked.at(x, y, c) = raw.values.at(x, y, source[static_cast<std::size_t>(c)]);
+        picked.at(x, y, c) = raw.values.at(x, y, source[c]);
       }
     }
   }

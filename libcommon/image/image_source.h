@@ -62,7 +62,7 @@ class ByteSink {
 struct MemorySink final : ByteSink {
   std::string bytes;
   void write(std::int64_t offset, const void* from, std::size_t size) override {
-    const std::size_t at = static_cast<std::size_t>(offset);
+    const std::size_t at = offset;
     if (bytes.size() < at + size) bytes.resize(at + size);
     std::copy_n(static_cast<const char*>(from), size, bytes.begin() + offset);
   }

@@ -100,7 +100,7 @@ ImageU8 gray_mask(const DecodedImage& image, const ColorCodes& colors) {
   std::array<std::int64_t, 256> counts{};
   float highest = 0.0f;
   for_each_pixel(image.values, [&](int x, int y) {
-    ++counts[static_cast<std::size_t>(code_of(colors.value(x, y)))];
+    ++counts[code_of(colors.value(x, y))];
     highest = std::max(highest, colors.value(x, y));
   });
   const std::int64_t num_pixels = image.values.num_pixels();
@@ -113,7 +113,7 @@ ImageU8 gray_mask(const DecodedImage& image, const ColorCodes& colors) {
   std::int64_t num_between = 0;
   constexpr int kEdge = 16;
   for (int code = 0; code < 256; ++code) {
-    const std::int64_t count = counts[static_cast<std::size_t>(code)];
+    const std::int64_t count = counts[code];
     if (code > kEdge && code < 255 - kEdge) num_between += count;
     // What lies beside a larger level belongs to it.
     if (is_flat(count, num_pixels) && (flat.empty() || code - flat.back() > kTolerance)) flat.push_back(code);
@@ -138,7 +138,7 @@ ImageU8 label_mask(const DecodedImage& image, const ColorCodes& colors) {
   std::vector<std::int64_t> counts(std::size_t{kSteps} * kSteps * kSteps);
   for_each_pixel(image.values, [&](int x, int y) {
     const auto c = colors.at(x, y);
-    ++counts[static_cast<std::size_t>((c[0] / kStep * kSteps + c[1] / kStep) * kSteps + c[2] / kStep)];
+    ++counts[(c[0] / kStep * kSteps + c[1] / kStep) * kSteps + c[2] / kStep];
   });
   const std::int64_t num_pixels = image.values.num_pixels();
   std::int64_t num_flat = 0;

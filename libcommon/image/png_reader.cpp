@@ -141,7 +141,7 @@ class PngSource final : public ImageSource {
     static const std::array<std::vector<std::string>, 4> kNames{
         {{"Y"}, {"Y", "A"}, {"R", "G", "B"}, {"R", "G", "B", "A"}}};
     if (file_.channels() < 1 || file_.channels() > 4) return false;
-    info_.channels = kNames[static_cast<std::size_t>(file_.channels() - 1)];
+    info_.channels = kNames[file_.channels() - 1];
     if (!read_words(file_, info_)) return false;
     const FileWords words = read_file_words(path_);
     if (!words.refusal.empty()) throw IoError(path_.string(), words.refusal);

@@ -71,7 +71,7 @@ std::string orientation_words(int orientation) {
                               "turned by 90 degrees clockwise",
                               "mirrored along the diagonal from top right",
                               "turned by 90 degrees counterclockwise"};
-  return kTexts[static_cast<std::size_t>(orientation)];
+  return kTexts[orientation];
 }
 
 std::string orientation_text(int orientation) {

@@ -27,7 +27,7 @@ class Bytes {
     in_.clear();
     in_.seekg(offset);
     in_.read(out.data(), static_cast<std::streamsize>(out.size()));
-    out.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, in_.gcount())));
+    out.resize(std::max<std::streamsize>(0, in_.gcount()));
     return out;
   }
 

@@ -36,7 +36,7 @@ bool says(const fs::path& file, std::string_view word) {
   std::ifstream in(file, std::ios::binary);
   std::string head(4096, '\0');
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(std::max<std::streamsize>(0, in.gcount())));
+  head.resize(std::max<std::streamsize>(0, in.gcount()));
   return head.find('"' + std::string(word) + '"') != std::string::npos;
 }
 

@@ -52,7 +52,7 @@ void run_side_by_side(const JobPlan& plan, std::span<const std::size_t> items, c
   workers.num_threads = std::max(1, num_side_by_side);
   const int threads_per_item = std::max(1, num_threads / workers.num_threads);
   parallel_for(static_cast<std::int64_t>(items.size()), 1, workers, [&](std::int64_t begin, std::int64_t) {
-    const std::size_t i = items[static_cast<std::size_t>(begin)];
+    const std::size_t i = items[begin];
     const JobItem& item = plan.items[i];
     control.throw_if_stopped();
     for (const fs::path& output : item.outputs) {

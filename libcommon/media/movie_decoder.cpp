@@ -81,8 +81,7 @@ OpenFile open_movie(const std::filesystem::path& path) {
     if (static_cast<int>(i) != index) opened->streams[i]->discard = AVDISCARD_ALL;
   }
   out.stream = opened->streams[index];
-  if (static_cast<std::size_t>(index) < colors.size())
-    complete_color(*out.stream->codecpar, colors[static_cast<std::size_t>(index)]);
+  if (static_cast<std::size_t>(index) < colors.size()) complete_color(*out.stream->codecpar, colors[index]);
   return out;
 }
 
@@ -298,7 +297,7 @@ struct MovieDecoder::Impl {
   bool seek(int wanted) {
     if (!times) times = scan(path);
     if (!times->is_known || times->keys.empty() || times->count != info.num_frames) return false;
-    const std::int64_t target = times->shown[static_cast<std::size_t>(wanted)];
+    const std::int64_t target = times->shown[wanted];
     const auto after = std::upper_bound(times->keys.begin(), times->keys.end(), target);
     if (after == times->keys.begin() ||
         av_seek_frame(open.file.get(), open.stream->index, *(after - 1), AVSEEK_FLAG_BACKWARD) < 0)

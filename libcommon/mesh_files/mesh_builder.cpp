@@ -32,7 +32,7 @@ double cross(const Vec2& a, const Vec2& b, const Vec2& c) {
 
 /// Whether corner `k` of the remaining loop can be cut off: it is convex and no other corner lies in its triangle.
 bool is_ear(const std::vector<Vec2>& points, const std::vector<int>& loop, std::size_t k) {
-  const auto at = [&](std::size_t i) -> const Vec2& { return points[static_cast<std::size_t>(loop[i % loop.size()])]; };
+  const auto at = [&](std::size_t i) -> const Vec2& { return points[loop[i % loop.size()]]; };
   const Vec2 &a = at(k + loop.size() - 1), &b = at(k), &c = at(k + 1);
   if (!(cross(a, b, c) > 0.0)) return false;
   for (std::size_t i = k + 2; i < k + loop.size() - 1; ++i) {
@@ -147,10 +147,10 @@ void MeshBuilder::add_polygon(std::span<const Corner> corners) {
   }
   for (const Triangle& t : triangulate_polygon(points)) {
     Triangle position{}, uv{}, normal{};
-    for (std::size_t k = 0; k < 3; ++k) position[k] = position_index(points[static_cast<std::size_t>(t[k])]);
+    for (std::size_t k = 0; k < 3; ++k) position[k] = position_index(points[t[k]]);
     if (position[0] == position[1] || position[1] == position[2] || position[2] == position[0]) continue;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Corner& corner = corners[static_cast<std::size_t>(t[k])];
+      const Corner& corner = corners[t[k]];
       has_uv_ = has_uv_ || corner.uv;
       uv[k] = corner.uv ? uv_index(position[k], *corner.uv) : -1;
       normal[k] = corner.normal ? normal_index(*corner.normal) : -1;
@@ -169,7 +169,7 @@ void MeshBuilder::fill_missing_normals() {
       int& index = mesh_.normal_triangles[t][k];
       if (index >= 0) continue;
       if (smooth.empty()) smooth = vertex_normals(mesh_);
-      index = normal_index(smooth[static_cast<std::size_t>(mesh_.triangles[t][k])]);
+      index = normal_index(smooth[mesh_.triangles[t][k]]);
     }
   }
 }

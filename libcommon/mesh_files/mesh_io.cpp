@@ -94,7 +94,7 @@ void write_obj(const std::filesystem::path& path, const Mesh& mesh, const std::s
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const int s = t < mesh.triangle_surface.size() ? mesh.triangle_surface[t] : -1;
     if (s != surface) {
-      append_surface(text, mesh.surfaces[static_cast<std::size_t>(s)], says_materials);
+      append_surface(text, mesh.surfaces[s], says_materials);
       surface = s;
     }
     text += 'f';
@@ -120,7 +120,7 @@ std::string read_obj_key(const std::filesystem::path& path) {
   std::ifstream file(path);
   std::string line(128, '\0');
   file.read(line.data(), static_cast<std::streamsize>(line.size()));
-  line.resize(static_cast<std::size_t>(file.gcount()));
+  line.resize(file.gcount());
   line.resize(std::min(line.size(), line.find('\n')));
   if (line.compare(0, kObjBegin.size() + 1, kObjBegin + " ") != 0) return "";
   return line.substr(kObjBegin.size() + 1);

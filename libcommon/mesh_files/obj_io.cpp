@@ -170,7 +170,7 @@ class ObjReader {
       if (!word.empty() && word.front() == '/') {
         word.remove_prefix(1);
         if (!word.empty() && word.front() != '/') {
-          corner.uv = uvs_[static_cast<std::size_t>(read_index(word, uvs_.size(), "UV"))];
+          corner.uv = uvs_[read_index(word, uvs_.size(), "UV")];
         }
         if (!word.empty() && word.front() == '/') {
           word.remove_prefix(1);

@@ -63,7 +63,7 @@ class PlyReader {
   void read_faces(bool is_strips) {
     const int corners = element_->find({"vertex_indices", "vertex_index"});
     const int texcoord = element_->find({"texcoord"});
-    if (corners < 0 || !element_->properties[static_cast<std::size_t>(corners)].count_type) {
+    if (corners < 0 || !element_->properties[corners].count_type) {
       ply_.fail("element `" + element_->name + "` has no list `vertex_indices`");
     }
     for (std::uint64_t row = 0; row < element_->count; ++row) {

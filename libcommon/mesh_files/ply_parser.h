@@ -48,10 +48,8 @@ class PlyParser {
   [[nodiscard]] bool has_rows() const { return min_row_bytes() > 0; }
   /// The next row, of ASCII exactly one line: then scalar(i) and list(i) are its values, by property. @throws IoError
   void read_row();
-  [[nodiscard]] double scalar(int property) const { return scalars_[static_cast<std::size_t>(property)]; }
-  [[nodiscard]] const std::vector<double>& list(int property) const {
-    return lists_[static_cast<std::size_t>(property)];
-  }
+  [[nodiscard]] double scalar(int property) const { return scalars_[property]; }
+  [[nodiscard]] const std::vector<double>& list(int property) const { return lists_[property]; }
   /// Call it behind the last row of the last element. @throws IoError if there is more in the file.
   void finish() const;
   /// An error about the row that was read last. @throws IoError always

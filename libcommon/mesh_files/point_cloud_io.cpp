@@ -47,10 +47,9 @@ void PointCloudBuilder::add_polygon(std::span<const std::size_t> corners) {
   if (std::find(kept.begin(), kept.end(), -1) != kept.end()) return;
   std::vector<Vec3> positions;
   positions.reserve(kept.size());
-  for (const int i : kept) positions.push_back(cloud_.points[static_cast<std::size_t>(i)]);
+  for (const int i : kept) positions.push_back(cloud_.points[i]);
   for (const Triangle& t : triangulate_polygon(positions)) {
-    const Triangle triangle{kept[static_cast<std::size_t>(t[0])], kept[static_cast<std::size_t>(t[1])],
-                            kept[static_cast<std::size_t>(t[2])]};
+    const Triangle triangle{kept[t[0]], kept[t[1]], kept[t[2]]};
     if (triangle[0] != triangle[1] && triangle[1] != triangle[2] && triangle[2] != triangle[0])
       cloud_.triangles.push_back(triangle);
   }
@@ -61,7 +60,7 @@ PointCloud PointCloudBuilder::finish(const std::string& file) {
   if (cloud_.normals.size() != cloud_.points.size()) cloud_.normals.clear();
   if (cloud_.colors.size() != cloud_.points.size()) cloud_.colors.clear();
   if (cloud_.grid) {
-    for (int& cell : cloud_.grid->cell) cell = cell < 0 ? -1 : new_index_[static_cast<std::size_t>(cell)];
+    for (int& cell : cloud_.grid->cell) cell = cell < 0 ? -1 : new_index_[cell];
   }
   return std::move(cloud_);
 }

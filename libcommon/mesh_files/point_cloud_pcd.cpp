@@ -139,7 +139,7 @@ class PcdReader {
       normal_[k] = find(std::array<const char*, 3>{"normal_x", "normal_y", "normal_z"}[k]);
     rgb_ = find("rgb") >= 0 ? find("rgb") : find("rgba");
     if (xyz_[0] < 0 || xyz_[1] < 0 || xyz_[2] < 0) fail("PCD header: no fields x, y and z");
-    if (rgb_ >= 0 && fields_[static_cast<std::size_t>(rgb_)].size != 4) rgb_ = -1;
+    if (rgb_ >= 0 && fields_[rgb_].size != 4) rgb_ = -1;
   }
   [[nodiscard]] int find(std::string_view name) const {
     for (std::size_t i = 0; i < fields_.size(); ++i) {
@@ -175,7 +175,7 @@ class PcdReader {
         fail("point " + std::to_string(row) + " has " + std::to_string(words.size()) + " values; expected " +
              std::to_string(num_values_));
       const auto value = [&](int field) {
-        std::string_view word = words[fields_[static_cast<std::size_t>(field)].first_value];
+        std::string_view word = words[fields_[field].first_value];
         if (word.front() == '+') word.remove_prefix(1);
         double number = 0.0;
         const auto result = std::from_chars(word.data(), word.data() + word.size(), number);
@@ -186,8 +186,7 @@ class PcdReader {
       };
       add_point(value, [&](int field) {
         const double number = value(field);
-        if (fields_[static_cast<std::size_t>(field)].type == 'F')
-          return std::bit_cast<std::uint32_t>(static_cast<float>(number));
+        if (fields_[field].type == 'F') return std::bit_cast<std::uint32_t>(static_cast<float>(number));
         return number >= 0.0 && number < 4294967296.0 ? static_cast<std::uint32_t>(number) : 0u;
       });
     }
@@ -198,11 +197,11 @@ class PcdReader {
     if (data.size() / point_bytes_ < num_points_) fail_truncated(data.size() / point_bytes_);
     for (std::uint64_t row = 0; row < num_points_; ++row) {
       const auto raw = [&](int field) {
-        const Field& f = fields_[static_cast<std::size_t>(field)];
+        const Field& f = fields_[field];
         return data.data() +
                (by_field ? f.offset * num_points_ + row * f.size * f.count : row * point_bytes_ + f.offset);
       };
-      add_point([&](int field) { return number_at(fields_[static_cast<std::size_t>(field)], raw(field)); },
+      add_point([&](int field) { return number_at(fields_[field], raw(field)); },
                 [&](int field) {
                   std::uint32_t code = 0;
                   std::memcpy(&code, raw(field), sizeof code);

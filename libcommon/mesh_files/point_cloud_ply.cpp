@@ -27,7 +27,7 @@ void read_vertices(PlyParser& ply, const PlyParser::Element& e, PointCloudBuilde
   const auto vector = [&](const std::array<int, 3>& p) {
     return Vec3(ply.scalar(p[0]), ply.scalar(p[1]), ply.scalar(p[2]));
   };
-  const auto is_code = [&](int p) { return e.properties[static_cast<std::size_t>(p)].type == PlyParser::Number::U8; };
+  const auto is_code = [&](int p) { return e.properties[p].type == PlyParser::Number::U8; };
   const bool has_colors = all_there(color);
   const double color_scale = has_colors && is_code(color[0]) ? 1.0 / 255.0 : 1.0;
   for (std::uint64_t row = 0; row < e.count; ++row) {
@@ -39,7 +39,7 @@ void read_vertices(PlyParser& ply, const PlyParser::Element& e, PointCloudBuilde
 
 void read_faces(PlyParser& ply, const PlyParser::Element& e, PointCloudBuilder& builder) {
   const int corners = e.find({"vertex_indices", "vertex_index"});
-  if (corners < 0 || !e.properties[static_cast<std::size_t>(corners)].count_type)
+  if (corners < 0 || !e.properties[corners].count_type)
     ply.fail("element `" + e.name + "` has no list `vertex_indices`");
   std::vector<std::size_t> polygon;
   for (std::uint64_t row = 0; row < e.count; ++row) {
@@ -79,10 +79,9 @@ PointCloud::Grid read_grid(PlyParser& ply, const PlyParser::Element& e, std::siz
              size_text(static_cast<int>(width), static_cast<int>(height)));
   }
   const int indices = e.find({"vertex_indices", "vertex_index"});
-  if (indices < 0 || !e.properties[static_cast<std::size_t>(indices)].count_type)
-    ply.fail("element `range_grid` has no list `vertex_indices`");
+  if (indices < 0 || !e.properties[indices].count_type) ply.fail("element `range_grid` has no list `vertex_indices`");
   PointCloud::Grid grid{static_cast<int>(width), static_cast<int>(height), {}};
-  grid.cell.reserve(static_cast<std::size_t>(e.count));
+  grid.cell.reserve(e.count);
   for (std::uint64_t row = 0; row < e.count; ++row) {
     ply.read_row();
     const std::vector<double>& list = ply.list(indices);

@@ -17,8 +17,7 @@ using Sums = std::array<double, 6>;  ///< Of weight, a, b, a^2, b^2, a b.
 
 std::array<double, 2 * kRadius + 1> window() {
   std::array<double, 2 * kRadius + 1> w{};
-  for (int i = -kRadius; i <= kRadius; ++i)
-    w[static_cast<std::size_t>(i + kRadius)] = std::exp(-i * i / (2.0 * kSigma * kSigma));
+  for (int i = -kRadius; i <= kRadius; ++i) w[i + kRadius] = std::exp(-i * i / (2.0 * kSigma * kSigma));
   return w;
 }
 
@@ -45,7 +44,7 @@ ImageF ssim_map(const ImageF& a, const ImageF& b, const ImageU8& mask, double ra
         Sums s{};
         for (int i = std::max(0, x - kRadius); i <= std::min(width - 1, x + kRadius); ++i) {
           if (!is_inside(mask, i, y)) continue;
-          const double w = kWindow[static_cast<std::size_t>(i - x + kRadius)];
+          const double w = kWindow[i - x + kRadius];
           const double u = static_cast<double>(a.at(i, y)), v = static_cast<double>(b.at(i, y));
           s[0] += w, s[1] += w * u, s[2] += w * v, s[3] += w * u * u, s[4] += w * v * v, s[5] += w * u * v;
         }
@@ -60,7 +59,7 @@ ImageF ssim_map(const ImageF& a, const ImageF& b, const ImageU8& mask, double ra
         if (!is_inside(mask, x, y)) continue;
         Sums s{};
         for (int j = std::max(0, y - kRadius); j <= std::min(height - 1, y + kRadius); ++j) {
-          const double w = kWindow[static_cast<std::size_t>(j - y + kRadius)];
+          const double w = kWindow[j - y + kRadius];
           const Sums& r =
               rows[static_cast<std::size_t>(j) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
           for (std::size_t k = 0; k < s.size(); ++k) s[k] += w * r[k];

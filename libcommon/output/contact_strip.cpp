@@ -33,7 +33,7 @@ ImageF contact_strip(std::span<const ImageF> pictures, std::span<const std::stri
   ImageF strip(columns * (w + gap) + gap, rows * (h + label_height + gap) + gap, 3, options.background);
   const float ink = options.background > 0.2f ? 0.03f : 0.85f;
   for (int i = 0; i < count; ++i) {
-    const ImageF& picture = pictures[static_cast<std::size_t>(i)];
+    const ImageF& picture = pictures[i];
     const int x0 = gap + (i % columns) * (w + gap), y0 = gap + (i / columns) * (h + label_height + gap);
     for (int y = 0; y < h; ++y) {
       for (int x = 0; x < w; ++x) {
@@ -41,7 +41,7 @@ ImageF contact_strip(std::span<const ImageF> pictures, std::span<const std::stri
       }
     }
     if (label_height == 0) continue;
-    draw_text(strip, labels[static_cast<std::size_t>(i)], x0, y0 + h, w, label_height, letter, ink);
+    draw_text(strip, labels[i], x0, y0 + h, w, label_height, letter, ink);
   }
   return strip;
 }

@@ -51,9 +51,9 @@ VertexBuffers make_buffers(const Mesh& mesh, const GlbTiles& tiles, const GlbObj
       const auto [found, is_new] = index_of.try_emplace(corner, static_cast<std::uint32_t>(index_of.size()));
       indices.push_back(found->second);
       if (!is_new) continue;
-      const Vec3 p = scale * (mesh.positions[static_cast<std::size_t>(corner[0])] - origin);
-      const Vec2& uv = mesh.uvs[static_cast<std::size_t>(corner[1])];
-      const Eigen::Vector3f n = mesh.normals[static_cast<std::size_t>(corner[2])].cast<float>().normalized();
+      const Vec3 p = scale * (mesh.positions[corner[0]] - origin);
+      const Vec2& uv = mesh.uvs[corner[1]];
+      const Eigen::Vector3f n = mesh.normals[corner[2]].cast<float>().normalized();
       for (int i = 0; i < 3; ++i) buffers.positions.push_back(static_cast<float>(p[i]));
       for (int i = 0; i < 3; ++i) buffers.normals.push_back(n[i]);
       buffers.uvs.push_back(static_cast<float>(uv.x()));

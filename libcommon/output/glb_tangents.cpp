@@ -10,7 +10,7 @@ namespace patinate {
 namespace {
 
 Vec3 corner_normal(const Mesh& mesh, std::size_t t, std::size_t k) {
-  return mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[t][k])].normalized();
+  return mesh.normals[mesh.normal_triangles[t][k]].normalized();
 }
 
 /// `v` without what lies along `normal`, unit; any direction across it where nothing is left.
@@ -34,8 +34,8 @@ CornerTangents corner_tangents(const Mesh& mesh) {
     std::array<Vec3, 3> p;
     std::array<Vec2, 3> uv;
     for (std::size_t k = 0; k < 3; ++k) {
-      p[k] = mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])];
-      uv[k] = mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][k])];
+      p[k] = mesh.positions[mesh.triangles[t][k]];
+      uv[k] = mesh.uvs[mesh.uv_triangles[t][k]];
     }
     const Vec2 a = uv[1] - uv[0], b = uv[2] - uv[0];
     const double area = a.x() * b.y() - a.y() * b.x();

@@ -9,10 +9,10 @@ namespace patinate {
 HitCorners corners_of(const Mesh& mesh, const std::vector<float>& open, std::size_t triangle) {
   HitCorners corners;
   for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t corner = static_cast<std::size_t>(mesh.triangles[triangle][k]);
+    const std::size_t corner = mesh.triangles[triangle][k];
     corners.positions[k] = mesh.positions[corner];
-    corners.normals[k] = mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[triangle][k])];
-    corners.uvs[k] = mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[triangle][k])];
+    corners.normals[k] = mesh.normals[mesh.normal_triangles[triangle][k]];
+    corners.uvs[k] = mesh.uvs[mesh.uv_triangles[triangle][k]];
     corners.open[k] = static_cast<double>(open[corner]);
   }
   return corners;

@@ -56,7 +56,7 @@ LobeEnergy lobe_energy(double roughness, double cos_view) {
   const double x = std::clamp(cos_view, 0.0, 1.0) * (kTableSide - 1);
   const double y = std::clamp(roughness, 0.0, 1.0) * (kTableSide - 1);
   const int i = std::min(static_cast<int>(x), kTableSide - 2), j = std::min(static_cast<int>(y), kTableSide - 2);
-  const auto at = [](int a, int b) { return table[static_cast<std::size_t>(b * kTableSide + a)]; };
+  const auto at = [](int a, int b) { return table[b * kTableSide + a]; };
   const auto mix = [](const LobeEnergy& a, const LobeEnergy& b, double t) {
     return LobeEnergy{a.scale + t * (b.scale - a.scale), a.bias + t * (b.bias - a.bias)};
   };

@@ -51,9 +51,8 @@ Mesh grouped(const Mesh& mesh, const GlbTiles& tiles, const ObjOptions& options)
     if (!mesh.normal_triangles.empty()) out.normal_triangles[k] = mesh.normal_triangles[t];
     const auto [at, is_new] = surface_of.try_emplace({object_of(t), tile_of(t)}, static_cast<int>(out.surfaces.size()));
     if (is_new) {
-      out.surfaces.push_back(
-          {options.objects.names.empty() ? options.name : options.objects.names[static_cast<std::size_t>(object_of(t))],
-           tile_material(tiles.names[static_cast<std::size_t>(tile_of(t))])});
+      out.surfaces.push_back({options.objects.names.empty() ? options.name : options.objects.names[object_of(t)],
+                              tile_material(tiles.names[tile_of(t)])});
     }
     out.triangle_surface.resize(order.size());
     out.triangle_surface[k] = at->second;

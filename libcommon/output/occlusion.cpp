@@ -56,7 +56,7 @@ std::vector<float> occlusion_at_vertices(const Mesh& mesh, const RayScene& scene
   parallel_for(static_cast<std::int64_t>(open.size()), 256, control, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) {
       control.throw_if_stopped();  // Options may ask for thousands of rays.
-      const std::size_t k = static_cast<std::size_t>(i);
+      const std::size_t k = i;
       open[k] =
           static_cast<float>(ambient_visibility(scene, diagonal, options, mesh.positions[k] + epsilon * normals[k],
                                                 normals[k], static_cast<std::uint64_t>(i)));
@@ -72,7 +72,7 @@ Ground::Ground(const Mesh& mesh, const Box& box, UpAxis up)
       height_(std::numeric_limits<double>::infinity()) {
   tangents(up_, x_, y_);
   for (const Triangle& t : mesh.triangles) {
-    for (const int i : t) height_ = std::min(height_, mesh.positions[static_cast<std::size_t>(i)].dot(up_));
+    for (const int i : t) height_ = std::min(height_, mesh.positions[i].dot(up_));
   }
 }
 
@@ -86,7 +86,7 @@ void Ground::find_visibility(const RayScene& scene, const RenderOptions& options
         const double u = (2.0 * static_cast<double>(i) / (kGroundGrid - 1) - 1.0) * kGroundExtent * diagonal_;
         const double v = (2.0 * static_cast<double>(j) / (kGroundGrid - 1) - 1.0) * kGroundExtent * diagonal_;
         const Vec3 center = box_.center() - (box_.center().dot(up_) - height_ + 1e-4 * diagonal_) * up_;
-        const std::size_t k = static_cast<std::size_t>(j * kGroundGrid + i);
+        const std::size_t k = j * kGroundGrid + i;
         visibility_[k] = static_cast<float>(
             ambient_visibility(scene, diagonal_, options, center + u * x_ + v * y_, up_, (std::uint64_t{1} << 40) + k));
       }
@@ -100,9 +100,7 @@ double Ground::visibility(const Vec3& p) const {
   if (visibility_.empty() || !(std::abs(u) < 1.0) || !(std::abs(v) < 1.0)) return 1.0;
   const double x = 0.5 * (u + 1.0) * (kGroundGrid - 1), y = 0.5 * (v + 1.0) * (kGroundGrid - 1);
   const int i = std::min(static_cast<int>(x), kGroundGrid - 2), j = std::min(static_cast<int>(y), kGroundGrid - 2);
-  const auto at = [&](int a, int b) {
-    return static_cast<double>(visibility_[static_cast<std::size_t>(b * kGroundGrid + a)]);
-  };
+  const auto at = [&](int a, int b) { return static_cast<double>(visibility_[b * kGroundGrid + a]); };
   const double fx = x - i, fy = y - j;
   const double open = (1.0 - fy) * ((1.0 - fx) * at(i, j) + fx * at(i + 1, j)) +
                       fy * ((1.0 - fx) * at(i, j + 1) + fx * at(i + 1, j + 1));

@@ -18,7 +18,7 @@ constexpr double kInf = std::numeric_limits<double>::infinity();
 std::vector<Vec3> points_in_camera(const Mesh& mesh, const OrbitCamera& camera) {
   std::vector<char> is_used(mesh.positions.size(), 0);
   for (const Triangle& t : mesh.triangles) {
-    for (const int i : t) is_used[static_cast<std::size_t>(i)] = 1;
+    for (const int i : t) is_used[i] = 1;
   }
   std::vector<Vec3> points;
   for (std::size_t i = 0; i < is_used.size(); ++i) {

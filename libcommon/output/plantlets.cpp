@@ -64,13 +64,13 @@ std::vector<Plant> find_plants(const Mesh& given, const SurfaceMaps& maps, const
   const double area = total_area(mesh), cushion_size = surface.plant_cushion * size;
   const double density = std::min(surface.plants * kPlantsPerSquare / (size * size), kMaxPlaces / area);
   for (int t = 0; t < mesh.num_triangles(); ++t) {
-    const std::size_t k = static_cast<std::size_t>(t);
+    const std::size_t k = t;
     std::array<Vec3, 3> p, n;
     std::array<Vec2, 3> uv;
     for (std::size_t c = 0; c < 3; ++c) {
-      p[c] = mesh.positions[static_cast<std::size_t>(mesh.triangles[k][c])];
-      n[c] = mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[k][c])];
-      uv[c] = mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[k][c])];
+      p[c] = mesh.positions[mesh.triangles[k][c]];
+      n[c] = mesh.normals[mesh.normal_triangles[k][c]];
+      uv[c] = mesh.uvs[mesh.uv_triangles[k][c]];
     }
     RandomStream random(kRenderSeed, k, kPlace);
     const double expected = density * 0.5 * area_vector(mesh, t).norm();
@@ -108,7 +108,7 @@ Vec3 PlantField::color(std::size_t triangle, double b1, double b2) const {
   const std::size_t within = triangle - first_;
   const std::array<int, 3>& corners = kLeafTriangles[within % 2];
   std::array<double, 3> shade;
-  for (std::size_t c = 0; c < 3; ++c) shade[c] = kLeafShades[static_cast<std::size_t>(corners[c])];
+  for (std::size_t c = 0; c < 3; ++c) shade[c] = kLeafShades[corners[c]];
   return blend(shade, b1, b2) * colors_[within / kTrianglesPerPlant];
 }
 

@@ -98,7 +98,7 @@ RenderView::RenderView(const Mesh& mesh, const RenderOptions& options, const Sur
   std::vector<Row> rows(static_cast<std::size_t>(height_));
   parallel_for(height_, kRowsAChunk, control.part(0.4, 1.0), [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < end; ++y) {
-      Row& row = rows[static_cast<std::size_t>(y)];
+      Row& row = rows[y];
       for (int x = 0; x < width_; ++x) {
         control.throw_if_stopped();  // Rows may be long, and pixels of many samples.
         const std::size_t before = row.samples.size();
@@ -145,8 +145,7 @@ ImageF RenderView::shade(const ImageF& texture, const RunControl& control) const
           }
         }
         for (int c = 0; c < 3; ++c) {
-          picture.at(x, y, c) =
-              background_.at(x, y) + static_cast<float>(sum[static_cast<std::size_t>(c)] / num_samples_);
+          picture.at(x, y, c) = background_.at(x, y) + static_cast<float>(sum[c] / num_samples_);
         }
       }
     }

@@ -44,7 +44,7 @@ std::array<double, 3> texture_at(const ImageF& texture, double u, double v) {
         (1.0 - fx) * static_cast<double>(texture.at(x0, y0, k)) + fx * static_cast<double>(texture.at(x1, y0, k));
     const double low =
         (1.0 - fx) * static_cast<double>(texture.at(x0, y1, k)) + fx * static_cast<double>(texture.at(x1, y1, k));
-    color[static_cast<std::size_t>(c)] = (1.0 - fy) * top + fy * low;
+    color[c] = (1.0 - fy) * top + fy * low;
   }
   return color;
 }
@@ -81,8 +81,7 @@ bool LitMesh::is_blocked(const Vec3& from, const KeyLight::Ray& ray) const {
 LitPoint LitMesh::look(const Vec3& origin, const Vec3& direction, int x, int y, int sample, int num_samples) const {
   std::array<Vec3, std::max(kLightRays, kGroundRays)> points;
   const auto lamps = [&](int num) {
-    for (int i = 0; i < num; ++i)
-      points[static_cast<std::size_t>(i)] = light_point(x, y, sample * num + i, num_samples * num);
+    for (int i = 0; i < num; ++i) points[i] = light_point(x, y, sample * num + i, num_samples * num);
     return std::span<const Vec3>(points).first(static_cast<std::size_t>(num));
   };
   if (const std::optional<RayHit> hit = scene_.first_hit(origin, direction))

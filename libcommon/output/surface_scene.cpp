@@ -93,7 +93,7 @@ void SurfaceScene::read_leaf(SeenPoint& point, std::size_t triangle, const RayHi
 }
 
 SeenPoint SurfaceScene::point(const RayHit& hit, const Vec3& direction) const {
-  const std::size_t t = static_cast<std::size_t>(hit.triangle);
+  const std::size_t t = hit.triangle;
   const HitCorners corners = corners_of(mesh_, open_, t);
   const std::array<Vec3, 3>& p = corners.positions;
   SeenPoint point;

@@ -66,15 +66,14 @@ class Painter {
       const double u = (x + (k % side + 0.5) / side) / options_.width;
       const double v = (y + (k / side + 0.5) / side) / options_.height;
       if (light_.has_lamps()) {
-        for (int i = 0; i < kLampRays; ++i)
-          draws.lamps[static_cast<std::size_t>(i)] = light_.lamp(sequence_point(kLampRays * k + i, lamp_shift));
+        for (int i = 0; i < kLampRays; ++i) draws.lamps[i] = light_.lamp(sequence_point(kLampRays * k + i, lamp_shift));
       }
       for (int i = 0; i < kMirrorRays; ++i) {
         // Without the later rays of all samples the first ones still lie evenly.
         const int place = draws.num_samples * i + k;
         const double choice = choice_shift + kGolden * place;
-        draws.mirrors[static_cast<std::size_t>(i)] = sequence_point(place, mirror_shift);
-        draws.choices[static_cast<std::size_t>(i)] = choice - std::floor(choice);
+        draws.mirrors[i] = sequence_point(place, mirror_shift);
+        draws.choices[i] = choice - std::floor(choice);
       }
       sum += ray(u, v, draws);
     }
@@ -156,8 +155,7 @@ class Painter {
   // What the rough mirror shows: one of its rays, one bounce.
   [[nodiscard]] Vec3 mirrored(const SeenPoint& p, const SurfaceMaterial& material, const Draws& draws, int i,
                               int mirrors) const {
-    Vec3 direction =
-        material.sample(draws.mirrors[static_cast<std::size_t>(i)], draws.choices[static_cast<std::size_t>(i)]);
+    Vec3 direction = material.sample(draws.mirrors[i], draws.choices[i]);
     const SurfaceMaterial::Reflection mirror = material.reflection(direction);
     if (!(mirror.pdf > 0.0)) return Vec3::Zero();
     const Vec3 weight = mirror.value / mirror.pdf;

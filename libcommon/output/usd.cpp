@@ -101,7 +101,7 @@ std::string read_usd_key(const fs::path& path) {
   if (!in) throw IoError(path.string(), "cannot be read");
   std::string head(4096, '\0');
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(in.gcount()));
+  head.resize(in.gcount());
   const std::string before = "string patinate_key = \"";
   const std::size_t at = head.find(before);
   if (at == std::string::npos) return "";

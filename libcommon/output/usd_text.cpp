@@ -110,7 +110,7 @@ Compact compact(const std::vector<Triangle>& triangles, const Part& part, std::s
   std::vector<int> place(size, -1);
   for (const std::size_t t : part.triangles) {
     for (const int entry : triangles[t]) {
-      int& at = place[static_cast<std::size_t>(entry)];
+      int& at = place[entry];
       if (at < 0) {
         at = static_cast<int>(out.entries.size());
         out.entries.push_back(entry);
@@ -130,9 +130,7 @@ std::string mesh_text(const Mesh& mesh, const GlbTiles& tiles, const Part& part,
                       const std::vector<std::string>& materials, const Vec3& origin) {
   const Compact points = compact(mesh.triangles, part, mesh.positions.size());
   const Compact uvs = compact(mesh.uv_triangles, part, mesh.uvs.size());
-  const auto position = [&](std::size_t i) -> Vec3 {
-    return mesh.positions[static_cast<std::size_t>(points.entries[i])] - origin;
-  };
+  const auto position = [&](std::size_t i) -> Vec3 { return mesh.positions[points.entries[i]] - origin; };
   Box box;
   for (std::size_t i = 0; i < points.entries.size(); ++i) {
     box.low = box.low.cwiseMin(position(i));
@@ -151,13 +149,12 @@ std::string mesh_text(const Mesh& mesh, const GlbTiles& tiles, const Part& part,
          list(3 * part.triangles.size(),
               [&](std::size_t i) {
                 const Triangle& triangle = mesh.normal_triangles[part.triangles[i / 3]];
-                return tuple(mesh.normals[static_cast<std::size_t>(triangle[i % 3])]);
+                return tuple(mesh.normals[triangle[i % 3]]);
               }) +
          " (\n            interpolation = \"faceVarying\"\n        )");
   }
   line("texCoord2f[] primvars:st = " +
-       list(uvs.entries.size(),
-            [&](std::size_t i) { return tuple(mesh.uvs[static_cast<std::size_t>(uvs.entries[i])]); }) +
+       list(uvs.entries.size(), [&](std::size_t i) { return tuple(mesh.uvs[uvs.entries[i]]); }) +
        " (\n            interpolation = \"faceVarying\"\n        )");
   line("int[] primvars:st:indices = " + indices(uvs.corners));
   line("uniform token subdivisionScheme = \"none\"");

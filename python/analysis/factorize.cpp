@@ -45,10 +45,8 @@ py::dict factors_dict(const analysis::TemporalModel& model, const std::vector<an
   out["rate"] = map_of(mask, factors, 1, [](const Place& p, int) { return p.rate; });
   out["offset"] = map_of(mask, factors, 1, [](const Place& p, int) { return p.offset; });
   out["rate_stddev"] = map_of(mask, factors, 1, [](const Place& p, int) { return p.rate_stddev; });
-  out["gain"] =
-      map_of(mask, factors, channels, [](const Place& p, int c) { return p.gain[static_cast<std::size_t>(c)]; });
-  out["base"] =
-      map_of(mask, factors, channels, [](const Place& p, int c) { return p.base[static_cast<std::size_t>(c)]; });
+  out["gain"] = map_of(mask, factors, channels, [](const Place& p, int c) { return p.gain[c]; });
+  out["base"] = map_of(mask, factors, channels, [](const Place& p, int c) { return p.base[c]; });
   out["residual"] = map_of(mask, factors, 1, [](const Place& p, int) { return p.residual; });
   ImageU8 status(mask.width(), mask.height());
   std::size_t place = 0;

@@ -82,7 +82,7 @@ void bind_json(py::module_& module) {
       .def("choice",
            [](const FileJson& v, const std::vector<std::string>& names) {
              const std::vector<std::string_view> views(names.begin(), names.end());
-             return names[static_cast<std::size_t>(v.json.choice(views))];
+             return names[v.json.choice(views)];
            })
       .def("path", [](const FileJson& v) { return v.json.path().string(); })
       .def("expect_format", [](FileJson& v, const std::string& format) { v.json.expect_format(format, 1); })

@@ -37,7 +37,7 @@ class Texts final : public OptionVisitor {
   void visit_choice_index(const OptionInfo& info, int& index, std::span<const std::string_view> names) override {
     std::string type;
     for (const std::string_view name : names) type += (type.empty() ? "" : ", ") + in_quotes(name);
-    add(info, "Literal[" + type + "]", in_quotes(names[static_cast<std::size_t>(index)]));
+    add(info, "Literal[" + type + "]", in_quotes(names[index]));
   }
 
  private:

@@ -52,7 +52,7 @@ std::vector<Triangle> triangles_from(const py::object& given, const std::string&
         throw InvalidInput(what + ": row " + std::to_string(i) + " has the index " + std::to_string(index) +
                            "; expected " + std::to_string(least) + " to " +
                            std::to_string(static_cast<int>(num_entries) - 1));
-      out[i][static_cast<std::size_t>(k)] = index;
+      out[i][k] = index;
     }
   }
   return out;

@@ -40,9 +40,7 @@ MaterialAtlas& MaterialAtlas::operator=(MaterialAtlas&&) noexcept = default;
 
 std::uint16_t MaterialAtlas::original(int material, TexelIndex t) const {
   const int triangle = surface_->triangle(t);
-  return triangle < 0
-             ? std::uint16_t{0}
-             : originals_[static_cast<std::size_t>(surface_->object(triangle))][static_cast<std::size_t>(material)];
+  return triangle < 0 ? std::uint16_t{0} : originals_[surface_->object(triangle)][material];
 }
 
 std::uint16_t MaterialAtlas::amount(int material, TexelIndex t) const {

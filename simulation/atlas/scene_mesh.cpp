@@ -28,7 +28,7 @@ double checked_area(const SceneObject& object) {
     throw InvalidInput(name + " has no UVs; unwrap it, or let the scene do so (\"atlas\": {\"uvs\": \"unwrap\"})");
   for (const Triangle& corners : object.mesh.uv_triangles) {
     for (const int corner : corners) {
-      const Vec2& uv = object.mesh.uvs[static_cast<std::size_t>(corner)];
+      const Vec2& uv = object.mesh.uvs[corner];
       if (uv.minCoeff() >= -kUvSlack && uv.maxCoeff() <= 1.0 + kUvSlack) continue;
       throw InvalidInput(name + " has UVs outside [0, 1]; let the scene unwrap it (\"atlas\": {\"uvs\": \"unwrap\"})");
     }
@@ -68,7 +68,7 @@ int asked_side(const SceneObject& object, double area, int resolution) {
   if (!object.texels_per_mm) return 0;
   double covered = 0.0;  // Of the unit square.
   for (const Triangle& t : object.mesh.uv_triangles) {
-    const auto uv = [&](std::size_t k) { return object.mesh.uvs[static_cast<std::size_t>(t[k])]; };
+    const auto uv = [&](std::size_t k) { return object.mesh.uvs[t[k]]; };
     const Vec2 a = uv(1) - uv(0), b = uv(2) - uv(0);
     covered += 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
   }

@@ -60,7 +60,7 @@ SurfaceAtlas::SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const Ru
                    step_[t] = step.cast<float>();
                    first_weight_[t] = kMedianWeight * step.col(0).cross(step.col(1)).norm() / median_area;
                    for (std::size_t k = 0; k < 3; ++k) {
-                     const Vec2& uv = map.mesh().uvs[static_cast<std::size_t>(map.mesh().uv_triangles[t][k])];
+                     const Vec2& uv = map.mesh().uvs[map.mesh().uv_triangles[t][k]];
                      corner_texels_[t][2 * k] = static_cast<float>(uv.x() * map.width() - 0.5);
                      corner_texels_[t][2 * k + 1] = static_cast<float>((1.0 - uv.y()) * map.height() - 0.5);
                    }
@@ -98,7 +98,7 @@ SurfaceAtlas::SurfaceAtlas(const SceneMesh& scene_mesh, int resolution, const Ru
           around[k] = there.triangle < 0 ? kNoTexel : index_of(map.texel_of(there));
           if (around[k] == here) around[k] = kNoTexel;
         }
-        if (!is_plain) rows[static_cast<std::size_t>(y)].emplace_back(here, around);
+        if (!is_plain) rows[y].emplace_back(here, around);
       }
     }
   });
@@ -186,9 +186,7 @@ void SurfaceAtlas::find_plain_tiles() {
 
 void SurfaceAtlas::find_tile_charts() {
   tile_chart_.assign(grid_.num_tiles(), -1);
-  const auto chart_of = [&](TexelIndex t) {
-    return is_covered(t) ? chart_[static_cast<std::size_t>(triangle_[t])] : -1;
-  };
+  const auto chart_of = [&](TexelIndex t) { return is_covered(t) ? chart_[triangle_[t]] : -1; };
   for (TileIndex tile = 0; tile < grid_.num_tiles(); ++tile) {
     const TexelIndex first = tile * TileGrid::kTileTexels;
     const int chart = chart_of(first);
@@ -199,7 +197,7 @@ void SurfaceAtlas::find_tile_charts() {
 }
 
 std::array<double, 3> SurfaceAtlas::corner_weights(TexelIndex t) const {
-  const std::array<float, 6>& c = corner_texels_[static_cast<std::size_t>(triangle(t))];
+  const std::array<float, 6>& c = corner_texels_[triangle(t)];
   const auto at = [&](std::size_t i) { return static_cast<double>(c[i]); };
   const double ux = at(2) - at(0), uy = at(3) - at(1), vx = at(4) - at(0), vy = at(5) - at(1);
   const double px = grid_.x(t) - at(0), py = grid_.y(t) - at(1);
@@ -238,8 +236,7 @@ TexelIndex SurfaceAtlas::nearest_texel(int triangle, double px, double py) const
 
 std::array<TexelIndex, 4> SurfaceAtlas::neighbors(TexelIndex t) const {
   const auto found = std::lower_bound(border_.begin(), border_.end(), t);
-  if (found != border_.end() && *found == t)
-    return border_neighbors_[static_cast<std::size_t>(found - border_.begin())];
+  if (found != border_.end() && *found == t) return border_neighbors_[found - border_.begin()];
   const int x = grid_.x(t), y = grid_.y(t);
   return {grid_.index(x + 1, y), grid_.index(x - 1, y), grid_.index(x, y + 1), grid_.index(x, y - 1)};
 }

@@ -154,7 +154,7 @@ BaseLayer::BaseLayer(const Scene& scene, const SceneMesh& scene_mesh, const Surf
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const SceneObject& object = scene.objects[i];
     const auto found = std::find(names.begin(), names.end(), object.preset.pattern);
-    if (found != names.end()) colors[i].pattern = &patterns[static_cast<std::size_t>(found - names.begin())];
+    if (found != names.end()) colors[i].pattern = &patterns[found - names.begin()];
     if (has_grain(object)) colors[i].grain = &*grain;
     if (!has_laid_picture(object)) continue;
     colors[i].picture.emplace(object.preset.color, surface.median_texel_size_mm());
@@ -217,7 +217,7 @@ const BaseTile& BaseLayer::tile(TileIndex tile, BaseTile& buffer) const {
     if (page != nullptr) {
       code = page[tile % TileGrid::kPageTiles * kTile + l];
     } else if (const int triangle = surface_->triangle(tile * kTile + l); triangle >= 0) {
-      code = plain_[static_cast<std::size_t>(surface_->object(triangle))].code[0];
+      code = plain_[surface_->object(triangle)].code[0];
     }
     unpack(code, l, buffer);
   }

@@ -67,7 +67,7 @@ ComposerParts::ComposerParts(const Scene& scene, const SceneMesh& scene_mesh, co
       const int triangle = surface->triangle(tile * kTile + l);
       if (triangle < 0) continue;
       ++num_covered;
-      texel_of_object[static_cast<std::size_t>(surface->object(triangle))] = tile * kTile + l;
+      texel_of_object[surface->object(triangle)] = tile * kTile + l;
     }
     is_whole[tile] = num_covered == kTile;
   }

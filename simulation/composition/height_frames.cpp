@@ -19,8 +19,8 @@ constexpr double kMaxBorderWeight = 1 << 27;
 
 Vec3 texel_position(const SceneMesh& scene_mesh, const SurfaceAtlas& surface, TexelIndex t) {
   const auto triangle = static_cast<std::size_t>(surface.triangle(t));
-  const Vec2& uv = scene_mesh.mesh.uvs[static_cast<std::size_t>(scene_mesh.mesh.uv_triangles[triangle][0])];
-  const Vec3& corner = scene_mesh.mesh.positions[static_cast<std::size_t>(scene_mesh.mesh.triangles[triangle][0])];
+  const Vec2& uv = scene_mesh.mesh.uvs[scene_mesh.mesh.uv_triangles[triangle][0]];
+  const Vec3& corner = scene_mesh.mesh.positions[scene_mesh.mesh.triangles[triangle][0]];
   const TileGrid& grid = surface.grid();
   const Vec2 from_corner(grid.x(t) - (uv.x() * grid.width - 0.5), grid.y(t) - ((1.0 - uv.y()) * grid.height - 0.5));
   return corner + surface.mm_per_texel(static_cast<int>(triangle)).cast<double>() * from_corner;

@@ -62,7 +62,7 @@ Vec3 LaidPicture::color(const Vec3& point_mm, const Vec3& normal) const {
   double sum = 0.0;
   for (int a = 0; a < 3; ++a) {
     const double square = normal[a] * normal[a];
-    weight[static_cast<std::size_t>(a)] = square * square;
+    weight[a] = square * square;
     sum += square * square;
   }
   if (sum == 0.0) {

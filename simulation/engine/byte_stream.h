@@ -64,7 +64,7 @@ class ByteReader {
   void array(std::vector<T>& values) {
     const auto n = value<std::uint64_t>();
     if (n > rest_.size() / sizeof(T)) fail();
-    values.resize(static_cast<std::size_t>(n));
+    values.resize(n);
     if (n > 0) std::memcpy(values.data(), take(values.size() * sizeof(T)).data(), values.size() * sizeof(T));
   }
   /// Into an array of the same length. @throws InvalidInput

@@ -68,7 +68,7 @@ bool apply(const RatioEvent& event, Scene& scene) {
 bool apply(const RateEvent& event, Scene& scene) {
   const auto found = std::find(scene.materials.begin(), scene.materials.end(), event.material);
   if (found == scene.materials.end()) throw InvalidInput("the scene has no material called '" + event.material + "'");
-  scene.exchange.rates[static_cast<std::size_t>(found - scene.materials.begin())] = event.rate;
+  scene.exchange.rates[found - scene.materials.begin()] = event.rate;
   return false;
 }
 

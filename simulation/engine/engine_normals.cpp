@@ -10,11 +10,9 @@ namespace {
 /// Texel steps of a triangle where it stands now. @returns zero for one without an area in the atlas.
 Eigen::Matrix<double, 3, 2> mm_per_texel(const Mesh& mesh, int triangle, int resolution) {
   const auto t = static_cast<std::size_t>(triangle);
-  const auto position = [&](std::size_t k) -> const Vec3& {
-    return mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])];
-  };
+  const auto position = [&](std::size_t k) -> const Vec3& { return mesh.positions[mesh.triangles[t][k]]; };
   const auto texel = [&](std::size_t k) {
-    const Vec2& uv = mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][k])];
+    const Vec2& uv = mesh.uvs[mesh.uv_triangles[t][k]];
     return Vec2(uv.x() * resolution, (1.0 - uv.y()) * resolution);
   };
   Eigen::Matrix<double, 3, 2> edges;

@@ -24,8 +24,7 @@ Masses mass_since_start(const MaterialAtlas& atlas, const RunControl& control) {
         for (auto t = static_cast<TexelIndex>(begin); t < end; ++t) {
           if (!surface.is_covered(t)) continue;
           for (int m = 0; m < atlas.num_materials(); ++m)
-            sum[static_cast<std::size_t>(m)] +=
-                (std::int64_t{atlas.amount(m, t)} - atlas.original(m, t)) * surface.weight(t);
+            sum[m] += (std::int64_t{atlas.amount(m, t)} - atlas.original(m, t)) * surface.weight(t);
         }
         return sum;
       },

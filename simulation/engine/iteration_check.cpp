@@ -71,7 +71,7 @@ std::vector<Rule> rules_of_all_kinds() {
 std::vector<MaterialAppearance> looks_of_all_kinds() {
   std::vector<MaterialAppearance> looks(3);
   for (int i = 0; i < 3; ++i) {
-    MaterialAppearance& look = looks[static_cast<std::size_t>(i)];
+    MaterialAppearance& look = looks[i];
     look.color.color = Vec3(0.9 - 0.4 * i, 0.2 + 0.3 * i, 0.5);
     look.strength = 0.5 + i;
     look.variation = 0.3 * i;

@@ -284,7 +284,7 @@ SceneFile read_scene(const fs::path& path, const Json& as_written, SceneAssets& 
   JsonReader json(path.string(), root);
   json.expect_format("patinate.scene", 2);
   Scene& scene = file.scene;
-  file.mm_per_unit = kMmPerLengthUnit[static_cast<std::size_t>(json.member("unit").choice(kLengthUnitNames))];
+  file.mm_per_unit = kMmPerLengthUnit[json.member("unit").choice(kLengthUnitNames)];
   scene.materials = read_names(json.member("materials"));
   SceneContext context;
   context.materials = scene.materials;

@@ -166,7 +166,7 @@ SceneMap read_map(JsonReader& json, const SceneContext& context, const Scene& sc
     const std::vector<std::string> names = control_option_names(map.kind);
     const double gravity = scene.gravity_mm_s2.norm();
     if (gravity > 0.0 && !json.has("up")) {
-      for (int k = 0; k < 3; ++k) map.options.up[static_cast<std::size_t>(k)] = 0.0 - scene.gravity_mm_s2[k] / gravity;
+      for (int k = 0; k < 3; ++k) map.options.up[k] = 0.0 - scene.gravity_mm_s2[k] / gravity;
       map.options.facing.direction = map.options.up;
     }
     MapOptionReader reader(json, context, map.kind, names);

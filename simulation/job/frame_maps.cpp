@@ -85,10 +85,10 @@ ImageF metalness_of(const Simulation& simulation) {
   }
   ImageF cover(scene.resolution, scene.resolution);
   for (int m = 0; m < static_cast<int>(scene.materials.size()); ++m) {
-    const std::string& material = scene.materials[static_cast<std::size_t>(m)];
+    const std::string& material = scene.materials[m];
     if (material == "water" || material == "metal") continue;
     const ImageF now = simulation.amounts(m), before = simulation.original_amounts(m);
-    const auto strength = static_cast<float>(scene.appearance[static_cast<std::size_t>(m)].strength);
+    const auto strength = static_cast<float>(scene.appearance[m].strength);
     for (std::int64_t i = 0; i < cover.num_pixels(); ++i)
       cover.data()[i] += strength * std::max(0.0f, now.data()[i] - before.data()[i]);
   }
@@ -154,7 +154,7 @@ void read_frame_amounts(const fs::path& history, const HistoryManifest& frames, 
   for (const HistoryFrame& frame : frames.frames) times.push_back(frame.time);
   const TimePosition at = FrameLocator(std::move(times), Between::Blend)(time);
   const auto amounts_at = [&](int index) {
-    return amounts_of(history / *frames.frames[static_cast<std::size_t>(index)].amounts, simulation.scene());
+    return amounts_of(history / *frames.frames[index].amounts, simulation.scene());
   };
   ImageF amounts = amounts_at(at.index);
   if (at.fraction > 0.0) {

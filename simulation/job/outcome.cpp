@@ -41,7 +41,7 @@ std::vector<Part> parts_of(const Simulation& simulation) {
     for (int x = 0; x < side; ++x) {
       const TexelIndex t = surface.grid().index(x, y);
       if (!surface.is_covered(t)) continue;
-      Part& part = parts[static_cast<std::size_t>(surface.object(surface.triangle(t)))];
+      Part& part = parts[surface.object(surface.triangle(t))];
       part.texels.push_back(t);
       part.pixels.push_back(std::int64_t{y} * side + x);
       part.area += surface.weight(t);

@@ -50,7 +50,7 @@ void apply(const LookChange& change, Scene& scene) {
                                    [&](const LookNumber& each) { return each.name == change.what; });
   if (material == scene.materials.end() || number == kLookNumbers.end() || !number->range.contains(change.value))
     throw InvalidInput(change_text(change) + ": no look of the scene has this");
-  scene.appearance[static_cast<std::size_t>(material - scene.materials.begin())].*number->field = change.value;
+  scene.appearance[material - scene.materials.begin()].*number->field = change.value;
 }
 
 /// Everything that the items of one job share: the simulation is made when it is first asked for.
@@ -82,7 +82,7 @@ JobItem frame_item(const std::shared_ptr<RecomposeWork>& work, int index) {
   for (const fs::path& file : frame_map_files(work->file.scene, index)) item.outputs.push_back("history" / file);
   item.run = [work, index](const fs::path& folder, const RunControl& control) {
     Simulation& simulation = work->composed(control);
-    const HistoryFrame& frame = work->frames.frames[static_cast<std::size_t>(index)];
+    const HistoryFrame& frame = work->frames.frames[index];
     read_frame_amounts(work->source / "history" / *frame.amounts, simulation);
     HistoryManifest manifest = work->frames;
     manifest.frames.clear();

@@ -85,11 +85,10 @@ std::uint32_t needs_of(const CompiledRule& rule, std::size_t num_materials) {
   std::vector<Sign> slots(static_cast<std::size_t>(rule.driver.num_slots));
   for (std::size_t m = 0; m < num_materials; ++m) slots[m] = {std::uint32_t{1} << m, true};
   for (const auto& constant : rule.driver.constants)
-    slots[static_cast<std::size_t>(constant.slot)] = {constant.value == 0.0F ? ~std::uint32_t{0} : 0,
-                                                      constant.value >= 0.0F};
+    slots[constant.slot] = {constant.value == 0.0F ? ~std::uint32_t{0} : 0, constant.value >= 0.0F};
   for (const ExpressionStep& step : rule.driver.steps)
     slots[step.out] = sign_of(step.kind, slots[step.a], slots[step.b]);
-  std::uint32_t needs = slots[static_cast<std::size_t>(rule.driver.result)].zero_without;
+  std::uint32_t needs = slots[rule.driver.result].zero_without;
   for (int k = rule.form.num_makes; k < rule.form.num_terms; ++k)
     needs |= std::uint32_t{1} << rule.form.terms[k].material;
   return needs & ((std::uint32_t{1} << num_materials) - 1);

@@ -105,10 +105,9 @@ LaidAmounts lay_initial_amounts(const Scene& scene, const SceneMesh& scene_mesh,
   for (TileIndex tile = 0; tile < atlas.surface().grid().num_tiles(); ++tile) {
     for (std::size_t k = 0; k < maps.size(); ++k) load_parameter(maps[k], tile, slots[k].values.data());
     for (const InitialAmount& amount : amounts) {
-      for (const auto& constant : amount.program.constants)
-        slots[static_cast<std::size_t>(constant.slot)].values.fill(constant.value);
+      for (const auto& constant : amount.program.constants) slots[constant.slot].values.fill(constant.value);
       run_expression(amount.program, slots[0].values.data(), instruction_set());
-      lay_tile(amount, tile, slots[static_cast<std::size_t>(amount.program.result)].values, atlas, laid);
+      lay_tile(amount, tile, slots[amount.program.result].values, atlas, laid);
     }
   }
   return laid;

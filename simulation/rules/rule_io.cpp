@@ -141,7 +141,7 @@ Rule resolve_rule(const RuleAsset& asset, std::span<const std::string> materials
         throw InvalidInput(list + " of rule '" + asset.name + "': `" + name + "` is none of the scene's materials" +
                            did_you_mean(name, materials));
       }
-      out[static_cast<std::size_t>(found - materials.begin())] = share;
+      out[found - materials.begin()] = share;
     }
   };
   resolve(asset.products, rule.products, "products");

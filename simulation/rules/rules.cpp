@@ -225,7 +225,7 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
     if ((rule.needs & ~there) != 0) continue;
     run_expression(rule.driver, slots, set);
     const KernelRule& form = rule.form;
-    const float* driver = worker.slots[static_cast<std::size_t>(rule.driver.result)].values.data();
+    const float* driver = worker.slots[rule.driver.result].values.data();
     const int outcome = kernel->apply(form, driver, covered.data(), tile * TileGrid::kTileTexels,
                                       worker.quanta[0].data(), slots, worker.changes[0].data());
     has_extent |= (outcome & 1) != 0;
@@ -236,8 +236,7 @@ bool RuleEngine::State::age_tile(TileIndex tile, MaterialAtlas& atlas, Worker& w
       has_changed[slot] = true;
       there |= std::uint32_t{1} << slot;  // made; what was used up may be gone, and is tried in vain
       const auto m = static_cast<std::size_t>(materials[slot]);
-      (k < form.num_makes ? worker.made : worker.used)[m] +=
-          kernel->weigh(worker.changes[static_cast<std::size_t>(k)].data(), weights.data());
+      (k < form.num_makes ? worker.made : worker.used)[m] += kernel->weigh(worker.changes[k].data(), weights.data());
     }
   }
   for (std::size_t k = 0; k < materials.size(); ++k) {
@@ -280,11 +279,10 @@ void RuleEngine::State::settle(std::int64_t chunk, TileIndex tile, bool has_exte
 
 void RuleEngine::State::begin(Worker& worker, const SignalValues& signals) const {
   if (worker.slots.empty()) {
-    worker.slots.resize(static_cast<std::size_t>(num_slots));
+    worker.slots.resize(num_slots);
     worker.quanta.resize(std::max<std::size_t>(1, materials.size()));
     for (const CompiledRule& rule : rules) {
-      for (const auto& constant : rule.driver.constants)
-        worker.slots[static_cast<std::size_t>(constant.slot)].values.fill(constant.value);
+      for (const auto& constant : rule.driver.constants) worker.slots[constant.slot].values.fill(constant.value);
     }
   }
   for (std::size_t k = 0; k < kNumSignals; ++k) worker.slots[first_signal() + k].values.fill(signals[k]);
@@ -323,9 +321,9 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
   threads.num_threads = control.num_threads;
   std::atomic<std::int64_t> next{0};
   const std::int64_t num_workers = std::min<std::int64_t>(thread_count(threads), num_chunks);
-  if (s.workers.size() < static_cast<std::size_t>(num_workers)) s.workers.resize(static_cast<std::size_t>(num_workers));
+  if (s.workers.size() < static_cast<std::size_t>(num_workers)) s.workers.resize(num_workers);
   parallel_for(num_workers, 1, threads, [&](std::int64_t w, std::int64_t) {
-    Worker& worker = s.workers[static_cast<std::size_t>(w)];
+    Worker& worker = s.workers[w];
     s.begin(worker, step.signals);
     for (std::int64_t chunk = next++; chunk < num_chunks; chunk = next++) s.age_chunk(chunk, step.phase, atlas, worker);
   });

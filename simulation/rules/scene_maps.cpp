@@ -149,8 +149,8 @@ SurfaceParameter wood_parameter(std::string name, const WoodGrainOptions& option
   return coded(std::move(name), surface, control, [&](TexelIndex t, std::size_t) {
     const TexelId texel = TexelId{grid.y(t)} * grid.width + grid.x(t);
     if (!map.is_covered(texel)) return 0.5;
-    const int board = boards.of_triangle[static_cast<std::size_t>(surface.triangle(t))];
-    return wood_grain_at(map.position_mm(texel), boards.boards[static_cast<std::size_t>(board)], options, least_mm);
+    const int board = boards.of_triangle[surface.triangle(t)];
+    return wood_grain_at(map.position_mm(texel), boards.boards[board], options, least_mm);
   });
 }
 

@@ -79,7 +79,7 @@ SurfaceParameter slope_parameter(const SceneMesh& scene_mesh, const SurfaceAtlas
       const std::array<double, 3> weights = surface.corner_weights(t);
       Vec3 normal = Vec3::Zero();
       for (std::size_t k = 0; k < 3 && !mesh.normals.empty(); ++k)
-        normal += weights[k] * mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[triangle][k])];
+        normal += weights[k] * mesh.normals[mesh.normal_triangles[triangle][k]];
       if (normal.norm() < kCancelled) normal = area;
       if (normal.dot(area) < 0.0) normal = -normal;
       const double length = normal.norm();

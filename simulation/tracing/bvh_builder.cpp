@@ -71,9 +71,7 @@ class Builder {
     int bin = 0;  ///< First bin of the right part.
   };
 
-  [[nodiscard]] const FloatBox& box_at(int i) const {
-    return boxes_[static_cast<std::size_t>(order_[static_cast<std::size_t>(i)])];
-  }
+  [[nodiscard]] const FloatBox& box_at(int i) const { return boxes_[order_[static_cast<std::size_t>(i)]]; }
 
   static int bin_of(float value, float low, float scale) {
     return std::clamp(static_cast<int>((value - low) * scale), 0, kBins - 1);
@@ -131,7 +129,7 @@ class Builder {
     std::vector<int> right;
     auto to = order_.begin() + begin;
     for (int i = begin; i < end; ++i) {
-      const int t = order_[static_cast<std::size_t>(i)];
+      const int t = order_[i];
       if (bin_of(middle(box_at(i), best.axis), low, scale) < best.bin) {
         *to++ = t;
       } else {
@@ -161,12 +159,11 @@ class Builder {
     TriangleBlock block{};
     for (int lane = 0; lane < kLanes; ++lane) {
       const bool is_used = leaf.begin + lane < leaf.end;
-      const int triangle = order_[static_cast<std::size_t>(is_used ? leaf.begin + lane : leaf.begin)];
+      const int triangle = order_[is_used ? leaf.begin + lane : leaf.begin];
       const auto l = static_cast<std::size_t>(lane);
       block.triangle[l] = is_used ? triangle : -1;
       for (std::size_t corner = 0; corner < 3; ++corner) {
-        for (std::size_t axis = 0; axis < 3; ++axis)
-          block.corner[corner][axis][l] = triangles_[static_cast<std::size_t>(triangle)][corner][axis];
+        for (std::size_t axis = 0; axis < 3; ++axis) block.corner[corner][axis][l] = triangles_[triangle][corner][axis];
       }
     }
     bvh.blocks.push_back(block);
@@ -182,14 +179,14 @@ class Builder {
       float largest = -1.0F;
       std::size_t chosen = 0;
       for (std::size_t i = 0; i < children.size(); ++i) {
-        const BinaryNode& c = binary_[static_cast<std::size_t>(children[i])];
+        const BinaryNode& c = binary_[children[i]];
         if (c.left >= 0 && c.box.half_area() > largest) {
           largest = c.box.half_area();
           chosen = i;
         }
       }
       if (largest < 0.0F) break;
-      const BinaryNode& opened = binary_[static_cast<std::size_t>(children[chosen])];
+      const BinaryNode& opened = binary_[children[chosen]];
       children[chosen] = opened.left;
       children.insert(children.begin() + static_cast<std::ptrdiff_t>(chosen) + 1, opened.right);
     }
@@ -202,7 +199,7 @@ class Builder {
         }
         continue;
       }
-      const BinaryNode& c = binary_[static_cast<std::size_t>(children[lane])];
+      const BinaryNode& c = binary_[children[lane]];
       for (std::size_t axis = 0; axis < 3; ++axis) {
         node.bounds[0][axis][lane] = c.box.low[axis] - slack_;
         node.bounds[1][axis][lane] = c.box.high[axis] + slack_;

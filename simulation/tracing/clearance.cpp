@@ -57,8 +57,7 @@ std::vector<std::uint8_t> Clearance::all(const RunControl& control) {
   std::vector<std::uint8_t> clear(static_cast<std::size_t>(num_triangles_) * 2);
   parallel_for(num_triangles_, 256, control, [&](std::int64_t begin, std::int64_t end) {
     for (auto t = static_cast<int>(begin); t < end; ++t) {
-      for (const int side : {0, 1})
-        clear[static_cast<std::size_t>(2 * t + side)] = is_clear(t, side == 0) ? std::uint8_t{1} : std::uint8_t{0};
+      for (const int side : {0, 1}) clear[2 * t + side] = is_clear(t, side == 0) ? std::uint8_t{1} : std::uint8_t{0};
     }
   });
   return clear;

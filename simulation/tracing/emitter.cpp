@@ -89,7 +89,7 @@ void place_on_surface(PlacedEmitter& placed, const Emitter& emitter, const Scene
   Vec3 normal = area_vector(scene_mesh.mesh, nearest.triangle).normalized();
   if (!normal.allFinite())
     throw InvalidInput("emitter '" + emitter.name + "' sits on a triangle without area; move it");
-  if (signed_volume(scene_mesh, scene_mesh.object[static_cast<std::size_t>(nearest.triangle)]) < 0.0) normal = -normal;
+  if (signed_volume(scene_mesh, scene_mesh.object[nearest.triangle]) < 0.0) normal = -normal;
   double distance = emitter.distance_mm;
   const double skin = 1e-6 * bounding_box(scene_mesh.mesh).diagonal();
   const TriangleHit above = tracer.first_hit(nearest.point, normal, skin, distance);
@@ -109,9 +109,7 @@ double signed_volume(const SceneMesh& scene_mesh, int object) {
   double six_volumes = 0.0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (scene_mesh.object[t] != object) continue;
-    const auto p = [&](std::size_t k) {
-      return Vec3(mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])] - origin);
-    };
+    const auto p = [&](std::size_t k) { return Vec3(mesh.positions[mesh.triangles[t][k]] - origin); };
     six_volumes += p(0).dot(p(1).cross(p(2)));
   }
   return six_volumes / 6.0;
@@ -121,8 +119,8 @@ NearestOnMesh nearest_on_mesh(const Mesh& mesh, const Vec3& p) {
   NearestOnMesh best;
   double best_distance = std::numeric_limits<double>::infinity();
   for (int t = 0; t < mesh.num_triangles(); ++t) {
-    const Triangle& c = mesh.triangles[static_cast<std::size_t>(t)];
-    const auto corner = [&](std::size_t k) -> const Vec3& { return mesh.positions[static_cast<std::size_t>(c[k])]; };
+    const Triangle& c = mesh.triangles[t];
+    const auto corner = [&](std::size_t k) -> const Vec3& { return mesh.positions[c[k]]; };
     const Vec3 q = nearest_on_triangle(corner(0), corner(1), corner(2), p);
     const double distance = (q - p).squaredNorm();
     if (distance < best_distance) {

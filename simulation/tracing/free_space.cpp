@@ -67,8 +67,7 @@ FreeSpace::FreeSpace(const RayTracer& rays) {
       }
       for (int z = from[2]; z <= to[2]; ++z) {
         for (int y = from[1]; y <= to[1]; ++y) {
-          for (int x = from[0]; x <= to[0]; ++x)
-            distance[static_cast<std::size_t>((z * size[1] + y) * size[0] + x)] = 0;
+          for (int x = from[0]; x <= to[0]; ++x) distance[(z * size[1] + y) * size[0] + x] = 0;
         }
       }
     }

@@ -72,7 +72,7 @@ void for_all(Gammatons& all, const MotionScene& motion, const SurfaceAtlas& surf
   std::vector<TraceResult> parts(static_cast<std::size_t>((n + chunk - 1) / chunk));
   parallel_for(n, chunk, control, [&](std::int64_t from, std::int64_t to) {
     const std::int64_t begin = first + from, end = first + to;
-    TraceResult& part = parts[static_cast<std::size_t>(from / chunk)];
+    TraceResult& part = parts[from / chunk];
     const std::vector<std::uint32_t> order = place_order(all, begin, end, motion.frames.num_triangles());
     std::vector<Note> told(order.size());
     for (std::size_t k = 0; k < order.size(); ++k) {

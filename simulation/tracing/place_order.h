@@ -23,7 +23,7 @@ namespace patinate::simulation {
   while ((num_triangles >> shift) > 8192) ++shift;
   std::vector<std::uint32_t> first(static_cast<std::size_t>((num_triangles >> shift) + 3), 0);
   const auto bucket = [&](std::int64_t i) {
-    return static_cast<std::size_t>((gammatons.triangle[static_cast<std::size_t>(i)] + 1) >> shift) + 1;
+    return static_cast<std::size_t>((gammatons.triangle[i] + 1) >> shift) + 1;
   };
   for (std::int64_t i = begin; i < end; ++i) ++first[bucket(i)];
   for (std::size_t k = 1; k < first.size(); ++k) first[k] += first[k - 1];

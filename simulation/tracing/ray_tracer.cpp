@@ -25,7 +25,7 @@ RayTracer::RayTracer(const Mesh& mesh) {
   std::vector<RoundedTriangle> triangles(mesh.triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     for (std::size_t c = 0; c < 3; ++c) {
-      const Vec3 p = mesh.positions[static_cast<std::size_t>(mesh.triangles[t][c])] - center_;
+      const Vec3 p = mesh.positions[mesh.triangles[t][c]] - center_;
       for (std::size_t a = 0; a < 3; ++a) triangles[t][c][a] = static_cast<float>(p[static_cast<Eigen::Index>(a)]);
       const Vec3 rounded(static_cast<double>(triangles[t][c][0]), static_cast<double>(triangles[t][c][1]),
                          static_cast<double>(triangles[t][c][2]));
@@ -70,12 +70,12 @@ bool RayTracer::none_in_box(const Box& box, const std::function<bool(int)>& stop
     const std::int32_t at = stack.back();
     stack.pop_back();
     if (at < 0) {
-      for (const std::int32_t triangle : blocks_[static_cast<std::size_t>(-1 - at)].triangle) {
+      for (const std::int32_t triangle : blocks_[-1 - at].triangle) {
         if (triangle >= 0 && stops(triangle)) return false;
       }
       continue;
     }
-    const BvhNode& n = nodes_[static_cast<std::size_t>(at)];
+    const BvhNode& n = nodes_[at];
     for (std::size_t lane = 0; lane < 4; ++lane) {
       bool meets = n.bounds[0][0][lane] <= n.bounds[1][0][lane];
       for (std::size_t a = 0; a < 3; ++a) {

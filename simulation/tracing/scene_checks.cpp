@@ -17,7 +17,7 @@ const std::array<Vec3, 5> kDirections{Vec3(0.267, 0.805, 0.529), Vec3(-0.712, 0.
                                       Vec3(0.173, 0.247, -0.953), Vec3(-0.481, -0.539, -0.691)};
 
 Mesh part_of(const SceneMesh& scene_mesh, int object) {
-  return select_surfaces(scene_mesh.mesh, scene_mesh.mesh.surfaces[static_cast<std::size_t>(object)].node, "");
+  return select_surfaces(scene_mesh.mesh, scene_mesh.mesh.surfaces[object].node, "");
 }
 
 }  // namespace
@@ -50,7 +50,7 @@ bool is_inside(const SceneMesh& scene_mesh, const RayTracer& tracer, int object,
       const TriangleHit hit = tracer.first_hit(p, direction, from, 1e30);
       if (hit.triangle < 0) break;
       from = hit.distance;
-      if (scene_mesh.object[static_cast<std::size_t>(hit.triangle)] == object) ++num_crossings;
+      if (scene_mesh.object[hit.triangle] == object) ++num_crossings;
     }
     num_inside += num_crossings % 2;
   }
@@ -71,8 +71,7 @@ void check_emitters(const Scene& scene, const SceneMesh& scene_mesh, const RayTr
       for (const int object : closed) {
         if (!is_inside(scene_mesh, tracer, object, p)) continue;
         throw InvalidInput("emitter '" + emitter.name + "' lies " + (n > 1 ? "in part " : "") + "inside object '" +
-                           scene_mesh.mesh.surfaces[static_cast<std::size_t>(object)].node +
-                           "': its gammatons could not get out; move it");
+                           scene_mesh.mesh.surfaces[object].node + "': its gammatons could not get out; move it");
       }
     }
   }

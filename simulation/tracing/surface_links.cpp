@@ -13,11 +13,11 @@ std::vector<int> welded_positions(const SceneMesh& scene_mesh) {
   const Mesh& mesh = scene_mesh.mesh;
   std::vector<int> object(mesh.positions.size(), -1);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    for (const int p : mesh.triangles[t]) object[static_cast<std::size_t>(p)] = scene_mesh.object[t];
+    for (const int p : mesh.triangles[t]) object[p] = scene_mesh.object[t];
   }
   const auto key = [&](int i) {
-    const Vec3& p = mesh.positions[static_cast<std::size_t>(i)];
-    return std::tuple(object[static_cast<std::size_t>(i)], p.x(), p.y(), p.z());
+    const Vec3& p = mesh.positions[i];
+    return std::tuple(object[i], p.x(), p.y(), p.z());
   };
   std::vector<int> order(mesh.positions.size());
   std::iota(order.begin(), order.end(), 0);
@@ -29,7 +29,7 @@ std::vector<int> welded_positions(const SceneMesh& scene_mesh) {
   int first = 0;
   for (std::size_t i = 0; i < order.size(); ++i) {
     if (i == 0 || key(order[i]) != key(first)) first = order[i];
-    welded[static_cast<std::size_t>(order[i])] = first;
+    welded[order[i]] = first;
   }
   return welded;
 }
@@ -42,7 +42,7 @@ SurfaceLinks::SurfaceLinks(const SceneMesh& scene_mesh) {
   mesh.positions = scene_mesh.mesh.positions;
   mesh.triangles = scene_mesh.mesh.triangles;
   for (Triangle& t : mesh.triangles) {
-    for (int& p : t) p = welded[static_cast<std::size_t>(p)];
+    for (int& p : t) p = welded[p];
   }
   const std::vector<std::array<int, 3>> neighbors = triangle_neighbors(mesh);
   constexpr std::uint32_t kNone = motion_types::kNoLink;
@@ -51,7 +51,7 @@ SurfaceLinks::SurfaceLinks(const SceneMesh& scene_mesh) {
     for (std::size_t k = 0; k < 3; ++k) {
       if (neighbors[t][k] < 0) continue;
       const int a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-      const Triangle& there = mesh.triangles[static_cast<std::size_t>(neighbors[t][k])];
+      const Triangle& there = mesh.triangles[neighbors[t][k]];
       for (std::uint32_t j = 0; j < 3; ++j) {
         const int c = there[j], d = there[(j + 1) % 3];
         if (!((a == d && b == c) || (a == c && b == d))) continue;

@@ -20,7 +20,7 @@ class SurfaceLinks {
   [[nodiscard]] std::span<const TriangleLinks> codes() const { return codes_; }
   void prefetch([[maybe_unused]] int triangle) const {
 #if defined(__GNUC__)
-    if (triangle >= 0) __builtin_prefetch(&codes_[static_cast<std::size_t>(triangle)]);
+    if (triangle >= 0) __builtin_prefetch(&codes_[triangle]);
 #endif
   }
 

@@ -21,7 +21,7 @@ TriangleFrames::TriangleFrames(const SceneMesh& scene_mesh, const RayTracer& tra
     std::array<Vec3, 3> p;
     TriangleFrame frame{};
     for (std::size_t k = 0; k < 3; ++k) {
-      p[k] = tracer.rounded(mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])]) - center_;
+      p[k] = tracer.rounded(mesh.positions[mesh.triangles[t][k]]) - center_;
       narrow(p[k], frame.corner[k]);
     }
     const Vec3 e1 = p[1] - p[0], e2 = p[2] - p[0], area = e1.cross(e2);
@@ -34,8 +34,7 @@ TriangleFrames::TriangleFrames(const SceneMesh& scene_mesh, const RayTracer& tra
     frames_.push_back(frame);
     if (mesh.normals.empty()) continue;
     CornerNormals normals{};
-    for (std::size_t k = 0; k < 3; ++k)
-      narrow(mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[t][k])], normals.corner[k]);
+    for (std::size_t k = 0; k < 3; ++k) narrow(mesh.normals[mesh.normal_triangles[t][k]], normals.corner[k]);
     corner_normals_.push_back(normals);
   }
 }

@@ -22,15 +22,15 @@ class TriangleFrames {
   void prefetch([[maybe_unused]] int triangle) const {
 #if defined(__GNUC__)
     if (triangle < 0) return;
-    const auto* frame = reinterpret_cast<const char*>(&frames_[static_cast<std::size_t>(triangle)]);
+    const auto* frame = reinterpret_cast<const char*>(&frames_[triangle]);
     __builtin_prefetch(frame);
     __builtin_prefetch(frame + sizeof(TriangleFrame) - 1);
-    if (!corner_normals_.empty()) __builtin_prefetch(&corner_normals_[static_cast<std::size_t>(triangle)]);
+    if (!corner_normals_.empty()) __builtin_prefetch(&corner_normals_[triangle]);
 #endif
   }
 
   [[nodiscard]] Vec3 corner(int triangle, std::size_t k) const {
-    const auto& c = frames_[static_cast<std::size_t>(triangle)].corner[k];
+    const auto& c = frames_[triangle].corner[k];
     return Vec3(static_cast<double>(c[0]), static_cast<double>(c[1]), static_cast<double>(c[2])) + center_;
   }
   [[nodiscard]] const Vec3& center() const { return center_; }

@@ -51,7 +51,7 @@ struct Stencils {
   std::vector<StencilPart> parts;
 
   void add(int size) {
-    StencilFacts& of = facts[static_cast<std::size_t>(size)];
+    StencilFacts& of = facts[size];
     if (size == 0 || of.num > 0) return;
     const SplatStencil& stencil = SplatShape::stencil_of(size);
     of = {.first = static_cast<std::uint32_t>(parts.size()),

@@ -139,8 +139,7 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
   std::size_t num_active = 0;
   for (int m = 0; m < s.num_materials; ++m) {
     const bool takes_time = endings.empty();
-    if (options.rates[static_cast<std::size_t>(m)] > 0.0 && (options.contact > 0.0 || !takes_time))
-      active_materials[num_active++] = m;
+    if (options.rates[m] > 0.0 && (options.contact > 0.0 || !takes_time)) active_materials[num_active++] = m;
   }
   const SurfaceAtlas& surface = atlas.surface();
   const std::span<const int> active = std::span(active_materials).first(num_active);
@@ -203,10 +202,10 @@ ExchangeReport Exchanger::run(std::span<const Contact> contacts, std::span<const
   const std::int64_t num_workers = contacts.size() + s.pieces.pieces().size() < kFew
                                        ? 1
                                        : std::clamp<std::int64_t>(thread_count(threads), 1, num_regions);
-  if (s.workers.size() < static_cast<std::size_t>(num_workers)) s.workers.resize(static_cast<std::size_t>(num_workers));
+  if (s.workers.size() < static_cast<std::size_t>(num_workers)) s.workers.resize(num_workers);
   std::atomic<std::int64_t> next{0};
   parallel_for(num_workers, 1, threads, [&](std::int64_t w, std::int64_t) {
-    RegionWorker& worker = s.workers[static_cast<std::size_t>(w)];
+    RegionWorker& worker = s.workers[w];
     worker.table.reset(options, contact_area(options, surface), active);
     for (std::int64_t region = next++; region < num_regions; region = next++)
       exchange_region(call, static_cast<std::uint32_t>(region), worker);

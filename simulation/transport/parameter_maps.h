@@ -44,9 +44,7 @@ class ParameterMaps {
   /// There when last_hit or residence is asked for.
   [[nodiscard]] PagedValues<std::uint32_t>* last_hit() const { return last_hit_.get(); }
   [[nodiscard]] PagedValues<std::uint32_t>* residence() const { return residence_.get(); }
-  [[nodiscard]] PagedValues<std::uint64_t>* deposited(int material) const {
-    return deposited_[static_cast<std::size_t>(material)].get();
-  }
+  [[nodiscard]] PagedValues<std::uint64_t>* deposited(int material) const { return deposited_[material].get(); }
   /// Bytes of all pages.
   [[nodiscard]] std::size_t memory() const;
 

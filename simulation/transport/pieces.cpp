@@ -79,12 +79,11 @@ void Pieces::lay(const WideContacts& of, double width, const RunControl& control
   const auto n = static_cast<std::int64_t>(num);
   const std::int64_t chunk = chunk_of(of);
   for (std::size_t k = 0; k < (of.endings.empty() ? 1 : shapes_.size()); ++k) (void)shape_of(of.surface, width, k);
-  parts_.resize(static_cast<std::size_t>((n + chunk - 1) / chunk));
+  parts_.resize((n + chunk - 1) / chunk);
   first_piece_.resize(num + 1);
   randoms_.resize(num);
   parallel_for(n, chunk, control, [&](std::int64_t begin, std::int64_t end) {
-    append_parts(of, static_cast<std::size_t>(begin), static_cast<std::size_t>(end),
-                 parts_[static_cast<std::size_t>(begin / chunk)]);
+    append_parts(of, static_cast<std::size_t>(begin), static_cast<std::size_t>(end), parts_[begin / chunk]);
   });
   first_piece_[0] = 0;
   for (std::size_t i = 0; i < num; ++i) first_piece_[i + 1] += first_piece_[i];
@@ -100,14 +99,14 @@ void Pieces::cut(const WideContacts& of, double width, const Regions& regions, c
   regions_.resize(pieces_.size());
   mass_.resize(pieces_.size() * num_active);
   parallel_for(n, chunk, control, [&](std::int64_t begin, std::int64_t end) {
-    const SplatPart* part = parts_[static_cast<std::size_t>(begin / chunk)].data();
+    const SplatPart* part = parts_[begin / chunk].data();
     for (auto i = static_cast<std::size_t>(begin); i < static_cast<std::size_t>(end); ++i) {
       const std::size_t first = first_piece_[i], num_parts = first_piece_[i + 1] - first;
       const Contact& contact = of.contacts[i];
       const std::uint32_t weight = of.surface.weight(contact.texel);
       for (std::size_t a = 0; a < num_active; ++a) {
         deal(
-            cargo.mass[contact.gammaton][static_cast<std::size_t>(of.active[a])], randoms_[i][a], weight, num_parts,
+            cargo.mass[contact.gammaton][of.active[a]], randoms_[i][a], weight, num_parts,
             [&](std::size_t k) { return part[k].share; },
             [&](std::size_t k, std::uint32_t mass) { mass_[(first + k) * num_active + a] = mass; });
       }
@@ -131,7 +130,7 @@ void Pieces::join(const WideContacts& of, Cargo& cargo, const RunControl& contro
                      std::uint32_t sum = 0;
                      for (std::size_t p = first_piece_[i]; p < first_piece_[i + 1]; ++p)
                        sum += mass_[p * num_active + a];
-                     cargo.mass[of.contacts[i].gammaton][static_cast<std::size_t>(of.active[a])] = sum;
+                     cargo.mass[of.contacts[i].gammaton][of.active[a]] = sum;
                    }
                  }
                });

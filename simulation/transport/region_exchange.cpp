@@ -93,7 +93,7 @@ class RegionExchange {
         transfer_randoms(call_.seed, contact.gammaton, call_.random_key, 0, static_cast<int>(num_active_));
     Masses whole{};
     for (std::size_t a = 0; a < num_active_; ++a) {
-      whole[a] = cargo[static_cast<std::size_t>(call_.active[a])];
+      whole[a] = cargo[call_.active[a]];
       deal(
           whole[a], randoms[a], worker_.parts[0].weight, num_parts,
           [&](std::size_t k) { return worker_.parts[k].share; },
@@ -113,7 +113,7 @@ class RegionExchange {
           },
           [&](std::size_t a, std::uint32_t mass) { sum[a] += mass; });
     }
-    for (std::size_t a = 0; a < num_active_; ++a) cargo[static_cast<std::size_t>(call_.active[a])] = sum[a];
+    for (std::size_t a = 0; a < num_active_; ++a) cargo[call_.active[a]] = sum[a];
   }
 
   /// A contact of one texel that is not cut.
@@ -126,10 +126,10 @@ class RegionExchange {
     exchange_texel(
         contact.texel, weight, true,
         [&](std::size_t a, std::uint32_t amount, std::uint32_t& mass) {
-          mass = cargo[static_cast<std::size_t>(call_.active[a])];
+          mass = cargo[call_.active[a]];
           return transfer_quanta(shares[a], amount, weight, mass, randoms[a], kMaxMass);
         },
-        [&](std::size_t a, std::uint32_t mass) { cargo[static_cast<std::size_t>(call_.active[a])] = mass; });
+        [&](std::size_t a, std::uint32_t mass) { cargo[call_.active[a]] = mass; });
   }
 
   /// A piece of a contact or of an ending.
@@ -156,7 +156,7 @@ class RegionExchange {
         [&](std::size_t a, std::uint32_t amount, std::uint32_t& mass) {
           mass = masses[a];
           return transfer_quanta(shares[a], amount, weight, mass, mixed_with(randoms[a], piece.number),
-                                 limit_of_part(cargo[static_cast<std::size_t>(call_.active[a])], mass));
+                                 limit_of_part(cargo[call_.active[a]], mass));
         },
         put);
   }
@@ -302,7 +302,7 @@ class RegionExchange {
         Masses dropped{};
         for (std::size_t a = 0; a < num_active_; ++a) {
           const std::int64_t mass = std::int64_t{worker_.quanta[a][l]} * worker_.weight[l];
-          dropped[static_cast<std::size_t>(call_.active[a])] = mass < 0 ? static_cast<std::uint32_t>(-mass) : 0;
+          dropped[call_.active[a]] = mass < 0 ? static_cast<std::uint32_t>(-mass) : 0;
         }
         call_.maps->record(pages[page] << 12 | texel, call_.iteration, static_cast<int>(l) == lanes.middle, dropped);
       }

@@ -31,7 +31,7 @@ void RegionLists::fill(std::span<const std::uint16_t> region_of, std::uint32_t n
   const auto num_chunks = static_cast<std::size_t>((n + kChunk - 1) / kChunk);
   const std::size_t row = num_regions + std::size_t{1};  // the last counts what is in none
   const auto column = [&](std::int64_t i) {
-    const std::uint16_t region = region_of[static_cast<std::size_t>(i)];
+    const std::uint16_t region = region_of[i];
     return region == kNone ? std::size_t{num_regions} : std::size_t{region};
   };
   counts_.assign(row * num_chunks, 0);

@@ -36,8 +36,8 @@ class ShareTable {
     if (keys_[slot] != key) {
       keys_[slot] = key;
       for (std::size_t a = 0; a < active_.size(); ++a) {
-        found[a] = transfer_shares(options_.ratio, options_.rates[static_cast<std::size_t>(active_[a])],
-                                   options_.contact, weight, area_ * share / SplatShape::kWhole);
+        found[a] = transfer_shares(options_.ratio, options_.rates[active_[a]], options_.contact, weight,
+                                   area_ * share / SplatShape::kWhole);
       }
     }
     return found;

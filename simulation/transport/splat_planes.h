@@ -49,8 +49,7 @@ class SplatPlace {
     std::array<std::uint32_t, 4> out;
     for (int i = 0; i < 4; ++i) {
       const int row = page_y_ + (i < 2 || rows_ == 1 ? 0 : 1), column = page_x_ + (i % 2 == 0 || columns_ == 1 ? 0 : 1);
-      out[static_cast<std::size_t>(i)] =
-          static_cast<std::uint32_t>(row) * pages_x_ + static_cast<std::uint32_t>(column);
+      out[i] = static_cast<std::uint32_t>(row) * pages_x_ + static_cast<std::uint32_t>(column);
     }
     return out;
   }

@@ -64,7 +64,7 @@ void add_material_maps(const std::filesystem::path& history) {
       for (int y = 0; y < map.height(); ++y) {
         for (int x = 0; x < map.width(); ++x) {
           const auto pixel = map.pixel(x, y);
-          for (int c = 0; c < channels; ++c) pixel[static_cast<std::size_t>(c)] = value(x, y, index + 1, c + channels);
+          for (int c = 0; c < channels; ++c) pixel[c] = value(x, y, index + 1, c + channels);
           if (name != "normal") continue;
           const float slope_x = 0.4f * (pixel[0] - 0.5f), slope_y = 0.4f * (pixel[1] - 0.5f);
           const float length = std::sqrt(slope_x * slope_x + slope_y * slope_y + 1.0f);

@@ -84,13 +84,12 @@ double rate(const SearchSetting& s, const transfer::WindowSearch& search, double
           for (std::int64_t i = begin; i < end; ++i) {
             const TexelId t = RandomStream(3, static_cast<std::uint64_t>(i))
                                   .below(static_cast<std::uint32_t>(s.destination.map->num_texels()));
-            const std::int32_t own = s.coordinates[static_cast<std::size_t>(t)], width = s.source.width();
+            const std::int32_t own = s.coordinates[t], width = s.source.width();
             cost.prepare(t, s.coordinates, scale);
             std::array<std::int32_t, TexelNeighborhood::kNumAdjacent> likely{};
             std::transform(cost.adjacent().begin(), cost.adjacent().end(), likely.begin(), [&](const PixelNeighbor& n) {
               const transfer::Place at =
-                  n.texel < 0 ? transfer::Place{}
-                              : transfer::place_of(s.source, s.coordinates[static_cast<std::size_t>(n.texel)]);
+                  n.texel < 0 ? transfer::Place{} : transfer::place_of(s.source, s.coordinates[n.texel]);
               return at.pixel < 0 ? -1 : transfer::place_at(s.source, {at.point.x - n.x, at.point.y - n.y}).pixel;
             });
             const transfer::SearchWindow window = search.window(own % width, own / width, side);

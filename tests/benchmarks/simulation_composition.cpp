@@ -95,8 +95,8 @@ void one_resolution(int resolution, double goal_ms) {
         atlas.writable_tile(5, tile)[0] = static_cast<std::uint16_t>(100.0 * bump);
       (void)composer.compose(atlas, dirty, testing_support::with_threads(kThreads));
     });
-    std::printf(" %s %.2f ms, colors only %.2f, a tenth of the tiles %.2f;",
-                kInstructionSetNames[static_cast<std::size_t>(set)].data(), 1e3 * dense, 1e3 * color, 1e3 * tenth);
+    std::printf(" %s %.2f ms, colors only %.2f, a tenth of the tiles %.2f;", kInstructionSetNames[set].data(),
+                1e3 * dense, 1e3 * color, 1e3 * tenth);
     if (set == InstructionSet::Avx512) std::printf(" %.0f MB", static_cast<double>(composer.memory()) / 1e6);
   }
   std::printf(" goal %.1f ms%s\n", goal_ms, resolution == 1024 ? ", paper 5.9 ms (GTX 560 Ti)" : "");

@@ -134,8 +134,7 @@ void rays() {
       if (reach < 1e30) {  // short rays start on the surface
         for (int i = 0; i < kRays; ++i) {
           const auto t = static_cast<std::size_t>(random.below(static_cast<std::uint32_t>(mesh.num_triangles())));
-          origins[static_cast<std::size_t>(i)] =
-              mesh.positions[static_cast<std::size_t>(mesh.triangles[t][0])] + random_vector(random);
+          origins[i] = mesh.positions[mesh.triangles[t][0]] + random_vector(random);
         }
       }
       std::int64_t hits = 0, their_hits = 0;

@@ -66,7 +66,7 @@ double exchange_ms(World& world, std::uint32_t n, int splat, int num_threads) {
   simulation::Exchanger exchanger(static_cast<int>(kMaterials.size()), 1);
   const simulation::ExchangeOptions options{.ratio = 0.5, .rates = {0.3, 0.0, 0.0, 0.1}, .splat_texels = splat};
   const auto run = [&](int i) {
-    (void)exchanger.exchange(contacts[static_cast<std::size_t>(i % 8)], options, i, cargo, *world.atlas, nullptr,
+    (void)exchanger.exchange(contacts[i % 8], options, i, cargo, *world.atlas, nullptr,
                              testing_support::with_threads(num_threads));
   };
   for (int i = 0; i < 8; ++i) run(i);

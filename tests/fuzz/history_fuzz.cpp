@@ -23,8 +23,7 @@ void check_times(const HistoryManifest& m) {
   const FrameLocator locate(times, Between::Blend);
   const int last = static_cast<int>(m.frames.size()) - 1;
   for (int i = 0; i <= last; ++i) {
-    const double time = m.frames[static_cast<std::size_t>(i)].time,
-                 next = m.frames[static_cast<std::size_t>(std::min(i + 1, last))].time;
+    const double time = m.frames[i].time, next = m.frames[std::min(i + 1, last)].time;
     for (const double t : {time, 0.5 * time + 0.5 * next}) {
       const TimePosition at = locate(t);
       fuzz::require(at.index >= 0 && at.index <= last && at.fraction >= 0.0 && at.fraction <= 1.0,

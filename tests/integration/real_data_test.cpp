@@ -94,7 +94,7 @@ std::array<double, 3> mean_color(const ImageF& image, const ImageU8& mask) {
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
       if (mask.at(x, y) == 0) continue;
-      for (int c = 0; c < 3; ++c) sum[static_cast<std::size_t>(c)] += static_cast<double>(image.at(x, y, c));
+      for (int c = 0; c < 3; ++c) sum[c] += static_cast<double>(image.at(x, y, c));
       count += 1.0;
     }
   }
@@ -105,7 +105,7 @@ std::array<double, 3> mean_color(const ImageF& image, const ImageU8& mask) {
 void expect_frames_exact(const transfer::TransferReader& transfer) {
   for (int f : {0, transfer.history().num_frames() - 1}) {
     const ImageF frame = transfer.history().read_frame(f);
-    const ImageF texture = transfer.sample(transfer.history().manifest().frames[static_cast<std::size_t>(f)].time);
+    const ImageF texture = transfer.sample(transfer.history().manifest().frames[f].time);
     const ImageF expected = transfer::gather(frame, transfer.coordinates());
     const ImageU8 coverage = transfer.coverage();
     for (int y = 0; y < kAtlas; ++y) {

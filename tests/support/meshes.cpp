@@ -93,10 +93,10 @@ Mesh udim_plane(double side_mm, int columns) {
   const Mesh plain = mesh;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     double center = 0.0;
-    for (int corner : plain.uv_triangles[t]) center += plain.uvs[static_cast<std::size_t>(corner)].x() / 3.0;
+    for (int corner : plain.uv_triangles[t]) center += plain.uvs[corner].x() / 3.0;
     const double tile = std::floor(center * columns);
     for (int& corner : mesh.uv_triangles[t]) {
-      const Vec2 uv = plain.uvs[static_cast<std::size_t>(corner)];
+      const Vec2 uv = plain.uvs[corner];
       corner = static_cast<int>(mesh.uvs.size());
       mesh.uvs.emplace_back(tile + (uv.x() * columns - tile), uv.y());
     }

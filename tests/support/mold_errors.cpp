@@ -85,7 +85,7 @@ MoldErrors mold_errors(const fs::path& data, const fs::path& folder) {
       out.pose_mm = std::max(out.pose_mm, (off.apply(vector_at(position, i)) - vector_at(position, i)).norm());
       spot_sum += a;
       ++num_spot;
-      const std::size_t j = static_cast<std::size_t>(i);
+      const std::size_t j = i;
       sums[j] += a;
       squares[j] += a.cwiseProduct(a);
       ++counts[j];

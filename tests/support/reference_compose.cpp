@@ -87,7 +87,7 @@ void age(ReferenceTexel& texel, const Scene& scene, const composition::TexelPlac
   double total = 0.0;
   Vec3 sum = Vec3::Zero();
   for (int m = 0; m < atlas.num_materials(); ++m) {
-    const MaterialAppearance& look = scene.appearance[static_cast<std::size_t>(m)];
+    const MaterialAppearance& look = scene.appearance[m];
     const double delta =
         (static_cast<double>(atlas.amount(m, t)) - static_cast<double>(atlas.original(m, t))) / kAmountOne;
     const auto material = static_cast<std::size_t>(m);

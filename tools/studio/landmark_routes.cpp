@@ -57,7 +57,7 @@ std::map<std::string, capture::PhotoMarks> known_marks(const capture::CapturePro
     const bool is_file = std::any_of(project.frames.begin(), project.frames.end(), [&](const capture::CapturePhoto& p) {
       return p.file.filename().string() == name;
     });
-    if (is_file) known = names[static_cast<std::size_t>(capture::find_photo(project, name, "a landmark"))];
+    if (is_file) known = names[capture::find_photo(project, name, "a landmark")];
     marks[known].insert(points.begin(), points.end());
   }
   return marks;

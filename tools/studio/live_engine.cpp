@@ -255,8 +255,7 @@ std::string LiveEngine::mesh_glb() const {
   std::vector<MeshPart> parts;
   for (const simulation::SceneObject& object : scene.objects) parts.push_back({object.name, {}, {}});
   const simulation::SurfaceAtlas& surface = simulation_.atlas().surface();
-  for (int t = 0; t < surface.num_triangles(); ++t)
-    parts[static_cast<std::size_t>(surface.object(t))].triangles.push_back(t);
+  for (int t = 0; t < surface.num_triangles(); ++t) parts[surface.object(t)].triangles.push_back(t);
   return studio::mesh_glb(simulation_.mesh(), parts, 0.001);
 }
 

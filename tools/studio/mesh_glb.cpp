@@ -55,13 +55,13 @@ Vertices vertices_of(const Mesh& mesh, const std::vector<int>& triangles, double
       const auto [found, is_new] = index_of.try_emplace(corner, static_cast<std::uint32_t>(index_of.size()));
       out.indices.push_back(found->second);
       if (!is_new) continue;
-      const Vec3 p = scale * mesh.positions[static_cast<std::size_t>(corner[0])];
-      const Vec3 n = mesh.normals[static_cast<std::size_t>(corner[2])].normalized();
+      const Vec3 p = scale * mesh.positions[corner[0]];
+      const Vec3 n = mesh.normals[corner[2]].normalized();
       if (!p.allFinite() || !n.allFinite()) throw InvalidInput("the mesh has a value that is not finite");
       for (int c = 0; c < 3; ++c) out.positions.push_back(static_cast<float>(p[c]));
       for (int c = 0; c < 3; ++c) out.normals.push_back(static_cast<float>(n[c]));
       if (!has_uvs) continue;
-      const Vec2& uv = mesh.uvs[static_cast<std::size_t>(corner[1])];
+      const Vec2& uv = mesh.uvs[corner[1]];
       out.uvs.push_back(static_cast<float>(uv.x()));
       out.uvs.push_back(static_cast<float>(1.0 - uv.y()));
     }

@@ -52,7 +52,7 @@ std::optional<PlaceKind> kind_of_json(const fs::path& path) {
   std::string head(4096, '\0');
   std::ifstream in(path, std::ios::binary);
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(in.gcount()));
+  head.resize(in.gcount());
   if (head.find("\"patinate.scene\"") != std::string::npos) return PlaceKind::Scene;
   if (head.find("\"patinate.calibration\"") != std::string::npos) return PlaceKind::Calibration;
   const bool is_of_folder = path.filename() == "capture.json";  // Which is the place.

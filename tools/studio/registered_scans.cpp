@@ -23,7 +23,7 @@ RigidTransform transform_of(const JsonReader& json) {
   int row = 0;
   for (const JsonReader& numbers : json.elements(4)) {
     const std::vector<double> values = numbers.numbers(4);
-    for (int c = 0; c < 4; ++c) matrix(row, c) = values[static_cast<std::size_t>(c)];
+    for (int c = 0; c < 4; ++c) matrix(row, c) = values[c];
     ++row;
   }
   if (row != 4) json.fail("4 rows");

@@ -194,7 +194,7 @@ TexelCurve SurfaceInTime::curve(int x, int y, const RunControl& control) const {
     const std::shared_ptr<const ImageF> image = frame(f);
     std::array<float, 3> rgb{};
     look_at<3>(image->data(), image->width(), image->height(), source_x, source_y, rgb.data());
-    curve.times.push_back(history_->manifest().frames[static_cast<std::size_t>(f)].time);
+    curve.times.push_back(history_->manifest().frames[f].time);
     curve.srgb.push_back({srgb8_from_linear(rgb[0]), srgb8_from_linear(rgb[1]), srgb8_from_linear(rgb[2])});
     curve.lab.push_back(
         lab_from_linear(static_cast<double>(rgb[0]), static_cast<double>(rgb[1]), static_cast<double>(rgb[2])));

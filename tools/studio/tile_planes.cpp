@@ -44,7 +44,7 @@ ScreenLayout::ScreenLayout(const simulation::SurfaceAtlas& surface)
     bool is_whole = true;
     for (int i = 0; i < 64; ++i) {
       const int x = x0 + i % 8, y = y0 + i / 8;
-      simulation::TexelIndex& source = sources[static_cast<std::size_t>(i)];
+      simulation::TexelIndex& source = sources[i];
       source = simulation::kNoTexel;
       if (x < width_ && y < height_) std::memcpy(&source, nearest.pixel(x, y).data(), sizeof(source));
       is_whole = is_whole && source == grid_.index(x, y);

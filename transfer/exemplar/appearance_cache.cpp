@@ -42,7 +42,7 @@ std::vector<fs::path> compared_files(const HistoryReader& history, const Appeara
     }
   };
   for (const int i : compared_frames(history.num_frames(), options.max_frames)) {
-    const HistoryFrame& frame = manifest.frames[static_cast<std::size_t>(i)];
+    const HistoryFrame& frame = manifest.frames[i];
     files.push_back(frame.file);
     add_materials(frame.extras, true);
   }

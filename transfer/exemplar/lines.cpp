@@ -65,11 +65,11 @@ cv::Mat along_lines(const cv::Mat& fill, const RunControl& control) {
       std::fill(row.begin(), row.end(), 0);
       for (const cv::Point& o : offsets) {
         const std::int16_t* from = padded.ptr<std::int16_t>(y + kMargin + o.y) + kMargin + o.x;
-        for (int x = 0; x < fill.cols; ++x) row[static_cast<std::size_t>(x)] += from[x];
+        for (int x = 0; x < fill.cols; ++x) row[x] += from[x];
       }
       std::int32_t* out = best.ptr<std::int32_t>(y);
       const auto count = static_cast<std::int32_t>(offsets.size());
-      for (int x = 0; x < fill.cols; ++x) out[x] = std::max(out[x], row[static_cast<std::size_t>(x)] / count);
+      for (int x = 0; x < fill.cols; ++x) out[x] = std::max(out[x], row[x] / count);
     }
   }
   // Around it: a square as wide as the segment, summed exactly.
@@ -110,16 +110,16 @@ LineThresholds find_thresholds(const cv::Mat& fill, const ImageU8& mask) {
   for (int y = 0; y < fill.rows; ++y) {
     for (int x = 0; x < fill.cols; ++x) {
       if (!is_inside(mask, x, y)) continue;
-      ++counts[static_cast<std::size_t>(std::clamp(static_cast<int>(fill.at<float>(y, x) * 4.0f), 0, kMaxBins - 1))];
+      ++counts[std::clamp(static_cast<int>(fill.at<float>(y, x) * 4.0f), 0, kMaxBins - 1)];
       ++total;
     }
   }
   double sum = 0.0;
-  for (int b = 0; b < kMaxBins; ++b) sum += static_cast<double>(counts[static_cast<std::size_t>(b)]) * b;
+  for (int b = 0; b < kMaxBins; ++b) sum += static_cast<double>(counts[b]) * b;
   double below = 0.0, below_sum = 0.0, best = -1.0;
   int high = 0, median = -1;
   for (int b = 0; b + 1 < kMaxBins; ++b) {
-    const auto n = static_cast<double>(counts[static_cast<std::size_t>(b)]);
+    const auto n = static_cast<double>(counts[b]);
     below += n;
     below_sum += n * b;
     if (median < 0 && 2.0 * below >= static_cast<double>(total)) median = b;
@@ -203,7 +203,7 @@ FoundLines find_lines_of(const cv::Mat& lightness, const ImageU8& mask, int reac
   lines.strong = cv::Mat::zeros(above.size(), CV_8U);
   for (int y = 0; y < above.rows; ++y) {
     for (int x = 0; x < above.cols; ++x) {
-      if (is_kept[static_cast<std::size_t>(label.at<int>(y, x))] == 0) continue;
+      if (is_kept[label.at<int>(y, x)] == 0) continue;
       lines.all.at<std::uint8_t>(y, x) = 255;
       if (static_cast<double>(lines.fill.at<float>(y, x)) >= lines.thresholds.high)
         lines.strong.at<std::uint8_t>(y, x) = 255;

@@ -36,11 +36,11 @@ SampleMatrix covariance(const SampleMatrix& samples, const Eigen::VectorXd& mean
         Sums part(static_cast<std::size_t>(n * n), 0.0);
         std::vector<double> row(static_cast<std::size_t>(n));
         for (Index i = begin; i < end; ++i) {
-          for (Index k = 0; k < n; ++k) row[static_cast<std::size_t>(k)] = samples(i, k) - mean[k];
+          for (Index k = 0; k < n; ++k) row[k] = samples(i, k) - mean[k];
           for (Index a = 0; a < n; ++a) {
-            const double value = row[static_cast<std::size_t>(a)];
+            const double value = row[a];
             double* out = part.data() + a * n;
-            for (Index b = 0; b <= a; ++b) out[b] += value * row[static_cast<std::size_t>(b)];
+            for (Index b = 0; b <= a; ++b) out[b] += value * row[b];
           }
         }
         return part;
@@ -53,7 +53,7 @@ SampleMatrix covariance(const SampleMatrix& samples, const Eigen::VectorXd& mean
   SampleMatrix result(n, n);
   for (Index a = 0; a < n; ++a) {
     for (Index b = 0; b <= a; ++b) {
-      result(a, b) = result(b, a) = total[static_cast<std::size_t>(a * n + b)] / static_cast<double>(samples.rows());
+      result(a, b) = result(b, a) = total[a * n + b] / static_cast<double>(samples.rows());
     }
   }
   return result;
@@ -94,8 +94,8 @@ std::vector<double> rotate_to_eigenvectors(const SampleMatrix& matrix, std::vect
   const auto size = static_cast<Index>(columns.size());
   Eigen::MatrixXd small(size, size);
   for (Index b = 0; b < size; ++b) {
-    const Eigen::VectorXd image = times(matrix, columns[static_cast<std::size_t>(b)]);
-    for (Index a = 0; a < size; ++a) small(a, b) = dot(columns[static_cast<std::size_t>(a)], image);
+    const Eigen::VectorXd image = times(matrix, columns[b]);
+    for (Index a = 0; a < size; ++a) small(a, b) = dot(columns[a], image);
   }
   // 16 x 16 at most: below the size at which Eigen works in blocks.
   const SymmetricEigen<Eigen::MatrixXd> solver = symmetric_eigen(small);
@@ -103,7 +103,7 @@ std::vector<double> rotate_to_eigenvectors(const SampleMatrix& matrix, std::vect
   std::vector<double> values;
   for (Index k = size; k-- > 0;) {
     Eigen::VectorXd column = Eigen::VectorXd::Zero(matrix.rows());
-    for (Index a = 0; a < size; ++a) column += solver.vectors(a, k) * columns[static_cast<std::size_t>(a)];
+    for (Index a = 0; a < size; ++a) column += solver.vectors(a, k) * columns[a];
     rotated.push_back(std::move(column));
     values.push_back(std::max(0.0, solver.values[k]));
   }
@@ -144,9 +144,9 @@ PrincipalComponents principal_components(const SampleMatrix& samples, int count,
   result.axes = Eigen::MatrixXd::Zero(n, count);
   double kept = 0.0, total = 0.0;
   for (Index k = 0; k < std::min<Index>(count, num_columns); ++k) {
-    fix_sign(columns[static_cast<std::size_t>(k)]);
-    result.axes.col(k) = columns[static_cast<std::size_t>(k)];
-    kept += values[static_cast<std::size_t>(k)];
+    fix_sign(columns[k]);
+    result.axes.col(k) = columns[k];
+    kept += values[k];
   }
   for (Index i = 0; i < n; ++i) total += matrix(i, i);
   result.explained = total > 0.0 ? std::min(1.0, kept / total) : 1.0;

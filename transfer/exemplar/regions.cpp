@@ -77,7 +77,7 @@ void separate(const cv::Mat& value, const ImageU8& mask, Regions& regions) {
       if (!is_inside(mask, x, y)) continue;
       const double v = static_cast<double>(value.at<float>(y, x)) - low;
       const int bin = std::clamp(static_cast<int>(v / per_bin), 0, kBins - 1);
-      counts[static_cast<std::size_t>(bin)] += 1.0;
+      counts[bin] += 1.0;
       total += 1.0;
       sum += bin + 0.5;
       squares += (bin + 0.5) * (bin + 0.5);
@@ -87,8 +87,8 @@ void separate(const cv::Mat& value, const ImageU8& mask, Regions& regions) {
   const double variance = squares / total - (sum / total) * (sum / total);
   double below = 0.0, below_sum = 0.0, best = 0.0;
   for (int b = 0; b + 1 < kBins; ++b) {
-    below += counts[static_cast<std::size_t>(b)];
-    below_sum += counts[static_cast<std::size_t>(b)] * (b + 0.5);
+    below += counts[b];
+    below_sum += counts[b] * (b + 0.5);
     const double above = total - below;
     if (below == 0.0 || above == 0.0) continue;
     const double apart = (sum - below_sum) / above - below_sum / below;

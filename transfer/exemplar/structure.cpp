@@ -70,8 +70,7 @@ SourceStructure structure_of(const Lines& lines, const ImageU8& mask, const RunC
           2.0 * portable_decayed(any / result.scale_px), 2.0 * portable_decayed(strong / strong_scale_px),
           portable_decayed(6.0 * any / result.scale_px), sureness(lines.thresholds.low, any < 2.0),
           sureness(lines.thresholds.high, strong < 2.0)};
-      for (int c = 0; c < kStructureSize; ++c)
-        result.channels.at(x, y, c) = static_cast<float>(values[static_cast<std::size_t>(c)]);
+      for (int c = 0; c < kStructureSize; ++c) result.channels.at(x, y, c) = static_cast<float>(values[c]);
     }
   }
   return result;
@@ -97,8 +96,7 @@ SourceStructure structure_of(const Regions& regions, const ImageU8& mask) {
       const std::array<double, kStructureSize> values{1.0 + side * portable_decayed(d),
                                                       1.0 + side * portable_decayed(6.0 * d),
                                                       std::clamp(above / regions.contrast + 0.5, 0.0, 1.0), 0.0, 0.0};
-      for (int c = 0; c < kStructureSize; ++c)
-        result.channels.at(x, y, c) = static_cast<float>(values[static_cast<std::size_t>(c)]);
+      for (int c = 0; c < kStructureSize; ++c) result.channels.at(x, y, c) = static_cast<float>(values[c]);
     }
   }
   return result;

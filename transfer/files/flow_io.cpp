@@ -24,13 +24,13 @@ float stored_angle(const FrameInUv& frame, std::int16_t turn) {
 class FlowReader {
  public:
   explicit FlowReader(const TexelMap& map) : map_(map), first_(map.mesh().triangles.size()) {
-    flow_.turns.resize(static_cast<std::size_t>(map.num_texels()));
+    flow_.turns.resize(map.num_texels());
   }
   void add(TexelId t, float angle, bool is_mirrored) {
-    std::optional<FrameInUv>& first = first_[static_cast<std::size_t>(map_.triangle(t))];
+    std::optional<FrameInUv>& first = first_[map_.triangle(t)];
     if (!first) first = FrameInUv{static_cast<double>(angle), is_mirrored};
     const double turn = static_cast<double>(angle) - first->angle;
-    flow_.turns[static_cast<std::size_t>(t)] = turn_of(is_mirrored ? -turn : turn);
+    flow_.turns[t] = turn_of(is_mirrored ? -turn : turn);
   }
   [[nodiscard]] LaidFlow finished() {
     FlowFrames frames = uv_frames(map_);  // Triangles without a texel keep theirs.
@@ -53,7 +53,7 @@ template <class Visit>
 void for_each_angle(const TransferManifest& manifest, const TexelMap& map, int tile, const Visit& visit) {
   constexpr int kRows = 64;
   const Sheet& sheet = map.sheet();
-  const std::filesystem::path& file = manifest.tiles[static_cast<std::size_t>(tile)].coordinates;
+  const std::filesystem::path& file = manifest.tiles[tile].coordinates;
   ImageRowReader reader(file, {kPatchChannels[0], kPatchChannels[1]});
   if (reader.width() != sheet.tile_width || reader.height() != sheet.tile_height) {
     throw IoError(file.string(), "is " + size_text(reader.width(), reader.height()) + "; expected " +
@@ -86,7 +86,7 @@ void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrame
       const bool is_covered = map.is_covered(t);
       if (is_covered && map.triangle(t) != triangle) {
         triangle = map.triangle(t);
-        in_uv = frame_in_uv(frames[static_cast<std::size_t>(triangle)], map.tangents(triangle));
+        in_uv = frame_in_uv(frames[triangle], map.tangents(triangle));
       }
       strip.at(column, row, 2) = is_covered ? stored_angle(in_uv, place_of(t).turn) : 0.0f;
       strip.at(column, row, 3) = is_covered && in_uv.is_mirrored ? 1.0f : 0.0f;
@@ -97,8 +97,7 @@ void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrame
 void read_flow_tile(const TransferManifest& manifest, const TexelMap& map, int tile, FlowFrames& frames) {
   for_each_angle(manifest, map, tile, [&](TexelId t, float angle, bool is_mirrored) {
     const int triangle = map.triangle(t);
-    frames[static_cast<std::size_t>(triangle)] =
-        frame_from_uv({static_cast<double>(angle), is_mirrored}, map.tangents(triangle));
+    frames[triangle] = frame_from_uv({static_cast<double>(angle), is_mirrored}, map.tangents(triangle));
   });
 }
 
@@ -112,9 +111,9 @@ LaidFlow as_stored(const std::shared_ptr<const FlowFrames>& frames, std::span<co
     if (!map.is_covered(t)) continue;
     if (map.triangle(t) != triangle) {
       triangle = map.triangle(t);
-      in_uv = frame_in_uv((*frames)[static_cast<std::size_t>(triangle)], map.tangents(triangle));
+      in_uv = frame_in_uv((*frames)[triangle], map.tangents(triangle));
     }
-    const std::int16_t turn = turns.empty() ? std::int16_t{0} : turns[static_cast<std::size_t>(t)];
+    const std::int16_t turn = turns.empty() ? std::int16_t{0} : turns[t];
     reader.add(t, stored_angle(in_uv, turn), in_uv.is_mirrored);
   }
   return reader.finished();

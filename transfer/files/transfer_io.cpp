@@ -123,12 +123,11 @@ void put_index(ImageF& strip, const std::vector<LibraryPart>& library) {
 }  // namespace
 
 fs::path control_tile_file(const TransferTask& task, std::size_t control, int tile) {
-  return tile_path(control_file(task, control), task.input.map->sheet().names[static_cast<std::size_t>(tile)]);
+  return tile_path(control_file(task, control), task.input.map->sheet().names[tile]);
 }
 
 fs::path coordinate_tile_file(const TransferTask& task, int tile) {
-  return tile_path(tiled_name("coordinates", rule_of(task)),
-                   task.input.map->sheet().names[static_cast<std::size_t>(tile)]);
+  return tile_path(tiled_name("coordinates", rule_of(task)), task.input.map->sheet().names[tile]);
 }
 
 void write_control_tile(const fs::path& folder, const TransferTask& task, std::size_t control, int tile,

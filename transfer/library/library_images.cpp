@@ -42,7 +42,7 @@ std::vector<std::size_t> nearest_parts(const LibraryLayout& layout) {
       if (2 * x < end - 1 + layout.parts[part + 1].x) break;
       ++part;
     }
-    nearest[static_cast<std::size_t>(x)] = part;
+    nearest[x] = part;
   }
   return nearest;
 }
@@ -62,7 +62,7 @@ ImageF blend(ImageF image, const ImageF& next, float fraction) {
 
 double time_of(const HistoryReader& reader, const TimePosition& at) {
   const auto& frames = reader.manifest().frames;
-  const double time = frames[static_cast<std::size_t>(at.index)].time;
+  const double time = frames[at.index].time;
   return at.fraction == 0.0
              ? time
              : (1.0 - at.fraction) * time + at.fraction * frames[static_cast<std::size_t>(at.index) + 1].time;
@@ -122,7 +122,7 @@ ImageF lay_side_by_side(const LibraryLayout& layout, std::span<const ImageF> ima
   ImageF out(layout.width, layout.height, images[0].channels());
   for (int y = 0; y < layout.height; ++y) {
     for (int x = 0; x < layout.width; ++x) {
-      const std::size_t p = nearest[static_cast<std::size_t>(x)];
+      const std::size_t p = nearest[x];
       const LibraryPart& part = layout.parts[p];
       const auto from =
           std::as_const(fitted[p]).pixel(std::clamp(x - part.x, 0, part.width - 1), std::min(y, part.height - 1));
@@ -150,7 +150,7 @@ ImageF library_index_image(const LibraryLayout& layout) {
   const std::vector<std::size_t> nearest = nearest_parts(layout);
   ImageF out(layout.width, layout.height);
   for (int y = 0; y < layout.height; ++y) {
-    for (int x = 0; x < layout.width; ++x) out.at(x, y) = static_cast<float>(nearest[static_cast<std::size_t>(x)]);
+    for (int x = 0; x < layout.width; ++x) out.at(x, y) = static_cast<float>(nearest[x]);
   }
   return out;
 }

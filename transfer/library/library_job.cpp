@@ -60,7 +60,7 @@ void in_memory(const OpenLibrary& library, const Work& work) {
 }
 
 void make_frame(const OpenLibrary& library, int index, const fs::path& folder) {
-  const LibraryFrame& frame = library.layout.frames[static_cast<std::size_t>(index)];
+  const LibraryFrame& frame = library.layout.frames[index];
   write_exr(folder / HistoryWriter::frame_file(index), library_frame(library.layout, library.readers, frame),
             {"R", "G", "B"}, ExrDepth::Half);
   for (const std::string& name : library_extras(library.readers)) {
@@ -132,7 +132,7 @@ HistoryManifest manifest_of(const OpenLibrary& library, const std::string& key) 
   m.time_unit = layout.time_unit;
   const std::vector<std::string> extras = library_extras(library.readers);
   for (int i = 0; i < static_cast<int>(layout.frames.size()); ++i) {
-    const LibraryFrame& made = layout.frames[static_cast<std::size_t>(i)];
+    const LibraryFrame& made = layout.frames[i];
     HistoryFrame frame{
         .time = made.time, .file = HistoryWriter::frame_file(i), .mask = {}, .extras = {}, .is_extrapolated = false};
     if (has_frame_masks(library)) frame.mask = HistoryWriter::frame_mask_file(i);

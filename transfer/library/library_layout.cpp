@@ -156,7 +156,7 @@ void merge_times(std::span<const LibrarySource> sources, LibraryClock clock, Lib
     // The time is that of the earliest history that has a frame there: the first history's times stay as they are.
     const auto named = static_cast<std::size_t>(
         std::find_if(own.begin(), own.end(), [](int frame) { return frame >= 0; }) - own.begin());
-    LibraryFrame frame{.time = times[named][static_cast<std::size_t>(own[named])], .at = {}};
+    LibraryFrame frame{.time = times[named][own[named]], .at = {}};
     for (std::size_t p = 0; p < sources.size(); ++p)
       frame.at.push_back(own[p] >= 0 ? TimePosition{own[p], 0.0} : locate_in(times[p], frame.time));
     layout.frames.push_back(std::move(frame));

@@ -144,9 +144,8 @@ void TextureWriter::write(std::span<const TextureFile> textures, const RunContro
     const auto num_tiles = static_cast<double>(tiles_.size());
     tiles_[t].visit(
         [&](int, const PlacesView& places, std::span<const std::uint32_t> turns) {
-          parallel_for(static_cast<std::int64_t>(open.size()), 1, quiet, [&](std::int64_t begin, std::int64_t) {
-            open[static_cast<std::size_t>(begin)]->write(places, turns);
-          });
+          parallel_for(static_cast<std::int64_t>(open.size()), 1, quiet,
+                       [&](std::int64_t begin, std::int64_t) { open[begin]->write(places, turns); });
         },
         control.part(static_cast<double>(t) / num_tiles, (static_cast<double>(t) + 1.0) / num_tiles));
     for (const auto& file : open) file->finish();

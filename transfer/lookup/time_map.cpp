@@ -37,10 +37,10 @@ class FrameBlock {
       : history_(history), first_(first), pixels_(static_cast<std::size_t>(size)), frames_(pixels_.size()) {}
 
   const float* operator[](int frame) {
-    auto& pixels = pixels_[static_cast<std::size_t>(frame - first_)];
+    auto& pixels = pixels_[frame - first_];
     if (const float* known = pixels.load(std::memory_order_acquire)) return known;
     const std::lock_guard lock(mutex_);
-    ImageF& image = frames_[static_cast<std::size_t>(frame - first_)];
+    ImageF& image = frames_[frame - first_];
     if (image.empty()) image = padded(history_.read_frame(frame));
     pixels.store(image.data(), std::memory_order_release);
     return image.data();

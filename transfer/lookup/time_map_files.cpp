@@ -51,15 +51,14 @@ void write_time_map(const TransferFolder& transfer, ImageF times, Between betwee
     const auto part = [&](double from, double to) {
       return control.part((i + from) / sheet.num_tiles(), (i + to) / sheet.num_tiles());
     };
-    const std::filesystem::path& coordinates = m.tiles[static_cast<std::size_t>(i)].coordinates;
+    const std::filesystem::path& coordinates = m.tiles[i].coordinates;
     if (sheet.num_tiles() > 1) tile = cut_tile(times, sheet, i);
     ImageF& own = sheet.num_tiles() > 1 ? tile : times;
     // A texel beside the charts has the color of the nearest one on them: its coordinates, and its time.
     dilate(own, covered(coordinates, m.width, m.height, quiet), -1);
     const CoordinateStrips strips(coordinates, m.width, m.height, history.width, history.height, strip_options,
                                   part(0.0, 0.3));
-    ImageRowWriter writer(files[static_cast<std::size_t>(i)], m.width, m.height,
-                          {.key = key, .num_threads = thread_count(control)});
+    ImageRowWriter writer(files[i], m.width, m.height, {.key = key, .num_threads = thread_count(control)});
     ImageF colors;
     strips.visit(
         [&](int first_row, const PlacesView& places, std::span<const std::uint32_t>) {

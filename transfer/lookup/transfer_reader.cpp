@@ -49,7 +49,7 @@ ImageF TransferReader::read_sheet(const std::vector<std::filesystem::path>& file
   if (sheet().num_tiles() > 1)
     whole = ImageF(sheet().width(), sheet().height(), static_cast<int>(channels.size()), outside);
   for (int i = 0; i < sheet().num_tiles(); ++i) {
-    const std::filesystem::path& file = files[static_cast<std::size_t>(i)];
+    const std::filesystem::path& file = files[i];
     ImageF tile = read_channels(file, channels);
     if (tile.width() != manifest().width || tile.height() != manifest().height) {
       throw IoError(file.string(), "is " + size_text(tile.width(), tile.height()) + "; expected " +
@@ -69,9 +69,8 @@ void TransferReader::read_coordinates() {
   for (const TransferTile& tile : manifest().tiles) files.push_back(tile.coordinates);
   coordinates_ = read_sheet(files, {kCoordinateChannels[0], kCoordinateChannels[1]}, -1.0f);
   for (int i = 0; i < sheet().num_tiles(); ++i) {
-    check_coordinates(files[static_cast<std::size_t>(i)],
-                      sheet().num_tiles() == 1 ? coordinates_ : cut_tile(coordinates_, sheet(), i), history().facts(),
-                      manifest().is_subpixel);
+    check_coordinates(files[i], sheet().num_tiles() == 1 ? coordinates_ : cut_tile(coordinates_, sheet(), i),
+                      history().facts(), manifest().is_subpixel);
   }
 }
 

@@ -34,12 +34,12 @@ Amounts::Amounts(const SourceLevel& source)
   const auto component = [&](std::int32_t p) { return source.appearance.data()[std::int64_t{p} * kAppearanceSize]; };
   for (std::int32_t p : source.usable) sorted.push_back(component(p));
   std::sort(sorted.begin(), sorted.end());
-  for (std::int32_t p : source.usable) ++usable_in_[static_cast<std::size_t>(cell_of(p))];
+  for (std::int32_t p : source.usable) ++usable_in_[cell_of(p)];
   std::array<std::int16_t, kLooks - 1> limits{};
   for (std::size_t l = 0; l < limits.size(); ++l) limits[l] = sorted[(l + 1) * sorted.size() / kLooks];
   for (std::int32_t p : source.usable) {
     const int look = static_cast<int>(std::upper_bound(limits.begin(), limits.end(), component(p)) - limits.begin());
-    look_[static_cast<std::size_t>(p)] = static_cast<std::uint8_t>(look);
+    look_[p] = static_cast<std::uint8_t>(look);
     ++wanted_[cell(value_of(source.controls.data()[std::int64_t{p} * source.controls.channels()]), look)];
   }
 }
@@ -57,10 +57,10 @@ Amounts::Counts Amounts::count(const DestinationLevel& destination, const PlaceM
         Counts part{.uses = std::vector<std::int64_t>(usable_in_.size(), 0), .num_texels = end - begin};
         auto at = destination.texels.from(static_cast<std::size_t>(begin));
         for (std::int64_t i = begin; i < end; ++i, ++at) {
-          const std::int32_t pixel = places.pixels[static_cast<std::size_t>(*at)];
+          const std::int32_t pixel = places.pixels[*at];
           if (pixel < 0) continue;
-          ++part.has[cell(value_of(destination.target(*at)[0]), look_[static_cast<std::size_t>(pixel)])];
-          ++part.uses[static_cast<std::size_t>(cell_of(pixel))];
+          ++part.has[cell(value_of(destination.target(*at)[0]), look_[pixel])];
+          ++part.uses[cell_of(pixel)];
         }
         return part;
       },

@@ -48,21 +48,19 @@ class Amounts {
   /// How much more than its share a pixel's look has among texels that ask for this: relative to the share, [-1, 2] in
   /// 1/256; 0 where the source has too little of such control values to tell.
   [[nodiscard]] std::int32_t excess(std::span<const std::uint16_t> target, std::int32_t pixel) const {
-    return excess_[cell(value_of(target[0]), look_[static_cast<std::size_t>(pixel)])];
+    return excess_[cell(value_of(target[0]), look_[pixel])];
   }
   /// What a pixel's look costs texels that ask for this, in 1/256: excess() and twice all that was measured before, so
   /// that what stays wrong becomes dearer from round to round until it is right. [-8, 8]
   [[nodiscard]] std::int32_t price(std::span<const std::uint16_t> target, std::int32_t pixel) const {
-    return price_[cell(value_of(target[0]), look_[static_cast<std::size_t>(pixel)])];
+    return price_[cell(value_of(target[0]), look_[pixel])];
   }
   /// For kernels: looks by pixel, and excess by value of the control and look.
   [[nodiscard]] const std::vector<std::uint8_t>& looks() const { return look_; }
   [[nodiscard]] std::span<const std::int32_t> excess() const { return excess_; }
   /// How much more than its share the 8 x 8 pixels around a pixel are used, anywhere on the surface: relative to the
   /// share, or to one copy where that is more, [0, 3] in 1/256. Pieces that repeat are dear at any distance.
-  [[nodiscard]] std::int32_t reuse(std::int32_t pixel) const {
-    return reuse_[static_cast<std::size_t>(cell_of(pixel))];
-  }
+  [[nodiscard]] std::int32_t reuse(std::int32_t pixel) const { return reuse_[cell_of(pixel)]; }
 
  private:
   [[nodiscard]] static int value_of(std::uint16_t control) { return control * kValues / (kControlSteps + 1); }

@@ -23,7 +23,7 @@ std::vector<std::int32_t> likely_pixels(const SourceLevel& source, const TexelCo
   const search_kernel::SourceTables tables = source_tables(source);
   std::vector<std::int32_t> likely{own};
   for (const PixelNeighbor& n : cost.adjacent()) {
-    const std::int32_t s = n.texel < 0 ? -1 : coordinates[static_cast<std::size_t>(n.texel)];
+    const std::int32_t s = n.texel < 0 ? -1 : coordinates[n.texel];
     if (s >= 0) likely.push_back(window_kernel::led_pixel(&tables, s, n));  // -1 is skipped.
   }
   return likely;
@@ -48,7 +48,7 @@ std::vector<TexelId> drawn_texels(const TexelSet& texels, std::int64_t before, s
     const std::uint32_t chosen =
         RandomStream(seed, static_cast<std::uint64_t>(i), kPurpose).below(static_cast<std::uint32_t>(end - begin));
     const std::int64_t here = begin + chosen - before;
-    if (here >= 0 && here < size) drawn.push_back(texels[static_cast<std::size_t>(here)]);
+    if (here >= 0 && here < size) drawn.push_back(texels[here]);
   }
   return drawn;
 }
@@ -87,8 +87,8 @@ std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighb
   std::vector<AuditedTexel> costs(texels.size());
   std::vector<std::size_t> audited;
   for (std::size_t i = 0; i < texels.size(); ++i) {
-    const std::int32_t own = coordinates[static_cast<std::size_t>(texels[i])];
-    if (own >= 0 && source.is_usable[static_cast<std::size_t>(own)] != 0) audited.push_back(i);
+    const std::int32_t own = coordinates[texels[i]];
+    if (own >= 0 && source.is_usable[own] != 0) audited.push_back(i);
   }
   if (audited.empty()) return costs;
   RunControl silent = control;
@@ -99,10 +99,9 @@ std::vector<AuditedTexel> audit_texels(const SynthesisLevel& level, const Neighb
                [&](std::int64_t begin, std::int64_t end) {
                  TexelCost cost(source, level.destination, neighborhood);
                  for (std::int64_t k = begin; k < end; ++k) {
-                   const std::size_t i = audited[static_cast<std::size_t>(k)];
-                   const std::int32_t own = coordinates[static_cast<std::size_t>(texels[i])];
-                   cost.prepare(texels[i], coordinates, scale,
-                                turns.empty() ? Turn{0} : turns[static_cast<std::size_t>(texels[i])]);
+                   const std::size_t i = audited[k];
+                   const std::int32_t own = coordinates[texels[i]];
+                   cost.prepare(texels[i], coordinates, scale, turns.empty() ? Turn{0} : turns[texels[i]]);
                    costs[i] = {.own = cost.total(own, std::numeric_limits<std::int64_t>::max()),
                                .least = search.find(cost, whole, likely_pixels(source, cost, coordinates, own)).cost};
                  }

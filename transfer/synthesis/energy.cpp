@@ -195,8 +195,7 @@ void count_coherent_pairs(const DestinationLevel& destination, const SourceLevel
       Eigen::Rotation2Dd(radians_of(turn)) * destination.neighbors->pixels_per_texel(destination.map->triangle(t));
   const auto count = [&](TexelId neighbor, int column) {
     if (destination.map->chart(neighbor) != chart) return;
-    const std::int32_t a = coordinates[static_cast<std::size_t>(t)],
-                       b = coordinates[static_cast<std::size_t>(neighbor)];
+    const std::int32_t a = coordinates[t], b = coordinates[neighbor];
     const Vec2 expected = steps.col(column);
     const Vec2 error =
         Vec2(b % source.width() - a % source.width(), b / source.width() - a / source.width()) - expected;
@@ -229,8 +228,8 @@ EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel&
                  auto at = destination.texels.from(static_cast<std::size_t>(begin));
                  for (std::int64_t i = begin; i < end; ++i, ++at) {
                    const TexelId t = *at;
-                   const std::int32_t s = coordinates[static_cast<std::size_t>(t)];
-                   const Turn turn = turns.empty() ? Turn{0} : turns[static_cast<std::size_t>(t)];
+                   const std::int32_t s = coordinates[t];
+                   const Turn turn = turns.empty() ? Turn{0} : turns[t];
                    if (sums == nullptr) {
                      cost.prepare(t, coordinates, parts, turn);
                      some.coherence.add(cost.coherence(s));
@@ -239,10 +238,10 @@ EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel&
                    const int wanted = destination.target(t)[0];
                    const int missed =
                        std::abs(int{source.controls.data()[std::int64_t{s} * source.controls.channels()]} - wanted);
-                   ++some.wanted[static_cast<std::size_t>(wanted)];
-                   some.missed[static_cast<std::size_t>(wanted)] += missed;
+                   ++some.wanted[wanted];
+                   some.missed[wanted] += missed;
                    some.difference += missed;
-                   ++some.differences[static_cast<std::size_t>(missed)];
+                   ++some.differences[missed];
                    count_coherent_pairs(destination, source, coordinates, t, turn, some);
                  }
                  some.num_texels = end - begin;
@@ -254,8 +253,7 @@ EnergyFigures measure_figures(const SourceLevel& source, const DestinationLevel&
     all.control = sums->control;
   }
   all.is_used.assign(source.is_usable.size(), 0);
-  for (TexelId t : destination.texels)
-    all.is_used[static_cast<std::size_t>(coordinates[static_cast<std::size_t>(t)])] = 1;
+  for (TexelId t : destination.texels) all.is_used[coordinates[static_cast<std::size_t>(t)]] = 1;
   return all;
 }
 

@@ -50,12 +50,11 @@ void fill_grid(SourceLevel& level) {
   for (std::int32_t p : level.usable) ++level.grid_begin[cell(p) + 1];
   for (std::size_t c = 1; c < level.grid_begin.size(); ++c) level.grid_begin[c] += level.grid_begin[c - 1];
   std::vector<std::int32_t> next(level.grid_begin.begin(), level.grid_begin.end() - 1);
-  for (std::int32_t p : level.usable) level.grid_pixels[static_cast<std::size_t>(next[cell(p)]++)] = p;
+  for (std::int32_t p : level.usable) level.grid_pixels[next[cell(p)]++] = p;
 
   std::vector<std::int32_t> filled;
   for (int c = 0; c < kSide * kSide; ++c) {
-    if (level.grid_begin[static_cast<std::size_t>(c)] < level.grid_begin[static_cast<std::size_t>(c) + 1])
-      filled.push_back(c);
+    if (level.grid_begin[c] < level.grid_begin[static_cast<std::size_t>(c) + 1]) filled.push_back(c);
   }
   for (int c = 0; c < kSide * kSide; ++c) {
     const auto squared = [&](std::int32_t f) {

@@ -83,7 +83,7 @@ CoordinateMap level_pixels(const MapToAudit& made, const HistoryFacts& history, 
     const float* s = made.coordinates.data() + 2 * t;
     const double x = std::floor(static_cast<double>(s[0]) + 0.5), y = std::floor(static_cast<double>(s[1]) + 0.5);
     if (!(x >= 0.0 && y >= 0.0 && x < history.width && y < history.height)) continue;
-    pixels[static_cast<std::size_t>(t)] = auditor.pixel(static_cast<int>(x), static_cast<int>(y));
+    pixels[t] = auditor.pixel(static_cast<int>(x), static_cast<int>(y));
   }
   return pixels;
 }
@@ -147,7 +147,7 @@ std::vector<AuditedTexel> audit_tile(const History& history, const MapToAudit& m
   std::sort(seen.begin(), seen.end());
   seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
   CoordinateMap pixels(static_cast<std::size_t>(surface.num_texels()));
-  tile.coordinates(seen, [&](TexelId t, int x, int y) { pixels[static_cast<std::size_t>(t)] = auditor.pixel(x, y); });
+  tile.coordinates(seen, [&](TexelId t, int x, int y) { pixels[t] = auditor.pixel(x, y); });
   return audit_texels(auditor.level, auditor.neighborhood, pixels, part->others, *auditor.options.coherence_share,
                       auditor.weights, control);
 }

@@ -38,7 +38,7 @@ void NearbyUses::measure(const PlaceMap& places, const RunControl& control) {
   // A thread counts whole rows of squares: no two write to one count.
   parallel_for(squares_y_, 1, control, [&](std::int64_t begin, std::int64_t end) {
     for (TexelId t = begin * side_ * width_; t < std::min(end * side_, height_) * width_; ++t) {
-      const std::int32_t pixel = places.pixels[static_cast<std::size_t>(t)];
+      const std::int32_t pixel = places.pixels[t];
       if (pixel < 0) continue;
       const std::size_t square = square_of(t);
       ++texels_in[square];

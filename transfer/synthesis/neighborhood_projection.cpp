@@ -67,16 +67,13 @@ void NeighborhoodProjection::find_axes(const SourceLevel& source, const Part& pa
     if (part.weights[i] > 0) members.push_back(i);
   }
   const auto n = static_cast<Eigen::Index>(members.size());
-  const auto root = [&](Eigen::Index m) {
-    return std::sqrt(static_cast<double>(part.weights[members[static_cast<std::size_t>(m)]]));
-  };
+  const auto root = [&](Eigen::Index m) { return std::sqrt(static_cast<double>(part.weights[members[m]])); };
   Eigen::MatrixXf samples(n, static_cast<Eigen::Index>(count));
   std::vector<std::int16_t> around(size);
   for (std::size_t s = 0; s < count; ++s) {
     gather(source.usable[s * source.usable.size() / count], around);
     for (Eigen::Index m = 0; m < n; ++m)
-      samples(m, static_cast<Eigen::Index>(s)) =
-          static_cast<float>(around[members[static_cast<std::size_t>(m)]] * root(m));
+      samples(m, static_cast<Eigen::Index>(s)) = static_cast<float>(around[members[m]] * root(m));
   }
   samples.colwise() -= samples.rowwise().mean().eval();
   Eigen::MatrixXf covariance = Eigen::MatrixXf::Zero(n, n);
@@ -91,7 +88,7 @@ void NeighborhoodProjection::find_axes(const SourceLevel& source, const Part& pa
     for (std::size_t j = 0; j < part.num_axes; ++j) {
       for (Eigen::Index m = 0; m < n; ++m) {
         const double entry = static_cast<double>(axes(m, static_cast<Eigen::Index>(j))) * root(m) / kUnit;
-        row_of(part.first_value + j)[members[static_cast<std::size_t>(m)]] =
+        row_of(part.first_value + j)[members[m]] =
             static_cast<std::int16_t>(std::lround(std::ldexp(entry * scale, kAxisBits)));
       }
     }

@@ -101,14 +101,14 @@ std::vector<int> Improver::find_squares() const {
   const int num_squares = squares_x_ * ((map_.height() + kSquare - 1) / kSquare);
   std::vector<std::uint8_t> is_there(static_cast<std::size_t>(num_squares), 0);
   const auto add = [&](TexelId t) {
-    is_there[static_cast<std::size_t>(t / map_.width() / kSquare * squares_x_ + t % map_.width() / kSquare)] = 1;
+    is_there[t / map_.width() / kSquare * squares_x_ + t % map_.width() / kSquare] = 1;
   };
   for (TexelId t : level_.destination.texels) add(t);
   if (level_.destination.part != nullptr)
     std::for_each(level_.destination.part->others.begin(), level_.destination.part->others.end(), add);
   std::vector<int> squares;
   for (int i = 0; i < num_squares; ++i) {
-    if (is_there[static_cast<std::size_t>(i)] != 0) squares.push_back(i);
+    if (is_there[i] != 0) squares.push_back(i);
   }
   return squares;
 }
@@ -201,7 +201,7 @@ void Improver::for_each_due(int square, int set, bool is_whole, const Visit& vis
   for (int y = y0 + set / 2; y < std::min(y0 + kSquare, map_.height()); y += 2) {
     for (int x = x0 + set % 2; x < std::min(x0 + kSquare, map_.width()); x += 2) {
       const TexelId t = TexelId{y} * map_.width() + x;
-      if (is_decided(t, set) && search_kernel::is_due(changed_near_[static_cast<std::size_t>(t)], turn_, is_whole))
+      if (is_decided(t, set) && search_kernel::is_due(changed_near_[t], turn_, is_whole))
         visit(t, static_cast<std::uint16_t>((y - y0) * kSquare + x - x0));
     }
   }
@@ -211,7 +211,7 @@ void Improver::apply(int square, const Change& change, TexelNeighborhood::Cursor
   const int x = square % squares_x_ * kSquare + change.in_square % kSquare,
             y = square / squares_x_ * kSquare + change.in_square / kSquare;
   const TexelId texel = TexelId{y} * map_.width() + x;
-  if (change.pixel != places.pixels[static_cast<std::size_t>(texel)]) {
+  if (change.pixel != places.pixels[texel]) {
     mark(texel);
     for (const PixelNeighbor& n : cursor.at(texel).subspan(level_.destination.neighbors->first_adjacent())) {
       if (n.texel >= 0) mark(n.texel);
@@ -221,8 +221,7 @@ void Improver::apply(int square, const Change& change, TexelNeighborhood::Cursor
 }
 
 void Improver::mark(TexelId t) {
-  std::atomic_ref(changed_near_[static_cast<std::size_t>(t)])
-      .store(static_cast<std::uint8_t>(turn_), std::memory_order_relaxed);
+  std::atomic_ref(changed_near_[t]).store(static_cast<std::uint8_t>(turn_), std::memory_order_relaxed);
 }
 
 }  // namespace patinate::transfer

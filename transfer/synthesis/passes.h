@@ -71,7 +71,7 @@ class Improver {
   [[nodiscard]] search_kernel::SourceTables source_with(const SimilarPixels& similar) const;
   [[nodiscard]] bool is_decided(TexelId t, int set) const {
     const LevelPart* const part = level_.destination.part.get();
-    return part != nullptr ? part->sets[static_cast<std::size_t>(t)] > set : map_.is_covered(t);
+    return part != nullptr ? part->sets[t] > set : map_.is_covered(t);
   }
   /// Calls visit(t, in_square) for the texels of a set whose turn it is.
   template <class Visit>

@@ -69,9 +69,9 @@ void PatchCut::begin(const SurfacePatch& patch, const PlaceMap& places) {
     unary_cost_.push_back(unary(t.texel, current_.back(), current_.back().pixel));
   }
   for (const PatchEdge& e : patch.edges) {
-    const Place& first = current_[static_cast<std::size_t>(e.first)];
+    const Place& first = current_[e.first];
     outside_.push_back(e.second < 0 ? places.at(e.outside) : Place{});
-    const Place& second = e.second < 0 ? outside_.back() : current_[static_cast<std::size_t>(e.second)];
+    const Place& second = e.second < 0 ? outside_.back() : current_[e.second];
     seam_cost_.push_back(e.weight * task_.features.seam(first, second, e.step, e.turn));
   }
 }
@@ -190,7 +190,7 @@ void PatchCut::find_candidates(const SurfacePatch& patch, RandomStream random) {
     const Place& place = current_[rim_texels[i]];
     const Turn turn = difference_of(place.turn, patch.texels[rim_texels[i]].turn);
     consider(center_of(place.point, rim_[i].offset, turn));
-    for (std::int32_t other : task_.similar[static_cast<std::size_t>(pixel)]) {
+    for (std::int32_t other : task_.similar[pixel]) {
       if (other >= 0) consider(center_of(middle_of(other, width), rim_[i].offset, turn));
     }
   }
@@ -265,8 +265,8 @@ std::int64_t PatchCut::lay(const SurfacePatch& patch, const PieceCenter& center)
     if (is_taken[i] != 0) change += laid_unary[i] - unary_cost_[i];
   }
   const auto cost_of = [&](std::size_t e) {
-    const bool first = is_taken[static_cast<std::size_t>(patch.edges[e].first)] != 0;
-    const bool second = patch.edges[e].second >= 0 && is_taken[static_cast<std::size_t>(patch.edges[e].second)] != 0;
+    const bool first = is_taken[patch.edges[e].first] != 0;
+    const bool second = patch.edges[e].second >= 0 && is_taken[patch.edges[e].second] != 0;
     return first && second ? costs[e].both : first ? costs[e].first : second ? costs[e].second : seam_cost_[e];
   };
   for (std::size_t e = 0; e < m; ++e) change += cost_of(e) - seam_cost_[e];

@@ -53,8 +53,7 @@ class Builder {
                                                  static_cast<std::size_t>(tiles_y));
     for (std::size_t i = 0; i < source_.usable.size(); ++i) {
       const int x = source_.usable[i] % source_.width(), y = source_.usable[i] / source_.width();
-      ranks[static_cast<std::size_t>(y / PixelTile::kSide * out.tiles_x + x / PixelTile::kSide)].push_back(
-          static_cast<std::int32_t>(i));
+      ranks[y / PixelTile::kSide * out.tiles_x + x / PixelTile::kSide].push_back(static_cast<std::int32_t>(i));
     }
     for (std::vector<std::int32_t>& tile : ranks) add_tile(tile, out);
   }
@@ -79,7 +78,7 @@ class Builder {
     split(ranks.subspan(half), size, each);
   }
   [[nodiscard]] double value(std::int32_t rank, std::size_t by) const {
-    return by + 1 < kNumValues ? double{static_cast<double>(projections_[static_cast<std::size_t>(rank)][by])}
+    return by + 1 < kNumValues ? double{static_cast<double>(projections_[rank][by])}
                                : control_scale_ * first_control(rank);
   }
   /// By the variance of about a thousand of them.
@@ -99,8 +98,7 @@ class Builder {
     return static_cast<std::size_t>(std::max_element(squares.begin(), squares.end()) - squares.begin());
   }
   [[nodiscard]] std::uint16_t first_control(std::int32_t rank) const {
-    return source_.controls
-        .data()[std::int64_t{source_.usable[static_cast<std::size_t>(rank)]} * source_.controls.channels()];
+    return source_.controls.data()[std::int64_t{source_.usable[rank]} * source_.controls.channels()];
   }
 
   void add_tile(std::span<std::int32_t> ranks, PixelBlocks& out) const {
@@ -127,12 +125,12 @@ class Builder {
     low.fill(std::numeric_limits<std::int16_t>::max());
     high.fill(std::numeric_limits<std::int16_t>::min());
     for (std::size_t i = 0; i < ranks.size(); ++i) {
-      const std::int32_t pixel = source_.usable[static_cast<std::size_t>(ranks[i])];
+      const std::int32_t pixel = source_.usable[ranks[i]];
       const int x = pixel % source_.width(), y = pixel / source_.width();
       include(block.extent, {x, y, x + 1, y + 1});
       out.pixels.push_back(pixel);
       out.controls.push_back(first_control(ranks[i]));
-      const ProjectedNeighborhood& p = projections_[static_cast<std::size_t>(ranks[i])];
+      const ProjectedNeighborhood& p = projections_[ranks[i]];
       set(out.groups[first_group + i / kGroupSize], i % kGroupSize, p);
       for (std::size_t j = 0; j < p.size(); ++j) {
         low[j] = std::min(low[j], p[j]);

@@ -21,7 +21,7 @@ constexpr std::int64_t kPlaceChunk = 16384;  // Texels.
 TexelId parent_of(const TexelMap& fine, const TexelMap& coarse, const PlaceMap& places, TexelId t) {
   const int x = static_cast<int>(t % fine.width()), y = static_cast<int>(t / fine.width());
   const int px = std::min(x / 2, coarse.width() - 1), py = std::min(y / 2, coarse.height() - 1);
-  const auto has_place = [&](TexelId p) { return places.pixels[static_cast<std::size_t>(p)] >= 0; };
+  const auto has_place = [&](TexelId p) { return places.pixels[p] >= 0; };
   const TexelId above = TexelId{py} * coarse.width() + px;
   if (has_place(above)) return above;
   TexelId nearest = -1;

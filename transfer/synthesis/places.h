@@ -47,7 +47,7 @@ class PlaceMap {
     return {place.x, place.y};
   }
   [[nodiscard]] Place at(TexelId t) const {
-    const std::int32_t pixel = pixels[static_cast<std::size_t>(t)];
+    const std::int32_t pixel = pixels[t];
     return pixel < 0 ? Place{} : Place{pixel, point(t), turn(t)};
   }
   /// As results have it.
@@ -56,17 +56,17 @@ class PlaceMap {
     return {pixels[i], beside_[2 * i], beside_[2 * i + 1], turn(t)};
   }
   void set(TexelId t, std::int32_t pixel, Beside beside) {
-    pixels[static_cast<std::size_t>(t)] = pixel;
+    pixels[t] = pixel;
     beside_[2 * static_cast<std::size_t>(t)] = beside.x;
     beside_[2 * static_cast<std::size_t>(t) + 1] = beside.y;
   }
   void set(TexelId t, const Place& place) {
     set(t, place.pixel, beside_of(place));
-    if (!turns_.empty()) turns_[static_cast<std::size_t>(t)] = place.turn;
+    if (!turns_.empty()) turns_[t] = place.turn;
   }
   /// From now on turns are kept; 0 so far.
   void keep_turns() { turns_ = ZeroedVector<Turn>(pixels.size()); }
-  [[nodiscard]] Turn turn(TexelId t) const { return turns_.empty() ? Turn{0} : turns_[static_cast<std::size_t>(t)]; }
+  [[nodiscard]] Turn turn(TexelId t) const { return turns_.empty() ? Turn{0} : turns_[t]; }
   /// Empty: none are kept.
   [[nodiscard]] std::span<const Turn> turns() const { return turns_; }
   [[nodiscard]] static Beside beside_of(const Place& place) {
@@ -99,7 +99,7 @@ class PlaceMap {
   const std::int32_t x = whole_pixels(p.x), y = whole_pixels(p.y);
   if (x < 0 || y < 0 || x >= source.width() || y >= source.height()) return {};
   const std::int32_t pixel = y * source.width() + x;
-  if (source.is_usable[static_cast<std::size_t>(pixel)] == 0) return {};
+  if (source.is_usable[pixel] == 0) return {};
   return {pixel, p, turn};
 }
 

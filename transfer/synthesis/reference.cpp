@@ -156,7 +156,7 @@ class FrontSearch {
                  [&](std::int64_t begin, std::int64_t end) {
                    Worker worker{.cost = TexelCost(source_, destination_, neighborhood_)};
                    for (std::int64_t i = begin; i < end; ++i) {
-                     const TexelId t = front[static_cast<std::size_t>(i)];
+                     const TexelId t = front[i];
                      worker.cost.prepare(t, places.pixels, scale);
                      place(t, RandomStream(seed_, static_cast<std::uint64_t>(t), static_cast<std::uint32_t>(pass)),
                            worker, places);

@@ -125,12 +125,12 @@ std::vector<BorderTexel> find_border_texels(const TexelMap& map, const TileGrid&
 std::vector<BorderZone> BorderZones::zones_of(int tile) const {
   std::vector<BorderZone> zones;
   for (int other = 0; other < grid_.num_tiles(); ++other) zones.push_back({.lower = tile, .higher = other});
-  for (const BorderTexel& b : by_tile_[static_cast<std::size_t>(tile)]) {
-    if (b.other > tile) zones[static_cast<std::size_t>(b.other)].texels.push_back(b.texel);
+  for (const BorderTexel& b : by_tile_[tile]) {
+    if (b.other > tile) zones[b.other].texels.push_back(b.texel);
   }
   for (int higher = tile + 1; higher < grid_.num_tiles(); ++higher) {
-    for (const BorderTexel& b : by_tile_[static_cast<std::size_t>(higher)]) {
-      if (b.other == tile) zones[static_cast<std::size_t>(higher)].texels.push_back(b.texel);
+    for (const BorderTexel& b : by_tile_[higher]) {
+      if (b.other == tile) zones[higher].texels.push_back(b.texel);
     }
   }
   std::erase_if(zones, [](const BorderZone& z) { return z.texels.empty(); });
@@ -167,7 +167,7 @@ int BorderZones::tile_of(TexelId texel) const {
 
 bool BorderZones::is_free_for(const BorderZone& zone, TexelId texel) const {
   const int tile = tile_of(texel);
-  const auto& border = by_tile_[static_cast<std::size_t>(tile)];
+  const auto& border = by_tile_[tile];
   const auto at = std::lower_bound(border.begin(), border.end(), texel,
                                    [](const BorderTexel& b, TexelId t) { return b.texel < t; });
   if (at == border.end() || at->texel != texel) return true;

@@ -69,7 +69,7 @@ void RegionRefiner::round(int index, PlaceMap& places, const RunControl& control
   choose_windows(index, control);
   // No window holds a texel beside another's: what one writes, no other reads.
   parallel_for(static_cast<std::int64_t>(windows_.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
-    Window& window = windows_[static_cast<std::size_t>(begin)];
+    Window& window = windows_[begin];
     SurfacePatch patch;
     PatchFinder finder(map_, shared_.beside_, &region_, shared_.level_.destination.placement.turns.get());
     finder.find_texels(window.center, window.half_px, patch);

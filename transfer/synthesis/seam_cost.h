@@ -39,7 +39,7 @@ class SeamFeatures {
     const std::int32_t px = whole_pixels(x), py = whole_pixels(y);
     if (px < 0 || py < 0 || px >= width_ || py >= height_) return -1;
     const std::int32_t pixel = py * width_ + px;
-    return source_.is_usable[static_cast<std::size_t>(pixel)] != 0 ? pixel : -1;
+    return source_.is_usable[pixel] != 0 ? pixel : -1;
   }
 
  private:

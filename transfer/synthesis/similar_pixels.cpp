@@ -41,7 +41,7 @@ class Features {
     const auto n = static_cast<std::int64_t>(source.usable.size()), step = (n + kMaxSamples - 1) / kMaxSamples;
     SampleMatrix samples((n + step - 1) / step, kNumLooked);
     for (std::int64_t i = 0; i < samples.rows(); ++i)
-      look_around(source, source.usable[static_cast<std::size_t>(i * step)], samples.row(i).data());
+      look_around(source, source.usable[i * step], samples.row(i).data());
     components_ = principal_components(samples, kAppearanceSize);
   }
   void fill(std::int32_t pixel, float* feature) const {
@@ -49,8 +49,7 @@ class Features {
     look_around(source_, pixel, around.data());
     for (int k = 0; k < kAppearanceSize; ++k) {
       double sum = 0.0;
-      for (int i = 0; i < kNumLooked; ++i)
-        sum += (around[static_cast<std::size_t>(i)] - components_.mean[i]) * components_.axes(i, k);
+      for (int i = 0; i < kNumLooked; ++i) sum += (around[i] - components_.mean[i]) * components_.axes(i, k);
       feature[k] = static_cast<float>(sum);
     }
     constexpr float kControlScale = 400.0f / kControlSteps;
@@ -90,7 +89,7 @@ SimilarPixels find_similar_pixels(const SourceLevel& source, const RunControl& c
                  std::vector<float> query(kFeatureSize), distance(num_asked);
                  std::vector<int> found(num_asked);
                  for (std::int64_t i = begin; i < end; ++i) {
-                   const std::int32_t pixel = source.usable[static_cast<std::size_t>(i)];
+                   const std::int32_t pixel = source.usable[i];
                    features_of.fill(pixel, query.data());
                    flann::Matrix<int> indices(found.data(), 1, num_asked);
                    flann::Matrix<float> distances(distance.data(), 1, num_asked);
@@ -99,8 +98,8 @@ SimilarPixels find_similar_pixels(const SourceLevel& source, const RunControl& c
                                    flann::SearchParams(flann::FLANN_CHECKS_UNLIMITED, kSlack));
                    std::size_t kept = 0;
                    for (std::size_t k = 0; k < num_asked && kept < kNumSimilar; ++k) {
-                     const std::int32_t other = searched[static_cast<std::size_t>(found[k])];
-                     if (is_apart(source, pixel, other)) similar[static_cast<std::size_t>(pixel)][kept++] = other;
+                     const std::int32_t other = searched[found[k]];
+                     if (is_apart(source, pixel, other)) similar[pixel][kept++] = other;
                    }
                  }
                });
@@ -116,7 +115,7 @@ SimilarPixels refine_similar_pixels(const SimilarPixels& coarse, const SourceLev
   for (std::int32_t pixel : fine_source.usable) {
     const int x = pixel % fine_source.width() - fine_margin, y = pixel / fine_source.width() - fine_margin;
     const int px = std::min(x / 2 + coarse_margin, last_x), py = std::min(y / 2 + coarse_margin, last_y);
-    const auto& parents = coarse[static_cast<std::size_t>(py * coarse_source.width() + px)];
+    const auto& parents = coarse[py * coarse_source.width() + px];
     std::size_t kept = 0;
     for (std::int32_t parent : parents) {
       if (parent < 0) continue;
@@ -124,8 +123,8 @@ SimilarPixels refine_similar_pixels(const SimilarPixels& coarse, const SourceLev
       const int fy = 2 * (parent / coarse_source.width() - coarse_margin) + y % 2 + fine_margin;
       if (fx >= fine_source.width() || fy >= fine_source.height()) continue;
       const std::int32_t candidate = fy * fine_source.width() + fx;
-      if (fine_source.is_usable[static_cast<std::size_t>(candidate)] != 0) {
-        fine[static_cast<std::size_t>(pixel)][kept++] = candidate;
+      if (fine_source.is_usable[candidate] != 0) {
+        fine[pixel][kept++] = candidate;
       }
     }
   }

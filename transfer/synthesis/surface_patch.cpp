@@ -36,8 +36,8 @@ PatchTexel PatchFinder::mean_place(const PatchTexel& otherwise, const SurfacePat
     if (n.texel < 0 || n.texel == otherwise.texel) continue;
     const std::int32_t index = slot_of(n.texel).index;
     if (index < 0) continue;
-    const PatchTexel& other = patch.texels[static_cast<std::size_t>(index)];
-    beside[static_cast<std::size_t>(num++)] = {other.offset, {n.x, n.y}};
+    const PatchTexel& other = patch.texels[index];
+    beside[num++] = {other.offset, {n.x, n.y}};
     if (turns_ != nullptr)
       turn += difference_of(difference_of(other.turn, frame_turn(otherwise.texel, n.texel)), otherwise.turn);
   }

@@ -16,7 +16,7 @@ std::array<std::int32_t, kSineSteps> make_sines() {
   std::array<std::int32_t, kSineSteps> sines{};
   for (int k = 0; k < kSineSteps; ++k) {
     const double value = std::sin(2.0 * std::numbers::pi * k / kSineSteps);
-    sines[static_cast<std::size_t>(k)] = static_cast<std::int32_t>(std::floor(value * (1 << kSineBits) + 0.5));
+    sines[k] = static_cast<std::int32_t>(std::floor(value * (1 << kSineBits) + 0.5));
   }
   return sines;
 }
@@ -50,7 +50,7 @@ FrameTurns::FrameTurns(const Mesh& mesh, const FlowFrames& frames) : frames_(fra
 }
 
 Turn FrameTurns::found_between(int a, int b) const {
-  const FlowFrame &in_a = frames_[static_cast<std::size_t>(a)], &in_b = frames_[static_cast<std::size_t>(b)];
+  const FlowFrame &in_a = frames_[a], &in_b = frames_[b];
   const Vec3 to = in_a.col(0).cross(in_a.col(1)), from = in_b.col(0).cross(in_b.col(1)), axis = from.cross(to);
   const double c = from.dot(to);
   constexpr double kFolded = 1e-3;  // Of 1 + c: a fold by almost half a turn has no shortest way.

@@ -43,7 +43,7 @@ class FrameTurns {
   /// How far frame `b` is turned in frame `a`: a step with coordinates turned(e, -between(a, b)) in b is e in a.
   [[nodiscard]] Turn between(int a, int b) const {
     if (a == b) return 0;
-    const Beside& beside = beside_[static_cast<std::size_t>(a)];
+    const Beside& beside = beside_[a];
     for (std::size_t k = 0; k < 3; ++k) {
       if (beside.triangles[k] == b) return beside.turns[k];
     }

@@ -11,7 +11,7 @@ std::int64_t num_whole_windows(const ImageU8& mask, int radius_px) {
   for (int y = 0; y < mask.height(); ++y) {
     int beside = 0;  // Columns in a row that are inside over a window's height.
     for (int x = 0; x < mask.width(); ++x) {
-      int& height = above[static_cast<std::size_t>(x)];
+      int& height = above[x];
       height = mask.at(x, y) != 0 ? height + 1 : 0;
       beside = height >= side ? beside + 1 : 0;
       count += beside >= side ? 1 : 0;

@@ -144,7 +144,7 @@ WindowOptimum WindowSearch::find(const TexelCost& cost, const SearchWindow& wind
                                  std::span<const std::int32_t> likely) const {
   Best best;
   for (std::int32_t p : likely) {
-    if (p >= 0 && source_.is_usable[static_cast<std::size_t>(p)] != 0 && is_in(window, p)) best.offer(cost, p);
+    if (p >= 0 && source_.is_usable[p] != 0 && is_in(window, p)) best.offer(cost, p);
   }
   search(cost, window, best);
   return best.optimum;
@@ -179,7 +179,7 @@ void WindowSearch::search_by_control(const TexelCost& cost, const SearchWindow& 
                  last = squares_.controls.begin() + squares_.begin[square + 1];
       const ControlInterval allowed = cost.first_control_within(best.optimum.cost);
       for (auto at = std::lower_bound(first, last, allowed.low); at != last && *at <= allowed.high; ++at) {
-        const std::int32_t p = squares_.pixels[static_cast<std::size_t>(at - squares_.controls.begin())];
+        const std::int32_t p = squares_.pixels[at - squares_.controls.begin()];
         if (is_whole || is_in(window, p)) best.offer(cost, p);
       }
     }
@@ -207,9 +207,8 @@ void WindowSearch::search_by_projection(const Table& table, const TexelCost& cos
                                                 query.counts(), limit, distances.data());
          mask != 0; mask &= mask - 1) {
       const int i = std::countr_zero(mask);
-      const PixelBlock& block = all.blocks[static_cast<std::size_t>(tile.first_block + i)];
-      const std::int64_t distance =
-          distances[static_cast<std::size_t>(i)] + query.reach().taken(block.low_control, block.high_control);
+      const PixelBlock& block = all.blocks[tile.first_block + i];
+      const std::int64_t distance = distances[i] + query.reach().taken(block.low_control, block.high_control);
       if (distance <= query.reach().limit() && meets(block.extent, window))
         blocks.push_back({distance, tile.first_block + i});
     }
@@ -229,7 +228,7 @@ void WindowSearch::search_by_projection(const Table& table, const TexelCost& cos
     const auto fetch_block = [&](std::size_t n) {
       if (n >= end) return;
       const ProjectedGroup* groups = all.groups.data() + std::ptrdiff_t{blocks[n].index} * kGroupsPerBlock;
-      const auto first = static_cast<std::size_t>(all.blocks[static_cast<std::size_t>(blocks[n].index)].begin);
+      const auto first = static_cast<std::size_t>(all.blocks[blocks[n].index].begin);
       for (int g = 0; g < kGroupsPerBlock; ++g) {
         for (int pair = 0; pair < 4; ++pair) __builtin_prefetch(groups[g].values[pair]);
         __builtin_prefetch(all.pixels.data() + first + static_cast<std::size_t>(g * kGroupSize));
@@ -240,18 +239,18 @@ void WindowSearch::search_by_projection(const Table& table, const TexelCost& cos
     for (std::size_t n = begin; n < end; ++n) {
       fetch_block(n + 3);
       if (blocks[n].distance > query.reach().limit()) continue;
-      const PixelBlock& block = all.blocks[static_cast<std::size_t>(blocks[n].index)];
+      const PixelBlock& block = all.blocks[blocks[n].index];
       const bool is_whole = is_in_window(block.extent, window);
       const int size = block.end - block.begin, num_groups = (size + kGroupSize - 1) / kGroupSize;
       kernel_.points(all.groups.data() + std::ptrdiff_t{blocks[n].index} * kGroupsPerBlock, num_groups, query.values(),
                      query.counts(), query.limit(), distances.data(), masks.data());
       for (int g = 0; g < num_groups; ++g) {
-        for (unsigned mask = masks[static_cast<std::size_t>(g)]; mask != 0; mask &= mask - 1) {
+        for (unsigned mask = masks[g]; mask != 0; mask &= mask - 1) {
           const int i = g * kGroupSize + std::countr_zero(mask);
           if (i >= size) break;
-          const int known = all.controls[static_cast<std::size_t>(block.begin + i)];
-          const std::int64_t distance = distances[static_cast<std::size_t>(i)] + query.reach().taken(known, known);
-          const std::int32_t pixel = all.pixels[static_cast<std::size_t>(block.begin + i)];
+          const int known = all.controls[block.begin + i];
+          const std::int64_t distance = distances[i] + query.reach().taken(known, known);
+          const std::int32_t pixel = all.pixels[block.begin + i];
           if (distance <= query.reach().limit() && (is_whole || is_in(window, pixel))) {
             pixels.push_back({distance, pixel});
             __builtin_prefetch(source_.controls.data() + std::int64_t{pixel} * source_.controls.channels());
@@ -277,7 +276,7 @@ WindowOptimum WindowSearch::find_exhaustively(const TexelCost& cost, const Searc
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       const std::int32_t p = y * source_.width() + x;
-      if (source_.is_usable[static_cast<std::size_t>(p)] != 0) best.offer(cost, p);
+      if (source_.is_usable[p] != 0) best.offer(cost, p);
     }
   }
   return best.optimum;

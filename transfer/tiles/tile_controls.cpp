@@ -86,7 +86,7 @@ ImageF match_tile(const ControlFiles& files, int tile, int num_tiles, const Texe
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < rect.width(); ++x) {
         if (!map.is_covered(TexelId{rect.y0 + y} * map.width() + rect.x0 + x)) continue;
-        const float value = values[static_cast<std::size_t>(std::int64_t{y} * rect.width() + x)];
+        const float value = values[std::int64_t{y} * rect.width() + x];
         const std::size_t i = matched.needs_ranks() ? ranks.index_of(value) : 0;
         out.at(x, y) = matched.needs_ranks() ? matched(value, ranks.below[i], ranks.up_to[i]) : matched(value, 0, 0);
       }

@@ -98,9 +98,9 @@ void write_places(const std::filesystem::path& file, const TexelMap& map, const 
   std::vector<std::int32_t> pixels;
   std::vector<std::int8_t> beside;
   std::vector<std::uint8_t> changed;
-  pixels.reserve(static_cast<std::size_t>(rect.num_texels()));
+  pixels.reserve(rect.num_texels());
   beside.reserve(2 * static_cast<std::size_t>(rect.num_texels()));
-  changed.reserve(static_cast<std::size_t>(rect.num_texels()));
+  changed.reserve(rect.num_texels());
   for (int y = rect.y0; y < rect.y1; ++y) {
     for (int x = rect.x0; x < rect.x1; ++x) {
       const auto t = static_cast<std::size_t>(TexelId{y} * map.width() + x);
@@ -157,7 +157,7 @@ void StoredPlaces::load(int tile, TexelId t, int x, int y, PlaceMap& places, std
   const Tile& stored = open(tile);
   const auto i = static_cast<std::size_t>(std::int64_t{y - stored.rect.y0} * stored.rect.width() + x - stored.rect.x0);
   places.set(t, stored.pixels[i], {stored.beside[2 * i], stored.beside[2 * i + 1]});
-  if (!changed_near.empty()) changed_near[static_cast<std::size_t>(t)] = stored.changed_near[i];
+  if (!changed_near.empty()) changed_near[t] = stored.changed_near[i];
 }
 
 void StoredPlaces::load(int tile, const TexelRect& part, int width, PlaceMap& places,

@@ -42,8 +42,7 @@ class HaloFinder {
   TileHalo find() {
     for (int y = rect_.y0; y < rect_.y1; ++y) {
       for (int x = rect_.x0; x < rect_.x1; ++x) {
-        if (const TexelId t = TexelId{y} * map_.width() + x; map_.is_covered(t))
-          halo_.sets[static_cast<std::size_t>(t)] = kSets;
+        if (const TexelId t = TexelId{y} * map_.width() + x; map_.is_covered(t)) halo_.sets[t] = kSets;
       }
     }
     std::vector<TexelId> ring;
@@ -59,7 +58,7 @@ class HaloFinder {
     ring = grown(ring, kSets - 1, true);
     for (int sets = kSets - 2; sets > 0; --sets) ring = grown(ring, sets, false);
     for (const TexelId t : find_neighbors_of({{}, ring})) {
-      if (halo_.sets[static_cast<std::size_t>(t)] == 0) halo_.looked_at.push_back(t);
+      if (halo_.sets[t] == 0) halo_.looked_at.push_back(t);
     }
     std::sort(halo_.looked_at.begin(), halo_.looked_at.end());
     halo_.looked_at.erase(std::unique(halo_.looked_at.begin(), halo_.looked_at.end()), halo_.looked_at.end());
@@ -70,7 +69,7 @@ class HaloFinder {
   static constexpr std::uint8_t kSets = search_kernel::kInterleavedSets;
 
   void add(TexelId t, int sets, std::vector<TexelId>& ring) {
-    std::uint8_t& mine = halo_.sets[static_cast<std::size_t>(t)];
+    std::uint8_t& mine = halo_.sets[t];
     if (mine != 0) return;
     mine = static_cast<std::uint8_t>(sets);
     ring.push_back(t);
@@ -83,7 +82,7 @@ class HaloFinder {
     std::vector<TexelId> found;
     for (const TexelId t : neighborhood.band()) {
       for (const PixelNeighbor& n : cursor.at(t)) {
-        if (n.texel >= 0 && halo_.sets[static_cast<std::size_t>(n.texel)] == 0) found.push_back(n.texel);
+        if (n.texel >= 0 && halo_.sets[n.texel] == 0) found.push_back(n.texel);
       }
     }
     return found;

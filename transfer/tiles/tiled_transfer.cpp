@@ -89,7 +89,7 @@ const TiledTransfer::Prepared& TiledTransfer::prepare(const Folder& folder, cons
   std::vector<std::int64_t> counts(input.map->mesh().triangles.size());
   for (int tile = 0; tile < grid_.num_tiles(); ++tile) {
     const MappedFile file(folder / tile_file::texel_counts(tile));
-    for (const TriangleCount& c : file.all<TriangleCount>()) counts[static_cast<std::size_t>(c.triangle)] += c.count;
+    for (const TriangleCount& c : file.all<TriangleCount>()) counts[c.triangle] += c.count;
   }
   p->map->count_is(counts);
   if (p->map->num_covered() == 0)

@@ -95,14 +95,14 @@ TEST(Evaluation, AShuffleKeepsColorsAndLosesTheRest) {
   RandomStream random(7, 0);
   for (std::size_t i = order.size(); i-- > 1;)
     std::swap(order[i], order[random.below(static_cast<std::uint32_t>(i + 1))]);
-  const Evaluation e =
-      evaluate(source,
-               flat_map(source,
-                        [&](int x, int y) {
-                          return std::pair{order[static_cast<std::size_t>(y * kBlotchySide + x)] % kBlotchySide,
-                                           order[static_cast<std::size_t>(y * kBlotchySide + x)] / kBlotchySide};
-                        }),
-               quick_evaluation(), 1);
+  const Evaluation e = evaluate(
+      source,
+      flat_map(
+          source,
+          [&](int x, int y) {
+            return std::pair{order[y * kBlotchySide + x] % kBlotchySide, order[y * kBlotchySide + x] / kBlotchySide};
+          }),
+      quick_evaluation(), 1);
   EXPECT_LT(value_of(e, "coherent_share"), 0.002);
   EXPECT_LT(value_of(e, "texels_per_piece"), 1.01);
   EXPECT_EQ(value_of(e, "used_share"), 1.0);

@@ -131,10 +131,10 @@ SynthesizedMap cut_square(bool is_in_two_tiles, const SynthesisSource& source) {
   std::vector<Vec2> uvs;
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     double x = 0.0;
-    for (const int corner : mesh.triangles[i]) x += mesh.positions[static_cast<std::size_t>(corner)].x() / 3.0;
+    for (const int corner : mesh.triangles[i]) x += mesh.positions[corner].x() / 3.0;
     const int tile = is_in_two_tiles && x > kTileSide / 2.0 ? 1 : 0;
     for (int& corner : mesh.uv_triangles[i]) {
-      const Vec2 uv = sheet.sheet_uv(tile, mesh.uvs[static_cast<std::size_t>(corner)]);
+      const Vec2 uv = sheet.sheet_uv(tile, mesh.uvs[corner]);
       const auto known = std::find(uvs.begin(), uvs.end(), uv);
       corner = static_cast<int>(known - uvs.begin());
       if (known == uvs.end()) uvs.push_back(uv);

@@ -281,7 +281,7 @@ TEST(BorderContrast, IsOneWithoutBordersAndMoreWhereBlocksAreShuffled) {
   for (std::size_t i = order.size(); i-- > 1;)
     std::swap(order[i], order[random.below(static_cast<std::uint32_t>(i + 1))]);
   const auto where = [&](int x, int y) {
-    const int block = order[static_cast<std::size_t>(y / 16 * 6 + x / 16)];
+    const int block = order[y / 16 * 6 + x / 16];
     return std::pair{block % 6 * 16 + x % 16, block / 6 * 16 + y % 16};
   };
   // Steps of waves are at most 60 / 12 codes a channel; two places differ by tens.

@@ -90,8 +90,8 @@ inline void bring_to_gauge(const analysis::TemporalCurve& fitted, std::vector<an
       low = std::min(low, v), high = std::max(high, v);
     }
     for (analysis::PlaceFactors& p : truth) {
-      p.base[static_cast<std::size_t>(c)] += p.gain[static_cast<std::size_t>(c)] * low;
-      p.gain[static_cast<std::size_t>(c)] *= high - low;
+      p.base[c] += p.gain[c] * low;
+      p.gain[c] *= high - low;
     }
   }
   analysis::apply_gauge(gauge, truth);

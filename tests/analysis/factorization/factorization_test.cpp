@@ -198,8 +198,7 @@ TEST(Factorization, GoesOnForSlowPlacesWhereFastOnesHaveBeen) {
     }
     ++covered;
     for (int c = 0; c < 3; ++c) {
-      const double truth = p.base[static_cast<std::size_t>(c)] +
-                           p.gain[static_cast<std::size_t>(c)] * true_curve(c, p.rate * 85.0 - p.offset);
+      const double truth = p.base[c] + p.gain[c] * true_curve(c, p.rate * 85.0 - p.offset);
       worst = std::max(worst, std::abs(factored_value(made.models[0].curve, made.factors[0][i], c, 85.0) - truth));
     }
   }

@@ -190,8 +190,7 @@ TEST(PixelDifference, OfAShiftedCopyIsThePublishedPairsAndOfItselfIsZero) {
   const std::array<std::array<double, 3>, 4> other{{{73, 25, -18}, {61, -5, 29}, {56, -27, -3}, {58, 24, 15}}};
   const std::array<double, 4> published{27.1492, 22.8977, 31.9030, 19.4535};
   const ColorStack a = make_stack(8, 8, 2, 1.0, [](int, int, double) { return std::array<double, 3>{50, 2.5, 0}; });
-  const ColorStack b = make_stack(
-      8, 8, 2, 1.0, [&](int x, int y, double) { return other[static_cast<std::size_t>((y / 4) * 2 + x / 4)]; });
+  const ColorStack b = make_stack(8, 8, 2, 1.0, [&](int x, int y, double) { return other[(y / 4) * 2 + x / 4]; });
   const std::vector<PixelDifference> found = pixel_differences(a, b), none = pixel_differences(a, a);
   EXPECT_NEAR(found[0].ciede2000_mean, (published[0] + published[1] + published[2] + published[3]) / 4, 1e-4);
   EXPECT_NEAR(found[1].ciede2000_median, published[1], 1e-4);

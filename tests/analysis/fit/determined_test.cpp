@@ -112,9 +112,9 @@ TEST(Determined, IntervalsOfCorrelatedParametersGrowWhenTheOthersMoveAlongTheVal
   const std::vector<ParameterVerdict> moved =
       determine({{0.5, 0.5}, 0.0}, {}, scans, scan(f, {0.5, 0.5}, {{1, r}, {r, 1}}), threshold);
   for (int i = 0; i < 2; ++i) {
-    EXPECT_NEAR(held[static_cast<std::size_t>(i)].high, 0.5 + threshold, 1e-9);
-    EXPECT_NEAR(moved[static_cast<std::size_t>(i)].high, 0.5 + threshold / std::sqrt(1 - r * r), 1e-9);
-    EXPECT_NEAR(moved[static_cast<std::size_t>(i)].low, 0.5 - threshold / std::sqrt(1 - r * r), 1e-9);
+    EXPECT_NEAR(held[i].high, 0.5 + threshold, 1e-9);
+    EXPECT_NEAR(moved[i].high, 0.5 + threshold / std::sqrt(1 - r * r), 1e-9);
+    EXPECT_NEAR(moved[i].low, 0.5 - threshold / std::sqrt(1 - r * r), 1e-9);
   }
 }
 

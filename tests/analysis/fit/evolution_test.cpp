@@ -152,10 +152,8 @@ TEST(Evolution, TheSameValuesLeadToTheSameSearchInWhateverOrderTheyAreComputed) 
   Evolution forward({0.4, 0.6}, {.seed = 13}), backward({0.4, 0.6}, {.seed = 13});
   for (int g = 0; g < 8; ++g) {
     std::vector<double> a(static_cast<std::size_t>(forward.population())), b(a.size());
-    for (int k = 0; k < forward.population(); ++k)
-      a[static_cast<std::size_t>(k)] = sphere(forward.candidate(k), {0.2, 0.9});
-    for (int k = backward.population() - 1; k >= 0; --k)
-      b[static_cast<std::size_t>(k)] = sphere(backward.candidate(k), {0.2, 0.9});
+    for (int k = 0; k < forward.population(); ++k) a[k] = sphere(forward.candidate(k), {0.2, 0.9});
+    for (int k = backward.population() - 1; k >= 0; --k) b[k] = sphere(backward.candidate(k), {0.2, 0.9});
     ASSERT_EQ(a, b);
     forward.tell(a);
     backward.tell(b);

@@ -106,8 +106,7 @@ TEST(MultiStart, SaysByHowMuchItsLastGenerationsBroughtTheBestDescentDown) {
     for (int k = 0; k < search.population(); ++k) values.push_back(square(search.candidate(k), optimum));
     search.tell(values);
     best.push_back(std::min(best.back(), *std::min_element(values.begin(), values.end())));
-    const double gained = g > patience ? best[static_cast<std::size_t>(g - patience)] - best.back()
-                                       : std::numeric_limits<double>::infinity();
+    const double gained = g > patience ? best[g - patience] - best.back() : std::numeric_limits<double>::infinity();
     ASSERT_EQ(search.lately_gained(), gained) << g;
   }
 }

@@ -26,8 +26,7 @@ TEST(ColorClasses, EveryPixelBelongsToTheNearestCode) {
   const std::array<std::array<float, 3>, 4> codes{
       {{0.9f, 0.9f, 0.9f}, {0.2f, 0.7f, 0.1f}, {0.1f, 0.2f, 0.1f}, {0.3f, 0.3f, 0.3f}}};
   for (int x = 0; x < 4; ++x) {
-    for (int c = 0; c < 3; ++c)
-      image.at(x, 0, c) = linear_from_srgb(codes[static_cast<std::size_t>(x)][static_cast<std::size_t>(c)]);
+    for (int c = 0; c < 3; ++c) image.at(x, 0, c) = linear_from_srgb(codes[x][c]);
   }
   EXPECT_EQ(class_shares(image, {}, classes), (std::vector<double>{0.25, 0.25, 0.5}));
   ImageU8 mask(4, 1);

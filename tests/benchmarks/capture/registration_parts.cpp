@@ -39,8 +39,7 @@ void times(const Bunny& bunny) {
     const double pcl =
         seconds([&] { (void)capture::register_pair_with_pcl(target, source, start, {.method = method}, one); }) -
         prepared;
-    std::printf("  %s: %.3f s, ratio %.2f\n",
-                std::string(capture::kRegistrationMethodNames[static_cast<std::size_t>(method)]).c_str(), pcl,
+    std::printf("  %s: %.3f s, ratio %.2f\n", std::string(capture::kRegistrationMethodNames[method]).c_str(), pcl,
                 own / pcl);
   }
   const double search = seconds([&] { (void)capture::register_pair(target, source, std::nullopt, {}, one); });
@@ -99,8 +98,7 @@ void overlapping(const Bunny& bunny) {
                                                         {.method = method})
                             .target_from_source,
                         bunny.pair, source);
-    std::printf("  %s: %.4f deg / %.4f mm\n",
-                std::string(capture::kRegistrationMethodNames[static_cast<std::size_t>(method)]).c_str(), off.deg,
+    std::printf("  %s: %.4f deg / %.4f mm\n", std::string(capture::kRegistrationMethodNames[method]).c_str(), off.deg,
                 off.mm);
   }
 }
@@ -134,9 +132,9 @@ double raw_residual(const PointCloud& target, const NearestPoints& tree, const s
   for (std::size_t i = 0; i < source.points.size(); i += 4) {
     const Vec3 p = pose.apply(source.points[i]);
     const NearestPoints::Found q = tree.nearest(p);
-    const Vec3& n = normals[static_cast<std::size_t>(q.index)];
+    const Vec3& n = normals[q.index];
     if (q.distance > 2.0 || n.isZero()) continue;
-    residuals.push_back(std::abs(n.dot(p - target.points[static_cast<std::size_t>(q.index)])));
+    residuals.push_back(std::abs(n.dot(p - target.points[q.index])));
   }
   if (residuals.empty()) return 0.0;
   std::nth_element(residuals.begin(), residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2),
@@ -174,7 +172,7 @@ void joint(const Bunny& bunny) {
     const double spacing = capture::point_spacing(scan.points);
     normals.emplace_back(scan.points.size(), Vec3::Zero());
     for (const capture::Surfel& s : capture::make_surfels(scan.points, {}, 1e-3 * spacing, 2.5 * spacing).surfels)
-      normals.back()[static_cast<std::size_t>(s.point)] = s.normal;
+      normals.back()[s.point] = s.normal;
   }
   std::vector<RigidTransform> own;
   for (const capture::RegisteredScan& s : found.scans) own.push_back(s.reference_from_scan);
@@ -190,8 +188,7 @@ void joint(const Bunny& bunny) {
     }
     std::sort(medians.begin(), medians.end());
     std::printf("  median |point to plane| of raw points over the pairs, %s poses: median %.3f, p90 %.3f mm\n", name,
-                medians[medians.size() / 2],
-                medians[static_cast<std::size_t>(0.9 * static_cast<double>(medians.size()))]);
+                medians[medians.size() / 2], medians[0.9 * static_cast<double>(medians.size())]);
   }
 }
 

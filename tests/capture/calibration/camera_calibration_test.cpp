@@ -70,8 +70,7 @@ Eigen::VectorXd deviation_of(const CameraCalibration& c, const CameraParameters&
   Eigen::VectorXd e(kNumCameraNumbers);
   const CameraParameters& p = c.camera;
   e.head<4>() << p.fx - truth.fx, p.fy - truth.fy, p.cx - truth.cx, p.cy - truth.cy;
-  for (int i = 0; i < 5; ++i)
-    e[4 + i] = p.distortion[static_cast<std::size_t>(i)] - truth.distortion[static_cast<std::size_t>(i)];
+  for (int i = 0; i < 5; ++i) e[4 + i] = p.distortion[i] - truth.distortion[i];
   e.segment<3>(9) = axis_angle_of(p.rotation * truth.rotation.transpose());
   e.tail<3>() = p.translation - truth.translation;
   return e;

@@ -56,7 +56,7 @@ TEST(RecoverResponse, AnyRisingCurveIsFoundWithinFourPercent) {
   const auto truth = [](int code) { return std::pow(std::acos(1 - 2 * code / 255.0) / 3.14159265358979, 2); };
   const double scale = curve.linear[128] / truth(128);
   for (int code = 20; code <= 235; code += 5) {
-    EXPECT_NEAR(curve.linear[static_cast<std::size_t>(code)] / scale / truth(code), 1.0, 0.04) << code;
+    EXPECT_NEAR(curve.linear[code] / scale / truth(code), 1.0, 0.04) << code;
   }
   // None of the three is this camera.
   EXPECT_GT(curve.closest_rms, 2.0 * recover_response(series(kExposures, srgb), kExposures).closest_rms);

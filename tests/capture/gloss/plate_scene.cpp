@@ -56,7 +56,7 @@ PlateErrors errors_of(const datasets::GlossyPlate& plate, const HistoryReader& h
                      albedo = (1.0 - metal) * base;
         const double matt = light_at(lamp, p)[c] * direction_to(lamp, p).z() / M_PI,
                      seen = static_cast<double>(photo.at(x, y, c)) / matt;
-        const bool is_close = angles[static_cast<std::size_t>(y * size + x)] < near;
+        const bool is_close = angles[y * size + x] < near;
         for (const auto& [sum, value] :
              {std::pair{&all, albedo}, std::pair{&all_lambert, seen}, std::pair{is_close ? &close : nullptr, albedo},
               std::pair{is_close ? &close_lambert : nullptr, seen}}) {

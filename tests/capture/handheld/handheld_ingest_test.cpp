@@ -123,8 +123,8 @@ TEST(HandheldIngest, AReferencePatchKeepsItsColorThroughTintAndExposure) {
     for (int y = 80; y < 180; ++y) {
       for (int x = 80; x < 180; ++x) {
         for (int c = 0; c < 3; ++c) {
-          sum[static_cast<std::size_t>(c)] += static_cast<double>(frame.at(x, y, c));
-          expected[static_cast<std::size_t>(c)] += static_cast<double>(frames[static_cast<std::size_t>(i)].at(x, y, c));
+          sum[c] += static_cast<double>(frame.at(x, y, c));
+          expected[c] += static_cast<double>(frames[i].at(x, y, c));
         }
       }
     }

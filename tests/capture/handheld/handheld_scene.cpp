@@ -64,13 +64,13 @@ ImageF take_photo(const ImageF& frame, const HandheldPhoto& photo, const Handhel
         const double u = px - x0, v = py - y0;
         for (int c = 0; c < 3; ++c) {
           const auto value = [&](int i, int j) { return static_cast<double>(frame.at(x0 + i, y0 + j, c)); };
-          sum[static_cast<std::size_t>(c)] += is_outside ? 0.2
-                                                         : (1 - v) * ((1 - u) * value(0, 0) + u * value(1, 0)) +
-                                                               v * ((1 - u) * value(0, 1) + u * value(1, 1));
+          sum[c] += is_outside ? 0.2
+                               : (1 - v) * ((1 - u) * value(0, 0) + u * value(1, 0)) +
+                                     v * ((1 - u) * value(0, 1) + u * value(1, 1));
         }
       }
       for (int c = 0; c < 3; ++c) {
-        const std::size_t k = static_cast<std::size_t>(c);
+        const std::size_t k = c;
         const double light = std::clamp(photo.gain[k] * sum[k] / (kSamples * kSamples), 0.0, 1.0);
         const float code = srgb_from_linear(static_cast<float>(light)) + noise(random);
         image.at(x, y, c) = linear_from_srgb(std::clamp(code, 0.0f, 1.0f));

@@ -61,14 +61,12 @@ PhotoPair exact_pair(int a, int b, const Eigen::Matrix3d& b_from_a) {
 TEST(PhotoGraph, AWrongPairIsDroppedWhereOthersDisagree) {
   std::vector<Eigen::Matrix3d> truth(5, Eigen::Matrix3d::Identity());
   for (int i = 1; i < 5; ++i) {
-    truth[static_cast<std::size_t>(i)].topLeftCorner<2, 2>() = 1.1 * Eigen::Rotation2Dd(0.7 * i).toRotationMatrix();
-    truth[static_cast<std::size_t>(i)](0, 2) = 11.0 * i;
+    truth[i].topLeftCorner<2, 2>() = 1.1 * Eigen::Rotation2Dd(0.7 * i).toRotationMatrix();
+    truth[i](0, 2) = 11.0 * i;
   }
   std::vector<PhotoPair> pairs;
   for (int a = 0; a < 5; ++a) {
-    for (int b = a + 1; b < 5; ++b)
-      pairs.push_back(
-          exact_pair(a, b, truth[static_cast<std::size_t>(b)].inverse() * truth[static_cast<std::size_t>(a)]));
+    for (int b = a + 1; b < 5; ++b) pairs.push_back(exact_pair(a, b, truth[b].inverse() * truth[a]));
   }
   Eigen::Matrix3d wrong = pairs[1].b_from_a;
   wrong(0, 2) += 40.0;

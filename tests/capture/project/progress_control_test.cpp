@@ -155,8 +155,7 @@ ImageF fading_frame(int index) {
     for (int x = 0; x < frame.width(); ++x) {
       const double share = std::clamp(1.5 * time - 0.5 * (x + 0.5) / frame.width(), 0.0, 1.0);
       const std::array<double, 3> codes{0.7 - 0.3 * share, 0.5 - 0.2 * share, 0.3 + 0.2 * share};
-      for (int c = 0; c < 3; ++c)
-        frame.at(x, y, c) = linear_from_srgb(static_cast<float>(codes[static_cast<std::size_t>(c)]));
+      for (int c = 0; c < 3; ++c) frame.at(x, y, c) = linear_from_srgb(static_cast<float>(codes[c]));
     }
   }
   return frame;

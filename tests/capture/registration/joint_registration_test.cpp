@@ -55,8 +55,7 @@ TEST(PoseGraph, ConsistentEdgesGiveBackThePoses) {
   start[2] = truth[2];
   std::vector<PoseEdge> edges;
   for (const auto& [i, j] : {std::pair{0, 1}, {1, 2}, {2, 3}, {3, 4}, {4, 0}, {0, 2}}) {
-    edges.push_back(
-        {i, j, truth[static_cast<std::size_t>(i)].inverse() * truth[static_cast<std::size_t>(j)], Matrix6::Identity()});
+    edges.push_back({i, j, truth[i].inverse() * truth[j], Matrix6::Identity()});
   }
   const auto found = solve_poses(start, edges, 2);
   for (std::size_t k = 0; k < 5; ++k) {

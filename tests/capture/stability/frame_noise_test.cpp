@@ -60,8 +60,7 @@ Series photograph(int num_frames, const Camera& camera, Aging aging, std::uint64
 
 /// 1.4826 times the median of |frame - truth| / deviation over all frames.
 double robust_z(const Series& series) {
-  const SeriesNoise noise =
-      estimate_noise(series.times, [&](int i) { return series.frames[static_cast<std::size_t>(i)]; });
+  const SeriesNoise noise = estimate_noise(series.times, [&](int i) { return series.frames[i]; });
   std::vector<double> sizes;
   for (std::size_t f = 0; f < series.frames.size(); ++f) {
     const ImageF deviation = noise.deviation_of(series.frames[f]);
@@ -89,8 +88,7 @@ TEST(FrameNoise, DeviationsAreHonestForAnyCameraAndAging) {
 TEST(FrameNoise, PhotonNoiseFollowsTheColorOfTheFrame) {
   // Aging to a quarter of the light halves the deviation of photon noise.
   Series series = photograph(20, {0.0, 4e-4}, Aging::Slow, 8);
-  const SeriesNoise noise =
-      estimate_noise(series.times, [&](int i) { return series.frames[static_cast<std::size_t>(i)]; });
+  const SeriesNoise noise = estimate_noise(series.times, [&](int i) { return series.frames[i]; });
   const ImageF first = noise.deviation_of(series.truth.front()), last = noise.deviation_of(series.truth.back());
   const double expected =
       std::sqrt(static_cast<double>(series.truth.back().at(44, 20, 1) / series.truth.front().at(44, 20, 1)));
@@ -99,7 +97,7 @@ TEST(FrameNoise, PhotonNoiseFollowsTheColorOfTheFrame) {
 
 TEST(FrameNoise, RefusesFewFramesAndOtherSizes) {
   Series series = photograph(4, {1e-4, 0.0}, Aging::None, 1);
-  const auto read = [&](int i) { return series.frames[static_cast<std::size_t>(i)]; };
+  const auto read = [&](int i) { return series.frames[i]; };
   EXPECT_THROW((void)estimate_noise(series.times, read), InvalidInput);
   series = photograph(6, {1e-4, 0.0}, Aging::None, 1);
   series.frames[4] = ImageF(3, 3, 3);

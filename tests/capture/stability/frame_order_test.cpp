@@ -37,7 +37,7 @@ std::vector<FrameLook> aging(double grain, std::uint64_t seed = 1) {
 
 std::vector<FrameLook> in_order(const std::vector<FrameLook>& looks, const std::vector<int>& order) {
   std::vector<FrameLook> out;
-  for (int i : order) out.push_back(looks[static_cast<std::size_t>(i)]);
+  for (int i : order) out.push_back(looks[i]);
   return out;
 }
 
@@ -64,7 +64,7 @@ TEST(FrameOrder, OfShuffledPhotographsIsTheTrueOneFromEitherEnd) {
     const FrameOrder order = find_order(in_order(aging(0.01), shown));
     EXPECT_TRUE(order.is_disordered());
     std::vector<int> truth;
-    for (int k : order.best) truth.push_back(shown[static_cast<std::size_t>(k)]);
+    for (int k : order.best) truth.push_back(shown[k]);
     if (truth.front() > truth.back()) std::reverse(truth.begin(), truth.end());
     EXPECT_TRUE(std::is_sorted(truth.begin(), truth.end())) << seed;
     // Two places drawn from n are 8 / 15 sqrt(n) apart on the mean where differences add in squares; half of that.
@@ -106,7 +106,7 @@ TEST(FrameOrder, IsOfThoseThatBelong) {
 TEST(FrameOrder, OfAThousandPhotographsIsThatOfSome) {
   std::vector<FrameLook> looks;
   const std::vector<FrameLook> some = aging(0.01);
-  for (int i = 0; i < 1000; ++i) looks.push_back(some[static_cast<std::size_t>(i * kNumLooks / 1000)]);
+  for (int i = 0; i < 1000; ++i) looks.push_back(some[i * kNumLooks / 1000]);
   const FrameOrder order = find_order(looks);
   EXPECT_EQ(order.best.size(), 256u);
   EXPECT_FALSE(order.is_disordered());

@@ -126,8 +126,7 @@ ImageF lit_surface(int time, double light, double course, const Ratio& paint) {
       const double u = x / 63.0, v = y / 63.0, turned = time % 2 == 0 ? v : 1.0 - v;
       const double level = 0.3 * std::exp(0.3 * random.normal() - light * u - course * turned);
       for (int c = 0; c < 3; ++c)
-        image.at(x, y, c) =
-            static_cast<float>(std::min(0.9, level * std::exp(-paint[static_cast<std::size_t>(c)] * u)));
+        image.at(x, y, c) = static_cast<float>(std::min(0.9, level * std::exp(-paint[c] * u)));
     }
   }
   return image;

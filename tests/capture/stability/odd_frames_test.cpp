@@ -36,9 +36,7 @@ struct Judged {
 Judged judge(const std::vector<ImageF>& images) {
   std::vector<PreparedFrame> frames;
   for (const ImageF& image : images) frames.push_back(prepare_frame(image));
-  const auto compare = [&](int a, int b) {
-    return compare_frames(a, frames[static_cast<std::size_t>(a)], b, frames[static_cast<std::size_t>(b)], false);
-  };
+  const auto compare = [&](int a, int b) { return compare_frames(a, frames[a], b, frames[b], false); };
   Judged judged;
   std::vector<FramePair> across;
   for (int i = 1; i < static_cast<int>(frames.size()); ++i) judged.pairs.push_back(compare(i - 1, i));
@@ -130,7 +128,7 @@ TEST(OddFrames, ACameraThatStaysMovedBlamesTheFirstThatIs) {
 TEST(OddFrames, AnotherObjectIsNamedWhereverItStands) {
   for (int at : {0, 3, 7}) {
     std::vector<ImageF> images = growing(8);
-    images[static_cast<std::size_t>(at)] = other_object();
+    images[at] = other_object();
     const Judged judged = judge(images);
     EXPECT_EQ(judged.odd(), std::vector<int>{at});
     EXPECT_EQ(outside(judged, 8), std::vector<int>{at});
@@ -143,7 +141,7 @@ TEST(OddFrames, ARunOfAnotherObjectOfMovedOrBrighterOnesIsNamedWhole) {
   for (const std::vector<int>& run : {std::vector{2, 3}, std::vector{5, 6}, std::vector{3, 4, 5}}) {
     std::vector<ImageF> other = growing(9), moved = other, bright = other;
     for (const int i : run) {
-      const std::size_t k = static_cast<std::size_t>(i);
+      const std::size_t k = i;
       other[k] = other_object();
       moved[k] =
           render_scene({.growth = 0.04 * i, .frame_from_scene = Eigen::Affine2d(Eigen::Translation2d(6.0, -4.0))});

@@ -194,7 +194,7 @@ TEST(RealTimelapse, TheStreakOnTheCopperIsMaskedFromTopToBottom) {
   PATINATE_REQUIRE_DATA(folder, "timelapse/copper_patinating/frames_every4");
   const auto files = list_files(folder, "*.png");
   const ImageU8 found = find_standing_highlight(
-      static_cast<int>(files.size()), [&](int i) { return read_color(files[static_cast<std::size_t>(i)]); }, 1.0f);
+      static_cast<int>(files.size()), [&](int i) { return read_color(files[i]); }, 1.0f);
   std::printf("copper_patinating: standing highlight on %.1f %%\n", 100.0 * share(found));
   EXPECT_LT(share(found), 0.25);
   // The streak's core in the first photograph, by eye: brighter than code 235 in every channel.
@@ -218,7 +218,7 @@ TEST(RealTimelapse, WhiteMaterialIsNoHighlight) {
                            "salt_crystallizing/frames_every4"}) {
     PATINATE_REQUIRE_DATA(folder, std::string("timelapse/") + name);
     const auto files = list_files(folder, "*.png");
-    const auto read_frame = [&](int i) { return read_color(files[static_cast<std::size_t>(i)]); };
+    const auto read_frame = [&](int i) { return read_color(files[i]); };
     const ImageU8 standing = find_standing_highlight(static_cast<int>(files.size()), read_frame, 1.0f);
     double saturated = 0.0;
     const int last = static_cast<int>(files.size()) - 1;

@@ -44,9 +44,7 @@ TEST(Stabilize, AnchorsKeepErrorsFromAddingUpAndAWrongPairFromCounting) {
   EXPECT_TRUE(solved.unlinked_frames.empty());
   for (int i = 0; i < kNumFrames; ++i) {
     // The chain alone would be 3.2 px off at the end.
-    EXPECT_LT((solved.frame_from_first[static_cast<std::size_t>(i)].translation() - truth(i).translation()).norm(),
-              0.35)
-        << i;
+    EXPECT_LT((solved.frame_from_first[i].translation() - truth(i).translation()).norm(), 0.35) << i;
   }
 }
 
@@ -253,8 +251,7 @@ constexpr std::uint8_t kV = 255, kS = 128, kO = 0;
 FillPlan plan_of(const std::vector<std::uint8_t>& course, double longest_gap) {
   std::vector<double> times;
   for (std::size_t i = 0; i < course.size(); ++i) times.push_back(static_cast<double>(i));
-  return plan_fill(times, [&](int i) { return ImageU8(1, 1, 1, course[static_cast<std::size_t>(i)]); },
-                   {.longest_gap = longest_gap});
+  return plan_fill(times, [&](int i) { return ImageU8(1, 1, 1, course[i]); }, {.longest_gap = longest_gap});
 }
 
 TEST(Fill, AGapIsFilledOnlyBetweenKnownFramesThatAreClose) {
@@ -279,8 +276,8 @@ TEST(Fill, ColorIsInterpolatedInTimeFromValidFramesOnly) {
   const std::vector<double> times{0, 1, 2, 10, 11};
   const std::vector<std::uint8_t> course{kV, kS, kS, kV, kV};
   const std::vector<float> color{0.2f, 9.0f, 9.0f, 0.7f, 0.9f};
-  const auto validity = [&](int i) { return ImageU8(1, 1, 1, course[static_cast<std::size_t>(i)]); };
-  const auto frame = [&](int i) { return ImageF(1, 1, 3, color[static_cast<std::size_t>(i)]); };
+  const auto validity = [&](int i) { return ImageU8(1, 1, 1, course[i]); };
+  const auto frame = [&](int i) { return ImageF(1, 1, 3, color[i]); };
   const FillPlan plan = plan_fill(times, validity, {.longest_gap = 1.0});
   EXPECT_EQ(plan.needs_fill, (std::vector<char>{0, 1, 1, 0, 0}));
   EXPECT_NEAR(fill_frame(1, times, plan, validity, frame).at(0, 0, 2), 0.25f, 1e-6f);

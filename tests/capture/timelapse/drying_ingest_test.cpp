@@ -61,7 +61,7 @@ TEST(IngestSynthetic, DryingStoneSaysWhenItsFilmWasGone) {
         const double onset = patch.onset_min(x, y), end = o.duration_min();
         if (!(patch.look(x, y, 0.0).wetness == 1.0) || !(onset + 2.0 * o.pores_min < end)) continue;
         // Green is half way between first and last photograph where wetness is, as both are linear in it.
-        const auto green = [&](int i) { return static_cast<double>(frames[static_cast<std::size_t>(i)].at(x, y, 1)); };
+        const auto green = [&](int i) { return static_cast<double>(frames[i].at(x, y, 1)); };
         const double first = green(0), last = green(o.num_frames - 1), half = 0.5 * (first + last);
         int i = 1;
         while (green(i) < half) ++i;

@@ -51,7 +51,7 @@ std::unique_ptr<HistoryReader> IngestEdges::history_;
 TEST_F(IngestEdges, EveryCourseIsKeptToTheRoundingOfPhotographsAtItsTime) {
   ASSERT_EQ(history_->num_frames(), static_cast<int>(kEdgeTimes.size()));
   for (int i = 0; i < history_->num_frames(); ++i) {
-    EXPECT_EQ(history_->facts().frames[static_cast<std::size_t>(i)].time, kEdgeTimes[static_cast<std::size_t>(i)]);
+    EXPECT_EQ(history_->facts().frames[i].time, kEdgeTimes[i]);
     const ImageF frame = history_->read_frame(i);
     const ImageU8 mask = history_->read_frame_mask(i);
     for (int y = 0; y < edges_side(kCard); ++y) {
@@ -72,7 +72,7 @@ TEST_F(IngestEdges, WhatIsSaturatedIsNotLookedAtAndTheRestIs) {
   for (int y = 0; y < edges_side(kCard); ++y) {
     for (int x = 0; x < edges_side(kCard); ++x) {
       const int patch = edge_patch_at(kCard, x, y);
-      const std::string_view name = patch < 0 ? "" : kEdgePatches[static_cast<std::size_t>(patch)].name;
+      const std::string_view name = patch < 0 ? "" : kEdgePatches[patch].name;
       const bool is_corner = x + y < kCard.patch_px / 3;
       // What one photograph spoils, the others show.
       const bool is_saturated = name == "white" || name == "red_saturated";
@@ -99,7 +99,7 @@ TEST_F(IngestEdges, ProgressIsTheShareOfTheTimeThatIsAgedAndNothingElse) {
     return out;
   };
   const int even = 13 + 3 * (40 + 13) + 20, row = 13 + 40 + 13 + 20;
-  ASSERT_EQ(kEdgePatches[static_cast<std::size_t>(edge_patch_at(kCard, even, row))].name, "even");
+  ASSERT_EQ(kEdgePatches[edge_patch_at(kCard, even, row)].name, "even");
   const Vec3 before = edge_color(kCard, even, row, 0), after = edge_color(kCard, even, row, 11);
   const double aged_change = (codes(after) - codes(before)).norm(), code = std::sqrt(3.0) / 255.0;
   const double bent = (codes(0.5 * (before + after)) - 0.5 * (codes(before) + codes(after))).norm();

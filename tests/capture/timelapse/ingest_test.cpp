@@ -62,7 +62,7 @@ TEST(Ingest, WritesTheLinearPhotographsAtTheirTimes) {
   EXPECT_FALSE(history.manifest().mask);
   constexpr float kHalfRounding = 1.0f / 2048.0f;
   for (int i = 0; i < 3; ++i) {
-    EXPECT_EQ(history.manifest().frames[static_cast<std::size_t>(i)].time, 1.0 + 2.5 * i);
+    EXPECT_EQ(history.manifest().frames[i].time, 1.0 + 2.5 * i);
     const float expected = linear_from_srgb(static_cast<float>(photo_codes(i).at(7, 5, 1)) / 255.0f);
     EXPECT_NEAR(history.read_frame(i).at(7, 5, 1), expected, expected * kHalfRounding);
   }

@@ -119,13 +119,13 @@ Mesh scanned_piece(const GlossSceneOptions& o) {
       const double x = (i - half) * o.scan_spacing_mm, y = (j - half) * o.scan_spacing_mm;
       if (std::hypot(x, y) > kPieceRadius) continue;
       RandomStream random(o.seed, static_cast<std::uint64_t>(j * n + i), kScan);
-      index[static_cast<std::size_t>(j * n + i)] = static_cast<int>(mesh.positions.size());
+      index[j * n + i] = static_cast<int>(mesh.positions.size());
       mesh.positions.emplace_back(x, y, height_of(o.piece, x, y) + o.scan_noise_mm * random.normal());
     }
   }
   for (int j = 0; j + 1 < n; ++j) {
     for (int i = 0; i + 1 < n; ++i) {
-      const auto at = [&](int di, int dj) { return index[static_cast<std::size_t>((j + dj) * n + i + di)]; };
+      const auto at = [&](int di, int dj) { return index[(j + dj) * n + i + di]; };
       const int a = at(0, 0), b = at(1, 0), c = at(1, 1), d = at(0, 1);
       if (a < 0 || b < 0 || c < 0 || d < 0) continue;
       mesh.triangles.push_back({a, b, c});

@@ -171,7 +171,7 @@ LitRelief lit_relief(const LitReliefOptions& o) {
       put(scene.input.normal, x, y,
           disturbed(normal, o.normal_noise_deg, RandomStream(o.seed, static_cast<std::uint64_t>(y * n + x), 5)));
       for (int k = 0; k < o.num_lights; ++k) {
-        const Light& light = scene.input.lights[static_cast<std::size_t>(k)];
+        const Light& light = scene.input.lights[k];
         const Vec3 l = direction_to(light, p);
         const double cosine = normal.dot(l);
         Vec3 value = albedo.cwiseProduct(o.ambient) / std::numbers::pi;
@@ -185,7 +185,7 @@ LitRelief lit_relief(const LitReliefOptions& o) {
                                                                   std::pow(half, o.gloss_exponent));
           value += cosine * light_at(light, p).cwiseProduct(albedo / std::numbers::pi + Vec3::Constant(lobe));
         }
-        put(scene.input.photos[static_cast<std::size_t>(k)], x, y, value);
+        put(scene.input.photos[k], x, y, value);
       }
     }
   }

@@ -207,9 +207,9 @@ void integrate_normals(const UnlightResult& result, UnlightInput& input, Mesh& m
   std::vector<int> number(static_cast<std::size_t>(result.mask.num_pixels()), -1);
   int count = 0;
   for (std::int64_t i = 0; i < result.mask.num_pixels(); ++i) {
-    if (result.mask.data()[i] != 0) number[static_cast<std::size_t>(i)] = count++;
+    if (result.mask.data()[i] != 0) number[i] = count++;
   }
-  const auto at = [&](int x, int y) { return number[static_cast<std::size_t>(y * width + x)]; };
+  const auto at = [&](int x, int y) { return number[y * width + x]; };
   std::vector<Eigen::Triplet<double>> entries;
   Eigen::VectorXd right = Eigen::VectorXd::Zero(count);
   for (int i = 0; i < count; ++i) entries.emplace_back(i, i, 1e-8);

@@ -157,8 +157,8 @@ TEST(Unlight, ALampBehindTheObjectIsNamedAndDoesNoHarm) {
 TEST(Unlight, TexelsWithoutACleanLampAreFlaggedAndNotGuessed) {
   LitRelief scene = lit_relief({.size = 32, .num_lights = 4, .cast_shadows = false});
   scene.input.valid.assign(4, ImageU8(32, 32, 1, 255));
-  for (int k = 0; k < 4; ++k) scene.input.valid[static_cast<std::size_t>(k)].at(7, 9) = 0;
-  for (int k = 0; k < 3; ++k) scene.input.valid[static_cast<std::size_t>(k)].at(8, 9) = 0;
+  for (int k = 0; k < 4; ++k) scene.input.valid[k].at(7, 9) = 0;
+  for (int k = 0; k < 3; ++k) scene.input.valid[k].at(8, 9) = 0;
   const UnlightResult result = unlight(scene.input);
   EXPECT_EQ(result.mask.at(7, 9), 0);
   EXPECT_EQ(result.albedo.at(7, 9, 1), 0.0f);

@@ -30,7 +30,7 @@ std::vector<CellStatistics> cell_statistics(const CrackleDataset& d) {
   std::vector<CellStatistics> cells(static_cast<std::size_t>(d.num_cells) + 1);
   for (int y = 0; y < d.options.height; ++y) {
     for (int x = 0; x < d.options.width; ++x) {
-      CellStatistics& c = cells[static_cast<std::size_t>(d.cells.at(x, y))];
+      CellStatistics& c = cells[d.cells.at(x, y)];
       c.area += 1.0;
       c.thickness += static_cast<double>(d.thickness_mm.at(x, y));
       if (x == 0 || y == 0 || x == d.options.width - 1 || y == d.options.height - 1) c.touches_border = true;
@@ -114,7 +114,7 @@ TEST(Crackle, MeetsOlderCracksNearARightAngle) {
       if (std::hypot((*nearest)[0] - tip[0], (*nearest)[1] - tip[1]) > 1.5) continue;
       const auto i = nearest - other.begin();
       if (i < 6 || i + 6 >= static_cast<std::ptrdiff_t>(other.size())) continue;
-      const auto &a = other[static_cast<std::size_t>(i - 6)], &b = other[static_cast<std::size_t>(i + 6)];
+      const auto &a = other[i - 6], &b = other[i + 6];
       const double off = std::abs(std::sin(heading - std::atan2(b[1] - a[1], b[0] - a[0])));
       angles.push_back(std::asin(std::min(1.0, off)) * 180.0 / M_PI);
       break;
@@ -164,7 +164,7 @@ TEST(Crackle, BeginsToCrackWhereThePaintIsThin) {
   for (const std::int64_t seed : {1, 2, 3}) {
     const CrackleDataset d = crackle({.width = 384, .height = 384, .num_frames = 8, .seed = seed});
     for (std::size_t k = 0; k < d.cracks.size(); ++k) {
-      const auto& p = d.cracks[k].points_px[static_cast<std::size_t>(d.cracks[k].origin)];
+      const auto& p = d.cracks[k].points_px[d.cracks[k].origin];
       const int x = static_cast<int>(std::lround(p[0])), y = static_cast<int>(std::lround(p[1]));
       if (k < 5) first += static_cast<double>(d.thickness_mm.at(x, y)) / 15.0;
       if (k > 0 && !d.cracks[k].is_dead_end) {

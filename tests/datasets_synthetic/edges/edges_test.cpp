@@ -48,7 +48,7 @@ TEST(Edges, CoursesAreWhatTheirNamesSay) {
     EXPECT_EQ(edge_course(number_of("step_first"), i), i >= 1);
     EXPECT_EQ(edge_course(number_of("step_last"), i), i == last);
     EXPECT_EQ(edge_course(number_of("constant"), i), 0.0);
-    EXPECT_DOUBLE_EQ(edge_course(number_of("even"), i), kEdgeTimes[static_cast<std::size_t>(i)] / 100.0);
+    EXPECT_DOUBLE_EQ(edge_course(number_of("even"), i), kEdgeTimes[i] / 100.0);
   }
   EXPECT_EQ(edge_course(number_of("wiped"), last), 0.0);
   EXPECT_EQ(edge_course(number_of("wiped"), 9), 1.0) << "at 50 h";

@@ -14,7 +14,7 @@ namespace {
 double closed_volume(const Mesh& mesh) {
   double volume = 0.0;
   for (const Triangle& t : mesh.triangles) {
-    const auto p = [&](std::size_t k) { return mesh.positions[static_cast<std::size_t>(t[k])]; };
+    const auto p = [&](std::size_t k) { return mesh.positions[t[k]]; };
     volume += p(0).dot(p(1).cross(p(2))) / 6.0;
   }
   for (const std::array<int, 3>& around : triangle_neighbors(mesh)) {

@@ -14,7 +14,7 @@ TEST(Ledge, IsMadeOfClosedBodiesThatFaceOutward) {
   const Mesh mesh = ledge({.cells = 12});
   double volume = 0.0;
   for (const Triangle& t : mesh.triangles) {
-    const auto p = [&](std::size_t k) { return mesh.positions[static_cast<std::size_t>(t[k])]; };
+    const auto p = [&](std::size_t k) { return mesh.positions[t[k]]; };
     volume += p(0).dot(p(1).cross(p(2))) / 6.0;
   }
   // Wall 1000 x 1000 x 100; a sill's section is a trapezoid 130 deep, 30 high in front and 30 + (0.08 + 0.8) * 130 at

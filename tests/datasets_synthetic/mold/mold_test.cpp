@@ -79,7 +79,7 @@ TEST(Mold, ScanPointsLieOnTheMovedHeightFunction) {
   EXPECT_LT((rig.scanner_from_object[0].matrix() - Eigen::Matrix4d::Identity()).norm(), 1e-15);
   for (int step = 0; step < 3; ++step) {
     const PointCloud scan = mold_scan(mold, rig, step);
-    const RigidTransform back = rig.scanner_from_object[static_cast<std::size_t>(step)].inverse();
+    const RigidTransform back = rig.scanner_from_object[step].inverse();
     EXPECT_GT(scan.triangles.size(), 5000u);
     for (std::size_t i = 0; i < scan.points.size(); ++i) {
       const Vec3 p = back.apply(scan.points[i]);

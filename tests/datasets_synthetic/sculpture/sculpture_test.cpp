@@ -16,9 +16,7 @@ namespace patinate::datasets {
 namespace {
 
 double signed_uv_area(const Mesh& m, std::size_t t) {
-  const Vec2 a = m.uvs[static_cast<std::size_t>(m.uv_triangles[t][0])],
-             b = m.uvs[static_cast<std::size_t>(m.uv_triangles[t][1])],
-             c = m.uvs[static_cast<std::size_t>(m.uv_triangles[t][2])];
+  const Vec2 a = m.uvs[m.uv_triangles[t][0]], b = m.uvs[m.uv_triangles[t][1]], c = m.uvs[m.uv_triangles[t][2]];
   return 0.5 * ((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x());
 }
 
@@ -35,7 +33,7 @@ TEST(Sculpture, IsClosedAndConsistentlyOriented) {
     }
     double volume = 0.0;  // Divergence theorem: positive when normals point outward.
     for (std::size_t t = 0; t < m.triangles.size(); ++t) {
-      volume += m.positions[static_cast<std::size_t>(m.triangles[t][0])].dot(area_vector(m, static_cast<int>(t))) / 6.0;
+      volume += m.positions[m.triangles[t][0]].dot(area_vector(m, static_cast<int>(t))) / 6.0;
     }
     EXPECT_GT(volume, 0.0);
     // Three bodies without holes: V - E + F = 6.
@@ -87,10 +85,8 @@ TEST(Sculpture, TexelsHaveSimilarSizesEverywhere) {
     Eigen::Matrix2d uv;
     for (int k = 0; k < 2; ++k) {
       const std::size_t i = static_cast<std::size_t>(k) + 1;
-      edges.col(k) = m.positions[static_cast<std::size_t>(m.triangles[t][i])] -
-                     m.positions[static_cast<std::size_t>(m.triangles[t][0])];
-      uv.col(k) =
-          m.uvs[static_cast<std::size_t>(m.uv_triangles[t][i])] - m.uvs[static_cast<std::size_t>(m.uv_triangles[t][0])];
+      edges.col(k) = m.positions[m.triangles[t][i]] - m.positions[m.triangles[t][0]];
+      uv.col(k) = m.uvs[m.uv_triangles[t][i]] - m.uvs[m.uv_triangles[t][0]];
     }
     const Eigen::Matrix<double, 3, 2> jacobian = edges * uv.inverse();
     const Eigen::Matrix2d g = jacobian.transpose() * jacobian;
@@ -123,8 +119,7 @@ TEST(Sculpture, CanBePlain) {
 TEST(Curve2, PassesThroughItsPointsByArcLength) {
   const std::vector<Vec2> points = {{0, 0}, {10, 0}, {20, 5}, {20, 30}};
   const Curve2 curve(points);
-  for (int i = 0; i < 4; ++i)
-    EXPECT_NEAR((curve.at(curve.length_at(i)) - points[static_cast<std::size_t>(i)]).norm(), 0.0, 1e-9);
+  for (int i = 0; i < 4; ++i) EXPECT_NEAR((curve.at(curve.length_at(i)) - points[i]).norm(), 0.0, 1e-9);
   // Equal steps of s are equal steps of length: to second order in the step.
   for (double s = 0.0; s + 0.1 < curve.length(); s += 0.1)
     EXPECT_NEAR((curve.at(s + 0.1) - curve.at(s)).norm(), 0.1, 2e-3);

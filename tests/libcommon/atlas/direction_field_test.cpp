@@ -49,13 +49,12 @@ double worst_bend(const Mesh& mesh, const FlowFrames& frames, const std::vector<
   const auto neighbors = triangle_neighbors(mesh);
   double worst = 0.0;
   for (std::size_t t = 0; t < frames.size(); ++t) {
-    const Vec3& at = mesh.positions[static_cast<std::size_t>(mesh.triangles[t][0])];
+    const Vec3& at = mesh.positions[mesh.triangles[t][0]];
     bool is_near = false;
     for (const Vec3& pole : poles) is_near |= (at - pole).norm() < keep_away;
     for (int n : neighbors[t]) {
       if (n >= 0 && !is_near)
-        worst = std::max(
-            worst, std::acos(std::clamp(frames[t].col(1).dot(frames[static_cast<std::size_t>(n)].col(1)), -1.0, 1.0)));
+        worst = std::max(worst, std::acos(std::clamp(frames[t].col(1).dot(frames[n].col(1)), -1.0, 1.0)));
     }
   }
   return worst;
@@ -74,7 +73,7 @@ TEST(DirectionField, OnASphereItRunsDownTheMeridiansAndIsSmoothButForItsPoles) {
     Vec3 at = Vec3::Zero();
     const Vec3 area = area_vector(mesh, static_cast<int>(t));
     if (!(area.norm() > 1e-9)) continue;  // At the poles.
-    for (int c : mesh.triangles[t]) at += mesh.positions[static_cast<std::size_t>(c)] / 3.0;
+    for (int c : mesh.triangles[t]) at += mesh.positions[c] / 3.0;
     if (std::abs(at.y()) > 0.5 * kRadius) continue;  // Nearer to the poles meridians run together, which is not smooth.
     const Vec3 n = area.normalized();
     const Vec3 down = (Vec3(0, -1, 0) + n * n.y()).normalized();
@@ -110,9 +109,9 @@ TEST(DirectionField, FramesSurviveTheWayThroughUvs) {
   int num_mirrored = 0;
   for (int t = 0; t < map.mesh().num_triangles(); ++t) {
     const FlowFrame uv = map.tangents(t);
-    const FrameInUv in_uv = frame_in_uv(frames[static_cast<std::size_t>(t)], uv);
+    const FrameInUv in_uv = frame_in_uv(frames[t], uv);
     num_mirrored += in_uv.is_mirrored ? 1 : 0;
-    EXPECT_LT((frame_from_uv(in_uv, uv) - frames[static_cast<std::size_t>(t)]).norm(), 1e-12);
+    EXPECT_LT((frame_from_uv(in_uv, uv) - frames[t]).norm(), 1e-12);
   }
   EXPECT_EQ(num_mirrored, map.mesh().num_triangles() / 2);
   // A quarter turn to the left where v is up: the frame's right is the UVs' up.

@@ -60,19 +60,18 @@ TEST(TexelMap, APointIsWhereItsTexelWasDrawn) {
   for (int t = 0; t < map.mesh().num_triangles(); ++t) {
     std::array<Vec2, 3> p;
     for (std::size_t k = 0; k < 3; ++k)
-      p[k] = texel_from_uv(
-          map.mesh().uvs[static_cast<std::size_t>(map.mesh().uv_triangles[static_cast<std::size_t>(t)][k])], 100, 73);
+      p[k] = texel_from_uv(map.mesh().uvs[map.mesh().uv_triangles[static_cast<std::size_t>(t)][k]], 100, 73);
     for_each_texel(
         p, map.rect(),
         [&](int x, int y, double b1, double b2, double) {
-          Drawn& point = drawn[static_cast<std::size_t>(TexelId{y} * 100 + x)];
+          Drawn& point = drawn[TexelId{y} * 100 + x];
           if (point.triangle < 0) point = {t, static_cast<float>(b1), static_cast<float>(b2)};
         },
         [] {});
   }
   for (TexelId t = 0; t < map.num_texels(); ++t) {
     const SurfacePoint point = map.point(t);
-    const Drawn& expected = drawn[static_cast<std::size_t>(t)];
+    const Drawn& expected = drawn[t];
     ASSERT_EQ(point.triangle, expected.triangle) << t;
     ASSERT_EQ(point.b1, static_cast<double>(expected.b1)) << t;
     ASSERT_EQ(point.b2, static_cast<double>(expected.b2)) << t;
@@ -149,7 +148,7 @@ TEST(TexelMap, GatherCrossesASeamStraight) {
   for (TexelId t = 0; t < map.num_texels(); ++t) {
     if (!map.is_covered(t)) continue;
     map.gather(t, frames, offsets, found);
-    const FlowFrame& frame = frames[static_cast<std::size_t>(map.triangle(t))];
+    const FlowFrame& frame = frames[map.triangle(t)];
     for (std::size_t k = 0; k < offsets.size(); ++k) {
       const Vec3 expected = map.position_mm(t) + frame * offsets[k];
       const bool is_on_plane = expected.x() > 0.0 && expected.y() > 0.0 && expected.x() < kSide && expected.y() < kSide;

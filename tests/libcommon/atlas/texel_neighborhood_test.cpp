@@ -35,7 +35,7 @@ void expect_equal_to_gather(const TexelMap& map, const std::shared_ptr<const Flo
     if (!map.is_covered(t)) continue;
     const Eigen::Matrix2d to_mm = neighborhood.pixels_per_texel(map.triangle(t)) * step_mm;
     for (int i = 0, k = static_cast<int>(neighborhood.first_adjacent()); i < 9; ++i) {
-      if (i != 4) offsets[static_cast<std::size_t>(k++)] = to_mm * Vec2(i % 3 - 1, i / 3 - 1);
+      if (i != 4) offsets[k++] = to_mm * Vec2(i % 3 - 1, i / 3 - 1);
     }
     map.gather(t, *frames, offsets, expected);
     const auto found = cursor.at(t);

@@ -33,9 +33,7 @@ Mesh strip_uvs(Mesh mesh) {
 
 /// Twice the signed area of a triangle in the atlas.
 double twice_uv_area(const Mesh& mesh, std::size_t t) {
-  const auto uv = [&](std::size_t k) -> const Vec2& {
-    return mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][k])];
-  };
+  const auto uv = [&](std::size_t k) -> const Vec2& { return mesh.uvs[mesh.uv_triangles[t][k]]; };
   const Vec2 a = uv(1) - uv(0), b = uv(2) - uv(0);
   return a.x() * b.y() - a.y() * b.x();
 }

@@ -42,8 +42,7 @@ namespace patinate::testing_support {
 
 /// Physical value of a texel.
 [[nodiscard]] inline double value_at(const ControlMap& control, TexelId t) {
-  return control.low +
-         (control.high - control.low) * static_cast<double>(control.values.values()[static_cast<std::size_t>(t)]);
+  return control.low + (control.high - control.low) * static_cast<double>(control.values.values()[t]);
 }
 
 }  // namespace patinate::testing_support

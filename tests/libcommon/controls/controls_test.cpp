@@ -43,7 +43,7 @@ void expect_valid(const ControlMap& control, const TexelMap& map) {
   ASSERT_EQ(control.values.height(), map.height());
   ASSERT_EQ(control.values.channels(), 1);
   for (TexelId t = 0; t < map.num_texels(); ++t) {
-    const float v = control.values.values()[static_cast<std::size_t>(t)];
+    const float v = control.values.values()[t];
     ASSERT_TRUE(v >= 0.0F && v <= 1.0F);
     ASSERT_TRUE(map.is_covered(t) || v == 0.0F);
   }
@@ -129,7 +129,7 @@ TEST(SprayMap, FollowsTheConeTheCosineAndTheDistance) {
   double most = 0.0;
   for (TexelId t = 0; t < map.num_texels(); ++t) most = std::max(most, paint(map.position_mm(t)));
   for (TexelId t = 0; t < map.num_texels(); ++t) {
-    EXPECT_NEAR(control.values.values()[static_cast<std::size_t>(t)], paint(map.position_mm(t)) / most, 1e-5);
+    EXPECT_NEAR(control.values.values()[t], paint(map.position_mm(t)) / most, 1e-5);
   }
   EXPECT_EQ(control.low, 0.0);
   EXPECT_EQ(control.unit, "relative");
@@ -335,7 +335,7 @@ TEST(ControlMaps, OfTheMarbleBustHaveDarkNoseAndBrightCrevices) {
   for (TexelId t = 0; t < map.num_texels(); ++t) {
     if (map.is_covered(t) && (front < 0 || map.position_mm(t).z() > map.position_mm(front).z())) front = t;
   }
-  EXPECT_LT(control.values.values()[static_cast<std::size_t>(front)], 0.2F);
+  EXPECT_LT(control.values.values()[front], 0.2F);
 }
 
 }  // namespace

@@ -82,9 +82,7 @@ TEST(DistanceMap, BendsRoundACorner) {
   for (Triangle& t : mesh.triangles) {
     for (int& corner : t) {
       for (int i = 0; i < corner; ++i) {
-        if ((mesh.positions[static_cast<std::size_t>(i)] - mesh.positions[static_cast<std::size_t>(corner)]).norm() <
-            1e-12)
-          corner = i;
+        if ((mesh.positions[i] - mesh.positions[corner]).norm() < 1e-12) corner = i;
       }
     }
   }

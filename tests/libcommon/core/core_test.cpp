@@ -64,7 +64,7 @@ TEST(ParallelFor, VisitsEveryIndexOnceForAnyNumberOfThreads) {
     RunControl control;
     control.num_threads = threads;
     parallel_for(1001, 10, control, [&](std::int64_t begin, std::int64_t end) {
-      for (std::int64_t i = begin; i < end; ++i) ++visits[static_cast<std::size_t>(i)];
+      for (std::int64_t i = begin; i < end; ++i) ++visits[i];
     });
     for (const auto& v : visits) EXPECT_EQ(v, 1);
   }
@@ -126,7 +126,7 @@ TEST(ParallelFor, ALoopWithinALoopVisitsEachPairOnce) {
   parallel_for(40, 1, control, [&](std::int64_t begin, std::int64_t end) {
     for (std::int64_t i = begin; i < end; ++i) {
       parallel_for(50, 1, control, [&](std::int64_t first, std::int64_t last) {
-        for (std::int64_t k = first; k < last; ++k) ++visits[static_cast<std::size_t>(i * 50 + k)];
+        for (std::int64_t k = first; k < last; ++k) ++visits[i * 50 + k];
       });
     }
   });
@@ -145,7 +145,7 @@ TEST(ParallelFor, SeveralThreadsMayEachStartLoops) {
         for (int round = 0; round < 50; ++round) {
           std::vector<int> written(100, 0);
           parallel_for(100, 7, control, [&](std::int64_t begin, std::int64_t end) {
-            for (std::int64_t i = begin; i < end; ++i) written[static_cast<std::size_t>(i)] = caller + 1;
+            for (std::int64_t i = begin; i < end; ++i) written[i] = caller + 1;
           });
           if (std::count(written.begin(), written.end(), caller + 1) == 100) ++num_right;
         }

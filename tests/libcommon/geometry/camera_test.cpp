@@ -147,7 +147,7 @@ void write_calibration(const std::filesystem::path& file, const CameraParameters
   storage << "image_height" << p.height;
   const double k[] = {p.fx, 0, p.cx, 0, p.fy, p.cy, 0, 0, 1};
   matrix("camera_matrix", 3, 3, [&](int i) { return k[i]; });
-  matrix("distortion_coefficients", 1, 5, [&](int i) { return p.distortion[static_cast<std::size_t>(i)]; });
+  matrix("distortion_coefficients", 1, 5, [&](int i) { return p.distortion[i]; });
   matrix("rotation", 3, 3, [&](int i) { return p.rotation(i / 3, i % 3); });
   matrix("translation", 3, 1, [&](int i) { return p.translation[i]; });
 }

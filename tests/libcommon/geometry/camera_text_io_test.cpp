@@ -221,7 +221,7 @@ TEST(OpenCvFile, ReadsEveryFormThatOpenCvWrites) {
     const auto matrix = file.numbers("matrix");
     ASSERT_TRUE(matrix) << name;
     ASSERT_EQ(matrix->size(), 6u);
-    for (int i = 0; i < 6; ++i) EXPECT_EQ((*matrix)[static_cast<std::size_t>(i)], 0.1 * i - 0.25);
+    for (int i = 0; i < 6; ++i) EXPECT_EQ((*matrix)[i], 0.1 * i - 0.25);
     EXPECT_EQ(file.numbers("list"), (std::vector<double>{1, 2.5})) << name;
     EXPECT_EQ(file.numbers("count"), (std::vector<double>{3})) << name;
     EXPECT_FALSE(file.numbers("points")) << name;

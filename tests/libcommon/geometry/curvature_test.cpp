@@ -90,7 +90,7 @@ double bowl_bottom(double scale) {
 
 double curvature_of_bowl(int n, double scale, double x, double y) {
   const auto index = [n](double c) { return std::lround((c + 4) / 8 * n); };
-  return mean_curvature(make_bowl(n), scale)[static_cast<std::size_t>(index(y) * (n + 1) + index(x))];
+  return mean_curvature(make_bowl(n), scale)[index(y) * (n + 1) + index(x)];
 }
 
 TEST(MeanCurvature, OfAPitIsPositiveAndOfItsRimNegative) {

@@ -32,9 +32,7 @@ void turn_round(Mesh& mesh, std::size_t t) {
 double volume(const Mesh& mesh) {
   double sum = 0.0;
   for (int t = 0; t < mesh.num_triangles(); ++t) {
-    sum += mesh.positions[static_cast<std::size_t>(mesh.triangles[static_cast<std::size_t>(t)][0])].dot(
-               area_vector(mesh, t)) /
-           6.0;
+    sum += mesh.positions[mesh.triangles[static_cast<std::size_t>(t)][0]].dot(area_vector(mesh, t)) / 6.0;
   }
   return sum;
 }
@@ -71,7 +69,7 @@ TEST(RepairMesh, TurnsNormalsThatWereMadeFromTheWrongWinding) {
   mesh.normal_triangles[5] = {1, 1, 1};
   const Mesh repaired = repair_mesh(mesh).mesh;
   for (std::size_t t = 0; t < repaired.triangles.size(); ++t) {
-    for (int n : repaired.normal_triangles[t]) EXPECT_EQ(repaired.normals[static_cast<std::size_t>(n)], Vec3(0, 0, 1));
+    for (int n : repaired.normal_triangles[t]) EXPECT_EQ(repaired.normals[n], Vec3(0, 0, 1));
   }
 }
 
@@ -104,7 +102,7 @@ TEST(RepairMesh, KeepsBothSidesOfASheetThatHaveUvsOfTheirOwn) {
     Triangle uv{};
     for (std::size_t k = 0; k < 3; ++k) {
       uv[k] = static_cast<int>(mesh.uvs.size());
-      mesh.uvs.emplace_back(mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][k])] + Vec2(2.0, 0.0));
+      mesh.uvs.emplace_back(mesh.uvs[mesh.uv_triangles[t][k]] + Vec2(2.0, 0.0));
     }
     mesh.triangles.push_back(mesh.triangles[t]);
     mesh.uv_triangles.push_back(uv);

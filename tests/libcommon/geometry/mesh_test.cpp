@@ -31,8 +31,7 @@ double longest_edge(const Mesh& mesh) {
   double longest = 0.0;
   for (const Triangle& t : mesh.triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3 edge =
-          mesh.positions[static_cast<std::size_t>(t[(k + 1) % 3])] - mesh.positions[static_cast<std::size_t>(t[k])];
+      const Vec3 edge = mesh.positions[t[(k + 1) % 3]] - mesh.positions[t[k]];
       longest = std::max(longest, edge.norm());
     }
   }
@@ -76,9 +75,9 @@ TEST(Mesh, NeighborsOfAClosedSurfaceAreMutual) {
   const Mesh sphere = make_icosphere(1.0, 2);
   const auto neighbors = triangle_neighbors(sphere);
   for (int t = 0; t < sphere.num_triangles(); ++t) {
-    for (int n : neighbors[static_cast<std::size_t>(t)]) {
+    for (int n : neighbors[t]) {
       ASSERT_GE(n, 0);
-      const auto& back = neighbors[static_cast<std::size_t>(n)];
+      const auto& back = neighbors[n];
       EXPECT_NE(std::find(back.begin(), back.end(), t), back.end());
     }
   }
@@ -121,8 +120,8 @@ TEST(RefineEdges, SplitsUntilNoEdgeIsLongerAndLeavesNoCracks) {
     EXPECT_EQ(num_open_sides(refined), 0);
     double volume = 0.0;  // divergence theorem: the winding is kept everywhere
     for (int t = 0; t < refined.num_triangles(); ++t) {
-      const Triangle& c = refined.triangles[static_cast<std::size_t>(t)];
-      volume += refined.positions[static_cast<std::size_t>(c[0])].dot(area_vector(refined, t)) / 6.0;
+      const Triangle& c = refined.triangles[t];
+      volume += refined.positions[c[0]].dot(area_vector(refined, t)) / 6.0;
     }
     EXPECT_NEAR(volume, 1.0, 1e-9);
   }
@@ -135,10 +134,10 @@ TEST(RefineEdges, InterpolatesUvsAndNormals) {
   ASSERT_EQ(patch.normal_triangles.size(), patch.triangles.size());
   for (std::size_t t = 0; t < patch.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3& p = patch.positions[static_cast<std::size_t>(patch.triangles[t][k])];
-      const Vec2& uv = patch.uvs[static_cast<std::size_t>(patch.uv_triangles[t][k])];
+      const Vec3& p = patch.positions[patch.triangles[t][k]];
+      const Vec2& uv = patch.uvs[patch.uv_triangles[t][k]];
       EXPECT_LT((uv - Vec2(p.x() / 2, p.y())).norm(), kMeshRounding);
-      EXPECT_EQ(patch.normals[static_cast<std::size_t>(patch.normal_triangles[t][k])], Vec3(0, 0, 1));
+      EXPECT_EQ(patch.normals[patch.normal_triangles[t][k]], Vec3(0, 0, 1));
     }
   }
 }
@@ -191,8 +190,8 @@ TEST(CreaseNormals, AreHardWhereEdgesBendByMoreThanTheCrease) {
   const Mesh cube = with_crease_normals(make_cube(1.0));
   EXPECT_EQ(cube.normals.size(), 24u);
   for (int t = 0; t < cube.num_triangles(); ++t) {
-    for (const int n : cube.normal_triangles[static_cast<std::size_t>(t)])
-      EXPECT_LT((cube.normals[static_cast<std::size_t>(n)] - area_vector(cube, t).normalized()).norm(), kMeshRounding);
+    for (const int n : cube.normal_triangles[t])
+      EXPECT_LT((cube.normals[n] - area_vector(cube, t).normalized()).norm(), kMeshRounding);
   }
   const Mesh smooth_cube = with_crease_normals(make_cube(1.0), 91.0);
   EXPECT_EQ(smooth_cube.normals.size(), 8u);
@@ -202,10 +201,7 @@ TEST(CreaseNormals, AreHardWhereEdgesBendByMoreThanTheCrease) {
   EXPECT_EQ(sphere.normals.size(), sphere.positions.size());
   for (std::size_t t = 0; t < sphere.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
-      EXPECT_LT((sphere.normals[static_cast<std::size_t>(sphere.normal_triangles[t][k])] -
-                 smooth[static_cast<std::size_t>(sphere.triangles[t][k])])
-                    .norm(),
-                kMeshRounding);
+      EXPECT_LT((sphere.normals[sphere.normal_triangles[t][k]] - smooth[sphere.triangles[t][k]]).norm(), kMeshRounding);
     }
   }
   EXPECT_EQ(with_crease_normals(cube, 91.0).normals.size(), 24u) << "a mesh's own normals stay";
@@ -247,7 +243,7 @@ TEST(TriangulatePolygon, CoversConcavePolygonsExactly) {
     const std::vector<Triangle> triangles = triangulate_polygon(corners);
     EXPECT_EQ(triangles.size(), corners.size() - 2);
     for (const Triangle& t : triangles) {
-      const auto at = [&](std::size_t k) { return corners[static_cast<std::size_t>(t[k])]; };
+      const auto at = [&](std::size_t k) { return corners[t[k]]; };
       const double z = 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).z();
       sum += z;
       absolute += std::abs(z);

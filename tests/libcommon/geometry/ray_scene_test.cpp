@@ -25,8 +25,8 @@ TEST(RayScene, HitsTheSphereWhereTheFormulaSaysAndGivesItsBarycentrics) {
     const auto hit = scene.first_hit(center + 5.0 * direction, -direction);
     ASSERT_TRUE(hit);
     EXPECT_NEAR(hit->distance, 3.0, 0.01);  // facets lie inside by up to h^2 / 8R
-    const Triangle& t = sphere.triangles[static_cast<std::size_t>(hit->triangle)];
-    const auto at = [&](std::size_t k) { return sphere.positions[static_cast<std::size_t>(t[k])]; };
+    const Triangle& t = sphere.triangles[hit->triangle];
+    const auto at = [&](std::size_t k) { return sphere.positions[t[k]]; };
     const Vec3 point = (1 - hit->b1 - hit->b2) * at(0) + hit->b1 * at(1) + hit->b2 * at(2);
     EXPECT_LT((point - (center + (5.0 - hit->distance) * direction)).norm(), kFloat * 5);
   }

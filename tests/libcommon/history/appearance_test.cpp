@@ -33,7 +33,7 @@ Appearance read_text(const TempFolder& folder, const std::string& members) {
 
 ImageF plain(const std::array<float, 3>& linear) {
   ImageF image(1, 1, 3);
-  for (int c = 0; c < 3; ++c) image.at(0, 0, c) = linear[static_cast<std::size_t>(c)];
+  for (int c = 0; c < 3; ++c) image.at(0, 0, c) = linear[c];
   return image;
 }
 

@@ -142,7 +142,7 @@ TEST(History, SampleAtFrameTimesIsThatFrameToTheBit) {
   write_three_frames(folder.path());
   const HistoryReader reader(folder.path());
   for (int i = 0; i < reader.num_frames(); ++i) {
-    const double time = reader.manifest().frames[static_cast<std::size_t>(i)].time;
+    const double time = reader.manifest().frames[i].time;
     EXPECT_EQ(reader.sample(time), reader.read_frame(i));
   }
   EXPECT_EQ(reader.sample(-1.0), reader.read_frame(0));

@@ -101,7 +101,7 @@ TEST(BetweenPixels, ChannelsAndBordersDoNotMatter) {
       const NearestPixel at = nearest_pixel(x, y);
       float value = 0.0f;
       look_between<1>(alone.data(), alone.width(), alone.height(), at.x + kSide, at.y + kSide, at.beside, &value);
-      ASSERT_EQ(value, color[static_cast<std::size_t>(c)]) << x << ' ' << y << ' ' << c;
+      ASSERT_EQ(value, color[c]) << x << ' ' << y << ' ' << c;
     }
   }
 }

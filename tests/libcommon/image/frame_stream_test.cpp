@@ -95,7 +95,7 @@ TEST(FrameStream, GivesEveryFrameOfAMovieAsItWasWritten) {
   ASSERT_EQ(info.num_frames, 60);
   EXPECT_EQ(info.frame_rate, 25.0);
   FrameStream stream(folder / "clip.avi", all_of(60));
-  for (int i = 0; i < 60; ++i) ASSERT_EQ(codes_of(stream.read(i)), frames[static_cast<std::size_t>(i)]) << i;
+  for (int i = 0; i < 60; ++i) ASSERT_EQ(codes_of(stream.read(i)), frames[i]) << i;
   EXPECT_EQ(codes_of(stream.read(7)), frames[7]);  // Going back.
 }
 
@@ -167,8 +167,8 @@ TEST(FrameStream, GivesTheSameFramesToWorkersInAnyOrder) {
   control.num_threads = 6;
   std::atomic<int> num_wrong{0};
   parallel_for(static_cast<std::int64_t>(wanted.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
-    const int i = wanted[static_cast<std::size_t>(begin)];
-    if (!(codes_of(stream.read(i)) == frames[static_cast<std::size_t>(i)])) ++num_wrong;
+    const int i = wanted[begin];
+    if (!(codes_of(stream.read(i)) == frames[i])) ++num_wrong;
   });
   EXPECT_EQ(num_wrong, 0);
 }

@@ -25,9 +25,7 @@ using testing_support::write;
 double volume_of(const Mesh& mesh) {
   double volume = 0.0;
   for (int t = 0; t < mesh.num_triangles(); ++t) {
-    volume += mesh.positions[static_cast<std::size_t>(mesh.triangles[static_cast<std::size_t>(t)][0])].dot(
-                  area_vector(mesh, t)) /
-              6;
+    volume += mesh.positions[mesh.triangles[static_cast<std::size_t>(t)][0]].dot(area_vector(mesh, t)) / 6;
   }
   return volume;
 }
@@ -88,9 +86,7 @@ TEST(WriteObj, ReadsBackToTheSameBits) {
   ASSERT_EQ(back.num_triangles(), mesh.num_triangles());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto of = [&](const auto& values, const auto& triangles) {
-        return values[static_cast<std::size_t>(triangles[t][k])];
-      };
+      const auto of = [&](const auto& values, const auto& triangles) { return values[triangles[t][k]]; };
       EXPECT_EQ(of(back.positions, back.triangles), of(mesh.positions, mesh.triangles));
       EXPECT_EQ(of(back.uvs, back.uv_triangles), of(mesh.uvs, mesh.uv_triangles));
       EXPECT_LT((of(back.normals, back.normal_triangles) - of(mesh.normals, mesh.normal_triangles)).norm(), 1e-15);

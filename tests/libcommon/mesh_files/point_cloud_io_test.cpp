@@ -217,12 +217,12 @@ TEST(RealScans, KinectCloudsComeWithTheirGridAndWithoutHoles) {
   EXPECT_LT(cloud.num_points(), 640 * 480);
   EXPECT_GT(cloud.num_points(), 640 * 480 / 2);
   // A pinhole: x / z grows by the same step from column to column.
-  const auto point = [&](int x, int y) { return cloud.grid->cell[static_cast<std::size_t>(y * 640 + x)]; };
+  const auto point = [&](int x, int y) { return cloud.grid->cell[y * 640 + x]; };
   int seen = 0;
   for (int x = 100; x < 500; x += 50) {
     const int a = point(x, 240), b = point(x + 40, 240);
     if (a < 0 || b < 0) continue;
-    const Vec3 pa = cloud.points[static_cast<std::size_t>(a)], pb = cloud.points[static_cast<std::size_t>(b)];
+    const Vec3 pa = cloud.points[a], pb = cloud.points[b];
     EXPECT_NEAR(pb.x() / pb.z() - pa.x() / pa.z(), 40.0 / 525.0, 0.002) << "the Kinect's focal length of 525 px";
     ++seen;
   }

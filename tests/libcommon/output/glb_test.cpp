@@ -40,11 +40,11 @@ TEST(Glb, ReadsBackAsTheSameMeshInMetres) {
   ASSERT_TRUE(back.has_uvs());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vec3 p = mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])];
-      const Vec3 q = back.positions[static_cast<std::size_t>(back.triangles[t][k])];
+      const Vec3 p = mesh.positions[mesh.triangles[t][k]];
+      const Vec3 q = back.positions[back.triangles[t][k]];
       EXPECT_NEAR((0.001 * p - q).norm(), 0.0, 2e-8);  // float positions of 0.1
-      const Vec2 u = mesh.uvs[static_cast<std::size_t>(mesh.uv_triangles[t][k])];
-      const Vec2 w = back.uvs[static_cast<std::size_t>(back.uv_triangles[t][k])];
+      const Vec2 u = mesh.uvs[mesh.uv_triangles[t][k]];
+      const Vec2 w = back.uvs[back.uv_triangles[t][k]];
       EXPECT_NEAR((u - w).norm(), 0.0, 2e-7);
     }
   }
@@ -300,8 +300,7 @@ TEST(GlbTangents, AreUnitAndAcrossTheNormalWhateverTheUvs) {
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
         EXPECT_NEAR(found.tangent[t][k].norm(), 1.0, 1e-12);
-        EXPECT_NEAR(found.tangent[t][k].dot(mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[t][k])]), 0.0,
-                    1e-12);
+        EXPECT_NEAR(found.tangent[t][k].dot(mesh.normals[mesh.normal_triangles[t][k]]), 0.0, 1e-12);
       }
     }
   }

@@ -183,9 +183,9 @@ TEST(Relief, FollowsTheTexelsOfARamp) {
     EXPECT_NEAR(p.z(), 0.1 * p.x() / 2.0, 1e-6);
   }
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const Vec3& p = mesh.positions[static_cast<std::size_t>(mesh.triangles[t][0])];
+    const Vec3& p = mesh.positions[mesh.triangles[t][0]];
     if (p.x() < 0.2 || p.x() > 1.8) continue;
-    const Vec3& n = mesh.normals[static_cast<std::size_t>(mesh.normal_triangles[t][0])];
+    const Vec3& n = mesh.normals[mesh.normal_triangles[t][0]];
     EXPECT_NEAR(n.x() / n.z(), -0.05, 1e-6);
   }
 }

@@ -54,7 +54,7 @@ std::vector<std::int64_t> texels_of(const Scene& scene) {
   const SurfaceAtlas atlas(make_scene_mesh(scene), scene.resolution);
   std::vector<std::int64_t> covered(scene.objects.size());
   for (TexelIndex t = 0; t < atlas.grid().num_texels(); ++t) {
-    if (atlas.is_covered(t)) ++covered[static_cast<std::size_t>(atlas.object(atlas.triangle(t)))];
+    if (atlas.is_covered(t)) ++covered[atlas.object(atlas.triangle(t))];
   }
   return covered;
 }
@@ -93,8 +93,8 @@ TEST(SceneMesh, ObjectsShareTheAtlasInProportionToTheirSurfaces) {
   std::array<std::int64_t, 2> weight{};
   for (TexelIndex t = 0; t < atlas.grid().num_texels(); ++t) {
     if (!atlas.is_covered(t)) continue;
-    ++covered[static_cast<std::size_t>(atlas.object(atlas.triangle(t)))];
-    weight[static_cast<std::size_t>(atlas.object(atlas.triangle(t)))] += atlas.weight(t);
+    ++covered[atlas.object(atlas.triangle(t))];
+    weight[atlas.object(atlas.triangle(t))] += atlas.weight(t);
   }
   // Sides are whole texels and one row is kept free, so the densities differ by a few percent; weights make up for it.
   EXPECT_NEAR(static_cast<double>(covered[0]) / static_cast<double>(covered[1]), 4.0, 0.2);
@@ -149,8 +149,8 @@ TEST(SurfaceAtlas, EveryPointHasATexelAtMostADiagonalAway) {
     for (const auto& [b1, b2] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}, {0.3, 0.3}}) {
       const TexelIndex texel = atlas.texel_of(t, b1, b2);
       ASSERT_NE(texel, kNoTexel);
-      const Triangle& c = mesh.mesh.triangles[static_cast<std::size_t>(t)];
-      const auto p = [&](std::size_t k) { return mesh.mesh.positions[static_cast<std::size_t>(c[k])]; };
+      const Triangle& c = mesh.mesh.triangles[t];
+      const auto p = [&](std::size_t k) { return mesh.mesh.positions[c[k]]; };
       const Vec3 point = (1 - b1 - b2) * p(0) + b1 * p(1) + b2 * p(2);
       const Vec3 center = map.position_mm(std::int64_t{atlas.grid().y(texel)} * 64 + atlas.grid().x(texel));
       EXPECT_LT((point - center).norm(), 1.5 * atlas.median_texel_size_mm());

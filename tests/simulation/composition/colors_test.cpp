@@ -39,7 +39,7 @@ int code_of(double linear) { return srgb8_from_linear(static_cast<float>(linear)
 TEST(ColorsByAmount, AreReachedAtTheirAmountsAndHeldBehindThem) {
   ComposeScene scene(testing_support::unit_plane(32.0), 32, {covering(0.0, 0.0)});
   const std::vector<double> amounts{0.1, 0.25, 0.5, 0.75, 1.5, 3.0};
-  scene.set(0, [&](int x, int, const Vec3&) { return amounts[static_cast<std::size_t>(x / 8)]; });
+  scene.set(0, [&](int x, int, const Vec3&) { return amounts[x / 8]; });
   const ImageU8 first = [&] {
     Composer composer = scene.composer();
     (void)composer.compose(*scene.atlas, {});

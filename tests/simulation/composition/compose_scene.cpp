@@ -95,7 +95,7 @@ void set_any_amounts(ComposeScene& scene, std::uint64_t seed) {
       RandomStream random(seed, (static_cast<std::uint64_t>(m) << 40) + static_cast<std::uint64_t>(y) * 65536 +
                                     static_cast<std::uint64_t>(x));
       const double wave = std::sin(0.3 * p.x() + m) * std::cos(0.2 * p.y() - m);
-      const double original = scene.scene.objects[0].preset.amounts[static_cast<std::size_t>(m)];
+      const double original = scene.scene.objects[0].preset.amounts[m];
       return std::max(0.0, original + wave) * (0.9 + 0.2 * random.uniform());
     });
   }

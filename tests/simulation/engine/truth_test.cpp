@@ -45,12 +45,12 @@ TEST(SimulationTruths, HitsOfAFacetGoByItsAreaAndItsCosine) {
     std::vector<double> hits(static_cast<std::size_t>(mesh.num_triangles()), 0.0), shadow(hits.size(), 0.0);
     for (TexelIndex t = 0; t < surface.grid().num_texels(); ++t) {
       if (surface.is_covered(t))
-        hits[static_cast<std::size_t>(surface.triangle(t))] +=
+        hits[surface.triangle(t)] +=
             std::round(static_cast<double>(map.at(surface.grid().x(t), surface.grid().y(t))) * surface.area_mm2(t));
     }
     double total = 0.0, total_shadow = 0.0;
     for (std::size_t t = 0; t < hits.size(); ++t) {
-      const auto p = [&](std::size_t k) { return mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])]; };
+      const auto p = [&](std::size_t k) { return mesh.positions[mesh.triangles[t][k]]; };
       shadow[t] = -0.5 * (p(1) - p(0)).cross(p(2) - p(0)).dot(direction);  // area * cosine, mm2
       if (shadow[t] <= 0.0) {
         EXPECT_EQ(hits[t], 0.0) << "a facet that looks away";
@@ -132,7 +132,7 @@ TEST(SimulationTruths, ResolutionChangesNothingButSharpness) {
       for (int y = 0; y < resolution; ++y) {
         for (int x = 0; x < resolution; ++x) {
           const double share = static_cast<double>(amounts.at(x, y)) / (side * side);
-          blurred[static_cast<std::size_t>(y / side * kCoarsest + x / side)] += share;
+          blurred[y / side * kCoarsest + x / side] += share;
           mean += share / (kCoarsest * kCoarsest);
         }
       }

@@ -36,8 +36,7 @@ const Rule kConsuming = rule_of("min(water, metal)", 0.4, {0.0, 0.0, 1.0}, {0.0,
 TransportScene filled(int resolution, std::array<std::uint16_t, 3> amounts) {
   TransportScene scene = squeezed_plane(resolution);
   for (const TexelIndex t : scene.covered) {
-    for (int m = 0; m < 3; ++m)
-      scene.atlas->writable_tile(m, TileGrid::tile_of(t))[t % 64] = amounts[static_cast<std::size_t>(m)];
+    for (int m = 0; m < 3; ++m) scene.atlas->writable_tile(m, TileGrid::tile_of(t))[t % 64] = amounts[m];
   }
   return scene;
 }
@@ -301,12 +300,10 @@ TEST(CompiledRules, KnowWithoutWhichMaterialsNothingHappens) {
                            : static_cast<float>(k < rules.materials.size() ? 3.0 : 2.0) *
                                  static_cast<float>(random.uniform() - (k < rules.materials.size() ? 0.0 : 0.5));
       }
-      for (const auto& constant : rules.rules[0].driver.constants)
-        slots[static_cast<std::size_t>(constant.slot)].values.fill(constant.value);
+      for (const auto& constant : rules.rules[0].driver.constants) slots[constant.slot].values.fill(constant.value);
       run_expression(rules.rules[0].driver, slots[0].values.data(), InstructionSet::Baseline);
-      for (const float v : slots[static_cast<std::size_t>(rules.rules[0].driver.result)].values)
-        ASSERT_EQ(v, 0.0F) << driver << " without "
-                           << kRustMaterials[static_cast<std::size_t>(rules.materials[without])];
+      for (const float v : slots[rules.rules[0].driver.result].values)
+        ASSERT_EQ(v, 0.0F) << driver << " without " << kRustMaterials[rules.materials[without]];
     }
   }
   EXPECT_EQ(compile_rules(std::vector<Rule>{rule_of("1", 1.0, {}, {0.0, 1.0})}, kRustMaterials, {}).rules[0].needs, 1u)
@@ -318,7 +315,7 @@ TEST(RuleEngine, ReportsWhatItMadeAndUsed) {
   const std::vector<Rule> rules{kConsuming, kEvaporation};
   RuleEngine engine(rules, kRustMaterials, *scene.surface, 0.1, 7);
   std::array<std::int64_t, 3> balance{};
-  for (int m = 0; m < 3; ++m) balance[static_cast<std::size_t>(m)] = scene.atlas->mass(m);
+  for (int m = 0; m < 3; ++m) balance[m] = scene.atlas->mass(m);
   for (int i = 0; i < 50; ++i) {
     const RuleReport report = engine.step(i, *scene.atlas);
     for (std::size_t m = 0; m < 3; ++m) {
@@ -412,8 +409,8 @@ TEST(SurfaceParameter, SlopeOfASphereDoesNotShowItsTriangles) {
     const std::array<double, 3> weights = surface.corner_weights(t);
     Vec3 p = Vec3::Zero();
     for (std::size_t k = 0; k < 3; ++k) {
-      const auto corner = mesh.mesh.triangles[static_cast<std::size_t>(surface.triangle(t))][k];
-      p += weights[k] * mesh.mesh.positions[static_cast<std::size_t>(corner)];
+      const auto corner = mesh.mesh.triangles[surface.triangle(t)][k];
+      p += weights[k] * mesh.mesh.positions[corner];
     }
     largest = std::max(largest, std::abs(values[t] / 65535.0 - (1.0 - p.normalized().y()) / 2.0));
   }

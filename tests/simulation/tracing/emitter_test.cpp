@@ -150,8 +150,7 @@ TEST(Emitter, BrushStaysBelowACeiling) {
   Mesh plates = floor_of(100);
   const int first = static_cast<int>(plates.positions.size());
   const std::size_t n = plates.triangles.size();
-  for (int i = 0; i < first; ++i)
-    plates.positions.push_back(plates.positions[static_cast<std::size_t>(i)] + Vec3(0, 4, 0));
+  for (int i = 0; i < first; ++i) plates.positions.push_back(plates.positions[i] + Vec3(0, 4, 0));
   for (std::size_t i = 0; i < n; ++i) {
     const Triangle t = plates.triangles[i];
     plates.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});

@@ -19,8 +19,8 @@ LandingCounts::LandingCounts(const Mesh& mesh, double band_mm, bool is_front, co
     const Vec3 flow = (down - down.dot(normal) * normal).normalized();
     double perimeter = 0.0;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Triangle& c = mesh.triangles[static_cast<std::size_t>(t)];
-      const auto p = [&](std::size_t i) { return mesh.positions[static_cast<std::size_t>(c[i % 3])]; };
+      const Triangle& c = mesh.triangles[t];
+      const auto p = [&](std::size_t i) { return mesh.positions[c[i % 3]]; };
       const Vec3 edge = p(k + 2) - p(k + 1);
       item.height[k] = area / edge.norm();
       perimeter += edge.norm();
@@ -41,7 +41,7 @@ LandingCounts::LandingCounts(const Mesh& mesh, double band_mm, bool is_front, co
 }
 
 Zone LandingCounts::zone_of(int triangle, double b1, double b2) const {
-  const Item& item = items_[static_cast<std::size_t>(triangle)];
+  const Item& item = items_[triangle];
   const std::array<double, 3> distance{(1.0 - b1 - b2) * item.height[0], b1 * item.height[1], b2 * item.height[2]};
   std::size_t nearest = 0;
   for (std::size_t k = 1; k < 3; ++k) {
@@ -53,7 +53,7 @@ Zone LandingCounts::zone_of(int triangle, double b1, double b2) const {
 }
 
 void LandingCounts::add(int triangle, double b1, double b2) {
-  Item& item = items_[static_cast<std::size_t>(triangle)];
+  Item& item = items_[triangle];
   if (item.counts) ++item.hits[static_cast<std::size_t>(zone_of(triangle, b1, b2))];
 }
 

@@ -96,7 +96,7 @@ std::array<double, 2> unevenness(const Facets& facets, int iterations) {
     const bool is_first = run.gammatons.triangle[i] % 2 == 0;
     const double along = is_first ? run.gammatons.b2[i] : run.gammatons.b1[i] + run.gammatons.b2[i];
     by_place[static_cast<std::size_t>(along * kBins)] += 1.0;
-    by_facet[static_cast<std::size_t>(facet - first_facet)] += 1.0;
+    by_facet[facet - first_facet] += 1.0;
   }
   return {chi_square_of_equal(by_place) / chi_square_limit(kBins - 1),
           chi_square_of_equal(by_facet) / chi_square_limit(static_cast<double>(by_facet.size()) - 1.0)};
@@ -157,13 +157,13 @@ TEST(Landing, OfRainOnASphereIsEvenOverFacetsAndTheirEdges) {
     for (std::size_t i = 0; i < run.gammatons.size(); ++i) {
       if (run.gammatons.state[i] != GammatonState::InContact) continue;
       const double b1 = run.gammatons.b1[i], b2 = run.gammatons.b2[i];
-      ++met[static_cast<std::size_t>(run.gammatons.triangle[i])][std::min({b1, b2, 1.0 - b1 - b2}) < rim ? 0 : 1];
+      ++met[run.gammatons.triangle[i]][std::min({b1, b2, 1.0 - b1 - b2}) < rim ? 0 : 1];
     }
     run.respond();
   }
   double total = 0.0, seen = 0.0;
   for (int t = 0; t < mesh.num_triangles(); ++t) {
-    const auto& [edge, middle] = met[static_cast<std::size_t>(t)];
+    const auto& [edge, middle] = met[t];
     total += edge + middle;
     seen += std::max(0.0, area_vector(mesh, t).y());
   }
@@ -171,7 +171,7 @@ TEST(Landing, OfRainOnASphereIsEvenOverFacetsAndTheirEdges) {
   for (int t = 0; t < mesh.num_triangles(); ++t) {
     const double expected = 0.5 * total * std::max(0.0, area_vector(mesh, t).y()) / seen;
     if (expected < 5.0) continue;  // Counts of less are not normal.
-    for (const double count : met[static_cast<std::size_t>(t)]) {
+    for (const double count : met[t]) {
       chi_square += (count - expected) * (count - expected) / expected;
       ++bins;
     }
@@ -298,11 +298,11 @@ TEST(Landing, GoesOverObliqueEdgesFromTheDensityAboveToTheRatioOfCosines) {
     const double middle = Fold::kHalfEdge - stride * kStrides;
     for (std::size_t i = 0; i < run.gammatons.size(); ++i) {
       if (run.gammatons.state[i] != GammatonState::Floating || run.gammatons.triangle[i] < 2) continue;
-      const Triangle& t = run.mesh.mesh.triangles[static_cast<std::size_t>(run.gammatons.triangle[i])];
+      const Triangle& t = run.mesh.mesh.triangles[run.gammatons.triangle[i]];
       const double b1 = run.gammatons.b1[i], b2 = run.gammatons.b2[i];
       const std::array<double, 3> b{1.0 - b1 - b2, b1, b2};
       Vec3 p(0, 0, 0);
-      for (std::size_t k = 0; k < 3; ++k) p += b[k] * run.mesh.mesh.positions[static_cast<std::size_t>(t[k])];
+      for (std::size_t k = 0; k < 3; ++k) p += b[k] * run.mesh.mesh.positions[t[k]];
       const auto bin = static_cast<std::size_t>(p.dot(fold.on) / kBin);
       if (std::abs(p.dot(fold.edge)) < middle && bin < kBins) found[bin] += 1.0;
     }
@@ -323,7 +323,7 @@ TEST(Landing, DoesNotKnowSplitVertices) {
   split.positions.clear();
   for (Triangle& t : split.triangles) {
     for (int& corner : t) {
-      split.positions.push_back(whole.positions[static_cast<std::size_t>(corner)]);
+      split.positions.push_back(whole.positions[corner]);
       corner = static_cast<int>(split.positions.size()) - 1;
     }
   }

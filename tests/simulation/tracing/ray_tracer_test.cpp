@@ -82,7 +82,7 @@ TEST(RayTracer, NothingPassesThroughEdgesAndCornersOfAClosedMesh) {
   int num_lost = 0;
   for (int i = 0; i < testing_support::sample_count(1000000); ++i) {
     const auto t = static_cast<std::size_t>(random.below(static_cast<std::uint32_t>(mesh.num_triangles())));
-    const auto corner = [&](std::size_t k) { return mesh.positions[static_cast<std::size_t>(mesh.triangles[t][k])]; };
+    const auto corner = [&](std::size_t k) { return mesh.positions[mesh.triangles[t][k]]; };
     const double s = i % 4 == 0 ? 0.0 : random.uniform();
     const Vec3 target = (1.0 - s) * corner(0) + s * corner(1);
     const Vec3 origin = i % 2 == 0 ? Vec3::Zero() : Vec3(60.0 * random_vector(random));

@@ -98,7 +98,7 @@ TEST(Deposit, IsDarkestWhereTheWayEnds) {
   (void)exchanger.deposit(one, {.rates = {0.1}, .splat_texels = 1}, 0, cargo, *scene.atlas);
   for (int i = 0; i < num_steps; ++i) {
     const double expected = kAmountOne * (i + 1) / (0.5 * num_steps * (num_steps + 1));
-    const TexelIndex first = middles[static_cast<std::size_t>(i)] / TileGrid::kTileTexels * TileGrid::kTileTexels;
+    const TexelIndex first = middles[i] / TileGrid::kTileTexels * TileGrid::kTileTexels;
     double sum = 0.0;
     for (TexelIndex t = first; t < first + TileGrid::kTileTexels; ++t) sum += scene.atlas->amount(0, t);
     EXPECT_NEAR(sum, expected, 6.0) << i;  // parts, each in whole quanta

@@ -39,10 +39,10 @@ void exchange_slowly(std::vector<Contact> contacts, const ExchangeOptions& optio
     std::size_t active = 0;
     const auto randoms = transfer_randoms(kExchangeSeed, contact.gammaton, iteration, 0, 8);
     for (int m = 0; m < 3; ++m) {
-      const double rate = options.rates[static_cast<std::size_t>(m)];
+      const double rate = options.rates[m];
       if (rate == 0.0) continue;
       std::uint32_t& amount = amounts.at({m, contact.texel});
-      std::uint32_t& mass = cargo.mass[contact.gammaton][static_cast<std::size_t>(m)];
+      std::uint32_t& mass = cargo.mass[contact.gammaton][m];
       const int quanta = transfer_quanta(transfer_shares(options.ratio, rate, options.contact, weight), amount, weight,
                                          mass, randoms[active++]);
       if (quanta != 0) dirty.insert(TileGrid::tile_of(contact.texel));
@@ -89,9 +89,9 @@ void exchange_splats_slowly(std::vector<Contact> contacts, const ExchangeOptions
     const auto randoms = transfer_randoms(kExchangeSeed, contact.gammaton, iteration, 0, 8);
     std::size_t active = 0;
     for (int m = 0; m < 3; ++m) {
-      const double rate = options.rates[static_cast<std::size_t>(m)];
+      const double rate = options.rates[m];
       if (rate == 0.0) continue;
-      std::uint32_t& whole = cargo.mass[contact.gammaton][static_cast<std::size_t>(m)];
+      std::uint32_t& whole = cargo.mass[contact.gammaton][m];
       std::vector<std::uint32_t> masses(parts.size());
       deal(
           whole, randoms[active], surface.weight(contact.texel), parts.size(),
@@ -213,8 +213,7 @@ TEST(Exchanger, ConservesEveryQuantumForEveryRatioAndRate) {
     Cargo cargo = random_cargo(kGammatons, 16.0, 2);
     Exchanger exchanger(3, kExchangeSeed);
     std::array<std::int64_t, 3> total{};
-    for (int m = 0; m < 3; ++m)
-      total[static_cast<std::size_t>(m)] = scene.atlas->mass(m) + cargo_mass(cargo, static_cast<std::size_t>(m));
+    for (int m = 0; m < 3; ++m) total[m] = scene.atlas->mass(m) + cargo_mass(cargo, static_cast<std::size_t>(m));
     std::int64_t iteration = 0;
     for (const double ratio : {0.0, 0.001, 0.3, 0.5, 1.0}) {
       for (const double rate : {0.0, 1.0 / 4096, 0.1, 1.0}) {
@@ -226,8 +225,7 @@ TEST(Exchanger, ConservesEveryQuantumForEveryRatioAndRate) {
             random_contacts(scene, kGammatons, static_cast<std::uint64_t>(iteration), 40);
         (void)exchanger.exchange(contacts, options, iteration++, cargo, *scene.atlas);
         for (int m = 0; m < 3; ++m) {
-          ASSERT_EQ(scene.atlas->mass(m) + cargo_mass(cargo, static_cast<std::size_t>(m)),
-                    total[static_cast<std::size_t>(m)]);
+          ASSERT_EQ(scene.atlas->mass(m) + cargo_mass(cargo, static_cast<std::size_t>(m)), total[m]);
         }
       }
     }

@@ -59,7 +59,7 @@ TEST(Failure, WhatIsWrongWithAFileIsNoBrokenPrecondition) {
 // Thrown by the libraries themselves, so that the words are those of the version that is built with.
 TEST(Failure, WordsOfLibrariesBecomeOurs) {
   const auto wrong_type = [] { (void)nlohmann::json::parse("{\"a\": 1}").at("a").get<std::string>(); };
-  const auto too_long = [] { std::vector<char>().resize(static_cast<std::size_t>(-1)); };
+  const auto too_long = [] { std::vector<char>().resize(-1); };
   const auto no_memory = [] { throw std::bad_alloc(); };
   const auto no_folder = [] { std::filesystem::create_directory("/nowhere/at/all"); };
   const auto no_thread = [] { throw std::system_error(EAGAIN, std::generic_category()); };

@@ -51,8 +51,7 @@ TEST(ReducedTransfer, IsTheMeanOfItsTexels) {
   const std::vector<ImageF> expected = whole.sample_tiles(time);
   const ImageF found = reduced.sample(time);
   for (int tile = 0; tile < 4; ++tile) {
-    const ImageF mean = downscale_area(expected[static_cast<std::size_t>(tile)], 32, 32),
-                 own = cut_tile(found, reduced.sheet(), tile);
+    const ImageF mean = downscale_area(expected[tile], 32, 32), own = cut_tile(found, reduced.sheet(), tile);
     for (std::size_t i = 0; i < mean.values().size(); ++i)
       ASSERT_NEAR(own.values()[i], mean.values()[i], 1.0 / 255.0) << tile << " " << i;
   }

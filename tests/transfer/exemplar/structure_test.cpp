@@ -148,7 +148,7 @@ ImageF patches(int radius, float contrast) {
       const int dx = x % 40 - 20, dy = y % 40 - 20;
       const float patch = dx * dx + dy * dy < radius * radius ? contrast : 0.0f;
       const std::array<float, 3> color{0.3f + patch, 0.3f, 0.3f - 0.5f * patch};
-      for (int c = 0; c < 3; ++c) image.at(x, y, c) = color[static_cast<std::size_t>(c)] + 0.04f * noise(x, y);
+      for (int c = 0; c < 3; ++c) image.at(x, y, c) = color[c] + 0.04f * noise(x, y);
     }
   }
   return image;

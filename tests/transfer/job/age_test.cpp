@@ -35,7 +35,7 @@ TEST(AgeMesh, GivesATextureOfTheHistorysColorsAtAnyTime) {
       std::array<float, 3> color{};
       look_at<3>(frame.data(), frame.width(), frame.height(), aged.coordinates.at(x, y, 0),
                  aged.coordinates.at(x, y, 1), color.data());
-      for (int c = 0; c < 3; ++c) ASSERT_EQ(texture.at(x, y, c), color[static_cast<std::size_t>(c)]);
+      for (int c = 0; c < 3; ++c) ASSERT_EQ(texture.at(x, y, c), color[c]);
     }
   }
   EXPECT_GT(num_covered, 1000);

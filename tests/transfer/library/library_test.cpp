@@ -69,9 +69,7 @@ TEST_F(Library, HoldsEveryHistoryBitForBitAtItsOwnTimes) {
   for (std::size_t p = 0; p < 2; ++p) {
     const HistoryReader own(p == 0 ? one_ : two_);
     for (int i = 0; i < own.num_frames(); ++i) {
-      EXPECT_EQ(difference(library.sample(own.manifest().frames[static_cast<std::size_t>(i)].time), parts[p],
-                           own.read_frame(i)),
-                0.0)
+      EXPECT_EQ(difference(library.sample(own.manifest().frames[i].time), parts[p], own.read_frame(i)), 0.0)
           << p << " frame " << i;
     }
   }
@@ -224,8 +222,8 @@ TEST_F(Library, NormalsAndGlossGoAlong) {
     }
     HistoryWriter::write_frame_extra(two_, i, "normal", normal);
     HistoryWriter::write_frame_extra(two_, i, "specular", gloss);
-    m.frames[static_cast<std::size_t>(i)].extras = {{"specular", HistoryWriter::frame_extra_file(i, "specular")},
-                                                    {"normal", HistoryWriter::frame_extra_file(i, "normal")}};
+    m.frames[i].extras = {{"specular", HistoryWriter::frame_extra_file(i, "specular")},
+                          {"normal", HistoryWriter::frame_extra_file(i, "normal")}};
   }
   write_history_manifest(two_ / kHistoryManifestFile, m);
   const HistoryReader library = combine(folder_ / "library", {one_, two_});

@@ -58,7 +58,7 @@ class LibraryTransfer : public testing::Test {
   }
   /// Index of the history that a texel's source belongs to.
   [[nodiscard]] int source_of(const CoordinateMap& coordinates, int x, int y) const {
-    return coordinates[static_cast<std::size_t>(y * kSize + x)] % library_->manifest().width >= parts_[1].x ? 1 : 0;
+    return coordinates[y * kSize + x] % library_->manifest().width >= parts_[1].x ? 1 : 0;
   }
   TempFolder folder_;
   std::shared_ptr<const HistoryReader> library_;

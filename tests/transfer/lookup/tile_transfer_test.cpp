@@ -36,7 +36,7 @@ class TransferOverTiles : public testing::Test {
     ImageF guide(task.input.map->width(), task.input.map->height());
     for (TexelId t = 0; t < task.input.map->num_texels(); ++t) {
       if (task.input.map->is_covered(t))
-        guide.values()[static_cast<std::size_t>(t)] = static_cast<float>(task.input.map->position_mm(t).x() / kSide);
+        guide.values()[t] = static_cast<float>(task.input.map->position_mm(t).x() / kSide);
     }
     task.input.controls.push_back({"x", "ramp", guide, {}, 1.0, ControlMapping::Rank});
     map_ = task.input.map;
@@ -71,9 +71,9 @@ TEST_F(TransferOverTiles, ReadsBackTheCoordinatesOfEveryTexel) {
   const ImageF frame = transfer.history().read_frame(1);
   ASSERT_EQ(tiles.size(), 3u);
   for (int i = 0; i < 3; ++i) {
-    const ImageF source = read_channels(transfer.manifest().tiles[static_cast<std::size_t>(i)].coordinates,
-                                        {kCoordinateChannels[0], kCoordinateChannels[1]});
-    EXPECT_EQ(tiles[static_cast<std::size_t>(i)], gather(frame, source));
+    const ImageF source =
+        read_channels(transfer.manifest().tiles[i].coordinates, {kCoordinateChannels[0], kCoordinateChannels[1]});
+    EXPECT_EQ(tiles[i], gather(frame, source));
   }
 }
 

@@ -97,8 +97,7 @@ struct Level {
     coordinates.assign(static_cast<std::size_t>(map->num_texels()), -1);
     for (TexelId t : level.destination.texels) {
       RandomStream random(8, static_cast<std::uint64_t>(t));
-      coordinates[static_cast<std::size_t>(t)] =
-          level.source.usable[random.below(static_cast<std::uint32_t>(level.source.usable.size()))];
+      coordinates[t] = level.source.usable[random.below(static_cast<std::uint32_t>(level.source.usable.size()))];
     }
   }
 };
@@ -112,8 +111,7 @@ TEST(OptimumAudit, FindsWhatLookingAtEveryPixelFinds) {
   std::vector<double> ratios;
   for (TexelId t : task.level.destination.texels) {
     cost.prepare(t, task.coordinates, EnergyScale::make(task.level.source, kAuditShare, weights));
-    const auto mine = static_cast<double>(
-        cost.total(task.coordinates[static_cast<std::size_t>(t)], std::numeric_limits<std::int64_t>::max()));
+    const auto mine = static_cast<double>(cost.total(task.coordinates[t], std::numeric_limits<std::int64_t>::max()));
     const auto best = static_cast<double>(
         search.find_exhaustively(cost, {.x0 = 0, .y0 = 0, .x1 = kAuditSide, .y1 = kAuditSide}).cost);
     own += mine;
@@ -138,8 +136,7 @@ TEST(OptimumAudit, TheBestPixelOfEveryTexelIsOptimal) {
   CoordinateMap best = task.coordinates;
   for (TexelId t : task.level.destination.texels) {
     cost.prepare(t, task.coordinates, EnergyScale::make(task.level.source, 0.0, weights));
-    best[static_cast<std::size_t>(t)] =
-        search.find_exhaustively(cost, {.x0 = 0, .y0 = 0, .x1 = kAuditSide, .y1 = kAuditSide}).pixel;
+    best[t] = search.find_exhaustively(cost, {.x0 = 0, .y0 = 0, .x1 = kAuditSide, .y1 = kAuditSide}).pixel;
   }
   const OptimumAudit audit = audit_optimum(task.level, task.neighborhood, best, 0.0, weights, 1'000'000, 1);
   EXPECT_EQ(audit.optimal_share, 1.0);
@@ -169,8 +166,7 @@ TEST(OptimumAudit, AFewTexelsEstimateAllOfThemTheSameWayOnAnyThread) {
 TEST(OptimumAudit, PixelsAtTheBorderHaveNoCost) {
   Level task;
   const std::size_t n = task.level.destination.texels.size();
-  for (std::size_t i = 0; i < n / 2; ++i)
-    task.coordinates[static_cast<std::size_t>(task.level.destination.texels[i])] = 2;
+  for (std::size_t i = 0; i < n / 2; ++i) task.coordinates[task.level.destination.texels[i]] = 2;
   const OptimumAudit audit = audit_optimum(task.level, task.neighborhood, task.coordinates, kAuditShare,
                                            std::vector<double>{1.0}, 1'000'000, 1);
   EXPECT_EQ(audit.num_excluded, static_cast<std::int64_t>(n / 2));

@@ -116,7 +116,7 @@ TEST(MemoryTransfer, KnowsThePartsOfALibrary) {
   for (TexelId t = 0; t < both.map->num_texels(); ++t) {
     if (!both.map->is_covered(t) || t % kAtlas < kAtlas - 12) continue;
     ++num_asked;
-    num_right += memory.coordinates[static_cast<std::size_t>(t)] % kMemorySource >= kMemorySource / 2;
+    num_right += memory.coordinates[t] % kMemorySource >= kMemorySource / 2;
   }
   EXPECT_GE(num_right, 0.99 * num_asked);
 }

@@ -54,11 +54,11 @@ Coherence measure_coherence(const TexelMap& map, const std::shared_ptr<const Flo
   std::array<std::int64_t, 2> pairs{}, coherent{};
   for (TexelId t = 0; t < map.num_texels(); ++t) {
     if (!map.is_covered(t)) continue;
-    const std::int32_t s = coordinates[static_cast<std::size_t>(t)];
+    const std::int32_t s = coordinates[t];
     for (const PixelNeighbor& n : cursor.at(t)) {
       if (n.texel < 0 || n.texel == t) continue;
       const std::size_t kind = map.chart(n.texel) == map.chart(t) ? 1 : 0;
-      const std::int32_t other = coordinates[static_cast<std::size_t>(n.texel)];
+      const std::int32_t other = coordinates[n.texel];
       const Vec2 error =
           Vec2(other % kSurfaceSource - s % kSurfaceSource, other / kSurfaceSource - s / kSurfaceSource) -
           Vec2(n.x, n.y) / PixelNeighbor::kOne;
@@ -96,7 +96,7 @@ TEST(OnTheSurface, TheGuidesPlacesComeThroughAnyCharts) {
       const Vec2 place = place_on_plane(*map, t, kSurfaceSource);
       constexpr double kBorder = 4.0;  // The source's neighborhood ends there.
       if (place.minCoeff() < kBorder || place.maxCoeff() > kSurfaceSource - 1 - kBorder) continue;
-      const std::int32_t s = result.coordinates[static_cast<std::size_t>(t)];
+      const std::int32_t s = result.coordinates[t];
       sum += (Vec2(s % kSurfaceSource, s / kSurfaceSource) - place).cwiseAbs().maxCoeff();
       ++count;
     }
@@ -146,7 +146,7 @@ TEST(OnTheSurface, ACheckerKeepsItsPitchOnAStretchedAtlas) {
       transfer({.history = history, .map = map, .texel_size_mm = 1.0, .controls = {guide}, .frames = downward(*map)},
                {.coherence_share = 0.9});
   const auto light_at = [&](int x, int y) {
-    const std::int32_t s = result.coordinates[static_cast<std::size_t>(y * map->width() + x)];
+    const std::int32_t s = result.coordinates[y * map->width() + x];
     return is_light(s % kSurfaceSource, s / kSurfaceSource);
   };
   // The median length of a run: pieces that end inside a square make shorter ones, and at the source's borders

@@ -46,7 +46,7 @@ TEST(BorderZones, OfAPlaneAreTheTexelsWithinReachOfTheirNearestOtherTile) {
   const FourTiles four(testing_support::unit_plane(kTilesSide));
   ASSERT_EQ(four.grid.width(0), kTilesSide);
   for (int tile = 0; tile < 4; ++tile) {
-    const auto& border = four.border[static_cast<std::size_t>(tile)];
+    const auto& border = four.border[tile];
     std::map<TexelId, std::int64_t> found;
     for (const BorderTexel& b : border) found[b.texel] = b.other;
     const TexelRect rect = four.grid.rect(0, tile);

@@ -176,8 +176,7 @@ TEST(SurfacePatch, OnADomeIsNowhereTorn) {
   int most = 0;
   for (const PatchEdge& e : patch.edges) {
     if (e.second < 0) continue;
-    const FixedPoint &a = patch.texels[static_cast<std::size_t>(e.first)].offset,
-                     &b = patch.texels[static_cast<std::size_t>(e.second)].offset;
+    const FixedPoint &a = patch.texels[e.first].offset, &b = patch.texels[e.second].offset;
     most = std::max({most, std::abs(b.x - a.x - e.step.x), std::abs(b.y - a.y - e.step.y)});
   }
   EXPECT_LT(most, kOnePixel / 2);
@@ -208,14 +207,13 @@ TEST(PatchCut, FindsTheCheapestOfAllBorders) {
                             static_cast<std::int32_t>(10 + random.below(70)) * kOnePixel};
     const auto cost = [&](unsigned labels) {
       const auto place = [&](std::int32_t n) {
-        const PatchTexel& t = patch.texels[static_cast<std::size_t>(n)];
+        const PatchTexel& t = patch.texels[n];
         return labels >> n & 1u ? FixedPoint{center.x + t.offset.x, center.y + t.offset.y} : task.places.point(t.texel);
       };
       std::int64_t sum = 0;
       for (std::int32_t n = 0; n < 9; ++n) {
         const FixedPoint p = place(n);
-        sum += control_cost.at(task.level.destination.target(patch.texels[static_cast<std::size_t>(n)].texel),
-                               features.pixel_at(p.x, p.y));
+        sum += control_cost.at(task.level.destination.target(patch.texels[n].texel), features.pixel_at(p.x, p.y));
       }
       for (const PatchEdge& e : patch.edges) {
         const FixedPoint second = e.second >= 0 ? place(e.second) : task.places.point(e.outside);
@@ -354,12 +352,12 @@ TEST(Refinement, OnlyUsesWhatCanBeCopiedAndLeavesNothingOut) {
   const BrokenLines task(testing_support::quilt_plane(kLinesSide, 3));
   const PlaceMap refined = task.refined(4, 0);
   for (TexelId t = 0; t < kLinesSide * kLinesSide; ++t) {
-    const std::int32_t pixel = refined.pixels[static_cast<std::size_t>(t)];
+    const std::int32_t pixel = refined.pixels[t];
     if (!task.level.destination.map->is_covered(t)) {
       EXPECT_EQ(pixel, -1);
     } else {
       ASSERT_GE(pixel, 0);
-      EXPECT_NE(task.level.source.is_usable[static_cast<std::size_t>(pixel)], 0);
+      EXPECT_NE(task.level.source.is_usable[pixel], 0);
     }
   }
 }

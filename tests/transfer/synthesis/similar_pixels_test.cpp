@@ -29,7 +29,7 @@ TEST(SimilarPixels, OfARepeatingPatternAreItsCopies) {
   const SimilarPixels similar = find_similar_pixels(source);
   ASSERT_EQ(source.usable.size(), 58u * 58u);
   for (const std::int32_t pixel : source.usable) {
-    for (const std::int32_t other : similar[static_cast<std::size_t>(pixel)]) {
+    for (const std::int32_t other : similar[pixel]) {
       ASSERT_GE(other, 0) << pixel;
       ASSERT_NE(other, pixel);
       ASSERT_EQ((other % kSide - pixel % kSide) % kPeriod, 0) << pixel << " " << other;

@@ -66,7 +66,7 @@ TEST(ReferenceSynthesis, SameControlsGiveTheIdentityWithZeroEnergy) {
   EXPECT_EQ(result.energy.coherent_share, 1.0);
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 32; ++x) {
-      ASSERT_EQ(result.coordinates[static_cast<std::size_t>(y * 32 + x)], (y + kShift) * 48 + x + kShift);
+      ASSERT_EQ(result.coordinates[y * 32 + x], (y + kShift) * 48 + x + kShift);
     }
   }
 }
@@ -82,7 +82,7 @@ TEST(MultiLevelSynthesis, AShiftOfTheGuideGivesTheSameShift) {
   double sum_of_distances = 0.0;
   for (int y = 0; y < 64; ++y) {
     for (int x = 0; x < 64; ++x) {
-      const std::int32_t s = result.coordinates[static_cast<std::size_t>(y * 64 + x)];
+      const std::int32_t s = result.coordinates[y * 64 + x];
       sum_of_distances += std::hypot(s % 96 - (x + kShift), s / 96 - (y + kShift));
     }
   }
@@ -260,8 +260,8 @@ TEST(TexelCost, EqualsTheFormula) {
     for (std::size_t k = 0; k < neighborhood.offsets.size(); ++k) {
       const int x = static_cast<int>(t % 24) + neighborhood.offsets[k].x,
                 y = static_cast<int>(t / 24) + neighborhood.offsets[k].y;
-      if (x < 0 || y < 0 || x >= 24 || y >= 24 || coordinates[static_cast<std::size_t>(y * 24 + x)] < 0) continue;
-      const std::int32_t n = coordinates[static_cast<std::size_t>(y * 24 + x)];
+      if (x < 0 || y < 0 || x >= 24 || y >= 24 || coordinates[y * 24 + x] < 0) continue;
+      const std::int32_t n = coordinates[y * 24 + x];
       const std::int32_t moved = s + neighborhood.offsets[k].y * 32 + neighborhood.offsets[k].x;
       for (int d = 0; d < kAppearanceSize; ++d) {
         const double difference =

@@ -68,8 +68,7 @@ double flat_share(const TexelMap& map, bool may_turn) {
     finder.find_edges(patch);
     for (const PatchEdge& e : patch.edges) {
       if (e.second < 0) continue;
-      const PatchTexel &a = patch.texels[static_cast<std::size_t>(e.first)],
-                       &b = patch.texels[static_cast<std::size_t>(e.second)];
+      const PatchTexel &a = patch.texels[e.first], &b = patch.texels[e.second];
       const FixedPoint step = turned(e.step, a.turn);
       ++num;
       flat += std::max(std::abs(a.offset.x + step.x - b.offset.x), std::abs(a.offset.y + step.y - b.offset.y)) <=
@@ -128,15 +127,14 @@ TEST(TurnedPieces, AreToldTexelByTexel) {
   std::int64_t num = 0, in_place = 0, turned_ones = 0;
   for (TexelId t = 0; t < plate.map->num_texels(); ++t) {
     if (t % 128 == 127) continue;
-    turned_ones += result.turns[static_cast<std::size_t>(t)] != 0;
+    turned_ones += result.turns[t] != 0;
     const auto position = [&](TexelId of) {
       const SourcePlace p = result.place(of);
       return Vec2(p.pixel % 128 + p.beside_x / 256.0, p.pixel / 128 + p.beside_y / 256.0);
     };
     // A step along texel x, which is the plate's x, in the source's axes there: what was made, and what the flow tells.
-    const FlowFrame& frame = (*flow.frames)[static_cast<std::size_t>(plate.map->triangle(t))];
-    const Vec2 told = Eigen::Rotation2Dd(radians_of(flow.turns[static_cast<std::size_t>(t)])) *
-                      Vec2(frame.transpose() * Vec3(1.0, 0.0, 0.0));
+    const FlowFrame& frame = (*flow.frames)[plate.map->triangle(t)];
+    const Vec2 told = Eigen::Rotation2Dd(radians_of(flow.turns[t])) * Vec2(frame.transpose() * Vec3(1.0, 0.0, 0.0));
     ++num;
     in_place += (position(t + 1) - position(t) - told).cwiseAbs().maxCoeff() <= 0.6;
   }

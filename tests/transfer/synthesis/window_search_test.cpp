@@ -70,7 +70,7 @@ std::vector<std::int32_t> all_within(const SourceLevel& source, const TexelCost&
   for (int y = window.y0; y < window.y1; ++y) {
     for (int x = window.x0; x < window.x1; ++x) {
       const std::int32_t p = y * source.width() + x;
-      if (source.is_usable[static_cast<std::size_t>(p)] != 0 && cost.total(p, bound + 1) <= bound) pixels.push_back(p);
+      if (source.is_usable[p] != 0 && cost.total(p, bound + 1) <= bound) pixels.push_back(p);
     }
   }
   return pixels;
@@ -101,9 +101,9 @@ std::int64_t count_differences(const SearchTask& task, Known known, const AuditC
               const std::int64_t n = t + std::int64_t{dy} * w + dx;
               if (n < 0 || n >= task.destination.map->num_texels()) continue;
               const std::int32_t shifted = origin + dy * task.source.width() + dx;
-              coordinates[static_cast<std::size_t>(n)] = !has_coordinates(known, {dx, dy}, quarters, random) ? -1
-                                                         : random.below(4) < copied                          ? shifted
-                                                                                                             : pick();
+              coordinates[n] = !has_coordinates(known, {dx, dy}, quarters, random) ? -1
+                               : random.below(4) < copied                          ? shifted
+                                                                                   : pick();
             }
           }
           cost.prepare(t, coordinates, scale);
@@ -143,7 +143,7 @@ TEST(Wavefronts, NeighborsAreVisitedInRowOrderAlsoAcrossSeams) {
   std::vector<std::int32_t> front_of(static_cast<std::size_t>(task.destination.map->num_texels()), -1);
   std::size_t visited = 0;
   for (std::size_t f = 0; f < fronts.size(); ++f) {
-    for (TexelId t : fronts[f]) front_of[static_cast<std::size_t>(t)] = static_cast<std::int32_t>(f);
+    for (TexelId t : fronts[f]) front_of[t] = static_cast<std::int32_t>(f);
     visited += fronts[f].size();
   }
   EXPECT_EQ(visited, task.destination.texels.size());
@@ -153,7 +153,7 @@ TEST(Wavefronts, NeighborsAreVisitedInRowOrderAlsoAcrossSeams) {
     for (const PixelNeighbor& neighbor : cursor.at(t)) {
       const TexelId n = neighbor.texel;
       if (n < 0 || n == t) continue;
-      const std::int32_t a = front_of[static_cast<std::size_t>(t)], b = front_of[static_cast<std::size_t>(n)];
+      const std::int32_t a = front_of[t], b = front_of[n];
       wrong += (n < t) != (b < a) ? 1 : 0;
     }
   }

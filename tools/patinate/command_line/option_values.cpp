@@ -96,7 +96,7 @@ class Declarer final : public OptionVisitor {
   }
   void visit_choice_index(const OptionInfo& info, int& index, std::span<const std::string_view> names) override {
     const std::vector<std::string> words(names.begin(), names.end());
-    Argument a = argument(info, ValueType::Text, joined_by(words, "|"), words[static_cast<std::size_t>(index)]);
+    Argument a = argument(info, ValueType::Text, joined_by(words, "|"), words[index]);
     a.choices = words;
     a.set = [words, name = a.name](const std::string& s) {
       if (std::find(words.begin(), words.end(), s) != words.end()) return;

@@ -56,7 +56,7 @@ FollowedChange followed_change(const HistoryReader& history, const HistoryReader
   const int last = static_cast<int>(before.size()) - 1;
   FollowedChange greatest;
   for (const int frame : std::set<int>{last / 4, last / 2, 3 * last / 4, last}) {
-    FollowedChange here{.time = before[static_cast<std::size_t>(frame)].time};
+    FollowedChange here{.time = before[frame].time};
     const ImageF now = frame_of(history, frame, of), made_now = frame_of(made, made_frame(here.time), of);
     for (const ImageF* other : {&begin, &made_begin, &made_now}) {
       if (other->values().size() != now.values().size()) return {};

@@ -104,7 +104,7 @@ std::vector<FitSource> sources_of(const Given& given) {
     if (equals == std::string::npos || found == names.end())
       throw UsageError("--scene-of: found `" + text + "`; expected HISTORY=SCENE, HISTORY the name of one of several" +
                        did_you_mean(text.substr(0, equals), names));
-    sources[static_cast<std::size_t>(found - names.begin())].scene = text.substr(equals + 1);
+    sources[found - names.begin()].scene = text.substr(equals + 1);
   }
   return sources;
 }

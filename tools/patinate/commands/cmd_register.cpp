@@ -100,7 +100,7 @@ int cmd_register(CommandRun& run) {
   if (!initial.empty()) set_initial(initial, names, task);
   if (std::none_of(task.initial.begin(), task.initial.end(), [](const auto& pose) { return pose.has_value(); }))
     task.initial.clear();
-  const std::string file = names[static_cast<std::size_t>(task.reference)];
+  const std::string file = names[task.reference];
   const std::optional<JobStatus> status =
       run.make_folder(capture::plan_registration(std::move(task), output), "register");
   if (!status) return 0;

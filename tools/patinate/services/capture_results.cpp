@@ -126,8 +126,8 @@ Facts calibration_facts(const fs::path& path) {
   JsonReader json(path.string(), content);
   json.expect_format("patinate.calibration", 1);
   Facts facts("calibration");
-  facts.add("calibrated", std::string(capture::kCalibrationKindNames[static_cast<std::size_t>(
-                              json.member("kind").choice(capture::kCalibrationKindNames))]));
+  facts.add("calibrated",
+            std::string(capture::kCalibrationKindNames[json.member("kind").choice(capture::kCalibrationKindNames)]));
   facts.add("unit", json.member("unit").string());
   if (json.has("camera")) {
     const Camera camera = read_camera(path);

@@ -109,7 +109,7 @@ std::string csv_of(CommandRun& run, const HistoryReader& history, const std::vec
   for (int f = 0; f < history.num_frames(); ++f) {
     control.throw_if_stopped();
     const ImageF frame = history.read_frame(f);
-    const HistoryFrame& entry = history.manifest().frames[static_cast<std::size_t>(f)];
+    const HistoryFrame& entry = history.manifest().frames[f];
     const ImageU8 valid = entry.mask ? history.read_frame_mask(f) : ImageU8();
     for (std::size_t r = 0; r < regions.size(); ++r) {
       std::vector<std::uint32_t> pixels = regions[r].pixels;

@@ -85,7 +85,7 @@ class TransferTiles {
     transfer::write_array(folder / ("flow." + std::to_string(tile)), std::span<const TriangleFrame>(flow));
     for (std::size_t c = 0; c < manifest().controls.size(); ++c) {
       ImageF values(rect.width(), rect.height());
-      const fs::path file = tile_path(manifest().controls[c].file, sheet().names[static_cast<std::size_t>(tile)]);
+      const fs::path file = tile_path(manifest().controls[c].file, sheet().names[tile]);
       for_each_row(file, sheet(), {"Y"}, 0, sheet().tile_height, [&](int y, std::span<const float> row) {
         std::copy(row.begin(), row.end(), &values.at(sheet().margin(), sheet().margin() + y));
       });
@@ -130,7 +130,7 @@ class TransferTiles {
       const int left = std::max(x0, rect.x0), right = std::min(x0 + sheet().tile_width, rect.x1);
       const int begin = std::clamp(rect.y0 - y0, 0, sheet().tile_height),
                 end = std::clamp(rect.y1 - y0, 0, sheet().tile_height);
-      for_each_row(manifest().tiles[static_cast<std::size_t>(tile)].coordinates, sheet(),
+      for_each_row(manifest().tiles[tile].coordinates, sheet(),
                    {transfer::kCoordinateChannels[0], transfer::kCoordinateChannels[1]}, begin, end,
                    [&](int y, std::span<const float> values) {
                      std::copy(values.begin() + 2 * (left - x0), values.begin() + 2 * (right - x0),

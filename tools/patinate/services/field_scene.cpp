@@ -118,7 +118,7 @@ analysis::AgeWithFields FieldScene::age() const {
         const auto found = std::find(placed.maps.begin(), placed.maps.end(), map.name);
         if (found == placed.maps.end()) continue;
         map.kind = "image";
-        map.images = {placed.pictures[static_cast<std::size_t>(found - placed.maps.begin())]};
+        map.images = {placed.pictures[found - placed.maps.begin()]};
       }
     });
   };

@@ -56,7 +56,7 @@ std::size_t make_frames(const MovieFrames& movie, const PlannedWork& work, const
 void encode(const MovieFrames& movie, const RunControl& control) {
   const auto codes = [&](int i) {
     const fs::path file = frame_file(movie, static_cast<std::size_t>(i));
-    if (image_file_key(file) != movie.keys[static_cast<std::size_t>(i)])
+    if (image_file_key(file) != movie.keys[i])
       throw CannotComplete(file.string() + ": is damaged, or was removed meanwhile; run its item again");
     return srgb8_from_linear(read_color(file));  // Gives back the codes that were written.
   };

@@ -33,7 +33,7 @@ void check_history(const std::filesystem::path& path, Checks& checks, const RunC
   for (int i = 0; i < history.num_frames(); ++i) {
     control.throw_if_stopped();
     checks.run([&] { (void)history.read_frame(i); });
-    for (const std::string& name : history.facts().frames[static_cast<std::size_t>(i)].extras)
+    for (const std::string& name : history.facts().frames[i].extras)
       checks.run([&] { (void)history.read_frame_extra(i, name); });
     control.report((i + 1.0) / (history.num_frames() + 1.0));
   }

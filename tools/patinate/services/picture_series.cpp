@@ -22,7 +22,7 @@ OutputWork movie_work(const std::filesystem::path& output, const PictureSeries& 
   const auto frames = std::make_shared<MovieFrames>(MovieFrames{
       .output = output, .label = series.label, .key = hash.hex(), .keys = {}, .codes = {}, .options = movie});
   frames->codes = [series](int i, const RunControl& control) {
-    const double t = series.times[static_cast<std::size_t>(i)];
+    const double t = series.times[i];
     return series.codes ? series.codes(t, control) : srgb8_from_linear(series.picture(t, control));
   };
   for (std::size_t i = 0; i < series.times.size(); ++i) {

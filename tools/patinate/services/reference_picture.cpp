@@ -30,9 +30,7 @@ Vec3 vector_at(const ImageF& image, std::int64_t pixel) {
 double pixel_size_mm(const ImageF& position, const std::vector<std::uint8_t>& is_known) {
   std::vector<double> sizes;
   for (std::int64_t i = 1; i < position.num_pixels(); ++i) {
-    if (i % position.width() == 0 || is_known[static_cast<std::size_t>(i)] == 0 ||
-        is_known[static_cast<std::size_t>(i - 1)] == 0)
-      continue;
+    if (i % position.width() == 0 || is_known[i] == 0 || is_known[i - 1] == 0) continue;
     sizes.push_back((vector_at(position, i) - vector_at(position, i - 1)).norm());
   }
   if (sizes.empty()) return 0.0;
@@ -48,7 +46,7 @@ PixelOfTexel pixels_on_uvs(const TexelMap& map, int width, int height) {
   for (TexelId t = 0; t < map.num_texels(); ++t) {
     if (!map.is_covered(t)) continue;
     const std::int64_t x = t % map.width() * width / map.width(), y = t / map.width() * height / map.height();
-    pixels[static_cast<std::size_t>(t)] = y * width + x;
+    pixels[t] = y * width + x;
   }
   return pixels;
 }
@@ -59,11 +57,11 @@ PixelOfTexel pixels_at_positions(const TexelMap& map, const ImageF& position, co
   std::vector<std::int64_t> pixel_of;
   std::vector<std::uint8_t> is_known(static_cast<std::size_t>(position.num_pixels()));
   for (std::int64_t i = 0; i < position.num_pixels(); ++i) {
-    const bool is_masked = !mask.empty() && mask.values()[static_cast<std::size_t>(i)] == 0;
+    const bool is_masked = !mask.empty() && mask.values()[i] == 0;
     // Without normals, a point at 0 is no surface.
     const bool is_surface = vector_at(normal.empty() ? position : normal, i).squaredNorm() > 0.0;
     if (is_masked || !is_surface) continue;
-    is_known[static_cast<std::size_t>(i)] = 1;
+    is_known[i] = 1;
     points.push_back(vector_at(position, i));
     pixel_of.push_back(i);
   }
@@ -76,9 +74,8 @@ PixelOfTexel pixels_at_positions(const TexelMap& map, const ImageF& position, co
       if (!map.is_covered(t)) continue;
       const NearestPoints::Nearest found = tree.nearest_below(map.position_mm(t), reach);
       if (found.index < 0) continue;
-      const std::int64_t pixel = pixel_of[static_cast<std::size_t>(found.index)];
-      if (normal.empty() || map.normal(t).dot(vector_at(normal, pixel)) > kSameSide)
-        pixels[static_cast<std::size_t>(t)] = pixel;
+      const std::int64_t pixel = pixel_of[found.index];
+      if (normal.empty() || map.normal(t).dot(vector_at(normal, pixel)) > kSameSide) pixels[t] = pixel;
     }
   });
   return pixels;
@@ -98,7 +95,7 @@ PixelOfTexel pixels_in_view(const TexelMap& map, const Camera& camera, const Run
       if (!seen) continue;
       const double x = std::round(seen->x()), y = std::round(seen->y());
       if (!(x >= 0.0 && y >= 0.0 && x < width && y < height) || scene.is_blocked(p, camera.center(), epsilon)) continue;
-      pixels[static_cast<std::size_t>(t)] = static_cast<std::int64_t>(y) * width + static_cast<std::int64_t>(x);
+      pixels[t] = static_cast<std::int64_t>(y) * width + static_cast<std::int64_t>(x);
     }
   });
   return pixels;

@@ -97,7 +97,7 @@ OutputWork shots_work(const RenderTask& task, const std::string& key, const std:
                       const std::string& measure) {
   const auto picture = [studio, shots, numbers](double number, const RunControl& control) {
     const auto index = std::find(numbers.begin(), numbers.end(), number) - numbers.begin();
-    return studio->picture(shots[static_cast<std::size_t>(index)], control);
+    return studio->picture(shots[index], control);
   };
   return series_work(task.output,
                      {.label = "render", .key = key, .times = numbers, .picture = picture, .measure = measure},

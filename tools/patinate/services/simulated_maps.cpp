@@ -51,7 +51,7 @@ SimulatedSurface::SimulatedSurface(const std::filesystem::path& folder, double f
   if (file.scene.materials != manifest.materials)
     throw IoError(file.file.string(), "has other materials than the simulation " + folder.string());
   if (const int water = material_index(file.scene, kWater); water >= 0) {
-    simulation::MaterialAppearance& look = file.scene.appearance[static_cast<std::size_t>(water)];
+    simulation::MaterialAppearance& look = file.scene.appearance[water];
     look.strength = look.specular = look.height_mm = 0.0;
   }
   frames_ = read_history_manifest(folder_ / "history");

@@ -178,8 +178,7 @@ void apply_mask(analysis::SurfaceReference& reference, const fs::path& mask, con
 
 double known_share(const ImageU8& mask, const TexelMap& map) {
   std::int64_t known = 0;
-  for (TexelId t = 0; t < map.num_texels(); ++t)
-    known += map.is_covered(t) && mask.values()[static_cast<std::size_t>(t)] != 0 ? 1 : 0;
+  for (TexelId t = 0; t < map.num_texels(); ++t) known += map.is_covered(t) && mask.values()[t] != 0 ? 1 : 0;
   return static_cast<double>(known) / static_cast<double>(std::max<std::int64_t>(1, map.num_covered()));
 }
 

@@ -88,7 +88,7 @@ class TexelMap {
   /// Its center, the weights in single precision; triangle -1 outside.
   [[nodiscard]] SurfacePoint point(TexelId t) const;
   [[nodiscard]] int triangle(TexelId t) const {
-    const std::int32_t found = __atomic_load_n(&found_[static_cast<std::size_t>(t)], __ATOMIC_RELAXED);
+    const std::int32_t found = __atomic_load_n(&found_[t], __ATOMIC_RELAXED);
     return found == kUnknown ? look_up(t) : found - (found > 0 ? 1 : 0);
   }
   /// Of all texels, in order; -1 outside.

@@ -72,8 +72,8 @@ class MassLedger {
   void add_rules(const std::array<std::int64_t, kMaxMaterials>& made,
                  const std::array<std::int64_t, kMaxMaterials>& used);
 
-  [[nodiscard]] const MassAccount& account(int material) const { return accounts_[static_cast<std::size_t>(material)]; }
-  [[nodiscard]] MassAccount& account(int material) { return accounts_[static_cast<std::size_t>(material)]; }
+  [[nodiscard]] const MassAccount& account(int material) const { return accounts_[material]; }
+  [[nodiscard]] MassAccount& account(int material) { return accounts_[material]; }
   [[nodiscard]] bool balances() const;
 
  private:

@@ -113,9 +113,7 @@ class SurfaceAtlas {
   /// Whether all texels of a tile are covered and joined to those beside them alone: no seam, no end of the surface.
   [[nodiscard]] bool is_plain(TileIndex tile) const { return is_plain_tile_[tile] != 0; }
   /// Area weight of a whole texel of a triangle, [1, kMaxWeight].
-  [[nodiscard]] std::uint32_t weight_of_triangle(int triangle) const {
-    return weight_[static_cast<std::size_t>(triangle)];
-  }
+  [[nodiscard]] std::uint32_t weight_of_triangle(int triangle) const { return weight_[triangle]; }
   /// Area weight of the surface that texel_of() gives to a texel, [1, kMaxWeight]: at a chart's edge it is from half a
   /// texel to one and a half, and even rain makes even amounts only if that is known.
   [[nodiscard]] std::uint32_t weight(TexelIndex t) const { return texel_weight_[t]; }
@@ -134,13 +132,11 @@ class SurfaceAtlas {
   }
   /// Columns: surface vectors (mm) of one texel step right and down, of a triangle as it stood at the beginning: what
   /// is laid on a surface grows with it.
-  [[nodiscard]] const Eigen::Matrix<float, 3, 2>& mm_per_texel(int triangle) const {
-    return step_[static_cast<std::size_t>(triangle)];
-  }
+  [[nodiscard]] const Eigen::Matrix<float, 3, 2>& mm_per_texel(int triangle) const { return step_[triangle]; }
   [[nodiscard]] double median_texel_size_mm() const { return median_texel_size_mm_; }
   [[nodiscard]] int num_triangles() const { return static_cast<int>(weight_.size()); }
   /// Of a triangle.
-  [[nodiscard]] int object(int triangle) const { return object_[static_cast<std::size_t>(triangle)]; }
+  [[nodiscard]] int object(int triangle) const { return object_[triangle]; }
 
   /// Texel that shows a surface point: that of its UV, or the nearest covered one beside it that belongs to the same
   /// chart; kNoTexel when there is none (a triangle smaller than a texel's distance to the next center).

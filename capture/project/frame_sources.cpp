@@ -133,8 +133,7 @@ std::vector<bool> chosen(JsonReader& json, JsonReader* pattern, const std::set<i
     to = pattern->member("to").integer(between(static_cast<double>(from), last));
   if (pattern != nullptr && pattern->has("every")) every = pattern->member("every").integer(at_least(1));
   std::vector<bool> is_chosen(num_images, false);
-  for (std::int64_t i = from; i <= to; i += every)
-    is_chosen[static_cast<std::size_t>(i)] = !excluded.contains(static_cast<int>(i));
+  for (std::int64_t i = from; i <= to; i += every) is_chosen[i] = !excluded.contains(static_cast<int>(i));
   if (std::find(is_chosen.begin(), is_chosen.end(), true) == is_chosen.end()) {
     json.member("exclude").fail("at least one frame left");
   }
@@ -148,14 +147,13 @@ void set_movie_times(std::vector<SourceImage>& images, const std::vector<bool>& 
   const bool is_timed = info.frame_times_s.size() == static_cast<std::size_t>(info.num_frames);
   bool is_one_file = true;
   for (std::size_t i = 0; i < images.size(); ++i) is_one_file = is_one_file && (!is_kept[i] || images[i].file == file);
-  if (!is_one_file || !is_movie(file) || !(is_timed || info.frame_rate > 0.0)) {
+  if (!is_one_file || !(is_timed || (is_movie(file) && info.frame_rate > 0.0))) {
     throw IoError(json.file(), "frames: no times; " + file.filename().string() +
                                    " does not say when its images were taken; give `interval`, or a list with times");
   }
   for (SourceImage& image : images) {
     if (image.file != file) continue;
-    const double seconds =
-        is_timed ? info.frame_times_s[static_cast<std::size_t>(image.image)] : image.image / info.frame_rate;
+    const double seconds = is_timed ? info.frame_times_s[image.image] : image.image / info.frame_rate;
     image.time = rounded(seconds / seconds_per(unit), 12);
   }
   sources.time_source = is_timed ? kPresentationTimes : "the movie's frame rate";

@@ -151,11 +151,23 @@ void read_png_words(const FileBytes& file, FileWords& words) {
   }
 }
 
+/// The index of a JPEG with further pictures behind the first: previews, a gain map, the other eye.
+void note_pictures(const FileBytes& index, FileWords& words) {
+  constexpr std::uint64_t kCountTag = 0xb001;
+  const FileBytes tiff(index.part(0, index.size()), index.starts_with("II"));
+  const std::uint64_t directory = tiff.number(4, 4), num_entries = tiff.number(directory, 2);
+  for (std::uint64_t i = 0; i < num_entries && tiff.holds(directory, 2 + 12 * (i + 1)); ++i) {
+    const std::uint64_t entry = directory + 2 + 12 * i, count = tiff.number(entry + 8, 4);
+    if (tiff.number(entry, 2) == kCountTag && count > 1)
+      words.page = "the first picture of " + std::to_string(count) + " (MPF)";
+  }
+}
+
 /// The segments before the picture; an ICC profile in pieces, each with its number.
 void read_jpeg_words(const FileBytes& file, FileWords& words) {
   constexpr std::uint64_t kApp0 = 0xe0, kApp1 = 0xe1, kApp2 = 0xe2, kStartOfScan = 0xda, kEnd = 0xd9;
   constexpr std::string_view kExif = "Exif\0\0"sv, kProfile = "ICC_PROFILE\0"sv,
-                             kXmp = "http://ns.adobe.com/xap/1.0/\0"sv;
+                             kXmp = "http://ns.adobe.com/xap/1.0/\0"sv, kPictures = "MPF\0"sv;
   std::map<std::uint64_t, std::string> pieces;
   std::uint64_t num_pieces = 0, at = 2;
   for (int i = 0; i < kMostPieces && file.holds(at, 4); ++i) {
@@ -180,6 +192,8 @@ void read_jpeg_words(const FileBytes& file, FileWords& words) {
       num_pieces = file.number(head + 1, 1);
       pieces.emplace(file.number(head, 1), file.text(head + 2, size - 2 - kProfile.size() - 2));
     }
+    if (marker == kApp2 && file.starts_with(kPictures, data))
+      note_pictures(FileBytes(file.part(data + kPictures.size(), size - 2 - kPictures.size())), words);
     at += 2 + size;
   }
   if (pieces.empty()) return;
@@ -206,6 +220,7 @@ void read_webp_words(const FileBytes& big, FileWords& words) {
     }
     at += kHead + size + size % 2;
   }
+  read_webp_animation(file, words);
 }
 
 /// OpenImageIO reads inks without their profile, and others not at all.
@@ -286,6 +301,7 @@ FileWords read_file_words(const std::filesystem::path& path) {
       file.starts_with("MM\0+"sv))
     read_tiff_words(file.part(0, file.size()), words);
   if (file.starts_with("RIFF") && file.starts_with("WEBP", 8)) read_webp_words(file, words);
+  if (file.starts_with("GIF8")) read_gif_words(file, words);
   if (file.starts_with("\0\0\0\x0cjP  "sv)) read_jpeg_2000_words(file, words);
   if (file.starts_with("ftyp", 4)) read_heif_words(file, words);
   if (file.starts_with("8BPS")) read_psd_words(file, words);

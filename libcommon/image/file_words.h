@@ -40,14 +40,16 @@ struct FileWords {
   std::string unused_alpha;                    ///< Why a channel that stands where alpha does is none; "" = it is.
   std::optional<int> largest_value;            ///< Of codes of 16 bits, where it is not 65535: 12 bits in 16.
   std::string xmp_original, xmp_digitized;  ///< exif:DateTimeOriginal and exif:DateTimeDigitized in XMP; "" = not said.
+  std::vector<double> frame_times_s;        ///< ImageInfo's.
+  std::string page;                         ///< Which picture of several it is, in words; "" = the only one.
   std::vector<std::string> problems;
   /// Why the picture is not to be read, though decoders read something of it: rows that lack, pictures of which they
   /// show the first alone. "" = it is. To the name of the file.
   std::string refusal;
 };
 
-/// PNG, JPEG, TIFF, WebP, JPEG 2000, HEIF and AVIF, BMP, TGA and Radiance; nothing of other files, and of damaged ones
-/// what stands before the damage.
+/// PNG, JPEG, TIFF, GIF, WebP, JPEG 2000, HEIF and AVIF, BMP, TGA and Radiance; nothing of other files, and of damaged
+/// ones what stands before the damage.
 [[nodiscard]] FileWords read_file_words(const std::filesystem::path& path);
 
 /// Of a TGA whose palette does not begin with the first color, which OpenImageIO reads as if it did: the same with the
@@ -71,6 +73,9 @@ void read_tiff_words(std::span<const unsigned char> bytes, FileWords& words);
 void read_jpeg_2000_words(const FileBytes& file, FileWords& words);
 void read_heif_words(const FileBytes& file, FileWords& words);
 void read_radiance_words(const FileBytes& file, FileWords& words);
+void read_gif_words(const FileBytes& file, FileWords& words);
+/// @param little  Reads numbers with the least byte first, as all of WebP has them.
+void read_webp_animation(const FileBytes& little, FileWords& words);
 /// An XMP packet. Sets dates that no earlier packet gave.
 void read_xmp_words(std::string_view packet, FileWords& words);
 /// EXIF data (a TIFF without pixels). Sets orientation and color space.

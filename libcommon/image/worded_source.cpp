@@ -122,6 +122,8 @@ class WordedSource final : public ImageSource {
     if (info.date_time.empty()) info.date_time = words_.xmp_original;
     if (info.digitized.empty()) info.digitized = words_.xmp_digitized;
     info.facts.orientation = words_.turn;
+    if (info.facts.page.empty()) info.facts.page = words_.page;
+    info.frame_times_s = words_.frame_times_s;
     FileWords words = words_;
     if (model_ != ColorModel::Rgb) words.icc.clear();
     set_color_words(info, words);
@@ -170,7 +172,7 @@ class WordedSource final : public ImageSource {
     const int num_channels = model_ == ColorModel::Cmyk ? 4 : 3;
     if (coded.channels < num_channels) throw IoError(path_.string(), "has fewer channels than its kind of color");
     ImageInfo plain;
-    plain.channels.resize(static_cast<std::size_t>(num_channels));
+    plain.channels.resize(num_channels);
     ImageF values = decoded(first_channels(coded, num_channels), plain, path_).values;
     if (model_ != ColorModel::Cmyk)
       make_lab(values, model_ == ColorModel::IccLab, coded.type == CodedImage::Type::UInt16);

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """Movies as they say that they are to be seen: times, turns, pixels, colors. Usage: movies_test.py PATINATE [unittest arguments]"""
+import itertools
 import json
 import math
 import pathlib
+import struct
 import subprocess
 import sys
 import tempfile
@@ -48,6 +50,40 @@ def frames_of(count, encode=srgb, primaries=BT709, pixel=scene):
         light = pixel(x, y, i)
         return bytes(round(255 * min(1, max(0, encode(sum(m * v for m, v in zip(row, light)))))) for row in MATRIX_TO[primaries])
     return [b"".join(code(x, y, i) for y in range(HEIGHT) for x in range(WIDTH)) for i in range(count)]
+
+
+def packed(values):
+    """Pairs of number and bits, the lowest bit first."""
+    bits = sum(value << at for value, at in zip((v for v, _ in values), itertools.accumulate((0, *(n for _, n in values)))))
+    return bits.to_bytes((sum(n for _, n in values) + 7) // 8, "little")
+
+
+def gif(hundredths, side=4):
+    """Gray pictures, each shown for so long; codes start anew before they would need a fourth bit."""
+    clear, end = 4, 5
+    pictures = b""
+    for i, delay in enumerate(hundredths):
+        pixels = [(clear if j % 3 == 0 else i % 4, 3) for j in range(side * side * 3 // 2)]
+        data = packed([*pixels, (end, 3)])
+        control = b"" if delay is None else b"\x21\xf9\x04" + struct.pack("<BHBB", 0, delay, 0, 0)
+        pictures += b"\x21\xfe\x04note\0" + control + struct.pack("<BHHHHB", 0x2c, 0, 0, side, side, 0)
+        pictures += bytes([2, len(data)]) + data + b"\0"
+    colors = b"".join(bytes([level] * 3) for level in (20, 90, 160, 230))
+    return b"GIF89a" + struct.pack("<HHBBB", side, side, 0x81, 0, 0) + colors + pictures + b"\x3b"
+
+
+def webp(milliseconds, side=4):
+    """Pictures of one color [RFC 9649], each shown for so long."""
+    def chunk(name, data):
+        return name + struct.pack("<I", len(data)) + data + b"\0" * (len(data) % 2)
+    frames = b""
+    for i, delay in enumerate(milliseconds):
+        codes = [(part, bits) for symbol in (40 * i, 40 * i, 40 * i, 255, 0) for part, bits in ((1, 1), (0, 1), (1, 1), (symbol, 8))]
+        bits = packed([(0x2f, 8), (side - 1, 14), (side - 1, 14), (0, 1), (0, 3), (0, 1), (0, 1), (0, 1), *codes])
+        place = b"".join(n.to_bytes(3, "little") for n in (0, 0, side - 1, side - 1, delay)) + b"\0"
+        frames += chunk(b"ANMF", place + chunk(b"VP8L", bits))
+    head = chunk(b"VP8X", b"\x02\0\0\0" + 2 * (side - 1).to_bytes(3, "little")) + chunk(b"ANIM", bytes(6))
+    return b"RIFF" + struct.pack("<I", 4 + len(head + frames)) + b"WEBP" + head + frames
 
 
 class Movies(unittest.TestCase):
@@ -97,6 +133,34 @@ class Movies(unittest.TestCase):
         self.assertEqual(self.times(), [0, 0.2, 1.32])
         self.history(movie(frames_of(4), WIDTH, HEIGHT, [1001] * 4, timescale=30000))
         self.assertEqual([round(t, 9) for t in self.times()], [round(i * 1001 / 30000, 9) for i in range(4)])
+
+    def test_animations_have_the_times_at_which_they_are_shown(self):
+        for name, data in (("a.gif", gif([12, 8, 12, 100, 0])), ("a.webp", webp([120, 80, 120, 1000, 0]))):
+            (self.folder / name).write_bytes(data)
+            with self.subTest(name):
+                stderr = self.history(b"", pattern=name)
+                self.assertEqual(self.times(), [0, 0.12, 0.2, 0.32, 1.32])
+                self.assertIn("times from when the movie shows its images", stderr)
+                self.assertIn("shown from 0 to 1.32 s", self.run_patinate("info", name).stdout)
+                # What the project states counts.
+                self.history(b"", pattern=name, interval=2)
+                self.assertEqual(self.times(), [0, 2, 4, 6, 8])
+
+    def test_an_animation_without_times_asks_for_them(self):
+        for delays in ([10, 0, 10], [0, 0, 0], [None, None, None]):
+            (self.folder / "a.gif").write_bytes(gif(delays))
+            self.assertIn("does not say when its images were taken; give `interval`", self.ingest(b"", pattern="a.gif").stderr)
+
+    def test_further_pictures_of_a_photograph_are_said(self):
+        self.history(movie(frames_of(2), WIDTH, HEIGHT, [100, 100]))
+        self.assertEqual(self.run_patinate("render", "out", "--time", "0", "-o", "plain.jpg").returncode, 0)
+        plain = (self.folder / "plain.jpg").read_bytes()
+        for order, mark in (("<", b"II*\0"), (">", b"MM\0*")):
+            for count, said in ((1, None), (2, "the first picture of 2 (MPF)"), (300, "the first picture of 300 (MPF)")):
+                index = mark + struct.pack(order + "IH", 8, 2) + struct.pack(order + "HHI4s", 0xb000, 7, 4, b"0100")
+                index += struct.pack(order + "HHII", 0xb001, 4, 1, count) + bytes(4)
+                (self.folder / "photo.jpg").write_bytes(plain[:2] + b"\xff\xe2" + struct.pack(">H", 6 + len(index)) + b"MPF\0" + index + plain[2:])
+                self.assertEqual(json.loads(self.run_patinate("info", "photo.jpg", "--json").stdout).get("page"), said)
 
     def test_an_edit_list_takes_frames_away(self):
         # 0.32 s of the movie from 0.2 s on: the frames from the third on.

@@ -63,7 +63,7 @@ std::size_t num_bytes(const tinygltf::Model& model) {
 GltfAccessor::GltfAccessor(const std::string& file, const tinygltf::Model& model, int index, const std::string& what)
     : model_(model), file_(file), what_(what + " (accessor " + std::to_string(index) + ")") {
   if (index < 0 || static_cast<std::size_t>(index) >= model.accessors.size()) fail("does not exist");
-  const tinygltf::Accessor& a = model.accessors[static_cast<std::size_t>(index)];
+  const tinygltf::Accessor& a = model.accessors[index];
   const int size = component_size(a.componentType);
   num_components_ = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(a.type));
   if (size == 0 || num_components_ <= 0) fail("has an unknown component type");
@@ -86,9 +86,9 @@ void GltfAccessor::fail(const std::string& problem) const { throw IoError(file_,
 GltfAccessor::Elements GltfAccessor::elements(int view_index, std::size_t offset, std::size_t count,
                                               std::size_t element_size) const {
   if (view_index < 0 || static_cast<std::size_t>(view_index) >= model_.bufferViews.size()) fail("has no buffer view");
-  const tinygltf::BufferView& view = model_.bufferViews[static_cast<std::size_t>(view_index)];
+  const tinygltf::BufferView& view = model_.bufferViews[view_index];
   if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model_.buffers.size()) fail("has no buffer");
-  const std::vector<unsigned char>& bytes = model_.buffers[static_cast<std::size_t>(view.buffer)].data;
+  const std::vector<unsigned char>& bytes = model_.buffers[view.buffer].data;
   const std::size_t stride = view.byteStride == 0 ? element_size : view.byteStride;
   if (stride < element_size || stride > 65536) fail("has a wrong byteStride");
   if (view.byteLength > bytes.size() || view.byteOffset > bytes.size() - view.byteLength) {

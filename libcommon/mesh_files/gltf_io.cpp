@@ -96,18 +96,18 @@ class GltfReader {
       if (index < 0 || static_cast<std::size_t>(index) >= model_.nodes.size()) {
         throw IoError(file_, "node " + std::to_string(index) + " does not exist");
       }
-      if (std::exchange(is_visited[static_cast<std::size_t>(index)], char{1})) {
+      if (std::exchange(is_visited[index], char{1})) {
         throw IoError(
             file_, "node " + std::to_string(index) + " has two parents or is its own ancestor; nodes must form a tree");
       }
-      const tinygltf::Node& node = model_.nodes[static_cast<std::size_t>(index)];
+      const tinygltf::Node& node = model_.nodes[index];
       if (node.mesh >= 0) add_node(node, index);
       push(node.children);
     }
   }
 
   void add_node(const tinygltf::Node& node, int index) {
-    Placement placement{scene_from_node_[static_cast<std::size_t>(index)], joints_of(node, index)};
+    Placement placement{scene_from_node_[index], joints_of(node, index)};
     const std::vector<Matrix4> instances = gltf_instances(file_, document_, model_, index);
     if (instances.empty()) add_mesh(node, index, placement);
     for (const Matrix4& node_from_instance : instances) {
@@ -120,7 +120,7 @@ class GltfReader {
     if (node.skin < 0) return {};
     const std::string what = "node " + std::to_string(index) + ": skin " + std::to_string(node.skin);
     if (static_cast<std::size_t>(node.skin) >= model_.skins.size()) throw IoError(file_, what + " does not exist");
-    const tinygltf::Skin& skin = model_.skins[static_cast<std::size_t>(node.skin)];
+    const tinygltf::Skin& skin = model_.skins[node.skin];
     std::optional<GltfAccessor> inverse_bind;
     if (skin.inverseBindMatrices >= 0) {
       inverse_bind.emplace(file_, model_, skin.inverseBindMatrices, what + ": inverseBindMatrices");
@@ -143,14 +143,14 @@ class GltfReader {
     if (static_cast<std::size_t>(node.mesh) >= model_.meshes.size()) {
       throw IoError(file_, "mesh " + std::to_string(node.mesh) + " does not exist");
     }
-    const tinygltf::Mesh& mesh = model_.meshes[static_cast<std::size_t>(node.mesh)];
+    const tinygltf::Mesh& mesh = model_.meshes[node.mesh];
     const std::vector<double>& weights = node.weights.empty() ? mesh.weights : node.weights;
     std::string name = node.name.empty() ? mesh.name : node.name;
     if (name.empty()) name = "node " + std::to_string(index);
     for (const tinygltf::Primitive& primitive : mesh.primitives) {
       std::string material;
       if (primitive.material >= 0 && static_cast<std::size_t>(primitive.material) < model_.materials.size()) {
-        material = model_.materials[static_cast<std::size_t>(primitive.material)].name;
+        material = model_.materials[primitive.material].name;
         if (material.empty()) material = "material " + std::to_string(primitive.material);
       }
       builder_.set_surface(name, material);
@@ -214,7 +214,7 @@ class GltfReader {
     const Json& materials = gltf_member(document_, "/materials");
     if (materials.is_array() && primitive.material >= 0 &&
         static_cast<std::size_t>(primitive.material) < materials.size())
-      uvs = gltf_uvs_of(materials[static_cast<std::size_t>(primitive.material)], is_alike);
+      uvs = gltf_uvs_of(materials[primitive.material], is_alike);
     if (!is_alike)
       note("material `" + material + "` has textures with different UVs; those of its base color are read");
     constexpr int kMostSets = 8;

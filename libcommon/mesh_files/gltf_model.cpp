@@ -6,10 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/read_limit.h"
+#include "libcommon/mesh_files/gltf_compression.h"
 #include "libcommon/mesh_files/gltf_json.h"
 #include "patinate/core/error.h"
 
@@ -56,9 +58,10 @@ std::string one_line(std::string text) {
 
 std::unique_ptr<tinygltf::Model> load_gltf_model(const std::filesystem::path& path, Json& document) {
   const std::string file = path.string();
-  const std::string bytes = read_file(path, kLargestGltf);
+  std::string bytes = read_file(path, kLargestGltf);
   const bool is_binary = bytes.compare(0, 4, "glTF") == 0;
   document = gltf_document(file, bytes);
+  if (std::string whole = loadable_gltf(bytes, document); !whole.empty()) bytes = std::move(whole);
   tinygltf::TinyGLTF loader;
   loader.SetImageLoader(&ignore_image, nullptr);
   std::string outside;
@@ -81,6 +84,11 @@ std::unique_ptr<tinygltf::Model> load_gltf_model(const std::filesystem::path& pa
   }
   if (!ok && !outside.empty()) check_may_read(outside);
   if (!ok) throw IoError(file, "is not valid glTF: " + one_line(error.empty() ? "its JSON cannot be parsed" : error));
+  try {
+    decompress_gltf(file, document, *model);
+  } catch (const std::bad_alloc&) {
+    throw IoError(file, "its compressed geometry is damaged, or larger than memory");
+  }
   return model;
 }
 

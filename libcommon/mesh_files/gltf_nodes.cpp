@@ -35,8 +35,7 @@ std::vector<int> gltf_parentless_nodes(const tinygltf::Model& model) {
   std::vector<bool> is_child(model.nodes.size(), false);
   for (const tinygltf::Node& node : model.nodes) {
     for (int child : node.children) {
-      if (child >= 0 && static_cast<std::size_t>(child) < is_child.size())
-        is_child[static_cast<std::size_t>(child)] = true;
+      if (child >= 0 && static_cast<std::size_t>(child) < is_child.size()) is_child[child] = true;
     }
   }
   std::vector<int> roots;

@@ -2,6 +2,7 @@
 /// A piece of the surface around a texel, laid flat in source pixels, with the pairs of neighbors in it and at its rim.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -54,13 +55,30 @@ class PatchFinder {
   void find_edges(SurfacePatch& patch);
 
  private:
-  struct Slot {
+  /// A texel of the patch or beside it.
+  struct Known {
     TexelId texel = -1;
-    std::int32_t index = -1;
+    std::int32_t index = -1;  ///< In the patch; -1: outside.
+    std::int32_t row = -1;    ///< Of rows_; -1: not asked for yet.
   };
-  [[nodiscard]] Slot& slot_of(TexelId texel);
+  /// The eight beside a texel. They are looked up once a patch, though most are asked for five times.
+  struct Row {
+    std::array<PixelNeighbor, TexelNeighborhood::kNumAdjacent> neighbors;
+    std::array<std::int32_t, TexelNeighborhood::kNumAdjacent> known;  ///< -1: there is none, or the texel itself.
+    std::array<std::int32_t, TexelNeighborhood::kNumAdjacent> turns;  ///< Of its frame in the texel's; kNotAsked.
+  };
+  static constexpr std::int32_t kNotAsked = 1 << 20;
+  void forget();
+  [[nodiscard]] std::int32_t known_of(TexelId texel);
+  /// Valid until the next call.
+  [[nodiscard]] Row& row_of(std::int32_t known);
+  /// Of the k-th beside a texel.
+  [[nodiscard]] Turn turn_in(Row& row, std::int32_t known, std::size_t k) const {
+    if (row.turns[k] == kNotAsked) row.turns[k] = frame_turn(known_[known].texel, row.neighbors[k].texel);
+    return static_cast<Turn>(row.turns[k]);
+  }
   /// Where those beside a texel would have it. @param otherwise  As the one that it was found from has it.
-  [[nodiscard]] PatchTexel mean_place(const PatchTexel& otherwise, const SurfacePatch& patch);
+  [[nodiscard]] PatchTexel mean_place(std::int32_t known, const PatchTexel& otherwise, const SurfacePatch& patch);
   [[nodiscard]] Turn frame_turn(TexelId from, TexelId to) const {
     return turns_ == nullptr ? Turn{0} : turns_->between(map_.triangle(from), map_.triangle(to));
   }
@@ -70,8 +88,11 @@ class PatchFinder {
   TexelNeighborhood::Cursor cursor_;
   const RefinedRegion* region_;
   const FrameTurns* turns_;
-  std::vector<Slot> slots_;  ///< A hash table of the texels found last.
-  std::vector<std::size_t> used_;
+  TexelId center_ = -1;
+  std::vector<Known> known_;  ///< Around the center, of whatever size of patch.
+  std::vector<Row> rows_;
+  std::vector<std::int32_t> slots_;  ///< A hash table of known_; -1 = free.
+  std::vector<std::size_t> used_;    ///< Of slots_.
 };
 
 /// Calls visit(neighbor, is_earlier, weight) for the neighbors of a texel. Earlier are those of the grid that come

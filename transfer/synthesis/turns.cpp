@@ -9,9 +9,6 @@ namespace patinate::transfer {
 
 namespace {
 
-constexpr int kSineBits = 14, kSineSteps = 4096;  // A piece of 100 pixels is off by a twelfth of a pixel at its ends.
-
-/// Of a full turn, times 2^kSineBits.
 std::array<std::int32_t, kSineSteps> make_sines() {
   std::array<std::int32_t, kSineSteps> sines{};
   for (int k = 0; k < kSineSteps; ++k) {
@@ -20,18 +17,9 @@ std::array<std::int32_t, kSineSteps> make_sines() {
   }
   return sines;
 }
-const std::array<std::int32_t, kSineSteps> kSines = make_sines();
-
 }  // namespace
 
-FixedPoint turned(const FixedPoint& step, Turn turn) {
-  if (turn == 0) return step;
-  constexpr int kPerStep = kFullTurn / kSineSteps;
-  const auto at = static_cast<std::size_t>((static_cast<std::uint16_t>(turn) + kPerStep / 2) / kPerStep);
-  const std::int32_t s = kSines[at % kSineSteps], c = kSines[(at + kSineSteps / 4) % kSineSteps];
-  constexpr std::int32_t kHalf = 1 << (kSineBits - 1);
-  return {(c * step.x - s * step.y + kHalf) >> kSineBits, (s * step.x + c * step.y + kHalf) >> kSineBits};
-}
+const std::array<std::int32_t, kSineSteps> kSines = make_sines();
 
 double radians_of(Turn turn) { return 2.0 * std::numbers::pi * turn / kFullTurn; }
 
@@ -40,6 +28,8 @@ Turn turn_of(double radians) {
 }
 
 FrameTurns::FrameTurns(const Mesh& mesh, const FlowFrames& frames) : frames_(frames) {
+  normals_.reserve(frames.size());
+  for (std::size_t k = 0; k < frames.size(); ++k) normals_.push_back(frames[k].col(0).cross(frames[k].col(1)));
   for (const std::array<int, 3>& triangles : triangle_neighbors(mesh)) {
     const int a = static_cast<int>(beside_.size());
     Beside& beside = beside_.emplace_back(Beside{triangles});
@@ -51,7 +41,8 @@ FrameTurns::FrameTurns(const Mesh& mesh, const FlowFrames& frames) : frames_(fra
 
 Turn FrameTurns::found_between(int a, int b) const {
   const FlowFrame &in_a = frames_[a], &in_b = frames_[b];
-  const Vec3 to = in_a.col(0).cross(in_a.col(1)), from = in_b.col(0).cross(in_b.col(1)), axis = from.cross(to);
+  const Vec3 &to = normals_[a], &from = normals_[b];
+  const Vec3 axis = from.cross(to);
   const double c = from.dot(to);
   constexpr double kFolded = 1e-3;  // Of 1 + c: a fold by almost half a turn has no shortest way.
   if (!(1.0 + c > kFolded)) return 0;

@@ -42,6 +42,24 @@ function png(width, height, code) {
   return Buffer.concat([Buffer.from("\x89PNG\r\n\x1a\n", "latin1"), chunk("IHDR", head), chunk("IDAT", deflateSync(rows)), chunk("IEND", Buffer.alloc(0))]);
 }
 
+/// An animated GIF of gray pictures, each shown for a second. Codes of 8 bits start anew before they would need a ninth.
+function gif(width, height, pictures) {
+  const number = (value) => Buffer.from([value & 255, value >> 8]);
+  const blocks = pictures.map((code) => {
+    const codes = [];
+    for (let i = 0; i < width * height; ++i) {
+      if (i % 120 === 0) codes.push(128);
+      codes.push(code(i % width, Math.floor(i / width)) >> 1);
+    }
+    codes.push(129);
+    const parts = [];
+    for (let i = 0; i < codes.length; i += 255) parts.push(Buffer.from([Math.min(255, codes.length - i)]), Buffer.from(codes.slice(i, i + 255)));
+    return Buffer.concat([Buffer.from([0x21, 0xf9, 4, 0, 100, 0, 0, 0, 0x2c, 0, 0, 0, 0]), number(width), number(height), Buffer.from([0, 7]), ...parts, Buffer.from([0])]);
+  });
+  const colors = Buffer.from(Array.from({ length: 384 }, (_, i) => 2 * Math.floor(i / 3)));
+  return Buffer.concat([Buffer.from("GIF89a"), number(width), number(height), Buffer.from([0xf6, 0, 0]), colors, ...blocks, Buffer.from([0x3b])]);
+}
+
 // Three white spots on a plate, which the second photograph shows turned by a quarter: (x, y) is at (149 - y, x).
 const kSpots = [[30, 40], [150, 50], [90, 120]];
 const is_spot = (x, y) => kSpots.some(([a, b]) => Math.hypot(x - a, y - b) < 4);
@@ -52,6 +70,9 @@ before(async () => {
   await writeFile(join(folder, "plate/a.png"), png(200, 150, (x, y) => (is_spot(x, y) ? 250 : 70)));
   await writeFile(join(folder, "plate/b.png"), png(150, 200, (x, y) => (is_spot(y, 149 - x) ? 230 : 50)));
   await writeFile(join(folder, "plate/capture.json"), JSON.stringify({ format: "patinate.capture", version: 1, name: "plate", kind: "fixed", align: "auto", align_to: "a.png", frames: { pattern: "*.png", interval: 1 } }));
+  await mkdir(join(folder, "clip"));
+  await writeFile(join(folder, "clip/clip.gif"), gif(200, 150, [(x, y) => (is_spot(x, y) ? 250 : 70), (x, y) => (is_spot(x - 20, y - 10) ? 230 : 50)]));
+  await writeFile(join(folder, "clip/capture.json"), JSON.stringify({ format: "patinate.capture", version: 1, name: "clip", kind: "fixed", align: "auto", frames: { pattern: "clip.gif" } }));
   server = await serve(program, folder);
   ({ browser, context } = await open_browser());
   page = await new_page(context);
@@ -155,6 +176,25 @@ test("saved points are in the project, and lay its photographs over one another"
     const [x, y] = turned(spot);
     assert.ok(Math.hypot(a * x + b * y + c - spot[0], d * x + e * y + f - spot[1]) < 1.5, String(photos[1].transform));
   }
+});
+
+test("images of one file are marked as photographs are", async () => {
+  await open_place(page, server, "clip");
+  await page.getByRole("button", { name: "Mark points" }).click();
+  await until(page, () => window.patinate?.view === "landmarks" && window.patinate.is_ready());
+  for (const spot of kSpots) {
+    await click(0, spot);
+    await click(1, [spot[0] + 20, spot[1] + 10]);
+  }
+  await page.getByRole("button", { name: "Save" }).click();
+  await until(page, () => !window.patinate.is_changed());
+  execFileSync(program, ["ingest", "clip/capture.json", "-o", "clip_out", "--quiet"], { cwd: folder });
+  const { photos } = JSON.parse(await readFile(join(folder, "clip_out/alignment.json"), "utf8"));
+  const [a, b, c, d, e, f] = photos[0].transform;  // To the last one.
+  for (const [x, y] of kSpots) assert.ok(Math.hypot(a * x + b * y + c - x - 20, d * x + e * y + f - y - 10) < 1.5, String(photos[0].transform));
+  await open_place(page, server, "plate");
+  await page.getByRole("button", { name: "Mark points" }).click();
+  await until(page, () => window.patinate?.view === "landmarks" && window.patinate.is_ready());
 });
 
 test("a project that was changed meanwhile is not overwritten, and the page says so", async () => {

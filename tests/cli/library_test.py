@@ -107,6 +107,9 @@ class Library(CommandCase):
         for name in OURS:
             self.assertIn(name, line)
         self.assertIn("did you mean `rust`?", line)
+        # Without its prefix.
+        for name in ("rust", "rsut"):
+            self.fails(INPUT, f"{name}: does not exist; did you mean `library:rust`?", "info", name)
 
     def test_without_a_library_it_says_what_makes_one(self):
         if (pathlib.Path(self.patinate).parent / "../share/patinate/library").exists():

@@ -55,6 +55,15 @@ PathKind kind_of_json(const fs::path& path) {
           "\"patinate.factorization\", \"patinate.explanation\", \"patinate.fit\" or \"patinate.calibration\"");
 }
 
+/// "; did you mean `library:copper`?" for nearly the name of a history in the library.
+std::string similar_in_library(const std::string& name) {
+  std::vector<std::string> names;
+  for (const LibraryEntry& entry : library_entries()) names.push_back(entry.name);
+  std::string text = did_you_mean(name, names);
+  if (!text.empty()) text.insert(text.find('`') + 1, "library:");
+  return text;
+}
+
 /// "; did you mean `photos`?" for a path whose folder holds something with nearly its name.
 std::string similar_path(const fs::path& path) {
   fs::path plain = path.has_filename() ? path : path.parent_path();
@@ -67,7 +76,8 @@ std::string similar_path(const fs::path& path) {
     names.push_back(it->path().filename().string());
   }
   std::sort(names.begin(), names.end());
-  return did_you_mean(plain.filename().string(), names);
+  const std::string beside = did_you_mean(plain.filename().string(), names);
+  return beside.empty() && !plain.has_parent_path() ? similar_in_library(plain.string()) : beside;
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "analysis/evaluation/tile_items.h"
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/filters.h"
@@ -86,27 +85,23 @@ EvaluatedMap map_from_json(const Json& json) {
   return map;
 }
 
-EvaluatedMap evaluated(const EvaluationItem& item, Evaluation made, std::vector<Figure> more,
-                       const SynthesisSource& source, const fs::path& scratch, const RunControl& control) {
-  EvaluatedMap map{.name = item.name,
-                   .about = item.about,
-                   .hash = std::move(made.hash),
-                   .figures = std::move(more),
-                   .lines = lines_json(made.lines),
-                   .pictures = {{"source", "The source at the last of the compared times", source_picture(source)}}};
+EvaluatedMap evaluated(const EvaluationItem& item, const EvaluationTask& task, const fs::path& scratch,
+                       const RunControl& control) {
+  MapToEvaluate opened = item.open(control.part(0.0, 0.5));
+  Evaluation made = evaluate(opened.source, opened.map, task.options, task.seed, opened.made ? &*opened.made : nullptr,
+                             control.part(0.5, 1.0));
+  EvaluatedMap map{
+      .name = item.name,
+      .about = item.about,
+      .hash = std::move(made.hash),
+      .figures = std::move(opened.more),
+      .lines = lines_json(made.lines),
+      .pictures = {{"source", "The source at the last of the compared times", source_picture(opened.source)}}};
   std::move(made.figures.begin(), made.figures.end(), std::back_inserter(map.figures));
   std::move(made.pictures.begin(), made.pictures.end(), std::back_inserter(map.pictures));
   for (Picture& p : map.pictures) limit_size(p, control);
   embed_pictures(map.pictures, scratch);
   return map;
-}
-
-EvaluatedMap evaluated_whole(const EvaluationItem& item, const EvaluationTask& task, const fs::path& scratch,
-                             const RunControl& control) {
-  MapToEvaluate opened = item.open(control.part(0.0, 0.5));
-  Evaluation made = evaluate(opened.source, opened.map, task.options, task.seed, opened.made ? &*opened.made : nullptr,
-                             control.part(0.5, 1.0));
-  return evaluated(item, std::move(made), std::move(opened.more), opened.source, scratch, control);
 }
 
 std::string cell(const Figure& figure) {
@@ -203,33 +198,17 @@ JobPlan plan_evaluation(EvaluationTask task, const fs::path& output) {
   JobPlan plan = inputs.plan(output, kEvaluationFile);
   plan.parallel_items = false;
   const auto shared = std::make_shared<const EvaluationTask>(std::move(task));
-  const bool has_tiles = std::any_of(shared->maps.begin(), shared->maps.end(),
-                                     [](const EvaluationItem& m) { return m.tiles.has_value(); });
   for (std::size_t i = 0; i < shared->maps.size(); ++i) {
     const std::string scratch = "map" + std::to_string(i) + ".png";
-    if (shared->maps[i].tiles) {
-      add_tile_items(plan, shared, i, part_files(item_file(i)),
-                     [=](const fs::path& folder, ConcludedMap made, const RunControl& control) {
-                       fs::create_directories(folder / kJobWorkFolder);
-                       save_part(folder / item_file(i),
-                                 map_json(evaluated(shared->maps[i], std::move(made.evaluation), std::move(made.more),
-                                                    made.source, folder / kJobWorkFolder / scratch, control)));
-                     });
-      continue;
-    }
-    plan.items.push_back({.name = "map" + std::to_string(i),
-                          .outputs = part_files(item_file(i)),
-                          .run =
-                              [=](const fs::path& folder, const RunControl& control) {
-                                fs::create_directories(folder / kJobWorkFolder);
-                                save_part(folder / item_file(i),
-                                          map_json(evaluated_whole(shared->maps[i], *shared,
-                                                                   folder / kJobWorkFolder / scratch, control)));
-                              },
-                          .weight = has_tiles ? 10.0 : 1.0});
+    plan.items.push_back(
+        {.name = "map" + std::to_string(i),
+         .outputs = part_files(item_file(i)),
+         .run = [=](const fs::path& folder, const RunControl& control) {
+           fs::create_directories(folder / kJobWorkFolder);
+           save_part(folder / item_file(i),
+                     map_json(evaluated(shared->maps[i], *shared, folder / kJobWorkFolder / scratch, control)));
+         }});
   }
-  std::stable_sort(plan.items.begin(), plan.items.end(),
-                   [](const JobItem& a, const JobItem& b) { return a.stage < b.stage; });
   plan.join = [shared, key = plan.key](const fs::path& folder, const RunControl&) {
     std::vector<EvaluatedMap> maps;
     for (std::size_t i = 0; i < shared->maps.size(); ++i)

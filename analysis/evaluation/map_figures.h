@@ -118,8 +118,4 @@ class MapFigures {
 /// is.
 [[nodiscard]] ImageF tile_picture(ImageF picture, const Sheet& sheet, const RunControl& control = {});
 
-/// Sums in a file of our own. @throws CannotComplete; IoError
-void write_map_sums(const std::filesystem::path& file, MapSums sums);
-[[nodiscard]] MapSums read_map_sums(const std::filesystem::path& file);
-
 }  // namespace patinate::analysis

@@ -83,30 +83,21 @@ TexelMap::TexelMap(Mesh mesh, int width, int height, const RunControl& control)
     : TexelMap(std::move(mesh), Sheet{.tile_width = width, .tile_height = height, .columns = 1, .names = {""}},
                control) {}
 
-TexelMap::TexelMap(Mesh mesh, Sheet sheet, const RunControl& control, TexelFinding finding)
-    : TexelMap(std::make_shared<const Surface>(std::move(mesh)), checked(std::move(sheet)), control, finding) {}
+TexelMap::TexelMap(Mesh mesh, Sheet sheet, const RunControl& control)
+    : TexelMap(std::make_shared<const Surface>(std::move(mesh)), checked(std::move(sheet)), control) {}
 
-TexelMap TexelMap::halved(const RunControl& control, TexelFinding finding) const {
+TexelMap TexelMap::halved(const RunControl& control) const {
   return {surface_, checked({.tile_width = width_ / 2, .tile_height = height_ / 2, .columns = 1, .names = {""}}),
-          control, finding};
+          control};
 }
 
-TexelMap TexelMap::unsearched(const RunControl& control) const {
-  TexelMap map(surface_, sheet_, control, TexelFinding::WhereLooked);
-  map.num_covered_ = num_covered_;
-  map.num_overlapping_ = num_overlapping_;
-  map.median_texel_size_mm_ = median_texel_size_mm_;
-  return map;
-}
-
-TexelMap::TexelMap(std::shared_ptr<const Surface> surface, Sheet sheet, const RunControl& control, TexelFinding finding)
+TexelMap::TexelMap(std::shared_ptr<const Surface> surface, Sheet sheet, const RunControl& control)
     : surface_(std::move(surface)),
       sheet_(std::move(sheet)),
       width_(sheet_.width()),
       height_(sheet_.height()),
-      found_(finding == TexelFinding::AtOnce ? ZeroedVector<std::int32_t>(static_cast<std::size_t>(num_texels()), -1)
-                                             : ZeroedVector<std::int32_t>(static_cast<std::size_t>(num_texels()))) {
-  finding == TexelFinding::AtOnce ? search_all(control) : list_squares(control);
+      triangles_(static_cast<std::size_t>(num_texels()), -1) {
+  find_triangles(control);
 }
 
 std::array<Vec2, 3> TexelMap::corners_in_texels(int triangle) const {

@@ -62,10 +62,10 @@ void spread_distance(std::span<std::uint8_t> distance, int w) {
   }
 }
 
-/// Chebyshev distance from each texel of a rectangle to the nearest texel of another chart (or the outside, or beyond
-/// the rectangle), as far as `farthest`. Bands of rows by themselves, with as many rows around each.
-std::vector<std::uint8_t> distance_to_border(const TexelMap& map, const TexelRect& rect, std::uint8_t farthest,
-                                             const RunControl& control) {
+/// Chebyshev distance from each texel to the nearest texel of another chart (or the outside), as far as `farthest`.
+/// Bands of rows by themselves, with as many rows around each.
+std::vector<std::uint8_t> distance_to_border(const TexelMap& map, std::uint8_t farthest, const RunControl& control) {
+  const TexelRect rect = map.rect();
   const auto w = static_cast<std::size_t>(rect.width());
   const std::int64_t h = rect.height();
   std::vector<std::uint8_t> border(static_cast<std::size_t>(rect.num_texels())), distance(border.size());
@@ -98,11 +98,6 @@ constexpr std::array<std::array<int, 2>, TexelNeighborhood::kNumAdjacent> kAdjac
 TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm,
                                      std::shared_ptr<const FlowFrames> frames, double pixel_mm,
                                      const RunControl& control)
-    : TexelNeighborhood(map, std::move(offsets_mm), std::move(frames), pixel_mm, {map.rect()}, control) {}
-
-TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm,
-                                     std::shared_ptr<const FlowFrames> frames, double pixel_mm, const TexelPart& part,
-                                     const RunControl& control)
     : map_(map), offsets_mm_(std::move(offsets_mm)), frames_(std::move(frames)), pixel_mm_(pixel_mm) {
   std::vector<int> reach(map.mesh().triangles.size());  // Largest texel step of any offset, per triangle.
   for (std::size_t t = 0; t < reach.size(); ++t) {
@@ -114,20 +109,15 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
   }
   {
     const int farthest = reach.empty() ? 1 : *std::max_element(reach.begin(), reach.end());
-    const std::vector<std::uint8_t> distance =
-        distance_to_border(map, part.rect, static_cast<std::uint8_t>(std::min(farthest + 1, 255)), control);
-    const auto away = [&](TexelId t) {
-      const TexelId x = t % map.width() - part.rect.x0, y = t / map.width() - part.rect.y0;
-      return distance[y * part.rect.width() + x];
-    };
+    const std::vector<std::uint8_t> away =
+        distance_to_border(map, static_cast<std::uint8_t>(std::min(farthest + 1, 255)), control);
     band_ = TexelSet(
-        map.num_texels(), map.width(), part.rect, part.others,
-        [&](TexelId t) { return map.is_covered(t) && away(t) <= reach[map.triangle(t)]; }, control);
+        map.num_texels(), [&](TexelId t) { return map.is_covered(t) && away[t] <= reach[map.triangle(t)]; }, control);
   }
   if (size() > kMostNeighbors)
     throw InvalidInput("neighborhood: " + std::to_string(size()) + " neighbors; at most " +
                        std::to_string(kMostNeighbors));
-  const std::vector<bool> follows_grid = follow_their_grid(reach, part.rect, control);
+  const std::vector<bool> follows_grid = follow_their_grid(reach);
   chunks_.resize((band_.size() + kChunk - 1) / kChunk);
   parallel_for(static_cast<std::int64_t>(chunks_.size()), 1, control,
                [&](std::int64_t chunk, std::int64_t) { store(static_cast<std::size_t>(chunk), follows_grid); });
@@ -135,11 +125,10 @@ TexelNeighborhood::TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offs
 
 /// Of each triangle: it has so many texels that its steps are found for several of them at a time, and steps that are
 /// whole numbers.
-std::vector<bool> TexelNeighborhood::follow_their_grid(const std::vector<int>& reach, const TexelRect& rect,
-                                                       const RunControl& control) const {
+std::vector<bool> TexelNeighborhood::follow_their_grid(const std::vector<int>& reach) const {
   constexpr std::int32_t kFewTexels = 64;
   constexpr int kLargestGridStep = 255;
-  const std::vector<std::int64_t> num_texels = map_.count_texels(rect, control);
+  const std::vector<std::int64_t> num_texels = map_.count_texels();
   std::vector<bool> follows(reach.size());
   for (std::size_t t = 0; t < reach.size(); ++t)
     follows[t] = num_texels[t] >= kFewTexels && reach[t] <= kLargestGridStep;

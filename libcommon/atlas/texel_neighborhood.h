@@ -47,12 +47,6 @@ struct FlatNeighbors {
   std::vector<neighbor_kernel::PackedNeighbor> steps;
 };
 
-/// Some of an atlas's texels: the covered ones of a rectangle, and others.
-struct TexelPart {
-  TexelRect rect;
-  std::vector<TexelId> others = {};  ///< Covered, outside of `rect`.
-};
-
 /// Neighbors of every texel at one fixed list of offsets, and the eight texels beside it, whatever their size: those
 /// that lie where their triangle's own grid says are computed, triangle by triangle, and only the others are stored: in
 /// bands along seams. In triangles of few texels that costs more than it saves, and all neighbors in the bands are
@@ -64,9 +58,6 @@ class TexelNeighborhood {
   /// @param pixel_mm  > 0. Of PixelNeighbor.
   TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm, std::shared_ptr<const FlowFrames> frames,
                     double pixel_mm, const RunControl& control = {});
-  /// The same, to be asked for the texels of a part only; their neighbors may lie outside.
-  TexelNeighborhood(const TexelMap& map, std::vector<Vec2> offsets_mm, std::shared_ptr<const FlowFrames> frames,
-                    double pixel_mm, const TexelPart& part, const RunControl& control);
 
   /// All: those at the offsets first, then from first_adjacent() on the eight beside (row by row; a step of one texel).
   [[nodiscard]] std::size_t size() const { return offsets_mm_.size() + kNumAdjacent; }
@@ -75,7 +66,7 @@ class TexelNeighborhood {
   /// Texels in the bands.
   [[nodiscard]] std::int64_t num_stored() const { return static_cast<std::int64_t>(band_.size()); }
   [[nodiscard]] std::int64_t stored_bytes() const;
-  /// Those in the bands: neighbors outside of a part's rectangle are theirs alone.
+  /// Those in the bands.
   [[nodiscard]] const TexelSet& band() const { return band_; }
   [[nodiscard]] double pixel_mm() const { return pixel_mm_; }
   /// The same neighbors as Cursor finds, for a device: 4 bytes a texel, and size() * 8 for each triangle with texels.
@@ -126,8 +117,7 @@ class TexelNeighborhood {
   static constexpr std::size_t kChunk = 4096;
   [[nodiscard]] PixelNeighbor in_pixels(const TexelNeighbor& n) const;
   void find_steps(int triangle, std::span<PixelNeighbor> steps) const;
-  [[nodiscard]] std::vector<bool> follow_their_grid(const std::vector<int>& reach, const TexelRect& rect,
-                                                    const RunControl& control) const;
+  [[nodiscard]] std::vector<bool> follow_their_grid(const std::vector<int>& reach) const;
   void store(std::size_t chunk, const std::vector<bool>& follows_grid);
 
   const TexelMap& map_;

@@ -29,21 +29,6 @@ class TexelSet {
     parallel_for(num_texels, kChunk, control, [&](TexelId begin, TexelId end) { insert_some(begin, end, is_member); });
     count();
   }
-  /// Of a part of an atlas that is `width` texels wide. @param is_member  Asked of those in `rect`, as above.
-  /// @param others  Members wherever they lie.
-  template <class IsMember>
-  TexelSet(std::int64_t num_texels, int width, const TexelRect& rect, std::span<const TexelId> others,
-           const IsMember& is_member, const RunControl& control)
-      : words_(static_cast<std::size_t>((num_texels + 63) / 64)), before_(words_.size()) {
-    const std::int64_t rows = std::max<std::int64_t>(1, kChunk / std::max(1, rect.width()));
-    parallel_for(rect.y1 - rect.y0, rows, control, [&](std::int64_t begin, std::int64_t end) {
-      for (TexelId y = rect.y0 + begin; y < rect.y0 + end; ++y)
-        insert_some(y * width + rect.x0, y * width + rect.x1, is_member);
-    });
-    for (const TexelId t : others) insert(t);
-    count();
-  }
-
   [[nodiscard]] std::size_t size() const { return size_; }
   [[nodiscard]] bool contains(TexelId t) const {
     return (words_[static_cast<std::size_t>(t) / 64] >> (t % 64) & 1) != 0;

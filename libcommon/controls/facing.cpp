@@ -1,4 +1,8 @@
-#include "libcommon/controls/part_controls.h"
+#include <algorithm>
+#include <span>
+
+#include "libcommon/core/parallel.h"
+#include "patinate/controls/exposure.h"
 
 namespace patinate {
 
@@ -8,7 +12,16 @@ void describe(OptionVisitor& v, FacingOptions& o) {
 }
 
 ControlMap facing_map(const TexelMap& map, const FacingOptions& options, const RunControl& control) {
-  return facing_part(map, options, map.rect(), control);
+  check_ranges(options);
+  const Vec3 direction = unit_direction(options.direction, "direction");
+  ImageF values(map.width(), map.height());
+  parallel_for(map.num_texels(), 4096, control, [&](TexelId begin, TexelId end) {
+    for (TexelId t = begin; t < end; ++t) {
+      if (map.is_covered(t))
+        values.values()[t] = static_cast<float>(std::clamp(map.normal(t).dot(direction), 0.0, 1.0));
+    }
+  });
+  return {std::move(values), 0.0, 1.0, "cosine", false, {}};
 }
 
 }  // namespace patinate

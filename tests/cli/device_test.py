@@ -178,11 +178,10 @@ class Devices(CommandCase):
                 self.assertEqual(self.run_patinate(command, self.shared / "aged", "--device", name, "-o", file, env=WITHOUT).stderr, result.stderr)
             self.assertEqual(result.stderr, f"patinate: error: --device: found `{name}`; OpenCL has no devices here; or auto, cpu\n")
 
-    def test_tiles_and_the_reference_have_none(self):
-        for options, line in ((("--by-tile",), "--by-tile runs on the CPU"), (("--method", "reference"), "--method reference runs on the CPU")):
-            result = self.transfer("aged", *options, "--device", "gpu")
-            self.assertEqual(result.returncode, USAGE)
-            self.assertIn(line, result.stderr)
+    def test_the_reference_has_none(self):
+        result = self.transfer("aged", "--method", "reference", "--device", "gpu")
+        self.assertEqual(result.returncode, USAGE)
+        self.assertIn("--method reference runs on the CPU", result.stderr)
 
 
 if __name__ == "__main__":

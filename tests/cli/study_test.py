@@ -227,10 +227,10 @@ class BadStudies(StudyCase):
                       transfer={**TRANSFERS, "options": {"neighborhood": [2, 99], "quality": "goood"}, "outputs": [{"command": "render", "file": "a.png", "options": {"width": -1}}]})
 
     def test_options_that_do_not_go_together_are_said_before_anything_runs(self):
-        self.problems(["/transfer/options: --device: --by-tile runs on the CPU", "/transfer/outputs/0: -o: found `a.bmp`; expected a name that ends in .png", "/transfer/outputs/1: --num-times: found `0`; expected an integer [1, 10000]",
+        self.problems(["/transfer/options: --device: --method reference runs on the CPU", "/transfer/outputs/0: -o: found `a.bmp`; expected a name that ends in .png", "/transfer/outputs/1: --num-times: found `0`; expected an integer [1, 10000]",
                        "/transfer/outputs/2: -o: found `b.png` for 3 times; expected a name with a number in it", "/transfer/outputs/3: -o: found `c.bmp`; expected MODEL.glb", "/transfer/outputs/4: -o: found `judged.csv`, the name of a file",
                        "/transfer/outputs/5: --num-blocks: found 1", "/transfer/outputs/6: --views: found `font`"],
-                      transfer={**TRANSFERS, "options": {"by_tile": True, "device": "opencl"},
+                      transfer={**TRANSFERS, "options": {"method": "reference", "device": "opencl"},
                                 "outputs": [{"command": "render", "file": "a.bmp"}, {"command": "render", "file": "a.png", "name": "b", "options": {"num_times": 0}}, {"command": "lookup", "file": "b.png", "options": {"num_times": 3}},
                                             {"command": "export", "file": "c.bmp"}, {"command": "evaluate", "file": "judged.csv"}, {"command": "compare", "with": "history", "options": {"num_blocks": 1}},
                                             {"command": "render", "name": "c", "file": "d.png", "options": {"views": "font", "time": 1}}]})
@@ -339,17 +339,6 @@ class Snakemake(StudyCase):
         lines = result.stderr.splitlines()
         self.assertEqual([line.split(": ")[2:4] for line in lines], [[f"plate-broken-seed{seed}", "fit"] for seed in (1, 2)], result.stderr)
         self.assertIn("broken/history.json", lines[0])
-
-    def test_a_transfer_by_tile_goes_item_by_item_too(self):
-        (self.folder / "two.obj").write_text(TWO_TILES)
-        part = {"histories": ["history"], "meshes": ["two.obj"], "controls": ["facing"], "options": {"resolution": 32, "structure": 0, "by_tile": True, "unit": "mm", "texel_size": 0.03}}
-        self.study(transfer=part)
-        self.succeeds("study", "export", "study.json", "--snakemake", "out")
-        result = self.snakemake("--config", "items=4")
-        self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertTrue(list((self.folder / "out/items/transfer").glob("*/wave0")))
-        self.succeeds("study", "run", "study.json", "-o", "here")
-        self.assertEqual(self.results("out"), self.results("here"))
 
     def test_what_fails_is_on_the_page_and_the_rest_goes_on(self):
         (self.folder / "broken.obj").write_text("v 0 0 0\n")

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Transfers by tile: the bytes of the transfer in one piece, whoever does which item. Usage: tiles_test.py PATINATE [unittest arguments]"""
+"""Transfers onto an atlas of several tiles. Usage: tiles_test.py PATINATE [unittest arguments]"""
 import json
 import math
 import subprocess
 import sys
 import unittest
 
-from command_case import INPUT, USAGE, CommandCase, use
+from command_case import CommandCase, use
 
 PROGRAM = sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate"
 SIDE = 100.0  # mm
@@ -39,7 +39,6 @@ def setUpModule():
     for arguments in (["synth", "crackle", "--width", "128", "--height", "96", "--num-frames", "3", "-o", "paint"], ["ingest", "paint", "-o", "painted"]):
         subprocess.run([CommandCase.patinate, *arguments], cwd=shared, check=True, capture_output=True)
     (shared / "waves.obj").write_text(waves(4, 2))
-    (shared / "square.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n")
 
 
 class Tiles(CommandCase):
@@ -48,83 +47,27 @@ class Tiles(CommandCase):
                 "--resolution", resolution, *more]
 
     def files(self, name):
-        """All but what names the plan or the run."""
-        made = {p.name: p.read_bytes() for p in (self.folder / name).iterdir() if p.name not in ("run.json", "job.json", "transfer.json")}
-        manifest = json.loads((self.folder / name / "transfer.json").read_text())
-        del manifest["key"]
-        return made, manifest
+        """All but what names the run."""
+        return {p.name: p.read_bytes() for p in (self.folder / name).iterdir() if p.name not in ("run.json", "job.json")}
 
-    def assert_equal(self, a, b):
-        (made, manifest), (other, other_manifest) = self.files(a), self.files(b)
-        self.assertEqual(manifest, other_manifest)
-        self.assertEqual(sorted(made), sorted(other))
-        self.assertEqual([name for name in made if made[name] != other[name]], [])
+    def test_the_atlas_is_one_surface_whose_lines_and_turns_go_on_over_tiles(self):
+        command = [word for word in self.command(64) if word not in ("--structure", "0")]
+        self.succeeds(*command, "-o", "aged")
+        manifest = json.loads((self.folder / "aged/transfer.json").read_text())
+        self.assertEqual(len(manifest["tiles"]), 16)
+        self.assertEqual(manifest["structure"]["kind"], "dark_lines")
+        self.assertTrue(manifest["subpixel"])
+        # Every texel that is covered has a place, and evaluation counts what the transfer counted in another way.
+        self.succeeds("evaluate", "aged", "--samples", "500", "--audits", "0", "-o", "judged")
+        figures = {f["name"]: f["value"] for f in json.loads((self.folder / "judged/evaluation.json").read_text())["maps"][0]["figures"]}
+        self.assertAlmostEqual(figures["control_error_mean"], manifest["energy"]["control_error_mean"], 3)
 
-    def test_4_x_4_tiles_of_256_are_the_transfer_in_one_piece(self):
-        self.succeeds(*self.command(256), "--coarse-passes", "2", "-o", "whole")
-        self.succeeds(*self.command(256), "--coarse-passes", "2", "--by-tile", "--threads", "1", "-o", "tiled")
-        self.assert_equal("whole", "tiled")
-
-    def test_two_tiles_whose_levels_are_all_coarse_are_the_transfer_in_one_piece(self):
-        square = "v {x} 0 0\nv {z} 0 4\nv {z} 9 5\nv {x} 9 0\n"
-        uvs = "vt {u}.05 0.05\nvt {u}.95 0.05\nvt {u}.95 0.95\nvt {u}.05 0.95\n"
-        (self.folder / "two.obj").write_text("".join(square.format(x=9 * k, z=9 * k + 9) for k in (0, 1)) + "".join(uvs.format(u=k) for k in (0, 1)) + "f 1/1 2/2 3/3 4/4\nf 5/5 6/6 7/7 8/8\n")
-        command = self.command(64, mesh=self.folder / "two.obj")
-        self.succeeds(*command, "-o", "whole")
-        self.succeeds(*command, "--by-tile", "-o", "tiled")
-        self.assert_equal("whole", "tiled")
-
-    def test_borders_are_refined_along_lines_by_tile_too(self):
-        command = [word for word in self.command(64, "--coarse-passes", "2") if word not in ("--structure", "0")]
-        self.succeeds(*command, "-o", "whole")
-        self.succeeds(*command, "--by-tile", "--threads", "1", "-o", "tiled")
-        self.assert_equal("whole", "tiled")
-        self.assertEqual(self.files("tiled")[1]["structure"]["kind"], "dark_lines")
-        items = json.loads(self.succeeds("cluster", "plan", *command, "--by-tile", "-o", "spread", "--json"))["items"]
-        self.assertEqual(sum("level0-refine" in item["name"] for item in items), 10 * 16)
-
-    def test_items_in_processes_of_their_own_give_the_same(self):
-        command = [*self.command(64), "--by-tile", "--coarse-passes", "2", "-o", "tiled"]
-        self.succeeds(*self.command(64), "--coarse-passes", "2", "-o", "whole")
-        plan = json.loads(self.succeeds("cluster", "plan", *command, "--json"))
-        (self.folder / "plan.json").write_text(json.dumps(plan))
-        stages = {}
-        for item in plan["items"]:
-            stages.setdefault(item["waits_for"], []).append(item["number"])
-        for numbers in stages.values():  # The last tiles first, by one process; then the others by another.
-            for portion in (numbers[len(numbers) // 2:], numbers[:len(numbers) // 2]):
-                if portion:
-                    self.succeeds("cluster", "run", "plan.json", "--items", ",".join(map(str, portion)))
-        self.succeeds("cluster", "join", "plan.json")
-        self.assert_equal("whole", "tiled")
-        self.assertIn("up to date", self.run_patinate(*command).stderr)
-
-    def test_it_is_evaluated_by_tile_with_items_in_processes_of_their_own(self):
-        self.succeeds(*self.command(64), "--coarse-passes", "2", "-o", "aged")
-        command = ["evaluate", "aged", "--samples", "500", "--audits", "100"]
-        self.succeeds(*command, "-o", "here")
-        plan = json.loads(self.succeeds("cluster", "plan", *command, "-o", "spread", "--json"))
-        self.assertEqual(len(plan["items"]), 2 * 16 + 1)
-        (self.folder / "plan.json").write_text(json.dumps(plan))
-        for items in ("0-6", "7-15", "20-31", "16-19", "32"):
-            self.succeeds("cluster", "run", "plan.json", "--items", items)
-        self.succeeds("cluster", "join", "plan.json")
-        for name in ("evaluation.html", "evaluation.json"):
-            self.assertEqual((self.folder / "spread" / name).read_bytes(), (self.folder / "here" / name).read_bytes())
-        # The transfer counted the same in another way.
-        figures = {f["name"]: f["value"] for f in json.loads((self.folder / "here/evaluation.json").read_text())["maps"][0]["figures"]}
-        energy = json.loads((self.folder / "aged/transfer.json").read_text())["energy"]
-        self.assertAlmostEqual(figures["coherent_share"], energy["coherent_share"], 9)
-        self.assertAlmostEqual(figures["control_error_mean"], energy["control_error_mean"], 3)
-
-    def test_what_cannot_be_done_by_tile_is_said_in_a_line(self):
-        painted, waves_obj = self.shared / "painted", self.shared / "waves.obj"
-        known = ["--unit", "mm", "--texel-size", "0.1", "--resolution", "64", "--structure", "0", "--by-tile", "-o", "out"]
-        self.fails(USAGE, "sizes have to be given: --unit, --resolution", "transfer", painted, waves_obj, "--control", "facing", "--by-tile", "-o", "out")
-        self.fails(USAGE, "`accessibility` looks at the whole atlas", "transfer", painted, waves_obj, "--control", "thickness=accessibility", *known)
-        self.fails(INPUT, "UVs of several tiles", "transfer", painted, self.shared / "square.obj", "--control", "thickness=facing", *known)
-        self.fails(INPUT, "--method reference cannot be done by tile", "transfer", painted, waves_obj, "--control", "thickness=facing", "--method", "reference", *known)
-        self.assertFalse((self.folder / "out").exists())
+    def test_threads_change_nothing_and_what_was_said_for_large_atlases_is_accepted(self):
+        self.succeeds(*self.command(64), "--threads", "1", "-o", "one")
+        said = self.run_patinate(*self.command(64), "--by-tile", "--threads", "3", "-o", "three")
+        self.assertEqual(said.returncode, 0, said.stderr)
+        self.assertIn("--by-tile: is not needed any more", said.stderr)
+        self.assertEqual(self.files("one"), self.files("three"))
 
 
 if __name__ == "__main__":

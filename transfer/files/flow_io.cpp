@@ -94,13 +94,6 @@ void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrame
   }
 }
 
-void read_flow_tile(const TransferManifest& manifest, const TexelMap& map, int tile, FlowFrames& frames) {
-  for_each_angle(manifest, map, tile, [&](TexelId t, float angle, bool is_mirrored) {
-    const int triangle = map.triangle(t);
-    frames[triangle] = frame_from_uv({static_cast<double>(angle), is_mirrored}, map.tangents(triangle));
-  });
-}
-
 LaidFlow as_stored(const std::shared_ptr<const FlowFrames>& frames, std::span<const std::int16_t> turns,
                    const TexelMap& map) {
   if (!frames) return {};

@@ -21,9 +21,6 @@ inline constexpr const char* kPatchChannels[2] = {"source.angle", "source.mirror
 void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrames& frames,
                const std::function<SourcePlace(TexelId t)>& place_of);
 
-/// Sets the frames of the triangles that have texels in a tile. @throws IoError
-void read_flow_tile(const TransferManifest& manifest, const TexelMap& map, int tile, FlowFrames& frames);
-
 /// How a history lies on a surface.
 struct LaidFlow {
   std::shared_ptr<const FlowFrames> frames = nullptr;  ///< Null: as the UVs run.

@@ -8,11 +8,23 @@
 
 #include "libcommon/core/parallel.h"
 #include "patinate/core/error.h"
-#include "transfer/guidance/control_matcher.h"
 
 namespace patinate::transfer {
 
 namespace {
+
+/// In order.
+void sort_values(std::vector<float>& values, const RunControl& control) {
+  constexpr std::int64_t kPart = 65536;
+  const auto n = static_cast<std::int64_t>(values.size());
+  const auto at = [&](std::int64_t i) { return values.begin() + static_cast<std::ptrdiff_t>(std::min(i, n)); };
+  parallel_for(n, kPart, control, [&](std::int64_t begin, std::int64_t end) { std::sort(at(begin), at(end)); });
+  for (std::int64_t size = kPart; size < n; size *= 2) {
+    parallel_for((n + 2 * size - 1) / (2 * size), 1, control, [&](std::int64_t pair, std::int64_t) {
+      std::inplace_merge(at(pair * 2 * size), at((pair * 2 + 1) * size), at((pair + 1) * 2 * size));
+    });
+  }
+}
 
 std::vector<float> values_inside(const ImageF& image, const ImageU8& mask, const RunControl& control) {
   std::vector<float> values;
@@ -50,20 +62,30 @@ double quantile(const std::vector<float>& sorted, double fraction) {
   return here + (position - static_cast<double>(index)) * (next - here);
 }
 
-}  // namespace
+/// What is known of all values of a destination.
+struct ControlValues {
+  std::int64_t count = 0;  ///< > 0
+  float least = 0.0f, greatest = 0.0f;
+};
 
-/// By parts that are merged, so that a stop is noticed between them.
-void sort_values(std::vector<float>& values, const RunControl& control) {
-  constexpr std::int64_t kPart = 65536;
-  const auto n = static_cast<std::int64_t>(values.size());
-  const auto at = [&](std::int64_t i) { return values.begin() + static_cast<std::ptrdiff_t>(std::min(i, n)); };
-  parallel_for(n, kPart, control, [&](std::int64_t begin, std::int64_t end) { std::sort(at(begin), at(end)); });
-  for (std::int64_t size = kPart; size < n; size *= 2) {
-    parallel_for((n + 2 * size - 1) / (2 * size), 1, control, [&](std::int64_t pair, std::int64_t) {
-      std::inplace_merge(at(pair * 2 * size), at((pair * 2 + 1) * size), at((pair + 1) * 2 * size));
-    });
-  }
-}
+/// match_control() value by value.
+class ControlMatcher {
+ public:
+  /// @throws InvalidInput as match_control().
+  ControlMatcher(const ControlValues& destination, const ControlRange& destination_range, const ImageF& source,
+                 const ImageU8& source_mask, const ControlRange& source_range, ControlMapping mapping,
+                 const RunControl& control);
+
+  [[nodiscard]] bool needs_ranks() const { return mapping_ == ControlMapping::Rank; }
+  /// @param num_below,num_up_to  Of the destination's values, those < and <= this one; looked at where needs_ranks().
+  [[nodiscard]] float operator()(float value, std::int64_t num_below, std::int64_t num_up_to) const;
+
+ private:
+  ControlValues from_;
+  ControlRange from_range_, to_range_;
+  ControlMapping mapping_;
+  std::vector<float> to_;  ///< Sorted.
+};
 
 ControlMatcher::ControlMatcher(const ControlValues& destination, const ControlRange& destination_range,
                                const ImageF& source, const ImageU8& source_mask, const ControlRange& source_range,
@@ -100,8 +122,6 @@ float ControlMatcher::operator()(float value, std::int64_t num_below, std::int64
   }
   return static_cast<float>(std::clamp(mapped, 0.0, 1.0));
 }
-
-namespace {
 
 /// Where a value lies among sorted ones: std::equal_range(), begun near by. Texels ask in no order, and a search over
 /// all of them waits for memory at each of its steps.

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Raised when the same input gives other coordinates: of an atlas of one tile, and of several.
-constexpr std::int64_t kStageVersion = 13, kTilesVersion = 14;
+constexpr std::int64_t kStageVersion = 13, kTilesVersion = 15;
 
 }  // namespace
 

@@ -228,10 +228,8 @@ void find_neighbors(DestinationLevel& level, const Neighborhood& neighborhood, c
   std::vector<Vec2> offsets_mm;
   for (const Offset& o : neighborhood.offsets)
     offsets_mm.emplace_back(o.x * level.placement.step_mm, o.y * level.placement.step_mm);
-  const TexelPart part =
-      level.part ? TexelPart{level.part->rect, level.part->others} : TexelPart{level.map->rect(), {}};
   level.neighbors = std::make_shared<TexelNeighborhood>(*level.map, std::move(offsets_mm), level.placement.frames,
-                                                        level.placement.pixel_mm, part, control);
+                                                        level.placement.pixel_mm, control);
 }
 
 DestinationLevel make_destination_level(std::shared_ptr<const TexelMap> map, ControlImage controls,

@@ -76,31 +76,18 @@ struct SourcePlacement {
   std::shared_ptr<const FrameTurns> turns = nullptr;  ///< Pieces may turn against the frames; null: they follow them.
 };
 
-/// What a process holds of a level of which it works on a part only: arrays over all texels, of zeros where it does not
-/// look.
-struct LevelPart {
-  TexelRect rect;                        ///< Whose texels are decided.
-  std::vector<TexelId> others = {};      ///< Beyond it: whose neighbors are looked at, ascending.
-  int num_controls = 1;                  ///< Channels of
-  ZeroedVector<std::uint16_t> targets;   ///< the controls.
-  ZeroedVector<std::uint8_t> sets = {};  ///< By texel: in how many of a pass's interleaved sets, from the first on, it
-                                         ///< is decided. Empty: no passes.
-};
-
 /// The surface at one level: what is to be covered.
 struct DestinationLevel {
   std::shared_ptr<const TexelMap> map;
-  ControlImage controls;  ///< Mapped into the source's values; empty where there is a part.
+  ControlImage controls;  ///< Mapped into the source's values.
   SourcePlacement placement;
-  TexelSet texels;  ///< The covered ones; of a part, those in its rectangle.
+  TexelSet texels;  ///< The covered ones.
   std::shared_ptr<const TexelNeighborhood> neighbors =
       nullptr;  ///< None until find_neighbors(): they take the most memory by far on coarse levels.
 
-  std::shared_ptr<const LevelPart> part = nullptr;  ///< None: the whole level.
-
-  [[nodiscard]] int num_controls() const { return part ? part->num_controls : controls.channels(); }
+  [[nodiscard]] int num_controls() const { return controls.channels(); }
   /// num_controls() a texel.
-  [[nodiscard]] const std::uint16_t* targets() const { return part ? part->targets.data() : controls.data(); }
+  [[nodiscard]] const std::uint16_t* targets() const { return controls.data(); }
   [[nodiscard]] std::span<const std::uint16_t> target(TexelId t) const {
     return {targets() + t * num_controls(), static_cast<std::size_t>(num_controls())};
   }

@@ -72,8 +72,12 @@ struct Auditor {
 };
 
 TexelSet texels_of(const TexelMap& surface, int tile, const RunControl& control) {
-  const auto is_covered = [&](TexelId t) { return surface.is_covered(t); };
-  return {surface.num_texels(), surface.width(), cell_of(surface.sheet(), tile), {}, is_covered, control};
+  const TexelRect cell = cell_of(surface.sheet(), tile);
+  const auto is_member = [&](TexelId t) {
+    return cell.contains(static_cast<int>(t % surface.width()), static_cast<int>(t / surface.width())) &&
+           surface.is_covered(t);
+  };
+  return {surface.num_texels(), is_member, control};
 }
 
 CoordinateMap level_pixels(const MapToAudit& made, const HistoryFacts& history, const Auditor& auditor) {
@@ -111,45 +115,6 @@ OptimumAudit audit_map(const History& history, const MapToAudit& made, const Tra
   return summary_of(audit_texels(auditor.level, auditor.neighborhood, level_pixels(made, history.facts(), auditor),
                                  drawn, *auditor.options.coherence_share, auditor.weights, control.part(0.6, 1.0),
                                  made.turns));
-}
-
-std::vector<AuditedTexel> audit_tile(const History& history, const MapToAudit& made, const TileToAudit& tile,
-                                     const TransferOptions& asked, std::int64_t num_audits, std::uint64_t seed,
-                                     const RunControl& control, const AppearanceSource& appearance) {
-  const RunControl silent = control.silent();
-  Auditor auditor(history, made, asked, appearance, silent);
-  if (auditor.level.source.usable.empty()) return {};
-  const TexelMap& surface = *made.surface;
-  const TexelRect rect = cell_of(surface.sheet(), tile.tile);
-  auto part = std::make_shared<LevelPart>();
-  part->others =
-      drawn_texels(texels_of(surface, tile.tile, silent), tile.before, surface.num_covered(), num_audits, seed);
-  const ControlImage targets = interleave(auditor.wanted, silent);
-  part->num_controls = targets.channels();
-  part->targets = ZeroedVector<std::uint16_t>(static_cast<std::size_t>(surface.num_texels() * targets.channels()));
-  for (const TexelId t : part->others) {
-    const auto values =
-        targets.pixel(static_cast<int>(t % surface.width()) - rect.x0, static_cast<int>(t / surface.width()) - rect.y0);
-    std::copy(values.begin(), values.end(), part->targets.begin() + t * targets.channels());
-  }
-  DestinationLevel& destination = auditor.level.destination;
-  destination.map = made.surface;
-  destination.placement = auditor.placement;
-  destination.part = part;
-  find_neighbors(destination, auditor.neighborhood, silent);
-  std::vector<TexelId> seen = part->others;
-  TexelNeighborhood::Cursor cursor(*destination.neighbors);
-  for (const TexelId t : part->others) {
-    for (const PixelNeighbor& n : cursor.at(t)) {
-      if (n.texel >= 0) seen.push_back(n.texel);
-    }
-  }
-  std::sort(seen.begin(), seen.end());
-  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
-  CoordinateMap pixels(static_cast<std::size_t>(surface.num_texels()));
-  tile.coordinates(seen, [&](TexelId t, int x, int y) { pixels[t] = auditor.pixel(x, y); });
-  return audit_texels(auditor.level, auditor.neighborhood, pixels, part->others, *auditor.options.coherence_share,
-                      auditor.weights, control);
 }
 
 }  // namespace patinate::transfer

@@ -44,21 +44,4 @@ struct MapToAudit {
                                      std::int64_t num_audits, std::uint64_t seed, const RunControl& control = {},
                                      const AppearanceSource& appearance = {});
 
-/// One tile of such a map.
-struct TileToAudit {
-  int tile = 0;
-  std::int64_t before = 0;  ///< Covered texels of earlier tiles.
-  /// Calls visit(texel, x, y) with the pixels of some texels, wherever they are.
-  using Visit = std::function<void(TexelId texel, int x, int y)>;
-  std::function<void(const std::vector<TexelId>& texels, const Visit& visit)> coordinates;
-};
-/// What audit_map() measures there; summary_of() those of all tiles is what it gives.
-/// @param made  Without coordinates; `wanted` are of the tile with its margins, and the surface finds texels where one
-/// looks.
-[[nodiscard]] std::vector<AuditedTexel> audit_tile(const History& history, const MapToAudit& made,
-                                                   const TileToAudit& tile, const TransferOptions& options,
-                                                   std::int64_t num_audits, std::uint64_t seed,
-                                                   const RunControl& control = {},
-                                                   const AppearanceSource& appearance = {});
-
 }  // namespace patinate::transfer

@@ -21,6 +21,9 @@ void describe(OptionVisitor& v, MultiLevelOptions& o) {
   v.visit({"reuse_penalty", "fast: preference for sources that are used rarely", "", between(0, 8)}, o.reuse_penalty);
 }
 
+namespace {
+
+/// Rises from the coarsest level to the finest.
 double coherence_of_level(std::size_t level, std::size_t coarsest, double coherence_share,
                           const MultiLevelOptions& options) {
   const double first = options.first_coherence.value_or(kFirstCoherence);
@@ -28,6 +31,7 @@ double coherence_of_level(std::size_t level, std::size_t coarsest, double cohere
   return first + (coherence_share - first) * ramp;
 }
 
+/// Pixels that look alike, taken over from the coarser level where there are many. @param coarser  Null: the coarsest.
 SimilarPixels similar_of_level(const SourceLevel& source, const SourceLevel* coarser, const SimilarPixels& of_coarser,
                                const RunControl& control) {
   constexpr std::size_t kMaxSearchedPixels = 17'000;
@@ -35,14 +39,17 @@ SimilarPixels similar_of_level(const SourceLevel& source, const SourceLevel* coa
   return is_searched ? find_similar_pixels(source, control) : refine_similar_pixels(of_coarser, *coarser, source);
 }
 
+/// Of random numbers, of a pass.
 std::uint32_t stream_of(std::size_t level, int pass) {
   return static_cast<std::uint32_t>(200 + 32 * level + static_cast<std::size_t>(pass));
 }
 
+}  // namespace
+
 PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                                 double coherence_share, std::span<const double> control_weights, std::uint64_t seed,
                                 const MultiLevelOptions& options, const RunControl& control,
-                                const LevelRefinement& refinement, const SearchDevice* device, std::size_t finest,
+                                const LevelRefinement& refinement, const SearchDevice* device,
                                 std::unique_ptr<SearchDevice::Level>* kept) {
   check_ranges(options);
   RunControl silent = control;
@@ -59,7 +66,7 @@ PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neigh
     return static_cast<double>(levels[l].destination.texels.size()) * (passes_on(l) + refinement.num_passes);
   };
   for (std::size_t l = 0; l < levels.size(); ++l) total += work(l);
-  for (std::size_t l = levels.size(); l-- > finest;) {
+  for (std::size_t l = levels.size(); l-- > 0;) {
     SynthesisLevel& level = levels[l];
     if (!level.destination.neighbors) find_neighbors(level.destination, neighborhood, silent);
     similar = similar_of_level(level.source, l == coarsest ? nullptr : &levels[l + 1].source, similar, silent);
@@ -85,7 +92,7 @@ PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neigh
                         control.part(std::min(0.999, done / total), std::min(0.999, end / total)));
       done = end;
     }
-    if (l == finest && kept != nullptr) *kept = improver.take_device_level();
+    if (l == 0 && kept != nullptr) *kept = improver.take_device_level();
     if (l > 0) level.destination.neighbors.reset();
   }
   control.report(1.0);

@@ -48,22 +48,12 @@ struct LevelRefinement {
 /// @param levels  Finest first. Neighbors are found level by level, and each level but the finest is used up when the
 /// next one has begun: all at once would take twice as much.
 /// @param device  Runs the passes, with the same bits; may be null. When it fails, the CPU goes on.
-/// @param finest  Where it ends: finer levels may be empty, and the places are those of this one.
-/// @param kept  Takes what the device has of that level, for what is measured of it; null if it has failed.
+/// @param kept  Takes what the device has of the finest level, for what is measured of it; null if it has failed.
 [[nodiscard]] PlaceMap synthesize_multi_level(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                                               double coherence_share, std::span<const double> control_weights,
                                               std::uint64_t seed, const MultiLevelOptions& options = {},
                                               const RunControl& control = {}, const LevelRefinement& refinement = {},
-                                              const SearchDevice* device = nullptr, std::size_t finest = 0,
+                                              const SearchDevice* device = nullptr,
                                               std::unique_ptr<SearchDevice::Level>* kept = nullptr);
-
-/// What a level is synthesized with: the share of coherence, which rises from the coarsest level to the finest;
-[[nodiscard]] double coherence_of_level(std::size_t level, std::size_t coarsest, double coherence_share,
-                                        const MultiLevelOptions& options);
-/// pixels that look alike, taken over from the coarser level where there are many (`coarser` null: the coarsest);
-[[nodiscard]] SimilarPixels similar_of_level(const SourceLevel& source, const SourceLevel* coarser,
-                                             const SimilarPixels& of_coarser, const RunControl& control);
-/// and the stream of random numbers of a pass.
-[[nodiscard]] std::uint32_t stream_of(std::size_t level, int pass);
 
 }  // namespace patinate::transfer

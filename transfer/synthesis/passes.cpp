@@ -73,15 +73,6 @@ Preferences preferences_of(const MultiLevelOptions& o) {
           .leaves_quiet = 1};
 }
 
-void PlaceCounts::add(const PlaceCounts& other) {
-  uses.resize(other.uses.size());
-  amounts.uses.resize(other.amounts.uses.size());
-  add_pass(uses, other.uses);
-  add_pass(amounts.uses, other.amounts.uses);
-  add_pass(amounts.has, other.amounts.has);
-  amounts.num_texels += other.amounts.num_texels;
-}
-
 Improver::Improver(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar,
                    const EnergyScale& scale, int num_random, std::uint64_t seed, const SearchDevice* device)
     : level_(level),
@@ -100,12 +91,8 @@ Improver::Improver(const SynthesisLevel& level, const Neighborhood& neighborhood
 std::vector<int> Improver::find_squares() const {
   const int num_squares = squares_x_ * ((map_.height() + kSquare - 1) / kSquare);
   std::vector<std::uint8_t> is_there(static_cast<std::size_t>(num_squares), 0);
-  const auto add = [&](TexelId t) {
+  for (const TexelId t : level_.destination.texels)
     is_there[t / map_.width() / kSquare * squares_x_ + t % map_.width() / kSquare] = 1;
-  };
-  for (TexelId t : level_.destination.texels) add(t);
-  if (level_.destination.part != nullptr)
-    std::for_each(level_.destination.part->others.begin(), level_.destination.part->others.end(), add);
   std::vector<int> squares;
   for (int i = 0; i < num_squares; ++i) {
     if (is_there[i] != 0) squares.push_back(i);
@@ -201,7 +188,7 @@ void Improver::for_each_due(int square, int set, bool is_whole, const Visit& vis
   for (int y = y0 + set / 2; y < std::min(y0 + kSquare, map_.height()); y += 2) {
     for (int x = x0 + set % 2; x < std::min(x0 + kSquare, map_.width()); x += 2) {
       const TexelId t = TexelId{y} * map_.width() + x;
-      if (is_decided(t, set) && search_kernel::is_due(changed_near_[t], turn_, is_whole))
+      if (map_.is_covered(t) && search_kernel::is_due(changed_near_[t], turn_, is_whole))
         visit(t, static_cast<std::uint16_t>((y - y0) * kSquare + x - x0));
     }
   }

@@ -21,19 +21,17 @@ namespace patinate::transfer {
 inline constexpr search_kernel::Preferences kEnergyAlone{};
 [[nodiscard]] search_kernel::Preferences preferences_of(const MultiLevelOptions& options);
 
-/// How often sources are used, and what looks there are, at the beginning of a pass. Those of all parts of a level add
-/// up to the level's.
+/// How often sources are used, and what looks there are, at the beginning of a pass.
 struct PlaceCounts {
   std::vector<std::int64_t> uses;  ///< By small cell of the source.
   Amounts::Counts amounts;
-  void add(const PlaceCounts& other);
 };
 
 /// Improves the places on one level, pass by pass. The atlas is worked on in squares: what lies together on the surface
-/// is together in memory. Of a part (DestinationLevel::part) the texels that LevelPart::sets says are decided.
+/// is together in memory.
 class Improver {
  public:
-  /// @param device  Runs passes over whole levels; may be null.
+  /// @param device  Runs the passes; may be null.
   Improver(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar,
            const EnergyScale& scale, int num_random, std::uint64_t seed, const SearchDevice* device);
 
@@ -44,14 +42,10 @@ class Improver {
   /// Four interleaved sets, each decided from the state before it. A texel near which nothing has changed since its
   /// last turn is skipped.
   /// @param is_whole  Every texel has its turn; the first pass is whole.
-  /// @param counts    Of the whole level before the pass; looked at where the preferences do.
+  /// @param counts    Of the level before the pass; looked at where the preferences do.
   void pass(const search_kernel::Preferences& preferences, bool is_whole, std::uint32_t stream,
             const PlaceCounts& counts, PlaceMap& places, const RunControl& control);
 
-  /// The last turn in which each texel or one beside it changed, and the next turn: what a pass leaves for the next
-  /// beside the places.
-  [[nodiscard]] std::span<std::uint8_t> changed_near() { return changed_near_; }
-  void go_on_after(int num_passes) { turn_ = kNumSets * num_passes; }
   /// What the device has of the level, after the last pass; null where there is none, or it has failed.
   [[nodiscard]] std::unique_ptr<SearchDevice::Level> take_device_level() { return std::move(on_device_); }
 
@@ -69,17 +63,13 @@ class Improver {
   /// @returns false, with nothing changed, where there is no device or it has failed.
   bool passed_on_device(const DevicePass& pass, PlaceMap& places, const RunControl& control);
   [[nodiscard]] search_kernel::SourceTables source_with(const SimilarPixels& similar) const;
-  [[nodiscard]] bool is_decided(TexelId t, int set) const {
-    const LevelPart* const part = level_.destination.part.get();
-    return part != nullptr ? part->sets[t] > set : map_.is_covered(t);
-  }
   /// Calls visit(t, in_square) for the texels of a set whose turn it is.
   template <class Visit>
   void for_each_due(int square, int set, bool is_whole, const Visit& visit) const;
   void apply(int square, const Change& change, TexelNeighborhood::Cursor& cursor, PlaceMap& places);
   /// By several threads at once: all write the same.
   void mark(TexelId t);
-  /// Those with texels that are decided.
+  /// Those with texels.
   [[nodiscard]] std::vector<int> find_squares() const;
 
   const SynthesisLevel& level_;

@@ -43,7 +43,7 @@ TexelId parent_of(const TexelMap& fine, const TexelMap& coarse, const PlaceMap& 
 
 PlaceMap initial_places(const SynthesisLevel& level, std::uint64_t seed, const RunControl& control) {
   const DestinationLevel& destination = level.destination;
-  PlaceMap places(destination.map->num_texels(), level.source.width(), destination.part != nullptr);
+  PlaceMap places(destination.map->num_texels(), level.source.width());
   parallel_for(static_cast<std::int64_t>(destination.texels.size()), kPlaceChunk, control,
                [&](std::int64_t begin, std::int64_t end) {
                  auto at = destination.texels.from(static_cast<std::size_t>(begin));

@@ -32,10 +32,8 @@ class PlaceMap {
   CoordinateMap pixels;  ///< -1 = none.
 
   /// @param source_width  > 0.
-  /// @param is_part  Of few texels: takes memory only where places are set; the others have pixel 0.
-  PlaceMap(std::int64_t num_texels, std::int32_t source_width, bool is_part = false)
-      : pixels(is_part ? CoordinateMap(static_cast<std::size_t>(num_texels))
-                       : CoordinateMap(static_cast<std::size_t>(num_texels), -1)),
+  PlaceMap(std::int64_t num_texels, std::int32_t source_width)
+      : pixels(static_cast<std::size_t>(num_texels), -1),
         beside_(2 * static_cast<std::size_t>(num_texels)),
         width_(source_width),
         shift_(31 + static_cast<int>(std::bit_width(static_cast<std::uint32_t>(source_width) - 1))),

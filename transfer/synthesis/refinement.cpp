@@ -29,9 +29,11 @@ int half_px(double factor, const SourceStructure& structure) {
 
 LevelRefiner::LevelRefiner(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,
                            std::span<const double> control_weights, std::uint64_t seed,
-                           const RefinementOptions& options, TexelNeighborhood beside)
+                           const RefinementOptions& options, const RunControl& control)
     : level_(level),
-      beside_(std::move(beside)),
+      has_structure_(!structure.empty()),
+      beside_(*level.destination.map, {}, level.destination.placement.frames, level.destination.placement.pixel_mm,
+              control),
       features_(level.source, structure.channels, kStructureWeight * structure.weight),
       control_cost_(level.source, control_weights, kControlUnit * options.control_share),
       amounts_(level.source),
@@ -43,38 +45,30 @@ LevelRefiner::LevelRefiner(const SynthesisLevel& level, const SourceStructure& s
             .similar = similar,
             .amounts = amounts_,
             .nearby = nearby_},
-      seed_(seed) {
+      seed_(seed),
+      costs_(level.destination, beside_, features_),
+      patience_(costs_.size(), kPatient),
+      is_taken_(static_cast<std::size_t>(level.destination.map->num_texels()), 0) {
   for (double factor : kHalfFactors) halves_.push_back(half_px(factor, structure));
 }
 
-int LevelRefiner::largest_half_px(const SourceStructure& structure) { return half_px(kHalfFactors.back(), structure); }
-
-TexelNeighborhood LevelRefiner::neighbors_beside(const DestinationLevel& destination, const TexelPart& part,
-                                                 const RunControl& control) {
-  return {*destination.map, {}, destination.placement.frames, destination.placement.pixel_mm, part, control};
+PatchFinder LevelRefiner::finder() const {
+  return {*level_.destination.map, beside_, level_.destination.placement.turns.get()};
 }
 
-RegionRefiner::RegionRefiner(const LevelRefiner& shared, RefinedRegion region)
-    : shared_(shared),
-      map_(*shared.level_.destination.map),
-      region_(std::move(region)),
-      seed_(shared.seed_ + (region_.index << 32)),
-      costs_(shared.level_.destination, region_, shared.beside_, shared.features_),
-      patience_(costs_.size(), kPatient),
-      is_taken_(region_.num_texels(), 0) {}
-
-void RegionRefiner::measure(const PlaceMap& places, const RunControl& control) { costs_.measure(places, control); }
-
-void RegionRefiner::round(int index, PlaceMap& places, const RunControl& control) {
+void LevelRefiner::round(int index, PlaceMap& places, const RunControl& control) {
+  amounts_.measure(level_.destination, places, control);
+  if (!has_structure_) nearby_.measure(places, control);
+  costs_.measure(places, control);
   choose_windows(index, control);
   // No window holds a texel beside another's: what one writes, no other reads.
   parallel_for(static_cast<std::int64_t>(windows_.size()), 1, control, [&](std::int64_t begin, std::int64_t) {
     Window& window = windows_[begin];
     SurfacePatch patch;
-    PatchFinder finder(map_, shared_.beside_, &region_, shared_.level_.destination.placement.turns.get());
+    PatchFinder finder = this->finder();
     finder.find_texels(window.center, window.half_px, patch);
     finder.find_edges(patch);
-    PatchCut cut(shared_.task_);
+    PatchCut cut(task_);
     const RandomStream random(seed_, window.block, 3000 + static_cast<std::uint32_t>(index));
     window.has_gained = cut.improve(patch, places, random, control) > 0;
     if (!window.has_gained) return;
@@ -87,7 +81,7 @@ void RegionRefiner::round(int index, PlaceMap& places, const RunControl& control
   }
 }
 
-void RegionRefiner::choose_windows(int index, const RunControl& control) {
+void LevelRefiner::choose_windows(int index, const RunControl& control) {
   windows_.clear();
   std::fill(is_taken_.begin(), is_taken_.end(), std::uint8_t{0});
   struct Wish {
@@ -99,17 +93,16 @@ void RegionRefiner::choose_windows(int index, const RunControl& control) {
     if (const std::int64_t cost = costs_.around(b); cost > 0) wishes.push_back({cost * patience_[b], b});
   }
   std::stable_sort(wishes.begin(), wishes.end(), [](const Wish& a, const Wish& b) { return a.priority > b.priority; });
-  PatchFinder finder(map_, shared_.beside_, &region_, shared_.level_.destination.placement.turns.get());
+  PatchFinder finder = this->finder();
   SurfacePatch patch;
-  const std::vector<int>& halves = shared_.halves_;
   for (const Wish& wish : wishes) {
     if (windows_.size() % 16 == 0) control.throw_if_stopped();
     const TexelId center = costs_.texel_in(wish.block);
-    if (center < 0 || taken(center) != 0) continue;
+    if (center < 0 || is_taken_[center] != 0) continue;
     finder.find_texels(center, kSmallestHalf_px / 2, patch);  // Most have no room: this is quick.
     if (room_px(patch) < kSmallestHalf_px / 2) continue;
     RandomStream random(seed_, wish.block, 2000 + static_cast<std::uint32_t>(index));
-    finder.find_texels(center, halves[random.below(static_cast<std::uint32_t>(halves.size()))], patch);
+    finder.find_texels(center, halves_[random.below(static_cast<std::uint32_t>(halves_.size()))], patch);
     const int room = room_px(patch);
     if (room < kSmallestHalf_px / 2) continue;
     if (room < patch.half_px) finder.find_texels(center, room, patch);
@@ -120,30 +113,24 @@ void RegionRefiner::choose_windows(int index, const RunControl& control) {
   }
 }
 
-int RegionRefiner::room_px(const SurfacePatch& patch) {
+int LevelRefiner::room_px(const SurfacePatch& patch) const {
   std::int32_t room = patch.half_px * PixelNeighbor::kOne;
   for (const PatchTexel& t : patch.texels) {
-    if (taken(t.texel) != 0) room = std::min(room, std::max(std::abs(t.offset.x), std::abs(t.offset.y)) - 1);
+    if (is_taken_[t.texel] != 0) room = std::min(room, std::max(std::abs(t.offset.x), std::abs(t.offset.y)) - 1);
   }
   return room / PixelNeighbor::kOne;
 }
 
-bool RegionRefiner::sees_a_member(const SurfacePatch& patch) {
-  return std::any_of(patch.edges.begin(), patch.edges.end(), [&](const PatchEdge& e) {
-    return e.outside >= 0 && region_.index_of(e.outside) && taken(e.outside) == kMember;
-  });
+bool LevelRefiner::sees_a_member(const SurfacePatch& patch) const {
+  return std::any_of(patch.edges.begin(), patch.edges.end(),
+                     [&](const PatchEdge& e) { return e.outside >= 0 && is_taken_[e.outside] == kMember; });
 }
 
-void RegionRefiner::take(const SurfacePatch& patch) {
+void LevelRefiner::take(const SurfacePatch& patch) {
   for (const PatchEdge& e : patch.edges) {
-    if (e.outside >= 0 && region_.index_of(e.outside)) taken(e.outside) = kBeside;
+    if (e.outside >= 0) is_taken_[e.outside] = kBeside;
   }
-  for (const PatchTexel& t : patch.texels) taken(t.texel) = kMember;
-}
-
-void refine_regions(std::deque<RegionRefiner>& regions, int round, PlaceMap& places, const RunControl& control) {
-  for (RegionRefiner& region : regions) region.measure(places, control);
-  for (RegionRefiner& region : regions) region.round(round, places, control);
+  for (const PatchTexel& t : patch.texels) is_taken_[t.texel] = kMember;
 }
 
 void smooth_places(const SynthesisLevel& level, const TexelNeighborhood& beside, int num_sweeps, PlaceMap& places,
@@ -190,36 +177,14 @@ void smooth_places(const SynthesisLevel& level, const TexelNeighborhood& beside,
 
 void refine_places(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,
                    std::span<const double> control_weights, std::uint64_t seed, const RefinementOptions& options,
-                   PlaceMap& places, const RunControl& control, const LevelTiles& tiles) {
-  RunControl silent = control;
-  silent.on_progress = nullptr;
-  const TexelMap& map = *level.destination.map;
-  LevelRefiner shared(level, structure, similar, control_weights, seed, options,
-                      LevelRefiner::neighbors_beside(level.destination, {map.rect(), {}}, silent));
-  std::deque<RegionRefiner> zones, regions;
-  if (tiles.grid == nullptr) {
-    regions.emplace_back(shared, RefinedRegion{.width = map.width(), .rects = {map.rect()}});
-  } else {
-    const int num_tiles = tiles.grid->num_tiles(), reach = LevelRefiner::largest_half_px(structure);
-    std::vector<std::vector<BorderTexel>> border;
-    for (int tile = 0; tile < num_tiles; ++tile) {
-      border.push_back(find_border_texels(map, *tiles.grid, tiles.level, tile, shared.beside(), reach));
-      regions.emplace_back(shared, region_of_tile(map, *tiles.grid, tiles.level, tile, shared.beside()));
-    }
-    const BorderZones all(*tiles.grid, tiles.level, {border.begin(), border.end()});
-    for (int tile = 0; tile < num_tiles; ++tile) {
-      for (const BorderZone& zone : all.zones_of(tile))
-        zones.emplace_back(shared, all.region_of(map, zone, shared.beside()));
-    }
-  }
+                   PlaceMap& places, const RunControl& control) {
+  const RunControl silent = control.silent();
+  LevelRefiner refiner(level, structure, similar, control_weights, seed, options, silent);
   for (int round = 0; round < options.num_rounds; ++round) {
-    shared.amounts().measure(level.destination, places, silent);
-    if (tiles.grid == nullptr && structure.empty()) shared.nearby().measure(places, silent);
-    refine_regions(zones, round, places, silent);
-    refine_regions(regions, round, places, silent);
+    refiner.round(round, places, silent);
     control.report(static_cast<double>(round + 1) / options.num_rounds);
   }
-  if (tiles.grid == nullptr) smooth_places(level, shared.beside(), kNumSweeps, places, silent);
+  smooth_places(level, refiner.beside(), kNumSweeps, places, silent);
 }
 
 }  // namespace patinate::transfer

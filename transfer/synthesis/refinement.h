@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <span>
 #include <vector>
 
@@ -15,7 +14,6 @@
 #include "transfer/synthesis/nearby_uses.h"
 #include "transfer/synthesis/patch_cut.h"
 #include "transfer/synthesis/places.h"
-#include "transfer/synthesis/refined_region.h"
 #include "transfer/synthesis/similar_pixels.h"
 #include "transfer/synthesis/surface_patch.h"
 
@@ -26,53 +24,19 @@ struct RefinementOptions {
   double control_share = 0.5;  ///< What control mismatch weighs against borders; >= 0.
 };
 
-/// What the regions of a level share while their borders are refined.
+/// Refines the borders of a level, round by round.
 class LevelRefiner {
  public:
-  /// All but `beside` must outlive this.
-  /// @param structure  Of the level's source, without its margin. @param beside  As neighbors_beside() gives it.
+  /// All must outlive this. @param structure  Of the level's source, without its margin.
   LevelRefiner(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,
                std::span<const double> control_weights, std::uint64_t seed, const RefinementOptions& options,
-               TexelNeighborhood beside);
+               const RunControl& control);
   LevelRefiner(const LevelRefiner&) = delete;
   LevelRefiner& operator=(const LevelRefiner&) = delete;
 
-  /// The eight beside each texel of a part.
-  [[nodiscard]] static TexelNeighborhood neighbors_beside(const DestinationLevel& destination, const TexelPart& part,
-                                                          const RunControl& control);
+  /// The eight beside each texel.
   [[nodiscard]] const TexelNeighborhood& beside() const { return beside_; }
-  /// Of the whole level, to be set before every round.
-  [[nodiscard]] Amounts& amounts() { return amounts_; }
-  [[nodiscard]] NearbyUses& nearby() { return nearby_; }
-  /// How far to each side of its middle a window goes at most, in pixels of the structure's level.
-  [[nodiscard]] static int largest_half_px(const SourceStructure& structure);
-
- private:
-  friend class RegionRefiner;
-  const SynthesisLevel& level_;
-  TexelNeighborhood beside_;
-  SeamFeatures features_;
-  ControlCost control_cost_;
-  Amounts amounts_;
-  NearbyUses nearby_;
-  CutTask task_;
-  std::uint64_t seed_;
-  std::vector<int> halves_;
-};
-
-/// One region, round by round.
-class RegionRefiner {
- public:
-  RegionRefiner(const LevelRefiner& shared, RefinedRegion region);
-  RegionRefiner(const RegionRefiner&) = delete;
-  RegionRefiner& operator=(const RegionRefiner&) = delete;
-
-  /// Where borders cost most: before a round, in all regions before any of them goes on.
-  void measure(const PlaceMap& places, const RunControl& control);
   void round(int index, PlaceMap& places, const RunControl& control);
-  [[nodiscard]] const RefinedRegion& region() const { return region_; }
-  /// By block of the region, what is carried from round to round: falls where nothing is gained.
-  [[nodiscard]] std::span<int> patience() { return patience_; }
 
  private:
   static constexpr int kPatient = 256;
@@ -88,31 +52,28 @@ class RegionRefiner {
   };
   /// Greedily, those of most cost first, none within a texel of another.
   void choose_windows(int index, const RunControl& control);
-  [[nodiscard]] std::uint8_t& taken(TexelId t) { return is_taken_[region_.index_of(t).value()]; }
+  [[nodiscard]] PatchFinder finder() const;
   /// To the nearest texel that is taken, or to the rim.
-  [[nodiscard]] int room_px(const SurfacePatch& patch);
+  [[nodiscard]] int room_px(const SurfacePatch& patch) const;
   /// Over seams a texel may see one that does not see it.
-  [[nodiscard]] bool sees_a_member(const SurfacePatch& patch);
+  [[nodiscard]] bool sees_a_member(const SurfacePatch& patch) const;
   /// With the texels beside it: they are held fixed.
   void take(const SurfacePatch& patch);
 
-  const LevelRefiner& shared_;
-  const TexelMap& map_;
-  RefinedRegion region_;
+  const SynthesisLevel& level_;
+  bool has_structure_;
+  TexelNeighborhood beside_;
+  SeamFeatures features_;
+  ControlCost control_cost_;
+  Amounts amounts_;
+  NearbyUses nearby_;
+  CutTask task_;
   std::uint64_t seed_;
+  std::vector<int> halves_;
   BlockCosts costs_;
-  std::vector<int> patience_;
-  std::vector<std::uint8_t> is_taken_;  ///< By texel of the region's rectangles.
+  std::vector<int> patience_;           ///< By block: falls where nothing is gained.
+  std::vector<std::uint8_t> is_taken_;  ///< By texel.
   std::vector<Window> windows_;
-};
-
-/// A round of all. Their borders are measured before any goes on: the order does not matter.
-void refine_regions(std::deque<RegionRefiner>& regions, int round, PlaceMap& places, const RunControl& control);
-
-/// The tiles of a level, which are refined each by itself, after the zones along their borders in every round.
-struct LevelTiles {
-  const TileGrid* grid = nullptr;  ///< Null: one.
-  std::size_t level = 0;
 };
 
 /// Spreads what pieces are sheared by: a place becomes the mean of where it lies and where its neighbors of the same
@@ -124,12 +85,12 @@ void smooth_places(const SynthesisLevel& level, const TexelNeighborhood& beside,
 /// Lowers the sum of seam costs (seam_cost.h), of control mismatch, and of what is there too often (amounts.h, counted
 /// before each round), window by window where borders cost most (patch_cut.h). Every round chooses windows that do not
 /// touch and improves each from the state before the round; random numbers come from seed, round and window, and counts
-/// are fixed, so that threads do not matter. In the end places are smoothed, but for levels in tiles. [Kwatra et al.
+/// are fixed, so that threads do not matter. In the end places are smoothed. [Kwatra et al.
 /// 2003, "Graphcut textures"; Pritch, Kav-Venaki and Peleg 2009, "Shift-map image editing"]
 /// @param structure  Of the level's source, without its margin.
 /// @param places     What is refined.
 void refine_places(const SynthesisLevel& level, const SourceStructure& structure, const SimilarPixels& similar,
                    std::span<const double> control_weights, std::uint64_t seed, const RefinementOptions& options,
-                   PlaceMap& places, const RunControl& control = {}, const LevelTiles& tiles = {});
+                   PlaceMap& places, const RunControl& control = {});
 
 }  // namespace patinate::transfer

@@ -67,7 +67,7 @@ device::CheckResult check_search(const device::Device& device) {
     levels.push_back(check_level(neighborhood));
     std::unique_ptr<SearchDevice::Level> kept;
     PlaceMap places =
-        synthesize_multi_level(levels, neighborhood, 0.65, weights, 1, {.fine_passes = 4}, {}, {}, there, 0, &kept);
+        synthesize_multi_level(levels, neighborhood, 0.65, weights, 1, {.fine_passes = 4}, {}, {}, there, &kept);
     const SynthesisLevel& level = levels[0];
     const CostSums sums = kept != nullptr ? kept->sum_costs(full_scale(level.source, weights), places.pixels, {})
                                           : sums_here(level, neighborhood, places.pixels, weights);

@@ -57,7 +57,7 @@ std::vector<SourceStructure> structure_levels(SourceStructure structure, Transfe
 }
 
 LevelRefinement refinement_of(const std::vector<SourceStructure>& structures, const TransferOptions& options,
-                              const std::vector<double>& weights, const TileGrid* grid) {
+                              const std::vector<double>& weights) {
   if (structures.empty()) return {};
   const RefinementOptions refined = refinement_options(structures.front(), options.quality);
   const auto seed = static_cast<std::uint64_t>(options.seed);
@@ -65,8 +65,7 @@ LevelRefinement refinement_of(const std::vector<SourceStructure>& structures, co
                                                  const SimilarPixels& similar, PlaceMap& places,
                                                  const RunControl& control) {
     if (l >= structures.size()) return;
-    refine_places(level, structures[l], similar, weights, seed + l, refined, places, control,
-                  {grid != nullptr && l < grid->num_tiled_levels() ? grid : nullptr, l});
+    refine_places(level, structures[l], similar, weights, seed + l, refined, places, control);
   };
   return {.refine = refine, .num_passes = static_cast<double>(refined.num_rounds), .num_levels = structures.size()};
 }

@@ -10,7 +10,6 @@
 #include "transfer/exemplar/structure.h"
 #include "transfer/synthesis/multi_level.h"
 #include "transfer/synthesis/refinement.h"
-#include "transfer/synthesis/tile_grid.h"
 
 namespace patinate::transfer {
 
@@ -28,9 +27,8 @@ namespace patinate::transfer {
                                                             const RunControl& control);
 
 /// What synthesize_multi_level() does after the passes of a level: refine_places(), where there are rounds.
-/// @param structures,weights,grid  Must outlive it. @param grid  Null: one tile.
+/// @param structures,weights  Must outlive it.
 [[nodiscard]] LevelRefinement refinement_of(const std::vector<SourceStructure>& structures,
-                                            const TransferOptions& options, const std::vector<double>& weights,
-                                            const TileGrid* grid);
+                                            const TransferOptions& options, const std::vector<double>& weights);
 
 }  // namespace patinate::transfer

@@ -7,12 +7,10 @@
 
 namespace patinate::transfer {
 
-PatchFinder::PatchFinder(const TexelMap& map, const TexelNeighborhood& neighbors, const RefinedRegion* region,
-                         const FrameTurns* turns)
+PatchFinder::PatchFinder(const TexelMap& map, const TexelNeighborhood& neighbors, const FrameTurns* turns)
     : map_(map),
       first_adjacent_(neighbors.first_adjacent()),
       cursor_(neighbors),
-      region_(region),
       turns_(turns),
       slots_(4 * kMostTexels, -1) {}
 
@@ -92,7 +90,7 @@ void PatchFinder::find_texels(TexelId center, int half_px, SurfacePatch& patch) 
       Row& row = row_of(own);  // What is found beside adds rows, which move.
       const PixelNeighbor n = row.neighbors[k];
       const std::int32_t beside = row.known[k];
-      if (beside < 0 || known_[beside].index >= 0 || (region_ != nullptr && !region_->has(n.texel))) continue;
+      if (beside < 0 || known_[beside].index >= 0) continue;
       const FixedPoint step = turned({n.x, n.y}, from.turn);
       const PatchTexel placed = mean_place(
           beside, {n.texel, {from.offset.x + step.x, from.offset.y + step.y}, sum_of(from.turn, turn_in(row, own, k))},

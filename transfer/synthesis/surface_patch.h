@@ -9,7 +9,6 @@
 #include "libcommon/atlas/texel_neighborhood.h"
 #include "patinate/atlas/texel_map.h"
 #include "transfer/synthesis/places.h"
-#include "transfer/synthesis/refined_region.h"
 #include "transfer/synthesis/turns.h"
 
 namespace patinate::transfer {
@@ -41,11 +40,9 @@ struct SurfacePatch {
 class PatchFinder {
  public:
   static constexpr std::size_t kMostTexels = 16384;
-  /// @param map,neighbors,region  Must outlive this. Only the eight beside a texel are looked at: neighbors at no
-  /// offsets are the quickest. @param region  That a patch stays inside of; null: all texels may be of one.
-  /// @param turns  Null: pieces follow the frames, and are sheared where those turn.
-  PatchFinder(const TexelMap& map, const TexelNeighborhood& neighbors, const RefinedRegion* region = nullptr,
-              const FrameTurns* turns = nullptr);
+  /// @param map,neighbors,turns  Must outlive this. Only the eight beside a texel are looked at: neighbors at no
+  /// offsets are the quickest. @param turns  Null: pieces follow the frames, and are sheared where those turn.
+  PatchFinder(const TexelMap& map, const TexelNeighborhood& neighbors, const FrameTurns* turns = nullptr);
 
   /// Texels that lie within half_px to every side of the center, going from neighbor to neighbor. [1, 100] pixels. A
   /// texel lies where those beside it that are laid already would have it, on the mean: on a bent surface ways to a
@@ -86,7 +83,6 @@ class PatchFinder {
   const TexelMap& map_;
   std::size_t first_adjacent_;
   TexelNeighborhood::Cursor cursor_;
-  const RefinedRegion* region_;
   const FrameTurns* turns_;
   TexelId center_ = -1;
   std::vector<Known> known_;  ///< Around the center, of whatever size of patch.

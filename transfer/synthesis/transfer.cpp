@@ -16,7 +16,6 @@
 #include "transfer/synthesis/reference.h"
 #include "transfer/synthesis/source_levels.h"
 #include "transfer/synthesis/structure_levels.h"
-#include "transfer/synthesis/tile_grid.h"
 #include "transfer/synthesis/transfer_controls.h"
 #include "transfer/synthesis/whole_windows.h"
 
@@ -113,19 +112,18 @@ void check_usable(const History& history, const std::vector<std::size_t>& asked,
 /// on coarse ones, lines on fine ones.
 PlaceMap synthesize_fast(std::vector<SynthesisLevel>& levels, const Neighborhood& neighborhood,
                          const std::vector<double>& weights, const std::vector<SourceStructure>& structure,
-                         const TransferOptions& options, const SearchDevice* device, const TileGrid* grid,
+                         const TransferOptions& options, const SearchDevice* device,
                          std::unique_ptr<SearchDevice::Level>& kept, const RunControl& control) {
   const auto seed = static_cast<std::uint64_t>(options.seed);
   return synthesize_multi_level(levels, neighborhood, *options.coherence_share, weights, seed, options.multi_level,
-                                control, refinement_of(structure, options, weights, grid), device, 0, &kept);
+                                control, refinement_of(structure, options, weights), device, &kept);
 }
 
-/// Whether pieces are turned. Passes over tiles do not know turns, nor do mirrored frames of UVs.
+/// Whether pieces are turned. Mirrored frames of UVs do not know turns.
 PieceTurning turning_of(const TransferInput& input, const SourceStructure& structure, const ImageU8& mask,
                         const TransferOptions& options, const RunControl& control) {
   const bool has_lines = !structure.empty() && structure.kind != StructureKind::Regions;
-  if (!has_lines || !input.frames || input.map->sheet().num_tiles() > 1 || options.method != TransferMethod::Fast ||
-      options.turning == PieceTurning::Never)
+  if (!has_lines || !input.frames || options.method != TransferMethod::Fast || options.turning == PieceTurning::Never)
     return PieceTurning::Never;
   const bool is_free = options.turning == PieceTurning::Free || directedness(*input.history, mask, control) < kDirected;
   return is_free ? PieceTurning::Free : PieceTurning::Never;
@@ -200,8 +198,6 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   check_usable(history, matched.asked_histories, levels[0].source, first, 2 * neighborhood.radius_px + 1);
   const auto seed = static_cast<std::uint64_t>(options.seed);
   const RunControl synthesis_control = control.part(share, 0.97);
-  std::optional<TileGrid> grid;
-  if (map->sheet().num_tiles() > 1) grid.emplace(map->sheet());
   if (options.method == TransferMethod::Reference) find_neighbors(levels[0].destination, neighborhood, silent);
   std::unique_ptr<SearchDevice::Level> on_device;
   PlaceMap places(0, levels[0].source.width());
@@ -211,7 +207,7 @@ TransferResult transfer(const TransferInput& input, const TransferOptions& asked
   } else {
     places = synthesize_fast(levels, neighborhood, weights,
                              structure_levels(structure, options.quality, first, levels.size(), silent), options,
-                             input.device.get(), grid ? &*grid : nullptr, on_device, synthesis_control);
+                             input.device.get(), on_device, synthesis_control);
   }
   const std::optional<CostSums> sums =
       sums_on_device(input.device.get(), places.turns().empty() ? on_device.get() : nullptr,

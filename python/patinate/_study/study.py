@@ -156,9 +156,7 @@ class _Study:
             factors.append(self._listed(reader, "controls", self._add_control))
         with self.context.attempt():
             factors += command.factors(reader)
-        part = self._finish(reader, factors, Part("transfer", [Step("transfer", "transfer", "transfer")]))
-        part.steps[0].in_items = bool(part.cells) and all("--by-tile" in cell.words[0] for cell in part.cells)
-        return part
+        return self._finish(reader, factors, Part("transfer", [Step("transfer", "transfer", "transfer")]))
 
     def _simulations(self, reader):
         context = self.context

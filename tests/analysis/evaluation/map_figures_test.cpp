@@ -168,54 +168,5 @@ TEST(MapFigures, ASeamBetweenTilesIsWhatItIsWithinOne) {
   expect_same(within, between, and_windows({"patch_swd", "joint_swd", "rep64"}), 1e-9);
 }
 
-TEST(MapFigures, SumsThatWentThroughFilesGiveTheSameBits) {
-  const SynthesisSource source = lined_source();
-  const SynthesizedMap map = cut_square(true, source);
-  const EvaluationOptions options = quick_map_figures();
-  const auto frames = std::make_shared<const FlowFrames>(uv_frames(*map.surface));
-  const MapFigures figures(source, {map.name, std::make_shared<TexelMap>(map.surface->unsearched()), frames, false},
-                           options, 1);
-  const TempFolder folder;
-  const Sheet& sheet = map.surface->sheet();
-  const PartCounts first = count_part(*map.surface, cell_of(sheet, 0)),
-                   second = count_part(*map.surface, cell_of(sheet, 1)),
-                   all{first.texels + second.texels, first.patches + second.patches, first.charts + second.charts};
-  // Each part by an evaluator of its own, the last one first.
-  for (const int tile : {1, 0}) {
-    const MapFigures other(source, {map.name, std::make_shared<TexelMap>(map.surface->unsearched()), frames, false},
-                           options, 1);
-    write_map_sums(folder / std::to_string(tile),
-                   other.measure(tile, reader_of(map.coordinates), {}, tile == 0 ? PartCounts{} : first, all));
-  }
-  MapSums sums = read_map_sums(folder / "0");
-  sums.add(read_map_sums(folder / "1"));
-  const Evaluation by_file = figures.conclude(std::move(sums), false), whole = evaluate(source, map, options, 1);
-  expect_same(whole, by_file);
-  EXPECT_EQ(whole.hash, by_file.hash);
-  ASSERT_EQ(whole.pictures.size(), by_file.pictures.size());
-  for (std::size_t i = 0; i < whole.pictures.size(); ++i) {
-    EXPECT_EQ(whole.pictures[i].name, by_file.pictures[i].name);
-    EXPECT_EQ(whole.pictures[i].caption, by_file.pictures[i].caption);
-    EXPECT_TRUE(std::equal(whole.pictures[i].image.values().begin(), whole.pictures[i].image.values().end(),
-                           by_file.pictures[i].image.values().begin(), by_file.pictures[i].image.values().end()));
-  }
-}
-
-TEST(MapFigures, ADamagedFileOfSumsIsSaidSo) {
-  const SynthesisSource source = lined_source();
-  const SynthesizedMap map = squares(4, source);
-  const TempFolder folder;
-  const EvaluationOptions options = quick_map_figures();
-  const MapFigures figures(
-      source, {map.name, map.surface, std::make_shared<const FlowFrames>(uv_frames(*map.surface)), true}, options, 1);
-  write_map_sums(folder / "sums", figures.measure(0, reader_of(map.coordinates), ImageF(kTileSide + 4, kTileSide + 4),
-                                                  {}, {4 * kTileSide * kTileSide, 1000, 4}));
-  const std::string whole = read_file(folder / "sums");
-  for (std::size_t length : {std::size_t{0}, std::size_t{7}, whole.size() / 3, whole.size() / 2, whole.size() - 1}) {
-    write_atomically(folder / "cut", std::string_view(whole).substr(0, length));
-    EXPECT_THROW((void)read_map_sums(folder / "cut"), IoError) << length;
-  }
-}
-
 }  // namespace
 }  // namespace patinate::analysis

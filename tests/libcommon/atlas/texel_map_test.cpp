@@ -231,31 +231,5 @@ TEST(Dilate, FillsFromTheNearestCoveredTexel) {
 }
 
 // Oracle: the map that finds all of its texels at once; asked here in another order, each a second time.
-TEST(TexelMap, FindsTheSameTexelsWhereOneLooksAsAtOnce) {
-  const Mesh mesh = testing_support::patchwork_plane(50.0, 6);
-  const Sheet sheet{.tile_width = 150, .tile_height = 131, .columns = 1, .names = {""}};
-  const TexelMap all(mesh, sheet);
-  const TexelMap asked(mesh, sheet, {}, TexelFinding::WhereLooked);
-  const auto expect_equal = [](const TexelMap& expected, const TexelMap& map) {
-    ASSERT_EQ(map.num_texels(), expected.num_texels());
-    for (TexelId t = map.num_texels(); t-- > 0;) ASSERT_EQ(map.triangle(t), expected.triangle(t)) << t;
-    EXPECT_EQ(map.triangles(), expected.triangles());
-  };
-  expect_equal(all, asked);
-  expect_equal(all.halved(), asked.halved({}, TexelFinding::WhereLooked));
-  expect_equal(all, all.unsearched());
-}
-
-TEST(TexelMap, CountsOfPartsSayWhatTheWholeMapSays) {
-  const TexelMap all(testing_support::patchwork_plane(50.0, 6), 150, 131);
-  TexelMap part = all.unsearched();
-  std::vector<std::int64_t> counts = part.count_texels({0, 0, 70, 131});
-  const std::vector<std::int64_t> rest = part.count_texels({70, 0, 150, 131});
-  std::transform(counts.begin(), counts.end(), rest.begin(), counts.begin(), std::plus<>());
-  part.count_is(counts);
-  EXPECT_EQ(part.num_covered(), all.num_covered());
-  EXPECT_EQ(part.median_texel_size_mm(), all.median_texel_size_mm());
-}
-
 }  // namespace
 }  // namespace patinate

@@ -227,30 +227,5 @@ TEST(TexelNeighborhood, AMirroredChartHasMirroredNeighbors) {
   }
 }
 
-// Asked of a part, neighbors are those of the whole, wherever they lie; and only the part is stored.
-TEST(TexelNeighborhood, OfAPartHasTheNeighborsOfTheWhole) {
-  const TexelMap map(testing_support::patchwork_plane(40.0, 4), 96, 96);
-  const auto frames = downward(map);
-  const TexelNeighborhood whole(map, square_offsets(2, 0.5), frames, 0.5);
-  TexelPart part{{20, 31, 70, 60}, {}};
-  for (TexelId t = 0; t < map.num_texels(); t += 97) {
-    if (map.is_covered(t) && !part.rect.contains(static_cast<int>(t % 96), static_cast<int>(t / 96)))
-      part.others.push_back(t);
-  }
-  const TexelNeighborhood some(map, square_offsets(2, 0.5), frames, 0.5, part, {});
-  TexelNeighborhood::Cursor expected(whole), found(some);
-  const auto expect_equal = [&](TexelId t) {
-    const auto a = expected.at(t), b = found.at(t);
-    ASSERT_TRUE(std::equal(a.begin(), a.end(), b.begin(), b.end())) << t;
-  };
-  for (int y = part.rect.y0; y < part.rect.y1; ++y) {
-    for (int x = part.rect.x0; x < part.rect.x1; ++x) {
-      if (const TexelId t = TexelId{y} * 96 + x; map.is_covered(t)) expect_equal(t);
-    }
-  }
-  for (const TexelId t : part.others) expect_equal(t);
-  EXPECT_LT(some.num_stored(), whole.num_stored());
-}
-
 }  // namespace
 }  // namespace patinate

@@ -77,13 +77,11 @@ struct BrokenLines {
     }
     return sum;
   }
-  [[nodiscard]] PlaceMap refined(int num_rounds, int threads, std::uint64_t seed = 1,
-                                 const TileGrid* grid = nullptr) const {
+  [[nodiscard]] PlaceMap refined(int num_rounds, int threads, std::uint64_t seed = 1) const {
     PlaceMap result = places;
     RunControl control;
     control.num_threads = threads;
-    refine_places(level, structure, similar, weights, seed, {.num_rounds = num_rounds}, result, control,
-                  {.grid = grid});
+    refine_places(level, structure, similar, weights, seed, {.num_rounds = num_rounds}, result, control);
     return result;
   }
 };
@@ -293,50 +291,6 @@ TEST(Refinement, LowersTheSumRoundByRound) {
     last = sum;
   }
   EXPECT_LT(last, first / 3) << "lines are periodic: pieces that fit are there";
-}
-
-/// The level as four tiles, whose borders are no seams.
-TileGrid four_tiles() {
-  TileGrid grid(make_sheet({"a", "b", "c", "d"}, kLinesSide / 2 - 2 * make_sheet({"a", "b"}, 16).margin()));
-  EXPECT_EQ(grid.width(0), kLinesSide);
-  return grid;
-}
-
-TEST(Refinement, TileByTileLowersTheSumRoundByRoundOverBordersOfTilesToo) {
-  const BrokenLines task;
-  const TileGrid grid = four_tiles();
-  const auto over_borders = [&](const PlaceMap& places) {
-    const SeamFeatures features = task.features();
-    std::int64_t sum = 0;
-    for (int i = 0; i < kLinesSide; ++i) {
-      const auto pair = [&](int x, int y, int dx, int dy) {
-        sum += features.seam(places.at(TexelId{y} * kLinesSide + x), places.at(TexelId{y + dy} * kLinesSide + x + dx),
-                             {static_cast<std::int16_t>(dx * kOnePixel), static_cast<std::int16_t>(dy * kOnePixel)});
-      };
-      pair(kLinesSide / 2 - 1, i, 1, 0);
-      pair(i, kLinesSide / 2 - 1, 0, 1);
-    }
-    return sum;
-  };
-  std::int64_t last = task.seam_sum(task.places);
-  for (int rounds : {1, 2, 4, 8}) {
-    const std::int64_t sum = task.seam_sum(task.refined(rounds, 0, 1, &grid));
-    EXPECT_LT(sum, last) << rounds;
-    last = sum;
-  }
-  // Windows lie over borders of tiles as they do elsewhere: what such pairs cost falls as the whole sum does.
-  const double share = static_cast<double>(last) / static_cast<double>(task.seam_sum(task.places));
-  EXPECT_LT(static_cast<double>(over_borders(task.refined(8, 0, 1, &grid))),
-            2.0 * share * static_cast<double>(over_borders(task.places)))
-      << "128 pairs: twice for chance";
-}
-
-TEST(Refinement, GivesTheSamePlacesTileByTileForAnyNumberOfThreads) {
-  const TileGrid grid = four_tiles();
-  for (const Mesh& mesh : {testing_support::unit_plane(kLinesSide), testing_support::patchwork_plane(kLinesSide, 3)}) {
-    const BrokenLines task(mesh);
-    EXPECT_EQ(task.refined(4, 1, 1, &grid).pixels, task.refined(4, 3, 1, &grid).pixels);
-  }
 }
 
 TEST(Refinement, GivesTheSamePlacesForAnyNumberOfThreads) {

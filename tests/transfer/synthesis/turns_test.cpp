@@ -59,7 +59,7 @@ double flat_share(const TexelMap& map, bool may_turn) {
   const auto frames = std::make_shared<const FlowFrames>(direction_frames(map, DirectionKind::Gravity, Vec3(0, 1, 0)));
   const TexelNeighborhood beside(map, {}, frames, map.median_texel_size_mm());
   const FrameTurns turns(map.mesh(), *frames);
-  PatchFinder finder(map, beside, nullptr, may_turn ? &turns : nullptr);
+  PatchFinder finder(map, beside, may_turn ? &turns : nullptr);
   std::int64_t num = 0, flat = 0;
   for (TexelId t = 0; t < map.num_texels(); t += 997) {
     if (!map.is_covered(t)) continue;

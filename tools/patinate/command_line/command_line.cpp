@@ -105,6 +105,12 @@ void CommandLine::flag(const std::string& name, const std::string& help, bool& v
       [&value](const std::string& s) { value = s == "true"; });
 }
 
+void CommandLine::former_flag(const std::string& name, const std::string& why) {
+  Argument& argument = add(ArgumentKind::Flag, ValueType::Text, dashed(name), "", why, [](const std::string&) {});
+  argument.is_moved = true;
+  argument.instead = [why](const std::string&) { return why; };
+}
+
 void CommandLine::described(std::unique_ptr<DescribedOptions> options,
                             const std::function<std::string(const std::string&, const std::string&)>& instead,
                             const std::vector<std::string>& kept) {

@@ -61,6 +61,8 @@ class CommandLine {
   void paths(const std::string& name, const std::string& value_name, const std::string& help,
              std::vector<std::filesystem::path>& values);
   void flag(const std::string& name, const std::string& help, bool& value);
+  /// One that does nothing any more: it is accepted, and advice() says why.
+  void former_flag(const std::string& name, const std::string& why);
   /// Every field of a described options struct. The struct must outlive this.
   template <class Options>
   void options(Options& o) {

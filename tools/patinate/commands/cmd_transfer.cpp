@@ -1,12 +1,9 @@
-#include <malloc.h>
-
 #include <algorithm>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "libcommon/controls/distance_io.h"
-#include "libcommon/controls/part_controls.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "patinate/atlas/direction_field.h"
@@ -26,12 +23,10 @@
 #include "tools/patinate/services/kind_options.h"
 #include "tools/patinate/services/mesh_source.h"
 #include "tools/patinate/services/scene_controls.h"
-#include "tools/patinate/services/tiled_destination.h"
 #include "transfer/exemplar/appearance_cache.h"
 #include "transfer/job/forecast.h"
 #include "transfer/job/transfer_job.h"
 #include "transfer/synthesis/transfer_controls.h"
-#include "transfer/tiles/tile_job.h"
 
 namespace patinate::cli {
 
@@ -72,8 +67,8 @@ std::string error_text(const transfer::StructureFacts& s, transfer::TransferQual
 std::string turning_text(transfer::PieceTurning asked, transfer::PieceTurning made) {
   if (made == transfer::PieceTurning::Free) return "copied pieces turn where --flow does; --turning never does without";
   if (asked != transfer::PieceTurning::Free) return "";
-  return "--turning free: copied pieces follow --flow; only those of a history with lines turn, in an atlas of one "
-         "tile, with --method fast, and not with --flow uv";
+  return "--turning free: copied pieces follow --flow; only those of a history with lines turn, "
+         "with --method fast, and not with --flow uv";
 }
 
 /// Says what the values of a library's control mean, and that it would help. Candidates are drawn by the first two
@@ -171,18 +166,10 @@ std::shared_ptr<const FlowFrames> make_flow(const std::string& flow, const Texel
 }
 
 /// @throws UsageError
-void check_transfer_device(const device::DeviceOptions& device, bool by_tile, transfer::TransferMethod method) {
+void check_transfer_device(const device::DeviceOptions& device, transfer::TransferMethod method) {
   if (device.device == "auto" || device.device == "cpu") return;
-  if (by_tile) throw UsageError("--device: --by-tile runs on the CPU; leave --device out");
   if (method != transfer::TransferMethod::Fast)
     throw UsageError("--device: --method reference runs on the CPU; leave --device out");
-}
-
-/// Memory of any size that is given back goes to the operating system, and comes from there as zeros that take no room:
-/// what arrays over the whole atlas count on of which a tile is used. (By itself the limit grows with what is freed.)
-void keep_zeros_untouched() {
-  constexpr int kLeast = 1 << 20;
-  mallopt(M_MMAP_THRESHOLD, kLeast);
 }
 
 }  // namespace
@@ -199,7 +186,6 @@ int cmd_transfer(CommandRun& run) {
   std::filesystem::path source_mask;
   transfer::CacheOptions cache;
   device::DeviceOptions device;
-  bool by_tile = false;
   run.line.positional("HISTORY", "A material history, or a simulation", history_path);
   declare_mesh(run.line, mesh_source);
   run.line.output("TRANSFER", "Folder to make", output);
@@ -225,11 +211,7 @@ int cmd_transfer(CommandRun& run) {
       "(along tubes and ridges), uv (as each chart lies), "
       "or a CSV of curves (x,y,z in mm, an empty line ends one) that their down follows",
       flow);
-  run.line.flag(
-      "by_tile",
-      "An atlas of several tiles that is larger than memory: no process holds more than a tile of it at a time, "
-      "with what lies around it. The same coordinates; controls may be facing, height and expressions of them",
-      by_tile);
+  run.line.former_flag("by_tile", "is not needed any more; a transfer takes 23 to 35 bytes a texel of the atlas");
   run.line.options(options);
   run.line.options(cache);
   run.line.options(device);
@@ -243,19 +225,15 @@ int cmd_transfer(CommandRun& run) {
   run.line.checked([&] {
     if (texel_size_mm && !(*texel_size_mm >= kLeastTexel_mm && *texel_size_mm <= kLargestTexel_mm))
       throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number [1e-9, 1e9]");
-    check_transfer_device(device, by_tile, options.method);
+    check_transfer_device(device, options.method);
   });
   if (!run.parse()) return 0;
   require_no_file_name(output);  // Said before the mesh and its controls are made ready.
   check_flow(flow);
   std::vector<transfer::ControlSpec> specs = transfer::parse_controls(control_texts);  // Before work starts.
-  for (const transfer::ControlSpec& spec : specs) {
-    if (by_tile) require_part_control(spec.destination);
-  }
 
   transfer::TransferTask task;
-  if (!by_tile && options.method == transfer::TransferMethod::Fast)
-    task.input.device = open_search_device(device, words_of(run));
+  if (options.method == transfer::TransferMethod::Fast) task.input.device = open_search_device(device, words_of(run));
   task.mesh_name = mesh_source.path.filename().string();
   task.options = options;
   task.options.seed = run.line.common().seed;
@@ -270,31 +248,23 @@ int cmd_transfer(CommandRun& run) {
     task.source_mask_name = source_mask.filename().string();
   }
   const std::optional<double> pixel_mm = texel_size_mm ? texel_size_mm : history.facts().texel_size_mm;
-  if (by_tile) keep_zeros_untouched();
-  const Destination destination = (by_tile ? make_tiled_destination : make_destination)(
-      mesh_source, atlas, run.line.is_given("resolution"), pixel_mm, run);
+  const Destination destination = make_destination(mesh_source, atlas, run.line.is_given("resolution"), pixel_mm, run);
   task.atlas = destination.atlas;
   task.input.map = destination.map;
   task.unit = destination.unit;
   task.mm_per_mesh_unit = destination.mm_per_mesh_unit;
   task.input.texel_size_mm = destination.texel_size_mm;
   for (const transfer::ControlSpec& spec : specs) refuse_scene_maps(spec.destination, mesh_source.path);
-  task.input.controls = by_tile ? make_tiled_controls(specs, history, *task.input.map, kinds)
-                                : transfer_controls(specs, history, *task.input.map, kinds,
-                                                    control_source(user_control_cache(cache.cache)), run);
+  task.input.controls =
+      transfer_controls(specs, history, *task.input.map, kinds, control_source(user_control_cache(cache.cache)), run);
   task.input.frames = make_flow(flow, *task.input.map, kinds.up, run);
   task.flow = task.input.frames ? std::filesystem::path(flow).filename().string() : "uv";
   task.input.appearance = transfer::appearance_source(history, cache);
   task.input.history = task.history;
   refer_to_history_warnings(run, history.label(), history.facts().warnings);
-  if (!by_tile) {
-    const auto forecast = transfer::forecast_transfer(task.input, options.neighborhood_radius_px);
-    for (const std::string& warning : transfer::warnings_of(forecast)) run.note(warning);
-  }
-  const std::optional<JobStatus> status =
-      run.make_folder(by_tile ? transfer::plan_tiled_transfer({std::move(task), kinds}, output)
-                              : transfer::plan_transfer(std::move(task), output),
-                      "transfer");
+  const auto forecast = transfer::forecast_transfer(task.input, options.neighborhood_radius_px);
+  for (const std::string& warning : transfer::warnings_of(forecast)) run.note(warning);
+  const std::optional<JobStatus> status = run.make_folder(transfer::plan_transfer(std::move(task), output), "transfer");
   if (!status) return 0;
   const transfer::TransferManifest made = transfer::read_transfer_manifest(output);
   if (made.structure) run.note(error_text(*made.structure, options.quality));

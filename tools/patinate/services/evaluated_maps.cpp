@@ -15,7 +15,6 @@
 #include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/command_line/usage_error.h"
-#include "tools/patinate/services/evaluated_tiles.h"
 #include "transfer/files/flow_io.h"
 #include "transfer/synthesis/map_audit.h"
 #include "transfer/synthesis/transfer_controls.h"
@@ -172,36 +171,34 @@ analysis::EvaluationItem transfer_item(const fs::path& transfer, const analysis:
   return {.name = name,
           .about = about,
           .key = manifest.key,
-          .open =
-              [transfer, name, options, seed, cache](const RunControl& control) {
-                const transfer::TransferReader reader(transfer);
-                const transfer::TransferManifest& m = reader.manifest();
-                analysis::MapToEvaluate out;
-                out.source = evaluated_source(reader.history(), m.controls.empty() ? "" : m.controls.front().source,
-                                              m.texel_size_mm, options.num_times);
-                out.source.mask = reader.source_mask();
-                out.map = {.name = name,
-                           .surface = std::make_shared<TexelMap>(reader.mesh(), reader.sheet(), control.part(0.0, 0.3)),
-                           .coordinates = reader.coordinates(),
-                           .control = m.controls.empty() ? ImageF() : reader.matched_control(0)};
-                transfer::LaidFlow flow = transfer::read_flow(m, *out.map.surface);
-                out.map.frames = std::move(flow.frames);
-                out.map.turns = std::move(flow.turns);
-                out.more = energy_figures(m.energy);
-                if (options.num_audits == 0) return out;
-                const HistoryReader history(reader.history().folder());
-                AuditedMaking making{.history = history,
-                                     .pixel_mm = m.texel_size_mm,
-                                     .controls = {},
-                                     .source_mask = out.source.mask,
-                                     .options = m.measured_with,
-                                     .appearance = transfer::appearance_source(history, cache)};
-                for (std::size_t i = 0; i < m.controls.size(); ++i)
-                  making.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
-                audit(out, std::move(making), options, seed, control.part(0.3, 1.0));
-                return out;
-              },
-          .tiles = transfer_tiles(transfer, options, seed, cache)};
+          .open = [transfer, name, options, seed, cache](const RunControl& control) {
+            const transfer::TransferReader reader(transfer);
+            const transfer::TransferManifest& m = reader.manifest();
+            analysis::MapToEvaluate out;
+            out.source = evaluated_source(reader.history(), m.controls.empty() ? "" : m.controls.front().source,
+                                          m.texel_size_mm, options.num_times);
+            out.source.mask = reader.source_mask();
+            out.map = {.name = name,
+                       .surface = std::make_shared<TexelMap>(reader.mesh(), reader.sheet(), control.part(0.0, 0.3)),
+                       .coordinates = reader.coordinates(),
+                       .control = m.controls.empty() ? ImageF() : reader.matched_control(0)};
+            transfer::LaidFlow flow = transfer::read_flow(m, *out.map.surface);
+            out.map.frames = std::move(flow.frames);
+            out.map.turns = std::move(flow.turns);
+            out.more = energy_figures(m.energy);
+            if (options.num_audits == 0) return out;
+            const HistoryReader history(reader.history().folder());
+            AuditedMaking making{.history = history,
+                                 .pixel_mm = m.texel_size_mm,
+                                 .controls = {},
+                                 .source_mask = out.source.mask,
+                                 .options = m.measured_with,
+                                 .appearance = transfer::appearance_source(history, cache)};
+            for (std::size_t i = 0; i < m.controls.size(); ++i)
+              making.controls.push_back({m.controls[i].source, reader.matched_control(i), m.controls[i].weight});
+            audit(out, std::move(making), options, seed, control.part(0.3, 1.0));
+            return out;
+          }};
 }
 
 analysis::MapToEvaluate aged_map(const std::string& name, const transfer::AgedMesh& aged,

@@ -46,10 +46,6 @@ struct TexelRect {
   friend bool operator==(const TexelRect&, const TexelRect&) = default;
 };
 
-/// When a TexelMap finds out which triangle each texel shows: at once, or square by square where one looks, so that a
-/// part of a large atlas takes the memory of that part.
-enum class TexelFinding { AtOnce, WhereLooked };
-
 /// Texel -> surface. A texel is covered when its center lies in a triangle's UVs; where UVs overlap, the lowest
 /// triangle wins. Stores 4 bytes per texel; points, positions, frames and neighbors are computed. Thread-safe.
 class TexelMap {
@@ -58,19 +54,14 @@ class TexelMap {
   /// @throws InvalidInput if the mesh has no UVs, they leave [0, 1] by more than 1 %, or a size is outside [1, 65536].
   TexelMap(Mesh mesh, int width, int height, const RunControl& control = {});
   /// Over the tiles of a sheet. @param mesh  As sheet_mesh() gives it: UVs over the whole sheet.
-  /// @param finding  With WhereLooked no figures of all texels are known until count_is().
-  TexelMap(Mesh mesh, Sheet sheet, const RunControl& control = {}, TexelFinding finding = TexelFinding::AtOnce);
+  TexelMap(Mesh mesh, Sheet sheet, const RunControl& control = {});
   /// Half as many texels in both directions, rounded down, in one square. The mesh is shared. @throws InvalidInput if
   /// nothing is left.
-  [[nodiscard]] TexelMap halved(const RunControl& control = {}, TexelFinding finding = TexelFinding::AtOnce) const;
-  /// The same atlas, figures included, of whose texels nothing is known yet: they are found where one looks.
-  [[nodiscard]] TexelMap unsearched(const RunControl& control = {}) const;
+  [[nodiscard]] TexelMap halved(const RunControl& control = {}) const;
   /// The whole of it.
   [[nodiscard]] TexelRect rect() const { return {0, 0, width_, height_}; }
-  /// How many texels of a part each triangle has; those of all parts add up to what count_is() takes.
-  [[nodiscard]] std::vector<std::int64_t> count_texels(const TexelRect& part, const RunControl& control = {}) const;
-  /// Says what num_covered() and median_texel_size_mm() are. @param counts  Texels of each triangle in the whole atlas.
-  void count_is(const std::vector<std::int64_t>& counts);
+  /// How many texels each triangle has.
+  [[nodiscard]] std::vector<std::int64_t> count_texels() const;
 
   [[nodiscard]] int width() const { return width_; }
   [[nodiscard]] int height() const { return height_; }
@@ -87,12 +78,9 @@ class TexelMap {
   [[nodiscard]] int chart(TexelId t) const;
   /// Its center, the weights in single precision; triangle -1 outside.
   [[nodiscard]] SurfacePoint point(TexelId t) const;
-  [[nodiscard]] int triangle(TexelId t) const {
-    const std::int32_t found = __atomic_load_n(&found_[t], __ATOMIC_RELAXED);
-    return found == kUnknown ? look_up(t) : found - (found > 0 ? 1 : 0);
-  }
+  [[nodiscard]] int triangle(TexelId t) const { return triangles_[t]; }
   /// Of all texels, in order; -1 outside.
-  [[nodiscard]] std::vector<std::int32_t> triangles() const;
+  [[nodiscard]] const std::vector<std::int32_t>& triangles() const { return triangles_; }
   [[nodiscard]] Vec3 position_mm(TexelId t) const;
   /// Interpolated shading normal, unit.
   [[nodiscard]] Vec3 normal(TexelId t) const;
@@ -136,23 +124,16 @@ class TexelMap {
     std::vector<int> chart;  ///< Of each triangle.
     explicit Surface(Mesh with_uvs);
   };
-  /// Which triangles may lie in each square of the atlas.
-  struct Squares;
-  TexelMap(std::shared_ptr<const Surface> surface, Sheet sheet, const RunControl& control, TexelFinding finding);
+  TexelMap(std::shared_ptr<const Surface> surface, Sheet sheet, const RunControl& control);
 
-  void search_all(const RunControl& control);
-  void list_squares(const RunControl& control);
-  /// Finds the texels of the square around `t`. @returns triangle(t).
-  [[nodiscard]] int look_up(TexelId t) const;
+  void find_triangles(const RunControl& control);
   [[nodiscard]] std::vector<float> texel_sizes() const;
 
   std::shared_ptr<const Surface> surface_;
   Sheet sheet_;
   int width_;
   int height_;
-  static constexpr std::int32_t kUnknown = 0;
-  mutable ZeroedVector<std::int32_t> found_;  ///< By texel: kUnknown, -1 = outside, or the triangle's number from 1 on.
-  std::shared_ptr<const Squares> squares_;    ///< With TexelFinding::WhereLooked.
+  std::vector<std::int32_t> triangles_;
   std::int64_t num_covered_ = 0;
   std::int64_t num_overlapping_ = 0;
   double median_texel_size_mm_ = 0.0;

@@ -27,14 +27,6 @@ struct LineStructure {
   std::array<double, 4> quarter_surface_px = {};
 
   LineStructure& operator+=(const LineStructure& other);
-  /// For files: visit(member) for each.
-  template <class Visit>
-  void visit_members(const Visit& visit) {
-    visit(surface_px), visit(line_px), visit(length_px), visit(inner_length_px), visit(closed_px);
-    visit(num_ends), visit(num_junctions), visit(cells_px);
-    for (double& v : quarter_length_px) visit(v);
-    for (double& v : quarter_surface_px) visit(v);
-  }
   [[nodiscard]] double share() const { return surface_px > 0.0 ? line_px / surface_px : 0.0; }
   [[nodiscard]] double closed_share() const { return surface_px > 0.0 ? closed_px / surface_px : 0.0; }
   /// Dead ends for a pixel of length; nothing without lines away from borders.

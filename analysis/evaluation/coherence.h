@@ -34,10 +34,6 @@ struct CoherenceSums {
   void add(const CoherenceSums& other);
   [[nodiscard]] double coherent_share() const;
   [[nodiscard]] double texels_per_piece() const;
-  template <class Visit>
-  void visit_members(const Visit& visit) {
-    visit(pairs), visit(coherent), visit(texels), visit(pieces);
-  }
 };
 [[nodiscard]] CoherenceSums measure_coherence(const MapPart& part, const SourceScale& scale);
 
@@ -50,10 +46,6 @@ struct ReuseSums {
   [[nodiscard]] double rep64() const;
   /// @param num_usable  Pixels of the source that could be used.
   [[nodiscard]] double used_share(std::int64_t num_usable) const;
-  template <class Visit>
-  void visit_members(const Visit& visit) {
-    visit(texels), visit(repeated), visit(uses);
-  }
 };
 /// @param num_pixels  Of the source. @param is_repeated  1 where counted, of the rectangle.
 [[nodiscard]] ReuseSums measure_reuse(const MapPart& part, std::int64_t num_pixels, ImageF& is_repeated);
@@ -67,10 +59,6 @@ struct PairSums {
   void add(const PairSums& other);
   [[nodiscard]] double gradient() const { return distance > 0.0 ? difference / distance : 0.0; }
   [[nodiscard]] double following_share() const { return static_cast<double>(following) / static_cast<double>(count); }
-  template <class Visit>
-  void visit_members(const Visit& visit) {
-    visit(count), visit(following), visit(difference), visit(distance);
-  }
 };
 /// Around multiples of half a texel: a texture's differences do not grow with the distance, so that only pairs of equal
 /// distance can be compared.
@@ -90,11 +78,6 @@ struct SeamSums {
   /// Against pairs of the same distance, or where there are few of those, of the nearest distance that has more. Both
   /// ratios are undefined without seams.
   [[nodiscard]] SeamFigures figures() const;
-  template <class Visit>
-  void visit_members(const Visit& visit) {
-    for (PairSums& s : over) s.visit_members(visit);
-    for (PairSums& s : inside) s.visit_members(visit);
-  }
 };
 /// @param frames  Of the source, as in SynthesisSource.
 [[nodiscard]] SeamSums measure_seams(const MapPart& part, std::span<const TexelPair> seams,

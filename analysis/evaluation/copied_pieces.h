@@ -18,10 +18,6 @@ struct BorderSums {
   void add(const BorderSums& other);
   /// 1 = features go on as in the source; 1 without borders; nothing where the source is flat wherever pieces meet.
   [[nodiscard]] std::optional<double> contrast() const;
-  template <class Visit>
-  void visit_members(const Visit& visit) {
-    visit(count), visit(shown), visit(own);
-  }
 };
 /// Sum over such pairs (t, n), and over all frames, of |A(s(t)) - A(s(n))|, A = (R, G, B, and the luma's two central
 /// differences) in codes, against what the source itself has there at the same step d: the mean of

@@ -26,10 +26,6 @@ struct ErrorSums {
   ValueCounts counts{1.0 / 65536.0};
 
   void add(const ErrorSums& other);
-  template <class Visit>
-  void visit_members(const Visit& visit) {
-    visit(sum), counts.visit_members(visit);
-  }
 };
 
 /// Of one of the source's frames.
@@ -38,10 +34,6 @@ struct FrameSums {
   SpectrumSums spectrum;
 
   void add(const FrameSums& other);
-  template <class Visit>
-  void visit_members(const Visit& visit) {
-    gradients.visit_members(visit), spectrum.visit_members(visit);
-  }
 };
 
 /// What is measured of parts; that of all of them, added in their order, is the map's.
@@ -60,17 +52,6 @@ struct MapSums {
   std::vector<std::vector<Picture>> pictures;  ///< One list a part, small where there are several.
 
   void add(MapSums other);
-  /// For files: visit(member) for each but pictures.
-  template <class Visit>
-  void visit_members(const Visit& visit) {
-    visit(hashes), error.visit_members(visit), smooth_error.visit_members(visit), coherence.visit_members(visit);
-    auto num_frames = static_cast<std::int64_t>(frames.size());
-    visit(num_frames);
-    frames.resize(num_frames);
-    for (FrameSums& f : frames) f.visit_members(visit);
-    draws.visit_members(visit), reuse.visit_members(visit), seams.visit_members(visit), scale.visit_members(visit);
-    visit(explained), structure.visit_members(visit), borders.visit_members(visit);
-  }
 };
 
 /// A map and all that its parts are measured against.

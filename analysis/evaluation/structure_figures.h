@@ -32,15 +32,6 @@ struct LineSums {
   std::array<std::int64_t, kNumLineThresholds> lines_there = {}, lines_found = {};  ///< CutSource of these charts.
 
   void add(const LineSums& other);
-  template <class Visit>
-  void visit_members(const Visit& visit) {
-    for (LineStructures* all : {&made, &crops, &windows, &source_windows}) {
-      for (LineStructure& s : *all) s.visit_members(visit);
-    }
-    for (auto* counts : {&lines_there, &lines_found}) {
-      for (std::int64_t& n : *counts) visit(n);
-    }
-  }
 };
 /// Of all kinds that the source has.
 struct StructureSums {
@@ -48,14 +39,6 @@ struct StructureSums {
   WantedCounts wanted = {};  ///< 0 without controls on both sides.
 
   void add(const StructureSums& other);
-  template <class Visit>
-  void visit_members(const Visit& visit) {
-    std::int64_t num_kinds = static_cast<std::int64_t>(kinds.size());
-    visit(num_kinds);
-    kinds.resize(num_kinds);
-    for (LineSums& k : kinds) k.visit_members(visit);
-    for (std::int64_t& n : wanted) visit(n);
-  }
 };
 
 /// The lines of a source, and how they are measured in maps of it.

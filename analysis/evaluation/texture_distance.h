@@ -25,10 +25,6 @@ struct TextureDraws {
   std::vector<float> controls;                ///< One a texel; none without a control.
 
   void add(const TextureDraws& other);
-  template <class Visit>
-  void visit_members(const Visit& visit) {
-    visit(patch_numbers), visit(texel_numbers), visit(patches), visit(texels), visit(controls);
-  }
 };
 /// @param before  In earlier parts. @param all  In all parts.
 /// @param source_control  What stands for the part's control where it has none; may be empty.
@@ -58,10 +54,6 @@ struct SpectrumSums {
   std::vector<double> frequencies, power;
 
   void add(const SpectrumSums& other);
-  template <class Visit>
-  void visit_members(const Visit& visit) {
-    visit(num_tiles), visit(frequencies), visit(power);
-  }
 };
 [[nodiscard]] SpectrumSums measure_spectrum(const SynthesisSource& source, const ImageF& frame);
 [[nodiscard]] SpectrumSums measure_spectrum(const MapPart& part, const ImageF& frame);

@@ -43,14 +43,6 @@ class ValueCounts {
   }
   [[nodiscard]] double at_rank(std::int64_t rank) const { return at_ranks({rank}).front(); }
 
-  /// For files: visit(member) for each.
-  template <class Visit>
-  void visit_members(const Visit& visit) {
-    visit(width_);
-    visit(total_);
-    visit(counts_);
-  }
-
  private:
   static constexpr std::size_t kMostBins = std::size_t{1} << 23;  ///< What is larger counts as the largest.
   double width_ = 1.0;

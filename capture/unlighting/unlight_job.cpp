@@ -2,15 +2,17 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "capture/unlighting/leave_one_out.h"
-#include "capture/unlighting/material_json.h"
 #include "capture/unlighting/response_check.h"
 #include "capture/unlighting/unlight_report.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/light_io.h"
 #include "libcommon/job/job_inputs.h"
+#include "patinate/capture/unlight.h"
+#include "patinate/core/json.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {
@@ -18,6 +20,18 @@ namespace patinate::capture {
 namespace fs = std::filesystem;
 
 namespace {
+
+Json to_json(const std::vector<SurfaceMaterial>& materials) {
+  Json list = Json::array();
+  for (const SurfaceMaterial& m : materials) {
+    list.push_back({{"kind", std::string(name_of(m.kind))},
+                    {"share", m.share},
+                    {"roughness", m.roughness},
+                    {"strength", {m.strength.x(), m.strength.y(), m.strength.z()}},
+                    {"evidence", m.evidence}});
+  }
+  return list;
+}
 
 const char* lobe_name(const SpecularForm& form) {
   return form.is_rendered ? "ggx" : std::isinf(form.tail) ? "beckmann" : form.tail == 2.0 ? "ggx" : "student";

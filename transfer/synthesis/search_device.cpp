@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <utility>
 #include <vector>
 
-#include "transfer/synthesis/device_tables.h"
+#include "libcommon/device/device.h"
+#include "transfer/synthesis/levels.h"
+#include "transfer/synthesis/places.h"
 
 namespace patinate::transfer {
 
@@ -14,6 +18,95 @@ using device::DeviceError;
 using device::Items;
 
 namespace {
+
+/// Usable pixels by control value: AlikeTables' arrays.
+struct AlikeOnDevice {
+  device::Buffer<std::int32_t> usable, first_with, grid_cell, grid_begin, grid_pixels;
+  AlikeOnDevice(const device::Device& device, const SourceLevel& source);
+};
+
+/// The neighbors of all texels of a level: NeighborTables' arrays.
+struct NeighborsOnDevice {
+  device::Buffer<std::int32_t> row;
+  device::Buffer<std::uint64_t> is_stored;
+  device::Buffer<std::uint32_t> begin;
+  device::Buffer<neighbor_kernel::PackedNeighbor> stored;
+  device::Buffer<std::int32_t> triangle, steps_of;
+  device::Buffer<neighbor_kernel::PackedNeighbor> steps;
+  /// @throws DeviceError if the atlas has 2^31 texels or more.
+  NeighborsOnDevice(const device::Device& device, const DestinationLevel& destination, const RunControl& control);
+};
+
+/// The places of all texels, which stay there from one call to the next.
+class PlacesOnDevice {
+ public:
+  PlacesOnDevice(const device::Device& device, const TexelMap& map);
+  [[nodiscard]] const device::Buffer<std::int32_t>& pixels() const { return pixels_; }
+  [[nodiscard]] const device::Buffer<std::int8_t>& beside() const { return beside_; }
+  [[nodiscard]] bool are_there() const { return are_there_; }
+  /// Unless they are there already, as the last take() left them.
+  void give(const PlaceMap& places);
+  /// Reads them into room of its own, ...
+  void read();
+  /// ... and hands them over. In two steps, so that a device that is lost leaves what was given.
+  void take(PlaceMap& places);
+
+ private:
+  device::Device device_;
+  device::Buffer<std::int32_t> pixels_;
+  device::Buffer<std::int8_t> beside_;
+  bool are_there_ = false;
+  CoordinateMap read_pixels_;
+  std::vector<std::int8_t> read_beside_;
+};
+
+using device::Device;
+using device::DeviceError;
+
+AlikeOnDevice::AlikeOnDevice(const Device& device, const SourceLevel& source)
+    : usable(device.upload(source.usable)),
+      first_with(device.upload(source.first_with)),
+      grid_cell(device.upload(source.grid_cell)),
+      grid_begin(device.upload(source.grid_begin)),
+      grid_pixels(device.upload(source.grid_pixels)) {}
+
+NeighborsOnDevice::NeighborsOnDevice(const Device& device, const DestinationLevel& destination,
+                                     const RunControl& control) {
+  if (destination.map->num_texels() >= std::int64_t{1} << 31)
+    throw DeviceError(device.info().name + ": an atlas of 2^31 texels is too large for it");
+  const FlatNeighbors flat = destination.neighbors->flat(control);
+  row = device.upload(flat.row);
+  is_stored = device.upload(flat.is_stored);
+  begin = device.upload(flat.begin);
+  stored = device.upload(flat.stored);
+  triangle = device.upload(destination.map->triangles());
+  steps_of = device.upload(flat.steps_of);
+  steps = device.upload(flat.steps);
+}
+
+PlacesOnDevice::PlacesOnDevice(const Device& device, const TexelMap& map)
+    : device_(device),
+      pixels_(device.allocate<std::int32_t>(static_cast<std::size_t>(map.num_texels()))),
+      beside_(device.allocate<std::int8_t>(2 * static_cast<std::size_t>(map.num_texels()))) {}
+
+void PlacesOnDevice::give(const PlaceMap& places) {
+  if (are_there_) return;
+  device_.write(std::span<const std::int32_t>(places.pixels), pixels_);
+  device_.write(places.beside(), beside_);
+}
+
+void PlacesOnDevice::read() {
+  read_pixels_.resize(pixels_.size());
+  read_beside_.resize(beside_.size());
+  device_.read(pixels_, std::span(read_pixels_));
+  device_.read(beside_, std::span(read_beside_));
+}
+
+void PlacesOnDevice::take(PlaceMap& places) {
+  std::swap(places.pixels, read_pixels_);
+  std::copy(read_beside_.begin(), read_beside_.end(), places.beside().begin());
+  are_there_ = true;
+}
 
 device::Program build_search_program(const Device& device, int num_neighbors) {
   const std::string size = "#define PATINATE_MOST_NEIGHBORS " + std::to_string(num_neighbors) + "\n";

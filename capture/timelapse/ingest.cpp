@@ -2,16 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
+#include "capture/project/capture_project.h"
 #include "capture/stability/frame_noise.h"
 #include "capture/timelapse/align_step.h"
 #include "capture/timelapse/align_warnings.h"
 #include "capture/timelapse/background_step.h"
-#include "capture/timelapse/clipping_warnings.h"
 #include "capture/timelapse/gloss_step.h"
 #include "capture/timelapse/ingest_report.h"
 #include "capture/timelapse/ingest_warnings.h"
@@ -22,8 +25,11 @@
 #include "capture/timelapse/scan_step.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/parallel.h"
+#include "libcommon/core/text.h"
 #include "libcommon/history/stated_history.h"
 #include "patinate/core/error.h"
+#include "patinate/core/json.h"
+#include "patinate/history/history_value.h"
 #include "patinate/image/image_io.h"
 
 namespace patinate::capture {
@@ -31,6 +37,56 @@ namespace patinate::capture {
 namespace fs = std::filesystem;
 
 namespace {
+
+/// What is clipped in all photographs, one way.
+struct ClippedSeries {
+  std::int64_t num_clipped = 0, num_pixels = 0;
+  std::vector<std::string> photos;
+
+  void add(std::int64_t clipped, std::int64_t pixels, const CapturePhoto& photo) {
+    num_clipped += clipped;
+    num_pixels += pixels;
+    if (clipped > 0) photos.push_back(photo.name());
+  }
+  [[nodiscard]] double share() const {
+    return static_cast<double>(num_clipped) / static_cast<double>(std::max<std::int64_t>(1, num_pixels));
+  }
+  [[nodiscard]] std::string count_text() const {
+    return std::to_string(num_clipped) + (num_clipped == 1 ? " pixel" : " pixels") + " of " + photos.front() +
+           (photos.size() == 1 ? "" : " and " + std::to_string(photos.size() - 1) + " more photographs");
+  }
+};
+
+/// @param folder  Of the history, whose frames are finished.
+std::vector<HistoryWarning> clipping_warnings(const CaptureProject& project, const std::filesystem::path& folder) {
+  ClippedSeries outside, beyond;
+  for (std::size_t i = 0; i < project.frames.size(); ++i) {
+    const CapturePhoto& photo = project.frames[i];
+    if (!may_be_clipped(project, photo)) continue;
+    const Json json = load_json(folder / clipped_file(static_cast<int>(i)));
+    const auto count = [&](const char* name) { return json.at(name).get<std::int64_t>(); };
+    outside.add(count("outside"), count("pixels"), photo);
+    beyond.add(count("beyond"), count("pixels"), photo);
+  }
+  std::vector<HistoryWarning> warnings;
+  if (outside.num_clipped > 0) {
+    warnings.push_back({.about = WarningSubject::Light,
+                        .text = "the colors of " + outside.count_text() + " (" + fixed_percent_text(outside.share()) +
+                                ") lie outside of Rec. 709; what would be negative is 0",
+                        .cure = "",
+                        .share = outside.share(),
+                        .photos = outside.photos});
+  }
+  if (beyond.num_clipped > 0) {
+    warnings.push_back({.about = WarningSubject::Light,
+                        .text = "the light of " + beyond.count_text() +
+                                " is more than half floats hold; it is 65504, and counts as saturated",
+                        .cure = "",
+                        .share = beyond.share(),
+                        .photos = beyond.photos});
+  }
+  return warnings;
+}
 
 /// Takes what the transmission photograph does not show off the mask: there is no thickness to guide by.
 void keep_reached(const ImageU8& reached, const CaptureProject& project, ImageU8& mask) {

@@ -31,22 +31,22 @@ std::uint64_t table_size(std::uint64_t packed) { return (packed & 0x80) == 0 ? 0
 
 }  // namespace
 
-void read_gif_words(const FileBytes& big, FileWords& words) {
+void read_gif_words(const FileBytes& file, FileWords& words) {
   constexpr std::uint64_t kScreen = 6, kScreenSize = 7, kExtension = 0x21, kPicture = 0x2c, kControl = 0xf9;
   constexpr double kHundredth = 0.01;
-  const FileBytes file(big.part(0, big.size()), true);
+  const FileBytes little(file.part(0, file.size()), true);
   std::vector<double> durations_s;
   double duration_s = 0.0;
-  std::uint64_t at = kScreen + kScreenSize + table_size(file.number(kScreen + 4, 1));
+  std::uint64_t at = kScreen + kScreenSize + table_size(little.number(kScreen + 4, 1));
   while (durations_s.size() < kMostPictures) {
-    const std::uint64_t kind = file.number(at, 1);
+    const std::uint64_t kind = little.number(at, 1);
     if (kind == kExtension) {
-      if (file.number(at + 1, 1) == kControl) duration_s = kHundredth * static_cast<double>(file.number(at + 4, 2));
-      at = after_blocks(file, at + 2);
+      if (little.number(at + 1, 1) == kControl) duration_s = kHundredth * static_cast<double>(little.number(at + 4, 2));
+      at = after_blocks(little, at + 2);
     } else if (kind == kPicture) {
       durations_s.push_back(duration_s);
       duration_s = 0.0;
-      at = after_blocks(file, at + 11 + table_size(file.number(at + 9, 1)));  // Behind the least size of codes.
+      at = after_blocks(little, at + 11 + table_size(little.number(at + 9, 1)));  // Behind the least size of codes.
     } else {
       break;
     }

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstring>
+#include <memory>
 #include <utility>
 
 namespace patinate {
@@ -63,11 +64,11 @@ class Decoded final : public DracoMesh {
 
 }  // namespace patinate
 
-extern "C" [[gnu::visibility("default")]] std::unique_ptr<patinate::DracoMesh> patinate_draco_1(
-    std::span<const unsigned char> bytes) {
+extern "C" [[gnu::visibility("default")]] patinate::DracoMesh* patinate_draco_1(const unsigned char* bytes,
+                                                                                std::size_t size) {
   draco::DecoderBuffer buffer;
-  buffer.Init(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  buffer.Init(reinterpret_cast<const char*>(bytes), size);
   auto mesh = draco::Decoder().DecodeMeshFromBuffer(&buffer);
   if (!mesh.ok()) return nullptr;
-  return std::make_unique<patinate::Decoded>(std::move(mesh).value());
+  return std::make_unique<patinate::Decoded>(std::move(mesh).value()).release();
 }

@@ -3,9 +3,8 @@
 /// names, so that it stands apart. For the reader of glTF.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <span>
 #include <vector>
 
 namespace patinate {
@@ -24,7 +23,7 @@ class DracoMesh {
                                                           int num_components) const = 0;
 };
 
-/// The module's function. @returns null for damaged data.
-using DecodeDraco = std::unique_ptr<DracoMesh>(std::span<const unsigned char> bytes);
+/// The module's function. @returns null for damaged data; who calls it owns the mesh.
+using DecodeDraco = DracoMesh*(const unsigned char* bytes, std::size_t size);
 
 }  // namespace patinate

@@ -126,7 +126,7 @@ int add_accessor(const std::string& what, tinygltf::Model& model, int index, std
 
 std::unique_ptr<DracoMesh> decode_draco(const std::string& what, std::span<const unsigned char> bytes) {
   static DecodeDraco* const decode = reinterpret_cast<DecodeDraco*>(module_function("patinate-draco", kDracoEntry));
-  auto mesh = decode(bytes);
+  std::unique_ptr<DracoMesh> mesh(decode(bytes.data(), bytes.size()));
   if (!mesh) throw IoError(what, "its Draco data are damaged");
   return mesh;
 }

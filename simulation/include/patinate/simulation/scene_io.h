@@ -58,7 +58,7 @@ struct SceneAssets {
 [[nodiscard]] SceneFile read_scene(const std::filesystem::path& path, const RunControl& control = {});
 /// The same of a scene in memory. @param path  What it is called in errors; paths in it are relative to its folder.
 /// @param assets  Taken from when there, and added to; notes about meshes are of the first reading only.
-[[nodiscard]] SceneFile read_scene(const std::filesystem::path& path, const Json& root, SceneAssets& assets,
+[[nodiscard]] SceneFile read_scene(const std::filesystem::path& path, const Json& as_written, SceneAssets& assets,
                                    const RunControl& control = {});
 
 }  // namespace patinate::simulation

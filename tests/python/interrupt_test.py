@@ -97,7 +97,7 @@ class Interrupt(PythonCase):
         self.check_lost_or_whole(simulation, start)
 
     def test_a_fit_whose_function_is_python_ends_at_once(self):
-        self.check(lambda: patinate.fit(self.work / "scene.json", lambda history: time.sleep(0.005) or 1.0, {"/rules/1/rate": (0.1, 1)}, evaluations=1000000, tolerance=1e-300, starts=100))
+        self.check(lambda: patinate.fit(self.work / "scene.json", lambda history: time.sleep(0.02) or 1.0, {"/rules/1/rate": (0.1, 1)}, evaluations=1000000, tolerance=1e-300, starts=100))
 
     def write_large_mesh(self):
         """Takes a second to read, in which nothing looks whether it is to stop."""

@@ -144,12 +144,10 @@ TEST(FrameSources, MistakesWithMoviesAreNamed) {
       {R"({"pattern": "clip.avi", "from": 12})", "/frames/from"},
       {R"({"pattern": "clip.avi", "from": 5, "to": 4})", "/frames/to"},
       {R"({"pattern": "clip.avi", "every": 0})", "/frames/every"},
-      {R"({"pattern": "small.gif"})", "give `interval`"},
   };
   const TempFolder folder;
   write_movie(folder / "clip.avi");
   write_movie(folder / "more.avi");
-  ASSERT_TRUE(testing_support::write_animation(folder / "small.gif", {ImageU8(8, 8, 3, 0), ImageU8(8, 8, 3, 255)}));
   for (const auto& c : kCases) {
     std::string error;
     try {

@@ -305,9 +305,8 @@ TEST(ReadGltf, ChecksEveryBoundOfAnAccessor) {
   EXPECT_NE(error_with("/nodes/0/mesh", 4).find("mesh 4 does not exist"), std::string::npos);
   EXPECT_NE(error_with("/nodes/0/children", nlohmann::json::array({0})).find("must form a tree"), std::string::npos);
   EXPECT_NE(error_with("/scenes/0/nodes", nlohmann::json::array({6})).find("node 6 does not exist"), std::string::npos);
-  EXPECT_NE(
-      error_with("/extensionsRequired", nlohmann::json::array({"KHR_meshopt_compression"})).find("compression"),
-      std::string::npos);
+  EXPECT_NE(error_with("/extensionsRequired", nlohmann::json::array({"KHR_meshopt_compression"})).find("compression"),
+            std::string::npos);
 }
 
 TEST(ReadGltf, RejectsIndicesOutOfRangeAndNan) {

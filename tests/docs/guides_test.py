@@ -32,7 +32,7 @@ NAMES = {"TRANSFER": "aged", "SIMULATION": "rain", "HISTORY": "copper", "MESH": 
 # Lines by how they begin.
 NOT_RUN = {
     "patinate studio results$": "serves until it is stopped; tests/cli/studio_test.py asks it",
-    "patinate transfer copper asset.obj": "wants a mesh of many tiles; tests/cli/tiles_test.py makes one",
+    "patinate studio plate/capture.json": "serves until it is stopped; tests/studio/landmarks_test.mjs clicks in it",
     "patinate cluster run copper.json --threads": "a job of Slurm; tests/slurm runs one",
     "patinate control explain fire_hydrant": "its scans and masks are real data; tests/cli/explain_test.py runs the same options",
     "patinate register bunny/": "the scans are Stanford's; tests/cli/register_test.py reads such a .conf"}
@@ -90,6 +90,7 @@ PAGES = {
     "docs/registration.md": "cp $made/scans/* . && mkdir scans && cp day*.ply scans",
     "docs/meshes.md": COPPER + " && cp $made/urn.ply scan.ply",
     "docs/controls.md": COPPER,
+    "docs/scaling.md": "cp -r $made/photos .",
     "docs/studio.md": "mkdir results && cp -r $made/aged $made/copper results",
 }
 

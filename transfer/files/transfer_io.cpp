@@ -47,6 +47,9 @@ std::string control_file(const TransferTask& task, std::size_t index) {
 
 namespace {
 
+/// Puts the part of the sheet that begins at (x, y) into a strip.
+using FillStrip = std::function<void(int x, int y, ImageF& strip)>;
+/// A few rows at a time: an atlas may be larger than what there is beside it. @param fill  Called by several threads.
 void write_tile(const fs::path& file, const Sheet& sheet, int tile, const std::vector<std::string>& channels,
                 const FillStrip& fill, const RunControl& run) {
   constexpr int kLeastRows = 4 * kExrChunkRows, kMostRows = 32 * kExrChunkRows;
@@ -120,28 +123,10 @@ void put_index(ImageF& strip, const std::vector<LibraryPart>& library) {
   }
 }
 
-}  // namespace
-
-fs::path control_tile_file(const TransferTask& task, std::size_t control, int tile) {
-  return tile_path(control_file(task, control), task.input.map->sheet().names[tile]);
-}
-
-fs::path coordinate_tile_file(const TransferTask& task, int tile) {
-  return tile_path(tiled_name("coordinates", rule_of(task)), task.input.map->sheet().names[tile]);
-}
-
-void write_control_tile(const fs::path& folder, const TransferTask& task, std::size_t control, int tile,
-                        const FillStrip& fill, const RunControl& run) {
-  write_tile(folder / control_tile_file(task, control, tile), task.input.map->sheet(), tile, {"Y"}, fill, run);
-}
-
-void write_surface_files(const fs::path& folder, const TransferTask& task) {
-  write_obj(folder / "mesh.obj", task.atlas ? task.atlas->mesh : task.input.map->mesh());
-  if (!task.input.source_mask.empty()) write_codes(folder / kSourceMaskFile, task.input.source_mask);
-}
-
-void write_coordinate_tile(const fs::path& folder, const TransferTask& task, int tile, const TexelMap& map,
-                           const std::function<SourcePlace(TexelId t)>& place_of, const RunControl& run) {
+/// @param place_of  Called by several threads.
+void write_coordinates(const fs::path& file, const TransferTask& task, int tile,
+                       const std::function<SourcePlace(TexelId t)>& place_of, const RunControl& run) {
+  const TexelMap& map = *task.input.map;
   const HistoryFacts& history = task.history->facts();
   const std::vector<LibraryPart>& parts = history.parts;
   std::vector<std::string> channels{kCoordinateChannels[0], kCoordinateChannels[1]};
@@ -152,23 +137,28 @@ void write_coordinate_tile(const fs::path& folder, const TransferTask& task, int
     if (task.input.frames) put_patch(strip, x, y, map, *task.input.frames, place_of);
     if (!parts.empty()) put_index(strip, parts);
   };
-  write_tile(folder / coordinate_tile_file(task, tile), map.sheet(), tile, channels, fill, run);
+  write_tile(file, map.sheet(), tile, channels, fill, run);
 }
+
+}  // namespace
 
 void write_transfer_files(const fs::path& folder, const TransferTask& task, const TransferResult& result,
                           const RunControl& run) {
-  for (int tile = 0; tile < task.input.map->sheet().num_tiles(); ++tile) {
+  const Sheet& sheet = task.input.map->sheet();
+  for (int tile = 0; tile < sheet.num_tiles(); ++tile) {
     for (std::size_t i = 0; i < task.input.controls.size(); ++i) {
       const auto fill = [&](int x, int y, ImageF& strip) {
         for (int row = 0; row < strip.height(); ++row)
           std::copy_n(&task.input.controls[i].values.at(x, y + row), strip.width(), strip.row(row).begin());
       };
-      write_control_tile(folder, task, i, tile, fill, run);
+      write_tile(folder / tile_path(control_file(task, i), sheet.names[tile]), sheet, tile, {"Y"}, fill, run);
     }
-    write_coordinate_tile(
-        folder, task, tile, *task.input.map, [&](TexelId t) { return result.place(t); }, run);
+    const fs::path file = folder / tile_path(tiled_name("coordinates", rule_of(task)), sheet.names[tile]);
+    write_coordinates(
+        file, task, tile, [&](TexelId t) { return result.place(t); }, run);
   }
-  write_surface_files(folder, task);
+  write_obj(folder / "mesh.obj", task.atlas ? task.atlas->mesh : task.input.map->mesh());
+  if (!task.input.source_mask.empty()) write_codes(folder / kSourceMaskFile, task.input.source_mask);
 }
 
 }  // namespace patinate::transfer

@@ -77,7 +77,7 @@ struct TransferOptions {
   std::optional<double> coherence_share = {};
   int neighborhood_radius_px = 0;  ///< [0, 5]. 3 = the 48 nearest neighbors. 0: 3, with structure 4.
   TransferQuality quality = TransferQuality::Good;
-  PieceTurning turning = PieceTurning::Auto;  ///< Only in an atlas of one tile.
+  PieceTurning turning = PieceTurning::Auto;  ///< Only with frames: those of UVs may be mirrored.
   Footprint footprint = Footprint::Mean;
   std::int64_t seed = 1;
   AppearanceOptions appearance = {};

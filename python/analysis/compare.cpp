@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/request/path_kind.h"
 #include "patinate/analysis/comparison.h"
 #include "patinate/core/error.h"
 #include "python/analysis/py_analysis.h"
@@ -12,14 +13,13 @@
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
 #include "python/transfer/py_transfer.h"
-#include "tools/patinate/command_line/command_line.h"
-#include "tools/patinate/command_line/path_kind.h"
 
 namespace patinate::python {
 
 namespace py = pybind11;
 
-std::int64_t default_seed() { return cli::CommonOptions{}.seed; }
+/// Of the command's --seed.
+constexpr std::int64_t kDefaultSeed = 1;
 
 py::dict figures_of(const std::vector<analysis::Figure>& figures) {
   py::dict out;
@@ -55,7 +55,7 @@ analysis::TextureSeries series_from(const py::object& given, const char* name) {
   if (std::optional<analysis::TextureSeries> series = series_in_memory(given)) return *std::move(series);
   if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__")) {
     const std::string path = path_from(given);
-    return result_of({}, [=](const RunControl&) { return analysis::open_series(cli::history_place(path)).series; });
+    return result_of({}, [=](const RunControl&) { return analysis::open_series(app::history_place(path)).series; });
   }
   wrong_type("compare", name, given, "a History, an AgedMesh, or the path of a history or transfer");
 }
@@ -100,7 +100,7 @@ void bind_compare(py::module_& module) {
           .takes("a", "History | AgedMesh | str | os.PathLike[str]",
                  "Or the path of a history, a simulation or a transfer")
           .takes("b", "History | AgedMesh | str | os.PathLike[str]", "What it is compared with")
-          .options<CompareKeywords>({.seed = default_seed()})
+          .options<CompareKeywords>({.seed = kDefaultSeed})
           .runs()
           .returns("dict[str, dict[str, Any]]",
                    "By section (look, places, colors, controls, structure, cracks): title, paragraphs, figures (by "
@@ -109,7 +109,7 @@ void bind_compare(py::module_& module) {
           .raises("InvalidInput if the surfaces have no time in common; IoError"),
       [](const py::object& a, const py::object& b, const py::kwargs& kwargs) {
         Keywords keywords("compare", kwargs);
-        CompareKeywords options{.seed = default_seed()};
+        CompareKeywords options{.seed = kDefaultSeed};
         keywords.read(options);
         const RunArguments run = keywords.run();
         keywords.finish();

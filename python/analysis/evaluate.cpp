@@ -1,14 +1,14 @@
 #include <utility>
 
 #include "analysis/evaluation/evaluation.h"
+#include "app/evaluation/evaluated_maps.h"
+#include "app/request/path_kind.h"
 #include "patinate/core/error.h"
 #include "python/analysis/py_analysis.h"
 #include "python/bindings.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
 #include "python/transfer/py_transfer.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/services/evaluated_maps.h"
 
 namespace patinate::python {
 
@@ -56,10 +56,10 @@ void bind_evaluate(py::module_& module) {
                                     : py::isinstance<PyTransfer>(given) ? py::cast<const PyTransfer&>(given).path
                                                                         : path_from(given);
            auto [made, more] = result_of(run, [=](const RunControl& control) {
-             if (!is_aged) cli::require_transfer(path);
+             if (!is_aged) app::require_transfer(path);
              const analysis::MapToEvaluate opened =
-                 is_aged ? cli::aged_map("transfer", *aged, options.options, seed, control.part(0.0, 0.5))
-                         : cli::transfer_item(path, options.options, seed, {}).open(control.part(0.0, 0.5));
+                 is_aged ? app::aged_map("transfer", *aged, options.options, seed, control.part(0.0, 0.5))
+                         : app::transfer_item(path, options.options, seed, {}).open(control.part(0.0, 0.5));
              return std::pair(
                  analysis::evaluate(opened.source, opened.map, options.options, seed, nullptr, control.part(0.5, 1.0)),
                  opened.more);

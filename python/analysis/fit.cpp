@@ -8,6 +8,8 @@
 #include "analysis/fit/fit_ranking_job.h"
 #include "analysis/fit/fit_search.h"
 #include "analysis/fit/multi_start.h"
+#include "app/fit/fit_captures.h"
+#include "app/request/repeating_command.h"
 #include "patinate/core/error.h"
 #include "patinate/history/memory_history.h"
 #include "python/analysis/py_analysis.h"
@@ -17,8 +19,6 @@
 #include "python/support/json.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
-#include "tools/patinate/command_line/repeating_command.h"
-#include "tools/patinate/services/fit_captures.h"
 
 namespace patinate::python {
 
@@ -205,7 +205,7 @@ py::dict fit_scene(const py::object& scene_path, const py::object& objective, co
   const std::string path = path_from(scene_path);
   const std::vector<analysis::FitTerm> terms = terms_from(figures);
   const RunArguments silent{.num_threads = run.num_threads};
-  std::vector<cli::FitScene> scenes;
+  std::vector<app::FitScene> scenes;
   std::vector<std::string> names;
   std::vector<FittedHistory> fitted;
   for (std::size_t c = 0; c < std::max<std::size_t>(1, histories.size()); ++c) {
@@ -214,8 +214,8 @@ py::dict fit_scene(const py::object& scene_path, const py::object& objective, co
     if (history) {
       for (const ControlFacts& f : history->facts().controls) controls.push_back(f.name);
     }
-    const cli::FitScene scene = result_of(
-        silent, [=](const RunControl& control) { return cli::scene_of_capture(c, path, ranges, controls, control); });
+    const app::FitScene scene = result_of(
+        silent, [=](const RunControl& control) { return app::scene_of_capture(c, path, ranges, controls, control); });
     FittedHistory& one = fitted.emplace_back(FittedHistory{.age = scene.age(), .distance = {}});
     if (history) {
       one.distance.emplace(result_of(silent, [=](const RunControl& control) {
@@ -227,7 +227,7 @@ py::dict fit_scene(const py::object& scene_path, const py::object& objective, co
     names.push_back(std::to_string(c));
   }
   analysis::FitModel model;
-  model.parameters = cli::joint_parameters(scenes, ranges, names);
+  model.parameters = app::joint_parameters(scenes, ranges, names);
   return minimized(model.parameters, keywords, run, [&](const std::vector<double>& values, const RunControl& control) {
     double sum = 0.0;
     for (std::size_t c = 0; c < fitted.size(); ++c) {
@@ -262,7 +262,7 @@ void bind_rank(py::module_& module) {
         std::vector<std::string> names;
         for (const py::handle fit : given) {
           fits.emplace_back(path_from(py::reinterpret_borrow<py::object>(fit)));
-          names.push_back(cli::input_word(fits.back()));
+          names.push_back(app::input_word(fits.back()));
         }
         return object_of(result_of(run, [=](const RunControl&) {
           const std::vector<analysis::RankedFit> read = analysis::read_ranked_fits(fits, names);

@@ -1,14 +1,14 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/history/history_shelf.h"
+#include "app/request/history_library.h"
 #include "python/analysis/py_series.h"
 #include "python/bindings.h"
 #include "python/support/arrays.h"
 #include "python/support/json.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
-#include "tools/patinate/command_line/history_library.h"
-#include "tools/patinate/services/history_shelf.h"
 
 namespace patinate::python {
 
@@ -20,23 +20,23 @@ namespace {
 std::function<analysis::TextureSeries()> subject_from(const py::object& given) {
   if (std::optional<analysis::TextureSeries> series = series_in_memory(given)) return [series] { return *series; };
   if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__")) {
-    return [path = path_from(given)] { return cli::series_or_photograph(cli::library_place(path)); };
+    return [path = path_from(given)] { return app::series_or_photograph(app::library_place(path)); };
   }
   if (!py::isinstance<py::array>(given))
     wrong_type("library", "like", given, "a path, a History, an AgedMesh, or H x W x 3 linear colors");
-  return [photograph = image_from(given, "like", 3)] { return cli::series_of_photograph(photograph, "photograph"); };
+  return [photograph = image_from(given, "like", 3)] { return app::series_of_photograph(photograph, "photograph"); };
 }
 
-py::dict shelf_dict(const std::vector<cli::ShelfEntry>& entries, const std::vector<cli::Likeness>& ranking) {
+py::dict shelf_dict(const std::vector<app::ShelfEntry>& entries, const std::vector<app::Likeness>& ranking) {
   py::dict out;
-  for (const cli::Likeness& likeness : ranking) {
-    const cli::ShelfEntry& entry = entries[likeness.entry];
+  for (const app::Likeness& likeness : ranking) {
+    const app::ShelfEntry& entry = entries[likeness.entry];
     py::object facts = object_of(entry.json());
     facts["likeness"] = object_of(likeness.json());
     out[entry.name.c_str()] = facts;
   }
   if (ranking.empty()) {
-    for (const cli::ShelfEntry& entry : entries) out[entry.name.c_str()] = object_of(entry.json());
+    for (const app::ShelfEntry& entry : entries) out[entry.name.c_str()] = object_of(entry.json());
   }
   return out;
 }
@@ -64,9 +64,9 @@ void bind_library(py::module_& module) {
            keywords.finish();
            const auto subject = like.is_none() ? nullptr : subject_from(like);
            const auto [entries, ranking] = result_of(run, [=](const RunControl& control) {
-             std::vector<cli::ShelfEntry> shelf = cli::history_shelf();
-             std::vector<cli::Likeness> likenesses;
-             if (subject) likenesses = cli::rank_by_likeness(subject(), shelf, control);
+             std::vector<app::ShelfEntry> shelf = app::history_shelf();
+             std::vector<app::Likeness> likenesses;
+             if (subject) likenesses = app::rank_by_likeness(subject(), shelf, control);
              return std::pair(std::move(shelf), std::move(likenesses));
            });
            return shelf_dict(entries, ranking);

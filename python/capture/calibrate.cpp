@@ -4,11 +4,11 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/calibration/calibration_file.h"
 #include "python/bindings.h"
 #include "python/support/json.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
-#include "tools/patinate/services/calibration_file.h"
 
 namespace patinate::python {
 
@@ -53,7 +53,7 @@ void define_kind(py::module_& module, CalibrationKind kind, const std::string& b
     const bool force = keywords.flag("force", false);
     const RunArguments run = keywords.run();
     keywords.finish();
-    cli::require_calibration_names(output, picture);
+    app::require_calibration_names(output, picture);
     const bool is_dict = py::isinstance<py::dict>(given);
     const std::filesystem::path file =
         is_dict ? std::filesystem::path(folder) / "description" : std::filesystem::path(path_from(given));
@@ -63,7 +63,7 @@ void define_kind(py::module_& module, CalibrationKind kind, const std::string& b
       capture::CalibrationOutput result =
           capture::calibrate(kind, JsonReader(file.string(), content), options, control);
       if (!output.empty() || !picture.empty())
-        cli::make_output(cli::calibration_work(result, kind, output, picture), force, {});
+        app::make_output(app::calibration_work(result, kind, output, picture), force, {});
       return result;
     });
     return object_of(*calibration.json);

@@ -2,13 +2,13 @@
 #include <memory>
 #include <utility>
 
+#include "app/history/stated_appearance.h"
 #include "libcommon/job/job.h"
 #include "patinate/history/history.h"
 #include "python/bindings.h"
 #include "python/history/py_history.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
-#include "tools/patinate/services/stated_appearance.h"
 
 namespace patinate::python {
 
@@ -24,14 +24,14 @@ void bind_appearance(py::module_& module) {
              .keyword("statement", "str | os.PathLike[str] | None", "None",
                       "A file that says it by color, over time, or by control or mask; without it, the numbers below")
              .keyword("force", "bool", "False", "Replace something different that lies there")
-             .options<cli::PlainAppearance>()
+             .options<app::PlainAppearance>()
              .runs()
              .returns("History")
              .raises("IoError if a file cannot be read; InvalidInput also if the history has such maps already, or "
                      "unless either a statement or numbers are given; CannotComplete"),
          [](const py::object& history, const py::object& output, const py::kwargs& kwargs) {
            Keywords keywords("appearance", kwargs);
-           cli::PlainAppearance plain;
+           app::PlainAppearance plain;
            keywords.read(plain);
            const py::object statement = keywords.object("statement");
            const bool force = keywords.flag("force", false);
@@ -40,7 +40,7 @@ void bind_appearance(py::module_& module) {
            const std::string from = path_from(history), to = path_from(output);
            const std::filesystem::path file = statement.is_none() ? std::string() : path_from(statement);
            return PyHistory{result_of(run, [=](const RunControl& control) {
-             run_job(cli::plan_appearance(from, cli::appearance_of(file, plain), to), {.force = force}, control);
+             run_job(app::plan_appearance(from, app::appearance_of(file, plain), to), {.force = force}, control);
              return std::make_shared<const HistoryReader>(to);
            })};
          });

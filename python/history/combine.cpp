@@ -2,6 +2,7 @@
 #include <memory>
 #include <utility>
 
+#include "app/request/path_kind.h"
 #include "libcommon/job/job.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
@@ -9,7 +10,6 @@
 #include "python/history/py_history.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
-#include "tools/patinate/command_line/path_kind.h"
 #include "transfer/library/library_job.h"
 
 namespace patinate::python {
@@ -56,7 +56,7 @@ void bind_combine(py::module_& module) {
            transfer::LibraryTask task;
            keywords.read(task.options);
            for (const py::handle& history : histories)
-             task.histories.push_back(cli::history_place(path_from(py::reinterpret_borrow<py::object>(history))));
+             task.histories.push_back(app::history_place(path_from(py::reinterpret_borrow<py::object>(history))));
            task.controls = controls_from(keywords.object("controls"), task.histories.size());
            const bool force = keywords.flag("force", false);
            const RunArguments run = keywords.run();

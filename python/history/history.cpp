@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/request/path_kind.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/history/write_history.h"
@@ -11,7 +12,6 @@
 #include "python/support/arrays.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
-#include "tools/patinate/command_line/path_kind.h"
 
 namespace patinate::python {
 
@@ -208,7 +208,7 @@ void bind_history(py::module_& module) {
          [](const py::object& path) {
            const std::string folder = path_from(path);
            return PyHistory{result_of({}, [=](const RunControl&) {
-             return std::make_shared<const HistoryReader>(cli::history_place(folder));
+             return std::make_shared<const HistoryReader>(app::history_place(folder));
            })};
          });
 }

@@ -3,14 +3,14 @@
 #include <memory>
 #include <utility>
 
+#include "app/history/trimmed_history.h"
+#include "app/request/path_kind.h"
 #include "libcommon/job/job.h"
 #include "patinate/history/history.h"
 #include "python/bindings.h"
 #include "python/history/py_history.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/services/trimmed_history.h"
 
 namespace patinate::python {
 
@@ -40,7 +40,7 @@ void bind_trim(py::module_& module) {
            keywords.finish();
            const std::string from = path_from(history), to = path_from(output);
            return PyHistory{result_of(run, [=](const RunControl& control) {
-             run_job(cli::plan_trim(cli::history_place(from), options, to), {.force = force}, control);
+             run_job(app::plan_trim(app::history_place(from), options, to), {.force = force}, control);
              return std::make_shared<const HistoryReader>(to);
            })};
          });

@@ -1,12 +1,12 @@
 #include <filesystem>
 #include <utility>
 
+#include "app/output/export_work.h"
+#include "app/request/history_library.h"
 #include "python/bindings.h"
 #include "python/output/keywords.h"
 #include "python/support/arrays.h"
 #include "python/support/device_keyword.h"
-#include "tools/patinate/command_line/history_library.h"
-#include "tools/patinate/services/export_work.h"
 
 namespace patinate::python {
 
@@ -15,9 +15,9 @@ namespace py = pybind11;
 namespace {
 
 struct ExportKeywords {
-  cli::SequenceFormat format = {};
+  app::SequenceFormat format = {};
   MovieOptions movie = {};
-  cli::ModelAxis axis = {};
+  app::ModelAxis axis = {};
 };
 void describe(OptionVisitor& v, ExportKeywords& o) {
   describe(v, o.format);
@@ -33,8 +33,8 @@ FunctionText& times_text(FunctionText& text) {
       .keyword("num_times", "int | None", "None", "So many times, evenly from the first frame to the last");
 }
 
-cli::TimesChoice times_from(Keywords& keywords) {
-  cli::TimesChoice choice;
+app::TimesChoice times_from(Keywords& keywords) {
+  app::TimesChoice choice;
   choice.time = keywords.number("time");
   const py::object times = keywords.object("times");
   if (!times.is_none()) choice.times = numbers_from(times, "times");
@@ -62,7 +62,7 @@ void bind_export(py::module_& module) {
     Keywords keywords("export", kwargs);
     ExportKeywords options;
     keywords.read(options);
-    cli::ExportTask task{.subject = path_from(subject),
+    app::ExportTask task{.subject = path_from(subject),
                          .output = path_from(output),
                          .times = times_from(keywords),
                          .format = options.format,
@@ -74,9 +74,9 @@ void bind_export(py::module_& module) {
     const RunArguments run = keywords.run();
     keywords.finish();
     run_interruptibly(run, [=](const RunControl& control) mutable {
-      task.subject = cli::library_place(task.subject);
-      task.devices = cli::output_devices(device.options(), device.words());
-      cli::make_output(cli::export_work(task, control), force, control);
+      task.subject = app::library_place(task.subject);
+      task.devices = app::output_devices(device.options(), device.words());
+      app::make_output(app::export_work(task, control), force, control);
     });
     device.warn();
   });

@@ -2,14 +2,14 @@
 #include <memory>
 #include <utility>
 
+#include "app/output/render_work.h"
+#include "app/request/history_library.h"
 #include "patinate/core/error.h"
 #include "python/bindings.h"
 #include "python/output/keywords.h"
 #include "python/support/arrays.h"
 #include "python/support/device_keyword.h"
 #include "python/transfer/py_transfer.h"
-#include "tools/patinate/command_line/history_library.h"
-#include "tools/patinate/services/render_work.h"
 
 namespace patinate::python {
 
@@ -18,7 +18,7 @@ namespace py = pybind11;
 namespace {
 
 struct RenderKeywords {
-  cli::ShownOptions shown = {};
+  app::ShownOptions shown = {};
   SurfaceOptions surface = {};
   RenderOptions options = {};
 };
@@ -30,14 +30,14 @@ void describe(OptionVisitor& v, RenderKeywords& o) {
 
 struct MovieKeywords {
   MovieOptions movie = {};
-  cli::TurnOptions turn = {};
+  app::TurnOptions turn = {};
 };
 void describe(OptionVisitor& v, MovieKeywords& o) {
   describe(v, o.movie);
   describe(v, o.turn);
 }
 
-std::string keyword_of(const cli::SurfaceFiles::Named& file) {
+std::string keyword_of(const app::SurfaceFiles::Named& file) {
   std::string name = file.name;
   for (char& c : name) c = c == '-' ? '_' : c;
   return name;
@@ -54,7 +54,7 @@ void say_subject(FunctionText& text) {
       .keyword("environment", "str | os.PathLike[str] | None", "None",
                "Surroundings that light the object: a picture of 360 x 180 degrees, HDR or EXR")
       .keyword("unit", "str | None", "None", "Of a mesh with a height_map: um, mm, cm or m; None: m for glTF, else mm");
-  for (const cli::SurfaceFiles::Named& file : cli::SurfaceFiles::named())
+  for (const app::SurfaceFiles::Named& file : app::SurfaceFiles::named())
     text.keyword(keyword_of(file), "str | os.PathLike[str] | None", "None", std::string(file.help));
   text.options<RenderKeywords>().options<device::DeviceOptions>();
 }
@@ -68,8 +68,8 @@ std::string views_from(const py::object& given) {
   return list;
 }
 
-cli::RenderTask task_from(Keywords& keywords) {
-  cli::RenderTask task;
+app::RenderTask task_from(Keywords& keywords) {
+  app::RenderTask task;
   RenderKeywords options;
   task.is_width_given = keywords.is_given("width");
   task.is_height_given = keywords.is_given("height");
@@ -85,39 +85,39 @@ cli::RenderTask task_from(Keywords& keywords) {
   task.views.distance = keywords.number("distance");
   task.environment = optional_path(keywords.object("environment"));
   task.unit = keywords.text("unit", "");
-  for (const cli::SurfaceFiles::Named& file : cli::SurfaceFiles::named())
+  for (const app::SurfaceFiles::Named& file : app::SurfaceFiles::named())
     task.files.*file.file = optional_path(keywords.object(keyword_of(file)));
   return task;
 }
 
 /// What is in memory, or the path of what is not.
-void set_subject(const py::object& subject, cli::RenderTask& task) {
+void set_subject(const py::object& subject, app::RenderTask& task) {
   if (py::isinstance<PyAged>(subject)) {
-    task.mesh = std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyAged&>(subject).value));
+    task.mesh = std::make_shared<const app::AgingMesh>(app::aging_mesh_of(py::cast<const PyAged&>(subject).value));
   } else if (py::isinstance<PyTransfer>(subject)) {
-    task.mesh = std::make_shared<const cli::AgingMesh>(cli::aging_mesh_of(py::cast<const PyTransfer&>(subject).value));
+    task.mesh = std::make_shared<const app::AgingMesh>(app::aging_mesh_of(py::cast<const PyTransfer&>(subject).value));
   } else {
     task.subject = path_from(subject);
   }
 }
 
 /// The picture as an array.
-py::object picture_of(cli::RenderTask task, const py::object& subject, const RunArguments& run) {
+py::object picture_of(app::RenderTask task, const py::object& subject, const RunArguments& run) {
   set_subject(subject, task);
   return array_of(result_of(run, [=](const RunControl& control) mutable {
-    if (!task.mesh) task.subject = cli::library_place(task.subject);
-    return cli::render_work(std::move(task)).picture(control);
+    if (!task.mesh) task.subject = app::library_place(task.subject);
+    return app::render_work(std::move(task)).picture(control);
   }));
 }
 
-void write_picture(cli::RenderTask task, const py::object& subject, const py::object& output, bool force,
+void write_picture(app::RenderTask task, const py::object& subject, const py::object& output, bool force,
                    const RunArguments& run) {
   task.subject = path_from(subject);
   task.output = path_from(output);
   if (task.output.empty()) throw InvalidInput("output: is empty; expected the name of a picture or movie");
   run_interruptibly(run, [=](const RunControl& control) mutable {
-    task.subject = cli::library_place(task.subject);
-    cli::make_output(cli::render_work(std::move(task)), force, control);
+    task.subject = app::library_place(task.subject);
+    app::make_output(app::render_work(std::move(task)), force, control);
   });
 }
 
@@ -146,7 +146,7 @@ void bind_render(py::module_& module) {
           "CannotComplete");
   const auto render = [](const py::object& subject, const py::object& output, const py::kwargs& kwargs) {
     Keywords keywords("render", kwargs);
-    cli::RenderTask task = task_from(keywords);
+    app::RenderTask task = task_from(keywords);
     MovieKeywords options;
     keywords.read(options);
     const DeviceKeyword device(keywords);
@@ -155,7 +155,7 @@ void bind_render(py::module_& module) {
     const bool force = keywords.flag("force", false);
     const RunArguments run = keywords.run();
     keywords.finish();
-    task.devices = cli::output_devices(device.options(), device.words());
+    task.devices = app::output_devices(device.options(), device.words());
     py::object picture = py::none();
     if (output.is_none())
       picture = picture_of(std::move(task), subject, run);

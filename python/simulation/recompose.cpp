@@ -68,7 +68,7 @@ void bind_recompose(py::module_& module) {
            const std::filesystem::path file =
                scene.is_none() ? manifest.scene : std::filesystem::path(path_from(scene));
            PyHistory made{result_of(run, [=](const RunControl& control) mutable {
-             options.device = cli::open_simulation_device(device.options(), device.words());
+             options.device = app::open_simulation_device(device.options(), device.words());
              run_job(simulation::plan_recompose(from, simulation::read_scene(file, control.part(0.0, 0.2)), changes,
                                                 options, to),
                      {.force = force}, control.part(0.2, 1.0));

@@ -53,7 +53,7 @@ class PySimulation {
     const bool is_asked = !maps.is_none();
     state_ = result_of(run, [=, device = *device_](const RunControl& control) mutable {
       auto made = std::make_shared<State>();
-      options.device = cli::open_simulation_device(device.options(), device.words());
+      options.device = app::open_simulation_device(device.options(), device.words());
       simulation::SceneAssets assets;
       made->file =
           is_dict ? simulation::read_scene(file, root, assets, control) : simulation::read_scene(file, control);

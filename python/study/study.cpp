@@ -9,6 +9,9 @@
 
 #include "analysis/fit/fit_job.h"
 #include "analysis/fit/fit_objective.h"
+#include "app/fit/fit_scene.h"
+#include "app/request/history_library.h"
+#include "app/request/path_kind.h"
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
@@ -23,9 +26,6 @@
 #include "patinate/transfer/control_matching.h"
 #include "python/bindings.h"
 #include "python/support/json.h"
-#include "tools/patinate/command_line/history_library.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/services/fit_scene.h"
 
 namespace patinate::python {
 
@@ -110,10 +110,10 @@ py::dict dict_of(const analysis::FitRange& range) {
   return dict;
 }
 
-cli::FitScene scene_with(const std::string& scene, const std::vector<py::dict>& given) {
+app::FitScene scene_with(const std::string& scene, const std::vector<py::dict>& given) {
   std::vector<analysis::FitRange> ranges;
   for (const py::dict& range : given) ranges.push_back(range_from(range));
-  return cli::FitScene(scene, ranges, {}, {});
+  return app::FitScene(scene, ranges, {}, {});
 }
 
 void bind_numbers(py::module_& module) {
@@ -123,7 +123,7 @@ void bind_numbers(py::module_& module) {
   });
   module.def("_scene_numbers", [](const std::string& scene, const std::vector<py::dict>& ranges) {
     py::list numbers;
-    const cli::FitScene read = scene_with(scene, ranges);
+    const app::FitScene read = scene_with(scene, ranges);
     for (const analysis::FitParameter& p : read.parameters()) {
       py::dict number;
       number["is_whole"] = p.is_whole;
@@ -198,8 +198,8 @@ void bind_study(py::module_& module) {
   module.def("_number_text", &number_text);
   module.def("_figure_text", [](double value) { return short_number_text(rounded(value, 4)); });
   module.def("_printable", [](const std::string& text) { return printable_lines(text); });
-  module.def("_require_exists", [](const std::string& path) { cli::require_exists(path); });
-  module.def("_library_place", [](const std::string& path) { return cli::library_place(path).string(); });
+  module.def("_require_exists", [](const std::string& path) { app::require_exists(path); });
+  module.def("_library_place", [](const std::string& path) { return app::library_place(path).string(); });
   module.def("_list_files", [](const std::string& folder, const std::string& pattern) {
     std::vector<std::string> names;
     for (const fs::path& file : list_files(folder, pattern)) names.push_back(file.filename().string());

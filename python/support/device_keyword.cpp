@@ -15,7 +15,7 @@ struct DeviceKeyword::Notes {
 
 DeviceKeyword::DeviceKeyword(Keywords& keywords) : notes_(std::make_shared<Notes>()) { keywords.read(options_); }
 
-cli::DeviceWords DeviceKeyword::words() const {
+app::DeviceWords DeviceKeyword::words() const {
   const auto ignore = [](const std::string&) {};
   return {.detail = ignore,
           .note =

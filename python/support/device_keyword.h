@@ -4,8 +4,8 @@
 
 #include <memory>
 
+#include "app/output/checked_devices.h"
 #include "python/support/keywords.h"
-#include "tools/patinate/services/checked_devices.h"
 
 namespace patinate::python {
 
@@ -18,7 +18,7 @@ class DeviceKeyword {
 
   [[nodiscard]] const device::DeviceOptions& options() const { return options_; }
   /// For those that open it, on any thread.
-  [[nodiscard]] cli::DeviceWords words() const;
+  [[nodiscard]] app::DeviceWords words() const;
   /// Says what was noted since, with the interpreter's lock. @throws what the filter of warnings makes of it
   void warn() const;
 

@@ -4,9 +4,9 @@
 #include <filesystem>
 #include <string>
 
+#include "app/request/usage_error.h"
 #include "patinate/core/error.h"
 #include "python/support/signature.h"
-#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::python {
 
@@ -42,7 +42,7 @@ void translate(std::exception_ptr pointer) {
     if (pointer) std::rethrow_exception(pointer);
   } catch (const InvalidInput& e) {
     raise(kInvalidInput, e);
-  } catch (const cli::UsageError& e) {  // Arguments that do not go together, as the command line says it.
+  } catch (const app::UsageError& e) {  // Arguments that do not go together, as the command line says it.
     raise(kInvalidInput, e);
   } catch (const ParseError& e) {
     raise(kParseError, e);

@@ -95,7 +95,7 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
   PyAged aged{std::make_shared<const transfer::AgedMesh>(result_of(run, [=](const RunControl& control) {
     transfer::AgeOptions age = options.age;
     if (age.transfer.method == transfer::TransferMethod::Fast)
-      age.device = cli::open_search_device(device.options(), device.words());
+      age.device = app::open_search_device(device.options(), device.words());
     else if (device.options().device != "auto" && device.options().device != "cpu")
       throw InvalidInput("device: method \"reference\" runs on the CPU; leave device out");
     const transfer::AgingSurface surface =

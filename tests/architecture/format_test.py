@@ -10,7 +10,7 @@ import sys
 import unittest
 
 ROOT = pathlib.Path(sys.argv.pop(1)) if len(sys.argv) > 1 else pathlib.Path(__file__).parents[2]
-FOLDERS = ("libcommon", "capture", "transfer", "simulation", "analysis", "datasets_synthetic", "tools", "tests", "docs")
+FOLDERS = ("libcommon", "capture", "transfer", "simulation", "analysis", "datasets_synthetic", "app", "tools", "tests", "docs")
 SUFFIXES = {".h", ".cpp", ".inc", ".inl"}
 PROGRAM = shutil.which("clang-format-14")
 

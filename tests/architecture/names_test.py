@@ -12,7 +12,7 @@ import unittest
 from definitions import external_definitions, local_definitions
 
 ROOT = pathlib.Path(sys.argv.pop(1)) if len(sys.argv) > 1 else pathlib.Path(__file__).parents[2]
-FOLDERS = ["libcommon", "capture", "transfer", "simulation", "analysis", "datasets_synthetic", "tools", "tests"]
+FOLDERS = ["libcommon", "capture", "transfer", "simulation", "analysis", "datasets_synthetic", "app", "tools", "tests"]
 PROGRAMS_OWN = {"main", "LLVMFuzzerTestOneInput"}
 
 

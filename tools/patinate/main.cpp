@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "app/request/usage_error.h"
 #include "libcommon/core/input_watch.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
@@ -13,7 +14,6 @@
 #include "tools/patinate/command_line/failure.h"
 #include "tools/patinate/command_line/interruption.h"
 #include "tools/patinate/command_line/message_stream.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/command_line/verbs.h"
 
 namespace patinate::cli {
@@ -25,7 +25,7 @@ constexpr int kDone = 0;
 bool lives_on(const std::string& verb) { return verb == "studio" || verb == "study"; }
 
 int run_verb(const std::vector<std::string>& arguments, std::stop_token stop) {
-  if (arguments.empty()) throw UsageError("no command is given; see `patinate --help`");
+  if (arguments.empty()) throw app::UsageError("no command is given; see `patinate --help`");
   const std::string& name = arguments.front();
   if (name == "--help" || name == "-h") {
     print_result(overview());

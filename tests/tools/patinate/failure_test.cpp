@@ -10,8 +10,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "app/request/usage_error.h"
 #include "patinate/core/error.h"
-#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate {
 namespace {
@@ -39,7 +39,7 @@ std::string named(const std::function<void()>& throws) {
 }
 
 TEST(Failure, OursKeepTheirWordsAndCodes) {
-  EXPECT_EQ(failure_of([] { throw cli::UsageError("a"); }).code, 2);
+  EXPECT_EQ(failure_of([] { throw app::UsageError("a"); }).code, 2);
   EXPECT_EQ(failure_of([] { throw ParseError("a"); }).code, 2);
   EXPECT_EQ(failure_of([] { throw InvalidInput("a"); }).code, 3);
   EXPECT_EQ(failure_of([] { throw IoError("file", "is bad"); }).code, 3);

@@ -4,11 +4,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/request/usage_error.h"
 #include "libcommon/core/files.h"
 #include "patinate/core/error.h"
 #include "tests/support/filter_command.h"
 #include "tests/support/temp_folder.h"
-#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate {
 namespace {
@@ -127,7 +127,7 @@ TEST(Environment, WrongValuesNameTheVariable) {
   try {
     f.run("", {}, {{"SIGMA", "wide"}});
     ADD_FAILURE();
-  } catch (const cli::UsageError& e) {
+  } catch (const app::UsageError& e) {
     EXPECT_EQ(std::string(e.what()), "PATINATE_SIGMA: --sigma: found `wide`; expected a number > 0");
   }
 }

@@ -1,4 +1,4 @@
-#include "tools/patinate/services/reduced_transfer.h"
+#include "app/output/reduced_transfer.h"
 
 #include <gtest/gtest.h>
 
@@ -19,10 +19,10 @@ namespace fs = std::filesystem;
 
 TEST(ReducedTransfer, FitsTilesIntoWhatIsAskedFor) {
   const Sheet sheet{.tile_width = 64, .tile_height = 64, .columns = 2, .names = {"1001", "1002", "1011"}};
-  EXPECT_EQ(reduced_sheet(sheet, std::int64_t{136} * 136).tile_width, 64);
-  EXPECT_EQ(reduced_sheet(sheet, std::int64_t{136} * 136 - 1).tile_width, 32);
-  EXPECT_EQ(reduced_sheet(sheet, 3000).tile_width, 21);
-  EXPECT_EQ(reduced_sheet(sheet, 1).tile_width, 1);
+  EXPECT_EQ(app::reduced_sheet(sheet, std::int64_t{136} * 136).tile_width, 64);
+  EXPECT_EQ(app::reduced_sheet(sheet, std::int64_t{136} * 136 - 1).tile_width, 32);
+  EXPECT_EQ(app::reduced_sheet(sheet, 3000).tile_width, 21);
+  EXPECT_EQ(app::reduced_sheet(sheet, 1).tile_width, 1);
 }
 
 // Against the texture in full, whose values are rounded to codes there: half a code of 255, at most 1 / 255 in light.
@@ -45,7 +45,7 @@ TEST(ReducedTransfer, IsTheMeanOfItsTexels) {
   ASSERT_EQ(run_job(plan_transfer(task, folder / "aged"), {}, {}), JobStatus::Done);
 
   const transfer::TransferReader whole(folder / "aged");
-  const ReducedTransfer reduced(std::make_shared<const transfer::TransferFolder>(folder / "aged"), 6000);
+  const app::ReducedTransfer reduced(std::make_shared<const transfer::TransferFolder>(folder / "aged"), 6000);
   ASSERT_EQ(reduced.sheet().tile_width, 32);
   const double time = 0.5 * whole.history().manifest().frames.back().time;
   const std::vector<ImageF> expected = whole.sample_tiles(time);

@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/request/history_library.h"
+#include "app/request/path_kind.h"
+#include "app/request/usage_error.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/command_line.h"
-#include "tools/patinate/command_line/history_library.h"
 #include "tools/patinate/command_line/option_values.h"
 #include "tools/patinate/command_line/output_place.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 
@@ -104,7 +104,7 @@ void CommandLine::read_words(const std::vector<std::string>& arguments, bool& wa
   try {
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   } catch (const CLI::Error& e) {
-    throw UsageError(std::string(e.what()) + "; see `patinate " + verb_ + " --help`");
+    throw app::UsageError(std::string(e.what()) + "; see `patinate " + verb_ + " --help`");
   }
   wants_help = wants_help || wants_all_help_;
   if (wants_help) return;
@@ -113,8 +113,8 @@ void CommandLine::read_words(const std::vector<std::string>& arguments, bool& wa
   for (auto word = rest.begin(); word != end_of_options; ++word) {
     if (word->size() < 2 || (*word)[0] != '-') continue;
     const std::string name = word->substr(0, word->find('='));
-    throw UsageError(name + ": `" + verb_ + "` has no such option" +
-                     (name.starts_with("--") ? did_you_mean(name, option_names) : ""));
+    throw app::UsageError(name + ": `" + verb_ + "` has no such option" +
+                          (name.starts_with("--") ? did_you_mean(name, option_names) : ""));
   }
   std::erase(rest, "--");
   read_positionals(std::move(rest));
@@ -126,7 +126,7 @@ void CommandLine::read_positionals(std::vector<std::string> rest) {
     if (argument->kind == ArgumentKind::Positional && next != rest.end()) argument->found = {*next++};
     if (argument->kind == ArgumentKind::PositionalList) argument->found.assign(next, rest.end()), next = rest.end();
   }
-  if (next != rest.end()) throw UsageError(*next + ": one argument too many; see `patinate " + verb_ + " --help`");
+  if (next != rest.end()) throw app::UsageError(*next + ": one argument too many; see `patinate " + verb_ + " --help`");
 }
 
 void CommandLine::supply(const std::string& key, const std::vector<std::string>& values, const std::string& source) {
@@ -148,35 +148,37 @@ void CommandLine::supply(const std::string& key, const std::vector<std::string>&
 
 void CommandLine::assign(Argument& argument) try {
   if (argument.kind == ArgumentKind::Option && argument.found.size() > 1) {
-    throw UsageError(argument.name + ": is given " + std::to_string(argument.found.size()) + " times; give it once");
+    throw app::UsageError(argument.name + ": is given " + std::to_string(argument.found.size()) +
+                          " times; give it once");
   }
   for (const std::string& value : argument.found) {
     if (value.empty() && argument.kind != ArgumentKind::Flag)
-      throw UsageError(argument.name + ": is empty; give a value");
+      throw app::UsageError(argument.name + ": is empty; give a value");
     argument.set(value);
     if (argument.is_moved) advice_.push_back(argument.name + ": " + argument.instead(value));
   }
-} catch (const UsageError& e) {
+} catch (const app::UsageError& e) {
   if (argument.source.empty()) throw;
   const std::string message = argument.source + ": " + e.what();
-  if (argument.source.find(':') == std::string::npos) throw UsageError(message);
+  if (argument.source.find(':') == std::string::npos) throw app::UsageError(message);
   throw InvalidInput(message);  // It stands in a file.
 }
 
 void CommandLine::assign() {
   for (const auto& argument : arguments_) {
     if (argument->is_required && argument->found.empty()) {
-      throw UsageError(argument->name + ": is missing (" + argument->help + "); see `patinate " + verb_ + " --help`");
+      throw app::UsageError(argument->name + ": is missing (" + argument->help + "); see `patinate " + verb_ +
+                            " --help`");
     }
   }
   for (const auto& argument : arguments_) {
     if (!is_input(*argument)) continue;
-    for (std::string& path : argument->found) path = library_place(path).string();
+    for (std::string& path : argument->found) path = app::library_place(path).string();
   }
   for (const auto& argument : arguments_) assign(*argument);
   for (const auto& argument : arguments_) {
     if (!argument->is_positional() || argument->type != ValueType::Path) continue;
-    for (const std::string& path : argument->found) require_exists(path);
+    for (const std::string& path : argument->found) app::require_exists(path);
   }
   require_outputs_apart(arguments_);
   for (const auto& options : described_) {

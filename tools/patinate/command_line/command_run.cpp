@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/request/output_file.h"
+#include "app/request/usage_error.h"
 #include "libcommon/core/input_watch.h"
 #include "libcommon/core/printable.h"
 #include "libcommon/core/text.h"
@@ -15,9 +17,7 @@
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/message_stream.h"
 #include "tools/patinate/command_line/option_sources.h"
-#include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/command_line/progress_line.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/command_line/verbs.h"
 
 namespace patinate::cli {
@@ -120,7 +120,7 @@ std::vector<std::string> CommandRun::credits() const {
 }
 
 std::optional<JobStatus> CommandRun::make_folder(const JobPlan& plan, const std::string& label) {
-  require_no_file_name(plan.output);
+  app::require_no_file_name(plan.output);
   if (line.common().dry_run && request_ == nullptr) {
     report_dry_run(explain_job(plan, job_options()));
     return std::nullopt;
@@ -146,7 +146,7 @@ std::optional<JobStatus> CommandRun::check_files(const std::vector<OutputFile>& 
   for (const OutputFile& file : files) {
     line.require_apart(&file == &files.front() ? "-o" : "beside -o", file.path);
     if (is_noted_input(file.path))
-      throw UsageError(file.path.string() + ": is an input and would be replaced; expected another output");
+      throw app::UsageError(file.path.string() + ": is an input and would be replaced; expected another output");
   }
   if (request_ != nullptr) return answer_files(files, key);
   if (!line.common().dry_run) return check_output_files(files, key, job_options());

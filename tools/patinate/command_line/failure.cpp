@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "app/request/usage_error.h"
 #include "patinate/core/error.h"
-#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 
@@ -33,7 +33,7 @@ std::string message_of(const nlohmann::json::exception& e) {
 Failure current_failure() {
   try {
     throw;
-  } catch (const UsageError& e) {
+  } catch (const app::UsageError& e) {
     return {kUsage, e.what()};
   } catch (const ParseError& e) {
     return {kUsage, e.what()};

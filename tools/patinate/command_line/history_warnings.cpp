@@ -1,7 +1,7 @@
 #include "tools/patinate/command_line/history_warnings.h"
 
-#include "tools/patinate/command_line/history_library.h"
-#include "tools/patinate/command_line/repeating_command.h"
+#include "app/request/history_library.h"
+#include "app/request/repeating_command.h"
 
 namespace patinate::cli {
 
@@ -14,9 +14,9 @@ void say_history_warnings(CommandRun& run, const std::string& label, const std::
 
 std::string history_warnings_line(const std::string& label, const std::vector<HistoryWarning>& warnings) {
   if (warnings.empty()) return "";
-  const std::string name = library_name(label).value_or(label);
+  const std::string name = app::library_name(label).value_or(label);
   return name + ": " + std::to_string(warnings.size()) + (warnings.size() == 1 ? " warning" : " warnings") +
-         " about its photographs: patinate info " + shell_word(name);
+         " about its photographs: patinate info " + app::shell_word(name);
 }
 
 void refer_to_history_warnings(CommandRun& run, const std::string& label, const std::vector<HistoryWarning>& warnings) {

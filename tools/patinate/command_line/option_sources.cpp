@@ -8,11 +8,11 @@
 #include <cctype>
 #include <sstream>
 
+#include "app/request/path_kind.h"
+#include "app/request/usage_error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 
@@ -65,7 +65,7 @@ std::string flag_text(const std::string& name, const std::string& value) {
   for (const char* no : {"false", "0", "no", "off"}) {
     if (word == no) return "false";
   }
-  throw UsageError(name + ": found `" + value + "`; expected true or false");
+  throw app::UsageError(name + ": found `" + value + "`; expected true or false");
 }
 
 /// What ends a run of parts of a key.
@@ -118,7 +118,7 @@ class ConfigFile {
       : line_(line), verb_(verb), file_(file.string()), commands_(commands) {}
 
   void read() {
-    require_exists(file_);
+    app::require_exists(file_);
     constexpr std::uint64_t kMostBytes = 1 << 20;
     const std::string text = read_file(file_, kMostBytes);
     if (const std::size_t line = line_of_deep_key(text); line > 0)

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "app/request/usage_error.h"
 #include "libcommon/core/text.h"
-#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 
 void expect(const std::string& name, const std::string& found, const std::string& expected) {
-  throw UsageError(name + ": found `" + found + "`; expected " + expected);
+  throw app::UsageError(name + ": found `" + found + "`; expected " + expected);
 }
 
 double number_in(const std::string& name, const std::string& text, const Range& range) {

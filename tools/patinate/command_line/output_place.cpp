@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <system_error>
 
+#include "app/request/usage_error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/job/result_folder.h"
-#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 
@@ -71,7 +71,7 @@ std::vector<fs::path> places_of_output(const fs::path& output) {
 }
 
 [[noreturn]] void refuse(const std::string& argument, const fs::path& output, const std::string& why) {
-  throw UsageError(argument + ": found `" + output.string() + "`, " + why + "; expected another place");
+  throw app::UsageError(argument + ": found `" + output.string() + "`, " + why + "; expected another place");
 }
 
 }  // namespace

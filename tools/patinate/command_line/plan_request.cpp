@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <numeric>
 
+#include "app/request/usage_error.h"
 #include "libcommon/job/job_record.h"
 #include "libcommon/job/output_state.h"
 #include "libcommon/job/spread_job.h"
 #include "patinate/core/error.h"
-#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 
@@ -70,11 +70,12 @@ std::vector<std::size_t> asked_items(const PlanRequest& request, std::size_t num
     std::iota(all.begin(), all.end(), std::size_t{0});
     return all;
   }
-  if (num_items == 0) throw UsageError("--items: the plan has no items; `patinate cluster join` does all of its work");
+  if (num_items == 0)
+    throw app::UsageError("--items: the plan has no items; `patinate cluster join` does all of its work");
   try {
     return parse_item_ranges(request.items, num_items);
   } catch (const ParseError& e) {
-    throw UsageError("--items: " + std::string(e.what()));
+    throw app::UsageError("--items: " + std::string(e.what()));
   }
 }
 

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "tools/patinate/command_line/usage_error.h"
+#include "app/request/usage_error.h"
 #include "tools/patinate/command_line/verbs.h"
 
 namespace patinate::cli {
@@ -16,7 +16,8 @@ int ask_command(const std::vector<std::string>& words, PlanRequest& request, std
   if (!found) fail_no_verb(words);
   const Verb& verb = *found->verb;
   if (!verb.is_planned)
-    throw UsageError(std::string(verb.name) + ": cannot be planned; it makes no output in steps that are known before");
+    throw app::UsageError(std::string(verb.name) +
+                          ": cannot be planned; it makes no output in steps that are known before");
   CommandRun run(verb.name, verb.brief, {words.begin() + static_cast<std::ptrdiff_t>(found->num_words), words.end()},
                  std::move(stop));
   run.answer(request);

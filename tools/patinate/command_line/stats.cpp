@@ -11,6 +11,9 @@
 #include "analysis/figures/aging.h"
 #include "analysis/figures/compared_pair.h"
 #include "analysis/statistics/history_statistics.h"
+#include "app/request/output_file.h"
+#include "app/request/path_kind.h"
+#include "app/request/usage_error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
@@ -18,9 +21,6 @@
 #include "libcommon/output/svg_chart.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/history_warnings.h"
-#include "tools/patinate/command_line/output_file.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/usage_error.h"
 
 namespace patinate::cli {
 
@@ -156,7 +156,8 @@ std::string chart_page(const std::string& title, const analysis::HistoryStatisti
 std::optional<JobStatus> write_stats(CommandRun& run, const std::filesystem::path& file, const std::string& csv,
                                      const std::string& page) {
   const std::filesystem::path charts = std::filesystem::path(file).replace_extension(".html");
-  const std::optional<JobStatus> status = run.check_files({text_file(file, csv), text_file(charts, page)}, kSameText);
+  const std::optional<JobStatus> status =
+      run.check_files({app::text_file(file, csv), app::text_file(charts, page)}, app::kSameText);
   if (status != JobStatus::Done) return status;
   write_atomically(file, csv);
   write_atomically(charts, page);
@@ -180,16 +181,16 @@ void StatsArgument::declare(CommandLine& line) {
 }
 
 int report_stats(CommandRun& run, const StatsArgument& stats, const std::filesystem::path& subject) {
-  const PathKind kind = kind_of(subject);
-  if (kind != PathKind::History && kind != PathKind::Transfer)
+  const app::PathKind kind = app::kind_of(subject);
+  if (kind != app::PathKind::History && kind != app::PathKind::Transfer)
     throw InvalidInput(subject.string() + ": is no history or transfer, and has no frames");
-  if (!stats.csv.empty()) require_extension(stats.csv, {".csv"});
+  if (!stats.csv.empty()) app::require_extension(stats.csv, {".csv"});
   std::vector<analysis::ColorClass> classes;
   for (const std::string& text : stats.classes) {
     try {
       classes.push_back(analysis::parse_color_class(text));
     } catch (const InvalidInput& e) {
-      throw UsageError(std::string("--class: ") + e.what());
+      throw app::UsageError(std::string("--class: ") + e.what());
     }
   }
   const analysis::CompareOptions options;

@@ -4,15 +4,15 @@
 
 #include <vector>
 
+#include "app/request/times_choice.h"
 #include "tools/patinate/command_line/command_run.h"
-#include "tools/patinate/command_line/times_choice.h"
 
 namespace patinate::cli {
 
-struct TimesArgument : TimesChoice {
+struct TimesArgument : app::TimesChoice {
   /// --time, --times, --num-times.
   void declare(CommandLine& line);
-  using TimesChoice::resolve;
+  using app::TimesChoice::resolve;
   /// Says its notes.
   [[nodiscard]] std::vector<double> resolve(CommandRun& run, const HistoryManifest& history, int default_count) const;
 };

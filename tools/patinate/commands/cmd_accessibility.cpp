@@ -2,6 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/request/usage_error.h"
 #include "capture/relit/relit_view.h"
 #include "libcommon/controls/height_accessibility.h"
 #include "libcommon/core/text.h"
@@ -13,9 +14,8 @@
 #include "patinate/geometry/camera_io.h"
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/point_cloud_io.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/mesh_source.h"
+#include "tools/patinate/commands/mesh_source.h"
 
 namespace patinate::cli {
 
@@ -162,14 +162,14 @@ int cmd_accessibility(CommandRun& run) {
   run.line.example("control accessibility scan.ply -o access");
   run.line.example("control accessibility scan.ply --camera camera.yml --scale 0.8 -o access");
   if (!run.parse()) return 0;
-  const double mm = mm_per_unit(source.unit_or_none().value_or("mm"));
+  const double mm = app::mm_per_unit(source.unit_or_none().value_or("mm"));
   const Mesh mesh = load_surface(source, mm, run);
   std::optional<Camera> camera;
   if (!options.camera.empty()) camera = read_camera(fs::path(options.camera)).scaled(mm);
   Vec3 viewer(options.direction[0], options.direction[1], options.direction[2]);
   if (camera) viewer = -camera->parameters().rotation.row(2).transpose();
   if (!(viewer.norm() > 1e-9 && viewer.allFinite()))
-    throw UsageError("--direction: needs a length; give x,y,z from the surface to the viewer");
+    throw app::UsageError("--direction: needs a length; give x,y,z from the surface to the viewer");
   viewer.normalize();
   JobInputs inputs("accessibility", 1);
   inputs.add_content("mesh", source.path.filename().string(), mesh_content_key(mesh));

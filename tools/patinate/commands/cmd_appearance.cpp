@@ -1,11 +1,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/history/stated_appearance.h"
+#include "app/request/path_kind.h"
+#include "app/request/usage_error.h"
 #include "patinate/history/history.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/stated_appearance.h"
 
 namespace patinate::cli {
 
@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 int cmd_appearance(CommandRun& run) {
   fs::path history, file, output;
-  PlainAppearance plain;
+  app::PlainAppearance plain;
   run.line.positional("HISTORY", "A history or a simulation", history);
   run.line.positional("APPEARANCE", "A JSON file that says it by color, over time, or by control or mask", file);
   run.line.required(false);
@@ -23,12 +23,12 @@ int cmd_appearance(CommandRun& run) {
   run.line.example("history appearance copper copper_and_patina.json -o copper_metal");
   run.line.example("history appearance bronze --metalness 1 --roughness 0.35 -o bronze_metal");
   if (!run.parse()) return 0;
-  history = history_place(history);
-  if (kind_of(history) != PathKind::History)
+  history = app::history_place(history);
+  if (app::kind_of(history) != app::PathKind::History)
     throw InvalidInput(history.string() + ": is no history; state the material of the one it was made from");
   if (file.empty() == plain.is_empty())
-    throw UsageError("APPEARANCE: expected a file, or --metalness, --roughness or --specular");
-  const JobPlan plan = plan_appearance(history, appearance_of(file, plain), output);
+    throw app::UsageError("APPEARANCE: expected a file, or --metalness, --roughness or --specular");
+  const JobPlan plan = app::plan_appearance(history, app::appearance_of(file, plain), output);
   const std::optional<JobStatus> status = run.make_folder(plan, "appearance");
   if (!status) return 0;
   const HistoryManifest made = read_history_manifest(output);

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/calibration/calibration_file.h"
 #include "patinate/core/json.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/calibration_file.h"
 
 namespace patinate::cli {
 
@@ -34,15 +34,15 @@ int cmd_calibrate(CommandRun& run) {
   run.line.example("calibrate spheres rig.json -o lights.json");
   run.line.example("calibrate spheres rti.json -o lights.lp");
   if (!run.parse()) return 0;
-  require_calibration_names(output, picture);
+  app::require_calibration_names(output, picture);
   const auto kind =
       static_cast<capture::CalibrationKind>(std::find(kinds.begin(), kinds.end(), kind_name) - kinds.begin());
 
   const Json content = load_json(description);
   const capture::CalibrationOutput result = capture::calibrate(kind, JsonReader(description.string(), content), options,
                                                                run.control("calibrate " + kind_name));
-  const OutputWork work = calibration_work(result, kind, output, picture);
-  const std::optional<JobStatus> status = run.check_files(files_of(work), work.key);
+  const app::OutputWork work = app::calibration_work(result, kind, output, picture);
+  const std::optional<JobStatus> status = run.check_files(app::files_of(work), work.key);
   if (!status) return 0;
   if (*status == JobStatus::Done) work.make({});
   for (const std::string& line : result.lines) run.note(line);

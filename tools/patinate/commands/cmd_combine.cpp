@@ -1,9 +1,9 @@
 #include <nlohmann/json.hpp>
 
+#include "app/request/path_kind.h"
+#include "app/request/usage_error.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 #include "transfer/library/library_job.h"
 
@@ -14,8 +14,8 @@ namespace {
 /// NAME=A,B,...: a control of the library and the one of each history that becomes it. @throws UsageError
 transfer::LibraryControl parse_library_control(const std::string& text, std::size_t num_histories) {
   const auto fail = [&](const std::string& problem) {
-    throw UsageError("--control " + text + ": " + problem +
-                     "; use NAME=A,B,... with a control of each history, in their order");
+    throw app::UsageError("--control " + text + ": " + problem +
+                          "; use NAME=A,B,... with a control of each history, in their order");
   };
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) fail("the library's name for it is missing");
@@ -58,8 +58,8 @@ int cmd_combine(CommandRun& run) {
   for (const std::string& text : control_texts)
     task.controls.push_back(parse_library_control(text, task.histories.size()));
   for (std::filesystem::path& history : task.histories) {
-    history = history_place(history);
-    if (kind_of(history) != PathKind::History)
+    history = app::history_place(history);
+    if (app::kind_of(history) != app::PathKind::History)
       throw InvalidInput(history.string() + ": is no history; only those can be combined");
   }
   const std::shared_ptr<const transfer::OpenLibrary> library = transfer::open_library(std::move(task));

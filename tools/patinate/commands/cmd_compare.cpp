@@ -3,12 +3,12 @@
 
 #include "analysis/compare/compare_job.h"
 #include "analysis/compare/replicates_job.h"
+#include "app/request/path_kind.h"
+#include "app/request/repeating_command.h"
+#include "app/request/usage_error.h"
 #include "libcommon/core/text.h"
 #include "patinate/analysis/texture_series.h"
 #include "tools/patinate/command_line/history_warnings.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/repeating_command.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
@@ -20,28 +20,28 @@ namespace {
 /// What repeats the comparison: options that are not the default, and nothing that changes no byte. @param task  As it
 /// was given.
 std::string compare_command(const analysis::CompareTask& task) {
-  std::string text = "patinate history compare " + input_word(task.a) + " " + input_word(task.b);
-  if (!task.through.empty()) text += " --through " + input_word(task.through);
-  text += changed_options(option_values(task.options), option_values(analysis::CompareOptions{}));
+  std::string text = "patinate history compare " + app::input_word(task.a) + " " + app::input_word(task.b);
+  if (!task.through.empty()) text += " --through " + app::input_word(task.through);
+  text += app::changed_options(option_values(task.options), option_values(analysis::CompareOptions{}));
   if (task.options.seed != static_cast<std::uint64_t>(CommonOptions{}.seed))
     text += " --seed " + std::to_string(task.options.seed);
-  return text + kAnyOutput;
+  return text + app::kAnyOutput;
 }
 
 std::string compare_command(const analysis::ReplicatesTask& task) {
   std::string text = "patinate history compare";
-  for (const fs::path& a : task.a) text += " " + input_word(a);
+  for (const fs::path& a : task.a) text += " " + app::input_word(a);
   text += " --against";
-  for (const fs::path& b : task.b) text += " " + input_word(b);
-  text += changed_options(option_values(task.options), option_values(analysis::CompareOptions{}));
+  for (const fs::path& b : task.b) text += " " + app::input_word(b);
+  text += app::changed_options(option_values(task.options), option_values(analysis::CompareOptions{}));
   if (task.options.seed != static_cast<std::uint64_t>(CommonOptions{}.seed))
     text += " --seed " + std::to_string(task.options.seed);
-  return text + kAnyOutput;
+  return text + app::kAnyOutput;
 }
 
 void require_comparable(const fs::path& path) {
-  const PathKind kind = kind_of(path);
-  if (kind != PathKind::History && kind != PathKind::Transfer)
+  const app::PathKind kind = app::kind_of(path);
+  if (kind != app::PathKind::History && kind != app::PathKind::Transfer)
     throw InvalidInput(path.string() + ": is no history or transfer; only those age");
 }
 
@@ -50,8 +50,8 @@ int compare_replicates(CommandRun& run, analysis::ReplicatesTask task, const fs:
   task.command = compare_command(task);
   for (std::vector<fs::path>* side : {&task.a, &task.b}) {
     for (fs::path& path : *side) {
-      task.names.push_back(input_word(path));
-      path = history_place(path);
+      task.names.push_back(app::input_word(path));
+      path = app::history_place(path);
       require_comparable(path);
     }
   }
@@ -101,28 +101,29 @@ int cmd_compare(CommandRun& run) {
   run.line.example(
       "history compare copper_1 copper_2 copper_3 --against simulated_1 simulated_2 simulated_3 -o report");
   run.line.checked([&] {
-    if (task.options.num_blocks == 1) throw UsageError("--num-blocks: found 1; expected 0, or a number in [2, 64]");
+    if (task.options.num_blocks == 1)
+      throw app::UsageError("--num-blocks: found 1; expected 0, or a number in [2, 64]");
   });
   if (!run.parse()) return 0;
   task.options.seed = static_cast<std::uint64_t>(run.line.common().seed);
   if (!against.empty()) {
-    if (!task.through.empty()) throw UsageError("--through: goes with two histories, not with --against");
+    if (!task.through.empty()) throw app::UsageError("--through: goes with two histories, not with --against");
     others.insert(others.begin(), task.a);
     return compare_replicates(
         run, {.a = std::move(others), .b = std::move(against), .names = {}, .options = task.options, .command = {}},
         output);
   }
   if (others.size() != 1)
-    throw UsageError(others.empty() ? "B: is missing; see `patinate history compare --help`"
-                                    : others[1].string() +
-                                          ": one argument too many; replicates of B come behind "
-                                          "--against");
+    throw app::UsageError(others.empty() ? "B: is missing; see `patinate history compare --help`"
+                                         : others[1].string() +
+                                               ": one argument too many; replicates of B come behind "
+                                               "--against");
   task.b = others.front();
   task.command = compare_command(task);
-  for (fs::path* side : {&task.a, &task.b}) *side = history_place(*side);
+  for (fs::path* side : {&task.a, &task.b}) *side = app::history_place(*side);
   require_comparable(task.a);
   require_comparable(task.b);
-  if (!task.through.empty()) require_transfer(task.through);
+  if (!task.through.empty()) app::require_transfer(task.through);
   const std::array<fs::path, 2> sides{task.a, task.b};
   const std::optional<JobStatus> status = run.make_folder(analysis::plan_compare(std::move(task), output), "compare");
   if (!status) return 0;

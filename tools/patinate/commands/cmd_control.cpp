@@ -3,6 +3,10 @@
 #include <string_view>
 #include <utility>
 
+#include "app/controls/control_store.h"
+#include "app/controls/scene_controls.h"
+#include "app/request/output_file.h"
+#include "app/request/usage_error.h"
 #include "libcommon/controls/control_arguments.h"
 #include "libcommon/controls/image_control.h"
 #include "libcommon/core/hash.h"
@@ -12,15 +16,11 @@
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"
-#include "tools/patinate/command_line/output_file.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/control_store.h"
-#include "tools/patinate/services/kind_options.h"
-#include "tools/patinate/services/mesh_source.h"
-#include "tools/patinate/services/output_command.h"
-#include "tools/patinate/services/scene_controls.h"
-#include "tools/patinate/services/tile_files.h"
+#include "tools/patinate/commands/kind_options.h"
+#include "tools/patinate/commands/mesh_source.h"
+#include "tools/patinate/commands/output_command.h"
+#include "tools/patinate/commands/tile_files.h"
 
 namespace patinate::cli {
 
@@ -58,7 +58,7 @@ std::string control_key(const std::string& text, const AtlasMesh& atlas_mm, Cont
 }
 
 /// glTF is in meters by its standard; other files are taken as mm unless --unit says otherwise.
-double mm_per_mesh_unit(const MeshSource& source) { return mm_per_unit(source.unit_or_none().value_or("mm")); }
+double mm_per_mesh_unit(const MeshSource& source) { return app::mm_per_unit(source.unit_or_none().value_or("mm")); }
 
 /// Where the mesh goes whose UVs were made for a map.
 std::filesystem::path unwrapped_file(const std::filesystem::path& map_file) {
@@ -87,11 +87,12 @@ std::filesystem::path map_file(const std::filesystem::path& output, const std::s
   std::string name = output.filename().string();
   const std::size_t at = name.find(kKindPlace);
   if (at == std::string::npos)
-    throw UsageError("-o: found `" + output.string() + "` for " + std::to_string(num_kinds) +
-                     " kinds; expected a name with <KIND> in it, as bust_<KIND>.exr");
+    throw app::UsageError("-o: found `" + output.string() + "` for " + std::to_string(num_kinds) +
+                          " kinds; expected a name with <KIND> in it, as bust_<KIND>.exr");
   const std::optional<ControlName> single = single_kind(kind);
   if (!single)
-    throw UsageError("--kind: `" + kind + "` has no name for <KIND>; an expression is made by a command of its own");
+    throw app::UsageError("--kind: `" + kind +
+                          "` has no name for <KIND>; an expression is made by a command of its own");
   return output.parent_path() / name.replace(at, kKindPlace.size(), single->text);
 }
 
@@ -101,7 +102,7 @@ void require_each_once(std::vector<std::string> kinds) {
   }
   std::sort(kinds.begin(), kinds.end());
   const auto twice = std::adjacent_find(kinds.begin(), kinds.end());
-  if (twice != kinds.end()) throw UsageError("--kind: `" + *twice + "` is given twice");
+  if (twice != kinds.end()) throw app::UsageError("--kind: `" + *twice + "` is given twice");
 }
 
 /// Which of the maps are to be made; nothing when the command has no more to do.
@@ -113,7 +114,7 @@ std::optional<std::vector<std::size_t>> maps_to_make(CommandRun& run, const std:
     return *status == JobStatus::UpToDate ? std::vector<std::size_t>{} : std::vector<std::size_t>{0};
   }
   ContentHash all;
-  std::vector<OutputPiece> pieces;
+  std::vector<app::OutputPiece> pieces;
   for (const AskedMap& map : maps) {
     all.add(map.key);
     pieces.push_back({.files = map.outputs(atlas), .key = map.key});
@@ -149,7 +150,7 @@ int cmd_control(CommandRun& run) {
   std::filesystem::path output;
   std::vector<std::string> kinds;
   ControlCommandOptions options;
-  ControlStoreOptions store;
+  app::ControlStoreOptions store;
   declare_mesh(run.line, mesh_source);
   run.line.repeated(
       "kind", "KIND",
@@ -173,12 +174,12 @@ int cmd_control(CommandRun& run) {
   run.line.example("control bust.glb --kind \"0.7*accessibility(scale=3) + 0.3*facing\" -o mix.exr");
   run.line.example("control bust.glb --kind facing --kind height -o \"bust_<KIND>.exr\"");
   if (!run.parse()) return 0;
-  require_extension(output, {".exr"});
+  app::require_extension(output, {".exr"});
   require_each_once(kinds);
   for (const std::string& kind : kinds) {
     (void)ControlExpression(kind, control_kind_names());  // A typo is said before work starts.
     (void)map_file(output, kind, kinds.size());
-    refuse_scene_maps(kind, mesh_source.path);
+    app::refuse_scene_maps(kind, mesh_source.path);
   }
 
   Mesh mesh = load_mesh(mesh_source, run);
@@ -195,7 +196,7 @@ int cmd_control(CommandRun& run) {
   if (!todo->empty()) {
     const RunControl control = run.control("control");
     const TexelMap map = make_texel_map(mesh_source, atlas, options.atlas.resolution, control.part(0.0, 0.2));
-    const ControlCache cache = user_control_cache(store.cache);
+    const ControlCache cache = app::user_control_cache(store.cache);
     for (std::size_t k = 0; k < todo->size(); ++k) {
       const AskedMap& asked = maps[(*todo)[k]];
       const auto share = [&](std::size_t i) {

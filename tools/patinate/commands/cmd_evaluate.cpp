@@ -1,12 +1,12 @@
 #include <nlohmann/json.hpp>
 
+#include "app/evaluation/evaluated_maps.h"
+#include "app/request/path_kind.h"
+#include "app/request/repeating_command.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/device_words.h"
-#include "tools/patinate/services/evaluated_maps.h"
+#include "tools/patinate/commands/device_words.h"
 #include "transfer/exemplar/appearance_cache.h"
 
 namespace patinate::cli {
@@ -17,22 +17,22 @@ namespace {
 
 /// A folder or manifest is a transfer, or a mistake; other files are coordinate maps.
 bool is_transfer(const fs::path& path) {
-  if (!fs::is_directory(path) && lower_extension(path) != ".json") return false;
-  require_transfer(path);
+  if (!fs::is_directory(path) && app::lower_extension(path) != ".json") return false;
+  app::require_transfer(path);
   return true;
 }
 
 /// What repeats it: options that are not the default, and nothing that changes no byte.
 std::string evaluate_command(const analysis::EvaluationTask& task, const std::vector<fs::path>& maps,
-                             const ForeignMapOptions& foreign) {
+                             const app::ForeignMapOptions& foreign) {
   std::string text = "patinate evaluate";
-  for (const fs::path& map : maps) text += " " + input_word(map);
-  if (!foreign.history.empty()) text += " --history " + input_word(foreign.history);
-  if (!foreign.control.empty()) text += " --control " + shell_word(named_control(foreign.control));
-  if (!foreign.picture.empty()) text += " --picture " + input_word(foreign.picture);
-  text += changed_options(option_values(task.options), option_values(analysis::EvaluationOptions{}));
+  for (const fs::path& map : maps) text += " " + app::input_word(map);
+  if (!foreign.history.empty()) text += " --history " + app::input_word(foreign.history);
+  if (!foreign.control.empty()) text += " --control " + app::shell_word(app::named_control(foreign.control));
+  if (!foreign.picture.empty()) text += " --picture " + app::input_word(foreign.picture);
+  text += app::changed_options(option_values(task.options), option_values(analysis::EvaluationOptions{}));
   if (task.seed != static_cast<std::uint64_t>(CommonOptions{}.seed)) text += " --seed " + std::to_string(task.seed);
-  return text + kAnyOutput;
+  return text + app::kAnyOutput;
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ std::string evaluate_command(const analysis::EvaluationTask& task, const std::ve
 int cmd_evaluate(CommandRun& run) {
   analysis::EvaluationTask task;
   std::vector<fs::path> maps;
-  ForeignMapOptions foreign;
+  app::ForeignMapOptions foreign;
   fs::path output;
   transfer::CacheOptions cache;
   run.line.positional_list("MAP", "Transfers, or coordinate maps of other tools (EXR, TIFF, 16-bit PNG, .nnf)", maps);
@@ -61,8 +61,8 @@ int cmd_evaluate(CommandRun& run) {
   task.seed = static_cast<std::uint64_t>(run.line.common().seed);
   task.command = evaluate_command(task, maps, foreign);
   for (const fs::path& map : maps) {
-    task.maps.push_back(is_transfer(map) ? transfer_item(map, task.options, task.seed, cache)
-                                         : foreign_item(map, foreign, task.options, task.seed, cache));
+    task.maps.push_back(is_transfer(map) ? app::transfer_item(map, task.options, task.seed, cache)
+                                         : app::foreign_item(map, foreign, task.options, task.seed, cache));
   }
   const std::optional<JobStatus> status =
       run.make_folder(analysis::plan_evaluation(std::move(task), output), "evaluate");

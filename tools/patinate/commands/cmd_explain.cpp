@@ -3,19 +3,19 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/explanation/explanation_job.h"
+#include "app/controls/control_store.h"
+#include "app/controls/scene_controls.h"
+#include "app/request/path_kind.h"
+#include "app/request/repeating_command.h"
 #include "libcommon/controls/control_arguments.h"
 #include "libcommon/controls/control_cache.h"
 #include "libcommon/controls/image_control.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_key.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/control_store.h"
-#include "tools/patinate/services/kind_options.h"
-#include "tools/patinate/services/scene_controls.h"
-#include "tools/patinate/services/surface_reference.h"
+#include "tools/patinate/commands/kind_options.h"
+#include "tools/patinate/commands/surface_reference.h"
 
 namespace patinate::cli {
 
@@ -31,7 +31,7 @@ struct ExplainCommand {
   ReferenceOptions options;
   analysis::ExplanationOptions explanation;
   ControlKindOptions controls;
-  ControlStoreOptions store;
+  app::ControlStoreOptions store;
 };
 
 /// Every kind that has what it needs. Distance is from creases unless something else was said.
@@ -66,7 +66,7 @@ std::vector<std::string> needed_options(const std::string& text, const ControlKi
     for (std::size_t i = 0; i < values.size(); ++i) {
       const bool is_said = std::any_of(name.arguments.begin(), name.arguments.end(),
                                        [&](const auto& argument) { return argument.first == values[i].first; });
-      if (!is_said && values[i] != defaults[i]) needed.push_back(changed_options({values[i]}, {defaults[i]}));
+      if (!is_said && values[i] != defaults[i]) needed.push_back(app::changed_options({values[i]}, {defaults[i]}));
     }
   }
   return needed;
@@ -74,7 +74,7 @@ std::vector<std::string> needed_options(const std::string& text, const ControlKi
 
 std::vector<analysis::ExplainingControl> explained_controls(const ExplainCommand& command,
                                                             const std::shared_ptr<const TexelMap>& map) {
-  const ControlCache cache = user_control_cache(command.store.cache);
+  const ControlCache cache = app::user_control_cache(command.store.cache);
   std::vector<analysis::ExplainingControl> controls;
   const bool is_default = command.kinds.empty();
   for (const std::string& text : is_default ? default_kinds(command.controls) : command.kinds) {
@@ -102,25 +102,26 @@ std::vector<analysis::ExplainingControl> explained_controls(const ExplainCommand
 
 /// What repeats it: options that are not the default, and nothing that changes no byte.
 std::string explain_command(const ExplainCommand& command, std::int64_t seed) {
-  std::string text = "patinate control explain " + input_word(command.reference) + " " + input_word(command.mesh.path);
+  std::string text =
+      "patinate control explain " + app::input_word(command.reference) + " " + app::input_word(command.mesh.path);
   const auto add = [&](const std::string& name, const std::string& value) {
-    if (!value.empty()) text += " --" + name + " " + shell_word(value);
+    if (!value.empty()) text += " --" + name + " " + app::shell_word(value);
   };
   add("unit", command.mesh.unit);
   add("node", command.mesh.node);
   add("material", command.mesh.material);
   for (const std::string& kind : command.kinds) add("kind", kind);
   for (const std::string& expression : command.also) add("also", expression);
-  text += changed_options(option_values(command.atlas), option_values(AtlasOptions{}));
+  text += app::changed_options(option_values(command.atlas), option_values(AtlasOptions{}));
   ReferenceOptions named = command.options;
   for (std::string* path : {&named.before, &named.mask, &named.camera}) {
-    if (!path->empty()) *path = input_word(*path);
+    if (!path->empty()) *path = app::input_word(*path);
   }
-  text += changed_options(option_values(named), option_values(ReferenceOptions{}));
-  text += changed_options(option_values(command.explanation), option_values(analysis::ExplanationOptions{}));
-  text += changed_options(option_values(command.controls), option_values(ControlKindOptions{}));
+  text += app::changed_options(option_values(named), option_values(ReferenceOptions{}));
+  text += app::changed_options(option_values(command.explanation), option_values(analysis::ExplanationOptions{}));
+  text += app::changed_options(option_values(command.controls), option_values(ControlKindOptions{}));
   if (seed != CommonOptions{}.seed) text += " --seed " + std::to_string(seed);
-  return text + kAnyOutput;
+  return text + app::kAnyOutput;
 }
 
 void declare(CommandRun& run, ExplainCommand& command) {
@@ -154,7 +155,7 @@ void check_kinds(const ExplainCommand& command) {
     if (!single_kind(kind))  // A typo is said before work starts.
       throw ParseError("--kind: found `" + kind + "`; expected a kind; --also takes expressions and files");
   }
-  for (const std::string& text : command.also) refuse_scene_maps(text, command.mesh.path);
+  for (const std::string& text : command.also) app::refuse_scene_maps(text, command.mesh.path);
 }
 
 void report_findings(CommandRun& run, const Json& report) {
@@ -185,7 +186,7 @@ int cmd_explain(CommandRun& run) {
   declare(run, command);
   if (!run.parse()) return 0;
   check_kinds(command);
-  require_exists(command.reference);
+  app::require_exists(command.reference);
   const std::int64_t seed = run.line.common().seed;
   analysis::ExplanationTask task;
   task.seed = static_cast<std::uint64_t>(seed);
@@ -197,7 +198,7 @@ int cmd_explain(CommandRun& run) {
   AtlasMesh atlas = make_atlas(command.mesh, std::move(mesh), command.atlas, run.control("atlas"));
   note_atlas(command.mesh, atlas, run);
   if (!command.mesh.unit_or_none()) run.note(command.mesh.path.string() + ": taken as mm; --unit says otherwise");
-  const double mm = mm_per_unit(command.mesh.unit_or_none().value_or("mm"));
+  const double mm = app::mm_per_unit(command.mesh.unit_or_none().value_or("mm"));
   scale_mesh(atlas.mesh, mm);
   const auto map = std::make_shared<const TexelMap>(
       make_texel_map(command.mesh, atlas, command.atlas.resolution, run.control("atlas")));

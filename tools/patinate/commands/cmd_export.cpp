@@ -1,13 +1,13 @@
+#include "app/output/export_work.h"
 #include "tools/patinate/command_line/times_argument.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/device_words.h"
-#include "tools/patinate/services/export_work.h"
-#include "tools/patinate/services/output_command.h"
+#include "tools/patinate/commands/device_words.h"
+#include "tools/patinate/commands/output_command.h"
 
 namespace patinate::cli {
 
 int cmd_export(CommandRun& run) {
-  ExportTask task;
+  app::ExportTask task;
   device::DeviceOptions device;
   TimesArgument times;
   run.line.positional("SUBJECT", "A transfer or simulation, or for pictures a history", task.subject);
@@ -21,7 +21,7 @@ int cmd_export(CommandRun& run) {
   run.line.options(task.movie);
   run.line.options(task.axis);
   run.line.options(device);
-  run.line.checked([&] { check_output(task); });
+  run.line.checked([&] { app::check_output(task); });
   run.line.example("export aged_bust -o bust.glb --times 0,6,12");
   run.line.example("export aged_bust -o bust.usdz --num-times 20");
   run.line.example("export aged_bust -o bust.obj --time 12");
@@ -30,8 +30,8 @@ int cmd_export(CommandRun& run) {
   run.line.example("export copper -o copper.mp4 --frames 200 --fps 25");
   if (!run.parse()) return 0;
   task.times = times;
-  task.devices = output_devices(device, words_of(run));
-  return run_output(run, export_work(task));
+  task.devices = app::output_devices(device, words_of(run));
+  return run_output(run, app::export_work(task));
 }
 
 }  // namespace patinate::cli

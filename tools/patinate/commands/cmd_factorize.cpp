@@ -5,13 +5,13 @@
 #include <vector>
 
 #include "analysis/factorization/factorization_job.h"
+#include "app/request/path_kind.h"
+#include "app/request/repeating_command.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
 #include "tools/patinate/command_line/history_warnings.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
@@ -22,11 +22,11 @@ namespace {
 
 /// What repeats it: options that are not the default, and nothing that changes no byte. @param task  As it was given.
 std::string factorize_command(const analysis::FactorizationTask& task) {
-  std::string text = "patinate history factorize " + input_word(task.history) +
+  std::string text = "patinate history factorize " + app::input_word(task.history) +
                      (task.of == analysis::FactorQuantity::Color ? "" : " --of " + analysis::name_of(task.of)) +
-                     changed_options(option_values(task.options), option_values(analysis::FactorizationOptions{}));
+                     app::changed_options(option_values(task.options), option_values(analysis::FactorizationOptions{}));
   for (std::size_t i = 0; i < task.times.size(); ++i) text += (i == 0 ? " --times " : ",") + number_text(task.times[i]);
-  return text + kAnyOutput;
+  return text + app::kAnyOutput;
 }
 
 constexpr double kLeastFollowed = 0.5;
@@ -112,8 +112,8 @@ int cmd_factorize(CommandRun& run) {
   if (!run.parse()) return 0;
   if (!of.empty()) task.of = analysis::parse_factor_quantity(of);
   task.command = factorize_command(task);
-  task.history = history_place(task.history);
-  if (kind_of(task.history) != PathKind::History)
+  task.history = app::history_place(task.history);
+  if (app::kind_of(task.history) != app::PathKind::History)
     throw InvalidInput(task.history.string() + ": is no history; only those can be factorized");
   const fs::path history = task.history;
   const std::optional<JobStatus> status =

@@ -6,18 +6,18 @@
 #include <vector>
 
 #include "analysis/fit/field_job.h"
+#include "app/fit/fit_scene.h"
+#include "app/fit/scene_pointer.h"
+#include "app/request/path_kind.h"
+#include "app/request/repeating_command.h"
+#include "app/request/usage_error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "patinate/simulation/engine.h"
 #include "simulation/files/scene_files.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/repeating_command.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/fit_scene.h"
-#include "tools/patinate/services/scene_pointer.h"
 
 namespace patinate::cli {
 
@@ -33,7 +33,7 @@ class FieldScene {
   FieldScene(const std::filesystem::path& file, const std::vector<analysis::FitRange>& ranges,
              const RunControl& control);
 
-  [[nodiscard]] const FitScene& scene() const { return scene_; }
+  [[nodiscard]] const app::FitScene& scene() const { return scene_; }
   /// Where the atlas shows the surface: 0 / 255.
   [[nodiscard]] ImageU8 coverage() const;
   /// Rules' factors and amounts are the maps over their largest value, which becomes the number.
@@ -47,7 +47,7 @@ class FieldScene {
   struct Placed;
   [[nodiscard]] Placed placed(const std::vector<ImageF>& values) const;
 
-  FitScene scene_;
+  app::FitScene scene_;
 };
 
 namespace fs = std::filesystem;
@@ -99,11 +99,12 @@ FieldScene::FieldScene(const fs::path& file, const std::vector<analysis::FitRang
   for (const analysis::FitRange& r : ranges) {
     const std::vector<std::string> parts = parts_of(r.name);
     if (!is_rule_rate(parts) && !is_initial_amount(parts))
-      throw UsageError("--vary: " + r.name +
-                       ": only the rate of a rule (/rules/0/rate) and an initial amount (/objects/0/initial/rust) can "
-                       "differ from place to place");
+      throw app::UsageError(
+          "--vary: " + r.name +
+          ": only the rate of a rule (/rules/0/rate) and an initial amount (/objects/0/initial/rust) can "
+          "differ from place to place");
     const double most = is_initial_amount(parts) ? r.high : 1.0;
-    if (!(r.low >= 0.0) || !(most > 0.0)) throw UsageError("--vary: " + r.name + ": a field's values are >= 0");
+    if (!(r.low >= 0.0) || !(most > 0.0)) throw app::UsageError("--vary: " + r.name + ": a field's values are >= 0");
   }
   if (scene_.base().scene.objects.size() != 1)
     throw InvalidInput(file.string() + ": has " + std::to_string(scene_.base().scene.objects.size()) +
@@ -133,7 +134,7 @@ FieldScene::Placed FieldScene::placed(const std::vector<ImageF>& values) const {
       const std::string where = where_of(out.root, rule, scene_.base().scene.rules[std::stoul(parts[1])].where);
       rule["where"] = where.empty() ? name : "(" + where + ") * " + name;
     } else {
-      *found_at(out.root, pointer) = number_text(numbers[i]) + " * " + name;
+      *app::found_at(out.root, pointer) = number_text(numbers[i]) + " * " + name;
     }
     out.root["maps"][name] = {{"kind", "noise"}};  // Until its picture is there.
     out.maps.back() = name;
@@ -218,13 +219,14 @@ int cmd_field(CommandRun& run) {
       "fit field plate.json copper --vary /rules/0/rate=0.01:1:log --places equal --until 300 -o copper_field");
   if (!run.parse()) return 0;
   if (vary.empty())
-    throw UsageError("--vary: nothing may vary; give at least one POINTER=LOW:HIGH, such as /rules/0/rate=0.01:1:log");
+    throw app::UsageError(
+        "--vary: nothing may vary; give at least one POINTER=LOW:HIGH, such as /rules/0/rate=0.01:1:log");
   std::vector<analysis::FitRange> ranges;
   for (const std::string& text : vary) ranges.push_back(analysis::parse_fit_range(text));
-  const std::string word = input_word(task.history);
-  task.history = history_place(task.history);
-  const PathKind kind = kind_of(task.history);
-  if (kind != PathKind::History && kind != PathKind::Transfer)
+  const std::string word = app::input_word(task.history);
+  task.history = app::history_place(task.history);
+  const app::PathKind kind = app::kind_of(task.history);
+  if (kind != app::PathKind::History && kind != app::PathKind::Transfer)
     throw InvalidInput(task.history.string() + ": is no history or transfer; only those age");
   const FieldScene scene(scene_file, ranges, run.control("scene"));
   run.notes(scene.scene().notes());
@@ -237,9 +239,10 @@ int cmd_field(CommandRun& run) {
     scene.write(folder, output, values);
   };
   task.add_inputs = [scene](JobInputs& inputs) { scene.scene().add_inputs(inputs); };
-  task.command = "patinate fit field " + input_word(scene_file) + " " + word;
-  for (const std::string& text : vary) task.command += " --vary " + shell_word(text);
-  task.command += changed_options(option_values(task.options), option_values(analysis::FieldOptions{})) + kAnyOutput;
+  task.command = "patinate fit field " + app::input_word(scene_file) + " " + word;
+  for (const std::string& text : vary) task.command += " --vary " + app::shell_word(text);
+  task.command +=
+      app::changed_options(option_values(task.options), option_values(analysis::FieldOptions{})) + app::kAnyOutput;
   const std::optional<JobStatus> status = run.make_folder(analysis::plan_field(std::move(task), output), "field");
   if (!status) return 0;
   const Json report = load_json(output / analysis::kFieldReportFile);

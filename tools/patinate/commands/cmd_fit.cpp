@@ -3,13 +3,13 @@
 #include <utility>
 
 #include "analysis/fit/fit_job.h"
+#include "app/fit/fit_captures.h"
+#include "app/request/path_kind.h"
+#include "app/request/repeating_command.h"
+#include "app/request/usage_error.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/repeating_command.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/fit_captures.h"
 
 namespace patinate::cli {
 
@@ -65,36 +65,37 @@ Wanted wanted_of(const Given& given) {
   for (std::size_t i = 0; i < wanted.terms.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) {
       if (wanted.terms[i].figure == wanted.terms[k].figure)
-        throw UsageError(
+        throw app::UsageError(
             "--objective: " + std::string(analysis::kFitFigureNames[static_cast<std::size_t>(wanted.terms[i].figure)]) +
             " is given twice");
     }
   }
   if (wanted.terms.empty()) wanted.terms.emplace_back();
   if (wanted.ranges.empty())
-    throw UsageError("--vary: nothing may vary; give at least one POINTER=LOW:HIGH, such as /rules/0/rate=0.01:1:log");
+    throw app::UsageError(
+        "--vary: nothing may vary; give at least one POINTER=LOW:HIGH, such as /rules/0/rate=0.01:1:log");
   for (const analysis::FitRange& r : wanted.ranges) {
     if (!r.is_own || given.histories.size() > 1) continue;
-    throw UsageError((r.place.empty() ? "--own: " : r.place + ": ") + r.name +
-                     " is to be each history's own, and there is one; use --vary, or give several");
+    throw app::UsageError((r.place.empty() ? "--own: " : r.place + ": ") + r.name +
+                          " is to be each history's own, and there is one; use --vary, or give several");
   }
   return wanted;
 }
 
 /// Every history with its scene. @throws UsageError, InvalidInput
-std::vector<FitSource> sources_of(const Given& given) {
-  std::vector<FitSource> sources;
+std::vector<app::FitSource> sources_of(const Given& given) {
+  std::vector<app::FitSource> sources;
   std::vector<std::string> words;
-  for (const fs::path& history : given.histories) words.push_back(input_word(history));
-  const std::vector<std::string> names = capture_names(words);
+  for (const fs::path& history : given.histories) words.push_back(app::input_word(history));
+  const std::vector<std::string> names = app::capture_names(words);
   for (std::size_t c = 0; c < words.size(); ++c) {
-    const fs::path history = history_place(given.histories[c]);
-    const PathKind kind = kind_of(history);
-    if (kind != PathKind::History && kind != PathKind::Transfer)
+    const fs::path history = app::history_place(given.histories[c]);
+    const app::PathKind kind = app::kind_of(history);
+    if (kind != app::PathKind::History && kind != app::PathKind::Transfer)
       throw InvalidInput(history.string() + ": is no history or transfer; only those age");
-    for (const FitSource& s : sources) {
+    for (const app::FitSource& s : sources) {
       if (fs::weakly_canonical(s.history) == fs::weakly_canonical(history))
-        throw UsageError("HISTORY: " + history.string() + " is given twice");
+        throw app::UsageError("HISTORY: " + history.string() + " is given twice");
     }
     sources.push_back({history, names[c], given.scene});
   }
@@ -102,8 +103,9 @@ std::vector<FitSource> sources_of(const Given& given) {
     const std::size_t equals = text.find('=');
     const auto found = std::find(names.begin(), names.end(), text.substr(0, equals));
     if (equals == std::string::npos || found == names.end())
-      throw UsageError("--scene-of: found `" + text + "`; expected HISTORY=SCENE, HISTORY the name of one of several" +
-                       did_you_mean(text.substr(0, equals), names));
+      throw app::UsageError("--scene-of: found `" + text +
+                            "`; expected HISTORY=SCENE, HISTORY the name of one of several" +
+                            did_you_mean(text.substr(0, equals), names));
     sources[found - names.begin()].scene = text.substr(equals + 1);
   }
   return sources;
@@ -111,18 +113,18 @@ std::vector<FitSource> sources_of(const Given& given) {
 
 /// What repeats it: options that are not the default, and nothing that changes no byte.
 std::string fit_command(const Given& given, const analysis::FitTask& task) {
-  std::string text = "patinate fit " + input_word(given.scene);
-  for (const fs::path& history : given.histories) text += " " + input_word(history);
+  std::string text = "patinate fit " + app::input_word(given.scene);
+  for (const fs::path& history : given.histories) text += " " + app::input_word(history);
   for (const auto& [option, words] : {std::pair{" --scene-of ", &given.scene_of}, std::pair{" --vary ", &given.vary},
                                       std::pair{" --own ", &given.own}}) {
-    for (const std::string& word : *words) text += option + shell_word(word);
+    for (const std::string& word : *words) text += option + app::shell_word(word);
   }
-  if (!given.parameters.empty()) text += " --parameters " + input_word(given.parameters);
-  for (const std::string& word : given.objective) text += " --objective " + shell_word(word);
-  text += changed_options(option_values(task.objective), option_values(analysis::ObjectiveOptions{})) +
-          changed_options(option_values(task.options), option_values(analysis::FitOptions{}));
+  if (!given.parameters.empty()) text += " --parameters " + app::input_word(given.parameters);
+  for (const std::string& word : given.objective) text += " --objective " + app::shell_word(word);
+  text += app::changed_options(option_values(task.objective), option_values(analysis::ObjectiveOptions{})) +
+          app::changed_options(option_values(task.options), option_values(analysis::FitOptions{}));
   if (task.seed != static_cast<std::uint64_t>(CommonOptions{}.seed)) text += " --seed " + std::to_string(task.seed);
-  return text + kAnyOutput;
+  return text + app::kAnyOutput;
 }
 
 std::string fit_figure(const Json& v) {
@@ -199,13 +201,13 @@ int cmd_fit(CommandRun& run) {
   const Wanted wanted = wanted_of(given);
   task.terms = wanted.terms;
   task.seed = static_cast<std::uint64_t>(run.line.common().seed);
-  run.notes(add_captures(task, sources_of(given), wanted.ranges, given.output, run.control("scene")));
+  run.notes(app::add_captures(task, sources_of(given), wanted.ranges, given.output, run.control("scene")));
   task.command = fit_command(given, task);
   const auto num_appearance = static_cast<std::size_t>(std::count_if(
       task.parameters.begin(), task.parameters.end(), [](const analysis::FitParameter& p) { return p.is_appearance; }));
   const analysis::FitBudget budget =
       analysis::fit_budget(task.options, task.parameters.size() - num_appearance, num_appearance);
-  if (budget.evaluations < budget.least) throw UsageError(analysis::budget_problem(budget));
+  if (budget.evaluations < budget.least) throw app::UsageError(analysis::budget_problem(budget));
   const std::optional<JobStatus> status = run.make_folder(analysis::plan_fit(std::move(task), given.output), "fit");
   if (!status) return 0;
   const Json report = load_json(given.output / analysis::kFitReportFile);

@@ -5,6 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "app/request/output_file.h"
+#include "app/request/path_kind.h"
+#include "app/request/usage_error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
@@ -14,12 +17,9 @@
 #include "patinate/history/history.h"
 #include "patinate/transfer/transfer_reader.h"
 #include "tools/patinate/command_line/command_run.h"
-#include "tools/patinate/command_line/output_file.h"
-#include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/stats.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/path_actions.h"
+#include "tools/patinate/info/path_actions.h"
 
 namespace patinate::cli {
 
@@ -72,7 +72,7 @@ std::vector<Region> bins_of(const HistoryReader& history, const CurvesArgument& 
                             const std::vector<std::uint32_t>& pixels) {
   const double bins = curves.bins.value_or(kDefaultBins);
   if (!(bins >= 1.0 && bins <= kMostBins) || bins != std::floor(bins)) {
-    throw UsageError("--bins: found `" + number_text(bins) + "`; expected an integer [1, 1000]");
+    throw app::UsageError("--bins: found `" + number_text(bins) + "`; expected an integer [1, 1000]");
   }
   const ControlFacts& control = history.control(curves.by);
   const ImageF values = history.read_control(curves.by);
@@ -97,7 +97,8 @@ std::int64_t place_of(const std::string& text, int width, int height) {
   const std::optional<double> x = parts.size() == 2 ? parse_number(parts[0]) : std::nullopt,
                               y = x ? parse_number(parts[1]) : std::nullopt;
   if (!x || !y || *x != std::floor(*x) || *y != std::floor(*y) || !(*x >= 0 && *x < width && *y >= 0 && *y < height)) {
-    throw UsageError("--at: found `" + text + "`; expected X,Y in whole pixels inside " + size_text(width, height));
+    throw app::UsageError("--at: found `" + text + "`; expected X,Y in whole pixels inside " +
+                          size_text(width, height));
   }
   return static_cast<std::int64_t>(*y) * width + static_cast<std::int64_t>(*x);
 }
@@ -150,7 +151,7 @@ std::vector<Region> regions_of(const CurvesArgument& curves, const HistoryReader
     } else {
       const ImageF& coordinates = transfer->coordinates();
       pixel = pixel_of(coordinates, history.manifest().width, place_of(at, coordinates.width(), coordinates.height()));
-      if (pixel < 0) throw UsageError("--at: texel " + at + " belongs to no chart");
+      if (pixel < 0) throw app::UsageError("--at: texel " + at + " belongs to no chart");
     }
     regions.push_back({"at " + number_text(parse_number(split(at, ',')[0]).value_or(0)) + " " + split(at, ',')[1],
                        {static_cast<std::uint32_t>(pixel)}});
@@ -169,17 +170,17 @@ void CurvesArgument::declare(CommandLine& line) {
 /// Writes the CSV: a row for each frame and region. `pixels` of a transfer are its texels.
 /// @returns the command's exit code.
 int write_curves(CommandRun& run, const CurvesArgument& curves, const std::filesystem::path& subject) {
-  require_extension(curves.file, {".csv"});
-  const PathKind kind = kind_of(subject);
-  if (kind != PathKind::History && kind != PathKind::Transfer) {
+  app::require_extension(curves.file, {".csv"});
+  const app::PathKind kind = app::kind_of(subject);
+  if (kind != app::PathKind::History && kind != app::PathKind::Transfer) {
     throw InvalidInput(subject.string() + ": is no history or transfer, and has no curves");
   }
   std::unique_ptr<const transfer::TransferReader> transfer;
-  if (kind == PathKind::Transfer) transfer = std::make_unique<const transfer::TransferReader>(subject);
+  if (kind == app::PathKind::Transfer) transfer = std::make_unique<const transfer::TransferReader>(subject);
   const HistoryReader history(transfer ? transfer->history().folder() : subject,
                               transfer ? transfer->manifest().footprint_px : 1.0);
   const std::string text = csv_of(run, history, regions_of(curves, history, transfer.get()));
-  const std::optional<JobStatus> status = run.check_files({text_file(curves.file, text)}, kSameText);
+  const std::optional<JobStatus> status = run.check_files({app::text_file(curves.file, text)}, app::kSameText);
   if (!status) return 0;
   if (*status == JobStatus::Done) write_atomically(curves.file, text);
   run.report_output(*status, curves.file);
@@ -203,7 +204,7 @@ int cmd_info(CommandRun& run) {
   run.line.example("info banana --stats --class green=#919e39 --class brown=#5c361f");
   if (!run.parse()) return 0;
   if (!curves.file.empty()) return write_curves(run, curves, path);
-  if (!stats.csv.empty() && !stats.is_asked) throw UsageError("--csv: is of --stats; give both");
+  if (!stats.csv.empty() && !stats.is_asked) throw app::UsageError("--csv: is of --stats; give both");
   if (stats.is_asked) return report_stats(run, stats, path);
   facts_of(path).report(run);
   return 0;

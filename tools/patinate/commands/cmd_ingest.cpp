@@ -2,6 +2,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/request/path_kind.h"
+#include "app/request/usage_error.h"
 #include "capture/job/plan_history.h"
 #include "capture/project/photo_facts.h"
 #include "capture/report/report_sections.h"
@@ -11,8 +13,6 @@
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/history_warnings.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
@@ -102,7 +102,8 @@ int ingest_relit(CommandRun& run, const std::filesystem::path& file, const captu
                  const capture::IngestOptions& shared, const std::filesystem::path& output) {
   for (const std::string_view key : capture::kFixedCameraOptions) {
     if (run.line.is_given(std::string(key)))
-      throw UsageError(dashed(key) + ": is for captures of a fixed camera; " + file.string() + " is of kind relit");
+      throw app::UsageError(dashed(key) + ": is for captures of a fixed camera; " + file.string() +
+                            " is of kind relit");
   }
   const std::optional<JobStatus> status =
       run.make_folder(capture::plan_history(file, output, shared, options), "ingest");
@@ -147,8 +148,8 @@ int cmd_ingest(CommandRun& run) {
     return ingest_relit(run, capture::capture_file(project_file), relit_options, options, output);
   for (const std::string& key : capture::lamp_options()) {
     if (run.line.is_given(key))
-      throw UsageError(dashed(key) + ": is for captures under lamps (kind relit); " +
-                       capture::capture_file(project_file).string() + " is of a fixed camera");
+      throw app::UsageError(dashed(key) + ": is for captures under lamps (kind relit); " +
+                            capture::capture_file(project_file).string() + " is of a fixed camera");
   }
   options.accept_failed = relit_options.accept_failed;
   const capture::CaptureProject project =

@@ -1,10 +1,10 @@
 #include <nlohmann/json.hpp>
 
+#include "app/request/output_file.h"
 #include "capture/project/capture_project.h"
 #include "capture/project/draft_project.h"
 #include "libcommon/core/files.h"
 #include "patinate/core/error.h"
-#include "tools/patinate/command_line/output_file.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
@@ -37,8 +37,8 @@ int cmd_init(CommandRun& run) {
   if (output.empty()) output = folder / "capture.json";
 
   const capture::ProjectDraft draft = capture::draft_capture_project(folder, output.parent_path(), only);
-  const std::optional<JobStatus> status =
-      run.check_files({text_file(output, draft.text), text_file(hints_file(output), hints_text(draft))}, kSameText);
+  const std::optional<JobStatus> status = run.check_files(
+      {app::text_file(output, draft.text), app::text_file(hints_file(output), hints_text(draft))}, app::kSameText);
   if (!status) return 0;
   if (*status == JobStatus::Done) {
     write_atomically(output, draft.text);

@@ -1,6 +1,9 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/history/history_shelf.h"
+#include "app/request/history_library.h"
+#include "app/request/path_kind.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
 #include "libcommon/image/filters.h"
@@ -9,11 +12,8 @@
 #include "libcommon/output/html_page.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
-#include "tools/patinate/command_line/history_library.h"
-#include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/times_argument.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/history_shelf.h"
 
 namespace patinate::cli {
 
@@ -22,11 +22,11 @@ namespace {
 constexpr int kThumbnailSide_px = 160;
 constexpr std::size_t kThumbnails = 5;
 
-std::string duration_text(const ShelfEntry& entry) {
+std::string duration_text(const app::ShelfEntry& entry) {
   return short_number_text(rounded(entry.duration(), 4)) + " " + shown_time_unit(entry.facts().time_unit);
 }
 
-std::string controls_text(const ShelfEntry& entry) {
+std::string controls_text(const app::ShelfEntry& entry) {
   std::string text;
   for (const ControlFacts& control : entry.facts().controls) text += (text.empty() ? "" : ", ") + control.name;
   return text.empty() ? "none" : text;
@@ -50,9 +50,9 @@ std::string table_text(const std::vector<std::vector<std::string>>& rows) {
   return text;
 }
 
-std::string shelf_text(const std::vector<ShelfEntry>& entries) {
+std::string shelf_text(const std::vector<app::ShelfEntry>& entries) {
   std::vector<std::vector<std::string>> rows{{"name", "frames", "duration", "controls", "license", "what"}};
-  for (const ShelfEntry& entry : entries) {
+  for (const app::ShelfEntry& entry : entries) {
     rows.push_back({entry.name, std::to_string(entry.facts().frames.size()), duration_text(entry), controls_text(entry),
                     entry.card ? entry.card->license : "not stated", entry.title()});
   }
@@ -60,7 +60,7 @@ std::string shelf_text(const std::vector<ShelfEntry>& entries) {
          " MESH --control accessibility -o aged";
 }
 
-HtmlPicture thumbnails_of(const ShelfEntry& entry) {
+HtmlPicture thumbnails_of(const app::ShelfEntry& entry) {
   const HistoryFacts& facts = entry.facts();
   const double scale =
       std::min(1.0, static_cast<double>(kThumbnailSide_px) / static_cast<double>(std::max(facts.width, facts.height)));
@@ -76,15 +76,16 @@ HtmlPicture thumbnails_of(const ShelfEntry& entry) {
     }
     pictures.push_back(downscale_area(entry.history->sample(times.back()), scaled(facts.width), scaled(facts.height)));
   }
-  const ImageF strip = contact_strip(pictures, time_labels(times, facts.time_unit));
+  const ImageF strip = contact_strip(pictures, app::time_labels(times, facts.time_unit));
   return {data_uri(jpeg_of(srgb8_from_linear(strip)), "image/jpeg"), entry.title()};
 }
 
-void save_page(const std::filesystem::path& path, const std::vector<ShelfEntry>& entries, const RunControl& control) {
+void save_page(const std::filesystem::path& path, const std::vector<app::ShelfEntry>& entries,
+               const RunControl& control) {
   HtmlPage page("Histories to start from");
   for (std::size_t i = 0; i < entries.size(); ++i) {
     control.throw_if_stopped();
-    const ShelfEntry& entry = entries[i];
+    const app::ShelfEntry& entry = entries[i];
     page.heading("library:" + entry.name);
     if (entry.card && !entry.card->about.empty()) page.paragraph(entry.card->about);
     page.picture(thumbnails_of(entry));
@@ -96,9 +97,9 @@ void save_page(const std::filesystem::path& path, const std::vector<ShelfEntry>&
   page.save(path);
 }
 
-Json json_of(const std::vector<Likeness>& ranking, const std::vector<ShelfEntry>& entries) {
+Json json_of(const std::vector<app::Likeness>& ranking, const std::vector<app::ShelfEntry>& entries) {
   Json list = Json::array();
-  for (const Likeness& likeness : ranking) {
+  for (const app::Likeness& likeness : ranking) {
     Json json{{"name", entries[likeness.entry].name}};
     json.update(likeness.json());
     list.push_back(std::move(json));
@@ -106,14 +107,14 @@ Json json_of(const std::vector<Likeness>& ranking, const std::vector<ShelfEntry>
   return list;
 }
 
-std::string ranking_text(const std::vector<Likeness>& ranking, const std::vector<ShelfEntry>& entries) {
+std::string ranking_text(const std::vector<app::Likeness>& ranking, const std::vector<app::ShelfEntry>& entries) {
   const auto number = [](const std::optional<double>& value) {
     return value ? short_number_text(rounded(*value, 3)) : std::string("-");
   };
   std::vector<std::vector<std::string>> rows{
       {"name", "distance", "colors (Delta E)", "structure (octaves)", "rates (spans)", "what"}};
-  for (const Likeness& l : ranking) {
-    const ShelfEntry& entry = entries[l.entry];
+  for (const app::Likeness& l : ranking) {
+    const app::ShelfEntry& entry = entries[l.entry];
     rows.push_back({entry.name, number(l.how.total), number(l.how.colors), number(l.how.structure), number(l.how.rates),
                     entry.title()});
   }
@@ -136,11 +137,11 @@ int cmd_library(CommandRun& run) {
   run.line.example("history library --like rusty_fence.jpg");
   run.line.example("transfer library:copper bust.obj --control accessibility -o aged");
   if (!run.parse()) return 0;
-  if (!like.empty()) require_exists(like);
-  const std::vector<ShelfEntry> entries = history_shelf();
-  if (entries.empty()) throw CannotComplete(missing_library_text());
+  if (!like.empty()) app::require_exists(like);
+  const std::vector<app::ShelfEntry> entries = app::history_shelf();
+  if (entries.empty()) throw CannotComplete(app::missing_library_text());
   Json json{{"histories", Json::array()}};
-  for (const ShelfEntry& entry : entries) json["histories"].push_back(entry.json());
+  for (const app::ShelfEntry& entry : entries) json["histories"].push_back(entry.json());
   if (!thumbnails.empty()) {
     (void)run.check_file(thumbnails, "", "page");
     save_page(thumbnails, entries, run.control("thumbnails"));
@@ -150,7 +151,8 @@ int cmd_library(CommandRun& run) {
     run.report(json, thumbnails.empty() ? shelf_text(entries) : thumbnails.string() + ": pictures of every history");
     return 0;
   }
-  const std::vector<Likeness> ranking = rank_by_likeness(series_or_photograph(like), entries, run.control("library"));
+  const std::vector<app::Likeness> ranking =
+      app::rank_by_likeness(app::series_or_photograph(like), entries, run.control("library"));
   json["like"] = json_of(ranking, entries);
   run.report(json, ranking_text(ranking, entries));
   return 0;

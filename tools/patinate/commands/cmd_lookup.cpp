@@ -2,6 +2,10 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "app/request/numbered_path.h"
+#include "app/request/output_file.h"
+#include "app/request/path_kind.h"
+#include "app/request/usage_error.h"
 #include "libcommon/controls/control_expression.h"
 #include "libcommon/controls/image_control.h"
 #include "libcommon/core/hash.h"
@@ -11,13 +15,9 @@
 #include "patinate/controls/control_kinds.h"
 #include "patinate/history/history_sampling.h"
 #include "patinate/image/image_io.h"
-#include "tools/patinate/command_line/numbered_path.h"
-#include "tools/patinate/command_line/output_file.h"
-#include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/command_line/times_argument.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/tile_files.h"
+#include "tools/patinate/commands/tile_files.h"
 #include "transfer/lookup/texture_files.h"
 
 namespace patinate::cli {
@@ -69,7 +69,7 @@ ContentHash begin_key(const LookupCommand& command, const transfer::TransferMani
 std::optional<std::vector<Texture>> unfinished(CommandRun& run, const LookupCommand& command,
                                                const std::vector<Texture>& textures) {
   ContentHash all;
-  std::vector<OutputPiece> pieces;
+  std::vector<app::OutputPiece> pieces;
   for (const Texture& texture : textures) {
     pieces.push_back({.files = texture.files, .key = texture.key});
     all.add(texture.key);
@@ -127,19 +127,19 @@ void write_textures(const transfer::TransferFolder& transfer, const LookupComman
 
 /// What can be said before anything is opened. @throws UsageError
 void check_command(const LookupCommand& command) {
-  require_extension(command.output, image_extensions());
+  app::require_extension(command.output, app::image_extensions());
   if (command.looked_up.map == LookedUp::Map::Height && is_coded_image(command.output))
-    throw UsageError("--map height: is in mm; expected an .exr");
+    throw app::UsageError("--map height: is in mm; expected an .exr");
   if (command.looked_up.map == LookedUp::Map::Stddev && is_coded_image(command.output))
-    throw UsageError("--map stddev: is linear and small; expected an .exr");
+    throw app::UsageError("--map stddev: is linear and small; expected an .exr");
   if (command.looked_up.map != LookedUp::Map::Color && !command.time_map.empty())
-    throw UsageError("--map: a time map looks up color; leave one of them out");
+    throw app::UsageError("--map: a time map looks up color; leave one of them out");
   if (command.time_map.empty() && !command.times.is_given())
-    throw UsageError("--time: is missing; give --time, --times, --num-times or --time-map");
+    throw app::UsageError("--time: is missing; give --time, --times, --num-times or --time-map");
   const double num_times = command.times.count.value_or(static_cast<double>(command.times.times.size()));
-  if (command.time_map.empty() && num_times > 1.0 && !has_number(command.output)) {
-    throw UsageError("-o: found `" + command.output.string() + "` for " + number_text(num_times) +
-                     " times; expected a name with a number in it, as texture_%04d.png");
+  if (command.time_map.empty() && num_times > 1.0 && !app::has_number(command.output)) {
+    throw app::UsageError("-o: found `" + command.output.string() + "` for " + number_text(num_times) +
+                          " times; expected a name with a number in it, as texture_%04d.png");
   }
 }
 
@@ -148,7 +148,7 @@ int lookup_times(CommandRun& run, const LookupCommand& command, const transfer::
   (void)texture_file(transfer.history(), command, {times.front(), {}, {}});  // Said before anything is written.
   std::vector<Texture> textures;
   for (double t : times) {
-    const std::filesystem::path file = numbered_path(command.output, static_cast<int>(textures.size()));
+    const std::filesystem::path file = app::numbered_path(command.output, static_cast<int>(textures.size()));
     textures.push_back(
         {t, tile_files(file, transfer.sheet().names), begin_key(command, transfer.manifest()).add(t).hex()});
   }
@@ -186,7 +186,8 @@ ImageF times_of(CommandRun& run, const LookupCommand& command, const transfer::T
 
 int lookup_time_map(CommandRun& run, const LookupCommand& command, const transfer::TransferFolder& transfer) {
   if (command.times.time || command.times.count || (!command.times.times.empty() && command.times.times.size() != 2)) {
-    throw UsageError("--time-map: takes --times LOW,HIGH, the times that 0 and 1 of the map stand for, or nothing");
+    throw app::UsageError(
+        "--time-map: takes --times LOW,HIGH, the times that 0 and 1 of the map stand for, or nothing");
   }
   const ControlExpression expression(command.time_map, control_kind_names());
   const bool is_file = expression.names().size() == 1 && expression.names()[0].is_file;
@@ -233,7 +234,7 @@ int cmd_lookup(CommandRun& run) {
   run.line.example("lookup copper_hydrant --time-map height --times 480,0 -o younger_above.png");
   run.line.checked([&] { check_command(command); });
   if (!run.parse()) return 0;
-  require_transfer(command.transfer);
+  app::require_transfer(command.transfer);
   if (command.time_map.empty()) return lookup_times(run, command, transfer::TransferFolder(command.transfer));
   return lookup_time_map(run, command, transfer::TransferFolder(command.transfer));
 }

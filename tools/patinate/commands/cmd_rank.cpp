@@ -1,9 +1,9 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/fit/fit_ranking_job.h"
+#include "app/request/path_kind.h"
+#include "app/request/repeating_command.h"
 #include "patinate/core/error.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/repeating_command.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
@@ -20,11 +20,12 @@ int cmd_rank(CommandRun& run) {
   if (!run.parse()) return 0;
   analysis::RankingTask task{.fits = fits, .names = {}, .command = "patinate fit rank"};
   for (const fs::path& fit : fits) {
-    if (kind_of(fit) != PathKind::Fit) throw InvalidInput(fit.string() + ": is no fit; `patinate fit` makes one");
-    task.names.push_back(input_word(fit));
+    if (app::kind_of(fit) != app::PathKind::Fit)
+      throw InvalidInput(fit.string() + ": is no fit; `patinate fit` makes one");
+    task.names.push_back(app::input_word(fit));
     task.command += " " + task.names.back();
   }
-  task.command += kAnyOutput;
+  task.command += app::kAnyOutput;
   const std::optional<JobStatus> status = run.make_folder(analysis::plan_ranking(std::move(task), output), "rank");
   if (!status) return 0;
   const Json report = load_json(output / analysis::kRankingReportFile);

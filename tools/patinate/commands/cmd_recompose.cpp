@@ -1,12 +1,12 @@
 #include <memory>
 #include <utility>
 
+#include "app/request/usage_error.h"
 #include "patinate/core/error.h"
 #include "simulation/job/recompose_job.h"
 #include "simulation/job/simulation_job.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/device_words.h"
+#include "tools/patinate/commands/device_words.h"
 
 namespace patinate::cli {
 
@@ -21,7 +21,7 @@ std::vector<simulation::LookChange> parse_changes(const std::vector<std::string>
     try {
       changes.push_back(simulation::parse_look_change(text, materials));
     } catch (const InvalidInput& e) {
-      throw UsageError("--set: " + std::string(e.what()));
+      throw app::UsageError("--set: " + std::string(e.what()));
     }
   }
   return changes;
@@ -46,7 +46,7 @@ int cmd_recompose(CommandRun& run) {
   run.line.options(device);
   run.line.example("simulate recompose rust -o rust_pale --set rust.strength=0.5 --set rust.variation=0.8");
   if (!run.parse()) return 0;
-  options.device = open_simulation_device(device, words_of(run));
+  options.device = app::open_simulation_device(device, words_of(run));
   const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);
   simulation::SceneFile file =
       simulation::read_scene(scene_path.empty() ? manifest.scene : scene_path, run.control("scene"));

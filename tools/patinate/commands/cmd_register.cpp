@@ -1,13 +1,13 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/request/path_kind.h"
+#include "app/request/usage_error.h"
 #include "capture/registration/registration_io.h"
 #include "capture/registration/registration_job.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "patinate/mesh_files/point_cloud_io.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
@@ -18,7 +18,7 @@ namespace {
 
 void add_poses(const std::vector<ScanPose>& poses, capture::RegistrationTask& task) {
   for (const ScanPose& pose : poses) {
-    require_exists(pose.scan);
+    app::require_exists(pose.scan);
     task.files.push_back(pose.scan);
     task.initial.emplace_back(pose.world_from_scan);
   }
@@ -30,7 +30,7 @@ void add_scans(const std::vector<fs::path>& given, capture::RegistrationTask& ta
     if (fs::is_directory(path)) {
       for (const fs::path& file : capture::scans_in_folder(path)) task.files.push_back(file);
       task.initial.resize(task.files.size());
-    } else if (lower_extension(path) == ".conf") {
+    } else if (app::lower_extension(path) == ".conf") {
       add_poses(read_scan_poses(path), task);
     } else {
       task.files.push_back(path);
@@ -38,8 +38,8 @@ void add_scans(const std::vector<fs::path>& given, capture::RegistrationTask& ta
     }
   }
   if (task.files.size() < 2)
-    throw UsageError("SCANS: found " + std::to_string(task.files.size()) +
-                     "; at least 2 scans are needed, or a .conf or folder that holds them");
+    throw app::UsageError("SCANS: found " + std::to_string(task.files.size()) +
+                          "; at least 2 scans are needed, or a .conf or folder that holds them");
 }
 
 /// Poses of another .conf for the scans that it names, by name, or by folder and name.
@@ -62,8 +62,8 @@ int reference_index(const std::string& text, const std::vector<std::string>& nam
   const std::optional<double> number = parse_number(text);
   if (number && *number >= 0.0 && *number < static_cast<double>(names.size()) && *number == static_cast<int>(*number))
     return static_cast<int>(*number);
-  throw UsageError("--reference: found `" + text + "`; expected a scan's name or its number from 0 to " +
-                   std::to_string(names.size() - 1) + did_you_mean(text, names));
+  throw app::UsageError("--reference: found `" + text + "`; expected a scan's name or its number from 0 to " +
+                        std::to_string(names.size() - 1) + did_you_mean(text, names));
 }
 
 }  // namespace

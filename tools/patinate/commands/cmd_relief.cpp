@@ -1,13 +1,13 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/request/path_kind.h"
+#include "app/request/usage_error.h"
 #include "capture/relief/relief_job.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/history/history_times.h"
 #include "patinate/core/error.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
@@ -58,7 +58,7 @@ int cmd_relief(CommandRun& run) {
   try {
     capture::set_times(times, task);
   } catch (const InvalidInput& e) {
-    throw UsageError(std::string("--") + e.what());
+    throw app::UsageError(std::string("--") + e.what());
   }
   const std::optional<JobStatus> status = run.make_folder(capture::plan_relief(std::move(task), output), "relief");
   if (!status) return 0;

@@ -1,13 +1,32 @@
+#include "app/output/render_work.h"
 #include "tools/patinate/command_line/times_argument.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/device_words.h"
-#include "tools/patinate/services/output_command.h"
-#include "tools/patinate/services/render_work.h"
+#include "tools/patinate/commands/device_words.h"
+#include "tools/patinate/commands/output_command.h"
 
 namespace patinate::cli {
 
+namespace {
+
+void declare_views(CommandLine& line, app::ViewChoice& choice) {
+  line.option("views", "LIST",
+              "Several pictures: front, left, back, right, top, bottom or AZIMUTH:ELEVATION, separated by commas",
+              choice.views);
+  line.option("turntable", "N", "N pictures evenly around the up axis, from --azimuth on", choice.turntable);
+  line.alternatives({"views", "turntable"});
+  line.numbers("target", "X,Y,Z", "What the camera looks at, in the mesh's unit; default: its middle", choice.target);
+  line.option("distance", "LENGTH", "From the camera to the target; default: so that the mesh fits", choice.distance);
+}
+
+void declare_maps(CommandLine& line, app::SurfaceFiles& files) {
+  for (const app::SurfaceFiles::Named& f : app::SurfaceFiles::named())
+    line.option(f.name, "IMAGE", f.help, files.*f.file);
+}
+
+}  // namespace
+
 int cmd_render(CommandRun& run) {
-  RenderTask task;
+  app::RenderTask task;
   device::DeviceOptions device;
   TimesArgument times;
   run.line.positional("SUBJECT", "A transfer, a simulation, a history, or a mesh with --texture", task.subject);
@@ -16,19 +35,19 @@ int cmd_render(CommandRun& run) {
                   ".gif) or images aged_%04d.png",
                   task.output);
   times.declare(run.line);
-  task.files.declare(run.line);
+  declare_maps(run.line, task.files);
   run.line.option("unit", "um|mm|cm|m", "Unit of a mesh whose --height-map is given; default: m for glTF, else mm",
                   task.unit);
   run.line.option("environment", "IMAGE",
                   "Surroundings that light the object: a picture of 360 x 180 degrees, HDR or EXR", task.environment);
-  task.views.declare(run.line);
+  declare_views(run.line, task.views);
   run.line.options(task.shown);
   run.line.options(task.surface);
   run.line.options(task.options);
   run.line.options(task.movie);
   run.line.options(task.turn);
   run.line.options(device);
-  run.line.checked([&] { check_task(task); });
+  run.line.checked([&] { app::check_task(task); });
   run.line.usual({"time", "times", "num_times", "width", "height", "turntable"});
   run.line.example("render rain -o rain.png");
   run.line.example("render rain --views front,left,40:20 --environment sky.hdr -o rain.png");
@@ -41,8 +60,8 @@ int cmd_render(CommandRun& run) {
   task.times = times;
   task.is_width_given = run.line.is_given("width");
   task.is_height_given = run.line.is_given("height");
-  task.devices = output_devices(device, words_of(run));
-  return run_output(run, render_work(std::move(task)));
+  task.devices = app::output_devices(device, words_of(run));
+  return run_output(run, app::render_work(std::move(task)));
 }
 
 }  // namespace patinate::cli

@@ -1,14 +1,14 @@
 #include <nlohmann/json.hpp>
 
+#include "app/request/usage_error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "simulation/job/estimate.h"
 #include "simulation/job/outcome_json.h"
 #include "simulation/job/simulation_job.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/device_words.h"
+#include "tools/patinate/commands/device_words.h"
 
 namespace patinate::cli {
 
@@ -124,7 +124,7 @@ int simulate_replicates(CommandRun& run, const simulation::SceneFile& file,
                         const simulation::SimulationOptions& options, int num_replicates,
                         const std::filesystem::path& output) {
   if (run.request() != nullptr)
-    throw UsageError("--replicates: plans have one simulation; plan each --seed, or use `study` with seeds");
+    throw app::UsageError("--replicates: plans have one simulation; plan each --seed, or use `study` with seeds");
   if (std::filesystem::exists(output / kSimulationManifest))
     throw CannotComplete(output.string() + ": is a simulation; replicates need a folder of their own");
   std::error_code error;
@@ -178,14 +178,15 @@ int cmd_simulate(CommandRun& run) {
   run.line.example("simulate rust.json -o rust --controls hits --controls water.deposited --iterations 500");
   run.line.checked([&] {
     if (options.resolution > 0 && options.resolution < 16)
-      throw UsageError("--resolution: found `" + std::to_string(options.resolution) + "`; expected 0 or [16, 16384]");
+      throw app::UsageError("--resolution: found `" + std::to_string(options.resolution) +
+                            "`; expected 0 or [16, 16384]");
   });
   if (!run.parse()) return 0;
-  if (output.empty() && !is_estimate) throw UsageError("-o SIMULATION is missing; --estimate needs none");
-  if (!output.empty() && is_estimate) throw UsageError("--estimate makes nothing; leave out -o");
+  if (output.empty() && !is_estimate) throw app::UsageError("-o SIMULATION is missing; --estimate needs none");
+  if (!output.empty() && is_estimate) throw app::UsageError("--estimate makes nothing; leave out -o");
   if (options.replicates > 0 && is_estimate)
-    throw UsageError("--estimate is of one simulation; leave out --replicates");
-  const auto simulation_device = open_simulation_device(device, words_of(run));
+    throw app::UsageError("--estimate is of one simulation; leave out --replicates");
+  const auto simulation_device = app::open_simulation_device(device, words_of(run));
   simulation::SceneFile file = simulation::read_scene(scene_path, run.control("scene"));
   run.notes(file.notes);
   if (options.iterations > 0) file.iterations = options.iterations;
@@ -195,7 +196,7 @@ int cmd_simulate(CommandRun& run) {
   const std::vector<std::string> names = simulation::parameter_map_names(file.scene.materials);
   for (const std::string& name : controls) {
     if (std::find(names.begin(), names.end(), name) == names.end())
-      throw UsageError("--controls: found `" + name + "`; expected a parameter map" + did_you_mean(name, names));
+      throw app::UsageError("--controls: found `" + name + "`; expected a parameter map" + did_you_mean(name, names));
     if (std::find(file.controls.begin(), file.controls.end(), name) == file.controls.end())
       file.controls.push_back(name);
   }

@@ -6,15 +6,15 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/request/output_file.h"
+#include "app/request/usage_error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/read_limit.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/interruption.h"
-#include "tools/patinate/command_line/output_file.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/device_words.h"
+#include "tools/patinate/commands/device_words.h"
 #include "tools/studio/access.h"
 #include "tools/studio/recording.h"
 #include "tools/studio/server.h"
@@ -64,13 +64,13 @@ struct SessionArgument {
 };
 
 int save_session(CommandRun& run, const fs::path& folder, const SessionArgument& argument) {
-  require_extension(argument.file, {".html"});
+  app::require_extension(argument.file, {".html"});
   studio::SessionOptions options;
   options.place = argument.place.empty() ? "." : argument.place;
   options.times = argument.times;
   if (argument.size) {
     if (!(*argument.size >= 16 && *argument.size <= 8192) || *argument.size != std::floor(*argument.size))
-      throw UsageError("--size: found `" + number_text(*argument.size) + "`; expected an integer [16, 8192]");
+      throw app::UsageError("--size: found `" + number_text(*argument.size) + "`; expected an integer [16, 8192]");
     options.size = static_cast<int>(*argument.size);
   }
   (void)run.check_file(argument.file, "", "page");
@@ -131,7 +131,7 @@ int cmd_studio(CommandRun& run) {
   std::error_code error;
   if (fs::is_regular_file(folder, error)) folder = folder_of(folder);
   if (session.is_given()) return save_session(run, folder, session);
-  check_device(device);
+  app::check_device(device);
   studio::ServedFolder served(folder);
   std::vector<fs::path> readable{served.path()};
   readable.insert(readable.end(), also_read.begin(), also_read.end());
@@ -147,7 +147,7 @@ int cmd_studio(CommandRun& run) {
                          .port = server.port(),
                          .hosts = hosts,
                          .num_threads = run.line.common().threads,
-                         .open_device = [&, say = words_of(run)] { return open_simulation_device(device, say); }},
+                         .open_device = [&, say = words_of(run)] { return app::open_simulation_device(device, say); }},
                         [&] {
                           has_quit = true;
                           server.stop();

@@ -8,13 +8,13 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "app/request/output_file.h"
+#include "app/request/usage_error.h"
 #include "libcommon/core/parallel.h"
 #include "libcommon/core/programs.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/message_stream.h"
-#include "tools/patinate/command_line/output_file.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/command_line/verbs.h"
 #include "tools/patinate/commands/commands.h"
 
@@ -55,12 +55,12 @@ Json answer(const Json& question) {
   const auto words = question.at("words").get<std::vector<std::string>>();
   const Json& output = question.at("output");
   try {
-    if (question.value("is_folder", false)) require_no_file_name(output.get<std::string>());
+    if (question.value("is_folder", false)) app::require_no_file_name(output.get<std::string>());
     if (output.is_null())
       check_options(verb, words);
     else
       check_arguments(verb, words, output.get<std::string>());
-  } catch (const UsageError& e) {
+  } catch (const app::UsageError& e) {
     return {{"problem", e.what()}};
   } catch (const InputError& e) {
     return {{"error", e.what()}};

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/request/output_file.h"
+#include "app/request/usage_error.h"
 #include "capture/thickness/thickness_warnings.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
@@ -9,10 +11,8 @@
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"
 #include "patinate/image/image_io.h"
-#include "tools/patinate/command_line/output_file.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/output_command.h"
+#include "tools/patinate/commands/output_command.h"
 
 namespace patinate::cli {
 
@@ -29,7 +29,7 @@ Response response_of(const std::string& text) {
   if (text == "linear") return {.kind = Response::Kind::Linear};
   const std::optional<double> gamma = parse_number(text);
   if (!gamma || !(*gamma > 0 && *gamma <= 10))
-    throw UsageError("--response: found `" + text + "`; expected file, srgb, linear or a gamma in (0, 10]");
+    throw app::UsageError("--response: found `" + text + "`; expected file, srgb, linear or a gamma in (0, 10]");
   return {.kind = Response::Kind::Gamma, .gamma = *gamma};
 }
 
@@ -60,7 +60,7 @@ int cmd_thickness(CommandRun& run) {
   run.line.options(options);
   run.line.example("thickness backlight.png --blank lightbox.png -o thickness.exr");
   if (!run.parse()) return 0;
-  require_extension(output, {".exr"});
+  app::require_extension(output, {".exr"});
   const Response curve = response_of(response);
 
   ContentHash hash;
@@ -70,7 +70,7 @@ int cmd_thickness(CommandRun& run) {
   if (!mask.empty()) hash.add_file(mask);
   for (const auto& [name, value] : option_values(options)) hash.add(name).add(value);
   const std::string key = hash.hex();
-  const std::optional<JobStatus> status = run.check_file(output, image_file_key(output), key);
+  const std::optional<JobStatus> status = run.check_file(output, app::image_file_key(output), key);
   if (!status) return 0;
   if (*status == JobStatus::UpToDate) {
     run.report_output(*status, output);

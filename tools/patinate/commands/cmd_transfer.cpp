@@ -3,6 +3,12 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/controls/control_store.h"
+#include "app/controls/scene_controls.h"
+#include "app/request/history_library.h"
+#include "app/request/output_file.h"
+#include "app/request/path_kind.h"
+#include "app/request/usage_error.h"
 #include "libcommon/controls/distance_io.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
@@ -11,18 +17,12 @@
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
-#include "tools/patinate/command_line/history_library.h"
 #include "tools/patinate/command_line/history_warnings.h"
-#include "tools/patinate/command_line/output_file.h"
-#include "tools/patinate/command_line/path_kind.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/control_store.h"
-#include "tools/patinate/services/destination.h"
-#include "tools/patinate/services/device_words.h"
-#include "tools/patinate/services/kind_options.h"
-#include "tools/patinate/services/mesh_source.h"
-#include "tools/patinate/services/scene_controls.h"
+#include "tools/patinate/commands/destination.h"
+#include "tools/patinate/commands/device_words.h"
+#include "tools/patinate/commands/kind_options.h"
+#include "tools/patinate/commands/mesh_source.h"
 #include "transfer/exemplar/appearance_cache.h"
 #include "transfer/job/forecast.h"
 #include "transfer/job/transfer_job.h"
@@ -35,7 +35,7 @@ namespace {
 /// A file that is no manifest stands where the history belongs: most often the mesh. @throws IoError
 void require_history_place(const std::filesystem::path& path) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error) || lower_extension(path) == ".json") return;
+  if (!std::filesystem::is_regular_file(path, error) || app::lower_extension(path) == ".json") return;
   throw IoError(path.string(), "is no history; the order is patinate transfer HISTORY MESH");
 }
 
@@ -142,8 +142,8 @@ const std::string_view* find_flow(const std::string& flow) {
 void check_flow(const std::string& flow) {
   if (find_flow(flow) != kDirectionKindNames.end() || std::filesystem::exists(flow)) return;
   const std::vector<std::string> kinds(kDirectionKindNames.begin(), kDirectionKindNames.end());
-  throw UsageError("--flow: found `" + flow + "`; expected gravity, curvature, uv, or a file of curves" +
-                   did_you_mean(flow, kinds));
+  throw app::UsageError("--flow: found `" + flow + "`; expected gravity, curvature, uv, or a file of curves" +
+                        did_you_mean(flow, kinds));
 }
 
 /// A kind, or a file of curves. @returns nothing for UVs.
@@ -169,7 +169,7 @@ std::shared_ptr<const FlowFrames> make_flow(const std::string& flow, const Texel
 void check_transfer_device(const device::DeviceOptions& device, transfer::TransferMethod method) {
   if (device.device == "auto" || device.device == "cpu") return;
   if (method != transfer::TransferMethod::Fast)
-    throw UsageError("--device: --method reference runs on the CPU; leave --device out");
+    throw app::UsageError("--device: --method reference runs on the CPU; leave --device out");
 }
 
 }  // namespace
@@ -224,24 +224,25 @@ int cmd_transfer(CommandRun& run) {
       "transfer crackle vase.obj --unit mm --control 'thickness=0.7*facing + 0.3*!accessibility' -o crackle_vase");
   run.line.checked([&] {
     if (texel_size_mm && !(*texel_size_mm >= kLeastTexel_mm && *texel_size_mm <= kLargestTexel_mm))
-      throw UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number [1e-9, 1e9]");
+      throw app::UsageError("--texel-size: found `" + number_text(*texel_size_mm) + "`; expected a number [1e-9, 1e9]");
     check_transfer_device(device, options.method);
   });
   if (!run.parse()) return 0;
-  require_no_file_name(output);  // Said before the mesh and its controls are made ready.
+  app::require_no_file_name(output);  // Said before the mesh and its controls are made ready.
   check_flow(flow);
   std::vector<transfer::ControlSpec> specs = transfer::parse_controls(control_texts);  // Before work starts.
 
   transfer::TransferTask task;
-  if (options.method == transfer::TransferMethod::Fast) task.input.device = open_search_device(device, words_of(run));
+  if (options.method == transfer::TransferMethod::Fast)
+    task.input.device = app::open_search_device(device, words_of(run));
   task.mesh_name = mesh_source.path.filename().string();
   task.options = options;
   task.options.seed = run.line.common().seed;
   require_history_place(history_path);
-  history_path = history_place(history_path);
+  history_path = app::history_place(history_path);
   task.history = std::make_shared<const HistoryReader>(history_path);
   const HistoryReader& history = *task.history;
-  task.is_history_installed = library_name(history_path).has_value();
+  task.is_history_installed = app::library_name(history_path).has_value();
   specs = transfer::with_sources(history, std::move(specs));  // A typo is said before the mesh is unwrapped.
   if (!source_mask.empty()) {
     task.input.source_mask = read_source_mask(source_mask, history);
@@ -254,9 +255,9 @@ int cmd_transfer(CommandRun& run) {
   task.unit = destination.unit;
   task.mm_per_mesh_unit = destination.mm_per_mesh_unit;
   task.input.texel_size_mm = destination.texel_size_mm;
-  for (const transfer::ControlSpec& spec : specs) refuse_scene_maps(spec.destination, mesh_source.path);
-  task.input.controls =
-      transfer_controls(specs, history, *task.input.map, kinds, control_source(user_control_cache(cache.cache)), run);
+  for (const transfer::ControlSpec& spec : specs) app::refuse_scene_maps(spec.destination, mesh_source.path);
+  task.input.controls = transfer_controls(specs, history, *task.input.map, kinds,
+                                          control_source(app::user_control_cache(cache.cache)), run);
   task.input.frames = make_flow(flow, *task.input.map, kinds.up, run);
   task.flow = task.input.frames ? std::filesystem::path(flow).filename().string() : "uv";
   task.input.appearance = transfer::appearance_source(history, cache);

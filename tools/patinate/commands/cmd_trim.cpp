@@ -1,11 +1,11 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/history/trimmed_history.h"
+#include "app/request/path_kind.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
-#include "tools/patinate/command_line/path_kind.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/trimmed_history.h"
 
 namespace patinate::cli {
 
@@ -21,10 +21,10 @@ int cmd_trim(CommandRun& run) {
   run.line.example("history trim copper --until 300 -o copper_seen");
   run.line.example("history trim copper --from 60 --every 4 -o copper_coarse");
   if (!run.parse()) return 0;
-  history = history_place(history);
-  if (kind_of(history) != PathKind::History)
+  history = app::history_place(history);
+  if (app::kind_of(history) != app::PathKind::History)
     throw InvalidInput(history.string() + ": is no history; only those have frames to trim");
-  const JobPlan plan = plan_trim(history, options, output);
+  const JobPlan plan = app::plan_trim(history, options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "trim");
   if (!status) return 0;
   const HistoryManifest made = read_history_manifest(output);

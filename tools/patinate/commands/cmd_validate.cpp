@@ -5,7 +5,7 @@
 #include "libcommon/job/partial_folder.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/services/path_actions.h"
+#include "tools/patinate/info/path_actions.h"
 
 namespace patinate::cli {
 

@@ -4,8 +4,8 @@
 #include <array>
 #include <string_view>
 
+#include "app/request/usage_error.h"
 #include "libcommon/core/text.h"
-#include "tools/patinate/command_line/usage_error.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
@@ -269,14 +269,15 @@ void fail_no_verb(std::span<const std::string> words) {
   if (const std::vector<std::string> parts = parts_of(word); !parts.empty()) {
     std::string list;
     for (const std::string& part : parts) list += (list.empty() ? "" : ", ") + part;
-    throw UsageError(word + ": expected one of " + list + " behind it" +
-                     (words.size() > 1 ? did_you_mean(words[1], parts) : "") + "; see `patinate " + word + " --help`");
+    throw app::UsageError(word + ": expected one of " + list + " behind it" +
+                          (words.size() > 1 ? did_you_mean(words[1], parts) : "") + "; see `patinate " + word +
+                          " --help`");
   }
   std::vector<std::string> names = first_words();
   for (const Verb& verb : kVerbs) {
     if (verb.former != nullptr) names.emplace_back(verb.former);
   }
-  throw UsageError(word + ": no such command" + did_you_mean(word, names) + "; see `patinate --help`");
+  throw app::UsageError(word + ": no such command" + did_you_mean(word, names) + "; see `patinate --help`");
 }
 
 CommandDeclaration declaration_of(const Verb& verb) {

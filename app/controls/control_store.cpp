@@ -1,0 +1,19 @@
+#include "app/controls/control_store.h"
+
+#include "libcommon/core/user_cache.h"
+
+namespace patinate::app {
+
+void describe(OptionVisitor& v, ControlStoreOptions& o) {
+  v.visit({"cache",
+           "Control maps that took long are kept in the user's cache folder (~/.cache/patinate/controls) for the next "
+           "command"},
+          o.cache);
+}
+
+ControlCache user_control_cache(bool is_used) {
+  const std::filesystem::path folder = is_used ? user_cache_folder() : std::filesystem::path();
+  return folder.empty() ? ControlCache{} : ControlCache{.folder = folder / "controls"};
+}
+
+}  // namespace patinate::app

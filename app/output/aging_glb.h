@@ -1,0 +1,41 @@
+/// \file
+/// What a GLB of an aging mesh is made of: textures that are made while they are written, from strips of the atlas.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "app/output/checked_devices.h"
+#include "patinate/core/options.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/history/history.h"
+#include "patinate/output/glb.h"
+
+namespace patinate::app {
+
+struct AgingGlb {
+  std::string key;          ///< Content key of all that its appearance depends on.
+  HistoryManifest history;  ///< Its times.
+  GlbTiles tiles;
+  Mesh mesh;  ///< UVs of every tile in the unit square.
+  double meters_per_unit = 0.001;
+  GlbObjects objects = {};  ///< Those of a simulation, where there are several.
+  /// A look for each time, with normals and gloss where the history's frames have them. @param labels  Their names.
+  std::function<std::vector<GlbAppearance>(const std::vector<double>& times, const std::vector<std::string>& labels,
+                                           const RunControl& control)>
+      appearance;
+  /// Adds what formats with files of their own hold more: metalness and heights, where they are known. Empty: neither
+  /// is.
+  std::function<void(std::vector<GlbAppearance>& appearance, const std::vector<double>& times,
+                     const RunControl& control)>
+      add_relief = {};
+  double own_per_unit = 1.0;  ///< Lengths in the file that the mesh was read from: a transfer's are scaled.
+};
+
+/// @param path  A transfer or a simulation. @param devices  That compose. @throws IoError
+[[nodiscard]] AgingGlb open_aging_glb(const std::filesystem::path& path, const OutputDevices& devices = {});
+
+}  // namespace patinate::app

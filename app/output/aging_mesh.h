@@ -1,0 +1,57 @@
+/// \file
+/// A mesh that ages, wherever its color over time comes from: a transfer, or a simulation.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/output/checked_devices.h"
+#include "patinate/atlas/atlas_mesh.h"
+#include "patinate/atlas/sheet.h"
+#include "patinate/core/run_control.h"
+#include "patinate/geometry/mesh.h"
+#include "patinate/history/history.h"
+#include "patinate/image/image.h"
+#include "patinate/output/render_surface.h"
+#include "patinate/transfer/age.h"
+#include "patinate/transfer/transfer_reader.h"
+
+namespace patinate::app {
+
+inline constexpr double kWetFilm = 0.1;  ///< Amount of water that wets a place through.
+
+struct AgingMesh {
+  std::string key;          ///< Content key of all that its appearance depends on.
+  HistoryManifest history;  ///< Its times.
+  std::vector<std::string> tile_names;
+  std::vector<int> triangle_tile;  ///< Empty when there is one tile.
+  Mesh mesh;                       ///< UVs over the sheet of all tiles.
+  Mesh unit_mesh;                  ///< UVs of every tile in the unit square.
+  double meters_per_unit = 0.001;
+  /// Its texture over the sheet at a time: linear RGB, gutters filled.
+  std::function<ImageF(double time, const RunControl& control)> sample;
+  /// Color and all else that is known of its surface from `maps_from` on, over the sheet; heights in the mesh's unit.
+  /// Nothing when only color is known.
+  std::function<SurfaceMaps(double time, const RunControl& control)> maps;
+  bool is_reduced = false;                                      ///< `sample` shows means of several texels.
+  double maps_from = -std::numeric_limits<double>::infinity();  ///< Of a simulation of an
+                                                                ///< earlier version, its end.
+};
+
+/// @param path  A transfer or a simulation. @param devices  That compose. @param film  Amount of water of a
+/// simulation that wets a place through.
+/// @param most_texels  Of a transfer that has more in all tiles, color alone is known, and that reduced
+/// (ReducedTransfer). @throws IoError
+[[nodiscard]] AgingMesh open_aging_mesh(const std::filesystem::path& path, const OutputDevices& devices = {},
+                                        double film = kWetFilm, std::int64_t most_texels = Sheet::kMaxTexels);
+/// Of a transfer that is open already.
+[[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& transfer);
+/// Of a transfer in memory, which has no key; its color alone.
+[[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged);
+
+}  // namespace patinate::app

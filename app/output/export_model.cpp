@@ -1,0 +1,160 @@
+#include "app/output/export_model.h"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "app/request/output_file.h"
+#include "app/request/path_kind.h"
+#include "app/request/usage_error.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/hash.h"
+#include "libcommon/core/input_watch.h"
+#include "libcommon/history/history_card.h"
+#include "libcommon/output/model_textures.h"
+#include "patinate/output/glb.h"
+#include "patinate/output/obj.h"
+#include "patinate/output/usd.h"
+
+namespace patinate::app {
+
+namespace {
+
+constexpr int kModelTimes = 5;
+
+/// Textures, all of which a MaterialX document beside them names.
+OutputFile textures_beside(const std::filesystem::path& folder, const std::filesystem::path& materials) {
+  require_own_textures(folder);
+  OutputFile textures = output_folder(folder);
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(materials, error)) return textures;
+  const UnwatchedReads of_output;
+  const std::string text = read_file(materials), before = "\"" + folder.filename().string() + "/";
+  for (std::size_t at = text.find(before); at != std::string::npos; at = text.find(before, at + 1)) {
+    const std::size_t begin = at + before.size();
+    const std::string name = text.substr(begin, text.find('"', begin) - begin);
+    if (!std::filesystem::exists(folder / name, error)) textures.lacks_files = true;
+  }
+  return textures;
+}
+
+/// What lies beside a model under its name.
+std::vector<OutputFile> files_beside(ModelFormat format, const std::filesystem::path& path) {
+  const auto named = [&](const char* extension) { return std::filesystem::path(path).replace_extension(extension); };
+  if (format == ModelFormat::Obj)
+    return {textures_beside(named(".obj.textures"), named(".obj.mtlx")), output_file(named(".mtl")),
+            output_file(named(".obj.mtlx"))};
+  if (lower_extension(path) == ".usda")
+    return {textures_beside(named(".textures"), named(".mtlx")), output_file(named(".mtlx"))};
+  return {};
+}
+
+/// z up to y up: a quarter turn about x, which moves no digit.
+Vec3 standing(const Vec3& v) { return {v.x(), v.z(), -v.y()}; }
+
+void stand_up(Mesh& mesh) {
+  for (Vec3& position : mesh.positions) position = standing(position);
+  for (Vec3& normal : mesh.normals) normal = standing(normal);
+}
+
+/// An OBJ has no unit: it fits over the file that was aged.
+Mesh in_own_unit(const AgingGlb& model) {
+  Mesh mesh = model.mesh;
+  scale_mesh(mesh, model.own_per_unit);
+  return mesh;
+}
+
+GlbAppearance in_own_unit(GlbAppearance look, const AgingGlb& model) {
+  for (auto& heights : look.heights) {
+    heights = [heights, factor = static_cast<float>(model.own_per_unit)] {
+      ImageF scaled = heights();
+      for (float& height : scaled.values()) height *= factor;
+      return scaled;
+    };
+  }
+  return look;
+}
+
+/// What is written, and what it says of itself.
+struct ModelToWrite {
+  ModelFormat format;
+  AgingGlb model;
+  std::filesystem::path output;
+  std::vector<double> times;
+  std::string key;
+  std::vector<std::string> credits;
+  UpAxis up = UpAxis::Y;
+};
+
+void write_model(const ModelToWrite& what, const RunControl& control) {
+  const AgingGlb& model = what.model;
+  std::vector<GlbAppearance> appearance =
+      model.appearance(what.times, time_labels(what.times, model.history.time_unit), control.part(0.0, 0.1));
+  const RunControl writing = control.part(0.1, 1.0);
+  const std::string name = what.output.stem().string();
+  if (what.format == ModelFormat::Glb) {
+    const GlbOptions options{.name = name,
+                             .meters_per_unit = model.meters_per_unit,
+                             .key = what.key,
+                             .objects = model.objects,
+                             .credits = what.credits};
+    return write_glb(what.output, model.mesh, model.tiles, appearance, options, writing);
+  }
+  if (model.add_relief) model.add_relief(appearance, what.times, control);
+  if (what.format == ModelFormat::Usd) {
+    const UsdOptions options{.name = name,
+                             .meters_per_unit = model.meters_per_unit,
+                             .time_unit = time_unit_text(model.history.time_unit),
+                             .key = what.key,
+                             .objects = model.objects,
+                             .credits = what.credits};
+    return write_usd(what.output, model.mesh, model.tiles, appearance, what.times, options, writing);
+  }
+  const ObjOptions options{.name = name, .key = what.key, .objects = model.objects, .credits = what.credits};
+  write_obj_model(what.output, in_own_unit(model), model.tiles, in_own_unit(std::move(appearance.front()), model),
+                  options, writing);
+}
+
+}  // namespace
+
+std::optional<ModelFormat> model_format(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".glb") return ModelFormat::Glb;
+  if (extension == ".usdz" || extension == ".usda") return ModelFormat::Usd;
+  if (extension == ".obj") return ModelFormat::Obj;
+  return std::nullopt;
+}
+
+OutputWork model_work(const ExportTask& task, ModelFormat format) {
+  const auto what = std::make_shared<ModelToWrite>(ModelToWrite{.format = format,
+                                                                .model = open_aging_glb(task.subject, task.devices),
+                                                                .output = task.output,
+                                                                .times = {},
+                                                                .key = "",
+                                                                .credits = credits_of(task.subject),
+                                                                .up = task.axis.up});
+  if (what->up == UpAxis::Z) stand_up(what->model.mesh);
+  std::vector<std::string> notes;
+  what->times = task.times.resolve(what->model.history, format == ModelFormat::Obj ? 1 : kModelTimes, notes);
+  if (format == ModelFormat::Obj && what->times.size() > 1)
+    throw UsageError("-o: an OBJ shows one time; give one --time, or .usda, .usdz or .glb");
+  constexpr std::array<std::string_view, 3> kStages{"export glb 5", "export usd 5", "export obj 4"};
+  ContentHash hash;
+  hash.add(kStages[static_cast<std::size_t>(format)]).add(what->model.key);
+  if (what->up == UpAxis::Z) hash.add("up z");
+  for (double t : what->times) hash.add(t);
+  for (const std::string& credit : what->credits) hash.add(credit);
+  what->key = hash.hex();
+  OutputWork work{.output = task.output,
+                  .label = "export",
+                  .key = what->key,
+                  .existing_key = written_key(task.output),
+                  .beside = files_beside(format, task.output),
+                  .notes = std::move(notes),
+                  .report = std::make_shared<const Json>(Json{{"times", what->times}})};
+  work.make = [what](const RunControl& control) { write_model(*what, control); };
+  return work;
+}
+
+}  // namespace patinate::app

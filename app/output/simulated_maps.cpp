@@ -1,0 +1,97 @@
+#include "app/output/simulated_maps.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "libcommon/core/files.h"
+#include "patinate/atlas/dilate.h"
+#include "patinate/core/error.h"
+#include "patinate/simulation/scene_io.h"
+#include "simulation/job/frame_maps.h"
+#include "simulation/job/simulation_job.h"
+#include "simulation/job/simulation_output.h"
+
+namespace patinate::app {
+
+namespace {
+
+constexpr const char* kWater = "water";
+constexpr std::array<const char*, 2> kPlants{"moss", "organic"};  ///< The first that a scene has, as in the studio.
+constexpr float kLeastRoughness = 0.05f;                          // As in the GLB that `simulate` writes.
+
+int material_index(const simulation::Scene& scene, const std::string& name) {
+  const auto found = std::find(scene.materials.begin(), scene.materials.end(), name);
+  return found == scene.materials.end() ? -1 : static_cast<int>(found - scene.materials.begin());
+}
+
+ImageF decoded_normals(const ImageU8& codes) {
+  ImageF normals(codes.width(), codes.height(), 3);
+  for (std::size_t i = 0; i < normals.values().size(); ++i)
+    normals.values()[i] = (static_cast<float>(codes.values()[i]) - 127.5f) / 127.5f;
+  return normals;
+}
+
+ImageF roughness_of(const ImageU8& gloss) {
+  ImageF roughness(gloss.width(), gloss.height());
+  for (std::size_t i = 0; i < roughness.values().size(); ++i)
+    roughness.values()[i] = std::max(kLeastRoughness, 1.0f - static_cast<float>(gloss.values()[i]) / 255.0f);
+  return roughness;
+}
+
+}  // namespace
+
+SimulatedSurface::SimulatedSurface(const std::filesystem::path& folder, double film,
+                                   std::shared_ptr<const simulation::SimulationDevice> device,
+                                   const RunControl& control)
+    : folder_(manifest_folder(folder, "simulation.json")), film_(film) {
+  const simulation::SimulationManifest manifest = simulation::read_simulation_manifest(folder);
+  simulation::SceneFile file = simulation::read_scene(manifest.scene, control.part(0.0, 0.4));
+  manifest.apply_to(file);
+  if (file.scene.materials != manifest.materials)
+    throw IoError(file.file.string(), "has other materials than the simulation " + folder.string());
+  if (const int water = material_index(file.scene, kWater); water >= 0) {
+    simulation::MaterialAppearance& look = file.scene.appearance[water];
+    look.strength = look.specular = look.height_mm = 0.0;
+  }
+  frames_ = read_history_manifest(folder_ / "history");
+  has_course_ = std::all_of(frames_.frames.begin(), frames_.frames.end(),
+                            [](const HistoryFrame& frame) { return frame.amounts.has_value(); });
+  simulation_ = std::make_unique<simulation::Simulation>(
+      std::move(file.scene),
+      simulation::SimulationOptions{
+          .parameter_maps = {}, .color_form = manifest.color_form, .device = std::move(device)},
+      control.part(0.4, 1.0));
+}
+
+SurfaceMaps SimulatedSurface::at(double time, const RunControl& control) {
+  simulation::Simulation& simulation = *simulation_;
+  if (!has_course_ || time >= frames_.frames.back().time) {
+    simulation::read_atlas_file(folder_, simulation);
+  } else {
+    simulation::read_frame_amounts(folder_ / "history", frames_, time, simulation);
+  }
+  const simulation::Scene& scene = simulation.scene();
+  const simulation::Composer& look = simulation.compose(control);
+  const int water = material_index(scene, kWater);
+  SurfaceMaps maps{.color = look.color_linear(),
+                   .normals = decoded_normals(look.normal8()),
+                   .roughness = roughness_of(look.specular8()),
+                   .metalness = simulation::metalness_of(simulation),
+                   .height = look.height_mm()};
+  if (!maps.metalness.empty()) dilate(maps.metalness, simulation.coverage(), -1);
+  if (water >= 0) {
+    maps.wetness = simulation.amounts(water);
+    for (float& w : maps.wetness.values()) w = std::min(1.0f, w / static_cast<float>(film_));
+    dilate(maps.wetness, simulation.coverage(), -1);
+  }
+  for (const char* name : kPlants) {
+    const int plant = material_index(scene, name);
+    if (plant < 0 || !maps.plants.empty()) continue;
+    maps.plants = simulation.amounts(plant);
+    dilate(maps.plants, simulation.coverage(), -1);
+  }
+  return maps;
+}
+
+}  // namespace patinate::app

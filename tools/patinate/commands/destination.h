@@ -1,0 +1,33 @@
+/// \file
+/// The mesh that a transfer ages: its atlas, its size in mm, and how many texels it gets.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "patinate/atlas/atlas_mesh.h"
+#include "patinate/atlas/texel_map.h"
+#include "tools/patinate/command_line/command_run.h"
+#include "tools/patinate/commands/mesh_source.h"
+
+namespace patinate::cli {
+
+struct Destination {
+  std::shared_ptr<const AtlasMesh> atlas;  ///< In mm.
+  std::shared_ptr<const TexelMap> map;     ///< Of the same mesh.
+  std::optional<std::string> unit;         ///< Of the mesh file, when it is known.
+  double mm_per_mesh_unit = 1.0;
+  double texel_size_mm = 1.0;  ///< Surface length of one pixel of the history.
+};
+
+/// Reads the mesh and chooses what was not said: without a unit it is scaled so that a texel equals a pixel of the
+/// history; with one, and a history that knows its texel size, every tile gets as many texels as it takes to show every
+/// pixel (256 along a side at least, and in all tiles together no more than 4096 x 4096) unless --resolution was given.
+/// Notes say what was chosen.
+/// @param pixel_mm  Surface length of one pixel of the history, when it is known.
+/// @throws IoError naming the mesh's file.
+[[nodiscard]] Destination make_destination(const MeshSource& source, const AtlasOptions& options,
+                                           bool is_resolution_given, std::optional<double> pixel_mm, CommandRun& run);
+
+}  // namespace patinate::cli

@@ -1,0 +1,23 @@
+#include "tools/patinate/commands/device_words.h"
+
+#include <memory>
+#include <mutex>
+#include <string>
+
+namespace patinate::cli {
+
+app::DeviceWords words_of(CommandRun& run) {
+  const auto mutex = std::make_shared<std::mutex>();
+  const auto in_turn = [mutex](auto&& say) {
+    return [mutex, say](const std::string& text) {
+      const std::lock_guard lock(*mutex);
+      say(text);
+    };
+  };
+  return {.detail = in_turn([&run](const std::string& text) { run.detail(text); }),
+          .note = in_turn([&run](const std::string& text) { run.note(text); }),
+          .decided = in_turn([&run](const std::string& name) { run.line.decided("device", name); }),
+          .is_dry_run = run.line.common().dry_run};
+}
+
+}  // namespace patinate::cli

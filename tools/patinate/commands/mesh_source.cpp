@@ -1,0 +1,85 @@
+#include "tools/patinate/commands/mesh_source.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "app/request/usage_error.h"
+#include "libcommon/core/text.h"
+#include "libcommon/geometry/mesh_repair.h"
+#include "libcommon/mesh_files/mesh_files.h"
+#include "patinate/core/error.h"
+#include "patinate/mesh_files/mesh_io.h"
+#include "tools/patinate/command_line/failure.h"
+
+namespace patinate::cli {
+
+namespace {
+/// What is wrong with the mesh, with its file's name in front.
+template <class Make>
+auto naming_file(const MeshSource& source, Make&& make) {
+  try {
+    return make();
+  } catch (const InvalidInput& e) {
+    throw IoError(source.path.string(), e.what());
+  } catch (...) {
+    rethrow_naming(source.path);
+  }
+}
+
+}  // namespace
+
+std::optional<std::string> MeshSource::unit_or_none() const {
+  if (unit.empty() && is_gltf_file(path)) return "m";  // By the standard.
+  if (unit.empty()) return std::nullopt;
+  (void)app::mm_per_unit(unit);
+  return unit;
+}
+
+void declare_mesh(CommandLine& line, MeshSource& source) {
+  line.positional("MESH", "OBJ, PLY, STL, glTF or GLB", source.path);
+  line.option("unit", "um|mm|cm|m",
+              "Length unit of the mesh file; glTF is in m, other files do not say: without, sizes are relative",
+              source.unit);
+  line.suggestions({"um", "mm", "cm", "m"});
+  line.option("node", "NAME", "Only the surfaces of this node", source.node);
+  line.option("material", "NAME", "Only the surfaces of this material", source.material);
+}
+
+Mesh load_mesh(const MeshSource& source, CommandRun& run) {
+  (void)source.unit_or_none();
+  return naming_file(source, [&] {
+    std::vector<std::string> notes;
+    Mesh mesh = read_mesh(source.path, &notes);
+    for (const std::string& note : notes) run.note(source.path.string() + ": " + note);
+    if (!source.node.empty() || !source.material.empty()) mesh = select_surfaces(mesh, source.node, source.material);
+    RepairedMesh repaired = repair_mesh(std::move(mesh));
+    if (const std::string text = repaired.repairs.text(); !text.empty()) run.note(source.path.string() + ": " + text);
+    return with_normals(std::move(repaired.mesh));
+  });
+}
+
+Range resolution_range() { return between(16, 16384); }
+
+void describe(OptionVisitor& v, AtlasOptions& o) {
+  v.visit({"resolution", "Texels along each side of the atlas, or of each of its tiles", "", resolution_range()},
+          o.resolution);
+  v.visit_choice(
+      {"atlas", "auto: the mesh's UVs when every place has a texel of its own, else unwrapped; uv or unwrap: always"},
+      o.method, kAtlasMethodNames);
+}
+
+AtlasMesh make_atlas(const MeshSource& source, Mesh mesh, const AtlasOptions& options, const RunControl& control) {
+  return naming_file(source,
+                     [&] { return make_atlas_mesh(std::move(mesh), options.method, options.resolution, control); });
+}
+
+void note_atlas(const MeshSource& source, const AtlasMesh& atlas, CommandRun& run) {
+  for (const std::string& note : atlas.notes) run.note(source.path.string() + ": " + note);
+}
+
+TexelMap make_texel_map(const MeshSource& source, const AtlasMesh& atlas, int resolution, const RunControl& control) {
+  return naming_file(source, [&] { return make_texel_map(atlas, resolution, control); });
+}
+
+}  // namespace patinate::cli

@@ -1,0 +1,51 @@
+/// \file
+/// How commands are told which mesh, which of its surfaces, its unit and its atlas.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "app/request/unit_argument.h"
+#include "patinate/atlas/atlas_mesh.h"
+#include "patinate/atlas/texel_map.h"
+#include "patinate/geometry/mesh.h"
+#include "tools/patinate/command_line/command_run.h"
+
+namespace patinate::cli {
+
+struct MeshSource {
+  std::filesystem::path path;
+  std::string unit;      ///< "" = not said.
+  std::string node;      ///< "" = all.
+  std::string material;  ///< "" = all.
+  /// What was said; "m" for glTF. @throws UsageError if the unit is none.
+  [[nodiscard]] std::optional<std::string> unit_or_none() const;
+};
+
+/// Declares MESH, --unit, --node and --material.
+void declare_mesh(CommandLine& line, MeshSource& source);
+/// The chosen surfaces, repaired (a note says what), with normals, in the file's unit. @throws IoError
+[[nodiscard]] Mesh load_mesh(const MeshSource& source, CommandRun& run);
+
+/// What --resolution may be.
+[[nodiscard]] Range resolution_range();
+
+struct AtlasOptions {
+  int resolution = 1024;  ///< Texels along each side of a tile; [16, 16384].
+  AtlasMethod method = AtlasMethod::Auto;
+};
+void describe(OptionVisitor& v, AtlasOptions& o);
+
+/// make_atlas_mesh(); errors in the mesh name its file.
+[[nodiscard]] AtlasMesh make_atlas(const MeshSource& source, Mesh mesh, const AtlasOptions& options,
+                                   const RunControl& control);
+/// Says what a user should know of the atlas.
+void note_atlas(const MeshSource& source, const AtlasMesh& atlas, CommandRun& run);
+/// make_texel_map(); errors name the file.
+[[nodiscard]] TexelMap make_texel_map(const MeshSource& source, const AtlasMesh& atlas, int resolution,
+                                      const RunControl& control);
+
+}  // namespace patinate::cli

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/output/checked_devices.h"
+#include "app/device/checked_devices.h"
 #include "patinate/core/options.h"
 #include "patinate/core/run_control.h"
 #include "patinate/geometry/mesh.h"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "app/output/checked_devices.h"
+#include "app/device/checked_devices.h"
 #include "patinate/atlas/atlas_mesh.h"
 #include "patinate/atlas/sheet.h"
 #include "patinate/core/run_control.h"

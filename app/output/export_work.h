@@ -4,8 +4,8 @@
 
 #include <filesystem>
 
+#include "app/device/checked_devices.h"
 #include "app/output/aging_glb.h"
-#include "app/output/checked_devices.h"
 #include "app/output/output_work.h"
 #include "app/request/times_choice.h"
 #include "patinate/core/options.h"

@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
+#include "app/device/checked_devices.h"
 #include "app/output/aging_mesh.h"
-#include "app/output/checked_devices.h"
 #include "app/output/output_work.h"
 #include "app/output/picture_views.h"
 #include "app/output/surface_files.h"

@@ -18,9 +18,6 @@ namespace patinate::python {
 
 namespace py = pybind11;
 
-/// Of the command's --seed.
-constexpr std::int64_t kDefaultSeed = 1;
-
 py::dict figures_of(const std::vector<analysis::Figure>& figures) {
   py::dict out;
   for (const analysis::Figure& figure : figures) out[figure.name.c_str()] = object_of(figure_json(as_stated(figure)));

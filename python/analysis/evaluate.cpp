@@ -36,7 +36,7 @@ void bind_evaluate(py::module_& module) {
              "How good a transfer is: energy and audit, control error, statistics, repetition, seams, scale, lines.")
              .takes("transfer", "AgedMesh | Transfer | str | os.PathLike[str]",
                     "In memory, or a transfer folder or its path")
-             .options<EvaluateKeywords>({.seed = default_seed()})
+             .options<EvaluateKeywords>({.seed = kDefaultSeed})
              .runs()
              .returns("dict[str, Any]",
                       "figures: by name value, unit, split (what two draws from the source itself give), undefined "
@@ -45,7 +45,7 @@ void bind_evaluate(py::module_& module) {
              .raises("InvalidInput, IoError"),
          [](const py::object& given, const py::kwargs& kwargs) {
            Keywords keywords("evaluate", kwargs);
-           EvaluateKeywords options{.seed = default_seed()};
+           EvaluateKeywords options{.seed = kDefaultSeed};
            keywords.read(options);
            const RunArguments run = keywords.run();
            keywords.finish();

@@ -66,7 +66,7 @@ void bind_explain(py::module_& module) {
           .takes("candidates", "Sequence[str] | Mapping[str, ControlMap | npt.ArrayLike]",
                  "Expressions as Surface.control() takes them, or maps H x W in [0, 1] by name")
           .keyword("mask", "npt.ArrayLike | None", "None", "H x W of bool or integers, 0 = not looked at")
-          .options<ExplainKeywords>({.seed = default_seed()})
+          .options<ExplainKeywords>({.seed = kDefaultSeed})
           .runs()
           .returns("dict[str, Any]",
                    "candidates: by name, the strongest first, correlation, low and high (95 %), p, corrected_p, "
@@ -75,7 +75,7 @@ void bind_explain(py::module_& module) {
       [](const PySurface& surface, const py::object& reference, const py::object& candidates,
          const py::kwargs& kwargs) {
         Keywords keywords("explain", kwargs);
-        ExplainKeywords options{.seed = default_seed()};
+        ExplainKeywords options{.seed = kDefaultSeed};
         keywords.read(options);
         ImageU8 mask = optional_mask(keywords.object("mask"), "mask");
         const RunArguments run = keywords.run();

@@ -30,7 +30,7 @@ struct FitKeywords {
   int evaluations = 60;
   analysis::EvolutionOptions search = {};
   int starts = analysis::MultiStartOptions{}.starts;
-  std::int64_t seed = default_seed();
+  std::int64_t seed = kDefaultSeed;
 };
 void describe(OptionVisitor& v, FitKeywords& o) {
   v.visit({"evaluations", "Budget: so often is the objective asked for, whole generations", "", between(1, 1e6)},

@@ -15,15 +15,11 @@ struct DeviceKeyword::Notes {
 
 DeviceKeyword::DeviceKeyword(Keywords& keywords) : notes_(std::make_shared<Notes>()) { keywords.read(options_); }
 
-app::DeviceWords DeviceKeyword::words() const {
-  const auto ignore = [](const std::string&) {};
-  return {.detail = ignore,
-          .note =
-              [notes = notes_](const std::string& text) {
-                const std::lock_guard lock(notes->mutex);
-                notes->texts.push_back(text);
-              },
-          .decided = ignore};
+app::Words DeviceKeyword::words() const {
+  return {.note = [notes = notes_](const std::string& text) {
+    const std::lock_guard lock(notes->mutex);
+    notes->texts.push_back(text);
+  }};
 }
 
 void DeviceKeyword::warn() const {

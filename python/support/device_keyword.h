@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "app/output/checked_devices.h"
+#include "app/device/checked_devices.h"
 #include "python/support/keywords.h"
 
 namespace patinate::python {
@@ -18,7 +18,7 @@ class DeviceKeyword {
 
   [[nodiscard]] const device::DeviceOptions& options() const { return options_; }
   /// For those that open it, on any thread.
-  [[nodiscard]] app::DeviceWords words() const;
+  [[nodiscard]] app::Words words() const;
   /// Says what was noted since, with the interpreter's lock. @throws what the filter of warnings makes of it
   void warn() const;
 

@@ -6,12 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "app/request/failure.h"
 #include "app/request/usage_error.h"
 #include "libcommon/core/input_watch.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate_commit.h"
-#include "tools/patinate/command_line/failure.h"
 #include "tools/patinate/command_line/interruption.h"
 #include "tools/patinate/command_line/message_stream.h"
 #include "tools/patinate/command_line/verbs.h"
@@ -64,7 +64,7 @@ int guarded_main(const std::vector<std::string>& arguments) {
     return report_interruption();
   } catch (...) {
     if (source.stop_requested()) return report_interruption();  // What ends at once may fail in any way.
-    const Failure failure = current_failure();
+    const app::Failure failure = app::current_failure();
     print_error(failure.message);
     return failure.code;
   }

@@ -1,4 +1,4 @@
-#include "tools/patinate/command_line/failure.h"
+#include "app/request/failure.h"
 
 #include <gtest/gtest.h>
 
@@ -16,11 +16,11 @@
 namespace patinate {
 namespace {
 
-cli::Failure failure_of(const std::function<void()>& throws) {
+app::Failure failure_of(const std::function<void()>& throws) {
   try {
     throws();
   } catch (...) {
-    return cli::current_failure();
+    return app::current_failure();
   }
   return {0, ""};
 }
@@ -30,7 +30,7 @@ std::string named(const std::function<void()>& throws) {
     try {
       throws();
     } catch (...) {
-      cli::rethrow_naming("a.file");
+      app::rethrow_naming("a.file");
     }
   } catch (const Error& e) {
     return e.what();

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/mesh/mesh_source.h"
 #include "app/request/usage_error.h"
 #include "capture/relit/relit_view.h"
 #include "libcommon/controls/height_accessibility.h"
@@ -14,8 +15,9 @@
 #include "patinate/geometry/camera_io.h"
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/point_cloud_io.h"
+#include "tools/patinate/commands/command_words.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/commands/mesh_source.h"
+#include "tools/patinate/commands/declared_options.h"
 
 namespace patinate::cli {
 
@@ -39,7 +41,7 @@ void describe(OptionVisitor& v, AccessibilityCommandOptions& o) {
 }
 
 /// A mesh, or a range grid as one; in mm.
-Mesh load_surface(const MeshSource& source, double mm, CommandRun& run) {
+Mesh load_surface(const app::MeshSource& source, double mm, CommandRun& run) {
   const std::string extension = source.path.extension().string();
   Mesh mesh;
   bool is_grid = extension == ".pcd";
@@ -54,7 +56,7 @@ Mesh load_surface(const MeshSource& source, double mm, CommandRun& run) {
       }
     }
   }
-  if (!is_grid) mesh = load_mesh(source, run);
+  if (!is_grid) mesh = app::load_mesh(source, words_of(run));
   scale_mesh(mesh, mm);
   return mesh;
 }
@@ -151,7 +153,7 @@ void run_item(const fs::path& folder, const Mesh& mesh, const Vec3& viewer, cons
 }  // namespace
 
 int cmd_accessibility(CommandRun& run) {
-  MeshSource source;
+  app::MeshSource source;
   fs::path output;
   AccessibilityCommandOptions options;
   declare_mesh(run.line, source);

@@ -5,6 +5,7 @@
 
 #include "app/controls/control_store.h"
 #include "app/controls/scene_controls.h"
+#include "app/mesh/mesh_source.h"
 #include "app/request/output_file.h"
 #include "app/request/usage_error.h"
 #include "libcommon/controls/control_arguments.h"
@@ -16,9 +17,9 @@
 #include "patinate/core/error.h"
 #include "patinate/image/image_io.h"
 #include "patinate/mesh_files/mesh_io.h"
+#include "tools/patinate/commands/command_words.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/commands/kind_options.h"
-#include "tools/patinate/commands/mesh_source.h"
+#include "tools/patinate/commands/declared_options.h"
 #include "tools/patinate/commands/output_command.h"
 #include "tools/patinate/commands/tile_files.h"
 
@@ -27,7 +28,7 @@ namespace patinate::cli {
 namespace {
 
 struct ControlCommandOptions {
-  AtlasOptions atlas;
+  app::AtlasOptions atlas;
   ControlKindOptions kinds;
 };
 void describe(OptionVisitor& v, ControlCommandOptions& o) {
@@ -58,7 +59,9 @@ std::string control_key(const std::string& text, const AtlasMesh& atlas_mm, Cont
 }
 
 /// glTF is in meters by its standard; other files are taken as mm unless --unit says otherwise.
-double mm_per_mesh_unit(const MeshSource& source) { return app::mm_per_unit(source.unit_or_none().value_or("mm")); }
+double mm_per_mesh_unit(const app::MeshSource& source) {
+  return app::mm_per_unit(source.unit_or_none().value_or("mm"));
+}
 
 /// Where the mesh goes whose UVs were made for a map.
 std::filesystem::path unwrapped_file(const std::filesystem::path& map_file) {
@@ -146,7 +149,7 @@ Json write_map(CommandRun& run, const AskedMap& asked, const ControlMap& made, c
 }  // namespace
 
 int cmd_control(CommandRun& run) {
-  MeshSource mesh_source;
+  app::MeshSource mesh_source;
   std::filesystem::path output;
   std::vector<std::string> kinds;
   ControlCommandOptions options;
@@ -182,8 +185,8 @@ int cmd_control(CommandRun& run) {
     app::refuse_scene_maps(kind, mesh_source.path);
   }
 
-  Mesh mesh = load_mesh(mesh_source, run);
-  AtlasMesh atlas = make_atlas(mesh_source, std::move(mesh), options.atlas, run.control("atlas"));
+  Mesh mesh = app::load_mesh(mesh_source, words_of(run));
+  AtlasMesh atlas = app::make_atlas(mesh_source, std::move(mesh), options.atlas, run.control("atlas"));
   scale_mesh(atlas.mesh, mm_per_mesh_unit(mesh_source));
   std::vector<AskedMap> maps;
   for (const std::string& kind : kinds)
@@ -191,11 +194,11 @@ int cmd_control(CommandRun& run) {
                     control_key(kind, atlas, options)});
   const std::optional<std::vector<std::size_t>> todo = maps_to_make(run, output, atlas, maps);
   if (!todo) return 0;
-  note_atlas(mesh_source, atlas, run);
+  app::note_atlas(mesh_source, atlas, words_of(run));
   Json more = Json::object();
   if (!todo->empty()) {
     const RunControl control = run.control("control");
-    const TexelMap map = make_texel_map(mesh_source, atlas, options.atlas.resolution, control.part(0.0, 0.2));
+    const TexelMap map = app::make_texel_map(mesh_source, atlas, options.atlas.resolution, control.part(0.0, 0.2));
     const ControlCache cache = app::user_control_cache(store.cache);
     for (std::size_t k = 0; k < todo->size(); ++k) {
       const AskedMap& asked = maps[(*todo)[k]];

@@ -5,8 +5,8 @@
 #include "app/request/repeating_command.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "tools/patinate/commands/command_words.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/commands/device_words.h"
 #include "transfer/exemplar/appearance_cache.h"
 
 namespace patinate::cli {

@@ -13,8 +13,9 @@
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_key.h"
+#include "tools/patinate/commands/command_words.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/commands/kind_options.h"
+#include "tools/patinate/commands/declared_options.h"
 #include "tools/patinate/commands/surface_reference.h"
 
 namespace patinate::cli {
@@ -25,8 +26,8 @@ namespace {
 
 struct ExplainCommand {
   fs::path reference, output;
-  MeshSource mesh;
-  AtlasOptions atlas;
+  app::MeshSource mesh;
+  app::AtlasOptions atlas;
   std::vector<std::string> kinds, also;
   ReferenceOptions options;
   analysis::ExplanationOptions explanation;
@@ -112,7 +113,7 @@ std::string explain_command(const ExplainCommand& command, std::int64_t seed) {
   add("material", command.mesh.material);
   for (const std::string& kind : command.kinds) add("kind", kind);
   for (const std::string& expression : command.also) add("also", expression);
-  text += app::changed_options(option_values(command.atlas), option_values(AtlasOptions{}));
+  text += app::changed_options(option_values(command.atlas), option_values(app::AtlasOptions{}));
   ReferenceOptions named = command.options;
   for (std::string* path : {&named.before, &named.mask, &named.camera}) {
     if (!path->empty()) *path = app::input_word(*path);
@@ -194,14 +195,14 @@ int cmd_explain(CommandRun& run) {
   if (command.controls.distance_from.empty()) command.controls.distance_from = "creases";
   const bool needs_uvs = lies_on_uvs(command.reference, command.options);
   if (needs_uvs && command.atlas.method == AtlasMethod::Auto) command.atlas.method = AtlasMethod::Uv;
-  Mesh mesh = load_mesh(command.mesh, run);
-  AtlasMesh atlas = make_atlas(command.mesh, std::move(mesh), command.atlas, run.control("atlas"));
-  note_atlas(command.mesh, atlas, run);
+  Mesh mesh = app::load_mesh(command.mesh, words_of(run));
+  AtlasMesh atlas = app::make_atlas(command.mesh, std::move(mesh), command.atlas, run.control("atlas"));
+  app::note_atlas(command.mesh, atlas, words_of(run));
   if (!command.mesh.unit_or_none()) run.note(command.mesh.path.string() + ": taken as mm; --unit says otherwise");
   const double mm = app::mm_per_unit(command.mesh.unit_or_none().value_or("mm"));
   scale_mesh(atlas.mesh, mm);
   const auto map = std::make_shared<const TexelMap>(
-      make_texel_map(command.mesh, atlas, command.atlas.resolution, run.control("atlas")));
+      app::make_texel_map(command.mesh, atlas, command.atlas.resolution, run.control("atlas")));
   task.map = map;
   task.mesh_name = command.mesh.path.filename().string();
   task.mesh_key = mesh_content_key(map->mesh());

@@ -1,7 +1,7 @@
 #include "app/output/export_work.h"
 #include "tools/patinate/command_line/times_argument.h"
+#include "tools/patinate/commands/command_words.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/commands/device_words.h"
 #include "tools/patinate/commands/output_command.h"
 
 namespace patinate::cli {

@@ -1,12 +1,13 @@
 #include <memory>
 #include <utility>
 
+#include "app/device/checked_devices.h"
 #include "app/request/usage_error.h"
 #include "patinate/core/error.h"
 #include "simulation/job/recompose_job.h"
 #include "simulation/job/simulation_job.h"
+#include "tools/patinate/commands/command_words.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/commands/device_words.h"
 
 namespace patinate::cli {
 

@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include "app/device/checked_devices.h"
 #include "app/request/usage_error.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
@@ -7,8 +8,8 @@
 #include "simulation/job/estimate.h"
 #include "simulation/job/outcome_json.h"
 #include "simulation/job/simulation_job.h"
+#include "tools/patinate/commands/command_words.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/commands/device_words.h"
 
 namespace patinate::cli {
 

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/device/checked_devices.h"
 #include "app/request/output_file.h"
 #include "app/request/usage_error.h"
 #include "libcommon/core/files.h"
@@ -13,8 +14,8 @@
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/interruption.h"
+#include "tools/patinate/commands/command_words.h"
 #include "tools/patinate/commands/commands.h"
-#include "tools/patinate/commands/device_words.h"
 #include "tools/studio/access.h"
 #include "tools/studio/recording.h"
 #include "tools/studio/server.h"

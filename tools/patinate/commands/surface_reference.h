@@ -9,8 +9,8 @@
 #include <string>
 
 #include "analysis/explanation/explanation_job.h"
+#include "app/mesh/mesh_source.h"
 #include "patinate/atlas/texel_map.h"
-#include "tools/patinate/commands/mesh_source.h"
 
 namespace patinate::cli {
 

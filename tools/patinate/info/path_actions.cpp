@@ -7,6 +7,7 @@
 #include "analysis/explanation/explanation_report.h"
 #include "analysis/factorization/factorization_job.h"
 #include "analysis/fit/fit_job.h"
+#include "app/request/failure.h"
 #include "app/request/path_kind.h"
 #include "capture/project/capture_project.h"
 #include "capture/project/relit_project.h"
@@ -19,7 +20,6 @@
 #include "patinate/mesh_files/point_cloud_io.h"
 #include "patinate/transfer/transfer_reader.h"
 #include "simulation/job/simulation_job.h"
-#include "tools/patinate/command_line/failure.h"
 #include "tools/patinate/info/capture_results.h"
 #include "tools/patinate/info/path_facts.h"
 
@@ -199,13 +199,13 @@ void Checks::run(const std::function<void()>& check) {
 }
 
 Facts facts_of(const std::filesystem::path& path) try { return actions_of(path).facts(path); } catch (...) {
-  rethrow_naming(path);
+  app::rethrow_naming(path);
 }
 
 void check_path(const std::filesystem::path& path, Checks& checks, const RunControl& control) try {
   actions_of(path).check(path, checks, control);
 } catch (...) {
-  rethrow_naming(path);
+  app::rethrow_naming(path);
 }
 
 std::string path_kinds_text() {

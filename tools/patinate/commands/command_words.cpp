@@ -1,4 +1,4 @@
-#include "tools/patinate/commands/device_words.h"
+#include "tools/patinate/commands/command_words.h"
 
 #include <memory>
 #include <mutex>
@@ -6,7 +6,7 @@
 
 namespace patinate::cli {
 
-app::DeviceWords words_of(CommandRun& run) {
+app::Words words_of(CommandRun& run) {
   const auto mutex = std::make_shared<std::mutex>();
   const auto in_turn = [mutex](auto&& say) {
     return [mutex, say](const std::string& text) {
@@ -16,7 +16,12 @@ app::DeviceWords words_of(CommandRun& run) {
   };
   return {.detail = in_turn([&run](const std::string& text) { run.detail(text); }),
           .note = in_turn([&run](const std::string& text) { run.note(text); }),
-          .decided = in_turn([&run](const std::string& name) { run.line.decided("device", name); }),
+          .decided =
+              [mutex, &run](const std::string& option, const std::string& value) {
+                const std::lock_guard lock(*mutex);
+                run.line.decided(option, value);
+              },
+          .phase = [&run](const std::string& name) { return run.control(name); },
           .is_dry_run = run.line.common().dry_run};
 }
 

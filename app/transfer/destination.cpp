@@ -1,4 +1,4 @@
-#include "tools/patinate/commands/destination.h"
+#include "app/transfer/destination.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,40 +9,40 @@
 #include "patinate/core/error.h"
 #include "transfer/guidance/scale.h"
 
-namespace patinate::cli {
+namespace patinate::app {
 
 namespace {
 
 /// What the command says when sizes were chosen, not known.
-void note_scale(const transfer::TransferScale& scale, CommandRun& run) {
+void note_scale(const transfer::TransferScale& scale, const Words& say) {
   if (scale.source == transfer::ScaleSource::PixelAssumed) {
-    run.note("the history has no texel size: one pixel of it covers one texel (" +
+    say.note("the history has no texel size: one pixel of it covers one texel (" +
              short_number_text(scale.texel_size_mm) + " mm); --texel-size sets it");
   } else if (scale.source == transfer::ScaleSource::MeshScaled) {
-    run.note("the mesh has no unit: it is scaled so that one texel equals one pixel of the history; --unit sets it");
+    say.note("the mesh has no unit: it is scaled so that one texel equals one pixel of the history; --unit sets it");
   }
 }
 
 constexpr double kCoarse = 1.5;  // Pixels a texel: from here on all of the texture is coarser than the history.
 
 /// Says when texels and the history's pixels differ so much that texture is excluded or magnified.
-void note_ratio(double pixels_per_texel, double equal_resolution, CommandRun& run) {
+void note_ratio(double pixels_per_texel, double equal_resolution, const Words& say) {
   if (pixels_per_texel > 0.66 && pixels_per_texel < kCoarse) return;
   const Range range = resolution_range();
   const double resolution = std::round(equal_resolution);
-  run.note("one texel covers " + short_number_text(pixels_per_texel) + " pixels of the history" +
+  say.note("one texel covers " + short_number_text(pixels_per_texel) + " pixels of the history" +
            (range.contains(resolution)
                 ? "; --resolution " + std::to_string(static_cast<int>(resolution)) + " would make them equal"
                 : ""));
 }
 
 /// Names uneven UVs: lines become dots where texels skip pixels, whatever the resolution of the rest.
-void note_large_texels(const TexelMap& map, double pixel_mm, bool is_unwrapped, CommandRun& run) {
+void note_large_texels(const TexelMap& map, double pixel_mm, bool is_unwrapped, const Words& say) {
   constexpr double kLarge = 1.3;       // Of a pixel's side; a line 1.5 px wide is then missed by some texels.
   constexpr double kMuch = 1.0 / 3.0;  // Of the surface.
   const double share = map.share_of_larger_texels(kLarge * pixel_mm);
   if (share <= kMuch) return;
-  run.note(percent_text(share, 2) +
+  say.note(percent_text(share, 2) +
            " of the surface has texels more than 1.3 pixels of the history large: thin lines "
            "become dots there; use a higher --resolution" +
            (is_unwrapped ? "" : ", or --atlas unwrap for texels of one size"));
@@ -61,26 +61,26 @@ void require_plausible(const MeshSource& source, const transfer::TransferScale& 
 }
 
 /// Nobody who reads "default 1024" expects 4096 x 4096 texels, and what they take.
-void note_chosen(int resolution, std::size_t num_tiles, CommandRun& run) {
+void note_chosen(int resolution, std::size_t num_tiles, const Words& say) {
   const std::string size = size_text(resolution, resolution) + (num_tiles > 1 ? " texels a tile" : " texels");
-  run.note("automatic resolution: " + size +
+  say.note("automatic resolution: " + size +
            ", so that they show the history's pixels (256 to 4096 along a side of all); --resolution sets another");
 }
 
 }  // namespace
 
 Destination make_destination(const MeshSource& source, const AtlasOptions& options, bool is_resolution_given,
-                             std::optional<double> pixel_mm, CommandRun& run) {
+                             std::optional<double> pixel_mm, const Words& say) {
   Destination out;
   out.unit = source.unit_or_none();
-  const Mesh mesh = load_mesh(source, run);
-  AtlasMesh atlas = make_atlas(source, mesh, options, run.control("atlas"));
-  auto unscaled = std::make_unique<TexelMap>(make_texel_map(source, atlas, options.resolution, run.control("atlas")));
+  const Mesh mesh = load_mesh(source, say);
+  AtlasMesh atlas = make_atlas(source, mesh, options, say.phase("atlas"));
+  auto unscaled = std::make_unique<TexelMap>(make_texel_map(source, atlas, options.resolution, say.phase("atlas")));
   if (unscaled->num_covered() == 0) {
     throw IoError(source.path.string(), "its UVs cover no texel; use a larger --resolution, or --atlas unwrap");
   }
   const double texel = unscaled->median_texel_size_by_area_mm();
-  const auto mm = out.unit ? std::optional(app::mm_per_unit(*out.unit)) : std::nullopt;
+  const auto mm = out.unit ? std::optional(mm_per_unit(*out.unit)) : std::nullopt;
   const transfer::TransferScale scale = transfer::choose_scale(mm, pixel_mm, texel);
   out.mm_per_mesh_unit = scale.mm_per_mesh_unit;
   out.texel_size_mm = scale.texel_size_mm;
@@ -89,22 +89,22 @@ Destination make_destination(const MeshSource& source, const AtlasOptions& optio
   if (!is_resolution_given && out.unit && pixel_mm) {
     chosen.resolution = transfer::choose_resolution(options.resolution, texel * scale.mm_per_mesh_unit, *pixel_mm,
                                                     static_cast<int>(atlas.tiles.size()));
-    note_chosen(chosen.resolution, atlas.tiles.size(), run);
+    note_chosen(chosen.resolution, atlas.tiles.size(), say);
   }
-  run.line.decided("resolution", std::to_string(chosen.resolution));
+  say.decided("resolution", std::to_string(chosen.resolution));
   unscaled.reset();
   // An unwrapped atlas keeps its gutters for the number of texels it was made with.
   if (atlas.is_unwrapped && chosen.resolution != options.resolution)
-    atlas = make_atlas(source, mesh, chosen, run.control("atlas"));
-  note_atlas(source, atlas, run);
-  note_scale(scale, run);
+    atlas = make_atlas(source, mesh, chosen, say.phase("atlas"));
+  note_atlas(source, atlas, say);
+  note_scale(scale, say);
   scale_mesh(atlas.mesh, scale.mm_per_mesh_unit);
-  out.map = std::make_shared<TexelMap>(make_texel_map(source, atlas, chosen.resolution, run.control("atlas")));
+  out.map = std::make_shared<TexelMap>(make_texel_map(source, atlas, chosen.resolution, say.phase("atlas")));
   out.atlas = std::make_shared<AtlasMesh>(std::move(atlas));
   const double ratio = out.map->median_texel_size_mm() / out.texel_size_mm;
-  note_ratio(ratio, ratio * chosen.resolution, run);
-  if (ratio < kCoarse) note_large_texels(*out.map, out.texel_size_mm, out.atlas->is_unwrapped, run);
+  note_ratio(ratio, ratio * chosen.resolution, say);
+  if (ratio < kCoarse) note_large_texels(*out.map, out.texel_size_mm, out.atlas->is_unwrapped, say);
   return out;
 }
 
-}  // namespace patinate::cli
+}  // namespace patinate::app

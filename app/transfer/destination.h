@@ -6,12 +6,12 @@
 #include <optional>
 #include <string>
 
+#include "app/mesh/mesh_source.h"
+#include "app/request/words.h"
 #include "patinate/atlas/atlas_mesh.h"
 #include "patinate/atlas/texel_map.h"
-#include "tools/patinate/command_line/command_run.h"
-#include "tools/patinate/commands/mesh_source.h"
 
-namespace patinate::cli {
+namespace patinate::app {
 
 struct Destination {
   std::shared_ptr<const AtlasMesh> atlas;  ///< In mm.
@@ -28,6 +28,6 @@ struct Destination {
 /// @param pixel_mm  Surface length of one pixel of the history, when it is known.
 /// @throws IoError naming the mesh's file.
 [[nodiscard]] Destination make_destination(const MeshSource& source, const AtlasOptions& options,
-                                           bool is_resolution_given, std::optional<double> pixel_mm, CommandRun& run);
+                                           bool is_resolution_given, std::optional<double> pixel_mm, const Words& say);
 
-}  // namespace patinate::cli
+}  // namespace patinate::app

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-namespace patinate::cli {
+namespace patinate::app {
 
 struct Failure {
   int code;             ///< Of the process: 1 could not do it, 2 the command line is wrong, 3 the input is wrong.
@@ -19,4 +19,4 @@ struct Failure {
 /// about in front.
 [[noreturn]] void rethrow_naming(const std::filesystem::path& file);
 
-}  // namespace patinate::cli
+}  // namespace patinate::app

@@ -1,4 +1,4 @@
-#include "app/output/checked_devices.h"
+#include "app/device/checked_devices.h"
 
 #include <mutex>
 #include <optional>
@@ -23,7 +23,7 @@ std::string problem_of(const device::Device& opened, const KernelCheck& check_ke
 }
 
 std::optional<device::Device> open_checked(const device::DeviceOptions& options, const KernelCheck& check_kernels,
-                                           const DeviceWords& say) {
+                                           const Words& say) {
   if (options.device == "cpu") return std::nullopt;
   std::string problem;
   for (const device::DeviceInfo& info : device::choose_devices(options.device, device::list_devices())) {
@@ -32,7 +32,7 @@ std::optional<device::Device> open_checked(const device::DeviceOptions& options,
       problem = problem_of(opened, check_kernels);
       if (problem.empty()) {
         say.detail("device: " + device::label(info));
-        say.decided(device::label(info));
+        say.decided("device", device::label(info));
         return opened;
       }
     } catch (const device::DeviceError& error) {
@@ -42,7 +42,7 @@ std::optional<device::Device> open_checked(const device::DeviceOptions& options,
     say.detail(problem);
   }
   if (options.device != "auto") throw CannotComplete(problem + "; --device cpu does without");
-  say.decided("cpu");
+  say.decided("device", "cpu");
   return std::nullopt;
 }
 
@@ -57,7 +57,7 @@ std::string text_of(const device::DeviceTimes& before, const device::DeviceTimes
 /// A Kind of device, which says by a note when it fails.
 template <class Kind>
 std::shared_ptr<const Kind> open_kind(const device::DeviceOptions& options, const KernelCheck& check_kernels,
-                                      const DeviceWords& say) {
+                                      const Words& say) {
   if (say.is_dry_run) {
     check_device(options);
     return nullptr;
@@ -82,12 +82,12 @@ void check_device(const device::DeviceOptions& options) {
 }
 
 std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::DeviceOptions& options,
-                                                                 const DeviceWords& say) {
+                                                                 const Words& say) {
   return open_kind<transfer::SearchDevice>(options, transfer::check_search, say);
 }
 
 std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(const device::DeviceOptions& options,
-                                                                           const DeviceWords& say) {
+                                                                           const Words& say) {
   return open_kind<simulation::SimulationDevice>(options, simulation::check_iterations, say);
 }
 
@@ -111,7 +111,7 @@ std::function<std::shared_ptr<const Kind>()> once(const Open& open) {
 
 }  // namespace
 
-OutputDevices output_devices(const device::DeviceOptions& options, const DeviceWords& say) {
+OutputDevices output_devices(const device::DeviceOptions& options, const Words& say) {
   check_device(options);
   return {.composition = once<simulation::SimulationDevice>([=] { return open_simulation_device(options, say); })};
 }

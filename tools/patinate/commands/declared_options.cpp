@@ -1,4 +1,4 @@
-#include "tools/patinate/commands/kind_options.h"
+#include "tools/patinate/commands/declared_options.h"
 
 #include <map>
 
@@ -61,6 +61,16 @@ std::optional<ControlName> single_kind(const std::string& text) {
   const ControlName* const name = expression.alone();
   if (name == nullptr || name->is_file || (name->text != text && name->arguments.empty())) return std::nullopt;
   return *name;
+}
+
+void declare_mesh(CommandLine& line, app::MeshSource& source) {
+  line.positional("MESH", "OBJ, PLY, STL, glTF or GLB", source.path);
+  line.option("unit", "um|mm|cm|m",
+              "Length unit of the mesh file; glTF is in m, other files do not say: without, sizes are relative",
+              source.unit);
+  line.suggestions({"um", "mm", "cm", "m"});
+  line.option("node", "NAME", "Only the surfaces of this node", source.node);
+  line.option("material", "NAME", "Only the surfaces of this material", source.material);
 }
 
 }  // namespace patinate::cli

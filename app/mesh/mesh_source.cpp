@@ -1,18 +1,17 @@
-#include "tools/patinate/commands/mesh_source.h"
+#include "app/mesh/mesh_source.h"
 
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "app/request/usage_error.h"
+#include "app/request/failure.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_repair.h"
 #include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/core/error.h"
 #include "patinate/mesh_files/mesh_io.h"
-#include "tools/patinate/command_line/failure.h"
 
-namespace patinate::cli {
+namespace patinate::app {
 
 namespace {
 /// What is wrong with the mesh, with its file's name in front.
@@ -32,29 +31,19 @@ auto naming_file(const MeshSource& source, Make&& make) {
 std::optional<std::string> MeshSource::unit_or_none() const {
   if (unit.empty() && is_gltf_file(path)) return "m";  // By the standard.
   if (unit.empty()) return std::nullopt;
-  (void)app::mm_per_unit(unit);
+  (void)mm_per_unit(unit);
   return unit;
 }
 
-void declare_mesh(CommandLine& line, MeshSource& source) {
-  line.positional("MESH", "OBJ, PLY, STL, glTF or GLB", source.path);
-  line.option("unit", "um|mm|cm|m",
-              "Length unit of the mesh file; glTF is in m, other files do not say: without, sizes are relative",
-              source.unit);
-  line.suggestions({"um", "mm", "cm", "m"});
-  line.option("node", "NAME", "Only the surfaces of this node", source.node);
-  line.option("material", "NAME", "Only the surfaces of this material", source.material);
-}
-
-Mesh load_mesh(const MeshSource& source, CommandRun& run) {
+Mesh load_mesh(const MeshSource& source, const Words& say) {
   (void)source.unit_or_none();
   return naming_file(source, [&] {
     std::vector<std::string> notes;
     Mesh mesh = read_mesh(source.path, &notes);
-    for (const std::string& note : notes) run.note(source.path.string() + ": " + note);
+    for (const std::string& note : notes) say.note(source.path.string() + ": " + note);
     if (!source.node.empty() || !source.material.empty()) mesh = select_surfaces(mesh, source.node, source.material);
     RepairedMesh repaired = repair_mesh(std::move(mesh));
-    if (const std::string text = repaired.repairs.text(); !text.empty()) run.note(source.path.string() + ": " + text);
+    if (const std::string text = repaired.repairs.text(); !text.empty()) say.note(source.path.string() + ": " + text);
     return with_normals(std::move(repaired.mesh));
   });
 }
@@ -74,12 +63,12 @@ AtlasMesh make_atlas(const MeshSource& source, Mesh mesh, const AtlasOptions& op
                      [&] { return make_atlas_mesh(std::move(mesh), options.method, options.resolution, control); });
 }
 
-void note_atlas(const MeshSource& source, const AtlasMesh& atlas, CommandRun& run) {
-  for (const std::string& note : atlas.notes) run.note(source.path.string() + ": " + note);
+void note_atlas(const MeshSource& source, const AtlasMesh& atlas, const Words& say) {
+  for (const std::string& note : atlas.notes) say.note(source.path.string() + ": " + note);
 }
 
 TexelMap make_texel_map(const MeshSource& source, const AtlasMesh& atlas, int resolution, const RunControl& control) {
   return naming_file(source, [&] { return make_texel_map(atlas, resolution, control); });
 }
 
-}  // namespace patinate::cli
+}  // namespace patinate::app

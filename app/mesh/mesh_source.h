@@ -1,5 +1,5 @@
 /// \file
-/// How commands are told which mesh, which of its surfaces, its unit and its atlas.
+/// Which mesh is asked for, which of its surfaces, its unit and its atlas.
 #pragma once
 
 #include <array>
@@ -9,12 +9,14 @@
 #include <string_view>
 
 #include "app/request/unit_argument.h"
+#include "app/request/words.h"
 #include "patinate/atlas/atlas_mesh.h"
 #include "patinate/atlas/texel_map.h"
+#include "patinate/core/options.h"
+#include "patinate/core/run_control.h"
 #include "patinate/geometry/mesh.h"
-#include "tools/patinate/command_line/command_run.h"
 
-namespace patinate::cli {
+namespace patinate::app {
 
 struct MeshSource {
   std::filesystem::path path;
@@ -25,10 +27,8 @@ struct MeshSource {
   [[nodiscard]] std::optional<std::string> unit_or_none() const;
 };
 
-/// Declares MESH, --unit, --node and --material.
-void declare_mesh(CommandLine& line, MeshSource& source);
 /// The chosen surfaces, repaired (a note says what), with normals, in the file's unit. @throws IoError
-[[nodiscard]] Mesh load_mesh(const MeshSource& source, CommandRun& run);
+[[nodiscard]] Mesh load_mesh(const MeshSource& source, const Words& say);
 
 /// What --resolution may be.
 [[nodiscard]] Range resolution_range();
@@ -43,9 +43,9 @@ void describe(OptionVisitor& v, AtlasOptions& o);
 [[nodiscard]] AtlasMesh make_atlas(const MeshSource& source, Mesh mesh, const AtlasOptions& options,
                                    const RunControl& control);
 /// Says what a user should know of the atlas.
-void note_atlas(const MeshSource& source, const AtlasMesh& atlas, CommandRun& run);
+void note_atlas(const MeshSource& source, const AtlasMesh& atlas, const Words& say);
 /// make_texel_map(); errors name the file.
 [[nodiscard]] TexelMap make_texel_map(const MeshSource& source, const AtlasMesh& atlas, int resolution,
                                       const RunControl& control);
 
-}  // namespace patinate::cli
+}  // namespace patinate::app

@@ -6,19 +6,13 @@
 #include <memory>
 #include <string>
 
+#include "app/request/words.h"
 #include "libcommon/device/device_choice.h"
 #include "simulation/device/simulation_device.h"
 #include "transfer/synthesis/search_device.h"
 
 namespace patinate::app {
 
-/// What is said of a device, and to whom.
-struct DeviceWords {
-  std::function<void(const std::string& text)> detail;   ///< For --verbose.
-  std::function<void(const std::string& text)> note;     ///< What everyone is to know: it has failed. Any thread.
-  std::function<void(const std::string& name)> decided;  ///< Its name, or "cpu": for run.json.
-  bool is_dry_run = false;                               ///< Nothing is opened.
-};
 /// Without opening it. @throws InvalidInput if what is asked for is not there.
 void check_device(const device::DeviceOptions& options);
 
@@ -26,9 +20,9 @@ void check_device(const device::DeviceOptions& options);
 /// why others are not taken, and what fails later.
 /// @throws InvalidInput if what is asked for is not there; CannotComplete if what is asked for by name fails its check.
 [[nodiscard]] std::shared_ptr<const transfer::SearchDevice> open_search_device(const device::DeviceOptions& options,
-                                                                               const DeviceWords& say);
+                                                                               const Words& say);
 [[nodiscard]] std::shared_ptr<const simulation::SimulationDevice> open_simulation_device(
-    const device::DeviceOptions& options, const DeviceWords& say);
+    const device::DeviceOptions& options, const Words& say);
 
 /// The device for what makes pictures and models of simulations, opened when it is first needed, if ever. A null
 /// function, and what it gives where nothing is asked for: the CPU.
@@ -42,6 +36,6 @@ struct OutputDevices {
 };
 /// It is opened once, whoever asks. Thread-safe. @throws InvalidInput as check_device(); the function as
 /// open_simulation_device().
-[[nodiscard]] OutputDevices output_devices(const device::DeviceOptions& options, const DeviceWords& say);
+[[nodiscard]] OutputDevices output_devices(const device::DeviceOptions& options, const Words& say);
 
 }  // namespace patinate::app

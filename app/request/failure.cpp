@@ -1,4 +1,4 @@
-#include "tools/patinate/command_line/failure.h"
+#include "app/request/failure.h"
 
 #include <filesystem>
 #include <new>
@@ -9,7 +9,7 @@
 #include "app/request/usage_error.h"
 #include "patinate/core/error.h"
 
-namespace patinate::cli {
+namespace patinate::app {
 
 namespace {
 
@@ -33,7 +33,7 @@ std::string message_of(const nlohmann::json::exception& e) {
 Failure current_failure() {
   try {
     throw;
-  } catch (const app::UsageError& e) {
+  } catch (const UsageError& e) {
     return {kUsage, e.what()};
   } catch (const ParseError& e) {
     return {kUsage, e.what()};
@@ -70,4 +70,4 @@ void rethrow_naming(const std::filesystem::path& file) {
   }
 }
 
-}  // namespace patinate::cli
+}  // namespace patinate::app

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/mesh/mesh_source.h"
 #include "libcommon/controls/control_expression.h"
 #include "patinate/controls/control_kinds.h"
 #include "tools/patinate/command_line/command_line.h"
@@ -20,5 +21,8 @@ void declare_kind_options(CommandLine& line, ControlKindOptions& options, const 
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> kind_argument_rows();
 /// A control that is one kind, with arguments or without; nothing else. @throws ParseError
 [[nodiscard]] std::optional<ControlName> single_kind(const std::string& text);
+
+/// Declares MESH, --unit, --node and --material.
+void declare_mesh(CommandLine& line, app::MeshSource& source);
 
 }  // namespace patinate::cli

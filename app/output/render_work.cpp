@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <utility>
 
 #include "app/output/picture_series.h"
-#include "app/output/picture_studio.h"
 #include "app/request/output_file.h"
 #include "app/request/path_kind.h"
 #include "app/request/unit_argument.h"
@@ -30,6 +31,62 @@
 namespace patinate::app {
 
 namespace {
+
+/// One picture: when, and from where.
+struct PictureShot {
+  double time = 0.0;
+  PictureView view;
+};
+
+/// What one picture needs is kept for the next. One thread at a time.
+class PictureStudio {
+ public:
+  using Sample = std::function<ImageF(double time, const RunControl& control)>;
+  using Maps = std::function<SurfaceMaps(double time, const RunControl& control)>;
+  /// @param sample  Color at a time. @param maps  All that is known at a time, or nothing. @throws IoError
+  PictureStudio(std::shared_ptr<const RenderTask> task, std::shared_ptr<const Mesh> mesh, Sample sample, Maps maps);
+
+  [[nodiscard]] ImageF picture(const PictureShot& shot, const RunControl& control);
+
+ private:
+  std::shared_ptr<const RenderTask> task_;
+  std::shared_ptr<const Mesh> mesh_;
+  Sample sample_;
+  Maps maps_;
+  ImageF environment_;
+  std::optional<SurfaceView> surface_;
+  double time_ = 0.0;  ///< Of surface_.
+  std::optional<RenderView> color_;
+  std::pair<double, double> seen_;  ///< Azimuth and elevation of color_.
+};
+
+PictureStudio::PictureStudio(std::shared_ptr<const RenderTask> task, std::shared_ptr<const Mesh> mesh, Sample sample,
+                             Maps maps)
+    : task_(std::move(task)), mesh_(std::move(mesh)), sample_(std::move(sample)), maps_(std::move(maps)) {
+  if (task_->environment.empty()) return;
+  environment_ = read_color(task_->environment);
+  if (!maps_) {
+    maps_ = [color = sample_](double time, const RunControl& control) {
+      return SurfaceMaps{.color = color(time, control)};
+    };
+  }
+}
+
+ImageF PictureStudio::picture(const PictureShot& shot, const RunControl& control) {
+  const RunControl begin = control.part(0.0, 0.6), end = control.part(0.6, 1.0);
+  if (maps_) {
+    if (!surface_ || time_ != shot.time)
+      surface_.emplace(*mesh_, maps_(shot.time, begin), task_->options, task_->surface, environment_, begin);
+    time_ = shot.time;
+    return surface_->picture(shot.view.azimuth_deg, shot.view.elevation_deg, end);
+  }
+  RenderOptions options = task_->options;
+  options.azimuth_deg = shot.view.azimuth_deg;
+  options.elevation_deg = shot.view.elevation_deg;
+  if (!color_ || seen_ != std::pair(options.azimuth_deg, options.elevation_deg)) color_.emplace(*mesh_, options, begin);
+  seen_ = {options.azimuth_deg, options.elevation_deg};
+  return color_->shade(sample_(shot.time, end), end);
+}
 
 constexpr std::array<std::string_view, 2> kShownMapsNames{"all", "color"};
 constexpr int kStripPictures = 5;

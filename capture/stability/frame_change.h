@@ -3,11 +3,35 @@
 #pragma once
 
 #include <array>
+#include <vector>
 
 #include "capture/stability/frame_motion.h"
-#include "capture/stability/light_change.h"
 
 namespace patinate::capture {
+
+/// Share of the places that makes a large gain the light's. Aging shares one less: at most 0.62 on the copper, salt and
+/// melon of docs/algorithms/stability.md, while photographs of them that were tinted share 0.76 and more.
+inline constexpr double kSharedByMost = 0.7;
+
+/// The change of light from one photograph to another.
+struct LightChange {
+  std::array<double, 3> log_gain{};  ///< Natural logarithm of frame / reference: red, green, blue.
+  double share = 0.0;  ///< Of the places, [0, 1]: whose ratios lie within `width`, or half the gain's own size, of it.
+  double width = 0.0;  ///< Of the window around the gain that a quarter of the places share; 0 = nothing was compared.
+
+  /// Largest size of log_gain over the channels.
+  [[nodiscard]] double size() const;
+  /// Whether the change is the light's: a small one (twice the narrowest window) that a quarter of the places share
+  /// sharply, or one that most places share to within half of itself. Aging differs more from place to place.
+  [[nodiscard]] bool is_sure() const;
+};
+
+/// The mode of the log ratios in all three channels at once: when the light changes, every place that does not age has
+/// exactly its gain, while aging spreads the ratios. The window is the narrowest of 0.04, 0.08, 0.16 and 0.32 that
+/// holds a quarter of the places. The light is taken as unchanged where a gain of 1 is shared by half as many places as
+/// the commonest gain elsewhere: they cannot have stayed as they were when the light changed.
+/// @param log_ratios  Of each place, red, green, blue; finite. May be empty: width 0, not sure.
+[[nodiscard]] LightChange find_light_change(const std::vector<std::array<double, 3>>& log_ratios);
 
 struct FrameChange {
   std::array<double, 3>

@@ -1,10 +1,12 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
+#include <numeric>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "capture/thickness/histogram_peaks.h"
 #include "libcommon/core/parallel.h"
 #include "patinate/capture/thickness.h"
 #include "patinate/core/error.h"
@@ -12,6 +14,83 @@
 namespace patinate::capture {
 
 namespace {
+
+constexpr int kHistogramLanes = 8;  ///< Histograms are padded with 0 to whole groups of this many bins.
+/// A value belongs to a peak within this many range sigmas of it: 98.8 % of what the smoothing itself spreads.
+constexpr double kPeakSigmas = 2.5;
+
+/// Parts of the whole histogram, [0, 1].
+struct PeakShares {
+  float first = 0.0f;   ///< What lies within `reach` of the highest bin.
+  float second = 0.0f;  ///< The same of the other peak; 0 when there is none.
+  int second_at = -1;   ///< Its highest bin; -1 when there is none.
+};
+
+constexpr float kValley = 0.5f;  ///< Between two peaks the histogram falls below this share of the lower one.
+
+float sum_around(std::span<const float> histogram, int at, int reach) {
+  const auto begin = histogram.begin() + std::max(0, at - reach);
+  const auto end = histogram.begin() + std::min(static_cast<int>(histogram.size()), at + reach + 1);
+  return std::accumulate(begin, end, 0.0f);
+}
+
+/// The highest bin on one side of `at` behind a valley; -1 when there is none. @param step  1 or -1.
+int peak_on_side(std::span<const float> histogram, int at, int reach, int step) {
+  const auto value = [&](int bin) { return histogram[bin]; };
+  const int num_bins = static_cast<int>(histogram.size());
+  int best = -1;
+  float lowest = value(at);
+  for (int bin = at + step; bin >= 0 && bin < num_bins; bin += step) {
+    lowest = std::min(lowest, value(bin));
+    const bool is_apart = std::abs(bin - at) > 2 * reach && lowest < kValley * value(bin);
+    if (is_apart && (best < 0 || value(bin) > value(best))) best = bin;
+  }
+  return best;
+}
+
+/// The highest bin of (1 - t) a + t b, which becomes `blended`. The lowest one wins a tie.
+/// @param a,b  As many bins as `blended`, which has whole lanes.
+int highest_bin(const float* a, const float* b, float t, std::span<float> blended) {
+  std::array<float, kHistogramLanes> best{};
+  for (std::size_t bin = 0; bin < blended.size(); bin += kHistogramLanes) {
+    for (std::size_t lane = 0; lane < kHistogramLanes; ++lane) {
+      const float value = (1.0f - t) * a[bin + lane] + t * b[bin + lane];
+      blended[bin + lane] = value;
+      best[lane] = value > best[lane] ? value : best[lane];
+    }
+  }
+  const float highest = *std::max_element(best.begin(), best.end());
+  return static_cast<int>(std::find(blended.begin(), blended.end(), highest) - blended.begin());
+}
+
+/// Position of the peak around bin `at`, by a parabola through the logarithms of three bins (exact for a Gaussian
+/// peak).
+double refined_peak(std::span<const float> histogram, int at) {
+  const std::size_t bin = at;
+  if (at < 1 || bin + 2 > histogram.size() || !(histogram[bin - 1] > 0.0f) || !(histogram[bin + 1] > 0.0f)) return at;
+  const float before = std::log(histogram[bin - 1] / histogram[bin]);
+  const float after = std::log(histogram[bin + 1] / histogram[bin]);
+  const float curvature = before + after;
+  if (!(curvature < 0.0f)) return at;
+  return at + static_cast<double>(std::clamp(0.5f * (before - after) / curvature, -0.5f, 0.5f));
+}
+
+/// The other peak is the highest one that shares no bin with the first and is parted from it by a valley of less than
+/// half of its own height: the flank of a broad or sloping histogram is none.
+/// @param at     highest_bin(). @param reach  Bins on either side that belong to a peak; >= 1.
+PeakShares peak_shares(std::span<const float> histogram, int at, int reach) {
+  const float total = std::accumulate(histogram.begin(), histogram.end(), 0.0f);
+  if (!(total > 0.0f)) return {};
+  PeakShares shares{.first = sum_around(histogram, at, reach) / total};
+  for (int step : {-1, 1}) {
+    const int other = peak_on_side(histogram, at, reach, step);
+    const float share = other < 0 ? 0.0f : sum_around(histogram, other, reach) / total;
+    if (share <= shares.second) continue;
+    shares.second = share;
+    shares.second_at = other;
+  }
+  return shares;
+}
 
 constexpr int kMarginBins = 2;          ///< Empty bins at either end, so that every peak has neighbors.
 constexpr double kStepsPerSigma = 2.5;  ///< Layers are sampled this often per spatial sigma.
@@ -186,19 +265,6 @@ std::pair<float, float> checked_range(const ImageF& in, const ImageU8& mask) {
   return {low, high};
 }
 
-}  // namespace
-
-void describe(OptionVisitor& v, ModeFilterOptions& o) {
-  v.visit({"spatial_sigma", "Gaussian window of the mode filter; larger than the widest crack", "px", {0.5, 10000}},
-          o.spatial_sigma_px);
-  v.visit({"range_sigma", "Smoothing of the local histogram, in units of the image's value", "", above(0)},
-          o.range_sigma);
-  v.visit({"num_bins", "Bins of the local histogram; peaks are refined between them", "", between(16, 4096)},
-          o.num_bins);
-}
-
-namespace {
-
 /// One value everywhere: no histogram has a width.
 void fill_constant(const ImageU8& mask, float value, const FilterOutput& out) {
   for (int y = 0; y < out.values.height(); ++y) {
@@ -258,6 +324,15 @@ void filter_into(const ImageF& in, const ImageU8& mask, const ModeFilterOptions&
 }
 
 }  // namespace
+
+void describe(OptionVisitor& v, ModeFilterOptions& o) {
+  v.visit({"spatial_sigma", "Gaussian window of the mode filter; larger than the widest crack", "px", {0.5, 10000}},
+          o.spatial_sigma_px);
+  v.visit({"range_sigma", "Smoothing of the local histogram, in units of the image's value", "", above(0)},
+          o.range_sigma);
+  v.visit({"num_bins", "Bins of the local histogram; peaks are refined between them", "", between(16, 4096)},
+          o.num_bins);
+}
 
 ImageF mode_filter(const ImageF& in, const ImageU8& mask, const ModeFilterOptions& options, const RunControl& control) {
   ImageF out(in.width(), in.height());

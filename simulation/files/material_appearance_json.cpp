@@ -1,10 +1,13 @@
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "libcommon/core/text.h"
-#include "simulation/files/assets.h"
 #include "simulation/files/scene_json.h"
 
 namespace patinate::simulation {
+
+/// Default appearance parameters and presets: simulation/scene/assets/materials.json.
+extern const std::string_view kMaterialLibrary;
 
 namespace {
 

@@ -3,13 +3,26 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <string_view>
 
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
-#include "simulation/rules/rule_assets.h"
 #include "simulation/rules/rules.h"
 
 namespace patinate::simulation {
+
+extern const std::string_view kRuleRust;
+extern const std::string_view kRuleRustConsuming;
+extern const std::string_view kRuleDecay;
+extern const std::string_view kRuleDecayTwoRates;
+extern const std::string_view kRuleGrowth;
+extern const std::string_view kRuleEvaporation;
+extern const std::string_view kRuleEvaporationConstant;
+extern const std::string_view kRulePatina;
+extern const std::string_view kRuleDust;
+extern const std::string_view kRuleMoss;
+extern const std::string_view kRuleFading;
+extern const std::string_view kRuleWetting;
 
 namespace {
 

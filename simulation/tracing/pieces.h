@@ -3,16 +3,71 @@
 /// devices read too (flight_kernel.inl, walk_kernel.inl, floating_kernel.inl, response_kernel.inl).
 #pragma once
 
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "patinate/core/run_control.h"
 #include "patinate/simulation/scene.h"
-#include "simulation/tracing/clearance.h"
+#include "patinate/simulation/surface_atlas.h"
 #include "simulation/tracing/free_space.h"
 #include "simulation/tracing/gammatons.h"
+#include "simulation/tracing/motion_facts.h"
 #include "simulation/tracing/ray_tracer.h"
-#include "simulation/tracing/surface_links.h"
 #include "simulation/tracing/triangle_frames.h"
 #include "simulation/tracing/wet_paths.h"
 
 namespace patinate::simulation {
+
+/// Triangles of one object that share an edge, by their corners' places: UV seams, hard edges and materials do not cut.
+/// Where more than two meet, those that bend least are joined (triangle_neighbors()). 12 bytes a triangle.
+class SurfaceLinks {
+ public:
+  explicit SurfaceLinks(const SceneMesh& scene_mesh);
+
+  /// By triangle.
+  [[nodiscard]] std::span<const TriangleLinks> codes() const { return codes_; }
+  void prefetch([[maybe_unused]] int triangle) const {
+#if defined(__GNUC__)
+    if (triangle >= 0) __builtin_prefetch(&codes_[triangle]);
+#endif
+  }
+
+ private:
+  std::vector<TriangleLinks> codes_;
+};
+
+/// Whether the prism that stands on one side of a triangle, `height` high, is cut by no other triangle. Found when
+/// first asked for; whoever asks, and when, the answer is the same. Thread-safe.
+class Clearance {
+ public:
+  /// @param rays, frames  Outlive it.
+  Clearance(const RayTracer& rays, const TriangleFrames& frames, int num_triangles, double height_mm);
+
+  [[nodiscard]] bool is_clear(int triangle, bool is_front) {
+    std::atomic<std::uint8_t>& known = known_[static_cast<std::size_t>(triangle) * 2 + (is_front ? 0 : 1)];
+    const std::uint8_t value = known.load(std::memory_order_relaxed);
+    if (value != kUnknown) return value == kClear;
+    const bool found = find(triangle, is_front);
+    known.store(found ? kClear : kCut, std::memory_order_relaxed);
+    return found;
+  }
+  /// Of all triangles, both sides: 1 where is_clear(), else 0; by triangle, its front first.
+  [[nodiscard]] std::vector<std::uint8_t> all(const RunControl& control);
+  [[nodiscard]] double height_mm() const { return height_; }
+
+ private:
+  static constexpr std::uint8_t kUnknown = 0, kClear = 1, kCut = 2;
+  [[nodiscard]] bool find(int triangle, bool is_front) const;
+
+  const RayTracer* rays_;
+  const TriangleFrames* frames_;
+  int num_triangles_;
+  double height_;
+  std::unique_ptr<std::atomic<std::uint8_t>[]> known_;
+};
 
 /// What all gammatons of a call share.
 struct MotionScene {

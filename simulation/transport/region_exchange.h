@@ -2,6 +2,7 @@
 /// The contacts of one region, one after the other: what Exchanger's threads do.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -10,11 +11,80 @@
 #include "simulation/transport/parameter_maps.h"
 #include "simulation/transport/pieces.h"
 #include "simulation/transport/regions.h"
-#include "simulation/transport/share_table.h"
+#include "simulation/transport/splat.h"
 #include "simulation/transport/splat_kernel.h"
 #include "simulation/transport/splat_planes.h"
+#include "simulation/transport/transfer.h"
 
 namespace patinate::simulation {
+
+/// Of one thread; what it holds shows in no result.
+class ShareTable {
+ public:
+  /// @param area  Of a contact, in texels of median size.
+  void reset(const ExchangeOptions& options, double area, std::span<const int> active) {
+    const bool is_same = !keys_.empty() && options.ratio == options_.ratio && options.contact == options_.contact &&
+                         options.rates == options_.rates && area == area_;
+    if (is_same && std::equal(active.begin(), active.end(), active_.begin(), active_.end())) return;
+    options_ = options;
+    area_ = area;
+    active_.assign(active.begin(), active.end());
+    keys_.assign(kSize, 0);
+    shares_.resize(kSize * active.size());
+    even_.assign(kEvenSize, {});
+  }
+  /// By active material.
+  [[nodiscard]] const TransferShares* find(std::uint32_t weight, std::uint32_t share) {
+    const std::uint64_t key = std::uint64_t{weight} << 32 | share;
+    // Shares are often multiples of 2^12.
+    const std::size_t slot = (weight * 0x85EBCA6Bu + share * 0x9E3779B1u) >> (32 - kSizeBits);
+    TransferShares* found = shares_.data() + slot * active_.size();
+    if (keys_[slot] != key) {
+      keys_[slot] = key;
+      for (std::size_t a = 0; a < active_.size(); ++a) {
+        found[a] = transfer_shares(options_.ratio, options_.rates[active_[a]], options_.contact, weight,
+                                   area_ * share / SplatShape::kWhole);
+      }
+    }
+    return found;
+  }
+  /// Of a stencil's lanes where all texels have one weight: by active material, `up` of all lanes, then `down`.
+  /// @param size  Of the stencil. Good until the next call.
+  [[nodiscard]] const double* even(const SplatStencil& stencil, int size, std::uint32_t weight) {
+    const std::uint32_t key = static_cast<std::uint32_t>(size) << 16 | weight;
+    EvenShares& found = even_[key * 0x9E3779B1u >> (32 - kEvenBits)];
+    if (found.key == key) return found.values.data();
+    found.key = key;
+    const auto num = static_cast<std::size_t>(stencil.num_lanes);
+    found.values.assign(2 * num * active_.size(), 0.0);
+    for (std::size_t k = 0; k < stencil.parts.size(); ++k)
+      put(find(weight, stencil.parts[k].share), num, stencil.lane_of[k], found.values.data());
+    return found.values.data();
+  }
+  /// Shares of one lane of `num`, laid out as even() has them.
+  void put(const TransferShares* shares, std::size_t num, std::size_t lane, double* out) const {
+    for (std::size_t a = 0; a < active_.size(); ++a) {
+      out[2 * a * num + lane] = shares[a].up;
+      out[(2 * a + 1) * num + lane] = shares[a].down;
+    }
+  }
+
+ private:
+  struct EvenShares {
+    std::uint32_t key = 0;  ///< No stencil's: sizes and weights are 1 or more.
+    std::vector<double> values;
+  };
+  static constexpr int kSizeBits = 12;
+  static constexpr std::size_t kSize = std::size_t{1} << kSizeBits;
+  static constexpr int kEvenBits = 5;
+  static constexpr std::size_t kEvenSize = std::size_t{1} << kEvenBits;
+  ExchangeOptions options_;
+  double area_ = 1.0;
+  std::vector<int> active_;
+  std::vector<std::uint64_t> keys_;
+  std::vector<TransferShares> shares_;
+  std::vector<EvenShares> even_;
+};
 
 /// What all contacts of a call share.
 struct RegionCall {

@@ -3,18 +3,93 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "patinate/core/run_control.h"
+#include "patinate/core/zeroed_vector.h"
 #include "patinate/transfer/transfer.h"
+#include "transfer/synthesis/amounts.h"
 #include "transfer/synthesis/energy.h"
+#include "transfer/synthesis/levels.h"
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/search_device.h"
 #include "transfer/synthesis/similar_pixels.h"
 
 namespace patinate::transfer {
+
+inline constexpr search_kernel::Preferences kEnergyAlone{};
+[[nodiscard]] search_kernel::Preferences preferences_of(const MultiLevelOptions& options);
+
+/// How often sources are used, and what looks there are, at the beginning of a pass.
+struct PlaceCounts {
+  std::vector<std::int64_t> uses;  ///< By small cell of the source.
+  Amounts::Counts amounts;
+};
+
+/// Improves the places on one level, pass by pass. The atlas is worked on in squares: what lies together on the surface
+/// is together in memory.
+class Improver {
+ public:
+  /// @param device  Runs the passes; may be null.
+  Improver(const SynthesisLevel& level, const Neighborhood& neighborhood, const SimilarPixels& similar,
+           const EnergyScale& scale, int num_random, std::uint64_t seed, const SearchDevice* device);
+
+  /// false: there is none, or it has failed.
+  [[nodiscard]] bool has_device() const { return device_ != nullptr; }
+
+  [[nodiscard]] PlaceCounts count(const PlaceMap& places, const RunControl& control) const;
+  /// Four interleaved sets, each decided from the state before it. A texel near which nothing has changed since its
+  /// last turn is skipped.
+  /// @param is_whole  Every texel has its turn; the first pass is whole.
+  /// @param counts    Of the level before the pass; looked at where the preferences do.
+  void pass(const search_kernel::Preferences& preferences, bool is_whole, std::uint32_t stream,
+            const PlaceCounts& counts, PlaceMap& places, const RunControl& control);
+
+  /// What the device has of the level, after the last pass; null where there is none, or it has failed.
+  [[nodiscard]] std::unique_ptr<SearchDevice::Level> take_device_level() { return std::move(on_device_); }
+
+ private:
+  static constexpr int kNumSets = search_kernel::kInterleavedSets;
+  static constexpr int kSquare = 64;  ///< Texels. Even, so that a set begins alike in all.
+
+  struct Change {
+    std::int32_t pixel;
+    PlaceMap::Beside beside;
+    std::uint16_t in_square;  ///< y * kSquare + x.
+  };
+  static_assert(sizeof(Change) == 8);
+
+  /// @returns false, with nothing changed, where there is no device or it has failed.
+  bool passed_on_device(const DevicePass& pass, PlaceMap& places, const RunControl& control);
+  [[nodiscard]] search_kernel::SourceTables source_with(const SimilarPixels& similar) const;
+  /// Calls visit(t, in_square) for the texels of a set whose turn it is.
+  template <class Visit>
+  void for_each_due(int square, int set, bool is_whole, const Visit& visit) const;
+  void apply(int square, const Change& change, TexelNeighborhood::Cursor& cursor, PlaceMap& places);
+  /// By several threads at once: all write the same.
+  void mark(TexelId t);
+  /// Those with texels.
+  [[nodiscard]] std::vector<int> find_squares() const;
+
+  const SynthesisLevel& level_;
+  const TexelMap& map_;
+  const Neighborhood& neighborhood_;
+  const SimilarPixels& similar_;
+  const EnergyScale& scale_;
+  int num_random_;
+  std::uint64_t seed_;
+  const SearchDevice* device_;  ///< Null from when it has failed.
+  std::unique_ptr<SearchDevice::Level> on_device_;
+  Amounts amounts_;
+  int squares_x_;
+  std::vector<int> squares_;
+  ZeroedVector<std::uint8_t> changed_near_;  ///< The last turn in which this texel or one beside it changed.
+  int turn_ = 0;
+};
 
 /// Where texels are large the control decides, where they are small the texture.
 inline constexpr double kFirstCoherence = 0.2;

@@ -1,12 +1,17 @@
 #include "patinate/transfer/transfer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "libcommon/core/parallel.h"
+#include "libcommon/image/filters.h"
+#include "patinate/core/run_control.h"
 #include "transfer/exemplar/directedness.h"
 #include "transfer/exemplar/structure.h"
 #include "transfer/synthesis/multi_level.h"
@@ -14,41 +19,78 @@
 #include "transfer/synthesis/places.h"
 #include "transfer/synthesis/pyramid.h"
 #include "transfer/synthesis/reference.h"
+#include "transfer/synthesis/refinement.h"
 #include "transfer/synthesis/source_levels.h"
-#include "transfer/synthesis/structure_levels.h"
 #include "transfer/synthesis/transfer_controls.h"
 #include "transfer/synthesis/whole_windows.h"
 
 namespace patinate::transfer {
 
-void describe(OptionVisitor& v, TransferOptions& o) {
-  v.visit_choice({"method", "fast, or the source's own exhaustive search (slow)"}, o.method, kTransferMethodNames);
-  v.visit({"coherence",
-           "Weight of texture against control: 1 = texture only, 0 = control only; default 0.65, 0.85 where the source "
-           "has structure (lines or regions), 0.995 with reference",
-           "", between(0, 1)},
-          o.coherence_share);
-  v.visit({"neighborhood", "Radius of the neighborhood that is compared; 0 = 3, or 4 where the source has structure",
-           "px", between(0, 5)},
-          o.neighborhood_radius_px);
-  v.visit_choice(
-      {"quality",
-       "Time for the borders of copied pieces: good cuts them where the source has structure that they may break, best "
-       "everywhere"},
-      o.quality, kTransferQualityNames);
-  v.visit_choice(
-      {"turning",
-       "Whether copied pieces may turn against --flow, so that lines close where it turns; auto: where lines "
-       "run every way, as cracks do"},
-      o.turning, kPieceTurningNames);
-  v.visit_choice({"footprint", "What a texel shows that covers several pixels: their mean, or the pixel in the middle"},
-                 o.footprint, kFootprintNames);
-  describe(v, o.appearance);
-  describe(v, o.multi_level);
-  describe(v, o.reference);
+namespace {
+
+constexpr double kPlainScale_px = 16.0;  // Half of a window that a source without cells is cut in.
+
+/// The next coarser level's.
+SourceStructure halved(const SourceStructure& fine, const RunControl& control) {
+  SourceStructure structure = fine;
+  if (!fine.empty())
+    structure.channels = downscale_area(fine.channels, std::max(1, fine.channels.width() / 2),
+                                        std::max(1, fine.channels.height() / 2), control);
+  structure.scale_px /= 2.0;
+  return structure;
 }
 
-namespace {
+/// On every level that is refined; no rounds for drafts. The best quality refines sources without structure as well.
+RefinementOptions refinement_options(const SourceStructure& structure, TransferQuality quality) {
+  constexpr std::array kRounds{0, 10, 32};
+  // Without lines nothing is lost where a control is followed more closely: three times as closely keeps the control
+  // error of the search on rust and copper, in pieces four times as large.
+  constexpr RefinementOptions kPlain{.num_rounds = 10, .control_share = 1.5};
+  if (!structure.empty()) return {.num_rounds = kRounds[static_cast<std::size_t>(quality)]};
+  return quality == TransferQuality::Best ? kPlain : RefinementOptions{.num_rounds = 0};
+}
+
+/// How many levels are refined, the finest among them: those that show cells of the structure's size.
+std::size_t num_refined_levels(const SourceStructure& structure, TransferQuality quality) {
+  constexpr double kLeastScale_px = 4.0;  // Cells of less than eight pixels are not told from texture.
+  if (refinement_options(structure, quality).num_rounds == 0) return 0;
+  std::size_t levels = 1;
+  for (double scale_px = structure.empty() ? kPlainScale_px : structure.scale_px; scale_px >= 2.0 * kLeastScale_px;
+       scale_px /= 2.0)
+    ++levels;
+  return levels;
+}
+
+/// On `first`, which is the finest that is synthesized, and on the coarser ones that are refined; without channels
+/// where the source has no structure.
+/// @param num_levels  At most so many.
+std::vector<SourceStructure> structure_levels(SourceStructure structure, TransferQuality quality, std::size_t first,
+                                              std::size_t num_levels, const RunControl& control) {
+  if (structure.empty()) {
+    structure = {.channels = {}, .scale_px = std::ldexp(kPlainScale_px, static_cast<int>(first))};
+  }
+  for (std::size_t l = 0; l < first; ++l) structure = halved(structure, control);
+  const std::size_t count = std::min(num_refined_levels(structure, quality), std::max<std::size_t>(1, num_levels));
+  std::vector<SourceStructure> levels;
+  while (levels.size() < count) levels.push_back(levels.empty() ? structure : halved(levels.back(), control));
+  return levels;
+}
+
+/// What synthesize_multi_level() does after the passes of a level: refine_places(), where there are rounds.
+/// @param structures,weights  Must outlive it.
+LevelRefinement refinement_of(const std::vector<SourceStructure>& structures, const TransferOptions& options,
+                              const std::vector<double>& weights) {
+  if (structures.empty()) return {};
+  const RefinementOptions refined = refinement_options(structures.front(), options.quality);
+  const auto seed = static_cast<std::uint64_t>(options.seed);
+  const auto refine = [=, &structures, &weights](std::size_t l, const SynthesisLevel& level,
+                                                 const SimilarPixels& similar, PlaceMap& places,
+                                                 const RunControl& control) {
+    if (l >= structures.size()) return;
+    refine_places(level, structures[l], similar, weights, seed + l, refined, places, control);
+  };
+  return {.refine = refine, .num_passes = static_cast<double>(refined.num_rounds), .num_levels = structures.size()};
+}
 
 void check_controls(const std::vector<TransferControl>& controls, const TexelMap& map, const RunControl& silent) {
   if (controls.empty()) throw InvalidInput("transfer needs at least one control");
@@ -151,6 +193,33 @@ double appearance_share(const History& history, std::int64_t num_texels) {
 }
 
 }  // namespace
+
+void describe(OptionVisitor& v, TransferOptions& o) {
+  v.visit_choice({"method", "fast, or the source's own exhaustive search (slow)"}, o.method, kTransferMethodNames);
+  v.visit({"coherence",
+           "Weight of texture against control: 1 = texture only, 0 = control only; default 0.65, 0.85 where the source "
+           "has structure (lines or regions), 0.995 with reference",
+           "", between(0, 1)},
+          o.coherence_share);
+  v.visit({"neighborhood", "Radius of the neighborhood that is compared; 0 = 3, or 4 where the source has structure",
+           "px", between(0, 5)},
+          o.neighborhood_radius_px);
+  v.visit_choice(
+      {"quality",
+       "Time for the borders of copied pieces: good cuts them where the source has structure that they may break, best "
+       "everywhere"},
+      o.quality, kTransferQualityNames);
+  v.visit_choice(
+      {"turning",
+       "Whether copied pieces may turn against --flow, so that lines close where it turns; auto: where lines "
+       "run every way, as cracks do"},
+      o.turning, kPieceTurningNames);
+  v.visit_choice({"footprint", "What a texel shows that covers several pixels: their mean, or the pixel in the middle"},
+                 o.footprint, kFootprintNames);
+  describe(v, o.appearance);
+  describe(v, o.multi_level);
+  describe(v, o.reference);
+}
 
 TransferResult transfer(const TransferInput& input, const TransferOptions& asked, const RunControl& control) {
   check_ranges(asked);

@@ -8,7 +8,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_times.h"
-#include "libcommon/history/warning_json.h"
+#include "libcommon/history/history_documents.h"
 
 namespace patinate::analysis {
 

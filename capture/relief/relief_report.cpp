@@ -9,8 +9,8 @@
 
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
+#include "libcommon/history/history_documents.h"
 #include "libcommon/history/history_times.h"
-#include "libcommon/history/warning_json.h"
 #include "libcommon/output/contact_strip.h"
 #include "libcommon/output/html_page.h"
 #include "libcommon/output/map_legend.h"

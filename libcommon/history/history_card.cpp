@@ -4,6 +4,8 @@
 #include <system_error>
 
 #include "libcommon/core/files.h"
+#include "libcommon/document/document.h"
+#include "libcommon/history/history_documents.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 
@@ -11,21 +13,36 @@ namespace patinate {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+constexpr DocumentKind kCardDocument{
+    .format = "patinate.card",
+    .title = "patinate history card",
+    .about = "card.json: what a history that is handed on says of itself, beside its history.json."};
+
+}  // namespace
+
+void describe(DocumentVisitor& v, HistoryCard& card) {
+  v.member({"title", "For people."}, card.title);
+  v.member({.name = "about", .help = "What is seen, in a sentence.", .presence = Presence::IfSet}, card.about);
+  v.member({"license", "As SPDX names it: CC-BY-4.0."}, card.license);
+  v.member({"attribution", "The line that results carry."}, card.attribution);
+  v.member({.name = "source", .help = "Where it comes from, and what was done to it.", .presence = Presence::IfSet},
+           card.source);
+}
+
 std::optional<HistoryCard> read_history_card(const fs::path& folder) {
   const fs::path file = folder / kHistoryCardFile;
   std::error_code error;
   if (!fs::is_regular_file(file, error)) return std::nullopt;
-  const Json root = load_json(file);
-  JsonReader json(file.string(), root);
-  json.expect_format("patinate.card", 1);
   HistoryCard card;
-  card.title = json.member("title").string();
-  if (json.has("about")) card.about = json.member("about").string();
-  card.license = json.member("license").string();
-  card.attribution = json.member("attribution").string();
-  if (json.has("source")) card.source = json.member("source").string();
-  json.finish();
+  read_document(kCardDocument, file, described(card));
   return card;
+}
+
+Json history_card_schema() {
+  HistoryCard any;
+  return document_schema(kCardDocument, described(any));
 }
 
 std::string credit_text(const HistoryCard& card) { return card.attribution + " (" + card.license + ")"; }

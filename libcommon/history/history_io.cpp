@@ -5,9 +5,10 @@
 
 #include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
+#include "libcommon/document/document.h"
 #include "libcommon/geometry/length_unit.h"
+#include "libcommon/history/history_documents.h"
 #include "libcommon/history/history_times.h"
-#include "libcommon/history/warning_json.h"
 #include "patinate/core/error.h"
 #include "patinate/core/json.h"
 #include "patinate/history/history.h"
@@ -16,85 +17,159 @@ namespace patinate {
 
 namespace {
 
-constexpr std::array<std::string_view, 5> kTimeUnitNames{"s", "min", "h", "d", "a"};
 constexpr std::size_t kMaxFrames = 1'000'000;
 constexpr std::size_t kMaxControls = 1'000;
 
-std::filesystem::path relative_file(const JsonReader& json) {
-  (void)json.path();  // Rejects what is no path.
-  return json.string();
+const TextRule& control_name_rule() {
+  static const TextRule rule{.pattern = "^[A-Za-z0-9_-][A-Za-z0-9._-]*$",
+                             .max_length = 128,
+                             .expected = "a name of " + file_name_text(),
+                             .holds = is_file_name};
+  return rule;
 }
 
-HistoryFrame read_frame_entry(JsonReader json) {
-  HistoryFrame frame;
-  frame.time = json.member("time").number();
-  frame.file = relative_file(json.member("file"));
-  if (json.has("mask")) frame.mask = relative_file(json.member("mask"));
-  for (std::string_view name : kFrameExtraNames) {
-    if (json.has(name)) frame.extras.push_back({std::string(name), relative_file(json.member(name))});
+/// Images by their names, in the order of `names`. @param helps  As many as names.
+template <std::size_t N>
+void describe_images(DocumentVisitor& v, std::vector<HistoryImage>& images,
+                     const std::array<std::string_view, N>& names, const std::array<std::string_view, N>& helps) {
+  for (std::size_t i = 0; i < N; ++i) {
+    const auto found =
+        std::find_if(images.begin(), images.end(), [&](const HistoryImage& m) { return m.name == names[i]; });
+    std::optional<std::filesystem::path> file;
+    if (found != images.end()) file = found->file;
+    v.member({.name = names[i], .help = helps[i], .presence = Presence::IfSet}, file);
+    if (v.is_reading() && file) images.push_back({std::string(names[i]), *file});
   }
-  if (json.has("amounts")) frame.amounts = relative_file(json.member("amounts"));
-  if (json.has("extrapolated")) frame.is_extrapolated = json.member("extrapolated").boolean();
-  json.finish();
-  return frame;
 }
 
-ControlParameter read_control_entry(JsonReader json) {
-  ControlParameter control;
-  const JsonReader name = json.member("name");
-  control.name = name.string();
-  if (!is_file_name(control.name)) name.fail("a name of " + file_name_text());
-  control.file = relative_file(json.member("file"));
-  if (json.has("range")) {
-    const JsonReader range = json.member("range");
-    const std::vector<double> ends = range.numbers(2, between(-kLargestControl, kLargestControl));
-    if (!(ends[0] <= ends[1])) range.fail("[low, high] with low <= high");
-    control.low = ends[0];
-    control.high = ends[1];
-  }
-  if (json.has("unit")) control.unit = json.member("unit").string();
-  if (json.has("stddev")) control.deviation = relative_file(json.member("stddev"));
-  json.finish();
-  return control;
+constexpr std::array<std::string_view, kFrameExtraNames.size()> kFrameExtraHelps{
+    "Standard deviation of the albedo.",
+    "EXR, channels strength and roughness.",
+    "Normals.",
+    "Height.",
+    "EXR, channel Y, [0, 1]: 1 = metal. All frames have it, or none.",
+    "EXR, R, G, B, linear, [0, 1]: color of the mirror; of metal what it reflects at normal incidence; 0 = not known. "
+    "All frames have it, or none."};
+constexpr std::array<std::string_view, kHistoryMapNames.size()> kMapHelps{
+    "Position of each pixel's surface point.",
+    "Normals.",
+    "Height.",
+    "Surface length of each pixel.",
+    "Channels strength and roughness, where frames have none.",
+    "As frames have it, where they have none.",
+    "As frames have it, where they have none."};
+
+constexpr DocumentKind kHistoryDocument{
+    .format = "patinate.history",
+    .title = "patinate material history",
+    .about = "history.json: the color of a surface over time, with its control parameters.",
+    .has_whole_numbers = true};
+
+}  // namespace
+
+void describe(DocumentVisitor& v, HistoryFrame& f) {
+  v.member(
+      {"time",
+       "In time_unit, between -1e18 and 1e18; later than the time before by 1e-12 at least, and by 1e-12 of the span."},
+      f.time);
+  v.member({"file", "Linear albedo, half RGB EXR."}, f.file);
+  v.member({.name = "mask",
+            .help = "8 bit; 0 where this frame's color is not the surface's (highlight, saturated, out of view).",
+            .presence = Presence::IfSet},
+           f.mask);
+  describe_images(v, f.extras, kFrameExtraNames, kFrameExtraHelps);
+  v.member({.name = "amounts",
+            .help = "Of a simulation: EXR, a channel for each material, named after it; 1 = a full layer.",
+            .presence = Presence::IfSet},
+           f.amounts);
+  v.member({.name = "extrapolated",
+            .help = "Nobody saw it: a model continues from where the frames end.",
+            .presence = Presence::IfSet},
+           f.is_extrapolated);
 }
 
-LibraryPart read_part_entry(JsonReader json) {
-  LibraryPart part;
-  part.name = json.member("name").string();
-  part.x = static_cast<int>(json.member("x").integer(between(0, kMaxHistorySide_px)));
-  part.width = static_cast<int>(json.member("width").integer(between(1, kMaxHistorySide_px)));
-  part.height = static_cast<int>(json.member("height").integer(between(1, kMaxHistorySide_px)));
-  part.key = json.member("key").string();
-  json.finish();
-  return part;
+void describe(DocumentVisitor& v, ControlParameter& c) {
+  v.member(
+      {.name = "name", .help = "Letters, digits, dots, `_` and `-`; not a dot first.", .rule = &control_name_rule()},
+      c.name);
+  v.member({"file", "Float EXR, channel Y, normalized to [0, 1]."}, c.file);
+  std::array<double, 2> range{c.low, c.high};
+  v.member({"range", "Physical values that 0 and 1 stand for.", between(-kLargestControl, kLargestControl),
+            Presence::Optional},
+           range);
+  v.require("range", range[0] <= range[1], "[low, high] with low <= high");
+  c.low = range[0], c.high = range[1];
+  v.member({.name = "unit", .help = "`relative` when only ratios mean something.", .presence = Presence::IfSet},
+           c.unit);
+  v.member({.name = "stddev",
+            .help = "Float EXR, channel Y: standard deviation of what `file` holds, in its units.",
+            .presence = Presence::IfSet},
+           c.deviation);
 }
 
-HistoryWarning read_warning_entry(JsonReader json) {
-  HistoryWarning warning;
-  warning.about = static_cast<WarningSubject>(json.member("about").choice(kWarningSubjectNames));
-  warning.text = json.member("text").string();
-  if (json.has("cure")) warning.cure = json.member("cure").string();
-  warning.share = json.member("share").number(between(0, 1));
-  if (json.has("photos")) {
-    for (const JsonReader& photo : json.member("photos").elements(kMaxFrames)) warning.photos.push_back(photo.string());
-  }
-  json.finish();
-  return warning;
+void describe(DocumentVisitor& v, LibraryPart& p) {
+  v.member({"name", "Of the history that it was made from."}, p.name);
+  v.member({"x", "First column; the first row is 0.", between(0, kMaxHistorySide_px)}, p.x);
+  v.member({"width", "px", between(1, kMaxHistorySide_px)}, p.width);
+  v.member({"height", "px", between(1, kMaxHistorySide_px)}, p.height);
+  v.member({"key", "Content key of the history that it was made from."}, p.key);
 }
 
-Json warning_entry(const HistoryWarning& warning) {
-  Json entry{{"about", kWarningSubjectNames[static_cast<std::size_t>(warning.about)]}, {"text", warning.text}};
-  if (!warning.cure.empty()) entry["cure"] = warning.cure;
-  entry["share"] = std::round(1e4 * warning.share) / 1e4;
-  if (!warning.photos.empty()) entry["photos"] = warning.photos;
-  return entry;
+void describe(DocumentVisitor& v, HistoryWarning& w) {
+  v.choice({"about", "What it is about."}, w.about, kWarningSubjectNames);
+  v.member({"text", "What was found, with its figure."}, w.text);
+  v.member({.name = "cure", .help = "What helps.", .presence = Presence::IfSet}, w.cure);
+  double share = v.is_reading() ? w.share : std::round(1e4 * w.share) / 1e4;
+  v.member({"share", "Roughly how much of the history it spoils.", between(0, 1)}, share);
+  w.share = share;
+  v.member({.name = "photos",
+            .help = "Names of the photographs it speaks of, without folders.",
+            .presence = Presence::IfSet},
+           w.photos);
 }
 
-/// Whole numbers are written without ".0", as a person would.
-Json number_json(double value) {
-  if (value == std::floor(value) && std::abs(value) < 1e15) return Json(static_cast<std::int64_t>(value));
-  return Json(value);
+void describe(DocumentVisitor& v, HistoryManifest& m) {
+  v.member({"name", "For people."}, m.name);
+  auto origin = static_cast<int>(std::find(kHistoryOriginNames.begin(), kHistoryOriginNames.end(), m.origin) -
+                                 kHistoryOriginNames.begin());
+  v.choice({"origin", "Where it comes from."}, origin, kHistoryOriginNames);
+  m.origin = kHistoryOriginNames[origin];
+  v.member({"width", "Pixels of every image.", between(1, kMaxHistorySide_px)}, m.width);
+  v.member({"height", "Pixels of every image.", between(1, kMaxHistorySide_px)}, m.height);
+  v.member({.name = "texel_size_mm",
+            .help = "Surface length that a pixel shows, mm; null when unknown.",
+            .range = between(kLeastTexel_mm, kLargestTexel_mm),
+            .presence = Presence::Optional,
+            .is_nullable = true},
+           m.texel_size_mm);
+  v.choice({.name = "time_unit", .help = "Unit of all times.", .presence = Presence::Optional}, m.time_unit,
+           kTimeUnitNames);
+  v.member({.name = "frames", .help = "In order of strictly increasing time.", .min_size = 1, .max_size = kMaxFrames},
+           m.frames);
+  v.member({.name = "controls",
+            .help = "Parameters that aging follows.",
+            .presence = Presence::Optional,
+            .max_size = kMaxControls},
+           m.controls);
+  v.member({.name = "mask", .help = "8 bit; 0 = outside.", .presence = Presence::IfSet, .is_nullable = true}, m.mask);
+  v.object({.name = "maps", .help = "Constant in time.", .presence = Presence::IfSet}, !m.maps.empty(),
+           [&] { describe_images(v, m.maps, kHistoryMapNames, kMapHelps); });
+  v.member({.name = "key", .help = "Content key: of all that this was made from.", .presence = Presence::Optional},
+           m.key);
+  v.member({.name = "library",
+            .help = "Several histories side by side, from left to right (`patinate history combine`); the control "
+                    "`history` says which one a pixel belongs to.",
+            .presence = Presence::IfSet,
+            .max_size = kMaxLibraryParts},
+           m.parts);
+  v.member({.name = "warnings",
+            .help = "What was found while it was made that may make it wrong, the worst first. Programs that use it "
+                    "repeat what concerns them.",
+            .presence = Presence::IfSet},
+           m.warnings);
 }
+
+namespace {
 
 void check_manifest(const HistoryManifest& m) {
   if (m.frames.empty()) throw InvalidInput("history " + m.name + ": has no frames; give at least one");
@@ -114,9 +189,8 @@ void check_manifest(const HistoryManifest& m) {
 }  // namespace
 
 Json warnings_json(const std::vector<HistoryWarning>& warnings) {
-  Json json = Json::array();
-  for (const HistoryWarning& warning : warnings) json.push_back(warning_entry(warning));
-  return json;
+  std::vector<HistoryWarning> written = warnings;
+  return object_json([&](DocumentVisitor& v) { v.member({"warnings"}, written); })["warnings"];
 }
 
 std::string time_unit_text(TimeUnit unit) { return std::string(kTimeUnitNames[static_cast<std::size_t>(unit)]); }
@@ -165,42 +239,8 @@ HistoryManifest read_history_manifest(const std::filesystem::path& path) {
   std::error_code error;
   const bool is_folder = std::filesystem::is_directory(path, error);
   const std::filesystem::path file = is_folder ? path / kHistoryManifestFile : path;
-  const Json document = load_json(file);
-  JsonReader json(file.string(), document);
-  json.expect_format("patinate.history", 1);
   HistoryManifest m;
-  m.name = json.member("name").string();
-  m.origin = kHistoryOriginNames[json.member("origin").choice(kHistoryOriginNames)];
-  m.width = static_cast<int>(json.member("width").integer(between(1, kMaxHistorySide_px)));
-  m.height = static_cast<int>(json.member("height").integer(between(1, kMaxHistorySide_px)));
-  if (json.has("texel_size_mm")) {
-    const JsonReader size = json.member("texel_size_mm");
-    if (!size.is_null()) m.texel_size_mm = size.number(between(kLeastTexel_mm, kLargestTexel_mm));
-  }
-  if (json.has("time_unit")) m.time_unit = static_cast<TimeUnit>(json.member("time_unit").choice(kTimeUnitNames));
-  const JsonReader frames = json.member("frames");
-  for (JsonReader& frame : frames.elements(kMaxFrames)) m.frames.push_back(read_frame_entry(frame));
-  if (json.has("controls")) {
-    for (JsonReader& c : json.member("controls").elements(kMaxControls)) m.controls.push_back(read_control_entry(c));
-  }
-  if (json.has("mask") && !json.member("mask").is_null()) m.mask = relative_file(json.member("mask"));
-  if (json.has("maps")) {
-    JsonReader maps = json.member("maps");
-    for (std::string_view name : kHistoryMapNames) {
-      if (maps.has(name)) m.maps.push_back({std::string(name), relative_file(maps.member(name))});
-    }
-    maps.finish();
-  }
-  if (json.has("library")) {
-    for (const JsonReader& part : json.member("library").elements(kMaxLibraryParts))
-      m.parts.push_back(read_part_entry(part));
-  }
-  if (json.has("warnings")) {
-    for (const JsonReader& warning : json.member("warnings").elements(kMaxFrames))
-      m.warnings.push_back(read_warning_entry(warning));
-  }
-  if (json.has("key")) m.key = json.member("key").string();
-  json.finish();
+  read_document(kHistoryDocument, file, described(m));
   try {
     check_manifest(m);
   } catch (const InvalidInput& e) {
@@ -211,37 +251,13 @@ HistoryManifest read_history_manifest(const std::filesystem::path& path) {
 
 void write_history_manifest(const std::filesystem::path& file, const HistoryManifest& manifest) {
   check_manifest(manifest);
-  Json json = {{"format", "patinate.history"}, {"version", 1},
-               {"name", manifest.name},        {"origin", manifest.origin},
-               {"width", manifest.width},      {"height", manifest.height}};
-  json["texel_size_mm"] = manifest.texel_size_mm ? number_json(*manifest.texel_size_mm) : Json(nullptr);
-  json["time_unit"] = time_unit_text(manifest.time_unit);
-  json["frames"] = Json::array();
-  for (const HistoryFrame& f : manifest.frames) {
-    Json entry = {{"time", number_json(f.time)}, {"file", f.file.generic_string()}};
-    if (f.mask) entry["mask"] = f.mask->generic_string();
-    for (const HistoryImage& extra : f.extras) entry[extra.name] = extra.file.generic_string();
-    if (f.amounts) entry["amounts"] = f.amounts->generic_string();
-    if (f.is_extrapolated) entry["extrapolated"] = true;
-    json["frames"].push_back(std::move(entry));
-  }
-  json["controls"] = Json::array();
-  for (const ControlParameter& c : manifest.controls) {
-    Json entry = {{"name", c.name}, {"file", c.file.generic_string()}};
-    entry["range"] = Json::array({number_json(c.low), number_json(c.high)});
-    if (!c.unit.empty()) entry["unit"] = c.unit;
-    if (c.deviation) entry["stddev"] = c.deviation->generic_string();
-    json["controls"].push_back(std::move(entry));
-  }
-  if (manifest.mask) json["mask"] = manifest.mask->generic_string();
-  for (const HistoryMap& map : manifest.maps) json["maps"][map.name] = map.file.generic_string();
-  json["key"] = manifest.key;
-  for (const LibraryPart& part : manifest.parts) {
-    json["library"].push_back(
-        {{"name", part.name}, {"x", part.x}, {"width", part.width}, {"height", part.height}, {"key", part.key}});
-  }
-  if (!manifest.warnings.empty()) json["warnings"] = warnings_json(manifest.warnings);
-  save_json(file, json);
+  HistoryManifest written = manifest;
+  save_json(file, document_json(kHistoryDocument, described(written)));
+}
+
+Json history_schema() {
+  HistoryManifest any;
+  return document_schema(kHistoryDocument, described(any));
 }
 
 }  // namespace patinate

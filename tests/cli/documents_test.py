@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What is made from the commands' declarations: completion, man page, docs/commands.md. Usage: documents_test.py PATINATE
 
-documents_test.py PATINATE --update writes the generated part of docs/commands.md again.
+documents_test.py PATINATE --update writes the generated part of docs/commands.md, and the schemas of described documents, again.
 """
 import os
 import pathlib
@@ -14,6 +14,7 @@ import unittest
 
 PATINATE = os.path.abspath(sys.argv.pop(1) if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else "build/release/bin/patinate")
 COMMANDS = pathlib.Path(__file__).resolve().parents[2] / "docs/commands.md"
+SCHEMAS = COMMANDS.parent / "schema"
 MARK = "<!-- From here on made by `patinate help --markdown`: tests/cli/documents_test.py PATINATE --update -->\n"
 
 
@@ -26,6 +27,12 @@ def commands():
     return dict(re.findall(r"^## ([a-z]+(?: [a-z]+)?)\n(.*)\.$", output_of("help", "--markdown"), re.MULTILINE))
 
 
+def described_schemas():
+    """Kinds of files whose schema is made of their description."""
+    refused = subprocess.run([PATINATE, "help", "--schema", "none"], capture_output=True, text=True)
+    return re.search(r"expected ([a-z, ]+)", refused.stderr).group(1).strip().split(", ")
+
+
 def table():
     """The table with which docs/commands.md begins."""
     return "| command | |\n| --- | --- |\n" + "".join(f"| [{name}](#{name.replace(' ', '-')}) | {brief[0].lower() + brief[1:]} |\n" for name, brief in commands().items())
@@ -35,6 +42,13 @@ class Documents(unittest.TestCase):
     def test_commands_page_is_current(self):
         written = COMMANDS.read_text().split(MARK)[1]
         self.assertEqual(written, output_of("help", "--markdown"), "run tests/cli/documents_test.py PATINATE --update")
+
+    def test_schemas_of_described_documents_are_current(self):
+        names = described_schemas()
+        self.assertIn("history", names)
+        for name in names:
+            with self.subTest(schema=name):
+                self.assertEqual((SCHEMAS / f"{name}.schema.json").read_text(), output_of("help", "--schema", name), "run tests/cli/documents_test.py PATINATE --update")
 
     def test_the_page_begins_with_every_command(self):
         self.assertIn("\n" + table() + "\n", COMMANDS.read_text().split("\n## ")[0], "run tests/cli/documents_test.py PATINATE --update")
@@ -161,5 +175,7 @@ if __name__ == "__main__":
     if "--update" in sys.argv:
         text = re.sub(r"\| command \| \|\n\| --- \| --- \|\n(\| .*\n)*", lambda _: table(), COMMANDS.read_text().split(MARK)[0], count=1)
         COMMANDS.write_text(text + MARK + output_of("help", "--markdown"))
+        for name in described_schemas():
+            (SCHEMAS / f"{name}.schema.json").write_text(output_of("help", "--schema", name))
     else:
         unittest.main()

@@ -1,7 +1,9 @@
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <span>
 #include <string>
 
+#include "app/documents/document_schemas.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "tools/patinate/command_line/argument.h"
@@ -142,7 +144,7 @@ std::string manual_markdown(std::span<const CommandDeclaration> commands) {
 }  // namespace
 
 int cmd_help(CommandRun& run) {
-  std::string command, part;
+  std::string command, part, schema;
   bool man = false, markdown = false;
   run.line.positional("COMMAND", "What to say more about", command);
   run.line.suggestions(first_words());
@@ -151,6 +153,8 @@ int cmd_help(CommandRun& run) {
   run.line.required(false);
   run.line.flag("man", "The manual as a man page: `patinate help --man | man -l -`", man);
   run.line.flag("markdown", "The list of commands of docs/commands.md", markdown);
+  run.line.option("schema", "KIND", "The JSON Schema of a kind of file: history, card", schema);
+  run.line.suggestions(app::schema_names());
   run.line.without({"threads", "seed", "json", "quiet", "verbose", "force", "dry_run", "config"});
   run.line.example("help lookup");
   if (!run.parse()) return 0;
@@ -158,6 +162,8 @@ int cmd_help(CommandRun& run) {
     run.print(manual_roff(all_declarations(), PATINATE_VERSION));
   } else if (markdown) {
     run.print(manual_markdown(all_declarations()));
+  } else if (!schema.empty()) {
+    run.print(app::schema_of(schema).dump(2) + "\n");
   } else if (command.empty()) {
     run.print(overview());
   } else {

@@ -9,7 +9,7 @@
 #include "capture/report/report_sections.h"
 #include "capture/timelapse/mask_warnings.h"
 #include "libcommon/core/text.h"
-#include "libcommon/history/warning_json.h"
+#include "libcommon/history/history_documents.h"
 #include "patinate/history/history.h"
 #include "patinate/image/image_io.h"
 #include "tools/patinate/command_line/history_warnings.h"

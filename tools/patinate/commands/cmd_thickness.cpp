@@ -6,7 +6,7 @@
 #include "capture/thickness/thickness_warnings.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
-#include "libcommon/history/warning_json.h"
+#include "libcommon/history/history_documents.h"
 #include "patinate/capture/thickness.h"
 #include "patinate/core/error.h"
 #include "patinate/image/color.h"

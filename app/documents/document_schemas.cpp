@@ -1,0 +1,38 @@
+#include "app/documents/document_schemas.h"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "libcommon/core/text.h"
+#include "libcommon/history/history_documents.h"
+#include "patinate/core/error.h"
+
+namespace patinate::app {
+
+namespace {
+
+struct NamedSchema {
+  const char* name;
+  Json (*make)();
+};
+constexpr std::array kSchemas{NamedSchema{"card", history_card_schema}, NamedSchema{"history", history_schema}};
+
+}  // namespace
+
+std::vector<std::string> schema_names() {
+  std::vector<std::string> names;
+  for (const NamedSchema& schema : kSchemas) names.emplace_back(schema.name);
+  return names;
+}
+
+Json schema_of(const std::string& name) {
+  const auto* const found =
+      std::find_if(kSchemas.begin(), kSchemas.end(), [&](const NamedSchema& s) { return s.name == name; });
+  if (found != kSchemas.end()) return found->make();
+  std::string list;
+  for (const NamedSchema& schema : kSchemas) list += (list.empty() ? "" : ", ") + std::string(schema.name);
+  throw InvalidInput("schema: found `" + name + "`; expected " + list + did_you_mean(name, schema_names()));
+}
+
+}  // namespace patinate::app

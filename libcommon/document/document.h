@@ -1,0 +1,222 @@
+/// \file
+/// One description per document, from which its reader, its writer and its JSON Schema are made. A document's struct
+/// has one function beside it:
+///
+///     void describe(DocumentVisitor& v, HistoryCard& card) {
+///       v.member({.name = "title", .help = "For people."}, card.title);
+///       v.member({.name = "about", .help = "What is seen.", .presence = Presence::IfSet}, card.about);
+///     }
+///
+/// Members are read and written in the order in which they are described.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <initializer_list>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "patinate/core/json.h"
+
+namespace patinate {
+
+/// When a member stands in a file.
+enum class Presence {
+  Required,  ///< Always.
+  Optional,  ///< A file may leave it out; it is always written.
+  IfSet      ///< A file may leave it out; it is written unless it is empty, false or not given.
+};
+
+/// A text that not every text is.
+struct TextRule {
+  std::string_view pattern;  ///< As a regular expression of JSON Schema.
+  int max_length;            ///< In characters.
+  std::string expected;      ///< "a name of ...": for error messages.
+  bool (*holds)(std::string_view text);
+};
+
+struct Member {
+  std::string_view name;
+  std::string_view help = "";
+  Range range = {};
+  Presence presence = Presence::Required;
+  bool is_nullable = false;          ///< `null` stands for "not given", and is written for it.
+  bool has_nulls = false;            ///< The same of the elements of a list.
+  const TextRule* rule = nullptr;    ///< Of a text, or of each text of a list.
+  std::size_t min_size = 0;          ///< Of a list.
+  std::size_t max_size = 1'000'000;  ///< Of a list.
+};
+
+/// Visits every member of a document, for reading, writing or describing it.
+class DocumentVisitor {
+ public:
+  virtual ~DocumentVisitor() = default;
+
+  /// Values are to be filled; else they are only looked at.
+  [[nodiscard]] virtual bool is_reading() const { return false; }
+  /// Every member is to be visited, whatever the values are: of a schema.
+  [[nodiscard]] virtual bool wants_all() const { return false; }
+  /// Exactly one of these members stands in a file. Say it before they are visited.
+  virtual void one_of(std::initializer_list<std::string_view> members) = 0;
+  /// Call after the member was visited. A reader throws IoError, naming the member, unless `holds`.
+  virtual void require(std::string_view member, bool holds, const std::string& expected) = 0;
+
+  template <class T>
+  void member(const Member& m, T& value) {
+    if (!begin_member(m, is_set(value))) return;
+    visit(m, value);
+    end_member();
+  }
+  /// `names[i]` is the name of the enumerator with value i.
+  template <class Enum, std::size_t N>
+  void choice(const Member& m, Enum& value, const std::array<std::string_view, N>& names) {
+    if (!begin_member(m, true)) return;
+    int index = static_cast<int>(value);
+    visit_choice(index, names);
+    value = static_cast<Enum>(index);
+    end_member();
+  }
+  /// An object within the object. @param describe_members  Describes what is in it.
+  void object(const Member& m, bool is_object_set, const std::function<void()>& describe_members) {
+    if (!begin_member(m, is_object_set)) return;
+    begin_object();
+    describe_members();
+    end_object();
+    end_member();
+  }
+
+  /// A list of objects whose type has no describe() of its own.
+  template <class T, class Describe>
+  void list(const Member& m, std::vector<T>& values, const Describe& describe_element) {
+    if (!begin_member(m, !values.empty())) return;
+    values.resize(begin_list(m, values.size()));
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      begin_element(i);
+      begin_object();
+      describe_element(values[i]);
+      end_object();
+      end_element();
+    }
+    end_list();
+    end_member();
+  }
+  /// What the document's owner reads and writes itself: an object of any members.
+  virtual void any_object(const Member& m, const std::function<void(JsonReader)>& read,
+                          const std::function<void(Json&)>& write) = 0;
+
+  virtual void begin_object() = 0;
+  virtual void end_object() = 0;
+
+ protected:
+  /// @returns whether the member is to be visited.
+  [[nodiscard]] virtual bool begin_member(const Member& m, bool is_value_set) = 0;
+  virtual void end_member() = 0;
+  /// @returns how many elements are to be visited.
+  [[nodiscard]] virtual std::size_t begin_list(const Member& m, std::size_t size) = 0;
+  virtual void begin_element(std::size_t index) = 0;
+  virtual void end_element() = 0;
+  virtual void end_list() = 0;
+
+  virtual void visit(const Member& m, double& value) = 0;
+  virtual void visit(const Member& m, std::int64_t& value) = 0;
+  virtual void visit(const Member& m, bool& value) = 0;
+  virtual void visit(const Member& m, std::string& value) = 0;
+  /// As it stands in the document, relative to which it is.
+  virtual void visit(const Member& m, std::filesystem::path& value) = 0;
+  /// As many numbers as there are.
+  virtual void visit(const Member& m, std::span<double> values) = 0;
+  /// @returns whether this element is null.
+  virtual bool visit_null(bool is_value_set) = 0;
+  virtual void visit_choice(int& index, std::span<const std::string_view> names) = 0;
+
+  void visit(const Member& m, int& value) {
+    auto wide = std::int64_t{value};
+    visit(m, wide);
+    value = static_cast<int>(wide);
+  }
+  template <std::size_t N>
+  void visit(const Member& m, std::array<double, N>& values) {
+    visit(m, std::span<double>(values));
+  }
+  template <class T>
+  void visit(const Member& m, std::optional<T>& value) {
+    if (m.has_nulls && visit_null(value.has_value())) {
+      value.reset();
+      return;
+    }
+    if (!value) value.emplace();
+    visit(m, *value);
+  }
+  void visit(const Member& m, std::pair<double, double>& values) {
+    std::array<double, 2> ends{values.first, values.second};
+    visit(m, std::span<double>(ends));
+    values = {ends[0], ends[1]};
+  }
+  template <class T>
+  void visit(const Member& m, std::vector<T>& values) {
+    values.resize(begin_list(m, values.size()));
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      begin_element(i);
+      visit(m, values[i]);
+      end_element();
+    }
+    end_list();
+  }
+  template <class T>
+  requires std::is_class_v<T>
+  void visit(const Member&, T& value) {
+    begin_object();
+    describe(*this, value);
+    end_object();
+  }
+
+ private:
+  template <class T>
+  [[nodiscard]] static bool is_set(const T& value) {
+    if constexpr (std::is_same_v<T, bool>) {
+      return value;
+    } else if constexpr (requires { value.has_value(); }) {
+      return value.has_value();
+    } else if constexpr (requires { value.empty(); }) {
+      return !value.empty();
+    } else {
+      return true;
+    }
+  }
+};
+
+/// What a kind of document is.
+struct DocumentKind {
+  std::string_view format;  ///< "patinate.history"
+  int version = 1;
+  std::string_view title;  ///< Of its schema.
+  std::string_view about;
+  bool has_whole_numbers = false;  ///< 1.0 is written as 1, as a person would.
+};
+
+/// A described document seen without its type.
+using DescribeDocument = std::function<void(DocumentVisitor&)>;
+/// @param document  Must outlive what is returned.
+template <class T>
+[[nodiscard]] DescribeDocument described(T& document) {
+  return [&document](DocumentVisitor& v) { describe(v, document); };
+}
+
+/// @throws IoError: FILE: POINTER: found X; expected Y; names members that nobody knows.
+void read_document(const DocumentKind& kind, const std::filesystem::path& file, const DescribeDocument& describe_it);
+[[nodiscard]] Json document_json(const DocumentKind& kind, const DescribeDocument& describe_it);
+/// Without format and version: a part of a document, as object_json() has made it. For files of our own only.
+void read_object(const Json& json, const DescribeDocument& describe_it);
+/// The same for writing.
+[[nodiscard]] Json object_json(const DescribeDocument& describe_it);
+/// JSON Schema, draft 2020-12.
+[[nodiscard]] Json document_schema(const DocumentKind& kind, const DescribeDocument& describe_it);
+
+}  // namespace patinate

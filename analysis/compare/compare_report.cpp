@@ -1,14 +1,16 @@
 #include "analysis/compare/compare_report.h"
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "analysis/compare/compare_job.h"
 #include "analysis/figures/compared_pair.h"
+#include "analysis/report/analysis_documents.h"
 #include "analysis/report/report_page.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
-#include "libcommon/history/history_times.h"
 #include "libcommon/history/history_documents.h"
+#include "libcommon/history/history_times.h"
 
 namespace patinate::analysis {
 
@@ -19,24 +21,53 @@ std::string times_text(const HistoryFacts& m) {
          short_number_text(m.frames.back().time) + " " + shown_time_unit(m.time_unit);
 }
 
-Json side_json(const SeriesFile& side) {
+void describe(DocumentVisitor& v, ComparedSide& s) {
+  v.member({"name", "As it was given."}, s.name);
+  v.member({"origin", "captured, simulated or synthetic."}, s.origin);
+  v.member({"width", "px", at_least(1)}, s.width);
+  v.member({"height", "px", at_least(1)}, s.height);
+  v.member({"frames", "", at_least(1)}, s.num_frames);
+  v.member({"first_time"}, s.first_time);
+  v.member({"last_time"}, s.last_time);
+  v.choice({"time_unit"}, s.time_unit, kTimeUnitNames);
+  v.member({.name = "texel_size_mm", .is_nullable = true}, s.texel_size_mm);
+  v.list({"controls"}, s.controls, [&](ControlFacts& c) {
+    v.member({"name"}, c.name);
+    std::array<double, 2> range{c.low, c.high};
+    v.member({"range"}, range);
+    c.low = range[0], c.high = range[1];
+    v.member({"unit"}, c.unit);
+  });
+  v.member({"warnings", "Of the history, as its history.json has them."}, s.warnings);
+  v.member({"key"}, s.key);
+}
+
+ComparedSide side_of(const SeriesFile& side) {
   const TextureSeries& series = side.series;
   const HistoryFacts& m = series.facts();
-  Json controls = Json::array();
-  for (const ControlFacts& c : m.controls)
-    controls.push_back({{"name", c.name}, {"range", {c.low, c.high}}, {"unit", c.unit}});
-  return Json{{"name", series.name()},
-              {"origin", m.origin},
-              {"width", series.width()},
-              {"height", series.height()},
-              {"frames", m.frames.size()},
-              {"first_time", m.frames.front().time},
-              {"last_time", m.frames.back().time},
-              {"time_unit", time_unit_text(m.time_unit)},
-              {"texel_size_mm", series.pixel_mm() ? Json(*series.pixel_mm()) : Json(nullptr)},
-              {"controls", controls},
-              {"warnings", warnings_json(m.warnings)},
-              {"key", side.key()}};
+  return {.name = series.name(),
+          .origin = m.origin,
+          .width = series.width(),
+          .height = series.height(),
+          .num_frames = static_cast<std::int64_t>(m.frames.size()),
+          .first_time = m.frames.front().time,
+          .last_time = m.frames.back().time,
+          .time_unit = m.time_unit,
+          .texel_size_mm = series.pixel_mm(),
+          .controls = m.controls,
+          .warnings = m.warnings,
+          .key = side.key()};
+}
+
+void describe_provenance(DocumentVisitor& v, const CompareOptions& options, std::string& command, std::string& key) {
+  v.any_object(
+      {"options", "Those that were in force, as text."}, [](const JsonReader&) {},
+      [&](Json& json) {
+        for (const auto& [name, value] : option_values(options)) json[name] = value;
+        json["seed"] = std::to_string(options.seed);
+      });
+  v.member({"command", "What repeats it."}, command);
+  v.member({"key", "Content key."}, key);
 }
 
 namespace {
@@ -92,6 +123,34 @@ void add_methods(HtmlPage& page) {
 
 }  // namespace
 
+namespace {
+
+/// report.json.
+struct CompareDocument {
+  ComparedSide a, b;
+  std::vector<Section> sections;
+  std::vector<std::string> warnings;
+  CompareOptions options;
+  std::string command, key;
+};
+
+void describe(DocumentVisitor& v, CompareDocument& d) {
+  v.member({"a", "What was compared, side A."}, d.a);
+  v.member({"b", "What was compared, side B."}, d.b);
+  describe_listed_figures(v, d.sections);
+  describe_undefined_sections(v, d.sections);
+  v.member({"warnings", "What is likely not meant, a sentence each."}, d.warnings);
+  describe_listed_curves(v, "curves", d.sections);
+  describe_provenance(v, d.options, d.command, d.key);
+}
+
+constexpr DocumentKind kCompareDocument{
+    .format = "patinate.compare",
+    .title = "patinate comparison",
+    .about = "report.json of `patinate history compare`: the figures of the page beside it."};
+
+}  // namespace
+
 void write_compare_report(const fs::path& folder, const CompareProvenance& provenance,
                           std::span<const Section> sections) {
   HtmlPage page(provenance.a.series.name() + " against " + provenance.b.series.name());
@@ -113,20 +172,19 @@ void write_compare_report(const fs::path& folder, const CompareProvenance& prove
   page.link(kCompareTableFile, "The figures as a table");
   page.save(folder / kComparePageFile);
   write_atomically(folder / kCompareTableFile, figures_csv(sections));
-  Json options = Json::object();
-  for (const auto& [name, value] : option_values(provenance.options)) options[name] = value;
-  options["seed"] = std::to_string(provenance.options.seed);
-  save_json(folder / kCompareReportFile, Json{{"format", "patinate.compare"},
-                                              {"version", 1},
-                                              {"a", side_json(provenance.a)},
-                                              {"b", side_json(provenance.b)},
-                                              {"figures", listed_figures_json(sections)},
-                                              {"undefined_sections", undefined_sections_json(sections)},
-                                              {"warnings", warnings},
-                                              {"curves", listed_curves_json(sections)},
-                                              {"options", options},
-                                              {"command", provenance.command},
-                                              {"key", provenance.key}});
+  CompareDocument document{.a = side_of(provenance.a),
+                           .b = side_of(provenance.b),
+                           .sections = {sections.begin(), sections.end()},
+                           .warnings = warnings,
+                           .options = provenance.options,
+                           .command = provenance.command,
+                           .key = provenance.key};
+  save_json(folder / kCompareReportFile, document_json(kCompareDocument, described(document)));
+}
+
+Json compare_schema() {
+  CompareDocument any;
+  return document_schema(kCompareDocument, described(any));
 }
 
 }  // namespace patinate::analysis

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "analysis/figures/compared_pair.h"
+#include "libcommon/document/document.h"
 #include "patinate/analysis/report_parts.h"
 
 namespace patinate::analysis {
@@ -22,7 +23,22 @@ struct CompareProvenance {
 /// "5 frames, 0 to 480 min".
 [[nodiscard]] std::string times_text(const HistoryFacts& facts);
 /// What a report says of a side.
-[[nodiscard]] Json side_json(const SeriesFile& side);
+struct ComparedSide {
+  std::string name, origin;
+  int width = 0, height = 0;
+  std::int64_t num_frames = 0;
+  double first_time = 0.0, last_time = 0.0;
+  TimeUnit time_unit = TimeUnit::Seconds;
+  std::optional<double> texel_size_mm;
+  std::vector<ControlFacts> controls;
+  std::vector<HistoryWarning> warnings;
+  std::string key;
+};
+void describe(DocumentVisitor& v, ComparedSide& side);
+[[nodiscard]] ComparedSide side_of(const SeriesFile& side);
+
+/// With which options, and the command that repeats it.
+void describe_provenance(DocumentVisitor& v, const CompareOptions& options, std::string& command, std::string& key);
 
 /// Writes report.html (everything inside), report.json, figures.csv and curves/<name>.csv.
 /// @param sections  With a `source` in every picture. @throws CannotComplete; InvalidInput if a number is not finite.

@@ -5,6 +5,7 @@
 #include "analysis/compare/compare_job.h"
 #include "analysis/compare/compare_report.h"
 #include "analysis/compare/replicates_job.h"
+#include "analysis/report/analysis_documents.h"
 #include "analysis/report/report_page.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
@@ -79,25 +80,76 @@ void add_methods_of_replicates(HtmlPage& page) {
       "1993. Effect in spreads: J. Cohen, Statistical Power Analysis for the Behavioral Sciences, 2nd ed., 1988.");
 }
 
-Json number_json(const std::optional<double>& v) { return v ? Json(rounded(*v, 9) + 0.0) : Json(nullptr); }
-
-Json figure_json(const ReplicateFigure& f) {
-  Json json{{"section", f.what.section}, {"name", f.what.name}, {"title", f.what.title}, {"unit", f.what.unit}};
-  if (!f.difference) {
-    json["undefined"] = f.what.undefined;
-    return json;
-  }
-  const GroupDifference& d = *f.difference;
-  for (const auto& [name, value] :
-       {std::pair("between", d.between), std::pair("within_a", d.within_a), std::pair("within_b", d.within_b),
-        std::pair("gap", d.gap), std::pair("spread_a", d.spread_a), std::pair("spread_b", d.spread_b),
-        std::pair("spread", d.spread), std::pair("p", d.p), std::pair("p_holm", f.p_corrected)})
-    json[name] = number_json(value);
-  json["effect"] = number_json(d.effect);
-  json["effect_a"] = number_json(d.effect_a);
-  json["effect_b"] = number_json(d.effect_b);
-  return json;
+/// To nine digits, as figures are stated.
+void describe_number(DocumentVisitor& v, std::string_view name, std::string_view help, std::optional<double> value,
+                     Presence presence = Presence::Required, const Range& range = {}) {
+  if (value) value = rounded(*value, 9) + 0.0;
+  v.member({.name = name, .help = help, .range = range, .presence = presence, .is_nullable = true}, value);
 }
+
+void describe(DocumentVisitor& v, ReplicateFigure& f) {
+  v.member({"section"}, f.what.section);
+  v.member({"name", "snake_case, unique in the report."}, f.what.name);
+  v.member({"title"}, f.what.title);
+  v.member({"unit"}, f.what.unit);
+  if (v.wants_all() || !f.difference)
+    v.member({"undefined", "Why it has no value; the rest is then missing.", {}, Presence::Optional}, f.what.undefined);
+  if (!v.wants_all() && !f.difference) return;
+  const GroupDifference d = f.difference.value_or(GroupDifference{});
+  const auto number = [&](std::string_view name, std::string_view help, std::optional<double> value) {
+    describe_number(v, name, help, value, Presence::Optional);
+  };
+  number("between", "Root mean square distance of a replicate of A to one of B.", d.between);
+  number("within_a", "Of two of A.", d.within_a);
+  number("within_b", "Of two of B.", d.within_b);
+  number("gap", "What A to B has more than the others, in squares; its root.", d.gap);
+  number("spread_a", "Standard deviation of one replicate of A.", d.spread_a);
+  number("spread_b", "", d.spread_b);
+  number("spread", "Of both sides.", d.spread);
+  describe_number(v, "p", "By permutation.", d.p, Presence::Optional, between(0, 1));
+  describe_number(v, "p_holm", "Corrected for the number of defined figures.", f.p_corrected, Presence::Optional,
+                  between(0, 1));
+  number("effect", "The gap in spreads of both sides.", d.effect);
+  number("effect_a", "", d.effect_a);
+  number("effect_b", "", d.effect_b);
+}
+
+/// report.json.
+struct ReplicatesDocument {
+  std::vector<ComparedSide> a, b;
+  ReplicateComparison comparison;
+  std::vector<std::string> verdict;
+  std::vector<double> clock;
+  std::vector<std::string> warnings;
+  CompareOptions options;
+  std::string command, key;
+};
+
+void describe(DocumentVisitor& v, ReplicatesDocument& d) {
+  ReplicateComparison& c = d.comparison;
+  v.member({.name = "a", .help = "Replicates of side A.", .min_size = 2}, d.a);
+  v.member({.name = "b", .help = "Replicates of side B.", .min_size = 2}, d.b);
+  v.list({"figures"}, c.figures, [&](ReplicateFigure& f) { describe(v, f); });
+  describe_number(v, "overall_p", "That no figure differs.", c.overall_p);
+  auto labelings = static_cast<std::int64_t>(c.num_labelings), enough = static_cast<std::int64_t>(c.enough_a_side);
+  v.member({"labelings", "Ways to call the replicates A and B that were looked at.", at_least(1)}, labelings);
+  v.member({"is_exact", "They are all ways."}, c.is_exact);
+  describe_number(v, "smallest_p", "That these numbers of replicates can give.", c.smallest_p);
+  describe_number(v, "smallest_p_holm", "Of one figure that differs alone.", c.smallest_p_corrected);
+  v.member({"enough_a_side", "Replicates a side from which on one figure alone can be below 0.05.", at_least(0)},
+           enough);
+  v.member({"verdict"}, d.verdict);
+  v.member({"times", "At which all are compared, on the clock of the options."}, d.clock);
+  v.member({"warnings", "What is likely not meant, a sentence each."}, d.warnings);
+  describe_provenance(v, d.options, d.command, d.key);
+}
+
+constexpr DocumentKind kReplicatesDocument{
+    .format = "patinate.replicates",
+    .title = "patinate comparison of replicates",
+    .about =
+        "report.json of `patinate history compare A... --against B...`: whether two groups of histories differ by "
+        "more than their members do."};
 
 }  // namespace
 
@@ -154,33 +206,26 @@ void write_replicates_report(const fs::path& folder, const ReplicatesProvenance&
   page.save(folder / kComparePageFile);
   write_atomically(folder / kCompareTableFile, replicate_figures_csv(comparison));
   write_atomically(folder / kReplicateDistancesFile, replicate_distances_csv(comparison, provenance.names));
-  Json figures = Json::array(), a = Json::array(), b = Json::array();
-  for (const ReplicateFigure& f : comparison.figures) figures.push_back(figure_json(f));
+  ReplicatesDocument document{.a = {},
+                              .b = {},
+                              .comparison = comparison,
+                              .verdict = replicate_verdict(comparison),
+                              .clock = provenance.clock,
+                              .warnings = provenance.warnings,
+                              .options = provenance.options,
+                              .command = provenance.command,
+                              .key = provenance.key};
   for (std::size_t k = 0; k < provenance.files.size(); ++k) {
-    Json side = side_json(provenance.files[k]);
-    side["name"] = provenance.names[k];
-    (k < comparison.size_a ? a : b).push_back(std::move(side));
+    ComparedSide side = side_of(provenance.files[k]);
+    side.name = provenance.names[k];
+    (k < comparison.size_a ? document.a : document.b).push_back(std::move(side));
   }
-  Json options = Json::object();
-  for (const auto& [name, value] : option_values(provenance.options)) options[name] = value;
-  options["seed"] = std::to_string(provenance.options.seed);
-  save_json(folder / kCompareReportFile, Json{{"format", "patinate.replicates"},
-                                              {"version", 1},
-                                              {"a", a},
-                                              {"b", b},
-                                              {"figures", figures},
-                                              {"overall_p", number_json(comparison.overall_p)},
-                                              {"labelings", comparison.num_labelings},
-                                              {"is_exact", comparison.is_exact},
-                                              {"smallest_p", number_json(comparison.smallest_p)},
-                                              {"smallest_p_holm", number_json(comparison.smallest_p_corrected)},
-                                              {"enough_a_side", comparison.enough_a_side},
-                                              {"verdict", replicate_verdict(comparison)},
-                                              {"times", provenance.clock},
-                                              {"warnings", provenance.warnings},
-                                              {"options", options},
-                                              {"command", provenance.command},
-                                              {"key", provenance.key}});
+  save_json(folder / kCompareReportFile, document_json(kReplicatesDocument, described(document)));
+}
+
+Json replicates_schema() {
+  ReplicatesDocument any;
+  return document_schema(kReplicatesDocument, described(any));
 }
 
 }  // namespace patinate::analysis

@@ -6,8 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "analysis/report/analysis_documents.h"
 #include "analysis/report/report_page.h"
 #include "libcommon/core/text.h"
+#include "libcommon/document/document.h"
 #include "libcommon/image/filters.h"
 #include "libcommon/job/job_inputs.h"
 #include "libcommon/output/html_page.h"
@@ -41,48 +43,70 @@ void limit_size(Picture& picture, const RunControl& control) {
   picture.caption += " (" + size_text(w, h) + ", shown at " + size_text(limited(w), limited(h)) + ")";
 }
 
-const char* kind_name(LineKind kind) { return kind == LineKind::Dark ? "dark" : "bright"; }
-
-Json figures_json(const std::vector<Figure>& figures) {
-  Json list = Json::array();
-  for (const Figure& f : figures) list.push_back(figure_json(f));
-  return list;
-}
-
-Json lines_json(const std::vector<LineFigures>& lines) {
-  Json list = Json::array();
-  for (const LineFigures& l : lines)
-    list.push_back({{"kind", kind_name(l.kind)}, {"threshold", l.threshold}, {"figures", figures_json(l.figures)}});
-  return list;
-}
+/// Figures of one kind of lines at one threshold.
+struct EvaluatedLines {
+  LineKind kind = LineKind::Dark;
+  double threshold = 0.0;
+  std::vector<Figure> figures = {};
+};
 
 /// What an item finds of its map.
 struct EvaluatedMap {
   std::string name, about, hash;  ///< Of the item, of the item, of the Evaluation.
   std::vector<Figure> figures;
-  Json lines = Json::array();
-  std::vector<Picture> pictures;  ///< With their sources.
+  std::vector<EvaluatedLines> lines;
+  std::vector<Picture> pictures;  ///< With their sources; in the report they are files of the page.
 };
 
-Json map_json(const EvaluatedMap& map) {
-  Json json{{"name", map.name},   {"about", map.about},
-            {"hash", map.hash},   {"figures", figures_json(map.figures)},
-            {"lines", map.lines}, {"pictures", Json::array()}};
-  for (const Picture& p : map.pictures) json["pictures"].push_back(picture_json(p));
-  return json;
+constexpr std::array<std::string_view, 2> kLineKindNames{"dark", "bright"};
+
+void describe(DocumentVisitor& v, EvaluatedLines& l) {
+  v.choice({"kind"}, l.kind, kLineKindNames);
+  v.member({"threshold", "L* by which a line differs from what surrounds it.", above(0)}, l.threshold);
+  v.member({"figures"}, l.figures);
 }
 
-/// The inverse of map_json().
-EvaluatedMap map_from_json(const Json& json) {
-  EvaluatedMap map{.name = json.at("name"),
-                   .about = json.at("about"),
-                   .hash = json.at("hash"),
-                   .figures = {},
-                   .lines = json.at("lines"),
-                   .pictures = {}};
-  for (const Json& f : json.at("figures")) map.figures.push_back(figure_from_json(f));
-  for (const Json& p : json.at("pictures")) map.pictures.push_back(picture_from_json(p));
-  return map;
+void describe(DocumentVisitor& v, EvaluatedMap& m) {
+  v.member({"name"}, m.name);
+  v.member({"about", "File, source and control."}, m.about);
+  v.member({"hash", "Of the rounded coordinates, 32 hexadecimal digits."}, m.hash);
+  v.member({"figures"}, m.figures);
+  v.member({"lines", "What the figures of lines are means of: each kind of lines at each threshold."}, m.lines);
+  if (!v.wants_all()) v.member({.name = "pictures", .presence = Presence::IfSet}, m.pictures);  // Only items have them.
+}
+
+/// evaluation.json.
+struct EvaluationDocument {
+  std::vector<EvaluatedMap> maps;  ///< Without pictures.
+  Json options;
+  std::string command, key;
+};
+
+void describe(DocumentVisitor& v, EvaluationDocument& d) {
+  v.member({.name = "maps", .min_size = 1}, d.maps);
+  v.any_object(
+      {"options", "Those that were in force, as text."}, [](const JsonReader&) {},
+      [&](Json& json) { json = d.options; });
+  v.member({"command", "What repeats it."}, d.command);
+  v.member({"key", "Content key."}, d.key);
+}
+
+constexpr DocumentKind kEvaluationDocument{
+    .format = "patinate.evaluation",
+    .version = 2,
+    .title = "patinate evaluation",
+    .about = "evaluation.json of `patinate evaluate`: the figures of the page beside it."};
+
+std::vector<Figure> stated(const std::vector<Figure>& figures) {
+  std::vector<Figure> list;
+  for (const Figure& f : figures) list.push_back(as_stated(f));
+  return list;
+}
+
+std::vector<EvaluatedLines> stated(const std::vector<LineFigures>& lines) {
+  std::vector<EvaluatedLines> list;
+  for (const LineFigures& l : lines) list.push_back({l.kind, l.threshold, stated(l.figures)});
+  return list;
 }
 
 EvaluatedMap evaluated(const EvaluationItem& item, const EvaluationTask& task, const fs::path& scratch,
@@ -95,9 +119,10 @@ EvaluatedMap evaluated(const EvaluationItem& item, const EvaluationTask& task, c
       .about = item.about,
       .hash = std::move(made.hash),
       .figures = std::move(opened.more),
-      .lines = lines_json(made.lines),
+      .lines = stated(made.lines),
       .pictures = {{"source", "The source at the last of the compared times", source_picture(opened.source)}}};
   std::move(made.figures.begin(), made.figures.end(), std::back_inserter(map.figures));
+  map.figures = stated(map.figures);
   std::move(made.pictures.begin(), made.pictures.end(), std::back_inserter(map.pictures));
   for (Picture& p : map.pictures) limit_size(p, control);
   embed_pictures(map.pictures, scratch);
@@ -150,7 +175,6 @@ void write_report(const fs::path& folder, const EvaluationTask& task, const std:
       "M1 says how far a search went towards the least energy, not how good the texture looks: the least energy is "
       "smooth and repeats itself.");
   add_table(page, maps);
-  Json list = Json::array();
   for (const EvaluatedMap& map : maps) {
     page.heading(map.name);
     page.paragraph(map.about);
@@ -160,11 +184,6 @@ void write_report(const fs::path& folder, const EvaluationTask& task, const std:
     for (const Figure& f : map.figures) {
       if (!f.value) page.paragraph(f.title + ": undefined, " + f.undefined + ".");
     }
-    list.push_back({{"name", map.name},
-                    {"about", map.about},
-                    {"hash", map.hash},
-                    {"figures", figures_json(map.figures)},
-                    {"lines", map.lines}});
   }
   Json options = Json::object();
   for (const auto& [name, value] : option_values(task.options)) options[name] = value;
@@ -174,15 +193,17 @@ void write_report(const fs::path& folder, const EvaluationTask& task, const std:
   page.code(task.command);
   page.link(kEvaluationFile, "The figures as JSON");
   page.save(folder / kEvaluationPageFile);
-  save_json(folder / kEvaluationFile, Json{{"format", "patinate.evaluation"},
-                                           {"version", 2},
-                                           {"maps", list},
-                                           {"options", options},
-                                           {"command", task.command},
-                                           {"key", key}});
+  EvaluationDocument document{.maps = maps, .options = std::move(options), .command = task.command, .key = key};
+  for (EvaluatedMap& map : document.maps) map.pictures.clear();
+  save_json(folder / kEvaluationFile, document_json(kEvaluationDocument, described(document)));
 }
 
 }  // namespace
+
+Json evaluation_schema() {
+  EvaluationDocument any;
+  return document_schema(kEvaluationDocument, described(any));
+}
 
 JobPlan plan_evaluation(EvaluationTask task, const fs::path& output) {
   check_ranges(task.options);
@@ -200,19 +221,19 @@ JobPlan plan_evaluation(EvaluationTask task, const fs::path& output) {
   const auto shared = std::make_shared<const EvaluationTask>(std::move(task));
   for (std::size_t i = 0; i < shared->maps.size(); ++i) {
     const std::string scratch = "map" + std::to_string(i) + ".png";
-    plan.items.push_back(
-        {.name = "map" + std::to_string(i),
-         .outputs = part_files(item_file(i)),
-         .run = [=](const fs::path& folder, const RunControl& control) {
-           fs::create_directories(folder / kJobWorkFolder);
-           save_part(folder / item_file(i),
-                     map_json(evaluated(shared->maps[i], *shared, folder / kJobWorkFolder / scratch, control)));
-         }});
+    plan.items.push_back({.name = "map" + std::to_string(i),
+                          .outputs = part_files(item_file(i)),
+                          .run = [=](const fs::path& folder, const RunControl& control) {
+                            fs::create_directories(folder / kJobWorkFolder);
+                            EvaluatedMap made =
+                                evaluated(shared->maps[i], *shared, folder / kJobWorkFolder / scratch, control);
+                            save_part(folder / item_file(i), object_json(described(made)));
+                          }});
   }
   plan.join = [shared, key = plan.key](const fs::path& folder, const RunControl&) {
     std::vector<EvaluatedMap> maps;
     for (std::size_t i = 0; i < shared->maps.size(); ++i)
-      maps.push_back(map_from_json(load_part(folder / item_file(i))));
+      read_object(load_part(folder / item_file(i)), described(maps.emplace_back()));
     write_report(folder, *shared, key, maps);
   };
   return plan;

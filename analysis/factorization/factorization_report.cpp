@@ -356,6 +356,10 @@ void write_factorization(FactorizationWork& work, const fs::path& folder, const 
   page.save(folder / kFactorizationPageFile);
   for (const auto& [name, file] : factor_maps()) maps[name] = file.generic_string();
   for (const FrameRecord& frame : s.frames) frames.push_back(frame_json(frame));
+  Json listed = object_json([&](DocumentVisitor& v) {
+    describe_listed_figures(v, sections);
+    describe_listed_curves(v, "csv", sections);
+  });
   Json manifest{{"format", "patinate.factorization"},
                 {"version", 1},
                 {"name", source.name},
@@ -368,8 +372,8 @@ void write_factorization(FactorizationWork& work, const fs::path& folder, const 
                 {"maps", maps},
                 {"history", "history"},
                 {"frames", frames},
-                {"figures", listed_figures_json(sections)},
-                {"csv", listed_curves_json(sections)},
+                {"figures", listed["figures"]},
+                {"csv", listed["csv"]},
                 {"options", options},
                 {"command", work.task.command},
                 {"key", work.key}};

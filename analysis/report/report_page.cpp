@@ -130,35 +130,63 @@ void add_section(HtmlPage& page, const Section& section, const fs::path& folder,
   }
 }
 
-Json listed_figures_json(std::span<const Section> sections) {
-  Json list = Json::array();
-  for (const Section& section : sections) {
-    for (const Figure& f : section.figures) {
-      Json one = figure_json(f);
-      one["section"] = section.name;
-      list.push_back(std::move(one));
-    }
-  }
-  return list;
+namespace {
+
+struct ListedFigure {
+  Figure figure;
+  std::string section;
+};
+
+void describe(DocumentVisitor& v, ListedFigure& f) {
+  analysis::describe(v, f.figure);
+  v.member({"section"}, f.section);
 }
 
-Json listed_curves_json(std::span<const Section> sections) {
-  Json list = Json::array();
+struct ListedCurve {
+  std::string file, drawing, title;
+};
+
+void describe(DocumentVisitor& v, ListedCurve& c) {
+  v.member({"file", "A table, relative to this file."}, c.file);
+  v.member({"drawing", "The same as SVG."}, c.drawing);
+  v.member({"title"}, c.title);
+}
+
+struct UndefinedSection {
+  std::string section, reason;
+};
+
+void describe(DocumentVisitor& v, UndefinedSection& s) {
+  v.member({"section"}, s.section);
+  v.member({"reason"}, s.reason);
+}
+
+}  // namespace
+
+void describe_listed_figures(DocumentVisitor& v, std::span<const Section> sections) {
+  std::vector<ListedFigure> list;
+  for (const Section& section : sections) {
+    for (const Figure& f : section.figures) list.push_back({as_stated(f), section.name});
+  }
+  v.member({"figures"}, list);
+}
+
+void describe_listed_curves(DocumentVisitor& v, std::string_view member, std::span<const Section> sections) {
+  std::vector<ListedCurve> list;
   for (const Section& section : sections) {
     for (const Curve& curve : section.curves)
-      list.push_back({{"file", curve_file(curve, ".csv").generic_string()},
-                      {"drawing", curve_file(curve, ".svg").generic_string()},
-                      {"title", curve.title}});
+      list.push_back(
+          {curve_file(curve, ".csv").generic_string(), curve_file(curve, ".svg").generic_string(), curve.title});
   }
-  return list;
+  v.member({member, "What is drawn on the page."}, list);
 }
 
-Json undefined_sections_json(std::span<const Section> sections) {
-  Json list = Json::array();
+void describe_undefined_sections(DocumentVisitor& v, std::span<const Section> sections) {
+  std::vector<UndefinedSection> list;
   for (const Section& section : sections) {
-    if (!section.undefined.empty()) list.push_back({{"section", section.name}, {"reason", section.undefined}});
+    if (!section.undefined.empty()) list.push_back({section.name, section.undefined});
   }
-  return list;
+  v.member({"undefined_sections"}, list);
 }
 
 }  // namespace patinate::analysis

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "libcommon/document/document.h"
 #include "libcommon/output/html_page.h"
 #include "patinate/analysis/report_parts.h"
 #include "patinate/core/json.h"
@@ -39,10 +40,10 @@ void add_section(HtmlPage& page, const Section& section, const std::filesystem::
                  std::string_view baseline_title);
 
 /// The same for programs: all figures, with the `section` they are of.
-[[nodiscard]] Json listed_figures_json(std::span<const Section> sections);
+void describe_listed_figures(DocumentVisitor& v, std::span<const Section> sections);
 /// The `file` and `drawing` that add_section() has written, relative to its folder, and the `title` of every curve.
-[[nodiscard]] Json listed_curves_json(std::span<const Section> sections);
+void describe_listed_curves(DocumentVisitor& v, std::string_view member, std::span<const Section> sections);
 /// Those that say nothing: `section` and `reason`.
-[[nodiscard]] Json undefined_sections_json(std::span<const Section> sections);
+void describe_undefined_sections(DocumentVisitor& v, std::span<const Section> sections);
 
 }  // namespace patinate::analysis

@@ -5,6 +5,7 @@
 
 #include "libcommon/core/csv.h"
 #include "libcommon/core/text.h"
+#include "libcommon/document/document.h"
 #include "patinate/core/error.h"
 
 namespace patinate::analysis {
@@ -20,10 +21,6 @@ double stated(double v, const std::string& of) {
 
 std::optional<double> stated(const std::optional<double>& v, const std::string& of) {
   return v ? std::optional(stated(*v, of)) : std::nullopt;
-}
-
-std::optional<double> number_of(const Json& json) {
-  return json.is_number() ? std::optional(json.get<double>()) : std::nullopt;
 }
 
 }  // namespace
@@ -45,104 +42,80 @@ Curve as_stated(Curve curve) {
   return curve;
 }
 
+void describe(DocumentVisitor& v, Figure& f) {
+  const auto optional = [&](std::string_view name, std::string_view help, std::optional<double>& value) {
+    v.member({.name = name, .help = help, .presence = Presence::IfSet}, value);
+  };
+  v.member({"name", "snake_case, unique in the report."}, f.name);
+  v.member({"title", "For people."}, f.title);
+  v.member({"unit"}, f.unit);
+  v.member({.name = "value", .help = "null: `undefined` says why.", .is_nullable = true}, f.value);
+  optional("low", "95 % interval.", f.low);
+  optional("high", "", f.high);
+  optional("after", "Of a moment: the frames between which it lies; left out where it is a frame's.", f.after);
+  optional("before", "", f.before);
+  optional("split", "The same figure for A, or the source, against itself split in two.", f.split);
+  v.member({.name = "undefined", .presence = Presence::IfSet}, f.undefined);
+}
+
+void describe(DocumentVisitor& v, CurveColumn& c) {
+  v.member({"name"}, c.name);
+  v.member({.name = "values", .has_nulls = true}, c.values);
+  v.member({"band", "95 % interval."}, c.band);
+  v.member({"is_reference"}, c.is_reference);
+}
+
+void describe(DocumentVisitor& v, Curve& c) {
+  v.member({"name"}, c.name);
+  v.member({"title"}, c.title);
+  v.member({"x_name"}, c.x_name);
+  v.member({"y_name"}, c.y_name);
+  v.member({"x"}, c.x);
+  v.member({"columns"}, c.columns);
+  v.member({"is_logarithmic"}, c.is_logarithmic);
+  v.member({"from_zero"}, c.from_zero);
+}
+
+void describe(DocumentVisitor& v, Picture& p) {
+  v.member({"name"}, p.name);
+  v.member({"caption"}, p.caption);
+  v.member({.name = "source", .presence = Presence::IfSet}, p.source);
+}
+
+void describe(DocumentVisitor& v, Section& s) {
+  v.member({"name"}, s.name);
+  v.member({"title"}, s.title);
+  v.member({"paragraphs"}, s.paragraphs);
+  v.member({"undefined"}, s.undefined);
+  v.member({"figures"}, s.figures);
+  v.member({"curves"}, s.curves);
+  v.member({"pictures"}, s.pictures);
+}
+
 Json figure_json(const Figure& figure) {
-  const Figure f = as_stated(figure);
-  Json json{{"name", f.name}, {"title", f.title}, {"unit", f.unit}, {"value", optional_json(f.value)}};
-  if (f.low) json["low"] = *f.low;
-  if (f.high) json["high"] = *f.high;
-  if (f.after) json["after"] = *f.after;
-  if (f.before) json["before"] = *f.before;
-  if (f.split) json["split"] = *f.split;
-  if (!f.value) json["undefined"] = f.undefined;
-  return json;
-}
-
-Figure figure_from_json(const Json& json) {
-  Figure figure{.name = json.at("name"),
-                .title = json.at("title"),
-                .unit = json.at("unit"),
-                .value = number_of(json.at("value"))};
-  if (json.contains("low")) figure.low = number_of(json.at("low"));
-  if (json.contains("high")) figure.high = number_of(json.at("high"));
-  if (json.contains("after")) figure.after = number_of(json.at("after"));
-  if (json.contains("before")) figure.before = number_of(json.at("before"));
-  if (json.contains("split")) figure.split = number_of(json.at("split"));
-  if (json.contains("undefined")) figure.undefined = json.at("undefined");
-  return figure;
-}
-
-Json picture_json(const Picture& picture) {
-  Json json{{"name", picture.name}, {"caption", picture.caption}};
-  if (!picture.source.empty()) json["source"] = picture.source;
-  return json;
-}
-
-Picture picture_from_json(const Json& json) {
-  Picture picture{.name = json.at("name"), .caption = json.at("caption")};
-  if (json.contains("source")) picture.source = json.at("source");
-  return picture;
+  Figure stated = as_stated(figure);
+  return object_json(described(stated));
 }
 
 Json section_json(const Section& section) {
-  Json json{{"name", section.name},
-            {"title", section.title},
-            {"paragraphs", section.paragraphs},
-            {"undefined", section.undefined}};
-  json["figures"] = Json::array();
-  for (const Figure& f : section.figures) json["figures"].push_back(figure_json(f));
-  json["curves"] = Json::array();
-  for (const Curve& curve : section.curves) {
-    const Curve c = as_stated(curve);
-    Json columns = Json::array();
-    for (const CurveColumn& column : c.columns) {
-      Json values = Json::array(), band = Json::array();
-      for (const auto& v : column.values) values.push_back(optional_json(v));
-      for (const auto& [low, high] : column.band) band.push_back(Json{low, high});
-      columns.push_back(
-          {{"name", column.name}, {"values", values}, {"band", band}, {"is_reference", column.is_reference}});
-    }
-    json["curves"].push_back({{"name", c.name},
-                              {"title", c.title},
-                              {"x_name", c.x_name},
-                              {"y_name", c.y_name},
-                              {"x", c.x},
-                              {"columns", columns},
-                              {"is_logarithmic", c.is_logarithmic},
-                              {"from_zero", c.from_zero}});
-  }
-  json["pictures"] = Json::array();
-  for (const Picture& p : section.pictures) json["pictures"].push_back(picture_json(p));
-  return json;
+  Section stated{.name = section.name,
+                 .title = section.title,
+                 .paragraphs = section.paragraphs,
+                 .figures = {},
+                 .curves = {},
+                 .pictures = {},
+                 .undefined = section.undefined};
+  for (const Figure& f : section.figures) stated.figures.push_back(as_stated(f));
+  for (const Curve& c : section.curves) stated.curves.push_back(as_stated(c));
+  for (const Picture& p : section.pictures)
+    stated.pictures.push_back({.name = p.name, .caption = p.caption, .image = {}, .source = p.source});
+  return object_json(described(stated));
 }
 
 Section section_from_json(const Json& json) {
-  Section s{.name = json.at("name"),
-            .title = json.at("title"),
-            .paragraphs = json.at("paragraphs"),
-            .figures = {},
-            .curves = {},
-            .pictures = {},
-            .undefined = json.at("undefined")};
-  for (const Json& f : json.at("figures")) s.figures.push_back(figure_from_json(f));
-  for (const Json& c : json.at("curves")) {
-    Curve curve{.name = c.at("name"),
-                .title = c.at("title"),
-                .x_name = c.at("x_name"),
-                .y_name = c.at("y_name"),
-                .x = c.at("x"),
-                .columns = {},
-                .is_logarithmic = c.at("is_logarithmic"),
-                .from_zero = c.at("from_zero")};
-    for (const Json& column : c.at("columns")) {
-      CurveColumn out{.name = column.at("name"), .values = {}, .band = {}, .is_reference = column.at("is_reference")};
-      for (const Json& v : column.at("values")) out.values.push_back(number_of(v));
-      for (const Json& b : column.at("band")) out.band.emplace_back(b.at(0).get<double>(), b.at(1).get<double>());
-      curve.columns.push_back(std::move(out));
-    }
-    s.curves.push_back(std::move(curve));
-  }
-  for (const Json& p : json.at("pictures")) s.pictures.push_back(picture_from_json(p));
-  return s;
+  Section section;
+  read_object(json, described(section));
+  return section;
 }
 
 std::string figures_csv(std::span<const Section> sections) {

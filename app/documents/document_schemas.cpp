@@ -4,9 +4,11 @@
 #include <array>
 #include <nlohmann/json.hpp>
 
+#include "analysis/report/analysis_documents.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_documents.h"
 #include "patinate/core/error.h"
+#include "transfer/files/transfer_files.h"
 
 namespace patinate::app {
 
@@ -16,7 +18,12 @@ struct NamedSchema {
   const char* name;
   Json (*make)();
 };
-constexpr std::array kSchemas{NamedSchema{"card", history_card_schema}, NamedSchema{"history", history_schema}};
+constexpr std::array kSchemas{NamedSchema{"card", history_card_schema},
+                              NamedSchema{"compare", analysis::compare_schema},
+                              NamedSchema{"evaluation", analysis::evaluation_schema},
+                              NamedSchema{"history", history_schema},
+                              NamedSchema{"replicates", analysis::replicates_schema},
+                              NamedSchema{"transfer", transfer::transfer_schema}};
 
 }  // namespace
 

@@ -1,5 +1,5 @@
 /// \file
-/// What the files of a transfer folder are called.
+/// What the files of a transfer folder are called, and what transfer.json may say.
 #pragma once
 
 #include <cstddef>
@@ -14,5 +14,8 @@ inline constexpr const char* kSourceMaskFile = "source_mask.png";
 [[nodiscard]] UvLayoutRule rule_of(const TransferTask& task);
 /// Of a control: relative to the folder, with `<UDIM>` where there are tiles.
 [[nodiscard]] std::string control_file(const TransferTask& task, std::size_t index);
+
+/// The JSON Schema of transfer.json.
+[[nodiscard]] Json transfer_schema();
 
 }  // namespace patinate::transfer

@@ -9,6 +9,7 @@
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
+#include "libcommon/document/document.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_key.h"
 #include "libcommon/history/footprint.h"
@@ -32,79 +33,47 @@ double footprint_px(const TexelMap& map, double pixel_mm, Footprint footprint) {
   return std::min(kLargestFootprint_px, std::round(100.0 * pixels) / 100.0);
 }
 
-Json energy_json(const EnergyReport& e) {
-  return {{"energy", e.energy},
-          {"coherence", e.coherence},
-          {"control_mismatch", e.control_mismatch},
-          {"control_error_mean", e.control_error_mean},
-          {"control_error_p95", e.control_error_p95},
-          {"control_error_quarters", e.control_error_quarters},
-          {"coherent_share", e.coherent_share},
-          {"used_share", e.used_share}};
+void describe(DocumentVisitor& v, EnergyReport& e) {
+  v.member({"energy", "Mean over texels of a C + (1 - a) K.", at_least(0)}, e.energy);
+  v.member({"coherence", "C.", at_least(0)}, e.coherence);
+  v.member({"control_mismatch", "K.", at_least(0)}, e.control_mismatch);
+  v.member({"control_error_mean", "Of the first control.", at_least(0)}, e.control_error_mean);
+  v.member({"control_error_p95", "Its 95th percentile.", at_least(0)}, e.control_error_p95);
+  v.member({"control_error_quarters",
+            "The mean by quarters of the texels, those that ask for the lowest values first. Missing in earlier "
+            "transfers.",
+            between(0, 1), Presence::Optional},
+           e.control_error_quarters);
+  v.member({"coherent_share", "Adjacent texels that are adjacent in the source.", between(0, 1)}, e.coherent_share);
+  v.member({"used_share", "Source pixels that appear.", between(0, 1)}, e.used_share);
+}
+
+Json energy_json(const EnergyReport& energy) {
+  EnergyReport written = energy;
+  return object_json(described(written));
+}
+
+void describe(DocumentVisitor& v, StructureFacts& s) {
+  v.choice({"kind"}, s.kind, kStructureKindNames);
+  v.member({"share", "Of the source's pixels: on lines, or of the rarer material.", between(0, 1)}, s.share);
+  v.member({"scale_px",
+            "About half of the largest cell between lines, or of the largest region, pixels of the history.", above(0)},
+           s.scale_px);
+  v.member(
+      {"contrast_lab",
+       "Lightness by which the faintest line differs from what surrounds it, or the materials from each other, L*.",
+       above(0)},
+      s.contrast_lab);
 }
 
 namespace {
 
-Json tiles_json(const TransferTask& task) {
-  Json tiles = Json::array();
-  for (const std::string& name : task.atlas->tile_names()) {
-    Json controls = Json::array();
-    for (std::size_t i = 0; i < task.input.controls.size(); ++i)
-      controls.push_back(tile_path(control_file(task, i), name).string());
-    tiles.push_back({{"name", name}, {"coordinates", "coordinates." + name + ".exr"}, {"controls", controls}});
-  }
-  return tiles;
-}
+constexpr std::array<std::string_view, 2> kUvNames{"file", "unwrapped"};
 
-Json controls_json(const TransferTask& task) {
-  Json controls = Json::array();
-  for (std::size_t i = 0; i < task.input.controls.size(); ++i) {
-    const TransferControl& c = task.input.controls[i];
-    controls.push_back({{"source", c.source},
-                        {"destination", c.destination},
-                        {"weight", c.weight},
-                        {"mapping", kControlMappingNames[static_cast<std::size_t>(c.mapping)]},
-                        {"destination_range", {c.range.low, c.range.high}},
-                        {"destination_unit", c.range.unit},
-                        {"file", control_file(task, i)}});
-  }
-  return controls;
-}
-
-Json structure_json(const StructureFacts& s) {
-  return {{"kind", kStructureKindNames[static_cast<std::size_t>(s.kind)]},
-          {"share", s.share},
-          {"scale_px", s.scale_px},
-          {"contrast_lab", s.contrast_lab}};
-}
-
-StructureFacts read_structure(JsonReader json) {
-  StructureFacts s;
-  s.kind = static_cast<StructureKind>(json.member("kind").choice(kStructureKindNames));
-  s.share = json.member("share").number(between(0, 1));
-  s.scale_px = json.member("scale_px").number(above(0));
-  s.contrast_lab = json.member("contrast_lab").number(above(0));
-  json.finish();
-  return s;
-}
-
-EnergyReport read_energy(JsonReader json) {
-  EnergyReport e;
-  e.energy = json.member("energy").number();
-  e.coherence = json.member("coherence").number();
-  e.control_mismatch = json.member("control_mismatch").number();
-  e.control_error_mean = json.member("control_error_mean").number();
-  e.control_error_p95 = json.member("control_error_p95").number();
-  if (json.has("control_error_quarters")) {  // Missing in earlier transfers.
-    const JsonReader quarters = json.member("control_error_quarters");
-    const std::vector<JsonReader> values = quarters.elements(e.control_error_quarters.size());
-    if (values.size() != e.control_error_quarters.size()) quarters.fail("4 numbers");
-    for (std::size_t q = 0; q < values.size(); ++q) e.control_error_quarters[q] = values[q].number();
-  }
-  e.coherent_share = json.member("coherent_share").number();
-  e.used_share = json.member("used_share").number();
-  return e;
-}
+constexpr DocumentKind kTransferDocument{
+    .format = "patinate.transfer",
+    .title = "patinate transfer",
+    .about = "transfer.json: where each texel of a mesh's atlas takes its color from, at all times."};
 
 /// What says how the energy is measured. Options that only the search knows change from version to version and are not
 /// looked at.
@@ -127,47 +96,151 @@ TransferOptions read_measure(JsonReader json) {
   return o;
 }
 
-RecordedControl read_control(JsonReader& json) {
-  RecordedControl c;
-  c.source = json.member("source").string();
-  c.destination = json.member("destination").string();
-  c.weight = json.member("weight").number(above(0));
-  c.mapping = static_cast<ControlMapping>(json.member("mapping").choice(kControlMappingNames));
-  std::vector<double> range;
-  for (JsonReader& end : json.member("destination_range").elements(2)) range.push_back(end.number());
-  if (range.size() != 2) json.member("destination_range").fail("two numbers");
-  c.range = {range[0], range[1], json.member("destination_unit").string()};
-  c.file = json.member("file").path();
-  json.finish();
-  return c;
+Json used_options(const TransferOptions& used) {
+  Json options = Json::object();
+  for (const auto& [name, value] : option_values(used)) {
+    const std::optional<double> number = parse_number(value);
+    const bool is_integer = number && value.find_first_of(".e") == std::string::npos;
+    options[name] = is_integer ? Json(static_cast<std::int64_t>(*number)) : number ? Json(*number) : Json(value);
+  }
+  return options;
 }
 
-/// `atlas` is missing in transfers of earlier versions, which have one square.
-void read_tiles(JsonReader& reader, TransferManifest& manifest) {
-  if (reader.has("atlas")) {
-    JsonReader atlas = reader.member("atlas");
-    constexpr std::array<std::string_view, 2> kUvs{"file", "unwrapped"};
-    manifest.is_unwrapped = atlas.member("uvs").choice(kUvs) == 1;
-    manifest.tile_rule = static_cast<UvLayoutRule>(atlas.member("tiles").choice(kTileRuleNames));
-    atlas.finish();
-  }
-  if (manifest.tile_rule == UvLayoutRule::Square) {
-    manifest.tiles.push_back({"", reader.member("coordinates").path()});
-    return;
-  }
-  const JsonReader list = reader.member("tiles");
-  for (JsonReader& tile : list.elements(kMaxTiles)) {
-    const JsonReader name = tile.member("name");
-    if (!is_file_name(name.string())) name.fail("a name of " + file_name_text());
-    manifest.tiles.push_back({name.string(), tile.member("coordinates").path()});
-    (void)tile.member("controls");
-    tile.finish();
-  }
-  if (manifest.tiles.empty()) list.fail("at least one tile");
-  if (manifest.width != manifest.height) reader.member("height").fail("the width: tiles are square");
+const TextRule& tile_name_rule() {
+  static const TextRule rule{.pattern = "^[A-Za-z0-9_-][A-Za-z0-9._-]*$",
+                             .max_length = 128,
+                             .expected = "a name of " + file_name_text(),
+                             .holds = is_file_name};
+  return rule;
 }
 
 }  // namespace
+
+void describe(DocumentVisitor& v, TransferTile& tile) {
+  v.member({.name = "name", .help = "1001, or a material.", .rule = &tile_name_rule()}, tile.name);
+  v.member({"coordinates", "As above."}, tile.coordinates);
+  v.member({"controls"}, tile.controls);
+}
+
+void describe(DocumentVisitor& v, RecordedControl& c) {
+  v.member({"source", "Control of the history."}, c.source);
+  v.member({"destination", "Map, kind or expression on the mesh."}, c.destination);
+  v.member({"weight", "Of several controls.", above(0)}, c.weight);
+  v.choice({"mapping"}, c.mapping, kControlMappingNames);
+  std::array<double, 2> range{c.range.low, c.range.high};
+  v.member({"destination_range"}, range);
+  c.range.low = range[0], c.range.high = range[1];
+  v.member({"destination_unit", "Unit of that range."}, c.range.unit);
+  v.member({"file", "The map that was used."}, c.file);
+}
+
+namespace {
+
+void describe_history(DocumentVisitor& v, TransferManifest& m) {
+  v.member({"path", "The history."}, m.history);
+  v.member({"key", "Content key: of all that this was made from."}, m.history_key);
+  v.member({"name", "Its name."}, m.history_name);
+  v.member({"width", "px", at_least(1), Presence::Optional}, m.history_width);
+  v.member({"height", "px", at_least(1), Presence::Optional}, m.history_height);
+}
+
+void describe_mesh(DocumentVisitor& v, TransferManifest& m) {
+  v.member({"file", "The mesh with the UVs that were used, in mm."}, m.mesh);
+  v.member({"made_from", "Name of the file that was given.", {}, Presence::Optional}, m.made_from);
+  v.member({"key", "Content key: of all that this was made from.", {}, Presence::Optional}, m.mesh_key);
+  v.member({.name = "unit", .help = "Unit of that file; null when nobody said.", .is_nullable = true}, m.unit);
+  v.member({"mm_per_mesh_unit", "mm", above(0)}, m.mm_per_mesh_unit);
+}
+
+/// One square has `coordinates`, several have `tiles`.
+void describe_places(DocumentVisitor& v, TransferManifest& m) {
+  const bool is_square = m.tile_rule == UvLayoutRule::Square;
+  const Presence presence = v.wants_all() ? Presence::Optional : Presence::Required;
+  if (v.wants_all()) v.one_of({"coordinates", "tiles"});
+  if (is_square || v.wants_all()) {
+    if (m.tiles.empty()) m.tiles.emplace_back();
+    v.member({"coordinates",
+              "Float EXR, channels source.x and source.y, of a library also source.index; -1 outside the charts.",
+              {},
+              presence},
+             m.tiles.front().coordinates);
+  }
+  if (is_square && !v.wants_all()) return;
+  v.member({.name = "tiles",
+            .help = "Instead of `coordinates`, when there are several.",
+            .presence = presence,
+            .min_size = 1,
+            .max_size = kMaxTiles},
+           m.tiles);
+  v.require("height", v.wants_all() || m.width == m.height, "the width: tiles are square");
+}
+
+}  // namespace
+
+void describe(DocumentVisitor& v, TransferManifest& m) {
+  v.object({"history"}, true, [&] { describe_history(v, m); });
+  v.object({"mesh"}, true, [&] { describe_mesh(v, m); });
+  v.member({"width", "Texels of a tile.", between(1, 65536)}, m.width);
+  v.member({"height", "Texels of a tile.", between(1, 65536)}, m.height);
+  v.object({"atlas", "Where UVs come from. Missing in earlier transfers: one square.", {}, Presence::Optional}, true,
+           [&] {
+             auto uvs = static_cast<int>(m.is_unwrapped);
+             v.choice({"uvs"}, uvs, kUvNames);
+             m.is_unwrapped = uvs == 1;
+             v.choice({"tiles", "How UVs make tiles."}, m.tile_rule, kTileRuleNames);
+           });
+  v.member({"covered_texels", "Texels that a triangle covers.", at_least(0), Presence::Optional}, m.covered_texels);
+  v.member({"texel_size_mm", "Surface length of a pixel of the history.", between(kLeastTexel_mm, kLargestTexel_mm)},
+           m.texel_size_mm);
+  v.member({"footprint_px",
+            "Pixels along the side of what a texel covers: above 1.25 lookups show means over so much of the history. "
+            "Missing in earlier transfers: 1.",
+            between(1, kLargestFootprint_px), Presence::Optional},
+           m.footprint_px);
+  v.member({"flow",
+            "Which way the history lies on the surface: gravity, curvature, uv, or the name of a file of curves. "
+            "Missing in earlier transfers: uv.",
+            {},
+            Presence::Optional},
+           m.flow);
+  describe_places(v, m);
+  v.member({"subpixel", "Coordinates may lie between pixels; false: all are whole numbers."}, m.is_subpixel);
+  v.member({"source_mask",
+            "8 bit, of the history's size; what is 0 was not to be copied. Missing: only the history's own mask "
+            "counted.",
+            {},
+            Presence::IfSet},
+           m.source_mask);
+  v.member({.name = "controls",
+            .help = "Controls of the history and those of the mesh that they are matched to.",
+            .max_size = 64},
+           m.controls);
+  v.any_object(
+      {"options", "Options of `patinate transfer` that were in force."},
+      [&](const JsonReader& json) { m.measured_with = read_measure(json); },
+      [&](Json& json) { json = used_options(m.measured_with); });
+  v.member({"seed", "Of all random numbers.", at_least(0), Presence::Optional}, m.seed);
+  v.member({"energy"}, m.energy);
+  v.member({"explained_variance",
+            "Share of the history's colors that the compared components hold.",
+            {},
+            Presence::Optional},
+           m.explained_variance);
+  v.member({"structure",
+            "Lines, or regions of two materials, that were found in the source and kept whole. Missing: there are "
+            "none, or none were looked for.",
+            {},
+            Presence::IfSet},
+           m.structure);
+  std::optional<double> refused = m.refused_line_share > 0.0 ? std::optional(m.refused_line_share) : std::nullopt;
+  v.member({"refused_line_share",
+            "Share of the source that looks like lines and is too much to be some; missing: there is none, or lines "
+            "were found.",
+            between(0, 1), Presence::IfSet},
+           refused);
+  m.refused_line_share = refused.value_or(0.0);
+  v.member({"key", "Content key: of all that this was made from."}, m.key);
+}
 
 std::string history_content_key(const HistoryReader& history) {
   if (!history.manifest().key.empty()) return history.manifest().key;
@@ -191,97 +264,90 @@ std::string history_content_key(const HistoryReader& history) {
   return hash.hex();
 }
 
+namespace {
+
+std::vector<TransferTile> written_tiles(const TransferTask& task) {
+  std::vector<TransferTile> tiles;
+  if (rule_of(task) == UvLayoutRule::Square) return {{.name = "", .coordinates = "coordinates.exr"}};
+  for (const std::string& name : task.atlas->tile_names()) {
+    TransferTile& tile = tiles.emplace_back(TransferTile{.name = name, .coordinates = "coordinates." + name + ".exr"});
+    for (std::size_t i = 0; i < task.input.controls.size(); ++i)
+      tile.controls.push_back(tile_path(control_file(task, i), name).string());
+  }
+  return tiles;
+}
+
+std::vector<RecordedControl> written_controls(const TransferTask& task) {
+  std::vector<RecordedControl> controls;
+  for (std::size_t i = 0; i < task.input.controls.size(); ++i) {
+    const TransferControl& c = task.input.controls[i];
+    controls.push_back({.source = c.source,
+                        .destination = c.destination,
+                        .weight = c.weight,
+                        .mapping = c.mapping,
+                        .range = c.range,
+                        .file = control_file(task, i)});
+  }
+  return controls;
+}
+
+}  // namespace
+
 void write_transfer_manifest(const fs::path& folder, const fs::path& final_folder, const TransferTask& task,
                              const TransferResult& result, const std::string& key) {
   const HistoryReader& history = *task.history;
-  Json options = Json::object();
-  for (const auto& [name, value] : option_values(result.used)) {
-    const std::optional<double> number = parse_number(value);
-    const bool is_integer = number && value.find_first_of(".e") == std::string::npos;
-    options[name] = is_integer ? Json(static_cast<std::int64_t>(*number)) : number ? Json(*number) : Json(value);
-  }
   const fs::path place = fs::canonical(history.folder());
-  const fs::path history_path =
-      task.is_history_installed ? place : fs::relative(place, fs::weakly_canonical(fs::absolute(final_folder)));
-  Json json;
-  json["format"] = "patinate.transfer";
-  json["version"] = 1;
-  json["history"] = {{"path", history_path.string()},
-                     {"key", history_content_key(history)},
-                     {"name", history.manifest().name},
-                     {"width", history.manifest().width},
-                     {"height", history.manifest().height}};
-  json["mesh"] = {{"file", "mesh.obj"},
-                  {"made_from", task.mesh_name},
-                  {"key", mesh_content_key(task.input.map->mesh())},
-                  {"unit", task.unit ? Json(*task.unit) : Json(nullptr)},
-                  {"mm_per_mesh_unit", task.mm_per_mesh_unit}};
-  json["width"] = task.input.map->sheet().tile_width;
-  json["height"] = task.input.map->sheet().tile_height;
-  json["atlas"] = {{"uvs", task.atlas && task.atlas->is_unwrapped ? "unwrapped" : "file"},
-                   {"tiles", kTileRuleNames[static_cast<std::size_t>(rule_of(task))]}};
-  json["covered_texels"] = task.input.map->num_covered();
-  json["texel_size_mm"] = task.input.texel_size_mm;
-  json["footprint_px"] = footprint_px(*task.input.map, task.input.texel_size_mm, task.options.footprint);
-  json["flow"] = task.flow;
-  if (rule_of(task) == UvLayoutRule::Square) {
-    json["coordinates"] = "coordinates.exr";
-  } else {
-    json["tiles"] = tiles_json(task);
-  }
-  json["subpixel"] = keeps_fractions(result.used, history.facts());
-  if (!task.input.source_mask.empty()) json["source_mask"] = kSourceMaskFile;
-  json["controls"] = controls_json(task);
-  json["options"] = options;
-  json["seed"] = task.options.seed;
-  json["energy"] = energy_json(result.energy);
-  json["explained_variance"] = result.explained_variance;
-  if (result.structure) json["structure"] = structure_json(*result.structure);
-  if (result.refused_line_share > 0.0) json["refused_line_share"] = result.refused_line_share;
-  json["key"] = key;
-  save_json(folder / "transfer.json", json);
+  const bool has_mask = !task.input.source_mask.empty();
+  TransferManifest m{.history = task.is_history_installed
+                                    ? place
+                                    : fs::relative(place, fs::weakly_canonical(fs::absolute(final_folder))),
+                     .history_name = history.manifest().name,
+                     .history_key = history_content_key(history),
+                     .history_width = history.manifest().width,
+                     .history_height = history.manifest().height,
+                     .mesh = "mesh.obj",
+                     .made_from = task.mesh_name,
+                     .mesh_key = mesh_content_key(task.input.map->mesh()),
+                     .tile_rule = rule_of(task),
+                     .tiles = written_tiles(task),
+                     .is_unwrapped = task.atlas && task.atlas->is_unwrapped,
+                     .width = task.input.map->sheet().tile_width,
+                     .height = task.input.map->sheet().tile_height,
+                     .texel_size_mm = task.input.texel_size_mm,
+                     .footprint_px = footprint_px(*task.input.map, task.input.texel_size_mm, task.options.footprint),
+                     .is_subpixel = keeps_fractions(result.used, history.facts()),
+                     .flow = task.flow,
+                     .controls = written_controls(task),
+                     .source_mask = has_mask ? std::optional<fs::path>(kSourceMaskFile) : std::nullopt,
+                     .unit = task.unit,
+                     .mm_per_mesh_unit = task.mm_per_mesh_unit,
+                     .energy = result.energy,
+                     .structure = result.structure,
+                     .refused_line_share = result.refused_line_share,
+                     .measured_with = result.used,
+                     .covered_texels = task.input.map->num_covered(),
+                     .seed = task.options.seed,
+                     .explained_variance = result.explained_variance,
+                     .key = key};
+  save_json(folder / "transfer.json", document_json(kTransferDocument, described(m)));
 }
 
 TransferManifest read_transfer_manifest(const fs::path& path) {
   const fs::path folder = manifest_folder(path, "transfer.json");
   if (!fs::is_directory(folder)) throw IoError(path.string(), "is no transfer folder");
-  const fs::path file = folder / "transfer.json";
-  const Json json = load_json(file);
-  JsonReader reader(file.string(), json);
-  reader.expect_format("patinate.transfer", 1);
-  TransferManifest manifest;
-  JsonReader history = reader.member("history");
-  manifest.history = history.member("path").path().lexically_normal();
-  manifest.history_key = history.member("key").string();
-  manifest.history_name = history.member("name").string();
-  for (const char* known : {"width", "height"}) (void)history.member(known);
-  history.finish();
-  JsonReader mesh = reader.member("mesh");
-  manifest.mesh = mesh.member("file").path();
-  manifest.mm_per_mesh_unit = mesh.member("mm_per_mesh_unit").number(above(0));
-  if (const JsonReader unit = mesh.member("unit"); !unit.is_null()) manifest.unit = unit.string();
-  for (const char* known : {"made_from", "key"}) (void)mesh.member(known);
-  mesh.finish();
-  manifest.width = static_cast<int>(reader.member("width").integer(between(1, 65536)));
-  manifest.height = static_cast<int>(reader.member("height").integer(between(1, 65536)));
-  read_tiles(reader, manifest);
-  manifest.is_subpixel = reader.member("subpixel").boolean();
-  if (reader.has("source_mask")) manifest.source_mask = reader.member("source_mask").path();
-  manifest.texel_size_mm = reader.member("texel_size_mm").number(between(kLeastTexel_mm, kLargestTexel_mm));
-  if (reader.has("footprint_px"))
-    manifest.footprint_px = reader.member("footprint_px").number(between(1, kLargestFootprint_px));
-  const JsonReader controls = reader.member("controls");
-  for (JsonReader& c : controls.elements(64)) manifest.controls.push_back(read_control(c));
-  manifest.energy = read_energy(reader.member("energy"));
-  if (reader.has("structure")) manifest.structure = read_structure(reader.member("structure"));
-  if (reader.has("refused_line_share"))
-    manifest.refused_line_share = reader.member("refused_line_share").number(between(0, 1));
-  manifest.measured_with = read_measure(reader.member("options"));
-  manifest.key = reader.member("key").string();
-  for (const char* known : {"covered_texels", "seed", "explained_variance"}) (void)reader.member(known);
-  if (reader.has("flow")) manifest.flow = reader.member("flow").string();  // Missing in earlier transfers: uv.
-  reader.finish();
-  return manifest;
+  TransferManifest m;
+  read_document(kTransferDocument, folder / "transfer.json", described(m));
+  m.history = (folder / m.history).lexically_normal();
+  m.mesh = folder / m.mesh;
+  for (TransferTile& tile : m.tiles) tile.coordinates = folder / tile.coordinates;
+  if (m.source_mask) m.source_mask = folder / *m.source_mask;
+  for (RecordedControl& c : m.controls) c.file = folder / c.file;
+  return m;
+}
+
+Json transfer_schema() {
+  TransferManifest any;
+  return document_schema(kTransferDocument, described(any));
 }
 
 }  // namespace patinate::transfer

@@ -62,13 +62,21 @@ struct Shown {
   std::string page, csv, lists;
 };
 
+/// As a report lists them.
+Json listed(std::span<const Section> sections) {
+  return object_json([&](DocumentVisitor& v) {
+    describe_listed_figures(v, sections);
+    describe_listed_curves(v, "curves", sections);
+    describe_undefined_sections(v, sections);
+  });
+}
+
 Shown shown(const Section& section) {
   const TempFolder folder;
   HtmlPage page("Title");
   add_section(page, section, folder.path(), "A split in two");
   const std::span<const Section> all(&section, 1);
-  return {page.text(), read_file(folder / "curves/c.csv"),
-          (listed_figures_json(all).dump() + listed_curves_json(all).dump() + undefined_sections_json(all).dump())};
+  return {page.text(), read_file(folder / "curves/c.csv"), listed(all).dump()};
 }
 
 TEST(ReportPage, IsTheSameWhetherItsSectionWentThroughAFileOrNot) {
@@ -87,7 +95,7 @@ TEST(ReportPage, IsTheSameWhetherItsSectionWentThroughAFileOrNot) {
 TEST(ReportPage, ListsFiguresCurvesAndWhatIsUndefinedBySection) {
   const std::array<Section, 2> sections{long_numbers(),
                                         Section{.name = "look", .figures = {{.name = "k", .value = 1.0}}}};
-  const Json figures = listed_figures_json(sections);
+  const Json lists = listed(sections), figures = lists["figures"];
   ASSERT_EQ(figures.size(), 4u);
   EXPECT_EQ(
       figures[0].dump(),
@@ -95,8 +103,8 @@ TEST(ReportPage, ListsFiguresCurvesAndWhatIsUndefinedBySection) {
   EXPECT_EQ(figures[1]["undefined"], "not defined for this input");
   EXPECT_EQ(figures[2].dump(), R"({"name":"h","title":"H","unit":"","value":0.0,"section":"colors"})");
   EXPECT_EQ(figures[3]["section"], "look");
-  EXPECT_EQ(listed_curves_json(sections).dump(), R"([{"file":"curves/c.csv","drawing":"curves/c.svg","title":"C"}])");
-  EXPECT_EQ(undefined_sections_json(sections).dump(), R"([{"section":"colors","reason":"why not"}])");
+  EXPECT_EQ(lists["curves"].dump(), R"([{"file":"curves/c.csv","drawing":"curves/c.svg","title":"C"}])");
+  EXPECT_EQ(lists["undefined_sections"].dump(), R"([{"section":"colors","reason":"why not"}])");
 }
 
 TEST(ReportPage, FourFiguresThatAreZeroAreASentenceAndNoRowsThreeAreRows) {
@@ -112,7 +120,7 @@ TEST(ReportPage, FourFiguresThatAreZeroAreASentenceAndNoRowsThreeAreRows) {
     EXPECT_EQ(page.text().find("4 figures are 0: Z0; Z1; Z2; Z3.") != std::string::npos, count == kFewestZeros);
     EXPECT_NE(page.text().find("<td>One</td>"), std::string::npos);
     EXPECT_NE(page.text().find("<td>Wide</td>"), std::string::npos);
-    EXPECT_EQ(listed_figures_json(std::span<const Section>(&section, 1)).size(), count + 2);
+    EXPECT_EQ(listed(std::span<const Section>(&section, 1))["figures"].size(), count + 2);
   }
 }
 

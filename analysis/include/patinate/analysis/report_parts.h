@@ -11,6 +11,10 @@
 #include "patinate/core/json.h"
 #include "patinate/image/image.h"
 
+namespace patinate {
+class DocumentVisitor;
+}  // namespace patinate
+
 namespace patinate::analysis {
 
 /// One number. Undefined ones say why; none is ever NaN.
@@ -75,12 +79,10 @@ struct Section {
 /// As stated. Members name, title, unit, value (null when undefined), low, high, after, before, split, undefined: those
 /// that there are.
 [[nodiscard]] Json figure_json(const Figure& figure);
-/// The inverse of figure_json(); for files of our own only.
-[[nodiscard]] Figure figure_from_json(const Json& json);
-/// Members name, caption, and source where there is one; without pixels.
-[[nodiscard]] Json picture_json(const Picture& picture);
-/// The inverse of picture_json(); for files of our own only.
-[[nodiscard]] Picture picture_from_json(const Json& json);
+/// What their JSON is made of.
+void describe(DocumentVisitor& v, Figure& figure);
+/// Without pixels.
+void describe(DocumentVisitor& v, Picture& picture);
 /// A header and a row for each figure: section, figure, unit, value, low, high, split, undefined, after, before; what
 /// is not there is an empty cell.
 [[nodiscard]] std::string figures_csv(std::span<const Section> sections);

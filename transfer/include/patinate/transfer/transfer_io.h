@@ -52,6 +52,7 @@ struct TransferTask {
 struct TransferTile {
   std::string name;  ///< "1001", a material's name; "" for a square alone.
   std::filesystem::path coordinates;
+  std::vector<std::string> controls = {};  ///< Their files, relative to the folder; empty for a square alone.
 };
 
 /// A control pair as `transfer.json` keeps it.
@@ -66,11 +67,14 @@ struct RecordedControl {
   [[nodiscard]] std::string text() const { return source + "=" + destination; }
 };
 
-/// What a reader needs of `transfer.json`.
+/// What `transfer.json` says.
 struct TransferManifest {
   std::filesystem::path history;  ///< Absolute or relative to the working folder.
   std::string history_name, history_key;
+  int history_width = 0, history_height = 0;
   std::filesystem::path mesh;
+  std::string made_from;  ///< Name of the mesh file that was given.
+  std::string mesh_key;
   UvLayoutRule tile_rule = UvLayoutRule::Square;
   std::vector<TransferTile> tiles;  ///< At least one.
   bool is_unwrapped = false;        ///< The UVs were made for this transfer.
@@ -89,6 +93,9 @@ struct TransferManifest {
   double refused_line_share = 0.0;  ///< TransferResult's.
   TransferOptions measured_with;    ///< Coherence share, neighborhood and appearance of that energy, and whether pieces
                                     ///< are turned; what an earlier version did not write is as it was then.
+  std::int64_t covered_texels = 0;
+  std::int64_t seed = 0;
+  double explained_variance = 0.0;  ///< TransferResult's.
   std::string key;
   /// The tiles in one grid, as TexelMap sees them.
   [[nodiscard]] Sheet sheet() const;

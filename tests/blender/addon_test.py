@@ -112,9 +112,35 @@ print("SAID", json.dumps({{"triangles": len(thing.data.polygons), "uvs": len(thi
         self.assertEqual(said["offsets"], [-1, -1, 0, 0, 0])  # The number of the file is 1 + offset: the first of three, from the middle on the second, blended into the third.
         self.assertTrue(said["image"].endswith("color.0000.png"))
         points = [list(map(float, line.split()[1:])) for line in (self.shared / "aged/mesh.obj").read_text().splitlines() if line.startswith("v ")]
-        meters = float(re.search(r"metersPerUnit = (\S+)", (self.folder / "textures/aged.usda").read_text())[1])
+        meters = float(re.search(r"metersPerUnit = (\S+)", next(self.folder.glob("textures/aged-*-3/aged.usda")).read_text())[1])
         size = meters * max(max(p[a] for p in points) - min(p[a] for p in points) for a in range(3))
         self.assertAlmostEqual(said["size"] / size, 1, places=5)
+
+    def test_equal_names_and_other_numbers_of_images_keep_their_own_textures(self):
+        # Two results called "aged": what was imported first must not change when the second comes, nor when the file is read again.
+        for name, seed in (("one", 1), ("two", 2)):
+            (self.folder / name).mkdir()
+            self.succeeds("transfer", self.shared / "history", self.shared / "urn/mesh.obj", "--control", "facing", "--resolution", 64, "--seed", seed, "-o", f"{name}/aged")
+        said = self.blender("""
+def shown(thing):
+    image = next(n for n in thing.data.materials[0].node_tree.nodes if n.type == "TEX_IMAGE").image
+    return image.filepath_from_user(), float(pixels(bpy.path.abspath(image.filepath)).sum())
+
+things = [load("one/aged", num_times=3)]
+first = shown(things[0])
+things += [load("two/aged", num_times=3), load("one/aged", num_times=2)]
+names = [thing.name for thing in things]
+now = [shown(thing) for thing in things]
+import os
+bpy.ops.wm.save_as_mainfile(filepath=os.path.abspath("all.blend"))
+bpy.ops.wm.open_mainfile(filepath=os.path.abspath("all.blend"))
+later = [shown(bpy.data.objects[name]) for name in names]
+print("SAID", json.dumps({"first": first, "now": now, "later": later}))
+""")
+        self.assertEqual(said["first"], said["now"][0])
+        self.assertEqual(said["now"], said["later"])
+        self.assertEqual(len({path for path, _ in said["now"]}), 3)
+        self.assertNotEqual(said["now"][0][1], said["now"][1][1])
 
     def test_a_simulation_has_its_objects_and_all_maps(self):
         self.succeeds("synth", "ledge", "--cells", "4", "-o", "ledge")
@@ -156,7 +182,7 @@ patinate_blender.unregister()
 print("SAID", json.dumps([list(result), "aged" in bpy.data.objects]))
 """)
         self.assertEqual(said, [["FINISHED"], True])
-        self.assertTrue((self.folder / "patinate_textures/aged.textures").is_dir())
+        self.assertTrue(next(self.folder.glob("patinate_textures/aged-*/aged.textures")).is_dir())
 
     def test_the_obj_is_read_by_blenders_importer(self):
         self.succeeds("export", self.shared / "aged", "-o", "urn.obj")

@@ -6,6 +6,7 @@ File > Import > patinate, or from a script:
     thing = patinate_blender.load("aged_bust")      # the material's time runs over the scene's frames
     thing["patinate_time"]                          # in the history's unit; a curve of it can be edited like any other
 """
+import hashlib
 import json
 import pathlib
 import re
@@ -117,8 +118,16 @@ class Sheet:
                         "uvs": corners, "uv_corners": numpy.array([0, 1, 2, 0, 2, 3]), "normals": None, "materials": ["material"], "faces": []}]
 
 
+def content_key(folder, kind):
+    """What tells results of equal names apart: the manifest's content key; of a history that has none, its manifest."""
+    manifest = (folder / f"{kind}.json").read_bytes()
+    return (json.loads(manifest).get("key") or hashlib.sha256(manifest).hexdigest())[:12]
+
+
 def export(program, folder, kind, cache, num_times):
-    """Textures and geometry in `cache`; what is there already is not made again."""
+    """Textures and geometry in a folder of `cache` that is named by content and number of images: another import, of an equal name or with other times, has files of its own.
+    What is there already is not made again."""
+    cache = cache / f"{folder.resolve().name}-{content_key(folder, kind)}-{num_times}"
     cache.mkdir(parents=True, exist_ok=True)
     if kind == "history":
         images = cache / f"{folder.name}_images"
@@ -246,7 +255,7 @@ def load(path, program=None, num_times=24, frame_start=None, frame_end=None, cac
     """
     folder, kind = subject_of(path)
     beside = pathlib.Path(bpy.data.filepath).parent if bpy.data.filepath else folder.resolve().parent
-    described = export(program or default_program(), folder, kind, pathlib.Path(cache) if cache else beside / "patinate_textures", num_times)
+    described = export(program or default_program(), folder, kind, (pathlib.Path(cache) if cache else beside / "patinate_textures").absolute(), num_times)
     scene = bpy.context.scene
     owner = bpy.data.objects.new(folder.resolve().name, make_mesh(described.meshes[0]) if len(described.meshes) == 1 else None)
     owner.rotation_euler = (numpy.pi / 2, 0, 0)  # Up is y there, z here.

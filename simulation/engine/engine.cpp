@@ -165,27 +165,27 @@ std::int64_t Simulation::num_paint_steps() const { return state_->num_paint_step
 double Simulation::time() const { return static_cast<double>(state_->iteration) * state_->scene.time_per_iteration; }
 const std::vector<std::string>& Simulation::notes() const { return state_->notes; }
 const MaterialAtlas& Simulation::atlas() const {
-  state_->come_back();
+  state_->copy_to_host();
   return state_->atlas;
 }
 const TraceCounters& Simulation::counters() const {
-  state_->come_back();
+  state_->copy_to_host();
   return state_->counters;
 }
 const SimulationTimes& Simulation::times() const { return state_->times; }
 const MassLedger& Simulation::ledger() const {
-  state_->come_back();
+  state_->copy_to_host();
   return state_->ledger;
 }
 const Gammatons& Simulation::gammatons() const {
-  state_->come_back();
+  state_->copy_to_host();
   return state_->gammatons;
 }
 const Mesh& Simulation::mesh() const { return state_->scene_mesh.mesh; }
 double Simulation::texel_size_mm() const { return state_->surface.median_texel_size_mm(); }
 
 std::size_t Simulation::memory() const {
-  state_->come_back();
+  state_->copy_to_host();
   const State& s = *state_;
   constexpr std::size_t kGammaton =
       sizeof(GammatonState) + 1 + 2 + 4 + 4 + 2 * sizeof(double) + 2 * sizeof(Vec3) + sizeof(s.cargo.mass[0]);
@@ -195,7 +195,7 @@ std::size_t Simulation::memory() const {
 }
 
 std::string Simulation::audit(const RunControl& control) const {
-  state_->come_back(control);
+  state_->copy_to_host(control);
   return simulation::audit(state_->ledger, state_->atlas, state_->cargo, state_->scene.materials, control);
 }
 
@@ -207,7 +207,7 @@ void Simulation::apply(const SceneEvent& event, const RunControl& control) {
     }
     return;
   }
-  s.change_here(control);
+  s.change_on_host(control);
   Scene changed = s.scene;
   const bool moves_objects = apply_event(event, changed);
   check_scene(changed);
@@ -220,14 +220,14 @@ void Simulation::apply(const SceneEvent& event, const RunControl& control) {
 void Simulation::step(const RunControl& control) {
   State& s = *state_;
   apply_due(control);
-  if (!s.step_there(control)) s.step_here(control);
+  if (!s.step_on_device(control)) s.step_on_host(control);
   ++s.iteration;
-  s.stay_near(control);
+  s.limit_lag(control);
 }
 
-void Simulation::State::step_here(const RunControl& control) {
+void Simulation::State::step_on_host(const RunControl& control) {
   State& s = *this;
-  s.change_here(control);
+  s.change_on_host(control);
   s.apply_weather();
   {
     const Stopwatch watch(s.times.trace);
@@ -274,7 +274,7 @@ std::vector<TileIndex> Simulation::State::dirty_since(std::int64_t since) const 
 }
 
 std::vector<TileIndex> Simulation::dirty_since(std::int64_t since) const {
-  state_->come_back();
+  state_->copy_to_host();
   return state_->dirty_since(since);
 }
 
@@ -291,7 +291,7 @@ void Simulation::State::compose_now(const RunControl& control) {
     lose_device(error, control);
   }
   is_composed_there = false;
-  come_back(control);
+  copy_to_host(control);
   std::vector<TileIndex> tiles = composer.compose(atlas, dirty_since(composed_at), control);
   composed_at = iteration;
   if (composed_since_asked.empty()) {

@@ -67,7 +67,7 @@ bool Simulation::State::uses_device() const {
          rules->can_step_there();
 }
 
-void Simulation::State::put_there(const RunControl& control) {
+void Simulation::State::copy_to_device(const RunControl& control) {
   DeviceArrays& a = there->arrays;
   const device::Device& device = a.device;
   device.write(std::span<const DropRecord>(drop_records(gammatons, control)), a.drops);
@@ -108,11 +108,11 @@ bool Simulation::State::open_device(const RunControl& control) {
     there = std::make_unique<DeviceRun>(options.device->device(), surface, atlas.num_materials(), gammatons.size(),
                                         maps->choice());
   }
-  if (there->is_stale) put_there(control);
+  if (there->is_stale) copy_to_device(control);
   return true;
 }
 
-bool Simulation::State::step_there(const RunControl& control) {
+bool Simulation::State::step_on_device(const RunControl& control) {
   control.throw_if_stopped();
   try {
     if (!open_device(control)) return false;
@@ -129,7 +129,7 @@ bool Simulation::State::step_there(const RunControl& control) {
     tracer.respond_there(scene, iteration, wet ? &*wet : nullptr, is_deposited, a);
     there->exchange.deposit(a, iteration, 1);
     renew_rules(control);
-    rules->step_there(iteration, a);
+    rules->step_on_device(iteration, a);
     if ((iteration + 1) % kQueued == 0) a.device.finish();
     return true;
   } catch (const device::DeviceError& error) {
@@ -138,7 +138,7 @@ bool Simulation::State::step_there(const RunControl& control) {
   }
 }
 
-bool Simulation::State::read_there(const RunControl& control) {
+bool Simulation::State::copy_from_device(const RunControl& control) {
   DeviceArrays& a = there->arrays;
   const device::Device& device = a.device;
   tracer.end_lives_there(a);
@@ -182,16 +182,16 @@ bool Simulation::State::read_there(const RunControl& control) {
   return true;
 }
 
-void Simulation::State::come_back(const RunControl& given) {
+void Simulation::State::copy_to_host(const RunControl& given) {
   const RunControl control = unstoppable(given);
   while (there && there->is_ahead) {
     try {
-      if (read_there(control)) return;
+      if (copy_from_device(control)) return;
       // There was too little room: all again with more.
       there->is_stale = true;
       there->has_amounts = false;
       composed_at = -1;
-      do_again(control);
+      repeat_iterations(control);
     } catch (const device::DeviceError& error) {
       lose_device(error, control);
     }
@@ -212,19 +212,19 @@ void Simulation::State::check_room() {
   std::vector<std::uint32_t> tally(there->arrays.tally.size());
   there->arrays.device.read(there->arrays.tally, std::span(tally));
   if (tally[tally_types::kHasOverflown] == 0) return;
-  come_back();
+  copy_to_host();
   compose_again();
 }
 
-void Simulation::State::stay_near(const RunControl& control) {
-  if (there && iteration - there->known_at >= kMostAhead) come_back(control);
+void Simulation::State::limit_lag(const RunControl& control) {
+  if (there && iteration - there->known_at >= kMostAhead) copy_to_host(control);
 }
 
-void Simulation::State::do_again(const RunControl& control) {
+void Simulation::State::repeat_iterations(const RunControl& control) {
   const std::int64_t done = std::exchange(iteration, there ? there->known_at : iteration);
   if (there) there->is_ahead = false;
   while (iteration < done) {
-    if (!step_there(control)) step_here(control);
+    if (!step_on_device(control)) step_on_host(control);
     ++iteration;
   }
 }
@@ -242,13 +242,13 @@ void Simulation::State::lose_device(const device::DeviceError& error, const RunC
   composed_at = -1;
   iteration = known_at;
   while (iteration < done) {
-    step_here(control);
+    step_on_host(control);
     ++iteration;
   }
 }
 
-void Simulation::State::change_here(const RunControl& control) {
-  come_back(control);
+void Simulation::State::change_on_host(const RunControl& control) {
+  copy_to_host(control);
   if (there) there->is_stale = true;
 }
 

@@ -36,7 +36,7 @@ ImageF image_of(const SurfaceAtlas& surface, Value&& value) {
 }  // namespace
 
 ImageF Simulation::amounts(int material) const {
-  state_->come_back();
+  state_->copy_to_host();
   return image_of(state_->surface, [&](TexelIndex t) {
     return double{static_cast<double>(state_->atlas.amount(material, t))} / kAmountOne;
   });
@@ -49,7 +49,7 @@ ImageF Simulation::original_amounts(int material) const {
 
 void Simulation::set_amounts(int material, const ImageF& amounts) {
   State& s = *state_;
-  s.change_here();
+  s.change_on_host();
   const TileGrid& grid = s.surface.grid();
   if (amounts.width() != grid.width || amounts.height() != grid.height) {
     throw InvalidInput("the amounts are " + size_text(amounts.width(), amounts.height()) + " texels; the atlas has " +
@@ -73,7 +73,7 @@ void Simulation::set_amounts(int material, const ImageF& amounts) {
 }
 
 ParameterMap Simulation::parameter_map(const std::string& name) const {
-  state_->come_back();
+  state_->copy_to_host();
   const State& s = *state_;
   const ParameterMaps& maps = *s.maps;
   check_parameter_map(name, s.scene.materials);
@@ -123,7 +123,7 @@ ParameterMap Simulation::parameter_map(const std::string& name) const {
 }
 
 std::optional<ImageU8> Simulation::met(const RunControl& control) const {
-  state_->come_back(control);
+  state_->copy_to_host(control);
   const State& s = *state_;
   if (!s.met) return std::nullopt;
   return reached_texels(*s.met, s.scene.exchange, s.surface, control);

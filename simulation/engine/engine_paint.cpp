@@ -90,7 +90,7 @@ void Simulation::apply_due(const RunControl& control) {
 void Simulation::paint(const std::string& emitter, const Vec3& position_mm, const RunControl& control) {
   State& s = *state_;
   const std::size_t k = s.brush_index(emitter);
-  s.change_here(control);
+  s.change_on_host(control);
   if (!position_mm.allFinite()) throw InvalidInput("a brush cannot paint at a place that is no number");
   s.scene.emitters[k].position_mm = position_mm;
   const SwitchedOn on(s.scene.emitters[k]);

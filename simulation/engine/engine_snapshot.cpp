@@ -209,7 +209,7 @@ void add_waiting(const Scene& scene, Gammatons& gammatons) {
 }  // namespace
 
 std::vector<std::byte> Simulation::snapshot() const {
-  state_->come_back();
+  state_->copy_to_host();
   const State& s = *state_;
   ByteWriter out;
   out.value(kMagic);
@@ -247,7 +247,7 @@ std::vector<std::byte> Simulation::snapshot() const {
 
 void Simulation::restore(std::span<const std::byte> bytes) {
   State& s = *state_;
-  s.come_back();
+  s.copy_to_host();
   ByteReader in(bytes);
   const auto expect = [&](auto value) {
     if (in.value<decltype(value)>() != value) throw InvalidInput("the snapshot is of another version or scene");

@@ -37,7 +37,7 @@ struct Simulation::State {
   void mark(std::span<const TileIndex> tiles);
   /// What was composed was lost, or wrong: composes everything, as part of what the last compose() has changed.
   void compose_again();
-  /// Does iterations again for which a device had too little room, before anybody looks at what they led to.
+  /// Repeats iterations whose device buffers overflowed, before their results are used.
   void check_room();
   /// Composes what has changed, for whoever asks; composed_since_asked has what was composed.
   void compose_now(const RunControl& control);
@@ -62,27 +62,28 @@ struct Simulation::State {
   [[nodiscard]] std::size_t brush_index(const std::string& emitter) const;
   /// What attracts floating gammatons; empty when nothing does.
   [[nodiscard]] std::optional<WetPaths> wet_paths();
-  /// After amounts have come from elsewhere: every tile is looked at again.
+  /// Marks every tile as changed, after amounts were set from outside.
   void wake_everything();
-  /// An iteration, without its events: by the CPU,
-  void step_here(const RunControl& control);
-  /// or by a device. @returns false where there is none that can: nothing is done then.
-  [[nodiscard]] bool step_there(const RunControl& control);
+  /// One iteration on the host, without its events.
+  void step_on_host(const RunControl& control);
+  /// The same on a device. @returns false, and does nothing, where no device can.
+  [[nodiscard]] bool step_on_device(const RunControl& control);
   [[nodiscard]] bool uses_device() const;
-  /// Brings a device up to date. @returns false where none is used. @throws DeviceError
+  /// Copies the state to the device if it has changed on the host. @returns false where none is used. @throws
+  /// DeviceError
   [[nodiscard]] bool open_device(const RunControl& control);
-  void put_there(const RunControl& control);
-  /// Takes the device's state over. @returns false if it had too little room, and has more now.
-  [[nodiscard]] bool read_there(const RunControl& control);
-  /// The state is here after it: whoever reads it calls this first,
-  void come_back(const RunControl& control = {});
-  /// and whoever changes it this.
-  void change_here(const RunControl& control = {});
-  /// Comes back unasked where a device is far ahead.
-  void stay_near(const RunControl& control);
-  /// Iterations since the state was known, again.
-  void do_again(const RunControl& control);
-  /// The CPU goes on, from the last state that was known.
+  void copy_to_device(const RunControl& control);
+  /// @returns false if the device's buffers overflowed; they are larger now.
+  [[nodiscard]] bool copy_from_device(const RunControl& control);
+  /// Copies the state from the device to the host. Call it before the state is read.
+  void copy_to_host(const RunControl& control = {});
+  /// Call it before the state is changed on the host.
+  void change_on_host(const RunControl& control = {});
+  /// Copies the state to the host when the device has run many iterations since the last copy.
+  void limit_lag(const RunControl& control);
+  /// Repeats the iterations since the last copy to the host.
+  void repeat_iterations(const RunControl& control);
+  /// Continues on the host, from the last state that was copied to it.
   void lose_device(const device::DeviceError& error, const RunControl& control);
 
   Scene scene;

@@ -345,7 +345,7 @@ RuleReport RuleEngine::step(std::int64_t iteration, MaterialAtlas& atlas, const 
 
 bool RuleEngine::can_step_there() const { return DeviceRules::can_run(*state_, state_->parameters.size()); }
 
-void RuleEngine::step_there(std::int64_t iteration, DeviceArrays& arrays) {
+void RuleEngine::step_on_device(std::int64_t iteration, DeviceArrays& arrays) {
   State& s = *state_;
   State::StepFacts step;
   if (!s.begin_step(iteration, step)) return;

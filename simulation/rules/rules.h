@@ -90,7 +90,7 @@ class RuleEngine {
   /// @param control  Threads; a step that has begun is finished whatever `stop` says.
   RuleReport step(std::int64_t iteration, MaterialAtlas& atlas, const RunControl& control = {});
   /// The same on a device, with the same bytes: of the tiles that are awake there. @throws DeviceError
-  void step_there(std::int64_t iteration, DeviceArrays& arrays);
+  void step_on_device(std::int64_t iteration, DeviceArrays& arrays);
   /// Whether a device has room for a texel's values.
   [[nodiscard]] bool can_step_there() const;
   /// Everything is awake, here and there; and after a device has failed.

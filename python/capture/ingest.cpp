@@ -72,19 +72,20 @@ void bind_ingest(py::module_& module) {
              return std::make_shared<const HistoryReader>(to);
            })};
          });
-  define(module,
-         FunctionText("survey", "What ingest found wrong with a time-lapse: moved, flickering, jumping photographs.")
-             .takes("history", "str | os.PathLike[str]", "A history's folder, as ingest() made it")
-             .returns(
-                 "dict[str, Any]",
-                 "findings: photo, time, problem of each; unlinked: photographs that cannot be laid over most of the "
-                 "others; "
-                 "is_stabilized, is_deflickered; masked_share of all pixels of all frames, outside_share of the pixels")
-             .raises("IoError"),
-         [](const py::object& history) {
-           const std::string path = path_from(history);
-           return survey_dict(result_of({}, [=](const RunControl&) { return capture::read_survey_report(path); }));
-         });
+  define(
+      module,
+      FunctionText("survey", "What ingest found wrong with a time-lapse: moved, flickering, jumping photographs.")
+          .takes("history", "str | os.PathLike[str]", "A history's folder, as ingest() made it")
+          .returns(
+              "dict[str, Any]",
+              "findings: photo, time, problem of each; unlinked: photographs that cannot be aligned with most of the "
+              "others; "
+              "is_stabilized, is_deflickered; masked_share of all pixels of all frames, outside_share of the pixels")
+          .raises("IoError"),
+      [](const py::object& history) {
+        const std::string path = path_from(history);
+        return survey_dict(result_of({}, [=](const RunControl&) { return capture::read_survey_report(path); }));
+      });
 }
 
 }  // namespace patinate::python

@@ -121,18 +121,17 @@ void define_images(HistoryClass& type) {
                   if (!deviation) return py::none();
                   return array_of(std::move(*deviation));
                 });
-  define_method(
-      type,
-      FunctionText("mask", "Where the history shows the surface.").returns("npt.NDArray[np.uint8]", "H x W, 0 or 255"),
-      [](const PyHistory& h) {
-        return array_of(result_of({}, [=](const RunControl&) { return h.value->read_mask(); }));
-      });
+  define_method(type,
+                FunctionText("mask", "Where the history shows the surface.").returns("npt.NDArray[np.bool_]", "H x W"),
+                [](const PyHistory& h) {
+                  return mask_array(result_of({}, [=](const RunControl&) { return h.value->read_mask(); }));
+                });
   define_method(type,
                 FunctionText("frame_mask", "Where one frame shows the surface itself: the mask, and the frame's own.")
                     .takes("index", "int", "From 0")
-                    .returns("npt.NDArray[np.uint8]", "H x W, 0 or 255"),
+                    .returns("npt.NDArray[np.bool_]", "H x W"),
                 [](const PyHistory& h, int index) {
-                  return array_of(result_of({}, [=](const RunControl&) { return h.value->read_frame_mask(index); }));
+                  return mask_array(result_of({}, [=](const RunControl&) { return h.value->read_frame_mask(index); }));
                 });
   define_method(
       type,

@@ -1,12 +1,19 @@
 #include <filesystem>
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "app/output/export_work.h"
 #include "app/request/history_library.h"
+#include "libcommon/core/temporary_file.h"
+#include "patinate/core/error.h"
+#include "patinate/history/history.h"
 #include "python/bindings.h"
+#include "python/history/py_history.h"
 #include "python/output/keywords.h"
 #include "python/support/arrays.h"
 #include "python/support/device_keyword.h"
+#include "python/transfer/py_transfer.h"
 
 namespace patinate::python {
 
@@ -23,6 +30,23 @@ void describe(OptionVisitor& v, ExportKeywords& o) {
   describe(v, o.format);
   describe(v, o.movie);
   describe(v, o.axis);
+}
+
+/// What is exported: a folder, or what has one.
+struct Subject {
+  std::filesystem::path folder;
+  std::shared_ptr<const transfer::AgedMesh> aged = nullptr;  ///< In memory: saved for the time of the export.
+};
+
+Subject subject_from(const py::object& given) {
+  if (py::isinstance<PyAged>(given)) return {.folder = {}, .aged = py::cast<const PyAged&>(given).value};
+  if (py::isinstance<PyTransfer>(given)) return {.folder = py::cast<const PyTransfer&>(given).path};
+  if (py::isinstance<PyHistory>(given)) {
+    const auto reader = std::dynamic_pointer_cast<const HistoryReader>(py::cast<const PyHistory&>(given).value);
+    if (!reader) throw InvalidInput("the history is in memory only: save it, and export its folder");
+    return {.folder = reader->folder()};
+  }
+  return {.folder = path_from(given)};
 }
 
 }  // namespace
@@ -46,7 +70,8 @@ void bind_export(py::module_& module) {
   FunctionText text("export",
                     "Writes a model, a movie or images of what ages: what `patinate export` writes. What is up to date "
                     "stays as it is.");
-  text.takes("subject", "str | os.PathLike[str]", "Folder of a transfer or simulation, or for pictures of a history")
+  text.takes("subject", "str | os.PathLike[str] | AgedMesh | Transfer | History",
+             "A transfer or simulation, or for pictures a history: the folder, or what was opened or made here")
       .takes("output", "str | os.PathLike[str]",
              "MODEL.glb with one variant a time; MODEL.usdz or .usda with textures over time; MODEL.obj with MTL at "
              "one time; MOVIE.mp4, .webm or .gif; images aged_%04d.png; or a folder of images");
@@ -62,7 +87,8 @@ void bind_export(py::module_& module) {
     Keywords keywords("export", kwargs);
     ExportKeywords options;
     keywords.read(options);
-    app::ExportTask task{.subject = path_from(subject),
+    const Subject given = subject_from(subject);
+    app::ExportTask task{.subject = given.folder,
                          .output = path_from(output),
                          .times = times_from(keywords),
                          .format = options.format,
@@ -74,7 +100,14 @@ void bind_export(py::module_& module) {
     const RunArguments run = keywords.run();
     keywords.finish();
     run_interruptibly(run, [=](const RunControl& control) mutable {
-      task.subject = app::library_place(task.subject);
+      std::optional<TemporaryFolder> saved;
+      if (given.aged) {
+        saved.emplace(std::filesystem::temp_directory_path(), "patinate_export");
+        task.subject = saved->path() / "aged";
+        transfer::save_transfer(task.subject, *given.aged, false, control.part(0.0, 0.0));
+      } else {
+        task.subject = app::library_place(task.subject);
+      }
       task.devices = app::output_devices(device.options(), device.words());
       app::make_output(app::export_work(task, control), force, control);
     });

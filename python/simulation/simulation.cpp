@@ -312,10 +312,9 @@ void define_pictures(SimulationClass& type) {
                   return py::make_tuple(array_of(std::move(map.values)), map.unit);
                 });
   define_method(
-      type,
-      FunctionText("coverage", "Where texels show the surface.").returns("npt.NDArray[np.uint8]", "H x W, 0 or 255"),
+      type, FunctionText("coverage", "Where texels show the surface.").returns("npt.NDArray[np.bool_]", "H x W"),
       [](PySimulation& s) {
-        return array_of(s.alone({}, [](Simulation& running, const RunControl&) { return running.coverage(); }));
+        return mask_array(s.alone({}, [](Simulation& running, const RunControl&) { return running.coverage(); }));
       });
 }
 

@@ -67,6 +67,14 @@ ImageF image_from(const py::object& given, const std::string& what, int channels
   return copied<float>(py::array_t<float, py::array::c_style | py::array::forcecast>::ensure(array));
 }
 
+py::array mask_array(ImageU8&& mask) {
+  for (std::uint8_t& m : mask.values()) m = m != 0 ? 1 : 0;  // As numpy keeps its bools.
+  auto kept = std::make_unique<ImageU8>(std::move(mask));
+  ImageU8* const pixels = kept.get();
+  const py::capsule owner(kept.release(), [](void* p) { delete static_cast<ImageU8*>(p); });
+  return py::array(py::dtype::of<bool>(), shape_of(*pixels), pixels->data(), owner);
+}
+
 ImageU8 mask_from(const py::object& given, const std::string& what) {
   const py::array array = any_array(given, what);
   const char kind = array.dtype().kind();

@@ -34,6 +34,9 @@ template <class T>
   return pybind11::array_t<T>(shape_of(*pixels), pixels->data(), owner);
 }
 
+/// A mask's memory as an array of bool, H x W, that may be written. No copy.
+[[nodiscard]] pybind11::array mask_array(ImageU8&& mask);
+
 /// Memory of ours as an array that cannot be written. @param owner  Keeps it alive.
 template <class T>
 [[nodiscard]] pybind11::array read_only(const T* values, std::vector<pybind11::ssize_t> shape, pybind11::handle owner) {

@@ -1,7 +1,9 @@
 #include "python/support/errors.h"
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
+#include <regex>
 #include <string>
 
 #include "app/request/usage_error.h"
@@ -33,9 +35,27 @@ py::tuple bases_of(std::initializer_list<PyObject*> list) {
   return out;
 }
 
+/// Options of a command line as keywords: "--force" is "force=True", "--distance-from" is "distance_from".
+std::string with_keywords(const std::string& text) {
+  static const std::regex option("(^|[\\s`(])--([a-z][a-z0-9-]*)");
+  std::string out;
+  std::size_t end = 0;
+  for (std::sregex_iterator it(text.begin(), text.end(), option), none; it != none; ++it) {
+    const std::smatch& found = *it;
+    std::string name = found[2];
+    std::replace(name.begin(), name.end(), '-', '_');
+    out += text.substr(end, static_cast<std::size_t>(found.position()) - end) + found[1].str() + name;
+    if (name == "force") out += "=True";
+    end = static_cast<std::size_t>(found.position() + found.length());
+  }
+  return out + text.substr(end);
+}
+
 void translate(std::exception_ptr pointer) {
   const auto raise = [](Kind kind, const std::exception& e) {
-    const auto text = py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(e.what()));  // It may name a file.
+    const std::string words = with_keywords(e.what());
+    const auto text =
+        py::reinterpret_steal<py::object>(PyUnicode_DecodeFSDefault(words.c_str()));  // It may name a file.
     if (text) PyErr_SetObject(types[kind], text.ptr());
   };
   try {
@@ -75,7 +95,7 @@ void bind_errors(py::module_& module) {
   add(module, kParseError, "ParseError", "A text cannot be understood: an expression, a control, a range.",
       bases_of({types[kInputError]}), "InputError");
   add(module, kIoError, "IoError", "A file cannot be read or does not hold what it should.",
-      bases_of({types[kInputError]}), "InputError");
+      bases_of({types[kInputError], PyExc_OSError}), "InputError, OSError");
   add(module, kCannotComplete, "CannotComplete", "Valid work that could not be done: disk full, another output there.",
       bases_of({types[kError]}), "Error");
   add(module, kCanceled, "Canceled", "The caller asked to stop; nothing half-written is left.",

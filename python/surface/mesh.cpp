@@ -183,7 +183,9 @@ void bind_mesh(py::module_& module) {
              .raises("IoError"),
          [](const py::object& given) {
            const std::string path = path_from(given);
-           return kept(result_of({}, [=](const RunControl&) { return read_mesh(path); }));
+           PyMesh mesh = kept(result_of({}, [=](const RunControl&) { return read_mesh(path); }));
+           mesh.name = std::filesystem::path(path).filename().string();
+           return mesh;
          });
   define(module,
          FunctionText("mesh_from_arrays", "A mesh of arrays, which are copied once.")

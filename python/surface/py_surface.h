@@ -12,6 +12,7 @@ namespace patinate::python {
 
 struct PyMesh {
   std::shared_ptr<const Mesh> value;
+  std::string name = "mesh";  ///< For people: the file that it came from.
 };
 
 struct PySurface {

@@ -68,7 +68,9 @@ PySurface make_surface(const PyMesh& mesh, const py::kwargs& kwargs) {
   const RunArguments run = keywords.run();
   keywords.finish();
   return {result_of(run, [=](const RunControl& control) {
-    return transfer::make_aging_surface(*mesh.value, options.age, nullptr, control);
+    transfer::AgingSurface surface = transfer::make_aging_surface(*mesh.value, options.age, nullptr, control);
+    surface.name = mesh.name;
+    return surface;
   })};
 }
 
@@ -100,10 +102,9 @@ void bind_surface(py::module_& module) {
     for (const std::string& note : s.value.atlas->notes) out.append(note);
     return out;
   });
-  define_method(
-      type,
-      FunctionText("coverage", "Where texels show the surface.").returns("npt.NDArray[np.uint8]", "H x W, 0 or 255"),
-      [](const PySurface& s) { return array_of(s.value.map->coverage()); });
+  define_method(type,
+                FunctionText("coverage", "Where texels show the surface.").returns("npt.NDArray[np.bool_]", "H x W"),
+                [](const PySurface& s) { return mask_array(s.value.map->coverage()); });
   define_method(type,
                 FunctionText("positions", "Surface points of the texels.")
                     .returns("npt.NDArray[np.float32]", "H x W x 3 in mm; 0 outside"),

@@ -91,17 +91,19 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
     wrong_type(kFunction, "destination", destination, "a Mesh or a Surface");
   const transfer::AgingSurface ready =
       is_surface ? py::cast<const PySurface&>(destination).value : transfer::AgingSurface{};
-  const std::shared_ptr<const Mesh> mesh = is_surface ? nullptr : py::cast<const PyMesh&>(destination).value;
+  const PyMesh given_mesh = is_surface ? PyMesh{} : py::cast<const PyMesh&>(destination);
+  const std::shared_ptr<const Mesh> mesh = given_mesh.value;
   PyAged aged{std::make_shared<const transfer::AgedMesh>(result_of(run, [=](const RunControl& control) {
     transfer::AgeOptions age = options.age;
     if (age.transfer.method == transfer::TransferMethod::Fast)
       age.device = app::open_search_device(device.options(), device.words());
     else if (device.options().device != "auto" && device.options().device != "cpu")
       throw InvalidInput("device: method \"reference\" runs on the CPU; leave device out");
-    const transfer::AgingSurface surface =
+    transfer::AgingSurface surface =
         mesh == nullptr
             ? ready
             : transfer::make_aging_surface(*mesh, options.age, &history.value->facts(), control.part(0.0, 0.2));
+    if (mesh != nullptr) surface.name = given_mesh.name;
     std::vector<transfer::TransferControl> pairs = transfer::make_transfer_controls(
         *history.value, asked.specs, surface.map->coverage(), [&](std::size_t i, const transfer::ControlSpec& spec) {
           const double begin = 0.2 + 0.2 * static_cast<double>(i) / static_cast<double>(asked.specs.size());
@@ -116,6 +118,24 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
 }
 
 void define_aged(AgedClass& type) {
+  define_method(
+      type,
+      FunctionText("save",
+                   "Writes the folder that the command `transfer` makes of the same input, byte for byte; "
+                   "export(), render(), evaluate() and the commands take it.")
+          .takes("folder", "str | os.PathLike[str]", "It appears when it is whole; a finished one stays as it is")
+          .keyword("force", "bool", "False", "Replace a different transfer that lies there")
+          .runs()
+          .raises("InvalidInput if the history is in memory only; CannotComplete if something else lies there"),
+      [](const PyAged& aged, const py::object& folder, const py::kwargs& kwargs) {
+        Keywords keywords("save", kwargs);
+        const bool force = keywords.flag("force", false);
+        const RunArguments run = keywords.run();
+        keywords.finish();
+        const std::string path = path_from(folder);
+        run_interruptibly(
+            run, [=](const RunControl& control) { transfer::save_transfer(path, *aged.value, force, control); });
+      });
   define_property(type, "mesh", "Mesh", "In mm, with UVs over the whole texture.", [](const PyAged& aged) {
     return PyMesh{std::shared_ptr<const Mesh>(aged.value, &aged.value->mesh)};
   });
@@ -129,8 +149,8 @@ void define_aged(AgedClass& type) {
       "cannot be written.",
       [](const py::object& self) { return read_only(py::cast<const PyAged&>(self).value->coordinates, self); });
   define_property(
-      type, "coverage", "npt.NDArray[np.uint8]", "H x W, 0 or 255: where texels show the surface.",
-      [](const py::object& self) { return read_only(py::cast<const PyAged&>(self).value->coverage, self); });
+      type, "coverage", "npt.NDArray[np.bool_]", "H x W: where texels show the surface.",
+      [](const py::object& self) { return mask_array(ImageU8(py::cast<const PyAged&>(self).value->coverage)); });
   define_property(type, "energy", "dict[str, Any]",
                   "The figures of transfer.json: energy, its parts, control error, coherence.",
                   [](const PyAged& aged) { return object_of(energy_json(aged.value->energy)); });

@@ -55,10 +55,9 @@ void define_facts(TransferClass& type) {
   define_property(type, "energy", "dict[str, Any]", "The figures of transfer.json.",
                   [](const PyTransfer& t) { return object_of(energy_json(t.value->manifest().energy)); });
   define_property(type, "key", "str", "Content key.", [](const PyTransfer& t) { return t.value->manifest().key; });
-  define_method(
-      type,
-      FunctionText("coverage", "Where texels show the surface.").returns("npt.NDArray[np.uint8]", "H x W, 0 or 255"),
-      [](const PyTransfer& t) { return array_of(t.value->coverage()); });
+  define_method(type,
+                FunctionText("coverage", "Where texels show the surface.").returns("npt.NDArray[np.bool_]", "H x W"),
+                [](const PyTransfer& t) { return mask_array(t.value->coverage()); });
 }
 
 }  // namespace

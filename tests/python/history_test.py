@@ -156,6 +156,7 @@ class History(PythonCase):
 
     def test_errors_are_one_line_that_names_what_is_wrong(self):
         self.assertIn("history.json", self.line_of(patinate.IoError, lambda: patinate.read_history(self.work / "urn")))
+        self.assertTrue(issubclass(patinate.IoError, OSError))
         self.assertIn("frame 1", self.line_of(patinate.InvalidInput, lambda: patinate.history_from_arrays(np.zeros((2, 4, 4, 3), np.float32), [1, 1])))
         codes = np.zeros((2, 4, 4, 3), np.uint8)
         self.assertIn("linear_from_srgb", self.line_of(ValueError, lambda: patinate.history_from_arrays(codes, [0, 1])))

@@ -26,6 +26,18 @@ class Output(PythonCase):
         function(self.work / subject, self.work / "by_python" / name, **keywords)
         self.assertEqual(before, {p: p.stat().st_mtime_ns for p in before})
 
+    def test_what_was_made_or_opened_here_is_exported_as_its_folder(self):
+        history = patinate.read_history(self.work / "history")
+        aged = patinate.transfer(history, patinate.read_mesh(self.work / "urn/mesh.obj"), "facing", resolution=64)
+        models = []
+        for name, subject in (("folder", self.work / "aged"), ("object", aged), ("transfer", patinate.read_transfer(self.work / "aged"))):
+            (self.work / name).mkdir()  # The model's name is in the model.
+            patinate.export(subject, self.work / name / "aged.glb", num_times=2)
+            models.append((self.work / name / "aged.glb").read_bytes())
+        self.assertEqual(models, [models[0]] * 3)
+        patinate.export(history, self.work / "frames", num_times=2)
+        self.assertTrue((self.work / "frames/sequence.json").is_file())
+
     def test_pictures_and_movies_are_the_commands(self):
         last = str(patinate.read_history(self.work / "history").times[-1])
         patinate.write_color(self.work / "plate.png", np.full((8, 8, 3), 0.3, np.float32))

@@ -1,5 +1,7 @@
 #!/usr/bin/python3
 """Transfers, lookups and evaluations in Python."""
+import json
+
 import numpy as np
 import patinate
 
@@ -18,6 +20,38 @@ class Transfer(PythonCase):
         np.testing.assert_array_equal(self.aged.coordinates, folder.coordinates)
         self.assertEqual(self.aged.energy, folder.energy)
         np.testing.assert_array_equal(self.aged.coverage, folder.coverage())
+
+    def test_what_is_saved_is_what_the_command_writes(self):
+        (self.work / "saved").mkdir()
+        self.aged.save(self.work / "saved/aged")
+        for file in sorted(p.relative_to(self.work / "aged") for p in (self.work / "aged").rglob("*") if p.is_file() and p.name not in ("run.json", "transfer.json")):
+            self.assertEqual((self.work / "saved/aged" / file).read_bytes(), (self.work / "aged" / file).read_bytes(), file)
+        written, command = (json.loads((self.work / folder / "transfer.json").read_text()) for folder in ("saved/aged", "aged"))
+        self.assertEqual(written["history"].pop("path"), "../../" + command["history"].pop("path").removeprefix("../"))
+        self.assertEqual(written, command)
+        self.aged.save(self.work / "saved/aged")  # It is there.
+        other = patinate.transfer(self.history, self.mesh, "facing", resolution=64, seed=2)
+        self.assertIn("force=True", self.line_of(patinate.CannotComplete, lambda: other.save(self.work / "saved/aged")))
+        other.save(self.work / "saved/aged", force=True)
+        np.testing.assert_array_equal(patinate.read_transfer(self.work / "saved/aged").coordinates, other.coordinates)
+
+    def test_a_transfer_of_units_subpixels_and_a_surface_is_saved_as_the_command_writes_it(self):
+        self.run_patinate("transfer", "history", "urn/mesh.obj", "--control", "facing", "--resolution", "48", "--unit", "cm", "--texel-size", "3", "--flow", "uv", "--seed", "5", "-o", "in_cm")
+        surface = patinate.Surface(self.mesh, resolution=48, mm_per_unit=10, texel_size=3)
+        patinate.transfer(self.history, surface, "facing", flow="uv", seed=5).save(self.work / "in_cm_saved")
+        for file in ("transfer.json", "coordinates.exr", "control.exr", "mesh.obj", "job.json"):
+            self.assertEqual((self.work / "in_cm_saved" / file).read_bytes(), (self.work / "in_cm" / file).read_bytes(), file)
+
+    def test_a_transfer_of_a_history_in_memory_says_how_it_can_be_saved(self):
+        frames = [self.history.frame(i) for i in range(len(self.history))]
+        history = patinate.history_from_arrays(frames, self.history.times, controls={"thickness": self.history.control("thickness")})
+        aged = patinate.transfer(history, self.mesh, "facing", resolution=32)
+        self.assertIn("save it", self.line_of(patinate.InvalidInput, lambda: aged.save(self.work / "from_memory")))
+
+    def test_masks_are_bool(self):
+        for mask in (self.aged.coverage, self.history.mask(), self.history.frame_mask(0), patinate.read_transfer(self.work / "aged").coverage(), patinate.Surface(self.mesh, resolution=32).coverage()):
+            self.assertEqual(mask.dtype, bool)
+        self.assertEqual(self.aged.texture(0)[self.aged.coverage].shape, (self.aged.coverage.sum(), 3))
 
     def test_a_texture_is_what_lookup_writes(self):
         time = float(self.history.times.mean())

@@ -73,8 +73,14 @@ AgingSurface make_aging_surface(Mesh mesh, const AgeOptions& options, const Hist
   const TransferScale scale = choose_scale(options.mm_per_unit, pixel_mm, texel);
   scale_mesh(atlas.mesh, scale.mm_per_mesh_unit);
   auto map = std::make_shared<const TexelMap>(make_texel_map(atlas, options.resolution, run.part(0.5, 1.0)));
-  return {std::make_shared<const AtlasMesh>(std::move(atlas)), std::move(map), scale.texel_size_mm,
-          scale.mm_per_mesh_unit};
+  AgingSurface surface{.atlas = std::make_shared<const AtlasMesh>(std::move(atlas)),
+                       .map = std::move(map),
+                       .texel_size_mm = scale.texel_size_mm,
+                       .mm_per_mesh_unit = scale.mm_per_mesh_unit};
+  for (std::size_t i = 0; options.mm_per_unit && i < kLengthUnitNames.size(); ++i) {
+    if (kMmPerLengthUnit[i] == *options.mm_per_unit) surface.unit = kLengthUnitNames[i];
+  }
+  return surface;
 }
 
 TransferControl make_control_pair(const History& history, std::string_view control, const TexelMap& map,
@@ -113,7 +119,12 @@ AgedMesh age_surface(const std::shared_ptr<const History>& history, const AgingS
           .controls = std::move(input.controls),
           .used = result.used,
           .frames = std::move(frames),
-          .turns = std::move(result.turns)};
+          .turns = std::move(result.turns),
+          .asked = options.transfer,
+          .flow = options.flow,
+          .explained_variance = result.explained_variance,
+          .structure = result.structure,
+          .refused_line_share = result.refused_line_share};
 }
 
 AgedMesh age_mesh(const std::shared_ptr<const History>& history, Mesh mesh, std::string_view control,

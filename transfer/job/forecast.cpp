@@ -126,22 +126,24 @@ std::vector<std::string> warnings_of(const TransferForecast& f) {
     warnings.push_back("only " + percent_text(usable, 2) + " of the history can be copied (" +
                        std::to_string(f.num_usable) + " of " + std::to_string(f.num_pixels) +
                        " pixels are inside the mask, " + std::to_string(f.num_whole) +
-                       " of them with their whole neighborhood); a larger mask shows more of it");
+                       " of them with their whole neighborhood); use a larger mask");
   }
   if (usable >= kSmallShare && f.num_whole < kFewWindows * f.window_px * f.window_px) {
     const std::string side = std::to_string(f.window_px);
     warnings.push_back("only " + std::to_string(f.num_usable) + " pixels of the history can be copied, " +
                        std::to_string(f.num_whole) + " of them with their whole neighborhood of " + side + " x " +
-                       side + ": pieces will be seen again and again; a larger photograph or mask shows more");
+                       side + ", so that copied pieces will repeat visibly; use a larger photograph or mask");
   }
   if (f.asked_share < kSmallShare) {
-    warnings.push_back("control `" + f.narrowest + "`: the mesh asks for values of " + percent_text(f.asked_share, 2) +
-                       " of the history alone; a map with more values, or the mapping rank, uses more of it");
+    warnings.push_back(
+        "control `" + f.narrowest + "`: the values on the mesh occur in only " + percent_text(f.asked_share, 2) +
+        " of the history, and the rest of it is not used; use a map with more values, or the mapping `rank`");
   }
   if (f.num_copies >= kManyCopies) {
     warnings.push_back(
-        "the surface takes about " + short_number_text(std::round(f.num_copies)) +
-        " copies of what can be used of the history, and will repeat: photograph a larger piece, combine several "
+        "the surface is as large as " + short_number_text(std::round(f.num_copies)) +
+        " copies of the usable part of the history, so that pieces will repeat; photograph a larger piece, combine "
+        "several "
         "histories into a library, or lay pixels larger (--texel-size where the mesh has a unit, else a smaller "
         "--resolution)");
   }

@@ -1,11 +1,19 @@
 #include "transfer/job/transfer_job.h"
 
+#include <algorithm>
+#include <functional>
+#include <memory>
 #include <span>
+#include <utility>
 
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/mesh_key.h"
+#include "libcommon/job/job.h"
 #include "libcommon/job/job_inputs.h"
+#include "patinate/core/error.h"
+#include "patinate/transfer/age.h"
+#include "transfer/lookup/packed_lookup.h"
 
 namespace patinate::transfer {
 
@@ -57,19 +65,81 @@ JobInputs transfer_inputs(const TransferTask& task, std::string_view stage) {
   return inputs;
 }
 
-JobPlan plan_transfer(TransferTask task, const fs::path& output) {
+namespace {
+
+using MakeResult = std::function<TransferResult(const TransferTask& task, const RunControl& control)>;
+
+JobPlan plan_made_by(TransferTask task, const fs::path& output, MakeResult make) {
   check_ranges(task.options);
   task.input.history = task.history;
   const auto shared = std::make_shared<const TransferTask>(std::move(task));
   JobPlan plan = transfer_inputs(*shared).plan(output, "transfer.json");
   plan.parallel_items = false;
   // One item: with the manifest's figures in memory only, a killed run starts its synthesis again.
-  plan.join = [shared, key = plan.key, output](const fs::path& folder, const RunControl& control) {
-    const TransferResult result = transfer(shared->input, shared->options, control);
+  plan.join = [shared, key = plan.key, output, make = std::move(make)](const fs::path& folder,
+                                                                       const RunControl& control) {
+    const TransferResult result = make(*shared, control);
     write_transfer_files(folder, *shared, result, control);
     write_transfer_manifest(folder, output, *shared, result, key);
   };
   return plan;
+}
+
+/// What the synthesis had made, as far as files keep it.
+TransferResult result_of(const AgedMesh& aged) {
+  const HistoryFacts& facts = aged.history->facts();
+  const PackedPlaces places = pack_coordinates(aged.coordinates, facts.width, facts.height);
+  TransferResult result;
+  result.energy = aged.energy;
+  result.explained_variance = aged.explained_variance;
+  result.used = aged.used;
+  result.structure = aged.structure;
+  result.refused_line_share = aged.refused_line_share;
+  const auto num_texels = static_cast<std::size_t>(aged.coordinates.num_pixels());
+  result.coordinates = CoordinateMap(num_texels);
+  if (!places.beside.empty()) result.fractions = ZeroedVector<std::int8_t>(2 * num_texels);
+  for (std::size_t t = 0; t < num_texels; ++t) {
+    const std::uint32_t pixel = places.pixels.values()[t];
+    result.coordinates[t] = pixel == kNoValue ? -1 : static_cast<std::int32_t>(pixel);
+    if (pixel == kNoValue || places.beside.empty()) continue;
+    const BesidePixel beside = unpack_beside(places.beside.values()[t]);
+    result.fractions[2 * t] = beside.x, result.fractions[2 * t + 1] = beside.y;
+  }
+  if (!aged.turns.empty()) {
+    result.turns = ZeroedVector<std::int16_t>(num_texels);
+    std::copy(aged.turns.begin(), aged.turns.end(), result.turns.begin());
+  }
+  return result;
+}
+
+}  // namespace
+
+JobPlan plan_transfer(TransferTask task, const fs::path& output) {
+  return plan_made_by(std::move(task), output, [](const TransferTask& t, const RunControl& control) {
+    return transfer(t.input, t.options, control);
+  });
+}
+
+void save_transfer(const fs::path& folder, const AgedMesh& aged, bool force, const RunControl& run) {
+  TransferTask task{.history = std::dynamic_pointer_cast<const HistoryReader>(aged.history),
+                    .input = {.history = aged.history,
+                              .map = aged.surface.map,
+                              .texel_size_mm = aged.surface.texel_size_mm,
+                              .controls = aged.controls,
+                              .frames = aged.frames},
+                    .options = aged.asked,
+                    .atlas = aged.surface.atlas,
+                    .mesh_name = aged.surface.name,
+                    .unit = aged.surface.unit,
+                    .mm_per_mesh_unit = aged.surface.mm_per_mesh_unit,
+                    .flow = std::string(kDirectionKindNames[static_cast<std::size_t>(aged.flow)]),
+                    .source_mask_name = ""};
+  if (!task.history)
+    throw InvalidInput(
+        "the history of this transfer is in memory only: save it, read it again, and transfer from that");
+  const JobPlan plan =
+      plan_made_by(std::move(task), folder, [&](const TransferTask&, const RunControl&) { return result_of(aged); });
+  (void)run_job(plan, {.force = force}, run);
 }
 
 }  // namespace patinate::transfer

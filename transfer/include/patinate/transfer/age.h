@@ -2,6 +2,7 @@
 /// The whole of transfer in one call, without files: a mesh that has the ages of a history.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -39,6 +40,8 @@ struct AgingSurface {
   std::shared_ptr<const TexelMap> map;     ///< The same over the sheet of all tiles.
   double texel_size_mm = 1.0;              ///< Surface length of one pixel of the history.
   double mm_per_mesh_unit = 1.0;
+  std::string name = "mesh";             ///< For people: the file that the mesh came from.
+  std::optional<std::string> unit = {};  ///< Of that file, when it was said: um, mm, cm or m.
 };
 /// Repaired (repair_mesh()), with normals, scaled to mm and laid out.
 /// @param history  That it will show: its texel size counts unless the options say one. None: as of unknown size.
@@ -59,12 +62,25 @@ struct AgedMesh {
   TransferOptions used = {};                           ///< With a value for everything that was left open.
   std::shared_ptr<const FlowFrames> frames = nullptr;  ///< How the history lies on the surface; none: as UVs run.
   ZeroedVector<std::int16_t> turns = {};               ///< Of each texel's piece against them (SourcePlace); empty: 0.
+  TransferOptions asked = {};                          ///< As they were given.
+  DirectionKind flow = DirectionKind::Uv;              ///< What the frames were made from.
+  double explained_variance = 0.0;                     ///< These three as TransferResult has them.
+  std::optional<StructureFacts> structure = {};
+  double refused_line_share = 0.0;
 
   /// The texture at a time of the history's unit (clamped to its ends): H x W x 3, linear, gutters filled.
   [[nodiscard]] ImageF texture(double time, Between between = Between::Blend, const RunControl& control = {}) const;
   /// The same with a time for every texel (gather_at_times()). @param times  H x W.
   [[nodiscard]] ImageF texture(const ImageF& times, Between between, const RunControl& control = {}) const;
 };
+
+/// Writes the folder that `patinate transfer` makes of the same input, byte for byte but for run.json. It appears when
+/// it is whole.
+/// @param force  Replace a different transfer that lies there.
+/// @throws InvalidInput if the history lies in memory only; CannotComplete if something else lies there or it cannot be
+/// written; Canceled
+void save_transfer(const std::filesystem::path& folder, const AgedMesh& aged, bool force = false,
+                   const RunControl& run = {});
 
 /// @param mesh  Any that read_mesh() gives.
 /// @param control  `[SOURCE=]DESTINATION[:weight[:mapping]]`, as --control: "accessibility", "thickness=0.7*facing +

@@ -138,7 +138,7 @@ Section figures_section(const Said& s) {
   const double of_history = s.num_channels() * num_frames * all;
   add("numbers_history", "Numbers of the history", "", of_history, "");
   add("numbers_factors", "Numbers of curve and maps", "", numbers, "");
-  add("compactness", "Numbers of the history for one of the factors", "", of_history / numbers, "");
+  add("compactness", "Compression ratio", "", of_history / numbers, "");
   if (!s.work.is_color()) return section;
   double bytes_history = 0.0, bytes_maps = 0.0;
   for (const HistoryFrame& f : s.work.history.manifest().frames)

@@ -10,7 +10,7 @@
 
 namespace patinate::analysis {
 
-/// Ways to call `size_a` of all members A: the first is the true one, in which A's members come first.
+/// Permutations of the group labels; the first is the observed one, in which A's members come first.
 struct Labelings {
   std::size_t size_a = 0;
   std::size_t size_b = 0;

@@ -41,7 +41,7 @@ std::optional<device::Device> open_checked(const device::DeviceOptions& options,
     }
     say.detail(problem);
   }
-  if (options.device != "auto") throw CannotComplete(problem + "; --device cpu does without");
+  if (options.device != "auto") throw CannotComplete(problem + "; use --device cpu");
   say.decided("device", "cpu");
   return std::nullopt;
 }
@@ -65,7 +65,7 @@ std::shared_ptr<const Kind> open_kind(const device::DeviceOptions& options, cons
   const std::optional<device::Device> opened = open_checked(options, check_kernels, say);
   if (!opened) return nullptr;
   const auto* kind = new Kind(*opened, [say](const device::DeviceError& error) {
-    say.note(std::string(error.what()) + "; goes on without it");
+    say.warning(std::string(error.what()) + "; continues on the CPU");
     if (!error.detail().empty()) say.detail(error.detail());
   });
   return std::shared_ptr<const Kind>(kind, [say, before = opened->times()](const Kind* used) {

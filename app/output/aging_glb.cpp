@@ -44,7 +44,7 @@ ImageU8 gloss_codes(const ImageF& roughness) {
   return gloss;
 }
 
-/// What of dielectrics differs from what viewers assume, at a time.
+/// Reflectance of dielectrics at a time, where it is not glTF's default of 0.04.
 struct Reflectance {
   double most = 0.04;
   ImageF colors;  ///< Shares of `most`; empty: all of it everywhere.

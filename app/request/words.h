@@ -13,6 +13,8 @@ namespace patinate::app {
 struct Words {
   std::function<void(const std::string& text)> detail = [](const std::string&) {};  ///< For --verbose.
   std::function<void(const std::string& text)> note = [](const std::string&) {};    ///< What everyone is to know.
+  /// What may make the result wrong.
+  std::function<void(const std::string& text)> warning = [](const std::string&) {};
   /// What was chosen for an option that was not given, or was given as `auto`: for run.json.
   std::function<void(const std::string& option, const std::string& value)> decided = [](const auto&, const auto&) {};
   /// Progress of a part of the work, and a way to stop it.

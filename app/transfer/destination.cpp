@@ -16,10 +16,12 @@ namespace {
 /// What the command says when sizes were chosen, not known.
 void note_scale(const transfer::TransferScale& scale, const Words& say) {
   if (scale.source == transfer::ScaleSource::PixelAssumed) {
-    say.note("the history has no texel size: one pixel of it covers one texel (" +
-             short_number_text(scale.texel_size_mm) + " mm); --texel-size sets it");
+    say.note("the history does not state its texel size, so one pixel of it covers one texel (" +
+             short_number_text(scale.texel_size_mm) + " mm); set it with --texel-size");
   } else if (scale.source == transfer::ScaleSource::MeshScaled) {
-    say.note("the mesh has no unit: it is scaled so that one texel equals one pixel of the history; --unit sets it");
+    say.note(
+        "the mesh file states no length unit, so the mesh is scaled until one texel shows one pixel of the history; "
+        "set the unit with --unit");
   }
 }
 
@@ -42,10 +44,10 @@ void note_large_texels(const TexelMap& map, double pixel_mm, bool is_unwrapped, 
   constexpr double kMuch = 1.0 / 3.0;  // Of the surface.
   const double share = map.share_of_larger_texels(kLarge * pixel_mm);
   if (share <= kMuch) return;
-  say.note(percent_text(share, 2) +
-           " of the surface has texels more than 1.3 pixels of the history large: thin lines "
-           "become dots there; use a higher --resolution" +
-           (is_unwrapped ? "" : ", or --atlas unwrap for texels of one size"));
+  say.warning(percent_text(share, 2) +
+              " of the surface has texels more than 1.3 pixels of the history large, so that thin lines "
+              "become dots there; use a higher --resolution" +
+              (is_unwrapped ? "" : ", or --atlas unwrap for texels of one size"));
 }
 
 /// A surface on which texture makes no sense: of a few pixels of the history, around which every neighborhood would go
@@ -63,8 +65,8 @@ void require_plausible(const MeshSource& source, const transfer::TransferScale& 
 /// Nobody who reads "default 1024" expects 4096 x 4096 texels, and what they take.
 void note_chosen(int resolution, std::size_t num_tiles, const Words& say) {
   const std::string size = size_text(resolution, resolution) + (num_tiles > 1 ? " texels a tile" : " texels");
-  say.note("automatic resolution: " + size +
-           ", so that they show the history's pixels (256 to 4096 along a side of all); --resolution sets another");
+  say.note("chose a resolution of " + size +
+           " to show every pixel of the history (between 256 and 4096 along a side); change it with --resolution");
 }
 
 }  // namespace

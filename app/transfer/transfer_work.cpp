@@ -45,19 +45,20 @@ std::pair<float, float> covered_range(const ImageF& values, const TexelMap& map)
 /// What was found in the source, and what was done about it.
 std::string structure_text(const transfer::StructureFacts& s, transfer::TransferQuality quality) {
   const bool has_lines = s.kind != transfer::StructureKind::Regions;
-  std::string text = !has_lines                                     ? "regions: two materials; the rarer covers "
-                     : s.kind == transfer::StructureKind::DarkLines ? "lines: dark ones cover "
-                                                                    : "lines: bright ones cover ";
-  text += percent_text(s.share, 2) + " of the source; copied pieces are ";
+  std::string text = !has_lines ? "found regions of two materials; the rarer covers "
+                     : s.kind == transfer::StructureKind::DarkLines ? "found dark lines, which cover "
+                                                                    : "found bright lines, which cover ";
+  text += percent_text(s.share, 2) + " of the source; copied pieces were ";
   text += quality == transfer::TransferQuality::Draft ? "not cut (--quality draft)"
-          : has_lines                                 ? "cut so that lines go on"
-                                                      : "cut so that borders go on";
-  return text + "; --structure 0 does without";
+          : has_lines                                 ? "cut so that lines continue"
+                                                      : "cut so that borders continue";
+  return text + "; turn this off with --structure 0";
 }
 
 /// Whether they could turn as was asked.
 std::string turning_text(transfer::PieceTurning asked, transfer::PieceTurning made) {
-  if (made == transfer::PieceTurning::Free) return "copied pieces turn where --flow does; --turning never does without";
+  if (made == transfer::PieceTurning::Free)
+    return "copied pieces turn with the direction of --flow; turn this off with --turning never";
   if (asked != transfer::PieceTurning::Free) return "";
   return "--turning free: copied pieces follow --flow; only those of a history with lines turn, "
          "with --method fast, and not with --flow uv";
@@ -74,8 +75,8 @@ void note_library(const std::vector<LibraryPart>& library, std::vector<transfer:
   for (std::size_t p = 0; p < library.size(); ++p)
     list += (p == 0 ? "" : ", ") + std::to_string(p) + " " + library[p].name;
   if (found == controls.end()) {
-    say.note("a library (" + list + "): nothing says where which history applies; --control " +
-             std::string(kLibraryControl) + "=MAP does");
+    say.note("a library (" + list + "): no control says which history applies where; give --control " +
+             std::string(kLibraryControl) + "=MAP");
     return;
   }
   say.note(std::string(kLibraryControl) + ": " + list);
@@ -108,7 +109,7 @@ std::vector<transfer::TransferControl> transfer_controls(std::span<const transfe
     if (!specs[i].mapping) note_mapping(controls[i], map.coverage(), say);
     if (!(ranges[i].first < ranges[i].second) && controls[i].mapping != transfer::ControlMapping::Physical) {
       say.note("control `" + controls[i].source + "`: `" + specs[i].destination +
-               "` is the same all over the mesh, so that it decides nothing");
+               "` has the same value everywhere on the mesh, so this control has no effect");
     }
   }
   note_library(history.facts().parts, controls, say);
@@ -210,8 +211,9 @@ std::vector<std::string> transfer_notes(const transfer::TransferManifest& made,
   std::vector<std::string> notes;
   if (made.structure) notes.push_back(structure_text(*made.structure, asked.quality));
   if (made.refused_line_share > 0.0) {
-    notes.push_back("no lines found: what looks like lines would cover " + percent_text(made.refused_line_share, 2) +
-                    " of the source; --structure-map NAME keeps those whole that a control of the history marks");
+    notes.push_back(
+        "found no lines, because what looks like lines would cover " + percent_text(made.refused_line_share, 2) +
+        " of the source; to keep them whole, mark them in a control of the history and give --structure-map NAME");
   }
   if (std::string turning = turning_text(asked.turning, made.measured_with.turning); !turning.empty())
     notes.push_back(std::move(turning));

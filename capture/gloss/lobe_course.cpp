@@ -295,7 +295,7 @@ class CourseFit {
     }
     for (std::size_t t = 0; t < num; ++t) {
       for (Eigen::Index i = 0; counts(t) && i < rest_[t].size(); ++i) {
-        double sum = 0.0, norm = 1.0;  // As if one more were 0.
+        double sum = 0.0, norm = 1.0;  // Shrinkage: one pseudo-observation of 0.
         for (const auto& [other, rest] : of_tile[frames_[t].tile[i]]) {
           const double far = (static_cast<double>(other) - static_cast<double>(t)) / kNearFrames;
           const double near = std::exp(-0.5 * far * far);

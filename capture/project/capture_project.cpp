@@ -160,7 +160,7 @@ void read_reference(CaptureProject& project) {
     throw IoError(photo.file.string(), "is " + size_text(photo.width, photo.height) + " pixels, but " +
                                            reference.file.filename().string() + " is " +
                                            size_text(reference.width, reference.height) +
-                                           "; all photographs must have one size, or be laid over one another "
+                                           "; all photographs must have one size, or be aligned with each other "
                                            "(--align auto)");
   }
 }

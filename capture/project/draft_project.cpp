@@ -358,7 +358,7 @@ ProjectDraft draft_capture_project(const fs::path& folder, const fs::path& proje
   if (sets.size() > 1) {
     text.member("align", "auto", "\"off\" when a camera that stood still took all of them");
     draft.to_check.push_back(
-        "`align`: photographs differ in size, folder or format, so they are laid over one another, as "
+        "`align`: photographs differ in size, folder or format, so they are aligned with each other, as "
         "those taken by hand; --only says which names make the frames if some belong elsewhere");
   }
   if (first.info.is_raw) draft.found.push_back("camera RAW: taken as linear light");

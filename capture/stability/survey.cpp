@@ -281,7 +281,7 @@ FindingTexts finding_texts(const FrameFinding& f) {
     texts.unclear = "brighter or darker" + gains + ", which may be the light or the surface";
   }
   if (f.is_unmatched) {
-    texts.unmatched = "cannot be laid over " + other + ": no motion explains how they differ (similarity " +
+    texts.unmatched = "cannot be aligned with " + other + ", because no motion explains how they differ (similarity " +
                       rounded(f.similarity, 100.0) + " of 1)";
   } else if (f.is_jump) {
     texts.jump =

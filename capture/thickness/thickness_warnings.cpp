@@ -18,12 +18,12 @@ HistoryWarning hole_warning(const LayerEvidence& e, const std::string& photo) {
   warning.photos = {photo};
   warning.text = photo + ": the layer is " + (is_gone ? "gone" : "gone or much thinner") + " in " +
                  fixed_percent_text(e.hole_share) + " of it, in places up to " + width +
-                 " px wide, which are too wide for the window: thickness there is that of the holes";
+                 " px wide, which are too wide for the window, so that thickness there is that of the holes";
   if (e.filling_sigma_px > 0.0) {
     warning.cure = "--spatial-sigma " + short_number_text(e.filling_sigma_px) +
-                   " fills them from around; take what shall not be filled out of the mask";
+                   " fills them from around; exclude what must not be filled with the mask";
   } else {
-    warning.cure = "take these places out of the mask; no wider window fills them and leaves the rest as it is";
+    warning.cure = "exclude these places with the mask; no wider window fills them without changing the rest";
   }
   return warning;
 }
@@ -31,11 +31,11 @@ HistoryWarning hole_warning(const LayerEvidence& e, const std::string& photo) {
 HistoryWarning weak_warning(const LayerEvidence& e, const std::string& photo, const ModeFilterOptions& options) {
   HistoryWarning warning{.about = WarningSubject::Control, .text = "", .cure = "", .share = e.weak_share};
   warning.photos = {photo};
-  warning.text = photo + ": in " + fixed_percent_text(e.weak_share) +
-                 " of the layer the commonest value covers less than half of its window (" +
-                 fixed_percent_text(e.share) + " in the median), so that thickness there is a guess";
+  warning.text = photo + ": the thickness is uncertain in " + fixed_percent_text(e.weak_share) +
+                 " of the layer: there the commonest value covers less than half of its window (" +
+                 fixed_percent_text(e.share) + " in the median)";
   if (e.noise > options.range_sigma) {
-    warning.cure = "--range-sigma " + short_number_text(rounded(e.noise, 2)) + " is as wide as the photograph's noise";
+    warning.cure = "--range-sigma " + short_number_text(rounded(e.noise, 2)) + ", which is the photograph's noise";
   } else {
     warning.cure =
         "a larger --spatial-sigma where cracks are wide, a smaller one where the layer slopes, and a mask that leaves "

@@ -156,14 +156,14 @@ void check_all_placed(const IngestWork& work, const std::vector<PhotoPlace>& pla
   const std::string cure = cure_text(project, failed.size() == 1, other_reference(project, names, places));
   if (failed.size() + 1 >= names.size()) {
     throw CannotComplete(start + "none of the " + std::to_string(names.size()) +
-                         " photographs can be laid over the reference one, " + names[project.reference] +
+                         " photographs can be aligned with the reference, " + names[project.reference] +
                          "; photographs of one side of one object are needed: " + cure);
   }
   std::sort(excluded.begin(), excluded.end());
   std::string list;
   for (int number : excluded) list += (list.empty() ? "" : ", ") + std::to_string(number);
   throw CannotComplete(start + std::to_string(failed.size()) + " of " + std::to_string(names.size()) +
-                       " photographs cannot be laid over the others (" + photo_list(failed) + "): " + cure +
+                       " photographs cannot be aligned with the others (" + photo_list(failed) + "): " + cure +
                        ", or leave " + (failed.size() == 1 ? "it" : "them") + " out: \"exclude\": [" + list +
                        "] in capture.json, or --accept-failed");
 }
@@ -273,8 +273,8 @@ void check_handheld_options(const IngestWork& work) {
   if (!options.flat_field.empty() && options.flat_field != "estimate")
     throw InvalidInput(
         file +
-        ": --flat-field IMAGE and first need a camera that stands still; photographs that are laid over one "
-        "another (`align`, `transform`) each have a fall-off of their own");
+        ": --flat-field IMAGE and first need a camera that stands still; photographs that are aligned with each "
+        "other (`align`, `transform`) each have a fall-off of their own");
 }
 
 Eigen::Matrix3d place_of(const IngestWork& work, int index, const fs::path& folder) {

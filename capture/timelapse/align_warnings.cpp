@@ -89,7 +89,7 @@ std::vector<HistoryWarning> report_alignment(const IngestWork& work, const fs::p
   for (const Json& photo : photos) {
     if (!photo.contains("transform")) failed.names.push_back(photo.at("photo").get<std::string>());
   }
-  add(WarningSubject::Series, failed, {"cannot be laid over the others", "cannot be laid over the others"},
+  add(WarningSubject::Series, failed, {"cannot be aligned with the others", "cannot be aligned with the others"},
       "left out of the history",
       "mark points in them (`patinate studio`, or a table as `landmarks`), or give their `transform`", 1.0);
   const Chosen loose = choose(

@@ -121,15 +121,15 @@ std::vector<HistoryWarning> gloss_warnings(const IngestWork& work, const Standin
   };
   const std::string cure = "state roughness and reflectance (`appearance`), or move the lamp";
   if (!found.refusal.empty())
-    warn("the gloss cannot be measured, and what is stated stays: " + found.refusal, cure);
+    warn("the gloss cannot be measured, so the stated gloss is kept: " + found.refusal, cure);
   else if (!found.is_any_told())
-    warn("no highlight is told from the color below it: the surface is matt, or what is stated stays", cure);
+    warn("no highlight detected; the surface is matte, or the stated gloss is kept", cure);
   else if (is_stated(work, "specular"))
-    warn("the highlight is taken off, but the gloss of the history is the one that `appearance` states",
-         "leave `roughness` and `specular` out of `appearance` for the measured one");
+    warn("the highlight was removed from the color, but the history keeps the gloss that `appearance` states",
+         "remove `roughness` and `specular` from `appearance` to use the measured gloss");
   if (found.is_any_told() && !work.project.rig->lights.front().is_intensity_known)
-    warn("the lamp has no `intensity`: albedo is as bright as the photographs, and F0 is in its scale",
-         "an `intensity`, from `calibrate` or a white card");
+    warn("the lamp has no `intensity`, so that albedo and F0 are known only up to a common factor",
+         "give an `intensity`, from `calibrate` or a white card");
   return warnings;
 }
 

@@ -72,7 +72,7 @@ std::vector<HistoryWarning> clipping_warnings(const CaptureProject& project, con
   if (outside.num_clipped > 0) {
     warnings.push_back({.about = WarningSubject::Light,
                         .text = "the colors of " + outside.count_text() + " (" + fixed_percent_text(outside.share()) +
-                                ") lie outside of Rec. 709; what would be negative is 0",
+                                ") lie outside of Rec. 709; their negative values were set to 0",
                         .cure = "",
                         .share = outside.share(),
                         .photos = outside.photos});
@@ -80,7 +80,7 @@ std::vector<HistoryWarning> clipping_warnings(const CaptureProject& project, con
   if (beyond.num_clipped > 0) {
     warnings.push_back({.about = WarningSubject::Light,
                         .text = "the light of " + beyond.count_text() +
-                                " is more than half floats hold; it is 65504, and counts as saturated",
+                                " exceeds 65504, the largest half float; it was set to that, and counts as saturated",
                         .cure = "",
                         .share = beyond.share(),
                         .photos = beyond.photos});

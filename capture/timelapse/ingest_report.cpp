@@ -56,7 +56,8 @@ PhotoNotes read_notes(const IngestWork& work, const fs::path& folder, const Surv
     }
   }
   for (const SurveyOutsider& outsider : survey.unlinked) {
-    if (!work.project.is_handheld()) notes.findings[outsider.photo.number].push_back("cannot be laid over the others");
+    if (!work.project.is_handheld())
+      notes.findings[outsider.photo.number].push_back("cannot be aligned with the others");
   }
   const Json json = fs::exists(folder / kSurveyFile) ? load_json(folder / kSurveyFile) : Json::object();
   if (json.contains("frames")) notes.registered = by_number(json.at("frames"));
@@ -142,7 +143,7 @@ std::vector<ReportColumn> photo_columns(const IngestWork& work, const PhotoNotes
       project, "size", [](const CapturePhoto& photo, std::size_t) { return size_text(photo.width, photo.height); })));
   add_fact_columns(project, columns);
   add("exposure", [](const CapturePhoto& photo, std::size_t) { return exposure_text(photo.exposure); });
-  add("laid over", [&](const CapturePhoto& photo, std::size_t) { return placed_text(notes, photo); });
+  add("aligned with", [&](const CapturePhoto& photo, std::size_t) { return placed_text(notes, photo); });
   add("residual (px)", [&](const CapturePhoto& photo, std::size_t) {
     return number_in(notes.alignment.empty() ? notes.registered : notes.alignment, photo, "residual_px");
   });
@@ -230,7 +231,7 @@ ImageU8 unseen_part(const IngestWork& work, const fs::path& folder, int index) {
 std::string kind_text(const CaptureProject& project) {
   if (project.frames.size() == 1) return "One photograph";
   return std::to_string(project.frames.size()) + " photographs " +
-         (project.is_handheld() ? "that are laid over one another" : "of a fixed camera");
+         (project.is_handheld() ? "that are aligned with each other" : "of a fixed camera");
 }
 
 }  // namespace

@@ -98,12 +98,13 @@ std::string lowest_similarity_text(const std::vector<SurveyOutsider>& outsiders)
 void add_plain(std::vector<HistoryWarning>& warnings, const std::vector<std::string>& names, int num_frames) {
   if (names.empty()) return;
   const bool is_one = names.size() == 1;
-  warnings.push_back({.about = WarningSubject::Motion,
-                      .text = photo_list(names) + (is_one ? " shows" : " show") +
-                              " too little detail to be laid over the others; left as found",
-                      .cure = std::string("look whether ") + (is_one ? "it lies" : "they lie") + " like the others",
-                      .share = 0.5 * share_of(names.size(), num_frames),
-                      .photos = names});
+  warnings.push_back(
+      {.about = WarningSubject::Motion,
+       .text = photo_list(names) + (is_one ? " shows" : " show") +
+               " too little detail to be aligned with the others, and stay as they are",
+       .cure = std::string("check that ") + (is_one ? "it shows" : "they show") + " the same view as the others",
+       .share = 0.5 * share_of(names.size(), num_frames),
+       .photos = names});
 }
 
 /// Photographs that no motion brings onto the others.
@@ -127,15 +128,15 @@ void add_unlinked(std::vector<HistoryWarning>& warnings, const SurveyReport& sur
     warning.photos.push_back(outsider.photo.name);
   }
   if (static_cast<int>(count) >= num_frames) {
-    warning.text = "none of " + std::to_string(num_frames) + " photographs can be laid over another one";
+    warning.text = "none of the " + std::to_string(num_frames) + " photographs can be aligned with another one";
   } else if (count == 1) {
-    warning.text = photo_text(photos.front()) + " cannot be laid over the others";
+    warning.text = photo_text(photos.front()) + " cannot be aligned with the others";
   } else {
     warning.text = std::to_string(count) + " of " + std::to_string(num_frames) +
-                   " photographs cannot be laid over the others (" + photo_list(warning.photos) + ")";
+                   " photographs cannot be aligned with the others (" + photo_list(warning.photos) + ")";
   }
   warning.text += ", no motion explains how " + std::string(count == 1 ? "it differs" : "they differ") +
-                  lowest_similarity_text(unlinked) + (survey.is_stabilized ? "; left as found" : "");
+                  lowest_similarity_text(unlinked) + (survey.is_stabilized ? "; they stay as they are" : "");
   constexpr double kMost = 0.5;
   warning.cure = warning.share > kMost
                      ? "photographs of one view are needed, cropped and turned alike before they are ingested"
@@ -150,7 +151,7 @@ void add_order(std::vector<HistoryWarning>& warnings, const SurveyReport& survey
   for (const SurveyPhoto& photo : survey.better_order) names.push_back(photo.name);
   warnings.push_back(
       {.about = WarningSubject::Series,
-       .text = "the photographs follow one another better in another order: " + photo_list(names) +
+       .text = "the photographs fit together better in another order: " + photo_list(names) +
                " (from one to the next they differ " + short_number_text(std::round(10.0 * survey.detour) / 10.0) +
                " times as much as there)",
        .cure = "check names and times; survey.json has the whole order (`better_order`), from the first or from the "
@@ -163,12 +164,12 @@ void add_restless_light(std::vector<HistoryWarning>& warnings, const RestlessLig
   const std::string channel(kChannelNames[light.channel]);
   warnings.push_back(
       {.about = WarningSubject::Light,
-       .text = "the light or its color goes up and down from photograph to photograph, by " +
+       .text = "the light or its color varies from photograph to photograph, by " +
                short_number_text(std::round(100.0 * light.deviation)) + " % in " + channel +
-               ": one that is exposed differently by less than " +
-               short_number_text(std::round(10.0 * light.hidden) / 10.0) + " times is not named",
-       .cure = "--deflicker takes out what most of the picture shares; a gray card beside it, as `reference_patch`, is "
-               "surer; fix exposure and white balance",
+               ", so that a photograph whose exposure differs by less than " +
+               short_number_text(std::round(10.0 * light.hidden) / 10.0) + " times cannot be detected",
+       .cure = "use --deflicker, or better a gray card in the picture (`reference_patch`); lock exposure and white "
+               "balance",
        .share = light.deviation / (1.0 + light.deviation)});
 }
 

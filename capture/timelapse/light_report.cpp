@@ -99,13 +99,13 @@ StaticLight read_static_light(JsonReader json) {
 }
 
 std::string static_light_text(const StaticLight& light) {
-  std::string text = "light that stayed while the surface was replaced is taken out: ";
-  if (light.lamp) text += "a near lamp's, " + ratio_text(light.ratio) + " over the picture";
+  std::string text = "removed constant uneven lighting: ";
+  if (light.lamp) text += "of a near lamp, " + ratio_text(light.ratio) + " over the picture";
   if (light.reflection) {
     text += std::string(light.lamp ? ", and " : "") + "a reflection of up to " +
             hundredths(light.reflection->strength) + " (1 = white)";
   }
-  return text + "; --static-light off leaves it";
+  return text + "; keep it with --static-light off";
 }
 
 HistoryWarning uneven_warning(const UnevenLight& uneven, bool is_divided) {
@@ -113,12 +113,12 @@ HistoryWarning uneven_warning(const UnevenLight& uneven, bool is_divided) {
   const std::string ratio = ratio_text(uneven.ratio) + " over the picture";
   if (uneven.evidence == LightEvidence::Clear) {
     warning.text = "the light is uneven, " + ratio + (is_divided ? ", after the flat field" : "") +
-                   ": it stayed so while the surface changed";
+                   ", and it stayed so while the surface changed";
   } else {
     warning.text = "brightness falls off by " + ratio + (is_divided ? ", after the flat field" : "") +
-                   "; it may be uneven light, or a slow course of the surface itself" +
+                   "; this may be uneven light or a gradient of the surface itself" +
                    (uneven.ratio > kLamp ? ", or dark surroundings that belong outside a `mask`" : "") +
-                   ": the photographs do not tell";
+                   "; the photographs cannot tell which";
   }
   warning.cure =
       is_divided ? "--flat-field IMAGE, a photograph of a uniform surface under the same lamp"

@@ -186,7 +186,7 @@ Json frame_states(const IngestWork& work, const std::vector<std::string>& names,
   const PixelRectangle& roi = work.project.roi;
   if (static_cast<int>(motions.unlinked_frames.size()) == n) {
     throw CannotComplete(work.project.file.string() + ": --stabilize: none of the " + std::to_string(n) +
-                         " photographs can be laid over another one (the best two agree by " +
+                         " photographs can be aligned with another one (the best two agree by " +
                          short_number_text(std::max(0.0, std::round(100.0 * best_similarity_of_all) / 100.0)) +
                          " of 1); photographs of one view are needed, cropped and turned alike; without --stabilize "
                          "they are taken as they lie");

@@ -18,7 +18,7 @@ inline constexpr double kTold = 2.0;  ///< Standard deviations from which lamps 
 [[nodiscard]] double robust_cost(const TexelSamples& samples, const std::vector<double>& plain_variance,
                                  const TexelFit& fit, const TexelFitOptions& options);
 
-/// The same of samples that are foretold: each lamp's under the fit to the others; of many lamps three to five.
+/// Leave-one-lamp-out cost: each lamp's samples under the fit to the others; of many lamps three to five are left out.
 /// @param first  Any number >= 0: from texel to texel another, so that every lamp has its turn.
 /// @returns the mean over lamps; negative where a fit without one of them does not determine the texel.
 [[nodiscard]] double left_out_cost(TexelSamples& samples, const std::vector<double>& plain_variance,

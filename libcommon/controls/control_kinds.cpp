@@ -122,7 +122,7 @@ const Entry kKinds[] = {
      [](Options& t, const Options& f) { t.distance_from = f.distance_from, t.distance = f.distance; }},
     {"spray", "much paint from the nozzle that follows `path`", make_spray, &Options::spray_path,
      [](Options& t, const Options& f) { t.spray = f.spray, t.spray_path = f.spray_path; }},
-    {"image", "bright places of an image, `file`, laid over the atlas by UV", make_image, &Options::image,
+    {"image", "bright places of an image, `file`, mapped onto the atlas by UV", make_image, &Options::image,
      [](Options& t, const Options& f) { t.image = f.image; }},
 };
 
@@ -170,7 +170,7 @@ void describe(OptionVisitor& v, ControlKindOptions& o) {
            "not given: "
            "one stop, up and in front"},
           o.spray_path);
-  v.visit({"image", "image of the kind `image`, laid over the atlas by UV"}, o.image);
+  v.visit({"image", "image of the kind `image`, mapped onto the atlas by UV"}, o.image);
 }
 
 const std::vector<ControlKind>& control_kinds() {

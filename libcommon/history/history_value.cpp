@@ -38,7 +38,7 @@ const std::vector<std::string>& history_map_channels(const std::string& name) {
 }
 
 std::string warning_text(const HistoryWarning& warning) {
-  return warning.cure.empty() ? warning.text : warning.text + ": " + warning.cure;
+  return warning.cure.empty() ? warning.text : warning.text + "; what helps: " + warning.cure;
 }
 
 void sort_warnings(std::vector<HistoryWarning>& warnings) {

@@ -83,7 +83,7 @@ class Combine(unittest.TestCase):
     def test_a_transfer_without_the_control_is_told_of_it(self):
         result = run("transfer", "library", "urn/mesh.obj", "--resolution", "64", "--control", "facing", "-o", self.folder / "aged")
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("nothing says where which history applies; --control history=MAP does", result.stderr)
+        self.assertIn("no control says which history applies where; give --control history=MAP", result.stderr)
 
     def test_what_cannot_be_combined(self):
         self.refused(INPUT, "at least two histories", "combine", "one")

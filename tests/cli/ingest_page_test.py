@@ -165,7 +165,7 @@ class IngestPage(CommandCase):
         page = self.ingest()
         self.assertIn("`align` landmarks, over f0.png", dict(self.rows(page, "What was understood")[1:])["alignment"])
         head, *rows = self.rows(page, "All photographs")
-        self.assertEqual([row[head.index("laid over")] for row in rows], ["reference", "aligned", "aligned"])
+        self.assertEqual([row[head.index("aligned with")] for row in rows], ["reference", "aligned", "aligned"])
         self.assertLess(float(rows[2][head.index("residual (px)")]), 0.01)  # The marks are exact.
         self.assertIn("residual (px of the reference)", page)
 

@@ -85,7 +85,7 @@ class Library(CommandCase):
         made = self.run_patinate("transfer", "library:doubtful", self.shared / "urn/mesh.obj", "--control", "facing", "--resolution", "32", "-o", "aged")
         self.assertEqual(made.returncode, 0, made.stderr)
         self.assertNotIn("a jump", made.stderr)
-        self.assertIn("library:doubtful: 2 warnings about its photographs: patinate info library:doubtful\n", made.stderr)
+        self.assertIn("library:doubtful has 2 warnings about its photographs; `patinate info library:doubtful` lists them\n", made.stderr)
         self.assertIn("a jump", self.succeeds("info", "library:doubtful"))
 
     def test_a_transfer_that_is_moved_finds_it_again(self):

@@ -613,7 +613,7 @@ class Exr(Stills):
         pictures = {"photo0.exr": exr([(None, bright, [])]), "photo1.exr": exr([(None, colors(), [])])}
         frames, text = self.ingest(pictures)
         self.assertEqual(frames[0][2][3], (65504.0,) * 3)
-        self.assertIn("the light of 1 pixel of photo0.exr is more than half floats hold", text)
+        self.assertIn("the light of 1 pixel of photo0.exr exceeds 65504, the largest half float", text)
 
 
 class Names(Stills):

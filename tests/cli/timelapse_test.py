@@ -97,7 +97,7 @@ class TimeLapse(unittest.TestCase):
         self.assertEqual(run.returncode, 0, run.stderr)
         lost = [w for w in json.loads(run.stdout)["warnings"] if w.get("photos") == ["5.png"]]
         self.assertEqual(len(lost), 1, run.stdout)
-        self.assertIn("cannot be laid over the others", lost[0]["text"])
+        self.assertIn("cannot be aligned with the others", lost[0]["text"])
         self.assertIn('"exclude": [1, 5]', lost[0]["cure"])  # With what is excluded already: ready to paste.
         frames = json.loads((self.folder / "out/survey.json").read_text())["frames"]
         status = {frame["photo"]: frame["status"] for frame in frames}
@@ -119,15 +119,15 @@ class TimeLapse(unittest.TestCase):
         run = self.run_ingest("--json")
         self.assertEqual(run.returncode, 0, run.stderr)
         warnings = json.loads(run.stdout)["warnings"]
-        self.assertEqual([w for w in warnings if "cannot be laid over the others" in w["text"]], [], "5 fits 0 and 1")
-        self.assertEqual([w["photos"] for w in warnings if "cannot be laid over the one before" in w["text"]], [["5.png"]])
+        self.assertEqual([w for w in warnings if "cannot be aligned with the others" in w["text"]], [], "5 fits 0 and 1")
+        self.assertEqual([w["photos"] for w in warnings if "cannot be aligned with the one before" in w["text"]], [["5.png"]])
 
     def test_a_series_in_which_nothing_fits_is_not_stabilized_and_says_so_without(self):
         for i in range(8):
             self.write_frame(i, lambda x, y: (texture(977 * (i + 1) + (3 + i) * x, 613 * i + (11 - i) * y),) * 3)
         run = self.run_ingest("--stabilize")
         self.assertEqual(run.returncode, 1, run.stderr)
-        self.assertIn("none of the 8 photographs can be laid over another one", run.stderr)
+        self.assertIn("none of the 8 photographs can be aligned with another one", run.stderr)
         self.assertFalse((self.folder / "out/history.json").exists())
         run = self.run_ingest("--json", "--force")
         self.assertEqual(run.returncode, 0, run.stderr)
@@ -150,7 +150,7 @@ class TimeLapse(unittest.TestCase):
         self.assertIn('"exclude": [0]', found["light"]["cure"])
         compare = subprocess.run([PATINATE, "history", "compare", "out", "out", "-o", "report"], cwd=self.folder, capture_output=True, text=True)
         self.assertEqual(compare.returncode, 0, compare.stderr)
-        self.assertIn(f"out: {len(warnings)} warnings about its photographs: patinate info out\n", compare.stderr)
+        self.assertIn(f"out has {len(warnings)} warnings about its photographs; `patinate info out` lists them\n", compare.stderr)
         for text in ((self.folder / "report" / name).read_text() for name in ("report.json", "report.html")):
             for about in ("motion", "light"):
                 self.assertIn(found[about]["text"].split(": ")[1], text)
@@ -328,14 +328,14 @@ class TimeLapse(unittest.TestCase):
             self.cracks(blank)
             run = self.run_ingest("--force")
             self.assertEqual(run.returncode, 0, run.stderr)
-            self.assertNotIn("cannot be laid over", run.stderr)
+            self.assertNotIn("cannot be aligned with", run.stderr)
             self.assertNotIn("exclude", run.stderr)
             run = self.run_ingest("--stabilize", "--force")
             self.assertEqual(run.returncode, 0, run.stderr)
             self.assertNotIn("exclude", run.stderr)
-            self.assertIn("too little detail to be laid over the others; left as found", run.stderr)
+            self.assertIn("too little detail to be aligned with the others, and stay as they are", run.stderr)
         self.cracks({0}, (60, 90, 200))  # Its color says that it is something else.
-        self.assertRegex(self.run_ingest("--force").stderr, r'0\.png .*cannot be laid over the others.*"exclude": \[0\]')
+        self.assertRegex(self.run_ingest("--force").stderr, r'0\.png .*cannot be aligned with the others.*"exclude": \[0\]')
 
     def test_warnings_are_said_once_and_referred_to(self):
         made = self.run_ingest("--json")
@@ -346,7 +346,7 @@ class TimeLapse(unittest.TestCase):
         for command in (("info", "out", "--stats"), ("factorize", "out", "-o", "factors")):
             run = subprocess.run([PATINATE, *command], cwd=self.folder, capture_output=True, text=True)
             self.assertEqual(run.returncode, 0, run.stderr)
-            self.assertIn(f"out: {count} about its photographs: patinate info out\n", run.stderr)
+            self.assertIn(f"out has {count} about its photographs; `patinate info out` lists them\n", run.stderr)
             self.assertFalse(any(w["text"] in run.stderr for w in warnings), run.stderr)
 
     def test_one_tinted_photograph_of_four_is_named_and_mended(self):
@@ -373,13 +373,13 @@ class TimeLapse(unittest.TestCase):
         self.rewrite(len(factors), restless)
         run = self.run_ingest("--json")
         self.assertEqual(run.returncode, 0, run.stderr)
-        self.assertRegex(run.stderr, r"goes up and down from photograph to photograph, by \d+ % in (red|green|blue): .* less than [\d.]+ times is not named")
+        self.assertRegex(run.stderr, r"varies from photograph to photograph, by \d+ % in (red|green|blue), so that .* less than [\d.]+ times cannot be detected")
         self.assertIn("reference_patch", run.stderr)
         survey = json.loads((self.folder / "out/survey.json").read_text())
         self.assertGreater(survey["restless_light"]["hidden"], 2 ** (1 / 3), "a third of a stop")
         warnings = json.loads((self.folder / "out/history.json").read_text())["warnings"]
-        self.assertTrue(any("up and down" in w["text"] for w in warnings))
-        self.assertNotIn("up and down", self.run_ingest("--deflicker", "--force").stderr)
+        self.assertTrue(any("varies from photograph to photograph" in w["text"] for w in warnings))
+        self.assertNotIn("varies from photograph to photograph", self.run_ingest("--deflicker", "--force").stderr)
 
     def test_mistakes_are_named(self):
         self.assertEqual(self.run_ingest("--highlights", "hide").returncode, 2)

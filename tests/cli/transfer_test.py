@@ -127,7 +127,7 @@ class Transfer(unittest.TestCase):
     def test_a_control_that_says_nothing_is_noted(self):
         result = self.transfer("--control", "0.5")
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("is the same all over the mesh, so that it decides nothing", result.stderr)
+        self.assertIn("has the same value everywhere on the mesh, so this control has no effect", result.stderr)
 
     def test_a_source_smaller_than_the_neighborhood(self):
         self.refused(INPUT, "240 of 240 pixels are inside the mask, 0 of them with their whole neighborhood of 7 x 7, and at least 49 are needed", "--control", "facing", history=self.narrow_history(6))
@@ -156,10 +156,10 @@ class Transfer(unittest.TestCase):
         known = ["--unit", "mm", "--control", "facing"]
         planned = run("transfer", "../history", "../urn/mesh.obj", *known, "--texel-size", "0.5", "--dry-run", "-o", "aged", cwd=self.folder)
         self.assertEqual(planned.returncode, 0, planned.stderr)
-        self.assertRegex(planned.stderr, r"automatic resolution: (\d+) x \1 texels, so that they show")
+        self.assertRegex(planned.stderr, r"chose a resolution of (\d+) x \1 texels to show")
         result = run("transfer", "../history", "../urn/mesh.obj", *known, "--texel-size", "20", "-o", "aged", cwd=self.folder)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("automatic resolution: 256 x 256 texels", result.stderr)
+        self.assertIn("chose a resolution of 256 x 256 texels", result.stderr)
         self.assertEqual(json.loads((self.folder / "aged/run.json").read_text())["options"]["resolution"], {"value": 256, "from": "chosen"})
         given = self.transfer("--control", "facing", "--unit", "mm", "--force")
         self.assertNotIn("automatic", given.stderr)

@@ -147,7 +147,7 @@ TEST(HandheldIngest, APhotographOfSomethingElseIsNamedWithTheExcludeToPaste) {
   }
   (void)write_handheld(frames, {.seed = 7}, folder.path(), kFromFirst);
   const std::string said = error_of<CannotComplete>([&] { (void)ingest(folder.path()); });
-  EXPECT_TRUE(has(said, "1 of 5 photographs cannot be laid over the others (003.png)")) << said;
+  EXPECT_TRUE(has(said, "1 of 5 photographs cannot be aligned with the others (003.png)")) << said;
   EXPECT_TRUE(has(said, "\"exclude\": [3]")) << said;
 
   IngestOptions options;
@@ -156,7 +156,7 @@ TEST(HandheldIngest, APhotographOfSomethingElseIsNamedWithTheExcludeToPaste) {
   EXPECT_EQ(history.num_frames(), 4);
   bool is_said = false;
   for (const HistoryWarning& w : history.facts().warnings)
-    is_said = is_said || has(w.text, "003.png cannot be laid over");
+    is_said = is_said || has(w.text, "003.png cannot be aligned with");
   EXPECT_TRUE(is_said);
 }
 

@@ -39,7 +39,7 @@ std::string ArgumentInfo::form() const {
 }
 
 std::string ArgumentInfo::description() const {
-  std::string text = (has_no_form ? "Without: " : "") + help;
+  std::string text = (has_no_form ? "Turn off: " : "") + help;
   if (!default_text.empty()) text += "; default " + default_text;
   if (kind == ArgumentKind::Repeated) text += takes_words ? " (one or more)" : " (may be repeated)";
   if (!alias.empty()) text += " (also " + alias + ")";

@@ -75,6 +75,8 @@ class CommandRun {
 
   /// A line on stderr, unless --quiet.
   void note(const std::string& text);
+  /// The same of what may make a result wrong: "warning: " stands before it.
+  void warn(const std::string& text) { note("warning: " + text); }
   /// The first 20 of them, and how many more there are.
   void notes(const std::vector<std::string>& texts);
   /// In the end, since an error is one line: what was given in a form that has another one now.

@@ -7,16 +7,15 @@ namespace patinate::cli {
 
 void say_history_warnings(CommandRun& run, const std::string& label, const std::vector<HistoryWarning>& warnings) {
   constexpr std::size_t kMost = 8;
-  for (std::size_t i = 0; i < warnings.size() && i < kMost; ++i)
-    run.note("warning: " + label + ": " + warning_text(warnings[i]));
+  for (std::size_t i = 0; i < warnings.size() && i < kMost; ++i) run.warn(label + ": " + warning_text(warnings[i]));
   if (warnings.size() > kMost) run.note(std::to_string(warnings.size() - kMost) + " more warnings are in history.json");
 }
 
 std::string history_warnings_line(const std::string& label, const std::vector<HistoryWarning>& warnings) {
   if (warnings.empty()) return "";
   const std::string name = app::library_name(label).value_or(label);
-  return name + ": " + std::to_string(warnings.size()) + (warnings.size() == 1 ? " warning" : " warnings") +
-         " about its photographs: patinate info " + app::shell_word(name);
+  return name + " has " + std::to_string(warnings.size()) + (warnings.size() == 1 ? " warning" : " warnings") +
+         " about its photographs; `patinate info " + app::shell_word(name) + "` lists them";
 }
 
 void refer_to_history_warnings(CommandRun& run, const std::string& label, const std::vector<HistoryWarning>& warnings) {

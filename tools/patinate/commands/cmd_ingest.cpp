@@ -24,8 +24,8 @@ namespace {
 void note_doubtful_controls(const HistoryReader& history, CommandRun& run) {
   for (const ControlParameter& c : history.manifest().controls) {
     if (c.name == "thickness" && c.low > 0.0 && c.high / c.low > 50.0) {
-      run.note("thickness spans 1 to " + short_number_text(c.high / c.low) +
-               ": saturated or opaque parts belong outside the `mask`");
+      run.warn("thickness spans 1 to " + short_number_text(c.high / c.low) +
+               ", as it does where parts are saturated or opaque; exclude such parts with a `mask`");
     }
     if (c.name != "progress") continue;
     const ImageF values = history.read_control(c.name);
@@ -36,10 +36,10 @@ void note_doubtful_controls(const HistoryReader& history, CommandRun& run) {
       num_unchanged += mask.data()[i] != 0 && values.data()[i] == 0.0f;
     }
     if (10 * num_unchanged > num_inside) {
-      run.note(
+      run.warn(
           short_number_text(std::round(100.0 * static_cast<double>(num_unchanged) / static_cast<double>(num_inside))) +
-          " % of the pixels never change: give a `mask`, or --mask-background unchanging, or transfers will copy them "
-          "too");
+          " % of the pixels never change, and transfers will copy them too; mask the background with a `mask` or "
+          "--mask-background unchanging");
     }
   }
 }
@@ -70,7 +70,7 @@ void note_survey(const capture::SurveyReport& survey, bool is_one_photo, Command
   for (const capture::SurveyFinding& f : survey.findings)
     run.detail(f.photo.name + " (time " + short_number_text(f.photo.time) + "): " + f.problem);
   if (!survey.findings.empty())
-    run.note(std::string("every finding, photograph by photograph: ") + capture::kSurveyFile + ", or --verbose");
+    run.note(std::string("findings for each photograph are in ") + capture::kSurveyFile + "; --verbose prints them");
   if (survey.outside_share >= 0.0005 && survey.outside_share < capture::kMuchMasked) {
     run.note(fixed_percent_text(survey.outside_share) +
              (is_one_photo ? " of the pixels are saturated or in a highlight"
@@ -93,7 +93,7 @@ void note_alignment(const std::filesystem::path& output, CommandRun& run) {
 /// The end of the command, with the page that says all of this with pictures.
 void report_history(CommandRun& run, JobStatus status, const std::filesystem::path& output, Json more) {
   const std::filesystem::path page = output / capture::kIngestPageFile;
-  run.note(page.string() + ": what was understood of every photograph, with pictures; open it in a browser");
+  run.note(page.string() + ": open this page in a browser to check how every photograph was understood");
   more["report"] = page.string();
   run.report_output(status, output, more);
 }

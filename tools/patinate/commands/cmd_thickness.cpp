@@ -101,7 +101,7 @@ int cmd_thickness(CommandRun& run) {
   const capture::LayerEvidence& seen = map.evidence;
   const std::vector<HistoryWarning> warnings =
       capture::thickness_warnings(seen, photo.filename().string(), options.thickness);
-  for (const HistoryWarning& warning : warnings) run.note(warning_text(warning));
+  for (const HistoryWarning& warning : warnings) run.warn(warning_text(warning));
   run.note("the commonest value covers " + fixed_percent_text(seen.share) + " of its window in the median, less than " +
            "half in " + fixed_percent_text(seen.weak_share) + " of the layer; two values compete in " +
            fixed_percent_text(seen.two_modes));

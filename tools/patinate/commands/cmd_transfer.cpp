@@ -58,7 +58,7 @@ int cmd_transfer(CommandRun& run) {
   transfer::TransferTask task = app::transfer_task(request, words_of(run));
   refer_to_history_warnings(run, task.history->label(), task.history->facts().warnings);
   const auto forecast = transfer::forecast_transfer(task.input, request.transfer.neighborhood_radius_px);
-  for (const std::string& warning : transfer::warnings_of(forecast)) run.note(warning);
+  for (const std::string& warning : transfer::warnings_of(forecast)) run.warn(warning);
   const std::optional<JobStatus> status = run.make_folder(transfer::plan_transfer(std::move(task), output), "transfer");
   if (!status) return 0;
   const transfer::TransferManifest made = transfer::read_transfer_manifest(output);

@@ -16,6 +16,7 @@ app::Words words_of(CommandRun& run) {
   };
   return {.detail = in_turn([&run](const std::string& text) { run.detail(text); }),
           .note = in_turn([&run](const std::string& text) { run.note(text); }),
+          .warning = in_turn([&run](const std::string& text) { run.warn(text); }),
           .decided =
               [mutex, &run](const std::string& option, const std::string& value) {
                 const std::lock_guard lock(*mutex);

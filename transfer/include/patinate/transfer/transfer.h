@@ -32,7 +32,7 @@ struct MultiLevelOptions {
       {};  ///< [0, 1]. Coherence share on the coarsest level; rises to the final one. None: 0.2, with structure 0.6.
   double coherence_bonus =
       8.0;  ///< [0, 8]. A candidate that continues no neighbor's source counts (1 + this) times its cost.
-  double reuse_penalty = 1.5;  ///< [0, 8]. ... and this much more for each time its source is already reused.
+  double reuse_penalty = 1.5;  ///< [0, 8]. Extra cost factor for each existing use of the same source pixel.
 };
 void describe(OptionVisitor& v, MultiLevelOptions& o);
 

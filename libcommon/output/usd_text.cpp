@@ -184,10 +184,11 @@ std::string texture_text(const std::string& name, const TextureFiles::Series& fi
   line("uniform token info:id = \"UsdUVTexture\"");
   line("asset inputs:file = " + asset(files.front()[tile]));
   if (times.size() > 1) {
-    line("asset inputs:file.timeSamples = {");
+    // On one line, and without a comma at the end: readers that take lines apart take it for a part of the value.
+    std::string samples;
     for (std::size_t i = 0; i < times.size(); ++i)
-      line("    " + number_text(times[i]) + ": " + asset(files[i][tile]) + ",");
-    line("}");
+      samples += (i == 0 ? "" : ", ") + number_text(times[i]) + ": " + asset(files[i][tile]);
+    line("asset inputs:file.timeSamples = { " + samples + " }");
   }
   line("token inputs:sourceColorSpace = \"" + color_space + "\"");
   line("float2 inputs:st.connect = <" + material + "/st.outputs:result>");

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""USD and MaterialX that export writes, opened by readers of others: tinyusdz and MaterialX's own (read.mjs). Usage: handover_test.py PATINATE [unittest arguments]"""
+"""USD and MaterialX that export writes, opened by readers of others: tinyusdz, three.js and MaterialX's own (read.mjs). Usage: handover_test.py PATINATE [unittest arguments]"""
 import json
 import pathlib
 import subprocess
@@ -48,6 +48,9 @@ class Handover(CommandCase):
                 for mesh in found["meshes"]:
                     self.assertIn(mesh["uvs"], (mesh["points"], mesh["corners"]))
                     self.assertIn("diffuseColor", mesh["images"])
+            self.assertTrue(loose["three"])
+            for texture in loose["three"]:
+                self.assertTrue((self.folder / texture).is_file(), texture)
             # A package's textures are decoded from it.
             for mesh in packed["meshes"]:
                 for image in mesh["images"].values():

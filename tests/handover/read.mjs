@@ -1,4 +1,4 @@
-// read.mjs FILE...: what readers of others make of each .usda, .usdz or .mtlx, as one line of JSON: tinyusdz for USD, MaterialX itself for MaterialX.
+// read.mjs FILE...: what readers of others make of each .usda, .usdz or .mtlx, as one line of JSON: tinyusdz and three.js for USD, MaterialX itself for MaterialX.
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import path from "node:path";
@@ -14,7 +14,7 @@ async function usdReader() {
   return tinyusdz({ wasmBinary: readFileSync(path.join(modules, "tinyusdz/tinyusdz.wasm")), print: () => {}, printErr: () => {} });
 }
 
-function readUsd(reader, file) {
+async function readUsd(reader, file) {
   const usd = new reader.TinyUSDZLoaderNative();
   usd.setLoadTextureInNative(file.endsWith(".usdz")); // Files beside a .usda are not what it is given.
   if (!usd.loadFromBinary(new Uint8Array(readFileSync(file)), path.basename(file))) return { error: usd.error() };
@@ -30,7 +30,16 @@ function readUsd(reader, file) {
     }
     meshes.push({ path: mesh.absPath, points: mesh.points.length / 3, corners: mesh.faceVertexIndices.length, uvs: mesh.texcoords.length / 2, images });
   }
-  return { meshes };
+  return file.endsWith(".usda") ? { meshes, three: await texturesOfThree(file) } : { meshes };
+}
+
+/** What three.js's reader takes for the file of each texture. */
+async function texturesOfThree(file) {
+  const { USDAParser } = await import(path.join(modules, "three/examples/jsm/loaders/usd/USDAParser.js"));
+  const { specsByPath } = new USDAParser().parseData(readFileSync(file, "utf8"));
+  return Object.entries(specsByPath)
+    .filter(([name]) => name.endsWith(".inputs:file"))
+    .map(([, spec]) => spec.fields.default ?? spec.fields.timeSamples.values[0]);
 }
 
 async function materialxReader() {
@@ -69,7 +78,7 @@ const usd = files.some((file) => /\.usd[az]$/.test(file)) ? await usdReader() : 
 for (const file of files) {
   let found;
   try {
-    found = file.endsWith(".mtlx") ? await readMaterialx(materialx, file) : readUsd(usd, file);
+    found = file.endsWith(".mtlx") ? await readMaterialx(materialx, file) : await readUsd(usd, file);
   } catch (problem) {
     found = { error: String(problem) };
   }

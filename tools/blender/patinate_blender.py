@@ -90,7 +90,7 @@ class Stage:
             name = re.match(r'"(\w+)"', shader)[1]
             if name not in COLOR_SPACES:
                 continue
-            samples = re.findall(r"([-+.\de]+): @+([^@]+)@+,", shader)
+            samples = re.findall(r"([-+.\de]+): @+([^@]+)@+", shader)
             first = re.search(r"inputs:file = @+([^@]+)@+", shader)[1]
             maps[name] = {float(t): self.folder / file for t, file in samples} or {0.0: self.folder / first}
         color = next(iter(maps["color"].values()))

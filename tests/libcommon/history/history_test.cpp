@@ -197,7 +197,7 @@ TEST(History, WarningsAreKeptTheWorstFirst) {
   writer.finish();
   const HistoryReader reader(folder.path());
   EXPECT_EQ(reader.facts().warnings, (std::vector<HistoryWarning>{severe, mild}));
-  EXPECT_EQ(warning_text(severe), "masked: keep it");
+  EXPECT_EQ(warning_text(severe), "masked; what helps: keep it");
   EXPECT_EQ(warning_text(mild), "uneven");
 }
 

@@ -194,6 +194,13 @@ class Run(StudyCase):
         self.assertEqual(sorted(self.folder.rglob("*")), before)
         self.succeeds("study", "run", "study.json", "-o", "out")
         self.assertEqual(json.loads(self.succeeds("study", "run", "study.json", "-o", "out", "--dry-run", "--json"))["left"], [])
+        # A result that was removed is left to do for all that tell, and is made again.
+        made = next(p for p in (self.folder / "out/cells").glob("*/*") if p.name != "scene.json")
+        shutil.rmtree(made) if made.is_dir() else made.unlink()
+        self.assertEqual(len(json.loads(self.succeeds("study", "run", "study.json", "-o", "out", "--dry-run", "--json"))["left"]), 1)
+        self.assertEqual(json.loads(self.succeeds("study", "report", "out", "--json"))["not_run"], 1)
+        self.succeeds("study", "run", "study.json", "-o", "out")
+        self.assertTrue(made.exists())
 
 
 class BadStudies(StudyCase):
@@ -296,6 +303,10 @@ class Snakemake(StudyCase):
         self.succeeds("study", "run", "study.json", "-o", "here")
         self.assertEqual(self.results("out"), self.results("here"))
         self.assertIn("Nothing to be done", self.snakemake().stderr)
+        made = next(p for p in (self.folder / "out/cells").glob("*/*") if p.name != "scene.json")
+        shutil.rmtree(made) if made.is_dir() else made.unlink()
+        self.assertEqual(self.snakemake().returncode, 0)
+        self.assertTrue(made.exists())
         # Nor when both take turns.
         self.succeeds("study", "run", "study.json", "-o", "out")
         self.assertEqual(self.results("out"), self.results("here"))

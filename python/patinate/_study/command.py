@@ -1,6 +1,5 @@
 """`patinate study`, whose command line the program has read."""
 import json
-import os
 import signal
 import sys
 import time
@@ -8,7 +7,7 @@ import time
 from patinate import Error, InputError, _native
 
 from .context import Program
-from .folder import place_study, read_study_folder
+from .folder import is_done, place_study, read_study_folder
 from .report import write_study_report
 from .snakemake import write_snakefile
 from .steps import INTERRUPTED, run_study, write_plans
@@ -78,8 +77,8 @@ class Run:
     def steps_left(self, parts):
         """What is left, as far as the folder tells."""
         folder = self.given["output"]
-        steps = [(cell.name, step.name) for part in parts for cell in part.cells for step in part.steps]
-        left = [(cell, step) for cell, step in steps if not os.path.exists(os.path.join(folder, "done", step, cell))]
+        steps = [(cell, step) for part in parts for cell in part.cells for step in part.steps]
+        left = [(cell.name, step.name) for cell, step in steps if not is_done(folder, step, cell)]
         if self.given["json"]:
             return self.result({"steps": len(steps), "left": [{"cell": cell, "step": step} for cell, step in left]})
         print(f"{folder}: {len(left)} of {len(steps)} steps are left")

@@ -40,13 +40,17 @@ class StudyFolder:
     def done_file(self, step, cell):
         return self.inside("done", step.name, cell.name)
 
+    def is_done(self, step, cell):
+        """It was run to its end, and what it made is still there."""
+        return is_done(self.path, step, cell)
+
     def log_file(self, step, cell):
         return self.inside("logs", step.name, cell.name + ".txt")
 
     def failure(self, step, cell):
         """The one line of a step that has failed; None of one that is done, or has not been run to its end."""
         log = self.log_file(step, cell)
-        if os.path.exists(self.done_file(step, cell)) or not os.path.isfile(log):
+        if self.is_done(step, cell) or not os.path.isfile(log):
             return None
         with open(log, encoding="utf-8", errors="replace") as file:
             text = file.read(MOST_OF_LOG)
@@ -56,6 +60,10 @@ class StudyFolder:
 def made_path(step, cell):
     """Relative to the study's folder."""
     return f"cells/{cell.name}/{step.file}"
+
+
+def is_done(folder, step, cell):
+    return all(os.path.exists(os.path.join(folder, path)) for path in (f"done/{step.name}/{cell.name}", made_path(step, cell)))
 
 
 def _is_free(folder):

@@ -73,7 +73,7 @@ def _cell_report(study, part, cell):
         report.status, report.message = "failed", f"{step.name}: {message}"
 
     for step in part.steps:
-        if not os.path.exists(study.done_file(step, cell)):
+        if not study.is_done(step, cell):
             message = study.failure(step, cell)
             if message is not None and report.status != "failed":
                 fail(step, message)

@@ -45,12 +45,20 @@ HEAD = r"""# The study `@NAME`, made by `patinate study export`. Yours to read a
 # `--config patinate=/path/to/patinate` names the program, and `threads`, `mem_mb` and `runtime` (minutes) below are
 # what a step asks for: change them, or set them in a profile (`set-resources`).
 @IMPORTSimport json
+import os
 
 PATINATE = config.get("patinate", "patinate")
 PARTS = json.load(open("cells.json"))["parts"]
 # COMMANDS[STEP][CELL] is what makes it.
 COMMANDS = {step["name"]: {cell["name"]: cell["commands"][step["name"]] for cell in part["cells"]}
             for part in PARTS for step in part["steps"]}
+# A result that was removed is made again.
+for part in PARTS:
+    for step in part["steps"]:
+        for cell in part["cells"]:
+            done, made = f"done/{step['name']}/{cell['name']}", f"cells/{cell['name']}/{step['makes']}"
+            if os.path.exists(done) and not os.path.exists(made):
+                os.remove(done)
 
 
 wildcard_constraints:

@@ -5,8 +5,12 @@ set(PATINATE_MODULES_DIR "${CMAKE_INSTALL_LIBDIR}/patinate")
 file(RELATIVE_PATH PATINATE_MODULES_FROM_PROGRAMS "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_LIBDIR}/patinate")
 # The same of the library of histories, which tools/library/build puts beside what is built.
 file(RELATIVE_PATH PATINATE_LIBRARY_FROM_PROGRAMS "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_DATADIR}/patinate/library")
-# Debian's Python looks below its own prefix, and nowhere else.
-set(PATINATE_PYTHON_DIR "lib/python3/dist-packages" CACHE STRING "Where the Python package is installed, below the prefix")
+# Debian's Python looks into /usr/lib/python3/dist-packages, and for what is installed locally into /usr/local/lib/python3.11/dist-packages.
+set(patinate_python_folder_name python3)
+if(NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr" AND Python_VERSION_MINOR)
+  set(patinate_python_folder_name "python3.${Python_VERSION_MINOR}")
+endif()
+set(PATINATE_PYTHON_DIR "lib/${patinate_python_folder_name}/dist-packages" CACHE STRING "Where the Python package is installed, below the prefix")
 file(RELATIVE_PATH PATINATE_PYTHON_FROM_PROGRAMS "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_PREFIX}/${PATINATE_PYTHON_DIR}")
 
 # patinate_module(NAME SOURCES a.cpp ... PRIVATE deps): NAME.so, built beside the programs. It uses our headers, but links none of our libraries:

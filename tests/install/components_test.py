@@ -56,6 +56,19 @@ class Components(unittest.TestCase):
         self.assertNotEqual(said.returncode, 0)
         self.assertIn("patinate has no component simulations", " ".join(said.stderr.split()))
 
+    def test_an_optional_one_that_does_not_exist_is_not_found_and_no_error(self):
+        folder = WORK / "optional"
+        folder.mkdir()
+        (folder / "CMakeLists.txt").write_text("""cmake_minimum_required(VERSION 3.25)
+project(optional CXX)
+find_package(patinate REQUIRED COMPONENTS core OPTIONAL_COMPONENTS nope)
+if(NOT patinate_FOUND OR NOT patinate_core_FOUND OR patinate_nope_FOUND OR NOT TARGET patinate::core)
+  message(FATAL_ERROR "wrong: ${patinate_FOUND} ${patinate_core_FOUND} ${patinate_nope_FOUND}")
+endif()
+""")
+        said = subprocess.run(["cmake", "-S", folder, "-B", folder / "build", "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={PREFIX}"], capture_output=True, text=True)
+        self.assertEqual(said.returncode, 0, said.stderr)
+
     def test_internal_headers_are_not_installed(self):
         installed = {str(p.relative_to(PREFIX / "include")) for p in (PREFIX / "include").rglob("*.h")}
         public = {str(p).rsplit("/include/", 1)[1] for p in SOURCE.glob("*/include/**/*.h")}

@@ -7,6 +7,7 @@
 #include "app/request/unit_argument.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "patinate/geometry/mesh.h"
 #include "transfer/guidance/scale.h"
 
 namespace patinate::app {
@@ -14,14 +15,17 @@ namespace patinate::app {
 namespace {
 
 /// What the command says when sizes were chosen, not known.
-void note_scale(const transfer::TransferScale& scale, const Words& say) {
+/// @param mesh  In mm.
+void note_scale(const transfer::TransferScale& scale, const Mesh& mesh, const Words& say) {
   if (scale.source == transfer::ScaleSource::PixelAssumed) {
     say.note("the history does not state its texel size, so one pixel of it covers one texel (" +
              short_number_text(scale.texel_size_mm) + " mm); set it with --texel-size");
   } else if (scale.source == transfer::ScaleSource::MeshScaled) {
+    const double size = bounding_box(mesh).diagonal();
     say.note(
-        "the mesh file states no length unit, so the mesh is scaled until one texel shows one pixel of the history; "
-        "set the unit with --unit");
+        "the mesh file states no length unit, so the mesh is scaled until one texel shows one pixel of the history: it "
+        "is " +
+        short_number_text(rounded(size, 2)) + " mm from corner to corner; set the unit with --unit");
   }
 }
 
@@ -99,8 +103,8 @@ Destination make_destination(const MeshSource& source, const AtlasOptions& optio
   if (atlas.is_unwrapped && chosen.resolution != options.resolution)
     atlas = make_atlas(source, mesh, chosen, say.phase("atlas"));
   note_atlas(source, atlas, say);
-  note_scale(scale, say);
   scale_mesh(atlas.mesh, scale.mm_per_mesh_unit);
+  note_scale(scale, atlas.mesh, say);
   out.map = std::make_shared<TexelMap>(make_texel_map(source, atlas, chosen.resolution, say.phase("atlas")));
   out.atlas = std::make_shared<AtlasMesh>(std::move(atlas));
   const double ratio = out.map->median_texel_size_mm() / out.texel_size_mm;

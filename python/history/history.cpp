@@ -179,6 +179,18 @@ void bind_history(py::module_& module) {
   define_images(type);
   define_method(type, FunctionText("__len__", "Number of frames.").returns("int"),
                 [](const PyHistory& h) { return h.value->num_frames(); });
+  define_method(
+      type,
+      FunctionText("__getitem__", "Color of one frame, as frame(); so that a history is a sequence of frames.")
+          .takes("index", "int", "From 0; below 0: from the end")
+          .returns("npt.NDArray[np.float32]", "H x W x 3, linear")
+          .raises("IndexError, IoError"),
+      [](const PyHistory& h, int index) {
+        const int from_start = index < 0 ? index + h.value->num_frames() : index;
+        if (from_start < 0 || from_start >= h.value->num_frames())
+          throw py::index_error("frame " + std::to_string(index) + " of " + std::to_string(h.value->num_frames()));
+        return array_of(result_of({}, [=](const RunControl&) { return h.value->read_frame(from_start); }));
+      });
   define_method(type, FunctionText("__repr__", "In a line.").returns("str"), [](const PyHistory& h) {
     const HistoryFacts& f = h.value->facts();
     return "<patinate.History `" + f.name + "`: " + std::to_string(f.frames.size()) + " frames of " +

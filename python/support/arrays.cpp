@@ -67,6 +67,11 @@ ImageF image_from(const py::object& given, const std::string& what, int channels
   return copied<float>(py::array_t<float, py::array::c_style | py::array::forcecast>::ensure(array));
 }
 
+py::object stacked(const py::list& arrays) {
+  const py::module_ numpy = py::module_::import("numpy");
+  return arrays.empty() ? numpy.attr("zeros")(0) : numpy.attr("stack")(arrays);
+}
+
 py::array mask_array(ImageU8&& mask) {
   for (std::uint8_t& m : mask.values()) m = m != 0 ? 1 : 0;  // As numpy keeps its bools.
   auto kept = std::make_unique<ImageU8>(std::move(mask));

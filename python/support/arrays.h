@@ -49,6 +49,9 @@ template <class T>
   return read_only(image.data(), shape_of(image), owner);
 }
 
+/// Arrays of one shape as one, with a new first axis; an empty list gives an array without elements.
+[[nodiscard]] pybind11::object stacked(const pybind11::list& arrays);
+
 /// A copy of numbers, in one dimension.
 template <class T>
 [[nodiscard]] pybind11::array array_of(const std::vector<T>& values) {

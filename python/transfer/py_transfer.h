@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "patinate/transfer/age.h"
 #include "patinate/transfer/transfer_reader.h"
@@ -22,12 +23,13 @@ struct PyTransfer {
   std::string path;  ///< As it was opened.
 };
 
-/// What a texture is asked for at: one time, or one of each texel.
+/// What a texture is asked for at: one time, several, or one of each texel.
 struct AskedTime {
   double one = 0.0;
+  std::optional<std::vector<double>> several = std::nullopt;
   std::optional<ImageF> map = std::nullopt;
 };
-/// @param time  A number, or H x W numbers. @throws TypeError; InvalidInput for another shape.
+/// @param time  A number, a list of numbers, or H x W numbers. @throws TypeError; InvalidInput for another shape.
 [[nodiscard]] AskedTime time_from(const pybind11::object& time);
 
 /// AgeOptions with the seed of the command line.

@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/transfer/transfer_io.h"
 #include "python/bindings.h"
@@ -118,6 +119,11 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
 }
 
 void define_aged(AgedClass& type) {
+  define_method(type, FunctionText("__repr__", "In a line.").returns("str"), [](const PyAged& aged) {
+    const ImageF& c = aged.value->coordinates;
+    return "<patinate.AgedMesh of `" + aged.value->history->facts().name + "`: " + size_text(c.width(), c.height()) +
+           " texels, " + std::to_string(aged.value->mesh.num_triangles()) + " triangles>";
+  });
   define_method(
       type,
       FunctionText("save",
@@ -157,18 +163,28 @@ void define_aged(AgedClass& type) {
   define_method(type,
                 FunctionText("texture", "The surface's color at a time, gutters filled.")
                     .takes("time", "float | npt.ArrayLike",
-                           "In the history's unit, clamped to its ends; or H x W, a time for every texel")
+                           "In the history's unit, clamped to its ends; or a list of times; or H x W, a time for every "
+                           "texel")
                     .options<SamplingOptions>()
                     .runs()
-                    .returns("npt.NDArray[np.float32]", "H x W x 3, linear")
+                    .returns("npt.NDArray[np.float32]", "H x W x 3, linear; of a list of times T x H x W x 3")
                     .raises("InvalidInput if a time is NaN or the sizes differ; IoError"),
-                [](const PyAged& aged, const py::object& time, const py::kwargs& kwargs) {
+                [](const PyAged& aged, const py::object& time, const py::kwargs& kwargs) -> py::object {
                   Keywords keywords("texture", kwargs);
                   SamplingOptions options;
                   keywords.read(options);
                   const RunArguments run = keywords.run();
                   keywords.finish();
                   const AskedTime at = time_from(time);
+                  if (at.several) {
+                    py::list textures;
+                    for (const double one : *at.several) {
+                      textures.append(array_of(result_of(run, [=](const RunControl& control) {
+                        return aged.value->texture(one, options.between, control);
+                      })));
+                    }
+                    return stacked(textures);
+                  }
                   ImageF texture = result_of(run, [=](const RunControl& control) {
                     return at.map ? aged.value->texture(*at.map, options.between, control)
                                   : aged.value->texture(at.one, options.between, control);
@@ -181,12 +197,13 @@ void define_aged(AgedClass& type) {
 
 AskedTime time_from(const py::object& time) {
   py::array array = py::array::ensure(time);
-  if (!array) wrong_type("texture", "time", time, "a number, or H x W numbers");
+  if (!array) wrong_type("texture", "time", time, "a number, a list of numbers, or H x W numbers");
   if (array.ndim() == 0) {  // As precise as it is given: what is held changes at a frame's very time.
     const double one = PyFloat_AsDouble(time.ptr());
     if (one == -1.0 && PyErr_Occurred() != nullptr) throw py::error_already_set();
     return {.one = one};
   }
+  if (array.ndim() == 1) return {.several = numbers_from(time, "time")};
   if (array.dtype().kind() == 'i' || array.dtype().kind() == 'u') array = array.attr("astype")("float32");
   return {.map = image_from(array, "time", 1)};
 }

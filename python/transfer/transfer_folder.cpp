@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/transfer/time_map.h"
 #include "patinate/transfer/transfer_reader.h"
@@ -30,7 +31,28 @@ py::object tiles_of(std::vector<ImageF> tiles) {
   return out;
 }
 
+/// As tiles_of(), each tile with the times as its first axis.
+py::object textures_at(const transfer::TransferReader& transfer, const std::vector<double>& times,
+                       const SamplingOptions& options, const RunArguments& run) {
+  std::vector<py::list> by_tile(transfer.manifest().tiles.size());
+  for (const double time : times) {
+    std::vector<ImageF> tiles = result_of(
+        run, [&](const RunControl& control) { return transfer.sample_tiles(time, options.between, control); });
+    for (std::size_t i = 0; i < tiles.size(); ++i) by_tile[i].append(array_of(std::move(tiles[i])));
+  }
+  if (by_tile.size() == 1) return stacked(by_tile.front());
+  py::list out;
+  for (const py::list& tile : by_tile) out.append(stacked(tile));
+  return out;
+}
+
 void define_facts(TransferClass& type) {
+  define_method(type, FunctionText("__repr__", "In a line.").returns("str"), [](const PyTransfer& t) {
+    const transfer::TransferManifest& m = t.value->manifest();
+    return "<patinate.Transfer `" + t.path + "` of `" + m.history_name +
+           "`: " + (m.tiles.size() > 1 ? std::to_string(m.tiles.size()) + " tiles of " : "") +
+           size_text(m.width, m.height) + " texels>";
+  });
   define_property(type, "mesh", "Mesh", "In mm, with UVs over the sheet of all tiles.",
                   [](const PyTransfer& t) { return PyMesh{std::shared_ptr<const Mesh>(t.value, &t.value->mesh())}; });
   define_property(type, "history", "History", "What its colors are of.", [](const PyTransfer& t) {
@@ -71,11 +93,12 @@ void bind_transfer_folder(py::module_& module) {
       type,
       FunctionText("texture", "The surface's color at a time, gutters filled: what `patinate lookup` writes.")
           .takes("time", "float | npt.ArrayLike",
-                 "In the history's unit, clamped to its ends; or H x W over the sheet, a time for every texel")
+                 "In the history's unit, clamped to its ends; or a list of times; or H x W over the sheet, a time for "
+                 "every texel")
           .options<SamplingOptions>()
           .runs()
           .returns("npt.NDArray[np.float32] | list[npt.NDArray[np.float32]]",
-                   "H x W x 3, linear; of several tiles one each")
+                   "H x W x 3, linear; of a list of times T x H x W x 3; of several tiles one each")
           .raises("InvalidInput if a time is NaN or the sizes differ; IoError"),
       [](const PyTransfer& t, const py::object& time, const py::kwargs& kwargs) {
         Keywords keywords("texture", kwargs);
@@ -84,6 +107,7 @@ void bind_transfer_folder(py::module_& module) {
         const RunArguments run = keywords.run();
         keywords.finish();
         const AskedTime at = time_from(time);
+        if (at.several) return textures_at(*t.value, *at.several, options, run);
         std::vector<ImageF> tiles = result_of(run, [=](const RunControl& control) {
           return at.map ? t.value->sample_tiles(*at.map, options.between, control)
                         : t.value->sample_tiles(at.one, options.between, control);

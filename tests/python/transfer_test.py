@@ -48,6 +48,23 @@ class Transfer(PythonCase):
         aged = patinate.transfer(history, self.mesh, "facing", resolution=32)
         self.assertIn("save it", self.line_of(patinate.InvalidInput, lambda: aged.save(self.work / "from_memory")))
 
+    def test_several_times_are_one_array(self):
+        times = [0.0, 10.0, 22.5]
+        for aged in (self.aged, patinate.read_transfer(self.work / "aged")):
+            textures = aged.texture(times)
+            self.assertEqual(textures.shape, (3, 64, 64, 3))
+            for time, texture in zip(times, textures):
+                np.testing.assert_array_equal(texture, aged.texture(time))
+            self.assertEqual(aged.texture([]).size, 0)
+            self.assertIn("64 x 64 texels", repr(aged))
+
+    def test_a_history_is_a_sequence_of_frames(self):
+        for index, frame in enumerate(self.history):
+            np.testing.assert_array_equal(frame, self.history.frame(index))
+        self.assertEqual(index, len(self.history) - 1)
+        np.testing.assert_array_equal(self.history[-1], self.history.frame(-1))
+        self.assertRaises(IndexError, lambda: self.history[len(self.history)])
+
     def test_masks_are_bool(self):
         for mask in (self.aged.coverage, self.history.mask(), self.history.frame_mask(0), patinate.read_transfer(self.work / "aged").coverage(), patinate.Surface(self.mesh, resolution=32).coverage()):
             self.assertEqual(mask.dtype, bool)

@@ -32,12 +32,12 @@ py::object tiles_of(std::vector<ImageF> tiles) {
 }
 
 /// As tiles_of(), each tile with the times as its first axis.
-py::object textures_at(const transfer::TransferReader& transfer, const std::vector<double>& times,
-                       const SamplingOptions& options, const RunArguments& run) {
-  std::vector<py::list> by_tile(transfer.manifest().tiles.size());
+py::object textures_at(const std::shared_ptr<const transfer::TransferReader>& transfer,
+                       const std::vector<double>& times, const SamplingOptions& options, const RunArguments& run) {
+  std::vector<py::list> by_tile(transfer->manifest().tiles.size());
   for (const double time : times) {
     std::vector<ImageF> tiles = result_of(
-        run, [&](const RunControl& control) { return transfer.sample_tiles(time, options.between, control); });
+        run, [=](const RunControl& control) { return transfer->sample_tiles(time, options.between, control); });
     for (std::size_t i = 0; i < tiles.size(); ++i) by_tile[i].append(array_of(std::move(tiles[i])));
   }
   if (by_tile.size() == 1) return stacked(by_tile.front());
@@ -107,7 +107,7 @@ void bind_transfer_folder(py::module_& module) {
         const RunArguments run = keywords.run();
         keywords.finish();
         const AskedTime at = time_from(time);
-        if (at.several) return textures_at(*t.value, *at.several, options, run);
+        if (at.several) return textures_at(t.value, *at.several, options, run);
         std::vector<ImageF> tiles = result_of(run, [=](const RunControl& control) {
           return at.map ? t.value->sample_tiles(*at.map, options.between, control)
                         : t.value->sample_tiles(at.one, options.between, control);

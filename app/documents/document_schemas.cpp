@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/report/analysis_documents.h"
+#include "capture/unlighting/unlit_document.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_documents.h"
 #include "patinate/core/error.h"
@@ -23,7 +24,8 @@ constexpr std::array kSchemas{NamedSchema{"card", history_card_schema},
                               NamedSchema{"evaluation", analysis::evaluation_schema},
                               NamedSchema{"history", history_schema},
                               NamedSchema{"replicates", analysis::replicates_schema},
-                              NamedSchema{"transfer", transfer::transfer_schema}};
+                              NamedSchema{"transfer", transfer::transfer_schema},
+                              NamedSchema{"unlit", capture::unlit_schema}};
 
 }  // namespace
 

@@ -21,78 +21,52 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Json to_json(const std::vector<SurfaceMaterial>& materials) {
-  Json list = Json::array();
-  for (const SurfaceMaterial& m : materials) {
-    list.push_back({{"kind", std::string(name_of(m.kind))},
-                    {"share", m.share},
-                    {"roughness", m.roughness},
-                    {"strength", {m.strength.x(), m.strength.y(), m.strength.z()}},
-                    {"evidence", m.evidence}});
-  }
-  return list;
-}
-
 const char* lobe_name(const SpecularForm& form) {
   return form.is_rendered ? "ggx" : std::isinf(form.tail) ? "beckmann" : form.tail == 2.0 ? "ggx" : "student";
-}
-
-Json form_json(const SpecularForm& form) {
-  return {{"tail", std::isinf(form.tail) ? Json(nullptr) : Json(form.tail)},
-          {"slant", form.slant},
-          {"about", form.is_about_mirror ? "mirror" : "middle"},
-          {"tint", form.tint == SpecularTint::Base ? "base" : "white"}};
 }
 
 constexpr std::int64_t kUnlightVersion = 2;
 constexpr const char* kFactsFile = ".job/work/unlight.json";
 
-Json three(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
-
-Json facts_of(const UnlightStep& step, const UnlightResult& result, const std::vector<LeaveOneOutError>& predicted) {
-  Json json;
-  json["format"] = "patinate.unlit";
-  json["version"] = 2;
-  json["name"] = step.name;
-  json["width"] = result.albedo.width();
-  json["height"] = result.albedo.height();
-  json["channels"] = result.albedo.channels();
-  json["maps"] = {{"albedo", "albedo.exr"}, {"stddev", "stddev.exr"}, {"normal", "normal.exr"}, {"mask", "mask.png"}};
-  if (!result.specular.empty()) json["maps"]["specular"] = "specular.exr";
+UnlitDocument facts_of(const UnlightStep& step, const UnlightResult& result,
+                       const std::vector<LeaveOneOutError>& predicted) {
+  UnlitDocument d{
+      .name = step.name,
+      .width = result.albedo.width(),
+      .height = result.albedo.height(),
+      .channels = result.albedo.channels(),
+      .maps = {{"albedo", "albedo.exr"}, {"stddev", "stddev.exr"}, {"normal", "normal.exr"}, {"mask", "mask.png"}},
+      .materials = {},
+      .num_surface = result.num_surface,
+      .num_determined = result.num_determined,
+      .residual = result.residual,
+      .noise_scale = result.noise_scale,
+      .is_absolute = step.are_strengths_known(),
+      .is_converged = result.is_converged,
+      .ambient = result.ambient,
+      .interreflection = result.interreflection,
+      .lobe = {},
+      .lobe_form = {},
+      .lights = {},
+      .notes = result.notes,
+      .key = ""};
+  if (!result.specular.empty()) {
+    const SpecularForm& form = result.form;
+    d.maps.push_back({"specular", "specular.exr"});
+    d.lobe = lobe_name(form);
+    d.lobe_form = UnlitLobe{.tail = std::isinf(form.tail) ? std::nullopt : std::optional(form.tail),
+                            .slant = form.slant,
+                            .is_about_mirror = form.is_about_mirror,
+                            .tint = form.tint};
+  }
   if (!result.reflectance.empty()) {
-    json["maps"]["reflectance"] = "reflectance.exr";
-    json["maps"]["metalness"] = "metalness.exr";
-    json["materials"] = to_json(result.materials);
+    d.maps.push_back({"reflectance", "reflectance.exr"});
+    d.maps.push_back({"metalness", "metalness.exr"});
+    d.materials = result.materials;
   }
-  json["surface_pixels"] = result.num_surface;
-  json["determined_pixels"] = result.num_determined;
-  json["residual"] = result.residual;
-  json["noise_scale"] = result.noise_scale;
-  json["is_absolute"] = step.are_strengths_known();
-  json["is_converged"] = result.is_converged;
-  json["ambient"] = three(result.ambient);
-  if (result.interreflection) {
-    const InterreflectionReport& r = *result.interreflection;
-    json["interreflection"] = {{"median", r.median}, {"p95", r.p95}, {"unseen", r.unseen}};
-  }
-  json["lobe"] = result.specular.empty() ? Json(nullptr) : Json(lobe_name(result.form));
-  json["lobe_form"] = result.specular.empty() ? Json(nullptr) : form_json(result.form);
-  json["lights"] = Json::array();
-  for (std::size_t k = 0; k < result.lights.size(); ++k) {
-    const LightReport& light = result.lights[k];
-    Json samples = Json::object();
-    for (std::size_t s = 1; s < kNumSampleStates; ++s)
-      samples[sample_state_name(static_cast<SampleState>(s))] = light.samples[s];
-    json["lights"].push_back(
-        {{"name", step.lights[k].name},
-         {"samples", samples},
-         {"strength", three(light.strength)},
-         {"residual", light.residual},
-         {"leave_one_out",
-          {{"rms", predicted[k].rms}, {"median", predicted[k].median}, {"samples", predicted[k].num_samples}}}});
-  }
-  json["notes"] = result.notes;
-  return json;
+  for (std::size_t k = 0; k < result.lights.size(); ++k)
+    d.lights.push_back({step.lights[k].name, result.lights[k], predicted[k]});
+  return d;
 }
 
 void add_step_notes(const UnlightStep& step, const UnlightOptions& options, const UnlightScene& scene,
@@ -136,7 +110,7 @@ void run_item(const UnlightStep& step, const UnlightOptions& options, const fs::
       step.camera_mm ? step.camera_mm->parameters().rotation : Eigen::Matrix3d(Vec3(1, -1, -1).asDiagonal());
   write_unlight_report(folder, step.name, scene.input, result, predicted, camera_from_world);
   fs::create_directories((folder / kFactsFile).parent_path());
-  save_json(folder / kFactsFile, facts_of(step, result, predicted));
+  save_json(folder / kFactsFile, unlit_json(facts_of(step, result, predicted)));
   control.report(1.0);
 }
 

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "capture/unlighting/unlight_step.h"
+#include "capture/unlighting/unlit_document.h"
 #include "libcommon/job/job.h"
 
 namespace patinate::capture {
 
-inline constexpr const char* kUnlitManifestFile = "unlight.json";
 inline constexpr const char* kUnlitPageFile = "report.html";
 
 /// Plan that writes `albedo.exr`, `stddev.exr`, `normal.exr`, `specular.exr` (strength, roughness), `mask.png`,

@@ -155,7 +155,7 @@ class SchemaWriter final : public DocumentVisitor {
   }
   void begin_object() override {
     Json& json = *at_.back();
-    json["type"] = "object";
+    json["type"] = json.value("type", Json()) == "null" ? Json::array({"object", "null"}) : Json("object");
     if (!json.contains("properties")) json["properties"] = Json::object();
     if (!json.contains("required")) json["required"] = Json::array();
     json["additionalProperties"] = false;
@@ -169,6 +169,7 @@ class SchemaWriter final : public DocumentVisitor {
     Json& json = object["properties"][m.name];
     json = Json::object();
     if (!m.help.empty()) json["description"] = m.help;
+    if (m.is_nullable) json["type"] = "null";  // Which what is visited adds to its own.
     at_.push_back(&json);
     return true;
   }
@@ -231,7 +232,11 @@ class SchemaWriter final : public DocumentVisitor {
 }  // namespace
 
 void read_document(const DocumentKind& kind, const std::filesystem::path& file, const DescribeDocument& describe_it) {
-  const Json root = load_json(file);
+  read_document(kind, file, load_json(file), describe_it);
+}
+
+void read_document(const DocumentKind& kind, const std::filesystem::path& file, const Json& root,
+                   const DescribeDocument& describe_it) {
   JsonReader json(file.string(), root);
   json.expect_format(kind.format, kind.version);
   DocumentReader reader(std::move(json));

@@ -211,6 +211,9 @@ template <class T>
 
 /// @throws IoError: FILE: POINTER: found X; expected Y; names members that nobody knows.
 void read_document(const DocumentKind& kind, const std::filesystem::path& file, const DescribeDocument& describe_it);
+/// The same of what load_json() and update_spelling() made of the file.
+void read_document(const DocumentKind& kind, const std::filesystem::path& file, const Json& root,
+                   const DescribeDocument& describe_it);
 [[nodiscard]] Json document_json(const DocumentKind& kind, const DescribeDocument& describe_it);
 /// Without format and version: a part of a document, as object_json() has made it. For files of our own only.
 void read_object(const Json& json, const DescribeDocument& describe_it);

@@ -117,6 +117,17 @@ class Unlight(unittest.TestCase):
         self.assertIn("came from other places of the surface", made["notes"][0])
         self.assertEqual(run("validate", "hollows", cwd=self.work).returncode, 0)
 
+    def test_every_kind_of_result_is_told_and_checked(self):
+        for specular in ("none", "material"):
+            result = run("unlight", self.write_step(), "--specular", specular, "-o", specular, cwd=self.work)
+            self.assertEqual(result.returncode, 0, result.stderr)
+            maps = json.loads((self.work / specular / "unlight.json").read_text())["maps"]
+            self.assertEqual("metalness" in maps, specular == "material")
+            told = run("info", specular, "--json", cwd=self.work)
+            self.assertEqual(told.returncode, 0, told.stderr)
+            self.assertEqual(json.loads(told.stdout)["maps"], list(maps))
+            self.assertEqual(run("validate", specular, cwd=self.work).returncode, 0)
+
     def test_albedo_comes_out_flat_and_right(self):
         result = run("unlight", self.write_step(), "-o", "unlit", "--json", cwd=self.work)
         self.assertEqual(result.returncode, 0, result.stderr)
@@ -136,7 +147,7 @@ class Unlight(unittest.TestCase):
         self.assertEqual(told.returncode, 0, told.stderr)
         facts = json.loads(told.stdout)
         self.assertEqual((facts["kind"], facts["lights"], facts["size"]), ("unlit", len(LAMPS), [SIZE, SIZE]))
-        self.assertEqual(facts["maps"], ["albedo", "stddev", "normal", "specular", "mask"])
+        self.assertEqual(facts["maps"], ["albedo", "stddev", "normal", "mask", "specular"])
         self.assertEqual(run("validate", "unlit", cwd=self.work).returncode, 0)
         self.assertNotIn("interreflection", made)
         shutil.copytree(self.work / "unlit", self.work / "damaged")

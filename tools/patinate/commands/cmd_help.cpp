@@ -153,7 +153,7 @@ int cmd_help(CommandRun& run) {
   run.line.required(false);
   run.line.flag("man", "The manual as a man page: `patinate help --man | man -l -`", man);
   run.line.flag("markdown", "The list of commands of docs/commands.md", markdown);
-  run.line.option("schema", "KIND", "The JSON Schema of a kind of file: history, card", schema);
+  run.line.option("schema", "KIND", "The JSON Schema of a kind of file that patinate writes", schema);
   run.line.suggestions(app::schema_names());
   run.line.without({"threads", "seed", "json", "quiet", "verbose", "force", "dry_run", "config"});
   run.line.example("help lookup");

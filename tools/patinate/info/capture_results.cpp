@@ -30,48 +30,6 @@ fs::path file_in(const fs::path& path, const char* name) {
   return fs::is_directory(path, error) ? path / name : path;
 }
 
-struct UnlitMap {
-  std::string name;
-  fs::path file;
-};
-/// What unlight.json says of its maps.
-struct Unlit {
-  std::string name;
-  int width = 0, height = 0, channels = 0;
-  std::int64_t num_surface = 0, num_determined = 0;
-  double residual = 0.0;
-  std::size_t num_lights = 0;
-  std::vector<UnlitMap> maps;
-  std::vector<std::string> notes;
-  std::string key;
-};
-
-Unlit read_unlit(const fs::path& path) {
-  const fs::path file = file_in(path, capture::kUnlitManifestFile);
-  Json content = load_json(file);
-  update_spelling(content, 1, {{"left_out", "leave_one_out"}});
-  JsonReader json(file.string(), content);
-  json.expect_format("patinate.unlit", 2);
-  Unlit unlit;
-  if (json.has("name")) unlit.name = json.member("name").string();
-  constexpr double kMaxSide = 65536;
-  unlit.width = static_cast<int>(json.member("width").integer(between(1, kMaxSide)));
-  unlit.height = static_cast<int>(json.member("height").integer(between(1, kMaxSide)));
-  unlit.channels = static_cast<int>(json.member("channels").integer(between(1, 3)));
-  unlit.num_surface = json.member("surface_pixels").integer(at_least(0));
-  unlit.num_determined = json.member("determined_pixels").integer(at_least(0));
-  unlit.residual = json.member("residual").number(at_least(0));
-  unlit.num_lights = json.member("lights").elements().size();
-  for (const JsonReader& note : json.member("notes").elements()) unlit.notes.push_back(note.string());
-  unlit.key = json.member("key").string();
-  JsonReader maps = json.member("maps");
-  for (const char* name : {"albedo", "stddev", "normal", "specular", "mask"}) {
-    if (maps.has(name)) unlit.maps.push_back({name, maps.member(name).path()});
-  }
-  maps.finish();
-  return unlit;
-}
-
 }  // namespace
 
 Facts registration_facts(const fs::path& path) {
@@ -97,19 +55,19 @@ Facts registration_facts(const fs::path& path) {
 }
 
 Facts unlit_facts(const fs::path& path) {
-  const Unlit unlit = read_unlit(path);
+  const capture::UnlitDocument unlit = capture::read_unlit(path);
   Facts facts("unlit");
   if (!unlit.name.empty()) facts.add("name", unlit.name);
   facts.add("size", Json{unlit.width, unlit.height},
             size_text(unlit.width, unlit.height) + (unlit.channels == 1 ? ", gray" : ""));
-  facts.add("lights", static_cast<std::int64_t>(unlit.num_lights));
+  facts.add("lights", static_cast<std::int64_t>(unlit.lights.size()));
   facts.add(
       "determined_pixels", unlit.num_determined,
       std::to_string(unlit.num_determined) + " of " + std::to_string(unlit.num_surface) + " that show the surface");
   facts.add("residual", unlit.residual, percent_text(unlit.residual));
   Json names = Json::array();
   std::string shown;
-  for (const UnlitMap& map : unlit.maps) {
+  for (const capture::UnlitMap& map : unlit.maps) {
     names.push_back(map.name);
     shown += (shown.empty() ? "" : ", ") + map.name;
   }
@@ -202,8 +160,8 @@ void check_registration(const fs::path& path) {
 }
 
 void check_unlit(const fs::path& path) {
-  const Unlit unlit = read_unlit(path);
-  for (const UnlitMap& map : unlit.maps) {
+  const capture::UnlitDocument unlit = capture::read_unlit(path);
+  for (const capture::UnlitMap& map : unlit.maps) {
     int width = 0, height = 0;
     if (map.name == "mask") {
       const ImageU8 mask = read_mask(map.file);
@@ -212,9 +170,10 @@ void check_unlit(const fs::path& path) {
       const std::vector<std::string> color =
           unlit.channels == 1 ? std::vector<std::string>{"Y"} : std::vector<std::string>{"R", "G", "B"};
       const ImageF image =
-          read_channels(map.file, map.name == "normal"     ? std::vector<std::string>{"X", "Y", "Z"}
-                                  : map.name == "specular" ? std::vector<std::string>{"strength", "roughness"}
-                                                           : color);
+          read_channels(map.file, map.name == "normal"      ? std::vector<std::string>{"X", "Y", "Z"}
+                                  : map.name == "specular"  ? std::vector<std::string>{"strength", "roughness"}
+                                  : map.name == "metalness" ? std::vector<std::string>{"Y"}
+                                                            : color);
       width = image.width(), height = image.height();
     }
     if (width != unlit.width || height != unlit.height) {

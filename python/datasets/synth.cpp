@@ -23,6 +23,7 @@ void define_synth(py::module_& module, const char* name, const char* brief,
   define(module,
          FunctionText(name, brief)
              .takes("output", "str | os.PathLike[str]", "Folder to make; a finished one of the same options stays")
+             .keyword("force", "bool", "False", "Replace something different that lies there")
              .options<Options>()
              .runs()
              .raises("InvalidInput; CannotComplete if something else lies there"),
@@ -30,10 +31,12 @@ void define_synth(py::module_& module, const char* name, const char* brief,
            Keywords keywords(name, kwargs);
            Options options;
            keywords.read(options);
+           const bool force = keywords.flag("force", false);
            const RunArguments run = keywords.run();
            keywords.finish();
            const std::string folder = path_from(output);
-           run_interruptibly(run, [=](const RunControl& control) { run_job(plan(options, folder), {}, control); });
+           run_interruptibly(
+               run, [=](const RunControl& control) { run_job(plan(options, folder), {.force = force}, control); });
          });
 }
 

@@ -41,8 +41,8 @@ if(CCACHE_PROGRAM)
   set(CMAKE_CXX_COMPILER_LAUNCHER "${CMAKE_COMMAND}" -E env "CCACHE_BASEDIR=${PROJECT_SOURCE_DIR}" CCACHE_NOHASHDIR=1 "${CCACHE_PROGRAM}")
 endif()
 
-# patinate_unity(TARGET): with PATINATE_UNITY, several sources of a folder are compiled as one, because most of a compile is reading headers. Batches of
-# a folder are of about one size and hold at most PATINATE_UNITY_BYTES of source: a compile then needs less than 1.2 GB. Sources with flags of their own
+# patinate_unity(TARGET [NAME]): with PATINATE_UNITY, several sources of a folder are compiled as one, because most of a compile is reading headers; with
+# NAME, which names the batches, all folders of the target together. Batches of a folder are of about one size and hold at most PATINATE_UNITY_BYTES of source: a compile then needs less than 1.2 GB. Sources with flags of their own
 # are compiled alone, and those that patinate_alone() names.
 option(PATINATE_UNITY "Compile several sources of a folder as one (presets that look for missing includes do not)" ON)
 set(PATINATE_UNITY_BYTES 100000 CACHE STRING "How much of a folder's source is compiled as one, in bytes")
@@ -73,6 +73,9 @@ function(patinate_unity target)
     cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}" OUTPUT_VARIABLE file)
     cmake_path(GET file PARENT_PATH folder)
     cmake_path(GET folder FILENAME name)
+    if(ARGC GREATER 1)
+      set(name "${ARGV1}")
+    endif()
     file(SIZE "${file}" bytes)
     set(folder_of_${source} ${name})
     set(begin_of_${source} "${held_${name}}")

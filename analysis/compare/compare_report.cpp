@@ -182,6 +182,11 @@ void write_compare_report(const fs::path& folder, const CompareProvenance& prove
   save_json(folder / kCompareReportFile, document_json(kCompareDocument, described(document)));
 }
 
+void check_compare_report(const std::filesystem::path& file) {
+  CompareDocument document;
+  read_document(kCompareDocument, file, described(document));
+}
+
 Json compare_schema() {
   CompareDocument any;
   return document_schema(kCompareDocument, described(any));

@@ -92,9 +92,10 @@ void describe(DocumentVisitor& v, ReplicateFigure& f) {
   v.member({"name", "snake_case, unique in the report."}, f.what.name);
   v.member({"title"}, f.what.title);
   v.member({"unit"}, f.what.unit);
-  if (v.wants_all() || !f.difference)
+  const bool wants_all = v.wants_all() || v.is_reading();
+  if (wants_all || !f.difference)
     v.member({"undefined", "Why it has no value; the rest is then missing.", {}, Presence::Optional}, f.what.undefined);
-  if (!v.wants_all() && !f.difference) return;
+  if (!wants_all && !f.difference) return;
   const GroupDifference d = f.difference.value_or(GroupDifference{});
   const auto number = [&](std::string_view name, std::string_view help, std::optional<double> value) {
     describe_number(v, name, help, value, Presence::Optional);
@@ -221,6 +222,11 @@ void write_replicates_report(const fs::path& folder, const ReplicatesProvenance&
     (k < comparison.size_a ? document.a : document.b).push_back(std::move(side));
   }
   save_json(folder / kCompareReportFile, document_json(kReplicatesDocument, described(document)));
+}
+
+void check_replicates_report(const std::filesystem::path& file) {
+  ReplicatesDocument document;
+  read_document(kReplicatesDocument, file, described(document));
 }
 
 Json replicates_schema() {

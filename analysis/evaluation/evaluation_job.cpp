@@ -200,6 +200,11 @@ void write_report(const fs::path& folder, const EvaluationTask& task, const std:
 
 }  // namespace
 
+void check_evaluation(const std::filesystem::path& file) {
+  EvaluationDocument document;
+  read_document(kEvaluationDocument, file, described(document));
+}
+
 Json evaluation_schema() {
   EvaluationDocument any;
   return document_schema(kEvaluationDocument, described(any));

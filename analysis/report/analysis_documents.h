@@ -1,6 +1,8 @@
 /// \file
-/// The JSON Schemas of what analyses write.
+/// What analyses write: JSON Schemas, and files that are checked.
 #pragma once
+
+#include <filesystem>
 
 #include "patinate/core/json.h"
 
@@ -9,5 +11,10 @@ namespace patinate::analysis {
 [[nodiscard]] Json compare_schema();
 [[nodiscard]] Json evaluation_schema();
 [[nodiscard]] Json replicates_schema();
+
+/// Reads such a file and checks that it holds what it should. @throws IoError
+void check_compare_report(const std::filesystem::path& file);
+void check_evaluation(const std::filesystem::path& file);
+void check_replicates_report(const std::filesystem::path& file);
 
 }  // namespace patinate::analysis

@@ -33,6 +33,9 @@ constexpr std::array kManifests{Manifest{"history.json", "patinate.history", Pat
                                 Manifest{"factorization.json", "patinate.factorization", PathKind::Factorization},
                                 Manifest{"explanation.json", "patinate.explanation", PathKind::Explanation},
                                 Manifest{"report.json", "patinate.fit", PathKind::Fit},
+                                Manifest{"report.json", "patinate.compare", PathKind::Report},
+                                Manifest{"report.json", "patinate.replicates", PathKind::Report},
+                                Manifest{"evaluation.json", "patinate.evaluation", PathKind::Report},
                                 Manifest{"", "patinate.calibration", PathKind::Calibration}};
 /// Those that are read, and others, which the reader refuses as what they are.
 constexpr std::array<std::string_view, 20> kMeshExtensions{".obj", ".ply", ".stl",   ".gltf", ".glb",  ".fbx",  ".dae",
@@ -47,12 +50,12 @@ PathKind kind_of_json(const fs::path& path) {
   for (const Manifest& m : kManifests) {
     if (m.format == format) return m.kind;
   }
-  throw IoError(
-      path.string(),
-      "/format: found \"" + format +
-          "\"; expected \"patinate.history\", \"patinate.transfer\", \"patinate.capture\", "
-          "\"patinate.simulation\", \"patinate.registration\", \"patinate.unlit\", "
-          "\"patinate.factorization\", \"patinate.explanation\", \"patinate.fit\" or \"patinate.calibration\"");
+  std::string known;
+  for (const Manifest& m : kManifests) {
+    if (&m != kManifests.begin()) known += &m + 1 == kManifests.end() ? " or " : ", ";
+    known += "\"" + std::string(m.format) + "\"";
+  }
+  throw IoError(path.string(), "/format: found \"" + format + "\"; expected " + known);
 }
 
 /// "; did you mean `library:copper`?" for nearly the name of a history in the library.
@@ -105,7 +108,7 @@ PathKind kind_of(const fs::path& path) {
     }
     throw IoError(path.string(),
                   "holds no history.json, transfer.json, capture.json, simulation.json, registration.json, "
-                  "unlight.json, factorization.json, explanation.json or report.json");
+                  "unlight.json, factorization.json, explanation.json, evaluation.json or report.json");
   }
   const std::string extension = lower_extension(path);
   if (extension == ".json") return kind_of_json(path);

@@ -154,6 +154,15 @@ BROKEN = {
 
 
 class Schemas(unittest.TestCase):
+    def test_info_and_validate_know_what_is_written(self):
+        for name in ("history", "library", "transfer", "unlit", "calibration", "registration", "compare", "evaluation", "replicates", "explanation", "factorization", "simulation", "fit"):
+            path = WORK / FILES[name]
+            for command in ("info", "validate"):
+                for given in {path, path.parent if path.parent != WORK else path}:
+                    with self.subTest(name=name, command=command, given=given.name):
+                        said = subprocess.run([PATINATE, command, given], capture_output=True, text=True)
+                        self.assertEqual((said.returncode, said.stderr), (0, ""))
+
     def test_what_is_written_is_accepted(self):
         for name in FILES:
             with self.subTest(schema=name):

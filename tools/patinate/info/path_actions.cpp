@@ -179,6 +179,7 @@ constexpr std::array kActions{
     PathActions{app::PathKind::Factorization, factorization_facts, check_factorization},
     PathActions{app::PathKind::Fit, fit_facts, check_fit},
     PathActions{app::PathKind::Explanation, explanation_facts, check_explanation},
+    PathActions{app::PathKind::Report, report_facts, alone<check_report>},
     PathActions{app::PathKind::Mesh, mesh_facts, check_mesh},
     PathActions{app::PathKind::Image, image_facts, check_image},
 };
@@ -209,7 +210,8 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
 }
 
 std::string path_kinds_text() {
-  return "A history, capture, transfer, simulation, fit, registration, unlit, factorization or explanation folder, a "
+  return "A history, capture, transfer, simulation, fit, registration, unlit, factorization, explanation, "
+         "comparison or evaluation folder, a "
          "calibration, a mesh or an image";
 }
 

@@ -5,6 +5,7 @@
 #include "analysis/explanation/explanation_report.h"
 #include "analysis/factorization/factorization_job.h"
 #include "analysis/fit/fit_job.h"
+#include "analysis/report/analysis_documents.h"
 #include "app/request/path_kind.h"
 #include "capture/project/capture_project.h"
 #include "capture/project/frame_times.h"
@@ -203,6 +204,60 @@ Facts explanation_facts(const std::filesystem::path& path) {
   facts.add("candidates", candidates, shown);
   facts.add("mix", m.mix);
   facts.add("key", m.key);
+  return facts;
+}
+
+namespace {
+
+std::filesystem::path report_file(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(path, error)) return path;
+  const std::filesystem::path evaluation = path / "evaluation.json";
+  return std::filesystem::exists(evaluation, error) ? evaluation : path / "report.json";
+}
+
+/// "0.5 mm", or why there is none.
+std::string figure_line(const Json& figure) {
+  if (figure.at("value").is_null()) return "undefined, " + figure.at("undefined").get<std::string>();
+  const std::string unit = figure.at("unit").get<std::string>();
+  return short_number_text(rounded(figure.at("value").get<double>(), 3)) + (unit.empty() ? "" : " " + unit);
+}
+
+void add_figures(Facts& facts, const std::string& name, const Json& figures) {
+  std::string shown = std::to_string(figures.size());
+  for (const Json& f : figures) shown += "\n    " + f.at("name").get<std::string>() + ": " + figure_line(f);
+  facts.add(name, figures, shown);
+}
+
+}  // namespace
+
+void check_report(const std::filesystem::path& path) {
+  const std::filesystem::path file = report_file(path);
+  const std::string format = load_json(file).at("format").get<std::string>();
+  if (format == "patinate.evaluation") return analysis::check_evaluation(file);
+  if (format == "patinate.replicates") return analysis::check_replicates_report(file);
+  analysis::check_compare_report(file);
+}
+
+Facts report_facts(const std::filesystem::path& path) {
+  check_report(path);
+  const Json json = load_json(report_file(path));
+  const std::string format = json.at("format").get<std::string>();
+  Facts facts(format == "patinate.evaluation"   ? "evaluation"
+              : format == "patinate.replicates" ? "comparison of replicates"
+                                                : "comparison");
+  if (format == "patinate.evaluation") {
+    for (const Json& map : json.at("maps")) add_figures(facts, map.at("name").get<std::string>(), map.at("figures"));
+  } else if (format == "patinate.replicates") {
+    std::string shown;
+    for (const Json& sentence : json.at("verdict")) shown += "\n    " + sentence.get<std::string>();
+    facts.add("verdict", json.at("verdict"), shown);
+  } else {
+    for (const char* side : {"a", "b"}) facts.add(side, json.at(side).at("name").get<std::string>());
+    add_figures(facts, "figures", json.at("figures"));
+  }
+  facts.add("command", json.at("command").get<std::string>());
+  facts.add("key", json.at("key").get<std::string>());
   return facts;
 }
 

@@ -16,7 +16,7 @@ struct DeviceKeyword::Notes {
 DeviceKeyword::DeviceKeyword(Keywords& keywords) : notes_(std::make_shared<Notes>()) { keywords.read(options_); }
 
 app::Words DeviceKeyword::words() const {
-  return {.note = [notes = notes_](const std::string& text) {
+  return {.warning = [notes = notes_](const std::string& text) {
     const std::lock_guard lock(notes->mutex);
     notes->texts.push_back(text);
   }};

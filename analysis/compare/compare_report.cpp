@@ -183,8 +183,7 @@ void write_compare_report(const fs::path& folder, const CompareProvenance& prove
 }
 
 void check_compare_report(const std::filesystem::path& file) {
-  CompareDocument document;
-  read_document(kCompareDocument, file, described(document));
+  check_document<CompareDocument>(kCompareDocument, file);
 }
 
 Json compare_schema() {

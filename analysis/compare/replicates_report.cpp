@@ -225,8 +225,7 @@ void write_replicates_report(const fs::path& folder, const ReplicatesProvenance&
 }
 
 void check_replicates_report(const std::filesystem::path& file) {
-  ReplicatesDocument document;
-  read_document(kReplicatesDocument, file, described(document));
+  check_document<ReplicatesDocument>(kReplicatesDocument, file);
 }
 
 Json replicates_schema() {

@@ -201,8 +201,7 @@ void write_report(const fs::path& folder, const EvaluationTask& task, const std:
 }  // namespace
 
 void check_evaluation(const std::filesystem::path& file) {
-  EvaluationDocument document;
-  read_document(kEvaluationDocument, file, described(document));
+  check_document<EvaluationDocument>(kEvaluationDocument, file);
 }
 
 Json evaluation_schema() {

@@ -23,7 +23,6 @@ constexpr std::int64_t kFitRowsAChunk = 2;
 constexpr std::array<std::string_view, 2> kNormalModeNames{"keep", "refine"};
 constexpr std::array<std::string_view, 2> kRejectionNames{"none", "robust"};
 constexpr std::array<std::string_view, 4> kSpecularNames{"none", "fit", "auto", "material"};
-constexpr std::array<std::string_view, 4> kMaterialKindNames{"matt", "dielectric", "metal", "mixed"};
 
 void put(ImageF& image, int x, int y, const Vec3& v) {
   for (int c = 0; c < 3; ++c) image.at(x, y, c) = static_cast<float>(v[c]);

@@ -21,7 +21,6 @@ constexpr std::array<MapInfo, 7> kMaps{{{"albedo", "", true},
                                         {"specular", "With a search for highlights.", false},
                                         {"reflectance", "F0 by channel; with `--specular material`.", false},
                                         {"metalness", "[0, 1]; with `--specular material`.", false}}};
-constexpr std::array<std::string_view, 4> kMaterialNames{"matt", "dielectric", "metal", "mixed"};
 constexpr std::array<std::string_view, 2> kAboutNames{"middle", "mirror"};
 constexpr std::array<std::string_view, 2> kTintNames{"white", "base"};
 
@@ -53,7 +52,7 @@ void describe_maps(DocumentVisitor& v, std::vector<UnlitMap>& maps) {
 
 void describe(DocumentVisitor& v, SurfaceMaterial& m) {
   v.choice({"kind", "A white lobe, a tinted one without albedo, or a tinted one beside an albedo."}, m.kind,
-           kMaterialNames);
+           kMaterialKindNames);
   v.member({"share", "Of the texels that were asked.", between(0, 1)}, m.share);
   v.member({"roughness", "", between(0, 1)}, m.roughness);
   describe_color(v, {"strength", "Of the GGX lobe by channel, with single scattering.", at_least(0)}, m.strength);

@@ -1,9 +1,11 @@
 #include "libcommon/document/document.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "libcommon/core/file_name.h"
 #include "patinate/core/error.h"
 
 namespace patinate {
@@ -17,15 +19,6 @@ class DocumentReader final : public DocumentVisitor {
   bool is_reading() const override { return true; }
   void require(std::string_view member, bool holds, const std::string& expected) override {
     if (!holds) at_.back().member(member).fail(expected);
-  }
-  void one_of(std::initializer_list<std::string_view> members) override {
-    std::string list;
-    std::size_t num_found = 0;
-    for (const std::string_view member : members) {
-      list += (list.empty() ? "`" : " or `") + std::string(member) + "`";
-      if (at_.back().has(member)) ++num_found;
-    }
-    if (num_found != 1) at_.back().fail("one of " + list);
   }
   void any_object(const Member& m, const std::function<void(JsonReader)>& read,
                   const std::function<void(Json&)>&) override {
@@ -89,8 +82,6 @@ class DocumentWriter final : public DocumentVisitor {
  public:
   DocumentWriter(Json& root, bool has_whole_numbers) : has_whole_numbers_(has_whole_numbers) { at_.push_back(&root); }
 
-  void require(std::string_view, bool, const std::string&) override {}
-  void one_of(std::initializer_list<std::string_view>) override {}
   void any_object(const Member& m, const std::function<void(JsonReader)>&,
                   const std::function<void(Json&)>& write) override {
     Json& json = (*at_.back())[m.name];
@@ -143,7 +134,6 @@ class SchemaWriter final : public DocumentVisitor {
   explicit SchemaWriter(Json& root) { at_.push_back(&root); }
 
   bool wants_all() const override { return true; }
-  void require(std::string_view, bool, const std::string&) override {}
   void one_of(std::initializer_list<std::string_view> members) override {
     for (const std::string_view member : members)
       (*at_.back())["oneOf"].push_back({{"required", Json::array({member})}});
@@ -230,6 +220,14 @@ class SchemaWriter final : public DocumentVisitor {
 };
 
 }  // namespace
+
+const TextRule& file_name_rule() {
+  static const TextRule rule{.pattern = "^[A-Za-z0-9_-][A-Za-z0-9._-]*$",
+                             .max_length = static_cast<int>(kLongestFileName),
+                             .expected = "a name of " + file_name_text(),
+                             .holds = is_file_name};
+  return rule;
+}
 
 void read_document(const DocumentKind& kind, const std::filesystem::path& file, const DescribeDocument& describe_it) {
   read_document(kind, file, load_json(file), describe_it);

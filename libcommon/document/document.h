@@ -63,10 +63,12 @@ class DocumentVisitor {
   [[nodiscard]] virtual bool is_reading() const { return false; }
   /// Every member is to be visited, whatever the values are: of a schema.
   [[nodiscard]] virtual bool wants_all() const { return false; }
-  /// Exactly one of these members stands in a file. Say it before they are visited.
-  virtual void one_of(std::initializer_list<std::string_view> members) = 0;
+  /// Exactly one of these members stands in a file: for the schema. What describes them says it to readers by which one
+  /// it visits.
+  virtual void one_of([[maybe_unused]] std::initializer_list<std::string_view> members) {}
   /// Call after the member was visited. A reader throws IoError, naming the member, unless `holds`.
-  virtual void require(std::string_view member, bool holds, const std::string& expected) = 0;
+  virtual void require([[maybe_unused]] std::string_view member, [[maybe_unused]] bool holds,
+                       [[maybe_unused]] const std::string& expected) {}
 
   template <class T>
   void member(const Member& m, T& value) {
@@ -192,6 +194,9 @@ class DocumentVisitor {
   }
 };
 
+/// A text that is_file_name().
+[[nodiscard]] const TextRule& file_name_rule();
+
 /// What a kind of document is.
 struct DocumentKind {
   std::string_view format;  ///< "patinate.history"
@@ -215,6 +220,12 @@ void read_document(const DocumentKind& kind, const std::filesystem::path& file, 
 void read_document(const DocumentKind& kind, const std::filesystem::path& file, const Json& root,
                    const DescribeDocument& describe_it);
 [[nodiscard]] Json document_json(const DocumentKind& kind, const DescribeDocument& describe_it);
+/// Reads it for its errors alone. @throws IoError
+template <class T>
+void check_document(const DocumentKind& kind, const std::filesystem::path& file) {
+  T document{};
+  read_document(kind, file, described(document));
+}
 /// Without format and version: a part of a document, as object_json() has made it. For files of our own only.
 void read_object(const Json& json, const DescribeDocument& describe_it);
 /// The same for writing.

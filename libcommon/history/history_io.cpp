@@ -3,7 +3,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "libcommon/core/file_name.h"
 #include "libcommon/core/text.h"
 #include "libcommon/document/document.h"
 #include "libcommon/geometry/length_unit.h"
@@ -19,14 +18,6 @@ namespace {
 
 constexpr std::size_t kMaxFrames = 1'000'000;
 constexpr std::size_t kMaxControls = 1'000;
-
-const TextRule& control_name_rule() {
-  static const TextRule rule{.pattern = "^[A-Za-z0-9_-][A-Za-z0-9._-]*$",
-                             .max_length = 128,
-                             .expected = "a name of " + file_name_text(),
-                             .holds = is_file_name};
-  return rule;
-}
 
 /// Images by their names, in the order of `names`. @param helps  As many as names.
 template <std::size_t N>
@@ -89,9 +80,8 @@ void describe(DocumentVisitor& v, HistoryFrame& f) {
 }
 
 void describe(DocumentVisitor& v, ControlParameter& c) {
-  v.member(
-      {.name = "name", .help = "Letters, digits, dots, `_` and `-`; not a dot first.", .rule = &control_name_rule()},
-      c.name);
+  v.member({.name = "name", .help = "Letters, digits, dots, `_` and `-`; not a dot first.", .rule = &file_name_rule()},
+           c.name);
   v.member({"file", "Float EXR, channel Y, normalized to [0, 1]."}, c.file);
   std::array<double, 2> range{c.low, c.high};
   v.member({"range", "Physical values that 0 and 1 stand for.", between(-kLargestControl, kLargestControl),

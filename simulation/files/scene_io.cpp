@@ -8,6 +8,7 @@
 #include "libcommon/core/text.h"
 #include "libcommon/geometry/length_unit.h"
 #include "libcommon/geometry/mesh_repair.h"
+#include "libcommon/history/history_documents.h"
 #include "libcommon/history/history_times.h"
 #include "libcommon/mesh_files/mesh_files.h"
 #include "patinate/atlas/atlas_mesh.h"
@@ -28,7 +29,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::array<std::string_view, 5> kTimeUnitNames{"s", "min", "h", "d", "a"};
 constexpr std::size_t kMaxObjects = 1000;
 
 std::vector<std::string> read_names(const JsonReader& json) {

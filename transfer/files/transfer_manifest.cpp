@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "libcommon/core/file_name.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/hash.h"
 #include "libcommon/core/text.h"
@@ -106,18 +105,10 @@ Json used_options(const TransferOptions& used) {
   return options;
 }
 
-const TextRule& tile_name_rule() {
-  static const TextRule rule{.pattern = "^[A-Za-z0-9_-][A-Za-z0-9._-]*$",
-                             .max_length = 128,
-                             .expected = "a name of " + file_name_text(),
-                             .holds = is_file_name};
-  return rule;
-}
-
 }  // namespace
 
 void describe(DocumentVisitor& v, TransferTile& tile) {
-  v.member({.name = "name", .help = "1001, or a material.", .rule = &tile_name_rule()}, tile.name);
+  v.member({.name = "name", .help = "1001, or a material.", .rule = &file_name_rule()}, tile.name);
   v.member({"coordinates", "As above."}, tile.coordinates);
   v.member({"controls"}, tile.controls);
 }
@@ -156,7 +147,7 @@ void describe_mesh(DocumentVisitor& v, TransferManifest& m) {
 void describe_places(DocumentVisitor& v, TransferManifest& m) {
   const bool is_square = m.tile_rule == UvLayoutRule::Square;
   const Presence presence = v.wants_all() ? Presence::Optional : Presence::Required;
-  if (v.wants_all()) v.one_of({"coordinates", "tiles"});
+  v.one_of({"coordinates", "tiles"});
   if (is_square || v.wants_all()) {
     if (m.tiles.empty()) m.tiles.emplace_back();
     v.member({"coordinates",

@@ -233,7 +233,8 @@ void add_figures(Facts& facts, const std::string& name, const Json& figures) {
 
 void check_report(const std::filesystem::path& path) {
   const std::filesystem::path file = report_file(path);
-  const std::string format = load_json(file).at("format").get<std::string>();
+  const Json json = load_json(file);
+  const std::string format = JsonReader(file.string(), json).member("format").string();
   if (format == "patinate.evaluation") return analysis::check_evaluation(file);
   if (format == "patinate.replicates") return analysis::check_replicates_report(file);
   analysis::check_compare_report(file);

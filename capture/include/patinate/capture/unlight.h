@@ -61,6 +61,7 @@ struct SpecularTurn {
 /// What a material is, by what its samples say: whether a lobe shows, whether it is of a color, and whether there is
 /// diffuse light beside it.
 enum class MaterialKind { Matt, Dielectric, Metal, Mixed };
+inline constexpr std::array<std::string_view, 4> kMaterialKindNames{"matt", "dielectric", "metal", "mixed"};
 [[nodiscard]] std::string_view name_of(MaterialKind kind);
 
 /// A lobe that many places share, at one time or several.

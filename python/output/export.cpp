@@ -104,7 +104,7 @@ void bind_export(py::module_& module) {
       if (given.aged) {
         saved.emplace(std::filesystem::temp_directory_path(), "patinate_export");
         task.subject = saved->path() / "aged";
-        transfer::save_transfer(task.subject, *given.aged, false, control.part(0.0, 0.0));
+        transfer::save_transfer(task.subject, *given.aged, {}, control.part(0.0, 0.0));
       } else {
         task.subject = app::library_place(task.subject);
       }

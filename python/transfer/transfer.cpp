@@ -1,8 +1,10 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/request/history_library.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "patinate/history/history.h"
 #include "patinate/transfer/transfer_io.h"
 #include "python/bindings.h"
 #include "python/history/py_history.h"
@@ -139,8 +141,11 @@ void define_aged(AgedClass& type) {
         const RunArguments run = keywords.run();
         keywords.finish();
         const std::string path = path_from(folder);
-        run_interruptibly(
-            run, [=](const RunControl& control) { transfer::save_transfer(path, *aged.value, force, control); });
+        run_interruptibly(run, [=](const RunControl& control) {
+          const auto* const reader = dynamic_cast<const HistoryReader*>(aged.value->history.get());
+          const bool is_installed = reader != nullptr && app::library_name(reader->folder()).has_value();
+          transfer::save_transfer(path, *aged.value, {.force = force, .is_history_installed = is_installed}, control);
+        });
       });
   define_property(type, "mesh", "Mesh", "In mm, with UVs over the whole texture.", [](const PyAged& aged) {
     return PyMesh{std::shared_ptr<const Mesh>(aged.value, &aged.value->mesh)};

@@ -120,7 +120,8 @@ JobPlan plan_transfer(TransferTask task, const fs::path& output) {
   });
 }
 
-void save_transfer(const fs::path& folder, const AgedMesh& aged, bool force, const RunControl& run) {
+void save_transfer(const fs::path& folder, const AgedMesh& aged, const SaveOptions& options, const RunControl& run) {
+  if (!aged.surface.map) throw InvalidInput("the aged mesh has no surface; age_mesh() and age_surface() make one");
   TransferTask task{.history = std::dynamic_pointer_cast<const HistoryReader>(aged.history),
                     .input = {.history = aged.history,
                               .map = aged.surface.map,
@@ -132,6 +133,7 @@ void save_transfer(const fs::path& folder, const AgedMesh& aged, bool force, con
                     .mesh_name = aged.surface.name,
                     .unit = aged.surface.unit,
                     .mm_per_mesh_unit = aged.surface.mm_per_mesh_unit,
+                    .is_history_installed = options.is_history_installed,
                     .flow = std::string(kDirectionKindNames[static_cast<std::size_t>(aged.flow)]),
                     .source_mask_name = ""};
   if (!task.history)
@@ -139,7 +141,7 @@ void save_transfer(const fs::path& folder, const AgedMesh& aged, bool force, con
         "the history of this transfer is in memory only: save it, read it again, and transfer from that");
   const JobPlan plan =
       plan_made_by(std::move(task), folder, [&](const TransferTask&, const RunControl&) { return result_of(aged); });
-  (void)run_job(plan, {.force = force}, run);
+  (void)run_job(plan, {.force = options.force}, run);
 }
 
 }  // namespace patinate::transfer

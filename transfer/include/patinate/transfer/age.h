@@ -74,12 +74,15 @@ struct AgedMesh {
   [[nodiscard]] ImageF texture(const ImageF& times, Between between, const RunControl& control = {}) const;
 };
 
+struct SaveOptions {
+  bool force = false;                 ///< Replace a different transfer that lies there.
+  bool is_history_installed = false;  ///< Name the history by its absolute path: it stays when the folder is moved.
+};
 /// Writes the folder that `patinate transfer` makes of the same input, byte for byte but for run.json. It appears when
 /// it is whole.
-/// @param force  Replace a different transfer that lies there.
-/// @throws InvalidInput if the history lies in memory only; CannotComplete if something else lies there or it cannot be
-/// written; Canceled
-void save_transfer(const std::filesystem::path& folder, const AgedMesh& aged, bool force = false,
+/// @throws InvalidInput if the history lies in memory only, or `aged` has no surface; CannotComplete if something else
+/// lies there or it cannot be written; Canceled
+void save_transfer(const std::filesystem::path& folder, const AgedMesh& aged, const SaveOptions& options = {},
                    const RunControl& run = {});
 
 /// @param mesh  Any that read_mesh() gives.

@@ -247,10 +247,11 @@ fs::path relit_picture_file(const std::string& what, std::size_t index) {
 }
 
 void describe(OptionVisitor& v, RelitOptions& o) {
-  v.visit({"accept_failed",
-           "Leave steps that cannot be registered, and photographs that --align cannot lay over the others, out of the "
-           "history instead of stopping"},
-          o.accept_failed);
+  v.visit(
+      {"accept_failed",
+       "Leave steps that cannot be registered, and photographs that --align cannot align with the others, out of the "
+       "history instead of stopping"},
+      o.accept_failed);
   v.visit_choice({"method",
                   "How a step's scan is brought onto the reference's; pcl-... are PCL's own, for comparison "
                   "(relit captures)"},

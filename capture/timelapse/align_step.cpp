@@ -268,8 +268,8 @@ void check_handheld_options(const IngestWork& work) {
   const std::string file = work.project.file.string();
   if (options.stabilize)
     throw InvalidInput(file +
-                       ": --stabilize is for small motion of photographs that `align` or `transform` lays over "
-                       "one another already; leave one of the two out");
+                       ": --stabilize is for small motion of photographs; `align` or `transform` has "
+                       "aligned these already; leave one of the two out");
   if (!options.flat_field.empty() && options.flat_field != "estimate")
     throw InvalidInput(
         file +

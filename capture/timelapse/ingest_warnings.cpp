@@ -101,7 +101,8 @@ void add_plain(std::vector<HistoryWarning>& warnings, const std::vector<std::str
   warnings.push_back(
       {.about = WarningSubject::Motion,
        .text = photo_list(names) + (is_one ? " shows" : " show") +
-               " too little detail to be aligned with the others, and stay as they are",
+               " too little detail to be aligned with the others, and " +
+               (is_one ? "stays as it is" : "stay as they are"),
        .cure = std::string("check that ") + (is_one ? "it shows" : "they show") + " the same view as the others",
        .share = 0.5 * share_of(names.size(), num_frames),
        .photos = names});
@@ -136,7 +137,10 @@ void add_unlinked(std::vector<HistoryWarning>& warnings, const SurveyReport& sur
                    " photographs cannot be aligned with the others (" + photo_list(warning.photos) + ")";
   }
   warning.text += ", no motion explains how " + std::string(count == 1 ? "it differs" : "they differ") +
-                  lowest_similarity_text(unlinked) + (survey.is_stabilized ? "; they stay as they are" : "");
+                  lowest_similarity_text(unlinked) +
+                  (!survey.is_stabilized ? ""
+                   : count == 1          ? "; it stays as it is"
+                                         : "; they stay as they are");
   constexpr double kMost = 0.5;
   warning.cure = warning.share > kMost
                      ? "photographs of one view are needed, cropped and turned alike before they are ingested"
@@ -209,12 +213,13 @@ std::vector<HistoryWarning> survey_warnings(const SurveyReport& survey, int num_
   const auto or_leave_out = [&](const Group& group) {
     return group.photos.size() == 1 && num_frames > 2 ? "; or leave it out: " + exclude_text(survey, group.photos) : "";
   };
-  if (!is_aligned) add_unlinked(warnings, survey, num_frames);  // Aligned ones were laid over one another.
+  if (!is_aligned)
+    add_unlinked(warnings, survey, num_frames);  // Photographs of an aligned series were compared already.
   add_order(warnings, survey);
   if (!survey.is_stabilized) {
     add_group(warnings, moved, num_frames, WarningSubject::Motion, "are moved against the ones before",
               (is_aligned ? "`landmarks`, or another `align`, if the object itself has not moved"
-                          : "--stabilize lays them over one another") +
+                          : "--stabilize aligns them with each other") +
                   or_leave_out(moved));
   }
   if (!survey.is_deflickered) {

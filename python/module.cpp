@@ -45,10 +45,10 @@ PYBIND11_MODULE(_native, module) {
   bind_mesh(module);
   bind_surface(module);
   bind_transfer(module);
-  bind_transfer_folder(module);
   bind_render(module);
   bind_export(module);
   bind_simulation(module);
+  bind_simulate(module);
   bind_recompose(module);
   bind_compare(module);
   bind_evaluate(module);

@@ -13,21 +13,9 @@
 
 namespace patinate::app {
 
-AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged) {
-  const HistoryFacts& facts = aged->history->facts();
-  AgingMesh mesh;
-  mesh.history.name = facts.name;
-  mesh.history.origin = facts.origin;
-  mesh.history.time_unit = facts.time_unit;
-  for (const FrameFacts& frame : facts.frames) mesh.history.frames.emplace_back().time = frame.time;
-  mesh.tile_names = {""};
-  mesh.mesh = aged->mesh;
-  mesh.unit_mesh = aged->mesh;
-  mesh.sample = [aged](double time, const RunControl& control) { return aged->texture(time, Between::Blend, control); };
-  return mesh;
-}
+namespace {
 
-AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& transfer) {
+AgingMesh aging_mesh_of_folder(const std::shared_ptr<const transfer::TransferReader>& transfer) {
   const transfer::TransferManifest& m = transfer->manifest();
   AgingMesh mesh;
   mesh.key = m.key;
@@ -64,8 +52,6 @@ AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& t
   }
   return mesh;
 }
-
-namespace {
 
 /// What pictures of a transfer hold that is too large to be held itself: 800 MB.
 constexpr std::int64_t kReducedTexels = std::int64_t{1} << 26;
@@ -117,13 +103,28 @@ AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path, const Outp
 
 }  // namespace
 
+AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged) {
+  if (aged->folder) return aging_mesh_of_folder(aged->folder);
+  const HistoryFacts& facts = aged->history->facts();
+  AgingMesh mesh;
+  mesh.history.name = facts.name;
+  mesh.history.origin = facts.origin;
+  mesh.history.time_unit = facts.time_unit;
+  for (const FrameFacts& frame : facts.frames) mesh.history.frames.emplace_back().time = frame.time;
+  mesh.tile_names = {""};
+  mesh.mesh = aged->mesh;
+  mesh.unit_mesh = aged->mesh;
+  mesh.sample = [aged](double time, const RunControl& control) { return aged->texture(time, Between::Blend, control); };
+  return mesh;
+}
+
 AgingMesh open_aging_mesh(const std::filesystem::path& path, const OutputDevices& devices, double film,
                           std::int64_t most_texels) {
   if (kind_of(path) == PathKind::Simulation) return aging_mesh_of_simulation(path, devices, film);
   if (const auto folder = std::make_shared<const transfer::TransferFolder>(path);
       std::int64_t{folder->sheet().width()} * folder->sheet().height() > most_texels)
     return reduced_mesh_of_transfer(folder, most_texels);
-  return aging_mesh_of(std::make_shared<const transfer::TransferReader>(path));
+  return aging_mesh_of_folder(std::make_shared<const transfer::TransferReader>(path));
 }
 
 }  // namespace patinate::app

@@ -19,7 +19,6 @@
 #include "patinate/image/image.h"
 #include "patinate/output/render_surface.h"
 #include "patinate/transfer/age.h"
-#include "patinate/transfer/transfer_reader.h"
 
 namespace patinate::app {
 
@@ -49,9 +48,7 @@ struct AgingMesh {
 /// (ReducedTransfer). @throws IoError
 [[nodiscard]] AgingMesh open_aging_mesh(const std::filesystem::path& path, const OutputDevices& devices = {},
                                         double film = kWetFilm, std::int64_t most_texels = Sheet::kMaxTexels);
-/// Of a transfer that is open already.
-[[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::TransferReader>& transfer);
-/// Of a transfer in memory, which has no key; its color alone.
+/// Of a transfer in memory; one that was not read from a folder has no key, and its color is all that is known.
 [[nodiscard]] AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged);
 
 }  // namespace patinate::app

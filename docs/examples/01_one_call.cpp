@@ -1,26 +1,23 @@
-// Ages a mesh with a material history in one call, and writes how it looks at the end.
-//     01_one_call HISTORY MESH CONTROL TEXTURE.png [TRANSFER]        e.g. copper bust.glb accessibility bust.png aged
-// TRANSFER is the folder that `patinate transfer` makes, for `export`, `render` and everything else.
+// Ages a mesh as a history aged, keeps the transfer, and writes how the mesh looks at the end.
+//     01_one_call HISTORY MESH CONTROL FOLDER TEXTURE.png           e.g. copper bust.glb accessibility aged bust.png
+// FOLDER is what `patinate transfer` makes: `patinate render`, `export` and everything else take it.
+#include <patinate/patinate.h>
+
 #include <cstdio>
 #include <exception>
-#include <memory>
-
-#include "patinate/history/history.h"
-#include "patinate/image/image_io.h"
-#include "patinate/mesh_files/mesh_io.h"
-#include "patinate/transfer/age.h"
 
 using namespace patinate;
 
 int main(int argc, char** argv) try {
-  if (argc != 5 && argc != 6) {
-    std::fputs("usage: 01_one_call HISTORY MESH CONTROL TEXTURE.png [TRANSFER]\n", stderr);
+  if (argc != 6) {
+    std::fputs("usage: 01_one_call HISTORY MESH CONTROL FOLDER TEXTURE.png\n", stderr);
     return 2;
   }
-  const auto history = std::make_shared<const HistoryReader>(argv[1]);
-  const transfer::AgedMesh aged = transfer::age_mesh(history, read_mesh(argv[2]), argv[3], {.resolution = 512});
-  write_color(argv[4], aged.texture(history->times().back()));
-  if (argc == 6) transfer::save_transfer(argv[5], aged);
+  const auto history = read_history(argv[1]);
+  const AgingSurface surface = make_aging_surface(read_mesh(argv[2]), {.resolution = 512}, &history->facts());
+  const AgedMesh aged = age(history, surface, {{"", control(surface, argv[3])}}, {.seed = 7});  // "": its only control
+  aged.save(argv[4]);
+  write_color(argv[5], aged.texture(history->times().back()));
   std::printf("%s: control error %.3f\n", argv[4], aged.energy.control_error_mean);
   return 0;
 } catch (const std::exception& e) {

@@ -69,9 +69,11 @@ void write_files(const fs::path& folder, const History& history, const RunContro
 
 }  // namespace
 
-void write_history(const fs::path& folder, const History& history, const RunControl& control) {
-  if (fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
-    throw CannotComplete(folder.string() + ": is there already");
+void write_history(const fs::path& folder, const History& history, const RunControl& control, bool force) {
+  const bool is_replaced = force && fs::exists(folder / "history.json");
+  if (!is_replaced && fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
+    throw CannotComplete(folder.string() + ": is there already" +
+                         (fs::exists(folder / "history.json") ? "; --force replaces it" : ""));
   fs::path partial = folder.has_filename() ? folder : folder.parent_path();
   partial += ".partial";
   if (fs::exists(partial))
@@ -79,6 +81,7 @@ void write_history(const fs::path& folder, const History& history, const RunCont
   try {
     fs::create_directories(partial);
     write_files(partial, history, control);
+    if (is_replaced) fs::remove_all(folder);
     fs::rename(partial, folder);
   } catch (...) {
     std::error_code ignored;

@@ -34,8 +34,7 @@ void bind_evaluate(py::module_& module) {
          FunctionText(
              "evaluate",
              "How good a transfer is: energy and audit, control error, statistics, repetition, seams, scale, lines.")
-             .takes("transfer", "AgedMesh | Transfer | str | os.PathLike[str]",
-                    "In memory, or a transfer folder or its path")
+             .takes("transfer", "AgedMesh | str | os.PathLike[str]", "Or the path of a transfer folder")
              .options<EvaluateKeywords>({.seed = kDefaultSeed})
              .runs()
              .returns("dict[str, Any]",
@@ -50,16 +49,14 @@ void bind_evaluate(py::module_& module) {
            const RunArguments run = keywords.run();
            keywords.finish();
            const auto seed = static_cast<std::uint64_t>(options.seed);
-           const bool is_aged = py::isinstance<PyAged>(given);
-           const auto aged = is_aged ? py::cast<const PyAged&>(given).value : nullptr;
-           const std::string path = is_aged                             ? ""
-                                    : py::isinstance<PyTransfer>(given) ? py::cast<const PyTransfer&>(given).path
-                                                                        : path_from(given);
+           const PyAged aged = py::isinstance<PyAged>(given) ? py::cast<const PyAged&>(given)
+                                                             : PyAged{.value = nullptr, .path = path_from(given)};
            auto [made, more] = result_of(run, [=](const RunControl& control) {
-             if (!is_aged) app::require_transfer(path);
+             if (!aged.value) app::require_transfer(aged.path);
              const analysis::MapToEvaluate opened =
-                 is_aged ? app::aged_map("transfer", *aged, options.options, seed, control.part(0.0, 0.5))
-                         : app::transfer_item(path, options.options, seed, {}).open(control.part(0.0, 0.5));
+                 aged.path.empty()
+                     ? app::aged_map("transfer", *aged.value, options.options, seed, control.part(0.0, 0.5))
+                     : app::transfer_item(aged.path, options.options, seed, {}).open(control.part(0.0, 0.5));
              return std::pair(
                  analysis::evaluate(opened.source, opened.map, options.options, seed, nullptr, control.part(0.5, 1.0)),
                  opened.more);

@@ -10,6 +10,7 @@
 #include "python/bindings.h"
 #include "python/history/py_history.h"
 #include "python/support/arrays.h"
+#include "python/support/immutable.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
 
@@ -25,6 +26,20 @@ Between between_from(const std::string& name) {
   Keywords keywords("between", given);
   keywords.read(options);
   return options.between;
+}
+
+MaterialMap material_map_from(const std::string& name) {
+  std::string list;
+  for (std::size_t i = 0; i < kMaterialMapNames.size(); ++i) {
+    if (kMaterialMapNames[i] == name) return static_cast<MaterialMap>(i);
+    list += (i == 0 ? "" : i + 1 < kMaterialMapNames.size() ? ", " : " or ") + std::string(kMaterialMapNames[i]);
+  }
+  throw InvalidInput("material_map: found `" + name + "`; expected " + list);
+}
+
+std::filesystem::path folder_of(const PyHistory& history) {
+  const auto* const reader = dynamic_cast<const HistoryReader*>(history.value.get());
+  return reader == nullptr ? std::filesystem::path() : reader->folder();
 }
 
 namespace {
@@ -157,14 +172,9 @@ void define_images(HistoryClass& type) {
         SamplingOptions options;
         keywords.read(options);
         keywords.finish();
-        for (std::size_t i = 0; i < kMaterialMapNames.size(); ++i) {
-          if (kMaterialMapNames[i] == name)
-            return array_of(result_of({}, [=](const RunControl&) {
-              return sample_material_map(*h.value, static_cast<MaterialMap>(i), time, options.between);
-            }));
-        }
-        throw InvalidInput("material_map: found `" + name +
-                           "`; expected normal, roughness, specular, height, stddev, metalness or tint");
+        const MaterialMap map = material_map_from(name);
+        return array_of(result_of(
+            {}, [=](const RunControl&) { return sample_material_map(*h.value, map, time, options.between); }));
       });
 }
 
@@ -197,18 +207,26 @@ void bind_history(py::module_& module) {
            size_text(f.width, f.height) + ", " + number_text(f.frames.front().time) + " to " +
            number_text(f.frames.back().time) + " " + time_unit_text(f.time_unit) + ">";
   });
+  define_property(type, "folder", "str | None", "Where it lies; None of one in memory.",
+                  [](const PyHistory& h) -> py::object {
+                    const std::filesystem::path folder = folder_of(h);
+                    return folder.empty() ? py::object(py::none()) : py::str(folder.string());
+                  });
+  define_copies(type);
   define_method(
       type,
       FunctionText("save", "Writes it as a new folder, which appears when it is whole; colors as half floats.")
-          .takes("folder", "str | os.PathLike[str]", "Must not exist")
+          .takes("folder", "str | os.PathLike[str]", "Must not exist, or be empty")
+          .keyword("force", "bool", "False", "Replace a history that lies there")
           .runs()
-          .raises("CannotComplete if it is there or cannot be written"),
+          .raises("CannotComplete if something is there or it cannot be written"),
       [](const PyHistory& h, const py::object& folder, const py::kwargs& kwargs) {
         Keywords keywords("save", kwargs);
+        const bool force = keywords.flag("force", false);
         const RunArguments run = keywords.run();
         keywords.finish();
         const std::string path = path_from(folder);
-        run_interruptibly(run, [=](const RunControl& control) { write_history(path, *h.value, control); });
+        run_interruptibly(run, [=](const RunControl& control) { write_history(path, *h.value, control, force); });
       });
   define(module,
          FunctionText("read_history", "Opens a history folder; pixels are read when they are asked for.")

@@ -2,6 +2,7 @@
 /// A history as the module's functions take it.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -14,7 +15,12 @@ struct PyHistory {
   std::shared_ptr<const History> value;
 };
 
+/// Where it lies; empty of one in memory.
+[[nodiscard]] std::filesystem::path folder_of(const PyHistory& history);
+
 /// "blend", "hold" or "nearest". @throws InvalidInput
 [[nodiscard]] Between between_from(const std::string& name);
+/// "normal", "roughness", ... @throws InvalidInput listing them
+[[nodiscard]] MaterialMap material_map_from(const std::string& name);
 
 }  // namespace patinate::python

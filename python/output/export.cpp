@@ -7,7 +7,6 @@
 #include "app/request/history_library.h"
 #include "libcommon/core/temporary_file.h"
 #include "patinate/core/error.h"
-#include "patinate/history/history.h"
 #include "python/bindings.h"
 #include "python/history/py_history.h"
 #include "python/output/keywords.h"
@@ -39,12 +38,14 @@ struct Subject {
 };
 
 Subject subject_from(const py::object& given) {
-  if (py::isinstance<PyAged>(given)) return {.folder = {}, .aged = py::cast<const PyAged&>(given).value};
-  if (py::isinstance<PyTransfer>(given)) return {.folder = py::cast<const PyTransfer&>(given).path};
+  if (py::isinstance<PyAged>(given)) {
+    const auto& aged = py::cast<const PyAged&>(given);
+    return {.folder = aged.path, .aged = aged.path.empty() ? aged.value : nullptr};
+  }
   if (py::isinstance<PyHistory>(given)) {
-    const auto reader = std::dynamic_pointer_cast<const HistoryReader>(py::cast<const PyHistory&>(given).value);
-    if (!reader) throw InvalidInput("the history is in memory only: save it, and export its folder");
-    return {.folder = reader->folder()};
+    const std::filesystem::path folder = folder_of(py::cast<const PyHistory&>(given));
+    if (folder.empty()) throw InvalidInput("the history is in memory only: save it, and export its folder");
+    return {.folder = folder};
   }
   return {.folder = path_from(given)};
 }
@@ -70,7 +71,7 @@ void bind_export(py::module_& module) {
   FunctionText text("export",
                     "Writes a model, a movie or images of what ages: what `patinate export` writes. What is up to date "
                     "stays as it is.");
-  text.takes("subject", "str | os.PathLike[str] | AgedMesh | Transfer | History",
+  text.takes("subject", "str | os.PathLike[str] | AgedMesh | History",
              "A transfer or simulation, or for pictures a history: the folder, or what was opened or made here")
       .takes("output", "str | os.PathLike[str]",
              "MODEL.glb with one variant a time; MODEL.usdz or .usda with textures over time; MODEL.obj with MTL at "
@@ -104,7 +105,7 @@ void bind_export(py::module_& module) {
       if (given.aged) {
         saved.emplace(std::filesystem::temp_directory_path(), "patinate_export");
         task.subject = saved->path() / "aged";
-        transfer::save_transfer(task.subject, *given.aged, {}, control.part(0.0, 0.0));
+        given.aged->save(task.subject, {}, control.part(0.0, 0.0));
       } else {
         task.subject = app::library_place(task.subject);
       }

@@ -92,13 +92,10 @@ app::RenderTask task_from(Keywords& keywords) {
 
 /// What is in memory, or the path of what is not.
 void set_subject(const py::object& subject, app::RenderTask& task) {
-  if (py::isinstance<PyAged>(subject)) {
+  if (py::isinstance<PyAged>(subject))
     task.mesh = std::make_shared<const app::AgingMesh>(app::aging_mesh_of(py::cast<const PyAged&>(subject).value));
-  } else if (py::isinstance<PyTransfer>(subject)) {
-    task.mesh = std::make_shared<const app::AgingMesh>(app::aging_mesh_of(py::cast<const PyTransfer&>(subject).value));
-  } else {
+  else
     task.subject = path_from(subject);
-  }
 }
 
 /// The picture as an array.
@@ -127,7 +124,7 @@ void bind_render(py::module_& module) {
   FunctionText text("render",
                     "A picture of what ages: what `patinate render` writes, to a file, or without one as an array. A "
                     "file that is up to date stays as it is.");
-  text.takes("subject", "AgedMesh | Transfer | str | os.PathLike[str]",
+  text.takes("subject", "AgedMesh | str | os.PathLike[str]",
              "The path of a transfer, a simulation, a history, or a mesh with a texture; for an array also what "
              "transfer() gave, of which color is shown, or read_transfer()")
       .takes("output", "str | os.PathLike[str] | None",

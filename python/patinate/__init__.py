@@ -10,8 +10,10 @@ integers, 0 outside. Lengths are in mm, times in the history's unit. Arrays that
 views that cannot be written. Long calls release the interpreter's lock, take on_progress= and num_threads=, and end on Ctrl-C. Equal input
 gives equal values on any number of threads, and those of the command line. Errors are patinate.Error and below, with one line each.
 """
-from . import _native
+from . import _objects, _native
 from ._native import *  # noqa: F403
 from ._native import __version__  # noqa: F401
+
+_objects.install()
 
 __all__ = [name for name in dir(_native) if not name.startswith("_")]

@@ -34,7 +34,7 @@ class PySimulation {
   PySimulation(const py::object& scene, const py::kwargs& kwargs) {
     Keywords keywords("Simulation", kwargs);
     simulation::SimulationOptions options;
-    const py::object maps = keywords.object("parameter_maps");
+    const py::object maps = keywords.object("parameter_maps"), meshes = keywords.object("meshes");
     const std::string base = keywords.text("folder", ".");
     const std::int64_t resolution = keywords.integer("resolution", 0), seed = keywords.integer("seed", -1);
     device_.emplace(keywords);
@@ -46,6 +46,7 @@ class PySimulation {
     const Json root = is_dict ? json_from(scene, "scene") : Json();
     const std::filesystem::path file =
         is_dict ? std::filesystem::path(base) / "scene" : std::filesystem::path(path_from(scene));
+    const auto given = meshes_from(meshes, file.parent_path());
     std::vector<std::string> names;
     if (!maps.is_none()) {
       for (const py::handle name : maps) names.push_back(py::cast<std::string>(name));
@@ -55,8 +56,8 @@ class PySimulation {
       auto made = std::make_shared<State>();
       options.device = app::open_simulation_device(device.options(), device.words());
       simulation::SceneAssets assets;
-      made->file =
-          is_dict ? simulation::read_scene(file, root, assets, control) : simulation::read_scene(file, control);
+      assets.given_meshes = given;
+      made->file = simulation::read_scene(file, is_dict ? root : load_json(file), assets, control);
       if (resolution != 0) made->file.scene.resolution = checked_resolution(resolution);
       if (seed >= 0) made->file.scene.seed = static_cast<std::uint64_t>(seed);
       options.parameter_maps = is_asked ? names : made->file.controls;
@@ -386,6 +387,8 @@ void bind_simulation(py::module_& module) {
       FunctionText("__init__", "Reads a scene and everything that it names.")
           .takes("scene", "str | os.PathLike[str] | Mapping[str, Any]", "A scene file, or what would stand in one")
           .keyword("folder", "str | os.PathLike[str]", "'.'", "Of a scene that is no file: what its paths lead from")
+          .keyword("meshes", "Mapping[str, Mesh] | None", "None",
+                   "In place of files, by the name that an object's \"mesh\" has in the scene; in the scene's unit")
           .keyword("parameter_maps", "Sequence[str] | None", "None",
                    "What to count along the way: hits, last_hit, rust.deposited, ...; None: what the scene asks for")
           .keyword("resolution", "int", "0", "Texels along the atlas ([16, 16384]); 0: the scene's")
@@ -396,7 +399,7 @@ void bind_simulation(py::module_& module) {
   type.def(py::init([](const py::object& scene, const py::kwargs& kwargs) {
              return std::make_shared<PySimulation>(scene, kwargs);
            }),
-           init.docstring().c_str(), py::arg("scene"));
+           FunctionText(init).of_class().docstring().c_str(), py::arg("scene"));
   add_stub(FunctionText(init).of_class().stub());
   define_facts(type);
   define_run(type);

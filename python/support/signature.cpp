@@ -125,7 +125,7 @@ FunctionText& FunctionText::raises(std::string text) {
 
 std::string FunctionText::docstring() const {
   // What stands before "--" is what inspect.signature() parses; help() shows the rest.
-  std::string signature = is_method_ ? "$self" : "", body;
+  std::string signature = is_method_ ? "self" : "", body;  // "$self" would be dropped twice of a bound method.
   const auto more = [&](const std::string& text) { signature += (signature.empty() ? "" : ", ") + text; };
   for (const ParameterText& p : positional_) {
     more(p.name + (p.default_value.empty() ? "" : "=" + p.default_value));

@@ -6,6 +6,7 @@
 #include "patinate/mesh_files/mesh_io.h"
 #include "python/bindings.h"
 #include "python/support/arrays.h"
+#include "python/support/immutable.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
 #include "python/surface/py_surface.h"
@@ -161,6 +162,31 @@ void define_work(MeshClass& type) {
                   if (!path.ends_with(".obj")) throw ParseError(path + ": meshes are saved as .obj");
                   run_interruptibly({}, [=](const RunControl&) { write_obj(path, *mesh.value); });
                 });
+  define_copies(type);
+  type.def(py::pickle(
+      [](const py::object& self) {
+        const PyMesh& mesh = py::cast<const PyMesh&>(self);
+        py::list names;
+        for (const Mesh::Surface& s : mesh.value->surfaces) names.append(py::make_tuple(s.node, s.material));
+        return py::make_tuple(self.attr("positions"), self.attr("triangles"), self.attr("uvs"),
+                              self.attr("uv_triangles"), self.attr("normals"), self.attr("normal_triangles"), names,
+                              array_of(mesh.value->triangle_surface), mesh.name);
+      },
+      [](const py::tuple& state) {
+        Mesh mesh;
+        mesh.positions = vectors_from<Vec3>(state[0], "positions", 3);
+        mesh.triangles = triangles_from(state[1], "triangles", mesh.positions.size(), 0);
+        mesh.uvs = vectors_from<Vec2>(state[2], "uvs", 2);
+        mesh.uv_triangles = triangles_from(state[3], "uv_triangles", mesh.uvs.size(), -1);
+        mesh.normals = vectors_from<Vec3>(state[4], "normals", 3);
+        mesh.normal_triangles = triangles_from(state[5], "normal_triangles", mesh.normals.size(), 0);
+        for (const py::handle name : state[6]) {
+          const auto pair = py::cast<py::tuple>(name);
+          mesh.surfaces.push_back({py::cast<std::string>(pair[0]), py::cast<std::string>(pair[1])});
+        }
+        for (const py::handle surface : state[7]) mesh.triangle_surface.push_back(py::cast<int>(surface));
+        return PyMesh{std::make_shared<const Mesh>(std::move(mesh)), py::cast<std::string>(state[8])};
+      }));
   define_method(type, FunctionText("__repr__", "In a line.").returns("str"), [](const PyMesh& mesh) {
     return "<patinate.Mesh: " + std::to_string(mesh.value->num_triangles()) + " triangles" +
            (mesh.value->has_uvs() ? ", with UVs>" : ">");
@@ -168,6 +194,18 @@ void define_work(MeshClass& type) {
 }
 
 }  // namespace
+
+MeshesByPath meshes_from(const py::object& given, const std::filesystem::path& folder) {
+  MeshesByPath out;
+  if (given.is_none()) return out;
+  if (!py::isinstance<py::dict>(given)) wrong_type("Simulation", "meshes", given, "a dict of meshes by name");
+  for (const auto& [name, mesh] : py::cast<py::dict>(given)) {
+    if (!py::isinstance<py::str>(name) || !py::isinstance<PyMesh>(mesh))
+      wrong_type("Simulation", "meshes", mesh, "a Mesh by name");
+    out[folder / py::cast<std::string>(name)] = py::cast<const PyMesh&>(mesh).value;
+  }
+  return out;
+}
 
 void bind_mesh(py::module_& module) {
   const char* const doc =

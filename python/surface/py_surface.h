@@ -2,6 +2,10 @@
 /// Meshes and surfaces as the module's functions take them.
 #pragma once
 
+#include <pybind11/pybind11.h>
+
+#include <filesystem>
+#include <map>
 #include <memory>
 
 #include "patinate/controls/control_map.h"
@@ -14,6 +18,11 @@ struct PyMesh {
   std::shared_ptr<const Mesh> value;
   std::string name = "mesh";  ///< For people: the file that it came from.
 };
+
+using MeshesByPath = std::map<std::filesystem::path, std::shared_ptr<const Mesh>>;
+/// A scene's meshes in memory, by the path that its words lead to. @param given  None, or a dict of meshes by name.
+/// @throws TypeError
+[[nodiscard]] MeshesByPath meshes_from(const pybind11::object& given, const std::filesystem::path& folder);
 
 struct PySurface {
   transfer::AgingSurface value;

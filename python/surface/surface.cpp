@@ -1,9 +1,12 @@
+#include <pybind11/stl.h>
+
 #include <utility>
 
 #include "patinate/controls/control_kinds.h"
 #include "patinate/image/image_io.h"
 #include "python/bindings.h"
 #include "python/support/arrays.h"
+#include "python/support/immutable.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
 #include "python/surface/py_surface.h"
@@ -48,6 +51,19 @@ void bind_control(py::module_& module) {
     for (const std::string& note : map.notes) out.append(note);
     return out;
   });
+  define_copies(type);
+  type.def(py::pickle(
+      [](const ControlMap& map) {
+        return py::make_tuple(array_of(ImageF(map.values)), map.low, map.high, map.unit, map.has_file, map.notes);
+      },
+      [](const py::tuple& state) {
+        return std::make_shared<ControlMap>(ControlMap{.values = image_from(state[0], "values", 1),
+                                                       .low = py::cast<double>(state[1]),
+                                                       .high = py::cast<double>(state[2]),
+                                                       .unit = py::cast<std::string>(state[3]),
+                                                       .has_file = py::cast<bool>(state[4]),
+                                                       .notes = py::cast<std::vector<std::string>>(state[5])});
+      }));
   define_method(
       type,
       FunctionText("save", "Writes an EXR whose header says what 0 and 1 stand for; transfer() reads it as a control.")
@@ -88,11 +104,12 @@ void bind_surface(py::module_& module) {
                                 .options<SurfaceKeywords>()
                                 .runs()
                                 .raises("InvalidInput if the mesh cannot be textured or an option is out of range");
-  type.def(py::init(&make_surface), init.docstring().c_str(), py::arg("mesh"));
+  type.def(py::init(&make_surface), FunctionText(init).of_class().docstring().c_str(), py::arg("mesh"));
   add_stub(FunctionText(init).of_class().stub());
   define_property(type, "mesh", "Mesh", "In mm, with UVs over the whole texture.", [](const PySurface& s) {
     return PyMesh{std::shared_ptr<const Mesh>(s.value.map, &s.value.map->mesh())};
   });
+  define_copies(type);
   define_property(type, "width", "int", "Texels.", [](const PySurface& s) { return s.value.map->width(); });
   define_property(type, "height", "int", "Texels.", [](const PySurface& s) { return s.value.map->height(); });
   define_property(type, "texel_size_mm", "float", "Median over the surface of the length of a texel.",

@@ -10,17 +10,12 @@
 #include <vector>
 
 #include "patinate/transfer/age.h"
-#include "patinate/transfer/transfer_reader.h"
 
 namespace patinate::python {
 
 struct PyAged {
   std::shared_ptr<const transfer::AgedMesh> value;
-};
-
-struct PyTransfer {
-  std::shared_ptr<const transfer::TransferReader> value;
-  std::string path;  ///< As it was opened.
+  std::string path = "";  ///< As it was opened; "" of one that was made here.
 };
 
 /// What a texture is asked for at: one time, several, or one of each texel.

@@ -5,11 +5,14 @@
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
+#include "patinate/transfer/time_map.h"
 #include "patinate/transfer/transfer_io.h"
+#include "patinate/transfer/transfer_reader.h"
 #include "python/bindings.h"
 #include "python/history/py_history.h"
 #include "python/support/arrays.h"
 #include "python/support/device_keyword.h"
+#include "python/support/immutable.h"
 #include "python/support/json.h"
 #include "python/support/keywords.h"
 #include "python/support/signature.h"
@@ -120,12 +123,86 @@ PyAged transferred(const PyHistory& history, const py::object& destination, cons
   return aged;
 }
 
-void define_aged(AgedClass& type) {
+/// Where its texels lie; of one that was read made when it is asked for.
+PySurface surface_of(const transfer::AgedMesh& aged) {
+  PySurface surface{aged.surface};
+  if (!surface.value.map)
+    surface.value.map =
+        std::make_shared<const TexelMap>(make_texel_map(*surface.value.atlas, aged.folder->manifest().width));
+  return surface;
+}
+
+/// The tiles of one square alone are the texture itself.
+py::object tiles_of(ImageF values, const Sheet& sheet) {
+  if (sheet.num_tiles() == 1) return array_of(std::move(values));
+  py::list out;
+  for (int i = 0; i < sheet.num_tiles(); ++i) out.append(array_of(cut_tile(values, sheet, i)));
+  return out;
+}
+
+/// As tiles_of(), each tile with the times as its first axis.
+py::object textures_at(const std::shared_ptr<const transfer::AgedMesh>& aged, const std::vector<double>& times,
+                       const SamplingOptions& options, const RunArguments& run) {
+  const Sheet& sheet = aged->sheet();
+  std::vector<py::list> by_tile(static_cast<std::size_t>(sheet.num_tiles()));
+  for (const double time : times) {
+    const ImageF values =
+        result_of(run, [=](const RunControl& control) { return aged->texture(time, options.between, control); });
+    for (int i = 0; i < sheet.num_tiles(); ++i) by_tile[i].append(array_of(cut_tile(values, sheet, i)));
+  }
+  if (by_tile.size() == 1) return stacked(by_tile.front());
+  py::list out;
+  for (const py::list& tile : by_tile) out.append(stacked(tile));
+  return out;
+}
+
+void define_facts(AgedClass& type) {
   define_method(type, FunctionText("__repr__", "In a line.").returns("str"), [](const PyAged& aged) {
-    const ImageF& c = aged.value->coordinates;
-    return "<patinate.AgedMesh of `" + aged.value->history->facts().name + "`: " + size_text(c.width(), c.height()) +
-           " texels, " + std::to_string(aged.value->mesh.num_triangles()) + " triangles>";
+    const Sheet& sheet = aged.value->sheet();
+    return "<patinate.AgedMesh of `" + aged.value->history->facts().name +
+           "`: " + (sheet.num_tiles() > 1 ? std::to_string(sheet.num_tiles()) + " tiles of " : "") +
+           size_text(sheet.tile_width, sheet.tile_height) + " texels, " +
+           std::to_string(aged.value->mesh.num_triangles()) + " triangles>";
   });
+  define_property(type, "mesh", "Mesh", "In mm, with UVs over the sheet of all tiles.", [](const PyAged& aged) {
+    return PyMesh{std::shared_ptr<const Mesh>(aged.value, &aged.value->mesh)};
+  });
+  define_property(type, "surface", "Surface", "Where its texels lie.",
+                  [](const PyAged& aged) { return surface_of(*aged.value); });
+  define_property(type, "folder", "str | None", "Where it was read from; None of one that was made here.",
+                  [](const PyAged& aged) { return aged.path.empty() ? py::object(py::none()) : py::str(aged.path); });
+  define_copies(type);
+  define_property(type, "history", "History", "What its colors are of.",
+                  [](const PyAged& aged) { return PyHistory{aged.value->history}; });
+  define_property(type, "tiles", "list[str]", "Names of the squares of its atlas; [''] of one alone.",
+                  [](const PyAged& aged) {
+                    py::list out;
+                    for (const std::string& name : aged.value->sheet().names) out.append(name);
+                    return out;
+                  });
+  define_property(type, "controls", "list[str]", "'SOURCE=DESTINATION' of each.", [](const PyAged& aged) {
+    py::list out;
+    if (aged.value->folder) {
+      for (const transfer::RecordedControl& c : aged.value->folder->manifest().controls) out.append(c.text());
+    } else {
+      for (const transfer::TransferControl& c : aged.value->controls) out.append(c.source + "=" + c.destination);
+    }
+    return out;
+  });
+  define_property(
+      type, "coordinates", "npt.NDArray[np.float32]",
+      "H x W x 2 over the sheet: where in the history a texel looks, x and y in pixels, whole numbers in their "
+      "middles; -1 outside; cannot be written.",
+      [](const py::object& self) { return read_only(py::cast<const PyAged&>(self).value->coordinates, self); });
+  define_property(
+      type, "coverage", "npt.NDArray[np.bool_]", "H x W over the sheet: where texels show the surface.",
+      [](const py::object& self) { return mask_array(ImageU8(py::cast<const PyAged&>(self).value->coverage)); });
+  define_property(type, "energy", "dict[str, Any]",
+                  "The figures of transfer.json: energy, its parts, control error, coherence.",
+                  [](const PyAged& aged) { return object_of(energy_json(aged.value->energy)); });
+}
+
+void define_save(AgedClass& type) {
   define_method(
       type,
       FunctionText("save",
@@ -134,7 +211,8 @@ void define_aged(AgedClass& type) {
           .takes("folder", "str | os.PathLike[str]", "It appears when it is whole; a finished one stays as it is")
           .keyword("force", "bool", "False", "Replace a different transfer that lies there")
           .runs()
-          .raises("InvalidInput if the history is in memory only; CannotComplete if something else lies there"),
+          .raises("InvalidInput if the history is in memory only, or this was read from a folder; CannotComplete if "
+                  "something else lies there"),
       [](const PyAged& aged, const py::object& folder, const py::kwargs& kwargs) {
         Keywords keywords("save", kwargs);
         const bool force = keywords.flag("force", false);
@@ -142,37 +220,22 @@ void define_aged(AgedClass& type) {
         keywords.finish();
         const std::string path = path_from(folder);
         run_interruptibly(run, [=](const RunControl& control) {
-          const auto* const reader = dynamic_cast<const HistoryReader*>(aged.value->history.get());
-          const bool is_installed = reader != nullptr && app::library_name(reader->folder()).has_value();
-          transfer::save_transfer(path, *aged.value, {.force = force, .is_history_installed = is_installed}, control);
+          const bool is_installed = app::library_name(folder_of({aged.value->history})).has_value();
+          aged.value->save(path, {.force = force, .is_history_installed = is_installed}, control);
         });
       });
-  define_property(type, "mesh", "Mesh", "In mm, with UVs over the whole texture.", [](const PyAged& aged) {
-    return PyMesh{std::shared_ptr<const Mesh>(aged.value, &aged.value->mesh)};
-  });
-  define_property(type, "surface", "Surface", "What was aged.",
-                  [](const PyAged& aged) { return PySurface{aged.value->surface}; });
-  define_property(type, "history", "History", "What its colors are of.",
-                  [](const PyAged& aged) { return PyHistory{aged.value->history}; });
-  define_property(
-      type, "coordinates", "npt.NDArray[np.float32]",
-      "H x W x 2: where in the history a texel looks, x and y in pixels, whole numbers in their middles; -1 outside; "
-      "cannot be written.",
-      [](const py::object& self) { return read_only(py::cast<const PyAged&>(self).value->coordinates, self); });
-  define_property(
-      type, "coverage", "npt.NDArray[np.bool_]", "H x W: where texels show the surface.",
-      [](const py::object& self) { return mask_array(ImageU8(py::cast<const PyAged&>(self).value->coverage)); });
-  define_property(type, "energy", "dict[str, Any]",
-                  "The figures of transfer.json: energy, its parts, control error, coherence.",
-                  [](const PyAged& aged) { return object_of(energy_json(aged.value->energy)); });
+}
+
+void define_looks(AgedClass& type) {
   define_method(type,
                 FunctionText("texture", "The surface's color at a time, gutters filled.")
                     .takes("time", "float | npt.ArrayLike",
-                           "In the history's unit, clamped to its ends; or a list of times; or H x W, a time for every "
-                           "texel")
+                           "In the history's unit, clamped to its ends; or a list of times; or H x W over the sheet, a "
+                           "time for every texel")
                     .options<SamplingOptions>()
                     .runs()
-                    .returns("npt.NDArray[np.float32]", "H x W x 3, linear; of a list of times T x H x W x 3")
+                    .returns("npt.NDArray[np.float32] | list[npt.NDArray[np.float32]]",
+                             "H x W x 3, linear; of a list of times T x H x W x 3; of several tiles one each")
                     .raises("InvalidInput if a time is NaN or the sizes differ; IoError"),
                 [](const PyAged& aged, const py::object& time, const py::kwargs& kwargs) -> py::object {
                   Keywords keywords("texture", kwargs);
@@ -181,21 +244,61 @@ void define_aged(AgedClass& type) {
                   const RunArguments run = keywords.run();
                   keywords.finish();
                   const AskedTime at = time_from(time);
-                  if (at.several) {
-                    py::list textures;
-                    for (const double one : *at.several) {
-                      textures.append(array_of(result_of(run, [=](const RunControl& control) {
-                        return aged.value->texture(one, options.between, control);
-                      })));
-                    }
-                    return stacked(textures);
-                  }
+                  if (at.several) return textures_at(aged.value, *at.several, options, run);
                   ImageF texture = result_of(run, [=](const RunControl& control) {
                     return at.map ? aged.value->texture(*at.map, options.between, control)
                                   : aged.value->texture(at.one, options.between, control);
                   });
-                  return array_of(std::move(texture));
+                  return tiles_of(std::move(texture), aged.value->sheet());
                 });
+  define_method(type,
+                FunctionText("material_map",
+                             "What the history's frames hold beside color, on the surface: relief, gloss, deviation.")
+                    .takes("name", "str", "One of history.material_maps")
+                    .takes("time", "float", "In the history's unit")
+                    .options<SamplingOptions>()
+                    .runs()
+                    .returns("npt.NDArray[np.float32]", "H x W x 3 or H x W over the sheet, gutters filled")
+                    .raises("InvalidInput if it was not read from a folder; IoError"),
+                [](const PyAged& aged, const std::string& name, double time, const py::kwargs& kwargs) {
+                  Keywords keywords("material_map", kwargs);
+                  SamplingOptions options;
+                  keywords.read(options);
+                  const RunArguments run = keywords.run();
+                  keywords.finish();
+                  const MaterialMap map = material_map_from(name);
+                  if (!aged.value->folder)
+                    throw InvalidInput("material_map: save() it first, and read_transfer() that folder");
+                  return array_of(result_of(run, [=](const RunControl& control) {
+                    return aged.value->folder->sample_map(map, time, options.between, control);
+                  }));
+                });
+}
+
+void bind_gather(py::module_& module) {
+  define(
+      module,
+      FunctionText("gather_at_times", "The history's color at every texel's own time.")
+          .takes("history", "History", "")
+          .takes("coordinates", "npt.ArrayLike",
+                 "H x W x 2: places inside its frames in pixels, whole numbers in their middles, or -1")
+          .takes("times", "npt.ArrayLike", "H x W, in its unit, clamped to its ends")
+          .options<SamplingOptions>()
+          .runs()
+          .returns("npt.NDArray[np.float32]", "H x W x 3, linear; 0 where coordinates are -1")
+          .raises("InvalidInput if sizes differ, a time is NaN or coordinates lie elsewhere, naming the texel"),
+      [](const PyHistory& history, const py::object& coordinates, const py::object& times, const py::kwargs& kwargs) {
+        Keywords keywords("gather_at_times", kwargs);
+        SamplingOptions options;
+        keywords.read(options);
+        const RunArguments run = keywords.run();
+        keywords.finish();
+        ImageF at = image_from(coordinates, "coordinates", 2), when = image_from(times, "times", 1);
+        ImageF colors = result_of(run, [=, at = std::move(at), when = std::move(when)](const RunControl& control) {
+          return transfer::gather_at_times(*history.value, at, when, options.between, control);
+        });
+        return array_of(std::move(colors));
+      });
 }
 
 }  // namespace
@@ -214,10 +317,28 @@ AskedTime time_from(const py::object& time) {
 }
 
 void bind_transfer(py::module_& module) {
-  const char* const doc = "A mesh and where each of its texels takes its color from, at all times.";
+  const char* const doc =
+      "A mesh and where each of its texels takes its color from, at all times: from transfer(), or read_transfer().";
   AgedClass type(module, "AgedMesh", doc);
   begin_class_stub("AgedMesh", doc);
-  define_aged(type);
+  define_facts(type);
+  define_save(type);
+  define_looks(type);
+  define(module,
+         FunctionText("read_transfer", "Opens a transfer folder and the history that it names.")
+             .takes("path", "str | os.PathLike[str]", "The folder, or its transfer.json")
+             .returns("AgedMesh")
+             .raises("IoError, also when the history has changed since"),
+         [](const py::object& given) {
+           const std::string path = path_from(given);
+           return PyAged{
+               .value = result_of({},
+                                  [=](const RunControl&) {
+                                    return std::make_shared<const transfer::AgedMesh>(transfer::read_aged_mesh(path));
+                                  }),
+               .path = path};
+         });
+  bind_gather(module);
   define(
       module,
       FunctionText(

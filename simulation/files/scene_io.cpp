@@ -135,7 +135,7 @@ class ObjectReader {
   [[nodiscard]] LaidOutMesh read_object_mesh(JsonReader& json, const std::string& name, double crease_deg,
                                              const RunControl& control) {
     const fs::path path = json.member("mesh").path();
-    file_.inputs.emplace_back("mesh of " + name, path);
+    if (!assets_.given_meshes.contains(path)) file_.inputs.emplace_back("mesh of " + name, path);
     const std::string node = json.has("node") ? json.member("node").string() : "";
     const std::string material = json.has("material") ? json.member("material").string() : "";
     const std::string key = path.string() + "|" + node + "|" + material + "|" +
@@ -149,7 +149,8 @@ class ObjectReader {
                                           const std::string& material, double crease_deg, const RunControl& control) {
     try {
       std::vector<std::string> notes;
-      Mesh mesh = read_mesh(path, &notes);
+      const auto given = assets_.given_meshes.find(path);
+      Mesh mesh = given != assets_.given_meshes.end() ? *given->second : read_mesh(path, &notes);
       for (const std::string& note : notes) file_.notes.push_back(path.string() + ": " + note);
       if (!node.empty() || !material.empty()) mesh = select_surfaces(mesh, node, material);
       RepairedMesh repaired = repair_mesh(std::move(mesh));

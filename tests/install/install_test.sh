@@ -32,14 +32,15 @@ cd "$work"
 "$patinate" ingest crackle -o history --quiet
 "$patinate" synth sculpture --resolution 48 -o urn --quiet
 "$work/examples/02_own_control" history urn/mesh.obj own.png
-"$work/examples/01_one_call" history urn/mesh.obj thickness=facing one.png
+"$work/examples/01_one_call" history urn/mesh.obj facing aged one.png
+"$patinate" lookup aged --time 1 -o looked_up.png --quiet
 "$work/examples/04_simulate" ledge
 "$work/examples/05_capture" photographs captured
 "$work/examples/06_compare"
 # Formats that the modules bring: installed beside the programs, and found by a program of a stranger's.
 "$work/examples/02_own_control" history urn/mesh.obj own.jpg
 "$patinate" export history -o film.gif --frames 3 --quiet
-for picture in own.png own.jpg film.gif one.png texture.png picture.png ledge/color.png ledge/hits.exr; do
+for picture in own.png own.jpg film.gif one.png looked_up.png texture.png picture.png ledge/color.png ledge/hits.exr; do
   said=$("$patinate" info "$picture" --json)
   [[ "$said" == *'"kind": "image"'* ]] || { echo "install: $picture is no picture: $said"; exit 1; }
 done

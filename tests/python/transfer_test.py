@@ -19,7 +19,7 @@ class Transfer(PythonCase):
         folder = patinate.read_transfer(self.work / "aged")
         np.testing.assert_array_equal(self.aged.coordinates, folder.coordinates)
         self.assertEqual(self.aged.energy, folder.energy)
-        np.testing.assert_array_equal(self.aged.coverage, folder.coverage())
+        np.testing.assert_array_equal(self.aged.coverage, folder.coverage)
 
     def test_what_is_saved_is_what_the_command_writes(self):
         (self.work / "saved").mkdir()
@@ -66,7 +66,7 @@ class Transfer(PythonCase):
         self.assertRaises(IndexError, lambda: self.history[len(self.history)])
 
     def test_masks_are_bool(self):
-        for mask in (self.aged.coverage, self.history.mask(), self.history.frame_mask(0), patinate.read_transfer(self.work / "aged").coverage(), patinate.Surface(self.mesh, resolution=32).coverage()):
+        for mask in (self.aged.coverage, self.history.mask(), self.history.frame_mask(0), patinate.read_transfer(self.work / "aged").coverage, patinate.Surface(self.mesh, resolution=32).coverage()):
             self.assertEqual(mask.dtype, bool)
         self.assertEqual(self.aged.texture(0)[self.aged.coverage].shape, (self.aged.coverage.sum(), 3))
 

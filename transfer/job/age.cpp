@@ -50,16 +50,52 @@ void describe(OptionVisitor& v, AgeOptions& o) {
   describe(v, o.controls);
 }
 
+namespace {
+
+/// Gutters filled, tile by tile, so that no tile bleeds into another.
+void fill_tiles(ImageF& values, const ImageU8& coverage, const Sheet& sheet) {
+  if (sheet.num_tiles() == 1) return dilate(values, coverage, kGutter);
+  for (int i = 0; i < sheet.num_tiles(); ++i) {
+    ImageF tile = cut_tile(values, sheet, i);
+    dilate(tile, cut_tile(coverage, sheet, i), kGutter);
+    paste_tile(values, sheet, i, tile);
+  }
+}
+
+}  // namespace
+
+const Sheet& AgedMesh::sheet() const { return folder ? folder->sheet() : surface.map->sheet(); }
+
 ImageF AgedMesh::texture(double time, Between between, const RunControl& control) const {
+  if (folder) return folder->gather_sheet(sample(*shown, time, between), control);
   ImageF out = gather(sample(*shown, time, between), coordinates, 0.0f, control);
-  dilate(out, coverage, kGutter);
+  fill_tiles(out, coverage, sheet());
   return out;
 }
 
 ImageF AgedMesh::texture(const ImageF& times, Between between, const RunControl& control) const {
   ImageF out = gather_at_times(*shown, coordinates, times, between, control);
-  dilate(out, coverage, kGutter);
+  fill_tiles(out, coverage, sheet());
   return out;
+}
+
+AgedMesh read_aged_mesh(const std::filesystem::path& path) {
+  const auto folder = std::make_shared<const TransferReader>(path);
+  const TransferManifest& m = folder->manifest();
+  const std::shared_ptr<const History> history(folder, &folder->history());
+  return {.mesh = folder->mesh(),
+          .coordinates = folder->coordinates(),
+          .coverage = folder->coverage(),
+          .energy = m.energy,
+          .history = history,
+          .shown = history,
+          .surface = {.atlas = {folder, &folder->atlas()},
+                      .map = nullptr,
+                      .texel_size_mm = m.texel_size_mm,
+                      .mm_per_mesh_unit = m.mm_per_mesh_unit,
+                      .name = m.made_from,
+                      .unit = m.unit},
+          .folder = folder};
 }
 
 AgingSurface make_aging_surface(Mesh mesh, const AgeOptions& options, const HistoryFacts* history,

@@ -120,27 +120,27 @@ JobPlan plan_transfer(TransferTask task, const fs::path& output) {
   });
 }
 
-void save_transfer(const fs::path& folder, const AgedMesh& aged, const SaveOptions& options, const RunControl& run) {
-  if (!aged.surface.map) throw InvalidInput("the aged mesh has no surface; age_mesh() and age_surface() make one");
-  TransferTask task{.history = std::dynamic_pointer_cast<const HistoryReader>(aged.history),
-                    .input = {.history = aged.history,
-                              .map = aged.surface.map,
-                              .texel_size_mm = aged.surface.texel_size_mm,
-                              .controls = aged.controls,
-                              .frames = aged.frames},
-                    .options = aged.asked,
-                    .atlas = aged.surface.atlas,
-                    .mesh_name = aged.surface.name,
-                    .unit = aged.surface.unit,
-                    .mm_per_mesh_unit = aged.surface.mm_per_mesh_unit,
+void AgedMesh::save(const fs::path& path, const SaveOptions& options, const RunControl& run) const {
+  if (folder) throw InvalidInput("this aged mesh was read from a folder; copy that folder");
+  TransferTask task{.history = std::dynamic_pointer_cast<const HistoryReader>(history),
+                    .input = {.history = history,
+                              .map = surface.map,
+                              .texel_size_mm = surface.texel_size_mm,
+                              .controls = controls,
+                              .frames = frames},
+                    .options = asked,
+                    .atlas = surface.atlas,
+                    .mesh_name = surface.name,
+                    .unit = surface.unit,
+                    .mm_per_mesh_unit = surface.mm_per_mesh_unit,
                     .is_history_installed = options.is_history_installed,
-                    .flow = std::string(kDirectionKindNames[static_cast<std::size_t>(aged.flow)]),
+                    .flow = std::string(kDirectionKindNames[static_cast<std::size_t>(flow)]),
                     .source_mask_name = ""};
   if (!task.history)
     throw InvalidInput(
         "the history of this transfer is in memory only: save it, read it again, and transfer from that");
   const JobPlan plan =
-      plan_made_by(std::move(task), folder, [&](const TransferTask&, const RunControl&) { return result_of(aged); });
+      plan_made_by(std::move(task), path, [this](const TransferTask&, const RunControl&) { return result_of(*this); });
   (void)run_job(plan, {.force = options.force}, run);
 }
 

@@ -10,6 +10,7 @@
 
 #include "libcommon/image/between_pixels.h"
 #include "patinate/core/error.h"
+#include "patinate/patinate.h"
 #include "patinate/transfer/transfer_io.h"
 #include "tests/support/histories.h"
 #include "tests/support/meshes.h"
@@ -126,6 +127,39 @@ TEST(TransferScale, GivesEveryPixelATexelWithinBounds) {
   EXPECT_EQ(choose_resolution(1024, 0.001, 0.25, 1), 256);
   EXPECT_EQ(choose_resolution(1024, 5.0, 0.25, 1), 4096);
   EXPECT_EQ(choose_resolution(1024, 5.0, 0.25, 4), 2048);  // Four tiles: together as many texels as one of 4096.
+}
+
+// What a program sees of a transfer is the same when it has made it and when it has read it.
+TEST(AgedMesh, IsTheSameFromItsFolder) {
+  const testing_support::TempFolder folder;
+  testing_support::write_history(folder.path() / "history", 48, 48, 3, testing_support::blotches);
+  const auto history = read_history(folder.path() / "history");
+  const AgingSurface surface =
+      make_aging_surface(testing_support::cut_plane(64), {.resolution = 64}, &history->facts());
+  const AgedMesh made = age(history, surface, {{"x", control(surface, "height")}}, {.seed = 3});
+  made.save(folder.path() / "aged");
+  const AgedMesh read = read_aged_mesh(folder.path() / "aged");
+  EXPECT_EQ(read.coordinates, made.coordinates);
+  EXPECT_EQ(read.coverage, made.coverage);
+  EXPECT_EQ(read.sheet().names, made.sheet().names);
+  const ImageF a = made.texture(history->times()[1]), b = read.texture(history->times()[1]);
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      if (made.coverage.at(x, y) == 0) continue;
+      ASSERT_EQ(a.at(x, y, 1), b.at(x, y, 1));
+    }
+  }
+  EXPECT_THROW(read.save(folder.path() / "again"), InvalidInput);
+}
+
+TEST(Age, RefusesAMapOfAnotherSurface) {
+  const testing_support::TempFolder folder;
+  testing_support::write_history(folder.path(), 48, 48, 2, testing_support::blotches);
+  const auto history = read_history(folder.path());
+  const Mesh mesh = testing_support::cut_plane(64);
+  const AgingSurface small = make_aging_surface(mesh, {.resolution = 32}, &history->facts());
+  const AgingSurface large = make_aging_surface(mesh, {.resolution = 64}, &history->facts());
+  EXPECT_THROW((void)age(history, large, {{"x", control(small, "height")}}), InvalidInput);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include "app/device/checked_devices.h"
 #include "app/request/usage_error.h"
+#include "app/simulation/simulate_request.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
@@ -17,24 +18,12 @@ namespace {
 
 constexpr const char* kSimulationManifest = "simulation.json";
 
-/// What the command line sets over the scene file; 0 = as the file says.
-struct SimulateOptions {
-  std::int64_t iterations = 0;
-  std::int64_t history_every = 0;
-  int resolution = 0;
-  simulation::ColorForm color_form = simulation::ColorForm::Normalized;
+/// Several of one scene.
+struct ReplicateOptions {
   int replicates = 0;
 };
 
-void describe(OptionVisitor& v, SimulateOptions& o) {
-  v.visit({"iterations", "How long it runs; 0 = as the scene says", "", between(0, 1e9)}, o.iterations);
-  v.visit({"history_every", "Iterations from one frame of the history to the next; 0 = as the scene says", "",
-           between(0, 1e9)},
-          o.history_every);
-  v.visit({"resolution", "Texels along each side of the atlas; 0 = as the scene says", "", between(0, 16384)},
-          o.resolution);
-  v.visit_choice({"color_form", "How colors mix: normalized weights, or the form of the published shader"},
-                 o.color_form, simulation::kColorFormNames);
+void describe(OptionVisitor& v, ReplicateOptions& o) {
   v.visit({"replicates",
            "Make so many, with seeds that follow one another, each in a folder seed_N of the output; 0 = one, the "
            "output itself",
@@ -157,55 +146,41 @@ int simulate_replicates(CommandRun& run, const simulation::SceneFile& file,
 }  // namespace
 
 int cmd_simulate(CommandRun& run) {
-  std::filesystem::path scene_path, output;
-  SimulateOptions options;
-  std::vector<std::string> controls;
+  std::filesystem::path output;
+  app::SimulateRequest request;
+  ReplicateOptions replicates;
   bool is_estimate = false;
   device::DeviceOptions device;
-  run.line.positional("SCENE", "A scene file (docs/simulation.md)", scene_path);
+  run.line.positional("SCENE", "A scene file (docs/simulation.md)", request.scene);
   run.line.output("SIMULATION", "Folder to make; required without --estimate", output);
   run.line.required(false);
-  run.line.options(options);
+  run.line.options(request.options);
+  run.line.options(replicates);
   run.line.options(device);
   run.line.repeated("controls", "NAME",
                     "A parameter map to write for transfer, beside those that the scene asks for: hits, last_hit, "
                     "residence, MATERIAL.deposited, MATERIAL.final",
-                    controls);
+                    request.controls);
   run.line.flag("estimate", "Make nothing: say in seconds what the scene will have done by its end, from a coarse run",
                 is_estimate);
   run.line.example("simulate rust.json -o rust");
   run.line.example("simulate rust.json --estimate");
   run.line.example("simulate rust.json --replicates 8 -o rusted");
   run.line.example("simulate rust.json -o rust --controls hits --controls water.deposited --iterations 500");
-  run.line.checked([&] {
-    if (options.resolution > 0 && options.resolution < 16)
-      throw app::UsageError("--resolution: found `" + std::to_string(options.resolution) +
-                            "`; expected 0 or [16, 16384]");
-  });
   if (!run.parse()) return 0;
   if (output.empty() && !is_estimate) throw app::UsageError("-o SIMULATION is missing; --estimate needs none");
   if (!output.empty() && is_estimate) throw app::UsageError("--estimate makes nothing; leave out -o");
-  if (options.replicates > 0 && is_estimate)
+  if (replicates.replicates > 0 && is_estimate)
     throw app::UsageError("--estimate is of one simulation; leave out --replicates");
   const auto simulation_device = app::open_simulation_device(device, words_of(run));
-  simulation::SceneFile file = simulation::read_scene(scene_path, run.control("scene"));
+  if (run.line.is_given("seed")) request.seed = run.line.common().seed;
+  simulation::SceneFile file = app::read_requested_scene(request, run.control("scene"));
   run.notes(file.notes);
-  if (options.iterations > 0) file.iterations = options.iterations;
-  if (options.history_every > 0) file.history_every = options.history_every;
-  if (options.resolution > 0) file.scene.resolution = options.resolution;
-  if (run.line.is_given("seed")) file.scene.seed = static_cast<std::uint64_t>(run.line.common().seed);
-  const std::vector<std::string> names = simulation::parameter_map_names(file.scene.materials);
-  for (const std::string& name : controls) {
-    if (std::find(names.begin(), names.end(), name) == names.end())
-      throw app::UsageError("--controls: found `" + name + "`; expected a parameter map" + did_you_mean(name, names));
-    if (std::find(file.controls.begin(), file.controls.end(), name) == file.controls.end())
-      file.controls.push_back(name);
-  }
   simulation::SimulationOptions simulation;
-  simulation.color_form = options.color_form;
+  simulation.color_form = request.options.color_form;
   simulation.device = simulation_device;
   if (is_estimate) return report_estimate(run, std::move(file), simulation);
-  if (options.replicates > 0) return simulate_replicates(run, file, simulation, options.replicates, output);
+  if (replicates.replicates > 0) return simulate_replicates(run, file, simulation, replicates.replicates, output);
   const std::optional<JobStatus> status =
       run.make_folder(simulation::plan_simulation(std::move(file), simulation, output), "simulate");
   if (!status) return 0;

@@ -10,8 +10,10 @@
 namespace patinate {
 
 /// Writes all of a history, wherever it is kept, as a new folder (or one that is empty), which appears when it is
-/// whole. Colors become half
-/// floats. @throws CannotComplete if the folder holds something already or cannot be written; as History; Canceled.
-void write_history(const std::filesystem::path& folder, const History& history, const RunControl& control = {});
+/// whole. Colors become half floats.
+/// @param force  Another history that lies there gives way to it.
+/// @throws CannotComplete if the folder holds something already or cannot be written; as History; Canceled.
+void write_history(const std::filesystem::path& folder, const History& history, const RunControl& control = {},
+                   bool force = false);
 
 }  // namespace patinate

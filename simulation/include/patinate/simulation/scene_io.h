@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -51,6 +52,8 @@ struct SceneAssets {
   std::map<std::string, LaidOutMesh> meshes =
       {};  ///< By path, selection, atlas and resolution; mm, laid out on the sheet.
   std::map<std::string, ImageF> pictures = {};  ///< By path and number of channels.
+  /// In place of files, by the path that the scene's words lead to: in the scene's unit.
+  std::map<std::filesystem::path, std::shared_ptr<const Mesh>> given_meshes = {};
 };
 
 /// Reads and checks a scene (check_scene()), its meshes and its pictures. Lengths become mm, colors linear.

@@ -17,6 +17,8 @@
 
 namespace patinate::transfer {
 
+class TransferReader;
+
 struct AgeOptions {
   int resolution = 1024;                  ///< [16, 16384]. Texels along each side of a tile.
   AtlasMethod atlas = AtlasMethod::Auto;  ///< The mesh's UVs, or new ones where they will not do.
@@ -49,7 +51,13 @@ struct AgingSurface {
 [[nodiscard]] AgingSurface make_aging_surface(Mesh mesh, const AgeOptions& options, const HistoryFacts* history,
                                               const RunControl& run = {});
 
-/// A mesh and where each of its texels takes its color from, at all times.
+struct SaveOptions {
+  bool force = false;                 ///< Replace a different transfer that lies there.
+  bool is_history_installed = false;  ///< Name the history by its absolute path: it stays when the folder is moved.
+};
+
+/// A mesh and where each of its texels takes its color from, at all times: made by age_surface(), or read from a
+/// transfer folder, where all from `controls` on stays but for the folder itself.
 struct AgedMesh {
   Mesh mesh;           ///< In mm, with UVs over the whole texture.
   ImageF coordinates;  ///< H x W x 2: places in the history in pixels; -1 outside the charts.
@@ -67,23 +75,24 @@ struct AgedMesh {
   double explained_variance = 0.0;                     ///< These three as TransferResult has them.
   std::optional<StructureFacts> structure = {};
   double refused_line_share = 0.0;
+  std::shared_ptr<const TransferReader> folder = nullptr;  ///< That it was read from.
 
+  /// How the tiles lie in the images.
+  [[nodiscard]] const Sheet& sheet() const;
   /// The texture at a time of the history's unit (clamped to its ends): H x W x 3, linear, gutters filled.
   [[nodiscard]] ImageF texture(double time, Between between = Between::Blend, const RunControl& control = {}) const;
   /// The same with a time for every texel (gather_at_times()). @param times  H x W.
   [[nodiscard]] ImageF texture(const ImageF& times, Between between, const RunControl& control = {}) const;
+  /// Writes the folder that `patinate transfer` makes of the same input, byte for byte but for run.json. It appears
+  /// when it is whole.
+  /// @throws InvalidInput if the history lies in memory only, or it was read from a folder; CannotComplete if something
+  /// else lies there or it cannot be written; Canceled
+  void save(const std::filesystem::path& path, const SaveOptions& options = {}, const RunControl& run = {}) const;
 };
 
-struct SaveOptions {
-  bool force = false;                 ///< Replace a different transfer that lies there.
-  bool is_history_installed = false;  ///< Name the history by its absolute path: it stays when the folder is moved.
-};
-/// Writes the folder that `patinate transfer` makes of the same input, byte for byte but for run.json. It appears when
-/// it is whole.
-/// @throws InvalidInput if the history lies in memory only, or `aged` has no surface; CannotComplete if something else
-/// lies there or it cannot be written; Canceled
-void save_transfer(const std::filesystem::path& folder, const AgedMesh& aged, const SaveOptions& options = {},
-                   const RunControl& run = {});
+/// What a transfer folder holds. @param path  The folder, or its transfer.json.
+/// @throws IoError, also when the history has changed since.
+[[nodiscard]] AgedMesh read_aged_mesh(const std::filesystem::path& path);
 
 /// @param mesh  Any that read_mesh() gives.
 /// @param control  `[SOURCE=]DESTINATION[:weight[:mapping]]`, as --control: "accessibility", "thickness=0.7*facing +

@@ -1,0 +1,111 @@
+#!/usr/bin/python3
+"""Objects as Python programmers expect them: copied, pickled, shown in notebooks, described to editors."""
+import copy
+import inspect
+import os
+import pathlib
+import pickle
+import struct
+
+import numpy as np
+import patinate
+
+from python_case import SCENE, PythonCase, main
+
+
+def png_size(data):
+    return struct.unpack(">II", data[16:24])
+
+
+class Objects(PythonCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.history = patinate.read_history(cls.work / "history")
+        cls.mesh = patinate.read_mesh(cls.work / "urn/mesh.obj")
+        cls.surface = patinate.Surface(cls.mesh, resolution=48)
+        cls.aged = patinate.read_transfer(cls.work / "aged")
+
+    def test_what_never_changes_is_its_own_copy(self):
+        for thing in (self.history, self.mesh, self.surface, self.aged, self.surface.control("facing")):
+            self.assertIs(copy.copy(thing), thing)
+            self.assertIs(copy.deepcopy([thing])[0], thing)
+
+    def test_pickles_hold_the_same_values(self):
+        mesh = pickle.loads(pickle.dumps(self.aged.mesh))
+        for name in ("positions", "triangles", "uvs", "uv_triangles", "normals", "normal_triangles"):
+            np.testing.assert_array_equal(getattr(mesh, name), getattr(self.aged.mesh, name), name)
+        self.assertEqual(mesh.surfaces, self.aged.mesh.surfaces)
+        control = self.surface.control("0.5*facing + 0.5*height")
+        again = pickle.loads(pickle.dumps(control))
+        np.testing.assert_array_equal(again.values, control.values)
+        self.assertEqual((again.low, again.high, again.unit, again.notes), (control.low, control.high, control.unit, control.notes))
+
+    def test_a_pickled_folder_is_found_from_anywhere(self):
+        here = pathlib.Path.cwd()
+        try:
+            os.chdir(self.work)
+            kept = pickle.dumps((patinate.read_history("history"), patinate.read_transfer("aged")))
+            os.chdir("/")
+            history, aged = pickle.loads(kept)
+        finally:
+            os.chdir(here)
+        np.testing.assert_array_equal(history.frame(-1), self.history.frame(-1))
+        np.testing.assert_array_equal(aged.coordinates, self.aged.coordinates)
+
+    def test_what_is_in_memory_only_is_not_pickled(self):
+        made = patinate.history_from_arrays([self.history.frame(0)], [0.0])
+        self.assertIsNone(made.folder)
+        self.assertIn("save()", self.line_of(patinate.InvalidInput, lambda: pickle.dumps(made)))
+        aged = patinate.transfer(self.history, self.surface, "facing")
+        self.assertIsNone(aged.folder)
+        self.assertIn("save()", self.line_of(patinate.InvalidInput, lambda: pickle.dumps(aged)))
+
+    def test_an_aged_mesh_is_of_one_kind_wherever_it_comes_from(self):
+        made = patinate.transfer(self.history, self.mesh, "facing", resolution=64)
+        for name in dir(patinate.AgedMesh):
+            if not name.startswith("_") and not callable(getattr(patinate.AgedMesh, name)):
+                self.assertEqual(type(getattr(made, name)) in (type(None), str), type(getattr(self.aged, name)) in (type(None), str), name)
+        self.assertEqual(made.controls, self.aged.controls)
+        self.assertEqual(made.tiles, self.aged.tiles)
+        np.testing.assert_array_equal(made.surface.coverage(), self.aged.surface.coverage())
+        np.testing.assert_array_equal(made.surface.positions(), self.aged.surface.positions())
+        self.assertIn("copy that folder", self.line_of(patinate.InvalidInput, lambda: self.aged.save(self.work / "copied")))
+        self.assertIn("save()", self.line_of(patinate.InvalidInput, lambda: made.material_map("normal", 0)))
+
+    def test_notebooks_show_histories_and_aged_meshes(self):
+        width, height = png_size(self.history._repr_png_())
+        self.assertGreater(width, 3 * height)
+        width, height = png_size(self.aged._repr_png_())
+        self.assertGreater(width, 2.5 * height)
+
+    def test_signatures_begin_with_what_must_be_given(self):
+        self.assertEqual(next(iter(inspect.signature(patinate.Surface).parameters)), "mesh")
+        self.assertEqual(next(iter(inspect.signature(patinate.Simulation).parameters)), "scene")
+        self.assertEqual(list(inspect.signature(patinate.AgedMesh.save).parameters)[:2], ["self", "folder"])
+        self.assertEqual(list(inspect.signature(self.aged.save).parameters)[:1], ["folder"])
+        self.assertEqual(list(inspect.signature(patinate.transfer).parameters)[:3], ["history", "destination", "controls"])
+
+
+class Scenes(PythonCase):
+    def test_a_scene_needs_no_files(self):
+        mesh = patinate.read_mesh(self.work / "plate.obj")
+        scene = {**SCENE, "objects": [{**SCENE["objects"][0], "mesh": "plate"}]}
+        built = patinate.Simulation(scene, meshes={"plate": mesh})
+        read = patinate.Simulation(self.work / "scene.json")
+        for simulation in (built, read):
+            simulation.step(count=10)
+        self.assertEqual(built.snapshot(), read.snapshot())
+        self.line_of(patinate.IoError, lambda: patinate.Simulation(scene, meshes={"plates": mesh}))
+        self.line_of(TypeError, lambda: patinate.Simulation(scene, meshes={"plate": self.work / "plate.obj"}))
+
+    def test_what_is_simulated_is_what_the_command_makes(self):
+        self.run_patinate("simulate", "scene.json", "-o", "by_command", "--iterations", "20", "--seed", "3", "--controls", "last_hit")
+        history = patinate.simulate(self.work / "scene.json", self.work / "by_python", iterations=20, seed=3, controls=["last_hit"])
+        self.assertEqual(list(history.times), list(patinate.read_history(self.work / "by_command").times))
+        self.same_files("by_python", "by_command")
+        self.assertIn("did you mean", self.line_of(patinate.InvalidInput, lambda: patinate.simulate(self.work / "scene.json", self.work / "x", controls=["last_hits"])))
+        self.assertFalse((self.work / "x").exists())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,28 +1,24 @@
 #include "capture/handheld/printed_markers.h"
 
 #include <algorithm>
-#include <array>
 #include <map>
-#include <opencv2/aruco.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
+#include "capture/handheld/markers_module.h"
+#include "libcommon/core/module.h"
 #include "patinate/image/color.h"
 
 namespace patinate::capture {
 
 namespace {
 
-// The largest of each size holds the smaller ones' markers.
-constexpr std::array<std::pair<const char*, cv::aruco::PREDEFINED_DICTIONARY_NAME>, 6> kDictionaries{
-    {{"4x4", cv::aruco::DICT_4X4_250},
-     {"5x5", cv::aruco::DICT_5X5_250},
-     {"6x6", cv::aruco::DICT_6X6_250},
-     {"7x7", cv::aruco::DICT_7X7_250},
-     {"original", cv::aruco::DICT_ARUCO_ORIGINAL},
-     {"36h11", cv::aruco::DICT_APRILTAG_36h11}}};
+MarkersModule& markers_module() {
+  using Entry = MarkersModule* (*)();
+  static MarkersModule& module = *reinterpret_cast<Entry>(module_function("patinate-markers", kMarkersEntry))();
+  return module;
+}
 
 cv::Mat1b marker_gray(const ImageF& color) {
   const ImageU8 codes = srgb8_from_linear(color);
@@ -50,17 +46,18 @@ void refine(const cv::Mat1b& gray, std::vector<cv::Point2f>& corners) {
 std::vector<PhotoMarks> find_markers(const ImageF& color) {
   const cv::Mat1b gray = marker_gray(color);
   std::vector<PhotoMarks> found;
-  for (const auto& [name, dictionary] : kDictionaries) {
-    std::vector<int> ids;
-    std::vector<std::vector<cv::Point2f>> corners;
-    cv::aruco::detectMarkers(gray, cv::aruco::getPredefinedDictionary(dictionary), corners, ids);
+  for (std::size_t d = 0; d < kMarkerDictionaries.size(); ++d) {
+    const std::vector<SeenMarker> seen = markers_module().detect(gray.data, gray.cols, gray.rows, static_cast<int>(d));
     PhotoMarks& marks = found.emplace_back();
-    for (std::size_t i = 0; i < ids.size(); ++i) {
-      if (std::count(ids.begin(), ids.end(), ids[i]) > 1) continue;
-      refine(gray, corners[i]);
-      for (std::size_t k = 0; k < corners[i].size(); ++k) {
-        marks[std::string(name) + " " + std::to_string(ids[i]) + " corner " + std::to_string(k)] = {
-            static_cast<double>(corners[i][k].x), static_cast<double>(corners[i][k].y)};
+    for (const SeenMarker& marker : seen) {
+      if (std::count_if(seen.begin(), seen.end(), [&](const SeenMarker& other) { return other.id == marker.id; }) > 1)
+        continue;
+      std::vector<cv::Point2f> corners;
+      for (const auto& [x, y] : marker.corners) corners.emplace_back(x, y);
+      refine(gray, corners);
+      for (std::size_t k = 0; k < corners.size(); ++k) {
+        marks[std::string(kMarkerDictionaries[d]) + " " + std::to_string(marker.id) + " corner " + std::to_string(k)] =
+            {static_cast<double>(corners[k].x), static_cast<double>(corners[k].y)};
       }
     }
   }
@@ -69,7 +66,7 @@ std::vector<PhotoMarks> find_markers(const ImageF& color) {
 
 std::vector<PhotoMarks> of_one_dictionary(const std::vector<std::vector<PhotoMarks>>& found) {
   std::size_t best = 0, most = 0;
-  for (std::size_t d = 0; d < kDictionaries.size(); ++d) {
+  for (std::size_t d = 0; d < kMarkerDictionaries.size(); ++d) {
     std::map<std::string, std::size_t> num_photos;
     for (const std::vector<PhotoMarks>& of_photo : found) {
       for (const auto& [name, at] : of_photo[d]) ++num_photos[name];

@@ -41,9 +41,8 @@ void* load(const std::string& file) {
   // RTLD_LOCAL: what a module's libraries define is no business of the program's other libraries.
   void* module = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (module != nullptr) return module;
-  throw CannotComplete(file + ": cannot be loaded (" + loader_problem(file) +
-                       "); it comes with patinate and lies beside the program, in its lib/patinate, or in "
-                       "$PATINATE_MODULES");
+  throw CannotComplete(file + ": cannot be loaded (" + loader_problem(file) + "); what helps: Debian's package " +
+                       fs::path(file).stem().string() + ", or a build of patinate, which puts it beside the program");
 }
 
 }  // namespace

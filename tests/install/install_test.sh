@@ -13,7 +13,7 @@ cmake --install "$build" --prefix "$work/prefix" >/dev/null
 python3 "$source/tests/install/components_test.py" "$source" "$work/prefix" "$work"
 patinate="$work/prefix/bin/patinate"
 "$patinate" --version
-for said in man/man1/patinate.1 bash-completion/completions/patinate zsh/vendor-completions/_patinate fish/vendor_completions.d/patinate.fish; do
+for said in man/man1/patinate.1.gz bash-completion/completions/patinate zsh/vendor-completions/_patinate fish/vendor_completions.d/patinate.fish; do
   [[ -s "$work/prefix/share/$said" ]] || { echo "install: share/$said is missing or empty"; exit 1; }
 done
 if [[ -z "${PATINATE_NIGHTLY:-}" ]]; then

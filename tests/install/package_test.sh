@@ -13,12 +13,17 @@ mmdebstrap --quiet --variant=apt bookworm "$work/root" http://deb.debian.org/deb
 cp "$debs"/*.deb "$work/root/"
 cp /etc/resolv.conf "$work/root/etc/"
 inside() { chroot "$work/root" "$@"; }
-inside sh -c 'apt-get update -qq && apt-get install -y -qq --no-install-recommends /*.deb' >"$work/apt.log" 2>&1 || { tail -20 "$work/apt.log"; exit 1; }
+inside sh -c 'apt-get update -qq && apt-get install -y -qq --no-install-recommends /patinate_*.deb' >"$work/apt.log" 2>&1 || { tail -20 "$work/apt.log"; exit 1; }
+# The base alone, small: the library and a mesh of one's own; what is missing says which package has it.
 mount -t proc proc "$work/root/proc"
 trap 'umount "$work/root/proc" && rm -rf --one-file-system "$work"' EXIT
+inside bash -c 'cd /root && patinate synth sculpture -o urn --quiet && patinate transfer library:rust urn/mesh.obj --unit mm --control accessibility --resolution 256 -o rusty --quiet && patinate render rusty -o rusty.png --quiet && test -s rusty.png'
+said=$(inside bash -c 'cd /root && patinate render rusty -o rusty.jpg 2>&1 || true')
+[[ "$said" == *"Debian's package patinate-media"* ]] || { echo "package: without patinate-media: $said"; exit 1; }
+inside sh -c 'apt-get install -y -qq --no-install-recommends /*.deb' >"$work/apt.log" 2>&1 || { tail -20 "$work/apt.log"; exit 1; }
 if inside sh -c 'command -v gcc g++ cc cmake'; then echo "package: there is a compiler: nothing is shown"; exit 1; fi
 inside patinate --version
-for file in /usr/share/man/man1/patinate.1 /usr/share/bash-completion/completions/patinate /usr/share/doc/patinate/copyright /usr/share/doc/python3-patinate/copyright; do
+for file in /usr/share/man/man1/patinate.1.gz /usr/share/bash-completion/completions/patinate /usr/share/doc/patinate/copyright /usr/share/doc/python3-patinate/copyright; do
   inside test -s "$file" || { echo "package: $file is missing"; exit 1; }
 done
 inside bash -c 'cd /root && time -p bash /usr/share/patinate/demo demo >/dev/null && test -s demo/index.html'

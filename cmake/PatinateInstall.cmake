@@ -27,7 +27,7 @@ endforeach()
 # The demo, for those who have no copy of the repository.
 install(TARGETS demo_page RUNTIME DESTINATION "${PATINATE_MODULES_DIR}" COMPONENT runtime)
 # What tools/library/build has made, if it was run; and Blender's add-on.
-install(DIRECTORY "${PROJECT_BINARY_DIR}/share/patinate/library" DESTINATION "${CMAKE_INSTALL_DATADIR}/patinate" COMPONENT runtime OPTIONAL)
+install(DIRECTORY "${PROJECT_BINARY_DIR}/share/patinate/library" DESTINATION "${CMAKE_INSTALL_DATADIR}/patinate" COMPONENT library OPTIONAL)
 install(FILES tools/blender/patinate_blender.py DESTINATION "${CMAKE_INSTALL_DATADIR}/patinate/blender" COMPONENT runtime)
 install(PROGRAMS tools/demo DESTINATION "${CMAKE_INSTALL_DATADIR}/patinate" COMPONENT runtime)
 

@@ -35,7 +35,13 @@ set(patinate_same_version "patinate (= ${PROJECT_VERSION})")
 patinate_package(runtime patinate graphics "Capture, transfer and compare how materials age
 Time-lapse photographs of a material that ages become a history, with which
 meshes are aged according to a parameter of their surface."
-  RECOMMENDS "patinate-media, python3-patinate" SUGGESTS "patinate-markers, patinate-pcl, patinate-doc")
+  RECOMMENDS "patinate-library, patinate-media, python3-patinate" SUGGESTS "patinate-markers, patinate-pcl, patinate-doc")
+patinate_package(library patinate-library graphics "Material histories to start from
+Twelve synthetic materials that age, of 1024 pixels: rust, patina, cracks,
+moss, soot, dust, frost and others. See patinate history library."
+  RECOMMENDS patinate)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_ARCHITECTURE all)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SHLIBDEPS OFF)
 patinate_package(media patinate-media graphics "JPEG, TIFF, HDR, raw photographs and movies for patinate
 PNG and EXR are read and written without it." DEPENDS "${patinate_same_version}")
 patinate_package(markers patinate-markers graphics "Printed markers for patinate

@@ -13,7 +13,7 @@ mmdebstrap --quiet --variant=apt bookworm "$work/root" http://deb.debian.org/deb
 cp "$debs"/*.deb "$work/root/"
 cp /etc/resolv.conf "$work/root/etc/"
 inside() { chroot "$work/root" "$@"; }
-inside sh -c 'apt-get update -qq && apt-get install -y -qq --no-install-recommends /patinate_*.deb' >"$work/apt.log" 2>&1 || { tail -20 "$work/apt.log"; exit 1; }
+inside sh -c 'apt-get update -qq && apt-get install -y -qq --no-install-recommends /patinate_*.deb /patinate-library_*.deb' >"$work/apt.log" 2>&1 || { tail -20 "$work/apt.log"; exit 1; }
 # The base alone, small: the library and a mesh of one's own; what is missing says which package has it.
 mount -t proc proc "$work/root/proc"
 trap 'umount "$work/root/proc" && rm -rf --one-file-system "$work"' EXIT

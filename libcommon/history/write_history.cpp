@@ -10,9 +10,8 @@ namespace patinate {
 
 namespace fs = std::filesystem;
 
-namespace {
-
-void write_files(const fs::path& folder, const History& history, const RunControl& control) {
+void write_history_files(const fs::path& folder, const History& history, const std::string& key,
+                         const RunControl& control) {
   const HistoryFacts& facts = history.facts();
   for (const char* part : {"frames", "controls", "masks", "maps"}) fs::create_directories(folder / part);
   HistoryWriter writer(folder, {.name = facts.name,
@@ -25,7 +24,7 @@ void write_files(const fs::path& folder, const History& history, const RunContro
                                 .controls = {},
                                 .mask = {},
                                 .maps = {},
-                                .key = {},
+                                .key = key,
                                 .parts = facts.parts});
   for (const ControlFacts& c : facts.controls) {
     ControlParameter named{
@@ -67,8 +66,6 @@ void write_files(const fs::path& folder, const History& history, const RunContro
   }
 }
 
-}  // namespace
-
 void write_history(const fs::path& folder, const History& history, const RunControl& control, bool force) {
   const bool is_replaced = force && fs::exists(folder / "history.json");
   if (!is_replaced && fs::exists(folder) && !(fs::is_directory(folder) && fs::is_empty(folder)))
@@ -80,7 +77,7 @@ void write_history(const fs::path& folder, const History& history, const RunCont
     throw CannotComplete(partial.string() + ": is there already, from a run that was interrupted");
   try {
     fs::create_directories(partial);
-    write_files(partial, history, control);
+    write_history_files(partial, history, "", control);
     if (is_replaced) fs::remove_all(folder);
     fs::rename(partial, folder);
   } catch (...) {

@@ -2,6 +2,7 @@
 #include <memory>
 #include <utility>
 
+#include "app/history/layered_history.h"
 #include "app/request/path_kind.h"
 #include "libcommon/job/job.h"
 #include "patinate/core/error.h"
@@ -37,15 +38,20 @@ std::vector<transfer::LibraryControl> controls_from(const py::object& given, std
 
 void bind_combine(py::module_& module) {
   define(module,
-         FunctionText("combine",
-                      "Lays several histories side by side in one, a library; transfer takes the place that "
-                      "fits from any of them.")
+         FunctionText(
+             "combine",
+             "Lays several histories side by side in one, a library, of which transfer takes the place that fits; or "
+             "puts the second inside the first (where).")
              .takes("histories", "Sequence[str | os.PathLike[str]]",
                     "Folders of two histories or more, or of simulations; they get the indices 0, 1, ...")
              .takes("output", "str | os.PathLike[str]", "The folder to make; what is there already stays as it is")
              .keyword("controls", "dict[str, list[str]] | None", "None",
                       "Controls of the library, each made of one control of every history, in their order; controls "
                       "that all have under one name come by themselves")
+             .keyword("where", "str", "''",
+                      "The second history lies in the first where this is above a half, from that time on: an "
+                      "expression of the first one's controls and of height (mm), metalness, roughness, lightness, "
+                      "change")
              .keyword("force", "bool", "False", "Replace something different that lies there")
              .options<transfer::LibraryOptions>()
              .runs()
@@ -58,12 +64,18 @@ void bind_combine(py::module_& module) {
            for (const py::handle& history : histories)
              task.histories.push_back(app::history_place(path_from(py::reinterpret_borrow<py::object>(history))));
            task.controls = controls_from(keywords.object("controls"), task.histories.size());
+           const std::string where = keywords.text("where", "");
+           if (!where.empty() && task.histories.size() != 2)
+             throw InvalidInput("where: needs two histories, the lower and the one that lies in it");
            const bool force = keywords.flag("force", false);
            const RunArguments run = keywords.run();
            keywords.finish();
            const std::string to = path_from(output);
            return PyHistory{result_of(run, [=](const RunControl& control) mutable {
-             run_job(transfer::plan_library(transfer::open_library(std::move(task)), to), {.force = force}, control);
+             const JobPlan plan =
+                 where.empty() ? transfer::plan_library(transfer::open_library(std::move(task)), to)
+                               : app::plan_layers(task.histories[0], task.histories[1], where, task.options.clock, to);
+             run_job(plan, {.force = force}, control);
              return std::make_shared<const HistoryReader>(to);
            })};
          });

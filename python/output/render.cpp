@@ -49,7 +49,7 @@ void say_subject(FunctionText& text) {
                "Several pictures: front, left, back, right, top, bottom or AZIMUTH:ELEVATION")
       .keyword("turntable", "int | None", "None", "So many pictures evenly around the up axis, from azimuth on")
       .keyword("target", "Sequence[float] | None", "None",
-               "What the camera looks at, in the mesh's unit; None: its middle")
+               "What the camera looks at, in the mesh's unit (mm of a transfer or simulation); None: its middle")
       .keyword("distance", "float | None", "None", "From the camera to the target; None: so that the mesh fits")
       .keyword("environment", "str | os.PathLike[str] | None", "None",
                "Surroundings that light the object: a picture of 360 x 180 degrees, HDR or EXR")

@@ -2,8 +2,6 @@
 import pathlib
 import tempfile
 
-import numpy as np
-
 from . import _native
 
 FRAMES, SIDE = 5, 240
@@ -11,6 +9,7 @@ FRAMES, SIDE = 5, 240
 
 def png(picture):
     """The bytes of a PNG. picture: H x W x 3, linear."""
+    import numpy as np
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "picture.png"
         _native.write_color(path, np.ascontiguousarray(picture, np.float32))
@@ -26,6 +25,7 @@ def reduced(picture, side):
 
 def of_history(history):
     """Frames at even times, side by side."""
+    import numpy as np
     times = np.linspace(history.times[0], history.times[-1], min(FRAMES, len(history)))
     return png(np.concatenate([reduced(history.sample(time), SIDE) for time in times], axis=1))
 

@@ -93,6 +93,22 @@ class Combine(unittest.TestCase):
         self.refused(USAGE, "names 1 controls for 2 histories", "combine", "one", "two", "--control", "age=thickness")
         self.refused(USAGE, "the library's name for it is missing", "combine", "one", "two", "--control", "thickness")
         self.refused(USAGE, "did you mean `span`", "combine", "one", "two", "--clock", "spam")
+        self.refused(USAGE, "found 3 histories; expected two", "combine", "one", "two", "one", "--where", "thickness")
+        self.refused(USAGE, "leave out --control", "combine", "one", "two", "--where", "thickness", "--control", "a=thickness,thickness")
+        self.refused(USAGE, "where `thicknes`: position 1: unknown name `thicknes`; did you mean `thickness`", "combine", "one", "two", "--where", "thicknes")
+
+    def test_one_history_inside_another_is_a_history(self):
+        result = run("history", "combine", "one", "two", "--where", "smoothstep(0.4, 0.6, thickness)", "-o", self.folder / "layers")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        manifest = json.loads((self.folder / "layers/history.json").read_text())
+        self.assertEqual([c["name"] for c in manifest["controls"]], ["thickness"])
+        self.assertNotIn("parts", manifest)
+        self.assertEqual(run("validate", self.folder / "layers").returncode, 0)
+        self.assertIn("up to date", run("history", "combine", "one", "two", "--where", "smoothstep(0.4, 0.6, thickness)", "-o", self.folder / "layers").stderr)
+        result = run("history", "combine", "one", "two", "--where", "0.1*thickness", "-o", self.folder / "nothing")
+        self.assertEqual(result.returncode, INPUT)
+        self.assertIn("is above a half nowhere", result.stderr)
+        self.assertFalse((self.folder / "nothing").exists())
 
     def test_source_masks(self):
         gray_png(SHARED / "small.png", 20, 40, lambda x, y: 255)

@@ -83,6 +83,14 @@ class History(PythonCase):
         self.line_of(patinate.InvalidInput, lambda: patinate.combine([self.work / "history"] * 2, self.work / "x", controls={"age": ["thickness"]}))
         self.assertFalse((self.work / "x").exists())
 
+    def test_one_history_inside_another_is_the_commands(self):
+        where = "smoothstep(0.4, 0.6, thickness)"
+        self.run_patinate("history", "combine", "history", "history", "--where", where, "-o", "layers_by_command")
+        patinate.combine([self.work / "history"] * 2, self.work / "layers_by_python", where=where)
+        self.same_files("layers_by_command", "layers_by_python")
+        self.line_of(patinate.ParseError, lambda: patinate.combine([self.work / "history"] * 2, self.work / "x", where="thicknes"))
+        self.line_of(patinate.InvalidInput, lambda: patinate.combine([self.work / "history"] * 3, self.work / "x", where="thickness"))
+
     def test_a_trimmed_history_is_the_commands(self):
         self.run_patinate("history", "trim", "history", "--every", "2", "-o", "trimmed_by_command")
         shorter = patinate.trim(self.work / "history", self.work / "trimmed_by_python", every=2)

@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include "app/history/layered_history.h"
 #include "app/request/path_kind.h"
 #include "app/request/usage_error.h"
 #include "libcommon/core/text.h"
@@ -36,23 +37,53 @@ Json parts_json(const transfer::LibraryLayout& layout) {
   return parts;
 }
 
+/// The second history inside the first.
+int combine_layers(CommandRun& run, const transfer::LibraryTask& task, const std::string& where,
+                   const std::filesystem::path& output) {
+  if (task.histories.size() != 2)
+    throw app::UsageError("--where: found " + std::to_string(task.histories.size()) +
+                          " histories; expected two, the lower and the one that lies in it");
+  if (run.line.is_given("control") || run.line.is_given("texel-size"))
+    throw app::UsageError(
+        "--where keeps the controls and the pixels of the first history; leave out --control and "
+        "--texel-size");
+  const JobPlan plan = app::plan_layers(task.histories[0], task.histories[1], where, task.options.clock, output);
+  const std::optional<JobStatus> status = run.make_folder(plan, "combine");
+  if (!status) return 0;
+  const HistoryManifest made = read_history_manifest(output);
+  run.report_output(*status, output,
+                    Json{{"frames", made.frames.size()},
+                         {"first_time", made.frames.front().time},
+                         {"last_time", made.frames.back().time},
+                         {"time_unit", time_unit_text(made.time_unit)}});
+  return 0;
+}
+
 }  // namespace
 
 int cmd_combine(CommandRun& run) {
   transfer::LibraryTask task;
+  std::string where;
   std::filesystem::path output;
   std::vector<std::string> control_texts;
   run.line.positional_list("HISTORY",
                            "Two histories or more (or simulations); in the library they have the indices 0, 1, ...",
                            task.histories);
-  run.line.output("LIBRARY", "Folder to make: one history, in which they lie side by side", output);
+  run.line.output("LIBRARY", "Folder to make: one history, in which they lie side by side, or one in another (--where)",
+                  output);
   run.line.repeated("control", "SPEC",
                     "NAME=A,B,...: a control of the library made of control A of the first history, B of the second "
                     "...; controls that all have under one name come by themselves",
                     control_texts);
+  run.line.option("where", "EXPR",
+                  "Put the second history inside the first, where this is above a half, from that time on: an "
+                  "expression of the first one's controls and of `height` (mm), `metalness`, `roughness`, `lightness`, "
+                  "`change`",
+                  where);
   run.line.options(task.options);
   run.line.without({"seed"});
   run.line.example("history combine copper clay --clock span -o library");
+  run.line.example("history combine crackle_thick copper --where 'smoothstep(0.1, 0.4, -height)' -o green_cracks");
   run.line.example("history combine crackle copper --control age=thickness,progress -o library");
   if (!run.parse()) return 0;
   for (const std::string& text : control_texts)
@@ -62,6 +93,7 @@ int cmd_combine(CommandRun& run) {
     if (app::kind_of(history) != app::PathKind::History)
       throw InvalidInput(history.string() + ": is no history; only those can be combined");
   }
+  if (!where.empty()) return combine_layers(run, task, where, output);
   const std::shared_ptr<const transfer::OpenLibrary> library = transfer::open_library(std::move(task));
   const transfer::LibraryLayout& layout = library->layout;
   run.notes(layout.notes);

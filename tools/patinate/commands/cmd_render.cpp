@@ -14,7 +14,9 @@ void declare_views(CommandLine& line, app::ViewChoice& choice) {
               choice.views);
   line.option("turntable", "N", "N pictures evenly around the up axis, from --azimuth on", choice.turntable);
   line.alternatives({"views", "turntable"});
-  line.numbers("target", "X,Y,Z", "What the camera looks at, in the mesh's unit; default: its middle", choice.target);
+  line.numbers("target", "X,Y,Z",
+               "What the camera looks at, in the mesh's unit (mm of a transfer or simulation); default: its middle",
+               choice.target);
   line.option("distance", "LENGTH", "From the camera to the target; default: so that the mesh fits", choice.distance);
 }
 

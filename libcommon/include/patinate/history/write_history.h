@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "patinate/core/run_control.h"
 #include "patinate/history/history_value.h"
@@ -15,5 +16,9 @@ namespace patinate {
 /// @throws CannotComplete if the folder holds something already or cannot be written; as History; Canceled.
 void write_history(const std::filesystem::path& folder, const History& history, const RunControl& control = {},
                    bool force = false);
+
+/// The same into a folder that is there. @param key  Content key that its manifest names; "": none.
+void write_history_files(const std::filesystem::path& folder, const History& history, const std::string& key,
+                         const RunControl& control = {});
 
 }  // namespace patinate

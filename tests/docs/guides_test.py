@@ -252,6 +252,8 @@ class Guides(unittest.TestCase):
         make(cls.made, lambda code: cls.run_code(code, cls.made, {}))
         (cls.folder / "library").mkdir()
         (cls.folder / "library/rust").symlink_to(cls.made / "copper")
+        builder = pathlib.Path(__file__).resolve().parents[2] / "tools/library/build"
+        subprocess.run([builder, cls.folder / "library", "--patinate", PATINATE, "--size", "64", "--only", "crackle_thick", "copper"], check=True, capture_output=True)
 
     @classmethod
     def run_code(cls, code, folder, more):

@@ -65,6 +65,7 @@ MANY = "copper_lab copper_outdoors copper_simulated hydrant_simulated banana"
 PAGES = {
     "README.md": "mkdir photos && cp $made/crackle/frames/*.png photos && cp $made/urn/mesh.obj object.obj",
     "docs/synthetic.md": "true",
+    "docs/python.md": "true",
     "docs/configuration.md": COPPER + " && printf '[transfer]\\ncontrol = [\"accessibility\"]\\n' >run.toml && mv copper before && cp -r before copper && mkdir -p .local/share/bash-completion/completions .zfunc .config/fish/completions",
     "docs/output.md": COPPER + " && cp -r $made/aged $made/rain $made/ledge $made/paint . && cp $made/sky.hdr .",
     "docs/unlighting.md": "cp -r $made/mold . && cp $made/step.json .",

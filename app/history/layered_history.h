@@ -28,8 +28,8 @@ struct LayerTask {
 /// size, and is mirrored where it ends.
 ///
 /// Colors, normals, gloss and metalness are blended by the share, heights are added. Frames are those of `below`, and
-/// those of `above` from the first time that a place opens. Controls, mask and shape are those of `below`; deviations
-/// and tints are left out.
+/// those of `above` from the first time that a place opens. Controls, mask and shape are those of `below`;
+/// deviations, tints and masks of single frames are left out.
 /// @throws ParseError for an expression that cannot be read; InvalidInput if it is above a half nowhere; IoError
 [[nodiscard]] std::shared_ptr<const History> layered_history(LayerTask task, const RunControl& control = {});
 

@@ -1,6 +1,7 @@
 #include <utility>
 
 #include "app/simulation/simulate_request.h"
+#include "patinate/core/error.h"
 #include "patinate/history/history.h"
 #include "python/bindings.h"
 #include "python/history/py_history.h"
@@ -39,7 +40,11 @@ void bind_simulate(py::module_& module) {
         if (!controls.is_none()) {
           for (const py::handle name : controls) request.controls.push_back(py::cast<std::string>(name));
         }
-        if (const auto seed = keywords.integer("seed", -1); seed >= 0) request.seed = seed;
+        if (const py::object seed = keywords.object("seed"); !seed.is_none()) {
+          request.seed = py::cast<std::int64_t>(seed);
+          if (*request.seed < 0)
+            throw InvalidInput("seed: " + std::to_string(*request.seed) + " is out of range; use >= 0");
+        }
         const bool force = keywords.flag("force", false);
         const RunArguments run = keywords.run();
         keywords.finish();

@@ -94,6 +94,7 @@ class Combine(unittest.TestCase):
         self.refused(USAGE, "the library's name for it is missing", "combine", "one", "two", "--control", "thickness")
         self.refused(USAGE, "did you mean `span`", "combine", "one", "two", "--clock", "spam")
         self.refused(USAGE, "found 3 histories; expected two", "combine", "one", "two", "one", "--where", "thickness")
+        self.refused(USAGE, "leave out --control", "combine", "one", "two", "--where", "thickness", "--texel-size", "1")
         self.refused(USAGE, "leave out --control", "combine", "one", "two", "--where", "thickness", "--control", "a=thickness,thickness")
         self.refused(USAGE, "where `thicknes`: position 1: unknown name `thicknes`; did you mean `thickness`", "combine", "one", "two", "--where", "thicknes")
 

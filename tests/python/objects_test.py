@@ -104,6 +104,7 @@ class Scenes(PythonCase):
         self.assertEqual(list(history.times), list(patinate.read_history(self.work / "by_command").times))
         self.same_files("by_python", "by_command")
         self.assertIn("did you mean", self.line_of(patinate.InvalidInput, lambda: patinate.simulate(self.work / "scene.json", self.work / "x", controls=["last_hits"])))
+        self.assertIn("seed", self.line_of(patinate.InvalidInput, lambda: patinate.simulate(self.work / "scene.json", self.work / "x", seed=-3)))
         self.assertFalse((self.work / "x").exists())
 
 

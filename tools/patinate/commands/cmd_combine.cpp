@@ -5,6 +5,7 @@
 #include "app/request/usage_error.h"
 #include "libcommon/core/text.h"
 #include "patinate/core/error.h"
+#include "tools/patinate/commands/command_words.h"
 #include "tools/patinate/commands/commands.h"
 #include "transfer/library/library_job.h"
 
@@ -43,19 +44,14 @@ int combine_layers(CommandRun& run, const transfer::LibraryTask& task, const std
   if (task.histories.size() != 2)
     throw app::UsageError("--where: found " + std::to_string(task.histories.size()) +
                           " histories; expected two, the lower and the one that lies in it");
-  if (run.line.is_given("control") || run.line.is_given("texel-size"))
+  if (run.line.is_given("control") || run.line.is_given("texel_size"))
     throw app::UsageError(
         "--where keeps the controls and the pixels of the first history; leave out --control and "
         "--texel-size");
   const JobPlan plan = app::plan_layers(task.histories[0], task.histories[1], where, task.options.clock, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "combine");
   if (!status) return 0;
-  const HistoryManifest made = read_history_manifest(output);
-  run.report_output(*status, output,
-                    Json{{"frames", made.frames.size()},
-                         {"first_time", made.frames.front().time},
-                         {"last_time", made.frames.back().time},
-                         {"time_unit", time_unit_text(made.time_unit)}});
+  run.report_output(*status, output, frames_json(output));
   return 0;
 }
 

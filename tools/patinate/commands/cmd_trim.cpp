@@ -5,6 +5,7 @@
 #include "app/request/path_kind.h"
 #include "patinate/core/error.h"
 #include "patinate/history/history.h"
+#include "tools/patinate/commands/command_words.h"
 #include "tools/patinate/commands/commands.h"
 
 namespace patinate::cli {
@@ -27,12 +28,7 @@ int cmd_trim(CommandRun& run) {
   const JobPlan plan = app::plan_trim(history, options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "trim");
   if (!status) return 0;
-  const HistoryManifest made = read_history_manifest(output);
-  run.report_output(*status, output,
-                    Json{{"frames", made.frames.size()},
-                         {"first_time", made.frames.front().time},
-                         {"last_time", made.frames.back().time},
-                         {"time_unit", time_unit_text(made.time_unit)}});
+  run.report_output(*status, output, frames_json(output));
   return 0;
 }
 

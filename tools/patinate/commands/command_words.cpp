@@ -2,7 +2,10 @@
 
 #include <memory>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <string>
+
+#include "patinate/history/history.h"
 
 namespace patinate::cli {
 
@@ -24,6 +27,14 @@ app::Words words_of(CommandRun& run) {
               },
           .phase = [&run](const std::string& name) { return run.control(name); },
           .is_dry_run = run.line.common().dry_run};
+}
+
+Json frames_json(const std::filesystem::path& folder) {
+  const HistoryManifest made = read_history_manifest(folder);
+  return {{"frames", made.frames.size()},
+          {"first_time", made.frames.front().time},
+          {"last_time", made.frames.back().time},
+          {"time_unit", time_unit_text(made.time_unit)}};
 }
 
 }  // namespace patinate::cli

@@ -241,6 +241,8 @@ TEST(BehaviorOfSlider, FollowsFigure10) {
   EXPECT_EQ(behavior_of_slider(0.0).deceleration_bounce, 0.0);
   EXPECT_NEAR(behavior_of_slider(0.5, 0.0).bounce, 0.5, 1e-12);
   EXPECT_NEAR(behavior_of_slider(0.5, 0.0).floating, 0.5, 1e-12);
+  // Whatever still bounces leaves the surface.
+  for (double s = 0.0; s < 0.66; s += 0.01) EXPECT_LT(behavior_of_slider(s).deceleration_bounce, 0.95) << s;
   EXPECT_EQ(behavior_of_slider(1.0).bounce, 0.0);
   EXPECT_EQ(behavior_of_slider(1.0).deceleration_float, 1.0);
   for (double s = 0.0; s <= 1.0; s += 0.05) {

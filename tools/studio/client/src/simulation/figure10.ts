@@ -7,7 +7,7 @@ const clamp = (x: number): number => Math.min(Math.max(x, 0), 1);
 /// As behavior_of_slider() of simulation/include/patinate/simulation/scene.h.
 export function behavior_of_slider(s: number, absorb: number): Behavior {
   const alive = 1 - absorb, floats = clamp(3 * s - 1);
-  return { bounce: alive - alive * floats, float: alive * floats, absorb, deceleration_bounce: clamp(3 * s), deceleration_float: clamp(3 * s - 2) };
+  return { bounce: alive - alive * floats, float: alive * floats, absorb, deceleration_bounce: 0.9 * clamp(3 * s), deceleration_float: clamp(3 * s - 2) };
 }
 
 const kNumPoints = 61;

@@ -24,7 +24,9 @@ constexpr double kDome = 1.4;       // By which a plant in the middle of the lar
 constexpr double kSpread = 0.7;     // Tangent by which those at its rim lean outward.
 constexpr double kOwnColor = 0.5;   // Share of a leaf's color that is not that of what it grows on.
 constexpr double kUpright = 0.35;   // Share by which plants turn from the surface's normal upward.
-constexpr int kLeaves = 5;
+constexpr double kSeedling = 0.35;  // Height of a plant that has just come, of what it grows to ...
+constexpr double kGrowth = 0.25;    // ... while the amount rises by this.
+constexpr int kLeaves = 6;
 constexpr int kTrianglesPerPlant = 2 * kLeaves;
 constexpr std::uint32_t kPlace = 34;  // Purpose of random streams.
 
@@ -32,12 +34,26 @@ constexpr std::uint32_t kPlace = 34;  // Purpose of random streams.
 constexpr std::array<std::array<int, 3>, 2> kLeafTriangles{{{0, 1, 2}, {1, 3, 2}}};
 constexpr std::array<double, 4> kLeafShades{0.45, 0.85, 0.85, 1.15};
 
+/// How leaves stand around a stem, in heights of the plant.
+struct LeafForm {
+  double lean, more_lean;   ///< Distance of a tip from the stem; by up to `more_lean` farther from leaf to leaf.
+  double half_width, tip;   ///< Of a leaf, in its middle; height of its tip.
+};
+// Shoots with narrow leaves, tufts and flat rosettes.
+constexpr std::array<LeafForm, kNumPlantKinds> kForms{{{0.16, 0.3, 0.06, 1.0}, {0.35, 0.25, 0.14, 0.9}, {0.7, 0.3, 0.17, 0.5}}};
+
 // The leaf's points around an upright stem along z.
-std::array<Vec3, 4> leaf_points(int leaf) {
-  const double angle = 2.0 * std::numbers::pi * leaf / kLeaves, lean = 0.35 + 0.25 * ((leaf * 7) % 3) / 2.0;
+std::array<Vec3, 4> leaf_points(const LeafForm& form, int leaf) {
+  const double angle = 2.0 * std::numbers::pi * leaf / kLeaves, lean = form.lean + form.more_lean * ((leaf * 7) % 3) / 2.0;
   const double c = std::cos(angle), s = std::sin(angle);
   const auto at = [&](double out, double side, double z) { return Vec3(out * c - side * s, out * s + side * c, z); };
-  return {at(0, 0, 0), at(lean * 0.5, -0.16, 0.55), at(lean * 0.5, 0.16, 0.55), at(lean, 0, 1)};
+  return {at(0, 0, 0), at(lean * 0.5, -form.half_width, 0.55 * form.tip), at(lean * 0.5, form.half_width, 0.55 * form.tip),
+          at(lean, 0, form.tip)};
+}
+
+/// A cushion is mostly of one kind: the tone that it has, and chance.
+int plant_kind(double tone, double chance) {
+  return std::min(static_cast<int>(kNumPlantKinds * (0.75 * tone + 0.25 * chance)), kNumPlantKinds - 1);
 }
 
 /// Of leaves, linear: from olive through green to yellow.
@@ -88,7 +104,11 @@ std::vector<Plant> find_plants(const Mesh& given, const SurfaceMaps& maps, const
       plant.turn = 2.0 * std::numbers::pi * random.uniform();
       plant.size = size * (0.5 + random.uniform()) * (1.0 + kDome * cushion.height);
       const double shade = 0.75 + 0.5 * random.uniform();
-      if (texture_at(maps.plants, plant.uv.x(), plant.uv.y())[0] < threshold) continue;
+      const double chance_of_kind = random.uniform();
+      const double amount = texture_at(maps.plants, plant.uv.x(), plant.uv.y())[0];
+      if (amount < threshold) continue;
+      plant.kind = plant_kind(cushion.tone, chance_of_kind);
+      plant.size *= kSeedling + (1.0 - kSeedling) * std::min(1.0, (amount - threshold) / kGrowth);
       plant.place = static_cast<std::uint64_t>(t) << 32 | static_cast<std::uint32_t>(i);
       const std::array<double, 3> below = texture_at(maps.color, plant.uv.x(), plant.uv.y());
       plant.color = shade * (kOwnColor * tone_color(cushion.tone) + (1.0 - kOwnColor) * 1.3 * Vec3(below.data()));
@@ -112,11 +132,11 @@ Vec3 PlantField::color(std::size_t triangle, double b1, double b2) const {
   return blend(shade, b1, b2) * colors_[within / kTrianglesPerPlant];
 }
 
-PlantShape plant_shape() {
+PlantShape plant_shape(int kind) {
   PlantShape shape;
   for (int leaf = 0; leaf < kLeaves; ++leaf) {
     const int first = static_cast<int>(shape.positions.size());
-    for (const Vec3& point : leaf_points(leaf)) shape.positions.push_back(point);
+    for (const Vec3& point : leaf_points(kForms[static_cast<std::size_t>(kind)], leaf)) shape.positions.push_back(point);
     shape.shades.insert(shape.shades.end(), kLeafShades.begin(), kLeafShades.end());
     for (const std::array<int, 3>& corners : kLeafTriangles)
       shape.triangles.push_back({first + corners[0], first + corners[1], first + corners[2]});
@@ -136,10 +156,12 @@ Eigen::Matrix3d plant_frame(const Vec3& up, double turn) {
 }
 
 PlantField add_plants(Mesh& mesh, const std::vector<Plant>& plants, std::vector<float>& open) {
-  const PlantShape shape = plant_shape();
+  std::array<PlantShape, kNumPlantKinds> shapes;
+  for (int kind = 0; kind < kNumPlantKinds; ++kind) shapes[static_cast<std::size_t>(kind)] = plant_shape(kind);
   std::vector<Vec3> colors;
   const std::size_t first = mesh.triangles.size();
   for (const Plant& plant : plants) {
+    const PlantShape& shape = shapes[static_cast<std::size_t>(plant.kind)];
     const Eigen::Matrix3d frame = plant_frame(plant.up, plant.turn);
     const int position = static_cast<int>(mesh.positions.size());
     const int uv = static_cast<int>(mesh.uvs.size());

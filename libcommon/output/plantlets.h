@@ -1,6 +1,6 @@
 /// \file
 /// Small plants where much has grown [Guenther et al. 2012, sec. 4.5]. Each has its place, its size and the amount from
-/// which on it shows, by hashes: a place does not move when the amounts change.
+/// which on it shows, by hashes: a place does not move when the amounts change, and its plant grows with them.
 #pragma once
 
 #include <array>
@@ -12,11 +12,14 @@
 
 namespace patinate {
 
+inline constexpr int kNumPlantKinds = 3;  ///< Shoots, tufts, rosettes.
+
 struct Plant {
   std::uint64_t place = 0;  ///< Number of the place where it grows: equal for all amounts.
   Vec3 root = Vec3::Zero();
   Vec3 up = Vec3::UnitY();
   Vec2 uv = Vec2::Zero();
+  int kind = 0;               ///< Below kNumPlantKinds.
   double size = 1.0;          ///< Height.
   double turn = 0.0;          ///< Around `up`, radians.
   Vec3 color = Vec3::Zero();  ///< Linear, of the middle of its leaves.
@@ -27,13 +30,13 @@ struct Plant {
 [[nodiscard]] std::vector<Plant> find_plants(const Mesh& mesh, const SurfaceMaps& maps, const RenderOptions& options,
                                              const SurfaceOptions& surface);
 
-/// One plant of height 1 around an upright stem along z.
+/// One plant of a kind, of height 1 at most, around an upright stem along z.
 struct PlantShape {
   std::vector<Vec3> positions;
   std::vector<double> shades;  ///< By position: factor of the plant's color.
   std::vector<Triangle> triangles;
 };
-[[nodiscard]] PlantShape plant_shape();
+[[nodiscard]] PlantShape plant_shape(int kind);
 /// Columns: where the shape's x, y and z point for a plant, unit.
 [[nodiscard]] Eigen::Matrix3d plant_frame(const Vec3& up, double turn);
 

@@ -336,9 +336,17 @@ TEST(Plants, StandWhereTheAmountIsHighAndStayWhenItGrows) {
   EXPECT_GT(many.size(), 2 * few.size());
   for (const Plant& plant : many) EXPECT_LT(plant.root.x(), 0.7);  // Bilinear: 0.18 of 0.9 is at u = 0.65 at most.
   std::size_t found = 0;
+  int grown = 0;
   for (const Plant& plant : few) {
-    for (const Plant& other : many) found += plant.root == other.root && plant.turn == other.turn ? 1 : 0;
+    for (const Plant& other : many) {
+      if (plant.root != other.root || plant.turn != other.turn) continue;
+      ++found;
+      EXPECT_EQ(plant.kind, other.kind);
+      EXPECT_GE(other.size, plant.size);
+      grown += other.size > plant.size ? 1 : 0;
+    }
   }
+  EXPECT_GT(grown, static_cast<int>(few.size()) / 4);
   EXPECT_EQ(found, few.size());
   // All of them at most: 1.5 for each square of a plant's height, 4 sigma; each triangle rounds by itself.
   maps.plants = one(1.0f);

@@ -1,11 +1,14 @@
-// Small plants where organic material is high [Guenther et al. 2012, sec. 4.5]: fixed places on the surface, shown once there is enough.
+// Small plants where organic material is high [Guenther et al. 2012, sec. 4.5]: fixed places on the surface, shown once there is enough, and taller as it grows.
 import * as THREE from "three";
 import { MeshSurfaceSampler } from "three/addons/math/MeshSurfaceSampler.js";
 import type { TilePlane } from "../scene/texture_tiles";
 
 const kNumPlaces = 6000;
 const kLeast = 0.18, kMost = 0.75;  // Amounts: the first grows here, the last there.
-const kNumLeaves = 5;
+const kNumLeaves = 6;
+const kSeedling = 0.35, kGrowth = 0.25;  // A plant comes with this share of its height, and grows while the amount rises by that.
+// How leaves stand, in heights of the plant, as in libcommon/output/plantlets.cpp: shoots, tufts, rosettes.
+const kForms = [{ lean: 0.16, more: 0.3, half: 0.06, tip: 1 }, { lean: 0.35, more: 0.25, half: 0.14, tip: 0.9 }, { lean: 0.7, more: 0.3, half: 0.17, tip: 0.5 }];
 const kSize = 1 / 90;               // Of the scene's diagonal.
 
 /// A repeatable stream of numbers in [0, 1) (mulberry32).
@@ -20,13 +23,13 @@ function numbers(seed: number): () => number {
 }
 
 // Leaves around a stem, along +z.
-function tuft(): THREE.BufferGeometry {
+function plant(form: (typeof kForms)[number]): THREE.BufferGeometry {
   const points: number[] = [], colors: number[] = [];
   for (let i = 0; i < kNumLeaves; ++i) {
-    const angle = (2 * Math.PI * i) / kNumLeaves, lean = 0.35 + 0.25 * ((i * 7) % 3) / 2;
+    const angle = (2 * Math.PI * i) / kNumLeaves, lean = form.lean + form.more * ((i * 7) % 3) / 2;
     const [c, s] = [Math.cos(angle), Math.sin(angle)];
     const at = (r: number, side: number, z: number): number[] => [r * c - side * s, r * s + side * c, z];
-    const root = at(0, 0, 0), left = at(lean * 0.5, -0.16, 0.55), right = at(lean * 0.5, 0.16, 0.55), tip = at(lean, 0, 1);
+    const root = at(0, 0, 0), left = at(lean * 0.5, -form.half, 0.55 * form.tip), right = at(lean * 0.5, form.half, 0.55 * form.tip), tip = at(lean, 0, form.tip);
     points.push(...root, ...left, ...right, ...left, ...tip, ...right);
     for (const shade of [0.45, 0.85, 0.85, 0.85, 1.15, 0.85]) colors.push(0.16 * shade, 0.3 * shade, 0.06 * shade);
   }
@@ -39,12 +42,12 @@ function tuft(): THREE.BufferGeometry {
 
 interface Field {
   instances: THREE.InstancedMesh;
-  places: { u: number; v: number; threshold: number; matrix: THREE.Matrix4 }[];
+  places: { u: number; v: number; threshold: number; position: THREE.Vector3; turn: THREE.Quaternion; size: number }[];
 }
 
 export class Plantlets {
   private readonly fields: Field[] = [];
-  private readonly geometry = tuft();
+  private readonly geometries = kForms.map(plant);
   private readonly material = new THREE.MeshStandardMaterial({ vertexColors: true, side: THREE.DoubleSide, roughness: 0.7 });
   num_shown = 0;
 
@@ -56,21 +59,24 @@ export class Plantlets {
       const sampler = new MeshSurfaceSampler(mesh);
       (sampler as unknown as { setRandomGenerator(f: () => number): void }).setRandomGenerator(random);  // Missing in the types.
       sampler.build();
-      const field: Field = { instances: new THREE.InstancedMesh(this.geometry, this.material, Math.ceil(kNumPlaces / meshes.length)), places: [] };
-      const position = new THREE.Vector3(), normal = new THREE.Vector3(), color = new THREE.Color(), uv = new THREE.Vector2();
-      for (let i = 0; i < field.instances.count; ++i) {
-        sampler.sample(position, normal, color, uv);
-        const grows = normal.clone().lerp(new THREE.Vector3(0, 1, 0), 0.35).normalize();
-        const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 0, 1), grows).multiply(new THREE.Quaternion().setFromAxisAngle(new THREE.Vector3(0, 0, 1), 6.283 * random()));
-        const size = diagonal * kSize * (0.5 + random());
-        field.places.push({ u: uv.x, v: uv.y, threshold: kLeast + (kMost - kLeast) * random(), matrix: new THREE.Matrix4().compose(position, turn, new THREE.Vector3(size, size, size)) });
+      for (const geometry of this.geometries) {
+        const num_places = Math.ceil(kNumPlaces / meshes.length / this.geometries.length);
+        const field: Field = { instances: new THREE.InstancedMesh(geometry, this.material, num_places), places: [] };
+        const normal = new THREE.Vector3(), color = new THREE.Color(), uv = new THREE.Vector2();
+        for (let i = 0; i < num_places; ++i) {
+          const position = new THREE.Vector3();
+          sampler.sample(position, normal, color, uv);
+          const grows = normal.clone().lerp(new THREE.Vector3(0, 1, 0), 0.35).normalize();
+          const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(0, 0, 1), grows).multiply(new THREE.Quaternion().setFromAxisAngle(new THREE.Vector3(0, 0, 1), 6.283 * random()));
+          field.places.push({ u: uv.x, v: uv.y, threshold: kLeast + (kMost - kLeast) * random(), position, turn, size: diagonal * kSize * (0.5 + random()) });
+        }
+        field.instances.count = 0;
+        field.instances.castShadow = true;
+        field.instances.frustumCulled = false;
+        field.instances.raycast = () => {};
+        mesh.add(field.instances);
+        this.fields.push(field);
       }
-      field.instances.count = 0;
-      field.instances.castShadow = true;
-      field.instances.frustumCulled = false;
-      field.instances.raycast = () => {};
-      mesh.add(field.instances);
-      this.fields.push(field);
     }
   }
 
@@ -80,9 +86,13 @@ export class Plantlets {
     for (const { instances, places } of this.fields) {
       let count = 0;
       if (amounts) {
-        for (const { u, v, threshold, matrix } of places) {
+        const matrix = new THREE.Matrix4(), scale = new THREE.Vector3();
+        for (const { u, v, threshold, position, turn, size } of places) {
           const x = Math.min(amounts.width - 1, Math.floor(u * amounts.width)), y = Math.min(amounts.height - 1, Math.floor(v * amounts.height));
-          if (high * (amounts.data[y * amounts.width + x]! / 255) ** 2 >= threshold) instances.setMatrixAt(count++, matrix);
+          const amount = high * (amounts.data[y * amounts.width + x]! / 255) ** 2;
+          if (amount < threshold) continue;
+          scale.setScalar(size * (kSeedling + (1 - kSeedling) * Math.min(1, (amount - threshold) / kGrowth)));
+          instances.setMatrixAt(count++, matrix.compose(position, turn, scale));
         }
       }
       instances.count = count;
@@ -96,7 +106,7 @@ export class Plantlets {
       instances.removeFromParent();
       instances.dispose();
     }
-    this.geometry.dispose();
+    for (const geometry of this.geometries) geometry.dispose();
     this.material.dispose();
   }
 }

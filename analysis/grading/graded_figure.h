@@ -1,0 +1,26 @@
+/// \file
+/// Figures that laboratories report, of one region at one time.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace patinate::analysis {
+
+/// Names as reports, tables and limits have them.
+inline constexpr std::array<std::string_view, 13> kGradedFigureNames{
+    "rusted_percent", "crack_mm_per_mm2", "crack_width_mm", "creep_mm", "creep_max_mm", "delta_e", "ciede2000",
+    "delta_l",        "delta_a",          "delta_b",        "gloss_20", "gloss_60",     "gloss_85"};
+
+/// A measured value and the ends of its interval, which holds the truth in about 95 of 100 cases.
+struct GradedFigure {
+  double value = 0.0;
+  double low = 0.0;
+  double high = 0.0;
+
+  friend bool operator==(const GradedFigure&, const GradedFigure&) = default;
+};
+
+}  // namespace patinate::analysis

@@ -1,0 +1,237 @@
+#include "analysis/grading/graded_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "analysis/cracks/line_mask.h"
+#include "analysis/grading/region_figures.h"
+#include "analysis/grading/rust_map.h"
+#include "libcommon/core/text.h"
+#include "libcommon/metrics/color_curves.h"
+#include "patinate/core/error.h"
+#include "patinate/history/history_sampling.h"
+
+namespace patinate::analysis {
+
+namespace {
+
+constexpr std::size_t kShownTimes = 4;
+constexpr float kPlainLightness = 50.0f;  // What no crack changes.
+
+/// Rust, with the pixels around it, is no crack.
+constexpr int kRustMargin_px = 3;
+
+bool is_empty(const ImageU8& mask) {
+  return std::none_of(mask.values().begin(), mask.values().end(), [](std::uint8_t v) { return v != 0; });
+}
+
+/// What lies at least `edge_px` from the outside of the mask and of the picture.
+ImageU8 without_edge(const ImageU8& mask, double edge_px) {
+  cv::Mat inside = cv::Mat::zeros(mask.height() + 2, mask.width() + 2, CV_8U), distance;
+  for (int y = 0; y < mask.height(); ++y) {
+    for (int x = 0; x < mask.width(); ++x) inside.at<std::uint8_t>(y + 1, x + 1) = mask.at(x, y);
+  }
+  cv::distanceTransform(inside, distance, cv::DIST_L2, cv::DIST_MASK_PRECISE);
+  ImageU8 out(mask.width(), mask.height());
+  for (int y = 0; y < mask.height(); ++y) {
+    // The middle of the outermost pixel is half a pixel from the edge.
+    for (int x = 0; x < mask.width(); ++x)
+      out.at(x, y) = static_cast<double>(distance.at<float>(y + 1, x + 1)) - 0.5 >= edge_px ? mask.at(x, y) : 0;
+  }
+  return out;
+}
+
+/// Changes of lightness from the unexposed surface, around kPlainLightness.
+ImageF lightness_change(const ImageF& before, const ImageF& now) {
+  ImageF out(now.width(), now.height());
+  const auto lightness = [](const ImageF& image, std::int64_t i) {
+    const float* c = image.data() + 3 * i;
+    return lab_from_linear(static_cast<double>(c[0]), static_cast<double>(c[1]), static_cast<double>(c[2]))[0];
+  };
+  for (std::int64_t i = 0; i < now.num_pixels(); ++i)
+    out.data()[i] = kPlainLightness + static_cast<float>(lightness(now, i) - lightness(before, i));
+  return out;
+}
+
+ImageU8 cracks_of(const ImageF& before, const ImageF& now, const ImageU8& mask, const ImageF& rust, int reach_px) {
+  ImageU8 bare = mask;
+  for (int y = 0; y < bare.height(); ++y) {
+    for (int x = 0; x < bare.width(); ++x) {
+      if (!(rust.at(x, y) > 0.5f)) continue;
+      for (int j = std::max(0, y - kRustMargin_px); j <= std::min(bare.height() - 1, y + kRustMargin_px); ++j) {
+        for (int i = std::max(0, x - kRustMargin_px); i <= std::min(bare.width() - 1, x + kRustMargin_px); ++i)
+          bare.at(i, j) = 0;
+      }
+    }
+  }
+  if (is_empty(bare)) return {bare.width(), bare.height()};
+  return find_cracks(lightness_change(before, now), bare, {.reach_px = reach_px});
+}
+
+ImageU8 common_mask(const TextureSeries& series, const std::vector<double>& times) {
+  ImageU8 mask = series.mask(times.front());
+  for (const double t : times) {
+    const ImageU8 now = series.mask(t);
+    for (std::int64_t i = 0; i < mask.num_pixels(); ++i) mask.data()[i] &= now.data()[i];
+  }
+  return mask;
+}
+
+std::vector<GradeRegion> whole_sample(const ImageU8& mask, std::optional<double> pixel_mm, double edge_mm) {
+  if (!pixel_mm || !(edge_mm > 0.0)) return {{"sample", mask}};
+  ImageU8 inner = without_edge(mask, edge_mm / *pixel_mm);
+  if (is_empty(inner))
+    throw InvalidInput("grade: an edge of " + short_number_text(edge_mm) + " mm leaves nothing of a sample of " +
+                       short_number_text(mask.width() * *pixel_mm) + " x " +
+                       short_number_text(mask.height() * *pixel_mm) + " mm; state a smaller --edge-mm");
+  return {{"sample", std::move(inner)}};
+}
+
+void restrict_regions(std::vector<GradeRegion>& regions, const ImageU8& mask) {
+  std::vector<int> owner(mask.values().size(), -1);
+  for (std::size_t r = 0; r < regions.size(); ++r) {
+    GradeRegion& region = regions[r];
+    if (!region.mask.same_size(mask))
+      throw InvalidInput("region " + region.name + ": has " + size_text(region.mask.width(), region.mask.height()) +
+                         " pixels; the history has " + size_text(mask.width(), mask.height()));
+    for (std::size_t i = 0; i < owner.size(); ++i) {
+      std::uint8_t& inside = region.mask.data()[i];
+      if (inside == 0) continue;
+      if (owner[i] >= 0)
+        throw InvalidInput("region " + region.name + ": lies over region " +
+                           regions[static_cast<std::size_t>(owner[i])].name + "; regions have no pixel in common");
+      owner[i] = static_cast<int>(r);
+      inside &= mask.data()[i];
+    }
+    if (is_empty(region.mask)) throw InvalidInput("region " + region.name + ": holds nothing of the sample");
+  }
+}
+
+GradedRegion begun(const GradeRegion& region, std::optional<double> pixel_mm, const RustRule& rule) {
+  GradedRegion out{.name = region.name};
+  for (const std::uint8_t v : region.mask.values()) out.num_pixels += v != 0 ? 1 : 0;
+  if (pixel_mm) out.area_mm2 = static_cast<double>(out.num_pixels) * *pixel_mm * *pixel_mm;
+  out.seen_from_percent = 100.0 * rule.least_area_px / static_cast<double>(out.num_pixels);
+  return out;
+}
+
+/// Damage does not heal: a figure never falls, nor do the ends of its interval.
+void keep_from_falling(GradedRegion& region, std::string_view name) {
+  const auto at = static_cast<std::size_t>(std::find(kGradedFigureNames.begin(), kGradedFigureNames.end(), name) -
+                                           kGradedFigureNames.begin());
+  GradedFigure most{};
+  for (RegionFigures& time : region.times) {
+    std::optional<GradedFigure>& figure = time.figures[at];
+    if (!figure) continue;
+    most = {std::max(most.value, figure->value), std::max(most.low, figure->low), std::max(most.high, figure->high)};
+    figure = most;
+  }
+}
+
+}  // namespace
+
+void describe(OptionVisitor& v, GradeOptions& o) {
+  v.visit({"edge_mm", "Width of the band along the edge of the whole sample that is left out", "mm", between(0, 1000)},
+          o.edge_mm);
+  v.visit({"unexposed", "Time of the photograph that shows the unexposed surface; without: the first"}, o.unexposed);
+  v.visit({"crack_reach", "Half the width of the widest crack", "px", between(1, 100)}, o.crack_reach_px);
+}
+
+ImageU8 polygon_mask(int width, int height, double pixel_mm, const std::vector<double>& corners_mm) {
+  if (corners_mm.size() < 6 || corners_mm.size() % 2 != 0)
+    throw InvalidInput("a region: found " + std::to_string(corners_mm.size()) +
+                       " numbers; expected x and y of three corners or more");
+  // Pixel centers lie half a pixel inside; four bits of a fraction.
+  constexpr int kBits = 4;
+  std::vector<cv::Point> points;
+  for (std::size_t k = 0; k < corners_mm.size(); k += 2) {
+    const double x = corners_mm[k] / pixel_mm, y = corners_mm[k + 1] / pixel_mm;
+    if (!(x > -1.0 && y > -1.0 && x < width + 1.0 && y < height + 1.0))
+      throw InvalidInput("a region: the corner " + short_number_text(corners_mm[k]) + "," +
+                         short_number_text(corners_mm[k + 1]) + " lies outside of the picture, which is " +
+                         short_number_text(width * pixel_mm) + " x " + short_number_text(height * pixel_mm) + " mm");
+    points.emplace_back(static_cast<int>(std::lround((x - 0.5) * (1 << kBits))),
+                        static_cast<int>(std::lround((y - 0.5) * (1 << kBits))));
+  }
+  cv::Mat drawn = cv::Mat::zeros(height, width, CV_8U);
+  cv::fillPoly(drawn, std::vector<std::vector<cv::Point>>{points}, cv::Scalar(255), cv::LINE_8, kBits);
+  ImageU8 mask(width, height);
+  std::copy(drawn.begin<std::uint8_t>(), drawn.end<std::uint8_t>(), mask.data());
+  return mask;
+}
+
+GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion> regions,
+                            const std::optional<Scribe>& scribe, const RustRule& rule, const GradeOptions& options,
+                            const RunControl& control) {
+  GradedSurface out;
+  for (const FrameFacts& frame : series.facts().frames) out.times.push_back(frame.time);
+  out.pixel_mm = series.pixel_mm();
+  const ImageU8 mask = common_mask(series, out.times);
+  if (is_empty(mask)) throw InvalidInput(series.name() + ": no pixel shows the surface in every photograph");
+  std::size_t unexposed = 0;
+  if (options.unexposed) {
+    const auto found = std::find(out.times.begin(), out.times.end(), *options.unexposed);
+    if (found == out.times.end())
+      throw InvalidInput("--unexposed: no photograph has the time " + number_text(*options.unexposed));
+    unexposed = static_cast<std::size_t>(found - out.times.begin());
+  }
+  const bool has_unexposed = out.times.size() > 1;
+  if (has_unexposed) out.unexposed_time = out.times[unexposed];
+  if (!has_unexposed)
+    out.notes.emplace_back(
+        "one photograph: nothing tells the unexposed surface, so that changes of color, cracks and times are not "
+        "given");
+  if (!out.pixel_mm)
+    out.notes.emplace_back(
+        "the size of a pixel is not known: shares and colors are given, lengths are not, and no edge was left out");
+  if (regions.empty()) {
+    regions = whole_sample(mask, out.pixel_mm, options.edge_mm);
+    if (out.pixel_mm) out.edge_mm = options.edge_mm;
+  } else {
+    restrict_regions(regions, mask);
+  }
+  for (const GradeRegion& region : regions) out.regions.push_back(begun(region, out.pixel_mm, rule));
+
+  const RustMap map({.num_frames = static_cast<int>(out.times.size()),
+                     .color = [&](int t) { return series.sample(out.times[static_cast<std::size_t>(t)]); },
+                     .mask = mask,
+                     .unexposed = has_unexposed ? std::optional(static_cast<int>(unexposed)) : std::nullopt},
+                    rule, control.part(0.0, 0.5));
+  const ImageF before = series.sample(out.times[unexposed]);
+  const std::vector<MaterialMap> maps = material_maps(series.facts());
+  const bool has_gloss = std::find(maps.begin(), maps.end(), MaterialMap::Roughness) != maps.end();
+  const std::size_t shown_step = std::max<std::size_t>(1, (out.times.size() + kShownTimes - 2) / (kShownTimes - 1));
+  for (std::size_t t = 0; t < out.times.size(); ++t) {
+    const RustFrame rust = map.at(static_cast<int>(t));
+    const ImageF now = series.sample(out.times[t]);
+    ImageF f0, roughness;
+    if (has_gloss) {
+      f0 =
+          series.on_surface(sample_material_map(series.history(), MaterialMap::Specular, out.times[t], Between::Blend));
+      roughness = series.on_surface(
+          sample_material_map(series.history(), MaterialMap::Roughness, out.times[t], Between::Blend));
+    }
+    ImageU8 cracks;
+    if (has_unexposed && out.pixel_mm && t != unexposed)
+      cracks = cracks_of(before, now, mask, rust.coverage, options.crack_reach_px);
+    for (std::size_t r = 0; r < regions.size(); ++r) {
+      const ImageU8& region = regions[r].mask;
+      RegionFigures& figures = out.regions[r].times.emplace_back();
+      add_rust_figures(rust, region, out.pixel_mm, rule, figures);
+      if (has_unexposed) add_color_figures(before, now, rust.coverage, region, figures);
+      if (has_gloss) add_gloss_figures(f0, roughness, rust.coverage, region, figures);
+      if (!cracks.empty()) add_crack_figures(cracks, region, *out.pixel_mm, figures);
+      if (scribe && out.pixel_mm) add_creep_figures(rust.coverage, region, *out.pixel_mm, *scribe, figures);
+    }
+    if (t % shown_step == 0 || t + 1 == out.times.size()) out.shown.push_back({t, now, rust.coverage, cracks});
+    control.report(0.5 + 0.5 * static_cast<double>(t + 1) / static_cast<double>(out.times.size()));
+    control.throw_if_stopped();
+  }
+  for (GradedRegion& region : out.regions) {
+    for (const std::string_view name : {"rusted_percent", "creep_mm", "creep_max_mm"}) keep_from_falling(region, name);
+  }
+  return out;
+}
+
+}  // namespace patinate::analysis

@@ -1,0 +1,85 @@
+/// \file
+/// The figures of a surface's regions at the times of its photographs.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/grading/grade_rules.h"
+#include "analysis/grading/graded_figure.h"
+#include "patinate/analysis/texture_series.h"
+#include "patinate/core/options.h"
+#include "patinate/core/run_control.h"
+#include "patinate/image/image.h"
+
+namespace patinate::analysis {
+
+struct GradeOptions {
+  double edge_mm = 10.0;            ///< Left out along the edge of the whole sample; needs a pixel size.
+  std::optional<double> unexposed;  ///< Time of the unexposed surface; not given: the first photograph.
+  int crack_reach_px = 5;           ///< Half the width of the widest crack.
+};
+void describe(OptionVisitor& v, GradeOptions& o);
+
+/// A straight scratch through the coating, mm from the upper left corner of the picture.
+struct Scribe {
+  double x0 = 0.0, y0 = 0.0, x1 = 0.0, y1 = 0.0;
+  double width_mm = 0.0;
+};
+
+/// A part of the picture.
+struct GradeRegion {
+  std::string name;
+  ImageU8 mask;  ///< H x W, 0 = outside.
+};
+
+struct RegionFigures {
+  std::array<std::optional<GradedFigure>, kGradedFigureNames.size()> figures = {};
+  std::string distribution = {};  ///< Of rust [ASTM D610]: S, G, P, H; "" without rust or without a pixel size.
+  int num_spots = 0;
+  std::optional<double> mean_spot_mm = {};  ///< Diameter of a circle of the same area.
+
+  [[nodiscard]] const std::optional<GradedFigure>& figure(std::string_view name) const;
+};
+
+struct GradedRegion {
+  std::string name;
+  std::int64_t num_pixels = 0;
+  std::optional<double> area_mm2 = {};
+  double seen_from_percent = 0.0;  ///< A single spot of the least size has this share.
+  std::vector<RegionFigures> times = {};
+
+  /// A figure by time.
+  [[nodiscard]] std::vector<std::optional<GradedFigure>> series(std::string_view figure) const;
+};
+
+/// What a page shows of a time.
+struct ShownTime {
+  std::size_t time = 0;  ///< Index.
+  ImageF color;          ///< Linear.
+  ImageF rust;           ///< Coverage.
+  ImageU8 cracks;        ///< 0 / 255; empty where they are not looked for.
+};
+
+struct GradedSurface {
+  std::vector<double> times = {};
+  std::optional<double> pixel_mm = {};
+  std::optional<double> unexposed_time = {};
+  double edge_mm = 0.0;  ///< That was left out.
+  std::vector<GradedRegion> regions = {};
+  std::vector<ShownTime> shown = {};  ///< At most four, the last among them.
+  std::vector<std::string> notes = {};
+};
+
+/// @param regions  Empty: the whole sample less its edge. @throws InvalidInput if regions lie over each other, have
+/// another size or hold nothing of the sample, if the edge leaves nothing, or `unexposed` is no time of a photograph.
+[[nodiscard]] GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion> regions,
+                                          const std::optional<Scribe>& scribe, const RustRule& rust,
+                                          const GradeOptions& options, const RunControl& control = {});
+
+/// Mask of a polygon. @param corners_mm  x, y of three corners or more. @throws InvalidInput if it lies outside.
+[[nodiscard]] ImageU8 polygon_mask(int width, int height, double pixel_mm, const std::vector<double>& corners_mm);
+
+}  // namespace patinate::analysis

@@ -32,7 +32,7 @@ set(patinate_transfer_needs atlas controls core device geometry history image jo
 set(patinate_transfer_libraries flann)
 set(patinate_simulation_needs atlas controls core device geometry history image job mesh_files output)
 set(patinate_analysis_needs atlas controls core geometry history image job metrics output)
-set(patinate_analysis_libraries ceres)
+set(patinate_analysis_libraries ceres opencv)
 set(patinate_datasets_needs atlas controls core geometry image job mesh_files output)
 set(patinate_datasets_libraries opencv)
 

@@ -10,11 +10,13 @@ namespace patinate::analysis {
 
 [[nodiscard]] Json compare_schema();
 [[nodiscard]] Json evaluation_schema();
+[[nodiscard]] Json grade_schema();
 [[nodiscard]] Json replicates_schema();
 
 /// Reads such a file and checks that it holds what it should. @throws IoError
 void check_compare_report(const std::filesystem::path& file);
 void check_evaluation(const std::filesystem::path& file);
+void check_grade_report(const std::filesystem::path& file);
 void check_replicates_report(const std::filesystem::path& file);
 
 }  // namespace patinate::analysis

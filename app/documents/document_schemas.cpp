@@ -22,6 +22,7 @@ struct NamedSchema {
 constexpr std::array kSchemas{NamedSchema{"card", history_card_schema},
                               NamedSchema{"compare", analysis::compare_schema},
                               NamedSchema{"evaluation", analysis::evaluation_schema},
+                              NamedSchema{"grade", analysis::grade_schema},
                               NamedSchema{"history", history_schema},
                               NamedSchema{"replicates", analysis::replicates_schema},
                               NamedSchema{"transfer", transfer::transfer_schema},

@@ -21,6 +21,7 @@ int cmd_export(CommandRun& run);
 int cmd_factorize(CommandRun& run);
 int cmd_field(CommandRun& run);
 int cmd_fit(CommandRun& run);
+int cmd_grade(CommandRun& run);
 int cmd_help(CommandRun& run);
 int cmd_info(CommandRun& run);
 int cmd_ingest(CommandRun& run);

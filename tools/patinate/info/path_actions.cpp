@@ -211,7 +211,7 @@ void check_path(const std::filesystem::path& path, Checks& checks, const RunCont
 
 std::string path_kinds_text() {
   return "A history, capture, transfer, simulation, fit, registration, unlit, factorization, explanation, "
-         "comparison or evaluation folder, a "
+         "comparison, grade or evaluation folder, a "
          "calibration, a mesh or an image";
 }
 

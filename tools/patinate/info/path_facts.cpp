@@ -236,6 +236,7 @@ void check_report(const std::filesystem::path& path) {
   const Json json = load_json(file);
   const std::string format = JsonReader(file.string(), json).member("format").string();
   if (format == "patinate.evaluation") return analysis::check_evaluation(file);
+  if (format == "patinate.grade") return analysis::check_grade_report(file);
   if (format == "patinate.replicates") return analysis::check_replicates_report(file);
   analysis::check_compare_report(file);
 }
@@ -245,10 +246,15 @@ Facts report_facts(const std::filesystem::path& path) {
   const Json json = load_json(report_file(path));
   const std::string format = json.at("format").get<std::string>();
   Facts facts(format == "patinate.evaluation"   ? "evaluation"
+              : format == "patinate.grade"      ? "grades"
               : format == "patinate.replicates" ? "comparison of replicates"
                                                 : "comparison");
   if (format == "patinate.evaluation") {
     for (const Json& map : json.at("maps")) add_figures(facts, map.at("name").get<std::string>(), map.at("figures"));
+  } else if (format == "patinate.grade") {
+    std::string shown;
+    for (const Json& line : json.at("summary")) shown += "\n    " + line.get<std::string>();
+    facts.add("summary", json.at("summary"), shown);
   } else if (format == "patinate.replicates") {
     std::string shown;
     for (const Json& sentence : json.at("verdict")) shown += "\n    " + sentence.get<std::string>();

@@ -1,0 +1,279 @@
+#include "analysis/grading/grade_report.h"
+
+#include <algorithm>
+#include <array>
+
+#include "analysis/grading/grade_document.h"
+#include "analysis/report/report_page.h"
+#include "libcommon/core/csv.h"
+#include "libcommon/core/files.h"
+#include "libcommon/core/text.h"
+#include "libcommon/history/history_times.h"
+#include "libcommon/output/svg_chart.h"
+
+namespace patinate::analysis {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::size_t kMostRows = 16;  // Of the page's tables; the CSV has all times.
+constexpr int kPictureSide_px = 900;
+
+/// Names of figures for people.
+struct FigureTitle {
+  std::string_view name, title, unit;
+};
+constexpr std::array<FigureTitle, kGradedFigureNames.size()> kTitles{{{"rusted_percent", "Rusted area", "%"},
+                                                                      {"crack_mm_per_mm2", "Cracks", "mm/mm2"},
+                                                                      {"crack_width_mm", "Width of cracks", "mm"},
+                                                                      {"creep_mm", "Creep, mean", "mm"},
+                                                                      {"creep_max_mm", "Creep, largest", "mm"},
+                                                                      {"delta_e", "Delta E*ab", ""},
+                                                                      {"ciede2000", "CIEDE2000", ""},
+                                                                      {"delta_l", "Delta L*", ""},
+                                                                      {"delta_a", "Delta a*", ""},
+                                                                      {"delta_b", "Delta b*", ""},
+                                                                      {"gloss_20", "Gloss at 20 deg", "GU"},
+                                                                      {"gloss_60", "Gloss at 60 deg", "GU"},
+                                                                      {"gloss_85", "Gloss at 85 deg", "GU"}}};
+
+std::string digits(double value) { return short_number_text(rounded(value, 3) + 0.0); }
+
+std::string with_interval(const GradedFigure& f) {
+  return f.low == f.high ? digits(f.value) : digits(f.value) + " (" + digits(f.low) + " to " + digits(f.high) + ")";
+}
+
+std::string grade_text(const GradeScale& scale, const RegionFigures& figures, double least) {
+  const std::optional<GivenGrade> grade = grade_of(scale, figures, least);
+  if (!grade) return "-";
+  std::string text = grade->grade;
+  if (scale.name == "d610" && !figures.distribution.empty()) text += "-" + figures.distribution;
+  if (grade->low != grade->high) text += " (" + grade->low + " to " + grade->high + ")";
+  return text;
+}
+
+bool has_figure(const GradedRegion& region, std::string_view figure) {
+  return std::any_of(region.times.begin(), region.times.end(),
+                     [&](const RegionFigures& t) { return t.figure(figure).has_value(); });
+}
+
+/// Indices of times that a table shows: all, or evenly chosen ones with the last.
+std::vector<std::size_t> shown_rows(std::size_t count) {
+  std::vector<std::size_t> rows;
+  const std::size_t step = (count + kMostRows - 1) / kMostRows;
+  for (std::size_t t = 0; t < count; t += step) rows.push_back(t);
+  if (rows.back() != count - 1) rows.back() = count - 1;
+  return rows;
+}
+
+std::string time_text(const GradeReport& report, double time) {
+  return short_number_text(time) + " " + time_unit_text(report.series.series.facts().time_unit);
+}
+
+void add_figure_table(HtmlPage& page, const GradeReport& report, const GradedRegion& region) {
+  std::vector<std::string> header{"time"};
+  std::vector<const FigureTitle*> figures;
+  for (const FigureTitle& title : kTitles) {
+    if (!has_figure(region, title.name)) continue;
+    figures.push_back(&title);
+    header.push_back(std::string(title.title) + (title.unit.empty() ? "" : ", " + std::string(title.unit)));
+  }
+  std::vector<std::vector<std::string>> rows;
+  for (const std::size_t t : shown_rows(region.times.size())) {
+    std::vector<std::string>& row = rows.emplace_back();
+    row.push_back(time_text(report, report.surface.times[t]));
+    for (const FigureTitle* title : figures) {
+      const std::optional<GradedFigure>& figure = region.times[t].figure(title->name);
+      row.push_back(figure ? with_interval(*figure) : "-");
+    }
+  }
+  page.table(header, rows);
+}
+
+void add_grade_table(HtmlPage& page, const GradeReport& report, const GradedRegion& region) {
+  std::vector<std::string> header{"time"};
+  std::vector<const GradeScale*> scales;
+  for (const GradeScale& scale : report.rules.scales) {
+    if (!has_figure(region, scale.figure)) continue;
+    scales.push_back(&scale);
+    header.push_back(scale.title + ", " + scale.standard);
+  }
+  header.emplace_back("spots");
+  std::vector<std::vector<std::string>> rows;
+  for (const std::size_t t : shown_rows(region.times.size())) {
+    const RegionFigures& figures = region.times[t];
+    std::vector<std::string>& row = rows.emplace_back();
+    row.push_back(time_text(report, report.surface.times[t]));
+    for (const GradeScale* scale : scales) row.push_back(grade_text(*scale, figures, least_of(*scale, region)));
+    row.push_back(std::to_string(figures.num_spots) +
+                  (figures.mean_spot_mm ? ", " + digits(*figures.mean_spot_mm) + " mm in the mean" : ""));
+  }
+  page.table(header, rows);
+}
+
+void add_times(HtmlPage& page, const GradeReport& report, const GradedRegion& region) {
+  const auto text = [&](const std::optional<double>& t) { return t ? time_text(report, rounded(*t, 3)) : "-"; };
+  std::vector<std::vector<std::string>> rows;
+  for (const GradeScale& scale : report.rules.scales) {
+    for (const GradeTime& g :
+         grade_times(scale, report.surface.times, region.series(scale.figure), least_of(scale, region))) {
+      if (g.state == Reached::NotReached && !g.earliest) continue;
+      rows.push_back(
+          {scale.title + " " + scale.grades[g.grade].name,
+           g.state == Reached::Reached ? text(g.time) : std::string(kReachedNames[static_cast<std::size_t>(g.state)]),
+           text(g.earliest), text(g.latest)});
+    }
+  }
+  if (rows.empty()) return;
+  page.paragraph("Time to each grade. Between two photographs a figure is taken to rise linearly.");
+  page.table({"grade", "reached", "not before", "not after"}, rows);
+}
+
+void add_chart(HtmlPage& page, const GradeReport& report, const GradedRegion& region) {
+  if (report.surface.times.size() < 2) return;
+  ChartSeries rusted{.name = "rusted area"};
+  for (std::size_t t = 0; t < report.surface.times.size(); ++t) {
+    const std::optional<GradedFigure>& f = region.times[t].figure("rusted_percent");
+    rusted.x.push_back(report.surface.times[t]);
+    rusted.y.push_back(f->value);
+    rusted.band.emplace_back(f->low, f->high);
+  }
+  Chart chart{.title = "Rusted area and limits of Ri",
+              .x_label = "time (" + time_unit_text(report.series.series.facts().time_unit) + ")",
+              .y_label = "%",
+              .series = {rusted}};
+  const double most = region.times.back().figure("rusted_percent")->high;
+  for (const GradeScale& scale : report.rules.scales) {
+    if (scale.name != "ri") continue;
+    for (const Grade& grade : scale.grades) {
+      if (!(grade.up_to > 0.02 * most && grade.up_to < most)) continue;
+      chart.series.push_back({.name = "Ri " + grade.name + " up to here",
+                              .x = {report.surface.times.front(), report.surface.times.back()},
+                              .y = {grade.up_to, grade.up_to},
+                              .is_dashed = true});
+    }
+  }
+  page.drawing(svg_chart(chart));
+}
+
+/// The photograph with what was counted: rust's outline is magenta, cracks are cyan.
+ImageF counted(const ShownTime& shown) {
+  constexpr std::array<float, 3> kMagenta{0.9f, 0.0f, 0.6f}, kCyan{0.0f, 0.6f, 0.9f};
+  ImageF out = shown.color;
+  const auto is_rust = [&](int x, int y) { return shown.rust.contains(x, y) && shown.rust.at(x, y) >= 0.5f; };
+  for (int y = 0; y < out.height(); ++y) {
+    for (int x = 0; x < out.width(); ++x) {
+      const bool is_edge =
+          is_rust(x, y) && !(is_rust(x - 1, y) && is_rust(x + 1, y) && is_rust(x, y - 1) && is_rust(x, y + 1));
+      const bool is_crack = !shown.cracks.empty() && shown.cracks.at(x, y) != 0;
+      if (is_edge) std::copy(kMagenta.begin(), kMagenta.end(), out.pixel(x, y).begin());
+      if (is_crack) std::copy(kCyan.begin(), kCyan.end(), out.pixel(x, y).begin());
+    }
+  }
+  return out;
+}
+
+std::vector<Picture> pictures_of(const GradeReport& report) {
+  std::vector<Picture> pictures;
+  for (const ShownTime& shown : report.surface.shown) {
+    const std::string time = time_text(report, report.surface.times[shown.time]);
+    pictures.push_back({"photo", time, shown.color});
+    pictures.push_back({"counted", time + ": rust is outlined, cracks are blue", counted(shown)});
+  }
+  return pictures;
+}
+
+void add_standards(HtmlPage& page, const GradeRules& rules) {
+  std::vector<std::vector<std::string>> rows;
+  for (const GradeScale& scale : rules.scales) {
+    rows.push_back({scale.title, scale.standard + ":" + scale.edition + ", " + scale.clause,
+                    scale.is_checked ? "compared with the standard's text" : "not compared with the standard's text",
+                    scale.note});
+  }
+  page.heading("Standards");
+  page.table({"scale", "standard", "limits", "note"}, rows, true);
+}
+
+std::string csv_rows(const GradeReport& report) {
+  std::string text = "region,time,name,value,low,high,unit\n";
+  for (const GradedRegion& region : report.surface.regions) {
+    for (std::size_t t = 0; t < region.times.size(); ++t) {
+      const std::string begin = csv_cell(region.name) + "," + csv_cell(std::optional(report.surface.times[t])) + ",";
+      const RegionFigures& figures = region.times[t];
+      for (const FigureTitle& title : kTitles) {
+        if (const std::optional<GradedFigure>& f = figures.figure(title.name))
+          text += begin + std::string(title.name) + "," + csv_cell(std::optional(f->value)) + "," +
+                  csv_cell(std::optional(f->low)) + "," + csv_cell(std::optional(f->high)) + "," +
+                  std::string(title.unit) + "\n";
+      }
+      for (const GradeScale& scale : report.rules.scales) {
+        if (const auto grade = grade_of(scale, figures, least_of(scale, region)))
+          text += begin + scale.name + "," + grade->grade + "," + grade->low + "," + grade->high + ",\n";
+      }
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+std::vector<std::string> grade_lines(const GradeReport& report) {
+  std::vector<std::string> lines;
+  for (const GradedRegion& region : report.surface.regions) {
+    const RegionFigures& last = region.times.back();
+    std::string line = region.name + ": rusted " + with_interval(*last.figure("rusted_percent")) + " %";
+    for (const GradeScale& scale : report.rules.scales) {
+      if (has_figure(region, scale.figure))
+        line += ", " + scale.title + " " + grade_text(scale, last, least_of(scale, region));
+    }
+    if (const std::optional<GradedFigure>& d = last.figure("ciede2000")) line += ", CIEDE2000 " + digits(d->value);
+    lines.push_back(std::move(line));
+  }
+  return lines;
+}
+
+void write_grade_report(const fs::path& folder, const GradeReport& report) {
+  HtmlPage page(report.series.series.name() + ": grades");
+  for (const std::string& line : grade_lines(report))
+    page.paragraph("At " + time_text(report, report.surface.times.back()) + ", " + line + ".");
+  if (report.surface.edge_mm > 0.0)
+    page.paragraph("A band of " + short_number_text(report.surface.edge_mm) +
+                   " mm along the edge of the sample is left out.");
+  for (const std::string& note : report.surface.notes) page.paragraph("Note: " + note + ".");
+  if (!report.limits.empty()) {
+    std::vector<std::vector<std::string>> rows;
+    for (const LimitResult& l : report.limits)
+      rows.push_back(
+          {l.limit.text, l.region, std::string(kLimitStateNames[static_cast<std::size_t>(l.state)]), l.found});
+    page.heading("Limits");
+    page.table({"limit", "region", "result", "found"}, rows);
+  }
+  for (const GradedRegion& region : report.surface.regions) {
+    page.heading("Region " + region.name);
+    page.paragraph(std::to_string(region.num_pixels) + " pixels" +
+                   (region.area_mm2 ? ", " + digits(*region.area_mm2) + " mm2" : "") +
+                   "; the smallest spot that is counted has " + digits(region.seen_from_percent) + " % of it.");
+    add_grade_table(page, report, region);
+    add_chart(page, report, region);
+    add_times(page, report, region);
+    add_figure_table(page, report, region);
+  }
+  page.heading("Photographs, and what was counted");
+  std::vector<Picture> pictures = pictures_of(report);
+  embed_pictures(pictures, folder / kJobWorkFolder / "picture.png");
+  std::vector<HtmlPicture> shown;
+  for (const Picture& picture : pictures) shown.push_back({picture.source, picture.caption});
+  page.pictures(shown);
+  add_standards(page, report.rules);
+  page.heading("Provenance");
+  page.paragraph("This page is repeated, byte for byte, by");
+  page.code(report.task.command);
+  page.link(kGradeReportFile, "The figures as JSON");
+  page.link(kGradeTableFile, "The figures as a table");
+  page.save(folder / kGradePageFile);
+  write_atomically(folder / kGradeTableFile, csv_rows(report));
+  save_grade_document(folder, report, grade_lines(report));
+}
+
+}  // namespace patinate::analysis

@@ -1,0 +1,99 @@
+#include <nlohmann/json.hpp>
+
+#include "analysis/grading/grade_job.h"
+#include "app/request/path_kind.h"
+#include "app/request/repeating_command.h"
+#include "app/request/usage_error.h"
+#include "libcommon/core/text.h"
+#include "tools/patinate/commands/commands.h"
+
+namespace patinate::cli {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// "edge=mask.png" or "left=0,0,40,0,40,60".
+void add_region(const std::string& text, analysis::GradeTask& task) {
+  const std::size_t at = text.find('=');
+  if (at == std::string::npos || at == 0 || at + 1 == text.size())
+    throw app::UsageError("--region: found `" + text + "`; expected NAME=X,Y,X,Y,X,Y in mm, or NAME=MASK.png");
+  const std::string name = text.substr(0, at), value = text.substr(at + 1);
+  std::vector<double> corners;
+  for (const std::string& part : split(value, ',')) {
+    const std::optional<double> number = parse_number(part);
+    if (!number) {
+      task.masks.emplace_back(name, value);
+      return;
+    }
+    corners.push_back(*number);
+  }
+  task.polygons.emplace_back(name, std::move(corners));
+}
+
+std::string grade_command(const analysis::GradeTask& task, const std::vector<std::string>& regions,
+                          const std::vector<double>& scribe) {
+  std::string text = "patinate grade " + app::input_word(task.history);
+  for (const std::string& region : regions) text += " --region " + app::shell_word(region);
+  if (!scribe.empty()) {
+    text += " --scribe ";
+    for (std::size_t k = 0; k < scribe.size(); ++k) text += (k == 0 ? "" : ",") + number_text(scribe[k]);
+  }
+  if (!task.rules.empty()) text += " --rules " + app::input_word(task.rules);
+  if (!task.limits.empty()) text += " --limits " + app::input_word(task.limits);
+  return text + app::changed_options(option_values(task.options), option_values(analysis::GradeOptions{})) +
+         app::kAnyOutput;
+}
+
+}  // namespace
+
+int cmd_grade(CommandRun& run) {
+  analysis::GradeTask task;
+  fs::path output;
+  std::vector<std::string> regions;
+  std::vector<double> scribe;
+  run.line.positional("HISTORY", "A history, or a transfer", task.history);
+  run.line.output("REPORT", "Folder to make: report.html, report.json, grades.csv", output);
+  run.line.repeated("region", "NAME=X,Y,...",
+                    "A polygon in mm from the upper left corner, or NAME=MASK.png; without any: the whole sample",
+                    regions);
+  run.line.numbers("scribe", "X0,Y0,X1,Y1,WIDTH", "The scratch from which creep is measured, in mm", scribe);
+  run.line.option("limits", "FILE", "Limits to keep to, one a line, such as `Ri <= 2 at 480 h`", task.limits);
+  run.line.option("rules", "FILE", "Scales of standards and what counts as rust, in place of the built-in ones",
+                  task.rules);
+  run.line.options(task.options);
+  run.line.example("grade panel -o report");
+  run.line.example("grade panel --region upper=5,5,70,5,70,50,5,50 --limits limits.txt -o report");
+  run.line.checked([&] {
+    if (!scribe.empty() &&
+        (scribe.size() != 5 || !(scribe[4] >= 0.0) || (scribe[0] == scribe[2] && scribe[1] == scribe[3])))
+      throw app::UsageError("--scribe: expected X0,Y0,X1,Y1,WIDTH in mm with two different ends");
+    for (const std::string& region : regions) add_region(region, task);
+  });
+  if (!run.parse()) return 0;
+  if (!scribe.empty()) task.scribe = analysis::Scribe{scribe[0], scribe[1], scribe[2], scribe[3], scribe[4]};
+  task.command = grade_command(task, regions, scribe);
+  task.history = app::history_place(task.history);
+  const app::PathKind kind = app::kind_of(task.history);
+  if (kind != app::PathKind::History && kind != app::PathKind::Transfer)
+    throw InvalidInput(task.history.string() + ": is no history or transfer; only those age");
+  const std::optional<JobStatus> status = run.make_folder(analysis::plan_grade(task, output), "grade");
+  if (!status) return 0;
+
+  const Json report = load_json(output / analysis::kGradeReportFile);
+  for (const Json& note : report.at("notes")) run.note(note.get<std::string>());
+  for (const Json& line : report.at("summary")) run.note(line.get<std::string>());
+  bool has_failed = false;
+  for (const Json& limit : report.at("limits")) {
+    const auto state = limit.at("state").get<std::string>();
+    has_failed = has_failed || state == "fail";
+    run.note(limit.at("region").get<std::string>() + ": " + limit.at("limit").get<std::string>() + ": " + state + ", " +
+             limit.at("found").get<std::string>());
+  }
+  run.report_output(
+      *status, output,
+      Json{{"summary", report.at("summary")}, {"limits", report.at("limits")}, {"notes", report.at("notes")}});
+  return has_failed ? 1 : 0;
+}
+
+}  // namespace patinate::cli

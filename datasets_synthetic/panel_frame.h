@@ -1,0 +1,17 @@
+/// \file
+/// A coated panel one photograph at a time, for series that do not fit in memory.
+#pragma once
+
+#include <vector>
+
+#include "datasets_synthetic/panel_layout.h"
+#include "patinate/core/run_control.h"
+#include "patinate/datasets/panel.h"
+
+namespace patinate::datasets {
+
+/// As in make_panel(). @param frame  [0, num_frames).
+[[nodiscard]] PanelFrame panel_frame(const PanelLayout& layout, int frame, const RunControl& control = {});
+[[nodiscard]] std::vector<PanelSpot> panel_spots(const PanelLayout& layout);
+
+}  // namespace patinate::datasets

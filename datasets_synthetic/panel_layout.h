@@ -1,0 +1,39 @@
+/// \file
+/// Where the marks of a coated panel lie, and how large they become.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "datasets_synthetic/panel_marks.h"
+#include "datasets_synthetic/panel_stains.h"
+#include "datasets_synthetic/sample_cover.h"
+#include "patinate/core/run_control.h"
+#include "patinate/datasets/panel.h"
+
+namespace patinate::datasets {
+
+/// All that does not depend on the time. Immutable; safe to use from several threads.
+struct PanelLayout {
+  PanelOptions options;
+  SampleFrame test_area;
+  std::vector<SpotOutline> spots = {};
+  std::optional<PanelScribe> scribe = {};
+  std::vector<PanelCrack> cracks = {};
+  std::vector<Streak> streaks = {};
+  ImageF grain = {};   ///< Relative unevenness of the paint's color; mean 0 in the test area.
+  ImageF uneven = {};  ///< The same of how far its color has changed.
+};
+/// @throws InvalidInput as check_panel().
+[[nodiscard]] PanelLayout lay_out_panel(const PanelOptions& options, const RunControl& control = {});
+
+/// What is on the panel at a time.
+struct PanelMarks {
+  Marks rust;                        ///< Spots and edge rust.
+  std::optional<Marks> scribe = {};  ///< The cut and what has crept from it.
+  SampleImage cracks = {};           ///< Empty without cracks.
+  ImageF stain = {};                 ///< Opacity; empty without stains.
+};
+[[nodiscard]] PanelMarks marks_at(const PanelLayout& layout, double hours, const RunControl& control = {});
+
+}  // namespace patinate::datasets

@@ -15,9 +15,9 @@ namespace patinate::datasets {
 
 namespace {
 
-constexpr std::uint32_t kPlaceStream = 1530, kClusterStream = 1531, kGrainStream = 1532;  // Of random streams.
+constexpr std::uint32_t kPlaceStream = 1530, kClusterStream = 1531, kPaintStream = 1532;  // Of random streams.
 constexpr std::uint64_t kEdgeItems = std::uint64_t{1} << 32;                              ///< Numbers of edge spots.
-constexpr std::int64_t kTextureRows = 16;
+constexpr std::int64_t kPaintRows = 16;
 constexpr int kMaxTries = 200;
 constexpr double kClearOfScribeMm = 1.0;  ///< Between a spot and what creeps from the scribe.
 
@@ -55,12 +55,12 @@ bool is_clear_of_scribe(const PanelOptions& o, const std::optional<PanelScribe>&
   const double reach = spot.reach * spot.radius_px * o.pixel_mm + kClearOfScribeMm;
   const double half = 0.5 * scribe->width_mm + largest_creep(*scribe) + reach;
   const double x = spot.x_px * o.pixel_mm, y = spot.y_px * o.pixel_mm;
-  return x < std::min(scribe->from_mm[0], scribe->to_mm[0]) - half ||
-         x > std::max(scribe->from_mm[0], scribe->to_mm[0]) + half || y < scribe->from_mm[1] - reach ||
-         y > scribe->to_mm[1] + reach;
+  return x < std::min(scribe->from_mm.x(), scribe->to_mm.x()) - half ||
+         x > std::max(scribe->from_mm.x(), scribe->to_mm.x()) + half || y < scribe->from_mm.y() - reach ||
+         y > scribe->to_mm.y() + reach;
 }
 
-/// Places in the test area: anywhere, or around a few middles.
+/// Places on the panel: anywhere, or around a few middles.
 class Places {
  public:
   Places(const PanelOptions& o, int num_spots) : options_(o) {
@@ -69,6 +69,7 @@ class Places {
     for (int i = 0; i < count; ++i) {
       RandomStream random(static_cast<std::uint64_t>(o.seed), static_cast<std::uint64_t>(i), kClusterStream);
       middles_.push_back(anywhere(random));
+      while (!in_test_area(o, middles_.back() * o.pixel_mm)) middles_.back() = anywhere(random);
     }
     // As dense as a heap of spots that overlap a little.
     spread_px_ = 0.45 * spot_sizes(o).mean_mm / o.pixel_mm * std::sqrt(static_cast<double>(num_spots) / count);
@@ -81,34 +82,42 @@ class Places {
 
  private:
   [[nodiscard]] Vec2 anywhere(RandomStream& random) const {
-    const double edge = options_.edge_mm / options_.pixel_mm;
-    return {edge + random.uniform() * (options_.width - 2.0 * edge),
-            edge + random.uniform() * (options_.height - 2.0 * edge)};
+    return {random.uniform() * options_.width, random.uniform() * options_.height};
   }
   const PanelOptions& options_;
   std::vector<Vec2> middles_;
   double spread_px_ = 0.0;
 };
 
-std::vector<SpotOutline> test_spots(const PanelOptions& o, const std::optional<PanelScribe>& scribe, double area_mm2) {
-  const SpotSizes sizes = spot_sizes(o);
-  const int count = spot_count(sizes, o.rust, area_mm2);
-  const Places places(o, count);
-  std::vector<SpotOutline> spots;
-  for (int i = 0; i < count; ++i) {
-    const auto item = static_cast<std::uint64_t>(i);
-    RandomStream random(static_cast<std::uint64_t>(o.seed), item, kPlaceStream);
-    SpotOutline spot = sized_spot(o, sizes, item, random);
+/// Spots whose middles lie all in the test area, or all beside it.
+void add_spots(std::vector<SpotOutline>& spots, const PanelOptions& o, const std::optional<PanelScribe>& scribe,
+               const Places& places, int count, bool in_test) {
+  const std::size_t first = spots.size();
+  for (std::size_t i = first; i < first + static_cast<std::size_t>(count); ++i) {
+    RandomStream random(static_cast<std::uint64_t>(o.seed), i, kPlaceStream);
+    SpotOutline spot = sized_spot(o, spot_sizes(o), i, random);
     for (int k = 0; k < kMaxTries; ++k) {
       const Vec2 place = places.draw(random);
       spot.x_px = place.x();
       spot.y_px = place.y();
-      const bool is_there = in_test_area(o, place.x() * o.pixel_mm, place.y() * o.pixel_mm);
-      if (is_there && is_clear_of_scribe(o, scribe, spot)) {
-        spots.push_back(spot);
-        break;
-      }
+      if (in_test_area(o, place * o.pixel_mm) != in_test || !is_clear_of_scribe(o, scribe, spot)) continue;
+      spots.push_back(spot);
+      break;
     }
+  }
+}
+
+/// As dense beside the test area as in it, but for spots in a few places, which lie in it.
+std::vector<SpotOutline> spread_spots(const PanelOptions& o, const std::optional<PanelScribe>& scribe,
+                                      double in_test_mm2, double beside_mm2) {
+  const int count = spot_count(spot_sizes(o), o.rust, in_test_mm2);
+  const Places places(o, count);
+  std::vector<SpotOutline> spots;
+  add_spots(spots, o, scribe, places, count, true);
+  if (count > 0 && spots.empty()) throw InvalidInput("creep: leaves no room for rust beside the scribe; use less");
+  if (o.pattern != RustPattern::Spot) {
+    const int beside = static_cast<int>(std::min(1e6, std::floor(count * beside_mm2 / in_test_mm2)));
+    add_spots(spots, o, scribe, places, beside, false);
   }
   return spots;
 }
@@ -156,8 +165,7 @@ std::vector<SpotOutline> all_spots(const PanelOptions& o, const std::optional<Pa
   const double mm2 = o.pixel_mm * o.pixel_mm / kSamplesPerPixel;
   const auto in_test = static_cast<double>(test.num_samples());
   const double outside = static_cast<double>(o.width) * o.height * kSamplesPerPixel - in_test;
-  std::vector<SpotOutline> spots = test_spots(o, scribe, in_test * mm2);
-  if (o.rust > 0.0 && spots.empty()) throw InvalidInput("creep: leaves no room for rust beside the scribe; use less");
+  std::vector<SpotOutline> spots = spread_spots(o, scribe, in_test * mm2, outside * mm2);
   scale_to(spots, o, 0.01 * o.rust * in_test, test, false, control);
   std::vector<SpotOutline> edge = edge_spots(o, outside * mm2);
   scale_to(edge, o, 0.01 * o.edge_rust * outside, test, true, control);
@@ -169,29 +177,33 @@ std::vector<SpotOutline> all_spots(const PanelOptions& o, const std::optional<Pa
 void center(ImageF& field, const SampleFrame& test) {
   double sum = 0.0;
   for (int y = 0; y < field.height(); ++y) {
-    for (int x = 0; x < field.width(); ++x) sum += static_cast<double>(field.at(x, y)) * std::popcount(test.at(x, y));
+    for (int x = 0; x < field.width(); ++x) sum += static_cast<double>(field.at(x, y)) * sample_count(test.at(x, y));
   }
   const auto mean = static_cast<float>(sum / static_cast<double>(test.num_samples()));
   for (float& value : field.values()) value -= mean;
 }
 
-void add_paint(PanelLayout& layout, const RunControl& control) {
-  const PanelOptions& o = layout.options;
-  const auto seed = static_cast<std::uint64_t>(o.seed);
-  const auto cell = [&o](double mm) { return std::max(1.2, mm / o.pixel_mm); };
-  const SmoothNoise fine(seed, kGrainStream, o.width, o.height, cell(0.3), cell(0.3));
-  const SmoothNoise peel(seed, kGrainStream + 1, o.width, o.height, cell(1.2), cell(1.2));
-  const SmoothNoise broad(seed, kGrainStream + 2, o.width, o.height, cell(14.0), cell(14.0));
-  const SmoothNoise chalk(seed, kGrainStream + 3, o.width, o.height, cell(9.0), cell(16.0));
-  layout.grain = layout.uneven = ImageF(o.width, o.height);
-  parallel_for(o.height, kTextureRows, control, [&](std::int64_t begin, std::int64_t end) {
+/// Adds noise of a cell's size to a field.
+void add_noise(ImageF& field, const PanelOptions& o, std::uint32_t number, double cell_mm, float amplitude,
+               const RunControl& control) {
+  const double cell = std::max(1.2, cell_mm / o.pixel_mm);
+  const SmoothNoise noise(static_cast<std::uint64_t>(o.seed), kPaintStream + number, o.width, o.height, cell, cell);
+  parallel_for(o.height, kPaintRows, control, [&](std::int64_t begin, std::int64_t end) {
+    std::vector<float> row(static_cast<std::size_t>(o.width));
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
-      for (int x = 0; x < o.width; ++x) {
-        layout.grain.at(x, y) = static_cast<float>(0.02 * fine(x, y) + 0.025 * peel(x, y) + 0.03 * broad(x, y));
-        layout.uneven.at(x, y) = static_cast<float>(0.8 * chalk(x, y));
-      }
+      noise.row(y, row);
+      for (int x = 0; x < o.width; ++x) field.at(x, y) += amplitude * row[static_cast<std::size_t>(x)];
     }
   });
+}
+
+void add_paint(PanelLayout& layout, const RunControl& control) {
+  const PanelOptions& o = layout.options;
+  layout.grain = layout.uneven = ImageF(o.width, o.height);
+  add_noise(layout.grain, o, 0, 0.3, 0.02f, control);  // Of pigments, orange peel, and how thick the paint lies.
+  add_noise(layout.grain, o, 1, 1.2, 0.025f, control);
+  add_noise(layout.grain, o, 2, 14.0, 0.03f, control);
+  add_noise(layout.uneven, o, 3, 12.0, 0.8f, control);
   center(layout.grain, layout.test_area);
   center(layout.uneven, layout.test_area);
 }
@@ -200,11 +212,17 @@ void add_paint(PanelLayout& layout, const RunControl& control) {
 
 PanelLayout lay_out_panel(const PanelOptions& o, const RunControl& control) {
   check_panel(o);
-  PanelLayout layout{.options = o, .test_area = SampleFrame(o.width, o.height, o.edge_mm / o.pixel_mm)};
-  if (o.scribe) layout.scribe = make_scribe(o);
-  layout.spots = all_spots(o, layout.scribe, layout.test_area, control);
+  const SampleFrame test_area(o.width, o.height, o.edge_mm / o.pixel_mm);
+  std::optional<PanelScribe> scribe;
+  if (o.scribe) scribe = make_scribe(o);
+  const std::vector<SpotOutline> spots = all_spots(o, scribe, test_area, control);
+  PanelLayout layout{.options = o,
+                     .test_area = test_area,
+                     .spots = spots,
+                     .scribe = scribe,
+                     .stains = Stains(o, spots, test_area, control),
+                     .rust = RustTexture(o)};
   if (o.crack_density > 0.0) layout.cracks = make_cracks(o);
-  layout.streaks = make_streaks(o, layout.spots, control);
   add_paint(layout, control.silent());
   return layout;
 }
@@ -221,9 +239,12 @@ PanelMarks marks_at(const PanelLayout& layout, double hours, const RunControl& c
       }
     }
   }
-  if (layout.scribe) marks.scribe = draw_scribe(*layout.scribe, o, hours, control);
+  if (layout.scribe) {
+    marks.scribe = draw_scribe(*layout.scribe, o, hours, control);
+    marks.cut = draw_scribe(*layout.scribe, o, 0.0, control).samples;
+  }
   if (!layout.cracks.empty()) marks.cracks = draw_cracks(layout.cracks, o, hours);
-  if (!layout.streaks.empty()) marks.stain = draw_streaks(layout.streaks, o, hours, 1.0, control);
+  if (!layout.stains.empty()) marks.stain = layout.stains.draw(hours, 1.0, control);
   return marks;
 }
 

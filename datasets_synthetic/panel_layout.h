@@ -7,6 +7,7 @@
 
 #include "datasets_synthetic/panel_marks.h"
 #include "datasets_synthetic/panel_stains.h"
+#include "datasets_synthetic/rust_texture.h"
 #include "datasets_synthetic/sample_cover.h"
 #include "patinate/core/run_control.h"
 #include "patinate/datasets/panel.h"
@@ -20,7 +21,8 @@ struct PanelLayout {
   std::vector<SpotOutline> spots = {};
   std::optional<PanelScribe> scribe = {};
   std::vector<PanelCrack> cracks = {};
-  std::vector<Streak> streaks = {};
+  Stains stains;
+  RustTexture rust;
   ImageF grain = {};   ///< Relative unevenness of the paint's color; mean 0 in the test area.
   ImageF uneven = {};  ///< The same of how far its color has changed.
 };
@@ -31,6 +33,7 @@ struct PanelLayout {
 struct PanelMarks {
   Marks rust;                        ///< Spots and edge rust.
   std::optional<Marks> scribe = {};  ///< The cut and what has crept from it.
+  SampleImage cut = {};              ///< The cut alone; empty without a scribe.
   SampleImage cracks = {};           ///< Empty without cracks.
   ImageF stain = {};                 ///< Opacity; empty without stains.
 };

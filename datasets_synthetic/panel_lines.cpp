@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint32_t kScribeStream = 1510, kCreepStream = 1511, kCrackStream = 1516;  // Of random streams.
 constexpr std::int64_t kScribeRows = 16;
 constexpr double kScribeWidthMm = 0.5;   ///< As of common scribing tools [ISO 17872: 0.2 to 1 mm].
-constexpr double kScribeLength = 0.6;    ///< Of the test area's height.
+constexpr double kScribeLength = 0.9;    ///< Of the test area's height.
 constexpr double kProfileStepMm = 0.05;  ///< Between values of the profile of creep.
 constexpr double kTaperMm = 1.5;         ///< Within which creep grows from nothing at the ends.
 constexpr double kCrackStepMm = 0.2;
@@ -31,7 +31,7 @@ std::vector<double> creep_profile(const PanelOptions& o, double length_mm, std::
   for (int i = 0; i < count; ++i) {
     const double s = i * kProfileStepMm;
     const double taper = smooth_step(0.0, kTaperMm, std::min(s, length_mm - s));
-    profile.push_back(taper * std::max(0.0, 1.0 + 1.3 * broad(s, 0.5) + 0.5 * fine(s, 0.5)));
+    profile.push_back(taper * std::max(0.0, 1.0 + 1.6 * broad(s, 0.5) + 0.7 * fine(s, 0.5)));
     sum += profile.back();
   }
   for (double& value : profile) value *= sum > 0.0 ? o.creep_mm * count / sum : 0.0;
@@ -61,9 +61,8 @@ template <class Use>
 void for_pieces(const PanelCrack& crack, double hours, double end_h, const Use& use) {
   const double steps = crack_steps(crack, hours, end_h);
   for (std::size_t i = 0; i + 1 < crack.points_mm.size() && static_cast<double>(i) < steps; ++i) {
-    const std::array<double, 2> a = crack.points_mm[i], b = crack.points_mm[i + 1];
-    const double f = std::min(1.0, steps - static_cast<double>(i));
-    use(a, std::array<double, 2>{a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1])});
+    const Vec2 &a = crack.points_mm[i], &b = crack.points_mm[i + 1];
+    use(a, Vec2(a + std::min(1.0, steps - static_cast<double>(i)) * (b - a)));
   }
 }
 
@@ -71,18 +70,19 @@ void for_pieces(const PanelCrack& crack, double hours, double end_h, const Use& 
 PanelCrack walk_crack(const PanelOptions& o, std::uint64_t item) {
   RandomStream random(static_cast<std::uint64_t>(o.seed), item, kCrackStream);
   PanelCrack crack;
-  std::array<double, 2> place{o.edge_mm + random.uniform() * (o.width_mm() - 2.0 * o.edge_mm),
-                              o.edge_mm + random.uniform() * (o.height_mm() - 2.0 * o.edge_mm)};
-  double angle = 2.0 * std::numbers::pi * random.uniform(), bend = 0.0;
+  const Vec2 size(o.width_mm(), o.height_mm());
+  Vec2 place;
+  for (int i = 0; i < 2; ++i) place[i] = o.edge_mm + random.uniform() * (size[i] - 2.0 * o.edge_mm);
+  const double heading = 2.0 * std::numbers::pi * random.uniform();
+  double bend = 0.0;
   const double length = kCrackMm * (0.4 + 1.2 * random.uniform());
   crack.width_mm = std::exp(0.25 * random.normal());
   crack.start_h = o.hours * (0.05 + 0.6 * random.uniform());
   crack.points_mm.push_back(place);
   while (crack.length_mm < length) {
-    bend = 0.8 * bend + 0.12 * random.normal();
-    angle += bend;
-    place = {place[0] + kCrackStepMm * std::cos(angle), place[1] + kCrackStepMm * std::sin(angle)};
-    if (place[0] < 0.0 || place[1] < 0.0 || place[0] > o.width_mm() || place[1] > o.height_mm()) break;
+    bend = 0.93 * bend + 0.14 * random.normal();
+    place += kCrackStepMm * Vec2(std::cos(heading + bend), std::sin(heading + bend));
+    if (place.minCoeff() < 0.0 || (size - place).minCoeff() < 0.0) break;
     crack.points_mm.push_back(place);
     crack.length_mm += kCrackStepMm;
   }
@@ -93,12 +93,13 @@ PanelCrack walk_crack(const PanelOptions& o, std::uint64_t item) {
 double cut_crack(PanelCrack& crack, const PanelOptions& o, double most_mm) {
   double inside = 0.0;
   for (std::size_t i = 0; i + 1 < crack.points_mm.size(); ++i) {
-    std::array<double, 2>&a = crack.points_mm[i], &b = crack.points_mm[i + 1];
-    if (!in_test_area(o, 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]))) continue;
+    const Vec2& a = crack.points_mm[i];
+    Vec2& b = crack.points_mm[i + 1];
+    if (!in_test_area(o, 0.5 * (a + b))) continue;
     inside += kCrackStepMm;
     if (inside < most_mm) continue;
     const double f = 1.0 - (inside - most_mm) / kCrackStepMm;
-    b = {a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1])};
+    b = a + f * (b - a);
     crack.points_mm.resize(i + 2);
     crack.length_mm = (static_cast<double>(i) + f) * kCrackStepMm;
     return most_mm;
@@ -108,8 +109,8 @@ double cut_crack(PanelCrack& crack, const PanelOptions& o, double most_mm) {
 
 }  // namespace
 
-bool in_test_area(const PanelOptions& o, double x_mm, double y_mm) {
-  return std::min({x_mm, y_mm, o.width_mm() - x_mm, o.height_mm() - y_mm}) >= o.edge_mm;
+bool in_test_area(const PanelOptions& o, const Vec2& place_mm) {
+  return std::min(place_mm.minCoeff(), (Vec2(o.width_mm(), o.height_mm()) - place_mm).minCoeff()) >= o.edge_mm;
 }
 
 double largest_creep(const PanelScribe& scribe) {
@@ -121,10 +122,10 @@ PanelScribe make_scribe(const PanelOptions& o) {
   RandomStream random(static_cast<std::uint64_t>(o.seed), 0, kScribeStream);
   const double tilt = (2.0 * random.uniform() - 1.0) * 3.0 * std::numbers::pi / 180.0;
   const double length = kScribeLength * (o.height_mm() - 2.0 * o.edge_mm);
-  const double dx = 0.5 * length * std::sin(tilt), dy = 0.5 * length * std::cos(tilt);
-  const double x = 0.5 * o.width_mm(), y = 0.5 * o.height_mm();
-  return {.from_mm = {x - dx, y - dy},
-          .to_mm = {x + dx, y + dy},
+  const Vec2 middle(0.5 * o.width_mm(), 0.5 * o.height_mm());
+  const Vec2 half = 0.5 * length * Vec2(std::sin(tilt), std::cos(tilt));
+  return {.from_mm = middle - half,
+          .to_mm = middle + half,
           .width_mm = kScribeWidthMm,
           .step_mm = kProfileStepMm,
           .left_mm = creep_profile(o, length, 0),
@@ -133,14 +134,13 @@ PanelScribe make_scribe(const PanelOptions& o) {
 
 Marks draw_scribe(const PanelScribe& scribe, const PanelOptions& o, double hours, const RunControl& control) {
   const double grown = mark_growth(hours, 0.0, o.hours), mm = o.pixel_mm;
-  const double length = std::hypot(scribe.to_mm[0] - scribe.from_mm[0], scribe.to_mm[1] - scribe.from_mm[1]);
-  const double along_x = (scribe.to_mm[0] - scribe.from_mm[0]) / length;
-  const double along_y = (scribe.to_mm[1] - scribe.from_mm[1]) / length;
+  const double length = (scribe.to_mm - scribe.from_mm).norm();
+  const Vec2 along = (scribe.to_mm - scribe.from_mm) / length;
   const double steep = grown * std::max(steepest(scribe.left_mm), steepest(scribe.right_mm)) / scribe.step_mm;
   // The two sides differ along the middle; that the value is 0 there lets it change by no jump.
   const auto depth = [&](double x_px, double y_px) {
-    const double x = mm * x_px - scribe.from_mm[0], y = mm * y_px - scribe.from_mm[1];
-    const double s = x * along_x + y * along_y, n = x * along_y - y * along_x;
+    const Vec2 place = mm * Vec2(x_px, y_px) - scribe.from_mm;
+    const double s = place.dot(along), n = place.x() * along.y() - place.y() * along.x();
     const std::vector<double>& profile = n < 0.0 ? scribe.left_mm : scribe.right_mm;
     const double half = 0.5 * scribe.width_mm + grown * profile_at(profile, s / scribe.step_mm);
     const double inside = std::min({half - std::abs(n), s, length - s});
@@ -148,8 +148,8 @@ Marks draw_scribe(const PanelScribe& scribe, const PanelOptions& o, double hours
   };
   Marks marks{.samples = SampleImage(o.width, o.height), .inside_px = ImageF(o.width, o.height, 1, -1.0f)};
   const double slope = std::hypot(1.0, steep), half = 0.5 * scribe.width_mm + grown * largest_creep(scribe);
-  const double left = std::min(scribe.from_mm[0], scribe.to_mm[0]),
-               right = std::max(scribe.from_mm[0], scribe.to_mm[0]);
+  const double left = std::min(scribe.from_mm.x(), scribe.to_mm.x());
+  const double right = std::max(scribe.from_mm.x(), scribe.to_mm.x());
   const PixelBox box = pixel_box((left - half) / mm, 0.0, (right + half) / mm, o.height, o.width, o.height);
   parallel_for(o.height, kScribeRows, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
@@ -182,8 +182,8 @@ std::vector<PanelCrack> make_cracks(const PanelOptions& o) {
 double crack_length(const std::vector<PanelCrack>& cracks, const PanelOptions& o, double hours) {
   double sum = 0.0;
   for (const PanelCrack& crack : cracks) {
-    for_pieces(crack, hours, o.hours, [&](const std::array<double, 2>& a, const std::array<double, 2>& b) {
-      if (in_test_area(o, 0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]))) sum += std::hypot(b[0] - a[0], b[1] - a[1]);
+    for_pieces(crack, hours, o.hours, [&](const Vec2& a, const Vec2& b) {
+      if (in_test_area(o, 0.5 * (a + b))) sum += (b - a).norm();
     });
   }
   return sum;
@@ -193,15 +193,17 @@ SampleImage draw_cracks(const std::vector<PanelCrack>& cracks, const PanelOption
   SampleImage samples(o.width, o.height);
   for (const PanelCrack& crack : cracks) {
     const double half = 0.5 * crack.width_mm / o.pixel_mm;
-    for_pieces(crack, hours, o.hours, [&](const std::array<double, 2>& a, const std::array<double, 2>& b) {
-      const double ax = a[0] / o.pixel_mm, ay = a[1] / o.pixel_mm;
-      const double dx = b[0] / o.pixel_mm - ax, dy = b[1] / o.pixel_mm - ay, squared = dx * dx + dy * dy;
+    for_pieces(crack, hours, o.hours, [&](const Vec2& a, const Vec2& b) {
+      const Vec2 start = a / o.pixel_mm, way = (b - a) / o.pixel_mm;
+      const double squared = way.squaredNorm();
       const auto depth = [&](double x, double y) {
-        const double f = squared > 0.0 ? std::clamp(((x - ax) * dx + (y - ay) * dy) / squared, 0.0, 1.0) : 0.0;
-        return half - std::hypot(x - ax - f * dx, y - ay - f * dy);
+        const Vec2 place = Vec2(x, y) - start;
+        const double f = squared > 0.0 ? std::clamp(place.dot(way) / squared, 0.0, 1.0) : 0.0;
+        return half - (place - f * way).norm();
       };
-      const PixelBox box = pixel_box(std::min(ax, ax + dx) - half, std::min(ay, ay + dy) - half,
-                                     std::max(ax, ax + dx) + half, std::max(ay, ay + dy) + half, o.width, o.height);
+      const Vec2 low = start.cwiseMin(start + way), high = start.cwiseMax(start + way);
+      const PixelBox box =
+          pixel_box(low.x() - half, low.y() - half, high.x() + half, high.y() + half, o.width, o.height);
       cover(samples, box, 1.0, depth);
     });
   }

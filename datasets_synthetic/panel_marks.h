@@ -12,6 +12,7 @@
 #include "datasets_synthetic/sample_cover.h"
 #include "patinate/core/run_control.h"
 #include "patinate/datasets/panel.h"
+#include "patinate/geometry/mesh.h"
 
 namespace patinate::datasets {
 
@@ -29,11 +30,8 @@ struct SpotOutline {
   double start_h = 0.0;
   bool is_edge = false;
   double reach = 1.0;  ///< Largest r / radius, or more.
-  double slope = 1.0;  ///< Bound of how steeply inside_px() changes.
+  double slope = 1.0;  ///< Bound of how steeply the radius of an outline of this shape changes from place to place.
 
-  /// How far inside a place lies, as a radius: radius minus that of the outline scaled to pass through it.
-  /// @param radius_px  At the time.
-  [[nodiscard]] double inside_px(double x, double y, double radius) const;
   /// pi radius^2 (1 + sum |bends|^2 / 2), of the end.
   [[nodiscard]] double area_px2() const;
 };
@@ -65,7 +63,7 @@ struct Marks {
 [[nodiscard]] double crack_length(const std::vector<PanelCrack>& cracks, const PanelOptions& o, double hours);
 [[nodiscard]] SampleImage draw_cracks(const std::vector<PanelCrack>& cracks, const PanelOptions& o, double hours);
 
-/// Whether a place, mm, lies in the test area.
-[[nodiscard]] bool in_test_area(const PanelOptions& o, double x_mm, double y_mm);
+/// Whether a place lies in the test area.
+[[nodiscard]] bool in_test_area(const PanelOptions& o, const Vec2& place_mm);
 
 }  // namespace patinate::datasets

@@ -35,20 +35,20 @@ SampleFrame::SampleFrame(int width, int height, double edge_px)
     : columns_(samples_between(width, edge_px, kFirstColumn, 1)),
       rows_(samples_between(height, edge_px, kFirstRow, kSamplesPerSide)) {
   for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) num_samples_ += std::popcount(at(x, y));
+    for (int x = 0; x < width; ++x) num_samples_ += sample_count(at(x, y));
   }
 }
 
 std::int64_t count_samples(const SampleImage& image) {
   std::int64_t sum = 0;
-  for (const std::uint64_t bits : image.values()) sum += std::popcount(bits);
+  for (const std::uint64_t bits : image.values()) sum += sample_count(bits);
   return sum;
 }
 
 std::int64_t count_samples(const SampleImage& image, const SampleFrame& inside) {
   std::int64_t sum = 0;
   for (int y = 0; y < image.height(); ++y) {
-    for (int x = 0; x < image.width(); ++x) sum += std::popcount(image.at(x, y) & inside.at(x, y));
+    for (int x = 0; x < image.width(); ++x) sum += sample_count(image.at(x, y) & inside.at(x, y));
   }
   return sum;
 }

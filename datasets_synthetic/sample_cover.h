@@ -20,9 +20,13 @@ inline constexpr double kSampleReach = 0.61872;
 /// Where a sample column or row lies, in pixels from the picture's left or upper edge.
 [[nodiscard]] inline double sample_place(int pixel, int sample) { return pixel + (sample + 0.5) / kSamplesPerSide; }
 
+[[nodiscard]] inline int sample_count(std::uint64_t bits) {
+  if (bits == 0) return 0;  // Most pixels have none or all of them, and the bits are counted without an instruction.
+  return bits == ~std::uint64_t{0} ? kSamplesPerPixel : std::popcount(bits);
+}
 /// Share of the pixel, [0, 1].
 [[nodiscard]] inline double sample_share(std::uint64_t bits) {
-  return static_cast<double>(std::popcount(bits)) / kSamplesPerPixel;
+  return static_cast<double>(sample_count(bits)) / kSamplesPerPixel;
 }
 
 /// Pixels [x0, x1) x [y0, y1).

@@ -36,6 +36,25 @@ SmoothNoise::SmoothNoise(std::uint64_t seed, std::uint32_t purpose, double width
   }
 }
 
+void SmoothNoise::row(double y, std::span<float> out) const {
+  const double v = std::clamp(y / cell_y_, 0.0, static_cast<double>(rows_ - 4) - 1e-9);
+  const int j = static_cast<int>(v);
+  const std::array<double, 4> wy = cubic_weights(v - j);
+  std::vector<double> line(static_cast<std::size_t>(columns_), 0.0);
+  for (int b = 0; b < 4; ++b) {
+    const float* row = &values_[static_cast<std::size_t>(j + b) * static_cast<std::size_t>(columns_)];
+    for (std::size_t i = 0; i < line.size(); ++i) line[i] += wy[b] * static_cast<double>(row[i]);
+  }
+  for (std::size_t x = 0; x < out.size(); ++x) {
+    const double u = std::min(static_cast<double>(x) / cell_x_, static_cast<double>(columns_ - 4) - 1e-9);
+    const auto i = static_cast<std::size_t>(u);
+    const std::array<double, 4> wx = cubic_weights(u - static_cast<double>(i));
+    double sum = 0.0;
+    for (std::size_t a = 0; a < 4; ++a) sum += wx[a] * line[i + a];
+    out[x] = static_cast<float>(sum);
+  }
+}
+
 double SmoothNoise::operator()(double x, double y) const {
   const double u = std::clamp(x / cell_x_, 0.0, static_cast<double>(columns_ - 4) - 1e-9);
   const double v = std::clamp(y / cell_y_, 0.0, static_cast<double>(rows_ - 4) - 1e-9);

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace patinate::datasets {
@@ -27,6 +28,8 @@ class SmoothNoise {
 
   /// Positions outside the extent are clamped to it.
   [[nodiscard]] double operator()(double x, double y) const;
+  /// The values at x = 0, 1, 2, ... but for rounding, at a quarter of the cost of one by one.
+  void row(double y, std::span<float> out) const;
 
  private:
   double cell_x_;

@@ -11,6 +11,7 @@
 
 #include "patinate/core/options.h"
 #include "patinate/core/run_control.h"
+#include "patinate/geometry/mesh.h"
 #include "patinate/image/image.h"
 
 namespace patinate::datasets {
@@ -35,9 +36,9 @@ struct PanelOptions {
   RustPattern pattern = RustPattern::General;
   double rust = 1.0;                ///< Rusted area at the end, percent of the test area; [0, 60].
   std::optional<double> spot_mm{};  ///< Mean diameter of spots at the end; > 0. Nothing: 3, 1.5 or 0.5, by pattern.
-  double edge_rust = 0.0;           ///< Rusted area between the panel's edge and the test area, percent of it; [0, 60].
+  double edge_rust = 0.0;           ///< Edge rust on what is not test area, at the end, percent of that; [0, 60].
   double stains = 0.0;              ///< Share of the test area that rust-colored stains tint, percent; [0, 40].
-  bool scribe = false;              ///< A cut through the paint, 0.5 mm wide and 0.6 times the test area's height long.
+  bool scribe = false;              ///< A cut through the paint, 0.5 mm wide and 0.9 times the test area's height long.
   double creep_mm = 2.0;            ///< Mean corrosion at the end beside the scribe, each side; >= 0.
   double crack_density = 0.0;       ///< Length of cracks at the end, mm per mm2 of the test area; [0, 2].
   double crack_width_mm = 0.2;      ///< Mean width of cracks; > 0.
@@ -68,16 +69,16 @@ struct PanelSpot {
 };
 
 struct PanelCrack {
-  std::vector<std::array<double, 2>> points_mm;  ///< At the end; it grows from the first one on.
-  double length_mm = 0.0;                        ///< At the end.
+  std::vector<Vec2> points_mm;  ///< At the end; it grows from the first one on.
+  double length_mm = 0.0;       ///< At the end.
   double width_mm = 0.0;
   double start_h = 0.0;
 };
 
 /// The cut, and how far corrosion creeps from its sides at the end.
 struct PanelScribe {
-  std::array<double, 2> from_mm{};
-  std::array<double, 2> to_mm{};
+  Vec2 from_mm = Vec2::Zero();
+  Vec2 to_mm = Vec2::Zero();
   double width_mm = 0.0;
   double step_mm = 0.0;         ///< Between values of the profiles, along the cut from `from_mm` on.
   std::vector<double> left_mm;  ///< Beyond the cut's edge, left of the way from `from_mm` to `to_mm` as seen.

@@ -50,27 +50,6 @@ void add_rust(PanelFigures& figures, const PanelLayout& layout, const PanelMarks
   figures.rusted_test_percent = percent(count_samples(samples, layout.test_area), in_test);
 }
 
-PanelFigures figures_of(const PanelLayout& layout, const PanelMarks& marks, double hours) {
-  const PanelOptions& o = layout.options;
-  const auto in_test = static_cast<double>(layout.test_area.num_samples());
-  PanelFigures figures{.hours = hours, .paint = paint_lab(o, hours)};
-  figures.roughness = o.roughness + hours / o.hours * (o.roughness_end - o.roughness);
-  add_rust(figures, layout, marks);
-  if (!marks.stain.empty()) figures.stain_test_percent = stained_percent(marks.stain, layout.test_area);
-  if (!marks.cracks.empty()) {
-    const double area_mm2 = (o.width_mm() - 2.0 * o.edge_mm) * (o.height_mm() - 2.0 * o.edge_mm);
-    figures.crack_mm_per_mm2 = crack_length(layout.cracks, o, hours) / area_mm2;
-    figures.crack_area_percent = percent(count_samples(marks.cracks, layout.test_area), in_test);
-  }
-  if (layout.scribe) {
-    const double grown = mark_growth(hours, 0.0, o.hours);
-    figures.creep_left_mm = grown * mean_of(layout.scribe->left_mm);
-    figures.creep_right_mm = grown * mean_of(layout.scribe->right_mm);
-    figures.creep_max_mm = grown * largest_creep(*layout.scribe);
-  }
-  return figures;
-}
-
 }  // namespace
 
 void describe(OptionVisitor& v, PanelOptions& o) {
@@ -114,6 +93,26 @@ void check_panel(const PanelOptions& o) {
   check_color("color_change", paint_lab(o, o.hours));
 }
 
+PanelFigures panel_figures(const PanelLayout& layout, const PanelMarks& marks, double hours) {
+  const PanelOptions& o = layout.options;
+  const auto in_test = static_cast<double>(layout.test_area.num_samples());
+  PanelFigures figures{.hours = hours, .paint = paint_lab(o, hours)};
+  figures.roughness = o.roughness + hours / o.hours * (o.roughness_end - o.roughness);
+  add_rust(figures, layout, marks);
+  if (!marks.stain.empty()) figures.stain_test_percent = stained_percent(marks.stain, layout.test_area);
+  if (!marks.cracks.empty()) {
+    figures.crack_mm_per_mm2 = crack_length(layout.cracks, o, hours) / o.test_area_mm2();
+    figures.crack_area_percent = percent(count_samples(marks.cracks, layout.test_area), in_test);
+  }
+  if (layout.scribe) {
+    const double grown = mark_growth(hours, 0.0, o.hours);
+    figures.creep_left_mm = grown * mean_of(layout.scribe->left_mm);
+    figures.creep_right_mm = grown * mean_of(layout.scribe->right_mm);
+    figures.creep_max_mm = grown * largest_creep(*layout.scribe);
+  }
+  return figures;
+}
+
 PanelFrame panel_frame(const PanelLayout& layout, int frame, const RunControl& control) {
   const PanelOptions& o = layout.options;
   const double hours = o.hour(frame);
@@ -123,7 +122,7 @@ PanelFrame panel_frame(const PanelLayout& layout, int frame, const RunControl& c
   out.rust = sample_shares(marks.rust.samples);
   if (marks.scribe) out.scribe = sample_shares(marks.scribe->samples);
   if (!marks.cracks.empty()) out.cracks = sample_shares(marks.cracks);
-  out.figures = figures_of(layout, marks, hours);
+  out.figures = panel_figures(layout, marks, hours);
   out.stain = std::move(marks.stain);
   return out;
 }
@@ -136,14 +135,18 @@ std::vector<PanelSpot> panel_spots(const PanelLayout& layout) {
   return spots;
 }
 
+ImageF test_area_shares(const PanelLayout& layout) {
+  ImageF out(layout.options.width, layout.options.height);
+  for (int y = 0; y < out.height(); ++y) {
+    for (int x = 0; x < out.width(); ++x) out.at(x, y) = static_cast<float>(sample_share(layout.test_area.at(x, y)));
+  }
+  return out;
+}
+
 Panel make_panel(const PanelOptions& options, const RunControl& control) {
   PanelLayout layout = lay_out_panel(options, control);
   Panel panel{.options = options, .spots = panel_spots(layout), .cracks = layout.cracks, .scribe = layout.scribe};
-  panel.test_area = ImageF(options.width, options.height);
-  for (int y = 0; y < options.height; ++y) {
-    for (int x = 0; x < options.width; ++x)
-      panel.test_area.at(x, y) = static_cast<float>(sample_share(layout.test_area.at(x, y)));
-  }
+  panel.test_area = test_area_shares(layout);
   for (int i = 0; i < options.num_frames; ++i) {
     panel.frames.push_back(panel_frame(layout, i, control));
     control.report(static_cast<double>(i + 1) / options.num_frames);

@@ -12,6 +12,9 @@ namespace patinate::datasets {
 
 /// As in make_panel(). @param frame  [0, num_frames).
 [[nodiscard]] PanelFrame panel_frame(const PanelLayout& layout, int frame, const RunControl& control = {});
+[[nodiscard]] PanelFigures panel_figures(const PanelLayout& layout, const PanelMarks& marks, double hours);
 [[nodiscard]] std::vector<PanelSpot> panel_spots(const PanelLayout& layout);
+/// Share of each pixel that lies in the test area.
+[[nodiscard]] ImageF test_area_shares(const PanelLayout& layout);
 
 }  // namespace patinate::datasets

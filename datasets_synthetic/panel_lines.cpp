@@ -165,7 +165,7 @@ Marks draw_scribe(const PanelScribe& scribe, const PanelOptions& o, double hours
 }
 
 std::vector<PanelCrack> make_cracks(const PanelOptions& o) {
-  const double wanted = o.crack_density * (o.width_mm() - 2.0 * o.edge_mm) * (o.height_mm() - 2.0 * o.edge_mm);
+  const double wanted = o.crack_density * o.test_area_mm2();
   std::vector<PanelCrack> cracks;
   double inside = 0.0, widths = 0.0;
   for (std::uint64_t i = 0; inside < wanted; ++i) {

@@ -6,6 +6,7 @@
 #include "datasets_synthetic/edges.h"
 #include "datasets_synthetic/mold_io.h"
 #include "datasets_synthetic/object_io.h"
+#include "datasets_synthetic/panel_io.h"
 #include "datasets_synthetic/plate_io.h"
 #include "python/bindings.h"
 #include "python/support/keywords.h"
@@ -54,6 +55,8 @@ void bind_synth(py::module_& module) {
   define_synth<datasets::MoldOptions>(
       module, "synth_mold", "A capture of a synthetic mold, scanned under lamps step by step, with its truth.",
       datasets::plan_mold);
+  define_synth<datasets::PanelOptions>(module, "synth_panel", "A capture of a coated panel that rusts, with its truth.",
+                                       datasets::plan_panel);
   define_synth<datasets::PlateOptions>(
       module, "synth_plate", "A capture of a glossy plate under one lamp, with its truth.", datasets::plan_plate);
   define_synth<datasets::LedgeOptions>(module, "synth_ledge", "A wall with sills in the rain: a scene to simulate.",

@@ -64,7 +64,7 @@ class Documents(unittest.TestCase):
             self.assertRegex(page, r"\b" + name.split()[-1])
 
     def test_help_of_a_command_with_many_options_begins_with_the_usual_ones(self):
-        kinds = ("crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "plate", "sculpture")
+        kinds = ("crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "panel", "plate", "sculpture")
         for name in [*(c for c in commands() if c != "synth"), *(f"synth {kind}" for kind in kinds)]:
             with self.subTest(command=name):
                 everything, first = (output_of(*name.split(), option) for option in ("--help-all", "--help"))
@@ -117,7 +117,7 @@ class Completion(unittest.TestCase):
         self.assertEqual(self.bash("patinate", "transfer", "--metho"), ["--method"])
         self.assertEqual(self.bash("patinate", "transfer", "--method", ""), ["fast", "reference"])
         self.assertEqual(self.bash("patinate", "transfer", "--method", "=", "r"), ["reference"])
-        self.assertEqual(self.bash("patinate", "synth", ""), ["crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "plate", "sculpture"])
+        self.assertEqual(self.bash("patinate", "synth", ""), ["crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "panel", "plate", "sculpture"])
         self.assertEqual(self.bash("patinate", "lookup", "ag"), ["aged"])
         self.assertEqual(self.bash("patinate", "lookup", "aged", "-o", "a "), ["a map.exr"])
         self.assertEqual(self.bash("patinate", "lookup", "aged", "--time", ""), [])
@@ -140,7 +140,7 @@ class Completion(unittest.TestCase):
         self.assertEqual(offers("patinate tr"), ["transfer"])
         self.assertIn("--method", offers("patinate transfer --m"))
         self.assertEqual(offers("patinate transfer --method "), ["fast", "reference"])
-        self.assertEqual(offers("patinate synth "), ["crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "plate", "sculpture"])
+        self.assertEqual(offers("patinate synth "), ["crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "panel", "plate", "sculpture"])
         self.assertEqual(offers("patinate lookup ag"), ["aged/"])
         self.assertEqual(offers("patinate history tr"), ["trim"])
         self.assertIn("--places", offers("patinate fit field --pl"))

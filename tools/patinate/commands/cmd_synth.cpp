@@ -8,6 +8,7 @@
 #include "datasets_synthetic/edges.h"
 #include "datasets_synthetic/mold_io.h"
 #include "datasets_synthetic/object_io.h"
+#include "datasets_synthetic/panel_io.h"
 #include "datasets_synthetic/plate_io.h"
 #include "tools/patinate/commands/commands.h"
 
@@ -33,18 +34,19 @@ Kind kind_asked_for(std::string name, JobPlan (*plan)(const Options&, const std:
 
 int cmd_synth(CommandRun& run) {
   const std::vector<Kind> kinds{
-      kind_asked_for("crackle", datasets::plan_crackle),    kind_asked_for("drying", datasets::plan_drying),
-      kind_asked_for("dust", datasets::plan_dust),          kind_asked_for("edges", datasets::plan_edges),
-      kind_asked_for("fence", datasets::plan_fence),        kind_asked_for("ledge", datasets::plan_ledge),
-      kind_asked_for("mold", datasets::plan_mold),          kind_asked_for("plate", datasets::plan_plate),
-      kind_asked_for("sculpture", datasets::plan_sculpture)};
+      kind_asked_for("crackle", datasets::plan_crackle), kind_asked_for("drying", datasets::plan_drying),
+      kind_asked_for("dust", datasets::plan_dust),       kind_asked_for("edges", datasets::plan_edges),
+      kind_asked_for("fence", datasets::plan_fence),     kind_asked_for("ledge", datasets::plan_ledge),
+      kind_asked_for("mold", datasets::plan_mold),       kind_asked_for("panel", datasets::plan_panel),
+      kind_asked_for("plate", datasets::plan_plate),     kind_asked_for("sculpture", datasets::plan_sculpture)};
   std::string name;
   std::filesystem::path output;
-  run.line.positional("KIND",
-                      "crackle, drying, dust, edges or plate (capture projects with their truth), mold (one of scans "
-                      "and lights, with its "
-                      "truth), ledge or fence (scenes to simulate) or sculpture (a mesh to age)",
-                      name);
+  run.line.positional(
+      "KIND",
+      "crackle, drying, dust, edges, panel or plate (capture projects with their truth), mold (one of scans "
+      "and lights, with its "
+      "truth), ledge or fence (scenes to simulate) or sculpture (a mesh to age)",
+      name);
   std::vector<std::string> names;
   for (const Kind& kind : kinds) names.push_back(kind.name);
   run.line.choices(names);
@@ -59,6 +61,7 @@ int cmd_synth(CommandRun& run) {
   run.line.example("synth drying -o drying --order thickness");
   run.line.example("synth dust -o dust --follows facing");
   run.line.example("synth mold -o mold --exact");
+  run.line.example("synth panel -o panel --rust 3 --scribe --stains 2");
   run.line.example("synth plate -o plate --moving");
   run.line.example("synth ledge -o ledge");
   run.line.example("synth ledge -o washed --weather soot");

@@ -181,11 +181,11 @@ constexpr std::array kVerbs{
          .former = "join",
          .is_planned = false},
     Verb{.name = "synth",
-         .brief =
-             "Makes test data with known truth: crackle, drying, dust, edges, fence, ledge, mold, plate, sculpture.",
+         .brief = "Makes test data with known truth: crackle, drying, dust, edges, fence, ledge, mold, panel, plate, "
+                  "sculpture.",
          .run = cmd_synth,
          .group = kFiles,
-         .kinds = {"crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "plate", "sculpture"}},
+         .kinds = {"crackle", "drying", "dust", "edges", "fence", "ledge", "mold", "panel", "plate", "sculpture"}},
     Verb{.name = "info",
          .brief = "Says what a file or folder is.",
          .run = cmd_info,

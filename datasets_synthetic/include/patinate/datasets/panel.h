@@ -42,17 +42,17 @@ struct PanelOptions {
   double creep_mm = 2.0;            ///< Mean corrosion at the end beside the scribe, each side; >= 0.
   double crack_density = 0.0;       ///< Length of cracks at the end, mm per mm2 of the test area; [0, 2].
   double crack_width_mm = 0.2;      ///< Mean width of cracks; > 0.
-  std::array<double, 3> paint{78.0, -2.0, 4.0};  ///< L*, a*, b* of the paint before exposure.
-  std::array<double, 3> color_change{2.0, 0.0,
-                                     3.0};  ///< By which it has changed at the end: chalking raises L*, yellowing b*.
-  double roughness = 0.15;                  ///< GGX of the paint's gloss before exposure; [0.05, 1].
-  double roughness_end = 0.35;              ///< And at the end.
-  double blur_px = 0.7;                     ///< Standard deviation of the lens's blur, of linear light; [0, 10].
-  double noise = 0.008;                     ///< Standard deviation of photographs, in 8-bit sRGB codes / 255; [0, 0.5].
-  std::int64_t seed = 1;                    ///< >= 0.
+  std::array<double, 3> paint{78.0, -2.0, 4.0};       ///< L*, a*, b* of the paint before exposure.
+  std::array<double, 3> color_change{2.0, 0.0, 3.0};  ///< Until the end; chalking raises L*, yellowing b*.
+  double roughness = 0.15;                            ///< GGX of the paint's gloss before exposure; [0.05, 1].
+  double roughness_end = 0.35;                        ///< And at the end.
+  double blur_px = 0.7;   ///< Standard deviation of the lens's blur, of linear light; [0, 10].
+  double noise = 0.008;   ///< Standard deviation of photographs, in 8-bit sRGB codes / 255; [0, 0.5].
+  std::int64_t seed = 1;  ///< >= 0.
 
   [[nodiscard]] double width_mm() const { return width * pixel_mm; }
   [[nodiscard]] double height_mm() const { return height * pixel_mm; }
+  [[nodiscard]] double test_area_mm2() const { return (width_mm() - 2.0 * edge_mm) * (height_mm() - 2.0 * edge_mm); }
   [[nodiscard]] double hour(int frame) const { return frame * hours / (num_frames - 1); }
 };
 void describe(OptionVisitor& v, PanelOptions& o);

@@ -29,8 +29,9 @@ void check_color(const std::string& option, const std::array<double, 3>& lab) {
   }
 }
 
-double mean_of(const std::vector<double>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+/// Of straight lines between the values, which are 0 at both ends.
+double mean_of(const std::vector<double>& profile) {
+  return std::accumulate(profile.begin(), profile.end(), 0.0) / static_cast<double>(profile.size() - 1);
 }
 
 double percent(std::int64_t part, double all) { return 100.0 * static_cast<double>(part) / all; }

@@ -17,24 +17,28 @@ constexpr double kScribeWidthMm = 0.5;   ///< As of common scribing tools [ISO 1
 constexpr double kScribeLength = 0.9;    ///< Of the test area's height.
 constexpr double kProfileStepMm = 0.05;  ///< Between values of the profile of creep.
 constexpr double kTaperMm = 1.5;         ///< Within which creep grows from nothing at the ends.
+constexpr double kLeastCreep = 0.02;     ///< Of about 1.
 constexpr double kCrackStepMm = 0.2;
 constexpr double kCrackMm = 9.0;  ///< Mean length of a crack.
 
-/// Uneven creep along a side, whose mean is `mean_mm`.
+/// Steps between the values of the profile of creep.
+int profile_steps(double length_mm) { return static_cast<int>(std::ceil(length_mm / kProfileStepMm)); }
+
+/// Uneven creep along a side, nothing at both ends, whose mean over the length is creep_mm.
 std::vector<double> creep_profile(const PanelOptions& o, double length_mm, std::uint32_t side) {
   const auto seed = static_cast<std::uint64_t>(o.seed);
   const SmoothNoise broad(seed, kCreepStream + 2 * side, length_mm, 1.0, 3.5, 1.0);
   const SmoothNoise fine(seed, kCreepStream + 2 * side + 1, length_mm, 1.0, 0.8, 1.0);
-  const int count = static_cast<int>(length_mm / kProfileStepMm) + 1;
+  const int num_steps = profile_steps(length_mm);
   std::vector<double> profile;
   double sum = 0.0;
-  for (int i = 0; i < count; ++i) {
-    const double s = i * kProfileStepMm;
-    const double taper = smooth_step(0.0, kTaperMm, std::min(s, length_mm - s));
-    profile.push_back(taper * std::max(0.0, 1.0 + 1.6 * broad(s, 0.5) + 0.7 * fine(s, 0.5)));
+  for (int i = 0; i <= num_steps; ++i) {
+    const double s = length_mm * i / num_steps;
+    const double taper = smooth_step(0.0, std::min(kTaperMm, 0.5 * length_mm), std::min(s, length_mm - s));
+    profile.push_back(taper * std::max(kLeastCreep, 1.0 + 1.6 * broad(s, 0.5) + 0.7 * fine(s, 0.5)));
     sum += profile.back();
   }
-  for (double& value : profile) value *= sum > 0.0 ? o.creep_mm * count / sum : 0.0;
+  for (double& value : profile) value *= o.creep_mm * num_steps / sum;
   return profile;
 }
 
@@ -127,7 +131,7 @@ PanelScribe make_scribe(const PanelOptions& o) {
   return {.from_mm = middle - half,
           .to_mm = middle + half,
           .width_mm = kScribeWidthMm,
-          .step_mm = kProfileStepMm,
+          .step_mm = length / profile_steps(length),
           .left_mm = creep_profile(o, length, 0),
           .right_mm = creep_profile(o, length, 1)};
 }

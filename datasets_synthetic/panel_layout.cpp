@@ -60,7 +60,7 @@ bool is_clear_of_scribe(const PanelOptions& o, const std::optional<PanelScribe>&
          y > scribe->to_mm.y() + reach;
 }
 
-/// Places on the panel: anywhere, or around a few middles.
+/// Places in the test area or beside it: anywhere, or in the test area around a few middles.
 class Places {
  public:
   Places(const PanelOptions& o, int num_spots) : options_(o) {
@@ -68,21 +68,22 @@ class Places {
     const int count = std::clamp(num_spots / 6, 1, 4);
     for (int i = 0; i < count; ++i) {
       RandomStream random(static_cast<std::uint64_t>(o.seed), static_cast<std::uint64_t>(i), kClusterStream);
-      middles_.push_back(anywhere(random));
-      while (!in_test_area(o, middles_.back() * o.pixel_mm)) middles_.back() = anywhere(random);
+      middles_.push_back(anywhere(random, o.edge_mm / o.pixel_mm));
     }
     // As dense as a heap of spots that overlap a little.
     spread_px_ = 0.45 * spot_sizes(o).mean_mm / o.pixel_mm * std::sqrt(static_cast<double>(num_spots) / count);
   }
-  Vec2 draw(RandomStream& random) const {
-    if (middles_.empty()) return anywhere(random);
+  /// Some of the places do not lie where they are asked for.
+  Vec2 draw(RandomStream& random, bool in_test) const {
+    if (middles_.empty() || !in_test) return anywhere(random, in_test ? options_.edge_mm / options_.pixel_mm : 0.0);
     const Vec2& middle = middles_[random.below(static_cast<std::uint32_t>(middles_.size()))];
     return middle + spread_px_ * Vec2(random.normal(), random.normal());
   }
 
  private:
-  [[nodiscard]] Vec2 anywhere(RandomStream& random) const {
-    return {random.uniform() * options_.width, random.uniform() * options_.height};
+  [[nodiscard]] Vec2 anywhere(RandomStream& random, double edge_px) const {
+    return {edge_px + random.uniform() * (options_.width - 2.0 * edge_px),
+            edge_px + random.uniform() * (options_.height - 2.0 * edge_px)};
   }
   const PanelOptions& options_;
   std::vector<Vec2> middles_;
@@ -97,7 +98,7 @@ void add_spots(std::vector<SpotOutline>& spots, const PanelOptions& o, const std
     RandomStream random(static_cast<std::uint64_t>(o.seed), i, kPlaceStream);
     SpotOutline spot = sized_spot(o, spot_sizes(o), i, random);
     for (int k = 0; k < kMaxTries; ++k) {
-      const Vec2 place = places.draw(random);
+      const Vec2 place = places.draw(random, in_test);
       spot.x_px = place.x();
       spot.y_px = place.y();
       if (in_test_area(o, place * o.pixel_mm) != in_test || !is_clear_of_scribe(o, scribe, spot)) continue;

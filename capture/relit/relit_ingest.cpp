@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::int64_t kStageVersion = 3;
+constexpr std::int64_t kStageVersion = 4;
 constexpr std::int64_t kRelitPageVersion = 1;  ///< The same for the page.
 constexpr double kStepWeight = 4.0;            ///< For progress: light is taken out more slowly than a scan is placed.
 constexpr std::array<std::string_view, 2> kRelitPosesNames{"joint", "each"};

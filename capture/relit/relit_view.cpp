@@ -33,8 +33,10 @@ double texel_size(const Camera& camera, const Vec2& pixel, const Vec3& position,
   return std::sqrt(across.cross(down).norm());
 }
 
-/// Whether a pixel and the eight around it see one surface near `p`.
-bool is_whole(const ScanView& view, int x, int y, const Vec3& p) {
+/// Whether a pixel and the eight around it see one surface: then all of its area does, where its center alone may lie
+/// on the surface and half of its area beside it.
+bool is_whole(const ScanView& view, int x, int y) {
+  const Vec3 p = pixel_vector(view.position_mm, x, y);
   const double reach = kSameSurface * static_cast<double>(view.texel_size_mm.at(x, y));
   for (int j = -1; j <= 1; ++j) {
     for (int i = -1; i <= 1; ++i) {
@@ -43,6 +45,30 @@ bool is_whole(const ScanView& view, int x, int y, const Vec3& p) {
     }
   }
   return true;
+}
+
+/// Whether every pixel that a bilinear sample at (u, v) is made of shows the surface around `p`, and it alone.
+bool is_sample_whole(const ScanView& view, const ImageU8& whole, double u, double v, const Vec3& p) {
+  const int x0 = static_cast<int>(std::floor(u)), y0 = static_cast<int>(std::floor(v));
+  for (int y = y0; y <= (v > y0 ? y0 + 1 : y0); ++y) {
+    for (int x = x0; x <= (u > x0 ? x0 + 1 : x0); ++x) {
+      if (!whole.contains(x, y) || whole.at(x, y) == 0) return false;
+      const double reach = kSameSurface * static_cast<double>(view.texel_size_mm.at(x, y));
+      if (!((pixel_vector(view.position_mm, x, y) - p).norm() < reach)) return false;
+    }
+  }
+  return true;
+}
+
+ImageU8 whole_pixels(const ScanView& view, const RunControl& control) {
+  ImageU8 whole(view.seen.width(), view.seen.height());
+  parallel_for(whole.height(), kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
+    for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      for (int x = 0; x < whole.width(); ++x)
+        whole.at(x, y) = view.seen.at(x, y) != 0 && is_whole(view, x, y) ? 255 : 0;
+    }
+  });
+  return whole;
 }
 
 }  // namespace
@@ -110,6 +136,7 @@ StepPlaces find_places(const ScanView& reference, const ScanView& step, const Ca
   const int width = reference.seen.width(), height = reference.seen.height();
   StepPlaces places{ImageF(width, height, 2), ImageU8(width, height), 0, 0.0};
   ImageF offsets(width, height, 1, -1.0f);
+  const ImageU8 whole = whole_pixels(step, control.silent());
   parallel_for(height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < width; ++x) {
@@ -124,7 +151,7 @@ StepPlaces find_places(const ScanView& reference, const ScanView& step, const Ca
         if (!step.seen.contains(column, row) || step.seen.at(column, row) == 0) continue;
         const Vec3 away = p - pixel_vector(step.position_mm, column, row);
         offsets.at(x, y) = static_cast<float>(std::abs(away.dot(pixel_vector(step.normal, column, row))));
-        if (!is_whole(step, column, row, p)) continue;
+        if (!is_sample_whole(step, whole, u, v, p)) continue;
         places.place_px.at(x, y, 0) = static_cast<float>(u);
         places.place_px.at(x, y, 1) = static_cast<float>(v);
         places.seen.at(x, y) = 255;

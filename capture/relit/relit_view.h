@@ -46,14 +46,16 @@ struct ScanView {
 /// Where the pixels of the reference view lie in a step's photographs.
 struct StepPlaces {
   ImageF place_px;  ///< x 2: column and row; only where `seen`.
-  ImageU8 seen;  ///< 255 where the step's photographs show the place of the surface, and it alone, in the pixel and in
-                 ///< all around.
+  /// 255 where the step's photographs show the place of the surface, and it alone, in all pixels that a sample there is
+  /// made of and in all around each of them.
+  ImageU8 seen;
   std::int64_t num_on_scan = 0;  ///< Reference pixels at whose place the step's scan is seen at all.
   double offset_mm = 0.0;  ///< Median distance of the reference surface from the step's scan there, along the normal.
 };
 
 /// Places of the reference's surface in a step: moved into the step's scanner frame and projected. A place is not seen
-/// where the step's own scan hides it, where the scan is missing, or beside an outline, whose pixels show two surfaces.
+/// where the step's own scan hides it, where the scan is missing, or beside an outline, whose pixels show two surfaces:
+/// a pixel whose center lies on the object may have half of its area outside, and a place between pixels mixes it in.
 /// @param reference  The reference step's view; @param step  the step's own, by the same camera.
 [[nodiscard]] StepPlaces find_places(const ScanView& reference, const ScanView& step, const Camera& camera,
                                      const RigidTransform& step_from_reference, const RunControl& control = {});

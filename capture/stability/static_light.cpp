@@ -17,6 +17,7 @@ namespace {
 constexpr int kNumWindows = 12;              ///< Along the longer side.
 constexpr int kLeastSide = 4 * kNumWindows;  ///< px: windows are means of sixteen.
 constexpr std::size_t kFewestFrames = 6;     ///< Frames: three in each half.
+constexpr std::size_t kFewestWindows = 36;   ///< Inside the mask: five for each of the seven numbers.
 constexpr double kExplained = 0.3;           ///< As find_uneven_light() asks for.
 constexpr double kLampAgrees = 0.7;          ///< The same.
 constexpr double kReflectionAgrees = 0.9;
@@ -35,7 +36,16 @@ bool is_usable(const float* pixel) {
   return *low > kNearBlack && *high < kNearWhite;
 }
 
-/// Means of windows of which half can be used in a frame.
+/// Of a window's pixels, those inside the mask.
+int count_inside(const ImageU8& mask, int x0, int y0, int x1, int y1) {
+  int num = 0;
+  for (int y = y0; y < y1; ++y) {
+    for (int x = x0; x < x1; ++x) num += mask.empty() || mask.at(x, y) != 0 ? 1 : 0;
+  }
+  return num;
+}
+
+/// Means of the windows of which half lies inside the mask, as far as half can be used in a frame.
 WindowSeries windows_of(const std::vector<ImageF>& frames, const ImageU8& mask) {
   const int w = frames.front().width(), h = frames.front().height();
   const int side = std::max(1, (std::max(w, h) + kNumWindows - 1) / kNumWindows);
@@ -44,6 +54,7 @@ WindowSeries windows_of(const std::vector<ImageF>& frames, const ImageU8& mask) 
   for (int y0 = 0; y0 < h; y0 += side) {
     for (int x0 = 0; x0 < w; x0 += side) {
       const int x1 = std::min(w, x0 + side), y1 = std::min(h, y0 + side);
+      if (2 * count_inside(mask, x0, y0, x1, y1) < (x1 - x0) * (y1 - y0)) continue;
       series.places.push_back(place_of(0.5 * (x0 + x1), 0.5 * (y0 + y1), w, h));
       for (std::size_t f = 0; f < frames.size(); ++f) {
         std::array<double, 3> sum{};
@@ -72,10 +83,11 @@ WindowSeries part_of(const WindowSeries& series, std::size_t begin, std::size_t 
 
 /// Whether every frame and channel has enough windows to find seven numbers from.
 bool is_enough(const WindowSeries& series) {
-  return std::all_of(series.values.begin(), series.values.end(), [](const std::vector<double>& values) {
-    return 2 * std::count_if(values.begin(), values.end(), [](double v) { return !std::isnan(v); }) >=
-           static_cast<std::ptrdiff_t>(values.size());
-  });
+  return series.places.size() >= kFewestWindows &&
+         std::all_of(series.values.begin(), series.values.end(), [](const std::vector<double>& values) {
+           return 2 * std::count_if(values.begin(), values.end(), [](double v) { return !std::isnan(v); }) >=
+                  static_cast<std::ptrdiff_t>(values.size());
+         });
 }
 
 template <class Of>

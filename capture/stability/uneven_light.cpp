@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "capture/stability/light_polynomial.h"
@@ -14,13 +15,14 @@ namespace patinate::capture {
 
 namespace {
 
-constexpr int kOrder = 4;                ///< As FlatFieldOptions has it.
-constexpr int kEvidenceOrder = 2;        ///< Where fewer pixels are compared: a higher degree follows the surface.
-constexpr double kLeastUsed = 0.25;      ///< Of the picture.
-constexpr double kReplaced = 0.2;        ///< Change of a channel's logarithm that makes a pixel another surface.
-constexpr double kLeastReplaced = 0.25;  ///< Of the picture, for evidence.
-constexpr double kSameDetail = 0.5;      ///< Correlation from which on the old surface shines through.
-constexpr double kLeastDetail = 0.02;    ///< Standard deviation of logarithms: twice a photograph's noise.
+constexpr int kOrder = 4;                   ///< As FlatFieldOptions has it.
+constexpr int kEvidenceOrder = 2;           ///< Where fewer pixels are compared: a higher degree follows the surface.
+constexpr double kLeastUsed = 0.25;         ///< Of what is inside the mask.
+constexpr std::ptrdiff_t kFewestUsed = 60;  ///< Pixels: four for each of the 15 coefficients of the fourth degree.
+constexpr double kReplaced = 0.2;           ///< Change of a channel's logarithm that makes a pixel another surface.
+constexpr double kLeastReplaced = 0.25;     ///< Of what is inside, for evidence.
+constexpr double kSameDetail = 0.5;         ///< Correlation from which on the old surface shines through.
+constexpr double kLeastDetail = 0.02;       ///< Standard deviation of logarithms: twice a photograph's noise.
 constexpr double kStayed = 0.7, kWent = 0.5;
 constexpr double kUncolored = 0.8;
 constexpr double kLeastExplained = 0.3;
@@ -58,23 +60,49 @@ Field middle(const std::vector<Logs>& frames, std::size_t channel, std::size_t b
   return result;
 }
 
-double known_share(const Field& field) {
-  const auto known = std::count_if(field.begin(), field.end(), [](double v) { return !std::isnan(v); });
-  return static_cast<double>(known) / static_cast<double>(field.size());
-}
+/// The logarithms of all frames, and how many pixels lie inside the mask: shares are of these.
+struct LogSeries {
+  std::vector<Logs> frames;
+  int width = 0;
+  std::ptrdiff_t num_inside = 0;
+
+  /// Whether a field knows this share of what is inside, and enough pixels for a fit.
+  [[nodiscard]] bool is_known(const Field& field, double least_share) const {
+    const auto known = std::count_if(field.begin(), field.end(), [](double v) { return !std::isnan(v); });
+    return known >= kFewestUsed && static_cast<double>(known) >= least_share * static_cast<double>(num_inside);
+  }
+};
 
 struct Split {
   Field slow, detail;  ///< The polynomial, and what it leaves; NaN where the field is.
 };
 
+/// Columns and rows of what a field knows.
+struct Extent {
+  int left = std::numeric_limits<int>::max(), top = left, right = -1, bottom = -1;
+};
+
+Extent extent_of(const Field& field, int width) {
+  Extent e;
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    if (std::isnan(field[i])) continue;
+    const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
+    e = {std::min(e.left, x), std::min(e.top, y), std::max(e.right, x), std::max(e.bottom, y)};
+  }
+  return e;
+}
+
+/// The polynomial's coordinates run from -1 to 1 over what the field knows: its terms would be nearly dependent where
+/// that is a small part of the picture.
 Split split_field(const Field& field, int width, int order) {
-  const int height = static_cast<int>(field.size()) / width;
+  const Extent e = extent_of(field, width);
   std::vector<Eigen::VectorXd> terms(field.size()), used;
   std::vector<double> values;
   for (std::size_t i = 0; i < field.size(); ++i) {
     if (std::isnan(field[i])) continue;
     const int x = static_cast<int>(i) % width, y = static_cast<int>(i) / width;
-    terms[i] = monomials(2.0 * (x + 0.5) / width - 1.0, 2.0 * (y + 0.5) / height - 1.0, order);
+    terms[i] = monomials(2.0 * (x - e.left + 0.5) / (e.right - e.left + 1) - 1.0,
+                         2.0 * (y - e.top + 0.5) / (e.bottom - e.top + 1) - 1.0, order);
     used.push_back(terms[i]);
     values.push_back(field[i]);
   }
@@ -156,50 +184,52 @@ LightEvidence judge_by_shape(const std::vector<Logs>& frames, const Split& whole
   return is_uncolored && explained >= kLeastExplained ? LightEvidence::Possible : LightEvidence::None;
 }
 
-LightEvidence judge(const std::vector<Logs>& frames, const Split& whole, int width) {
-  const Replaced parts = replaced_parts(frames);
-  if (frames.size() < 2 || known_share(parts.before) < kLeastReplaced) return judge_by_shape(frames, whole, width);
-  const Split before = split_field(parts.before, width, kEvidenceOrder),
-              after = split_field(parts.after, width, kEvidenceOrder);
+LightEvidence judge(const LogSeries& series, const Split& whole) {
+  const Replaced parts = replaced_parts(series.frames);
+  if (series.frames.size() < 2 || !series.is_known(parts.before, kLeastReplaced))
+    return judge_by_shape(series.frames, whole, series.width);
+  const Split before = split_field(parts.before, series.width, kEvidenceOrder),
+              after = split_field(parts.after, series.width, kEvidenceOrder);
   const double common = spread_of(before.slow, after.slow).common();
   if (common < kWent) return LightEvidence::None;
   const bool is_new = spread_of(before.detail, after.detail).correlation() <= kSameDetail;
   return is_new && common >= kStayed ? LightEvidence::Clear : LightEvidence::Possible;
 }
 
-std::vector<Logs> checked_logs(const std::vector<ImageF>& frames, const ImageU8& mask) {
+LogSeries checked_series(const std::vector<ImageF>& frames, const ImageU8& mask) {
   if (frames.empty()) throw InvalidInput("uneven light: there are no frames");
-  std::vector<Logs> logs;
+  LogSeries series{.frames = {}, .width = frames.front().width(), .num_inside = frames.front().num_pixels()};
   for (const ImageF& frame : frames) {
     if (!frame.same_size(frames.front()) || (!mask.empty() && !frame.same_size(mask)) || frame.channels() != 3)
       throw InvalidInput("uneven light: the frames differ in size");
-    logs.push_back(logs_of(frame, mask));
+    series.frames.push_back(logs_of(frame, mask));
   }
-  return logs;
+  if (!mask.empty())
+    series.num_inside =
+        std::count_if(mask.values().begin(), mask.values().end(), [](std::uint8_t v) { return v != 0; });
+  return series;
 }
 
 }  // namespace
 
 bool is_surface_replaced(const std::vector<ImageF>& frames, const ImageU8& mask) {
-  const std::vector<Logs> logs = checked_logs(frames, mask);
-  const Replaced parts = replaced_parts(logs);
-  if (known_share(parts.before) < kLeastReplaced) return false;
-  const int width = frames.front().width();
-  const Split before = split_field(parts.before, width, kEvidenceOrder),
-              after = split_field(parts.after, width, kEvidenceOrder);
+  const LogSeries series = checked_series(frames, mask);
+  const Replaced parts = replaced_parts(series.frames);
+  if (!series.is_known(parts.before, kLeastReplaced)) return false;
+  const Split before = split_field(parts.before, series.width, kEvidenceOrder),
+              after = split_field(parts.after, series.width, kEvidenceOrder);
   const Spread detail = spread_of(before.detail, after.detail);
   // Where there is no detail to be gone, a smooth surface may have become brighter or darker as a whole.
   return std::min(detail.a, detail.b) >= kLeastDetail * kLeastDetail && detail.correlation() <= kSameDetail;
 }
 
 UnevenLight find_uneven_light(const std::vector<ImageF>& frames, const ImageU8& mask) {
-  const std::vector<Logs> logs = checked_logs(frames, mask);
-  const int width = frames.front().width();
-  const Field course = middle(logs, kLuminance, 0, logs.size());
-  if (known_share(course) < kLeastUsed) return {};
-  const Split whole = split_field(course, width, kOrder);
+  const LogSeries series = checked_series(frames, mask);
+  const Field course = middle(series.frames, kLuminance, 0, series.frames.size());
+  if (!series.is_known(course, kLeastUsed)) return {};
+  const Split whole = split_field(course, series.width, kOrder);
   UnevenLight result{field_ratio(whole.slow), LightEvidence::None};
-  if (result.ratio >= kUnevenRatio) result.evidence = judge(logs, whole, width);
+  if (result.ratio >= kUnevenRatio) result.evidence = judge(series, whole);
   return result;
 }
 

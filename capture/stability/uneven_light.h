@@ -22,6 +22,7 @@ enum class LightEvidence {
 struct UnevenLight {
   double ratio = 1.0;  ///< Brightest to darkest, without the 2 % of the picture at either end; >= 1.
   LightEvidence evidence = LightEvidence::None;
+  bool is_inside_mask = false;  ///< Of what a mask leaves, given or found; else of the whole picture.
 };
 
 /// From how much on uneven light is warned of: a quarter, 13 of 255 codes in mid-gray, is seen as a gradient in a
@@ -38,9 +39,9 @@ inline constexpr double kUnevenRatio = 1.25;
 /// it is one of red and blue alike (0.8 by the same measure) and makes up 0.3 of the picture's variance (robustly: what
 /// stands out does not count).
 /// @param frames  Evenly spread over the series, h x w x 3, linear; all of one size, at most kUnevenLightSide wide and
-/// high; one or more. @param mask  0 = ignored; may be empty.
-/// @returns ratio 1 where less than a quarter of the picture can be used. @throws InvalidInput if there is no frame or
-/// sizes differ.
+/// high; one or more. @param mask  0 = ignored, and no part of any share; may be empty.
+/// @returns ratio 1 where less than a quarter of what is inside, or less than 60 pixels, can be used. @throws
+/// InvalidInput if there is no frame or sizes differ.
 [[nodiscard]] UnevenLight find_uneven_light(const std::vector<ImageF>& frames, const ImageU8& mask);
 
 /// Whether a quarter of the picture or more is another surface in the last third of the frames than in the first:

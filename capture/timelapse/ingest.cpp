@@ -141,7 +141,7 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
   const int num_frames = static_cast<int>(work.project.frames.size());
   for (HistoryWarning& warning : survey_warnings(read_survey_report(folder), num_frames, work.project.is_handheld()))
     writer.add_warning(std::move(warning));
-  for (HistoryWarning& warning : look_at_light(writer, work, folder, mask, light, control.part(0.7, 0.8)))
+  for (HistoryWarning& warning : look_at_light(writer, work, folder, mask, given, light, control.part(0.7, 0.8)))
     writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : report_alignment(work, folder)) writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : report_patch(work, folder)) writer.add_warning(std::move(warning));

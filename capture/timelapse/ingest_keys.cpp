@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Raised whenever the same input gives other output.
-constexpr std::int64_t kStageVersion = 3;
+constexpr std::int64_t kStageVersion = 4;
 /// The same for what a transmission photograph becomes alone.
 constexpr std::int64_t kThicknessVersion = 2;
 /// The same for the page.

@@ -100,7 +100,7 @@ StaticLight read_static_light(JsonReader json) {
 
 std::string static_light_text(const StaticLight& light) {
   std::string text = "removed constant uneven lighting: ";
-  if (light.lamp) text += "of a near lamp, " + ratio_text(light.ratio) + " over the picture";
+  if (light.lamp) text += "of a near lamp, " + ratio_text(light.ratio);
   if (light.reflection) {
     text += std::string(light.lamp ? ", and " : "") + "a reflection of up to " +
             hundredths(light.reflection->strength) + " (1 = white)";
@@ -108,17 +108,20 @@ std::string static_light_text(const StaticLight& light) {
   return text + "; keep it with --static-light off";
 }
 
+/// Of light inside a mask: nothing is said of what lies around it.
 HistoryWarning uneven_warning(const UnevenLight& uneven, bool is_divided) {
   HistoryWarning warning{.about = WarningSubject::Light, .text = "", .cure = "", .share = 0.0};
-  const std::string ratio = ratio_text(uneven.ratio) + " over the picture";
+  const std::string ratio =
+      ratio_text(uneven.ratio) + (uneven.is_inside_mask ? " inside the mask" : " over the picture");
   if (uneven.evidence == LightEvidence::Clear) {
     warning.text = "the light is uneven, " + ratio + (is_divided ? ", after the flat field" : "") +
                    ", and it stayed so while the surface changed";
   } else {
-    warning.text = "brightness falls off by " + ratio + (is_divided ? ", after the flat field" : "") +
-                   "; this may be uneven light or a gradient of the surface itself" +
-                   (uneven.ratio > kLamp ? ", or dark surroundings that belong outside a `mask`" : "") +
-                   "; the photographs cannot tell which";
+    warning.text =
+        "brightness falls off by " + ratio + (is_divided ? ", after the flat field" : "") +
+        "; this may be uneven light or a gradient of the surface itself" +
+        (uneven.ratio > kLamp && !uneven.is_inside_mask ? ", or dark surroundings that belong outside a `mask`" : "") +
+        "; the photographs cannot tell which";
   }
   warning.cure =
       is_divided ? "--flat-field IMAGE, a photograph of a uniform surface under the same lamp"
@@ -158,7 +161,8 @@ std::string flat_field_text(const FlatFieldReport& field, const std::optional<Un
 void add_light_report(Json& survey, const SeriesLight& report) {
   if (report.uneven)
     survey["uneven_light"] = {{"ratio", report.uneven->ratio},
-                              {"evidence", kEvidenceNames[static_cast<std::size_t>(report.uneven->evidence)]}};
+                              {"evidence", kEvidenceNames[static_cast<std::size_t>(report.uneven->evidence)]},
+                              {"is_inside_mask", report.uneven->is_inside_mask}};
   if (report.flat_field)
     survey["flat_field"] = {{"ratio", report.flat_field->ratio}, {"ranges", report.flat_field->ranges}};
   if (report.flat_field && !report.flat_field->last_shares.empty())
@@ -186,6 +190,8 @@ SeriesLight read_light_report(JsonReader& survey) {
     JsonReader json = survey.member("uneven_light");
     report.uneven = UnevenLight{json.member("ratio").number(at_least(1)),
                                 static_cast<LightEvidence>(json.member("evidence").choice(kEvidenceNames))};
+    // Histories of earlier versions do not say.
+    if (json.has("is_inside_mask")) report.uneven->is_inside_mask = json.member("is_inside_mask").boolean();
   }
   if (survey.has("flat_field")) {
     JsonReader json = survey.member("flat_field");

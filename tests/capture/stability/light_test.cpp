@@ -6,6 +6,7 @@
 #include "capture/stability/deflicker.h"
 #include "capture/stability/survey.h"
 #include "capture/stability/uneven_light.h"
+#include "capture/timelapse/light_report.h"
 #include "libcommon/core/random.h"
 #include "patinate/core/error.h"
 #include "tests/capture/stability/stability_scene.h"
@@ -168,6 +169,37 @@ TEST(UnevenLight, OutsideTheMaskNothingCounts) {
   }
   EXPECT_EQ(find_uneven_light({image}, {}).evidence, LightEvidence::Possible);
   EXPECT_EQ(find_uneven_light({image}, mask).evidence, LightEvidence::None);
+}
+
+TEST(UnevenLight, OfASmallObjectInAMaskIsJudgedAsThatOfAWholePicture) {
+  // A sixth of the picture, lit 3 : 1 from its left to its right, on a ground of another light.
+  constexpr int kFirst = 20, kLast = 45;
+  const double light = std::log(3.0) * 63.0 / (kLast - kFirst);
+  ImageF image = lit_surface(0, light, 0.0, {});
+  ImageU8 mask(64, 64);
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 64; ++x) {
+      const bool is_inside = x >= kFirst && x <= kLast && y >= kFirst && y <= kLast;
+      mask.at(x, y) = is_inside ? 255 : 0;
+      for (int c = 0; c < 3; ++c) image.at(x, y, c) = is_inside ? image.at(x, y, c) : 0.9f;
+    }
+  }
+  const UnevenLight found = find_uneven_light({image}, mask);
+  EXPECT_EQ(found.evidence, LightEvidence::Possible);
+  // 15 coefficients from 676 pixels whose logarithms vary by 0.3; both ends of the course are off by it. 4 deviations.
+  EXPECT_NEAR(std::log(found.ratio), 0.96 * std::log(3.0), 4.0 * 0.3 * std::sqrt(2.0 * 15.0 / 676.0));
+}
+
+TEST(LightWarnings, SpeakOfNothingThatLiesOutsideTheMask) {
+  SeriesLight light;
+  light.uneven = UnevenLight{.ratio = 29.0, .evidence = LightEvidence::Possible};
+  const std::string whole = light_warnings(light, "", 3).at(0).text;
+  light.uneven->is_inside_mask = true;
+  const std::string masked = light_warnings(light, "", 3).at(0).text;
+  EXPECT_NE(masked.find("29 : 1 inside the mask"), std::string::npos) << masked;
+  EXPECT_EQ(masked.find("surroundings"), std::string::npos) << masked;
+  EXPECT_NE(whole.find("29 : 1 over the picture"), std::string::npos) << whole;
+  EXPECT_NE(whole.find("dark surroundings that belong outside a `mask`"), std::string::npos) << whole;
 }
 
 }  // namespace

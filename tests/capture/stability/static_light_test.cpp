@@ -170,6 +170,40 @@ TEST(StaticLight, ASmoothSurfaceThatGrowsBrighterProvesNothing) {
   EXPECT_FALSE(find_static_light(frames, {}).is_any());
 }
 
+TEST(StaticLight, WhatLiesAroundTheMaskHasNoPartInIt) {
+  constexpr int kRim = 10;
+  const std::vector<ImageF> truth = growing_patches(10);
+  ImageU8 mask(kPatchSide, kPatchSide);
+  const auto with_ground = [&](float ground) {
+    std::vector<ImageF> frames = truth;
+    light(frames, {});
+    for (ImageF& frame : frames) {
+      for (int y = 0; y < kPatchSide; ++y) {
+        for (int x = 0; x < kPatchSide; ++x) {
+          mask.at(x, y) = std::min(std::min(x, y), kPatchSide - 1 - std::max(x, y)) >= kRim ? 255 : 0;
+          for (int c = 0; c < 3 && mask.at(x, y) == 0; ++c) frame.at(x, y, c) = ground;
+        }
+      }
+    }
+    return find_static_light(frames, mask);
+  };
+  const StaticLight dark = with_ground(0.01f), bright = with_ground(0.5f);
+  ASSERT_TRUE(dark.lamp);
+  ASSERT_TRUE(bright.lamp);
+  EXPECT_EQ(dark.ratio, bright.ratio);
+  EXPECT_EQ(dark.mean, bright.mean);
+  // The lamp of the whole picture varies by 13 : 1, inside by less.
+  double least = 1.0, most = 0.0;
+  for (int i = kRim; i < kPatchSide - kRim; ++i) {
+    for (int j = kRim; j < kPatchSide - kRim; ++j) {
+      const double there = dark.lamp->at({2.0 * (i + 0.5) / kPatchSide - 1.0, 2.0 * (j + 0.5) / kPatchSide - 1.0});
+      least = std::min(least, there);
+      most = std::max(most, there);
+    }
+  }
+  EXPECT_LE(dark.ratio, most / least);
+}
+
 TEST(StaticLight, FewFramesProveNothing) {
   std::vector<ImageF> frames = growing_patches(10);
   light(frames, {});

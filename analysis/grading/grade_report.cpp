@@ -8,7 +8,7 @@
 #include "libcommon/core/csv.h"
 #include "libcommon/core/files.h"
 #include "libcommon/core/text.h"
-#include "libcommon/history/history_times.h"
+#include "libcommon/history/history_card.h"
 #include "libcommon/output/svg_chart.h"
 
 namespace patinate::analysis {
@@ -68,7 +68,7 @@ std::vector<std::size_t> shown_rows(std::size_t count) {
 }
 
 std::string time_text(const GradeReport& report, double time) {
-  return short_number_text(time) + " " + time_unit_text(report.series.series.facts().time_unit);
+  return short_number_text(time) + "\u00a0" + time_unit_text(report.series.series.facts().time_unit);
 }
 
 void add_figure_table(HtmlPage& page, const GradeReport& report, const GradedRegion& region) {
@@ -91,13 +91,20 @@ void add_figure_table(HtmlPage& page, const GradeReport& report, const GradedReg
   page.table(header, rows);
 }
 
+/// "Degree of rusting Ri" is "Ri" over a column.
+std::string short_title(const GradeScale& scale) {
+  const std::size_t at = scale.title.rfind(' ');
+  const std::string last = scale.title.substr(at == std::string::npos ? 0 : at + 1);
+  return last.size() == 2 ? last : scale.title;
+}
+
 void add_grade_table(HtmlPage& page, const GradeReport& report, const GradedRegion& region) {
   std::vector<std::string> header{"time"};
   std::vector<const GradeScale*> scales;
   for (const GradeScale& scale : report.rules.scales) {
     if (!has_figure(region, scale.figure)) continue;
     scales.push_back(&scale);
-    header.push_back(scale.title + ", " + scale.standard);
+    header.push_back(short_title(scale) + ", " + scale.standard);
   }
   header.emplace_back("spots");
   std::vector<std::vector<std::string>> rows;
@@ -235,6 +242,10 @@ std::vector<std::string> grade_lines(const GradeReport& report) {
 
 void write_grade_report(const fs::path& folder, const GradeReport& report) {
   HtmlPage page(report.series.series.name() + ": grades");
+  if (const std::optional<HistoryCard> card = read_history_card(report.series.history->folder())) {
+    page.paragraph(card->title + (card->about.empty() ? "" : ": " + card->about));
+    page.paragraph(credit_text(*card));
+  }
   for (const std::string& line : grade_lines(report))
     page.paragraph("At " + time_text(report, report.surface.times.back()) + ", " + line + ".");
   if (report.surface.edge_mm > 0.0)

@@ -108,6 +108,37 @@ void restrict_regions(std::vector<GradeRegion>& regions, const ImageU8& mask) {
   }
 }
 
+/// The scratch, and a pixel beside it.
+bool is_on_scribe(const Scribe& scribe, double pixel_mm, std::size_t pixel, int width) {
+  const double x = (static_cast<double>(pixel % static_cast<std::size_t>(width)) + 0.5) * pixel_mm,
+               y = (static_cast<double>(pixel / static_cast<std::size_t>(width)) + 0.5) * pixel_mm;
+  const double dx = scribe.x1 - scribe.x0, dy = scribe.y1 - scribe.y0, length = std::hypot(dx, dy);
+  const double along = std::clamp(((x - scribe.x0) * dx + (y - scribe.y0) * dy) / (length * length), 0.0, 1.0);
+  return std::hypot(x - scribe.x0 - along * dx, y - scribe.y0 - along * dy) <= 0.5 * scribe.width_mm + pixel_mm;
+}
+
+/// A scratch is no crack, nor are its edges.
+ImageU8 without_scribe(ImageU8 mask, Scribe scribe, double pixel_mm) {
+  scribe.width_mm += 2.0 * kRustMargin_px * pixel_mm;
+  for (std::size_t i = 0; i < mask.values().size(); ++i) {
+    if (is_on_scribe(scribe, pixel_mm, i, mask.width())) mask.data()[i] = 0;
+  }
+  return mask;
+}
+
+/// Rust that spreads from a scribe is creep, and no rust of the surface.
+RustFrame without_creep(RustFrame rust, const Scribe& scribe, double pixel_mm) {
+  std::vector<char> is_creep(rust.spots.size(), 0);
+  for (std::size_t i = 0; i < rust.labels.size(); ++i) {
+    if (rust.labels[i] >= 0 && is_on_scribe(scribe, pixel_mm, i, rust.coverage.width()))
+      is_creep[static_cast<std::size_t>(rust.labels[i])] = 1;
+  }
+  for (int& label : rust.labels) {
+    if (label >= 0 && is_creep[static_cast<std::size_t>(label)]) label = -1;
+  }
+  return rust;
+}
+
 GradedRegion begun(const GradeRegion& region, std::optional<double> pixel_mm, const RustRule& rule) {
   GradedRegion out{.name = region.name};
   for (const std::uint8_t v : region.mask.values()) out.num_pixels += v != 0 ? 1 : 0;
@@ -204,6 +235,7 @@ GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion
   const std::size_t shown_step = std::max<std::size_t>(1, (out.times.size() + kShownTimes - 2) / (kShownTimes - 1));
   for (std::size_t t = 0; t < out.times.size(); ++t) {
     const RustFrame rust = map.at(static_cast<int>(t));
+    const RustFrame counted = scribe && out.pixel_mm ? without_creep(rust, *scribe, *out.pixel_mm) : rust;
     const ImageF now = series.sample(out.times[t]);
     ImageF f0, roughness;
     if (has_gloss) {
@@ -214,14 +246,15 @@ GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion
     }
     ImageU8 cracks;
     if (has_unexposed && out.pixel_mm && t != unexposed)
-      cracks = cracks_of(before, now, mask, rust.coverage, options.crack_reach_px);
+      cracks = cracks_of(before, now, scribe ? without_scribe(mask, *scribe, *out.pixel_mm) : mask, rust.coverage,
+                         options.crack_reach_px);
     for (std::size_t r = 0; r < regions.size(); ++r) {
       const ImageU8& region = regions[r].mask;
       RegionFigures& figures = out.regions[r].times.emplace_back();
-      add_rust_figures(rust, region, out.pixel_mm, rule, figures);
+      add_rust_figures(counted, region, out.pixel_mm, rule, figures);
       if (has_unexposed) add_color_figures(before, now, rust.coverage, region, figures);
       if (has_gloss) add_gloss_figures(f0, roughness, rust.coverage, region, figures);
-      if (!cracks.empty()) add_crack_figures(cracks, region, *out.pixel_mm, figures);
+      if (has_unexposed && out.pixel_mm) add_crack_figures(cracks, region, *out.pixel_mm, figures);
       if (scribe && out.pixel_mm) add_creep_figures(rust.coverage, region, *out.pixel_mm, *scribe, figures);
     }
     if (t % shown_step == 0 || t + 1 == out.times.size()) out.shown.push_back({t, now, rust.coverage, cracks});

@@ -87,13 +87,15 @@ std::string distribution_of(const std::map<int, InRegion>& spots, const ImageU8&
   return is_localized(spots, region) ? "S" : "G";
 }
 
-std::array<double, 3> mean_color(const ImageF& image, const std::vector<std::size_t>& pixels) {
-  std::array<double, 3> sum{};
-  for (const std::size_t i : pixels) {
-    for (std::size_t c = 0; c < 3; ++c) sum[c] += static_cast<double>(image.data()[3 * i + c]);
+/// Medians: what stains tint is less than half of a coating that is measured.
+std::array<double, 3> median_color(const ImageF& image, const std::vector<std::size_t>& pixels) {
+  std::array<double, 3> color{};
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::vector<double> values;
+    for (const std::size_t i : pixels) values.push_back(static_cast<double>(image.data()[3 * i + c]));
+    color[c] = median(std::move(values));
   }
-  for (double& c : sum) c /= static_cast<double>(pixels.size());
-  return sum;
+  return color;
 }
 
 std::vector<std::size_t> clean_pixels(const ImageF& rust, const ImageU8& region) {
@@ -159,7 +161,7 @@ void add_color_figures(const ImageF& before, const ImageF& now, const ImageF& ru
                        RegionFigures& figures) {
   const std::vector<std::size_t> clean = clean_pixels(rust, region);
   if (clean.empty()) return;
-  const std::array<double, 3> a = mean_color(before, clean), b = mean_color(now, clean);
+  const std::array<double, 3> a = median_color(before, clean), b = median_color(now, clean);
   const std::array<double, 3> from = lab_from_linear(a[0], a[1], a[2]), to = lab_from_linear(b[0], b[1], b[2]);
   const double l = to[0] - from[0], da = to[1] - from[1], db = to[2] - from[2];
   set_exact(figures, "delta_e", std::sqrt(l * l + da * da + db * db));
@@ -186,11 +188,18 @@ void add_gloss_figures(const ImageF& f0, const ImageF& roughness, const ImageF& 
 
 void add_crack_figures(const ImageU8& cracks, const ImageU8& region, double pixel_mm, RegionFigures& figures) {
   constexpr double kArm_px = 8.0;
-  const CrackNetwork network = measure_cracks(cracks, region, kArm_px);
+  const CrackNetwork network = cracks.empty() ? CrackNetwork{} : measure_cracks(cracks, region, kArm_px);
+  if (!(network.length_px > 0.0)) {
+    set_exact(figures, "crack_mm_per_mm2", 0.0);
+    set_exact(figures, "crack_width_mm", 0.0);
+    return;
+  }
   double all = 0.0;
   for (const std::uint8_t v : region.values()) all += v != 0 ? 1.0 : 0.0;
   set_exact(figures, "crack_mm_per_mm2", network.length_px / (all * pixel_mm));
-  if (const std::optional<double> width = network.width_px()) set_exact(figures, "crack_width_mm", *width * pixel_mm);
+  // The edges of a crack are known to half a pixel each.
+  const double width = network.width_px().value_or(0.0) * pixel_mm;
+  slot(figures, "crack_width_mm") = GradedFigure{width, std::max(0.0, width - pixel_mm), width + pixel_mm};
 }
 
 void add_creep_figures(const ImageF& rust, const ImageU8& region, double pixel_mm, const Scribe& scribe,

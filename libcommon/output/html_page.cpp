@@ -53,6 +53,16 @@ td:last-child { padding-right: 0; min-width: 6rem; }
 .wide td:first-child { min-width: 9rem; overflow-wrap: anywhere; }
 .wide td:last-child { min-width: 20rem; }
 th { color: var(--soft); font-weight: 600; }
+@page { size: A4; margin: 15mm; }
+@media print {
+  :root { color-scheme: light; --ink: #000000; --soft: #444444; --line: #bbbbbb; --paper: #ffffff; --card: #ffffff; }
+  body { font-size: 10pt; }
+  main { max-width: none; padding: 0; }
+  .table { overflow: visible; }
+  th, td { white-space: normal; padding-right: 0.5rem; font-size: 8pt; }
+  tr, figure { break-inside: avoid; }
+  h2 { break-after: avoid; }
+}
 )css";
 
 constexpr std::string_view kScript = R"js(

@@ -106,15 +106,15 @@ void add_grade_table(HtmlPage& page, const GradeReport& report, const GradedRegi
     scales.push_back(&scale);
     header.push_back(short_title(scale) + ", " + scale.standard);
   }
-  header.emplace_back("spots");
+  header.insert(header.end(), {"spots", "mean, mm"});
   std::vector<std::vector<std::string>> rows;
   for (const std::size_t t : shown_rows(region.times.size())) {
     const RegionFigures& figures = region.times[t];
     std::vector<std::string>& row = rows.emplace_back();
     row.push_back(time_text(report, report.surface.times[t]));
     for (const GradeScale* scale : scales) row.push_back(grade_text(*scale, figures, least_of(*scale, region)));
-    row.push_back(std::to_string(figures.num_spots) +
-                  (figures.mean_spot_mm ? ", " + digits(*figures.mean_spot_mm) + " mm in the mean" : ""));
+    row.push_back(std::to_string(figures.num_spots));
+    row.push_back(figures.mean_spot_mm ? digits(*figures.mean_spot_mm) : "-");
   }
   page.table(header, rows);
 }

@@ -19,6 +19,8 @@ namespace {
 constexpr std::size_t kShownTimes = 4;
 constexpr float kPlainLightness = 50.0f;  // What no crack changes.
 
+constexpr double kLeastSlenderness = 4.0;  // Of a crack: length over mean width.
+
 /// Rust, with the pixels around it, is no crack.
 constexpr int kRustMargin_px = 3;
 
@@ -54,6 +56,25 @@ ImageF lightness_change(const ImageF& before, const ImageF& now) {
   return out;
 }
 
+/// Dark specks are no cracks: a crack's box has a diagonal of at least four times its mean width.
+ImageU8 long_ones(const ImageU8& cracks) {
+  cv::Mat mask(cracks.height(), cracks.width(), CV_8U), labels, stats, centers;
+  std::copy(cracks.values().begin(), cracks.values().end(), mask.begin<std::uint8_t>());
+  const int count = cv::connectedComponentsWithStats(mask, labels, stats, centers, 8);
+  std::vector<char> is_long(static_cast<std::size_t>(count), 0);
+  for (int k = 1; k < count; ++k) {
+    const double w = stats.at<int>(k, cv::CC_STAT_WIDTH), h = stats.at<int>(k, cv::CC_STAT_HEIGHT);
+    is_long[static_cast<std::size_t>(k)] = w * w + h * h >= kLeastSlenderness * stats.at<int>(k, cv::CC_STAT_AREA);
+  }
+  ImageU8 out = cracks;
+  for (int y = 0; y < out.height(); ++y) {
+    for (int x = 0; x < out.width(); ++x) {
+      if (!is_long[static_cast<std::size_t>(labels.at<int>(y, x))]) out.at(x, y) = 0;
+    }
+  }
+  return out;
+}
+
 ImageU8 cracks_of(const ImageF& before, const ImageF& now, const ImageU8& mask, const ImageF& rust, int reach_px) {
   ImageU8 bare = mask;
   for (int y = 0; y < bare.height(); ++y) {
@@ -66,7 +87,7 @@ ImageU8 cracks_of(const ImageF& before, const ImageF& now, const ImageU8& mask, 
     }
   }
   if (is_empty(bare)) return {bare.width(), bare.height()};
-  return find_cracks(lightness_change(before, now), bare, {.reach_px = reach_px});
+  return long_ones(find_cracks(lightness_change(before, now), bare, {.reach_px = reach_px}));
 }
 
 ImageU8 common_mask(const TextureSeries& series, const std::vector<double>& times) {

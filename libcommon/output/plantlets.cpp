@@ -36,19 +36,21 @@ constexpr std::array<double, 4> kLeafShades{0.45, 0.85, 0.85, 1.15};
 
 /// How leaves stand around a stem, in heights of the plant.
 struct LeafForm {
-  double lean, more_lean;   ///< Distance of a tip from the stem; by up to `more_lean` farther from leaf to leaf.
-  double half_width, tip;   ///< Of a leaf, in its middle; height of its tip.
+  double lean, more_lean;  ///< Distance of a tip from the stem; by up to `more_lean` farther from leaf to leaf.
+  double half_width, tip;  ///< Of a leaf, in its middle; height of its tip.
 };
 // Shoots with narrow leaves, tufts and flat rosettes.
-constexpr std::array<LeafForm, kNumPlantKinds> kForms{{{0.16, 0.3, 0.06, 1.0}, {0.35, 0.25, 0.14, 0.9}, {0.7, 0.3, 0.17, 0.5}}};
+constexpr std::array<LeafForm, kNumPlantKinds> kForms{
+    {{0.16, 0.3, 0.06, 1.0}, {0.35, 0.25, 0.14, 0.9}, {0.7, 0.3, 0.17, 0.5}}};
 
 // The leaf's points around an upright stem along z.
 std::array<Vec3, 4> leaf_points(const LeafForm& form, int leaf) {
-  const double angle = 2.0 * std::numbers::pi * leaf / kLeaves, lean = form.lean + form.more_lean * ((leaf * 7) % 3) / 2.0;
+  const double angle = 2.0 * std::numbers::pi * leaf / kLeaves,
+               lean = form.lean + form.more_lean * ((leaf * 7) % 3) / 2.0;
   const double c = std::cos(angle), s = std::sin(angle);
   const auto at = [&](double out, double side, double z) { return Vec3(out * c - side * s, out * s + side * c, z); };
-  return {at(0, 0, 0), at(lean * 0.5, -form.half_width, 0.55 * form.tip), at(lean * 0.5, form.half_width, 0.55 * form.tip),
-          at(lean, 0, form.tip)};
+  return {at(0, 0, 0), at(lean * 0.5, -form.half_width, 0.55 * form.tip),
+          at(lean * 0.5, form.half_width, 0.55 * form.tip), at(lean, 0, form.tip)};
 }
 
 /// A cushion is mostly of one kind: the tone that it has, and chance.
@@ -136,7 +138,8 @@ PlantShape plant_shape(int kind) {
   PlantShape shape;
   for (int leaf = 0; leaf < kLeaves; ++leaf) {
     const int first = static_cast<int>(shape.positions.size());
-    for (const Vec3& point : leaf_points(kForms[static_cast<std::size_t>(kind)], leaf)) shape.positions.push_back(point);
+    for (const Vec3& point : leaf_points(kForms[static_cast<std::size_t>(kind)], leaf))
+      shape.positions.push_back(point);
     shape.shades.insert(shape.shades.end(), kLeafShades.begin(), kLeafShades.end());
     for (const std::array<int, 3>& corners : kLeafTriangles)
       shape.triangles.push_back({first + corners[0], first + corners[1], first + corners[2]});

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "libcommon/geometry/mesh_refine.h"
 #include "libcommon/output/hit_corners.h"
 #include "libcommon/output/relief.h"
 #include "libcommon/output/render_light.h"
@@ -15,6 +16,10 @@ namespace patinate {
 namespace {
 
 constexpr int kMaxReliefTriangles = 1'200'000;
+// Lamps graze flat triangles where normals say that the surface is round: dark facets in dents, and corners at
+// outlines.
+constexpr double kCurvedEdge = 1.0 / 150;  // Longest edge, in diagonals.
+constexpr int kMaxCurvedTriangles = 200'000;
 constexpr double kLeafSpecular = 0.04;
 constexpr double kLeafRoughness = 0.7;
 constexpr double kLeastFacing = 0.02;  // Normals are bent to face the viewer by this.
@@ -57,6 +62,7 @@ SurfaceScene::SurfaceScene(const Mesh& mesh, SurfaceMaps maps, const RenderOptio
   scene_.emplace(mesh_);
   open_ = occlusion_at_vertices(mesh_, *scene_, box_.diagonal(), options, control.part(0.0, 0.5));
   if (options.ground) ground_.find_visibility(*scene_, options, control.part(0.5, 0.7));
+  curve();
   const std::vector<Plant> plants = find_plants(mesh, maps_, options, surface);
   const bool is_relief = !maps_.height.empty() && surface.relief > 0.0;
   if (is_relief) {
@@ -65,8 +71,16 @@ SurfaceScene::SurfaceScene(const Mesh& mesh, SurfaceMaps maps, const RenderOptio
   }
   if (!maps_.normals.empty()) tangents_ = corner_tangents(mesh_);
   plants_ = add_plants(mesh_, plants, open_);
-  if (is_relief || !plants.empty()) scene_.emplace(mesh_);
+  scene_.emplace(mesh_);
   control.report(1.0);
+}
+
+void SurfaceScene::curve() {
+  std::vector<std::array<int, 2>> parents;
+  mesh_ = refine_edges(std::move(mesh_), kCurvedEdge * box_.diagonal(),
+                       std::max(kMaxCurvedTriangles, mesh_.num_triangles()), RefineShape::Curved, parents);
+  for (const auto& [a, b] : parents)
+    open_.push_back(0.5f * (open_[static_cast<std::size_t>(a)] + open_[static_cast<std::size_t>(b)]));
 }
 
 double SurfaceScene::ray_offset() const { return kRayOffset * box_.diagonal(); }

@@ -52,6 +52,8 @@ class SurfaceScene {
  private:
   [[nodiscard]] SeenPoint point(const RayHit& hit, const Vec3& direction) const;
   void read_material(SeenPoint& point, const Vec2& uv) const;
+  /// Refines the mesh to the curves that its normals describe.
+  void curve();
   void read_leaf(SeenPoint& point, std::size_t triangle, const RayHit& hit) const;
 
   SurfaceMaps maps_;

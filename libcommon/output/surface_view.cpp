@@ -24,7 +24,8 @@ constexpr int kMirrorRays = 4;  // Per ray of the camera, where the mirror is ne
 constexpr double kMirrorBlur = 2.0;       // Solid angles of rays overlap by this, so that they do not show.
 constexpr double kDullRoughness = 0.6;    // Above it, where little is reflected, ambient visibility
 constexpr double kDullReflection = 0.15;  // stands for what a ray would meet.
-constexpr double kFaintMirror = 1e-4;     // Share of reflected light for which no ray is cast.
+constexpr double kDither = 0.011;  // A step of an 8-bit code at the backdrop's gray, as a share of its linear value.
+constexpr double kFaintMirror = 1e-4;  // Share of reflected light for which no ray is cast.
 constexpr std::int64_t kSurfaceRowsAChunk = 2;
 constexpr std::uint32_t kPixel = 33;  // Purpose of random streams.
 constexpr double kGolden = 0.6180339887498949;
@@ -37,6 +38,7 @@ struct Draws {
   Vec2 lamp_shift = Vec2::Zero();
   int sample = 0;
   int num_samples = 1;  ///< Of the pixel.
+  double dither = 0.0;  ///< [-0.5, 0.5), of the pixel.
 };
 
 /// One picture of a scene.
@@ -59,7 +61,7 @@ class Painter {
         kPixel);
     const Vec2 lamp_shift = pixel_shift(x, y), mirror_shift(random.uniform(), random.uniform());
     const double choice_shift = random.uniform();
-    Draws draws{.lamp_shift = lamp_shift, .num_samples = side * side};
+    Draws draws{.lamp_shift = lamp_shift, .num_samples = side * side, .dither = random.uniform() - 0.5};
     Vec3 sum = Vec3::Zero();
     for (int k = 0; k < draws.num_samples; ++k) {
       draws.sample = k;
@@ -84,12 +86,18 @@ class Painter {
   [[nodiscard]] Vec3 ray(double u, double v, const Draws& draws) const {
     const Vec3 direction = camera_.direction(u, v);
     if (const std::optional<SeenPoint> hit = scene_.first_hit(camera_.position, direction)) return surface(*hit, draws);
-    const Vec3 behind = shows_surroundings_ ? light_.around(direction, pixel_angle())
-                                            : Vec3::Constant(static_cast<double>(backdrop(options_, u, v)));
+    const Vec3 behind = shows_surroundings_
+                            ? light_.around(direction, pixel_angle())
+                            : Vec3::Constant(dithered(draws) * static_cast<double>(backdrop(options_, u, v)));
     const double fall = direction.dot(scene_.ground().up());
     if (!has_ground_ || !(fall < -1e-6)) return behind;
     const double distance = (scene_.ground().height() - camera_.position.dot(scene_.ground().up())) / fall;
     return ground_light(camera_.position + distance * direction, draws) * behind;
+  }
+
+  /// The studio's backdrop changes so slowly that codes of 8 bits would show as rings.
+  [[nodiscard]] double dithered(const Draws& draws) const {
+    return options_.backdrop == Backdrop::Studio ? 1.0 + kDither * draws.dither : 1.0;
   }
 
   [[nodiscard]] double pixel_angle() const {

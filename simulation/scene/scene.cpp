@@ -146,7 +146,8 @@ Behavior behavior_of_slider(double s, double absorb) {
   check_range("absorb", absorb, 0.0, 1.0);
   const double alive = 1.0 - absorb;
   const double floats = std::clamp(3.0 * s - 1.0, 0.0, 1.0);
-  // A tenth of the speed stays, so that a bounce leaves the surface while floating takes over. The source gives no value.
+  // A tenth of the speed stays, so that a bounce leaves the surface while floating takes over. The source gives no
+  // value.
   constexpr double kMaxBounceLoss = 0.9;
   return {.bounce = alive - alive * floats,
           .floating = alive * floats,

@@ -43,7 +43,7 @@ struct Counts {
   double clean = 0.0, false_alarms = 0.0;
 };
 
-void grade(const Panel& panel, const GradeRules& rules, Counts& counts) {
+void grade_panel(const Panel& panel, const GradeRules& rules, Counts& counts) {
   const int width = panel.options.width, height = panel.options.height;
   std::vector<ImageF> frames;
   for (const datasets::PanelFrame& frame : panel.frames) {
@@ -97,7 +97,7 @@ Counts grade_panels(std::uint64_t first, int number) {
   const GradeRules rules = standard_grade_rules();
   Counts counts;
   for (int k = 0; k < number; ++k)
-    grade(make_panel(drawn_options(first + static_cast<std::uint64_t>(k))), rules, counts);
+    grade_panel(make_panel(drawn_options(first + static_cast<std::uint64_t>(k))), rules, counts);
   std::cout << number << " panels from " << first << ": held " << counts.held << " of " << counts.all << ", right "
             << counts.right << " of " << counts.far << ", false alarms " << counts.false_alarms / counts.clean << "\n";
   return counts;

@@ -324,6 +324,25 @@ TEST(SurfaceView, LooksAtItsTargetFromItsDistance) {
   EXPECT_NEAR((camera.position + 7.0 * camera.direction(0.5, 0.5) - *o.target).norm(), 0.0, 1e-12);
 }
 
+TEST(SurfaceView, ACoarseBallIsAsRoundAsItsNormals) {
+  RenderOptions o;
+  o.width = o.height = 96;
+  o.samples = 4;
+  o.occlusion_samples = 0;
+  o.ground = false;
+  o.backdrop = Backdrop::White;
+  const auto covered = [&](int segments) {
+    const ImageF picture = SurfaceView(ball(1.0, segments), {.color = ImageF(1, 1, 3, 0.0f)}, o, {}).picture();
+    double sum = 0.0;
+    for (int y = 0; y < o.height; ++y) {
+      for (int x = 0; x < o.width; ++x) sum += picture.at(x, y, 1) < 0.5f ? 1.0 : 0.0;
+    }
+    return sum;
+  };
+  // Its flat triangles leave out a tenth of the disk: 1 - sin(pi / 4) / (pi / 4).
+  EXPECT_NEAR(covered(8) / covered(64), 1.0, 0.02);
+}
+
 TEST(Plants, StandWhereTheAmountIsHighAndStayWhenItGrows) {
   const Mesh mesh = plate(2.0, 0.0);
   SurfaceMaps maps{.color = kWhite, .plants = ImageF(2, 1, 1)};

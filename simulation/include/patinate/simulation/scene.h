@@ -147,8 +147,9 @@ struct Behavior {
   double deceleration_float = 0.3;
 };
 
-/// Figure 10's one slider, s in [0, 1]: in [0, 1/3] all bounce and lose ever more speed, up to nine tenths; in [1/3, 2/3]
-/// from bouncing to floating; in [2/3, 1] all float and lose ever more speed, up to all. `absorb` is kept at `absorb`.
+/// Figure 10's one slider, s in [0, 1]: in [0, 1/3] all bounce and lose ever more speed, up to nine tenths; in [1/3,
+/// 2/3] from bouncing to floating; in [2/3, 1] all float and lose ever more speed, up to all. `absorb` is kept at
+/// `absorb`.
 [[nodiscard]] Behavior behavior_of_slider(double s, double absorb = 0.1);
 
 /// What bounces are reflected about.

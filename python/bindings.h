@@ -21,6 +21,7 @@ void bind_simulation(pybind11::module_& module);
 void bind_simulate(pybind11::module_& module);
 void bind_recompose(pybind11::module_& module);
 void bind_compare(pybind11::module_& module);
+void bind_grade(pybind11::module_& module);
 void bind_evaluate(pybind11::module_& module);
 void bind_explain(pybind11::module_& module);
 void bind_factorize(pybind11::module_& module);

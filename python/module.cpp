@@ -51,6 +51,7 @@ PYBIND11_MODULE(_native, module) {
   bind_simulate(module);
   bind_recompose(module);
   bind_compare(module);
+  bind_grade(module);
   bind_evaluate(module);
   bind_explain(module);
   bind_factorize(module);

@@ -44,18 +44,18 @@ std::optional<analysis::TextureSeries> series_in_memory(const py::object& given)
       aged.shown, {.name = "atlas", .coordinates = aged.coordinates, .texel_mm = aged.surface.texel_size_mm});
 }
 
-namespace {
-
-using CompareKeywords = Seeded<analysis::CompareOptions>;
-
-analysis::TextureSeries series_from(const py::object& given, const char* name) {
+analysis::TextureSeries series_from(const std::string& function, const char* name, const py::object& given) {
   if (std::optional<analysis::TextureSeries> series = series_in_memory(given)) return *std::move(series);
   if (py::isinstance<py::str>(given) || py::hasattr(given, "__fspath__")) {
     const std::string path = path_from(given);
     return result_of({}, [=](const RunControl&) { return analysis::open_series(app::history_place(path)).series; });
   }
-  wrong_type("compare", name, given, "a History, an AgedMesh, or the path of a history or transfer");
+  wrong_type(function, name, given, "a History, an AgedMesh, or the path of a history or transfer");
 }
+
+namespace {
+
+using CompareKeywords = Seeded<analysis::CompareOptions>;
 
 py::dict section_of(analysis::Section section) {
   py::dict out;
@@ -111,7 +111,7 @@ void bind_compare(py::module_& module) {
         const RunArguments run = keywords.run();
         keywords.finish();
         options.options.seed = static_cast<std::uint64_t>(options.seed);
-        const analysis::TextureSeries left = series_from(a, "a"), right = series_from(b, "b");
+        const analysis::TextureSeries left = series_from("compare", "a", a), right = series_from("compare", "b", b);
         std::vector<analysis::Section> sections = result_of(
             run, [=](const RunControl& control) { return analysis::compare(left, right, options.options, control); });
         py::dict out;

@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 
 #include <optional>
+#include <string>
 
 #include "patinate/analysis/texture_series.h"
 
@@ -12,5 +13,9 @@ namespace patinate::python {
 
 /// A History or an AgedMesh; nothing for anything else.
 [[nodiscard]] std::optional<analysis::TextureSeries> series_in_memory(const pybind11::object& given);
+
+/// The same, or the path of a history or transfer. @throws TypeError, IoError
+[[nodiscard]] analysis::TextureSeries series_from(const std::string& function, const char* name,
+                                                  const pybind11::object& given);
 
 }  // namespace patinate::python

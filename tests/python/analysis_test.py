@@ -23,6 +23,28 @@ def ramp_history(rate, offset, size=12, num_frames=12):
     return patinate.history_from_arrays(np.stack(frames), times)
 
 
+class Grade(PythonCase):
+    def test_a_square_of_rust_has_its_area_and_grades(self):
+        # Gray paint of 100 x 80; in the second photograph 20 x 20 of it, 5 %, are rust.
+        frames = np.full((2, 80, 100, 3), 0.5, np.float32)
+        frames[1, 30:50, 40:60] = (0.2, 0.075, 0.03)
+        history = patinate.history_from_arrays(frames, [0.0, 100.0])
+        sample = patinate.grade(history, edge_mm=0)["sample"]
+        value, low, high = sample["figures"]["rusted_percent"][1]
+        self.assertAlmostEqual(value, 5.0, delta=0.05)
+        self.assertTrue(low < 5.0 < high)
+        self.assertEqual((sample["grades"]["ri"], sample["grades"]["d610"]), (["0", "4"], ["10", "4"]))
+        self.assertEqual(list(sample["spots"]), [0, 1])
+        left = np.zeros((80, 100), bool)
+        left[:, :50] = True
+        halves = patinate.grade(history, regions={"left": left, "right": ~left})
+        self.assertAlmostEqual(halves["left"]["figures"]["rusted_percent"][1, 0], 5.0, delta=0.2)
+        with self.assertRaisesRegex(patinate.InvalidInput, "lies over region left"):
+            patinate.grade(history, regions={"left": left, "more": left})
+        with self.assertRaisesRegex(patinate.InvalidInput, "scribe"):
+            patinate.grade(history, scribe=(1, 2, 3))
+
+
 class Compare(PythonCase):
     def test_figures_are_the_commands(self):
         self.run_patinate("ingest", "capture", "--deflicker", "-o", "deflickered")

@@ -1,0 +1,127 @@
+#include <pybind11/stl.h>
+
+#include <utility>
+
+#include "analysis/grading/grade_rules.h"
+#include "analysis/grading/graded_surface.h"
+#include "patinate/core/error.h"
+#include "python/analysis/py_series.h"
+#include "python/bindings.h"
+#include "python/support/arrays.h"
+#include "python/support/keywords.h"
+#include "python/support/signature.h"
+
+namespace patinate::python {
+
+namespace py = pybind11;
+
+namespace {
+
+std::vector<analysis::GradeRegion> regions_from(const py::object& given) {
+  std::vector<analysis::GradeRegion> regions;
+  if (given.is_none()) return regions;
+  if (!py::isinstance<py::dict>(given)) wrong_type("grade", "regions", given, "a dict of names and masks");
+  for (const auto& [name, mask] : py::cast<py::dict>(given)) {
+    const auto text = py::cast<std::string>(name);
+    regions.push_back({text, mask_from(py::reinterpret_borrow<py::object>(mask), "regions: " + text)});
+  }
+  return regions;
+}
+
+std::optional<analysis::Scribe> scribe_from(const py::object& given) {
+  if (given.is_none()) return std::nullopt;
+  const auto v = py::cast<std::vector<double>>(given);
+  if (v.size() != 5 || (v[0] == v[2] && v[1] == v[3]))
+    throw InvalidInput("scribe: expected (x0, y0, x1, y1, width) in mm with two different ends");
+  return analysis::Scribe{v[0], v[1], v[2], v[3], v[4]};
+}
+
+/// Times x (value, low, high), by name; what no time has is left out.
+py::dict figures_by_name(const analysis::GradedRegion& region) {
+  py::dict out;
+  for (const std::string_view name : analysis::kGradedFigureNames) {
+    const std::vector<std::optional<analysis::GradedFigure>> series = region.series(name);
+    ImageF table(3, static_cast<int>(series.size()), 1, std::numeric_limits<float>::quiet_NaN());
+    bool has_any = false;
+    for (std::size_t t = 0; t < series.size(); ++t) {
+      if (!series[t]) continue;
+      has_any = true;
+      const int y = static_cast<int>(t);
+      table.at(0, y) = static_cast<float>(series[t]->value);
+      table.at(1, y) = static_cast<float>(series[t]->low);
+      table.at(2, y) = static_cast<float>(series[t]->high);
+    }
+    if (has_any) out[std::string(name).c_str()] = array_of(std::move(table));
+  }
+  return out;
+}
+
+py::dict grades_by_scale(const analysis::GradedRegion& region, const analysis::GradeRules& rules) {
+  py::dict out;
+  for (const analysis::GradeScale& scale : rules.scales) {
+    py::list names;
+    bool has_any = false;
+    for (const std::optional<analysis::GradedFigure>& figure : region.series(scale.figure)) {
+      has_any = has_any || figure;
+      names.append(figure ? py::object(py::str(scale.grades[analysis::grade_index(scale, figure->value)].name))
+                          : py::object(py::none()));
+    }
+    if (has_any) out[scale.name.c_str()] = names;
+  }
+  return out;
+}
+
+}  // namespace
+
+void bind_grade(py::module_& module) {
+  define(
+      module,
+      FunctionText("grade", "Grades of standards for coatings by region and time: rust, cracks, creep, color, gloss.")
+          .takes("surface", "History | AgedMesh | str | os.PathLike[str]", "Or the path of a history or transfer")
+          .keyword("regions", "dict[str, NDArray[Any]] | None", "None",
+                   "Masks of the surface's size by name; None: the whole sample without its edge")
+          .keyword("scribe", "tuple[float, float, float, float, float] | None", "None",
+                   "x0, y0, x1, y1 and width of the scratch, mm")
+          .keyword("rules", "str | os.PathLike[str] | None", "None", "A file in place of the built-in scales")
+          .options<analysis::GradeOptions>()
+          .runs()
+          .returns("dict[str, dict[str, Any]]",
+                   "By region: times (N), figures (by name N x 3: value, low, high), grades (by scale a name a "
+                   "time), distribution (of rust, a letter a time), spots (N)")
+          .raises("InvalidInput if regions lie over each other or hold nothing; IoError"),
+      [](const py::object& surface, const py::kwargs& kwargs) {
+        Keywords keywords("grade", kwargs);
+        analysis::GradeOptions options;
+        const std::vector<analysis::GradeRegion> regions = regions_from(keywords.object("regions"));
+        const std::optional<analysis::Scribe> scribe = scribe_from(keywords.object("scribe"));
+        const py::object file = keywords.object("rules");
+        keywords.read(options);
+        const RunArguments run = keywords.run();
+        keywords.finish();
+        const analysis::GradeRules rules =
+            file.is_none() ? analysis::standard_grade_rules() : analysis::read_grade_rules(path_from(file));
+        const analysis::TextureSeries series = series_from("grade", "surface", surface);
+        const analysis::GradedSurface graded = result_of(run, [=](const RunControl& control) {
+          return analysis::grade_surface(series, regions, scribe, rules.rust, options, control);
+        });
+        py::dict out;
+        for (const analysis::GradedRegion& region : graded.regions) {
+          py::dict dict;
+          py::list letters;
+          std::vector<int> spots;
+          for (const analysis::RegionFigures& time : region.times) {
+            letters.append(time.distribution);
+            spots.push_back(time.num_spots);
+          }
+          dict["times"] = array_of(graded.times);
+          dict["figures"] = figures_by_name(region);
+          dict["grades"] = grades_by_scale(region, rules);
+          dict["distribution"] = letters;
+          dict["spots"] = spots;
+          out[region.name.c_str()] = dict;
+        }
+        return out;
+      });
+}
+
+}  // namespace patinate::python

@@ -73,6 +73,8 @@ TEST(Panel, RustCoversThePercentAskedForAtTheEnd) {
   const Panel clean = make_panel({.width = 64, .height = 64, .num_frames = 2, .edge_mm = 0.0, .rust = 0.0});
   EXPECT_TRUE(clean.spots.empty());
   EXPECT_EQ(clean.frames.back().figures.rust_percent, 0.0);
+  const Panel narrow = make_panel({.num_frames = 2, .edge_mm = 19.5, .rust = 5.0});  // A hundredth of the panel.
+  EXPECT_NEAR(narrow.frames.back().figures.rust_test_percent, 5.0, 5e-4 + 100.0 * 4.0 / (21.0 * 6400.0));
 }
 
 TEST(Panel, CoverageIsTheClosedFormOfASpotAndGrowsAsItSays) {

@@ -201,8 +201,8 @@ void add_noise(ImageF& field, const PanelOptions& o, std::uint32_t number, doubl
 void add_paint(PanelLayout& layout, const RunControl& control) {
   const PanelOptions& o = layout.options;
   layout.grain = layout.uneven = ImageF(o.width, o.height);
-  add_noise(layout.grain, o, 0, 0.3, 0.02f, control);  // Of pigments, orange peel, and how thick the paint lies.
-  add_noise(layout.grain, o, 1, 1.2, 0.025f, control);
+  add_noise(layout.grain, o, 0, 0.3, 0.03f, control);  // Of pigments, orange peel, and how thick the paint lies.
+  add_noise(layout.grain, o, 1, 1.2, 0.06f, control);
   add_noise(layout.grain, o, 2, 14.0, 0.03f, control);
   add_noise(layout.uneven, o, 3, 12.0, 0.8f, control);
   center(layout.grain, layout.test_area);

@@ -47,7 +47,7 @@ struct PanelOptions {
   double roughness = 0.15;                            ///< GGX of the paint's gloss before exposure; [0.05, 1].
   double roughness_end = 0.35;                        ///< And at the end.
   double blur_px = 0.7;   ///< Standard deviation of the lens's blur, of linear light; [0, 10].
-  double noise = 0.008;   ///< Standard deviation of photographs, in 8-bit sRGB codes / 255; [0, 0.5].
+  double noise = 0.005;   ///< Standard deviation of photographs, in 8-bit sRGB codes / 255; [0, 0.5].
   std::int64_t seed = 1;  ///< >= 0.
 
   [[nodiscard]] double width_mm() const { return width * pixel_mm; }

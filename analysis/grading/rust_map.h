@@ -42,7 +42,7 @@ struct RustFrame {
 /// Opacity of rust at every pixel and time, of which spots are made.
 class RustMap {
  public:
-  /// Reads every frame once or twice. Memory: a byte a pixel and frame. Cost: linear in both.
+  /// Reads every frame once or twice. Memory: two bytes a pixel and frame. Cost: linear in both.
   /// @throws InvalidInput if the mask is empty everywhere, or a frame has another size.
   RustMap(const GradedFrames& frames, const RustRule& rule, const RunControl& control = {});
 

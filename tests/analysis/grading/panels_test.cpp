@@ -31,8 +31,8 @@ PanelOptions drawn_options(std::uint64_t seed) {
   o.rust = seed % 10 == 9 ? 0.0 : std::exp(between(std::log(0.01), std::log(20.0)));
   o.stains = seed % 2 == 1 ? between(0, 15) : 0.0;
   o.edge_rust = between(0, 10);
-  o.paint = {between(35, 92), between(-12, 6), between(-12, 12)};
-  o.color_change = {between(-3, 6), 0.0, between(0, 6)};
+  o.paint = {between(35, 86), between(-10, 6), between(-10, 10)};
+  o.color_change = {between(-3, 5), 0.0, between(0, 6)};
   o.blur_px = between(0.4, 1.2);
   o.noise = between(0.003, 0.015);
   return o;

@@ -47,19 +47,7 @@ bool is_whole(const ScanView& view, int x, int y) {
   return true;
 }
 
-/// Whether every pixel that a bilinear sample at (u, v) is made of shows the surface around `p`, and it alone.
-bool is_sample_whole(const ScanView& view, const ImageU8& whole, double u, double v, const Vec3& p) {
-  const int x0 = static_cast<int>(std::floor(u)), y0 = static_cast<int>(std::floor(v));
-  for (int y = y0; y <= (v > y0 ? y0 + 1 : y0); ++y) {
-    for (int x = x0; x <= (u > x0 ? x0 + 1 : x0); ++x) {
-      if (!whole.contains(x, y) || whole.at(x, y) == 0) return false;
-      const double reach = kSameSurface * static_cast<double>(view.texel_size_mm.at(x, y));
-      if (!((pixel_vector(view.position_mm, x, y) - p).norm() < reach)) return false;
-    }
-  }
-  return true;
-}
-
+/// 255 where is_whole().
 ImageU8 whole_pixels(const ScanView& view, const RunControl& control) {
   ImageU8 whole(view.seen.width(), view.seen.height());
   parallel_for(whole.height(), kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
@@ -134,9 +122,8 @@ Mesh with_scan_normals(Mesh mesh, int num_rounds) {
 StepPlaces find_places(const ScanView& reference, const ScanView& step, const Camera& camera,
                        const RigidTransform& step_from_reference, const RunControl& control) {
   const int width = reference.seen.width(), height = reference.seen.height();
-  StepPlaces places{ImageF(width, height, 2), ImageU8(width, height), 0, 0.0};
+  StepPlaces places{ImageF(width, height, 2), ImageU8(width, height), whole_pixels(step, control.silent())};
   ImageF offsets(width, height, 1, -1.0f);
-  const ImageU8 whole = whole_pixels(step, control.silent());
   parallel_for(height, kRowChunk, control, [&](std::int64_t begin, std::int64_t end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
       for (int x = 0; x < width; ++x) {
@@ -151,7 +138,8 @@ StepPlaces find_places(const ScanView& reference, const ScanView& step, const Ca
         if (!step.seen.contains(column, row) || step.seen.at(column, row) == 0) continue;
         const Vec3 away = p - pixel_vector(step.position_mm, column, row);
         offsets.at(x, y) = static_cast<float>(std::abs(away.dot(pixel_vector(step.normal, column, row))));
-        if (!is_sample_whole(step, whole, u, v, p)) continue;
+        const double reach = kSameSurface * static_cast<double>(step.texel_size_mm.at(column, row));
+        if (places.whole.at(column, row) == 0 || !(away.norm() < reach)) continue;
         places.place_px.at(x, y, 0) = static_cast<float>(u);
         places.place_px.at(x, y, 1) = static_cast<float>(v);
         places.seen.at(x, y) = 255;
@@ -176,12 +164,15 @@ PlacedPhoto place_photo(const ImageF& photo, const StepPlaces& places, float sat
                    v = static_cast<double>(places.place_px.at(x, y, 1));
       const int x0 = static_cast<int>(std::floor(u)), y0 = static_cast<int>(std::floor(v));
       bool is_valid = true;
+      double used = 0.0;
       std::array<double, 3> sum{};
       for (int j = 0; j < 2 && is_valid; ++j) {
         for (int i = 0; i < 2 && is_valid; ++i) {
           const double weight = (i == 0 ? 1.0 - (u - x0) : u - x0) * (j == 0 ? 1.0 - (v - y0) : v - y0);
           if (!(weight > 0.0)) continue;
           is_valid = photo.contains(x0 + i, y0 + j);
+          if (is_valid && !is_inside(places.whole, x0 + i, y0 + j)) continue;
+          used += weight;
           for (int c = 0; c < channels && is_valid; ++c) {
             const float value = photo.at(x0 + i, y0 + j, c);
             is_valid = value < saturation;
@@ -190,7 +181,7 @@ PlacedPhoto place_photo(const ImageF& photo, const StepPlaces& places, float sat
         }
       }
       if (!is_valid) continue;
-      for (int c = 0; c < channels; ++c) out.values.at(x, y, c) = static_cast<float>(sum[c]);
+      for (int c = 0; c < channels; ++c) out.values.at(x, y, c) = static_cast<float>(sum[c] / used);
       out.valid.at(x, y) = 255;
     }
   }

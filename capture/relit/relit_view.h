@@ -46,21 +46,21 @@ struct ScanView {
 /// Where the pixels of the reference view lie in a step's photographs.
 struct StepPlaces {
   ImageF place_px;  ///< x 2: column and row; only where `seen`.
-  /// 255 where the step's photographs show the place of the surface, and it alone, in all pixels that a sample there is
-  /// made of and in all around each of them.
-  ImageU8 seen;
+  ImageU8 seen;     ///< 255 where the pixel nearest to the place of the surface is `whole`.
+  /// Of the step's photographs: 255 where a pixel shows the surface and it alone, and so do the eight around; empty:
+  /// all. Others have no part in a sample: one whose center lies on the object may have half of its area outside.
+  ImageU8 whole = {};
   std::int64_t num_on_scan = 0;  ///< Reference pixels at whose place the step's scan is seen at all.
   double offset_mm = 0.0;  ///< Median distance of the reference surface from the step's scan there, along the normal.
 };
 
 /// Places of the reference's surface in a step: moved into the step's scanner frame and projected. A place is not seen
-/// where the step's own scan hides it, where the scan is missing, or beside an outline, whose pixels show two surfaces:
-/// a pixel whose center lies on the object may have half of its area outside, and a place between pixels mixes it in.
+/// where the step's own scan hides it, where the scan is missing, or beside an outline, whose pixels show two surfaces.
 /// @param reference  The reference step's view; @param step  the step's own, by the same camera.
 [[nodiscard]] StepPlaces find_places(const ScanView& reference, const ScanView& step, const Camera& camera,
                                      const RigidTransform& step_from_reference, const RunControl& control = {});
 
-/// A photograph in the reference view, bilinear; and what of it counts.
+/// A photograph in the reference view, bilinear between whole pixels; and what of it counts.
 struct PlacedPhoto {
   ImageF values;  ///< H x W x C; 0 where not valid.
   ImageU8 valid;  ///< 255 where the place is seen and none of the pixels that it is made of is saturated.

@@ -68,7 +68,7 @@ TEST(RelitView, NothingFromOutsideIsMixedIntoTheRimOfAMovedObject) {
       EXPECT_NEAR(placed.values.data()[i], 1.0f, 1e-6f)
           << moved.transpose() << " at " << i % kSide << ", " << i / kSide;
     }
-    // Two pixels along the outline at most, three where both its pixels and a place between them take one.
+    // Two pixels along the outline are of no place: its own, and those beside them.
     const double least = 2.0 * kHalf_mm - 2.0 * 3.0;
     EXPECT_GE(num_valid, least * least) << moved.transpose();
   }

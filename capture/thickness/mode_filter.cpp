@@ -128,7 +128,8 @@ struct Layout {
 
 Layout make_layout(const ImageF& in, double low, double high, const ModeFilterOptions& options) {
   Layout layout;
-  layout.step = std::max(1.0, options.spatial_sigma_px / kStepsPerSigma);
+  const double window = options.spatial_sigma_px.value_or(kModeFilterWindow_px);
+  layout.step = std::max(1.0, window / kStepsPerSigma);
   const auto num_nodes = [&](int length) { return static_cast<int>(std::floor((length - 1) / layout.step)) + 2; };
   layout.num_columns = num_nodes(in.width());
   layout.num_rows = num_nodes(in.height());
@@ -136,7 +137,7 @@ Layout make_layout(const ImageF& in, double low, double high, const ModeFilterOp
   layout.bin_width = (high - low) / (options.num_bins - 1 - 2 * kMarginBins);
   layout.low = low - kMarginBins * layout.bin_width;
   // Linear weights between nodes add a variance of step^2 / 6 when splatting and again when reading; between bins once.
-  const double sigma = options.spatial_sigma_px / layout.step;
+  const double sigma = window / layout.step;
   layout.spatial_kernel = gaussian_kernel(layout.step > 1.0 ? std::sqrt(sigma * sigma - 2.0 / 6.0) : sigma);
   const double range_sigma = std::max(1.0, options.range_sigma / layout.bin_width);
   layout.peak_reach = static_cast<int>(std::lround(kPeakSigmas * range_sigma));
@@ -326,7 +327,10 @@ void filter_into(const ImageF& in, const ImageU8& mask, const ModeFilterOptions&
 }  // namespace
 
 void describe(OptionVisitor& v, ModeFilterOptions& o) {
-  v.visit({"spatial_sigma", "Gaussian window of the mode filter; larger than the widest crack", "px", {0.5, 10000}},
+  v.visit({"spatial_sigma",
+           "Gaussian window of the mode filter; larger than the widest crack; not given: as the layer asks for",
+           "px",
+           {0.5, 10000}},
           o.spatial_sigma_px);
   v.visit({"range_sigma", "Smoothing of the local histogram, in units of the image's value", "", above(0)},
           o.range_sigma);

@@ -25,6 +25,8 @@ constexpr double kLayerSigmas = 6.0;  ///< A window that is as wide as the layer
 constexpr int kNoiseDistance_px = 4;  ///< Neighbors of which only noise and grain are different.
 constexpr double kMadPerSigma = 0.6745 * std::numbers::sqrt2;  ///< Median of |a - b| for two normal numbers.
 
+double window_of(const ModeFilterOptions& options) { return options.spatial_sigma_px.value_or(kModeFilterWindow_px); }
+
 double median_of(std::vector<float>& values) {
   if (values.empty()) return 0.0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -134,11 +136,12 @@ double window_that_fills(const ImageF& light, const ImageF& before, const ImageU
                          double threshold, const ModeFilterOptions& options, const RunControl& control) {
   const double widest = std::sqrt(static_cast<double>(count_inside(mask))) / kLayerSigmas;
   ModeFilterOptions wider = options;
-  for (;;) {
-    wider.spatial_sigma_px = std::ceil(wider.spatial_sigma_px * kGrowth);
-    if (wider.spatial_sigma_px > widest) return 0.0;
+  for (double window = window_of(options);;) {
+    window = std::ceil(window * kGrowth);
+    if (window > widest) return 0.0;
+    wider.spatial_sigma_px = window;
     const ImageF filled = mode_filter(light, mask, wider, control);
-    if (is_filled_alone(before, filled, mask, holes, threshold, options.range_sigma)) return wider.spatial_sigma_px;
+    if (is_filled_alone(before, filled, mask, holes, threshold, options.range_sigma)) return window;
   }
 }
 
@@ -192,7 +195,7 @@ ImageU8 half_of(const ImageU8& known, int side, bool is_black) {
 ImageF layer_deviation(const ImageF& transmittance, const ImageU8& known, const ThicknessOptions& options,
                        const RunControl& control) {
   if (!transmittance.same_size(known)) throw InvalidInput("thickness: the light and its mask differ in size");
-  const double sigma = options.mode_filter.spatial_sigma_px;
+  const double sigma = window_of(options.mode_filter);
   const int side = std::max(2, static_cast<int>(std::lround(sigma / kSquares)));
   const RunControl quiet = control.silent();
   std::array<ImageF, 2> filled;
@@ -251,7 +254,7 @@ Passes filter_in_passes(const ImageF& in, const ImageU8& mask, const ThicknessOp
   passes.filled = passes.first.values;
   const RunControl quiet = control.silent();
   for (int pass = 1; pass <= options.num_refinements; ++pass) {
-    const ImageF trend = gaussian_blur(passes.filled, mask, kTrendSigmas * options.mode_filter.spatial_sigma_px, quiet);
+    const ImageF trend = gaussian_blur(passes.filled, mask, kTrendSigmas * window_of(options.mode_filter), quiet);
     ImageF rest = in;
     std::transform(in.values().begin(), in.values().end(), trend.values().begin(), rest.values().begin(),
                    std::minus<>());
@@ -296,7 +299,8 @@ ImageF fill_cracks(const ImageF& in, const ImageU8& mask, const ThicknessOptions
 }
 
 ThicknessMap thickness_from_transmission(const ImageF& photo, const ImageF& blank, const ImageU8& mask,
-                                         const ThicknessOptions& options, const RunControl& control) {
+                                         const ThicknessOptions& given, const RunControl& control) {
+  check_ranges(given);
   if (photo.channels() != 1 || (!blank.empty() && blank.channels() != 1)) {
     throw InvalidInput("thickness: the photographs must have one channel");
   }
@@ -322,13 +326,20 @@ ThicknessMap thickness_from_transmission(const ImageF& photo, const ImageF& blan
     throw InvalidInput(
         "thickness: the mask or the blank photograph leaves no pixel; the blank must be brighter than black");
   }
-  const double filtered_at = options.with_deviation ? 0.35 : 0.9;
-  Passes passes = filter_in_passes(transmittance, known, options, control.part(0.0, filtered_at));
+  ThicknessOptions options = given;
+  LayerWindow window{.sigma_px = window_of(given.mode_filter)};
+  if (!given.mode_filter.spatial_sigma_px) {
+    window = choose_layer_window(transmittance, known, given, control.part(0.0, 0.5));
+    options.mode_filter.spatial_sigma_px = window.sigma_px;
+  }
+  const double filtered_at = options.with_deviation ? 0.65 : 0.9;
+  Passes passes = filter_in_passes(transmittance, known, options, control.part(0.5, filtered_at));
   const RunControl quiet = control.silent();
   ThicknessMap map{.values = std::move(passes.filled),
                    .known = known,
                    .evidence = layer_evidence(transmittance, passes.first, passes.last ? *passes.last : passes.first,
-                                              known, options.mode_filter, quiet)};
+                                              known, options.mode_filter, quiet),
+                   .window = window};
   if (options.with_deviation)
     map.deviation = layer_deviation(transmittance, known, options, control.part(filtered_at, 1.0));
   for (int y = 0; y < photo.height(); ++y) {

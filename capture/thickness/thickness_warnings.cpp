@@ -55,4 +55,11 @@ std::vector<HistoryWarning> thickness_warnings(const LayerEvidence& evidence, co
   return warnings;
 }
 
+std::string layer_window_text(const LayerWindow& window) {
+  if (!window.is_chosen) return "";
+  return "a window of " + short_number_text(window.sigma_px) +
+         " px is what the layer asks for; it foretells the light of squares of " + std::to_string(window.gap_px) +
+         " px that are left out to " + fixed_percent_text(window.foretold_to) + " (--spatial-sigma sets another)";
+}
+
 }  // namespace patinate::capture

@@ -16,4 +16,7 @@ namespace patinate::capture {
 [[nodiscard]] std::vector<HistoryWarning> thickness_warnings(const LayerEvidence& evidence, const std::string& photo,
                                                              const ThicknessOptions& options);
 
+/// The window that a layer has chosen, and how well it foretells the layer; "" where it was given.
+[[nodiscard]] std::string layer_window_text(const LayerWindow& window);
+
 }  // namespace patinate::capture

@@ -132,16 +132,18 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
     for (HistoryWarning& warning : write_gloss(writer, work, folder, *gloss, control.part(0.35, 0.4)))
       writer.add_warning(std::move(warning));
   }
-  const std::optional<StaticLight> light = take_static_light_out(writer, work, folder, mask, control.part(0.35, 0.4));
+  SeriesLight light;
+  light.static_light = take_static_light_out(writer, work, folder, mask, control.part(0.35, 0.4));
   write_scan(writer, work, folder, mask);
   if (work.options.add_deviations) write_deviations(writer, work, folder, control.part(0.4, 0.5));
-  write_ingest_controls(writer, work, transmission, folder, mask,
-                        control.part(work.options.add_deviations ? 0.5 : 0.4, 0.7));
+  light.layer_window = write_ingest_controls(writer, work, transmission, folder, mask,
+                                             control.part(work.options.add_deviations ? 0.5 : 0.4, 0.7));
   for (HistoryWarning& warning : clipping_warnings(work.project, folder)) writer.add_warning(std::move(warning));
   const int num_frames = static_cast<int>(work.project.frames.size());
   for (HistoryWarning& warning : survey_warnings(read_survey_report(folder), num_frames, work.project.is_handheld()))
     writer.add_warning(std::move(warning));
-  for (HistoryWarning& warning : look_at_light(writer, work, folder, mask, given, light, control.part(0.7, 0.8)))
+  for (HistoryWarning& warning :
+       look_at_light(writer, work, folder, mask, given, std::move(light), control.part(0.7, 0.8)))
     writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : report_alignment(work, folder)) writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : report_patch(work, folder)) writer.add_warning(std::move(warning));

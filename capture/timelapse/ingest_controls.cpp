@@ -19,8 +19,8 @@ void write_given_control(HistoryWriter& writer, const CaptureProject& project, c
   writer.write_control(given.name, values, static_cast<double>(range.low), static_cast<double>(range.high), given.unit);
 }
 
-void write_thickness(HistoryWriter& writer, const IngestWork& work, const TransmissionLight& light, const ImageU8& mask,
-                     const RunControl& control) {
+LayerWindow write_thickness(HistoryWriter& writer, const IngestWork& work, const TransmissionLight& light,
+                            const ImageU8& mask, const RunControl& control) {
   try {
     ThicknessOptions options = work.options.thickness;
     options.with_deviation = work.options.add_deviations;
@@ -30,6 +30,7 @@ void write_thickness(HistoryWriter& writer, const IngestWork& work, const Transm
     const std::string name = work.project.transmission->photo.filename().string();
     for (HistoryWarning& warning : thickness_warnings(map.evidence, name, work.options.thickness))
       writer.add_warning(std::move(warning));
+    return map.window;
   } catch (const InvalidInput& e) {
     throw IoError(work.project.transmission->photo.string(), e.what());
   }
@@ -54,11 +55,14 @@ void write_progress(HistoryWriter& writer, const IngestWork& work, const fs::pat
 
 }  // namespace
 
-void write_ingest_controls(HistoryWriter& writer, const IngestWork& work, const TransmissionLight& transmission,
-                           const fs::path& folder, const ImageU8& mask, const RunControl& control) {
+std::optional<LayerWindow> write_ingest_controls(HistoryWriter& writer, const IngestWork& work,
+                                                 const TransmissionLight& transmission, const fs::path& folder,
+                                                 const ImageU8& mask, const RunControl& control) {
+  std::optional<LayerWindow> window;
   for (const GivenControl& given : work.project.controls) write_given_control(writer, work.project, given, mask);
-  if (work.project.transmission) write_thickness(writer, work, transmission, mask, control.part(0.0, 0.25));
+  if (work.project.transmission) window = write_thickness(writer, work, transmission, mask, control.part(0.0, 0.25));
   if (work.has_progress) write_progress(writer, work, folder, mask, control.part(0.25, 1.0));
+  return window;
 }
 
 }  // namespace patinate::capture

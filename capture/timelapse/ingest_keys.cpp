@@ -20,7 +20,7 @@ namespace {
 /// Raised whenever the same input gives other output.
 constexpr std::int64_t kStageVersion = 4;
 /// The same for what a transmission photograph becomes alone.
-constexpr std::int64_t kThicknessVersion = 2;
+constexpr std::int64_t kThicknessVersion = 3;
 /// The same for the page.
 constexpr std::int64_t kPageVersion = 1;
 

@@ -70,8 +70,10 @@ struct TransmissionLight {
 [[nodiscard]] TransmissionLight read_transmission_light(const IngestWork& work, const std::filesystem::path& folder,
                                                         const RunControl& control);
 /// Writes every control of the history in `folder`, whose frames are finished.
-/// @param mask  What is inside; may be empty.
-void write_ingest_controls(HistoryWriter& writer, const IngestWork& work, const TransmissionLight& transmission,
-                           const std::filesystem::path& folder, const ImageU8& mask, const RunControl& control);
+/// @param mask  What is inside; may be empty. @returns the window of the thickness, where there is one.
+std::optional<LayerWindow> write_ingest_controls(HistoryWriter& writer, const IngestWork& work,
+                                                 const TransmissionLight& transmission,
+                                                 const std::filesystem::path& folder, const ImageU8& mask,
+                                                 const RunControl& control);
 
 }  // namespace patinate::capture

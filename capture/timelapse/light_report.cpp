@@ -7,6 +7,7 @@
 
 #include "capture/project/photo_facts.h"
 #include "capture/stability/first_light.h"
+#include "capture/thickness/thickness_warnings.h"
 #include "capture/timelapse/ingest_warnings.h"
 #include "libcommon/core/median.h"
 #include "libcommon/core/text.h"
@@ -175,6 +176,11 @@ void add_light_report(Json& survey, const SeriesLight& report) {
         {"ranges", report.deflicker->ranges}, {"changed", changed}, {"unsure", report.deflicker->unsure}};
   }
   if (report.static_light) survey["static_light"] = static_light_json(*report.static_light);
+  if (report.layer_window) {
+    const LayerWindow& w = *report.layer_window;
+    survey["layer_window"] = {{"sigma_px", w.sigma_px}, {"is_chosen", w.is_chosen}};
+    if (w.is_chosen) survey["layer_window"].update({{"gap_px", w.gap_px}, {"foretold_to", w.foretold_to}});
+  }
   if (report.exif) {
     const ExifExposureReport& e = *report.exif;
     survey["exif_exposure"] = {{"ratio", e.ratio},
@@ -209,6 +215,16 @@ SeriesLight read_light_report(JsonReader& survey) {
     for (const JsonReader& photo : json.member("unsure").elements()) report.deflicker->unsure.push_back(photo.string());
   }
   if (survey.has("static_light")) report.static_light = read_static_light(survey.member("static_light"));
+  if (survey.has("layer_window")) {
+    JsonReader json = survey.member("layer_window");
+    LayerWindow window{.sigma_px = json.member("sigma_px").number(above(0)),
+                       .is_chosen = json.member("is_chosen").boolean()};
+    if (window.is_chosen) {
+      window.gap_px = static_cast<int>(json.member("gap_px").number(between(1, 10000)));
+      window.foretold_to = json.member("foretold_to").number(at_least(0));
+    }
+    report.layer_window = window;
+  }
   if (survey.has("exif_exposure")) {
     JsonReader json = survey.member("exif_exposure");
     JsonReader least = json.member("least"), most = json.member("most");
@@ -324,6 +340,8 @@ std::vector<std::string> light_notes(const SeriesLight& report) {
   if (report.deflicker) {
     notes.push_back(deflicker_text(*report.deflicker));
   }
+  if (report.layer_window && report.layer_window->is_chosen)
+    notes.push_back("thickness: " + layer_window_text(*report.layer_window));
   return notes;
 }
 

@@ -10,6 +10,7 @@
 #include "capture/project/frame_sources.h"
 #include "capture/stability/static_light.h"
 #include "capture/stability/uneven_light.h"
+#include "patinate/capture/thickness.h"
 #include "patinate/core/json.h"
 #include "patinate/history/history_value.h"
 
@@ -52,11 +53,12 @@ struct SeriesLight {
   std::optional<FlatFieldReport> flat_field;
   std::optional<DeflickerReport> deflicker;
   std::optional<StaticLight> static_light;  ///< What was taken out because it stayed while the surface was replaced.
+  std::optional<LayerWindow> layer_window;  ///< Of the thickness from transmitted light.
   std::optional<ExifExposureReport> exif;   ///< Where two photographs or more say it.
 };
 
-/// Members `uneven_light`, `flat_field`, `deflicker`, `static_light`, `exif_exposure` of survey.json, as far as there
-/// are.
+/// Members `uneven_light`, `flat_field`, `deflicker`, `static_light`, `layer_window`, `exif_exposure` of survey.json,
+/// as far as there are.
 void add_light_report(Json& survey, const SeriesLight& report);
 /// @throws IoError
 [[nodiscard]] SeriesLight read_light_report(JsonReader& survey);

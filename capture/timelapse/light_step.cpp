@@ -102,13 +102,11 @@ void refuse_worse_light(const IngestWork& work, const std::function<ImageF(int)>
 }
 
 std::vector<HistoryWarning> look_at_light(const HistoryWriter& writer, const IngestWork& work, const fs::path& folder,
-                                          const ImageU8& mask, const ImageU8& given,
-                                          const std::optional<StaticLight>& static_light, const RunControl& control) {
+                                          const ImageU8& mask, const ImageU8& given, SeriesLight report,
+                                          const RunControl& control) {
   const CaptureProject& project = work.project;
   const fs::path file = folder / kSurveyFile;
   Json survey = fs::exists(file) ? load_json(file) : survey_of_one();
-  SeriesLight report;
-  report.static_light = static_light;
   const PixelSize size = reduced_size(project, kUnevenLightSide);
   if (!project.rig) {  // A known lamp's light is divided out.
     report.uneven = find_uneven_light(small_frames(writer.manifest(), folder, size, control), small_mask(mask, size));

@@ -99,11 +99,10 @@ void mark_invalid(const ImageF& shares, Validity code, ImageU8& validity);
 /// Looks at the light of the finished frames, completes survey.json by it and by what the repairs did, and says what is
 /// to be warned of.
 /// @param mask  The history's; may be empty. @param given  What of it was given or found: all but what frames have
-/// masked; may be empty.
+/// masked; may be empty. @param report  What is known of it so far: static_light, layer_window.
 [[nodiscard]] std::vector<HistoryWarning> look_at_light(const HistoryWriter& writer, const IngestWork& work,
                                                         const std::filesystem::path& folder, const ImageU8& mask,
-                                                        const ImageU8& given,
-                                                        const std::optional<StaticLight>& static_light,
+                                                        const ImageU8& given, SeriesLight report,
                                                         const RunControl& control);
 
 }  // namespace patinate::capture

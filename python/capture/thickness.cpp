@@ -23,11 +23,11 @@ void bind_thickness(py::module_& module) {
           .options<capture::ThicknessOptions>()
           .keyword("deviation", "bool", "False", "Also the standard deviation by noise and grain: three times the work")
           .runs()
-          .returns(
-              "dict[str, Any]",
-              "values: H x W, larger is thicker, only ratios mean something, 0 outside; low, high: robust range; "
-              "known: H x W, 0 or "
-              "255; deviation: H x W, when asked for; weak_share, two_modes, hole_share: of the layer, what to doubt")
+          .returns("dict[str, Any]",
+                   "values: H x W, larger is thicker, only ratios mean something, 0 outside; low, high: robust range; "
+                   "known: H x W, 0 or "
+                   "255; window_px: the filter's; foretold_to: how well it foretells the layer, 0 where it was given; "
+                   "deviation: H x W, when asked for; weak_share, two_modes, hole_share: of the layer, what to doubt")
           .raises("InvalidInput if sizes differ or nothing is left"),
       [](const py::object& photo, const py::kwargs& kwargs) {
         Keywords keywords("thickness", kwargs);
@@ -50,6 +50,8 @@ void bind_thickness(py::module_& module) {
         out["high"] = map.high;
         out["known"] = array_of(std::move(map.known));
         if (options.with_deviation) out["deviation"] = array_of(std::move(map.deviation));
+        out["window_px"] = map.window.sigma_px;
+        out["foretold_to"] = map.window.foretold_to;
         out["weak_share"] = map.evidence.weak_share;
         out["two_modes"] = map.evidence.two_modes;
         out["hole_share"] = map.evidence.hole_share;

@@ -97,7 +97,8 @@ ImageF filter_each(const ImageF& in, const ImageU8& mask, const ModeFilterOption
     for (std::int64_t i = begin; i < end; ++i) {
       const int x = static_cast<int>(i % in.width()), y = static_cast<int>(i / in.width());
       if (!is_inside(mask, x, y)) continue;
-      const auto samples = window_samples(in, mask, x, y, options.spatial_sigma_px);
+      const auto samples =
+          window_samples(in, mask, x, y, options.spatial_sigma_px.value_or(capture::kModeFilterWindow_px));
       out.at(x, y) = static_cast<float>(mode(samples, static_cast<double>(in.at(x, y))));
     }
   });
@@ -108,7 +109,8 @@ ImageF filter_each(const ImageF& in, const ImageU8& mask, const ModeFilterOption
 
 double local_histogram(const ImageF& in, const ImageU8& mask, int x, int y, double value,
                        const ModeFilterOptions& options) {
-  return histogram(window_samples(in, mask, x, y, options.spatial_sigma_px), value, options.range_sigma);
+  return histogram(window_samples(in, mask, x, y, options.spatial_sigma_px.value_or(capture::kModeFilterWindow_px)),
+                   value, options.range_sigma);
 }
 
 ImageF mode_filter_reference(const ImageF& in, const ImageU8& mask, const ModeFilterOptions& options,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/thickness/thickness_warnings.h"
+#include "libcommon/core/median.h"
 #include "libcommon/core/random.h"
 #include "patinate/capture/thickness.h"
 
@@ -121,6 +122,61 @@ TEST(LayerEvidence, NoiseBeyondTheRangeIsNamedWithARangeThatSuits) {
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].text.find("less than half of its window"), std::string::npos) << warnings[0].text;
   EXPECT_NE(warnings[0].cure.find("--range-sigma 0.09"), std::string::npos) << warnings[0].cure;
+}
+
+/// Paint that curves with a period, with noise of 0.5 %, and cracks of clear glass: `width_px` of 40 columns.
+ImageF curved_layer(int width_px, double period_px) {
+  constexpr int kSide = 320;
+  ImageF photo(kSide, kSide);
+  RandomStream random(7, 0);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      const double paint =
+          static_cast<double>(kPaint) * (1.0 + 0.25 * std::sin(2.0 * std::numbers::pi * y / period_px));
+      const double light = (x + y / 4) % 40 < width_px ? static_cast<double>(kGlass) : paint;
+      photo.at(x, y) = static_cast<float>(light + 0.002 * random.normal());
+    }
+  }
+  return photo;
+}
+
+TEST(LayerWindow, IsNarrowWhereTheLayerCurvesAndWideWhereItsCracksAre) {
+  const LayerWindow curved = choose_layer_window(curved_layer(2, 80.0), {}, {}),
+                    cracked = choose_layer_window(curved_layer(18, 1e6), {}, {});
+  EXPECT_TRUE(curved.is_chosen);
+  EXPECT_TRUE(cracked.is_chosen);
+  // A window of a quarter of the period averages the curve away; one that is narrower than the cracks locks onto them.
+  EXPECT_LT(curved.sigma_px, 80.0 / 4.0);
+  EXPECT_GE(cracked.sigma_px, 18.0);
+  EXPECT_NEAR(cracked.gap_px, 18, 3);
+}
+
+TEST(LayerWindow, OfACurvedLayerLeavesLessThanHalfOfTheErrorOfTheOneNobodyChose) {
+  const ImageF photo = curved_layer(2, 80.0);
+  const auto error_with = [&](std::optional<double> sigma) {
+    ThicknessOptions options{.curve = ThicknessCurve::Linear};
+    options.mode_filter.spatial_sigma_px = sigma;
+    const ThicknessMap map = thickness_from_transmission(photo, {}, {}, options);
+    std::vector<double> errors;
+    for (int y = 20; y < photo.height() - 20; ++y) {
+      const double paint = static_cast<double>(kPaint) * (1.0 + 0.25 * std::sin(2.0 * std::numbers::pi * y / 80.0));
+      for (int x = 20; x < photo.width() - 20; ++x)
+        errors.push_back(std::abs(1.0 - static_cast<double>(map.values.at(x, y)) - paint));
+    }
+    return median(std::move(errors));
+  };
+  const double chosen = error_with({});
+  // A window averages a curve with the square of its width: one that is narrower by 1.5, the step between windows that
+  // are tried, has less than half of the error.
+  EXPECT_LT(chosen, 0.5 * error_with(kModeFilterWindow_px));
+}
+
+TEST(LayerWindow, ThatIsGivenIsKeptAndASmallLayerIsNotAsked) {
+  const ThicknessMap map = thickness_from_transmission(cracked_layer(160), {}, {}, with_window(kWindow_px));
+  EXPECT_FALSE(map.window.is_chosen);
+  EXPECT_EQ(map.window.sigma_px, kWindow_px);
+  EXPECT_EQ(layer_window_text(map.window), "");
+  EXPECT_FALSE(choose_layer_window(cracked_layer(40), {}, {}).is_chosen);
 }
 
 TEST(ModeFilterShares, AreThoseOfTwoValuesThatMeetAtAnEdge) {

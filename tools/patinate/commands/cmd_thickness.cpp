@@ -64,7 +64,7 @@ int cmd_thickness(CommandRun& run) {
   const Response curve = response_of(response);
 
   ContentHash hash;
-  hash.add("thickness 2").add(curve.text()).add_file(photo);
+  hash.add("thickness 3").add(curve.text()).add_file(photo);
   hash.add(blank.empty() ? "no blank" : "blank").add(mask.empty() ? "no mask" : "mask");
   if (!blank.empty()) hash.add_file(blank);
   if (!mask.empty()) hash.add_file(mask);
@@ -102,6 +102,7 @@ int cmd_thickness(CommandRun& run) {
   const std::vector<HistoryWarning> warnings =
       capture::thickness_warnings(seen, photo.filename().string(), options.thickness);
   for (const HistoryWarning& warning : warnings) run.warn(warning_text(warning));
+  if (map.window.is_chosen) run.note(capture::layer_window_text(map.window));
   run.note("the commonest value covers " + fixed_percent_text(seen.share) + " of its window in the median, less than " +
            "half in " + fixed_percent_text(seen.weak_share) + " of the layer; two values compete in " +
            fixed_percent_text(seen.two_modes));
@@ -114,6 +115,8 @@ int cmd_thickness(CommandRun& run) {
                          {"weak_share", seen.weak_share},
                          {"two_modes_share", seen.two_modes},
                          {"hole_share", seen.hole_share},
+                         {"window_px", map.window.sigma_px},
+                         {"foretold_to", map.window.is_chosen ? Json(map.window.foretold_to) : Json()},
                          {"warnings", warnings_json(warnings)}});
   return 0;
 }

@@ -3,15 +3,21 @@
 /// fills its cracks without blurring what surrounds them: the dominant mode of the local histogram.
 #pragma once
 
+#include <optional>
+
 #include "patinate/core/options.h"
 #include "patinate/core/run_control.h"
 #include "patinate/image/image.h"
 
 namespace patinate::capture {
 
+inline constexpr double kModeFilterWindow_px = 20.0;  ///< Where neither a caller nor a layer says.
+
 /// Settings of mode_filter().
 struct ModeFilterOptions {
-  double spatial_sigma_px = 20.0;  ///< Gaussian window; >= 0.5. Larger than the widest crack.
+  /// Gaussian window; >= 0.5. Larger than the widest crack. Not given: kModeFilterWindow_px; of a layer's thickness the
+  /// window that the layer asks for (choose_layer_window()).
+  std::optional<double> spatial_sigma_px = {};
   double range_sigma = 0.02;  ///< Histogram smoothing, in units of the image's value; > 0. At least one bin is used.
   int num_bins = 128;         ///< [16, 4096] over the image's range of values. Peaks are refined between bins.
 };
@@ -91,6 +97,27 @@ struct LayerEvidence {
   double filling_sigma_px = 0.0;
 };
 
+/// The window of the mode filter that a layer asks for, and how well it tells the layer.
+struct LayerWindow {
+  double sigma_px = kModeFilterWindow_px;
+  bool is_chosen = false;  ///< By the layer; else it was given, or the layer is too small to be asked.
+  int gap_px = 0;          ///< Side of the squares that were left out: as wide as its cracks.
+  /// Robust standard deviation of the light in these squares from what the filter foretells without them, over the
+  /// light: how well the layer's trend is known where cracks are. 0 where it was not asked.
+  double foretold_to = 0.0;
+};
+
+/// A chess board's black squares, as wide as the layer's cracks, are left out and foretold from the white ones by
+/// fill_cracks(); the median over the squares of |median light - foretold| is what a window misses: the trend where it
+/// is too wide, the layer itself where it is narrower than the cracks. From kModeFilterWindow_px on windows 1.5 times
+/// narrower and wider are tried until the best has worse neighbors, from 6 px up to a sixth of the layer's side; of the
+/// best and the next wider one the wider is taken if it is within the best one's standard error.
+/// @param transmittance  T, H x W x 1, finite inside `mask`. @param mask  H x W; may be empty.
+/// @returns the default window, not chosen, where there are fewer than 50 squares.
+/// Cost: that of three to six fill_cracks().
+[[nodiscard]] LayerWindow choose_layer_window(const ImageF& transmittance, const ImageU8& mask,
+                                              const ThicknessOptions& options, const RunControl& control = {});
+
 /// A thickness map; only ratios to other values of the same map mean something.
 struct ThicknessMap {
   ImageF values;     ///< H x W x 1, finite; larger is thicker; 0 outside.
@@ -98,11 +125,13 @@ struct ThicknessMap {
   double high = 0.0;
   ImageU8 known;  ///< H x W; 0 outside the mask and where the blank is black.
   LayerEvidence evidence = {};
+  LayerWindow window = {};
   /// Standard deviation of `values` by noise and grain (layer_deviation.h); empty unless asked for.
   ImageF deviation = {};
 };
 
-/// T = photo / blank (or the photo), cracks filled by fill_cracks(), then the curve.
+/// T = photo / blank (or the photo), cracks filled by fill_cracks(), in the window that the layer asks for where none
+/// is given, then the curve.
 /// T is limited to [1/1024, 1]: less is not told from black. Where the blank is darker than 1/1024, T is unknown: such
 /// pixels count as outside.
 /// @param photo  H x W x 1, linear transmitted light, finite inside `mask`.

@@ -283,11 +283,17 @@ class JointSolver {
     Vec6 unit;
     unit << 1, 1, 1, scale, scale, scale;
     std::vector<double> squares(scans_.size(), 0.0);
+    std::vector<Vec6> misjudged(scans_.size(), Vec6::Zero());
     std::vector<int> counts(scans_.size(), 0);
     for (RegistrationEdge& e : result_.edges) {
       const PairRegistration joint =
           judge_pose(scan(e.target), scan(e.source), relative(e.target, e.source), options_, {});
       e.median_residual = joint.median_residual;
+      if (e.target == reference_ || e.source == reference_) {
+        const int k = e.target == reference_ ? e.source : e.target;
+        result_.scans[k].staying = joint.staying;
+        misjudged[k] = joint.misjudged;
+      }
       for (const int k : {e.target, e.source}) {
         RegisteredScan& s = result_.scans[k];
         squares[k] += joint.num_pairs * joint.rms_residual * joint.rms_residual;
@@ -313,6 +319,9 @@ class JointSolver {
       const RigidTransform about{Eigen::Matrix3d::Identity(), -(s.center - scan(reference_).middle()) / scale};
       const Matrix6 to_center = adjoint(about);
       s.covariance = unit.asDiagonal() * (to_center * covariances[i] * to_center.transpose()) * unit.asDiagonal();
+      Vec6 moved = misjudged[i];  // About the reference's middle, or nearly so: what it is there, it is at the scan's.
+      moved.tail<3>() += Vec3(moved.head<3>()).cross(s.center - scan(reference_).middle());
+      s.covariance += moved * moved.transpose();
       name_unconstrained_dofs(k, s);
     }
   }

@@ -26,12 +26,14 @@ struct RegistrationEdge {
 struct RegisteredScan {
   RegistrationStatus status = RegistrationStatus::TooFewPairs;
   RigidTransform reference_from_scan;
-  int partner = -1;                      ///< Scan that it overlaps most with; -1 = none.
-  double overlap = 0.0;                  ///< With it.
-  double rms_residual = 0.0;             ///< Over all its edges, in the joint poses.
-  Matrix6 covariance = Matrix6::Zero();  ///< Of (rotation in radians, shift) about `center`; 0 for the reference. As in
-                                         ///< PairRegistration.
-  Vec3 center = Vec3::Zero();            ///< The scan's middle in the reference's frame.
+  int partner = -1;           ///< Scan that it overlaps most with; -1 = none.
+  double overlap = 0.0;       ///< With it.
+  double rms_residual = 0.0;  ///< Over all its edges, in the joint poses.
+  /// Of (rotation in radians, shift) about `center`; 0 for the reference. As in PairRegistration, and what the pose
+  /// would move by were the changed share misjudged, where it overlaps with the reference.
+  Matrix6 covariance = Matrix6::Zero();
+  double staying = 1.0;        ///< As in PairRegistration, since the reference; 1 where the two do not overlap.
+  Vec3 center = Vec3::Zero();  ///< The scan's middle in the reference's frame.
   std::vector<UnconstrainedDof> unconstrained_dofs;  ///< In the reference's frame.
   bool is_found_by_search = false;
 };

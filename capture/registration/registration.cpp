@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "capture/registration/changed_surface.h"
 #include "capture/registration/prepared_scan.h"
 #include "capture/registration/rotation_search.h"
 #include "capture/registration/unconstrained_dof.h"
@@ -178,6 +179,9 @@ PairRegistration judge(const PreparedScan& target, const PreparedScan& source, c
   r.median_residual = target.scale() * a.median_residual;
   r.rms_residual = target.scale() * std::sqrt(a.sums.weighted_squares / a.sums.weight);
   r.covariance = covariance_of(a.sums, target, source);
+  const ChangedSurface changed = look_for_change(target, source, a.target_from_source);
+  r.staying = changed.staying;
+  r.misjudged = changed.misjudged;
   const double distance = target.fine().distance();
   const double most_residual =
       std::max(kMostResidual * distance, kMostScatter * std::sqrt(a.sums.variance / a.sums.weight));

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "capture/registration/changed_surface.h"
 #include "capture/relit/relit_work.h"
 #include "capture/unlighting/unlight_job.h"
 #include "libcommon/core/hash.h"
@@ -219,6 +220,26 @@ void write_controls(HistoryWriter& writer, const RelitWork& work, const fs::path
       static_cast<double>(percentiles(read_gray(folder / HistoryWriter::map_file("texel_size")), mask, 0.5, 0.5).low));
 }
 
+/// Of steps whose pose was found by a surface of which most has changed.
+std::vector<HistoryWarning> pose_warnings(const std::vector<RelitStepFacts>& facts) {
+  std::vector<HistoryWarning> warnings;
+  for (const RelitStepFacts& f : facts) {
+    if (!f.frame || !f.pose.registration || f.pose.registration->staying >= ChangedSurface::kLeastStaying) continue;
+    const RelitRegistration& found = *f.pose.registration;
+    const std::string name = "step " + std::to_string(f.step);
+    warnings.push_back(
+        {.about = WarningSubject::Motion,
+         .text = name + ": only " + fixed_percent_text(found.staying) +
+                 " of its surface lies where the reference's does, so that nothing tells which part has "
+                 "stayed; its pose may be off by " +
+                 short_number_text(rounded(found.stddev_mm, 2)) + " mm, and heights with it",
+         .cure = "give it a `transform` (of a mount, or by targets), or scan something that stays as well",
+         .share = 1.0 - found.staying,
+         .photos = {name}});
+  }
+  return warnings;
+}
+
 void join(const RelitWork& work, const fs::path& folder, const RunControl& control) {
   HistoryWriter writer(folder, work.manifest());
   std::vector<RelitStepFacts> facts;
@@ -230,6 +251,7 @@ void join(const RelitWork& work, const fs::path& folder, const RunControl& contr
   const ImageU8 mask = write_frames(writer, work, folder, kept, control.part(0.0, 0.7));
   writer.write_mask(mask);
   write_controls(writer, work, folder, mask, control.part(0.7, 0.9));
+  for (HistoryWarning& warning : pose_warnings(facts)) writer.add_warning(std::move(warning));
   write_relit_report(writer.manifest(), work, folder, facts, mask, control.part(0.9, 1.0));
   writer.finish();
   control.report(1.0);

@@ -22,7 +22,8 @@ RelitPose pose_of(const JointRegistration& result, std::size_t scan) {
       .overlap = found.overlap,
       .is_found_by_search = found.is_found_by_search,
       .stddev_deg = degrees * std::sqrt(std::max(0.0, found.covariance.topLeftCorner<3, 3>().trace())),
-      .stddev_mm = std::sqrt(std::max(0.0, found.covariance.bottomRightCorner<3, 3>().trace()))};
+      .stddev_mm = std::sqrt(std::max(0.0, found.covariance.bottomRightCorner<3, 3>().trace())),
+      .staying = found.staying};
   for (const RegistrationEdge& edge : result.edges) {
     const bool is_of_scan = edge.target == static_cast<int>(scan) || edge.source == static_cast<int>(scan);
     if (edge.is_used && is_of_scan) facts.num_pairs += edge.pair.num_pairs;

@@ -17,12 +17,14 @@ namespace {
 
 RelitRegistration facts_of(const PairRegistration& r) {
   const double degrees = 180.0 / std::numbers::pi;
+  const Matrix6 covariance = r.covariance + r.misjudged * r.misjudged.transpose();
   RelitRegistration facts{.rms_mm = r.rms_residual,
                           .overlap = r.overlap,
                           .num_pairs = r.num_pairs,
                           .is_found_by_search = r.is_found_by_search,
-                          .stddev_deg = degrees * std::sqrt(std::max(0.0, r.covariance.topLeftCorner<3, 3>().trace())),
-                          .stddev_mm = std::sqrt(std::max(0.0, r.covariance.bottomRightCorner<3, 3>().trace()))};
+                          .stddev_deg = degrees * std::sqrt(std::max(0.0, covariance.topLeftCorner<3, 3>().trace())),
+                          .stddev_mm = std::sqrt(std::max(0.0, covariance.bottomRightCorner<3, 3>().trace())),
+                          .staying = r.staying};
   for (const UnconstrainedDof& motion : r.unconstrained_dofs) facts.unconstrained_dofs.push_back(text_of(motion));
   return facts;
 }

@@ -33,7 +33,8 @@ struct RelitRegistration {
   double overlap = 0.0;
   int num_pairs = 0;
   bool is_found_by_search = false;
-  double stddev_deg = 0.0, stddev_mm = 0.0;          ///< Of the pose.
+  double stddev_deg = 0.0, stddev_mm = 0.0;  ///< Of the pose, as far as the surface that stayed may be misjudged, too.
+  double staying = 1.0;                      ///< Share of the surface that lies where the reference's does.
   std::vector<std::string> unconstrained_dofs = {};  ///< As text_of() says them.
 };
 

@@ -69,6 +69,12 @@ struct PairRegistration {
   /// scanner's calibration) are not in it.
   Matrix6 covariance = Matrix6::Zero();
   Vec3 center = Vec3::Zero();  ///< Middle of the target scan.
+  /// Share of the partners that lie no farther apart than the points' own scatter makes them, [0, 1]: where it is
+  /// small, most of the surface has changed.
+  double staying = 1.0;
+  /// What the pose would move by, as in `covariance`, were the changed share misjudged (changed_surface.h); 0 for a
+  /// surface that stays.
+  Vec6 misjudged = Vec6::Zero();
   std::vector<UnconstrainedDof>
       unconstrained_dofs;  ///< What the shape does not constrain; then Degenerate, and held at the start's value.
   int num_pairs = 0;

@@ -3,6 +3,7 @@
 #include <ceres/ceres.h>
 
 #include <cmath>
+#include <memory>
 
 #include "libcommon/core/median.h"
 #include "libcommon/core/silent_log.h"
@@ -16,11 +17,20 @@ constexpr double kMinCondition = 1e-13;
 
 }  // namespace
 
-SolveReport solve_quietly(ceres::Problem& problem, int max_iterations) {
+SolveReport solve_quietly(ceres::Problem& problem, int max_iterations, const std::vector<double*>& independent) {
   const SilentLog silent;
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   if (problem.NumResiduals() > 2000) options.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
+  if (!independent.empty()) {
+    std::vector<double*> blocks;
+    problem.GetParameterBlocks(&blocks);
+    auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+    for (double* block : blocks) ordering->AddElementToGroup(block, 1);
+    for (double* block : independent) ordering->AddElementToGroup(block, 0);
+    options.linear_solver_type = ceres::DENSE_SCHUR;
+    options.linear_solver_ordering = ordering;
+  }
   options.max_num_iterations = max_iterations;
   options.function_tolerance = 1e-16;
   options.parameter_tolerance = 1e-12;

@@ -18,7 +18,10 @@ struct SolveReport {
 };
 /// Dense, one thread (sums in one order: equal bits), nothing printed; until a step changes parameters by less than
 /// 1e-12 of their size.
-SolveReport solve_quietly(ceres::Problem& problem, int max_iterations = 200);
+/// @param independent  Blocks of which no two stand in one residual, as those of each photograph alone: they are solved
+/// for first (Schur's complement), so that their number costs little. Empty = none.
+SolveReport solve_quietly(ceres::Problem& problem, int max_iterations = 200,
+                          const std::vector<double*>& independent = {});
 
 /// Gauss-Newton's view of a solution. Parameters are stacked as `blocks` are given, each in its tangent space.
 struct Information {

@@ -1,5 +1,6 @@
 /// \file
-/// 3 x 3 matrices between color spaces, and what a profile of curves and a matrix becomes. Inside of image input only.
+/// 3 x 3 matrices between color spaces, and what a profile of curves and a matrix becomes. Inside of image input, and
+/// for colors that are stated for D50.
 #pragma once
 
 #include <array>

@@ -61,7 +61,7 @@ JobPlan plan_history(const std::filesystem::path& capture, const std::filesystem
   refuse(option_values(relit), option_values(RelitOptions{}), lamp_options(),
          "is for captures under lamps (kind relit); " + file.string() + " is of a fixed camera");
   options.accept_failed = relit.accept_failed;
-  return plan_ingest(read_capture_project(file, options.align), options, output);
+  return plan_ingest(read_capture_project(file, options.align, options.chart), options, output);
 }
 
 void make_history(const std::filesystem::path& capture, const std::filesystem::path& output,

@@ -15,9 +15,9 @@
 namespace patinate::capture {
 
 /// Names of IngestOptions that mean nothing for scans under lamps.
-inline constexpr std::array<std::string_view, 10> kFixedCameraOptions{
-    "align",      "align_model", "align_to",  "mask_background", "static_light",
-    "deviations", "stabilize",   "deflicker", "flat_field",      "highlights"};
+inline constexpr std::array<std::string_view, 11> kFixedCameraOptions{
+    "align",      "chart",     "align_model", "align_to",   "mask_background", "static_light",
+    "deviations", "stabilize", "deflicker",   "flat_field", "highlights"};
 
 /// Names of RelitOptions that mean nothing without lamps: all but `accept_failed`.
 [[nodiscard]] std::vector<std::string> lamp_options();

@@ -175,7 +175,7 @@ bool CaptureProject::is_handheld() const {
          std::any_of(frames.begin(), frames.end(), [](const CapturePhoto& p) { return p.transform.has_value(); });
 }
 
-CaptureProject read_capture_project(const fs::path& file, const AlignOptions& align) {
+CaptureProject read_capture_project(const fs::path& file, const AlignOptions& align, const ChartOptions& chart) {
   const Json document = load_json(file);
   JsonReader json(file.string(), document);
   json.expect_format("patinate.capture", 1);
@@ -197,6 +197,7 @@ CaptureProject read_capture_project(const fs::path& file, const AlignOptions& al
   project.align = read_align_settings(json, align);
   read_reference(project);
   read_geometry(json, project);
+  project.chart = read_chart_settings(json, chart, sources.num_images, project.frames);
   if (json.has("transmission")) project.transmission = read_transmission(json.member("transmission"), project);
   const std::optional<JsonReader> unit = json.has("unit") ? std::optional(json.member("unit")) : std::nullopt;
   if (unit) (void)unit->choice(kLengthUnitNames);

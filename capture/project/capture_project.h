@@ -10,6 +10,7 @@
 #include "capture/alignment/alignment.h"
 #include "capture/project/align_settings.h"
 #include "capture/project/capture_rig.h"
+#include "capture/project/chart_settings.h"
 #include "capture/project/frame_sources.h"
 #include "libcommon/history/appearance.h"
 #include "patinate/core/json.h"
@@ -79,6 +80,7 @@ struct CaptureProject {
   Appearance appearance;  ///< What is stated of the material beside its color; may be empty.
   std::optional<std::filesystem::path> mask;
   std::optional<PixelRectangle> reference_patch;  ///< Of the reference photograph: its color does not change.
+  std::optional<ChartSettings> chart;             ///< Colors are measured by it.
   std::optional<double> texel_size_mm;            ///< Surface length of a pixel of the photographs.
 
   /// Size of the history: the roi times scale, rounded, at least 1.
@@ -89,9 +91,10 @@ struct CaptureProject {
 };
 
 /// Reads and checks a project: every file is there, is an image, and has the right size; pixels are not decoded.
-/// @param align  What the command line says of aligning, over what the project says.
+/// @param align,chart  What the command line says of aligning and of a chart, over what the project says.
 /// @throws IoError / InvalidInput naming the file and what is wrong.
-[[nodiscard]] CaptureProject read_capture_project(const std::filesystem::path& file, const AlignOptions& align = {});
+[[nodiscard]] CaptureProject read_capture_project(const std::filesystem::path& file, const AlignOptions& align = {},
+                                                  const ChartOptions& chart = {});
 
 /// Cuts the roi out and scales it (area averages). An image of the history's size is taken as it is.
 /// @param image  As large as the photographs or the history. @throws IoError naming `file` if it is neither.

@@ -250,6 +250,19 @@ std::vector<std::string> photo_names(const std::vector<CapturePhoto>& photos) {
   return names;
 }
 
+CapturePhoto photo_of(const fs::path& file, const ImageInfo& info) {
+  return {.file = file,
+          .has_alpha = info.has_alpha(),
+          .has_codes = info.is_integer && !info.is_raw,
+          .is_raw = info.is_raw,
+          .is_encoded = info.encoding != nullptr,
+          .facts = info.facts,
+          .exposure = info.exposure,
+          .said_time = info.num_frames > 1 ? "" : photo_time_text(file, info),
+          .width = info.width,
+          .height = info.height};
+}
+
 Eigen::Matrix3d read_transform(const JsonReader& json) {
   const std::vector<double> n = json.numbers(9);
   Eigen::Matrix3d h;
@@ -275,6 +288,7 @@ FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
     frames.member("start").fail("no `start` without `interval`");
   }
   const std::set<int> excluded = excluded_numbers(json, images.size());
+  sources.num_images = static_cast<int>(images.size());
   sources.excluded.assign(excluded.begin(), excluded.end());
   const std::vector<bool> is_chosen = chosen(json, is_list ? nullptr : &frames, excluded, images.size());
   if (!is_list) frames.finish();
@@ -291,21 +305,13 @@ FrameSources read_frame_sources(JsonReader& json, TimeUnit unit) {
   for (const SourceImage& image : kept) {
     const ImageInfo& info = files.info(image.file);
     if (!info.color_problem.empty()) throw IoError(image.file.string(), info.color_problem);
-    sources.photos.push_back({.time = *image.time,
-                              .file = image.file,
-                              .has_alpha = info.has_alpha(),
-                              .has_codes = info.is_integer && !info.is_raw,
-                              .is_raw = info.is_raw,
-                              .is_encoded = info.encoding != nullptr,
-                              .facts = info.facts,
-                              .exposure = info.exposure,
-                              .said_time = info.num_frames > 1 ? "" : photo_time_text(image.file, info),
-                              .image = image.image,
-                              .width = info.width,
-                              .height = info.height,
-                              .number = image.number,
-                              .stream = streams.of(image.file),
-                              .transform = image.transform});
+    CapturePhoto photo = photo_of(image.file, info);
+    photo.time = *image.time;
+    photo.image = image.image;
+    photo.number = image.number;
+    photo.stream = streams.of(image.file);
+    photo.transform = image.transform;
+    sources.photos.push_back(std::move(photo));
     sources.is_raw = sources.is_raw || info.is_raw;
   }
   std::stable_sort(sources.photos.begin(), sources.photos.end(),

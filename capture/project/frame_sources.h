@@ -52,7 +52,11 @@ struct FrameSources {
   std::vector<HistoryWarning> time_warnings = {};  ///< Where sources of times disagree.
   bool is_raw = false;                             ///< At least one of them is camera RAW.
   std::vector<int> excluded = {};                  ///< What `exclude` says; rising.
+  int num_images = 0;                              ///< That the project lists, excluded ones too.
 };
+
+/// A photograph as its file has it; time, number and transform are not set.
+[[nodiscard]] CapturePhoto photo_of(const std::filesystem::path& file, const ImageInfo& info);
 
 /// Nine numbers, row by row: an invertible map between pixel centers; its lower right becomes 1. @throws IoError
 [[nodiscard]] Eigen::Matrix3d read_transform(const JsonReader& json);

@@ -65,7 +65,7 @@ bool is_decoded_as_said(const CaptureProject& project, const CapturePhoto& photo
 }  // namespace
 
 bool may_be_clipped(const CaptureProject& project, const CapturePhoto& photo) {
-  return is_decoded_as_said(project, photo) || !(photo.has_codes || photo.is_raw);
+  return project.chart || is_decoded_as_said(project, photo) || !(photo.has_codes || photo.is_raw);
 }
 
 ImageF read_whole_photo(const CaptureProject& project, const CapturePhoto& photo, ClippedPixels* clipped) {

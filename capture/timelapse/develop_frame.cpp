@@ -3,6 +3,7 @@
 
 #include "capture/stability/first_light.h"
 #include "capture/stability/stabilize.h"
+#include "capture/timelapse/chart_step.h"
 #include "capture/timelapse/frame_photo.h"
 #include "capture/timelapse/repair_steps.h"
 #include "libcommon/core/text.h"
@@ -109,6 +110,8 @@ ImageF develop_frame(const IngestWork& work, int index, const fs::path& folder) 
   const Eigen::Affine2d motion = t.motions.empty() ? Eigen::Affine2d::Identity() : t.motions[index];
   ClippedPixels clipped;
   const ImageF whole = read_whole_photo(project, photo, &clipped);
+  ImageF true_color = project.chart ? whole : ImageF();  // Saturation shows in the photograph as it is.
+  clipped.num_outside += apply_chart(work, index, folder, true_color);
   if (may_be_clipped(project, photo)) {
     save_json(folder / clipped_file(index),
               Json{{"outside", clipped.num_outside}, {"beyond", clipped.num_beyond}, {"pixels", whole.num_pixels()}});
@@ -117,7 +120,7 @@ ImageF develop_frame(const IngestWork& work, int index, const fs::path& folder) 
     return project.is_handheld() ? lay_in_roi(work, index, folder, image, shown) : in_place(image, roi, motion, shown);
   };
   ImageU8 seen;
-  ImageF color = lay(whole, seen);
+  ImageF color = lay(project.chart ? true_color : whole, seen);
   apply_light_gain(work, index, folder, color);
   if (project.is_handheld()) keep_opaque(work, index, folder, seen);
   if (!t.flat_field.empty()) {

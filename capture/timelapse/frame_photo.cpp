@@ -6,6 +6,7 @@
 
 #include "capture/handheld/lay_photo.h"
 #include "capture/timelapse/align_step.h"
+#include "capture/timelapse/chart_step.h"
 #include "capture/timelapse/patch_step.h"
 #include "libcommon/image/filters.h"
 #include "patinate/image/image_io.h"
@@ -60,7 +61,7 @@ ImageU8 opaque_part(const CapturePhoto& photo) {
 
 ImageF read_frame_whole(const IngestWork& work, int index, const fs::path& folder) {
   const CaptureProject& project = work.project;
-  const ImageF photo = read_whole_photo(project, project.frames[index]);
+  const ImageF photo = read_colored_photo(work, index, folder);
   if (!project.is_handheld()) return photo;
   ImageU8 unused;
   return lay_photo(photo, place_of(work, index, folder), project.photo_width, project.photo_height, unused);
@@ -81,6 +82,12 @@ ImageF lay_in_rectangle(const IngestWork& work, int index, const fs::path& folde
 
 ImageF lay_in_roi(const IngestWork& work, int index, const fs::path& folder, const ImageF& image, ImageU8& shown) {
   return lay_in_rectangle(work, index, folder, image, work.project.roi, shown);
+}
+
+ImageF read_colored_photo(const IngestWork& work, int index, const fs::path& folder) {
+  ImageF photo = read_whole_photo(work.project, work.project.frames[index]);
+  apply_chart(work, index, folder, photo);
+  return photo;
 }
 
 void apply_light_gain(const IngestWork& work, int index, const fs::path& folder, ImageF& color) {
@@ -105,7 +112,7 @@ void keep_opaque(const IngestWork& work, int index, const fs::path& folder, Imag
 
 ImageF read_frame_roi(const IngestWork& work, int index, const fs::path& folder) {
   const CaptureProject& project = work.project;
-  const auto read = [&](int i) { return read_whole_photo(project, project.frames[i]); };
+  const auto read = [&](int i) { return read_colored_photo(work, i, folder); };
   if (!project.is_handheld()) {
     ImageF part = roi_of(read(index), project.roi);
     apply_light_gain(work, index, folder, part);

@@ -27,6 +27,8 @@ namespace patinate::capture {
 /// Likewise of any part of the reference; of a fixed camera's photographs that part itself, and shown all over.
 [[nodiscard]] ImageF lay_in_rectangle(const IngestWork& work, int index, const std::filesystem::path& folder,
                                       const ImageF& image, const PixelRectangle& part, ImageU8& shown);
+/// A frame's photograph as a chart says that it shows; as it was taken without one. Before it is laid over another.
+[[nodiscard]] ImageF read_colored_photo(const IngestWork& work, int index, const std::filesystem::path& folder);
 /// Multiplies a frame's colors by light_gain().
 void apply_light_gain(const IngestWork& work, int index, const std::filesystem::path& folder, ImageF& color);
 /// Takes off `shown`, of the roi, what is transparent in the photograph.

@@ -15,6 +15,7 @@
 #include "capture/timelapse/align_step.h"
 #include "capture/timelapse/align_warnings.h"
 #include "capture/timelapse/background_step.h"
+#include "capture/timelapse/chart_step.h"
 #include "capture/timelapse/gloss_step.h"
 #include "capture/timelapse/ingest_report.h"
 #include "capture/timelapse/ingest_warnings.h"
@@ -109,7 +110,10 @@ void write_deviations(HistoryWriter& writer, const IngestWork& work, const fs::p
   parallel_for(static_cast<std::int64_t>(times.size()), 1, control.part(0.5, 1.0),
                [&](std::int64_t begin, std::int64_t) {
                  const int i = static_cast<int>(begin);
-                 HistoryWriter::write_frame_extra(folder, i, "stddev", noise.deviation_of(read_frame(i)));
+                 const ImageF frame = read_frame(i);
+                 ImageF deviation = noise.deviation_of(frame);
+                 add_chart_deviation(work, folder, frame, deviation);
+                 HistoryWriter::write_frame_extra(folder, i, "stddev", deviation);
                });
   for (int i = 0; i < static_cast<int>(times.size()); ++i) writer.add_written_frame_extra(i, "stddev");
 }
@@ -147,6 +151,7 @@ void join(const IngestWork& work, const fs::path& folder, const RunControl& cont
     writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : report_alignment(work, folder)) writer.add_warning(std::move(warning));
   for (HistoryWarning& warning : report_patch(work, folder)) writer.add_warning(std::move(warning));
+  for (HistoryWarning& warning : report_chart(work, folder)) writer.add_warning(std::move(warning));
   for (const HistoryWarning& warning : work.project.time_warnings) writer.add_warning(warning);
   for (HistoryWarning& warning : mask_warnings(given, mask, num_frames)) writer.add_warning(std::move(warning));
   write_ingest_report(writer.manifest(), work, folder, mask, control.part(0.8, 1.0));
@@ -198,6 +203,7 @@ void describe(OptionVisitor& v, IngestOptions& o) {
   describe(v, o.scan);
   describe(v, o.background);
   describe(v, o.align);
+  describe(v, o.chart);
 }
 
 PixelSize reduced_size(const CaptureProject& project, int longest) {
@@ -226,7 +232,9 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   work->repairs = std::make_shared<RepairTables>();
   work->places = std::make_shared<PlaceTable>();
   work->gains = std::make_shared<GainTable>();
+  work->colors = std::make_shared<ColorTable>();
   check_handheld_options(*work);
+  check_chart(*work);
   const bool is_measured = project.transmission || project.scan || !project.controls.empty();
   if (!is_measured && project.frames.size() > 1) work->has_progress = true;
   const bool is_progress_given = std::any_of(project.controls.begin(), project.controls.end(),
@@ -247,6 +255,9 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   load_scan(*work);
   work->photo_keys = ingest_photo_keys(project);
   leave_out_failed(*work, output);
+  if (project.chart) {
+    for (const CapturePhoto& photo : project.chart->photos) work->chart_photo_keys.push_back(hash_file(photo.file));
+  }
   if (work->known_alignment != nullptr) work->photo_keys = ingest_photo_keys(work->project);
   // Names of files have no part in the key: the same photographs elsewhere give the same history.
   JobPlan plan = ingest_inputs(*work).plan(output, kHistoryManifestFile);
@@ -254,6 +265,7 @@ JobPlan plan_ingest(const CaptureProject& project, const IngestOptions& options,
   work->key = plan.key;
   add_alignment_item(plan.items, work);
   add_patch_item(plan.items, work);
+  add_chart_item(plan.items, work);
   add_scan_item(plan.items, work);
   add_survey_items(plan.items, work);
   for (std::size_t i = 0; i < work->project.frames.size(); ++i)

@@ -29,6 +29,7 @@ struct IngestOptions {
   ScanOptions scan = {};      ///< For projects with a scan.
   BackgroundOptions background = {};
   AlignOptions align = {};     ///< For read_capture_project(); here for the command line.
+  ChartOptions chart = {};     ///< Likewise.
   bool accept_failed = false;  ///< Leave photographs that cannot be aligned out, instead of stopping.
 };
 void describe(OptionVisitor& v, IngestOptions& o);

@@ -2,6 +2,7 @@
 #include <map>
 
 #include "capture/timelapse/align_step.h"
+#include "capture/timelapse/chart_step.h"
 #include "capture/timelapse/gloss_step.h"
 #include "capture/timelapse/ingest_work.h"
 #include "capture/timelapse/patch_step.h"
@@ -120,6 +121,7 @@ JobInputs ingest_inputs(const IngestWork& work) {
   add_repair_inputs(inputs, work);
   add_alignment_inputs(inputs, work);
   add_patch_inputs(inputs, work);
+  add_chart_inputs(inputs, work);
   add_gloss_inputs(inputs, work);
   return inputs;
 }

@@ -11,6 +11,7 @@
 #include "capture/project/photo_facts.h"
 #include "capture/report/report_sections.h"
 #include "capture/timelapse/align_step.h"
+#include "capture/timelapse/chart_report.h"
 #include "capture/timelapse/ingest_warnings.h"
 #include "capture/timelapse/repair_steps.h"
 #include "libcommon/core/text.h"
@@ -36,6 +37,7 @@ std::map<int, Json> by_number(const Json& photos) {
 struct PhotoNotes {
   std::map<int, Json> alignment, registered, patch;
   std::map<int, std::vector<std::string>> findings;
+  Json chart;                    ///< As read_chart() gives it.
   Json factors = Json::array();  ///< What --deflicker multiplied by; a frame each, or none.
   std::string reference;         ///< Of the alignment.
 };
@@ -62,6 +64,7 @@ PhotoNotes read_notes(const IngestWork& work, const fs::path& folder, const Surv
   const Json json = fs::exists(folder / kSurveyFile) ? load_json(folder / kSurveyFile) : Json::object();
   if (json.contains("frames")) notes.registered = by_number(json.at("frames"));
   if (json.contains("reference_patch")) notes.patch = by_number(json.at("reference_patch"));
+  notes.chart = read_chart(folder);
   if (json.contains("factors")) notes.factors = json.at("factors");
   return notes;
 }
@@ -156,6 +159,9 @@ std::vector<ReportColumn> photo_columns(const IngestWork& work, const PhotoNotes
     return fixed_percent_text(found->second.at("shown_share").get<double>());
   });
   add("light times", [&](const CapturePhoto& photo, std::size_t i) { return light_text(notes, photo, i); });
+  add("chart (CIEDE2000)", [&](const CapturePhoto& photo, std::size_t) {
+    return notes.chart.is_null() ? "" : number_in(by_number(notes.chart.at("photos")), photo, "mean_ciede2000");
+  });
   for (ReportColumn& of_color : color_columns(series)) columns.push_back(std::move(of_color));
   return columns;
 }
@@ -202,6 +208,7 @@ Rows understood(const IngestWork& work, const PhotoNotes& notes, const SurveyRep
     rows.push_back({"alignment", "by the transforms that the project gives"});
   }
   for (const std::string& note : light_notes(survey.light)) rows.push_back({"light", note});
+  for (const std::string& note : chart_notes(notes.chart)) rows.push_back({"color", note});
   return rows;
 }
 
@@ -219,6 +226,24 @@ void add_residual_curve(HtmlPage& page, const CaptureProject& project, const Pho
                           .x_label = "time (" + series.unit + ")",
                           .y_label = "residual (px of the reference)",
                           .series = {curve}}));
+}
+
+/// How exposure and white balance went, as the chart shows them.
+void add_drift_curve(HtmlPage& page, const PhotoNotes& notes, const ReportSeries& series) {
+  const std::vector<ChartDrift> drift = chart_drift(notes.chart);
+  if (drift.size() < 2) return;
+  std::vector<ChartSeries> curves{{.name = "exposure", .x = series.times},
+                                  {.name = "red over green", .x = series.times},
+                                  {.name = "blue over green", .x = series.times}};
+  for (const ChartDrift& of_photo : drift) {
+    curves[0].y.emplace_back(of_photo.exposure);
+    curves[1].y.emplace_back(of_photo.red);
+    curves[2].y.emplace_back(of_photo.blue);
+  }
+  page.drawing(svg_chart({.title = "Light by the chart, taken out",
+                          .x_label = "time (" + series.unit + ")",
+                          .y_label = "times that of the first photograph",
+                          .series = std::move(curves)}));
 }
 
 ImageU8 unseen_part(const IngestWork& work, const fs::path& folder, int index) {
@@ -269,6 +294,7 @@ void write_ingest_report(const HistoryManifest& history, const IngestWork& work,
   page.table({"of", "the photographs"}, understood(work, notes, survey));
   add_color_curves(page, series);
   add_residual_curve(page, project, notes, series);
+  add_drift_curve(page, notes, series);
   add_pictures(page, series, mask, history.width, history.height);
   add_controls(page, history, folder, mask);
   add_table(page, series, photo_columns(work, notes, series));

@@ -128,7 +128,8 @@ std::vector<HistoryWarning> look_at_light(const HistoryWriter& writer, const Ing
     report.deflicker = deflicker_report(project.frames, tables.factors, unsure);
   }
   report.exif = exif_exposures(project.frames);
-  const bool is_divided = project.reference_patch.has_value() || divides_exif_exposure(work);
+  const bool is_divided =
+      project.reference_patch.has_value() || project.chart.has_value() || divides_exif_exposure(work);
   add_light_report(survey, report);
   save_json(file, survey);
   if (is_divided) report.exif.reset();  // Which is no fault any more.

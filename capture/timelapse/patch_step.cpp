@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "capture/timelapse/align_step.h"
+#include "capture/timelapse/chart_step.h"
 #include "capture/timelapse/frame_photo.h"
 #include "capture/timelapse/ingest_warnings.h"
 #include "capture/timelapse/repair.h"
@@ -143,7 +144,7 @@ std::string patch_key(const IngestWork& work) {
 /// 1 without exposures in both photographs.
 double exif_gain(const IngestWork& work, int index) {
   const CaptureProject& project = work.project;
-  if (!project.is_handheld() && !project.reference_patch) return 1.0;
+  if (project.chart || (!project.is_handheld() && !project.reference_patch)) return 1.0;
   const CapturePhoto& photo = project.frames[index];
   const bool is_linear = !photo.has_codes || project.response.kind == Response::Kind::Linear;
   const double here = photo.exposure.amount();
@@ -194,7 +195,8 @@ std::string gain_key(const IngestWork& work, std::size_t index) {
   const double exif = exif_gain(work, static_cast<int>(index));
   if (work.project.reference_patch) hash.add(patch_key(work));
   if (exif != 1.0) hash.add("exposure by EXIF").add(exif);
-  return work.project.reference_patch || exif != 1.0 ? hash.hex() : "";
+  if (work.project.chart) hash.add(chart_key(work));
+  return work.project.reference_patch || work.project.chart || exif != 1.0 ? hash.hex() : "";
 }
 
 void add_patch_inputs(JobInputs& inputs, const IngestWork& work) {

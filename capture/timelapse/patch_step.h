@@ -33,7 +33,7 @@ struct GainTable {
 /// the factors bring it to the reference photograph's. A photograph that shows under a quarter of the patch, or more
 /// than a tenth of it saturated, has no factors of its own.
 void add_patch_item(std::vector<JobItem>& items, const std::shared_ptr<const IngestWork>& work);
-/// Content of all that the factors of frame `index` depend on; "" where its light is left as it is.
+/// Content of all that the light of frame `index` is changed by, a chart included; "" where its light is left as it is.
 [[nodiscard]] std::string gain_key(const IngestWork& work, std::size_t index);
 void add_patch_inputs(JobInputs& inputs, const IngestWork& work);
 

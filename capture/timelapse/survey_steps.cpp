@@ -338,8 +338,9 @@ IngestStages ingest_stages(const IngestWork& work) {
   const bool is_repaired = options.stabilize || options.deflicker || !options.flat_field.empty();
   IngestStages stages = is_repaired ? IngestStages{.frames = 2, .survey = 0, .decisions = 1}
                                     : IngestStages{.frames = 0, .survey = 1, .decisions = 2};
-  // Photographs are aligned first of all, and the patch is measured next.
-  const int num_before = (needs_alignment(work) ? 1 : 0) + (work.project.reference_patch ? 1 : 0);
+  // Photographs are aligned first of all, and patch or chart are measured next.
+  const bool is_light_measured = work.project.reference_patch || work.project.chart;
+  const int num_before = (needs_alignment(work) ? 1 : 0) + (is_light_measured ? 1 : 0);
   for (int* stage : {&stages.frames, &stages.survey, &stages.decisions}) *stage += num_before;
   return stages;
 }

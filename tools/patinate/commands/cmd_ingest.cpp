@@ -7,6 +7,7 @@
 #include "capture/job/plan_history.h"
 #include "capture/project/photo_facts.h"
 #include "capture/report/report_sections.h"
+#include "capture/timelapse/chart_report.h"
 #include "capture/timelapse/mask_warnings.h"
 #include "libcommon/core/text.h"
 #include "libcommon/history/history_documents.h"
@@ -153,7 +154,7 @@ int cmd_ingest(CommandRun& run) {
   }
   options.accept_failed = relit_options.accept_failed;
   const capture::CaptureProject project =
-      capture::read_capture_project(capture::capture_file(project_file), options.align);
+      capture::read_capture_project(capture::capture_file(project_file), options.align, options.chart);
   const JobPlan plan = capture::plan_ingest(project, options, output);
   const std::optional<JobStatus> status = run.make_folder(plan, "ingest");
   if (!status) return 0;
@@ -170,6 +171,7 @@ int cmd_ingest(CommandRun& run) {
   complete_shares(reader, survey);
   say_history_warnings(run, reader.label(), reader.facts().warnings);
   run.notes(capture::light_notes(survey.light));
+  run.notes(capture::chart_notes(capture::read_chart(output)));
   note_survey(survey, reader.num_frames() == 1, run);
 
   const HistoryManifest& history = reader.manifest();

@@ -78,7 +78,7 @@ void bind_grade(py::module_& module) {
       module,
       FunctionText("grade", "Grades of standards for coatings by region and time: rust, cracks, creep, color, gloss.")
           .takes("surface", "History | AgedMesh | str | os.PathLike[str]", "Or the path of a history or transfer")
-          .keyword("regions", "dict[str, NDArray[Any]] | None", "None",
+          .keyword("regions", "dict[str, npt.ArrayLike] | None", "None",
                    "Masks of the surface's size by name; None: the whole sample without its edge")
           .keyword("scribe", "tuple[float, float, float, float, float] | None", "None",
                    "x0, y0, x1, y1 and width of the scratch, mm")

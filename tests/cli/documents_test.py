@@ -55,7 +55,8 @@ class Documents(unittest.TestCase):
 
     def test_about_twenty_commands_and_the_ten_of_the_main_path_first(self):
         first_words = list(dict.fromkeys(name.split()[0] for name in commands()))
-        self.assertLessEqual(len(first_words), 23)
+        # Twenty-three when commands were grouped; laboratories ask for `grade` by name.
+        self.assertLessEqual(len(first_words), 24)
         page = output_of("--help")
         self.assertEqual(re.findall(r"^  ([a-z]+) .*\.$", page, re.MULTILINE),
                          ["init", "ingest", "control", "transfer", "lookup", "render", "export", "simulate", "fit", "studio"])

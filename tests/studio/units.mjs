@@ -98,7 +98,7 @@ test("the slider of Figure 10: probabilities sum to 1, ends and thirds are as in
     assert.ok(Math.abs(b.bounce + b.float + b.absorb - 1) < kRounding);
   }
   assert.deepEqual(u.behavior_of_slider(0, 0), { bounce: 1, float: 0, absorb: 0, deceleration_bounce: 0, deceleration_float: 0 });
-  assert.deepEqual(u.behavior_of_slider(1, 0), { bounce: 0, float: 1, absorb: 0, deceleration_bounce: 1, deceleration_float: 1 });
+  assert.deepEqual(u.behavior_of_slider(1, 0), { bounce: 0, float: 1, absorb: 0, deceleration_bounce: 0.9, deceleration_float: 1 });
   assert.equal(u.behavior_of_slider(1 / 3, 0).bounce, 1);
 });
 

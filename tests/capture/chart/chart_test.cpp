@@ -58,8 +58,8 @@ ChartExposure drifted(std::uint32_t seed, int photo) {
 }
 
 TEST(ChartTable, PublishedGraysBecomeTheirPublishedSrgbCodes) {
-  // [X-Rite 2009]: sRGB of the older chart. Grays depend on no way of adapting white points. White's published L* of 96.5
-  // is code 245 under every one of them, and 243 was published.
+  // [X-Rite 2009]: sRGB of the older chart. Grays depend on no way of adapting white points. White's published L*
+  // of 96.5 is code 245 under every one of them, and 243 was published.
   constexpr int kTolerance = 3;
   const ChartTable table = classic_chart(ChartEdition::Before2014);
   const std::vector<std::pair<std::size_t, std::array<int, 3>>> published{{18, {243, 243, 242}}, {21, {122, 122, 121}}};

@@ -109,10 +109,27 @@ std::vector<GradeRegion> whole_sample(const ImageU8& mask, std::optional<double>
   return {{"sample", std::move(inner)}};
 }
 
+/// A scribe that lies beside the sample would creep by nothing, which is the best grade.
+void require_on_sample(const Scribe& scribe, const ImageU8& mask, double pixel_mm) {
+  for (const auto& [x_mm, y_mm] : {std::pair(scribe.x0, scribe.y0), std::pair(scribe.x1, scribe.y1)}) {
+    const double x = std::floor(x_mm / pixel_mm), y = std::floor(y_mm / pixel_mm);
+    const bool is_inside = x >= 0.0 && y >= 0.0 && x < mask.width() && y < mask.height() &&
+                           mask.at(static_cast<int>(x), static_cast<int>(y)) != 0;
+    if (!is_inside)
+      throw InvalidInput("the scribe: its end " + short_number_text(x_mm) + "," + short_number_text(y_mm) +
+                         " mm lies outside of the sample; the picture is " +
+                         short_number_text(mask.width() * pixel_mm) + " x " +
+                         short_number_text(mask.height() * pixel_mm) + " mm");
+  }
+}
+
 void restrict_regions(std::vector<GradeRegion>& regions, const ImageU8& mask) {
   std::vector<int> owner(mask.values().size(), -1);
   for (std::size_t r = 0; r < regions.size(); ++r) {
     GradeRegion& region = regions[r];
+    for (std::size_t k = 0; k < r; ++k) {
+      if (regions[k].name == region.name) throw InvalidInput("region " + region.name + ": is given twice");
+    }
     if (!region.mask.same_size(mask))
       throw InvalidInput("region " + region.name + ": has " + size_text(region.mask.width(), region.mask.height()) +
                          " pixels; the history has " + size_text(mask.width(), mask.height()));
@@ -206,6 +223,8 @@ ImageU8 polygon_mask(int width, int height, double pixel_mm, const std::vector<d
     points.emplace_back(static_cast<int>(std::lround((x - 0.5) * (1 << kBits))),
                         static_cast<int>(std::lround((y - 0.5) * (1 << kBits))));
   }
+  if (cv::contourArea(points) < 0.5 * (1 << kBits) * (1 << kBits))
+    throw InvalidInput("a region: its corners enclose less than half a pixel");
   cv::Mat drawn = cv::Mat::zeros(height, width, CV_8U);
   cv::fillPoly(drawn, std::vector<std::vector<cv::Point>>{points}, cv::Scalar(255), cv::LINE_8, kBits);
   ImageU8 mask(width, height);
@@ -228,6 +247,7 @@ GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion
       throw InvalidInput("--unexposed: no photograph has the time " + number_text(*options.unexposed));
     unexposed = static_cast<std::size_t>(found - out.times.begin());
   }
+  if (scribe && out.pixel_mm) require_on_sample(*scribe, mask, *out.pixel_mm);
   const bool has_unexposed = out.times.size() > 1;
   if (has_unexposed) out.unexposed_time = out.times[unexposed];
   if (!has_unexposed)

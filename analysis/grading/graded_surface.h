@@ -73,8 +73,10 @@ struct GradedSurface {
   std::vector<std::string> notes = {};
 };
 
-/// @param regions  Empty: the whole sample less its edge. @throws InvalidInput if regions lie over each other, have
-/// another size or hold nothing of the sample, if the edge leaves nothing, or `unexposed` is no time of a photograph.
+/// @param regions  Empty: the whole sample less its edge.
+/// @throws InvalidInput if regions lie over each other, have equal names or another size, or hold nothing of the
+/// sample, if the edge leaves nothing, the scribe ends outside of the sample, or `unexposed` is no time of a
+/// photograph.
 [[nodiscard]] GradedSurface grade_surface(const TextureSeries& series, std::vector<GradeRegion> regions,
                                           const std::optional<Scribe>& scribe, const RustRule& rust,
                                           const GradeOptions& options, const RunControl& control = {});

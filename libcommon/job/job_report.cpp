@@ -31,7 +31,8 @@ std::string line_of(const JobChange& change) {
   if (change.kind == JobChange::Kind::Added) return change.name + " is new";
   if (change.kind == JobChange::Kind::Removed) return change.name + " is gone";
   if (is_content_key(change.before) && is_content_key(change.now)) return change.name + " has other content";
-  return change.name + " was `" + change.before + "`, is `" + change.now + "`";
+  const auto said = [](const std::string& value) { return value.empty() ? "not given" : "`" + value + "`"; };
+  return change.name + " was " + said(change.before) + ", is " + said(change.now);
 }
 
 /// "3 frames: a, b, c", at most a handful of names.

@@ -13,5 +13,12 @@ import numpy.typing as npt
 
 __version__: str
 
+class Report(dict[str, Any]):
+    """Results by name, as a dict and as attributes: report["figures"] is report.figures. Its figures are a table."""
+    def __getattr__(self, name: str) -> Any: ...
+    def rows(self) -> list[dict[str, Any]]:
+        """Makes a table of the figures: one dict a figure (and time), with its part of the report, its name and its values."""
+    def to_dataframe(self) -> Any:
+        """Makes a pandas.DataFrame of rows(). Raises ImportError where pandas is not installed."""
 '''
 pathlib.Path(sys.argv[1], "__init__.pyi").write_text(HEAD + patinate._native._stubs())

@@ -15,42 +15,32 @@ namespace patinate::app {
 
 namespace {
 
-AgingMesh aging_mesh_of_folder(const std::shared_ptr<const transfer::TransferReader>& transfer) {
-  const transfer::TransferManifest& m = transfer->manifest();
-  AgingMesh mesh;
-  mesh.key = m.key;
-  mesh.history = transfer->history().manifest();
-  mesh.tile_names = transfer->sheet().names;
-  mesh.triangle_tile = transfer->atlas().triangle_tile;
-  mesh.mesh = transfer->mesh();
-  mesh.unit_mesh = unit_square_mesh(transfer->atlas());
-  mesh.meters_per_unit = transfer::meters_per_unit(m);
-  mesh.sample = [transfer](double time, const RunControl& control) { return transfer->sample(time, control); };
-  const std::vector<MaterialMap> maps = material_maps(facts_of(mesh.history));
+/// What its frames say of the surface beside color; nothing where they say nothing that pictures show.
+std::function<SurfaceMaps(double time, const RunControl& control)> surface_maps_of(
+    const std::shared_ptr<const transfer::AgedMesh>& aged, double mm_per_unit) {
+  const std::vector<MaterialMap> maps = material_maps(aged->shown->facts());
   const auto has = [maps](MaterialMap map) { return std::find(maps.begin(), maps.end(), map) != maps.end(); };
-  if (has(MaterialMap::Normal) || has(MaterialMap::Roughness) || has(MaterialMap::Specular) ||
-      has(MaterialMap::Height) || has(MaterialMap::Metalness)) {
-    const double mm_per_unit = 1000.0 * mesh.meters_per_unit;
-    mesh.maps = [transfer, has, mm_per_unit](double time, const RunControl& control) {
-      const HistoryReader& history = transfer->history();
-      SurfaceMaps surface{.color = transfer->gather_sheet(sample_base_color(history, time, Between::Blend), control)};
-      const auto sample = [&](MaterialMap map, ImageF& into) {
-        if (has(map)) into = transfer->sample_map(map, time, Between::Blend, control);
-      };
-      sample(MaterialMap::Normal, surface.normals);
-      sample(MaterialMap::Roughness, surface.roughness);
-      if (has(MaterialMap::Tint) && has(MaterialMap::Specular)) {
-        surface.specular = transfer->gather_sheet(sample_reflectance(history, time, Between::Blend), control);
-      } else {
-        sample(MaterialMap::Specular, surface.specular);
-      }
-      sample(MaterialMap::Metalness, surface.metalness);
-      sample(MaterialMap::Height, surface.height);
-      for (float& h : surface.height.values()) h = static_cast<float>(static_cast<double>(h) / mm_per_unit);
-      return surface;
+  if (!has(MaterialMap::Normal) && !has(MaterialMap::Roughness) && !has(MaterialMap::Specular) &&
+      !has(MaterialMap::Height) && !has(MaterialMap::Metalness))
+    return {};
+  return [aged, has, mm_per_unit](double time, const RunControl& control) {
+    const History& history = *aged->shown;
+    SurfaceMaps surface{.color = aged->gather_sheet(sample_base_color(history, time, Between::Blend), control)};
+    const auto sample = [&](MaterialMap map, ImageF& into) {
+      if (has(map)) into = aged->material_map(map, time, Between::Blend, control);
     };
-  }
-  return mesh;
+    sample(MaterialMap::Normal, surface.normals);
+    sample(MaterialMap::Roughness, surface.roughness);
+    if (has(MaterialMap::Tint) && has(MaterialMap::Specular)) {
+      surface.specular = aged->gather_sheet(sample_reflectance(history, time, Between::Blend), control);
+    } else {
+      sample(MaterialMap::Specular, surface.specular);
+    }
+    sample(MaterialMap::Metalness, surface.metalness);
+    sample(MaterialMap::Height, surface.height);
+    for (float& h : surface.height.values()) h = static_cast<float>(static_cast<double>(h) / mm_per_unit);
+    return surface;
+  };
 }
 
 /// What pictures of a transfer hold that is too large to be held itself: 800 MB.
@@ -104,17 +94,27 @@ AgingMesh aging_mesh_of_simulation(const std::filesystem::path& path, const Outp
 }  // namespace
 
 AgingMesh aging_mesh_of(const std::shared_ptr<const transfer::AgedMesh>& aged) {
-  if (aged->folder) return aging_mesh_of_folder(aged->folder);
-  const HistoryFacts& facts = aged->history->facts();
   AgingMesh mesh;
-  mesh.history.name = facts.name;
-  mesh.history.origin = facts.origin;
-  mesh.history.time_unit = facts.time_unit;
-  for (const FrameFacts& frame : facts.frames) mesh.history.frames.emplace_back().time = frame.time;
-  mesh.tile_names = {""};
   mesh.mesh = aged->mesh;
-  mesh.unit_mesh = aged->mesh;
+  if (aged->folder) {
+    const transfer::TransferManifest& m = aged->folder->manifest();
+    mesh.key = m.key;
+    mesh.history = aged->folder->history().manifest();
+    mesh.tile_names = aged->sheet().names;
+    mesh.triangle_tile = aged->folder->atlas().triangle_tile;
+    mesh.unit_mesh = unit_square_mesh(aged->folder->atlas());
+    mesh.meters_per_unit = transfer::meters_per_unit(m);
+  } else {
+    const HistoryFacts& facts = aged->history->facts();
+    mesh.history.name = facts.name;
+    mesh.history.origin = facts.origin;
+    mesh.history.time_unit = facts.time_unit;
+    for (const FrameFacts& frame : facts.frames) mesh.history.frames.emplace_back().time = frame.time;
+    mesh.tile_names = {""};
+    mesh.unit_mesh = aged->mesh;
+  }
   mesh.sample = [aged](double time, const RunControl& control) { return aged->texture(time, Between::Blend, control); };
+  mesh.maps = surface_maps_of(aged, 1000.0 * mesh.meters_per_unit);
   return mesh;
 }
 
@@ -124,7 +124,7 @@ AgingMesh open_aging_mesh(const std::filesystem::path& path, const OutputDevices
   if (const auto folder = std::make_shared<const transfer::TransferFolder>(path);
       std::int64_t{folder->sheet().width()} * folder->sheet().height() > most_texels)
     return reduced_mesh_of_transfer(folder, most_texels);
-  return aging_mesh_of_folder(std::make_shared<const transfer::TransferReader>(path));
+  return aging_mesh_of(std::make_shared<const transfer::AgedMesh>(transfer::read_aged_mesh(path)));
 }
 
 }  // namespace patinate::app

@@ -99,7 +99,7 @@ void bind_compare(py::module_& module) {
           .takes("b", "History | AgedMesh | str | os.PathLike[str]", "What it is compared with")
           .options<CompareKeywords>({.seed = kDefaultSeed})
           .runs()
-          .returns("dict[str, dict[str, Any]]",
+          .returns("Report",
                    "By section (look, places, colors, controls, structure, cracks): title, paragraphs, figures (by "
                    "name: value, low, "
                    "high, unit, undefined), curves (by name: x and columns, NaN where undefined), pictures, undefined")

@@ -37,7 +37,7 @@ void bind_evaluate(py::module_& module) {
              .takes("transfer", "AgedMesh | str | os.PathLike[str]", "Or the path of a transfer folder")
              .options<EvaluateKeywords>({.seed = kDefaultSeed})
              .runs()
-             .returns("dict[str, Any]",
+             .returns("Report",
                       "figures: by name value, unit, split (what two draws from the source itself give), undefined "
                       "(why there is no "
                       "value); pictures: name, caption, image; hash: of the coordinates")

@@ -68,7 +68,7 @@ void bind_explain(py::module_& module) {
           .keyword("mask", "npt.ArrayLike | None", "None", "H x W of bool or integers, 0 = not looked at")
           .options<ExplainKeywords>({.seed = kDefaultSeed})
           .runs()
-          .returns("dict[str, Any]",
+          .returns("Report",
                    "candidates: by name, the strongest first, correlation, low and high (95 %), p, corrected_p, "
                    "explains; mix: expression for transfer(), its figures, left_out_correlation; num_blocks, block_mm")
           .raises("InvalidInput on too few places or shuffles, or a reference that is the same everywhere"),

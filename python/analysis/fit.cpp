@@ -249,7 +249,7 @@ void bind_rank(py::module_& module) {
           .takes("fits", "Sequence[str | os.PathLike[str]]",
                  "Folders of `patinate fit --until`, two or more: of every scene one a history and time")
           .runs()
-          .returns("dict[str, Any]",
+          .returns("Report",
                    "unit of the objective; models, the nearest first: model, numbers (varied), seen, held_out (value, "
                    "low, high: 95 % over seeds), behind the first, beyond_last_frame, fits; cases; last_frame, held; "
                    "verdict, sentences")
@@ -299,7 +299,7 @@ void bind_fit(py::module_& module) {
           .options<FitKeywords>()
           .options<analysis::ObjectiveOptions>()
           .runs()
-          .returns("dict[str, Any]", result)
+          .returns("Report", result)
           .raises(
               "IoError for a scene that cannot be read with an end of a range; InvalidInput; what the function raises"),
       [](const py::object& scene, const py::object& objective, const py::object& vary, const py::kwargs& kwargs) {

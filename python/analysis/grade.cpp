@@ -85,7 +85,7 @@ void bind_grade(py::module_& module) {
           .keyword("rules", "str | os.PathLike[str] | None", "None", "A file in place of the built-in scales")
           .options<analysis::GradeOptions>()
           .runs()
-          .returns("dict[str, dict[str, Any]]",
+          .returns("Report",
                    "By region: times (N), figures (by name N x 3: value, low, high), grades (by scale a name a "
                    "time), distribution (of rust, a letter a time), spots (N)")
           .raises("InvalidInput if regions lie over each other or hold nothing; IoError"),

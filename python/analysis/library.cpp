@@ -52,7 +52,7 @@ void bind_library(py::module_& module) {
                       "A history, simulation, transfer or photograph, or its path; of a photograph as an array H x W x "
                       "3, linear")
              .runs()
-             .returns("dict[str, dict[str, Any]]",
+             .returns("Report",
                       "By name, in alphabetical order: title, frames, duration, time_unit, controls, license and what "
                       "else `patinate history library --json` says; with `like` also likeness: total (0: the same), "
                       "colors_delta_e, structure_octaves, rates_spans. Empty where no library is installed")

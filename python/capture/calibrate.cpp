@@ -40,7 +40,7 @@ void define_kind(py::module_& module, CalibrationKind kind, const std::string& b
           .keyword("force", "bool", "False", "Replace something different that lies there")
           .template options<OptionsOf<Member>>()
           .runs()
-          .returns("dict[str, Any]", found)
+          .returns("Report", found)
           .raises(
               "IoError for the description or a file it names; InvalidInput; CannotComplete where the data leave "
               "the result open: the line says what would help");
@@ -66,7 +66,7 @@ void define_kind(py::module_& module, CalibrationKind kind, const std::string& b
         app::make_output(app::calibration_work(result, kind, output, picture), force, {});
       return result;
     });
-    return object_of(*calibration.json);
+    return py::cast<py::dict>(object_of(*calibration.json));
   });
 }
 

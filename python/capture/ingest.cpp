@@ -77,7 +77,7 @@ void bind_ingest(py::module_& module) {
       FunctionText("survey", "What ingest found wrong with a time-lapse: moved, flickering, jumping photographs.")
           .takes("history", "str | os.PathLike[str]", "A history's folder, as ingest() made it")
           .returns(
-              "dict[str, Any]",
+              "Report",
               "findings: photo, time, problem of each; unlinked: photographs that cannot be aligned with most of the "
               "others; "
               "is_stabilized, is_deflickered; masked_share of all pixels of all frames, outside_share of the pixels")

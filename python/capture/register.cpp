@@ -61,7 +61,7 @@ void bind_register(py::module_& module) {
           .keyword("initial", "npt.ArrayLike | None", "None", "4 x 4 target from source; None: searched for")
           .options<capture::RegistrationOptions>()
           .runs()
-          .returns("dict[str, Any]",
+          .returns("Report",
                    "status (converged, iteration limit, too few pairs, degenerate, poor fit); target_from_source: 4 x "
                    "4; rms_residual and "
                    "median_residual in the scans' unit; overlap: share of the smaller scan; covariance: 6 x 6 of "

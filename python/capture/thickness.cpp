@@ -23,7 +23,7 @@ void bind_thickness(py::module_& module) {
           .options<capture::ThicknessOptions>()
           .keyword("deviation", "bool", "False", "Also the standard deviation by noise and grain: three times the work")
           .runs()
-          .returns("dict[str, Any]",
+          .returns("Report",
                    "values: H x W, larger is thicker, only ratios mean something, 0 outside; low, high: robust range; "
                    "known: H x W, 0 or "
                    "255; window_px: the filter's; foretold_to: how well it foretells the layer, 0 where it was given; "

@@ -115,7 +115,7 @@ void bind_unlight(py::module_& module) {
                       "From the surface to the camera; None: (0, 0, 1)")
              .options<capture::UnlightOptions>()
              .runs()
-             .returns("dict[str, Any]",
+             .returns("Report",
                       "albedo and stddev: as the photos, 0 where not determined; normal: H x W x 3, unit; specular: H "
                       "x W x 2, strength and "
                       "roughness; with specular 'material' reflectance (H x W x 3, F0) and metalness (H x W); mask: "

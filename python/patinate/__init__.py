@@ -13,7 +13,8 @@ gives equal values on any number of threads, and those of the command line. Erro
 from . import _objects, _native
 from ._native import *  # noqa: F403
 from ._native import __version__  # noqa: F401
+from ._report import Report
 
 _objects.install()
 
-__all__ = [name for name in dir(_native) if not name.startswith("_")]
+__all__ = [name for name in dir(_native) if not name.startswith("_")] + ["Report"]

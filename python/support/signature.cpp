@@ -84,6 +84,10 @@ std::vector<ParameterText> parameter_texts(DescribedOptions& options) {
   return std::move(texts.parameters);
 }
 
+pybind11::object report_of(const pybind11::dict& found) {
+  return pybind11::module_::import("patinate._report").attr("Report")(found);
+}
+
 const std::string& stubs() { return all_stubs(); }
 void add_stub(const std::string& text) { all_stubs() += text; }
 

@@ -26,6 +26,9 @@ struct ParameterText {
 /// Of described options, with the values that they have.
 [[nodiscard]] std::vector<ParameterText> parameter_texts(DescribedOptions& options);
 
+/// The same entries as the module's Report.
+[[nodiscard]] pybind11::object report_of(const pybind11::dict& found);
+
 /// Text of the stubs so far, and more of it.
 [[nodiscard]] const std::string& stubs();
 void add_stub(const std::string& text);
@@ -83,6 +86,15 @@ struct Parameters<R (C::*)(A...) const> {
   static constexpr bool is_keywords = std::is_same_v<std::decay_t<T>, pybind11::kwargs>;
   static constexpr std::size_t kKeywords = (std::size_t{0} + ... + (is_keywords<A> ? 1 : 0));
   static constexpr std::size_t kPositional = sizeof...(A) - kKeywords;
+
+  /// What returns a dict returns a Report.
+  template <class F>
+  static auto reporting(F function) {
+    if constexpr (std::is_same_v<R, pybind11::dict>)
+      return [function](A... arguments) { return report_of(function(std::forward<A>(arguments)...)); };
+    else
+      return function;
+  }
 };
 
 template <class Owner, class F, std::size_t... I>
@@ -97,7 +109,7 @@ void define(Owner& owner, const FunctionText& text, F&& function, std::index_seq
 template <class F>
 void define(pybind11::module_& module, const FunctionText& text, F&& function) {
   add_stub(text.stub());
-  detail::define(module, text, std::forward<F>(function),
+  detail::define(module, text, detail::Parameters<std::decay_t<F>>::reporting(std::forward<F>(function)),
                  std::make_index_sequence<detail::Parameters<std::decay_t<F>>::kPositional>());
 }
 /// A method: the same, with the object first.

@@ -154,7 +154,7 @@ void bind_surface(py::module_& module) {
                 });
   define(module,
          FunctionText("control_kinds", "The kinds of control maps that expressions may name.")
-             .returns("dict[str, str]", "By name: where it is high"),
+             .returns("Report", "By name: where it is high"),
          [] {
            py::dict out;
            for (const ControlKind& kind : control_kinds()) out[kind.name.c_str()] = kind.brief;

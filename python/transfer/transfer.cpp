@@ -259,7 +259,7 @@ void define_looks(AgedClass& type) {
                     .options<SamplingOptions>()
                     .runs()
                     .returns("npt.NDArray[np.float32]", "H x W x 3 or H x W over the sheet, gutters filled")
-                    .raises("InvalidInput if it was not read from a folder; IoError"),
+                    .raises("InvalidInput if the history's frames do not hold it; IoError"),
                 [](const PyAged& aged, const std::string& name, double time, const py::kwargs& kwargs) {
                   Keywords keywords("material_map", kwargs);
                   SamplingOptions options;
@@ -267,10 +267,8 @@ void define_looks(AgedClass& type) {
                   const RunArguments run = keywords.run();
                   keywords.finish();
                   const MaterialMap map = material_map_from(name);
-                  if (!aged.value->folder)
-                    throw InvalidInput("material_map: save() it first, and read_transfer() that folder");
                   return array_of(result_of(run, [=](const RunControl& control) {
-                    return aged.value->folder->sample_map(map, time, options.between, control);
+                    return aged.value->material_map(map, time, options.between, control);
                   }));
                 });
 }

@@ -1,11 +1,13 @@
 #!/usr/bin/python3
 """Objects as Python programmers expect them: copied, pickled, shown in notebooks, described to editors."""
 import copy
+import importlib.util
 import inspect
 import os
 import pathlib
 import pickle
 import struct
+import unittest
 
 import numpy as np
 import patinate
@@ -70,7 +72,46 @@ class Objects(PythonCase):
         np.testing.assert_array_equal(made.surface.coverage(), self.aged.surface.coverage())
         np.testing.assert_array_equal(made.surface.positions(), self.aged.surface.positions())
         self.assertIn("copy that folder", self.line_of(patinate.InvalidInput, lambda: self.aged.save(self.work / "copied")))
-        self.assertIn("save()", self.line_of(patinate.InvalidInput, lambda: made.material_map("normal", 0)))
+
+    def test_material_of_an_aged_mesh_is_the_same_in_memory_and_from_its_folder(self):
+        metal = patinate.appearance(self.work / "history", self.work / "metal", metalness=1, roughness=0.35)
+        made = patinate.transfer(metal, self.mesh, "facing", resolution=64)
+        made.save(self.work / "metal_urn")
+        read = patinate.read_transfer(self.work / "metal_urn")
+        self.assertIn("metalness", metal.material_maps)
+        for name in metal.material_maps:
+            np.testing.assert_array_equal(made.material_map(name, 1), read.material_map(name, 1), name)
+        view = {"time": 1, "width": 64, "height": 64, "samples": 1}
+        shown = patinate.render(made, **view)
+        np.testing.assert_array_equal(shown, patinate.render(self.work / "metal_urn", **view))
+        self.assertFalse(np.array_equal(shown, patinate.render(made, maps="color", **view)))
+
+    def test_a_report_is_a_dict_an_object_and_a_table(self):
+        report = patinate.compare(self.history, self.aged, num_resamples=5)
+        self.assertEqual(report.colors.figures.color_distribution, report["colors"]["figures"]["color_distribution"])
+        self.assertIn("colors", dir(report))
+        self.assertIn("there is no color; there are", self.line_of(AttributeError, lambda: report.color))
+        self.assertEqual(pickle.loads(pickle.dumps(report.colors.figures)), report.colors.figures)
+        rows = report.rows()
+        row, = (row for row in rows if row["name"] == "color_distribution")
+        self.assertEqual((row["part"], row["value"]), ("colors", report.colors.figures.color_distribution.value))
+        self.assertEqual(len(rows), sum(len(section.figures) for section in report.values()))
+        curve = next(iter(report.colors.curves.values()))
+        self.assertEqual(len(curve.rows()), len(curve.x))
+        self.assertIn("color_distribution", report._repr_html_())
+
+    def test_grades_are_a_row_a_time(self):
+        graded = patinate.grade(self.history, edge_mm=0)
+        times = {row["time"] for row in graded.rows()}
+        self.assertEqual(times, set(graded[next(iter(graded))].times))
+        self.assertEqual({key for row in graded.rows() for key in row}, {"part", "time", "name", "value", "low", "high", "grade"})
+
+    @unittest.skipUnless(importlib.util.find_spec("pandas"), "pandas is not installed")
+    def test_tables_are_data_frames(self):
+        figures = patinate.evaluate(self.aged, samples=100, audits=10)
+        table = figures.to_dataframe()
+        self.assertEqual(list(table["name"]), list(figures.figures))
+        self.assertEqual(table.set_index("name").value["control_error_mean"], figures.figures.control_error_mean.value)
 
     def test_notebooks_show_histories_and_aged_meshes(self):
         width, height = png_size(self.history._repr_png_())

@@ -14,7 +14,10 @@
 #include "patinate/transfer/time_map.h"
 #include "patinate/transfer/transfer_io.h"
 #include "patinate/transfer/transfer_reader.h"
+#include "transfer/files/flow_io.h"
 #include "transfer/guidance/scale.h"
+#include "transfer/lookup/packed_lookup.h"
+#include "transfer/lookup/source_turn.h"
 #include "transfer/synthesis/transfer_controls.h"
 
 namespace patinate::transfer {
@@ -67,10 +70,27 @@ void fill_tiles(ImageF& values, const ImageU8& coverage, const Sheet& sheet) {
 const Sheet& AgedMesh::sheet() const { return folder ? folder->sheet() : surface.map->sheet(); }
 
 ImageF AgedMesh::texture(double time, Between between, const RunControl& control) const {
-  if (folder) return folder->gather_sheet(sample(*shown, time, between), control);
-  ImageF out = gather(sample(*shown, time, between), coordinates, 0.0f, control);
-  fill_tiles(out, coverage, sheet());
-  return out;
+  return gather_sheet(sample(*shown, time, between), control);
+}
+
+ImageF AgedMesh::gather_sheet(const ImageF& source, const RunControl& control) const {
+  if (folder) return folder->gather_sheet(source, control);
+  return gather_packed(source, filled_places(coordinates, source.width(), source.height(), sheet()), 0.0f, control);
+}
+
+ImageF AgedMesh::material_map(MaterialMap kind, double time, Between between, const RunControl& control) const {
+  if (folder) return folder->sample_map(kind, time, between, control);
+  const ImageF source = sample_material_map(*shown, kind, time, between);
+  const PackedPlaces places = filled_places(coordinates, source.width(), source.height(), sheet());
+  ImageF values = gather_packed(source, places, 0.0f, control);
+  if (kind != MaterialMap::Normal) return values;
+  make_unit_between(places.view(), values.values());
+  if (frames) {
+    Image<std::uint32_t> patches = packed_turns(*surface.map, *frames, turns);
+    fill_sheet(patches, sheet());
+    turn_normals(patches.values(), values.values());
+  }
+  return values;
 }
 
 ImageF AgedMesh::texture(const ImageF& times, Between between, const RunControl& control) const {

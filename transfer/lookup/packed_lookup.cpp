@@ -153,6 +153,22 @@ PackedPlaces pack_coordinates(const ImageF& coordinates, int source_width, int s
   return places;
 }
 
+void fill_sheet(Image<std::uint32_t>& values, const Sheet& sheet) {
+  if (sheet.num_tiles() == 1) return fill_gutters(values);
+  for (int i = 0; i < sheet.num_tiles(); ++i) {
+    Image<std::uint32_t> tile = cut_tile(values, sheet, i);
+    fill_gutters(tile);
+    paste_tile(values, sheet, i, tile);
+  }
+}
+
+PackedPlaces filled_places(const ImageF& coordinates, int source_width, int source_height, const Sheet& sheet) {
+  PackedPlaces places = pack_coordinates(coordinates, source_width, source_height);
+  fill_sheet(places.pixels, sheet);
+  if (!places.beside.empty()) fill_sheet(places.beside, sheet);
+  return places;
+}
+
 bool pack_checked_rows(const std::filesystem::path& file, std::span<const float> xy, int first_row, int width,
                        int source_width, int source_height, std::span<std::uint32_t> pixels,
                        std::span<std::uint32_t> beside) {

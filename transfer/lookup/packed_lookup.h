@@ -9,6 +9,7 @@
 
 #include "libcommon/atlas/gutter_fill.h"
 #include "libcommon/image/between_pixels.h"
+#include "patinate/atlas/sheet.h"
 #include "patinate/core/run_control.h"
 #include "patinate/image/image.h"
 
@@ -50,6 +51,12 @@ struct PackedPlaces {
 /// @throws InvalidInput naming the first texel that points outside the source.
 [[nodiscard]] PackedPlaces pack_coordinates(const ImageF& coordinates, int source_width, int source_height,
                                             const RunControl& control = {});
+
+/// Fills gutters, and repeats borders over the margins, tile by tile, so that no tile bleeds into another.
+void fill_sheet(Image<std::uint32_t>& values, const Sheet& sheet);
+/// pack_coordinates() over all tiles of a sheet, filled by fill_sheet().
+[[nodiscard]] PackedPlaces filled_places(const ImageF& coordinates, int source_width, int source_height,
+                                         const Sheet& sheet);
 
 /// The same of rows as a file has them.
 /// @param xy  Two a texel. @param first_row,width  Where the rows stand in the file, for the message.

@@ -101,27 +101,10 @@ ImageU8 TransferReader::coverage() const {
   return coverage;
 }
 
-namespace {
-
-/// Gutters filled, and borders repeated over the margins, tile by tile.
-void fill_sheet(Image<std::uint32_t>& values, const Sheet& sheet) {
-  if (sheet.num_tiles() == 1) return fill_gutters(values);
-  for (int i = 0; i < sheet.num_tiles(); ++i) {
-    Image<std::uint32_t> tile = cut_tile(values, sheet, i);
-    fill_gutters(tile);
-    paste_tile(values, sheet, i, tile);
-  }
-}
-
-}  // namespace
-
 const PackedPlaces& TransferReader::filled_places() const {
   std::call_once(filled_once_, [&] {
-    auto places = std::make_shared<PackedPlaces>(
-        pack_coordinates(coordinates_, history().facts().width, history().facts().height));
-    fill_sheet(places->pixels, sheet());
-    if (!places->beside.empty()) fill_sheet(places->beside, sheet());
-    filled_ = std::move(places);
+    filled_ = std::make_shared<const PackedPlaces>(
+        transfer::filled_places(coordinates_, history().facts().width, history().facts().height, sheet()));
   });
   return *filled_;
 }

@@ -83,6 +83,12 @@ struct AgedMesh {
   [[nodiscard]] ImageF texture(double time, Between between = Between::Blend, const RunControl& control = {}) const;
   /// The same with a time for every texel (gather_at_times()). @param times  H x W.
   [[nodiscard]] ImageF texture(const ImageF& times, Between between, const RunControl& control = {}) const;
+  /// What the history's frames hold beside color, on the surface (TransferReader::sample_map()).
+  /// @throws InvalidInput as sample_material_map().
+  [[nodiscard]] ImageF material_map(MaterialMap map, double time, Between between = Between::Blend,
+                                    const RunControl& control = {}) const;
+  /// Values of any image of the history's size at every texel, over the sheet, gutters filled.
+  [[nodiscard]] ImageF gather_sheet(const ImageF& source, const RunControl& control = {}) const;
   /// Writes the folder that `patinate transfer` makes of the same input, byte for byte but for run.json. It appears
   /// when it is whole.
   /// @throws InvalidInput if the history lies in memory only, or it was read from a folder; CannotComplete if something

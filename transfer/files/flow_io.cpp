@@ -5,12 +5,10 @@
 #include <optional>
 #include <utility>
 
-#include "libcommon/atlas/gutter_fill.h"
 #include "libcommon/core/text.h"
 #include "libcommon/image/image_rows.h"
 #include "patinate/atlas/direction_field.h"
 #include "patinate/core/error.h"
-#include "transfer/lookup/source_turn.h"
 #include "transfer/synthesis/turns.h"
 
 namespace patinate::transfer {
@@ -94,20 +92,6 @@ void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrame
       strip.at(column, row, 3) = is_covered && in_uv.is_mirrored ? 1.0f : 0.0f;
     }
   }
-}
-
-Image<std::uint32_t> packed_turns(const TexelMap& map, const FlowFrames& frames, std::span<const std::int16_t> turns) {
-  Image<std::uint32_t> packed(map.width(), map.height(), 1, kNoValue);
-  ImageF row(map.width(), 1, 4);
-  for (int y = 0; y < map.height(); ++y) {
-    put_patch(row, 0, y, map, frames,
-              [&](TexelId t) { return SourcePlace{.turn = turns.empty() ? std::int16_t{0} : turns[t]}; });
-    for (int x = 0; x < map.width(); ++x) {
-      if (map.is_covered(TexelId{y} * map.width() + x))
-        packed.at(x, y) = pack_turn(row.at(x, 0, 2), row.at(x, 0, 3) == 1.0f);
-    }
-  }
-  return packed;
 }
 
 LaidFlow as_stored(const std::shared_ptr<const FlowFrames>& frames, std::span<const std::int16_t> turns,

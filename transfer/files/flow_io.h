@@ -21,11 +21,6 @@ inline constexpr const char* kPatchChannels[2] = {"source.angle", "source.mirror
 void put_patch(ImageF& strip, int x, int y, const TexelMap& map, const FlowFrames& frames,
                const std::function<SourcePlace(TexelId t)>& place_of);
 
-/// The same of all texels as TransferReader reads it: pack_turn(), kNoValue outside.
-/// @param turns  Of each texel, as SourcePlace's; empty: all 0.
-[[nodiscard]] Image<std::uint32_t> packed_turns(const TexelMap& map, const FlowFrames& frames,
-                                                std::span<const std::int16_t> turns);
-
 /// How a history lies on a surface.
 struct LaidFlow {
   std::shared_ptr<const FlowFrames> frames = nullptr;  ///< Null: as the UVs run.

@@ -7,6 +7,7 @@
 
 #include "libcommon/atlas/gutter_fill.h"
 #include "patinate/core/error.h"
+#include "transfer/files/flow_io.h"
 
 namespace patinate::transfer {
 
@@ -48,6 +49,20 @@ void pack_checked_turns(const std::filesystem::path& file, std::span<const float
     }
     turns[i] = pack_turn(angle, mirror == 1.0f);
   }
+}
+
+Image<std::uint32_t> packed_turns(const TexelMap& map, const FlowFrames& frames, std::span<const std::int16_t> turns) {
+  Image<std::uint32_t> packed(map.width(), map.height(), 1, kNoValue);
+  ImageF row(map.width(), 1, 4);
+  for (int y = 0; y < map.height(); ++y) {
+    put_patch(row, 0, y, map, frames,
+              [&](TexelId t) { return SourcePlace{.turn = turns.empty() ? std::int16_t{0} : turns[t]}; });
+    for (int x = 0; x < map.width(); ++x) {
+      if (map.is_covered(TexelId{y} * map.width() + x))
+        packed.at(x, y) = pack_turn(row.at(x, 0, 2), row.at(x, 0, 3) == 1.0f);
+    }
+  }
+  return packed;
 }
 
 void turn_normals(std::span<const std::uint32_t> turns, std::span<float> xyz) {

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <span>
 
+#include "patinate/atlas/direction_field.h"
+#include "patinate/atlas/texel_map.h"
 #include "patinate/image/image.h"
 
 namespace patinate::transfer {
@@ -17,6 +19,11 @@ namespace patinate::transfer {
 /// @throws IoError naming a texel whose mirroring is neither 0 nor 1.
 void pack_checked_turns(const std::filesystem::path& file, std::span<const float> angle_mirror, int first_row,
                         int width, std::span<const std::uint32_t> indices, std::span<std::uint32_t> turns);
+
+/// What pack_checked_turns() gives of a result that was written: of all texels, kNoValue outside the charts.
+/// @param turns  Of each texel, as SourcePlace's; empty: all 0.
+[[nodiscard]] Image<std::uint32_t> packed_turns(const TexelMap& map, const FlowFrames& frames,
+                                                std::span<const std::int16_t> turns);
 
 /// Normals of the source's tangent space into that of their texels, in place: with the source's x axis at (cos a, sin
 /// a) and its y axis at

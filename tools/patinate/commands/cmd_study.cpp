@@ -75,9 +75,9 @@ int answer_questions() {
   return 0;
 }
 
-/// The folder of the Python module: of this build, or installed.
+/// The folder of the Python module: of this build, installed, or in a virtual environment.
 fs::path module_folder() {
-  for (const char* folder : {"../python", PATINATE_PYTHON_FROM_PROGRAMS}) {
+  for (const char* folder : {"../python", PATINATE_PYTHON_FROM_PROGRAMS, PATINATE_ENVIRONMENT_FROM_PROGRAMS}) {
     const fs::path place = (programs_folder() / folder).lexically_normal();
     std::error_code error;
     for (fs::directory_iterator it(place / "patinate", error), end; !error && it != end; it.increment(error)) {

@@ -1,5 +1,9 @@
+#include <pybind11/stl.h>
+
+#include <filesystem>
 #include <utility>
 
+#include "app/capture/drafted_project.h"
 #include "capture/job/plan_history.h"
 #include "capture/timelapse/repair.h"
 #include "patinate/history/history.h"
@@ -47,6 +51,37 @@ py::dict survey_dict(const capture::SurveyReport& report) {
 }  // namespace
 
 void bind_ingest(py::module_& module) {
+  define(
+      module,
+      FunctionText("init", "Drafts a capture.json from a folder of photographs, for ingest().")
+          .takes("folder", "str | os.PathLike[str]", "Folder of photographs, or with a movie")
+          .keyword("output", "str | os.PathLike[str] | None", "None", "File to write; None: capture.json in the folder")
+          .keyword("only", "str", "''", "Names of the photographs, as 'IMG_*.jpg', where others lie beside them")
+          .keyword("force", "bool", "False", "Replace a different file that lies there")
+          .returns("Report",
+                   "project: the file; found and check: what was recognized, and what was guessed, a line each; "
+                   "refusal: why ingest() will not take it as it is, or ''")
+          .raises("IoError if the folder holds no photographs, or several sets; CannotComplete"),
+      [](const py::object& given, const py::kwargs& kwargs) {
+        Keywords keywords("init", kwargs);
+        const std::filesystem::path folder = path_from(given);
+        std::filesystem::path output = keywords.text("output", "");
+        const std::string only = keywords.text("only", "");
+        const bool force = keywords.flag("force", false);
+        keywords.finish();
+        if (output.empty()) output = folder / "capture.json";
+        auto [draft, refusal] = result_of({}, [=](const RunControl&) {
+          capture::ProjectDraft made = capture::draft_capture_project(folder, output.parent_path(), only);
+          app::make_output(app::drafted_project_work(made, output), force, {});
+          return std::pair(std::move(made), app::draft_refusal(output));
+        });
+        py::dict out;
+        out["project"] = output.string();
+        out["found"] = draft.found;
+        out["check"] = draft.to_check;
+        out["refusal"] = refusal;
+        return out;
+      });
   define(module,
          FunctionText("ingest",
                       "Makes a history folder of a capture: photographs from a fixed camera, or scans under lamps.")

@@ -155,6 +155,67 @@ print("SAID", json.dumps({"linked": [i.name for i in inputs if i.is_linked], "uv
         self.assertTrue(said["displaced"])
         self.assertEqual(set(said["uvs"]), {1})
 
+    def test_a_changed_result_is_read_again_in_place(self):
+        shutil.copytree(self.shared / "history", self.folder / "history")
+        self.succeeds("transfer", "history", self.shared / "urn/mesh.obj", "--control", "facing", "--resolution", 64, "-o", "aged")
+        said = self.blender(f"""
+import subprocess
+thing = load("aged", num_times=3)
+thing.location = (1, 2, 3)
+def state():
+    nodes = [n for n in thing.data.materials[0].node_tree.nodes if n.type == "TEX_IMAGE"]
+    return [len(bpy.data.meshes), len(bpy.data.materials), thing.name, list(thing.location), round(thing.scale[0], 9), len(nodes), nodes[0].image.filepath_from_user(), float(pixels(bpy.path.abspath(nodes[0].image.filepath)).sum()),
+            [list(k.co) for c in thing.animation_data.action.fcurves for k in c.keyframe_points]]
+states = [state()]
+subprocess.run([{PATINATE!r}, "transfer", "history", {str(self.shared / "urn/mesh.obj")!r}, "--control", "facing", "--resolution", "64", "--seed", "5", "-o", "aged", "--force", "--quiet"], check=True)
+patinate_blender.reload(thing, program={PATINATE!r})
+states.append(state())
+patinate_blender.reload(thing, program={PATINATE!r}, num_times=5, scale=2.0)
+states.append(state())
+print("SAID", json.dumps(states))
+""")
+        first, again, larger = said
+        self.assertEqual(first[:6], again[:6])  # No mesh and no material is left over; place and size stay.
+        self.assertNotEqual(first[6:8], again[6:8])
+        self.assertEqual(first[8], again[8])
+        self.assertAlmostEqual(larger[4], 2 * first[4])
+        self.assertIn("-5/", larger[6])
+
+    def test_the_panel_shows_what_is_selected_and_reloads_it(self):
+        said = self.blender(f"""
+import os
+os.environ["PATH"] = {str(pathlib.Path(PATINATE).parent)!r} + ":" + os.environ["PATH"]
+patinate_blender.register()
+thing = load({str(self.shared / "history")!r}, num_times=2)
+bpy.context.view_layer.update()
+size = max(thing.dimensions)
+bpy.context.view_layer.objects.active = thing
+done = list(bpy.ops.object.patinate_reload(num_times=3, scale=1.0))
+bpy.context.view_layer.update()
+image = bpy.data.images.new("sky", 8, 4, float_buffer=True)
+image.filepath_raw, image.file_format = os.path.abspath("sky.hdr"), "HDR"
+image.save()
+done += list(bpy.ops.world.patinate_environment(filepath=os.path.abspath("sky.hdr"), strength=0.5))
+links = [[link.from_node.type, link.to_node.type] for link in scene.world.node_tree.links]
+
+class Layout:  # What a panel may call.
+    said = []
+    def label(self, text): self.said.append(text)
+    def prop(self, owner, path, text): self.said.append(text); assert owner.path_resolve(path) is not None
+    def operator(self, name, text=""): self.said.append(name)
+class Panel:
+    layout = Layout()
+patinate_blender.AgingPanel.draw(Panel, bpy.context)
+patinate_blender.unregister()
+print("SAID", json.dumps([size, max(thing.dimensions), done, links, Layout.said]))
+""")
+        width = json.loads((self.shared / "history/history.json").read_text())
+        self.assertAlmostEqual(said[0], 1, places=5)  # A history of some centimeters is 1 m long until one says otherwise.
+        self.assertAlmostEqual(said[1], max(width["width"], width["height"]) * width["texel_size_mm"] / 1000, places=6)
+        self.assertEqual(said[2], ["FINISHED", "FINISHED"])
+        self.assertIn(["TEX_ENVIRONMENT", "BACKGROUND"], said[3])
+        self.assertEqual(said[4], ["history", "Time (s)", "3 images, scale 1", "object.patinate_reload", "import_scene.patinate", "world.patinate_environment"])
+
     def test_what_is_none_of_ours_is_one_line(self):
         said = self.blender("""
 lines = []

@@ -15,7 +15,7 @@ import subprocess
 
 import bpy
 import numpy
-from bpy.props import IntProperty, StringProperty
+from bpy.props import FloatProperty, IntProperty, StringProperty
 from bpy_extras.io_utils import ImportHelper
 
 bl_info = {"name": "patinate", "author": "The patinate authors", "version": (0, 1, 0), "blender": (3, 4, 0), "location": "File > Import > patinate",
@@ -70,6 +70,7 @@ class Stage:
         self.credits = (re.findall(r'string credits = "([^"]*)"', text) or [""])[0]
         head, *meshes = re.split(r"\n    def Mesh ", text.split("    def Scope \"Materials\"")[0])
         self.meshes = [self.mesh_of(part) for part in meshes]
+        self.default_scale = 1.0
         self.materials = dict(self.material_of(part) for part in re.split(r"\n        def Material ", text.split('    def Scope "Materials"')[1])[1:])
         self.times = sorted(next(iter(self.materials.values()))["color"])
 
@@ -110,6 +111,7 @@ class Sheet:
         self.time_unit, self.meters_per_unit, self.credits = sequence["time_unit"], 1.0, ""
         width = manifest["width"] * manifest["texel_size_mm"] / 1000 if manifest.get("texel_size_mm") else 1.0
         height = width * manifest["height"] / manifest["width"]
+        self.default_scale = 1.0 / max(width, height)  # A photograph of some centimeters would be a speck.
         self.times = [image["time"] for image in sequence["images"]]
         self.materials = {"material": {"color": {image["time"]: images / image["file"] for image in sequence["images"]}}}
         corners = numpy.array([(0, 0), (1, 0), (1, 1), (0, 1)], dtype=float)
@@ -245,39 +247,64 @@ def make_mesh(described):
     return mesh
 
 
-def load(path, program=None, num_times=24, frame_start=None, frame_end=None, cache=None):
+def build(owner, described, name, scale):
+    """Gives `owner`, or the objects below it, the meshes and materials of `described`, in place of those that they had."""
+    found = {part.get("patinate_mesh"): part for part in ([owner] if owner.data else owner.children)}
+    if set(found) != {mesh["name"] for mesh in described.meshes}:
+        raise Failure(f"{name} consists of other objects now; import it again")
+    parts = [found[mesh["name"]] for mesh in described.meshes]
+    before = [(part.data, list(part.data.materials)) for part in parts]
+    owner["patinate_time_unit"] = described.time_unit
+    owner["patinate_scale"] = scale
+    if described.credits:
+        owner["patinate_credits"] = described.credits
+    first, last = float(described.times[0]), float(described.times[-1])
+    owner["patinate_time"] = min(max(owner.get("patinate_time", first), first), last)
+    owner.id_properties_ui("patinate_time").update(description=f"Time of the material, {described.time_unit}", min=first, max=last)
+    owner.scale = [described.meters_per_unit * scale] * 3
+    materials = {key: make_material(f"{name}_{key}", maps, owner, described.times) for key, maps in described.materials.items()}
+    for part, mesh in zip(parts, described.meshes):
+        part.data = make_mesh(mesh)
+        for key in mesh["materials"]:
+            part.data.materials.append(materials[key])
+    for mesh, old in before:
+        if mesh.users == 0:
+            bpy.data.meshes.remove(mesh)
+        for material in old:
+            if material and material.users == 0:
+                bpy.data.materials.remove(material)
+
+
+def read(path, program, num_times, cache):
+    """@returns what was exported, the folder, and where textures lie."""
+    folder, kind = subject_of(path)
+    beside = pathlib.Path(bpy.data.filepath).parent if bpy.data.filepath else folder.resolve().parent
+    cache = (pathlib.Path(cache) if cache else beside / "patinate_textures").absolute()
+    return export(program or default_program(), folder, kind, cache, num_times), folder.resolve(), cache
+
+
+def load(path, program=None, num_times=24, frame_start=None, frame_end=None, cache=None, scale=None):
     """Adds a transfer, simulation or history to the scene.
 
     @param path  Its folder or manifest. @param num_times  Images over its span; between them they are blended. @param frame_start, frame_end  Scene frames of its first and last time; the scene's own when not given.
-    @param cache  Where textures go; beside the .blend file, or beside `path` where that is not saved yet.
+    @param cache  Where textures go; beside the .blend file, or beside `path` where that is not saved yet. @param scale  Size in the scene over true size; not given: 1, but a history becomes 1 m long.
     @returns the object, or the empty that holds several; its property `patinate_time` is what the materials follow.
     @throws Failure
     """
-    folder, kind = subject_of(path)
-    beside = pathlib.Path(bpy.data.filepath).parent if bpy.data.filepath else folder.resolve().parent
-    described = export(program or default_program(), folder, kind, (pathlib.Path(cache) if cache else beside / "patinate_textures").absolute(), num_times)
+    described, folder, cache = read(path, program, num_times, cache)
     scene = bpy.context.scene
-    owner = bpy.data.objects.new(folder.resolve().name, make_mesh(described.meshes[0]) if len(described.meshes) == 1 else None)
+    thing = [bpy.data.objects.new(folder.name if len(described.meshes) == 1 else mesh["name"], bpy.data.meshes.new(mesh["name"])) for mesh in described.meshes]
+    owner = thing[0] if len(thing) == 1 else bpy.data.objects.new(folder.name, None)
     owner.rotation_euler = (numpy.pi / 2, 0, 0)  # Up is y there, z here.
-    owner.scale = [described.meters_per_unit] * 3
-    parts = [owner] if owner.data else []
-    if not parts:
-        for mesh in described.meshes:
-            part = bpy.data.objects.new(mesh["name"], make_mesh(mesh))
+    for part, mesh in zip(thing, described.meshes):
+        part["patinate_mesh"] = mesh["name"]
+        if part != owner:
             part.parent = owner
-            parts.append(part)
+    owner["patinate_path"], owner["patinate_cache"], owner["patinate_images"] = str(folder), str(cache), num_times
+    build(owner, described, folder.name, scale or described.default_scale)
+    for part in dict.fromkeys([owner, *thing]):
+        scene.collection.objects.link(part)
     times = described.times
-    owner["patinate_time"] = float(times[0])
-    owner.id_properties_ui("patinate_time").update(description=f"Time of the material, {described.time_unit}", min=float(times[0]), max=float(times[-1]))
-    owner["patinate_time_unit"] = described.time_unit
-    if described.credits:
-        owner["patinate_credits"] = described.credits
-    materials = {name: make_material(f"{folder.resolve().name}_{name}", maps, owner, times) for name, maps in described.materials.items()}
-    for part, mesh in zip(parts, described.meshes):
-        for name in mesh["materials"]:
-            part.data.materials.append(materials[name])
-    for thing in dict.fromkeys([owner, *parts]):
-        scene.collection.objects.link(thing)
     for frame, time in ((scene.frame_start if frame_start is None else frame_start, times[0]), (scene.frame_end if frame_end is None else frame_end, times[-1])):
         owner["patinate_time"] = float(time)
         owner.keyframe_insert('["patinate_time"]', frame=frame)
@@ -286,6 +313,36 @@ def load(path, program=None, num_times=24, frame_start=None, frame_end=None, cac
             key.interpolation = "LINEAR"
     scene.frame_set(scene.frame_current)
     return owner
+
+
+def reload(thing, program=None, num_times=None, scale=None):
+    """Reads what `load()` made again from its folder, with as many images and in the scale it has, or others. Place, parent and the curve of its time stay.
+
+    @throws Failure
+    """
+    if "patinate_path" not in thing:
+        raise Failure(f"{thing.name} was not imported from patinate")
+    num_times = num_times or thing["patinate_images"]
+    described, folder, _ = read(thing["patinate_path"], program, num_times, thing["patinate_cache"])
+    build(thing, described, folder.name, scale or thing["patinate_scale"])
+    thing["patinate_images"] = num_times
+    bpy.context.scene.frame_set(bpy.context.scene.frame_current)
+
+
+def set_environment(path, strength=1.0):
+    """Lights the scene with a picture of its surroundings: 360 x 180 degrees, HDR or EXR."""
+    world = bpy.context.scene.world or bpy.data.worlds.new("World")
+    bpy.context.scene.world = world
+    world.use_nodes = True
+    nodes = world.node_tree.nodes
+    picture = nodes.get("patinate environment") or nodes.new("ShaderNodeTexEnvironment")
+    picture.name, picture.location = "patinate environment", (-300, 300)
+    picture.image = bpy.data.images.load(str(path), check_existing=True)
+    background = next((node for node in nodes if node.type == "BACKGROUND"), None) or nodes.new("ShaderNodeBackground")
+    background.inputs["Strength"].default_value = strength
+    output = next((node for node in nodes if node.type == "OUTPUT_WORLD"), None) or nodes.new("ShaderNodeOutputWorld")
+    world.node_tree.links.new(picture.outputs["Color"], background.inputs["Color"])
+    world.node_tree.links.new(background.outputs["Background"], output.inputs["Surface"])
 
 
 # --- Blender -------------------------------------------------------------------------------------------------------
@@ -323,17 +380,89 @@ class ImportAging(bpy.types.Operator, ImportHelper):
         return {"FINISHED"}
 
 
+def owner_of(thing):
+    """What load() gave: the object, or the empty above it."""
+    while thing and "patinate_path" not in thing:
+        thing = thing.parent
+    return thing
+
+
+class ReloadAging(bpy.types.Operator):
+    """Read the object again from its folder, with another number of images or in another size"""
+
+    bl_idname = "object.patinate_reload"
+    bl_label = "Reload"
+    bl_options = {"REGISTER", "UNDO"}
+    num_times: IntProperty(name="Images", description="Over its span; between them they are blended", default=24, min=1, max=9999)
+    scale: FloatProperty(name="Scale", description="Size in the scene over true size", default=1, min=1e-6, max=1e6)
+
+    @classmethod
+    def poll(cls, context):
+        return owner_of(context.object) is not None
+
+    def invoke(self, context, _event):
+        thing = owner_of(context.object)
+        self.num_times, self.scale = thing["patinate_images"], thing["patinate_scale"]
+        return context.window_manager.invoke_props_dialog(self)
+
+    def execute(self, context):
+        try:
+            reload(owner_of(context.object), num_times=self.num_times, scale=self.scale)
+        except Failure as failure:
+            self.report({"ERROR"}, str(failure))
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+class SetEnvironment(bpy.types.Operator, ImportHelper):
+    """Light the scene with a picture of its surroundings: 360 x 180 degrees, HDR or EXR"""
+
+    bl_idname = "world.patinate_environment"
+    bl_label = "Environment"
+    bl_options = {"REGISTER", "UNDO"}
+    filename_ext = ".hdr"
+    filter_glob: StringProperty(default="*.hdr;*.exr", options={"HIDDEN"})
+    strength: FloatProperty(name="Strength", default=1, min=0)
+
+    def execute(self, _context):
+        try:
+            set_environment(self.filepath, self.strength)
+        except RuntimeError as error:
+            self.report({"ERROR"}, str(error).strip())
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+class AgingPanel(bpy.types.Panel):
+    bl_idname = "VIEW3D_PT_patinate"
+    bl_label = "patinate"
+    bl_space_type, bl_region_type, bl_category = "VIEW_3D", "UI", "patinate"
+
+    def draw(self, context):
+        layout, thing = self.layout, owner_of(context.object)
+        if thing:
+            layout.label(text=pathlib.Path(thing["patinate_path"]).name)
+            layout.prop(thing, '["patinate_time"]', text=f"Time ({thing['patinate_time_unit']})")
+            layout.label(text=f"{thing['patinate_images']} images, scale {thing['patinate_scale']:.3g}")
+            layout.operator(ReloadAging.bl_idname)
+        layout.operator(ImportAging.bl_idname, text="Import")
+        layout.operator(SetEnvironment.bl_idname)
+
+
 def menu_entry(self, _context):
     self.layout.operator(ImportAging.bl_idname, text="patinate (transfer.json, simulation.json, history.json)")
 
 
+CLASSES = (Preferences, ImportAging, ReloadAging, SetEnvironment, AgingPanel)
+
+
 def register():
-    bpy.utils.register_class(Preferences)
-    bpy.utils.register_class(ImportAging)
+    for kind in CLASSES:
+        bpy.utils.register_class(kind)
     bpy.types.TOPBAR_MT_file_import.append(menu_entry)
 
 
 def unregister():
     bpy.types.TOPBAR_MT_file_import.remove(menu_entry)
-    bpy.utils.unregister_class(ImportAging)
-    bpy.utils.unregister_class(Preferences)
+    for kind in reversed(CLASSES):
+        bpy.utils.unregister_class(kind)
